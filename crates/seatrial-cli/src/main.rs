@@ -1,0 +1,41 @@
+//! The `seatrial` command: one file per verb.
+
+mod output;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use output::{Exit, Failure, Output};
+
+/// Identify how a marine vehicle steers, at sea, in one compact manoeuvre per speed.
+#[derive(Parser)]
+#[command(version, arg_required_else_help = true)]
+struct Cli {
+    /// Print one JSON document on standard output and nothing else there.
+    #[arg(long, global = true)]
+    json: bool,
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Subcommand)]
+enum Verb {}
+
+impl Verb {
+    fn run(&self, _output: &Output) -> Result<Exit, Failure> {
+        match *self {}
+    }
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let output = Output::new(cli.json);
+    match cli.verb.run(&output) {
+        Ok(exit) => exit.into(),
+        Err(failure) => {
+            eprintln!("seatrial: {failure}");
+            failure.exit.into()
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! What a verb hands back: an exit code, a failure in words, text or JSON.
+
+use std::fmt;
+use std::io::Write;
+use std::process::ExitCode;
+
+use serde::Serialize;
+
+/// Exit codes of every verb. 2 (usage) is clap's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// Done.
+    Done = 0,
+    /// A bug.
+    Internal = 1,
+    /// The command line does not make sense.
+    Usage = 2,
+    /// Input cannot be read or understood.
+    Input = 3,
+    /// Done, but the result is rejected; the verdict says why.
+    Rejected = 4,
+    /// Trial aborted, vehicle handed back.
+    Aborted = 5,
+    /// Finished, but something could not be saved.
+    NotSaved = 6,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(exit as u8)
+    }
+}
+
+/// Why a verb stopped. The message says where, what was found, what was expected and what to do.
+#[derive(Debug)]
+pub struct Failure {
+    /// The exit code that belongs to it.
+    pub exit: Exit,
+    message: String,
+}
+
+impl Failure {
+    /// A command line that does not make sense.
+    pub fn usage(message: impl fmt::Display) -> Self {
+        Self::new(Exit::Usage, message)
+    }
+
+    /// Input that cannot be read or understood.
+    pub fn input(message: impl fmt::Display) -> Self {
+        Self::new(Exit::Input, message)
+    }
+
+    /// Something that could not be saved.
+    pub fn not_saved(message: impl fmt::Display) -> Self {
+        Self::new(Exit::NotSaved, message)
+    }
+
+    /// A bug.
+    pub fn internal(message: impl fmt::Display) -> Self {
+        Self::new(Exit::Internal, message)
+    }
+
+    fn new(exit: Exit, message: impl fmt::Display) -> Self {
+        Self {
+            exit,
+            message: message.to_string(),
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+/// Standard output as the user asked for it.
+pub struct Output {
+    /// One JSON document instead of text.
+    pub json: bool,
+}
+
+impl Output {
+    /// JSON or text.
+    pub fn new(json: bool) -> Self {
+        Self { json }
+    }
+
+    /// Prints the document as JSON, or the text. A closed pipe is not an error.
+    pub fn print(
+        &self,
+        document: &impl Serialize,
+        text: impl FnOnce() -> String,
+    ) -> Result<(), Failure> {
+        let printed = if self.json {
+            serde_json::to_string_pretty(document).map_err(Failure::internal)?
+        } else {
+            text()
+        };
+        let mut stdout = std::io::stdout().lock();
+        match writeln!(stdout, "{}", printed.trim_end()) {
+            Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+                Err(Failure::not_saved(format!("standard output: {error}")))
+            }
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! The number type: `f32` or `f64`.
+
+use core::fmt::{Debug, Display};
+use core::iter::Sum;
+use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+
+/// A floating-point number whose elementary functions are `libm`'s on every platform.
+///
+/// The standard library's functions differ in the last bit between platforms; results that are
+/// compared bit for bit between host, log replay and microcontroller cannot use them.
+pub trait Real:
+    Copy
+    + PartialEq
+    + PartialOrd
+    + Debug
+    + Display
+    + Default
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + Sum
+    + 'static
+{
+    /// 0
+    const ZERO: Self;
+    /// 1
+    const ONE: Self;
+    /// The circle constant.
+    const PI: Self;
+    /// The difference between 1 and the next larger number.
+    const EPSILON: Self;
+    /// Largest finite value.
+    const MAX: Self;
+
+    /// The nearest number of this type.
+    fn of(value: f64) -> Self;
+    /// The same value in double precision.
+    fn to_f64(self) -> f64;
+    /// e^x
+    fn exp(self) -> Self;
+    /// e^x - 1, accurate near 0
+    fn exp_m1(self) -> Self;
+    /// Natural logarithm.
+    fn ln(self) -> Self;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Sine of an angle in radians.
+    fn sin(self) -> Self;
+    /// Cosine of an angle in radians.
+    fn cos(self) -> Self;
+    /// Angle of the point (`x`, `self`), rad, in (-pi, pi].
+    fn atan2(self, x: Self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// Nearest integer, halves away from zero.
+    fn round(self) -> Self;
+    /// Neither infinite nor NaN.
+    fn is_finite(self) -> bool;
+
+    /// The larger of two numbers; the other one where one is NaN.
+    fn max(self, other: Self) -> Self;
+    /// The smaller of two numbers; the other one where one is NaN.
+    fn min(self, other: Self) -> Self;
+
+    /// The value limited to `-limit ..= limit`.
+    fn limited_to(self, limit: Self) -> Self {
+        self.max(-limit).min(limit)
+    }
+
+    /// An angle taken to (-pi, pi].
+    fn wrapped(self) -> Self {
+        let turn = Self::PI + Self::PI;
+        let remainder = self - turn * (self / turn).round();
+        if remainder <= -Self::PI {
+            remainder + turn
+        } else {
+            remainder
+        }
+    }
+}
+
+macro_rules! real {
+    ($type:ident, $exp:ident, $expm1:ident, $log:ident, $sqrt:ident, $sin:ident, $cos:ident, $atan2:ident, $fabs:ident, $round:ident, $fmax:ident, $fmin:ident) => {
+        impl Real for $type {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const PI: Self = core::$type::consts::PI;
+            const EPSILON: Self = <$type>::EPSILON;
+            const MAX: Self = <$type>::MAX;
+
+            fn of(value: f64) -> Self {
+                value as Self
+            }
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            fn exp(self) -> Self {
+                libm::$exp(self)
+            }
+            fn exp_m1(self) -> Self {
+                libm::$expm1(self)
+            }
+            fn ln(self) -> Self {
+                libm::$log(self)
+            }
+            fn sqrt(self) -> Self {
+                libm::$sqrt(self)
+            }
+            fn sin(self) -> Self {
+                libm::$sin(self)
+            }
+            fn cos(self) -> Self {
+                libm::$cos(self)
+            }
+            fn atan2(self, x: Self) -> Self {
+                libm::$atan2(self, x)
+            }
+            fn abs(self) -> Self {
+                libm::$fabs(self)
+            }
+            fn round(self) -> Self {
+                libm::$round(self)
+            }
+            fn is_finite(self) -> bool {
+                self.is_finite()
+            }
+            fn max(self, other: Self) -> Self {
+                libm::$fmax(self, other)
+            }
+            fn min(self, other: Self) -> Self {
+                libm::$fmin(self, other)
+            }
+        }
+    };
+}
+
+real!(
+    f32, expf, expm1f, logf, sqrtf, sinf, cosf, atan2f, fabsf, roundf, fmaxf, fminf
+);
+real!(
+    f64, exp, expm1, log, sqrt, sin, cos, atan2, fabs, round, fmax, fmin
+);

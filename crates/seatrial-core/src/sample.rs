@@ -1,0 +1,116 @@
+//! What goes into the trial and what comes out: [`Sample`], [`Action`] and the [`Vehicle`] between them.
+
+use crate::Real;
+
+/// One instant of a vehicle, in SI units. What a vehicle does not measure is `None`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Sample<T> {
+    /// The vehicle's own clock, s.
+    pub time_s: f64,
+    /// Heading psi, rad, wrapped or not.
+    pub heading_rad: T,
+    /// Rudder angle delta that acts from this instant on, rad.
+    pub rudder_rad: T,
+    /// Forward speed u, m/s.
+    pub surge_speed_m_s: Option<T>,
+    /// Depth below the surface, m, positive down.
+    pub depth_m: Option<T>,
+    /// Height above the bottom, m.
+    pub altitude_m: Option<T>,
+    /// Roll phi, rad, positive starboard down.
+    pub roll_rad: Option<T>,
+    /// Pitch theta, rad, positive bow up.
+    pub pitch_rad: Option<T>,
+    /// Measured yaw rate r, rad/s, positive with increasing heading.
+    pub yaw_rate_rad_s: Option<T>,
+    /// Position north of the origin, m.
+    pub north_m: Option<T>,
+    /// Position east of the origin, m.
+    pub east_m: Option<T>,
+}
+
+/// How the vehicle is to steer until the next action.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum Steering<T> {
+    /// Hold this rudder angle, rad.
+    Rudder(T),
+    /// The vehicle's heading controller holds this heading, rad.
+    HoldHeading(T),
+}
+
+/// What the vehicle is to do until the next action.
+#[must_use = "an action that is not carried out leaves the vehicle on its previous one"]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Action<T> {
+    /// Rudder or heading hold.
+    pub steering: Steering<T>,
+    /// Thrust as a fraction of full, 0 to 1. `None` leaves the vehicle's own setting alone.
+    pub thrust: Option<T>,
+    /// Set once the trial is over: this is the last action.
+    pub outcome: Option<Outcome>,
+}
+
+/// How a trial ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(rename_all = "snake_case", tag = "state", content = "reason")
+)]
+pub enum Outcome {
+    /// Every speed was run; the vehicle is sent home.
+    Finished,
+    /// Stopped for this reason; the vehicle holds its heading with neutral rudder and its first thrust.
+    Aborted(AbortReason),
+}
+
+/// Why a trial was stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum AbortReason {
+    /// The operator asked for it.
+    Operator,
+    /// Depth outside the envelope.
+    Depth,
+    /// Too close to the bottom.
+    Altitude,
+    /// Roll outside the envelope.
+    Roll,
+    /// Pitch outside the envelope.
+    Pitch,
+    /// Yaw rate outside the envelope.
+    YawRate,
+    /// Heading too far from the heading of the run.
+    HeadingExcursion,
+    /// Outside the area polygon.
+    Area,
+    /// Speed changed too much during a stage.
+    SpeedDrift,
+    /// No new usable sample for too long.
+    StaleSamples,
+    /// A stage took longer than its limit.
+    StageTimeLimit,
+    /// The vehicle turned against the rudder.
+    ReversedRudder,
+    /// The vehicle did not settle in the time allowed.
+    NotSettled,
+    /// The link to the vehicle was lost.
+    LinkLost,
+}
+
+/// A vehicle, simulated or real: gives the next sample, carries out an action.
+pub trait Vehicle<T: Real> {
+    /// What can go wrong with this vehicle's link.
+    type Error;
+
+    /// Waits for the next sample. `None` when the vehicle has no more (a log's end, a closed link).
+    fn next_sample(&mut self) -> Result<Option<Sample<T>>, Self::Error>;
+
+    /// Carries out an action.
+    fn act(&mut self, action: &Action<T>) -> Result<(), Self::Error>;
+}

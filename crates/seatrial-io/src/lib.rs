@@ -1,0 +1,1 @@
+//! Vehicle logs in and out: formats, channels, units, time.

@@ -1,0 +1,93 @@
+//! A campaign: every run of one trial with one configuration of the vehicle.
+
+use seatrial_core::Outcome;
+use serde::{Deserialize, Serialize};
+
+use crate::identification::{Identification, Verdict};
+use crate::record::{Record, Window};
+
+/// Every run of one trial.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Campaign {
+    /// The version of seatrial that ran it.
+    pub software_version: String,
+    /// The vehicle as given on the command line, `sim:starfish`.
+    pub vehicle: String,
+    /// Name of the configuration (payload).
+    pub configuration: String,
+    /// Seed of a simulated vehicle.
+    pub seed: Option<u64>,
+    /// Largest rudder angle, rad.
+    pub rudder_limit_rad: f64,
+    /// The runs in the order in which they were made; repeats are runs of their own.
+    pub runs: Vec<Run>,
+    /// How the trial ended, `None` while it runs.
+    pub outcome: Option<Outcome>,
+}
+
+/// One run: settle, train and validate at one thrust.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    /// 1 for the first run of the campaign.
+    pub number: u32,
+    /// Thrust as a fraction of full.
+    pub thrust: f64,
+    /// 1 for the first try at this thrust.
+    pub attempt: u32,
+    /// Mean forward speed over the training stage, m/s.
+    pub surge_speed_m_s: Option<f64>,
+    /// Each stage and its time.
+    pub stages: Vec<StageSpan>,
+    /// Every sample of the run.
+    #[serde(skip)]
+    pub record: Record,
+    /// The model, where training was finished.
+    pub identification: Option<Identification>,
+    /// May this run be used? Also set where a run was stopped before it had a model.
+    pub verdict: Verdict,
+}
+
+/// A stage of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StageSpan {
+    /// Which stage.
+    pub stage: Stage,
+    /// When, half open.
+    #[serde(flatten)]
+    pub window: Window,
+}
+
+/// The stages of a run, section IV-B.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    /// Waiting for steady heading, rate and depth.
+    Settle,
+    /// Estimating during the training doublet.
+    Train,
+    /// Recording the validation doublet.
+    Validate,
+}
+
+impl Campaign {
+    /// The accepted run of each thrust, in order of thrust: the last one where several were accepted.
+    pub fn accepted_runs(&self) -> Vec<&Run> {
+        let mut accepted: Vec<&Run> = Vec::new();
+        for run in self.runs.iter().filter(|run| run.verdict.accepted) {
+            accepted.retain(|other| other.thrust != run.thrust);
+            accepted.push(run);
+        }
+        accepted.sort_by(|a, b| a.thrust.total_cmp(&b.thrust));
+        accepted
+    }
+}
+
+impl Run {
+    /// The window of a stage.
+    pub fn stage(&self, stage: Stage) -> Option<Window> {
+        self.stages
+            .iter()
+            .find(|span| span.stage == stage)
+            .map(|span| span.window)
+    }
+}

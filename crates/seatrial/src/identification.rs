@@ -1,0 +1,187 @@
+//! The result of an identification: what `seatrial identify` prints, the logbook keeps and the
+//! report draws. Missing things are `None`, never 0 or NaN.
+
+use seatrial_core::{Nomoto, YawModel};
+use serde::{Deserialize, Serialize};
+
+use crate::record::Window;
+
+/// A model of one speed with its uncertainty, its validation and a verdict.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Identification {
+    /// The training window, half open.
+    pub training: Window,
+    /// Samples in the training window.
+    pub samples_used: usize,
+    /// Samples that the guard rejected, by cause.
+    pub samples_rejected: RejectedSamples,
+    /// How the estimate was made.
+    pub settings: Settings,
+    /// The estimate made sample by sample.
+    pub online: Online,
+    /// The estimate made from the whole training record.
+    pub refined: Option<Refined>,
+    /// Nomoto form of [`model`](Identification::model).
+    pub nomoto: Option<Nomoto<f64>>,
+    /// Simulation of fresh data.
+    pub validation: Option<Validation>,
+    /// May the model be used?
+    pub verdict: Verdict,
+}
+
+impl Identification {
+    /// The model that goes to the controller: the refined one where there is one.
+    pub fn model(&self) -> YawModel<f64> {
+        self.refined.as_ref().map_or(self.online.model, |r| r.model)
+    }
+}
+
+/// Counts of samples that never reached the estimator.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RejectedSamples {
+    /// A value was NaN or infinite.
+    pub non_finite: u32,
+    /// The time of the sample before.
+    pub repeated_time: u32,
+    /// Earlier than the sample before.
+    pub reversed_time: u32,
+    /// A heading jump that no rudder makes.
+    pub spike: u32,
+    /// Gaps after which the filters were warmed again (these are not samples).
+    pub gaps: u32,
+}
+
+impl RejectedSamples {
+    /// Samples rejected, all causes.
+    pub fn total(&self) -> u32 {
+        self.non_finite + self.repeated_time + self.reversed_time + self.spike
+    }
+}
+
+/// How an estimate was made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// The paper's equations to the letter.
+    pub as_paper: bool,
+    /// Pole of the state variable filter, rad/s.
+    pub lambda_rad_s: f64,
+    /// Why this lambda, in words.
+    pub lambda_because: String,
+    /// `zero_order` or `first_order`.
+    pub heading_hold: String,
+    /// P0 = p I.
+    pub initial_covariance: f64,
+    /// 1 keeps every sample for ever.
+    pub forgetting_factor: f64,
+}
+
+/// The estimate made sample by sample.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Online {
+    /// `least_squares` or `instrumental_variable`.
+    pub method: String,
+    /// The parameters.
+    #[serde(flatten)]
+    pub model: YawModel<f64>,
+    /// delta0 = C0/b2, rad.
+    pub delta0_rad: Option<f64>,
+    /// The recursion's P, before scaling by any noise.
+    pub covariance: [[f64; 3]; 3],
+    /// Recursive least squares on the same samples, without the instrument.
+    pub least_squares: YawModel<f64>,
+    /// Batch least squares (34) on the same filtered samples.
+    pub batch: Option<YawModel<f64>>,
+    /// Criterion (39).
+    pub convergence: Convergence,
+    /// The estimate after every sample, for plots.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub trace: Vec<TracePoint>,
+}
+
+/// When the step norm of the parameters stayed under a threshold (39).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Convergence {
+    /// Seconds after the start of training at which it was met, `None` if never.
+    pub detected_s: Option<f64>,
+    /// The threshold on the step norm.
+    pub threshold: f64,
+    /// Times in a row it must be met.
+    pub consecutive: u32,
+}
+
+/// The estimate after one sample.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TracePoint {
+    /// Record time, s.
+    pub time_s: f64,
+    /// Estimate [a22, b2, C0].
+    pub theta: [f64; 3],
+    /// Euclidean norm of the change from the estimate before (39).
+    pub step_norm: f64,
+}
+
+/// The estimate made from the whole training record, with its uncertainty.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Refined {
+    /// Name of the method.
+    pub method: String,
+    /// The parameters.
+    #[serde(flatten)]
+    pub model: YawModel<f64>,
+    /// delta0 = C0/b2, rad.
+    pub delta0_rad: Option<f64>,
+    /// 95 % intervals.
+    pub interval_95: Intervals,
+    /// Covariance of [a22, b2, C0].
+    pub covariance: [[f64; 3]; 3],
+    /// Standard deviation of the heading noise found, rad.
+    pub heading_noise_rad: f64,
+    /// Standard deviation of the yaw acceleration disturbance found, rad/s^2.
+    pub disturbance_rad_s2: f64,
+}
+
+/// 95 % intervals, each `[low, high]`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Intervals {
+    /// a22, 1/s.
+    pub a22_per_s: [f64; 2],
+    /// b2, 1/s^2.
+    pub b2_per_s2: [f64; 2],
+    /// C0, rad/s^2.
+    pub c0_rad_per_s2: [f64; 2],
+    /// delta0, rad; `None` where b2 may be 0.
+    pub delta0_rad: Option<[f64; 2]>,
+}
+
+/// How well the model simulates fresh data, R^2 (35)-(37).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Validation {
+    /// The validation window, half open.
+    pub window: Window,
+    /// R^2 of heading with the trained offset. `None` where the heading did not vary.
+    pub r2_heading: Option<f64>,
+    /// R^2 of heading with the offset estimated again.
+    pub r2_heading_offset_refit: Option<f64>,
+    /// R^2 of yaw rate.
+    pub r2_yaw_rate: Option<f64>,
+    /// Samples compared.
+    pub samples: usize,
+}
+
+/// May the model be used, and why.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// Yes or no.
+    pub accepted: bool,
+    /// At least one.
+    pub reasons: Vec<Reason>,
+}
+
+/// One reason of a verdict.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reason {
+    /// Short and stable, for programs.
+    pub code: String,
+    /// For people: what was measured and what to do.
+    pub text: String,
+}

@@ -1,0 +1,10 @@
+//! Records, offline methods, logbook and report: everything about steering identification that
+//! needs a heap or the whole record. The part that runs on the vehicle is [`seatrial_core`].
+
+pub mod campaign;
+pub mod identification;
+pub mod record;
+
+pub use campaign::{Campaign, Run};
+pub use identification::Identification;
+pub use record::{Record, Window};

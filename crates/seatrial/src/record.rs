@@ -1,0 +1,72 @@
+//! A record: the samples of a run or a log, and windows on them.
+
+use seatrial_core::Sample;
+use serde::{Deserialize, Serialize};
+
+/// A half-open span of time, `from_s <= t < to_s`, in the record's own seconds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Window {
+    /// First instant inside, s.
+    pub from_s: f64,
+    /// First instant after, s.
+    pub to_s: f64,
+}
+
+impl Window {
+    /// Every instant.
+    pub const ALL: Self = Self {
+        from_s: f64::NEG_INFINITY,
+        to_s: f64::INFINITY,
+    };
+
+    /// Is this instant inside?
+    ///
+    /// A nanosecond of tolerance absorbs the rounding of sampled times such as 0.1 + 0.2.
+    pub fn contains(&self, time_s: f64) -> bool {
+        time_s >= self.from_s - 1e-9 && time_s < self.to_s - 1e-9
+    }
+}
+
+/// Samples in the order in which they were logged.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// The samples.
+    pub samples: Vec<Sample<f64>>,
+}
+
+impl Record {
+    /// The samples inside a window. Time must not go back in the record.
+    pub fn window(&self, window: Window) -> &[Sample<f64>] {
+        let from = self
+            .samples
+            .partition_point(|s| s.time_s < window.from_s - 1e-9);
+        let to = self
+            .samples
+            .partition_point(|s| s.time_s < window.to_s - 1e-9);
+        &self.samples[from..to.max(from)]
+    }
+
+    /// The median of the intervals between samples, s. `None` under two samples.
+    pub fn median_interval_s(&self) -> Option<f64> {
+        let mut intervals: Vec<f64> = self
+            .samples
+            .windows(2)
+            .map(|pair| pair[1].time_s - pair[0].time_s)
+            .filter(|h| h.is_finite())
+            .collect();
+        if intervals.is_empty() {
+            return None;
+        }
+        let middle = intervals.len() / 2;
+        let (_, median, _) = intervals.select_nth_unstable_by(middle, f64::total_cmp);
+        Some(*median)
+    }
+}
+
+impl FromIterator<Sample<f64>> for Record {
+    fn from_iter<I: IntoIterator<Item = Sample<f64>>>(samples: I) -> Self {
+        Self {
+            samples: samples.into_iter().collect(),
+        }
+    }
+}
