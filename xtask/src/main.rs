@@ -1,2 +1,99 @@
-//! The project's own commands: `cargo xtask test`.
-fn main() {}
+//! The project's own commands.
+//!
+//! `cargo xtask test` runs every check in the order in which they fail fastest.
+
+use std::process::{Command, ExitCode};
+use std::time::Instant;
+
+const NEXTEST_VERSION: &str = "0.9.143";
+
+fn main() -> ExitCode {
+    match std::env::args().nth(1).as_deref() {
+        Some("test") => test(),
+        _ => {
+            eprintln!("usage: cargo xtask test");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn test() -> ExitCode {
+    let checks: [(&str, &[&str]); 7] = [
+        ("format", &["fmt", "--all", "--check"]),
+        (
+            "lints",
+            &[
+                "clippy",
+                "--workspace",
+                "--all-targets",
+                "--",
+                "-D",
+                "warnings",
+            ],
+        ),
+        (
+            "core on Cortex-M",
+            &[
+                "build",
+                "-p",
+                "seatrial-core",
+                "--target",
+                "thumbv7em-none-eabihf",
+            ],
+        ),
+        (
+            "the release binary",
+            &["build", "--release", "-p", "seatrial-cli"],
+        ),
+        (
+            "tests",
+            &["nextest", "run", "--workspace", "--no-fail-fast"],
+        ),
+        ("doc tests", &["test", "--workspace", "--doc", "--quiet"]),
+        (
+            "documentation",
+            &["doc", "--workspace", "--no-deps", "--quiet"],
+        ),
+    ];
+    if !install_nextest() {
+        eprintln!("xtask: cargo-nextest {NEXTEST_VERSION} could not be installed");
+        return ExitCode::FAILURE;
+    }
+    let begin = Instant::now();
+    for (name, arguments) in checks {
+        let start = Instant::now();
+        eprintln!("== {name}: cargo {}", arguments.join(" "));
+        if !succeeds(cargo(arguments).env("RUSTDOCFLAGS", "-D warnings")) {
+            eprintln!("== {name} failed");
+            return ExitCode::FAILURE;
+        }
+        eprintln!("== {name} passed in {:.0} s", start.elapsed().as_secs_f64());
+    }
+    eprintln!("== all passed in {:.0} s", begin.elapsed().as_secs_f64());
+    ExitCode::SUCCESS
+}
+
+/// nextest is the one tool that a toolchain does not bring.
+fn install_nextest() -> bool {
+    let present = cargo(&["nextest", "--version"])
+        .output()
+        .is_ok_and(|output| output.status.success());
+    present
+        || succeeds(&mut cargo(&[
+            "install",
+            "cargo-nextest",
+            "--version",
+            NEXTEST_VERSION,
+            "--locked",
+        ]))
+}
+
+fn cargo(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO"));
+    command.args(arguments);
+    command
+}
+
+fn succeeds(command: &mut Command) -> bool {
+    command.status().is_ok_and(|status| status.success())
+}
