@@ -3,6 +3,7 @@
 
 pub mod campaign;
 pub mod identification;
+pub mod identify;
 pub mod record;
 
 pub use campaign::{Campaign, Run};
