@@ -1,6 +1,8 @@
 //! The result of an identification: what `seatrial identify` prints, the logbook keeps and the
 //! report draws. Missing things are `None`, never 0 or NaN.
 
+use std::collections::BTreeMap;
+
 use seatrial_core::{Nomoto, YawModel};
 use serde::{Deserialize, Serialize};
 
@@ -85,17 +87,31 @@ pub struct Online {
     pub model: YawModel<f64>,
     /// delta0 = C0/b2, rad.
     pub delta0_rad: Option<f64>,
-    /// The recursion's P, before scaling by any noise.
+    /// P of the least squares recursion, before scaling by any noise.
     pub covariance: [[f64; 3]; 3],
     /// Recursive least squares on the same samples, without the instrument.
-    pub least_squares: YawModel<f64>,
+    pub least_squares: LeastSquares,
     /// Batch least squares (34) on the same filtered samples.
     pub batch: Option<YawModel<f64>>,
+    /// The least squares estimate [a22, b2, C0] after so many samples, for comparison with other
+    /// implementations.
+    #[serde(default)]
+    pub theta_at: BTreeMap<String, [f64; 3]>,
     /// Criterion (39).
     pub convergence: Convergence,
     /// The estimate after every sample, for plots.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub trace: Vec<TracePoint>,
+}
+
+/// The estimate of recursive least squares.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LeastSquares {
+    /// The parameters.
+    #[serde(flatten)]
+    pub model: YawModel<f64>,
+    /// The recursion's P, before scaling by any noise.
+    pub covariance: [[f64; 3]; 3],
 }
 
 /// When the step norm of the parameters stayed under a threshold (39).

@@ -4,7 +4,10 @@
 pub mod campaign;
 pub mod identification;
 pub mod identify;
+pub mod manoeuvre;
 pub mod record;
+pub mod time_scale;
+pub mod verdict;
 
 pub use campaign::{Campaign, Run};
 pub use identification::Identification;

@@ -1,0 +1,543 @@
+//! May a model be used? What was measured, what it means and what to do next.
+
+use seatrial_core::YawModel;
+
+use crate::identification::{Reason, Refined, Validation, Verdict};
+
+/// Below this R^2 on fresh data the paper repeats the run (section IV-C).
+pub const LEAST_VALIDATION_R2: f64 = 0.60;
+
+/// Below this R^2 of yaw rate a model does not even describe the record that it was made from.
+const LEAST_TRAINING_R2: f64 = 0.50;
+
+/// Three parameters, two initial conditions and a noise level need some samples each.
+const LEAST_SAMPLES: usize = 30;
+
+/// Largest half width of a 95 % interval, as a fraction of the parameter.
+const WIDEST_A22: f64 = 0.5;
+const WIDEST_B2: f64 = 0.3;
+
+/// Share of rejected samples from which the record is noted, and from which it is refused.
+const NOTED_REJECTED_SHARE: f64 = 0.01;
+const LARGEST_REJECTED_SHARE: f64 = 0.25;
+
+/// Steps of the heading over its range from which the record is noted, and from which it is refused.
+const NOTED_QUANTISATION: f64 = 0.02;
+const COARSEST_QUANTISATION: f64 = 0.2;
+
+/// Difference between two methods, as a fraction of the parameter and beyond both intervals, from
+/// which it is noted, and from which the model is refused.
+const NOTED_DISAGREEMENT: f64 = 0.25;
+const LARGEST_DISAGREEMENT: f64 = 0.75;
+
+/// Fresh rudder angles beyond the trained ones by this factor are an extrapolation.
+const NOTED_EXTRAPOLATION: f64 = 1.2;
+
+/// A rudder that moves less than this, rad (0.1 deg), was not moved; a heading likewise.
+const LEAST_MOVEMENT_RAD: f64 = 0.0017;
+
+/// What was measured of a training record and its model.
+#[derive(Clone, Copy, Debug)]
+pub struct Evidence<'a> {
+    /// Samples that reached the estimator.
+    pub samples_used: usize,
+    /// Samples that did not.
+    pub samples_rejected: u32,
+    /// Half of the rudder's range in training, rad.
+    pub rudder_amplitude_rad: f64,
+    /// The heading's range in training, rad.
+    pub heading_range_rad: f64,
+    /// The step in which the heading is given, rad, where it is coarser than its noise.
+    pub heading_step_rad: Option<f64>,
+    /// The estimate made sample by sample.
+    pub online: YawModel<f64>,
+    /// The estimate made from the whole record.
+    pub refined: Option<&'a Refined>,
+    /// R^2 of yaw rate on the training record itself.
+    pub training_r2_yaw_rate: Option<f64>,
+    /// R^2 on fresh data.
+    pub validation: Option<Validation>,
+    /// Half of the rudder's range in validation, rad.
+    pub validation_rudder_amplitude_rad: Option<f64>,
+}
+
+/// A record that cannot give any model at all: the reason, or `None` where one may be tried.
+pub fn refuse_record(
+    samples: usize,
+    rudder_amplitude_rad: f64,
+    heading_range_rad: f64,
+) -> Option<Reason> {
+    if samples < LEAST_SAMPLES {
+        return Some(reason(
+            "too_few_samples",
+            format!(
+                "{samples} usable samples in the training window, at least {LEAST_SAMPLES} are needed; widen the window or log faster"
+            ),
+        ));
+    }
+    if rudder_amplitude_rad < LEAST_MOVEMENT_RAD {
+        return Some(reason(
+            "rudder_constant",
+            format!(
+                "the rudder stays within {} deg: nothing excites the vehicle; command a doublet, or choose a window with one",
+                degrees(rudder_amplitude_rad)
+            ),
+        ));
+    }
+    if heading_range_rad < LEAST_MOVEMENT_RAD {
+        return Some(reason(
+            "heading_constant",
+            format!(
+                "the heading stays within {} deg while the rudder moves {} deg either side; check that the heading channel is alive",
+                degrees(heading_range_rad),
+                degrees(rudder_amplitude_rad)
+            ),
+        ));
+    }
+    None
+}
+
+/// Weighs the evidence.
+pub fn judge(evidence: &Evidence) -> Verdict {
+    let mut weighing = Weighing::default();
+    weighing.record(evidence);
+    if let Some(refined) = evidence.refined {
+        weighing.intervals(refined, evidence.rudder_amplitude_rad);
+        weighing.agreement(evidence.online, refined);
+    }
+    weighing.model(evidence);
+    weighing.fresh_data(evidence);
+    weighing.verdict(evidence.validation)
+}
+
+/// A verdict of one rejecting reason.
+pub fn refused(reason: Reason) -> Verdict {
+    Verdict {
+        accepted: false,
+        reasons: vec![reason],
+    }
+}
+
+#[derive(Default)]
+struct Weighing {
+    rejections: Vec<Reason>,
+    notes: Vec<Reason>,
+}
+
+impl Weighing {
+    fn reject(&mut self, code: &str, text: String) {
+        self.rejections.push(reason(code, text));
+    }
+
+    fn note(&mut self, code: &str, text: String) {
+        self.notes.push(reason(code, text));
+    }
+
+    fn record(&mut self, evidence: &Evidence) {
+        let read = evidence.samples_used + evidence.samples_rejected as usize;
+        let share = f64::from(evidence.samples_rejected) / read.max(1) as f64;
+        let text = format!(
+            "{} of {read} samples were rejected; check the log's clock and its heading channel",
+            evidence.samples_rejected
+        );
+        if share > LARGEST_REJECTED_SHARE {
+            self.reject("rejected_samples", text);
+        } else if share > NOTED_REJECTED_SHARE {
+            self.note("rejected_samples", text);
+        }
+
+        let Some(step) = evidence.heading_step_rad else {
+            return;
+        };
+        let text = format!(
+            "the heading comes in steps of {} deg over a range of {} deg; log it finer or turn further",
+            degrees(step),
+            degrees(evidence.heading_range_rad)
+        );
+        if step > COARSEST_QUANTISATION * evidence.heading_range_rad {
+            self.reject("quantised", text);
+        } else if step > NOTED_QUANTISATION * evidence.heading_range_rad {
+            self.note("quantised", text);
+        }
+    }
+
+    fn intervals(&mut self, refined: &Refined, rudder_amplitude_rad: f64) {
+        let b2 = Share::new(refined.model.b2_per_s2, refined.interval_95.b2_per_s2);
+        let a22 = Share::new(refined.model.a22_per_s, refined.interval_95.a22_per_s);
+        if !(b2.half_width.is_finite() && a22.half_width.is_finite()) {
+            return self.reject(
+                "not_identifiable",
+                "the record does not determine the parameters; excite the rudder to both hands"
+                    .into(),
+            );
+        }
+        if b2.half_width >= 1.0 {
+            return self.reject(
+                "not_identifiable",
+                format!(
+                    "the 95 % interval of b2, {} to {} 1/s^2, holds 0: the heading does not follow the rudder measurably; check that the two channels belong together, then excite with more rudder",
+                    three_figures(b2.interval[0]), three_figures(b2.interval[1])
+                ),
+            );
+        }
+        // The interval is inversely proportional to the rudder amplitude at equal noise.
+        let more = (b2.half_width / WIDEST_B2).max(a22.half_width / WIDEST_A22);
+        if more > 1.0 {
+            self.reject(
+                "under_excited",
+                format!(
+                    "95 % intervals of {} % of b2 (at most {} %) and {} % of a22 (at most {} %) are too wide; at this noise {} times the rudder, {} deg either side, or {} repeats of the manoeuvre would do",
+                    percent(b2.half_width), percent(WIDEST_B2),
+                    percent(a22.half_width), percent(WIDEST_A22),
+                    three_figures(more), degrees(more * rudder_amplitude_rad), (more * more).ceil()
+                ),
+            );
+        }
+    }
+
+    fn agreement(&mut self, online: YawModel<f64>, refined: &Refined) {
+        let parameters = [
+            (
+                "a22",
+                online.a22_per_s,
+                refined.model.a22_per_s,
+                refined.interval_95.a22_per_s,
+            ),
+            (
+                "b2",
+                online.b2_per_s2,
+                refined.model.b2_per_s2,
+                refined.interval_95.b2_per_s2,
+            ),
+        ];
+        for (name, online, model, interval) in parameters {
+            let difference = ((online - model) / model).abs();
+            let half_width = Share::new(model, interval).half_width;
+            let text = || {
+                format!(
+                    "{name} is {} by the online estimator and {} by the refined one, {} % apart; the vehicle may not be of first order here, or something else turned it",
+                    three_figures(online),
+                    three_figures(model),
+                    percent(difference)
+                )
+            };
+            if difference > LARGEST_DISAGREEMENT.max(2.0 * half_width) {
+                self.reject("disagreement", text());
+            } else if difference > NOTED_DISAGREEMENT.max(2.0 * half_width) {
+                self.note("disagreement", text());
+            }
+        }
+    }
+
+    fn model(&mut self, evidence: &Evidence) {
+        let model = evidence.refined.map_or(evidence.online, |r| r.model);
+        if !model.theta().iter().all(|p| p.is_finite()) {
+            return self.reject(
+                "not_identifiable",
+                "the estimate did not stay finite".into(),
+            );
+        }
+        if model.a22_per_s >= 0.0 {
+            self.reject(
+                "unstable",
+                format!(
+                    "a22 = {} 1/s is not negative: the vehicle does not stop turning by itself, or the record does not show it; gains and turning limits need a stable model",
+                    three_figures(model.a22_per_s)
+                ),
+            );
+        }
+        if model.b2_per_s2 < 0.0 {
+            self.note(
+                "sign_reversed",
+                "b2 is negative: a positive rudder angle turns towards decreasing heading in this log; keep this sign, or negate the rudder channel".into(),
+            );
+        }
+        if let Some(r2) = evidence
+            .training_r2_yaw_rate
+            .filter(|r2| r2.is_nan() || *r2 < LEAST_TRAINING_R2)
+        {
+            self.reject(
+                "does_not_fit",
+                format!(
+                    "the model explains {} % of the yaw rate of its own training record (at least {} % expected): waves, current or an autopilot rather than the rudder turned the vehicle; excite more, in calmer water",
+                    percent(r2.max(0.0)), percent(LEAST_TRAINING_R2)
+                ),
+            );
+        }
+    }
+
+    fn fresh_data(&mut self, evidence: &Evidence) {
+        let Some(validation) = evidence.validation else {
+            return self.note(
+                "not_validated",
+                "no fresh data were given; validate with --validate-from and --validate-to, or --validate-on another log".into(),
+            );
+        };
+        let good = |r2: Option<f64>| r2.is_some_and(|r2| r2 >= LEAST_VALIDATION_R2);
+        if good(validation.r2_heading) {
+        } else if good(validation.r2_heading_offset_refit) && good(validation.r2_yaw_rate) {
+            self.note(
+                "offset_drifted",
+                format!(
+                    "R^2 of heading on fresh data is {} with the trained offset and {} with the offset estimated again: the model steers right, but wind, current or trim changed",
+                    r2_text(validation.r2_heading), r2_text(validation.r2_heading_offset_refit)
+                ),
+            );
+        } else {
+            self.reject(
+                "low_r2",
+                format!(
+                    "R^2 on fresh data is {} for heading, {} with the offset estimated again, {} for yaw rate; at least {LEAST_VALIDATION_R2} is needed: repeat the run",
+                    r2_text(validation.r2_heading), r2_text(validation.r2_heading_offset_refit), r2_text(validation.r2_yaw_rate)
+                ),
+            );
+        }
+        if let Some(fresh) = evidence
+            .validation_rudder_amplitude_rad
+            .filter(|fresh| *fresh > NOTED_EXTRAPOLATION * evidence.rudder_amplitude_rad)
+        {
+            self.note(
+                "extrapolating",
+                format!(
+                    "the fresh data use {} deg of rudder either side, training only {} deg",
+                    degrees(fresh),
+                    degrees(evidence.rudder_amplitude_rad)
+                ),
+            );
+        }
+    }
+
+    fn verdict(self, validation: Option<Validation>) -> Verdict {
+        let accepted = self.rejections.is_empty();
+        let mut reasons = self.rejections;
+        if accepted {
+            reasons.push(reason(
+                "ok",
+                match validation {
+                    Some(v) => format!(
+                        "the model holds on fresh data: R^2 of heading {}, of yaw rate {}",
+                        r2_text(v.r2_heading),
+                        r2_text(v.r2_yaw_rate)
+                    ),
+                    None => "the model describes its training record".into(),
+                },
+            ));
+        }
+        reasons.extend(self.notes);
+        Verdict { accepted, reasons }
+    }
+}
+
+/// A 95 % interval as a share of its parameter.
+struct Share {
+    interval: [f64; 2],
+    half_width: f64,
+}
+
+impl Share {
+    fn new(value: f64, interval: [f64; 2]) -> Self {
+        Self {
+            interval,
+            half_width: 0.5 * (interval[1] - interval[0]) / value.abs(),
+        }
+    }
+}
+
+fn reason(code: &str, text: String) -> Reason {
+    Reason {
+        code: code.into(),
+        text,
+    }
+}
+
+fn r2_text(r2: Option<f64>) -> String {
+    r2.map_or_else(|| "not known".into(), |r2| format!("{r2:.2}"))
+}
+
+fn degrees(angle_rad: f64) -> String {
+    three_figures(angle_rad.to_degrees())
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.0}", 100.0 * share)
+}
+
+/// A number to three significant figures, as people read it.
+pub fn three_figures(value: f64) -> String {
+    let digits = 2 - value.abs().log10().floor().clamp(-6.0, 2.0) as i32;
+    format!("{value:.*}", digits.max(0) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identification::Intervals;
+    use crate::record::Window;
+
+    fn refined(half_width: f64) -> Refined {
+        refined_at([-1.07, 1.08, 0.012], half_width)
+    }
+
+    fn refined_at(theta: [f64; 3], half_width: f64) -> Refined {
+        let model = YawModel::from_theta(theta);
+        let around = |value: f64| {
+            [
+                value - half_width * value.abs(),
+                value + half_width * value.abs(),
+            ]
+        };
+        Refined {
+            method: "test".into(),
+            model,
+            delta0_rad: model.delta0_rad(),
+            interval_95: Intervals {
+                a22_per_s: around(model.a22_per_s),
+                b2_per_s2: around(model.b2_per_s2),
+                c0_rad_per_s2: around(model.c0_rad_per_s2),
+                delta0_rad: None,
+            },
+            covariance: [[0.0; 3]; 3],
+            heading_noise_rad: 0.0,
+            disturbance_rad_s2: 0.0,
+        }
+    }
+
+    fn validation(heading: f64, refit: f64, rate: f64) -> Validation {
+        Validation {
+            window: Window::ALL,
+            r2_heading: Some(heading),
+            r2_heading_offset_refit: Some(refit),
+            r2_yaw_rate: Some(rate),
+            samples: 330,
+        }
+    }
+
+    fn evidence(refined: &Refined) -> Evidence<'_> {
+        Evidence {
+            samples_used: 330,
+            samples_rejected: 0,
+            rudder_amplitude_rad: 0.26,
+            heading_range_rad: 0.5,
+            heading_step_rad: None,
+            online: refined.model,
+            refined: Some(refined),
+            training_r2_yaw_rate: Some(0.95),
+            validation: Some(validation(0.9, 0.95, 0.96)),
+            validation_rudder_amplitude_rad: Some(0.15),
+        }
+    }
+
+    fn codes(verdict: &Verdict) -> Vec<&str> {
+        verdict.reasons.iter().map(|r| r.code.as_str()).collect()
+    }
+
+    #[test]
+    fn exact_good_run_is_accepted() {
+        let refined = refined(0.05);
+        let verdict = judge(&evidence(&refined));
+        assert!(verdict.accepted);
+        assert_eq!(codes(&verdict), ["ok"]);
+    }
+
+    #[test]
+    fn exact_each_defect_is_refused_under_its_own_code() {
+        let good = refined(0.05);
+        let wide = refined(0.6);
+        let lost = refined(1.5);
+        let unstable = refined_at([0.1, 1.08, 0.012], 0.05);
+        let base = evidence(&good);
+        let cases = [
+            ("under_excited", evidence(&wide)),
+            ("not_identifiable", evidence(&lost)),
+            (
+                "unstable",
+                Evidence {
+                    online: unstable.model,
+                    refined: Some(&unstable),
+                    ..base
+                },
+            ),
+            (
+                "low_r2",
+                Evidence {
+                    validation: Some(validation(0.3, 0.4, 0.9)),
+                    ..base
+                },
+            ),
+            (
+                "does_not_fit",
+                Evidence {
+                    training_r2_yaw_rate: Some(f64::NAN),
+                    ..base
+                },
+            ),
+            (
+                "rejected_samples",
+                Evidence {
+                    samples_rejected: 200,
+                    ..base
+                },
+            ),
+            (
+                "quantised",
+                Evidence {
+                    heading_step_rad: Some(0.2),
+                    ..base
+                },
+            ),
+            (
+                "disagreement",
+                Evidence {
+                    online: YawModel::from_theta([-0.1, 1.08, 0.012]),
+                    ..base
+                },
+            ),
+        ];
+        for (code, evidence) in cases {
+            let verdict = judge(&evidence);
+            assert!(!verdict.accepted, "{code}");
+            assert_eq!(codes(&verdict)[0], code);
+        }
+    }
+
+    #[test]
+    fn exact_notes_do_not_refuse() {
+        let reversed = refined_at([-1.07, -1.08, 0.012], 0.05);
+        let noted = Evidence {
+            online: reversed.model,
+            refined: Some(&reversed),
+            validation: Some(validation(-2.0, 0.9, 0.97)),
+            validation_rudder_amplitude_rad: Some(0.5),
+            ..evidence(&reversed)
+        };
+        let verdict = judge(&noted);
+        assert!(verdict.accepted);
+        assert_eq!(
+            codes(&verdict),
+            ["ok", "sign_reversed", "offset_drifted", "extrapolating"]
+        );
+        let verdict = judge(&Evidence {
+            validation: None,
+            ..noted
+        });
+        assert!(codes(&verdict).contains(&"not_validated"));
+    }
+
+    #[test]
+    fn exact_records_without_a_model_are_refused() {
+        let code = |reason: Option<Reason>| reason.map(|r| r.code);
+        assert_eq!(
+            code(refuse_record(1, 0.2, 0.5)).as_deref(),
+            Some("too_few_samples")
+        );
+        assert_eq!(
+            code(refuse_record(330, 0.0, 0.5)).as_deref(),
+            Some("rudder_constant")
+        );
+        assert_eq!(
+            code(refuse_record(330, 0.2, 0.0)).as_deref(),
+            Some("heading_constant")
+        );
+        assert_eq!(refuse_record(330, 0.2, 0.5), None);
+    }
+}
