@@ -10,10 +10,20 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod authority;
+pub mod heading_control;
+pub mod heading_loop;
 pub mod model;
 pub mod real;
 pub mod sample;
+pub mod schedule;
+pub mod turning;
 
+pub use authority::{AuthorityFit, AuthorityForm};
+pub use heading_control::{GainSchedule, HeadingController, HeadingGain};
+pub use heading_loop::HeadingLoop;
 pub use model::{Nomoto, YawModel};
 pub use real::Real;
 pub use sample::{AbortReason, Action, Outcome, Sample, Steering, Vehicle};
+pub use schedule::{SchedulePoint, SpeedSchedule};
+pub use turning::{Hand, Turn};

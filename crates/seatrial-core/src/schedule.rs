@@ -1,0 +1,527 @@
+//! Models over speed or thrust: interpolation and marked extrapolation.
+
+use core::fmt;
+
+use crate::{Real, YawModel};
+
+/// The most points that a schedule holds.
+pub const CAPACITY: usize = 16;
+
+/// What a schedule is looked up by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum ScheduleKey {
+    /// Thrust as a fraction of full.
+    Thrust,
+    /// Forward speed, m/s.
+    Speed,
+}
+
+impl ScheduleKey {
+    /// As a person reads it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Thrust => "thrust",
+            Self::Speed => "speed",
+        }
+    }
+}
+
+/// How b2 runs between two points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AuthorityInterpolation {
+    /// Linear in the square of speed, as the force of a fin. Linear in the key where a speed is missing.
+    #[default]
+    SpeedSquared,
+    /// Linear in the key.
+    Linear,
+}
+
+/// What to do outside the identified range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Beyond {
+    /// Answer with [`ScheduleError::Outside`].
+    Refuse,
+    /// Continue the outermost segment and mark the result.
+    Extrapolate,
+}
+
+/// A value from a schedule, marked by whether the trial covered it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scheduled<V> {
+    /// Inside the identified range.
+    Interpolated(V),
+    /// Outside it: an assumption, not a measurement.
+    Extrapolated(V),
+}
+
+impl<V> Scheduled<V> {
+    /// The value, however it was found.
+    pub fn value(&self) -> &V {
+        match self {
+            Self::Interpolated(value) | Self::Extrapolated(value) => value,
+        }
+    }
+
+    /// Outside the identified range?
+    pub fn is_extrapolated(&self) -> bool {
+        matches!(self, Self::Extrapolated(_))
+    }
+
+    pub(crate) fn marked(value: V, inside: bool) -> Self {
+        if inside {
+            Self::Interpolated(value)
+        } else {
+            Self::Extrapolated(value)
+        }
+    }
+}
+
+/// The model of one speed, equation (10).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SchedulePoint<T> {
+    /// Thrust as a fraction of full.
+    pub thrust: Option<T>,
+    /// Forward speed, m/s.
+    pub surge_speed_m_s: Option<T>,
+    /// The model identified there.
+    pub model: YawModel<T>,
+}
+
+impl<T: Real> SchedulePoint<T> {
+    /// The point's place in a schedule by this key.
+    pub fn key(&self, key: ScheduleKey) -> Option<T> {
+        match key {
+            ScheduleKey::Thrust => self.thrust,
+            ScheduleKey::Speed => self.surge_speed_m_s,
+        }
+    }
+
+    pub(crate) fn is_finite(&self) -> bool {
+        self.model.theta().iter().all(|p| p.is_finite())
+            && [self.thrust, self.surge_speed_m_s]
+                .iter()
+                .flatten()
+                .all(|k| k.is_finite())
+    }
+}
+
+/// Why there is no schedule, no fit of authority or no value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ScheduleError {
+    /// Fewer points than the task needs.
+    TooFewPoints {
+        /// Points with what the task needs.
+        found: usize,
+        /// Points needed.
+        needed: usize,
+    },
+    /// More points than [`CAPACITY`].
+    TooManyPoints {
+        /// Points given.
+        found: usize,
+    },
+    /// A point without the key of the schedule, or whose key is not positive.
+    MissingKey {
+        /// Which point, from 0.
+        index: usize,
+        /// The key of the schedule.
+        key: ScheduleKey,
+    },
+    /// Two points at one key.
+    DuplicateKey {
+        /// The value that occurs twice.
+        at: f64,
+    },
+    /// NaN or infinite.
+    NonFinite {
+        /// Which point, from 0.
+        index: usize,
+    },
+    /// Asked outside the identified range without permission to extrapolate.
+    Outside {
+        /// What was asked for.
+        at: f64,
+        /// Least key of the schedule.
+        from: f64,
+        /// Greatest key of the schedule.
+        to: f64,
+    },
+    /// Asked for a key that is negative, NaN or infinite.
+    InvalidKey,
+    /// Extrapolated so far that speed, rudder authority or gain would change sign.
+    TooFar {
+        /// What was asked for.
+        at: f64,
+    },
+}
+
+impl fmt::Display for ScheduleError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooFewPoints { found, needed } => {
+                write!(
+                    f,
+                    "{found} usable points, at least {needed} at different speeds are needed"
+                )
+            }
+            Self::TooManyPoints { found } => {
+                write!(f, "{found} points, a schedule holds at most {CAPACITY}")
+            }
+            Self::MissingKey { index, key } => write!(
+                f,
+                "point {} has no positive {}, by which the schedule is ordered",
+                index + 1,
+                key.name()
+            ),
+            Self::DuplicateKey { at } => {
+                write!(
+                    f,
+                    "two points at {at}: choose one of the two runs or average them"
+                )
+            }
+            Self::NonFinite { index } => {
+                write!(f, "point {} has a value that is not finite", index + 1)
+            }
+            Self::Outside { at, from, to } => write!(
+                f,
+                "{at} is outside the identified range {from} to {to}; it can only be extrapolated"
+            ),
+            Self::InvalidKey => {
+                f.write_str("the speed or thrust asked for is negative or not finite")
+            }
+            Self::TooFar { at } => write!(
+                f,
+                "{at} is too far from the identified range: speed, rudder authority or gain would change sign on the way"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for ScheduleError {}
+
+/// Models at several speeds or thrusts in increasing order of the key: the linear-parameter-varying
+/// model of section II.
+///
+/// Between two points a22, C0 and the other key are linear in the key; b2 runs as
+/// [`AuthorityInterpolation`] says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedSchedule<T> {
+    key: ScheduleKey,
+    authority: AuthorityInterpolation,
+    points: [SchedulePoint<T>; CAPACITY],
+    len: usize,
+}
+
+/// The two points around a key and how far it lies from the first to the second.
+pub(crate) struct Segment<T> {
+    pub(crate) lower: SchedulePoint<T>,
+    pub(crate) upper: SchedulePoint<T>,
+    pub(crate) fraction: T,
+    pub(crate) inside: bool,
+}
+
+impl<T: Real> Segment<T> {
+    pub(crate) fn interpolate(&self, lower: T, upper: T) -> T {
+        lower + self.fraction * (upper - lower)
+    }
+
+    /// The end on the side of the key.
+    fn nearest(&self) -> &SchedulePoint<T> {
+        if self.fraction < T::ZERO {
+            &self.lower
+        } else {
+            &self.upper
+        }
+    }
+
+    fn interpolate_known(&self, lower: Option<T>, upper: Option<T>) -> Option<T> {
+        Some(self.interpolate(lower?, upper?))
+    }
+
+    /// The fraction of the way in the square of speed, where both speeds are known and differ.
+    fn speed_squared_fraction(&self) -> Option<T> {
+        let lower = self.lower.surge_speed_m_s?;
+        let upper = self.upper.surge_speed_m_s?;
+        let speed = self.interpolate(lower, upper);
+        let fraction = (speed * speed - lower * lower) / (upper * upper - lower * lower);
+        fraction.is_finite().then_some(fraction)
+    }
+}
+
+impl<T: Real> SpeedSchedule<T> {
+    /// A schedule of at least two points, in any order, with b2 linear in speed squared.
+    pub fn new(key: ScheduleKey, points: &[SchedulePoint<T>]) -> Result<Self, ScheduleError> {
+        let mut schedule = Self {
+            key,
+            authority: AuthorityInterpolation::default(),
+            points: [SchedulePoint::default(); CAPACITY],
+            len: points.len(),
+        };
+        let stored =
+            schedule
+                .points
+                .get_mut(..points.len())
+                .ok_or(ScheduleError::TooManyPoints {
+                    found: points.len(),
+                })?;
+        for (index, (place, point)) in stored.iter_mut().zip(points).enumerate() {
+            if !point.is_finite() {
+                return Err(ScheduleError::NonFinite { index });
+            }
+            if point.key(key).is_none_or(|k| k <= T::ZERO) {
+                return Err(ScheduleError::MissingKey { index, key });
+            }
+            *place = *point;
+        }
+        if points.len() < 2 {
+            return Err(ScheduleError::TooFewPoints {
+                found: points.len(),
+                needed: 2,
+            });
+        }
+        stored.sort_unstable_by(|a, b| {
+            a.key(key)
+                .partial_cmp(&b.key(key))
+                .unwrap_or(core::cmp::Ordering::Equal)
+        });
+        for (a, b) in stored.iter().zip(stored.iter().skip(1)) {
+            if a.key(key) == b.key(key) {
+                let at = a.key(key).unwrap_or_default().to_f64();
+                return Err(ScheduleError::DuplicateKey { at });
+            }
+        }
+        Ok(schedule)
+    }
+
+    /// The same schedule with another course of b2 between points.
+    pub fn with_authority(self, authority: AuthorityInterpolation) -> Self {
+        Self { authority, ..self }
+    }
+
+    /// What the schedule is looked up by.
+    pub fn key(&self) -> ScheduleKey {
+        self.key
+    }
+
+    /// The points in increasing order of the key.
+    pub fn points(&self) -> &[SchedulePoint<T>] {
+        self.points.get(..self.len).unwrap_or_default()
+    }
+
+    /// The model at a key.
+    pub fn lookup(
+        &self,
+        at: T,
+        beyond: Beyond,
+    ) -> Result<Scheduled<SchedulePoint<T>>, ScheduleError> {
+        let segment = self.segment(at, beyond)?;
+        let (lower, upper) = (segment.lower.model, segment.upper.model);
+        let authority_fraction = match self.authority {
+            AuthorityInterpolation::SpeedSquared => {
+                segment.speed_squared_fraction().unwrap_or(segment.fraction)
+            }
+            AuthorityInterpolation::Linear => segment.fraction,
+        };
+        let point = SchedulePoint {
+            thrust: segment.interpolate_known(segment.lower.thrust, segment.upper.thrust),
+            surge_speed_m_s: segment
+                .interpolate_known(segment.lower.surge_speed_m_s, segment.upper.surge_speed_m_s),
+            model: YawModel {
+                a22_per_s: segment.interpolate(lower.a22_per_s, upper.a22_per_s),
+                b2_per_s2: lower.b2_per_s2
+                    + authority_fraction * (upper.b2_per_s2 - lower.b2_per_s2),
+                c0_rad_per_s2: segment.interpolate(lower.c0_rad_per_s2, upper.c0_rad_per_s2),
+            },
+        };
+        let turned = point.model.b2_per_s2 * segment.nearest().model.b2_per_s2 < T::ZERO;
+        let backwards = point.surge_speed_m_s.is_some_and(|speed| speed < T::ZERO);
+        if !segment.inside && (turned || backwards) {
+            return Err(ScheduleError::TooFar { at: at.to_f64() });
+        }
+        Ok(Scheduled::marked(point, segment.inside))
+    }
+
+    pub(crate) fn segment(&self, at: T, beyond: Beyond) -> Result<Segment<T>, ScheduleError> {
+        if !at.is_finite() || at < T::ZERO {
+            return Err(ScheduleError::InvalidKey);
+        }
+        let key_of = |point: &SchedulePoint<T>| point.key(self.key).unwrap_or_default();
+        let pairs = || self.points().iter().zip(self.points().iter().skip(1));
+        let (lower, upper) = pairs()
+            .find(|(_, upper)| at <= key_of(upper))
+            .or_else(|| pairs().last())
+            .ok_or(ScheduleError::TooFewPoints {
+                found: self.len,
+                needed: 2,
+            })?;
+        let inside = key_of(lower) <= at && at <= key_of(upper);
+        if !inside && beyond == Beyond::Refuse {
+            return Err(ScheduleError::Outside {
+                at: at.to_f64(),
+                from: self.points().first().map_or(0.0, |p| key_of(p).to_f64()),
+                to: self.points().last().map_or(0.0, |p| key_of(p).to_f64()),
+            });
+        }
+        Ok(Segment {
+            lower: *lower,
+            upper: *upper,
+            fraction: (at - key_of(lower)) / (key_of(upper) - key_of(lower)),
+            inside,
+        })
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Thrust, speed and [a22, b2, C0] of Table II.
+    pub(crate) const TABLE_II: [(f64, f64, [f64; 3]); 5] = [
+        (0.6, 1.07, [-0.95, 0.60, 0.0072]),
+        (0.7, 1.36, [-1.12, 0.87, 0.0107]),
+        (0.8, 1.63, [-1.07, 1.08, 0.0120]),
+        (0.9, 1.92, [-1.14, 1.37, 0.0054]),
+        (1.0, 2.19, [-1.21, 1.77, 0.0049]),
+    ];
+
+    pub(crate) fn points<T: Real>(table: &[(f64, f64, [f64; 3]); 5]) -> [SchedulePoint<T>; 5] {
+        table.map(|(thrust, speed, theta)| SchedulePoint {
+            thrust: Some(T::of(thrust)),
+            surge_speed_m_s: Some(T::of(speed)),
+            model: YawModel::from_theta(theta.map(T::of)),
+        })
+    }
+
+    fn by_thrust() -> SpeedSchedule<f64> {
+        SpeedSchedule::new(ScheduleKey::Thrust, &points(&TABLE_II)).unwrap()
+    }
+
+    #[test]
+    fn exact_points_are_returned_as_given_in_any_order() {
+        let mut shuffled = points::<f64>(&TABLE_II);
+        shuffled.swap(0, 3);
+        shuffled.swap(1, 4);
+        for key in [ScheduleKey::Thrust, ScheduleKey::Speed] {
+            let schedule = SpeedSchedule::new(key, &shuffled).unwrap();
+            for point in points::<f64>(&TABLE_II) {
+                let found = schedule
+                    .lookup(point.key(key).unwrap(), Beyond::Refuse)
+                    .unwrap();
+                assert!(!found.is_extrapolated());
+                for (a, b) in found.value().model.theta().iter().zip(point.model.theta()) {
+                    // One rounding of the interpolation.
+                    assert!((a - b).abs() < 1e-15);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn exact_b2_between_points_in_speed_squared_and_linearly() {
+        let middle = by_thrust().lookup(0.65, Beyond::Refuse).unwrap();
+        let point = middle.value();
+        let speed: f64 = (1.07 + 1.36) / 2.0;
+        assert!((point.surge_speed_m_s.unwrap() - speed).abs() < 1e-15);
+        assert!((point.model.a22_per_s + 1.035).abs() < 1e-15);
+        let fraction = (speed * speed - 1.07 * 1.07) / (1.36 * 1.36 - 1.07 * 1.07);
+        // A handful of roundings on numbers of order 1, here and below.
+        assert!((point.model.b2_per_s2 - (0.60 + 0.27 * fraction)).abs() < 1e-14);
+
+        let linear = by_thrust().with_authority(AuthorityInterpolation::Linear);
+        let linear = linear.lookup(0.65, Beyond::Refuse).unwrap();
+        assert!((linear.value().model.b2_per_s2 - 0.735).abs() < 1e-15);
+
+        let mut without_speed = points::<f64>(&TABLE_II);
+        for point in &mut without_speed {
+            point.surge_speed_m_s = None;
+        }
+        let schedule = SpeedSchedule::new(ScheduleKey::Thrust, &without_speed).unwrap();
+        let found = *schedule.lookup(0.65, Beyond::Refuse).unwrap().value();
+        assert_eq!(found.surge_speed_m_s, None);
+        assert!((found.model.b2_per_s2 - 0.735).abs() < 1e-15);
+    }
+
+    #[test]
+    fn exact_extrapolation_is_refused_or_marked() {
+        let schedule = by_thrust();
+        assert!(matches!(
+            schedule.lookup(0.5, Beyond::Refuse),
+            Err(ScheduleError::Outside { from, to, .. }) if from == 0.6 && to == 1.0
+        ));
+        for (at, a22) in [(0.5, -0.78), (1.1, -1.28)] {
+            let found = schedule.lookup(at, Beyond::Extrapolate).unwrap();
+            assert!(found.is_extrapolated());
+            assert!((found.value().model.a22_per_s - a22).abs() < 1e-14);
+        }
+        assert!(
+            !schedule
+                .lookup(0.6, Beyond::Extrapolate)
+                .unwrap()
+                .is_extrapolated()
+        );
+        assert!(matches!(
+            schedule.lookup(0.2, Beyond::Extrapolate),
+            Err(ScheduleError::TooFar { .. })
+        ));
+        for at in [f64::NAN, f64::INFINITY, -0.1] {
+            assert_eq!(
+                schedule.lookup(at, Beyond::Extrapolate),
+                Err(ScheduleError::InvalidKey)
+            );
+        }
+    }
+
+    #[test]
+    fn exact_bad_points_are_named() {
+        let good = points::<f64>(&TABLE_II);
+        let new = |points: &[SchedulePoint<f64>]| SpeedSchedule::new(ScheduleKey::Speed, points);
+        assert_eq!(
+            new(&good[..1]).unwrap_err(),
+            ScheduleError::TooFewPoints {
+                found: 1,
+                needed: 2
+            }
+        );
+        assert_eq!(
+            new(&[good[0]; 17]).unwrap_err(),
+            ScheduleError::TooManyPoints { found: 17 }
+        );
+        assert_eq!(
+            new(&[good[0], good[1], good[0]]).unwrap_err(),
+            ScheduleError::DuplicateKey { at: 1.07 }
+        );
+        let mut bad = good;
+        bad[3].model.b2_per_s2 = f64::NAN;
+        assert_eq!(
+            new(&bad).unwrap_err(),
+            ScheduleError::NonFinite { index: 3 }
+        );
+        let mut bad = good;
+        bad[2].surge_speed_m_s = None;
+        assert!(matches!(
+            new(&bad).unwrap_err(),
+            ScheduleError::MissingKey { index: 2, .. }
+        ));
+    }
+
+    #[test]
+    fn parity_f32_schedule() {
+        let single = SpeedSchedule::<f32>::new(ScheduleKey::Speed, &points(&TABLE_II)).unwrap();
+        let double = SpeedSchedule::<f64>::new(ScheduleKey::Speed, &points(&TABLE_II)).unwrap();
+        let single = single.lookup(1.5, Beyond::Refuse).unwrap();
+        let double = double.lookup(1.5, Beyond::Refuse).unwrap();
+        for (a, b) in single
+            .value()
+            .model
+            .theta()
+            .iter()
+            .zip(double.value().model.theta())
+        {
+            // A few roundings of f32 on numbers of order 1.
+            assert!((f64::from(*a) - b).abs() < 1e-6);
+        }
+    }
+}
