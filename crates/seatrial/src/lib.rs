@@ -6,6 +6,7 @@ pub mod circle_fit;
 pub mod heading_step;
 pub mod identification;
 pub mod identify;
+pub mod logbook;
 pub mod manoeuvre;
 pub mod propagation;
 pub mod record;
