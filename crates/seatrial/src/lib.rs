@@ -8,6 +8,7 @@ pub mod identification;
 pub mod identify;
 pub mod logbook;
 pub mod manoeuvre;
+pub mod paper;
 pub mod propagation;
 pub mod record;
 pub mod savitzky_golay;
