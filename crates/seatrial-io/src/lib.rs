@@ -1,1 +1,24 @@
 //! Vehicle logs in and out: formats, channels, units, time.
+//!
+//! [`open`] finds the format of a log by its content, which column feeds which quantity and in which
+//! unit, says so in a [`LogDescription`], and yields [`Sample`](seatrial_core::Sample)s in SI units one
+//! by one with bounded memory. Every format is a [`table::Table`]: named columns and rows of cells; names,
+//! units, time and the checks of every row are the same for all of them.
+
+mod clock;
+mod csv;
+mod error;
+mod infer;
+mod matching;
+mod name;
+mod quantity;
+mod reader;
+mod table;
+mod unit;
+
+pub use error::{Fault, Place, ReadError};
+pub use quantity::Quantity;
+pub use reader::{
+    Channel, ChannelChoice, Counts, Format, LogDescription, LogReader, UnitSource, open,
+};
+pub use unit::Unit;

@@ -1,0 +1,147 @@
+//! Time: from what a log writes to the log's own seconds.
+
+use jiff::Timestamp;
+
+use crate::Unit;
+use crate::table::Cell;
+
+/// How the time column becomes seconds.
+///
+/// Plain seconds stay as they are; an epoch or calendar time becomes seconds since the first sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Clock {
+    Plain { per_second: f64 },
+    Epoch { start: f64, per_second: f64 },
+    Calendar { start: Timestamp },
+}
+
+/// What was found out about the time column.
+#[derive(Debug)]
+pub(crate) struct ClockFound {
+    pub clock: Clock,
+    pub unit: Unit,
+    pub because: Option<String>,
+    pub is_doubtful: bool,
+}
+
+impl Clock {
+    /// Log time, s. `None` where the cell is no time of this clock.
+    pub fn seconds(&self, cell: &Cell) -> Option<f64> {
+        match (self, cell) {
+            // Division: 50 ms are exactly the double nearest to 0.05.
+            (Self::Plain { per_second }, Cell::Number(time)) => Some(time / per_second),
+            (Self::Epoch { start, per_second }, Cell::Number(time)) => {
+                Some((time - start) / per_second)
+            }
+            (Self::Calendar { start }, Cell::Instant(time)) => {
+                let nanoseconds = time.as_nanosecond() - start.as_nanosecond();
+                Some(nanoseconds as f64 / 1e9)
+            }
+            _ => None,
+        }
+    }
+
+    /// What a time must be, for messages.
+    pub fn expected(&self) -> &'static str {
+        match self {
+            Self::Calendar { .. } => "a date and time such as 2026-11-20T12:00:00.05Z",
+            _ => "a number",
+        }
+    }
+
+    /// The first instant in UTC, where the log says.
+    pub fn start(&self) -> Option<String> {
+        let start = match self {
+            Self::Plain { .. } => return None,
+            Self::Epoch { start, per_second } => {
+                Timestamp::from_microsecond((start / per_second * 1e6).round() as i64).ok()?
+            }
+            Self::Calendar { start } => *start,
+        };
+        Some(start.to_string())
+    }
+
+    /// From the first time cells of a log and the unit that the column states.
+    pub fn find(cells: &[Cell], stated: Option<Unit>) -> ClockFound {
+        let numbers: Vec<f64> = cells
+            .iter()
+            .filter_map(|cell| match cell {
+                Cell::Number(time) if time.is_finite() => Some(*time),
+                _ => None,
+            })
+            .collect();
+        if numbers.is_empty()
+            && let Some(start) = cells.iter().find_map(|cell| match cell {
+                Cell::Instant(instant) => Some(*instant),
+                _ => None,
+            })
+        {
+            return ClockFound {
+                clock: Self::Calendar { start },
+                unit: Unit::Second,
+                because: Some("calendar time".into()),
+                is_doubtful: false,
+            };
+        }
+        let first = numbers.first().copied().unwrap_or(0.0);
+        let (unit, because, is_doubtful) = match stated {
+            Some(unit) => (unit, None, false),
+            None => inferred_unit(first, &numbers),
+        };
+        let per_second = (1.0 / unit.factor()).round();
+        let clock = if is_epoch(first / per_second) {
+            Self::Epoch {
+                start: first,
+                per_second,
+            }
+        } else {
+            Self::Plain { per_second }
+        };
+        ClockFound {
+            clock,
+            unit,
+            because,
+            is_doubtful,
+        }
+    }
+}
+
+/// Seconds since 1970 of the years 1990 to 2100.
+fn is_epoch(seconds: f64) -> bool {
+    (6.3e8..4.1e9).contains(&seconds)
+}
+
+const UNITS: [Unit; 4] = [
+    Unit::Second,
+    Unit::Millisecond,
+    Unit::Microsecond,
+    Unit::Nanosecond,
+];
+
+fn inferred_unit(first: f64, numbers: &[f64]) -> (Unit, Option<String>, bool) {
+    for unit in UNITS {
+        if is_epoch(first * unit.factor()) {
+            let because = format!("{first} is an epoch of our days in {unit}");
+            return (unit, Some(because), false);
+        }
+    }
+    let mut steps: Vec<f64> = numbers
+        .windows(2)
+        .map(|pair| pair[1] - pair[0])
+        .filter(|step| *step > 0.0)
+        .collect();
+    if steps.is_empty() {
+        return (Unit::Second, Some("one sample".into()), false);
+    }
+    let middle = steps.len() / 2;
+    let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    // Loggers that count in whole ms, us or ns sample between 200 Hz and once in 5 s.
+    let whole = numbers.iter().all(|time| time.fract() == 0.0);
+    let unit = UNITS
+        .into_iter()
+        .skip(1)
+        .find(|unit| whole && (5e-3..=5.0).contains(&(median * unit.factor())) && median > 5.0)
+        .unwrap_or(Unit::Second);
+    let because = format!("median step {median}");
+    (unit, Some(because), unit != Unit::Second)
+}

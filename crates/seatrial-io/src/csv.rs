@@ -1,0 +1,435 @@
+//! Delimited text: comma, semicolon, tab or blanks; decimal point or comma; comments; quotes.
+
+use std::io::{self, Read};
+
+use csv_core::{ReadRecordResult, ReaderBuilder};
+use jiff::Timestamp;
+use jiff::civil::DateTime;
+use sha2::{Digest, Sha256};
+
+use crate::error::{Fault, Place, clipped};
+use crate::reader::Format;
+use crate::table::{Cell, Table};
+
+/// Bytes read at once; the delimiter is found in the first of these.
+const BUFFER: usize = 1 << 16;
+/// The longest record.
+const LONGEST_LINE: usize = 1 << 20;
+/// The most columns.
+const MOST_COLUMNS: usize = 4096;
+
+/// A text log, read record by record.
+pub(crate) struct Text<R> {
+    input: R,
+    buffer: Vec<u8>,
+    unread: std::ops::Range<usize>,
+    bytes_read: u64,
+    hash: Sha256,
+    parser: csv_core::Reader,
+    dialect: Dialect,
+    last_byte: u8,
+    record: Record,
+    columns: Vec<String>,
+    selected: Vec<usize>,
+    at_end: bool,
+    incomplete_line: Option<u64>,
+}
+
+/// How cells are separated and numbers written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Dialect {
+    /// `b' '`: any run of blanks and tabs.
+    delimiter: u8,
+    decimal_comma: bool,
+}
+
+/// The bytes of one record and where its cells end.
+struct Record {
+    bytes: Vec<u8>,
+    ends: Vec<usize>,
+    cells: usize,
+}
+
+impl Record {
+    fn cell(&self, index: usize) -> &[u8] {
+        let from = if index == 0 { 0 } else { self.ends[index - 1] };
+        self.bytes[from..self.ends[index]].trim_ascii()
+    }
+
+    /// Blanks are one delimiter however many they are.
+    fn drop_empty_cells(&mut self) {
+        let mut kept = 0;
+        let mut from = 0;
+        for i in 0..self.cells {
+            let end = self.ends[i];
+            if end > from {
+                self.ends[kept] = end;
+                kept += 1;
+            }
+            from = end;
+        }
+        self.cells = kept;
+    }
+
+    /// A delimiter at the end of the line makes no cell.
+    fn drop_empty_cells_after(&mut self, expected: usize) {
+        while self.cells > expected && self.cell(self.cells - 1).is_empty() {
+            self.cells -= 1;
+        }
+    }
+
+    fn is_blank(&self) -> bool {
+        (0..self.cells).all(|i| self.cell(i).is_empty())
+    }
+}
+
+impl<R: Read> Text<R> {
+    /// Reads the header.
+    pub fn open(input: R) -> Result<Self, Fault> {
+        let mut text = Self {
+            input,
+            buffer: vec![0; BUFFER],
+            unread: 0..0,
+            bytes_read: 0,
+            hash: Sha256::new(),
+            parser: csv_core::Reader::new(),
+            dialect: Dialect {
+                delimiter: b',',
+                decimal_comma: false,
+            },
+            last_byte: b'\n',
+            record: Record {
+                bytes: vec![0; LONGEST_LINE],
+                ends: vec![0; MOST_COLUMNS],
+                cells: 0,
+            },
+            columns: Vec::new(),
+            selected: Vec::new(),
+            at_end: false,
+            incomplete_line: None,
+        };
+        while !text.at_end && text.unread.end < BUFFER {
+            text.fill()?;
+        }
+        let start = &text.buffer[text.unread.clone()];
+        check_is_text(start)?;
+        let header = Header::find(start).ok_or(Fault::Empty)?;
+        text.dialect = header.dialect;
+        text.parser = ReaderBuilder::new()
+            .delimiter(text.dialect.delimiter)
+            .comment(Some(b'#'))
+            .build();
+        text.blanks_for_tabs(text.unread.clone());
+        match header.in_comment {
+            Some(columns) => text.columns = columns,
+            None => {
+                let line = text.read_record()?.ok_or(Fault::Empty)?;
+                text.columns = (0..text.record.cells)
+                    .map(|i| decoded(text.record.cell(i)))
+                    .collect();
+                while text.columns.last().is_some_and(String::is_empty) {
+                    text.columns.pop();
+                }
+                if text.columns.iter().all(|name| name.parse::<f64>().is_ok()) {
+                    return Err(Fault::NoHeader {
+                        line,
+                        found: clipped(&text.columns.join(",")),
+                    });
+                }
+            }
+        }
+        Ok(text)
+    }
+
+    /// Reads more behind the unread bytes.
+    fn fill(&mut self) -> Result<(), Fault> {
+        if self.unread.is_empty() {
+            self.unread = 0..0;
+        }
+        let from = self.unread.end;
+        let count = loop {
+            match self.input.read(&mut self.buffer[from..]) {
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                result => break result.map_err(Fault::read)?,
+            }
+        };
+        self.hash.update(&self.buffer[from..from + count]);
+        self.unread.end += count;
+        self.at_end = count == 0;
+        Ok(())
+    }
+
+    fn blanks_for_tabs(&mut self, bytes: std::ops::Range<usize>) {
+        if self.dialect.delimiter == b' ' {
+            for byte in &mut self.buffer[bytes] {
+                if *byte == b'\t' {
+                    *byte = b' ';
+                }
+            }
+        }
+    }
+
+    /// The next record that is not blank, and its line.
+    fn read_record(&mut self) -> Result<Option<u64>, Fault> {
+        loop {
+            let (mut length, mut ends) = (0, 0);
+            loop {
+                if self.unread.is_empty() && !self.at_end {
+                    self.fill()?;
+                    self.blanks_for_tabs(self.unread.clone());
+                }
+                let (result, read, written, ended) = self.parser.read_record(
+                    &self.buffer[self.unread.clone()],
+                    &mut self.record.bytes[length..],
+                    &mut self.record.ends[ends..],
+                );
+                if read > 0 {
+                    self.last_byte = self.buffer[self.unread.start + read - 1];
+                }
+                self.unread.start += read;
+                self.bytes_read += read as u64;
+                length += written;
+                ends += ended;
+                match result {
+                    ReadRecordResult::InputEmpty => {}
+                    ReadRecordResult::Record => break,
+                    ReadRecordResult::End => return Ok(None),
+                    ReadRecordResult::OutputFull => {
+                        return Err(Fault::LineTooLong {
+                            line: self.line(),
+                            limit: LONGEST_LINE,
+                        });
+                    }
+                    ReadRecordResult::OutputEndsFull => {
+                        return Err(Fault::TooManyColumns {
+                            line: self.line(),
+                            limit: MOST_COLUMNS,
+                        });
+                    }
+                }
+            }
+            self.record.cells = ends;
+            if self.dialect.delimiter == b' ' {
+                self.record.drop_empty_cells();
+            }
+            if !self.record.is_blank() {
+                return Ok(Some(self.line()));
+            }
+        }
+    }
+
+    /// The line of the record just read: the parser has already counted its line feed.
+    fn line(&self) -> u64 {
+        self.parser.line() - u64::from(self.last_byte == b'\n' && self.parser.line() > 1)
+    }
+
+    fn parsed(&self, bytes: &[u8]) -> Cell {
+        if bytes.is_empty() || [&b"NA"[..], b"N/A", b"null"].contains(&bytes) {
+            return Cell::Missing;
+        }
+        let Ok(text) = std::str::from_utf8(bytes) else {
+            return Cell::Text(decoded(bytes).into());
+        };
+        let number = if self.dialect.decimal_comma && text.contains(',') {
+            text.replace(',', ".").parse()
+        } else {
+            text.parse()
+        };
+        match number {
+            Ok(number) => Cell::Number(number),
+            Err(_) => instant(text).map_or_else(|| Cell::Text(text.into()), Cell::Instant),
+        }
+    }
+}
+
+impl<R: Read> Table for Text<R> {
+    fn format(&self) -> Format {
+        Format::Csv
+    }
+
+    fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    fn select(&mut self, columns: &[usize]) -> Result<(), Fault> {
+        self.selected = columns.to_vec();
+        Ok(())
+    }
+
+    fn next_row(&mut self, cells: &mut Vec<Cell>) -> Result<Option<Place>, Fault> {
+        let Some(line) = self.read_record()? else {
+            return Ok(None);
+        };
+        let expected = self.columns.len();
+        self.record.drop_empty_cells_after(expected);
+        if self.record.cells != expected {
+            let is_cut_off = self.record.cells < expected && self.is_last_and_unterminated()?;
+            if is_cut_off {
+                self.incomplete_line = Some(line);
+                return Ok(None);
+            }
+            return Err(Fault::Ragged {
+                place: Place::Line(line),
+                found: self.record.cells,
+                expected,
+            });
+        }
+        cells.clear();
+        cells.extend(
+            self.selected
+                .iter()
+                .map(|&index| self.parsed(self.record.cell(index))),
+        );
+        Ok(Some(Place::Line(line)))
+    }
+
+    fn bytes_read(&self) -> u64 {
+        self.bytes_read
+    }
+
+    fn sha256(&mut self) -> Result<String, Fault> {
+        while !self.at_end {
+            self.unread = 0..0;
+            self.fill()?;
+        }
+        Ok(hexadecimal(&self.hash.clone().finalize()))
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.incomplete_line
+            .map(|line| format!("line {line}, the last, is cut off and was left out"))
+            .into_iter()
+            .collect()
+    }
+}
+
+impl<R: Read> Text<R> {
+    fn is_last_and_unterminated(&mut self) -> Result<bool, Fault> {
+        if self.unread.is_empty() && !self.at_end {
+            self.fill()?;
+            self.blanks_for_tabs(self.unread.clone());
+        }
+        Ok(self.unread.is_empty() && self.at_end && !matches!(self.last_byte, b'\n' | b'\r'))
+    }
+}
+
+pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// An instant with its offset from UTC; one without is taken as UTC.
+fn instant(text: &str) -> Option<Timestamp> {
+    if !text.contains('-') || text.len() < 10 {
+        return None;
+    }
+    text.parse().ok().or_else(|| {
+        let civil: DateTime = text.parse().ok()?;
+        Some(civil.in_tz("UTC").ok()?.timestamp())
+    })
+}
+
+/// Latin-1 where it is not UTF-8: `°` of older instruments.
+fn decoded(bytes: &[u8]) -> String {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.to_string(),
+        Err(_) => bytes.iter().map(|&byte| char::from(byte)).collect(),
+    }
+}
+
+/// No control characters, and nothing outside UTF-8 but the degree sign of Latin-1.
+fn check_is_text(start: &[u8]) -> Result<(), Fault> {
+    let not_text = |offset: usize| Fault::NotText {
+        offset,
+        found: start[offset],
+    };
+    // The instruments' 0x00 after a power loss is a fault of its row; in the first line it is not text.
+    let first_line = start
+        .iter()
+        .position(|&byte| byte == b'\n')
+        .unwrap_or(start.len());
+    let is_control = |byte: &u8| *byte < b'\t' || (0x0e..0x20).contains(byte) || *byte == 0x7f;
+    if let Some(offset) = start[..first_line].iter().position(is_control) {
+        return Err(not_text(offset));
+    }
+    let mut checked = 0;
+    while let Err(error) = std::str::from_utf8(&start[checked..first_line]) {
+        let offset = checked + error.valid_up_to();
+        // 0xb0 is the degree sign in Latin-1; a sequence cut by the end of the buffer is no error.
+        if start[offset] != 0xb0 && error.error_len().is_some() {
+            return Err(not_text(offset));
+        }
+        checked = offset + 1;
+    }
+    Ok(())
+}
+
+/// What the first lines say about a text log.
+struct Header {
+    dialect: Dialect,
+    /// Names of columns in the comment above the first row, where that row is numbers.
+    in_comment: Option<Vec<String>>,
+}
+
+impl Header {
+    fn find(start: &[u8]) -> Option<Self> {
+        let start = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start);
+        let mut comment: Option<&[u8]> = None;
+        let mut lines = start
+            .split(|&byte| byte == b'\n' || byte == b'\r')
+            .filter(|line| !line.trim_ascii().is_empty());
+        let first = loop {
+            let line = lines.next()?;
+            match line.strip_prefix(b"#") {
+                Some(text) => comment = Some(text),
+                None => break line,
+            }
+        };
+        let delimiter = delimiter(first);
+        let rows: Vec<&[u8]> = lines.take(20).collect();
+        let dialect = Dialect {
+            delimiter,
+            decimal_comma: delimiter != b','
+                && rows.iter().any(|row| row.contains(&b','))
+                && !rows.iter().any(|row| row.contains(&b'.')),
+        };
+        let in_comment = comment
+            .filter(|_| {
+                cells(first, delimiter)
+                    .iter()
+                    .all(|c| c.parse::<f64>().is_ok())
+            })
+            .map(|comment| cells(comment, delimiter))
+            .filter(|names| names.len() == cells(first, delimiter).len());
+        Some(Self {
+            dialect,
+            in_comment,
+        })
+    }
+}
+
+/// The delimiter that stands in a header most often, outside quotes; blanks where none does.
+fn delimiter(header: &[u8]) -> u8 {
+    let mut counts = [(b',', 0), (b';', 0), (b'\t', 0)];
+    let mut quoted = false;
+    for byte in header {
+        quoted ^= *byte == b'"';
+        if let Some((_, count)) = counts.iter_mut().find(|(d, _)| d == byte && !quoted) {
+            *count += 1;
+        }
+    }
+    match counts.iter().max_by_key(|(_, count)| *count) {
+        Some((delimiter, 1..)) => *delimiter,
+        _ => b' ',
+    }
+}
+
+fn cells(line: &[u8], delimiter: u8) -> Vec<String> {
+    let text = decoded(line);
+    if delimiter == b' ' {
+        text.split_whitespace().map(String::from).collect()
+    } else {
+        text.split(char::from(delimiter))
+            .map(|cell| cell.trim().to_string())
+            .collect()
+    }
+}

@@ -1,0 +1,298 @@
+//! What can be wrong with a log, and where.
+
+use std::fmt;
+use std::io;
+
+use crate::Quantity;
+
+/// A log that cannot be read or understood.
+#[derive(Debug, thiserror::Error)]
+#[error("{log}: {fault}")]
+pub struct ReadError {
+    /// The log as it was named.
+    pub log: String,
+    /// What is wrong with it.
+    pub fault: Fault,
+}
+
+/// Where in a log something was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// A line of a text file, from 1.
+    Line(u64),
+    /// A row of a file without lines, from 1.
+    Row(u64),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Row(row) => write!(f, "row {row}"),
+        }
+    }
+}
+
+/// What is wrong with a log: what was found, what was expected and what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum Fault {
+    /// The operating system refused.
+    #[error("cannot be {doing}: {source}{}", advice(.source))]
+    Io {
+        /// `opened` or `read`.
+        doing: &'static str,
+        /// What it said.
+        source: io::Error,
+    },
+    /// Not a file.
+    #[error("is a folder; expected a log file: name one of the files in it")]
+    Folder,
+    /// No bytes, or nothing but blank and comment lines.
+    #[error(
+        "is empty; expected a header line with column names and one line per sample: was the logger running?"
+    )]
+    Empty,
+    /// Names of columns but no rows.
+    #[error(
+        "has a header and no samples below it; expected one row per sample: was the logger running?"
+    )]
+    HeaderOnly,
+    /// Rows, but none that can be used.
+    #[error(
+        "has {rows} rows and no usable sample: time, heading or rudder is missing or invalid in every one; check the channels with `seatrial inspect`"
+    )]
+    NoSamples {
+        /// Rows read.
+        rows: u64,
+    },
+    /// The first line is numbers.
+    #[error(
+        "line {line}: the first line is numbers ({found}); expected column names: put a line such as `time_s,heading_rad,rudder_rad` above it"
+    )]
+    NoHeader {
+        /// Where.
+        line: u64,
+        /// The line.
+        found: String,
+    },
+    /// Neither text nor a format that is known.
+    #[error(
+        "byte {offset} is {found:#04x}, which is neither UTF-8 text nor the start of a known format; expected CSV text or Parquet: export the log as CSV in UTF-8"
+    )]
+    NotText {
+        /// Bytes before it.
+        offset: usize,
+        /// The byte.
+        found: u8,
+    },
+    /// A known format that this build does not read.
+    #[error("is {format}, which this program was built without; build it with `{feature}`")]
+    NotBuilt {
+        /// Name of the format.
+        format: &'static str,
+        /// Cargo feature.
+        feature: &'static str,
+    },
+    /// A line that is no line of a log.
+    #[error(
+        "line {line} is longer than {limit} bytes; expected one sample a line: is a quotation mark left open, or is this not CSV?"
+    )]
+    LineTooLong {
+        /// Where.
+        line: u64,
+        /// The most that is read.
+        limit: usize,
+    },
+    /// More columns than any log has.
+    #[error("line {line} has more than {limit} columns; export only the channels that are needed")]
+    TooManyColumns {
+        /// Where.
+        line: u64,
+        /// The most that is read.
+        limit: usize,
+    },
+    /// No column for a quantity that is needed.
+    #[error(
+        "no column for {quantity}; found the columns {}{}: say which with {} NAME",
+        list(.columns), nearest_text(.nearest), .quantity.option()
+    )]
+    MissingColumn {
+        /// What is needed.
+        quantity: Quantity,
+        /// Every column.
+        columns: Vec<String>,
+        /// The column with the most similar name.
+        nearest: Option<String>,
+    },
+    /// Several columns fit equally well.
+    #[error(
+        "{} columns could be {quantity}: {}; say which with {} NAME",
+        .candidates.len(), list(.candidates), .quantity.option()
+    )]
+    AmbiguousColumn {
+        /// What is looked for.
+        quantity: Quantity,
+        /// The columns.
+        candidates: Vec<String>,
+    },
+    /// The column that was asked for is not there.
+    #[error(
+        "{} {name}: there is no such column; found {}{}",
+        .quantity.option(), list(.columns), nearest_text(.nearest)
+    )]
+    NoSuchColumn {
+        /// For which quantity.
+        quantity: Quantity,
+        /// As asked for.
+        name: String,
+        /// Every column.
+        columns: Vec<String>,
+        /// The column with the most similar name.
+        nearest: Option<String>,
+    },
+    /// A unit that is unknown or does not fit.
+    #[error(
+        "column `{column}`: the unit `{found}` does not fit {quantity}; expected one of {expected}: say which with --unit {quantity}=UNIT"
+    )]
+    UnknownUnit {
+        /// Column.
+        column: String,
+        /// The unit as written.
+        found: String,
+        /// What the column feeds.
+        quantity: Quantity,
+        /// Units that fit.
+        expected: String,
+    },
+    /// Values that fit no unit.
+    #[error(
+        "column `{column}`: {quantity} reaches {largest}, which is no angle in degrees, percent or PWM; say the unit with --unit {quantity}=UNIT, or the column with {} NAME",
+        .quantity.option()
+    )]
+    ImplausibleValues {
+        /// Column.
+        column: String,
+        /// What the column feeds.
+        quantity: Quantity,
+        /// Largest magnitude found.
+        largest: f64,
+    },
+    /// Text where a number belongs.
+    #[error(
+        "{place}, column `{column}`: found {found:?}, expected {expected}; correct it, or leave such rows out with --drop-invalid"
+    )]
+    NotANumber {
+        /// Where.
+        place: Place,
+        /// Column.
+        column: String,
+        /// The text.
+        found: String,
+        /// `a number`, or what times may be.
+        expected: &'static str,
+    },
+    /// NaN or infinity.
+    #[error(
+        "{place}, column `{column}`: found {found}, expected a finite number; correct it, or leave such rows out with --drop-invalid"
+    )]
+    NotFinite {
+        /// Where.
+        place: Place,
+        /// Column.
+        column: String,
+        /// The value.
+        found: f64,
+    },
+    /// Time goes back.
+    #[error(
+        "{place}, column `{column}`: time goes back from {before} s to {after} s; expected increasing time: split the log there, or leave such rows out with --drop-invalid"
+    )]
+    TimeReversed {
+        /// Where.
+        place: Place,
+        /// Column.
+        column: String,
+        /// Time of the sample before, s.
+        before: f64,
+        /// Time found, s.
+        after: f64,
+    },
+    /// A row with too few or too many cells.
+    #[error(
+        "{place}: found {found} cells, expected {expected} as in the header; correct it, or leave such rows out with --drop-invalid"
+    )]
+    Ragged {
+        /// Where.
+        place: Place,
+        /// Cells in the row.
+        found: usize,
+        /// Cells in the header.
+        expected: usize,
+    },
+    /// A binary file whose structure is broken.
+    #[error("{format} file is truncated or damaged: {what}; copy it again from the vehicle")]
+    Damaged {
+        /// Name of the format.
+        format: &'static str,
+        /// What its reader found.
+        what: String,
+    },
+}
+
+impl Fault {
+    /// Is the fault confined to one row, so that reading can go on without it?
+    pub(crate) fn is_in_one_row(&self) -> bool {
+        matches!(
+            self,
+            Self::NotANumber { .. }
+                | Self::NotFinite { .. }
+                | Self::TimeReversed { .. }
+                | Self::Ragged { .. }
+        )
+    }
+
+    pub(crate) fn read(source: io::Error) -> Self {
+        Self::Io {
+            doing: "read",
+            source,
+        }
+    }
+}
+
+fn advice(error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::NotFound => "; check the name",
+        io::ErrorKind::PermissionDenied => "; give yourself the right to read it",
+        _ => "",
+    }
+}
+
+/// At most 30 names, each cut to 40 characters.
+fn list(names: &[String]) -> String {
+    const SHOWN: usize = 30;
+    let mut text = names
+        .iter()
+        .take(SHOWN)
+        .map(|name| format!("`{}`", clipped(name)))
+        .collect::<Vec<_>>()
+        .join(", ");
+    if names.len() > SHOWN {
+        text += &format!(" and {} more", names.len() - SHOWN);
+    }
+    text
+}
+
+/// The first 40 characters, control characters escaped.
+pub(crate) fn clipped(text: &str) -> String {
+    let mut clipped: String = text.chars().take(40).collect::<String>();
+    if clipped.len() < text.len() {
+        clipped.push('…');
+    }
+    clipped.escape_debug().to_string()
+}
+
+fn nearest_text(nearest: &Option<String>) -> String {
+    nearest.as_ref().map_or(String::new(), |name| {
+        format!(" (did you mean `{}`?)", clipped(name))
+    })
+}

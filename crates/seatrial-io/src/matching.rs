@@ -1,0 +1,185 @@
+//! Which column feeds which quantity.
+
+use std::collections::BTreeMap;
+
+use crate::error::Fault;
+use crate::name::{ColumnName, StatedUnit};
+use crate::reader::ChannelChoice;
+use crate::{Quantity, Unit};
+
+/// A column that feeds a quantity.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Match {
+    pub quantity: Quantity,
+    pub column: usize,
+    /// By option or by the column's name.
+    pub unit: Option<(Unit, crate::UnitSource)>,
+}
+
+/// The matches, and what people should know about them.
+#[derive(Debug, Default)]
+pub(crate) struct Matches {
+    pub matches: Vec<Match>,
+    pub warnings: Vec<String>,
+}
+
+impl Matches {
+    /// Indices of the matched columns.
+    pub fn columns(&self) -> Vec<usize> {
+        self.matches.iter().map(|m| m.column).collect()
+    }
+
+    /// Units by option or name.
+    pub fn stated_units(&self) -> BTreeMap<Quantity, Unit> {
+        self.matches
+            .iter()
+            .filter_map(|m| Some((m.quantity, m.unit?.0)))
+            .collect()
+    }
+}
+
+/// The word that leaves an optional quantity out.
+const NO_COLUMN: &str = "none";
+
+/// Finds a column for every quantity: the one chosen, else the one whose name fits best.
+pub(crate) fn match_columns(columns: &[String], choice: &ChannelChoice) -> Result<Matches, Fault> {
+    let mut found = Matches::default();
+    let names: Vec<ColumnName> = columns.iter().map(|name| ColumnName::new(name)).collect();
+    for quantity in Quantity::ALL {
+        let column = match choice.columns.get(&quantity) {
+            Some(name) => chosen(name, columns, quantity)?,
+            None => best(&names, columns, quantity, choice, &mut found.warnings)?,
+        };
+        let Some(column) = column else { continue };
+        let stated = match choice.units.get(&quantity) {
+            Some(unit) if unit.fits(quantity.dimension()) => {
+                Some((*unit, crate::UnitSource::Chosen))
+            }
+            Some(unit) => return Err(unknown_unit(&columns[column], unit.symbol(), quantity)),
+            None => match names[column].unit(quantity) {
+                StatedUnit::Known(unit) => Some((unit, crate::UnitSource::Stated)),
+                StatedUnit::None => None,
+                StatedUnit::Unknown(text) if quantity.is_required() => {
+                    return Err(unknown_unit(&columns[column], &text, quantity));
+                }
+                StatedUnit::Unknown(text) => {
+                    found.warnings.push(format!(
+                        "column `{}` is left out: `{text}` is no unit of {quantity}; expected one of {}",
+                        columns[column],
+                        Unit::that_fit(quantity.dimension())
+                    ));
+                    continue;
+                }
+            },
+        };
+        found.matches.push(Match {
+            quantity,
+            column,
+            unit: stated,
+        });
+    }
+    Ok(found)
+}
+
+fn unknown_unit(column: &str, found: &str, quantity: Quantity) -> Fault {
+    Fault::UnknownUnit {
+        column: column.to_string(),
+        found: found.to_string(),
+        quantity,
+        expected: Unit::that_fit(quantity.dimension()),
+    }
+}
+
+/// The column of this name: exactly, else whatever the case.
+fn chosen(name: &str, columns: &[String], quantity: Quantity) -> Result<Option<usize>, Fault> {
+    let exact = positions(columns, |column| column == name);
+    let found = if exact.is_empty() {
+        positions(columns, |column| column.eq_ignore_ascii_case(name))
+    } else {
+        exact
+    };
+    match found[..] {
+        [column] => Ok(Some(column)),
+        [] if name == NO_COLUMN && !quantity.is_required() => Ok(None),
+        [] => Err(Fault::NoSuchColumn {
+            quantity,
+            name: name.to_string(),
+            columns: columns.to_vec(),
+            nearest: nearest(columns, &[name]),
+        }),
+        _ => Err(Fault::AmbiguousColumn {
+            quantity,
+            candidates: found.iter().map(|&i| columns[i].clone()).collect(),
+        }),
+    }
+}
+
+fn positions(columns: &[String], is_it: impl Fn(&str) -> bool) -> Vec<usize> {
+    (0..columns.len()).filter(|&i| is_it(&columns[i])).collect()
+}
+
+fn best(
+    names: &[ColumnName],
+    columns: &[String],
+    quantity: Quantity,
+    choice: &ChannelChoice,
+    warnings: &mut Vec<String>,
+) -> Result<Option<usize>, Fault> {
+    let fits: Vec<(usize, usize)> = (0..names.len())
+        .filter(|&i| !choice.columns.values().any(|chosen| *chosen == columns[i]))
+        .filter_map(|i| Some((names[i].fit(quantity)?.rank, i)))
+        .collect();
+    let Some(best) = fits.iter().map(|(rank, _)| *rank).min() else {
+        if !quantity.is_required() {
+            return Ok(None);
+        }
+        let known: Vec<&str> = quantity.names().concat();
+        return Err(Fault::MissingColumn {
+            quantity,
+            columns: columns.to_vec(),
+            nearest: nearest(columns, &known),
+        });
+    };
+    let candidates: Vec<usize> = fits
+        .iter()
+        .filter(|(rank, _)| *rank == best)
+        .map(|(_, column)| *column)
+        .collect();
+    let candidate_names = || candidates.iter().map(|&i| columns[i].clone()).collect();
+    match candidates[..] {
+        [column] => Ok(Some(column)),
+        _ if quantity.is_required() => Err(Fault::AmbiguousColumn {
+            quantity,
+            candidates: candidate_names(),
+        }),
+        _ => {
+            let list: Vec<String> = candidate_names();
+            warnings.push(format!(
+                "no {quantity} is read: the columns {} fit equally well; say which with {} NAME",
+                list.join(", "),
+                quantity.option()
+            ));
+            Ok(None)
+        }
+    }
+}
+
+/// The column whose name is most like one of these.
+fn nearest(columns: &[String], wanted: &[&str]) -> Option<String> {
+    // Under this similarity a hint would rather mislead.
+    const ALIKE: f64 = 0.75;
+    columns
+        .iter()
+        .map(|column| {
+            let plain = crate::name::words(column).concat();
+            let alike = wanted
+                .iter()
+                .filter(|name| name.len() > 2)
+                .map(|name| strsim::jaro_winkler(&plain, name))
+                .fold(0.0, f64::max);
+            (alike, column)
+        })
+        .filter(|(alike, _)| *alike >= ALIKE)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, column)| column.clone())
+}

@@ -1,0 +1,312 @@
+//! Names of columns taken apart: words, and a unit in brackets or at the end.
+
+use crate::Quantity;
+use crate::unit::{Dimension, Unit};
+
+/// A column's name in lower-case words, and the text of a unit in brackets.
+#[derive(Debug)]
+pub(crate) struct ColumnName {
+    words: Vec<String>,
+    bracket: Option<String>,
+}
+
+/// How well a name fits a quantity, and the unit that it states.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Fit {
+    /// 0 is best.
+    pub rank: usize,
+    pub unit: StatedUnit,
+}
+
+/// What a column's name says about its unit.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum StatedUnit {
+    None,
+    Known(Unit),
+    /// Something in brackets that is no unit of the quantity.
+    Unknown(String),
+}
+
+/// Rank added where a name only contains the quantity's name.
+const CONTAINED: usize = 10;
+
+/// Words that make another quantity of a name that contains a quantity's name.
+const OTHER_QUANTITY: [&str; 44] = [
+    "desired",
+    "des",
+    "target",
+    "setpoint",
+    "sp",
+    "ref",
+    "reference",
+    "demand",
+    "demanded",
+    "goal",
+    "cmd",
+    "command",
+    "commanded",
+    "order",
+    "std",
+    "stdev",
+    "sigma",
+    "var",
+    "variance",
+    "cov",
+    "covariance",
+    "err",
+    "error",
+    "valid",
+    "status",
+    "flag",
+    "quality",
+    "count",
+    "counts",
+    "raw",
+    "min",
+    "max",
+    "limit",
+    "trim",
+    "gain",
+    "rate",
+    "dot",
+    "acc",
+    "accel",
+    "delta",
+    "offset",
+    "bias",
+    "course",
+    "mode",
+];
+
+/// Words after a quantity's name that leave it the same quantity.
+const SAME_QUANTITY: [&str; 17] = [
+    "true",
+    "magnetic",
+    "mag",
+    "filtered",
+    "est",
+    "estimate",
+    "estimated",
+    "measured",
+    "meas",
+    "actual",
+    "feedback",
+    "position",
+    "pos",
+    "angle",
+    "value",
+    "boot",
+    "signal",
+];
+
+impl ColumnName {
+    pub fn new(name: &str) -> Self {
+        let open = name.find(['[', '(']);
+        let (base, bracket) = match open {
+            Some(at) if at > 0 => (
+                &name[..at],
+                Some(
+                    name[at..]
+                        .trim_matches(|c: char| "[]()".contains(c) || c.is_whitespace())
+                        .to_string(),
+                ),
+            ),
+            _ => (name, None),
+        };
+        Self {
+            words: words(base),
+            bracket,
+        }
+    }
+
+    /// Does the name fit this quantity?
+    pub fn fit(&self, quantity: Quantity) -> Option<Fit> {
+        let dimension = quantity.dimension();
+        if let Some(text) = &self.bracket {
+            return Some(Fit {
+                rank: rank(&self.words, quantity)?,
+                unit: stated(text, dimension),
+            });
+        }
+        // The longest unit first: `yaw_rate_rad_s` is not the seconds of a `yaw_rate_rad`.
+        for unit_words in (1..self.words.len().min(5)).rev() {
+            let (base, suffix) = self.words.split_at(self.words.len() - unit_words);
+            let suffix: Vec<&str> = suffix.iter().map(String::as_str).collect();
+            if let Some(unit) = Unit::of_words(&suffix, dimension)
+                && let Some(rank) = rank(base, quantity)
+            {
+                return Some(Fit {
+                    rank,
+                    unit: StatedUnit::Known(unit),
+                });
+            }
+        }
+        Some(Fit {
+            rank: rank(&self.words, quantity)?,
+            unit: StatedUnit::None,
+        })
+    }
+
+    /// The unit that the name states for a quantity it was chosen for, whatever the name is.
+    pub fn unit(&self, quantity: Quantity) -> StatedUnit {
+        let dimension = quantity.dimension();
+        if let Some(text) = &self.bracket {
+            return stated(text, dimension);
+        }
+        (1..self.words.len().min(5))
+            .rev()
+            .find_map(|count| {
+                let suffix: Vec<&str> = self.words[self.words.len() - count..]
+                    .iter()
+                    .map(String::as_str)
+                    .collect();
+                Unit::of_words(&suffix, dimension)
+            })
+            .map_or(StatedUnit::None, StatedUnit::Known)
+    }
+}
+
+fn stated(text: &str, dimension: Dimension) -> StatedUnit {
+    let lower = words(text);
+    let lower: Vec<&str> = lower.iter().map(String::as_str).collect();
+    match Unit::of_words(&lower, dimension) {
+        Some(unit) => StatedUnit::Known(unit),
+        None if lower.is_empty() => StatedUnit::None,
+        None => StatedUnit::Unknown(text.to_string()),
+    }
+}
+
+fn rank(words: &[String], quantity: Quantity) -> Option<usize> {
+    let whole = words.concat();
+    let exact = quantity
+        .names()
+        .iter()
+        .position(|group| group.contains(&whole.as_str()));
+    exact.or_else(|| contained_rank(words, quantity))
+}
+
+/// `ATT.Yaw`, `nav_heading_true`, `rudder1`: a clear name among words that do not change its meaning.
+fn contained_rank(words: &[String], quantity: Quantity) -> Option<usize> {
+    let greek_or_short =
+        |name: &str| name.len() < 3 || matches!(name, "psi" | "phi" | "theta" | "delta" | "rot");
+    for (group, names) in quantity.names().iter().enumerate() {
+        for from in 0..words.len() {
+            for to in from + 1..=words.len() {
+                let joined = words[from..to].concat();
+                let joined = joined.trim_end_matches(|c: char| c.is_ascii_digit());
+                let harmless = |word: &String| {
+                    SAME_QUANTITY.contains(&word.as_str())
+                        || word.chars().all(|c| c.is_ascii_digit())
+                };
+                if names.contains(&joined)
+                    && !greek_or_short(joined)
+                    && !words[..from]
+                        .iter()
+                        .any(|word| OTHER_QUANTITY.contains(&word.as_str()))
+                    && words[to..].iter().all(harmless)
+                {
+                    return Some(CONTAINED + group);
+                }
+            }
+        }
+    }
+    None
+}
+
+/// Lower-case words: split at anything that is no letter or digit and where camelCase rises.
+pub(crate) fn words(text: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let characters: Vec<char> = text.chars().collect();
+    for (i, &c) in characters.iter().enumerate() {
+        let before = i.checked_sub(1).and_then(|i| characters.get(i));
+        let after = characters.get(i + 1);
+        let rises = c.is_uppercase()
+            && (before.is_some_and(|b| b.is_lowercase() || b.is_ascii_digit())
+                || (before.is_some_and(|b| b.is_uppercase())
+                    && after.is_some_and(|a| a.is_lowercase())));
+        let symbol = match c {
+            '°' => Some("deg"),
+            '%' => Some("percent"),
+            'ψ' => Some("psi"),
+            'δ' => Some("delta"),
+            'φ' => Some("phi"),
+            'θ' => Some("theta"),
+            _ => None,
+        };
+        if rises || !c.is_alphanumeric() || symbol.is_some() {
+            words.push(String::new());
+        }
+        let word = words.last_mut().expect("starts with one word");
+        match symbol {
+            Some(symbol) => {
+                word.push_str(symbol);
+                words.push(String::new());
+            }
+            None if c.is_alphanumeric() => word.extend(c.to_lowercase()),
+            None => {}
+        }
+    }
+    words.retain(|word| !word.is_empty());
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fit(name: &str, quantity: Quantity) -> Option<(usize, Option<Unit>)> {
+        ColumnName::new(name)
+            .fit(quantity)
+            .map(|fit| match fit.unit {
+                StatedUnit::Known(unit) => (fit.rank, Some(unit)),
+                StatedUnit::None => (fit.rank, None),
+                StatedUnit::Unknown(text) => panic!("unit {text}"),
+            })
+    }
+
+    #[test]
+    fn io_names_state_quantity_and_unit() {
+        use Quantity::*;
+        for (name, quantity, rank, unit) in [
+            ("t", Time, 0, None),
+            ("TimeUS", Time, 0, Some(Unit::Microsecond)),
+            ("time [ms]", Time, 0, Some(Unit::Millisecond)),
+            ("time_s", Time, 0, Some(Unit::Second)),
+            ("Heading (°)", Heading, 0, Some(Unit::Degree)),
+            ("yaw [deg]", Heading, 0, Some(Unit::Degree)),
+            ("headingDeg", Heading, 0, Some(Unit::Degree)),
+            ("HEADING.RAD", Heading, 0, Some(Unit::Radian)),
+            ("ATT.Yaw", Heading, 10, None),
+            ("rudder_pwm", Rudder, 0, Some(Unit::PulseWidth)),
+            ("servo1_us", Rudder, 13, Some(Unit::PulseWidth)),
+            ("Rudder %", Rudder, 0, Some(Unit::Percent)),
+            ("rudder_cmd", Rudder, 2, None),
+            ("delta_r", Rudder, 0, None),
+            ("yaw_rate_rad_s", YawRate, 0, Some(Unit::RadianPerSecond)),
+            ("YawRate [deg/s]", YawRate, 0, Some(Unit::DegreePerSecond)),
+            ("gyro_z", YawRate, 1, None),
+            ("surge_speed_m_s", Speed, 0, Some(Unit::MetrePerSecond)),
+            ("speed [kn]", Speed, 1, Some(Unit::Knot)),
+            ("depth_m", Depth, 0, Some(Unit::Metre)),
+        ] {
+            assert_eq!(fit(name, quantity), Some((rank, unit)), "{name}");
+        }
+    }
+
+    #[test]
+    fn io_names_of_other_quantities_do_not_fit() {
+        for name in [
+            "desired_heading",
+            "heading_error",
+            "yaw_rate",
+            "course",
+            "delta_yaw",
+            "heading_std",
+            "yaw_cmd",
+        ] {
+            assert_eq!(fit(name, Quantity::Heading), None, "{name}");
+        }
+        assert_eq!(fit("roll_counts", Quantity::Roll), None);
+        assert_eq!(fit("delta_t", Quantity::Rudder), None);
+    }
+}

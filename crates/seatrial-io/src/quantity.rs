@@ -1,0 +1,178 @@
+//! The quantities of a sample and the names that columns give them.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use crate::unit::Dimension;
+
+/// A quantity of a [`Sample`](seatrial_core::Sample).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[allow(missing_docs)]
+pub enum Quantity {
+    Time,
+    Heading,
+    Rudder,
+    Speed,
+    Depth,
+    Altitude,
+    Roll,
+    Pitch,
+    YawRate,
+    North,
+    East,
+}
+
+impl Quantity {
+    /// Every quantity, the needed ones first.
+    pub const ALL: [Self; 11] = [
+        Self::Time,
+        Self::Heading,
+        Self::Rudder,
+        Self::Speed,
+        Self::Depth,
+        Self::Altitude,
+        Self::Roll,
+        Self::Pitch,
+        Self::YawRate,
+        Self::North,
+        Self::East,
+    ];
+
+    /// `yaw_rate`
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Time => "time",
+            Self::Heading => "heading",
+            Self::Rudder => "rudder",
+            Self::Speed => "speed",
+            Self::Depth => "depth",
+            Self::Altitude => "altitude",
+            Self::Roll => "roll",
+            Self::Pitch => "pitch",
+            Self::YawRate => "yaw_rate",
+            Self::North => "north",
+            Self::East => "east",
+        }
+    }
+
+    /// `--yaw-rate`, the option that chooses its column.
+    pub fn option(self) -> String {
+        format!("--{}", self.name().replace('_', "-"))
+    }
+
+    /// A row without it is no sample.
+    pub fn is_required(self) -> bool {
+        matches!(self, Self::Time | Self::Heading | Self::Rudder)
+    }
+
+    pub(crate) fn dimension(self) -> Dimension {
+        match self {
+            Self::Time => Dimension::Time,
+            Self::Heading | Self::Roll | Self::Pitch => Dimension::Angle,
+            Self::Rudder => Dimension::Steering,
+            Self::YawRate => Dimension::AngularRate,
+            Self::Speed => Dimension::Speed,
+            Self::Depth | Self::Altitude | Self::North | Self::East => Dimension::Length,
+        }
+    }
+
+    /// Names of columns, lower case without separators, in groups from the clearest to the vaguest.
+    pub(crate) fn names(self) -> &'static [&'static [&'static str]] {
+        match self {
+            Self::Time => &[
+                &["time", "t"],
+                &[
+                    "timestamp",
+                    "stamp",
+                    "elapsed",
+                    "elapsedtime",
+                    "seconds",
+                    "secs",
+                    "sec",
+                ],
+                &["epoch", "unixtime", "utc", "datetime", "date", "clock"],
+            ],
+            Self::Heading => &[
+                &["heading", "yaw", "psi", "hdg"],
+                &["headingangle", "yawangle", "compass", "compassheading"],
+            ],
+            Self::Rudder => &[
+                &["rudder", "rudderangle", "delta", "deltar", "rud"],
+                &[
+                    "fin",
+                    "finangle",
+                    "tailfin",
+                    "steering",
+                    "steer",
+                    "steeringangle",
+                ],
+                &[
+                    "ruddercmd",
+                    "ruddercommand",
+                    "commandedrudder",
+                    "rudderorder",
+                    "deltacmd",
+                    "deltac",
+                    "fincmd",
+                    "steeringcmd",
+                    "steercmd",
+                ],
+                &["servo", "pwm"],
+            ],
+            Self::Speed => &[
+                &["surgespeed", "surge", "u", "forwardspeed", "surgevelocity"],
+                &[
+                    "speed",
+                    "speedthroughwater",
+                    "stw",
+                    "waterspeed",
+                    "velocity",
+                ],
+                &["speedoverground", "sog", "groundspeed"],
+            ],
+            Self::Depth => &[&["depth"], &["z"]],
+            Self::Altitude => &[&["altitude"], &["alt", "heightabovebottom"]],
+            Self::Roll => &[&["roll", "phi"], &["heel", "bank"]],
+            Self::Pitch => &[&["pitch", "theta"]],
+            Self::YawRate => &[
+                &[
+                    "yawrate",
+                    "r",
+                    "psidot",
+                    "headingrate",
+                    "rateofturn",
+                    "rot",
+                    "turnrate",
+                ],
+                &["gyroz", "omegaz", "wz", "gyrz"],
+            ],
+            Self::North => &[&["north", "northing", "posnorth"], &["x", "posx"]],
+            Self::East => &[&["east", "easting", "poseast"], &["y", "posy"]],
+        }
+    }
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Quantity {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Self::ALL
+            .into_iter()
+            .find(|quantity| quantity.name() == text.replace('-', "_"))
+            .ok_or_else(|| {
+                format!(
+                    "`{text}` is no quantity of a log; expected one of {}",
+                    Self::ALL.map(Self::name).join(", ")
+                )
+            })
+    }
+}

@@ -1,0 +1,540 @@
+//! From the rows of a log to samples in SI units.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use seatrial_core::Sample;
+use serde::{Deserialize, Serialize};
+
+use crate::clock::Clock;
+use crate::csv::Text;
+use crate::error::{Fault, Place, ReadError, clipped};
+use crate::infer::FirstRows;
+use crate::matching::{Match, Matches, match_columns};
+use crate::table::{Cell, Table};
+use crate::unit::{Conversion, Dimension, NEUTRAL_PULSE_US};
+use crate::{Quantity, Unit};
+
+/// Rows on which units are inferred before the first sample is given.
+const LOOK_AHEAD_ROWS: usize = 20_000;
+
+/// Formats that are read, found by content.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Format {
+    /// Delimited text.
+    Csv,
+    /// Apache Parquet.
+    Parquet,
+}
+
+/// What the user said about a log; everything else is found out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ChannelChoice {
+    /// Column of a quantity; `none` leaves an optional quantity out.
+    pub columns: BTreeMap<Quantity, String>,
+    /// Unit of a quantity's column.
+    pub units: BTreeMap<Quantity, Unit>,
+    /// Pulse width of the neutral rudder, us; 1500 unless given.
+    pub rudder_trim: Option<f64>,
+    /// Rudder angle at full deflection (400 us from the trim, 100 %, fraction 1), rad.
+    pub full_rudder_rad: Option<f64>,
+    /// Leave rows with text, NaN, a wrong number of cells or reversed time out instead of refusing the log.
+    pub drop_invalid: bool,
+}
+
+/// Where a unit comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum UnitSource {
+    /// The user said so.
+    Chosen,
+    /// The log says so.
+    Stated,
+    /// From the values.
+    Assumed,
+}
+
+/// One column and what it feeds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Channel {
+    /// The quantity it feeds.
+    pub quantity: Quantity,
+    /// Its name in the log.
+    pub column: String,
+    /// Its unit.
+    pub unit: Unit,
+    /// Where the unit comes from.
+    pub unit_source: UnitSource,
+    /// Why it was assumed.
+    pub because: Option<String>,
+    /// value in SI = (value - offset) * scale
+    pub scale: f64,
+    /// value in SI = (value - offset) * scale
+    pub offset: f64,
+}
+
+/// What a log is and how it is read.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LogDescription {
+    /// Its format.
+    pub format: Format,
+    /// Names of all columns.
+    pub columns: Vec<String>,
+    /// The columns that are read.
+    pub channels: Vec<Channel>,
+    /// Second 0 of the samples in UTC, where the log has an epoch or calendar time.
+    pub start_utc: Option<String>,
+    /// What people should know before they trust the samples.
+    pub warnings: Vec<String>,
+}
+
+/// Rows read and rows left out, by cause.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counts {
+    /// Rows of the log.
+    pub rows: u64,
+    /// Samples given.
+    pub samples: u64,
+    /// Time, heading or rudder was empty.
+    pub missing: u64,
+    /// Text, NaN, infinity or a wrong number of cells.
+    pub invalid: u64,
+    /// The time of the sample before.
+    pub repeated_time: u64,
+    /// Earlier than the sample before.
+    pub reversed_time: u64,
+}
+
+impl Counts {
+    /// Rows left out, all causes.
+    pub fn dropped(&self) -> u64 {
+        self.missing + self.invalid + self.repeated_time + self.reversed_time
+    }
+}
+
+/// The samples of a log, one by one.
+pub struct LogReader {
+    log: String,
+    table: Box<dyn Table>,
+    description: LogDescription,
+    clock: Clock,
+    drop_invalid: bool,
+    look_ahead: VecDeque<Row>,
+    cells: Vec<Cell>,
+    previous_s: Option<f64>,
+    counts: Counts,
+    is_finished: bool,
+}
+
+/// Opens a log of any known format; `-` is text on standard input.
+pub fn open(path: &Path, choice: &ChannelChoice) -> Result<LogReader, ReadError> {
+    let log = path.display().to_string();
+    table(path)
+        .and_then(|table| LogReader::new(log.clone(), table, choice))
+        .map_err(|fault| ReadError { log, fault })
+}
+
+/// The first bytes of a Parquet file.
+const PARQUET: &[u8] = b"PAR1";
+
+fn table(path: &Path) -> Result<Box<dyn Table>, Fault> {
+    if path == Path::new("-") {
+        return Ok(Box::new(Text::open(io::stdin().lock())?));
+    }
+    let opening = |source| Fault::Io {
+        doing: "opened",
+        source,
+    };
+    let mut file = File::open(path).map_err(opening)?;
+    if file.metadata().map_err(opening)?.is_dir() {
+        return Err(Fault::Folder);
+    }
+    let mut start = Vec::new();
+    Read::by_ref(&mut file)
+        .take(PARQUET.len() as u64)
+        .read_to_end(&mut start)
+        .map_err(Fault::read)?;
+    if start == PARQUET {
+        return Err(Fault::NotBuilt {
+            format: "Parquet",
+            feature: "--features parquet",
+        });
+    }
+    Ok(Box::new(Text::open(io::Cursor::new(start).chain(file))?))
+}
+
+/// A row of the look-ahead; the cells stand in the order of the slots.
+type Row = Result<(Place, Vec<Cell>), Fault>;
+
+impl LogReader {
+    fn new(log: String, mut table: Box<dyn Table>, choice: &ChannelChoice) -> Result<Self, Fault> {
+        let columns = table.columns().to_vec();
+        let mut found = match_columns(&columns, choice)?;
+        table.select(&found.columns())?;
+        let mut rows = look_ahead(&mut *table, choice.drop_invalid);
+        if rows.is_empty() {
+            return Err(Fault::HeaderOnly);
+        }
+        leave_out_text(&mut found, &mut rows, &columns);
+        table.select(&found.columns())?;
+
+        let cells = |position: usize| -> Vec<Cell> {
+            rows.iter()
+                .filter_map(|row| Some(row.as_ref().ok()?.1[position].clone()))
+                .collect()
+        };
+        let stated = found.stated_units();
+        let time_cells = found
+            .matches
+            .iter()
+            .position(|m| m.quantity == Quantity::Time)
+            .map_or(Vec::new(), &cells);
+        let time = Clock::find(&time_cells, stated.get(&Quantity::Time).copied());
+        let first_rows = FirstRows {
+            time_s: time_cells
+                .iter()
+                .map(|cell| time.clock.seconds(cell).unwrap_or(f64::NAN))
+                .collect(),
+            values: (0..found.matches.len())
+                .map(|i| (found.matches[i].quantity, numbers(&cells(i))))
+                .collect(),
+        };
+        let names = found
+            .matches
+            .iter()
+            .map(|m| (m.quantity, columns[m.column].clone()))
+            .collect();
+        let inferred = first_rows.infer(&stated, &names)?;
+
+        let mut warnings = found.warnings;
+        warnings.extend(inferred.warnings);
+        if time.is_doubtful {
+            warnings.push(format!(
+                "time has no unit and is taken as {}, because of its {}; say which with --unit time=UNIT",
+                time.unit,
+                time.because.as_deref().unwrap_or("values")
+            ));
+        }
+        let channels: Vec<Channel> = found
+            .matches
+            .iter()
+            .map(|m| {
+                let assumed = match m.quantity {
+                    Quantity::Time => Some((time.unit, time.because.clone())),
+                    _ => inferred
+                        .units
+                        .get(&m.quantity)
+                        .map(|(unit, because)| (*unit, Some(because.clone()))),
+                };
+                let (unit, unit_source, because) = match (m.unit, assumed) {
+                    (Some((unit, source)), _) => (unit, source, None),
+                    (None, Some((unit, because))) => (unit, UnitSource::Assumed, because),
+                    (None, None) => unreachable!("every unit that is not stated is inferred"),
+                };
+                let conversion = conversion(m.quantity, unit, choice, &mut warnings);
+                Channel {
+                    quantity: m.quantity,
+                    column: columns[m.column].clone(),
+                    unit,
+                    unit_source,
+                    because,
+                    scale: conversion.factor,
+                    offset: conversion.offset,
+                }
+            })
+            .collect();
+        Ok(Self {
+            log,
+            description: LogDescription {
+                format: table.format(),
+                columns,
+                channels,
+                start_utc: time.clock.start(),
+                warnings,
+            },
+            table,
+            clock: time.clock,
+            drop_invalid: choice.drop_invalid,
+            look_ahead: rows,
+            cells: Vec::new(),
+            previous_s: None,
+            counts: Counts::default(),
+            is_finished: false,
+        })
+    }
+
+    /// What the log is and how it is read.
+    pub fn description(&self) -> &LogDescription {
+        &self.description
+    }
+
+    /// Rows read and left out so far.
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// Bytes of the log consumed so far.
+    pub fn bytes_read(&self) -> u64 {
+        self.table.bytes_read()
+    }
+
+    /// SHA-256 of the whole log in hexadecimal. Call it after the last sample.
+    pub fn sha256(&mut self) -> Result<String, ReadError> {
+        self.table.sha256().map_err(|fault| ReadError {
+            log: self.log.clone(),
+            fault,
+        })
+    }
+
+    /// What was left out on the way. Call it after the last sample.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.table.warnings();
+        let Counts {
+            rows,
+            missing,
+            invalid,
+            repeated_time,
+            reversed_time,
+            ..
+        } = self.counts;
+        for (count, what) in [
+            (missing, "have no time, heading or rudder"),
+            (invalid, "are invalid"),
+            (repeated_time, "repeat the time of the row before"),
+            (reversed_time, "go back in time"),
+        ] {
+            if count > 0 {
+                warnings.push(format!("{count} of {rows} rows {what} and are left out"));
+            }
+        }
+        warnings
+    }
+
+    fn next_row(&mut self) -> Result<Option<Place>, Fault> {
+        match self.look_ahead.pop_front() {
+            Some(row) => {
+                let (place, cells) = row?;
+                self.cells = cells;
+                Ok(Some(place))
+            }
+            None => self.table.next_row(&mut self.cells),
+        }
+    }
+
+    /// The sample of the next row; `Some(None)` where the row is left out.
+    fn next_sample(&mut self) -> Result<Option<Option<Sample<f64>>>, Fault> {
+        let Some(place) = self.next_row()? else {
+            return Ok(None);
+        };
+        let Some(sample) = self.sample(place)? else {
+            self.counts.missing += 1;
+            return Ok(Some(None));
+        };
+        match self.previous_s {
+            Some(before) if sample.time_s == before => {
+                self.counts.repeated_time += 1;
+                Ok(Some(None))
+            }
+            Some(before) if sample.time_s < before => Err(Fault::TimeReversed {
+                place,
+                column: self.column(Quantity::Time),
+                before,
+                after: sample.time_s,
+            }),
+            _ => {
+                self.previous_s = Some(sample.time_s);
+                Ok(Some(Some(sample)))
+            }
+        }
+    }
+
+    /// The row's sample, `None` where time, heading or rudder is missing.
+    fn sample(&self, place: Place) -> Result<Option<Sample<f64>>, Fault> {
+        let mut sample = Sample::default();
+        for (channel, cell) in self.description.channels.iter().zip(&self.cells) {
+            let quantity = channel.quantity;
+            let column = || clipped(&channel.column);
+            let value = match (quantity, cell) {
+                (_, Cell::Missing) => None,
+                (Quantity::Time, cell) => {
+                    Some(self.clock.seconds(cell).ok_or_else(|| Fault::NotANumber {
+                        place,
+                        column: column(),
+                        found: cell.to_string(),
+                        expected: self.clock.expected(),
+                    })?)
+                }
+                (_, Cell::Number(value)) => Some((value - channel.offset) * channel.scale),
+                (_, cell) => {
+                    return Err(Fault::NotANumber {
+                        place,
+                        column: column(),
+                        found: cell.to_string(),
+                        expected: "a number",
+                    });
+                }
+            };
+            let finite = value.filter(|value| value.is_finite());
+            match (finite, value) {
+                (None, Some(found)) if quantity.is_required() => {
+                    return Err(Fault::NotFinite {
+                        place,
+                        column: column(),
+                        found,
+                    });
+                }
+                (None, None) if quantity.is_required() => return Ok(None),
+                _ => set(&mut sample, quantity, finite),
+            }
+        }
+        Ok(Some(sample))
+    }
+
+    fn column(&self, quantity: Quantity) -> String {
+        let channel = self.description.channels.iter();
+        channel
+            .filter(|channel| channel.quantity == quantity)
+            .map(|channel| clipped(&channel.column))
+            .collect()
+    }
+}
+
+impl Iterator for LogReader {
+    type Item = Result<Sample<f64>, ReadError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        while !self.is_finished {
+            let fault = match self.next_sample() {
+                Ok(None) if self.counts.samples == 0 => Fault::NoSamples {
+                    rows: self.counts.rows,
+                },
+                Ok(None) => break,
+                Ok(Some(sample)) => {
+                    self.counts.rows += 1;
+                    let Some(sample) = sample else { continue };
+                    self.counts.samples += 1;
+                    return Some(Ok(sample));
+                }
+                Err(fault) if fault.is_in_one_row() && self.drop_invalid => {
+                    self.counts.rows += 1;
+                    match fault {
+                        Fault::TimeReversed { .. } => self.counts.reversed_time += 1,
+                        _ => self.counts.invalid += 1,
+                    }
+                    continue;
+                }
+                Err(fault) => fault,
+            };
+            self.is_finished = true;
+            return Some(Err(ReadError {
+                log: self.log.clone(),
+                fault,
+            }));
+        }
+        self.is_finished = true;
+        None
+    }
+}
+
+/// The first rows; ends behind a fault that ends reading.
+fn look_ahead(table: &mut dyn Table, drop_invalid: bool) -> VecDeque<Row> {
+    let mut rows = VecDeque::new();
+    while rows.len() < LOOK_AHEAD_ROWS {
+        let mut cells = Vec::new();
+        match table.next_row(&mut cells) {
+            Ok(None) => break,
+            Ok(Some(place)) => rows.push_back(Ok((place, cells))),
+            Err(fault) => {
+                let goes_on = fault.is_in_one_row() && drop_invalid;
+                rows.push_back(Err(fault));
+                if !goes_on {
+                    break;
+                }
+            }
+        }
+    }
+    rows
+}
+
+/// An optional column of nothing but text is not what its name says.
+fn leave_out_text(found: &mut Matches, rows: &mut VecDeque<Row>, columns: &[String]) {
+    for position in (0..found.matches.len()).rev() {
+        let Match {
+            quantity, column, ..
+        } = found.matches[position];
+        let mut cells = rows
+            .iter()
+            .filter_map(|row| Some(&row.as_ref().ok()?.1[position]))
+            .filter(|cell| **cell != Cell::Missing)
+            .peekable();
+        let is_text = cells.peek().is_some() && cells.all(|cell| !matches!(cell, Cell::Number(_)));
+        if quantity.is_required() || !is_text {
+            continue;
+        }
+        found.warnings.push(format!(
+            "column `{}` is text and not read as {quantity}",
+            clipped(&columns[column])
+        ));
+        found.matches.remove(position);
+        for (_, cells) in rows.iter_mut().flatten() {
+            cells.remove(position);
+        }
+    }
+}
+
+fn numbers(cells: &[Cell]) -> Vec<f64> {
+    cells
+        .iter()
+        .map(|cell| match cell {
+            Cell::Number(number) => *number,
+            _ => f64::NAN,
+        })
+        .collect()
+}
+
+fn conversion(
+    quantity: Quantity,
+    unit: Unit,
+    choice: &ChannelChoice,
+    warnings: &mut Vec<String>,
+) -> Conversion {
+    let plain = Conversion {
+        offset: 0.0,
+        factor: unit.factor(),
+    };
+    if quantity != Quantity::Rudder || unit.dimension() != Dimension::Steering {
+        return plain;
+    }
+    if choice.full_rudder_rad.is_none() {
+        warnings.push(format!(
+            "rudder is in {unit} and its angle is not known: 1 stands for full rudder, and b2, K and gains are per full rudder; give the angle with --rudder-range-deg DEG"
+        ));
+    }
+    Conversion {
+        offset: match unit {
+            Unit::PulseWidth => choice.rudder_trim.unwrap_or(NEUTRAL_PULSE_US),
+            _ => 0.0,
+        },
+        factor: unit.factor() * choice.full_rudder_rad.unwrap_or(1.0),
+    }
+}
+
+fn set(sample: &mut Sample<f64>, quantity: Quantity, value: Option<f64>) {
+    match (quantity, value) {
+        (Quantity::Time, Some(value)) => sample.time_s = value,
+        (Quantity::Heading, Some(value)) => sample.heading_rad = value,
+        (Quantity::Rudder, Some(value)) => sample.rudder_rad = value,
+        (Quantity::Time | Quantity::Heading | Quantity::Rudder, None) => {}
+        (Quantity::Speed, value) => sample.surge_speed_m_s = value,
+        (Quantity::Depth, value) => sample.depth_m = value,
+        (Quantity::Altitude, value) => sample.altitude_m = value,
+        (Quantity::Roll, value) => sample.roll_rad = value,
+        (Quantity::Pitch, value) => sample.pitch_rad = value,
+        (Quantity::YawRate, value) => sample.yaw_rate_rad_s = value,
+        (Quantity::North, value) => sample.north_m = value,
+        (Quantity::East, value) => sample.east_m = value,
+    }
+}

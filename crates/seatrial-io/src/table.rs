@@ -1,0 +1,52 @@
+//! What every log format is to the rest of this crate: named columns and rows of cells.
+
+use std::fmt;
+
+use jiff::Timestamp;
+
+use crate::error::{Fault, Place, clipped};
+use crate::reader::Format;
+
+/// One cell of a row.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Cell {
+    /// Nothing there.
+    Missing,
+    Number(f64),
+    Instant(Timestamp),
+    Text(Box<str>),
+}
+
+impl fmt::Display for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Missing => Ok(()),
+            Self::Number(number) => write!(f, "{number}"),
+            Self::Instant(instant) => write!(f, "{instant}"),
+            Self::Text(text) => f.write_str(&clipped(text)),
+        }
+    }
+}
+
+/// A log as a table, read row by row with bounded memory.
+pub(crate) trait Table {
+    fn format(&self) -> Format;
+
+    /// Names of the columns.
+    fn columns(&self) -> &[String];
+
+    /// From now on rows hold the cells of these columns, in this order.
+    fn select(&mut self, columns: &[usize]) -> Result<(), Fault>;
+
+    /// The next row, or `None` at the end. After a fault in one row the next call goes on behind it.
+    fn next_row(&mut self, cells: &mut Vec<Cell>) -> Result<Option<Place>, Fault>;
+
+    /// Bytes of the file consumed.
+    fn bytes_read(&self) -> u64;
+
+    /// SHA-256 of the whole file, in hexadecimal. Called after the last row.
+    fn sha256(&mut self) -> Result<String, Fault>;
+
+    /// What was put right while reading, for people.
+    fn warnings(&self) -> Vec<String>;
+}

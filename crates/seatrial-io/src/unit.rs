@@ -1,0 +1,150 @@
+//! Units of columns and their conversion to SI.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+/// What a unit measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Dimension {
+    Time,
+    Angle,
+    /// An angle, or what a servo is told.
+    Steering,
+    AngularRate,
+    Speed,
+    Length,
+}
+
+macro_rules! units {
+    ($($unit:ident $symbol:literal $dimension:ident $factor:expr, $spellings:expr;)*) => {
+        /// A unit that a column may have.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+        #[allow(missing_docs)]
+        pub enum Unit { $(#[serde(rename = $symbol)] $unit,)* }
+
+        impl Unit {
+            const ALL: &[Self] = &[$(Self::$unit,)*];
+
+            /// As people write it: `deg/s`.
+            pub fn symbol(self) -> &'static str {
+                match self { $(Self::$unit => $symbol,)* }
+            }
+
+            pub(crate) fn dimension(self) -> Dimension {
+                match self { $(Self::$unit => Dimension::$dimension,)* }
+            }
+
+            /// SI units in one of this unit. Servo units: of full deflection.
+            pub(crate) fn factor(self) -> f64 {
+                match self { $(Self::$unit => $factor,)* }
+            }
+
+            /// Spellings, as lower-case words.
+            fn spellings(self) -> &'static [&'static str] {
+                match self { $(Self::$unit => $spellings,)* }
+            }
+        }
+    };
+}
+
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+units! {
+    Second "s" Time 1.0, &["s", "sec", "secs", "second", "seconds"];
+    Millisecond "ms" Time 1e-3, &["ms", "msec", "millis", "milliseconds"];
+    Microsecond "us" Time 1e-6, &["us", "µs", "usec", "micros", "microseconds"];
+    Nanosecond "ns" Time 1e-9, &["ns", "nsec", "nanos", "nanoseconds"];
+    Radian "rad" Angle 1.0, &["rad", "radian", "radians"];
+    Degree "deg" Angle DEGREE, &["deg", "degree", "degrees"];
+    PulseWidth "pwm" Steering 1.0 / 400.0, &["pwm", "us", "µs"];
+    Percent "percent" Steering 0.01, &["percent", "pct"];
+    Fraction "fraction" Steering 1.0, &["fraction", "norm", "normalised", "normalized"];
+    RadianPerSecond "rad/s" AngularRate 1.0, &["rad s", "rads", "radian second"];
+    DegreePerSecond "deg/s" AngularRate DEGREE, &["deg s", "dps", "degs", "deg sec", "degree second", "degrees second"];
+    DegreePerMinute "deg/min" AngularRate DEGREE / 60.0, &["deg min", "dpm", "degree minute", "degrees minute"];
+    MetrePerSecond "m/s" Speed 1.0, &["m s", "mps", "ms"];
+    Knot "kn" Speed 1852.0 / 3600.0, &["kn", "kt", "kts", "knot", "knots"];
+    KilometrePerHour "km/h" Speed 1.0 / 3.6, &["km h", "kmh", "kph"];
+    Metre "m" Length 1.0, &["m", "metre", "metres", "meter", "meters"];
+    Foot "ft" Length 0.3048, &["ft", "foot", "feet"];
+}
+
+/// Pulse width of a servo in the middle, us.
+pub(crate) const NEUTRAL_PULSE_US: f64 = 1500.0;
+
+impl Unit {
+    /// The unit of a quantity with these dimensions, spelt as these words; `per` and the exponent of
+    /// `s-1` do not matter.
+    pub(crate) fn of_words(words: &[&str], dimension: Dimension) -> Option<Self> {
+        let spelt = words
+            .iter()
+            .filter(|word| !matches!(**word, "per" | "1"))
+            .copied()
+            .collect::<Vec<_>>()
+            .join(" ");
+        Self::ALL
+            .iter()
+            .copied()
+            .find(|unit| unit.fits(dimension) && unit.spellings().contains(&spelt.as_str()))
+    }
+
+    pub(crate) fn fits(self, dimension: Dimension) -> bool {
+        self.dimension() == dimension
+            || (dimension == Dimension::Steering && self.dimension() == Dimension::Angle)
+    }
+
+    /// Symbols of the units that fit, for messages.
+    pub(crate) fn that_fit(dimension: Dimension) -> String {
+        Self::ALL
+            .iter()
+            .filter(|unit| unit.fits(dimension))
+            .map(|unit| unit.symbol())
+            .collect::<Vec<_>>()
+            .join(", ")
+    }
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(self.symbol())
+    }
+}
+
+impl FromStr for Unit {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let lower = text.to_lowercase();
+        let words = crate::name::words(&lower);
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        Self::ALL
+            .iter()
+            .copied()
+            .find(|unit| unit.symbol() == lower)
+            .or_else(|| {
+                Self::ALL
+                    .iter()
+                    .copied()
+                    .find(|unit| Self::of_words(&words, unit.dimension()) == Some(*unit))
+            })
+            .ok_or_else(|| {
+                format!(
+                    "`{text}` is no unit; expected one of {}",
+                    Self::ALL
+                        .iter()
+                        .map(|unit| unit.symbol())
+                        .collect::<Vec<_>>()
+                        .join(", ")
+                )
+            })
+    }
+}
+
+/// value_si = (value - offset) factor
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Conversion {
+    pub offset: f64,
+    pub factor: f64,
+}
