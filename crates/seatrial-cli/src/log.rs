@@ -88,7 +88,17 @@ fn quantity_and_unit(text: &str) -> Result<(Quantity, Unit), String> {
 }
 
 impl ChannelArgs {
-    fn choice(&self) -> ChannelChoice {
+    fn choice(&self) -> Result<ChannelChoice, Failure> {
+        for (option, value) in [
+            ("--rudder-range-deg", self.rudder_range_deg),
+            ("--rudder-trim", self.rudder_trim),
+        ] {
+            if let Some(value) = value.filter(|value| !value.is_finite() || *value <= 0.0) {
+                return Err(Failure::usage(format!(
+                    "{option} {value}: expected a number above 0"
+                )));
+            }
+        }
         let columns = [
             (Quantity::Time, &self.time),
             (Quantity::Heading, &self.heading),
@@ -105,13 +115,13 @@ impl ChannelArgs {
         .into_iter()
         .filter_map(|(quantity, column)| Some((quantity, column.clone()?)))
         .collect::<BTreeMap<_, _>>();
-        ChannelChoice {
+        Ok(ChannelChoice {
             columns,
             units: self.units.iter().copied().collect(),
             rudder_trim: self.rudder_trim,
             full_rudder_rad: self.rudder_range_deg.map(f64::to_radians),
             drop_invalid: self.drop_invalid,
-        }
+        })
     }
 }
 
@@ -167,7 +177,7 @@ pub fn open(
     channels: &ChannelArgs,
     keep: Option<Window>,
 ) -> Result<OpenedLog, Failure> {
-    let mut reader = seatrial_io::open(path, &channels.choice()).map_err(Failure::input)?;
+    let mut reader = seatrial_io::open(path, &channels.choice()?).map_err(Failure::input)?;
     eprintln!("{}", channel_line(path, reader.description()));
     let mut said = reader.description().warnings.clone();
     said.iter().for_each(|text| warn(text));

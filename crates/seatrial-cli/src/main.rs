@@ -1,5 +1,7 @@
 //! The `seatrial` command: one file per verb.
 
+mod inspect;
+mod log;
 mod output;
 
 use std::process::ExitCode;
@@ -20,11 +22,15 @@ struct Cli {
 }
 
 #[derive(Subcommand)]
-enum Verb {}
+enum Verb {
+    Inspect(inspect::Args),
+}
 
 impl Verb {
-    fn run(&self, _output: &Output) -> Result<Exit, Failure> {
-        match *self {}
+    fn run(&self, output: &Output) -> Result<Exit, Failure> {
+        match self {
+            Self::Inspect(args) => inspect::run(args, output),
+        }
     }
 }
 

@@ -1,0 +1,553 @@
+//! `seatrial inspect`: what is in a log, and can a model be identified from it?
+
+use std::fmt::Write;
+
+use clap::Args as ClapArgs;
+use seatrial::Window;
+use seatrial::identification::{Reason, Verdict};
+use seatrial::manoeuvre::{Manoeuvre, Stroke};
+use seatrial::verdict::refuse_record;
+use seatrial_core::{Real, Sample};
+use seatrial_io::{Channel, Quantity, UnitSource};
+use serde::Serialize;
+
+use crate::log::{self, LogArgs, OpenedLog, Source};
+use crate::output::{Exit, Failure, Output};
+
+/// What is in a log: channels, rates, gaps, units and signs, manoeuvres; is it usable and if not why.
+#[derive(ClapArgs, Debug)]
+#[command(
+    after_help = "Example:\n  seatrial sim log --seed 1 --out run.csv && seatrial inspect run.csv"
+)]
+pub struct Args {
+    #[command(flatten)]
+    log: LogArgs,
+}
+
+/// An interval longer than this many median intervals is a gap.
+const GAP_INTERVALS: f64 = 3.0;
+
+/// Manoeuvres that the text lists; JSON lists all.
+const LISTED_MANOEUVRES: usize = 12;
+
+/// `inspect --json`.
+#[derive(Debug, Serialize)]
+struct Inspection {
+    schema: &'static str,
+    source: Source,
+    sampling: Sampling,
+    ranges: Vec<Range>,
+    /// Does the heading turn up where the rudder is positive? `None` where the log does not show it.
+    positive_rudder_turns_up: Option<bool>,
+    manoeuvres: Vec<Found>,
+    verdict: Verdict,
+}
+
+/// When the samples were taken.
+#[derive(Debug, Serialize)]
+struct Sampling {
+    samples: usize,
+    span: Option<Window>,
+    median_interval_s: Option<f64>,
+    rate_hz: Option<f64>,
+    /// Robust standard deviation of the intervals, s.
+    jitter_s: Option<f64>,
+    gaps: usize,
+    largest_gap: Option<Window>,
+}
+
+/// The values of one quantity in SI units; the heading is unwrapped.
+#[derive(Debug, Serialize)]
+struct Range {
+    quantity: Quantity,
+    samples: usize,
+    lowest: f64,
+    highest: f64,
+    mean: f64,
+    standard_deviation: f64,
+}
+
+/// Something that the rudder did.
+#[derive(Debug, PartialEq, Serialize)]
+struct Found {
+    kind: Kind,
+    #[serde(flatten)]
+    window: Window,
+    strokes: usize,
+    amplitude_rad: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Kind {
+    /// The rudder laid to one hand once.
+    Pulse,
+    /// One hand, then the other.
+    Doublet,
+    /// From hand to hand, three times and more.
+    ZigZag,
+    /// Several times without a pattern.
+    Steps,
+    /// The rudder left alone for longer than any stroke.
+    Steady,
+}
+
+/// Inspects a log.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let opened = log::open(&args.log.log, &args.log.channels, None)?;
+    let inspection = Inspection::of(&opened);
+    output.print(&inspection, || text(&opened, &inspection))?;
+    Ok(if inspection.verdict.accepted {
+        Exit::Done
+    } else {
+        Exit::Rejected
+    })
+}
+
+impl Inspection {
+    fn of(opened: &OpenedLog) -> Self {
+        let samples = opened.record.samples.as_slice();
+        let channels = &opened.description.channels;
+        let ranges: Vec<Range> = channels
+            .iter()
+            .filter(|channel| channel.quantity != Quantity::Time)
+            .filter_map(|channel| Range::of(channel.quantity, &series(samples, channel.quantity)))
+            .collect();
+        let rudder = Manoeuvre::find(samples);
+        Self {
+            schema: "seatrial.inspection.v1",
+            source: opened.source(),
+            sampling: Sampling::of(opened),
+            positive_rudder_turns_up: rudder
+                .as_ref()
+                .and_then(|rudder| positive_rudder_turns_up(samples, &rudder.strokes)),
+            manoeuvres: rudder.map_or(Vec::new(), |rudder| manoeuvres(samples, &rudder)),
+            verdict: verdict(samples.len(), &ranges),
+            ranges,
+        }
+    }
+}
+
+fn verdict(samples: usize, ranges: &[Range]) -> Verdict {
+    let spread_rad = |quantity: Quantity| {
+        ranges
+            .iter()
+            .find(|range| range.quantity == quantity)
+            .map_or(0.0, |range| range.highest - range.lowest)
+    };
+    let refusal = refuse_record(
+        samples,
+        0.5 * spread_rad(Quantity::Rudder),
+        spread_rad(Quantity::Heading),
+    );
+    Verdict {
+        accepted: refusal.is_none(),
+        reasons: vec![refusal.unwrap_or_else(|| Reason {
+            code: "ok".into(),
+            text: "rudder and heading both move: a model may be identified".into(),
+        })],
+    }
+}
+
+impl Sampling {
+    fn of(opened: &OpenedLog) -> Self {
+        let samples = &opened.record.samples;
+        let median_interval_s = opened.record.median_interval_s();
+        let intervals = || {
+            samples.windows(2).map(|pair| Window {
+                from_s: pair[0].time_s,
+                to_s: pair[1].time_s,
+            })
+        };
+        let length = |window: &Window| window.to_s - window.from_s;
+        let is_gap = |window: &Window| {
+            median_interval_s.is_some_and(|median| length(window) > GAP_INTERVALS * median)
+        };
+        let mut deviations: Vec<f64> = intervals()
+            .map(|window| (length(&window) - median_interval_s.unwrap_or(0.0)).abs())
+            .collect();
+        deviations.sort_by(f64::total_cmp);
+        Self {
+            samples: samples.len(),
+            span: match samples.as_slice() {
+                [first, .., last] => Some(Window {
+                    from_s: first.time_s,
+                    to_s: last.time_s,
+                }),
+                _ => None,
+            },
+            median_interval_s,
+            rate_hz: median_interval_s.map(|interval| 1.0 / interval),
+            // 1.4826 median absolute deviations are one standard deviation of a normal distribution.
+            jitter_s: deviations
+                .get(deviations.len() / 2)
+                .map(|median| 1.4826 * median),
+            gaps: intervals().filter(is_gap).count(),
+            largest_gap: intervals()
+                .filter(is_gap)
+                .max_by(|a, b| length(a).total_cmp(&length(b))),
+        }
+    }
+}
+
+impl Range {
+    fn of(quantity: Quantity, values: &[Option<f64>]) -> Option<Self> {
+        let present = || values.iter().flatten();
+        let samples = present().count();
+        if samples == 0 {
+            return None;
+        }
+        let count = samples as f64;
+        let mean = present().sum::<f64>() / count;
+        let variance = present().map(|v| (v - mean).powi(2)).sum::<f64>() / count;
+        Some(Self {
+            quantity,
+            samples,
+            lowest: present().fold(f64::INFINITY, |a, b| a.min(*b)),
+            highest: present().fold(f64::NEG_INFINITY, |a, b| a.max(*b)),
+            mean,
+            standard_deviation: variance.sqrt(),
+        })
+    }
+}
+
+/// One quantity of every sample, in SI units; the heading is unwrapped.
+fn series(samples: &[Sample<f64>], quantity: Quantity) -> Vec<Option<f64>> {
+    let of = |sample: &Sample<f64>| match quantity {
+        Quantity::Time => Some(sample.time_s),
+        Quantity::Heading => Some(sample.heading_rad),
+        Quantity::Rudder => Some(sample.rudder_rad),
+        Quantity::Speed => sample.surge_speed_m_s,
+        Quantity::Depth => sample.depth_m,
+        Quantity::Altitude => sample.altitude_m,
+        Quantity::Roll => sample.roll_rad,
+        Quantity::Pitch => sample.pitch_rad,
+        Quantity::YawRate => sample.yaw_rate_rad_s,
+        Quantity::North => sample.north_m,
+        Quantity::East => sample.east_m,
+    };
+    let mut values: Vec<Option<f64>> = samples.iter().map(of).collect();
+    if quantity == Quantity::Heading {
+        let mut before: Option<f64> = None;
+        for value in values.iter_mut().flatten() {
+            if let Some(before) = before {
+                *value = before + (*value - before).wrapped();
+            }
+            before = Some(*value);
+        }
+    }
+    values
+}
+
+/// Strokes that follow each other closely are one manoeuvre; what lies between is steady.
+fn manoeuvres(samples: &[Sample<f64>], rudder: &Manoeuvre) -> Vec<Found> {
+    let length = |stroke: &Stroke| stroke.window.to_s - stroke.window.from_s;
+    let longest = rudder.strokes.iter().map(length).fold(0.0, f64::max);
+    let mut groups: Vec<Vec<Stroke>> = Vec::new();
+    for stroke in &rudder.strokes {
+        match groups.last_mut() {
+            Some(group)
+                if group.last().is_some_and(|last| {
+                    stroke.window.from_s - last.window.to_s <= length(last).max(length(stroke))
+                }) =>
+            {
+                group.push(*stroke);
+            }
+            _ => groups.push(vec![*stroke]),
+        }
+    }
+    let mut found = Vec::new();
+    let mut steady_from_s = samples.first().map(|sample| sample.time_s);
+    for group in &groups {
+        let (Some(first), Some(last)) = (group.first(), group.last()) else {
+            continue;
+        };
+        let window = Window {
+            from_s: first.window.from_s,
+            to_s: last.window.to_s,
+        };
+        found.extend(steady(steady_from_s, window.from_s, longest));
+        steady_from_s = Some(window.to_s);
+        let alternates = group.windows(2).all(|p| p[0].positive != p[1].positive);
+        let inside = samples.iter().filter(|s| window.contains(s.time_s));
+        found.push(Found {
+            kind: match group.len() {
+                1 => Kind::Pulse,
+                2 if alternates => Kind::Doublet,
+                _ if alternates => Kind::ZigZag,
+                _ => Kind::Steps,
+            },
+            window,
+            strokes: group.len(),
+            amplitude_rad: inside
+                .map(|s| (s.rudder_rad - rudder.middle_rad).abs())
+                .fold(0.0, f64::max),
+        });
+    }
+    if let Some(last) = samples.last() {
+        found.extend(steady(steady_from_s, last.time_s, longest));
+    }
+    found
+}
+
+fn steady(from_s: Option<f64>, to_s: f64, longest_stroke_s: f64) -> Option<Found> {
+    let from_s = from_s.filter(|from_s| to_s - from_s > longest_stroke_s)?;
+    Some(Found {
+        kind: Kind::Steady,
+        window: Window { from_s, to_s },
+        strokes: 0,
+        amplitude_rad: 0.0,
+    })
+}
+
+/// The heading bends towards the hand to which the rudder is laid: second difference over each stroke.
+fn positive_rudder_turns_up(samples: &[Sample<f64>], strokes: &[Stroke]) -> Option<bool> {
+    let heading = series(samples, Quantity::Heading);
+    let at = |time_s: f64| {
+        let index = samples.partition_point(|sample| sample.time_s < time_s);
+        heading
+            .get(index.min(samples.len().saturating_sub(1)))
+            .copied()
+            .flatten()
+    };
+    let mut votes = [0_usize; 2];
+    for stroke in strokes {
+        let Window { from_s, to_s } = stroke.window;
+        let bend = at(from_s)? - 2.0 * at(0.5 * (from_s + to_s))? + at(to_s)?;
+        if bend != 0.0 {
+            votes[usize::from((bend > 0.0) == stroke.positive)] += 1;
+        }
+    }
+    // Under three quarters of the strokes the log does not show it.
+    let [down, up] = votes;
+    match (4 * up >= 3 * (up + down), 4 * down >= 3 * (up + down)) {
+        (true, false) => Some(true),
+        (false, true) => Some(false),
+        _ => None,
+    }
+}
+
+fn text(opened: &OpenedLog, inspection: &Inspection) -> String {
+    let mut text = String::new();
+    let _ = write_text(&mut text, opened, inspection);
+    text
+}
+
+fn write_text(text: &mut String, opened: &OpenedLog, inspection: &Inspection) -> std::fmt::Result {
+    let sampling = &inspection.sampling;
+    writeln!(text, "{}", opened.path.display())?;
+    write!(
+        text,
+        "{} samples of {} rows",
+        sampling.samples, opened.counts.rows
+    )?;
+    if let (Some(span), Some(rate_hz), Some(jitter_s)) =
+        (sampling.span, sampling.rate_hz, sampling.jitter_s)
+    {
+        write!(
+            text,
+            ", {:.3} to {:.3} s at {rate_hz:.4} Hz, jitter {:.1} ms, ",
+            span.from_s,
+            span.to_s,
+            1e3 * jitter_s
+        )?;
+        match sampling.largest_gap {
+            None => write!(text, "no gaps")?,
+            Some(gap) => write!(
+                text,
+                "{} gaps, the largest of {:.3} s at {:.3} s",
+                sampling.gaps,
+                gap.to_s - gap.from_s,
+                gap.from_s
+            )?,
+        }
+    }
+    writeln!(text, "\n")?;
+
+    for channel in &opened.description.channels {
+        let range = inspection
+            .ranges
+            .iter()
+            .find(|range| range.quantity == channel.quantity);
+        writeln!(
+            text,
+            "{:9} {:16} {:34} {}",
+            channel.quantity.name(),
+            channel.column,
+            unit_text(channel),
+            range.map_or(String::new(), range_text)
+        )?;
+    }
+    let samples = &opened.record.samples;
+    writeln!(text)?;
+    for quantity in [Quantity::Rudder, Quantity::Heading] {
+        writeln!(
+            text,
+            "{:9} {}",
+            quantity.name(),
+            sparkline(&series(samples, quantity))
+        )?;
+    }
+
+    writeln!(text)?;
+    for found in inspection.manoeuvres.iter().take(LISTED_MANOEUVRES) {
+        let (name, what) = match found.kind {
+            Kind::Pulse => ("pulse", String::new()),
+            Kind::Doublet => ("doublet", String::new()),
+            Kind::ZigZag => ("zig-zag", format!(", {} strokes", found.strokes)),
+            Kind::Steps => ("steps", format!(", {} strokes", found.strokes)),
+            Kind::Steady => ("steady", String::new()),
+        };
+        write!(
+            text,
+            "{name:9} {:10.2} to {:10.2} s",
+            found.window.from_s, found.window.to_s
+        )?;
+        if found.kind != Kind::Steady {
+            write!(text, ", {:.1} deg{what}", found.amplitude_rad.to_degrees())?;
+        }
+        writeln!(text)?;
+    }
+    if let Some(more @ 1..) = inspection.manoeuvres.len().checked_sub(LISTED_MANOEUVRES) {
+        writeln!(text, "and {more} more, which --json lists")?;
+    }
+    writeln!(
+        text,
+        "{}",
+        match inspection.positive_rudder_turns_up {
+            Some(true) => "positive rudder turns towards increasing heading: b2 will be positive",
+            Some(false) => "positive rudder turns towards decreasing heading: b2 will be negative",
+            None => "the strokes do not show to which side positive rudder turns",
+        }
+    )?;
+    writeln!(
+        text,
+        "\n{}",
+        if inspection.verdict.accepted {
+            "usable"
+        } else {
+            "not usable"
+        }
+    )?;
+    for reason in &inspection.verdict.reasons {
+        writeln!(text, "  {}", reason.text)?;
+    }
+    Ok(())
+}
+
+fn unit_text(channel: &Channel) -> String {
+    match (channel.unit_source, &channel.because) {
+        (UnitSource::Chosen, _) => format!("{} (chosen)", channel.unit),
+        (UnitSource::Stated, _) => format!("{} (stated)", channel.unit),
+        (UnitSource::Assumed, None) => format!("{} (assumed)", channel.unit),
+        (UnitSource::Assumed, Some(because)) => {
+            format!("{} (assumed: {because})", channel.unit)
+        }
+    }
+}
+
+fn range_text(range: &Range) -> String {
+    let (scale, unit) = match range.quantity {
+        Quantity::Heading | Quantity::Rudder | Quantity::Roll | Quantity::Pitch => {
+            (1_f64.to_degrees(), "deg")
+        }
+        Quantity::YawRate => (1_f64.to_degrees(), "deg/s"),
+        Quantity::Speed => (1.0, "m/s"),
+        _ => (1.0, "m"),
+    };
+    format!(
+        "{:.2} to {:.2} {unit}, mean {:.2}",
+        range.lowest * scale,
+        range.highest * scale,
+        range.mean * scale
+    )
+}
+
+/// The values over time in 64 bars.
+fn sparkline(values: &[Option<f64>]) -> String {
+    const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+    const WIDTH: usize = 64;
+    let bins: Vec<Option<f64>> = values
+        .chunks(values.len().div_ceil(WIDTH).max(1))
+        .map(|bin| {
+            let count = bin.iter().flatten().count();
+            (count > 0).then(|| bin.iter().flatten().sum::<f64>() / count as f64)
+        })
+        .collect();
+    let lowest = bins.iter().flatten().fold(f64::INFINITY, |a, b| a.min(*b));
+    let highest = bins
+        .iter()
+        .flatten()
+        .fold(f64::NEG_INFINITY, |a, b| a.max(*b));
+    bins.iter()
+        .map(|bin| match bin {
+            Some(value) if highest > lowest => {
+                let height = (value - lowest) / (highest - lowest);
+                BARS[((height * 8.0) as usize).min(7)]
+            }
+            Some(_) => BARS[0],
+            None => ' ',
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A doublet with the heading that 1 / s^2 makes of it.
+    fn doublet() -> Vec<Sample<f64>> {
+        let (mut heading_rad, mut rate) = (6.2, 0.0);
+        (0..330)
+            .map(|k| {
+                let time_s = f64::from(k) * 0.05;
+                let rudder_rad = match k {
+                    40..80 => 0.26,
+                    80..120 => -0.26,
+                    _ => 0.0,
+                };
+                rate += 0.05 * rudder_rad;
+                heading_rad += 0.05 * rate;
+                Sample {
+                    time_s,
+                    heading_rad: Real::wrapped(heading_rad),
+                    rudder_rad,
+                    ..Sample::default()
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn exact_a_doublet_between_steady_spans_is_found() {
+        let samples = doublet();
+        let rudder = Manoeuvre::find(&samples).unwrap();
+        let kinds: Vec<Kind> = manoeuvres(&samples, &rudder)
+            .iter()
+            .map(|found| found.kind)
+            .collect();
+        assert_eq!(kinds, [Kind::Doublet, Kind::Steady]);
+        assert_eq!(
+            positive_rudder_turns_up(&samples, &rudder.strokes),
+            Some(true)
+        );
+        let mirrored: Vec<_> = samples
+            .iter()
+            .map(|s| Sample {
+                heading_rad: -s.heading_rad,
+                ..*s
+            })
+            .collect();
+        assert_eq!(
+            positive_rudder_turns_up(&mirrored, &rudder.strokes),
+            Some(false)
+        );
+    }
+
+    #[test]
+    fn exact_sparkline_shows_low_and_high() {
+        assert_eq!(sparkline(&[Some(0.0), None, Some(1.0)]), "▁ █");
+        assert_eq!(sparkline(&[Some(2.0), Some(2.0)]), "▁▁");
+        assert_eq!(sparkline(&[]), "");
+    }
+}
