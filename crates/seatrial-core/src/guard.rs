@@ -1,0 +1,206 @@
+//! The sample guard: what may reach the filters, and as what.
+
+use crate::Real;
+
+/// What the guard lets through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct GuardSettings<T> {
+    /// A longer silence than this many filter time constants 1/lambda is a gap, over which the filters
+    /// cannot be carried. `None`: no silence is a gap.
+    pub gap_time_constants: Option<T>,
+    /// After a gap or a discontinuity nothing is learnt for this many filter time constants:
+    /// (1 + n) e^-n of the filters' wrong start is then left.
+    pub warm_time_constants: T,
+    /// A heading further than this from where the running yaw rate takes it, rad, plus
+    /// what the largest yaw rate adds in the interval, is a spike. `None`: nothing is a spike.
+    pub heading_jump_rad: Option<T>,
+    /// Fastest change of heading, rad/s, against the running yaw rate.
+    pub max_yaw_rate_rad_s: T,
+    /// So many samples refused in a row (spikes or times before the last) are no accident: the last of them is
+    /// taken as the new level or the new clock.
+    pub refused_in_a_row: u32,
+}
+
+/// Why a sample was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum Cause {
+    /// A time, heading or rudder that is no number, or too large to compute with.
+    NonFinite,
+    /// The time of the sample before.
+    RepeatedTime,
+    /// A time before that of the sample before.
+    ReversedTime,
+    /// A heading that no vehicle can have turned to.
+    Spike,
+}
+
+/// Samples refused by cause, and the breaks in the record.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct RejectedCounts {
+    /// Refused: no number.
+    pub non_finite: u32,
+    /// Refused: same time again.
+    pub repeated_time: u32,
+    /// Refused: time ran backwards.
+    pub reversed_time: u32,
+    /// Refused: impossible heading.
+    pub spike: u32,
+    /// Silences over which the filters could not be carried; the sample that ended each was taken.
+    pub gaps: u32,
+    /// Lasting jumps of heading or clock; the sample that settled each was taken.
+    pub discontinuities: u32,
+}
+
+impl RejectedCounts {
+    /// All refused samples.
+    pub fn samples(&self) -> u32 {
+        [
+            self.non_finite,
+            self.repeated_time,
+            self.reversed_time,
+            self.spike,
+        ]
+        .iter()
+        .fold(0, |sum, count| sum.saturating_add(*count))
+    }
+
+    pub(crate) fn count(&mut self, cause: Cause) {
+        let counter = match cause {
+            Cause::NonFinite => &mut self.non_finite,
+            Cause::RepeatedTime => &mut self.repeated_time,
+            Cause::ReversedTime => &mut self.reversed_time,
+            Cause::Spike => &mut self.spike,
+        };
+        *counter = counter.saturating_add(1);
+    }
+}
+
+/// What is to be done with a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Admission<T> {
+    /// The first sample of all.
+    First,
+    /// It follows on the sample before.
+    Next {
+        /// Time since the sample before, s.
+        interval_s: T,
+        /// Heading turned since the sample before, rad; wraps are taken out.
+        heading_increment_rad: T,
+    },
+    /// It is good but does not follow on the sample before: filters start again.
+    Restart,
+    /// It is not to be used.
+    Rejected(Cause),
+}
+
+/// Takes samples as they come and lets through what can be used.
+///
+/// A heading may be wrapped to any turn or not at all: the increment is the heading's difference less the whole number
+/// of turns that brings it nearest to what the running yaw rate predicts, so that it stays right when
+/// samples are missing while the vehicle turns. A refused sample leaves no trace but its count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guard<T> {
+    settings: GuardSettings<T>,
+    gap_s: Option<f64>,
+    last: Option<(f64, T)>,
+    refused_in_a_row: u32,
+    rejected: RejectedCounts,
+}
+
+impl<T: Real> Guard<T> {
+    /// A guard before filters of this lambda.
+    pub fn new(settings: GuardSettings<T>, lambda_rad_s: T) -> Self {
+        Self {
+            settings,
+            gap_s: settings
+                .gap_time_constants
+                .map(|constants| (constants / lambda_rad_s).to_f64()),
+            last: None,
+            refused_in_a_row: 0,
+            rejected: RejectedCounts::default(),
+        }
+    }
+
+    /// Judges a sample, given the yaw rate that the samples before it show.
+    pub fn admit(
+        &mut self,
+        time_s: f64,
+        heading_rad: T,
+        rudder_rad: T,
+        yaw_rate_rad_s: T,
+    ) -> Admission<T> {
+        let admission = self.judge(time_s, heading_rad, rudder_rad, yaw_rate_rad_s);
+        if let Admission::Rejected(cause) = admission {
+            self.rejected.count(cause);
+        } else {
+            self.last = Some((time_s, heading_rad));
+            self.refused_in_a_row = 0;
+        }
+        admission
+    }
+
+    /// What was refused so far.
+    pub fn rejected(&self) -> RejectedCounts {
+        self.rejected
+    }
+
+    /// Counts a sample that was refused further on.
+    pub(crate) fn count(&mut self, cause: Cause) {
+        self.rejected.count(cause);
+    }
+
+    fn judge(
+        &mut self,
+        time_s: f64,
+        heading_rad: T,
+        rudder_rad: T,
+        yaw_rate_rad_s: T,
+    ) -> Admission<T> {
+        if !(time_s.is_finite() && heading_rad.is_finite() && rudder_rad.is_finite()) {
+            return Admission::Rejected(Cause::NonFinite);
+        }
+        let Some((last_time_s, last_heading_rad)) = self.last else {
+            return Admission::First;
+        };
+        let interval_s = time_s - last_time_s;
+        if interval_s == 0.0 {
+            return Admission::Rejected(Cause::RepeatedTime);
+        }
+        if interval_s < 0.0 {
+            return self.refuse(Cause::ReversedTime);
+        }
+        if self.gap_s.is_some_and(|gap_s| interval_s > gap_s) {
+            self.rejected.gaps = self.rejected.gaps.saturating_add(1);
+            return Admission::Restart;
+        }
+        let interval_s = T::of(interval_s);
+        let turned = heading_rad - last_heading_rad;
+        let predicted = yaw_rate_rad_s * interval_s;
+        let turn = T::PI + T::PI;
+        let heading_increment_rad = turned - turn * ((turned - predicted) / turn).round();
+        if let Some(jump) = self.settings.heading_jump_rad
+            && (heading_increment_rad - predicted).abs()
+                > jump + self.settings.max_yaw_rate_rad_s * interval_s
+        {
+            return self.refuse(Cause::Spike);
+        }
+        Admission::Next {
+            interval_s,
+            heading_increment_rad,
+        }
+    }
+
+    /// Refuses a sample, unless so many were refused that it is the new level.
+    fn refuse(&mut self, cause: Cause) -> Admission<T> {
+        self.refused_in_a_row += 1;
+        if self.refused_in_a_row < self.settings.refused_in_a_row {
+            return Admission::Rejected(cause);
+        }
+        self.rejected.discontinuities = self.rejected.discontinuities.saturating_add(1);
+        Admission::Restart
+    }
+}
