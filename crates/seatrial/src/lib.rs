@@ -2,10 +2,16 @@
 //! needs a heap or the whole record. The part that runs on the vehicle is [`seatrial_core`].
 
 pub mod campaign;
+pub mod circle_fit;
+pub mod heading_step;
 pub mod identification;
 pub mod identify;
+pub mod logbook;
 pub mod manoeuvre;
+pub mod paper;
+pub mod propagation;
 pub mod record;
+pub mod savitzky_golay;
 pub mod time_scale;
 pub mod verdict;
 

@@ -1,0 +1,185 @@
+//! One step of a trial as a row: the sample, its stage and the action that answered it.
+
+use rusqlite::types::{FromSql, FromSqlError, FromSqlResult, ToSql, ToSqlOutput, Type, ValueRef};
+use rusqlite::{Error, Row};
+use seatrial_core::{Action, Sample, Steering};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::campaign::Stage;
+
+/// One sample of a run, the stage it belongs to and the action that answered it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// What the vehicle measured.
+    pub sample: Sample<f64>,
+    /// The stage of the run. `None` between stages.
+    pub stage: Option<Stage>,
+    /// What the trial answered.
+    pub action: Action<f64>,
+}
+
+impl Step {
+    /// The names of [`numbers`](Step::numbers), with their units.
+    pub const COLUMNS: [&'static str; 14] = [
+        "time_s",
+        "heading_rad",
+        "rudder_rad",
+        "surge_speed_m_s",
+        "depth_m",
+        "altitude_m",
+        "roll_rad",
+        "pitch_rad",
+        "yaw_rate_rad_s",
+        "north_m",
+        "east_m",
+        "action_rudder_rad",
+        "action_heading_rad",
+        "action_thrust",
+    ];
+
+    /// Every number of the sample and of the action, in the order of [`COLUMNS`](Step::COLUMNS).
+    pub fn numbers(&self) -> [Option<f64>; 14] {
+        let s = &self.sample;
+        let (rudder, heading) = match self.action.steering {
+            Steering::Rudder(angle) => (Some(angle), None),
+            Steering::HoldHeading(angle) => (None, Some(angle)),
+        };
+        [
+            Some(s.time_s),
+            Some(s.heading_rad),
+            Some(s.rudder_rad),
+            s.surge_speed_m_s,
+            s.depth_m,
+            s.altitude_m,
+            s.roll_rad,
+            s.pitch_rad,
+            s.yaw_rate_rad_s,
+            s.north_m,
+            s.east_m,
+            rudder,
+            heading,
+            self.action.thrust,
+        ]
+    }
+
+    /// Are sample, stage and action the same, bit for bit?
+    pub fn same_bits(&self, other: &Self) -> bool {
+        let bits = |step: &Self| step.numbers().map(|number| number.map(f64::to_bits));
+        bits(self) == bits(other)
+            && self.stage == other.stage
+            && self.action.outcome == other.action.outcome
+    }
+
+    /// The step of a row that begins with [`COLUMNS`](Step::COLUMNS), stage and outcome.
+    pub(super) fn from_row(row: &Row) -> Result<Self, Error> {
+        let number = |column| row.get(column).map(|Exact(value)| value);
+        let optional = |column| {
+            row.get(column)
+                .map(|value: Option<Exact>| value.map(|Exact(value)| value))
+        };
+        let steering = match (optional(11)?, optional(12)?) {
+            (Some(angle), None) => Steering::Rudder(angle),
+            (None, Some(angle)) => Steering::HoldHeading(angle),
+            _ => {
+                return Err(unexpected(
+                    11,
+                    "expected either a rudder or a heading commanded",
+                ));
+            }
+        };
+        Ok(Self {
+            sample: Sample {
+                time_s: number(0)?,
+                heading_rad: number(1)?,
+                rudder_rad: number(2)?,
+                surge_speed_m_s: optional(3)?,
+                depth_m: optional(4)?,
+                altitude_m: optional(5)?,
+                roll_rad: optional(6)?,
+                pitch_rad: optional(7)?,
+                yaw_rate_rad_s: optional(8)?,
+                north_m: optional(9)?,
+                east_m: optional(10)?,
+            },
+            stage: row
+                .get::<_, Option<String>>(14)?
+                .map(|name| stage(14, &name))
+                .transpose()?,
+            action: Action {
+                steering,
+                thrust: optional(13)?,
+                outcome: json_column(row, 15)?,
+            },
+        })
+    }
+}
+
+/// A double that keeps its bits: SQLite takes NaN for NULL, so one is stored as its eight bytes.
+#[derive(Clone, Copy)]
+pub(super) struct Exact(pub f64);
+
+impl ToSql for Exact {
+    fn to_sql(&self) -> Result<ToSqlOutput<'_>, Error> {
+        Ok(if self.0.is_nan() {
+            self.0.to_be_bytes().to_vec().into()
+        } else {
+            self.0.into()
+        })
+    }
+}
+
+impl FromSql for Exact {
+    fn column_result(value: ValueRef<'_>) -> FromSqlResult<Self> {
+        match value {
+            ValueRef::Real(number) => Ok(Self(number)),
+            ValueRef::Blob(bytes) => bytes
+                .try_into()
+                .map(|bytes| Self(f64::from_be_bytes(bytes)))
+                .map_err(|_| FromSqlError::InvalidType),
+            _ => Err(FromSqlError::InvalidType),
+        }
+    }
+}
+
+/// The name of a stage in the logbook.
+pub(super) fn stage_name(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Settle => "settle",
+        Stage::Train => "train",
+        Stage::Validate => "validate",
+    }
+}
+
+/// The stage of that name.
+pub(super) fn stage(column: usize, name: &str) -> Result<Stage, Error> {
+    [Stage::Settle, Stage::Train, Stage::Validate]
+        .into_iter()
+        .find(|stage| stage_name(*stage) == name)
+        .ok_or_else(|| unexpected(column, &format!("no stage is called {name:?}")))
+}
+
+/// The value as JSON text.
+pub(super) fn to_json(value: &impl Serialize) -> Result<String, Error> {
+    serde_json::to_string(value).map_err(|error| Error::ToSqlConversionFailure(error.into()))
+}
+
+/// The value of JSON text from that column.
+pub(super) fn from_json<T: DeserializeOwned>(column: usize, text: &str) -> Result<T, Error> {
+    serde_json::from_str(text)
+        .map_err(|error| Error::FromSqlConversionFailure(column, Type::Text, error.into()))
+}
+
+/// The value of a column of JSON text, which may be NULL.
+pub(super) fn json_column<T: DeserializeOwned>(
+    row: &Row,
+    column: usize,
+) -> Result<Option<T>, Error> {
+    row.get::<_, Option<String>>(column)?
+        .map(|text| from_json(column, &text))
+        .transpose()
+}
+
+fn unexpected(column: usize, what: &str) -> Error {
+    Error::FromSqlConversionFailure(column, Type::Null, what.into())
+}

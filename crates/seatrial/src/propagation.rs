@@ -1,0 +1,84 @@
+//! The uncertainty of a model carried through to what is computed from it.
+
+use seatrial_core::YawModel;
+
+/// Two-sided 95 % point of the normal distribution.
+const NORMAL_95: f64 = 1.959_963_984_540_054;
+
+/// The 95 % interval of a quantity computed from a model, by the delta method.
+///
+/// ```text
+/// var f = grad f^T C grad f,   f +- 1.96 sqrt(var f)
+/// ```
+///
+/// with C the covariance of [a22, b2, C0] and the gradient by central differences over a hundredth
+/// of each standard deviation. First order: right as long as the quantity is nearly linear over the
+/// interval of the parameters. `None` where the quantity does not exist at or next to the estimate.
+pub fn interval_95(
+    model: &YawModel<f64>,
+    covariance: &[[f64; 3]; 3],
+    quantity: impl Fn(&YawModel<f64>) -> Option<f64>,
+) -> Option<[f64; 2]> {
+    let centre = quantity(model)?;
+    let theta = model.theta();
+    let mut gradient = [0.0; 3];
+    for i in 0..3 {
+        let step = 0.01 * covariance[i][i].sqrt();
+        if step == 0.0 {
+            continue;
+        }
+        let shifted = |by: f64| {
+            let mut theta = theta;
+            theta[i] += by;
+            quantity(&YawModel::from_theta(theta))
+        };
+        gradient[i] = (shifted(step)? - shifted(-step)?) / (2.0 * step);
+    }
+    let variance: f64 = (0..3)
+        .flat_map(|i| (0..3).map(move |j| (i, j)))
+        .map(|(i, j)| gradient[i] * covariance[i][j] * gradient[j])
+        .sum();
+    let half_width = NORMAL_95 * variance.sqrt();
+    half_width
+        .is_finite()
+        .then_some([centre - half_width, centre + half_width])
+}
+
+/// The covariance that independent 95 % intervals of a22, b2 and C0 stand for: correlations unknown.
+pub fn covariance_of_intervals(intervals: [[f64; 2]; 3]) -> [[f64; 3]; 3] {
+    let mut covariance = [[0.0; 3]; 3];
+    for (i, [low, high]) in intervals.into_iter().enumerate() {
+        let standard_deviation = (high - low) / (2.0 * NORMAL_95);
+        covariance[i][i] = standard_deviation * standard_deviation;
+    }
+    covariance
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_linear_quantity_and_round_trip_of_intervals() {
+        let model = YawModel::from_theta([-1.0, 2.0, 0.1]);
+        let covariance = covariance_of_intervals([[-1.2, -0.8], [1.7, 2.3], [0.0, 0.2]]);
+        let interval = interval_95(&model, &covariance, |m| Some(m.b2_per_s2)).unwrap();
+        // Rounding of the difference quotient, 1e-16 over a step of 1e-3.
+        assert!((interval[0] - 1.7).abs() < 1e-12 && (interval[1] - 2.3).abs() < 1e-12);
+        let sum = interval_95(&model, &covariance, |m| Some(m.a22_per_s + m.b2_per_s2)).unwrap();
+        let half_width = (0.2_f64.powi(2) + 0.3_f64.powi(2)).sqrt();
+        assert!((sum[1] - 1.0 - half_width).abs() < 1e-12);
+        assert_eq!(interval_95(&model, &covariance, |_| None), None);
+    }
+
+    /// a22 and b2 that err together leave K = -b2/a22 alone.
+    #[test]
+    fn exact_correlation_counts() {
+        let model = YawModel::from_theta([-1.0, 2.0, 0.0]);
+        let covariance = [[0.01, -0.02, 0.0], [-0.02, 0.04, 0.0], [0.0; 3]];
+        let gain = |m: &YawModel<f64>| m.nomoto().map(|n| n.k_per_s);
+        let [low, high] = interval_95(&model, &covariance, gain).unwrap();
+        // The difference quotient errs in the second order of the step, 1e-3.
+        assert!(high - low < 1e-5);
+    }
+}
