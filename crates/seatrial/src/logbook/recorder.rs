@@ -87,3 +87,78 @@ impl Recorder {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use seatrial_core::{Action, Sample, Steering};
+
+    use super::*;
+    use crate::identification::Verdict;
+
+    fn step(second: u32) -> Step {
+        Step {
+            sample: Sample {
+                time_s: f64::from(second),
+                ..Sample::default()
+            },
+            stage: None,
+            action: Action {
+                steering: Steering::Rudder(0.0),
+                thrust: None,
+                outcome: None,
+            },
+        }
+    }
+
+    /// A disk that fills up and is then given space loses nothing.
+    #[test]
+    fn io_steps_that_a_full_disk_refused_are_written_later() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("seatrial.db");
+        let new = NewCampaign {
+            configuration: "bare hull",
+            notes: None,
+            software_version: "0.1.0",
+            vehicle: "sim:starfish",
+            seed: None,
+            rudder_limit_rad: 0.26,
+            plan: "",
+        };
+        let mut recorder = Recorder::begin(Logbook::open(&path).unwrap(), &new).unwrap();
+        recorder.begin_run(1, 0.6, 1).unwrap();
+        let limit_pages = |recorder: &Recorder, pages: u32| {
+            let connection = &recorder.logbook.connection;
+            connection
+                .pragma_update_and_check(None, "max_page_count", pages, |_| Ok(()))
+                .unwrap();
+        };
+        // SQLite takes the present size for a limit below it.
+        limit_pages(&recorder, 1);
+        let errors: Vec<Error> = (0..400)
+            .filter_map(|second| recorder.step(step(second)).err())
+            .collect();
+        let first = errors.first().expect("the disk is full");
+        assert!(first.is_not_saved());
+        assert!(first.to_string().contains("free some space"), "{first}");
+
+        limit_pages(&recorder, 10_000);
+        let run = Run {
+            number: 1,
+            thrust: 0.6,
+            attempt: 1,
+            surge_speed_m_s: None,
+            stages: Vec::new(),
+            record: (0..400).map(|second| step(second).sample).collect(),
+            identification: None,
+            verdict: Verdict {
+                accepted: false,
+                reasons: Vec::new(),
+            },
+        };
+        recorder.finish_run(&run).unwrap();
+        recorder.finish(Outcome::Finished).unwrap();
+        let logbook = Logbook::open_read_only(&path).unwrap();
+        assert_eq!(logbook.campaign(CampaignId(1)).unwrap().runs, [run]);
+        assert_eq!(logbook.verify().unwrap().damage, []);
+    }
+}
