@@ -2,6 +2,7 @@
 
 mod inspect;
 mod log;
+mod logbook;
 mod output;
 
 use std::process::ExitCode;
@@ -24,12 +25,14 @@ struct Cli {
 #[derive(Subcommand)]
 enum Verb {
     Inspect(inspect::Args),
+    Logbook(logbook::Args),
 }
 
 impl Verb {
     fn run(&self, output: &Output) -> Result<Exit, Failure> {
         match self {
             Self::Inspect(args) => inspect::run(args, output),
+            Self::Logbook(args) => logbook::run(args, output),
         }
     }
 }
