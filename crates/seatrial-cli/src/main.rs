@@ -1,9 +1,14 @@
 //! The `seatrial` command: one file per verb.
 
+mod gains;
 mod inspect;
 mod log;
 mod logbook;
 mod output;
+mod paper;
+mod steering_source;
+mod table;
+mod turn;
 
 use std::process::ExitCode;
 
@@ -26,6 +31,9 @@ struct Cli {
 enum Verb {
     Inspect(inspect::Args),
     Logbook(logbook::Args),
+    Turn(turn::Args),
+    Gains(gains::Args),
+    Paper(paper::Args),
 }
 
 impl Verb {
@@ -33,6 +41,9 @@ impl Verb {
         match self {
             Self::Inspect(args) => inspect::run(args, output),
             Self::Logbook(args) => logbook::run(args, output),
+            Self::Turn(args) => turn::run(args, output),
+            Self::Gains(args) => gains::run(args, output),
+            Self::Paper(args) => paper::run(args, output),
         }
     }
 }

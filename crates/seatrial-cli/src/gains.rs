@@ -1,0 +1,426 @@
+//! `seatrial gains`: the heading controller's gains, feed-forward and margins.
+
+use std::path::PathBuf;
+
+use seatrial_core::heading_loop::{LoopTiming, Poles};
+use seatrial_core::schedule::{Beyond, ScheduleKey};
+use seatrial_core::{GainSchedule, HeadingGain, HeadingLoop, YawModel};
+use serde::Serialize;
+
+use crate::output::{Exit, Failure, Output};
+use crate::steering_source::{Estimate, SCHEDULE_FILE_HELP, Source, SourceArgs, SourcePoint};
+use crate::table::Table;
+
+const SCHEMA: &str = "seatrial.gains.v1";
+
+/// Heading controller gains from a model or a schedule, with margins.
+///
+/// rudder = K_p (desired heading - heading) - delta0, limited. Damping and margins are those of the
+/// loop with K_p as given here; their intervals say what the uncertainty of the model makes of it.
+#[derive(clap::Args)]
+#[command(after_help = help())]
+pub struct Args {
+    #[command(flatten)]
+    source: SourceArgs,
+    /// Damping ratio of the closed loop.
+    #[arg(long, value_name = "RATIO", default_value_t = std::f64::consts::FRAC_1_SQRT_2)]
+    zeta: f64,
+    /// Dead time of compass, computer and rudder for the margins, s.
+    #[arg(long, value_name = "S", default_value_t = 0.0)]
+    delay: f64,
+    /// Interval of a sampled controller for the margins, s. Continuous without.
+    #[arg(long, value_name = "S")]
+    interval: Option<f64>,
+    /// Gain at this thrust, a fraction of full, interpolated.
+    #[arg(long, value_name = "FRACTION", conflicts_with = "at_speed")]
+    at_thrust: Option<f64>,
+    /// Gain at this speed, m/s, interpolated.
+    #[arg(long, value_name = "M_S")]
+    at_speed: Option<f64>,
+    /// Allows an --at-thrust or --at-speed outside the identified range; the result is marked.
+    #[arg(long)]
+    extrapolate: bool,
+    /// Writes the gain schedule for a controller instead of the table.
+    #[arg(long, value_name = "FORMAT")]
+    export: Option<ExportFormat>,
+    /// Where the export goes; standard output without.
+    #[arg(long, value_name = "FILE", requires = "export")]
+    out: Option<PathBuf>,
+}
+
+/// A form of the gain schedule that controllers read.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum ExportFormat {
+    /// Thrust, speed, gain and feed-forward of each point.
+    Json,
+}
+
+fn help() -> String {
+    format!(
+        "Example:\n  seatrial gains --a22 -1.28 --b2 0.65 --c0 0.0129 --delay 0.1 --interval 0.05\n\n{SCHEDULE_FILE_HELP}"
+    )
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    schema: &'static str,
+    source: &'a str,
+    damping_ratio: f64,
+    rudder_limit_rad: f64,
+    timing: LoopTiming<f64>,
+    points: Vec<PointGains>,
+    at: Option<InterpolatedGain>,
+}
+
+#[derive(Serialize)]
+struct PointGains {
+    thrust: Option<f64>,
+    surge_speed_m_s: Option<f64>,
+    #[serde(flatten)]
+    model: YawModel<f64>,
+    nomoto_t_s: Option<Estimate>,
+    nomoto_k_per_s: Option<Estimate>,
+    /// Why there is no gain.
+    refused: Option<String>,
+    proportional_gain: Option<Estimate>,
+    feed_forward_rudder_rad: Option<Estimate>,
+    #[serde(rename = "loop")]
+    closed_loop: Option<LoopFigures>,
+}
+
+/// The closed loop at a fixed gain.
+#[derive(Serialize)]
+struct LoopFigures {
+    poles_per_s: Poles<f64>,
+    damping_ratio: Option<Estimate>,
+    natural_frequency_rad_s: Option<Estimate>,
+    overshoot: Option<Estimate>,
+    /// A factor; null is infinite.
+    gain_margin: Option<Estimate>,
+    phase_margin_rad: Option<Estimate>,
+    delay_margin_s: Option<Estimate>,
+}
+
+#[derive(Serialize)]
+struct InterpolatedGain {
+    key: ScheduleKey,
+    value: f64,
+    extrapolated: bool,
+    proportional_gain: Estimate,
+    feed_forward_rudder_rad: f64,
+    #[serde(rename = "loop")]
+    closed_loop: Option<LoopFigures>,
+}
+
+/// Runs the verb.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let source = args.source.read()?;
+    source.warn();
+    let timing = LoopTiming {
+        delay_s: args.delay,
+        sample_interval_s: args.interval,
+    };
+    check(args.zeta, timing)?;
+    let points = source.points.iter();
+    let document = Document {
+        schema: SCHEMA,
+        source: &source.origin,
+        damping_ratio: args.zeta,
+        rudder_limit_rad: source.rudder_limit_rad,
+        timing,
+        points: points.map(|p| point_gains(p, args.zeta, timing)).collect(),
+        at: interpolated(args, &source, timing)?,
+    };
+    match args.export {
+        Some(ExportFormat::Json) => export_json(args, &document)?,
+        None => output.print(&document, || text(&document))?,
+    }
+    let refused = document.points.iter().any(|p| p.refused.is_some());
+    Ok(if refused || !source.rejected.is_empty() {
+        Exit::Rejected
+    } else {
+        Exit::Done
+    })
+}
+
+/// Refuses settings that no model could satisfy.
+fn check(zeta: f64, timing: LoopTiming<f64>) -> Result<(), Failure> {
+    let stable = YawModel::from_theta([-1.0, 1.0, 0.0]);
+    HeadingGain::design(&stable, zeta)
+        .map_err(|reason| Failure::usage(format!("--zeta {zeta}: {reason}")))?;
+    HeadingLoop::new(&stable, 1.0)
+        .and_then(|closed| closed.margins(timing))
+        .map_err(|reason| Failure::usage(format!("--delay, --interval: {reason}")))?;
+    Ok(())
+}
+
+fn point_gains(point: &SourcePoint, zeta: f64, timing: LoopTiming<f64>) -> PointGains {
+    let model = point.point.model;
+    let gain = HeadingGain::design(&model, zeta);
+    let of = |quantity: fn(HeadingGain<f64>) -> f64| {
+        point.estimate(|model| Some(quantity(HeadingGain::design(model, zeta).ok()?)))
+    };
+    PointGains {
+        thrust: point.point.thrust,
+        surge_speed_m_s: point.point.surge_speed_m_s,
+        model,
+        nomoto_t_s: point.estimate(|model| Some(model.nomoto()?.t_s)),
+        nomoto_k_per_s: point.estimate(|model| Some(model.nomoto()?.k_per_s)),
+        refused: gain.err().map(|reason| reason.to_string()),
+        proportional_gain: of(|gain| gain.proportional_gain),
+        feed_forward_rudder_rad: of(|gain| gain.feed_forward_rudder_rad),
+        closed_loop: gain
+            .ok()
+            .and_then(|gain| loop_figures(point, gain.proportional_gain, timing)),
+    }
+}
+
+fn loop_figures(point: &SourcePoint, gain: f64, timing: LoopTiming<f64>) -> Option<LoopFigures> {
+    let closed = |model: &YawModel<f64>| HeadingLoop::new(model, gain).ok();
+    let margins = |model: &YawModel<f64>| closed(model)?.margins(timing).ok();
+    Some(LoopFigures {
+        poles_per_s: closed(&point.point.model)?.poles(),
+        damping_ratio: point.estimate(|model| Some(closed(model)?.damping_ratio())),
+        natural_frequency_rad_s: point
+            .estimate(|model| Some(closed(model)?.natural_frequency_rad_s())),
+        overshoot: point.estimate(|model| Some(closed(model)?.overshoot())),
+        gain_margin: point.estimate(|model| margins(model)?.gain_margin),
+        phase_margin_rad: point.estimate(|model| margins(model)?.phase_margin_rad),
+        delay_margin_s: point.estimate(|model| margins(model)?.delay_margin_s),
+    })
+}
+
+fn interpolated(
+    args: &Args,
+    source: &Source,
+    timing: LoopTiming<f64>,
+) -> Result<Option<InterpolatedGain>, Failure> {
+    let (key, value) = match (args.at_thrust, args.at_speed) {
+        (Some(thrust), _) => (ScheduleKey::Thrust, thrust),
+        (None, Some(speed)) => (ScheduleKey::Speed, speed),
+        (None, None) => return Ok(None),
+    };
+    let beyond = if args.extrapolate {
+        Beyond::Extrapolate
+    } else {
+        Beyond::Refuse
+    };
+    let schedule = source.schedule(key)?;
+    let refused = |error| {
+        let hint = if args.extrapolate {
+            ""
+        } else {
+            " (--extrapolate allows it)"
+        };
+        Failure::usage(format!("{} {value}: {error}{hint}", key.name()))
+    };
+    let gains = GainSchedule::design(schedule, args.zeta)
+        .map_err(|error| Failure::input(format!("{}: {} {error}", source.origin, key.name())))?;
+    let gain = gains.lookup(value, beyond).map_err(refused)?;
+    let model = schedule.lookup(value, beyond).map_err(refused)?;
+    let proportional_gain = gain.value().proportional_gain;
+    let here = SourcePoint {
+        point: *model.value(),
+        covariance: None,
+    };
+    Ok(Some(InterpolatedGain {
+        key,
+        value,
+        extrapolated: gain.is_extrapolated(),
+        proportional_gain: Estimate {
+            value: proportional_gain,
+            interval_95: interpolated_interval(args.zeta, source, key, value, proportional_gain),
+        },
+        feed_forward_rudder_rad: gain.value().feed_forward_rudder_rad,
+        closed_loop: loop_figures(&here, proportional_gain, timing),
+    }))
+}
+
+/// The half widths of the two neighbours, weighted as the gains are; their runs err independently.
+fn interpolated_interval(
+    zeta: f64,
+    source: &Source,
+    key: ScheduleKey,
+    value: f64,
+    gain: f64,
+) -> Option<[f64; 2]> {
+    let mut known: Vec<(f64, f64)> = source
+        .points
+        .iter()
+        .filter_map(|point| {
+            let design = |model: &YawModel<f64>| HeadingGain::design(model, zeta).ok();
+            let estimate = point.estimate(|model| Some(design(model)?.proportional_gain))?;
+            let [low, high] = estimate.interval_95?;
+            Some((point.point.key(key)?, (high - low) / 2.0))
+        })
+        .collect();
+    if known.len() < source.points.len() {
+        return None;
+    }
+    known.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let pair = known
+        .windows(2)
+        .find(|pair| value <= pair[1].0)
+        .or_else(|| known.windows(2).last())?;
+    let fraction = (value - pair[0].0) / (pair[1].0 - pair[0].0);
+    let half_width = ((1.0 - fraction) * pair[0].1).hypot(fraction * pair[1].1);
+    Some([gain - half_width, gain + half_width])
+}
+
+/// What a controller needs and nothing else.
+#[derive(Serialize)]
+struct Export<'a> {
+    schema: &'static str,
+    law: &'static str,
+    source: &'a str,
+    damping_ratio: f64,
+    rudder_limit_rad: f64,
+    points: Vec<ExportPoint>,
+}
+
+#[derive(Serialize)]
+struct ExportPoint {
+    thrust: Option<f64>,
+    surge_speed_m_s: Option<f64>,
+    proportional_gain: f64,
+    feed_forward_rudder_rad: f64,
+}
+
+fn export_json(args: &Args, document: &Document) -> Result<(), Failure> {
+    let mut points = Vec::new();
+    for point in &document.points {
+        let (Some(gain), Some(feed_forward)) =
+            (point.proportional_gain, point.feed_forward_rudder_rad)
+        else {
+            return Err(Failure::input(format!(
+                "{}: a point has no gain: {}",
+                document.source,
+                point.refused.as_deref().unwrap_or("not finite")
+            )));
+        };
+        points.push(ExportPoint {
+            thrust: point.thrust,
+            surge_speed_m_s: point.surge_speed_m_s,
+            proportional_gain: gain.value,
+            feed_forward_rudder_rad: feed_forward.value,
+        });
+    }
+    let export = Export {
+        schema: "seatrial.gain_schedule.v1",
+        law: "rudder_rad = limit(proportional_gain * wrap(desired_heading_rad - heading_rad) + feed_forward_rudder_rad, rudder_limit_rad)",
+        source: document.source,
+        damping_ratio: document.damping_ratio,
+        rudder_limit_rad: document.rudder_limit_rad,
+        points,
+    };
+    let Some(path) = &args.out else {
+        return Output::new(true).print(&export, String::new);
+    };
+    let text = serde_json::to_string_pretty(&export).map_err(Failure::internal)?;
+    std::fs::write(path, text + "\n")
+        .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))
+}
+
+fn text(document: &Document) -> String {
+    let mut table = Table::new(&[
+        ("thrust", "%"),
+        ("speed", "m/s"),
+        ("a22", "1/s"),
+        ("b2", "1/s^2"),
+        ("Nomoto T", "s"),
+        ("Nomoto K", "1/s"),
+        ("K_p", "rad/rad"),
+        ("feed-forward", "deg"),
+        ("damping", ""),
+        ("frequency", "rad/s"),
+        ("overshoot", "%"),
+        ("gain margin", "factor"),
+        ("phase margin", "deg"),
+        ("delay margin", "s"),
+    ]);
+    let optional = |x: Option<f64>, scale: f64, decimals: usize| {
+        x.map_or("-".into(), |x| format!("{:.decimals$}", x * scale))
+    };
+    for point in &document.points {
+        let mut cells = vec![
+            optional(point.thrust, 100.0, 0),
+            optional(point.surge_speed_m_s, 1.0, 2),
+            format!("{:.3}", point.model.a22_per_s),
+            format!("{:.3}", point.model.b2_per_s2),
+            estimate(&point.nomoto_t_s, 2, 1.0),
+            estimate(&point.nomoto_k_per_s, 2, 1.0),
+            estimate(&point.proportional_gain, 3, 1.0),
+            estimate(&point.feed_forward_rudder_rad, 2, 1_f64.to_degrees()),
+        ];
+        cells.extend(loop_cells(&point.closed_loop));
+        table.row(cells);
+    }
+    let mut notes: Vec<String> = document
+        .points
+        .iter()
+        .filter_map(|p| p.refused.as_ref())
+        .map(|reason| format!("No gain: {reason}."))
+        .collect();
+    if let Some(at) = &document.at {
+        notes.push(at_text(at));
+    }
+    format!(
+        "Heading gains of {}, damping ratio {:.4}, rudder limit {:.1} deg\n\
+         Margins with {:.3} s delay, {}\n\n{table}\n{}",
+        document.source,
+        document.damping_ratio,
+        document.rudder_limit_rad.to_degrees(),
+        document.timing.delay_s,
+        document
+            .timing
+            .sample_interval_s
+            .map_or("continuous controller".into(), |h| format!(
+                "sampled every {h} s"
+            )),
+        notes.join("\n")
+    )
+}
+
+fn estimate(estimate: &Option<Estimate>, decimals: usize, scale: f64) -> String {
+    estimate.map_or("-".into(), |e| e.text(decimals, scale))
+}
+
+fn loop_cells(closed_loop: &Option<LoopFigures>) -> Vec<String> {
+    let Some(figures) = closed_loop else {
+        return vec!["-".into(); 6];
+    };
+    vec![
+        estimate(&figures.damping_ratio, 3, 1.0),
+        estimate(&figures.natural_frequency_rad_s, 2, 1.0),
+        estimate(&figures.overshoot, 1, 100.0),
+        figures
+            .gain_margin
+            .map_or("infinite".into(), |margin| margin.text(1, 1.0)),
+        estimate(&figures.phase_margin_rad, 1, 1_f64.to_degrees()),
+        estimate(&figures.delay_margin_s, 2, 1.0),
+    ]
+}
+
+fn at_text(at: &InterpolatedGain) -> String {
+    let place = match at.key {
+        ScheduleKey::Thrust => format!("{:.0} % thrust", at.value * 100.0),
+        ScheduleKey::Speed => format!("{:.2} m/s", at.value),
+    };
+    let how = if at.extrapolated {
+        "EXTRAPOLATED beyond the identified range"
+    } else {
+        "interpolated"
+    };
+    let figures = at.closed_loop.as_ref().map_or(String::new(), |figures| {
+        format!(
+            ", damping {} and phase margin {} deg with the model interpolated likewise",
+            estimate(&figures.damping_ratio, 3, 1.0),
+            estimate(&figures.phase_margin_rad, 1, 1_f64.to_degrees())
+        )
+    });
+    format!(
+        "At {place} ({how}): K_p {}, feed-forward {:.2} deg{figures}.",
+        at.proportional_gain.text(3, 1.0),
+        at.feed_forward_rudder_rad.to_degrees()
+    )
+}

@@ -1,0 +1,284 @@
+//! `seatrial turn`: turning limits to either hand, and over speed.
+
+use seatrial_core::authority::{AuthorityFit, AuthorityForm};
+use seatrial_core::turning::{RadiusMinimum, TurningOverSpeed};
+use seatrial_core::{Hand, SchedulePoint, Turn, YawModel};
+use serde::Serialize;
+
+use crate::output::{Exit, Failure, Output};
+use crate::steering_source::{Estimate, SCHEDULE_FILE_HELP, Source, SourceArgs, SourcePoint};
+use crate::table::Table;
+
+/// Turning limits from a model or a schedule, to either hand.
+///
+/// The rudder is taken to move at once to its limit and the speed to stay the same. The U-turn mean
+/// radius is the paper's (50), with the time to build up the yaw rate; the steady radius is that of
+/// the circle of a long turn.
+#[derive(clap::Args)]
+#[command(after_help = help())]
+pub struct Args {
+    #[command(flatten)]
+    source: SourceArgs,
+    /// Heading change whose time is wanted, degrees.
+    #[arg(long, value_name = "DEG", default_value_t = 180.0)]
+    heading_change_deg: f64,
+    /// Looks for the least radius up to this speed, m/s, beyond the identified ones if need be.
+    #[arg(long, value_name = "M_S")]
+    up_to_speed: Option<f64>,
+}
+
+fn help() -> String {
+    format!(
+        "Example:\n  seatrial turn --a22 -1.62 --b2 1.25 --c0 0.045 --speed 1.4 --heading-change-deg 90\n\n{SCHEDULE_FILE_HELP}"
+    )
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    schema: &'static str,
+    source: &'a str,
+    rudder_limit_rad: f64,
+    heading_change_rad: f64,
+    points: Vec<PointLimits>,
+    over_speed: Vec<OverSpeed>,
+}
+
+#[derive(Serialize)]
+struct PointLimits {
+    thrust: Option<f64>,
+    surge_speed_m_s: Option<f64>,
+    #[serde(flatten)]
+    model: YawModel<f64>,
+    delta0_rad: Option<f64>,
+    nomoto_t_s: Option<Estimate>,
+    nomoto_k_per_s: Option<Estimate>,
+    hands: [HandLimits; 2],
+}
+
+#[derive(Serialize)]
+struct HandLimits {
+    hand: Hand,
+    /// Why there is no turn to this hand.
+    refused: Option<String>,
+    rudder_rad: Option<f64>,
+    yaw_rate_rad_s: Option<Estimate>,
+    rise_time_s: Option<Estimate>,
+    u_turn_time_s: Option<Estimate>,
+    u_turn_mean_radius_m: Option<Estimate>,
+    steady_turning_radius_m: Option<Estimate>,
+    trapezoid_time_s: Option<Estimate>,
+    full_rudder_time_s: Option<Estimate>,
+}
+
+/// The paper's (52): mean a22, fitted b2, no offset.
+#[derive(Serialize)]
+struct OverSpeed {
+    #[serde(flatten)]
+    fit: AuthorityFit<f64>,
+    mean_a22_per_s: f64,
+    searched_m_s: [f64; 2],
+    minimum: Option<RadiusMinimum<f64>>,
+    refused: Option<String>,
+}
+
+/// Runs the verb.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let source = args.source.read()?;
+    source.warn();
+    let heading_change_rad = args.heading_change_deg.to_radians();
+    if !heading_change_rad.is_finite() {
+        return Err(Failure::usage("--heading-change-deg: expected a number"));
+    }
+    let limits = |point: &SourcePoint| point_limits(point, &source, heading_change_rad);
+    let document = Document {
+        schema: "seatrial.turn.v1",
+        source: &source.origin,
+        rudder_limit_rad: source.rudder_limit_rad,
+        heading_change_rad,
+        points: source.points.iter().map(limits).collect(),
+        over_speed: over_speed(&source, args.up_to_speed)?,
+    };
+    output.print(&document, || text(&document))?;
+    let refused = document
+        .points
+        .iter()
+        .any(|p| p.hands.iter().any(|hand| hand.refused.is_some()));
+    Ok(if refused || !source.rejected.is_empty() {
+        Exit::Rejected
+    } else {
+        Exit::Done
+    })
+}
+
+fn point_limits(point: &SourcePoint, source: &Source, heading_change_rad: f64) -> PointLimits {
+    let SchedulePoint {
+        thrust,
+        surge_speed_m_s,
+        model,
+    } = point.point;
+    let limits = |hand: Hand| {
+        let turn = |model: &YawModel<f64>| Turn::new(model, source.rudder_limit_rad, hand);
+        let of = |quantity: &dyn Fn(Turn<f64>) -> Option<f64>| {
+            point.estimate(|model| quantity(turn(model).ok()?))
+        };
+        let found = turn(&model);
+        HandLimits {
+            hand,
+            refused: found.err().map(|reason| reason.to_string()),
+            rudder_rad: found.ok().map(|turn| turn.rudder_rad),
+            yaw_rate_rad_s: of(&|turn| Some(turn.yaw_rate_rad_s)),
+            rise_time_s: of(&|turn| Some(turn.rise_time_s())),
+            u_turn_time_s: of(&|turn| Some(turn.u_turn_time_s())),
+            u_turn_mean_radius_m: of(&|turn| Some(turn.u_turn_mean_radius_m(surge_speed_m_s?))),
+            steady_turning_radius_m: of(&|turn| {
+                Some(turn.steady_turning_radius_m(surge_speed_m_s?))
+            }),
+            trapezoid_time_s: of(&|turn| Some(turn.trapezoid_time_s(heading_change_rad))),
+            full_rudder_time_s: of(&|turn| Some(turn.full_rudder_time_s(heading_change_rad))),
+        }
+    };
+    PointLimits {
+        thrust,
+        surge_speed_m_s,
+        model,
+        delta0_rad: model.delta0_rad(),
+        nomoto_t_s: point.estimate(|model| Some(model.nomoto()?.t_s)),
+        nomoto_k_per_s: point.estimate(|model| Some(model.nomoto()?.k_per_s)),
+        hands: [Hand::Starboard, Hand::Port].map(limits),
+    }
+}
+
+/// Both fits of b2 over speed, where at least two speeds are known.
+fn over_speed(source: &Source, up_to: Option<f64>) -> Result<Vec<OverSpeed>, Failure> {
+    let points: Vec<SchedulePoint<f64>> = source
+        .points
+        .iter()
+        .map(|p| p.point)
+        .filter(|p| p.surge_speed_m_s.is_some())
+        .collect();
+    let mean_a22_per_s =
+        points.iter().map(|p| p.model.a22_per_s).sum::<f64>() / points.len() as f64;
+    let mut fits = Vec::new();
+    for form in [AuthorityForm::ThroughZero, AuthorityForm::WithConstant] {
+        let Ok(fit) = AuthorityFit::new(&points, form) else {
+            if up_to.is_some() {
+                return Err(Failure::usage(
+                    "--up-to-speed needs a source with at least two different speeds",
+                ));
+            }
+            return Ok(fits);
+        };
+        let searched_m_s = [
+            fit.speed_range_m_s[0],
+            up_to.unwrap_or(fit.speed_range_m_s[1]),
+        ];
+        let minimum = TurningOverSpeed {
+            a22_per_s: mean_a22_per_s,
+            authority: fit,
+            rudder_limit_rad: source.rudder_limit_rad,
+        }
+        .minimum_radius(searched_m_s[0], searched_m_s[1]);
+        fits.push(OverSpeed {
+            fit,
+            mean_a22_per_s,
+            searched_m_s,
+            minimum: minimum.ok().flatten(),
+            refused: minimum.err().map(|reason| reason.to_string()),
+        });
+    }
+    Ok(fits)
+}
+
+fn text(document: &Document) -> String {
+    let mut table = Table::new(&[
+        ("thrust", "%"),
+        ("speed", "m/s"),
+        ("a22", "1/s"),
+        ("b2", "1/s^2"),
+        ("Nomoto T", "s"),
+        ("Nomoto K", "1/s"),
+        ("hand", ""),
+        ("rudder", "deg"),
+        ("yaw rate", "deg/s"),
+        ("U-turn", "s"),
+        ("mean radius", "m"),
+        ("steady radius", "m"),
+        ("change", "s, trapezoid"),
+        ("change", "s, full rudder"),
+    ]);
+    let estimate = |estimate: &Option<Estimate>, decimals, scale| {
+        estimate.map_or("-".into(), |e: Estimate| e.text(decimals, scale))
+    };
+    let mut notes = Vec::new();
+    for point in &document.points {
+        for limits in &point.hands {
+            let optional = |x: Option<f64>, scale: f64, decimals: usize| {
+                x.map_or("-".into(), |x| format!("{:.decimals$}", x * scale))
+            };
+            let hand = match limits.hand {
+                Hand::Starboard => "starboard",
+                Hand::Port => "port",
+            };
+            table.row(vec![
+                optional(point.thrust, 100.0, 0),
+                optional(point.surge_speed_m_s, 1.0, 2),
+                format!("{:.3}", point.model.a22_per_s),
+                format!("{:.3}", point.model.b2_per_s2),
+                estimate(&point.nomoto_t_s, 2, 1.0),
+                estimate(&point.nomoto_k_per_s, 2, 1.0),
+                hand.into(),
+                optional(limits.rudder_rad, 1_f64.to_degrees(), 1),
+                estimate(&limits.yaw_rate_rad_s, 2, 1_f64.to_degrees()),
+                estimate(&limits.u_turn_time_s, 2, 1.0),
+                estimate(&limits.u_turn_mean_radius_m, 2, 1.0),
+                estimate(&limits.steady_turning_radius_m, 2, 1.0),
+                estimate(&limits.trapezoid_time_s, 2, 1.0),
+                estimate(&limits.full_rudder_time_s, 2, 1.0),
+            ]);
+            if let Some(reason) = &limits.refused {
+                notes.push(format!("No turn to {hand}: {reason}."));
+            }
+        }
+    }
+    notes.extend(document.over_speed.iter().map(over_speed_text));
+    format!(
+        "Turning limits of {}, rudder limit {:.1} deg ({:.3} rad), heading change {:.0} deg\n\n{table}\n{}",
+        document.source,
+        document.rudder_limit_rad.to_degrees(),
+        document.rudder_limit_rad,
+        document.heading_change_rad.to_degrees(),
+        notes.join("\n")
+    )
+}
+
+fn over_speed_text(over_speed: &OverSpeed) -> String {
+    let fit = &over_speed.fit;
+    let law = match fit.form {
+        AuthorityForm::ThroughZero => format!("{:.3} V^2", fit.per_speed_squared_per_m2),
+        AuthorityForm::WithConstant => format!(
+            "{:.3} V^2 {:+.3}",
+            fit.per_speed_squared_per_m2, fit.constant_per_s2
+        ),
+    };
+    let [from, to] = over_speed.searched_m_s;
+    let found = match (&over_speed.minimum, &over_speed.refused) {
+        (Some(minimum), _) => format!(
+            "least U-turn mean radius {:.2} m at {:.2} m/s{}",
+            minimum.u_turn_mean_radius_m,
+            minimum.surge_speed_m_s,
+            if minimum.extrapolated {
+                " (EXTRAPOLATED beyond the identified speeds)"
+            } else {
+                ""
+            }
+        ),
+        (None, Some(reason)) => reason.clone(),
+        (None, None) => {
+            format!("no least U-turn mean radius inside {from:.2} to {to:.2} m/s")
+        }
+    };
+    format!(
+        "With b2 = {law} (rms {:.3} 1/s^2) and a22 = {:.3} 1/s: {found}.",
+        fit.rms_residual_per_s2, over_speed.mean_a22_per_s
+    )
+}

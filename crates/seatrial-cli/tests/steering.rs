@@ -1,0 +1,354 @@
+//! `turn`, `gains` and `paper` at the process boundary.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn seatrial(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        .args(arguments)
+        .output()
+        .expect("the command runs")
+}
+
+fn json(arguments: &[&str]) -> (Value, Option<i32>) {
+    let output = seatrial(&[arguments, &["--json"]].concat());
+    let document = serde_json::from_slice(&output.stdout).expect("one JSON document on stdout");
+    (document, output.status.code())
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).expect("UTF-8")
+}
+
+fn number(document: &Value, pointer: &str) -> f64 {
+    let found = document.pointer(pointer).and_then(Value::as_f64);
+    found.unwrap_or_else(|| panic!("no number at {pointer} in {document:#}"))
+}
+
+fn write(directory: &Path, name: &str, content: &str) -> String {
+    let path = directory.join(name);
+    std::fs::write(&path, content).expect("the file is written");
+    path.to_str().expect("UTF-8").to_string()
+}
+
+/// The two ends of Table V.
+const SCHEDULE: &str = "
+[[point]]
+thrust = 1.0
+surge_speed_m_s = 2.13
+a22_per_s = -1.48
+b2_per_s2 = 2.02
+c0_rad_per_s2 = 0.0312
+
+[[point]]
+thrust = 0.6
+surge_speed_m_s = 1.05
+a22_per_s = -1.28
+b2_per_s2 = 0.65
+c0_rad_per_s2 = 0.0129
+";
+
+const IDENTIFICATION: &str = r#"{"schema":"seatrial.identification.v1",
+ "online":{"a22_per_s":-9,"b2_per_s2":9,"c0_rad_per_s2":9},
+ "refined":{"a22_per_s":-1.07,"b2_per_s2":1.08,"c0_rad_per_s2":0.012,
+  "interval_95":{"a22_per_s":[-1.1,-1.04],"b2_per_s2":[1.04,1.12],"c0_rad_per_s2":[0.01,0.014]}},
+ "verdict":{"accepted":true,"reasons":[]}}"#;
+
+/// Table IV with the delta0 that its row needs, and the example of the help text.
+#[test]
+fn cli_turn_is_table_iv_to_port() {
+    let model = [
+        "--a22", "-1.62", "--b2", "1.25", "--c0", "0.045", "--speed", "1.4",
+    ];
+    let (document, code) = json(&[&["turn"], &model[..]].concat());
+    assert_eq!(code, Some(0));
+    assert_eq!(document["schema"], "seatrial.turn.v1");
+    let port = "/points/0/hands/1";
+    assert_eq!(document.pointer(port).unwrap()["hand"], "port");
+    for (field, printed) in [
+        ("u_turn_time_s", 20.65),
+        ("u_turn_mean_radius_m", 9.20),
+        ("steady_turning_radius_m", 8.10),
+    ] {
+        // Half a unit of the last digit printed.
+        let found = number(&document, &format!("{port}/{field}/value"));
+        assert!((found - printed).abs() < 0.005, "{field}: {found}");
+    }
+    let output = seatrial(&[&["turn"], &model[..], &["--heading-change-deg", "90"]].concat());
+    let table = text(&output.stdout);
+    assert!(table.contains("Nomoto") && table.contains("starboard") && table.contains("9.20"));
+}
+
+#[test]
+fn cli_turn_refuses_an_unstable_vehicle_as_a_value() {
+    let (document, code) = json(&["turn", "--a22", "0.1", "--b2", "1"]);
+    assert_eq!(code, Some(4));
+    for hand in document
+        .pointer("/points/0/hands")
+        .unwrap()
+        .as_array()
+        .unwrap()
+    {
+        assert!(hand["refused"].as_str().unwrap().contains("a22"));
+        assert!(hand["yaw_rate_rad_s"].is_null());
+    }
+}
+
+#[test]
+fn cli_turn_finds_the_least_radius_over_speed_and_marks_extrapolation() {
+    let directory = tempfile::tempdir().unwrap();
+    let schedule = write(directory.path(), "schedule.toml", SCHEDULE);
+    let (document, _) = json(&["turn", "--schedule", &schedule]);
+    assert!(document.pointer("/over_speed/1/minimum").unwrap().is_null());
+    let (document, _) = json(&["turn", "--schedule", &schedule, "--up-to-speed", "5"]);
+    assert_eq!(
+        document.pointer("/over_speed/1/minimum/extrapolated"),
+        Some(&Value::Bool(true))
+    );
+    let output = seatrial(&["turn", "--a22", "-1", "--b2", "1", "--up-to-speed", "5"]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn cli_gains_are_table_v_and_interpolate_as_figure_18() {
+    let directory = tempfile::tempdir().unwrap();
+    let schedule = write(directory.path(), "schedule.toml", SCHEDULE);
+    let (document, code) = json(&["gains", "--schedule", &schedule, "--at-thrust", "0.65"]);
+    assert_eq!(code, Some(0));
+    for (pointer, printed) in [
+        ("/points/0/proportional_gain/value", 1.26),
+        ("/points/1/proportional_gain/value", 0.54),
+        ("/at/proportional_gain/value", 1.17),
+    ] {
+        // Half a unit of the last digit printed.
+        assert!((number(&document, pointer) - printed).abs() < 0.005);
+    }
+    let overshoot = number(&document, "/points/0/loop/overshoot/value");
+    // The default ratio is 1/sqrt(2) exactly.
+    assert!((overshoot - (-std::f64::consts::PI).exp()).abs() < 1e-12);
+    assert!(
+        document
+            .pointer("/points/0/loop/gain_margin")
+            .unwrap()
+            .is_null()
+    );
+    assert_eq!(
+        document.pointer("/at/extrapolated"),
+        Some(&Value::Bool(false))
+    );
+}
+
+#[test]
+fn cli_gains_extrapolate_only_when_asked() {
+    let directory = tempfile::tempdir().unwrap();
+    let schedule = write(directory.path(), "schedule.toml", SCHEDULE);
+    let outside = ["gains", "--schedule", &schedule, "--at-speed", "2.3"];
+    let refused = seatrial(&outside);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("--extrapolate"));
+    let allowed = seatrial(&[&outside[..], &["--extrapolate"]].concat());
+    assert_eq!(allowed.status.code(), Some(0));
+    assert!(text(&allowed.stdout).contains("EXTRAPOLATED"));
+    let too_far = [
+        "gains",
+        "--schedule",
+        &schedule,
+        "--at-speed",
+        "9",
+        "--extrapolate",
+    ];
+    assert_eq!(seatrial(&too_far).status.code(), Some(2));
+}
+
+#[test]
+fn cli_gains_carry_intervals_of_the_refined_estimate() {
+    let directory = tempfile::tempdir().unwrap();
+    let model = write(directory.path(), "model.json", IDENTIFICATION);
+    let (document, code) = json(&[
+        "gains",
+        "--model",
+        &model,
+        "--delay",
+        "0.1",
+        "--interval",
+        "0.05",
+    ]);
+    assert_eq!(code, Some(0));
+    assert_eq!(number(&document, "/points/0/a22_per_s"), -1.07);
+    let gain = number(&document, "/points/0/proportional_gain/value");
+    let half_width = number(&document, "/points/0/proportional_gain/interval_95/1") - gain;
+    // K_p = a22^2/(2 b2): relative variances add, twice that of a22 and once that of b2.
+    let expected = gain * (2.0 * 0.03 / 1.07_f64).hypot(0.04 / 1.08);
+    assert!((half_width / expected - 1.0).abs() < 1e-3);
+    assert!(number(&document, "/points/0/loop/gain_margin/value") > 1.0);
+}
+
+#[test]
+fn cli_gains_from_a_trial_take_the_last_accepted_run_of_each_thrust() {
+    let run = |thrust: f64, a22: f64, accepted: bool| {
+        format!(
+            r#"{{"thrust":{thrust},"surge_speed_m_s":{},"verdict":{{"accepted":{accepted}}},
+            "identification":{{"refined":null,
+            "online":{{"a22_per_s":{a22},"b2_per_s2":1,"c0_rad_per_s2":0}}}}}}"#,
+            2.0 * thrust
+        )
+    };
+    let runs = [
+        run(0.6, -1.0, true),
+        run(0.8, -9.0, false),
+        run(0.8, -2.0, true),
+        run(0.6, -1.2, true),
+    ];
+    let directory = tempfile::tempdir().unwrap();
+    let trial = |name, runs: &[String]| {
+        let document = format!(r#"{{"rudder_limit_rad":0.3,"runs":[{}]}}"#, runs.join(","));
+        write(directory.path(), name, &document)
+    };
+    let (document, code) = json(&["gains", "--model", &trial("all.json", &runs)]);
+    assert_eq!(code, Some(0));
+    assert_eq!(number(&document, "/rudder_limit_rad"), 0.3);
+    assert_eq!(document["points"].as_array().unwrap().len(), 2);
+    assert_eq!(number(&document, "/points/0/a22_per_s"), -1.2);
+    assert_eq!(number(&document, "/points/1/a22_per_s"), -2.0);
+
+    let without_a_repeat = trial("some.json", &runs[..2]);
+    let output = seatrial(&["gains", "--model", &without_a_repeat]);
+    assert_eq!(output.status.code(), Some(4));
+    assert!(text(&output.stderr).contains("run 2"));
+}
+
+#[test]
+fn cli_gains_export_what_a_controller_needs() {
+    let directory = tempfile::tempdir().unwrap();
+    let schedule = write(directory.path(), "schedule.toml", SCHEDULE);
+    let out = directory.path().join("gains.json");
+    let out = out.to_str().unwrap();
+    let export = ["gains", "--schedule", &schedule, "--export", "json"];
+    let output = seatrial(&[&export[..], &["--out", out]].concat());
+    assert_eq!(output.status.code(), Some(0));
+    let document: Value = serde_json::from_str(&std::fs::read_to_string(out).unwrap()).unwrap();
+    assert_eq!(document["schema"], "seatrial.gain_schedule.v1");
+    assert_eq!(
+        number(&document, "/points/0/feed_forward_rudder_rad"),
+        -0.0129 / 0.65
+    );
+    let missing = seatrial(&[&export[..], &["--out", "/nowhere/gains.json"]].concat());
+    assert_eq!(missing.status.code(), Some(6));
+}
+
+#[test]
+fn cli_bad_sources_say_what_is_wrong() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = |name, content| write(directory.path(), name, content);
+    let twice = SCHEDULE.replace("thrust = 1.0", "thrust = 0.6");
+    for (arguments, code, says) in [
+        (vec!["gains".into()], 2, "--model FILE"),
+        (
+            vec!["turn".into(), "--model".into(), "/nowhere.json".into()],
+            3,
+            "/nowhere.json",
+        ),
+        (
+            vec!["turn".into(), "--model".into(), file("a.json", "a22")],
+            3,
+            "identify --json",
+        ),
+        (
+            vec!["turn".into(), "--model".into(), file("b.json", "{}")],
+            3,
+            "`refined`",
+        ),
+        (
+            vec![
+                "turn".into(),
+                "--model".into(),
+                file("c.json", r#"{"online":{"a22_per_s":-1}}"#),
+            ],
+            3,
+            "`b2_per_s2`",
+        ),
+        (
+            vec!["turn".into(), "--schedule".into(), file("d.toml", "")],
+            3,
+            "[[point]]",
+        ),
+        (
+            vec![
+                "turn".into(),
+                "--schedule".into(),
+                file("e.toml", "[[point]]\na22 = 1"),
+            ],
+            3,
+            "line 2",
+        ),
+        (
+            vec![
+                "gains".into(),
+                "--schedule".into(),
+                file("f.toml", &twice),
+                "--at-thrust".into(),
+                "0.6".into(),
+            ],
+            3,
+            "two points at 0.6",
+        ),
+        (
+            ["gains", "--a22", "-1", "--b2", "1", "--zeta", "0"]
+                .map(String::from)
+                .to_vec(),
+            2,
+            "--zeta",
+        ),
+        (
+            ["gains", "--a22", "-1", "--b2", "1", "--interval", "0"]
+                .map(String::from)
+                .to_vec(),
+            2,
+            "--interval",
+        ),
+        (
+            [
+                "turn",
+                "--a22",
+                "-1",
+                "--b2",
+                "1",
+                "--rudder-limit-deg",
+                "0",
+            ]
+            .map(String::from)
+            .to_vec(),
+            2,
+            "rudder limit",
+        ),
+    ] {
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let output = seatrial(&arguments);
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
+        assert!(message.contains(says), "{arguments:?}: {message}");
+        assert!(output.stdout.is_empty());
+    }
+}
+
+#[test]
+fn cli_paper_writes_three_files_and_prints_the_rows_that_differ() {
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().join("new/paper");
+    let out_text = out.to_str().unwrap();
+    let output = seatrial(&["paper", "--out", out_text]);
+    assert_eq!(output.status.code(), Some(0));
+    let printed = text(&output.stdout);
+    assert!(printed.contains("least turning radius") && printed.contains("7.63"));
+    let (document, _) = json(&["paper", "--out", out_text]);
+    let rows = number(&document, "/summary/rows") as usize;
+    assert_eq!(document["claims"].as_array().unwrap().len(), rows);
+    let written = std::fs::read_to_string(out.join("paper.json")).unwrap();
+    assert_eq!(serde_json::from_str::<Value>(&written).unwrap(), document);
+    let csv = std::fs::read_to_string(out.join("paper.csv")).unwrap();
+    assert_eq!(csv.lines().count(), rows + 1);
+    let markdown = std::fs::read_to_string(out.join("paper.md")).unwrap();
+    assert!(markdown.contains("| Table IV | R at 1.4 m/s with delta0 = 0.036 | m | 9.20 |"));
+}
