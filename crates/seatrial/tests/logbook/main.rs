@@ -360,6 +360,29 @@ fn io_files_that_are_no_logbook_are_named_for_what_they_are() {
     assert!(text.starts_with("time_s"));
 }
 
+/// A logbook in the field stays readable and provable, whatever the schema and the types become.
+#[test]
+fn regress_a_logbook_of_schema_1_is_read_migrated_and_continued() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("seatrial.db");
+    let old = Connection::open(&path).unwrap();
+    old.execute_batch(include_str!("schema_1.sql")).unwrap();
+    drop(old);
+    let holds_the_campaign = |logbook: &Logbook| {
+        assert_eq!(logbook.verify().unwrap().damage, []);
+        let campaign = logbook.campaign(CampaignId(1)).unwrap();
+        let run = &campaign.runs[0];
+        assert_eq!(run.record.samples[2].heading_rad, 1.0 / 3.0);
+        assert!(run.record.samples[1].heading_rad.is_nan());
+        let identification = run.identification.as_ref().unwrap();
+        assert_eq!(identification.online.trace[0].theta, [52.0, 53.0, 54.0]);
+    };
+    holds_the_campaign(&Logbook::open_read_only(&path).unwrap());
+    holds_the_campaign(&Logbook::open(&path).unwrap());
+    assert_eq!(write(&path, &example_runs()), CampaignId(2));
+    holds_the_campaign(&Logbook::open_read_only(&path).unwrap());
+}
+
 #[test]
 fn io_an_empty_file_is_an_empty_logbook_and_reading_leaves_it_empty() {
     let file = tempfile::NamedTempFile::new().unwrap();
