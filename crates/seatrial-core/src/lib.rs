@@ -13,31 +13,37 @@
 pub mod authority;
 pub mod convergence;
 pub mod estimator;
+pub mod excitation;
 pub mod guard;
 pub mod heading_control;
 pub mod heading_loop;
 pub mod instrument;
 pub mod least_squares;
+pub mod list;
 pub mod model;
 pub mod real;
 pub mod sample;
 pub mod schedule;
 pub mod state_variable_filter;
 pub mod turning;
+pub mod validation;
 
 pub use authority::{AuthorityFit, AuthorityForm};
 pub use convergence::{Convergence, ConvergenceSettings};
 pub use estimator::{
     Estimator, EstimatorSettings, FilteredSignals, Intake, InvalidSetting, Method,
 };
+pub use excitation::Excitation;
 pub use guard::{Cause, Guard, GuardSettings, RejectedCounts};
 pub use heading_control::{GainSchedule, HeadingController, HeadingGain};
 pub use heading_loop::HeadingLoop;
 pub use instrument::RecursiveInstrument;
 pub use least_squares::{Forgetting, RecursiveLeastSquares};
+pub use list::List;
 pub use model::{Nomoto, YawModel};
 pub use real::Real;
 pub use sample::{AbortReason, Action, Outcome, Sample, Steering, Vehicle};
 pub use schedule::{SchedulePoint, SpeedSchedule};
 pub use state_variable_filter::{FilterStart, FilterStep, Hold, StateVariableFilter};
 pub use turning::{Hand, Turn};
+pub use validation::{GoodnessOfFit, Validation};

@@ -1,0 +1,239 @@
+//! Rudder manoeuvres that excite the yaw dynamics.
+
+use crate::Real;
+
+/// Two instants closer than this are the same one, s: clocks that count from 1970 resolve 0.24 us.
+pub const CLOCK_RESOLUTION_S: f64 = 1e-6;
+
+/// Most tones of a multisine.
+pub const MULTISINE_TONES: u8 = 16;
+
+/// A rudder manoeuvre as a function of the time since its start, zero before and after.
+///
+/// ```text
+/// doublet         +A for P/2, -A for P/2                             (Section IV-B)
+/// 3-2-1-1         +A for 3 U, -A for 2 U, +A for U, -A for U
+/// multisine       A/c sqrt(2/n) sum_k cos(2 pi k t/P - pi k (k-1)/n),  k = 1..n
+/// ```
+///
+/// | symbol | identifier | unit | positive sense |
+/// |---|---|---|---|
+/// | A | `amplitude_rad` | rad | the first deflection; a negative one mirrors the manoeuvre |
+/// | P | `period_s` | s | |
+/// | U | `unit_s` | s | |
+/// | n | `tones` | 1 to [`MULTISINE_TONES`] | |
+/// | c | | 1 | above the largest crest factor of these sums, 2.142 |
+///
+/// The phases of the multisine are Schroeder's (IEEE Trans. Inf. Theory 16, 1970), which keep its
+/// peak low; no sum exceeds A.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(rename_all = "snake_case", deny_unknown_fields)
+)]
+pub enum Excitation<T> {
+    /// One deflection to each side.
+    Doublet {
+        /// A, rad.
+        amplitude_rad: T,
+        /// P, s.
+        period_s: f64,
+    },
+    /// Four deflections of 3, 2, 1 and 1 units: a wider band than the doublet's.
+    ThreeTwoOneOne {
+        /// A, rad.
+        amplitude_rad: T,
+        /// U, s.
+        unit_s: f64,
+    },
+    /// A sum of cosines at multiples of 1/P.
+    Multisine {
+        /// A, rad.
+        amplitude_rad: T,
+        /// P, s.
+        period_s: f64,
+        /// n.
+        tones: u8,
+    },
+}
+
+const DOUBLET: &[(f64, f64)] = &[(0.0, 1.0), (0.5, -1.0)];
+const THREE_TWO_ONE_ONE: &[(f64, f64)] = &[(0.0, 1.0), (3.0, -1.0), (5.0, 1.0), (6.0, -1.0)];
+const MULTISINE: &[(f64, f64)] = &[(0.0, 1.0)];
+const LARGEST_CREST_FACTOR: f64 = 2.15;
+
+impl<T: Real> Excitation<T> {
+    /// A, rad: no deflection is larger.
+    pub fn amplitude_rad(&self) -> T {
+        match *self {
+            Self::Doublet { amplitude_rad, .. }
+            | Self::ThreeTwoOneOne { amplitude_rad, .. }
+            | Self::Multisine { amplitude_rad, .. } => amplitude_rad,
+        }
+    }
+
+    /// From the first deflection to the return to neutral, s.
+    pub fn duration_s(&self) -> f64 {
+        match *self {
+            Self::Doublet { period_s, .. } | Self::Multisine { period_s, .. } => period_s,
+            Self::ThreeTwoOneOne { unit_s, .. } => 7.0 * unit_s,
+        }
+    }
+
+    /// The instants at which the rudder jumps, s since the start, the return to neutral included.
+    pub fn switching_times_s(&self) -> impl Iterator<Item = f64> + use<T> {
+        let (steps, unit_s) = self.steps();
+        steps
+            .iter()
+            .map(move |(start, _)| start * unit_s)
+            .chain([self.duration_s()])
+    }
+
+    /// The time scale on which the manoeuvre turns the vehicle one way, s: the first deflection of
+    /// the stepped manoeuvres, half the longest tone of the multisine.
+    pub fn first_deflection_s(&self) -> f64 {
+        match *self {
+            Self::Doublet { period_s, .. } | Self::Multisine { period_s, .. } => period_s / 2.0,
+            Self::ThreeTwoOneOne { unit_s, .. } => 3.0 * unit_s,
+        }
+    }
+
+    /// The rudder at a time since the start, rad.
+    pub fn rudder_rad(&self, elapsed_s: f64) -> T {
+        let elapsed_s = elapsed_s + CLOCK_RESOLUTION_S;
+        // Written so that NaN is outside too.
+        if !(elapsed_s >= 0.0 && elapsed_s < self.duration_s()) {
+            return T::ZERO;
+        }
+        if let Self::Multisine {
+            amplitude_rad,
+            period_s,
+            tones,
+        } = *self
+        {
+            return schroeder_sum(T::of(elapsed_s / period_s), tones) * amplitude_rad;
+        }
+        let (steps, unit_s) = self.steps();
+        let sign = steps
+            .iter()
+            .rev()
+            .find(|(start, _)| elapsed_s >= start * unit_s)
+            .map_or(0.0, |(_, sign)| *sign);
+        T::of(sign) * self.amplitude_rad()
+    }
+
+    /// Is every value finite, every duration positive, the number of tones in range?
+    pub fn is_valid(&self) -> bool {
+        let tones_valid = match *self {
+            Self::Multisine { tones, .. } => (1..=MULTISINE_TONES).contains(&tones),
+            _ => true,
+        };
+        let duration_s = self.duration_s();
+        self.amplitude_rad().is_finite()
+            && duration_s.is_finite()
+            && duration_s > 0.0
+            && tones_valid
+    }
+
+    /// Start and sign of each constant piece, and the unit of the starts in seconds.
+    fn steps(&self) -> (&'static [(f64, f64)], f64) {
+        match *self {
+            Self::Doublet { period_s, .. } => (DOUBLET, period_s),
+            Self::ThreeTwoOneOne { unit_s, .. } => (THREE_TWO_ONE_ONE, unit_s),
+            Self::Multisine { period_s, .. } => (MULTISINE, period_s),
+        }
+    }
+}
+
+/// sqrt(2/n)/c sum_k cos(2 pi k x - pi k (k-1)/n), within -1..=1.
+fn schroeder_sum<T: Real>(x: T, tones: u8) -> T {
+    let n = T::of(f64::from(tones));
+    let sum: T = (1..=tones)
+        .map(|tone| {
+            let k = T::of(f64::from(tone));
+            let phase = T::PI * k * (k - T::ONE) / n;
+            ((T::PI + T::PI) * k * x - phase).cos()
+        })
+        .sum();
+    (T::of(2.0) / n).sqrt() / T::of(LARGEST_CREST_FACTOR) * sum
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use std::vec::Vec;
+
+    use super::*;
+
+    #[test]
+    fn exact_doublet_is_the_papers() {
+        let doublet = Excitation::Doublet {
+            amplitude_rad: 0.26,
+            period_s: 4.0,
+        };
+        for (elapsed_s, rudder_rad) in [
+            (-0.05, 0.0),
+            (0.0, 0.26),
+            (1.95, 0.26),
+            (2.0, -0.26),
+            (3.95, -0.26),
+            (4.0, 0.0),
+            (f64::NAN, 0.0),
+        ] {
+            assert_eq!(doublet.rudder_rad(elapsed_s), rudder_rad, "at {elapsed_s}");
+        }
+        assert_eq!(
+            doublet.switching_times_s().collect::<Vec<_>>(),
+            [0.0, 2.0, 4.0]
+        );
+    }
+
+    #[test]
+    fn exact_three_two_one_one() {
+        let manoeuvre = Excitation::ThreeTwoOneOne {
+            amplitude_rad: 0.1_f32,
+            unit_s: 0.5,
+        };
+        let at = [0.0, 1.4, 1.5, 2.4, 2.5, 2.9, 3.0, 3.4, 3.5].map(|t| manoeuvre.rudder_rad(t));
+        assert_eq!(at, [0.1, 0.1, -0.1, -0.1, 0.1, 0.1, -0.1, -0.1, 0.0]);
+        assert_eq!(
+            manoeuvre.switching_times_s().collect::<Vec<_>>(),
+            [0.0, 1.5, 2.5, 3.0, 3.5]
+        );
+    }
+
+    /// A clock that counts from 1970 must not delay a switch by one sample.
+    #[test]
+    fn exact_switching_with_an_epoch_clock() {
+        let doublet = Excitation::Doublet {
+            amplitude_rad: 1.0,
+            period_s: 4.0,
+        };
+        let start_s = 1_800_000_000.1_f64;
+        let signs: Vec<f64> = (0..=80)
+            .map(|k| doublet.rudder_rad(start_s + f64::from(k) * 0.05 - start_s))
+            .collect();
+        assert_eq!(signs.iter().filter(|s| **s == 1.0).count(), 40);
+        assert_eq!(signs.iter().filter(|s| **s == -1.0).count(), 40);
+    }
+
+    #[test]
+    fn prop_multisine_stays_within_its_amplitude_and_has_no_mean() {
+        for tones in 1..=MULTISINE_TONES {
+            let manoeuvre = Excitation::Multisine {
+                amplitude_rad: 0.2,
+                period_s: 8.0,
+                tones,
+            };
+            let rudder: Vec<f64> = (0..4000)
+                .map(|k| manoeuvre.rudder_rad(f64::from(k) * 0.002))
+                .collect();
+            let peak = rudder.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+            // Never above the amplitude; the crest factors of 1 to 16 tones span 1.41 to 2.14.
+            assert!((0.65 * 0.2..=0.2).contains(&peak), "{tones}: {peak}");
+            // Whole periods: the mean is the rounding of 4000 terms.
+            assert!((rudder.iter().sum::<f64>() / 4000.0).abs() < 1e-6);
+        }
+    }
+}
