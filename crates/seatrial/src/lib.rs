@@ -12,6 +12,7 @@ pub mod manoeuvre;
 pub mod paper;
 pub mod propagation;
 pub mod record;
+pub mod report;
 pub mod savitzky_golay;
 pub mod time_scale;
 pub mod verdict;

@@ -1,0 +1,74 @@
+//! Numbers as a person reads them.
+
+use std::fmt::Write;
+
+use crate::identification::Reason;
+
+/// What stands for a missing value.
+pub(super) const MISSING: &str = "–";
+
+/// A number with so many decimals, a true minus sign and no negative zero.
+pub(super) fn decimals(value: f64, count: usize) -> String {
+    if !value.is_finite() {
+        return MISSING.to_owned();
+    }
+    let text = format!("{value:.count$}");
+    match text.strip_prefix('-') {
+        Some(digits) if digits.bytes().all(|b| matches!(b, b'0' | b'.')) => digits.to_owned(),
+        Some(digits) => format!("−{digits}"),
+        None => text,
+    }
+}
+
+/// A number that may be missing.
+pub(super) fn decimals_or_missing(value: Option<f64>, count: usize) -> String {
+    value.map_or_else(|| MISSING.to_owned(), |value| decimals(value, count))
+}
+
+/// A number with so many significant digits, never as a power of ten.
+pub(super) fn significant(value: f64, digits: i32) -> String {
+    let magnitude = value.abs().log10().floor();
+    let count = if magnitude.is_finite() {
+        (digits - 1 - magnitude as i32).clamp(0, 8)
+    } else {
+        digits - 1
+    };
+    decimals(value, count as usize)
+}
+
+/// The text of a tick with just the decimals that its step needs.
+pub(super) fn tick_text(value: f64, step: f64) -> String {
+    let count = (-step.log10() - 1e-9).ceil().clamp(0.0, 8.0);
+    decimals(value, count as usize)
+}
+
+/// Text made safe for HTML elements and attributes.
+pub(super) fn escaped(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for c in text.chars() {
+        let _ = match c {
+            '&' | '<' | '>' | '"' | '\'' => write!(safe, "&#{};", c as u32),
+            other => write!(safe, "{other}"),
+        };
+    }
+    safe
+}
+
+/// A fraction in per cent.
+pub(super) fn percent(fraction: f64) -> String {
+    format!("{} %", decimals(100.0 * fraction, 0))
+}
+
+/// Text for people with its powers raised.
+pub(super) fn spoken(text: &str) -> String {
+    text.replace("^2", "²")
+}
+
+/// The texts of several reasons in one.
+pub(super) fn joined(reasons: &[Reason]) -> String {
+    let texts: Vec<String> = reasons
+        .iter()
+        .map(|reason| spoken(reason.text.trim_end_matches('.')))
+        .collect();
+    texts.join("; also: ")
+}
