@@ -4,18 +4,26 @@ use seatrial_core::Sample;
 
 use crate::record::Window;
 
+/// Shorter strokes than this share of the second longest are noise. (The longest may be the rest between two
+/// pulses to one hand.)
+const SHORTEST_STROKE: f64 = 0.25;
+
 /// The rudder's work in a stretch of samples.
 ///
-/// The rudder counts as laid to a hand while it is beyond half of its largest deviation from the
-/// middle of its range. Nothing here is a constant in seconds or radians.
+/// ```text
+/// middle m: sum (delta - m)^3 = 0        amplitude A = sum |delta - m|^3 / sum (delta - m)^2
+/// ```
+///
+/// This middle lies between the two hands however long the rudder stays at each or at rest, and a brief
+/// peak counts little in either. The rudder counts as laid to a hand while it is beyond m +- A/2. Nothing
+/// here is a constant in seconds or radians.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Manoeuvre {
-    /// Middle of the rudder's range, rad.
+    /// The middle between its two hands, rad.
     pub middle_rad: f64,
-    /// Half of the rudder's range, rad.
+    /// How far it was laid to either hand, rad.
     pub amplitude_rad: f64,
-    /// When the rudder first left the angle that it had at the start by more than half of
-    /// `amplitude_rad`, s: what comes before is the lead-in.
+    /// When the rudder first moved, s: what comes before is the lead-in.
     pub starts_s: f64,
     /// Each time the rudder was laid to one hand, in order.
     pub strokes: Vec<Stroke>,
@@ -30,6 +38,13 @@ pub struct Stroke {
     pub window: Window,
 }
 
+impl Stroke {
+    /// How long the rudder was laid over, s.
+    pub fn duration_s(&self) -> f64 {
+        self.window.to_s - self.window.from_s
+    }
+}
+
 impl Manoeuvre {
     /// Finds the strokes. `None` where the rudder does not move or there is nothing finite.
     pub fn find(samples: &[Sample<f64>]) -> Option<Self> {
@@ -38,18 +53,7 @@ impl Manoeuvre {
                 .iter()
                 .filter(|s| s.rudder_rad.is_finite() && s.time_s.is_finite())
         };
-        let low = usable().map(|s| s.rudder_rad).fold(f64::INFINITY, f64::min);
-        let high = usable()
-            .map(|s| s.rudder_rad)
-            .fold(f64::NEG_INFINITY, f64::max);
-        let (middle_rad, amplitude_rad) = (0.5 * (high + low), 0.5 * (high - low));
-        if !amplitude_rad.is_finite() || amplitude_rad <= 0.0 {
-            return None;
-        }
-        let first_rad = usable().next()?.rudder_rad;
-        let starts_s = usable()
-            .find(|s| (s.rudder_rad - first_rad).abs() >= 0.5 * amplitude_rad)?
-            .time_s;
+        let (middle_rad, amplitude_rad) = middle_and_amplitude(usable().map(|s| s.rudder_rad))?;
         let mut strokes: Vec<Stroke> = Vec::new();
         let mut laid: Option<bool> = None;
         for sample in usable() {
@@ -69,6 +73,17 @@ impl Manoeuvre {
             }
             laid = hand;
         }
+        let mut durations: Vec<f64> = strokes.iter().map(Stroke::duration_s).collect();
+        durations.sort_by(|a, b| b.total_cmp(a));
+        let second_longest_s = durations.get(1).copied().unwrap_or(0.0);
+        strokes.retain(|stroke| stroke.duration_s() >= SHORTEST_STROKE * second_longest_s);
+        let first = strokes.first()?;
+        let is_laid_at_the_start = usable().next().map(|s| s.time_s) == Some(first.window.from_s);
+        let starts_s = if is_laid_at_the_start {
+            first.window.to_s
+        } else {
+            first.window.from_s
+        };
         Some(Self {
             middle_rad,
             amplitude_rad,
@@ -101,13 +116,48 @@ impl Manoeuvre {
             return self
                 .strokes
                 .iter()
-                .map(|stroke| stroke.window.to_s - stroke.window.from_s)
+                .map(Stroke::duration_s)
                 .reduce(f64::max)
                 .filter(|longest| *longest > 0.0);
         }
         halves.sort_by(f64::total_cmp);
         Some(halves[halves.len() / 2])
     }
+}
+
+/// m and A of [`Manoeuvre`]. `None` of what does not vary.
+fn middle_and_amplitude(rudder_rad: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64)> {
+    let low = rudder_rad.clone().fold(f64::INFINITY, f64::min);
+    let high = rudder_rad.clone().fold(f64::NEG_INFINITY, f64::max);
+    if low >= high {
+        return None;
+    }
+    // The cubic falls with m and its coefficients are sums about one hand.
+    let [mut count, mut first, mut second, mut third] = [0.0; 4];
+    for d in rudder_rad.clone().map(|rudder| rudder - low) {
+        count += 1.0;
+        first += d;
+        second += d * d;
+        third += d * d * d;
+    }
+    let (mut below, mut above) = (0.0, high - low);
+    for _ in 0..60 {
+        let m = 0.5 * (below + above);
+        if third - 3.0 * m * second + 3.0 * m * m * first - m * m * m * count > 0.0 {
+            below = m;
+        } else {
+            above = m;
+        }
+    }
+    let middle = low + 0.5 * (below + above);
+    let moment = |power: i32| -> f64 {
+        rudder_rad
+            .clone()
+            .map(|rudder| (rudder - middle).abs().powi(power))
+            .sum()
+    };
+    let amplitude = moment(3) / moment(2);
+    amplitude.is_finite().then_some((middle, amplitude))
 }
 
 #[cfg(test)]
@@ -139,7 +189,25 @@ mod tests {
         assert!((found.starts_s - 2.0).abs() < 1e-9);
         assert!((found.both_hands_used_s().unwrap() - 6.0).abs() < 1e-9);
         assert!((found.half_period_s().unwrap() - 2.0).abs() < 1e-9);
-        assert!((found.amplitude_rad - 0.26).abs() < 1e-12);
+        // The controller's smaller angles take their part in the amplitude.
+        assert!((found.amplitude_rad - 0.26).abs() < 0.02);
+    }
+
+    /// The controller takes over with more rudder than the doublet had, and passes compass noise on.
+    #[test]
+    fn exact_doublet_is_found_beside_a_peak_and_noise() {
+        let doublet = |t: f64| match t {
+            t if t < 1.999 => 0.04 * (977.0 * t).sin(),
+            t if t < 3.999 => 0.15,
+            t if t < 5.999 => -0.15,
+            t if t < 6.199 => 0.26,
+            t => 0.04 * (977.0 * t).sin(),
+        };
+        let found = Manoeuvre::find(&samples(doublet)).unwrap();
+        // Times are sums of sample intervals.
+        assert!((found.starts_s - 2.0).abs() < 1e-9);
+        assert!((found.both_hands_used_s().unwrap() - 6.0).abs() < 1e-9);
+        assert!((found.half_period_s().unwrap() - 2.0).abs() < 1e-9);
     }
 
     #[test]
@@ -160,9 +228,9 @@ mod tests {
 
     #[test]
     fn prop_still_rudder_has_no_manoeuvre() {
-        assert_eq!(Manoeuvre::find(&samples(|_| 0.1)), None);
-        assert_eq!(Manoeuvre::find(&samples(|_| f64::NAN)), None);
-        assert_eq!(Manoeuvre::find(&[]), None);
+        for still in [samples(|_| 0.1), samples(|_| f64::NAN), Vec::new()] {
+            assert_eq!(Manoeuvre::find(&still), None);
+        }
     }
 
     #[test]

@@ -48,19 +48,23 @@ impl Record {
 
     /// The median of the intervals between samples, s. `None` under two samples.
     pub fn median_interval_s(&self) -> Option<f64> {
-        let mut intervals: Vec<f64> = self
-            .samples
-            .windows(2)
-            .map(|pair| pair[1].time_s - pair[0].time_s)
-            .filter(|h| h.is_finite())
-            .collect();
-        if intervals.is_empty() {
-            return None;
-        }
-        let middle = intervals.len() / 2;
-        let (_, median, _) = intervals.select_nth_unstable_by(middle, f64::total_cmp);
-        Some(*median)
+        median_interval_s(&self.samples)
     }
+}
+
+/// The median of the intervals between samples, s. `None` under two samples.
+pub fn median_interval_s(samples: &[Sample<f64>]) -> Option<f64> {
+    let mut intervals: Vec<f64> = samples
+        .windows(2)
+        .map(|pair| pair[1].time_s - pair[0].time_s)
+        .filter(|h| h.is_finite())
+        .collect();
+    if intervals.is_empty() {
+        return None;
+    }
+    let middle = intervals.len() / 2;
+    let (_, median, _) = intervals.select_nth_unstable_by(middle, f64::total_cmp);
+    Some(*median)
 }
 
 impl FromIterator<Sample<f64>> for Record {

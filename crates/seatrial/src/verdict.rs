@@ -76,13 +76,7 @@ pub fn refuse_record(
         ));
     }
     if rudder_amplitude_rad < LEAST_MOVEMENT_RAD {
-        return Some(reason(
-            "rudder_constant",
-            format!(
-                "the rudder stays within {} deg: nothing excites the vehicle; command a doublet, or choose a window with one",
-                degrees(rudder_amplitude_rad)
-            ),
-        ));
+        return Some(rudder_constant(rudder_amplitude_rad));
     }
     if heading_range_rad < LEAST_MOVEMENT_RAD {
         return Some(reason(
@@ -95,6 +89,17 @@ pub fn refuse_record(
         ));
     }
     None
+}
+
+/// The reason to refuse a record in which the rudder stays where it is.
+pub fn rudder_constant(rudder_amplitude_rad: f64) -> Reason {
+    reason(
+        "rudder_constant",
+        format!(
+            "the rudder stays within {} deg: nothing excites the vehicle; command a doublet, or choose a window with one",
+            degrees(rudder_amplitude_rad)
+        ),
+    )
 }
 
 /// Weighs the evidence.
@@ -364,6 +369,9 @@ fn percent(share: f64) -> String {
 
 /// A number to three significant figures, as people read it.
 pub fn three_figures(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
     let digits = 2 - value.abs().log10().floor().clamp(-6.0, 2.0) as i32;
     format!("{value:.*}", digits.max(0) as usize)
 }

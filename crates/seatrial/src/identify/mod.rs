@@ -1,4 +1,291 @@
-//! From a record to a model: the online estimate, offline methods and the verdict.
+//! From a record to a model: the online estimate, fresh data and the verdict.
 
 pub mod batch;
+pub mod fresh;
+pub mod online;
 pub mod simplex;
+
+use seatrial_core::estimator::{EstimatorSettings, InvalidSetting, Method};
+use seatrial_core::state_variable_filter::Hold;
+use seatrial_core::{Sample, YawModel};
+
+use crate::identification::{Identification, Reason, Settings};
+use crate::manoeuvre::Manoeuvre;
+use crate::record::{Record, Window, median_interval_s};
+use crate::time_scale::{ChosenLambda, TimeScale};
+use crate::verdict::{self, Evidence};
+use online::Stretch;
+
+/// The filters are warmed on the data before the window, up to this many of their time constants: what
+/// remains of their start is then below rounding.
+const SETTLING_TIME_CONSTANTS: f64 = 40.0;
+
+/// Without such data the filters start at the equilibrium of the window's first sample, and this many of
+/// their time constants, (1 + 5) e^-5 = 4 % of a wrong start left, pass before anything is learnt,
+/// but at most this share of the window.
+const WARMING_TIME_CONSTANTS: f64 = 5.0;
+const LARGEST_WARMING_SHARE: f64 = 0.1;
+
+/// How to identify.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IdentifySettings {
+    /// Equations (16)-(31) and the recursion to the letter.
+    pub as_paper: bool,
+    /// The online estimator.
+    pub method: Method,
+    /// Pole of the state variable filter, rad/s. `None` derives it from the data; the paper's is 1.
+    pub lambda_rad_s: Option<f64>,
+    /// Keep the estimate after every sample.
+    pub trace: bool,
+}
+
+impl IdentifySettings {
+    /// The paper's: least squares at lambda 1 rad/s.
+    pub const fn paper() -> Self {
+        Self {
+            as_paper: true,
+            method: Method::LeastSquares,
+            lambda_rad_s: None,
+            trace: false,
+        }
+    }
+
+    fn estimator(&self, lambda_rad_s: f64) -> EstimatorSettings<f64> {
+        let settings = if self.as_paper {
+            EstimatorSettings::paper()
+        } else {
+            EstimatorSettings::default()
+        };
+        EstimatorSettings {
+            lambda_rad_s,
+            method: self.method,
+            ..settings
+        }
+    }
+}
+
+impl Default for IdentifySettings {
+    fn default() -> Self {
+        Self {
+            as_paper: false,
+            method: Method::InstrumentalVariable,
+            lambda_rad_s: None,
+            trace: false,
+        }
+    }
+}
+
+/// Fresh data: a record, which may be the training record, and a window on it.
+#[derive(Clone, Copy, Debug)]
+pub struct Fresh<'a> {
+    /// The record.
+    pub record: &'a Record,
+    /// The window, half open.
+    pub window: Window,
+}
+
+/// Why there is no model.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum IdentifyError {
+    /// No sample lies in a window.
+    #[error("{0}")]
+    EmptyWindow(String),
+    /// A setting is out of its range.
+    #[error("{0}")]
+    Setting(InvalidSetting),
+    /// Nothing can be estimated from these samples.
+    #[error("{}", .0.text)]
+    Refused(Reason),
+}
+
+impl IdentifyError {
+    fn empty_window(name: &str, window: Window, record: &Record) -> Self {
+        let span = match (record.samples.first(), record.samples.last()) {
+            (Some(first), Some(last)) => {
+                format!("the log runs from {} s to {} s", first.time_s, last.time_s)
+            }
+            _ => "the log has no samples".into(),
+        };
+        Self::EmptyWindow(format!(
+            "no sample lies in the {name} window from {} s to {} s; {span}",
+            window.from_s, window.to_s
+        ))
+    }
+}
+
+/// Identifies the yaw model from the training window of a record, and validates it on fresh data.
+///
+/// The filters are warmed on what the record holds before the window. The excitation counts as over when the
+/// rudder has been laid to both hands and comes back from the second: the end of a doublet, the end of
+/// the first cycle of a zig-zag. From there on convergence is watched and the instrument is used.
+pub fn identify(
+    record: &Record,
+    training: Window,
+    fresh: Option<Fresh>,
+    settings: &IdentifySettings,
+) -> Result<Identification, IdentifyError> {
+    let samples = record.window(training);
+    if samples.is_empty() {
+        return Err(IdentifyError::empty_window("training", training, record));
+    }
+    let heading_range_rad = fresh::heading_range_rad(samples);
+    let manoeuvre =
+        manoeuvre_to_learn_from(samples, heading_range_rad).map_err(IdentifyError::Refused)?;
+
+    let chosen = choose_lambda(record, samples, &manoeuvre, settings);
+    let estimator = settings.estimator(chosen.lambda_rad_s);
+    let stretch = stretch(record, samples, &manoeuvre, settings, chosen.lambda_rad_s);
+    let pass =
+        online::estimate(&stretch, estimator, settings.trace).map_err(IdentifyError::Setting)?;
+    let model = pass.online.model;
+
+    let validation = fresh
+        .map(|fresh| fresh::validate(model, fresh.record, fresh.window))
+        .transpose()?;
+    let verdict = verdict::judge(&Evidence {
+        samples_used: pass.samples_used,
+        samples_rejected: pass.rejected.total(),
+        rudder_amplitude_rad: manoeuvre.amplitude_rad,
+        heading_range_rad,
+        heading_step_rad: smallest_heading_step_rad(samples),
+        online: pass.online.model,
+        refined: None,
+        training_r2_yaw_rate: fresh::goodness_of_fit(model, &pass.accepted).r2_yaw_rate,
+        validation,
+        validation_rudder_amplitude_rad: fresh
+            .and_then(|fresh| Manoeuvre::find(fresh.record.window(fresh.window)))
+            .map(|manoeuvre| manoeuvre.amplitude_rad),
+    });
+    Ok(Identification {
+        training: known_part(training, samples),
+        samples_used: pass.samples_used,
+        samples_rejected: pass.rejected,
+        settings: Settings {
+            as_paper: settings.as_paper,
+            lambda_rad_s: chosen.lambda_rad_s,
+            lambda_because: chosen.because,
+            heading_hold: match estimator.heading_hold {
+                Hold::ZeroOrder => "zero_order".into(),
+                Hold::FirstOrder => "first_order".into(),
+            },
+            initial_covariance: estimator.initial_covariance,
+            forgetting_factor: estimator.forgetting_factor,
+        },
+        nomoto: model.nomoto(),
+        online: pass.online,
+        refined: None,
+        validation,
+        verdict,
+    })
+}
+
+/// The manoeuvre of a record from which a model may be tried, or the reason why none can.
+fn manoeuvre_to_learn_from(
+    samples: &[Sample<f64>],
+    heading_range_rad: f64,
+) -> Result<Manoeuvre, Reason> {
+    let found = Manoeuvre::find(samples);
+    let amplitude_rad = found.as_ref().map_or(0.0, |m| m.amplitude_rad);
+    match verdict::refuse_record(samples.len(), amplitude_rad, heading_range_rad) {
+        Some(reason) => Err(reason),
+        None => found.ok_or_else(|| verdict::rudder_constant(amplitude_rad)),
+    }
+}
+
+/// What the estimator is given for a filter of this lambda.
+fn stretch<'a>(
+    record: &'a Record,
+    samples: &'a [Sample<f64>],
+    manoeuvre: &Manoeuvre,
+    settings: &IdentifySettings,
+    lambda_rad_s: f64,
+) -> Stretch<'a> {
+    let from_s = samples.first().map_or(0.0, |s| s.time_s);
+    let settling = if settings.as_paper {
+        &[]
+    } else {
+        record.window(Window {
+            from_s: from_s - SETTLING_TIME_CONSTANTS / lambda_rad_s,
+            to_s: from_s,
+        })
+    };
+    let warming_s = if settings.as_paper || !settling.is_empty() {
+        0.0
+    } else {
+        (WARMING_TIME_CONSTANTS / lambda_rad_s).min(LARGEST_WARMING_SHARE * duration_s(samples))
+    };
+    Stretch {
+        settling,
+        training: samples,
+        learns_from_s: from_s + warming_s,
+        excited_by_s: manoeuvre.both_hands_used_s(),
+    }
+}
+
+fn choose_lambda(
+    record: &Record,
+    samples: &[Sample<f64>],
+    manoeuvre: &Manoeuvre,
+    settings: &IdentifySettings,
+) -> ChosenLambda {
+    if let Some(lambda_rad_s) = settings.lambda_rad_s {
+        return ChosenLambda {
+            lambda_rad_s,
+            because: "given".into(),
+        };
+    }
+    if settings.as_paper {
+        return ChosenLambda {
+            lambda_rad_s: 1.0,
+            because: "the paper's".into(),
+        };
+    }
+    let interval_s = median_interval_s(samples).unwrap_or(0.0);
+    let time_scale = TimeScale {
+        half_period_s: manoeuvre.half_period_s().unwrap_or(interval_s),
+        interval_s,
+        duration_s: duration_s(samples),
+    };
+    time_scale.choose_lambda(|lambda_rad_s| -> Option<YawModel<f64>> {
+        let stretch = stretch(record, samples, manoeuvre, settings, lambda_rad_s);
+        online::run(&stretch, settings.estimator(lambda_rad_s), |_, _, _| {})
+            .ok()
+            .map(|estimator| estimator.model())
+    })
+}
+
+/// The smallest change of heading from one sample to the next: the step in which a compass reads, or
+/// very little.
+fn smallest_heading_step_rad(samples: &[Sample<f64>]) -> Option<f64> {
+    samples
+        .windows(2)
+        .map(|pair| (pair[1].heading_rad - pair[0].heading_rad).abs())
+        .filter(|step| *step > 0.0)
+        .reduce(f64::min)
+}
+
+fn duration_s(samples: &[Sample<f64>]) -> f64 {
+    match samples {
+        [first, .., last] => last.time_s - first.time_s,
+        _ => 0.0,
+    }
+}
+
+/// The window as far as there are samples: no end is infinite.
+fn known_part(window: Window, samples: &[Sample<f64>]) -> Window {
+    let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
+        return window;
+    };
+    Window {
+        from_s: if window.from_s.is_finite() {
+            window.from_s
+        } else {
+            first.time_s
+        },
+        to_s: if window.to_s.is_finite() {
+            window.to_s
+        } else {
+            last.time_s + median_interval_s(samples).unwrap_or(0.0)
+        },
+    }
+}

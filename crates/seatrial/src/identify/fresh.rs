@@ -1,0 +1,142 @@
+//! A model against data that it was not made from.
+
+use seatrial_core::validation::{self, GoodnessOfFit};
+use seatrial_core::{Real, Sample, YawModel};
+
+use super::IdentifyError;
+use crate::identification::Validation;
+use crate::manoeuvre::Manoeuvre;
+use crate::record::{Record, Window};
+use crate::savitzky_golay::SavitzkyGolay;
+
+/// A lead-in is quiet if the mean headings of its two halves differ by less than this share of the heading's
+/// whole range.
+const QUIET_SHARE: f64 = 0.1;
+
+/// The derivative of the heading is taken over so many of the vehicle's time constants: more blurs the yaw
+/// rate, fewer let the compass noise through; within these numbers of samples either side.
+const DERIVATIVE_TIME_CONSTANTS: f64 = 1.5;
+const DERIVATIVE_SAMPLES: (usize, usize) = (2, 60);
+
+/// Simulates `model` over a window of a record and compares (35)-(37).
+pub fn validate(
+    model: YawModel<f64>,
+    record: &Record,
+    window: Window,
+) -> Result<Validation, IdentifyError> {
+    let samples = record.window(window);
+    if samples.is_empty() {
+        return Err(IdentifyError::empty_window("validation", window, record));
+    }
+    let fit = goodness_of_fit(model, samples);
+    Ok(Validation {
+        window: super::known_part(window, samples),
+        r2_heading: fit.r2_heading,
+        r2_heading_offset_refit: fit.r2_heading_offset_refit,
+        r2_yaw_rate: fit.r2_yaw_rate,
+        samples: fit.samples as usize,
+    })
+}
+
+/// R^2 of heading and of yaw rate, the latter measured or, where it is not, the derivative of the
+/// measured heading.
+///
+/// The simulation starts from the mean heading of the lead-in: what comes before the first movement
+/// of the rudder, if the vehicle is quiet there, otherwise the first sample alone.
+pub fn goodness_of_fit(model: YawModel<f64>, samples: &[Sample<f64>]) -> GoodnessOfFit<f64> {
+    let lead_in_s = quiet_lead_in_s(samples);
+    let fit = validation::Validation::of(model, lead_in_s, samples);
+    if fit.r2_yaw_rate.is_some() {
+        return fit;
+    }
+    let rate = derived_yaw_rate(model, samples).map(|with_rate| {
+        let rate = validation::Validation::of(model, lead_in_s, &with_rate);
+        (rate.r2_yaw_rate, rate.r2_yaw_rate_offset_refit)
+    });
+    let (r2_yaw_rate, r2_yaw_rate_offset_refit) = rate.unwrap_or_default();
+    GoodnessOfFit {
+        r2_yaw_rate,
+        r2_yaw_rate_offset_refit,
+        ..fit
+    }
+}
+
+/// Length of the quiet part before the first movement of the rudder, s, at most half a period of
+/// the rudder; 0 where there is none.
+pub fn quiet_lead_in_s(samples: &[Sample<f64>]) -> f64 {
+    let (Some(first), Some(manoeuvre)) = (samples.first(), Manoeuvre::find(samples)) else {
+        return 0.0;
+    };
+    let to_first_move_s = manoeuvre.starts_s - first.time_s;
+    let lead_in_s = manoeuvre
+        .half_period_s()
+        .map_or(0.0, |half_period_s| half_period_s.min(to_first_move_s));
+    let end = samples.partition_point(|sample| sample.time_s < first.time_s + lead_in_s);
+    let (first_half, second_half) = samples[..end].split_at(end / 2);
+    let drift =
+        mean_from(first.heading_rad, second_half) - mean_from(first.heading_rad, first_half);
+    if drift.abs() <= QUIET_SHARE * heading_range_rad(samples) {
+        lead_in_s
+    } else {
+        0.0
+    }
+}
+
+/// Mean heading less `origin_rad`, rad, which the vehicle is near to.
+fn mean_from(origin_rad: f64, samples: &[Sample<f64>]) -> f64 {
+    let sum: f64 = samples
+        .iter()
+        .map(|sample| Real::wrapped(sample.heading_rad - origin_rad))
+        .filter(|turned| turned.is_finite())
+        .sum();
+    sum / samples.len().max(1) as f64
+}
+
+/// Largest less smallest unwrapped heading, rad; what is not finite is left out.
+pub fn heading_range_rad<'a>(samples: impl IntoIterator<Item = &'a Sample<f64>>) -> f64 {
+    let mut last = None;
+    let (mut unwrapped, mut low, mut high) = (0.0, 0.0_f64, 0.0_f64);
+    for heading in samples
+        .into_iter()
+        .map(|sample| sample.heading_rad)
+        .filter(|heading| heading.is_finite())
+    {
+        unwrapped += Real::wrapped(heading - last.unwrap_or(heading));
+        last = Some(heading);
+        low = low.min(unwrapped);
+        high = high.max(unwrapped);
+    }
+    high - low
+}
+
+/// The samples with the derivative of their heading as yaw rate. `None` where too few are usable.
+fn derived_yaw_rate(model: YawModel<f64>, samples: &[Sample<f64>]) -> Option<Vec<Sample<f64>>> {
+    let mut usable: Vec<Sample<f64>> = Vec::with_capacity(samples.len());
+    let mut headings: Vec<f64> = Vec::with_capacity(samples.len());
+    for sample in samples {
+        let last = usable.last();
+        let is_usable = sample.time_s.is_finite()
+            && sample.heading_rad.is_finite()
+            && sample.rudder_rad.is_finite()
+            && last.is_none_or(|last| sample.time_s > last.time_s);
+        if is_usable {
+            let step = last.map_or(0.0, |last| {
+                Real::wrapped(sample.heading_rad - last.heading_rad)
+            });
+            headings.push(headings.last().unwrap_or(&sample.heading_rad) + step);
+            usable.push(*sample);
+        }
+    }
+    let times: Vec<f64> = usable.iter().map(|sample| sample.time_s).collect();
+    let interval_s = (times.last()? - times.first()?) / (times.len() - 1).max(1) as f64;
+    let (least, most) = DERIVATIVE_SAMPLES;
+    let half_window =
+        (0.5 * DERIVATIVE_TIME_CONSTANTS / (model.a22_per_s.abs() * interval_s)) as usize;
+    let rates = SavitzkyGolay::new(half_window.clamp(least, most), 2)
+        .and_then(|filter| filter.derivative(&times, &headings))
+        .ok()?;
+    for (sample, rate) in usable.iter_mut().zip(rates) {
+        sample.yaw_rate_rad_s = Some(rate);
+    }
+    Some(usable)
+}

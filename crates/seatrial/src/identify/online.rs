@@ -1,0 +1,161 @@
+//! The core's online estimator, run over a recorded stretch.
+
+use std::collections::BTreeMap;
+
+use seatrial_core::estimator::{Estimator, EstimatorSettings, Intake, InvalidSetting};
+use seatrial_core::{Real, Sample};
+
+use super::batch::BatchLeastSquares;
+use crate::identification::{Convergence, LeastSquares, Online, RejectedSamples, TracePoint};
+
+/// Sample counts at which the least squares estimate is kept for comparison.
+const CHECKPOINTS: [usize; 2] = [100, 200];
+
+/// What the estimator is given.
+#[derive(Clone, Copy, Debug)]
+pub struct Stretch<'a> {
+    /// Samples before the training: they move the filters only.
+    pub settling: &'a [Sample<f64>],
+    /// The training samples.
+    pub training: &'a [Sample<f64>],
+    /// Training samples before this time move the filters only, s.
+    pub learns_from_s: f64,
+    /// When the rudder had been laid to both hands and came back, s: convergence is watched and the instrument
+    /// takes over from here. `None`: never.
+    pub excited_by_s: Option<f64>,
+}
+
+/// What a pass over a stretch gave.
+#[derive(Clone, Debug)]
+pub struct Pass {
+    /// The estimate.
+    pub online: Online,
+    /// Training samples that the estimate learnt from.
+    pub samples_used: usize,
+    /// Samples that the guard rejected, settling included.
+    pub rejected: RejectedSamples,
+    /// The training samples that it let through, headings unwrapped.
+    pub accepted: Vec<Sample<f64>>,
+}
+
+/// Runs an estimator over the stretch; `after_each` sees it after every training sample.
+pub fn run(
+    stretch: &Stretch,
+    settings: EstimatorSettings<f64>,
+    mut after_each: impl FnMut(&Estimator<f64>, &Sample<f64>, Intake),
+) -> Result<Estimator<f64>, InvalidSetting> {
+    let mut estimator = Estimator::new(settings)?;
+    for s in stretch.settling {
+        let _ = estimator.warm(s.time_s, s.heading_rad, s.rudder_rad);
+    }
+    let mut excited_by_s = stretch.excited_by_s;
+    for s in stretch.training {
+        if s.time_s < stretch.learns_from_s {
+            let intake = estimator.warm(s.time_s, s.heading_rad, s.rudder_rad);
+            after_each(&estimator, s, intake);
+            continue;
+        }
+        if excited_by_s.is_some_and(|ended| s.time_s >= ended) {
+            estimator.excitation_ended();
+            excited_by_s = None;
+        }
+        let intake = estimator.update(s.time_s, s.heading_rad, s.rudder_rad);
+        after_each(&estimator, s, intake);
+    }
+    Ok(estimator)
+}
+
+/// Runs an estimator over the stretch and keeps what a report needs.
+pub fn estimate(
+    stretch: &Stretch,
+    settings: EstimatorSettings<f64>,
+    keep_trace: bool,
+) -> Result<Pass, InvalidSetting> {
+    let mut batch = BatchLeastSquares::default();
+    let mut theta_at = BTreeMap::new();
+    let mut trace = Vec::new();
+    let mut samples_used = 0;
+    let mut accepted = Vec::with_capacity(stretch.training.len());
+    let estimator = run(stretch, settings, |estimator, sample, intake| {
+        if !matches!(intake, Intake::Rejected(_)) {
+            accepted.push(unwrapped(
+                *sample,
+                accepted.last(),
+                estimator.filtered().yaw_rate_rad_s,
+            ));
+        }
+        if intake != Intake::Used {
+            return;
+        }
+        samples_used += 1;
+        let filtered = estimator.filtered();
+        batch.add(
+            [filtered.yaw_rate_rad_s, filtered.rudder_rad, 1.0],
+            filtered.yaw_acceleration_rad_s2,
+        );
+        if CHECKPOINTS.contains(&samples_used) {
+            theta_at.insert(
+                samples_used.to_string(),
+                estimator.least_squares_model().theta(),
+            );
+        }
+        if keep_trace {
+            trace.push(TracePoint {
+                time_s: sample.time_s,
+                theta: estimator.model().theta(),
+                step_norm: estimator.step_norm(),
+            });
+        }
+    })?;
+    let model = estimator.model();
+    let covariance = estimator.covariance();
+    Ok(Pass {
+        online: Online {
+            method: match estimator.instrument() {
+                Some(_) => "instrumental_variable".into(),
+                None => "least_squares".into(),
+            },
+            model,
+            delta0_rad: model.delta0_rad(),
+            covariance,
+            least_squares: LeastSquares {
+                model: estimator.least_squares_model(),
+                covariance,
+            },
+            batch: batch.solve(),
+            theta_at,
+            convergence: Convergence {
+                detected_s: estimator.converged_s(),
+                threshold: settings.convergence.threshold,
+                consecutive: settings.convergence.consecutive,
+            },
+            trace,
+        },
+        samples_used,
+        rejected: rejected(&estimator),
+        accepted,
+    })
+}
+
+/// The sample with its heading continued from the one before, which the vehicle left at `yaw_rate_rad_s`.
+fn unwrapped(sample: Sample<f64>, last: Option<&Sample<f64>>, yaw_rate_rad_s: f64) -> Sample<f64> {
+    let Some(last) = last else {
+        return sample;
+    };
+    let predicted = last.heading_rad + yaw_rate_rad_s * (sample.time_s - last.time_s);
+    Sample {
+        heading_rad: predicted + Real::wrapped(sample.heading_rad - predicted),
+        ..sample
+    }
+}
+
+fn rejected(estimator: &Estimator<f64>) -> RejectedSamples {
+    let counts = estimator.rejected();
+    RejectedSamples {
+        non_finite: counts.non_finite,
+        repeated_time: counts.repeated_time,
+        reversed_time: counts.reversed_time,
+        spike: counts.spike,
+        gaps: counts.gaps + counts.discontinuities,
+    }
+}
