@@ -136,26 +136,36 @@ fn how_it_steers(slow: &Speed, fast: &Speed) -> Vec<String> {
     let stable = [slow, fast]
         .iter()
         .all(|speed| speed.point.model.a22_per_s < 0.0);
-    let settle = |speed: &Speed| 4.0 / -speed.point.model.a22_per_s;
+    let settle = |speed: &Speed| significant(4.0 / -speed.point.model.a22_per_s, 2);
     sentences.push(if stable {
         format!(
-            "The vehicle is course stable: after a rudder change its turn settles within {} to {} s.",
-            significant(settle(slow).min(settle(fast)), 2),
-            significant(settle(slow).max(settle(fast)), 2)
+            "The vehicle is course stable: after a rudder change its turn settles within {} s.",
+            from_slow_to_fast(settle(slow), settle(fast), " s")
         )
     } else {
-        "At some speed the vehicle is course unstable: it does not stop turning by itself.".to_owned()
+        "At some speed the vehicle is course unstable: it does not stop turning by itself."
+            .to_owned()
     });
-    let offset = |speed: &Speed| {
-        let gain = speed.point.model.delta0_rad()?;
-        Some(decimals(-gain.to_degrees(), 1))
+    let straight = |speed: &Speed| {
+        let offset = speed.point.model.delta0_rad()?;
+        Some(decimals(-offset.to_degrees(), 1))
     };
-    if let (Some(slow), Some(fast)) = (offset(slow), offset(fast)) {
+    if let Some((slow, fast)) = straight(slow).zip(straight(fast)) {
         sentences.push(format!(
-            "To go straight the rudder must stand at {slow}° at the lowest and {fast}° at the highest speed."
+            "To go straight the rudder must stand at {}°.",
+            from_slow_to_fast(slow, fast, "°")
         ));
     }
     sentences
+}
+
+/// One value, or the two with the speeds to which they belong.
+fn from_slow_to_fast(slow: String, fast: String, unit: &str) -> String {
+    if slow == fast {
+        slow
+    } else {
+        format!("{slow}{unit} at the lowest thrust, at the highest {fast}")
+    }
 }
 
 /// Why the trial stopped and what to do.
@@ -191,7 +201,7 @@ fn abort(reason: AbortReason) -> (&'static str, &'static str) {
         ),
         AbortReason::Area => (
             "the vehicle reached the edge of its area",
-            "Start farther from the edge or with a heading along the longer side; `seatrial plan` shows the room that a trial needs.",
+            "Start farther from the edge or with a heading along the longer side; “seatrial plan” shows the room that a trial needs.",
         ),
         AbortReason::SpeedDrift => (
             "the speed changed too much within a stage",
@@ -235,9 +245,9 @@ pub(super) fn of_identification(identification: &Identification) -> Headline {
         Tone::Bad => "The model must not be used.",
     };
     let next = match tone {
-        Tone::Good => "Derive gains and turning limits with `seatrial gains` and `seatrial turn`.",
+        Tone::Good => "Derive gains and turning limits with “seatrial gains” and “seatrial turn”.",
         Tone::Partly => {
-            "Give a second manoeuvre as fresh data (`--validate-from`, `--validate-to` or `--validate-on`) before using the model."
+            "Give a second manoeuvre as fresh data (--validate-from with --validate-to, or --validate-on) before using the model."
         }
         Tone::Bad => "Remove the cause given above and record the manoeuvre again.",
     };

@@ -170,16 +170,13 @@ pub(super) fn manoeuvre(source: &Source) -> Option<Figure> {
         ];
         panels.push(Panel::linear("Roll and pitch, °", 50.0, layers).spanning_at_least(10.0));
     }
-    for (label, points) in [
-        ("Speed, m/s", line(|s| s.surge_speed_m_s)),
-        ("Depth, m", line(|s| s.depth_m)),
+    for (label, least_span, points) in [
+        ("Speed, m/s", 0.4, line(|s| s.surge_speed_m_s)),
+        ("Depth, m", 1.0, line(|s| s.depth_m)),
     ] {
         if present(&points) {
-            panels.push(Panel::linear(
-                label,
-                44.0,
-                vec![Layer::line("a", "", points)],
-            ));
+            let layers = vec![Layer::line("a", "", points)];
+            panels.push(Panel::linear(label, 44.0, layers).spanning_at_least(least_span));
         }
     }
     let spans = source
