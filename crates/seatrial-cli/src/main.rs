@@ -6,6 +6,7 @@ mod log;
 mod logbook;
 mod output;
 mod paper;
+mod report;
 mod steering_source;
 mod table;
 mod turn;
@@ -34,6 +35,7 @@ enum Verb {
     Turn(turn::Args),
     Gains(gains::Args),
     Paper(paper::Args),
+    Report(report::Args),
 }
 
 impl Verb {
@@ -44,6 +46,7 @@ impl Verb {
             Self::Turn(args) => turn::run(args, output),
             Self::Gains(args) => gains::run(args, output),
             Self::Paper(args) => paper::run(args, output),
+            Self::Report(args) => report::run(args, output),
         }
     }
 }
