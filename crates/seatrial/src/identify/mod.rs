@@ -1,9 +1,12 @@
 //! From a record to a model: the online estimate, fresh data and the verdict.
 
 pub mod batch;
+pub mod bound;
 pub mod fresh;
 pub mod online;
+pub mod refine;
 pub mod simplex;
+pub mod whitening;
 
 use seatrial_core::estimator::{EstimatorSettings, InvalidSetting, Method};
 use seatrial_core::state_variable_filter::Hold;
