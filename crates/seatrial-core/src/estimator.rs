@@ -4,8 +4,9 @@ use core::fmt;
 
 use crate::convergence::{Convergence, ConvergenceSettings};
 use crate::guard::{Admission, Cause, Guard, GuardSettings, RejectedCounts};
-use crate::instrument::RecursiveInstrument;
+use crate::instrument::{AuxiliaryModel, RecursiveInstrument};
 use crate::least_squares::{Forgetting, RecursiveLeastSquares};
+use crate::lost_rudder::{LostRudder, UnseenRudder};
 use crate::state_variable_filter::{FilterStart, FilterStep, Hold, StateVariableFilter};
 use crate::{Real, YawModel};
 
@@ -48,6 +49,8 @@ pub struct EstimatorSettings<T> {
     pub lambda_rad_s: T,
     /// How the heading runs between samples; the rudder is always held.
     pub heading_hold: Hold,
+    /// How the rudder ran while samples were lost.
+    pub lost_rudder: LostRudder,
     /// Where the filters start at their first sample.
     pub filter_start: FilterStart,
     /// P0 = this times I.
@@ -69,6 +72,7 @@ impl<T: Real> EstimatorSettings<T> {
         Self {
             lambda_rad_s: T::ONE,
             heading_hold: Hold::ZeroOrder,
+            lost_rudder: LostRudder::Held,
             filter_start: FilterStart::Zero,
             initial_covariance: T::of(100.0),
             forgetting_factor: T::ONE,
@@ -88,11 +92,13 @@ impl<T: Real> EstimatorSettings<T> {
     }
 
     /// The improved settings for a vehicle whose yaw rate follows the rudder with this time constant
-    /// T = -1/a22, s.
+    /// T = -1/a22, s. Instants, spans and rates follow T; what is relative to them is fixed: a silence above
+    /// 1/lambda is a gap, after which the filters settle for 8/lambda (0.3 % of their wrong start is left).
     pub fn for_time_scale(time_constant_s: T) -> Self {
         Self {
             lambda_rad_s: T::of(LAMBDA_TIMES_TIME_CONSTANT) / time_constant_s,
             heading_hold: Hold::FirstOrder,
+            lost_rudder: LostRudder::Interpolated,
             filter_start: FilterStart::Equilibrium,
             initial_covariance: T::of(1e6),
             method: Method::InstrumentalVariable,
@@ -100,6 +106,7 @@ impl<T: Real> EstimatorSettings<T> {
                 gap_time_constants: Some(T::ONE),
                 warm_time_constants: T::of(8.0),
                 heading_jump_rad: Some(T::of(0.2)),
+                max_yaw_rate_rad_s: T::of(3.0) / time_constant_s,
                 ..Self::paper().guard
             },
             ..Self::paper()
@@ -214,9 +221,12 @@ pub struct Estimator<T> {
     filters: Option<(StateVariableFilter<T>, StateVariableFilter<T>)>,
     /// Filter time to pass before anything is learnt, s.
     unsettled_s: T,
-    interval_s: T,
-    least_squares: RecursiveLeastSquares<T, 3>,
-    instrument: Option<RecursiveInstrument<T>>,
+    unseen: UnseenRudder<T>,
+    /// Theta = [beta, a22, b2, C0], beta of the unseen rudder.
+    least_squares: RecursiveLeastSquares<T, 4>,
+    /// Runs from the first training sample on.
+    auxiliary: Option<AuxiliaryModel<T>>,
+    instrument: Option<RecursiveInstrument<T, 4>>,
     convergence: Convergence,
     step_norm: T,
     training_start_s: Option<f64>,
@@ -232,8 +242,9 @@ impl<T: Real> Estimator<T> {
             step: FilterStep::new(settings.lambda_rad_s),
             filters: None,
             unsettled_s: T::ZERO,
-            interval_s: T::ZERO,
-            least_squares: RecursiveLeastSquares::new(settings.initial_covariance),
+            unseen: UnseenRudder::none(),
+            least_squares: fresh(&settings),
+            auxiliary: None,
             instrument: None,
             convergence: Convergence::default(),
             step_norm: T::ZERO,
@@ -244,46 +255,56 @@ impl<T: Real> Estimator<T> {
     /// Takes in a sample of the settling phase: moves the filters, learns nothing.
     pub fn warm(&mut self, time_s: f64, heading_rad: T, rudder_rad: T) -> Intake {
         match self.filter(time_s, heading_rad, rudder_rad) {
-            Intake::Used => Intake::Warming,
-            other => other,
+            Filtering::Rejected(cause) => Intake::Rejected(cause),
+            Filtering::Started | Filtering::Moved { .. } => Intake::Warming,
         }
     }
 
     /// Takes in a sample of the training phase. The rudder acts from this instant on.
     pub fn update(&mut self, time_s: f64, heading_rad: T, rudder_rad: T) -> Intake {
-        let intake = self.filter(time_s, heading_rad, rudder_rad);
-        let start_s = match intake {
-            Intake::Rejected(_) => return intake,
-            _ => *self.training_start_s.get_or_insert(time_s),
-        };
-        if intake == Intake::Warming {
-            return intake;
+        let filtering = self.filter(time_s, heading_rad, rudder_rad);
+        let now = self.filtered();
+        let model = self.model();
+        match (filtering, &mut self.auxiliary) {
+            (Filtering::Rejected(cause), _) => return Intake::Rejected(cause),
+            (Filtering::Moved { interval_s }, Some(auxiliary)) => {
+                let lambda_rad_s = self.settings.lambda_rad_s;
+                auxiliary.advance(&model, now.rudder_rad, interval_s, lambda_rad_s);
+            }
+            (_, auxiliary) => *auxiliary = Some(AuxiliaryModel::new(now.rudder_rad)),
         }
-        let before = self.model().theta();
-        if !self.learn() {
+        let start_s = *self.training_start_s.get_or_insert(time_s);
+        if self.unsettled_s > T::ZERO {
+            return Intake::Warming;
+        }
+        if !self.learn(&now) {
             self.guard.count(Cause::NonFinite);
             return Intake::Rejected(Cause::NonFinite);
         }
-        let after = self.model().theta();
-        self.step_norm = distance(before, after);
+        self.step_norm = distance(model.theta(), self.model().theta());
         self.convergence
             .observe(self.step_norm, time_s - start_s, &self.settings.convergence);
         Intake::Used
     }
 
-    /// The doublet is over: convergence counts from now on, and the instrument takes over.
+    /// The doublet is over: convergence counts from now on, and the instrument takes over, unless the
+    /// estimate is unstable (a22 >= 0) and its auxiliary model would be, too.
     pub fn excitation_ended(&mut self) {
         self.convergence.arm();
-        if self.settings.method == Method::InstrumentalVariable && self.instrument.is_none() {
-            let now = self.filtered();
-            self.instrument =
-                RecursiveInstrument::start(&self.least_squares, now.yaw_rate_rad_s, now.rudder_rad);
+        let stable = self.least_squares_model().a22_per_s < T::ZERO;
+        if self.settings.method == Method::InstrumentalVariable
+            && self.instrument.is_none()
+            && stable
+        {
+            self.instrument = Some(RecursiveInstrument::take_over(&self.least_squares));
         }
     }
 
     /// Forgets the estimate for the next speed; filters and guard run on.
     pub fn restart(&mut self) {
-        self.least_squares = RecursiveLeastSquares::new(self.settings.initial_covariance);
+        self.unseen.settle(self.beta());
+        self.least_squares = fresh(&self.settings);
+        self.auxiliary = None;
         self.instrument = None;
         self.convergence = Convergence::default();
         self.step_norm = T::ZERO;
@@ -293,23 +314,24 @@ impl<T: Real> Estimator<T> {
     /// The estimate.
     pub fn model(&self) -> YawModel<T> {
         match &self.instrument {
-            Some(instrument) => YawModel::from_theta(instrument.theta()),
+            Some(instrument) => yaw_model(instrument.theta()),
             None => self.least_squares_model(),
         }
     }
 
     /// The estimate of plain least squares, which runs on beside the instrument.
     pub fn least_squares_model(&self) -> YawModel<T> {
-        YawModel::from_theta(self.least_squares.theta())
+        yaw_model(self.least_squares.theta())
     }
 
     /// P of plain least squares.
     pub fn covariance(&self) -> [[T; 3]; 3] {
-        self.least_squares.covariance()
+        yaw_block(self.least_squares.covariance())
     }
 
-    /// The instrument, once it has taken over.
-    pub fn instrument(&self) -> Option<&RecursiveInstrument<T>> {
+    /// The instrument, once it has taken over; its parameters are [beta, a22, b2, C0] with beta of
+    /// [`UnseenRudder`].
+    pub fn instrument(&self) -> Option<&RecursiveInstrument<T, 4>> {
         self.instrument.as_ref()
     }
 
@@ -345,76 +367,104 @@ impl<T: Real> Estimator<T> {
         &self.settings
     }
 
-    /// Moves the filters; `Used` means that they may be learnt from.
-    fn filter(&mut self, time_s: f64, heading_rad: T, rudder_rad: T) -> Intake {
+    fn filter(&mut self, time_s: f64, heading_rad: T, rudder_rad: T) -> Filtering<T> {
         let yaw_rate_rad_s = self.filtered().yaw_rate_rad_s;
         let admission = self
             .guard
             .admit(time_s, heading_rad, rudder_rad, yaw_rate_rad_s);
         match (admission, &mut self.filters) {
-            (Admission::Rejected(cause), _) => return Intake::Rejected(cause),
+            (Admission::Rejected(cause), _) => Filtering::Rejected(cause),
             (
                 Admission::Next {
                     interval_s,
                     heading_increment_rad,
+                    usual_interval_s,
                 },
                 Some((heading, rudder)),
             ) => {
-                self.step.set_interval(interval_s);
-                heading.advance_by(
-                    heading_increment_rad,
-                    self.settings.heading_hold,
-                    &self.step,
-                );
-                rudder.advance(rudder_rad, Hold::ZeroOrder, &self.step);
-                self.interval_s = interval_s;
+                let lost = self.settings.lost_rudder;
+                let moved_rad = rudder_rad - rudder.signal();
+                let steps = lost.steps(interval_s, usual_interval_s);
+                let share = T::ONE / T::of(f64::from(steps));
+                self.step.set_interval(interval_s * share);
+                for _ in 0..steps {
+                    let turned_rad = heading_increment_rad * share;
+                    heading.advance_by(turned_rad, self.settings.heading_hold, &self.step);
+                    rudder.advance_by(moved_rad * share, Hold::ZeroOrder, &self.step);
+                }
+                self.unseen.advance(interval_s, &mut self.step);
+                if lost.hides_edge(interval_s, usual_interval_s, moved_rad) {
+                    self.add_unseen(moved_rad, interval_s - usual_interval_s);
+                }
                 self.unsettled_s = (self.unsettled_s - interval_s).max(T::ZERO);
+                Filtering::Moved { interval_s }
             }
             (Admission::Restart, filters) => {
                 *filters = Some(started(FilterStart::Equilibrium, heading_rad, rudder_rad));
-                self.interval_s = T::ZERO;
+                self.unseen = UnseenRudder::none();
+                self.reset_beta(T::ZERO);
                 self.unsettled_s =
                     self.settings.guard.warm_time_constants / self.settings.lambda_rad_s;
+                Filtering::Started
             }
             (Admission::First | Admission::Next { .. }, filters) => {
                 *filters = Some(started(self.settings.filter_start, heading_rad, rudder_rad));
+                Filtering::Started
             }
-        }
-        if let Some(instrument) = &mut self.instrument {
-            let rudder_rad = self
-                .filters
-                .as_ref()
-                .map_or(T::ZERO, |(_, rudder)| rudder.smoothed());
-            instrument.advance(rudder_rad, self.interval_s);
-        }
-        if self.unsettled_s > T::ZERO {
-            Intake::Warming
-        } else {
-            Intake::Used
         }
     }
 
-    fn learn(&mut self) -> bool {
-        let now = self.filtered();
-        let forgetting = Forgetting {
-            factor: self.settings.forgetting_factor,
-            trace_limit: T::of(3.0) * self.settings.initial_covariance,
+    /// Gives a movement of the rudder that nobody saw a parameter of its own.
+    fn add_unseen(&mut self, moved_rad: T, unseen_s: T) {
+        if self.unseen.is_learnt(self.settings.lambda_rad_s) {
+            self.unseen.settle(self.beta());
+            self.reset_beta(self.settings.initial_covariance);
+        }
+        self.unseen.add(moved_rad, unseen_s, &mut self.step);
+    }
+
+    fn beta(&self) -> T {
+        let [beta, ..] = match &self.instrument {
+            Some(instrument) => instrument.theta(),
+            None => self.least_squares.theta(),
         };
-        let regressor = [now.yaw_rate_rad_s, now.rudder_rad, T::ONE];
-        let learnt = self
-            .least_squares
-            .update(regressor, now.yaw_acceleration_rad_s2, forgetting);
-        match &mut self.instrument {
-            Some(instrument) => {
-                instrument.update(
-                    now.yaw_rate_rad_s,
-                    now.rudder_rad,
-                    now.yaw_acceleration_rad_s2,
-                ) && learnt
-            }
-            None => learnt,
+        beta
+    }
+
+    fn reset_beta(&mut self, variance: T) {
+        self.least_squares.reset_first(variance);
+        if let Some(instrument) = &mut self.instrument {
+            instrument.reset_first(variance);
         }
     }
+
+    fn learn(&mut self, now: &FilteredSignals<T>) -> bool {
+        let forgetting = Forgetting {
+            factor: self.settings.forgetting_factor,
+            trace_limit: T::of(4.0) * self.settings.initial_covariance,
+        };
+        let pulse_rad = self.unseen.pulse_rad();
+        let regressor = [pulse_rad, now.yaw_rate_rad_s, now.rudder_rad, T::ONE];
+        let observation = now.yaw_acceleration_rad_s2 - self.unseen.settled_rad_s2();
+        let learnt = self
+            .least_squares
+            .update(regressor, observation, forgetting);
+        match (&mut self.instrument, &self.auxiliary) {
+            (Some(recursion), Some(auxiliary)) => {
+                let rate_rad_s = auxiliary.yaw_rate_rad_s();
+                let instrument = [pulse_rad, rate_rad_s, now.rudder_rad, T::ONE];
+                recursion.update(regressor, instrument, observation) && learnt
+            }
+            _ => learnt,
+        }
+    }
+}
+
+/// What became of the filters.
+enum Filtering<T> {
+    Rejected(Cause),
+    Started,
+    Moved { interval_s: T },
 }
 
 fn started<T: Real>(
@@ -426,6 +476,21 @@ fn started<T: Real>(
         StateVariableFilter::new(heading_rad, start),
         StateVariableFilter::new(rudder_rad, start),
     )
+}
+
+/// Nothing known but that nothing is unseen.
+fn fresh<T: Real>(settings: &EstimatorSettings<T>) -> RecursiveLeastSquares<T, 4> {
+    let mut least_squares = RecursiveLeastSquares::new(settings.initial_covariance);
+    least_squares.reset_first(T::ZERO);
+    least_squares
+}
+
+fn yaw_model<T: Real>([_, a22_per_s, b2_per_s2, c0_rad_per_s2]: [T; 4]) -> YawModel<T> {
+    YawModel::from_theta([a22_per_s, b2_per_s2, c0_rad_per_s2])
+}
+
+fn yaw_block<T: Real>([_, a22, b2, c0]: [[T; 4]; 4]) -> [[T; 3]; 3] {
+    [a22, b2, c0].map(|[_, a22, b2, c0]| [a22, b2, c0])
 }
 
 fn distance<T: Real>(a: [T; 3], b: [T; 3]) -> T {

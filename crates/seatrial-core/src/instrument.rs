@@ -6,12 +6,58 @@ use crate::{Real, RecursiveLeastSquares};
 /// Smallest denominator 1 + Phi^T P zeta with which a sample is still learnt from; least squares never goes below 1.
 const SMALLEST_DENOMINATOR: f64 = 0.1;
 
-/// Recursive instrumental variable for psi''_f = a22 psi'_f + b2 delta_f + C0.
+/// The yaw rate that the rudder alone explains: free of compass noise, and so an instrument.
 ///
 /// ```text
-/// z' = a22 z + b2 delta_f + C0           auxiliary model, a22, b2, C0 frozen
-/// zeta = [z, delta_f, 1]^T               instrument
-/// e = psi''_f - Phi^T Theta,  Phi = [psi'_f, delta_f, 1]^T
+/// z' = a22 z + b2 delta_f + C0
+/// z+ = e^{a22 h} z + h phi1(a22 h) (b2 (delta_f + delta_f+)/2 + C0)
+/// ```
+///
+/// | symbol | identifier | unit |
+/// |---|---|---|
+/// | z | [`yaw_rate_rad_s`](Self::yaw_rate_rad_s), filtered as the measured one is | rad/s |
+/// | delta_f | `rudder_rad`, filtered | rad |
+/// | a22, b2, C0 | `model`, the latest estimate | 1/s, 1/s^2, rad/s^2 |
+///
+/// A rough early estimate must not throw z away, so a22 is taken to the nearest value between -10 and
+/// -0.05 1/s; limits made for filters of 0.5 to 4 rad/s, in proportion to lambda beyond.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AuxiliaryModel<T> {
+    yaw_rate_rad_s: T,
+    rudder_rad: T,
+}
+
+impl<T: Real> AuxiliaryModel<T> {
+    /// At rest, with this filtered rudder.
+    pub fn new(rudder_rad: T) -> Self {
+        Self {
+            yaw_rate_rad_s: T::ZERO,
+            rudder_rad,
+        }
+    }
+
+    /// z, rad/s.
+    pub fn yaw_rate_rad_s(&self) -> T {
+        self.yaw_rate_rad_s
+    }
+
+    /// Moves on by an interval, at whose end the filtered rudder is `rudder_rad`.
+    pub fn advance(&mut self, model: &YawModel<T>, rudder_rad: T, interval_s: T, lambda_rad_s: T) {
+        let slowest = T::of(-0.05) * (lambda_rad_s / T::of(0.5)).min(T::ONE);
+        let fastest = T::of(-10.0) * (lambda_rad_s / T::of(4.0)).max(T::ONE);
+        let step = Discretisation::new(model.a22_per_s.min(slowest).max(fastest), interval_s);
+        let mean_rudder_rad = T::of(0.5) * (self.rudder_rad + rudder_rad);
+        let input = model.b2_per_s2 * mean_rudder_rad + model.c0_rad_per_s2;
+        self.yaw_rate_rad_s = step.decay * self.yaw_rate_rad_s + step.rate_gain_s * input;
+        self.rudder_rad = rudder_rad;
+    }
+}
+
+/// Recursive instrumental variable for y = Phi^T Theta.
+///
+/// ```text
+/// Phi = [psi'_f, delta_f, 1]^T,  zeta = [z, delta_f, 1]^T
+/// e = psi''_f - Phi^T Theta
 /// K = P zeta / (1 + Phi^T P zeta)
 /// Theta <- Theta + K e
 /// P <- P - K Phi^T P
@@ -19,90 +65,70 @@ const SMALLEST_DENOMINATOR: f64 = 0.1;
 ///
 /// | symbol | identifier | unit |
 /// |---|---|---|
-/// | psi'_f, psi''_f | `yaw_rate_rad_s`, `yaw_acceleration_rad_s2` | rad/s, rad/s^2 |
-/// | delta_f | `rudder_rad` | rad |
-/// | z | noise-free yaw rate, filtered | rad/s |
+/// | Phi | `regressor` | rad/s, rad, 1 |
+/// | zeta | `instrument`, z from [`AuxiliaryModel`] | rad/s, rad, 1 |
+/// | psi''_f | `observation` | rad/s^2 |
 /// | P | [`covariance`](Self::covariance) | - |
 ///
-/// Compass noise is in psi'_f as well as in psi''_f, which biases least squares; z follows the rudder
-/// alone and is free of it. Takes over Theta and P from least squares when the excitation is over.
-/// P is **not symmetric** from then on, and no covariance of anything.
+/// Compass noise is in psi'_f as well as in psi''_f, which biases least squares; z is free of it. The
+/// recursion goes on from Theta and P of least squares when the excitation is over. P is **not
+/// symmetric** from then on, and is the covariance of nothing.
 ///
-/// Valid for a stable auxiliary model (a22 < 0): [`start`](Self::start) gives `None` for another.
 /// A sample whose denominator falls below 0.1 is not learnt from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RecursiveInstrument<T> {
-    theta: [T; 3],
-    covariance: [[T; 3]; 3],
-    auxiliary: YawModel<T>,
-    step: Discretisation<T>,
-    interval_s: T,
-    instrument_rate_rad_s: T,
-    last_rudder_rad: T,
+pub struct RecursiveInstrument<T, const N: usize> {
+    theta: [T; N],
+    covariance: [[T; N]; N],
 }
 
-impl<T: Real> RecursiveInstrument<T> {
-    /// Takes over from least squares at a sample with this filtered yaw rate and rudder.
-    pub fn start(
-        least_squares: &RecursiveLeastSquares<T, 3>,
-        yaw_rate_rad_s: T,
-        rudder_rad: T,
-    ) -> Option<Self> {
-        let theta = least_squares.theta();
-        let auxiliary = YawModel::from_theta(theta);
-        let stable = auxiliary.a22_per_s < T::ZERO && theta.iter().all(|value| value.is_finite());
-        stable.then(|| Self {
-            theta,
+impl<T: Real, const N: usize> RecursiveInstrument<T, N> {
+    /// Goes on where least squares stands.
+    pub fn take_over(least_squares: &RecursiveLeastSquares<T, N>) -> Self {
+        Self {
+            theta: least_squares.theta(),
             covariance: least_squares.covariance(),
-            auxiliary,
-            step: Discretisation::new(auxiliary.a22_per_s, T::ZERO),
-            interval_s: T::ZERO,
-            instrument_rate_rad_s: yaw_rate_rad_s,
-            last_rudder_rad: rudder_rad,
-        })
+        }
     }
 
     /// The parameter vector [a22, b2, C0].
-    pub fn theta(&self) -> [T; 3] {
+    pub fn theta(&self) -> [T; N] {
         self.theta
     }
 
     /// P, not symmetric.
-    pub fn covariance(&self) -> [[T; 3]; 3] {
+    pub fn covariance(&self) -> [[T; N]; N] {
         self.covariance
     }
 
-    /// Moves the auxiliary model on to the present filtered rudder.
-    pub fn advance(&mut self, rudder_rad: T, interval_s: T) {
-        if interval_s != self.interval_s {
-            self.step = Discretisation::new(self.auxiliary.a22_per_s, interval_s);
-            self.interval_s = interval_s;
+    /// Forgets the first parameter, as if nothing but its variance were known of it.
+    pub fn reset_first(&mut self, variance: T) {
+        for row in &mut self.covariance {
+            row[0] = T::ZERO;
         }
-        let model = &self.auxiliary;
-        let input = model.b2_per_s2 * self.last_rudder_rad + model.c0_rad_per_s2;
-        self.instrument_rate_rad_s =
-            self.step.decay * self.instrument_rate_rad_s + self.step.rate_gain_s * input;
-        self.last_rudder_rad = rudder_rad;
+        if let (Some(theta), Some(row)) = (self.theta.first_mut(), self.covariance.first_mut()) {
+            *theta = T::ZERO;
+            *row = [T::ZERO; N];
+            row[0] = variance;
+        }
     }
 
-    /// Learns from the present sample; returns whether it could.
-    pub fn update(&mut self, yaw_rate_rad_s: T, rudder_rad: T, yaw_acceleration_rad_s2: T) -> bool {
-        let regressor = [yaw_rate_rad_s, rudder_rad, T::ONE];
-        let instrument = [self.instrument_rate_rad_s, rudder_rad, T::ONE];
+    /// Learns from one sample; returns whether it could.
+    pub fn update(&mut self, regressor: [T; N], instrument: [T; N], observation: T) -> bool {
         let p_zeta = self.covariance.map(|row| dot(&row, &instrument));
-        let mut phi_p = [T::ZERO; 3];
+        let mut phi_p = [T::ZERO; N];
         for (phi, row) in regressor.iter().zip(&self.covariance) {
             for (sum, p) in phi_p.iter_mut().zip(row) {
                 *sum += *phi * *p;
             }
         }
         let denominator = T::ONE + dot(&regressor, &p_zeta);
-        let step = (yaw_acceleration_rad_s2 - dot(&regressor, &self.theta)) / denominator;
+        let step = (observation - dot(&regressor, &self.theta)) / denominator;
         let usable = denominator >= T::of(SMALLEST_DENOMINATOR) && denominator.is_finite();
         if !(usable && step.is_finite()) {
             return false;
         }
-        for ((theta, row), p_zeta) in self.theta.iter_mut().zip(&mut self.covariance).zip(&p_zeta) {
+        let rows = self.theta.iter_mut().zip(&mut self.covariance);
+        for ((theta, row), p_zeta) in rows.zip(&p_zeta) {
             *theta += *p_zeta * step;
             let gain = *p_zeta / denominator;
             for (p, phi_p) in row.iter_mut().zip(&phi_p) {
@@ -113,6 +139,6 @@ impl<T: Real> RecursiveInstrument<T> {
     }
 }
 
-fn dot<T: Real>(a: &[T; 3], b: &[T; 3]) -> T {
+fn dot<T: Real, const N: usize>(a: &[T; N], b: &[T; N]) -> T {
     a.iter().zip(b).map(|(a, b)| *a * *b).sum()
 }

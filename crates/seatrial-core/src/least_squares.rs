@@ -9,7 +9,7 @@ use crate::Real;
 pub struct Forgetting<T> {
     /// Weight of a sample against the next one, in (0, 1]; 1 forgets nothing.
     pub factor: T,
-    /// Nothing is forgotten while that would take the trace of the covariance above this.
+    /// No more is forgotten than keeps the trace of the covariance within this.
     pub trace_limit: T,
 }
 
@@ -36,9 +36,8 @@ pub struct Forgetting<T> {
 /// update), so it is symmetric and positive by construction, also in `f32` from P0 = 1e6 I, where the
 /// printed form loses its sign.
 ///
-/// Without excitation a forgetting factor would blow P up. Here a sample is weighted with mu only while
-/// trace(P)/mu stays within `trace_limit`, otherwise with 1; as each update lowers the trace, it
-/// never exceeds the limit. Regressors or observations so large that the update overflows are ignored.
+/// Without excitation a forgetting factor would blow P up, and so would, slowly, roundings in `f32`. Here mu is the larger
+/// of the forgetting factor and trace(P)/`trace_limit`, so that trace(P) never exceeds the limit. Regressors or observations so large that the update overflows are ignored.
 ///
 /// Cost for N = 3: about 60 floating-point operations, 3 of them divisions.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,6 +76,15 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
                     .sum()
             })
         })
+    }
+
+    /// Forgets the first parameter, as if nothing but its variance were known of it.
+    pub fn reset_first(&mut self, variance: T) {
+        if let (Some(theta), Some(row)) = (self.theta.first_mut(), self.factors.first_mut()) {
+            *theta = T::ZERO;
+            *row = [T::ZERO; N];
+            row[0] = variance;
+        }
     }
 
     /// Learns from one sample; returns whether it could (it ignores one that overflows).
@@ -120,12 +128,13 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
         true
     }
 
+    /// mu, or what keeps the trace within its limit.
     fn weight(&self, forgetting: Forgetting<T>) -> T {
-        if forgetting.factor < T::ONE && self.trace() <= forgetting.trace_limit * forgetting.factor
-        {
-            forgetting.factor
+        let trace = self.trace();
+        if trace > forgetting.trace_limit * forgetting.factor {
+            trace / forgetting.trace_limit
         } else {
-            T::ONE
+            forgetting.factor
         }
     }
 
@@ -138,5 +147,119 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
                 self.factors[j][j] * (T::ONE + above)
             })
             .sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const KEEP_ALL: Forgetting<f64> = Forgetting {
+        factor: 1.0,
+        trace_limit: 3e6,
+    };
+
+    /// The textbook recursion on the full matrix, in f64 where it can still be trusted.
+    #[test]
+    fn exact_equals_the_printed_recursion_corrected() {
+        let mut recursion = RecursiveLeastSquares::<f64, 3>::new(100.0);
+        let mut theta = [0.0; 3];
+        let mut p = [[100.0, 0.0, 0.0], [0.0, 100.0, 0.0], [0.0, 0.0, 100.0]];
+        let mu = 0.98;
+        for k in 0..200 {
+            let t = f64::from(k) * 0.1;
+            let phi = [t.sin(), (1.7 * t).cos(), 1.0];
+            let y = -1.07 * phi[0] + 1.08 * phi[1] + 0.012 + 0.01 * (31.0 * t).sin();
+            let p_phi: [f64; 3] = from_fn(|i| (0..3).map(|j| p[i][j] * phi[j]).sum());
+            let scale = mu + (0..3).map(|i| phi[i] * p_phi[i]).sum::<f64>();
+            let e = y - (0..3).map(|i| phi[i] * theta[i]).sum::<f64>();
+            theta = from_fn(|i| theta[i] + p_phi[i] * e / scale);
+            p = from_fn(|i| from_fn(|j| (p[i][j] - p_phi[i] * p_phi[j] / scale) / mu));
+            let forgetting = Forgetting {
+                factor: mu,
+                trace_limit: 1e9,
+            };
+            assert!(recursion.update(phi, y, forgetting));
+        }
+        // 200 updates of a well conditioned problem.
+        let close =
+            |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
+        assert!(close(&recursion.theta(), &theta));
+        for (found, expected) in recursion.covariance().iter().zip(&p) {
+            assert!(close(found, expected));
+        }
+    }
+
+    /// Ten million samples of a vehicle on a straight course, whose regressors never change.
+    fn idle<T: Real>(factor: f64) {
+        let limit = T::of(3e6);
+        let forgetting = Forgetting {
+            factor: T::of(factor),
+            trace_limit: limit,
+        };
+        let mut recursion = RecursiveLeastSquares::<T, 3>::new(T::of(1e6));
+        let phi = [T::of(0.001), T::of(-0.011), T::ONE];
+        for _ in 0..10_000_000 {
+            let _ = recursion.update(phi, T::of(0.002), forgetting);
+        }
+        let p = recursion.covariance();
+        let trace = p[0][0] + p[1][1] + p[2][2];
+        // The limit, and the rounding of a sum of three.
+        assert!(
+            trace <= limit * (T::ONE + T::of(4.0) * T::EPSILON),
+            "{trace}"
+        );
+        assert!(recursion.theta().iter().all(|theta| theta.is_finite()));
+        assert!(p[0][0] > T::ZERO && p[1][1] > T::ZERO && p[2][2] > T::ZERO);
+        // It still learns: one strong sample in the direction that was never excited.
+        let before = recursion.theta()[0];
+        assert!(recursion.update([T::ONE, T::ZERO, T::ZERO], before + T::ONE, forgetting));
+        assert!((recursion.theta()[0] - before - T::ONE).abs() < T::of(1e-3));
+    }
+
+    #[test]
+    fn prop_covariance_is_bounded_over_ten_million_idle_samples_f64() {
+        idle::<f64>(1.0);
+        idle::<f64>(0.95);
+    }
+
+    #[test]
+    fn prop_covariance_is_bounded_over_ten_million_idle_samples_f32() {
+        idle::<f32>(1.0);
+        idle::<f32>(0.95);
+    }
+
+    #[test]
+    fn exact_what_overflows_is_ignored() {
+        let mut recursion = RecursiveLeastSquares::<f32, 3>::new(1e6);
+        let keep = Forgetting {
+            factor: 1.0,
+            trace_limit: 3e6,
+        };
+        let _ = recursion.update([0.1, 0.2, 1.0], 0.3, keep);
+        let before = recursion;
+        for (phi, y) in [
+            ([1e30, 0.0, 1.0], 0.0),
+            ([0.1, 0.2, 1.0], f32::INFINITY),
+            ([f32::NAN, 0.2, 1.0], 0.0),
+        ] {
+            assert!(!recursion.update(phi, y, keep));
+            assert_eq!(recursion, before);
+        }
+    }
+
+    /// Without its first parameter the recursion is that of the others.
+    #[test]
+    fn exact_a_first_parameter_of_no_variance_is_not_there() {
+        let mut with = RecursiveLeastSquares::<f64, 3>::new(50.0);
+        let mut without = RecursiveLeastSquares::<f64, 2>::new(50.0);
+        with.reset_first(0.0);
+        for k in 0..30 {
+            let x = f64::from(k).sin();
+            let _ = with.update([0.7 * x, x, 1.0], 3.0 * x - 0.2, KEEP_ALL);
+            let _ = without.update([x, 1.0], 3.0 * x - 0.2, KEEP_ALL);
+        }
+        assert_eq!(with.theta()[1..], without.theta());
+        assert_eq!(with.theta()[0], 0.0);
     }
 }

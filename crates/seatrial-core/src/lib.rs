@@ -12,7 +12,6 @@
 
 pub mod authority;
 pub mod convergence;
-pub mod envelope;
 pub mod estimator;
 pub mod excitation;
 pub mod guard;
@@ -21,21 +20,17 @@ pub mod heading_loop;
 pub mod instrument;
 pub mod least_squares;
 pub mod list;
+pub mod lost_rudder;
 pub mod model;
-pub mod plan;
 pub mod real;
-pub mod rudder_sense;
 pub mod sample;
 pub mod schedule;
-pub mod settle;
 pub mod state_variable_filter;
-pub mod trial;
 pub mod turning;
 pub mod validation;
 
 pub use authority::{AuthorityFit, AuthorityForm};
 pub use convergence::{Convergence, ConvergenceSettings};
-pub use envelope::{Envelope, EnvelopeUse, RudderSense};
 pub use estimator::{
     Estimator, EstimatorSettings, FilteredSignals, Intake, InvalidSetting, Method,
 };
@@ -43,16 +38,14 @@ pub use excitation::Excitation;
 pub use guard::{Cause, Guard, GuardSettings, RejectedCounts};
 pub use heading_control::{GainSchedule, HeadingController, HeadingGain};
 pub use heading_loop::HeadingLoop;
-pub use instrument::RecursiveInstrument;
+pub use instrument::{AuxiliaryModel, RecursiveInstrument};
 pub use least_squares::{Forgetting, RecursiveLeastSquares};
 pub use list::List;
+pub use lost_rudder::{LostRudder, UnseenRudder};
 pub use model::{Nomoto, YawModel};
-pub use plan::{Manoeuvre, Plan};
 pub use real::Real;
 pub use sample::{AbortReason, Action, Outcome, Sample, Steering, Vehicle};
 pub use schedule::{SchedulePoint, SpeedSchedule};
-pub use settle::{NotSettled, Settle};
 pub use state_variable_filter::{FilterStart, FilterStep, Hold, StateVariableFilter};
-pub use trial::{Event, RunResult, Stage, Status, Trial};
 pub use turning::{Hand, Turn};
 pub use validation::{GoodnessOfFit, Validation};

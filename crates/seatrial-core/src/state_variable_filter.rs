@@ -134,6 +134,13 @@ impl<T: Real> StateVariableFilter<T> {
         }
     }
 
+    /// Adds another filter's state, scaled: the filter is linear in its signal.
+    pub fn add_scaled(&mut self, other: &Self, factor: T) {
+        self.signal += factor * other.signal;
+        self.deviation += factor * other.deviation;
+        self.lag += factor * other.lag;
+    }
+
     /// Takes in the signal one interval later.
     pub fn advance(&mut self, signal: T, hold: Hold, step: &FilterStep<T>) {
         self.advance_by(signal - self.signal, hold, step);
