@@ -30,7 +30,7 @@ pub struct LogArgs {
 }
 
 /// Which columns of a log are read, and in which units. Everything has a default.
-#[derive(Args, Debug, Default)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Reading the log")]
 pub struct ChannelArgs {
     /// Column with the time.

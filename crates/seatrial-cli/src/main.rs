@@ -1,6 +1,7 @@
 //! The `seatrial` command: one file per verb.
 
 mod gains;
+mod identify;
 mod inspect;
 mod log;
 mod logbook;
@@ -10,6 +11,8 @@ mod report;
 mod steering_source;
 mod table;
 mod turn;
+mod validate;
+mod windows;
 
 use std::process::ExitCode;
 
@@ -31,6 +34,8 @@ struct Cli {
 #[derive(Subcommand)]
 enum Verb {
     Inspect(inspect::Args),
+    Identify(identify::Args),
+    Validate(validate::Args),
     Logbook(logbook::Args),
     Turn(turn::Args),
     Gains(gains::Args),
@@ -42,6 +47,8 @@ impl Verb {
     fn run(&self, output: &Output) -> Result<Exit, Failure> {
         match self {
             Self::Inspect(args) => inspect::run(args, output),
+            Self::Identify(args) => identify::run(args, output),
+            Self::Validate(args) => validate::run(args, output),
             Self::Logbook(args) => logbook::run(args, output),
             Self::Turn(args) => turn::run(args, output),
             Self::Gains(args) => gains::run(args, output),

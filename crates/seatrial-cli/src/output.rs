@@ -4,6 +4,7 @@ use std::fmt;
 use std::io::Write;
 use std::process::ExitCode;
 
+use seatrial::identification::Verdict;
 use serde::Serialize;
 
 /// Exit codes of every verb. 2 (usage) is clap's.
@@ -23,6 +24,17 @@ pub enum Exit {
     Aborted = 5,
     /// Finished, but something could not be saved.
     NotSaved = 6,
+}
+
+impl Exit {
+    /// The exit code that belongs to a verdict.
+    pub fn of(verdict: &Verdict) -> Self {
+        if verdict.accepted {
+            Self::Done
+        } else {
+            Self::Rejected
+        }
+    }
 }
 
 impl From<Exit> for ExitCode {

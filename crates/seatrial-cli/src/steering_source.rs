@@ -258,7 +258,7 @@ fn from_schedule(path: &Path) -> Result<Source, Failure> {
 }
 
 /// The models of an identification or of the accepted runs of a trial.
-fn from_document(path: &Path, speed: Option<f64>) -> Result<Source, Failure> {
+pub fn from_document(path: &Path, speed: Option<f64>) -> Result<Source, Failure> {
     let origin = path.display().to_string();
     let expected = "expected a document of `seatrial identify --json` or `seatrial trial --json`";
     let document: Value = serde_json::from_str(&read_text(path)?)

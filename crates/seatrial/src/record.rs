@@ -27,6 +27,19 @@ impl Window {
     }
 }
 
+impl std::fmt::Display for Window {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self.from_s {
+            f64::NEG_INFINITY => f.write_str("the start")?,
+            from_s => write!(f, "{from_s} s")?,
+        }
+        match self.to_s {
+            f64::INFINITY => f.write_str(" to the end"),
+            to_s => write!(f, " to {to_s} s"),
+        }
+    }
+}
+
 /// Samples in the order in which they were logged.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Record {

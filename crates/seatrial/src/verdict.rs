@@ -111,8 +111,16 @@ pub fn judge(evidence: &Evidence) -> Verdict {
         weighing.agreement(evidence.online, refined);
     }
     weighing.model(evidence);
-    weighing.fresh_data(evidence);
+    weighing.fresh_data(evidence.validation);
+    weighing.extrapolation(evidence);
     weighing.verdict(evidence.validation)
+}
+
+/// Weighs a given model by fresh data alone.
+pub fn judge_fresh_data(validation: Validation) -> Verdict {
+    let mut weighing = Weighing::default();
+    weighing.fresh_data(Some(validation));
+    weighing.verdict(Some(validation))
 }
 
 /// A verdict of one rejecting reason.
@@ -271,8 +279,8 @@ impl Weighing {
         }
     }
 
-    fn fresh_data(&mut self, evidence: &Evidence) {
-        let Some(validation) = evidence.validation else {
+    fn fresh_data(&mut self, validation: Option<Validation>) {
+        let Some(validation) = validation else {
             return self.note(
                 "not_validated",
                 "no fresh data were given; validate with --validate-from and --validate-to, or --validate-on another log".into(),
@@ -297,6 +305,9 @@ impl Weighing {
                 ),
             );
         }
+    }
+
+    fn extrapolation(&mut self, evidence: &Evidence) {
         if let Some(fresh) = evidence
             .validation_rudder_amplitude_rad
             .filter(|fresh| *fresh > NOTED_EXTRAPOLATION * evidence.rudder_amplitude_rad)

@@ -110,8 +110,7 @@ impl IdentifyError {
             _ => "the log has no samples".into(),
         };
         Self::EmptyWindow(format!(
-            "no sample lies in the {name} window from {} s to {} s; {span}",
-            window.from_s, window.to_s
+            "no sample lies in the {name} window, {window}; {span}"
         ))
     }
 }

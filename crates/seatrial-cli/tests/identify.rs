@@ -1,0 +1,200 @@
+//! `identify` and `validate` at the process boundary.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use seatrial_core::YawModel;
+use seatrial_core::model::YawState;
+use serde_json::Value;
+
+fn seatrial(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        .args(arguments)
+        .output()
+        .expect("the command runs")
+}
+
+fn json(arguments: &[&str]) -> (Value, Option<i32>) {
+    let output = seatrial(&[arguments, &["--json"]].concat());
+    let document = serde_json::from_slice(&output.stdout).expect("one JSON document on stdout");
+    (document, output.status.code())
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).expect("UTF-8")
+}
+
+fn codes(document: &Value) -> Vec<&str> {
+    let reasons = document["verdict"]["reasons"].as_array().expect("reasons");
+    reasons
+        .iter()
+        .filter_map(|reason| reason["code"].as_str())
+        .collect()
+}
+
+/// 40 s at 20 Hz: doublets of 0.2 rad from 2 s and of 0.15 rad from 22 s.
+fn rudder_rad(time_s: f64) -> f64 {
+    match time_s % 20.0 {
+        t if (2.0..4.0).contains(&t) => 0.2 - 0.05 * (time_s / 20.0).floor(),
+        t if (4.0..6.0).contains(&t) => -0.2 + 0.05 * (time_s / 20.0).floor(),
+        _ => 0.0,
+    }
+}
+
+/// Writes a log of the 80 % vehicle, each row changed by `change(time, heading, rudder)`.
+fn write_log(folder: &Path, rows: u32, change: impl Fn([f64; 3]) -> [f64; 3]) -> String {
+    let model = YawModel::from_theta([-1.07, 1.08, 0.012]);
+    let mut state = YawState::default();
+    let mut log = String::from("time_s,heading_rad,rudder_rad\n");
+    for k in 0..rows {
+        let time_s = f64::from(k) * 0.05;
+        let rudder = rudder_rad(time_s);
+        let [t, heading, shown] = change([time_s, state.heading_rad, rudder]);
+        log += &format!("{t},{heading},{shown}\n");
+        state = model.advance(state, rudder, 0.05);
+    }
+    let path = folder.join("run.csv");
+    std::fs::write(&path, log).expect("the log is written");
+    path.to_str().expect("UTF-8").to_string()
+}
+
+#[test]
+fn cli_identify_gives_the_promised_document_and_validate_takes_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let log = write_log(folder.path(), 800, |row| row);
+    let windows = [
+        "--to",
+        "16.5",
+        "--validate-from",
+        "20",
+        "--validate-to",
+        "36.5",
+    ];
+    let (document, exit) = json(&[&["identify", &log][..], &windows].concat());
+    assert_eq!(exit, Some(0), "{document:#}");
+    assert_eq!(document["schema"], "seatrial.identification.v1");
+    for pointer in [
+        "/source/path",
+        "/source/format",
+        "/source/sha256",
+        "/source/samples_read",
+        "/source/samples_used",
+        "/source/samples_rejected",
+        "/source/median_interval_s",
+        "/settings/as_paper",
+        "/settings/lambda_rad_s",
+        "/settings/heading_hold",
+        "/settings/initial_covariance",
+        "/settings/forgetting_factor",
+        "/online/a22_per_s",
+        "/online/delta0_rad",
+        "/online/covariance/2/2",
+        "/online/convergence/threshold",
+        "/online/convergence/consecutive",
+        "/online/theta_at/100/0",
+        "/nomoto/t_s",
+        "/nomoto/k_per_s",
+        "/validation/r2_heading",
+        "/validation/r2_heading_offset_refit",
+        "/validation/r2_yaw_rate",
+        "/validation/samples",
+        "/verdict/reasons/0/text",
+    ] {
+        let found = document.pointer(pointer).unwrap_or(&Value::Null);
+        assert!(!found.is_null(), "{pointer} of {document:#}");
+    }
+    assert_eq!(document["online"].get("trace"), None);
+    assert_eq!(codes(&document), ["ok"]);
+    let a22 = document["online"]["a22_per_s"].as_f64().expect("a number");
+    // 1 %, as the issue asks of noise-free data.
+    assert!((a22 / -1.07 - 1.0).abs() < 0.01, "{a22}");
+
+    let model = folder.path().join("model.json");
+    std::fs::write(&model, document.to_string()).expect("the document is written");
+    let model = model.to_str().expect("UTF-8");
+    let (validation, exit) = json(&["validate", &log, "--model", model, "--from", "20"]);
+    assert_eq!(exit, Some(0), "{validation:#}");
+    let (validation, exit) = json(&["validate", &log, "--a22", "-1.07", "--b2", "-1.08"]);
+    assert_eq!(exit, Some(4));
+    assert_eq!(codes(&validation), ["low_r2"]);
+}
+
+#[test]
+fn cli_identify_as_paper_has_no_refinement_and_a_trace_on_demand() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let log = write_log(folder.path(), 400, |row| row);
+    let (document, exit) = json(&["identify", &log, "--as-paper", "--trace"]);
+    assert_eq!(exit, Some(0), "{document:#}");
+    assert_eq!(document["settings"]["heading_hold"], "zero_order");
+    assert_eq!(document["settings"]["lambda_rad_s"], 1.0);
+    assert_eq!(document["online"]["method"], "least_squares");
+    assert_eq!(
+        document["online"]["trace"].as_array().map(Vec::len),
+        Some(400)
+    );
+    assert!(document["refined"].is_null() && document["validation"].is_null());
+}
+
+#[test]
+fn cli_records_without_a_model_are_refused_with_a_reason() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let refused = |rows: u32, change: fn([f64; 3]) -> [f64; 3]| {
+        let log = write_log(folder.path(), rows, change);
+        let (document, exit) = json(&["identify", &log]);
+        assert_eq!(exit, Some(4), "{document:#}");
+        assert!(document["online"].is_null() && document["nomoto"].is_null());
+        codes(&document).join(" ")
+    };
+    assert_eq!(refused(400, |[t, psi, _]| [t, psi, 0.1]), "rudder_constant");
+    assert_eq!(
+        refused(400, |[t, _, delta]| [t, 0.5, delta]),
+        "heading_constant"
+    );
+    assert_eq!(refused(1, |row| row), "too_few_samples");
+}
+
+/// A heading that does not follow the rudder, however much it moves, gives no model.
+#[test]
+fn cli_a_heading_of_waves_alone_is_rejected() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let log = write_log(folder.path(), 800, |[t, _, delta]| {
+        [
+            t,
+            0.05 * (1.9 * t).sin() + 0.03 * (0.7 * t + 1.0).sin(),
+            delta,
+        ]
+    });
+    let output = seatrial(&["identify", &log]);
+    assert_eq!(output.status.code(), Some(4), "{}", text(&output.stdout));
+    assert!(text(&output.stdout).starts_with("REJECTED"));
+}
+
+#[test]
+fn cli_a_reversed_rudder_is_said() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let log = write_log(folder.path(), 400, |[t, psi, delta]| [t, psi, -delta]);
+    let (document, _) = json(&["identify", &log]);
+    assert!(codes(&document).contains(&"sign_reversed"), "{document:#}");
+}
+
+#[test]
+fn cli_windows_that_make_no_sense_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let log = write_log(folder.path(), 400, |row| row);
+    for (arguments, exit, word) in [
+        (
+            &["--from", "100"][..],
+            3,
+            "the log runs from 0 s to 19.95",
+        ),
+        (&["--validate-from", "90"][..], 3, "validation window"),
+        (&["--from", "5", "--to", "5"][..], 2, "empty"),
+        (&["--to", "12", "--validate-from", "10"][..], 2, "overlap"),
+        (&["--lambda", "-1"][..], 2, "positive"),
+    ] {
+        let output = seatrial(&[&["identify", &log][..], arguments].concat());
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(exit), "{arguments:?}: {said}");
+        assert!(said.contains(word), "{arguments:?}: {said}");
+    }
+}
