@@ -8,7 +8,7 @@ pub const CLOCK_RESOLUTION_S: f64 = 1e-6;
 /// Most tones of a multisine.
 pub const MULTISINE_TONES: u8 = 16;
 
-/// A rudder manoeuvre as a function of the time since its start, zero before and after.
+/// A rudder manoeuvre as a function of the time since its start.
 ///
 /// ```text
 /// doublet         +A for P/2, -A for P/2                             (Section IV-B)
@@ -99,12 +99,12 @@ impl<T: Real> Excitation<T> {
         }
     }
 
-    /// The rudder at a time since the start, rad.
-    pub fn rudder_rad(&self, elapsed_s: f64) -> T {
+    /// The rudder at a time since the start, rad. `None` before the start and after the end.
+    pub fn rudder_rad(&self, elapsed_s: f64) -> Option<T> {
         let elapsed_s = elapsed_s + CLOCK_RESOLUTION_S;
         // Written so that NaN is outside too.
         if !(elapsed_s >= 0.0 && elapsed_s < self.duration_s()) {
-            return T::ZERO;
+            return None;
         }
         if let Self::Multisine {
             amplitude_rad,
@@ -112,15 +112,15 @@ impl<T: Real> Excitation<T> {
             tones,
         } = *self
         {
-            return schroeder_sum(T::of(elapsed_s / period_s), tones) * amplitude_rad;
+            return Some(schroeder_sum(T::of(elapsed_s / period_s), tones) * amplitude_rad);
         }
         let (steps, unit_s) = self.steps();
         let sign = steps
             .iter()
             .rev()
             .find(|(start, _)| elapsed_s >= start * unit_s)
-            .map_or(0.0, |(_, sign)| *sign);
-        T::of(sign) * self.amplitude_rad()
+            .map(|(_, sign)| T::of(*sign));
+        sign.map(|sign| sign * self.amplitude_rad())
     }
 
     /// Is every value finite, every duration positive, the number of tones in range?
@@ -173,13 +173,13 @@ mod tests {
             period_s: 4.0,
         };
         for (elapsed_s, rudder_rad) in [
-            (-0.05, 0.0),
-            (0.0, 0.26),
-            (1.95, 0.26),
-            (2.0, -0.26),
-            (3.95, -0.26),
-            (4.0, 0.0),
-            (f64::NAN, 0.0),
+            (-0.05, None),
+            (0.0, Some(0.26)),
+            (1.95, Some(0.26)),
+            (2.0, Some(-0.26)),
+            (3.95, Some(-0.26)),
+            (4.0, None),
+            (f64::NAN, None),
         ] {
             assert_eq!(doublet.rudder_rad(elapsed_s), rudder_rad, "at {elapsed_s}");
         }
@@ -195,7 +195,8 @@ mod tests {
             amplitude_rad: 0.1_f32,
             unit_s: 0.5,
         };
-        let at = [0.0, 1.4, 1.5, 2.4, 2.5, 2.9, 3.0, 3.4, 3.5].map(|t| manoeuvre.rudder_rad(t));
+        let at = [0.0, 1.4, 1.5, 2.4, 2.5, 2.9, 3.0, 3.4, 3.5]
+            .map(|t| manoeuvre.rudder_rad(t).unwrap_or(0.0));
         assert_eq!(at, [0.1, 0.1, -0.1, -0.1, 0.1, 0.1, -0.1, -0.1, 0.0]);
         assert_eq!(
             manoeuvre.switching_times_s().collect::<Vec<_>>(),
@@ -212,7 +213,7 @@ mod tests {
         };
         let start_s = 1_800_000_000.1_f64;
         let signs: Vec<f64> = (0..=80)
-            .map(|k| doublet.rudder_rad(start_s + f64::from(k) * 0.05 - start_s))
+            .filter_map(|k| doublet.rudder_rad(start_s + f64::from(k) * 0.05 - start_s))
             .collect();
         assert_eq!(signs.iter().filter(|s| **s == 1.0).count(), 40);
         assert_eq!(signs.iter().filter(|s| **s == -1.0).count(), 40);
@@ -227,7 +228,7 @@ mod tests {
                 tones,
             };
             let rudder: Vec<f64> = (0..4000)
-                .map(|k| manoeuvre.rudder_rad(f64::from(k) * 0.002))
+                .filter_map(|k| manoeuvre.rudder_rad(f64::from(k) * 0.002))
                 .collect();
             let peak = rudder.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
             // Never above the amplitude; the crest factors of 1 to 16 tones span 1.41 to 2.14.

@@ -68,6 +68,18 @@ impl RejectedCounts {
         .fold(0, |sum, count| sum.saturating_add(*count))
     }
 
+    /// What was counted after an earlier count.
+    pub fn since(&self, earlier: &Self) -> Self {
+        Self {
+            non_finite: self.non_finite.saturating_sub(earlier.non_finite),
+            repeated_time: self.repeated_time.saturating_sub(earlier.repeated_time),
+            reversed_time: self.reversed_time.saturating_sub(earlier.reversed_time),
+            spike: self.spike.saturating_sub(earlier.spike),
+            gaps: self.gaps.saturating_sub(earlier.gaps),
+            discontinuities: self.discontinuities.saturating_sub(earlier.discontinuities),
+        }
+    }
+
     pub(crate) fn count(&mut self, cause: Cause) {
         let counter = match cause {
             Cause::NonFinite => &mut self.non_finite,

@@ -12,6 +12,7 @@
 
 pub mod authority;
 pub mod convergence;
+pub mod envelope;
 pub mod estimator;
 pub mod excitation;
 pub mod guard;
@@ -22,15 +23,20 @@ pub mod least_squares;
 pub mod list;
 pub mod lost_rudder;
 pub mod model;
+pub mod plan;
 pub mod real;
+pub mod rudder_sense;
 pub mod sample;
 pub mod schedule;
+pub mod settle;
 pub mod state_variable_filter;
+pub mod trial;
 pub mod turning;
 pub mod validation;
 
 pub use authority::{AuthorityFit, AuthorityForm};
 pub use convergence::{Convergence, ConvergenceSettings};
+pub use envelope::{Envelope, EnvelopeUse, RudderSense};
 pub use estimator::{
     Estimator, EstimatorSettings, FilteredSignals, Intake, InvalidSetting, Method,
 };
@@ -43,9 +49,12 @@ pub use least_squares::{Forgetting, RecursiveLeastSquares};
 pub use list::List;
 pub use lost_rudder::{LostRudder, UnseenRudder};
 pub use model::{Nomoto, YawModel};
+pub use plan::{Manoeuvre, Plan};
 pub use real::Real;
 pub use sample::{AbortReason, Action, Outcome, Sample, Steering, Vehicle};
 pub use schedule::{SchedulePoint, SpeedSchedule};
+pub use settle::{NotSettled, Settle};
 pub use state_variable_filter::{FilterStart, FilterStep, Hold, StateVariableFilter};
+pub use trial::{Event, RunResult, Stage, Status, Trial};
 pub use turning::{Hand, Turn};
 pub use validation::{GoodnessOfFit, Validation};

@@ -48,7 +48,8 @@ pub enum Steering<T> {
 pub struct Action<T> {
     /// Rudder or heading hold.
     pub steering: Steering<T>,
-    /// Thrust as a fraction of full, 0 to 1. `None` leaves the vehicle's own setting alone.
+    /// Thrust as a fraction of full, 0 to 1. `None` gives it back to the vehicle: its own setting
+    /// from before the first thrust of the trial.
     pub thrust: Option<T>,
     /// Set once the trial is over: this is the last action.
     pub outcome: Option<Outcome>,

@@ -1,0 +1,368 @@
+//! The envelope: limits within which a trial may go on.
+
+use crate::{AbortReason, List, Real, Sample};
+
+/// Most corners of the area.
+pub const AREA_CORNERS: usize = 16;
+
+/// Time constant of the smoothing of the speed that is watched for drift, s.
+const SPEED_SMOOTHING_S: f64 = 1.0;
+
+/// Which way the vehicle is expected to turn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum RudderSense {
+    /// b2 is positive: positive rudder increases the heading.
+    #[default]
+    Positive,
+    /// b2 is negative: positive rudder decreases the heading.
+    Negative,
+    /// Not known: the trial finds it out, nothing is checked.
+    Unknown,
+}
+
+/// Limits within which a trial may go on.
+///
+/// What a vehicle does not measure is not checked; what it once measured must not fall silent for
+/// longer than `stale_after_s`. A limit is switched off by a number that no vehicle reaches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(
+        default,
+        deny_unknown_fields,
+        bound(deserialize = "T: Real + serde::Deserialize<'de>")
+    )
+)]
+pub struct Envelope<T> {
+    /// Shallowest depth, m.
+    pub depth_min_m: T,
+    /// Greatest depth, m.
+    pub depth_max_m: T,
+    /// Least height above the bottom, m.
+    pub altitude_min_m: T,
+    /// Greatest roll to either side, rad.
+    pub roll_max_rad: T,
+    /// Greatest pitch up or down, rad.
+    pub pitch_max_rad: T,
+    /// Fastest turn either way, rad/s.
+    pub yaw_rate_max_rad_s: T,
+    /// Farthest heading from the heading of the run, rad, below pi.
+    pub heading_excursion_max_rad: T,
+    /// Greatest change of speed during a manoeuvre, as a fraction of the speed before it.
+    pub speed_drift_max: T,
+    /// Corners [north, east] of the area in which the vehicle must stay, m; none: anywhere.
+    pub area: List<[T; 2], AREA_CORNERS>,
+    /// Longest silence, s.
+    pub stale_after_s: f64,
+    /// Longest stage, s.
+    pub stage_time_limit_s: f64,
+    /// Which way the vehicle is expected to turn.
+    pub rudder_sense: RudderSense,
+}
+
+impl<T: Real> Default for Envelope<T> {
+    fn default() -> Self {
+        Self {
+            depth_min_m: T::of(-1.0),
+            depth_max_m: T::of(10.0),
+            altitude_min_m: T::ONE,
+            roll_max_rad: T::of(0.8),
+            pitch_max_rad: T::of(0.6),
+            yaw_rate_max_rad_s: T::ONE,
+            heading_excursion_max_rad: T::of(1.6),
+            speed_drift_max: T::of(0.3),
+            area: List::default(),
+            stale_after_s: 2.0,
+            stage_time_limit_s: 60.0,
+            rudder_sense: RudderSense::default(),
+        }
+    }
+}
+
+/// How much of each limit is used: 0 is far from it, 1 is at it. `None` where nothing is measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct EnvelopeUse<T> {
+    /// Depth, from the middle of its range.
+    pub depth: Option<T>,
+    /// Least height above the bottom by height.
+    pub altitude: Option<T>,
+    /// Roll.
+    pub roll: Option<T>,
+    /// Pitch.
+    pub pitch: Option<T>,
+    /// Yaw rate.
+    pub yaw_rate: Option<T>,
+    /// Heading from the heading of the run.
+    pub heading_excursion: Option<T>,
+    /// Nearness to the edge of the area; 0 where it is as far as from the mean of the corners.
+    pub area: Option<T>,
+    /// Change of speed.
+    pub speed_drift: Option<T>,
+    /// Silence.
+    pub silence: Option<T>,
+    /// Time in the stage.
+    pub stage_time: Option<T>,
+}
+
+impl<T: Real> EnvelopeUse<T> {
+    /// Each limit by the reason for which its excess aborts a trial, most pressing first.
+    pub fn limits(&self) -> [(AbortReason, Option<T>); 10] {
+        [
+            (AbortReason::Altitude, self.altitude),
+            (AbortReason::Depth, self.depth),
+            (AbortReason::Pitch, self.pitch),
+            (AbortReason::Roll, self.roll),
+            (AbortReason::Area, self.area),
+            (AbortReason::YawRate, self.yaw_rate),
+            (AbortReason::HeadingExcursion, self.heading_excursion),
+            (AbortReason::SpeedDrift, self.speed_drift),
+            (AbortReason::StaleSamples, self.silence),
+            (AbortReason::StageTimeLimit, self.stage_time),
+        ]
+    }
+
+    /// The first limit that is exceeded.
+    pub fn exceeded(&self) -> Option<AbortReason> {
+        self.limits()
+            .into_iter()
+            .find(|(_, used)| used.is_some_and(|used| used > T::ONE))
+            .map(|(reason, _)| reason)
+    }
+}
+
+/// Watches the samples of a trial.
+#[derive(Clone, Copy, Debug)]
+pub struct EnvelopeWatch<T> {
+    limits: Envelope<T>,
+    usage: EnvelopeUse<T>,
+    /// When each measurement was last a number.
+    seen_s: [Option<f64>; 6],
+    speed: Option<SpeedWatch<T>>,
+}
+
+/// The speed before a manoeuvre and the smoothed speed now, m/s.
+#[derive(Clone, Copy, Debug)]
+struct SpeedWatch<T> {
+    time_s: f64,
+    samples: u32,
+    before_m_s: T,
+    now_m_s: T,
+}
+
+impl<T: Real> EnvelopeWatch<T> {
+    /// A watch that has seen nothing.
+    pub fn new(limits: Envelope<T>) -> Self {
+        Self {
+            limits,
+            usage: EnvelopeUse::default(),
+            seen_s: [None; 6],
+            speed: None,
+        }
+    }
+
+    /// How much of each limit is used.
+    pub fn usage(&self) -> &EnvelopeUse<T> {
+        &self.usage
+    }
+
+    /// Forgets the speed of the stage before.
+    pub fn stage_started(&mut self) {
+        self.speed = None;
+        self.usage.speed_drift = None;
+    }
+
+    /// Looks at what a sample measures, `time_s` being the latest sound time.
+    pub fn look(&mut self, sample: &Sample<T>, time_s: f64) {
+        let limits = &self.limits;
+        let half_range = (limits.depth_max_m - limits.depth_min_m) / T::of(2.0);
+        let middle = limits.depth_min_m + half_range;
+        let position = match (number(sample.north_m), number(sample.east_m)) {
+            (Some(north), Some(east)) => Some([north, east]),
+            _ => None,
+        };
+        let measured = [
+            number(sample.depth_m).map(|depth| (depth - middle).abs() / half_range),
+            number(sample.altitude_m)
+                .map(|altitude| limits.altitude_min_m / altitude.max(T::EPSILON)),
+            number(sample.roll_rad).map(|roll| roll.abs() / limits.roll_max_rad),
+            number(sample.pitch_rad).map(|pitch| pitch.abs() / limits.pitch_max_rad),
+            number(sample.yaw_rate_rad_s).map(|rate| rate.abs() / limits.yaw_rate_max_rad_s),
+            position.and_then(|position| area_used(&limits.area, position)),
+        ];
+        for (seen_s, measured) in self.seen_s.iter_mut().zip(&measured) {
+            if measured.is_some() {
+                *seen_s = Some(time_s);
+            }
+        }
+        let usage = &mut self.usage;
+        [
+            usage.depth,
+            usage.altitude,
+            usage.roll,
+            usage.pitch,
+            usage.yaw_rate,
+            usage.area,
+        ] = measured;
+    }
+
+    /// The silence of the trial's own samples, s, and with it that of whatever was once measured.
+    pub fn listen(&mut self, silence_s: f64, time_s: f64) {
+        let longest_s = self
+            .seen_s
+            .iter()
+            .flatten()
+            .fold(silence_s, |longest, seen_s| longest.max(time_s - seen_s));
+        self.usage.silence = Some(T::of(longest_s / self.limits.stale_after_s));
+    }
+
+    /// Time in the stage, s.
+    pub fn clock(&mut self, elapsed_s: f64) {
+        self.usage.stage_time = Some(T::of(elapsed_s / self.limits.stage_time_limit_s));
+    }
+
+    /// Heading from the heading of the run, rad.
+    pub fn heading(&mut self, error_rad: T) {
+        self.usage.heading_excursion =
+            Some(error_rad.abs() / self.limits.heading_excursion_max_rad);
+    }
+
+    /// The forward speed during a training or validation stage: averaged over its lead-in, then
+    /// smoothed and held against the average.
+    pub fn speed(&mut self, sample: &Sample<T>, is_lead_in: bool) {
+        let Some(measured) = number(sample.surge_speed_m_s) else {
+            return;
+        };
+        let speed = self.speed.get_or_insert(SpeedWatch {
+            time_s: sample.time_s,
+            samples: 0,
+            before_m_s: measured,
+            now_m_s: measured,
+        });
+        let interval_s = sample.time_s - speed.time_s;
+        speed.time_s = sample.time_s;
+        if is_lead_in {
+            speed.samples = speed.samples.saturating_add(1);
+            speed.before_m_s += (measured - speed.before_m_s) / T::of(f64::from(speed.samples));
+            speed.now_m_s = speed.before_m_s;
+        } else {
+            let weight = -T::of(-interval_s / SPEED_SMOOTHING_S).exp_m1();
+            speed.now_m_s += weight * (measured - speed.now_m_s);
+            let drift = ((speed.now_m_s - speed.before_m_s) / speed.before_m_s).abs();
+            // A vehicle that lay still before has no fraction to drift by.
+            self.usage.speed_drift = drift
+                .is_finite()
+                .then_some(drift / self.limits.speed_drift_max);
+        }
+    }
+}
+
+fn number<T: Real>(value: Option<T>) -> Option<T> {
+    value.filter(|value| value.is_finite())
+}
+
+/// Above 1 outside the polygon, 1 on its edge; `None` without a polygon.
+fn area_used<T: Real>(corners: &[[T; 2]], position: [T; 2]) -> Option<T> {
+    let count = T::of(
+        u16::try_from(corners.len())
+            .ok()
+            .filter(|n| *n >= 3)?
+            .into(),
+    );
+    let mean = |axis: fn(&[T; 2]) -> T| corners.iter().map(axis).sum::<T>() / count;
+    let centre = [mean(|c| c[0]), mean(|c| c[1])];
+    let depth = edge_distance(corners, position) / edge_distance(corners, centre);
+    let used = if is_inside(corners, position) {
+        (T::ONE - depth).max(T::ZERO)
+    } else {
+        T::ONE + depth
+    };
+    used.is_finite().then_some(used)
+}
+
+/// Pairs of neighbouring corners, the last with the first.
+fn edges<T: Copy>(corners: &[[T; 2]]) -> impl Iterator<Item = ([T; 2], [T; 2])> {
+    corners
+        .iter()
+        .copied()
+        .zip(corners.iter().copied().cycle().skip(1))
+}
+
+/// Even-odd rule: a line from an inside point northwards crosses the edges an odd number of times.
+fn is_inside<T: Real>(corners: &[[T; 2]], [north, east]: [T; 2]) -> bool {
+    edges(corners)
+        .filter(|([n1, e1], [n2, e2])| {
+            (*e1 > east) != (*e2 > east) && north < *n1 + (*n2 - *n1) * (east - *e1) / (*e2 - *e1)
+        })
+        .count()
+        % 2
+        == 1
+}
+
+/// Distance to the nearest edge, m.
+fn edge_distance<T: Real>(corners: &[[T; 2]], [north, east]: [T; 2]) -> T {
+    edges(corners)
+        .map(|([n1, e1], [n2, e2])| {
+            let (along_n, along_e) = (n2 - n1, e2 - e1);
+            let length2 = along_n * along_n + along_e * along_e;
+            let share = ((north - n1) * along_n + (east - e1) * along_e) / length2.max(T::EPSILON);
+            let share = share.max(T::ZERO).min(T::ONE);
+            let (off_n, off_e) = (north - n1 - share * along_n, east - e1 - share * along_e);
+            (off_n * off_n + off_e * off_e).sqrt()
+        })
+        .fold(T::MAX, Real::min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_area_of_an_l() {
+        // An L open to the north-east.
+        let l: [[f64; 2]; 6] = [
+            [0.0, 0.0],
+            [100.0, 0.0],
+            [100.0, 40.0],
+            [40.0, 40.0],
+            [40.0, 100.0],
+            [0.0, 100.0],
+        ];
+        for (position, inside) in [
+            ([20.0, 20.0], true),
+            ([90.0, 20.0], true),
+            ([20.0, 90.0], true),
+            ([70.0, 70.0], false),
+            ([-1.0, 50.0], false),
+            ([50.0, -1.0], false),
+            ([120.0, 20.0], false),
+        ] {
+            assert_eq!(is_inside(&l, position), inside, "{position:?}");
+            let used = area_used(&l, position).unwrap();
+            assert_eq!(used < 1.0, inside, "{position:?}: {used}");
+        }
+        assert_eq!(edge_distance(&l, [70.0, 70.0]), 30.0);
+        assert!((area_used(&l, [0.001, 20.0]).unwrap() - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn exact_no_area_is_anywhere() {
+        assert_eq!(area_used::<f64>(&[], [1e9, 1e9]), None);
+    }
+
+    #[test]
+    fn exact_what_was_measured_once_must_not_fall_silent() {
+        let mut watch = EnvelopeWatch::new(Envelope::<f64>::default());
+        let sample = Sample {
+            depth_m: Some(2.0),
+            ..Sample::default()
+        };
+        watch.look(&sample, 10.0);
+        watch.look(&Sample::default(), 12.5);
+        watch.listen(0.0, 12.5);
+        assert_eq!(watch.usage().exceeded(), Some(AbortReason::StaleSamples));
+    }
+}

@@ -1,0 +1,292 @@
+//! The plan of a trial.
+
+use crate::envelope::Envelope;
+use crate::estimator::{EstimatorSettings, InvalidSetting};
+use crate::settle::Settle;
+use crate::{Excitation, List, Real};
+
+/// Most speeds of a trial.
+pub const SPEEDS: usize = 16;
+
+/// lambda P of the default filter: 1.5 rad/s for the paper's doublet of 4 s.
+const LAMBDA_TIMES_PERIOD: f64 = 6.0;
+
+/// A stage with a manoeuvre: steady, manoeuvre, observe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Manoeuvre<T> {
+    /// Heading hold before the manoeuvre, s.
+    pub lead_in_s: f64,
+    /// The manoeuvre.
+    pub excitation: Excitation<T>,
+    /// Heading hold after the manoeuvre, s.
+    pub observe_s: f64,
+}
+
+impl<T: Real> Manoeuvre<T> {
+    /// From the first sample of the stage to its end, s.
+    pub fn duration_s(&self) -> f64 {
+        self.excitation_end_s() + self.observe_s
+    }
+
+    /// From the first sample of the stage to the end of the excitation, s.
+    pub fn excitation_end_s(&self) -> f64 {
+        self.lead_in_s + self.excitation.duration_s()
+    }
+}
+
+/// The plan of a trial. [`Default`] is the paper's, Section IV-B.
+///
+/// [`Trial::new`](crate::Trial::new) refuses a plan that [`check`](Plan::check) finds fault with;
+/// a trial never changes its plan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(
+        default,
+        deny_unknown_fields,
+        bound(deserialize = "T: Real + serde::Deserialize<'de>")
+    )
+)]
+pub struct Plan<T> {
+    /// The speeds, as thrust in fractions of full, in the order of the runs.
+    pub thrusts: List<T, SPEEDS>,
+    /// Largest rudder that the trial commands, rad.
+    pub rudder_limit_rad: T,
+    /// Time between samples that the vehicle is expected to keep, s.
+    pub sample_interval_s: f64,
+    /// End training when the estimate has converged; otherwise the whole stage is recorded, which
+    /// the estimate from the whole record needs.
+    pub stop_on_convergence: bool,
+    /// A run is accepted from this R^2 of heading on.
+    pub accept_from_r2: T,
+    /// Times a run that is not accepted is repeated.
+    pub max_repeats: u32,
+    /// When training may begin.
+    pub settle: Settle<T>,
+    /// Stage 2.
+    pub training: Manoeuvre<T>,
+    /// Stage 3.
+    pub validation: Manoeuvre<T>,
+    /// The estimator; derived from the training manoeuvre where absent.
+    pub estimator: Option<EstimatorSettings<T>>,
+    /// Limits within which the trial may go on.
+    pub envelope: Envelope<T>,
+}
+
+impl<T: Real> Default for Plan<T> {
+    fn default() -> Self {
+        Self::paper()
+    }
+}
+
+impl<T: Real> Plan<T> {
+    /// The paper's plan: thrust 60 to 100 %, doublets of 0.26 and 0.15 rad and 4 s.
+    pub fn paper() -> Self {
+        let manoeuvre = |amplitude_rad| Manoeuvre {
+            lead_in_s: 2.0,
+            excitation: Excitation::Doublet {
+                amplitude_rad: T::of(amplitude_rad),
+                period_s: 4.0,
+            },
+            observe_s: 10.5,
+        };
+        Self {
+            thrusts: List::from_slice(&[0.6, 0.7, 0.8, 0.9, 1.0].map(T::of)).unwrap_or_default(),
+            rudder_limit_rad: T::of(0.26),
+            sample_interval_s: 0.05,
+            stop_on_convergence: false,
+            accept_from_r2: T::of(0.6),
+            max_repeats: 2,
+            settle: Settle::default(),
+            training: manoeuvre(0.26),
+            validation: manoeuvre(0.15),
+            estimator: None,
+            envelope: Envelope::default(),
+        }
+    }
+
+    /// The settings of the estimator: those of the plan, or lambda = 6 / (twice the first
+    /// deflection), 1.5 rad/s for the paper's doublet.
+    pub fn estimator_settings(&self) -> EstimatorSettings<T> {
+        self.estimator.unwrap_or_else(|| EstimatorSettings {
+            lambda_rad_s: T::of(
+                LAMBDA_TIMES_PERIOD / (2.0 * self.training.excitation.first_deflection_s()),
+            ),
+            ..EstimatorSettings::default()
+        })
+    }
+
+    /// Longest that the trial can take without a repeat, s.
+    pub fn longest_s(&self) -> f64 {
+        let run_s =
+            self.settle.at_most_s + self.training.duration_s() + self.validation.duration_s();
+        self.thrusts.iter().map(|_| run_s).sum()
+    }
+
+    /// Names the first field that is out of range. The estimator's own settings are checked by
+    /// [`Estimator::new`](crate::Estimator::new).
+    pub fn check(&self) -> Result<(), InvalidSetting> {
+        let positive = |value: T| value > T::ZERO && value.is_finite();
+        let lasts = |seconds: f64| seconds > 0.0 && seconds.is_finite();
+        let within = |manoeuvre: &Manoeuvre<T>| {
+            manoeuvre.excitation.is_valid()
+                && manoeuvre.excitation.amplitude_rad().abs() <= self.rudder_limit_rad
+                && manoeuvre.excitation.amplitude_rad() != T::ZERO
+        };
+        let envelope = &self.envelope;
+        let settle = &self.settle;
+        let longest_manoeuvre_s = self.training.duration_s().max(self.validation.duration_s());
+        let rules = [
+            (
+                !self.thrusts.is_empty()
+                    && self.thrusts.iter().all(|t| *t > T::ZERO && *t <= T::ONE),
+                "thrusts",
+                "a list of 1 to 16 fractions of full thrust, above 0 and at most 1",
+            ),
+            (
+                positive(self.rudder_limit_rad) && self.rudder_limit_rad < T::PI / T::of(2.0),
+                "rudder_limit_rad",
+                "a positive angle below pi/2 rad",
+            ),
+            (
+                lasts(self.sample_interval_s),
+                "sample_interval_s",
+                "a positive number",
+            ),
+            (
+                self.accept_from_r2 <= T::ONE && self.accept_from_r2.is_finite(),
+                "accept_from_r2",
+                "a number of at most 1",
+            ),
+            (
+                settle.heading_tolerance_rad > T::ZERO,
+                "settle.heading_tolerance_rad",
+                "a positive number",
+            ),
+            (
+                settle.yaw_rate_tolerance_rad_s > T::ZERO,
+                "settle.yaw_rate_tolerance_rad_s",
+                "a positive number",
+            ),
+            (
+                settle.depth_tolerance_m > T::ZERO,
+                "settle.depth_tolerance_m",
+                "a positive number",
+            ),
+            (
+                settle.speed_tolerance > T::ZERO,
+                "settle.speed_tolerance",
+                "a positive number",
+            ),
+            (
+                settle.steady_for_s >= 2.0 * self.sample_interval_s,
+                "settle.steady_for_s",
+                "at least two sample intervals",
+            ),
+            (
+                settle.at_least_s >= 0.0,
+                "settle.at_least_s",
+                "a number not below 0",
+            ),
+            (
+                settle.at_most_s.is_finite()
+                    && settle.at_most_s >= settle.at_least_s.max(settle.steady_for_s),
+                "settle.at_most_s",
+                "at least settle.at_least_s and settle.steady_for_s",
+            ),
+            (
+                lasts(self.training.lead_in_s),
+                "training.lead_in_s",
+                "a positive number",
+            ),
+            (
+                within(&self.training),
+                "training.excitation",
+                "a manoeuvre of positive duration and an amplitude within rudder_limit_rad; a multisine has 1 to 16 tones",
+            ),
+            (
+                lasts(self.training.observe_s),
+                "training.observe_s",
+                "a positive number",
+            ),
+            (
+                lasts(self.validation.lead_in_s),
+                "validation.lead_in_s",
+                "a positive number",
+            ),
+            (
+                within(&self.validation),
+                "validation.excitation",
+                "a manoeuvre of positive duration and an amplitude within rudder_limit_rad; a multisine has 1 to 16 tones",
+            ),
+            (
+                lasts(self.validation.observe_s),
+                "validation.observe_s",
+                "a positive number",
+            ),
+            (
+                envelope.depth_max_m > envelope.depth_min_m
+                    && (envelope.depth_max_m - envelope.depth_min_m).is_finite(),
+                "envelope.depth_max_m",
+                "above envelope.depth_min_m",
+            ),
+            (
+                envelope.altitude_min_m >= T::ZERO && envelope.altitude_min_m.is_finite(),
+                "envelope.altitude_min_m",
+                "a number not below 0",
+            ),
+            (
+                positive(envelope.roll_max_rad),
+                "envelope.roll_max_rad",
+                "a positive number",
+            ),
+            (
+                positive(envelope.pitch_max_rad),
+                "envelope.pitch_max_rad",
+                "a positive number",
+            ),
+            (
+                positive(envelope.yaw_rate_max_rad_s),
+                "envelope.yaw_rate_max_rad_s",
+                "a positive number",
+            ),
+            (
+                positive(envelope.heading_excursion_max_rad)
+                    && envelope.heading_excursion_max_rad < T::PI,
+                "envelope.heading_excursion_max_rad",
+                "a positive angle below pi rad",
+            ),
+            (
+                positive(envelope.speed_drift_max),
+                "envelope.speed_drift_max",
+                "a positive number",
+            ),
+            (
+                envelope.area.is_empty()
+                    || (envelope.area.len() >= 3
+                        && envelope.area.iter().flatten().all(|m| m.is_finite())),
+                "envelope.area",
+                "empty, or at least 3 corners [north, east] in m",
+            ),
+            (
+                envelope.stale_after_s.is_finite()
+                    && envelope.stale_after_s >= 2.0 * self.sample_interval_s,
+                "envelope.stale_after_s",
+                "at least two sample intervals",
+            ),
+            (
+                envelope.stage_time_limit_s.is_finite()
+                    && envelope.stage_time_limit_s > longest_manoeuvre_s,
+                "envelope.stage_time_limit_s",
+                "longer than the training and the validation stage",
+            ),
+        ];
+        match rules.iter().find(|(holds, ..)| !holds) {
+            Some(&(_, field, requirement)) => Err(InvalidSetting { field, requirement }),
+            None => Ok(()),
+        }
+    }
+}
