@@ -32,7 +32,7 @@ pub struct Args {
     windows: WindowArgs,
     /// Pole of the state variable filter, rad/s, or `auto` to derive it from the data (the paper's 1
     /// with --as-paper).
-    #[arg(long, value_name = "auto|RAD_S", default_value = "auto", value_parser = lambda)]
+    #[arg(long, value_name = "auto|RAD_S", default_value = "auto", value_parser = lambda, allow_negative_numbers = true)]
     lambda: Lambda,
     /// Equations (16)-(31) and the recursion to the letter, without refinement.
     #[arg(long)]

@@ -182,11 +182,7 @@ fn cli_windows_that_make_no_sense_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let log = write_log(folder.path(), 400, |row| row);
     for (arguments, exit, word) in [
-        (
-            &["--from", "100"][..],
-            3,
-            "the log runs from 0 s to 19.95",
-        ),
+        (&["--from", "100"][..], 3, "the log runs from 0 s to 19.95"),
         (&["--validate-from", "90"][..], 3, "validation window"),
         (&["--from", "5", "--to", "5"][..], 2, "empty"),
         (&["--to", "12", "--validate-from", "10"][..], 2, "overlap"),
