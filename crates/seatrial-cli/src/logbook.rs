@@ -381,13 +381,10 @@ fn export(
             .map(|run| logbook.run(run.id))
             .collect::<Result<_, _>>()?,
     };
-    let mut csv = format!(
-        "run,thrust,stage,{},action_outcome\n",
-        Step::COLUMNS.join(",")
-    );
-    for run in chosen() {
-        for step in logbook.steps(run.id)? {
-            write_csv_row(&mut csv, run.number, run.thrust, &step);
+    let mut csv = format!("run,stage,{},action_outcome\n", Step::COLUMNS.join(","));
+    for (number, step) in logbook.steps(entry.id)? {
+        if run.is_none() || number == run {
+            write_csv_row(&mut csv, number, &step);
         }
     }
     let Some(out) = out else {
@@ -405,11 +402,12 @@ fn export(
 }
 
 /// Numbers as the shortest text that reads back to the same bits.
-fn write_csv_row(csv: &mut String, run: u32, thrust: f64, step: &Step) {
+fn write_csv_row(csv: &mut String, run: Option<u32>, step: &Step) {
     let stage = step
         .stage
         .map_or(String::new(), |stage| format!("{stage:?}").to_lowercase());
-    let _ = write!(csv, "{run},{thrust:?},{stage}");
+    let run = run.map_or(String::new(), |run| run.to_string());
+    let _ = write!(csv, "{run},{stage}");
     for number in step.numbers() {
         let _ = match number {
             Some(number) => write!(csv, ",{number:?}"),

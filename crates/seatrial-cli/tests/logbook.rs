@@ -123,6 +123,7 @@ fn record(logbook: &Path, configuration: &str, model: YawModel<f64>) {
                 thrust: Some(0.8),
                 outcome: None,
             },
+            estimate: None,
         })
         .collect();
     recorder.begin_run(1, 0.8, 1).unwrap();
@@ -196,14 +197,13 @@ fn cli_logbook_lists_shows_compares_and_exports() {
         lines
             .next()
             .unwrap()
-            .starts_with("run,thrust,stage,time_s,heading_rad,rudder_rad")
+            .starts_with("run,stage,time_s,heading_rad,rudder_rad")
     );
     let row: Vec<&str> = lines.nth(3).unwrap().split(',').collect();
     assert_eq!(
-        row[..7],
+        row[..6],
         [
             "1",
-            "0.8",
             "train",
             "0.15000000000000002",
             "0.3333333333333333",

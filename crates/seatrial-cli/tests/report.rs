@@ -48,6 +48,7 @@ fn record(logbook: &Path, campaign: &Campaign) {
                     thrust: Some(run.thrust),
                     outcome: None,
                 },
+                estimate: None,
             };
             recorder.step(step).unwrap();
         }

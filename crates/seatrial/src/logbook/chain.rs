@@ -4,7 +4,7 @@ use rusqlite::Error;
 use sha2::{Digest, Sha256};
 
 use super::read::{CampaignEntry, StoredRun};
-use super::step::{stage_name, to_json};
+use super::step::{Step, stage_name, to_json};
 
 /// SHA-256 over values; each is preceded by its length or kind, so no two sequences of values
 /// share their bytes.
@@ -42,6 +42,19 @@ impl Link {
     fn optional_number(&mut self, value: Option<f64>) {
         self.0.update([u8::from(value.is_some())]);
         self.number(value.unwrap_or(0.0));
+    }
+
+    fn steps(&mut self, steps: &[Step]) -> Result<(), Error> {
+        self.length(steps.len());
+        for step in steps {
+            for value in step.numbers() {
+                self.optional_number(value);
+            }
+            self.optional_text(step.stage.map(stage_name));
+            let outcome = step.action.outcome.as_ref().map(to_json).transpose()?;
+            self.optional_text(outcome.as_deref());
+        }
+        Ok(())
     }
 
     fn hex(self) -> String {
@@ -93,21 +106,18 @@ pub(super) fn run_link(previous: &str, run: &StoredRun) -> Result<String, Error>
         point.theta.iter().for_each(|value| link.number(*value));
         link.number(point.step_norm);
     }
-    link.length(run.steps.len());
-    for step in &run.steps {
-        for value in step.numbers() {
-            link.optional_number(value);
-        }
-        link.optional_text(step.stage.map(stage_name));
-        let outcome = step.action.outcome.as_ref().map(to_json).transpose()?;
-        link.optional_text(outcome.as_deref());
-    }
+    link.steps(&run.steps)?;
     Ok(link.hex())
 }
 
-/// The last link: how the campaign ended.
-pub(super) fn outcome_link(previous: &str, outcome: &str) -> String {
+/// The last link: how the campaign ended, and the steps that belong to no run.
+pub(super) fn outcome_link(
+    previous: &str,
+    outcome: &str,
+    outside: &[Step],
+) -> Result<String, Error> {
     let mut link = Link::after(previous);
     link.text(outcome);
-    link.hex()
+    link.steps(outside)?;
+    Ok(link.hex())
 }

@@ -2,11 +2,11 @@
 //!
 //! ```text
 //! configuration (payload) -> campaign (plan, software) -> run -> estimate, trace, stage
-//!                                                            \-> sample (and the action that answered it)
+//!                                                    \-> sample, action, live estimate
 //! ```
 //!
 //! **Exact.** Every number comes back with the bits it had. Samples are one row each, not packed,
-//! so that any SQLite tool can query them (about 100 bytes a sample for the simulated vehicle).
+//! so that any SQLite tool can query them (about 150 bytes a sample: `io_a_sample_takes_about_150_bytes`).
 //!
 //! **Durable.** The file is in WAL mode. A run, its result and its hash are committed in one
 //! transaction with `synchronous = FULL`: once [`Logbook::finish_run`] has returned, the run
@@ -15,7 +15,7 @@
 //! lose the samples of the unfinished run. Neither damages the file.
 //!
 //! **Provable.** A campaign's hash covers its plan and what it ran on; each run's hash covers the
-//! hash before it, every sample, action and estimate and the result. [`Logbook::verify`]
+//! hash before it, every sample, action and estimate and the result; the last one how it ended. [`Logbook::verify`]
 //! recomputes the chain. There is no key in it: it proves that nothing was changed by accident or
 //! in part, not that nobody rewrote the whole chain.
 //!

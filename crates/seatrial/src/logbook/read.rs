@@ -153,9 +153,9 @@ impl Logbook {
         self.reading(stored_run(&self.connection, run.0).and_then(StoredRun::into_run))
     }
 
-    /// Every sample of a run with the action that answered it.
-    pub fn steps(&self, run: RunId) -> Result<Vec<Step>, Error> {
-        self.reading(steps(&self.connection, run.0))
+    /// Every step of a campaign, from its first sample to its last, with the number of its run.
+    pub fn steps(&self, campaign: CampaignId) -> Result<Vec<(Option<u32>, Step)>, Error> {
+        self.reading(steps(&self.connection, "sample.campaign = ?", campaign.0))
     }
 }
 
@@ -241,7 +241,7 @@ pub(super) fn stored_run(connection: &Connection, run: i64) -> Result<StoredRun,
             })
         },
     )?;
-    let steps = steps(connection, run)?;
+    let steps = steps_of_run(connection, run)?;
     connection.query_row(
         "SELECT number, thrust, attempt, surge_speed_m_s, verdict FROM run WHERE id = ?",
         [run],
@@ -303,16 +303,40 @@ pub(super) fn campaign_entries(
     )
 }
 
-fn steps(connection: &Connection, run: i64) -> Result<Vec<Step>, rusqlite::Error> {
-    collect(
+pub(super) fn steps_of_run(
+    connection: &Connection,
+    run: i64,
+) -> Result<Vec<Step>, rusqlite::Error> {
+    let steps = steps(connection, "sample.run = ?", run)?;
+    Ok(steps.into_iter().map(|(_, step)| step).collect())
+}
+
+/// The steps before the first run and after the last.
+pub(super) fn steps_outside(
+    connection: &Connection,
+    campaign: i64,
+) -> Result<Vec<Step>, rusqlite::Error> {
+    let steps = steps(
         connection,
-        "SELECT time_s, heading_rad, rudder_rad, surge_speed_m_s, depth_m, altitude_m, roll_rad,
-                pitch_rad, yaw_rate_rad_s, north_m, east_m, action_rudder_rad, action_heading_rad,
-                action_thrust, stage, action_outcome
-         FROM sample WHERE run = ? ORDER BY number",
-        run,
-        Step::from_row,
-    )
+        "sample.campaign = ? AND sample.run IS NULL",
+        campaign,
+    )?;
+    Ok(steps.into_iter().map(|(_, step)| step).collect())
+}
+
+fn steps(
+    connection: &Connection,
+    condition: &str,
+    parameter: i64,
+) -> Result<Vec<(Option<u32>, Step)>, rusqlite::Error> {
+    let sql = format!(
+        "SELECT {}, stage, action_outcome, (SELECT run.number FROM run WHERE run.id = sample.run)
+         FROM sample WHERE {condition} ORDER BY number",
+        Step::COLUMNS.join(", "),
+    );
+    collect(connection, &sql, parameter, |row| {
+        Ok((row.get(19)?, Step::from_row(row)?))
+    })
 }
 
 /// The rows of a query with one parameter.

@@ -14,7 +14,7 @@ pub struct Recorder {
     logbook: Logbook,
     campaign: CampaignId,
     run: Option<RunId>,
-    unwritten: Vec<Step>,
+    unwritten: Vec<(Option<RunId>, Step)>,
 }
 
 impl Recorder {
@@ -37,21 +37,20 @@ impl Recorder {
     /// Enters a new run. The steps that follow belong to it.
     pub fn begin_run(&mut self, number: u32, thrust: f64, attempt: u32) -> Result<(), Error> {
         self.run = None;
-        self.unwritten.clear();
-        self.run = Some(
-            self.logbook
-                .begin_run(self.campaign, number, thrust, attempt)?,
-        );
+        let run = self
+            .logbook
+            .begin_run(self.campaign, number, thrust, attempt)?;
+        self.run = Some(run);
         Ok(())
     }
 
-    /// Takes one step of the run.
+    /// Takes one step. Before the first run and after the last it belongs to none.
     pub fn step(&mut self, step: Step) -> Result<(), Error> {
-        self.unwritten.push(step);
+        self.unwritten.push((self.run, step));
         let since = self
             .unwritten
             .first()
-            .map_or(0.0, |first| step.sample.time_s - first.sample.time_s);
+            .map_or(0.0, |(_, first)| step.sample.time_s - first.sample.time_s);
         // Also where the vehicle's clock jumped or is not a number.
         if (0.0..1.0).contains(&since) {
             return Ok(());
@@ -61,8 +60,9 @@ impl Recorder {
 
     /// Writes what is left of the run and its result, and seals it.
     pub fn finish_run(&mut self, result: &Run) -> Result<(), Error> {
+        let run = self.run.take();
         self.flush()?;
-        match self.run.take() {
+        match run {
             Some(run) => self.logbook.finish_run(run, result),
             None => Err(Error::Inexact {
                 run: result.number,
@@ -78,10 +78,8 @@ impl Recorder {
     }
 
     fn flush(&mut self) -> Result<(), Error> {
-        if let Some(run) = self.run
-            && !self.unwritten.is_empty()
-        {
-            self.logbook.append(run, &self.unwritten)?;
+        if !self.unwritten.is_empty() {
+            self.logbook.append(self.campaign, &self.unwritten)?;
             self.unwritten.clear();
         }
         Ok(())
@@ -107,6 +105,7 @@ mod tests {
                 thrust: None,
                 outcome: None,
             },
+            estimate: None,
         }
     }
 

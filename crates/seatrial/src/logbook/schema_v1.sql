@@ -80,25 +80,31 @@ CREATE TABLE trace (
     PRIMARY KEY (run, number)
 ) STRICT, WITHOUT ROWID;
 
--- Every sample of every run and the action that answered it.
+-- Every sample of a campaign, the action that answered it and the live estimate after it.
 CREATE TABLE sample (
-    run                 INTEGER NOT NULL REFERENCES run (id),
-    number              INTEGER NOT NULL,
-    time_s              ANY NOT NULL,
-    heading_rad         ANY NOT NULL,
-    rudder_rad          ANY NOT NULL,
-    surge_speed_m_s     ANY,
-    depth_m             ANY,
-    altitude_m          ANY,
-    roll_rad            ANY,
-    pitch_rad           ANY,
-    yaw_rate_rad_s      ANY,
-    north_m             ANY,
-    east_m              ANY,
-    action_rudder_rad   ANY,           -- the rudder commanded, or
-    action_heading_rad  ANY,           -- the heading to hold
-    action_thrust       ANY,
-    stage               TEXT,
-    action_outcome      TEXT,          -- JSON; set in the last action of a trial
-    PRIMARY KEY (run, number)
+    campaign               INTEGER NOT NULL REFERENCES campaign (id),
+    number                 INTEGER NOT NULL,
+    run                    INTEGER REFERENCES run (id), -- NULL before the first and after the last
+    time_s                 ANY NOT NULL,
+    heading_rad            ANY NOT NULL,
+    rudder_rad             ANY NOT NULL,
+    surge_speed_m_s        ANY,
+    depth_m                ANY,
+    altitude_m             ANY,
+    roll_rad               ANY,
+    pitch_rad              ANY,
+    yaw_rate_rad_s         ANY,
+    north_m                ANY,
+    east_m                 ANY,
+    action_rudder_rad      ANY,        -- the rudder commanded, or
+    action_heading_rad     ANY,        -- the heading to hold
+    action_thrust          ANY,
+    estimate_a22_per_s     ANY,
+    estimate_b2_per_s2     ANY,
+    estimate_c0_rad_per_s2 ANY,
+    stage                  TEXT,
+    action_outcome         TEXT,       -- JSON; set in the last action of a trial
+    PRIMARY KEY (campaign, number)
 ) STRICT, WITHOUT ROWID;
+
+CREATE INDEX sample_of_run ON sample (run);

@@ -1,14 +1,14 @@
-//! One step of a trial as a row: the sample, its stage and the action that answered it.
+//! One step of a trial as a row: the sample, the action that answered it, the estimate after it.
 
 use rusqlite::types::{FromSql, FromSqlError, FromSqlResult, ToSql, ToSqlOutput, Type, ValueRef};
 use rusqlite::{Error, Row};
-use seatrial_core::{Action, Sample, Steering};
+use seatrial_core::{Action, Sample, Steering, YawModel};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::campaign::Stage;
 
-/// One sample of a run, the stage it belongs to and the action that answered it.
+/// One sample of a trial, what the trial made of it and what it answered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     /// What the vehicle measured.
@@ -17,11 +17,13 @@ pub struct Step {
     pub stage: Option<Stage>,
     /// What the trial answered.
     pub action: Action<f64>,
+    /// The live estimate after this sample. `None` outside training.
+    pub estimate: Option<YawModel<f64>>,
 }
 
 impl Step {
     /// The names of [`numbers`](Step::numbers), with their units.
-    pub const COLUMNS: [&'static str; 14] = [
+    pub const COLUMNS: [&'static str; 17] = [
         "time_s",
         "heading_rad",
         "rudder_rad",
@@ -36,14 +38,21 @@ impl Step {
         "action_rudder_rad",
         "action_heading_rad",
         "action_thrust",
+        "estimate_a22_per_s",
+        "estimate_b2_per_s2",
+        "estimate_c0_rad_per_s2",
     ];
 
-    /// Every number of the sample and of the action, in the order of [`COLUMNS`](Step::COLUMNS).
-    pub fn numbers(&self) -> [Option<f64>; 14] {
+    /// Every number of the sample, the action and the estimate, in the order of [`COLUMNS`](Step::COLUMNS).
+    pub fn numbers(&self) -> [Option<f64>; 17] {
         let s = &self.sample;
         let (rudder, heading) = match self.action.steering {
             Steering::Rudder(angle) => (Some(angle), None),
             Steering::HoldHeading(angle) => (None, Some(angle)),
+        };
+        let [a22, b2, c0] = match self.estimate {
+            Some(model) => model.theta().map(Some),
+            None => [None; 3],
         };
         [
             Some(s.time_s),
@@ -60,10 +69,13 @@ impl Step {
             rudder,
             heading,
             self.action.thrust,
+            a22,
+            b2,
+            c0,
         ]
     }
 
-    /// Are sample, stage and action the same, bit for bit?
+    /// Are sample, stage, action and estimate the same, bit for bit?
     pub fn same_bits(&self, other: &Self) -> bool {
         let bits = |step: &Self| step.numbers().map(|number| number.map(f64::to_bits));
         bits(self) == bits(other)
@@ -88,6 +100,11 @@ impl Step {
                 ));
             }
         };
+        let estimate = match (optional(14)?, optional(15)?, optional(16)?) {
+            (Some(a22), Some(b2), Some(c0)) => Some(YawModel::from_theta([a22, b2, c0])),
+            (None, None, None) => None,
+            _ => return Err(unexpected(14, "expected a whole estimate or none")),
+        };
         Ok(Self {
             sample: Sample {
                 time_s: number(0)?,
@@ -103,14 +120,15 @@ impl Step {
                 east_m: optional(10)?,
             },
             stage: row
-                .get::<_, Option<String>>(14)?
-                .map(|name| stage(14, &name))
+                .get::<_, Option<String>>(17)?
+                .map(|name| stage(17, &name))
                 .transpose()?,
             action: Action {
                 steering,
                 thrust: optional(13)?,
-                outcome: json_column(row, 15)?,
+                outcome: json_column(row, 18)?,
             },
+            estimate,
         })
     }
 }

@@ -4,7 +4,7 @@ use rusqlite::Connection;
 use serde::Serialize;
 
 use super::chain::{campaign_link, outcome_link, run_link, sha256};
-use super::read::{CampaignEntry, State, collect, stored_run};
+use super::read::{CampaignEntry, State, collect, steps_outside, stored_run};
 use super::step::to_json;
 use super::{CampaignId, Error, Logbook};
 
@@ -110,15 +110,25 @@ impl Logbook {
             }
             Err(error) => found.add(&place, error),
         }
+        let outside = match steps_outside(&self.connection, campaign.id.0) {
+            Ok(outside) => outside,
+            Err(error) => return found.add(&place, error),
+        };
+        found.samples += outside.len();
         match campaign.state {
-            State::Ended { outcome } => match to_json(&outcome) {
-                Ok(outcome) => head = outcome_link(&head, &outcome),
-                Err(error) => found.add(&place, error),
-            },
+            State::Ended { outcome } => {
+                match to_json(&outcome).and_then(|text| outcome_link(&head, &text, &outside)) {
+                    Ok(link) => head = link,
+                    Err(error) => found.add(&place, error),
+                }
+            }
             State::Unfinished | State::Interrupted => found.campaigns_unfinished += 1,
         }
         if head != campaign.head_sha256 {
-            found.add(&place, "its outcome or the number of its runs was changed");
+            found.add(
+                &place,
+                "its outcome, the number of its runs or a sample outside them was changed",
+            );
         }
     }
 

@@ -4,7 +4,7 @@ use rusqlite::{Connection, Transaction, TransactionBehavior, params};
 use seatrial_core::Outcome;
 
 use super::chain::{campaign_link, outcome_link, run_link, sha256};
-use super::read::{campaign_entries, stored_run};
+use super::read::{campaign_entries, steps_of_run, steps_outside, stored_run};
 use super::step::{Exact, Step, from_json, stage_name, to_json};
 use super::{CampaignId, Error, Logbook, RunId};
 use crate::campaign::Run;
@@ -91,26 +91,32 @@ impl Logbook {
         })
     }
 
-    /// Adds steps to an unfinished run, in order.
-    pub fn append(&mut self, run: RunId, steps: &[Step]) -> Result<(), Error> {
+    /// Adds steps to a campaign, in order, each with the unfinished run that it belongs to.
+    pub fn append(
+        &mut self,
+        campaign: CampaignId,
+        steps: &[(Option<RunId>, Step)],
+    ) -> Result<(), Error> {
         self.write(Durability::Process, |transaction| {
             let next: u32 = transaction.query_row(
-                "SELECT coalesce(max(number) + 1, 0) FROM sample WHERE run = ?",
-                [run.0],
+                "SELECT coalesce(max(number) + 1, 0) FROM sample WHERE campaign = ?",
+                [campaign.0],
                 |row| row.get(0),
             )?;
             let mut insert = transaction.prepare_cached(
-                "INSERT INTO sample VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                "INSERT INTO sample
+                 VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
             )?;
-            for (number, step) in (next..).zip(steps) {
-                insert.raw_bind_parameter(1, run.0)?;
+            for (number, (run, step)) in (next..).zip(steps) {
+                insert.raw_bind_parameter(1, campaign.0)?;
                 insert.raw_bind_parameter(2, number)?;
-                for (column, value) in (3..).zip(step.numbers()) {
+                insert.raw_bind_parameter(3, run.map(|run| run.0))?;
+                for (column, value) in (4..).zip(step.numbers()) {
                     insert.raw_bind_parameter(column, value.map(Exact))?;
                 }
-                insert.raw_bind_parameter(17, step.stage.map(stage_name))?;
+                insert.raw_bind_parameter(21, step.stage.map(stage_name))?;
                 let outcome = step.action.outcome.as_ref().map(to_json).transpose()?;
-                insert.raw_bind_parameter(18, outcome)?;
+                insert.raw_bind_parameter(22, outcome)?;
                 insert.raw_execute()?;
             }
             Ok(())
@@ -130,7 +136,7 @@ impl Logbook {
             .as_ref()
             .map(|identification| exact_json(identification).map_err(inexact))
             .transpose()?;
-        let appended = self.steps(run)?;
+        let appended = self.reading(steps_of_run(&self.connection, run.0))?;
         let differs = appended.len() != result.record.samples.len()
             || appended
                 .iter()
@@ -153,7 +159,8 @@ impl Logbook {
     pub fn finish_campaign(&mut self, campaign: CampaignId, outcome: Outcome) -> Result<(), Error> {
         self.write(Durability::Power, |transaction| {
             let outcome = to_json(&outcome)?;
-            let link = outcome_link(&head(transaction, campaign.0)?, &outcome);
+            let outside = steps_outside(transaction, campaign.0)?;
+            let link = outcome_link(&head(transaction, campaign.0)?, &outcome, &outside)?;
             transaction.execute(
                 "UPDATE campaign SET outcome = ? WHERE id = ?",
                 params![outcome, campaign.0],

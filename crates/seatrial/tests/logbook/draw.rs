@@ -55,6 +55,7 @@ impl Draw {
                     }
                 }),
             },
+            estimate: self.maybe(Self::model),
         }
     }
 

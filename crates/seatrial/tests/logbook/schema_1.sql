@@ -16,8 +16,8 @@ CREATE TABLE campaign (
     sha256           TEXT NOT NULL,    -- the first link of the hash chain: what it ran on
     head_sha256      TEXT NOT NULL     -- the newest link: its last finished run, then its outcome
 ) STRICT;
-INSERT INTO "campaign" VALUES(1,1,'2026-11-21T04:56:04Z','0.1.0','sim:starfish',-1,0.26,'speeds = [0.6, 0.8]
-','4a9ea1ba1351310e1272ab55116481bef4eae5cc18cc0618f72a9919ae2ae131','{"state":"finished"}',0,'5bb5e4d433a983d0c6456ec753d763afc59cfbc54b970182df471e023b2a0341','06d1c47a1e7b577c0e9366c078d7302468dda42a34e103854ecc11a908bc3638');
+INSERT INTO "campaign" VALUES(1,1,'2026-11-21T05:11:37Z','0.1.0','sim:starfish',-1,0.26,'speeds = [0.6, 0.8]
+','4a9ea1ba1351310e1272ab55116481bef4eae5cc18cc0618f72a9919ae2ae131','{"state":"finished"}',0,'6e2b4ce92298c68e21479a3b7113b80d61dae7a060e74277dc38d89048a009ce','b273fd775ff931bfb66fbbd3faa7803441d73072b96ec8c24064797de37aa433');
 CREATE TABLE configuration (
     id    INTEGER PRIMARY KEY,
     name  TEXT NOT NULL UNIQUE,
@@ -57,31 +57,36 @@ CREATE TABLE run (
     sha256          TEXT,              -- NULL until the run is finished
     UNIQUE (campaign, number)
 ) STRICT;
-INSERT INTO "run" VALUES(1,1,1,0.8,1,1.63,'{"accepted":true,"reasons":[{"code":"ok","text":"fit to use"}]}',3,'7f2051c134c9823e285e0102856cab970cf1f7f7bb4f8992a9382f9c30d145d6');
+INSERT INTO "run" VALUES(1,1,1,0.8,1,1.63,'{"accepted":true,"reasons":[{"code":"ok","text":"fit to use"}]}',3,'86642cdbcd555eaa5d34dc8246837148666c8008b75f8932acc1cf77aca5cc68');
 CREATE TABLE sample (
-    run                 INTEGER NOT NULL REFERENCES run (id),
-    number              INTEGER NOT NULL,
-    time_s              ANY NOT NULL,
-    heading_rad         ANY NOT NULL,
-    rudder_rad          ANY NOT NULL,
-    surge_speed_m_s     ANY,
-    depth_m             ANY,
-    altitude_m          ANY,
-    roll_rad            ANY,
-    pitch_rad           ANY,
-    yaw_rate_rad_s      ANY,
-    north_m             ANY,
-    east_m              ANY,
-    action_rudder_rad   ANY,           -- the rudder commanded, or
-    action_heading_rad  ANY,           -- the heading to hold
-    action_thrust       ANY,
-    stage               TEXT,
-    action_outcome      TEXT,          -- JSON; set in the last action of a trial
-    PRIMARY KEY (run, number)
+    campaign               INTEGER NOT NULL REFERENCES campaign (id),
+    number                 INTEGER NOT NULL,
+    run                    INTEGER REFERENCES run (id), -- NULL before the first and after the last
+    time_s                 ANY NOT NULL,
+    heading_rad            ANY NOT NULL,
+    rudder_rad             ANY NOT NULL,
+    surge_speed_m_s        ANY,
+    depth_m                ANY,
+    altitude_m             ANY,
+    roll_rad               ANY,
+    pitch_rad              ANY,
+    yaw_rate_rad_s         ANY,
+    north_m                ANY,
+    east_m                 ANY,
+    action_rudder_rad      ANY,        -- the rudder commanded, or
+    action_heading_rad     ANY,        -- the heading to hold
+    action_thrust          ANY,
+    estimate_a22_per_s     ANY,
+    estimate_b2_per_s2     ANY,
+    estimate_c0_rad_per_s2 ANY,
+    stage                  TEXT,
+    action_outcome         TEXT,       -- JSON; set in the last action of a trial
+    PRIMARY KEY (campaign, number)
 ) STRICT, WITHOUT ROWID;
-INSERT INTO "sample" VALUES(1,0,0.0,3.33333333333333314829e-01,-0.26,NULL,2.0,NULL,NULL,NULL,NULL,NULL,NULL,NULL,0.1,0.8,NULL,NULL);
-INSERT INTO "sample" VALUES(1,1,0.05,X'7FF8000000000000',-0.26,NULL,2.0,NULL,NULL,NULL,NULL,NULL,NULL,NULL,0.1,0.8,'settle',NULL);
-INSERT INTO "sample" VALUES(1,2,0.1,3.33333333333333314829e-01,-0.26,NULL,2.0,NULL,NULL,NULL,NULL,NULL,NULL,0.26,NULL,0.8,'train',NULL);
+INSERT INTO "sample" VALUES(1,0,1,0.0,3.33333333333333314829e-01,-0.26,NULL,2.0,NULL,NULL,NULL,NULL,NULL,NULL,NULL,0.1,0.8,NULL,NULL,NULL,'settle',NULL);
+INSERT INTO "sample" VALUES(1,1,1,0.05,X'7FF8000000000000',-0.26,NULL,2.0,NULL,NULL,NULL,NULL,NULL,NULL,NULL,0.1,0.8,NULL,NULL,NULL,'settle',NULL);
+INSERT INTO "sample" VALUES(1,2,1,0.1,3.33333333333333314829e-01,-0.26,NULL,2.0,NULL,NULL,NULL,NULL,NULL,NULL,0.26,NULL,0.8,52.0,53.0,54.0,'train',NULL);
+INSERT INTO "sample" VALUES(1,3,NULL,1.50000000000000022204e-01,3.33333333333333314829e-01,-0.26,NULL,2.0,NULL,NULL,NULL,NULL,NULL,NULL,NULL,0.1,0.8,NULL,NULL,NULL,NULL,'{"state":"finished"}');
 CREATE TABLE stage (
     run    INTEGER NOT NULL REFERENCES run (id),
     number INTEGER NOT NULL,
@@ -101,7 +106,8 @@ CREATE TABLE trace (
     step_norm     ANY NOT NULL,
     PRIMARY KEY (run, number)
 ) STRICT, WITHOUT ROWID;
-INSERT INTO "trace" VALUES(1,0,51.0,52.0,53.0,54.0,55.0);
+INSERT INTO "trace" VALUES(1,0,0.1,52.0,53.0,54.0,3.33333333333333314829e-01);
+CREATE INDEX sample_of_run ON sample (run);
 COMMIT;
 PRAGMA application_id = 1398033474;
 PRAGMA user_version = 1;
