@@ -1,0 +1,429 @@
+//! A simulated vehicle as a file.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::plant::{Disturbance, Servo, SpeedPoint};
+use crate::sensors::{Sensors, Timing};
+
+/// A first-order vehicle.
+///
+/// Fields that a file leaves out keep the values of [`VehicleConfig::starfish`], but `name` and `speeds`
+/// must be there:
+///
+/// ```
+/// let text = r#"
+/// name = "small boat"
+/// rudder_limit_rad = 0.5
+/// depth_m = 0.0
+/// surge_time_constant_s = 3.0      # speed after a change of thrust
+/// initial_thrust = 0.5             # its own setting before and after a trial
+/// initial_heading_rad = 1.2
+///
+/// [heading_hold]                   # the vehicle's own: rudder = -gain (heading - wanted heading)
+/// gain = 0.4
+/// rudder_limit_rad = 0.3
+///
+/// [servo]
+/// time_constant_s = 0.1
+/// rate_limit_rad_s = 1.0
+///
+/// [disturbance]                    # of the yaw acceleration, first-order Gauss-Markov
+/// standard_deviation_rad_s2 = 0.005
+/// correlation_time_s = 2.0
+///
+/// [sensors]                        # standard deviations; 0 is exact
+/// compass_noise_rad = 0.01
+/// compass_resolution_rad = 0.0017
+///
+/// [timing]
+/// sample_interval_s = 0.1
+/// jitter_s = 0.02
+/// missing_fraction = 0.05
+///
+/// [[speeds]]                       # the truth, in order of thrust; linear in speed between
+/// thrust = 0.5
+/// surge_speed_m_s = 1.0
+/// a22_per_s = -2.0
+/// b2_per_s2 = 1.5
+/// c0_rad_per_s2 = 0.01
+///
+/// [[speeds]]
+/// thrust = 1.0
+/// surge_speed_m_s = 2.0
+/// a22_per_s = -4.0
+/// b2_per_s2 = 6.0
+/// c0_rad_per_s2 = 0.04
+/// "#;
+/// let config = seatrial_sim::VehicleConfig::from_toml(text)?;
+/// assert_eq!(config.speeds.len(), 2);
+/// # Ok::<(), seatrial_sim::ConfigError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VehicleConfig {
+    /// Name of the vehicle.
+    pub name: String,
+    /// Largest rudder angle, rad.
+    #[serde(default = "starfish::rudder_limit_rad")]
+    pub rudder_limit_rad: f64,
+    /// Constant depth, m.
+    #[serde(default = "starfish::depth_m")]
+    pub depth_m: f64,
+    /// Time constant of the speed after a change of thrust, s.
+    #[serde(default = "starfish::surge_time_constant_s")]
+    pub surge_time_constant_s: f64,
+    /// Thrust before and after a trial, as a fraction of full.
+    #[serde(default = "starfish::initial_thrust")]
+    pub initial_thrust: f64,
+    /// Heading at the start, rad.
+    #[serde(default)]
+    pub initial_heading_rad: f64,
+    /// The vehicle's own heading controller.
+    #[serde(default)]
+    pub heading_hold: HeadingHold,
+    /// The rudder servo.
+    #[serde(default)]
+    pub servo: Servo,
+    /// What waves and currents do.
+    #[serde(default)]
+    pub disturbance: Disturbance,
+    /// What the vehicle measures.
+    #[serde(default)]
+    pub sensors: Sensors,
+    /// When it measures.
+    #[serde(default)]
+    pub timing: Timing,
+    /// The truth, in order of thrust and speed.
+    pub speeds: Vec<SpeedPoint>,
+}
+
+/// A proportional heading controller: rudder = -gain (measured heading - wanted heading).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct HeadingHold {
+    /// Rudder per heading error; negative for a vehicle with negative b2.
+    pub gain: f64,
+    /// Largest rudder it uses, rad.
+    pub rudder_limit_rad: f64,
+}
+
+impl Default for HeadingHold {
+    fn default() -> Self {
+        Self {
+            gain: 0.3,
+            rudder_limit_rad: 0.2,
+        }
+    }
+}
+
+/// A vehicle file that cannot be used.
+#[derive(Debug, Error)]
+pub enum ConfigError {
+    /// The file cannot be read.
+    #[error("{}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The text is not a vehicle.
+    #[error("not a vehicle: {0}")]
+    Syntax(#[from] toml::de::Error),
+    /// A value is out of range.
+    #[error("{field} must be {requirement}, not {found}")]
+    Invalid {
+        /// The field.
+        field: String,
+        /// What it has to be.
+        requirement: &'static str,
+        /// What it is.
+        found: String,
+    },
+    /// Any of these in a file.
+    #[error("{}: {source}", path.display())]
+    InFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: Box<ConfigError>,
+    },
+}
+
+mod starfish {
+    pub fn rudder_limit_rad() -> f64 {
+        0.26
+    }
+    pub fn depth_m() -> f64 {
+        2.0
+    }
+    pub fn surge_time_constant_s() -> f64 {
+        2.0
+    }
+    pub fn initial_thrust() -> f64 {
+        0.6
+    }
+}
+
+impl VehicleConfig {
+    /// The STARFISH AUV: the schedule of Table II.
+    pub fn starfish() -> Self {
+        let point =
+            |[thrust, surge_speed_m_s, a22_per_s, b2_per_s2, c0_rad_per_s2]: [f64; 5]| SpeedPoint {
+                thrust,
+                surge_speed_m_s,
+                a22_per_s,
+                b2_per_s2,
+                c0_rad_per_s2,
+            };
+        Self {
+            name: "starfish".to_owned(),
+            rudder_limit_rad: starfish::rudder_limit_rad(),
+            depth_m: starfish::depth_m(),
+            surge_time_constant_s: starfish::surge_time_constant_s(),
+            initial_thrust: starfish::initial_thrust(),
+            initial_heading_rad: 0.0,
+            heading_hold: HeadingHold::default(),
+            servo: Servo::default(),
+            disturbance: Disturbance::default(),
+            sensors: Sensors::default(),
+            timing: Timing::default(),
+            speeds: [
+                [0.6, 1.07, -0.95, 0.60, 0.0072],
+                [0.7, 1.36, -1.12, 0.87, 0.0107],
+                [0.8, 1.63, -1.07, 1.08, 0.0120],
+                [0.9, 1.92, -1.14, 1.37, 0.0054],
+                [1.0, 2.19, -1.21, 1.77, 0.0049],
+            ]
+            .map(point)
+            .to_vec(),
+        }
+    }
+
+    /// The vehicle of a TOML text.
+    pub fn from_toml(text: &str) -> Result<Self, ConfigError> {
+        let config: Self = toml::from_str(text)?;
+        config.check()?;
+        Ok(config)
+    }
+
+    /// The vehicle of a TOML file.
+    pub fn load(path: &Path) -> Result<Self, ConfigError> {
+        let text = fs::read_to_string(path).map_err(|source| ConfigError::Read {
+            path: path.to_owned(),
+            source,
+        })?;
+        Self::from_toml(&text).map_err(|error| ConfigError::InFile {
+            path: path.to_owned(),
+            source: Box::new(error),
+        })
+    }
+
+    /// The same vehicle in still water with exact sensors.
+    pub fn noise_free(self) -> Self {
+        Self {
+            disturbance: Disturbance {
+                standard_deviation_rad_s2: 0.0,
+                ..self.disturbance
+            },
+            sensors: Sensors::EXACT,
+            ..self
+        }
+    }
+
+    /// Names the first field that is out of range.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        let not_negative = |value: f64| value >= 0.0 && value.is_finite();
+        let (servo, timing, sensors) = (&self.servo, &self.timing, &self.sensors);
+        let positive_number = "a positive number";
+        let not_below_0 = "a number not below 0";
+        let numbers = [
+            (
+                "rudder_limit_rad",
+                self.rudder_limit_rad,
+                positive(self.rudder_limit_rad),
+                positive_number,
+            ),
+            (
+                "depth_m",
+                self.depth_m,
+                self.depth_m.is_finite(),
+                "a number",
+            ),
+            (
+                "surge_time_constant_s",
+                self.surge_time_constant_s,
+                positive(self.surge_time_constant_s),
+                positive_number,
+            ),
+            (
+                "initial_thrust",
+                self.initial_thrust,
+                (0.0..=1.0).contains(&self.initial_thrust),
+                "a fraction of full thrust, 0 to 1",
+            ),
+            (
+                "initial_heading_rad",
+                self.initial_heading_rad,
+                self.initial_heading_rad.is_finite(),
+                "a number",
+            ),
+            (
+                "heading_hold.gain",
+                self.heading_hold.gain,
+                self.heading_hold.gain.is_finite(),
+                "a number",
+            ),
+            (
+                "heading_hold.rudder_limit_rad",
+                self.heading_hold.rudder_limit_rad,
+                positive(self.heading_hold.rudder_limit_rad),
+                positive_number,
+            ),
+            (
+                "servo.time_constant_s",
+                servo.time_constant_s,
+                not_negative(servo.time_constant_s),
+                not_below_0,
+            ),
+            (
+                "servo.rate_limit_rad_s",
+                servo.rate_limit_rad_s.unwrap_or(f64::INFINITY),
+                servo.rate_limit_rad_s.is_none_or(positive),
+                "a positive number or absent",
+            ),
+            (
+                "disturbance.standard_deviation_rad_s2",
+                self.disturbance.standard_deviation_rad_s2,
+                not_negative(self.disturbance.standard_deviation_rad_s2),
+                not_below_0,
+            ),
+            (
+                "disturbance.correlation_time_s",
+                self.disturbance.correlation_time_s,
+                positive(self.disturbance.correlation_time_s),
+                positive_number,
+            ),
+            (
+                "timing.sample_interval_s",
+                timing.sample_interval_s,
+                positive(timing.sample_interval_s),
+                positive_number,
+            ),
+            (
+                "timing.jitter_s",
+                timing.jitter_s,
+                timing.jitter_s >= 0.0 && timing.jitter_s < timing.sample_interval_s,
+                "a number not below 0 and under timing.sample_interval_s",
+            ),
+            (
+                "timing.missing_fraction",
+                timing.missing_fraction,
+                (0.0..=0.9).contains(&timing.missing_fraction),
+                "a fraction, 0 to 0.9",
+            ),
+        ];
+        let noises = sensors
+            .noises()
+            .map(|(field, noise)| (field, noise, not_negative(noise), not_below_0));
+        for (field, found, holds, requirement) in numbers.into_iter().chain(noises) {
+            if !holds {
+                return Err(invalid(field, requirement, found));
+            }
+        }
+        self.check_speeds()
+    }
+
+    fn check_speeds(&self) -> Result<(), ConfigError> {
+        if self.speeds.is_empty() {
+            return Err(invalid("speeds", "a list of at least one speed", "empty"));
+        }
+        for (k, point) in self.speeds.iter().enumerate() {
+            let before = k.checked_sub(1).and_then(|k| self.speeds.get(k));
+            let field = |name: &str| format!("speeds[{k}].{name}");
+            let (thrust, speed) = (point.thrust, point.surge_speed_m_s);
+            if !(thrust > before.map_or(0.0, |p| p.thrust) && thrust <= 1.0) {
+                let requirement = "above 0 and the thrust before, and at most 1";
+                return Err(invalid(field("thrust"), requirement, thrust));
+            }
+            if !(speed > before.map_or(0.0, |p| p.surge_speed_m_s) && speed.is_finite()) {
+                let requirement = "above 0 and the speed before";
+                return Err(invalid(field("surge_speed_m_s"), requirement, speed));
+            }
+            for (name, value) in [
+                ("a22_per_s", point.a22_per_s),
+                ("b2_per_s2", point.b2_per_s2),
+                ("c0_rad_per_s2", point.c0_rad_per_s2),
+            ] {
+                if !value.is_finite() {
+                    return Err(invalid(field(name), "a number", value));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn invalid(
+    field: impl Into<String>,
+    requirement: &'static str,
+    found: impl ToString,
+) -> ConfigError {
+    ConfigError::Invalid {
+        field: field.into(),
+        requirement,
+        found: found.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn io_starfish_survives_its_own_file() {
+        let text = toml::to_string(&VehicleConfig::starfish()).unwrap();
+        assert_eq!(
+            VehicleConfig::from_toml(&text).unwrap(),
+            VehicleConfig::starfish()
+        );
+    }
+
+    #[test]
+    fn io_faults_name_the_field() {
+        let starfish = VehicleConfig::starfish();
+        let mut reversed = starfish.clone();
+        reversed.speeds.reverse();
+        let mut jumpy = starfish.clone();
+        jumpy.timing.jitter_s = 0.05;
+        let mut noisy = starfish.clone();
+        noisy.sensors.depth_noise_m = f64::NAN;
+        let mut still = starfish.clone();
+        still.speeds.clear();
+        for (config, field) in [
+            (reversed, "speeds[1].thrust"),
+            (jumpy, "timing.jitter_s"),
+            (noisy, "sensors.depth_noise_m"),
+            (still, "speeds"),
+        ] {
+            let message = config.check().unwrap_err().to_string();
+            assert!(
+                message.starts_with(&format!("{field} must be")),
+                "{message}"
+            );
+        }
+        let text = format!("rudder = 1\n{}", toml::to_string(&starfish).unwrap());
+        let message = VehicleConfig::from_toml(&text).unwrap_err().to_string();
+        assert!(message.contains("unknown field `rudder`"), "{message}");
+        let message = VehicleConfig::load(Path::new("no-such.toml"))
+            .unwrap_err()
+            .to_string();
+        assert!(message.starts_with("no-such.toml:"), "{message}");
+    }
+}

@@ -1,0 +1,256 @@
+//! The moving vehicle: surge, servo, yaw and position.
+
+use seatrial_core::YawModel;
+use seatrial_core::model::YawState;
+use serde::{Deserialize, Serialize};
+
+/// Longest step over which fin and speed are held, s; both are exact at its end.
+const STEP_S: f64 = 0.005;
+
+/// The truth at one thrust.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SpeedPoint {
+    /// Thrust as a fraction of full.
+    pub thrust: f64,
+    /// Steady forward speed, m/s.
+    pub surge_speed_m_s: f64,
+    /// a22, 1/s.
+    pub a22_per_s: f64,
+    /// b2, 1/s^2.
+    pub b2_per_s2: f64,
+    /// C0, rad/s^2.
+    pub c0_rad_per_s2: f64,
+}
+
+/// What an identification at a thrust should find.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Truth {
+    /// Thrust as a fraction of full.
+    pub thrust: f64,
+    /// Steady forward speed, m/s.
+    pub surge_speed_m_s: f64,
+    /// The yaw model at that speed.
+    #[serde(flatten)]
+    pub model: YawModel<f64>,
+}
+
+/// The servo: the fin follows its command with a first-order lag, no faster than its limit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Servo {
+    /// Time constant, s; 0 is at once.
+    pub time_constant_s: f64,
+    /// Fastest motion, rad/s; absent is unlimited.
+    pub rate_limit_rad_s: Option<f64>,
+}
+
+/// Yaw acceleration that is not the rudder's: a first-order Gauss-Markov process.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Disturbance {
+    /// Standard deviation, rad/s^2.
+    pub standard_deviation_rad_s2: f64,
+    /// Correlation time, s.
+    pub correlation_time_s: f64,
+}
+
+impl Default for Disturbance {
+    fn default() -> Self {
+        Self {
+            standard_deviation_rad_s2: 0.003,
+            correlation_time_s: 2.0,
+        }
+    }
+}
+
+impl Servo {
+    /// The fin `interval_s` later.
+    fn advance(&self, fin_rad: f64, command_rad: f64, interval_s: f64) -> f64 {
+        let wanted = if self.time_constant_s > 0.0 {
+            -libm::expm1(-interval_s / self.time_constant_s) * (command_rad - fin_rad)
+        } else {
+            command_rad - fin_rad
+        };
+        let limit = self
+            .rate_limit_rad_s
+            .map_or(f64::INFINITY, |rate| rate * interval_s);
+        fin_rad + wanted.clamp(-limit, limit)
+    }
+
+    fn is_instant(&self) -> bool {
+        self.time_constant_s == 0.0 && self.rate_limit_rad_s.is_none()
+    }
+}
+
+/// The true vehicle.
+#[derive(Clone, Debug)]
+pub struct Plant {
+    speeds: Vec<SpeedPoint>,
+    surge_time_constant_s: f64,
+    servo: Servo,
+    /// Heading and yaw rate.
+    pub yaw: YawState<f64>,
+    /// Forward speed, m/s.
+    pub surge_speed_m_s: f64,
+    /// Fin angle, rad.
+    pub fin_rad: f64,
+    /// North and east of the start, m.
+    pub position_m: [f64; 2],
+}
+
+impl Plant {
+    /// A vehicle that runs straight at the steady speed of `thrust`, with the fin that keeps it so.
+    pub fn new(
+        speeds: Vec<SpeedPoint>,
+        surge_time_constant_s: f64,
+        servo: Servo,
+        thrust: f64,
+        heading_rad: f64,
+    ) -> Self {
+        let mut plant = Self {
+            speeds,
+            surge_time_constant_s,
+            servo,
+            yaw: YawState {
+                heading_rad,
+                yaw_rate_rad_s: 0.0,
+            },
+            surge_speed_m_s: 0.0,
+            fin_rad: 0.0,
+            position_m: [0.0; 2],
+        };
+        let truth = plant.truth(thrust);
+        plant.surge_speed_m_s = truth.surge_speed_m_s;
+        plant.fin_rad = -truth.model.delta0_rad().unwrap_or(0.0);
+        plant
+    }
+
+    /// Steady speed and yaw model at a thrust.
+    pub fn truth(&self, thrust: f64) -> Truth {
+        let surge_speed_m_s =
+            self.between(|p| p.thrust, thrust, |p, scale| p.surge_speed_m_s * scale);
+        Truth {
+            thrust,
+            surge_speed_m_s,
+            model: self.yaw_model(surge_speed_m_s),
+        }
+    }
+
+    /// The yaw model at a forward speed: linear between the points; beyond them a22 grows with the
+    /// speed, b2 and C0 with its square, as the forces on a hull and its fins do.
+    pub fn yaw_model(&self, surge_speed_m_s: f64) -> YawModel<f64> {
+        let at = |value: fn(&SpeedPoint, f64) -> f64| {
+            self.between(|p| p.surge_speed_m_s, surge_speed_m_s, value)
+        };
+        YawModel {
+            a22_per_s: at(|p, scale| p.a22_per_s * scale),
+            b2_per_s2: at(|p, scale| p.b2_per_s2 * scale * scale),
+            c0_rad_per_s2: at(|p, scale| p.c0_rad_per_s2 * scale * scale),
+        }
+    }
+
+    /// The vehicle `interval_s` later with constant commands and yaw disturbance.
+    pub fn advance(
+        &mut self,
+        rudder_command_rad: f64,
+        thrust: f64,
+        disturbance_rad_s2: f64,
+        interval_s: f64,
+    ) {
+        let target_m_s = self.truth(thrust).surge_speed_m_s;
+        let steps = (interval_s / STEP_S).ceil().max(1.0);
+        let h = interval_s / steps;
+        let surge_decay = libm::exp(-h / self.surge_time_constant_s);
+        for _ in 0..steps as u32 {
+            let fin_after = self.servo.advance(self.fin_rad, rudder_command_rad, h);
+            let fin = if self.servo.is_instant() {
+                rudder_command_rad
+            } else {
+                (self.fin_rad + fin_after) / 2.0
+            };
+            let mut model = self.yaw_model(self.surge_speed_m_s);
+            model.c0_rad_per_s2 += disturbance_rad_s2;
+            let yaw = model.advance(self.yaw, fin, h);
+            let course = (self.yaw.heading_rad + yaw.heading_rad) / 2.0;
+            self.position_m[0] += self.surge_speed_m_s * h * libm::cos(course);
+            self.position_m[1] += self.surge_speed_m_s * h * libm::sin(course);
+            self.yaw = yaw;
+            self.fin_rad = fin_after;
+            self.surge_speed_m_s = target_m_s + (self.surge_speed_m_s - target_m_s) * surge_decay;
+        }
+    }
+
+    /// Linear in `x` between the points; the nearest one, scaled by the ratio of the x, beyond them.
+    fn between(
+        &self,
+        x: fn(&SpeedPoint) -> f64,
+        wanted: f64,
+        value: impl Fn(&SpeedPoint, f64) -> f64,
+    ) -> f64 {
+        let above = self.speeds.partition_point(|p| x(p) < wanted);
+        match (
+            above.checked_sub(1).map(|k| &self.speeds[k]),
+            self.speeds.get(above),
+        ) {
+            (Some(low), Some(high)) => {
+                let share = (wanted - x(low)) / (x(high) - x(low));
+                value(low, 1.0) + share * (value(high, 1.0) - value(low, 1.0))
+            }
+            (Some(nearest), None) | (None, Some(nearest)) => value(nearest, wanted / x(nearest)),
+            (None, None) => 0.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::VehicleConfig;
+
+    fn starfish() -> Plant {
+        let config = VehicleConfig::starfish();
+        Plant::new(config.speeds, 2.0, Servo::default(), 0.8, 0.3)
+    }
+
+    #[test]
+    fn exact_truth_is_table_ii_and_linear_between() {
+        let plant = starfish();
+        let truth = plant.truth(0.8);
+        assert_eq!(truth.surge_speed_m_s, 1.63);
+        assert_eq!(truth.model.theta(), [-1.07, 1.08, 0.012]);
+        let halfway = plant.truth(0.65);
+        assert!((halfway.surge_speed_m_s - 1.215).abs() < 1e-12);
+        assert!((halfway.model.b2_per_s2 - 0.735).abs() < 1e-12);
+        // Half the slowest speed: a quarter of its rudder authority.
+        assert!((plant.yaw_model(0.535).b2_per_s2 - 0.15).abs() < 1e-12);
+    }
+
+    #[test]
+    fn exact_many_steps_are_one_exact_step() {
+        let mut plant = starfish();
+        let expected = plant.truth(0.8).model.advance(plant.yaw, 0.2, 1.0);
+        plant.advance(0.2, 0.8, 0.0, 1.0);
+        // The rounding of 200 exact steps.
+        assert!((plant.yaw.heading_rad - expected.heading_rad).abs() < 1e-13);
+        assert!((plant.yaw.yaw_rate_rad_s - expected.yaw_rate_rad_s).abs() < 1e-13);
+    }
+
+    #[test]
+    fn exact_servo_lag_and_rate_limit() {
+        let servo = Servo {
+            time_constant_s: 0.1,
+            rate_limit_rad_s: None,
+        };
+        let mut fin = 0.0;
+        for _ in 0..20 {
+            fin = servo.advance(fin, 0.2, 0.005);
+        }
+        assert!((fin - 0.2 * (1.0 - libm::exp(-1.0))).abs() < 1e-12);
+        let limited = Servo {
+            time_constant_s: 0.0,
+            rate_limit_rad_s: Some(1.0),
+        };
+        assert_eq!(limited.advance(0.0, 0.2, 0.005), 0.005);
+    }
+}
