@@ -1,6 +1,7 @@
 //! Time: from what a log writes to the log's own seconds.
 
 use jiff::Timestamp;
+use jiff::civil::DateTime;
 
 use crate::Unit;
 use crate::table::Cell;
@@ -144,4 +145,15 @@ fn inferred_unit(first: f64, numbers: &[f64]) -> (Unit, Option<String>, bool) {
         .unwrap_or(Unit::Second);
     let because = format!("median step {median}");
     (unit, Some(because), unit != Unit::Second)
+}
+
+/// An instant with its offset from UTC; one without is taken as UTC.
+pub(crate) fn instant(text: &str) -> Option<Timestamp> {
+    if !text.contains('-') || text.len() < 10 {
+        return None;
+    }
+    text.parse().ok().or_else(|| {
+        let civil: DateTime = text.parse().ok()?;
+        Some(civil.in_tz("UTC").ok()?.timestamp())
+    })
 }

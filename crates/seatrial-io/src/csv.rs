@@ -3,13 +3,12 @@
 use std::io::{self, Read};
 
 use csv_core::{ReadRecordResult, ReaderBuilder};
-use jiff::Timestamp;
-use jiff::civil::DateTime;
 use sha2::{Digest, Sha256};
 
+use crate::clock::instant;
 use crate::error::{Fault, Place, clipped};
 use crate::reader::Format;
-use crate::table::{Cell, Table};
+use crate::table::{Cell, Table, hexadecimal};
 
 /// Bytes read at once; the delimiter is found in the first of these.
 const BUFFER: usize = 1 << 16;
@@ -251,9 +250,12 @@ impl<R: Read> Table for Text<R> {
         &self.columns
     }
 
-    fn select(&mut self, columns: &[usize]) -> Result<(), Fault> {
+    fn select(&mut self, columns: &[usize]) {
         self.selected = columns.to_vec();
-        Ok(())
+    }
+
+    fn leave_out(&mut self, position: usize) {
+        self.selected.remove(position);
     }
 
     fn next_row(&mut self, cells: &mut Vec<Cell>) -> Result<Option<Place>, Fault> {
@@ -311,21 +313,6 @@ impl<R: Read> Text<R> {
         }
         Ok(self.unread.is_empty() && self.at_end && !matches!(self.last_byte, b'\n' | b'\r'))
     }
-}
-
-pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// An instant with its offset from UTC; one without is taken as UTC.
-fn instant(text: &str) -> Option<Timestamp> {
-    if !text.contains('-') || text.len() < 10 {
-        return None;
-    }
-    text.parse().ok().or_else(|| {
-        let civil: DateTime = text.parse().ok()?;
-        Some(civil.in_tz("UTC").ok()?.timestamp())
-    })
 }
 
 /// Latin-1 where it is not UTF-8: `°` of older instruments.

@@ -203,6 +203,22 @@ pub enum Fault {
         /// The value.
         found: f64,
     },
+    /// A unit that the first rows suggested does not fit a later one.
+    #[error(
+        "{place}, column `{column}`: {quantity} has no unit and looked like {unit}, but here it is {found}; say which with --unit {quantity}=UNIT"
+    )]
+    UnitContradicted {
+        /// Where.
+        place: Place,
+        /// Column.
+        column: String,
+        /// What it feeds.
+        quantity: Quantity,
+        /// The unit assumed.
+        unit: crate::Unit,
+        /// The value.
+        found: f64,
+    },
     /// Time goes back.
     #[error(
         "{place}, column `{column}`: time goes back from {before} s to {after} s; expected increasing time: split the log there, or leave such rows out with --drop-invalid"

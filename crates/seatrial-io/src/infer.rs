@@ -24,12 +24,24 @@ pub(crate) struct Inferred {
 
 /// The largest angle of any rudder, rad, with room to spare: 92 deg.
 const LARGEST_RUDDER_RAD: f64 = 1.6;
+/// The largest angle of any rudder, deg.
+const LARGEST_RUDDER_DEG: f64 = 90.0;
 /// The largest angle that rudders are used at, rad: 46 deg.
 const USUAL_RUDDER_RAD: f64 = 0.8;
 /// A whole turn with some room, rad.
 const TURN_RAD: f64 = 6.4;
 /// More turns than a heading in radians unwraps to in a trial, rad.
 const MANY_TURNS_RAD: f64 = 40.0;
+
+/// The largest value of a quantity in a unit that was assumed.
+pub(crate) fn largest_plausible(quantity: Quantity, unit: Unit) -> f64 {
+    match (quantity, unit) {
+        (Quantity::Rudder, Unit::Radian) => LARGEST_RUDDER_RAD,
+        (Quantity::Rudder, Unit::Degree) => LARGEST_RUDDER_DEG,
+        (Quantity::Heading, Unit::Radian) => MANY_TURNS_RAD,
+        _ => f64::INFINITY,
+    }
+}
 
 impl FirstRows {
     fn of(&self, quantity: Quantity) -> Option<&[f64]> {
@@ -96,7 +108,7 @@ impl FirstRows {
             Ok((Unit::PulseWidth, "lies between 700 and 2300".into()))
         } else if largest <= LARGEST_RUDDER_RAD {
             Ok((Unit::Radian, because))
-        } else if largest <= 90.0 {
+        } else if largest <= LARGEST_RUDDER_DEG {
             Ok((Unit::Degree, because))
         } else if largest <= 100.0 {
             Ok((Unit::Percent, because))

@@ -2,7 +2,7 @@
 //!
 //! [`open`] finds the format of a log by its content, which column feeds which quantity and in which
 //! unit, says so in a [`LogDescription`], and yields [`Sample`](seatrial_core::Sample)s in SI units one
-//! by one with bounded memory. Every format is a [`table::Table`]: named columns and rows of cells; names,
+//! by one with bounded memory. Every format is a `table::Table`: named columns and rows of cells; names,
 //! units, time and the checks of every row are the same for all of them.
 
 mod clock;
@@ -11,10 +11,13 @@ mod error;
 mod infer;
 mod matching;
 mod name;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod quantity;
 mod reader;
 mod table;
 mod unit;
+mod write;
 
 pub use error::{Fault, Place, ReadError};
 pub use quantity::Quantity;
@@ -22,3 +25,6 @@ pub use reader::{
     Channel, ChannelChoice, Counts, Format, LogDescription, LogReader, UnitSource, open,
 };
 pub use unit::Unit;
+pub use write::write_csv;
+#[cfg(feature = "parquet")]
+pub use write::write_parquet;

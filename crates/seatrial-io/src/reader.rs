@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::clock::Clock;
 use crate::csv::Text;
 use crate::error::{Fault, Place, ReadError, clipped};
-use crate::infer::FirstRows;
+use crate::infer::{FirstRows, largest_plausible};
 use crate::matching::{Match, Matches, match_columns};
 use crate::table::{Cell, Table};
 use crate::unit::{Conversion, Dimension, NEUTRAL_PULSE_US};
@@ -74,6 +74,23 @@ pub struct Channel {
     pub scale: f64,
     /// value in SI = (value - offset) * scale
     pub offset: f64,
+}
+
+impl Channel {
+    /// A unit that was assumed from the first rows must hold to the last.
+    fn check(&self, value: f64, place: Place) -> Result<(), Fault> {
+        let largest = largest_plausible(self.quantity, self.unit);
+        if self.unit_source == UnitSource::Assumed && value.is_finite() && value.abs() > largest {
+            return Err(Fault::UnitContradicted {
+                place,
+                column: clipped(&self.column),
+                quantity: self.quantity,
+                unit: self.unit,
+                found: value,
+            });
+        }
+        Ok(())
+    }
 }
 
 /// What a log is and how it is read.
@@ -158,10 +175,7 @@ fn table(path: &Path) -> Result<Box<dyn Table>, Fault> {
         .read_to_end(&mut start)
         .map_err(Fault::read)?;
     if start == PARQUET {
-        return Err(Fault::NotBuilt {
-            format: "Parquet",
-            feature: "--features parquet",
-        });
+        return columnar(file);
     }
     Ok(Box::new(Text::open(io::Cursor::new(start).chain(file))?))
 }
@@ -169,17 +183,29 @@ fn table(path: &Path) -> Result<Box<dyn Table>, Fault> {
 /// A row of the look-ahead; the cells stand in the order of the slots.
 type Row = Result<(Place, Vec<Cell>), Fault>;
 
+#[cfg(feature = "parquet")]
+fn columnar(file: File) -> Result<Box<dyn Table>, Fault> {
+    Ok(Box::new(crate::parquet::Columnar::open(file)?))
+}
+
+#[cfg(not(feature = "parquet"))]
+fn columnar(_: File) -> Result<Box<dyn Table>, Fault> {
+    Err(Fault::NotBuilt {
+        format: "Parquet",
+        feature: "--features parquet",
+    })
+}
+
 impl LogReader {
     fn new(log: String, mut table: Box<dyn Table>, choice: &ChannelChoice) -> Result<Self, Fault> {
         let columns = table.columns().to_vec();
         let mut found = match_columns(&columns, choice)?;
-        table.select(&found.columns())?;
+        table.select(&found.columns());
         let mut rows = look_ahead(&mut *table, choice.drop_invalid);
         if rows.is_empty() {
             return Err(Fault::HeaderOnly);
         }
-        leave_out_text(&mut found, &mut rows, &columns);
-        table.select(&found.columns())?;
+        leave_out_text(&mut found, &mut rows, &columns, &mut *table);
 
         let cells = |position: usize| -> Vec<Cell> {
             rows.iter()
@@ -367,7 +393,10 @@ impl LogReader {
                         expected: self.clock.expected(),
                     })?)
                 }
-                (_, Cell::Number(value)) => Some((value - channel.offset) * channel.scale),
+                (_, Cell::Number(value)) => {
+                    channel.check(*value, place)?;
+                    Some((value - channel.offset) * channel.scale)
+                }
                 (_, cell) => {
                     return Err(Fault::NotANumber {
                         place,
@@ -460,7 +489,12 @@ fn look_ahead(table: &mut dyn Table, drop_invalid: bool) -> VecDeque<Row> {
 }
 
 /// An optional column of nothing but text is not what its name says.
-fn leave_out_text(found: &mut Matches, rows: &mut VecDeque<Row>, columns: &[String]) {
+fn leave_out_text(
+    found: &mut Matches,
+    rows: &mut VecDeque<Row>,
+    columns: &[String],
+    table: &mut dyn Table,
+) {
     for position in (0..found.matches.len()).rev() {
         let Match {
             quantity, column, ..
@@ -479,6 +513,7 @@ fn leave_out_text(found: &mut Matches, rows: &mut VecDeque<Row>, columns: &[Stri
             clipped(&columns[column])
         ));
         found.matches.remove(position);
+        table.leave_out(position);
         for (_, cells) in rows.iter_mut().flatten() {
             cells.remove(position);
         }

@@ -36,7 +36,10 @@ pub(crate) trait Table {
     fn columns(&self) -> &[String];
 
     /// From now on rows hold the cells of these columns, in this order.
-    fn select(&mut self, columns: &[usize]) -> Result<(), Fault>;
+    fn select(&mut self, columns: &[usize]);
+
+    /// From now on rows come without the cell at this position.
+    fn leave_out(&mut self, position: usize);
 
     /// The next row, or `None` at the end. After a fault in one row the next call goes on behind it.
     fn next_row(&mut self, cells: &mut Vec<Cell>) -> Result<Option<Place>, Fault>;
@@ -49,4 +52,9 @@ pub(crate) trait Table {
 
     /// What was put right while reading, for people.
     fn warnings(&self) -> Vec<String>;
+}
+
+/// Bytes as people compare them.
+pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
