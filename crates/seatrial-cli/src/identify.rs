@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use crate::log::{LogArgs, OpenedLog, Source};
 use crate::output::{Exit, Failure, Output};
-use crate::windows::{Logs, WindowArgs};
+use crate::windows::{Logs, WindowArgs, failure};
 
 /// Identify a yaw model from a log, validate it on fresh data and judge it.
 #[derive(clap::Args, Debug)]
@@ -116,11 +116,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             })?;
             Ok(Exit::of(&verdict))
         }
-        Err(IdentifyError::EmptyWindow(message)) => Err(Failure::input(format!(
-            "{}: {message}",
-            logs.log.path.display()
-        ))),
-        Err(IdentifyError::Setting(error)) => Err(Failure::usage(error)),
+        Err(error) => Err(failure(&logs.log, error)),
     }
 }
 

@@ -1,5 +1,6 @@
 //! The `seatrial` command: one file per verb.
 
+mod compare;
 mod gains;
 mod identify;
 mod inspect;
@@ -36,6 +37,7 @@ enum Verb {
     Inspect(inspect::Args),
     Identify(identify::Args),
     Validate(validate::Args),
+    Compare(compare::Args),
     Logbook(logbook::Args),
     Turn(turn::Args),
     Gains(gains::Args),
@@ -49,6 +51,7 @@ impl Verb {
             Self::Inspect(args) => inspect::run(args, output),
             Self::Identify(args) => identify::run(args, output),
             Self::Validate(args) => validate::run(args, output),
+            Self::Compare(args) => compare::run(args, output),
             Self::Logbook(args) => logbook::run(args, output),
             Self::Turn(args) => turn::run(args, output),
             Self::Gains(args) => gains::run(args, output),

@@ -62,6 +62,11 @@ impl Failure {
         Self::new(Exit::Input, message)
     }
 
+    /// Input that was understood but gives no result.
+    pub fn rejected(message: impl fmt::Display) -> Self {
+        Self::new(Exit::Rejected, message)
+    }
+
     /// Something that could not be saved.
     pub fn not_saved(message: impl fmt::Display) -> Self {
         Self::new(Exit::NotSaved, message)

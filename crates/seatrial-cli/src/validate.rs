@@ -13,7 +13,7 @@ use crate::identify::{fresh_text, source_text, verdict_text};
 use crate::log::{LogArgs, Source};
 use crate::output::{Exit, Failure, Output};
 use crate::steering_source;
-use crate::windows::open_inside;
+use crate::windows::{failure, open_inside};
 
 /// Simulate a stored or given model over a log and compare.
 #[derive(clap::Args, Debug)]
@@ -84,8 +84,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         to_s: args.to.unwrap_or(f64::INFINITY),
     };
     let log = open_inside(&args.log, window)?;
-    let validation = fresh::validate(model, &log.record, window)
-        .map_err(|error| Failure::input(format!("{}: {error}", log.path.display())))?;
+    let validation =
+        fresh::validate(model, &log.record, window).map_err(|error| failure(&log, error))?;
     let document = Document {
         schema: "seatrial.validation.v1",
         source: log.source(),

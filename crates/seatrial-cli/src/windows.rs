@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use seatrial::Window;
-use seatrial::identify::Fresh;
+use seatrial::identify::{Fresh, IdentifyError};
 
 use crate::log::{self, LogArgs, OpenedLog};
 use crate::output::Failure;
@@ -12,7 +12,7 @@ use crate::output::Failure;
 const KEPT_BEFORE_TRAINING: f64 = 7.0;
 
 /// Training and validation windows, half open, in the log's own seconds.
-#[derive(clap::Args, Debug)]
+#[derive(clap::Args, Clone, Debug)]
 #[command(next_help_heading = "Windows of time")]
 pub struct WindowArgs {
     /// Start of the training window, s [default: the log's start].
@@ -45,12 +45,24 @@ pub struct Logs {
 }
 
 impl WindowArgs {
+    /// The same, but what follows the end of the training window is fresh where no validation window was given.
+    pub fn with_the_rest_fresh(&self) -> Self {
+        let given = self.has_validation();
+        Self {
+            validate_from: self.validate_from.or(self.to.filter(|_| !given)),
+            ..self.clone()
+        }
+    }
+
+    fn has_validation(&self) -> bool {
+        self.validate_from.is_some() || self.validate_to.is_some() || self.validate_on.is_some()
+    }
+
     /// Reads the windows, then as much of the logs as they need.
     pub fn open(&self, args: &LogArgs) -> Result<Logs, Failure> {
-        let validation = (self.validate_from.is_some()
-            || self.validate_to.is_some()
-            || self.validate_on.is_some())
-        .then(|| window(self.validate_from, self.validate_to));
+        let validation = self
+            .has_validation()
+            .then(|| window(self.validate_from, self.validate_to));
         let same_log = validation.filter(|_| self.validate_on.is_none());
         let from = self.from;
         // Without an end, training goes on until the fresh data begin.
@@ -119,6 +131,19 @@ pub fn open_inside(args: &LogArgs, keep: Window) -> Result<OpenedLog, Failure> {
         return log::open(&args.log, &args.channels, None);
     }
     Ok(opened)
+}
+
+/// Why there is no model, as the command says it.
+pub fn failure(log: &OpenedLog, error: IdentifyError) -> Failure {
+    match error {
+        IdentifyError::EmptyWindow(message) => {
+            Failure::input(format!("{}: {message}", log.path.display()))
+        }
+        IdentifyError::Setting(error) => Failure::usage(error),
+        IdentifyError::Refused(reason) => {
+            Failure::rejected(format!("{}: {}", log.path.display(), reason.text))
+        }
+    }
 }
 
 fn window(from_s: Option<f64>, to_s: Option<f64>) -> Window {

@@ -3,6 +3,7 @@
 
 use std::path::PathBuf;
 
+use seatrial::compare::{compare, split};
 use seatrial::identify::{Fresh, IdentifyError, IdentifySettings, identify, simplex};
 use seatrial::{Identification, Record, Window};
 use seatrial_core::model::YawState;
@@ -289,4 +290,33 @@ fn prop_windows_outside_the_log_and_dead_channels_are_refused() {
     assert_eq!(refused(|s| s.rudder_rad = 0.1, 100), "rudder_constant");
     assert_eq!(refused(|s| s.heading_rad = 1.0, 100), "heading_constant");
     assert_eq!(refused(|_| {}, 1), "too_few_samples");
+}
+
+/// The reference simplex, found again by the comparison; and the split between the two doublets.
+#[test]
+fn val_reference_comparison_on_a_split_record() {
+    let Some((folder, runs)) = reference() else {
+        return;
+    };
+    for run in &runs {
+        let file = run["file"].as_str().unwrap();
+        let record = read(&folder, &format!("simulated/{file}"));
+        let (_, second) = split(&record).unwrap();
+        assert_eq!(second.from_s, numbers(&run["validation"])[0], "{file}");
+        let fresh = Fresh {
+            record: &record,
+            window: second,
+        };
+        let comparison = compare(&record, training_of(run), fresh, Some(1.5)).unwrap();
+        let simplex = comparison
+            .methods
+            .iter()
+            .find(|m| m.method == "simplex")
+            .unwrap();
+        assert_agrees(
+            &simplex.model.unwrap().theta(),
+            &run["offline_nm_edge0p05"]["theta"],
+            file,
+        );
+    }
 }

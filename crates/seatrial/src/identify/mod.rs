@@ -17,7 +17,7 @@ use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window, median_interval_s};
 use crate::time_scale::{ChosenLambda, TimeScale};
 use crate::verdict::{self, Evidence};
-use online::Stretch;
+use online::{Pass, Stretch};
 
 /// The filters are warmed on the data before the window, up to this many of their time constants: what
 /// remains of their start is then below rounding.
@@ -126,19 +126,8 @@ pub fn identify(
     fresh: Option<Fresh>,
     settings: &IdentifySettings,
 ) -> Result<Identification, IdentifyError> {
-    let samples = record.window(training);
-    if samples.is_empty() {
-        return Err(IdentifyError::empty_window("training", training, record));
-    }
-    let heading_range_rad = fresh::heading_range_rad(samples);
-    let manoeuvre =
-        manoeuvre_to_learn_from(samples, heading_range_rad).map_err(IdentifyError::Refused)?;
-
-    let chosen = choose_lambda(record, samples, &manoeuvre, settings);
-    let estimator = settings.estimator(chosen.lambda_rad_s);
-    let stretch = stretch(record, samples, &manoeuvre, settings, chosen.lambda_rad_s);
-    let pass =
-        online::estimate(&stretch, estimator, settings.trace).map_err(IdentifyError::Setting)?;
+    let prepared = Prepared::new(record, training, settings)?;
+    let pass = prepared.estimate()?;
     let model = pass.online.model;
 
     let validation = fresh
@@ -147,9 +136,9 @@ pub fn identify(
     let verdict = verdict::judge(&Evidence {
         samples_used: pass.samples_used,
         samples_rejected: pass.rejected.total(),
-        rudder_amplitude_rad: manoeuvre.amplitude_rad,
-        heading_range_rad,
-        heading_step_rad: smallest_heading_step_rad(samples),
+        rudder_amplitude_rad: prepared.manoeuvre.amplitude_rad,
+        heading_range_rad: prepared.heading_range_rad,
+        heading_step_rad: smallest_heading_step_rad(prepared.samples),
         online: pass.online.model,
         refined: None,
         training_r2_yaw_rate: fresh::goodness_of_fit(model, &pass.accepted).r2_yaw_rate,
@@ -159,19 +148,19 @@ pub fn identify(
             .map(|manoeuvre| manoeuvre.amplitude_rad),
     });
     Ok(Identification {
-        training: known_part(training, samples),
+        training: known_part(training, prepared.samples),
         samples_used: pass.samples_used,
         samples_rejected: pass.rejected,
         settings: Settings {
             as_paper: settings.as_paper,
-            lambda_rad_s: chosen.lambda_rad_s,
-            lambda_because: chosen.because,
-            heading_hold: match estimator.heading_hold {
+            lambda_rad_s: prepared.estimator.lambda_rad_s,
+            lambda_because: prepared.lambda_because,
+            heading_hold: match prepared.estimator.heading_hold {
                 Hold::ZeroOrder => "zero_order".into(),
                 Hold::FirstOrder => "first_order".into(),
             },
-            initial_covariance: estimator.initial_covariance,
-            forgetting_factor: estimator.forgetting_factor,
+            initial_covariance: prepared.estimator.initial_covariance,
+            forgetting_factor: prepared.estimator.forgetting_factor,
         },
         nomoto: model.nomoto(),
         online: pass.online,
@@ -179,6 +168,48 @@ pub fn identify(
         validation,
         verdict,
     })
+}
+
+/// A training window, looked at: what every method begins from.
+pub(crate) struct Prepared<'a> {
+    pub samples: &'a [Sample<f64>],
+    pub manoeuvre: Manoeuvre,
+    pub heading_range_rad: f64,
+    pub estimator: EstimatorSettings<f64>,
+    pub lambda_because: String,
+    pub stretch: Stretch<'a>,
+    pub keep_trace: bool,
+}
+
+impl<'a> Prepared<'a> {
+    pub fn new(
+        record: &'a Record,
+        training: Window,
+        settings: &IdentifySettings,
+    ) -> Result<Self, IdentifyError> {
+        let samples = record.window(training);
+        if samples.is_empty() {
+            return Err(IdentifyError::empty_window("training", training, record));
+        }
+        let heading_range_rad = fresh::heading_range_rad(samples);
+        let manoeuvre =
+            manoeuvre_to_learn_from(samples, heading_range_rad).map_err(IdentifyError::Refused)?;
+        let chosen = choose_lambda(record, samples, &manoeuvre, settings);
+        Ok(Self {
+            samples,
+            heading_range_rad,
+            estimator: settings.estimator(chosen.lambda_rad_s),
+            lambda_because: chosen.because,
+            stretch: stretch(record, samples, &manoeuvre, settings, chosen.lambda_rad_s),
+            keep_trace: settings.trace,
+            manoeuvre,
+        })
+    }
+
+    pub fn estimate(&self) -> Result<Pass, IdentifyError> {
+        online::estimate(&self.stretch, self.estimator, self.keep_trace)
+            .map_err(IdentifyError::Setting)
+    }
 }
 
 /// The manoeuvre of a record from which a model may be tried, or the reason why none can.
@@ -274,7 +305,7 @@ fn duration_s(samples: &[Sample<f64>]) -> f64 {
 }
 
 /// The window as far as there are samples: no end is infinite.
-fn known_part(window: Window, samples: &[Sample<f64>]) -> Window {
+pub(crate) fn known_part(window: Window, samples: &[Sample<f64>]) -> Window {
     let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
         return window;
     };

@@ -1,0 +1,173 @@
+//! `seatrial compare`: every method on the identical record.
+
+use std::fmt::Write;
+
+use seatrial::compare::{Comparison, MethodResult, compare, split};
+use seatrial::identify::Fresh;
+use seatrial::verdict::three_figures;
+use seatrial::{Record, Window};
+use serde::Serialize;
+
+use crate::identify::source_text;
+use crate::log::{LogArgs, Source};
+use crate::output::{Exit, Failure, Output};
+use crate::table::Table;
+use crate::windows::{Logs, WindowArgs, failure};
+
+/// Every method on the identical record, side by side, with time and disagreement.
+#[derive(clap::Args, Debug)]
+#[command(after_help = "\
+Without a validation window what follows the training window is fresh. Without any a log with several strokes of
+the rudder is split in its middle: the first part is for training, the second one is fresh.
+
+Example:
+  seatrial sim log --seed 1 --out run.csv && seatrial compare run.csv")]
+pub struct Args {
+    #[command(flatten)]
+    log: LogArgs,
+    #[command(flatten)]
+    windows: WindowArgs,
+    /// Pole of the state variable filter of every method but the paper's, rad/s
+    /// [default: derived from the data].
+    #[arg(long, value_name = "RAD_S")]
+    lambda: Option<f64>,
+}
+
+/// `compare --json`.
+#[derive(Serialize)]
+struct Document {
+    schema: &'static str,
+    source: Source,
+    validation_source: Option<Source>,
+    /// Which data were fresh, and why these.
+    windows_because: &'static str,
+    #[serde(flatten)]
+    comparison: Comparison,
+}
+
+/// Compares the methods on a log.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let logs = args.windows.with_the_rest_fresh().open(&args.log)?;
+    let chosen = Chosen::of(&logs);
+    let comparison = compare(&logs.log.record, chosen.training, chosen.fresh, args.lambda)
+        .map_err(|error| failure(&logs.log, error))?;
+    let document = Document {
+        schema: "seatrial.comparison.v1",
+        source: logs.log.source(),
+        validation_source: logs.validation_log.as_ref().map(|log| log.source()),
+        windows_because: chosen.because,
+        comparison,
+    };
+    output.print(&document, || page(&logs, &document))?;
+    Ok(Exit::Done)
+}
+
+struct Chosen<'a> {
+    training: Window,
+    fresh: Fresh<'a>,
+    because: &'static str,
+}
+
+impl<'a> Chosen<'a> {
+    fn of(logs: &'a Logs) -> Self {
+        let record: &Record = &logs.log.record;
+        let training = logs.training;
+        let on_this_log = |training, window, because| Self {
+            training,
+            fresh: Fresh { record, window },
+            because,
+        };
+        if let Some(fresh) = logs.fresh() {
+            return Self {
+                training,
+                fresh,
+                because: "as given; without, what follows the training window",
+            };
+        }
+        match split(record).filter(|_| training == Window::ALL) {
+            Some((training, fresh)) => on_this_log(
+                training,
+                fresh,
+                "the log was split in the middle of its strokes",
+            ),
+            None => on_this_log(
+                training,
+                training,
+                "NOT FRESH: nothing is left of the log, so the models are judged by the data that they were made from",
+            ),
+        }
+    }
+}
+
+fn page(logs: &Logs, document: &Document) -> String {
+    let comparison = &document.comparison;
+    let mut table = Table::new(&[
+        ("method", ""),
+        ("a22", "1/s"),
+        ("b2", "1/s^2"),
+        ("C0", "rad/s^2"),
+        ("R^2", "heading"),
+        ("R^2", "refitted"),
+        ("R^2", "rate"),
+        ("iterations", ""),
+        ("time", "ms"),
+    ]);
+    for method in &comparison.methods {
+        table.row(row(method));
+    }
+    let mut text = source_text("Log", &logs.log);
+    if let Some(other) = &logs.validation_log {
+        text += &source_text("Fresh log", other);
+    }
+    let fresh = comparison.methods.iter().find_map(|m| m.validation);
+    let _ = writeln!(text, "Training    {}", comparison.training);
+    let _ = writeln!(
+        text,
+        "Fresh data  {} ({})",
+        fresh.map_or_else(String::new, |v| v.window.to_string()),
+        document.windows_because
+    );
+    let _ = writeln!(
+        text,
+        "Filter      lambda {} rad/s: {}; the paper's is 1\n",
+        three_figures(comparison.lambda_rad_s),
+        comparison.lambda_because
+    );
+    let _ = writeln!(text, "{table}");
+    for method in &comparison.methods {
+        if let Some(failure) = &method.failure {
+            let _ = writeln!(text, "{}: {failure}", method.method.replace('_', " "));
+        }
+    }
+    let percent = |share: Option<f64>| {
+        share.map_or_else(
+            || "unknown".into(),
+            |share| format!("{:.0} %", 100.0 * share),
+        )
+    };
+    let _ = writeln!(
+        text,
+        "The methods differ by {} of a22 and {} of b2.",
+        percent(comparison.disagreement.a22),
+        percent(comparison.disagreement.b2)
+    );
+    text
+}
+
+fn row(method: &MethodResult) -> Vec<String> {
+    let or_dash = |text: Option<String>| text.unwrap_or_else(|| "-".into());
+    let parameter = |index: usize| or_dash(method.model.map(|m| three_figures(m.theta()[index])));
+    let validation = method.validation.as_ref();
+    let r2 = |value: Option<f64>| or_dash(value.map(|r2| format!("{r2:.3}")));
+    vec![
+        method.method.replace('_', " "),
+        parameter(0),
+        parameter(1),
+        parameter(2),
+        r2(validation.and_then(|v| v.r2_heading)),
+        r2(validation.and_then(|v| v.r2_heading_offset_refit)),
+        r2(validation.and_then(|v| v.r2_yaw_rate)),
+        or_dash(method.iterations.map(|n| n.to_string())),
+        format!("{:.2}", method.time_ms),
+    ]
+}

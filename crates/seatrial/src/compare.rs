@@ -1,0 +1,212 @@
+//! Every method on the identical record, side by side.
+
+use std::time::Instant;
+
+use seatrial_core::model::YawState;
+use seatrial_core::{Sample, YawModel};
+use serde::Serialize;
+
+use crate::identification::{Intervals, Validation};
+use crate::identify::simplex::{self, SimplexSettings};
+use crate::identify::{
+    Fresh, IdentifyError, IdentifySettings, Prepared, fresh, known_part, online,
+};
+use crate::manoeuvre::Manoeuvre;
+use crate::record::{Record, Window};
+
+/// Each method's model of one training window, judged by the same fresh data.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// The training window.
+    pub training: Window,
+    /// Pole of the state variable filter of every method but the paper's, rad/s.
+    pub lambda_rad_s: f64,
+    /// Why this lambda, in words.
+    pub lambda_because: String,
+    /// One row for each method.
+    pub methods: Vec<MethodResult>,
+    /// Largest less smallest value over the middle one, methods with a model only.
+    pub disagreement: Disagreement,
+}
+
+/// What a method made of the record.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MethodResult {
+    /// Name of the method.
+    pub method: String,
+    /// The model. `None` where the method found none.
+    pub model: Option<YawModel<f64>>,
+    /// Why there is no model.
+    pub failure: Option<String>,
+    /// 95 % intervals, where the method gives them.
+    pub interval_95: Option<Intervals>,
+    /// R^2 on the fresh data.
+    pub validation: Option<Validation>,
+    /// Iterations of an iterative method.
+    pub iterations: Option<u32>,
+    /// Wall time of the estimate, ms.
+    pub time_ms: f64,
+}
+
+/// How far apart the methods are, as a fraction of the middle value.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Disagreement {
+    /// Of a22.
+    pub a22: Option<f64>,
+    /// Of b2.
+    pub b2: Option<f64>,
+}
+
+/// A model, with what else a method can say of it.
+struct Found {
+    model: YawModel<f64>,
+    interval_95: Option<Intervals>,
+    iterations: Option<u32>,
+}
+
+/// Runs every method on the training window and validates each model on the fresh data.
+pub fn compare(
+    record: &Record,
+    training: Window,
+    fresh: Fresh,
+    lambda_rad_s: Option<f64>,
+) -> Result<Comparison, IdentifyError> {
+    let settings = IdentifySettings {
+        lambda_rad_s,
+        ..IdentifySettings::default()
+    };
+    let prepared = Prepared::new(record, training, &settings)?;
+    let paper = Prepared::new(record, training, &IdentifySettings::paper())?;
+    let pass = prepared.estimate()?;
+    let samples = pass.accepted.as_slice();
+    let run = |prepared: &Prepared| {
+        online::run(&prepared.stretch, prepared.estimator, |_, _, _| {})
+            .map_err(|error| error.to_string())
+    };
+
+    let validate = |row: MethodResult| -> Result<MethodResult, IdentifyError> {
+        let validation = row
+            .model
+            .map(|model| fresh::validate(model, fresh.record, fresh.window))
+            .transpose()?;
+        Ok(MethodResult { validation, ..row })
+    };
+    let methods = [
+        timed("paper", || Ok(run(&paper)?.model().into())),
+        timed("recursive_least_squares", || {
+            Ok(run(&prepared)?.least_squares_model().into())
+        }),
+        timed("recursive_instrumental_variable", || {
+            Ok(run(&prepared)?.model().into())
+        }),
+        timed("batch_least_squares", || {
+            let pass = online::estimate(&prepared.stretch, prepared.estimator, false)
+                .map_err(|error| error.to_string())?;
+            let model = pass.online.batch.ok_or("the regressors are dependent")?;
+            Ok(model.into())
+        }),
+        timed("simplex", || by_simplex(samples)),
+    ]
+    .into_iter()
+    .map(validate)
+    .collect::<Result<Vec<_>, _>>()?;
+
+    Ok(Comparison {
+        training: known_part(training, prepared.samples),
+        lambda_rad_s: prepared.estimator.lambda_rad_s,
+        lambda_because: prepared.lambda_because,
+        disagreement: Disagreement {
+            a22: spread(&methods, |model| model.a22_per_s),
+            b2: spread(&methods, |model| model.b2_per_s2),
+        },
+        methods,
+    })
+}
+
+/// Splits a record with several strokes of the rudder into a first half for training and a second one for
+/// validation, at the start of the second half's lead-in.
+pub fn split(record: &Record) -> Option<(Window, Window)> {
+    let manoeuvre = Manoeuvre::find(&record.samples)?;
+    let middle = manoeuvre.strokes.len() / 2;
+    let (before, after) = (
+        manoeuvre.strokes.get(middle.checked_sub(1)?)?,
+        manoeuvre.strokes.get(middle)?,
+    );
+    let lead_in_s = manoeuvre.half_period_s()?;
+    let at_s = before.window.to_s.max(after.window.from_s - lead_in_s);
+    let both_sides_turn = manoeuvre.strokes.len() >= 4;
+    both_sides_turn.then_some((
+        Window {
+            to_s: at_s,
+            ..Window::ALL
+        },
+        Window {
+            from_s: at_s,
+            ..Window::ALL
+        },
+    ))
+}
+
+/// The paper's simplex from the mean heading of the lead-in, at rest.
+fn by_simplex(samples: &[Sample<f64>]) -> Result<Found, String> {
+    let first = samples.first().ok_or("no samples")?;
+    let lead_in_s = fresh::quiet_lead_in_s(samples);
+    let end = samples.partition_point(|sample| sample.time_s < first.time_s + lead_in_s);
+    let lead_in = &samples[..end.max(1)];
+    let start = YawState {
+        heading_rad: lead_in.iter().map(|s| s.heading_rad).sum::<f64>() / lead_in.len() as f64,
+        yaw_rate_rad_s: 0.0,
+    };
+    let found = simplex::fit(samples, start, &SimplexSettings::paper());
+    if !found.converged {
+        return Err(format!(
+            "not converged after {} iterations",
+            found.iterations
+        ));
+    }
+    Ok(Found {
+        iterations: Some(found.iterations),
+        ..Found::from(YawModel::from_theta(found.at))
+    })
+}
+
+fn timed(method: &str, estimate: impl FnOnce() -> Result<Found, String>) -> MethodResult {
+    let begun = Instant::now();
+    let found = estimate();
+    let time_ms = begun.elapsed().as_secs_f64() * 1e3;
+    let (found, failure) = match found {
+        Ok(found) => (Some(found), None),
+        Err(failure) => (None, Some(failure)),
+    };
+    MethodResult {
+        method: method.into(),
+        model: found.as_ref().map(|f| f.model),
+        failure,
+        interval_95: found.as_ref().and_then(|f| f.interval_95),
+        validation: None,
+        iterations: found.and_then(|f| f.iterations),
+        time_ms,
+    }
+}
+
+impl From<YawModel<f64>> for Found {
+    fn from(model: YawModel<f64>) -> Self {
+        Self {
+            model,
+            interval_95: None,
+            iterations: None,
+        }
+    }
+}
+
+fn spread(methods: &[MethodResult], parameter: fn(&YawModel<f64>) -> f64) -> Option<f64> {
+    let mut values: Vec<f64> = methods
+        .iter()
+        .filter_map(|row| row.model.as_ref().map(parameter))
+        .collect();
+    values.sort_by(f64::total_cmp);
+    let (low, high) = (values.first()?, values.last()?);
+    let middle = values.get(values.len() / 2)?;
+    let spread = (high - low) / middle.abs();
+    spread.is_finite().then_some(spread)
+}
