@@ -8,6 +8,7 @@ mod log;
 mod logbook;
 mod output;
 mod paper;
+mod replay;
 mod report;
 mod steering_source;
 mod table;
@@ -43,6 +44,7 @@ enum Verb {
     Gains(gains::Args),
     Paper(paper::Args),
     Report(report::Args),
+    Replay(replay::Args),
 }
 
 impl Verb {
@@ -57,6 +59,7 @@ impl Verb {
             Self::Gains(args) => gains::run(args, output),
             Self::Paper(args) => paper::run(args, output),
             Self::Report(args) => report::run(args, output),
+            Self::Replay(args) => replay::run(args, output),
         }
     }
 }

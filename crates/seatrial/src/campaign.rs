@@ -1,6 +1,7 @@
 //! A campaign: every run of one trial with one configuration of the vehicle.
 
 use seatrial_core::Outcome;
+pub use seatrial_core::Stage;
 use serde::{Deserialize, Serialize};
 
 use crate::identification::{Identification, Verdict};
@@ -55,18 +56,6 @@ pub struct StageSpan {
     /// When, half open.
     #[serde(flatten)]
     pub window: Window,
-}
-
-/// The stages of a run, section IV-B.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Stage {
-    /// Waiting for steady heading, rate and depth.
-    Settle,
-    /// Estimating during the training doublet.
-    Train,
-    /// Recording the validation doublet.
-    Validate,
 }
 
 impl Campaign {

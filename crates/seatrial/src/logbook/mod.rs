@@ -19,12 +19,16 @@
 //! recomputes the chain. There is no key in it: it proves that nothing was changed by accident or
 //! in part, not that nobody rewrote the whole chain.
 //!
+//! **Repeatable.** [`Replay`] takes the samples through the trial again and compares every action
+//! and every live estimate bit for bit.
+//!
 //! Reading never writes. Several processes may read while one writes.
 
 mod chain;
 mod error;
 mod read;
 mod recorder;
+mod replay;
 mod schema;
 mod step;
 mod verify;
@@ -40,6 +44,7 @@ use serde::Serialize;
 pub use error::Error;
 pub use read::{CampaignEntry, RunEntry, State};
 pub use recorder::Recorder;
+pub use replay::{FirstDifference, Replay};
 pub use step::Step;
 pub use verify::{Damage, Verification};
 pub use write::NewCampaign;

@@ -2,11 +2,9 @@
 
 use rusqlite::types::{FromSql, FromSqlError, FromSqlResult, ToSql, ToSqlOutput, Type, ValueRef};
 use rusqlite::{Error, Row};
-use seatrial_core::{Action, Sample, Steering, YawModel};
+use seatrial_core::{Action, Sample, Stage, Steering, Trial, YawModel};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-
-use crate::campaign::Stage;
 
 /// One sample of a trial, what the trial made of it and what it answered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +20,18 @@ pub struct Step {
 }
 
 impl Step {
+    /// Takes a sample to a trial. A step is made here both when it is lived and when it is replayed.
+    pub fn take(trial: &mut Trial<f64>, sample: Sample<f64>) -> Self {
+        let action = trial.step(&sample);
+        let stage = trial.status().stage;
+        Self {
+            sample,
+            stage,
+            action,
+            estimate: (stage == Some(Stage::Train)).then(|| trial.estimator().model()),
+        }
+    }
+
     /// The names of [`numbers`](Step::numbers), with their units.
     pub const COLUMNS: [&'static str; 17] = [
         "time_s",

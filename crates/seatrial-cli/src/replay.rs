@@ -1,0 +1,101 @@
+//! `seatrial replay`: a recorded trial, once more, bit for bit.
+
+use std::path::PathBuf;
+
+use seatrial::logbook::{CampaignEntry, Logbook, Replay, State};
+use seatrial_core::Plan;
+use serde::Serialize;
+
+use crate::logbook::chosen_campaign;
+use crate::output::{Exit, Failure, Output};
+
+/// Takes a recorded trial through the same trial again and proves that every action and every
+/// estimate is the same, bit for bit. Exit 0: identical; 4: not.
+#[derive(clap::Args)]
+#[command(after_help = "Example:
+  seatrial trial --yes --logbook seatrial.db
+  seatrial replay seatrial.db")]
+pub struct Args {
+    /// The logbook that holds the recording.
+    #[arg(value_name = "REC")]
+    logbook: PathBuf,
+    /// Number of the campaign; the last one where it is left out.
+    #[arg(long, value_name = "NUMBER")]
+    campaign: Option<i64>,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    schema: &'static str,
+    campaign: i64,
+    recorded_by: &'a str,
+    replayed_by: &'static str,
+    identical: bool,
+    #[serde(flatten)]
+    replay: Replay,
+}
+
+/// Runs the verb.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let logbook = Logbook::open_read_only(&args.logbook)?;
+    let entry = chosen_campaign(&logbook, args.campaign)?;
+    let steps = logbook.steps(entry.id)?;
+    if steps.is_empty() {
+        return Err(refusal(&logbook, &entry, "it holds no sample to replay"));
+    }
+    let outcome = match entry.state {
+        State::Ended { outcome } => Some(outcome),
+        State::Unfinished | State::Interrupted => None,
+    };
+    let replay = toml::from_str::<Plan<f64>>(&entry.plan)
+        .map_err(|error| error.to_string())
+        .and_then(|plan| Replay::of(plan, &steps, outcome).map_err(|error| error.to_string()))
+        .map_err(|error| {
+            refusal(
+                &logbook,
+                &entry,
+                &format!("its plan is not valid here: {error}"),
+            )
+        })?;
+    let document = Document {
+        schema: "seatrial.replay.v1",
+        campaign: entry.id.0,
+        recorded_by: &entry.software_version,
+        replayed_by: env!("CARGO_PKG_VERSION"),
+        identical: replay.first_difference.is_none(),
+        replay,
+    };
+    output.print(&document, || text(&document))?;
+    Ok(if document.identical {
+        Exit::Done
+    } else {
+        Exit::Rejected
+    })
+}
+
+fn refusal(logbook: &Logbook, entry: &CampaignEntry, found: &str) -> Failure {
+    let (path, campaign) = (logbook.path().display(), entry.id.0);
+    Failure::input(format!("{path}: campaign {campaign}: {found}"))
+}
+
+fn text(document: &Document) -> String {
+    let replay = &document.replay;
+    let counted = format!(
+        "campaign {}: {} actions and {} estimates",
+        document.campaign, replay.samples, replay.estimates
+    );
+    let Some(difference) = &replay.first_difference else {
+        return format!("{counted} replayed, every one the same bit for bit");
+    };
+    let run = difference
+        .run
+        .map_or(String::new(), |run| format!(" of run {run}"));
+    format!(
+        "{counted} the same, then a difference at sample {}{run}, {} s\n{}\nrecorded by seatrial {}, replayed by {}",
+        difference.sample,
+        difference.time_s,
+        difference.found,
+        document.recorded_by,
+        document.replayed_by
+    )
+}
