@@ -7,6 +7,8 @@ use seatrial_core::{Sample, YawModel};
 use serde::Serialize;
 
 use crate::identification::{Intervals, Validation};
+use crate::identify::output_error::output_error;
+use crate::identify::refine::refine;
 use crate::identify::simplex::{self, SimplexSettings};
 use crate::identify::{
     Fresh, IdentifyError, IdentifySettings, Prepared, fresh, known_part, online,
@@ -106,6 +108,20 @@ pub fn compare(
             Ok(model.into())
         }),
         timed("simplex", || by_simplex(samples)),
+        timed("output_error", || {
+            let found = output_error(samples, None).map_err(|error| error.to_string())?;
+            Ok(Found {
+                iterations: Some(found.iterations),
+                ..Found::from(found.model)
+            })
+        }),
+        timed("refined", || {
+            let refined = refine(samples, None).map_err(|error| error.to_string())?;
+            Ok(Found {
+                interval_95: Some(refined.interval_95),
+                ..Found::from(refined.model)
+            })
+        }),
     ]
     .into_iter()
     .map(validate)

@@ -3,6 +3,8 @@
 
 use std::collections::BTreeMap;
 
+use seatrial_core::estimator::EstimatorSettings;
+use seatrial_core::state_variable_filter::Hold;
 use seatrial_core::{Nomoto, YawModel};
 use serde::{Deserialize, Serialize};
 
@@ -75,6 +77,23 @@ pub struct Settings {
     pub initial_covariance: f64,
     /// 1 keeps every sample for ever.
     pub forgetting_factor: f64,
+}
+
+impl Settings {
+    /// The settings of an online estimator.
+    pub fn of(estimator: &EstimatorSettings<f64>) -> Self {
+        Self {
+            as_paper: false,
+            lambda_rad_s: estimator.lambda_rad_s,
+            lambda_because: "given".into(),
+            heading_hold: match estimator.heading_hold {
+                Hold::ZeroOrder => "zero_order".into(),
+                Hold::FirstOrder => "first_order".into(),
+            },
+            initial_covariance: estimator.initial_covariance,
+            forgetting_factor: estimator.forgetting_factor,
+        }
+    }
 }
 
 /// The estimate made sample by sample.

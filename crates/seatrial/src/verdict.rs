@@ -53,6 +53,8 @@ pub struct Evidence<'a> {
     pub online: YawModel<f64>,
     /// The estimate made from the whole record.
     pub refined: Option<&'a Refined>,
+    /// The share of the rudder's effect that a disturbance would have to have, where it is too large for one.
+    pub mismatch: Option<f64>,
     /// R^2 of yaw rate on the training record itself.
     pub training_r2_yaw_rate: Option<f64>,
     /// R^2 on fresh data.
@@ -107,7 +109,7 @@ pub fn judge(evidence: &Evidence) -> Verdict {
     let mut weighing = Weighing::default();
     weighing.record(evidence);
     if let Some(refined) = evidence.refined {
-        weighing.intervals(refined, evidence.rudder_amplitude_rad);
+        weighing.intervals(refined, evidence);
         weighing.agreement(evidence.online, refined);
     }
     weighing.model(evidence);
@@ -174,7 +176,7 @@ impl Weighing {
         }
     }
 
-    fn intervals(&mut self, refined: &Refined, rudder_amplitude_rad: f64) {
+    fn intervals(&mut self, refined: &Refined, evidence: &Evidence) {
         let b2 = Share::new(refined.model.b2_per_s2, refined.interval_95.b2_per_s2);
         let a22 = Share::new(refined.model.a22_per_s, refined.interval_95.a22_per_s);
         if !(b2.half_width.is_finite() && a22.half_width.is_finite()) {
@@ -193,6 +195,10 @@ impl Weighing {
                 ),
             );
         }
+        if evidence.mismatch.is_some() {
+            // More rudder does not make the vehicle a first-order one.
+            return;
+        }
         // The interval is inversely proportional to the rudder amplitude at equal noise.
         let more = (b2.half_width / WIDEST_B2).max(a22.half_width / WIDEST_A22);
         if more > 1.0 {
@@ -202,7 +208,7 @@ impl Weighing {
                     "95 % intervals of {} % of b2 (at most {} %) and {} % of a22 (at most {} %) are too wide; at this noise {} times the rudder, {} deg either side, or {} repeats of the manoeuvre would do",
                     percent(b2.half_width), percent(WIDEST_B2),
                     percent(a22.half_width), percent(WIDEST_A22),
-                    three_figures(more), degrees(more * rudder_amplitude_rad), (more * more).ceil()
+                    three_figures(more), degrees(more * evidence.rudder_amplitude_rad), (more * more).ceil()
                 ),
             );
         }
@@ -256,6 +262,15 @@ impl Weighing {
                 format!(
                     "a22 = {} 1/s is not negative: the vehicle does not stop turning by itself, or the record does not show it; gains and turning limits need a stable model",
                     three_figures(model.a22_per_s)
+                ),
+            );
+        }
+        if let Some(share) = evidence.mismatch {
+            self.note(
+                "model_order",
+                format!(
+                    "what a first-order model does not explain is {} % of the rudder's own effect: sway or a slow servo; the online estimate is used and its interval widened",
+                    percent(share)
                 ),
             );
         }
@@ -440,6 +455,7 @@ mod tests {
             heading_step_rad: None,
             online: refined.model,
             refined: Some(refined),
+            mismatch: None,
             training_r2_yaw_rate: Some(0.95),
             validation: Some(validation(0.9, 0.95, 0.96)),
             validation_rudder_amplitude_rad: Some(0.15),

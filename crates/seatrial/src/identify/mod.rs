@@ -4,12 +4,12 @@ pub mod batch;
 pub mod bound;
 pub mod fresh;
 pub mod online;
+pub mod output_error;
 pub mod refine;
 pub mod simplex;
 pub mod whitening;
 
 use seatrial_core::estimator::{EstimatorSettings, InvalidSetting, Method};
-use seatrial_core::state_variable_filter::Hold;
 use seatrial_core::{Sample, YawModel};
 
 use crate::identification::{Identification, Reason, Settings};
@@ -128,19 +128,67 @@ pub fn identify(
 ) -> Result<Identification, IdentifyError> {
     let prepared = Prepared::new(record, training, settings)?;
     let pass = prepared.estimate()?;
-    let model = pass.online.model;
+    let used = Settings {
+        as_paper: settings.as_paper,
+        lambda_because: prepared.lambda_because,
+        ..Settings::of(&prepared.estimator)
+    };
+    assess(
+        record,
+        known_part(training, prepared.samples),
+        fresh,
+        pass,
+        used,
+    )
+}
 
+/// Refines an online estimate on its training record, validates it on fresh data and gives the verdict.
+///
+/// The refined model, where there is one, is the one that is validated and goes to the controller: it uses
+/// every sample at its true weight and states how sure it is. Where the record shows more than a first-order
+/// model, the online estimate takes its place with a wider interval.
+pub fn assess(
+    record: &Record,
+    training: Window,
+    fresh: Option<Fresh>,
+    pass: Pass,
+    settings: Settings,
+) -> Result<Identification, IdentifyError> {
+    let samples = record.window(training);
+    let heading_range_rad = fresh::heading_range_rad(samples);
+    let manoeuvre =
+        manoeuvre_to_learn_from(samples, heading_range_rad).map_err(IdentifyError::Refused)?;
+    let refined = if settings.as_paper {
+        None
+    } else {
+        refine::refine(&pass.accepted, Some(pass.online.model)).ok()
+    };
+    let mismatch = refined
+        .as_ref()
+        .and_then(|refined| refine::structural_mismatch(refined, manoeuvre.amplitude_rad));
+    let simulated = mismatch
+        .and_then(|_| output_error::output_error(&pass.accepted, Some(pass.online.model)).ok());
+    let refined = match (refined, simulated) {
+        (Some(refined), Some(simulated)) => Some(refine::around_online(
+            &refined,
+            pass.online.model,
+            &simulated,
+        )),
+        (refined, _) => refined,
+    };
+    let model = refined.as_ref().map_or(pass.online.model, |r| r.model);
     let validation = fresh
         .map(|fresh| fresh::validate(model, fresh.record, fresh.window))
         .transpose()?;
     let verdict = verdict::judge(&Evidence {
         samples_used: pass.samples_used,
         samples_rejected: pass.rejected.total(),
-        rudder_amplitude_rad: prepared.manoeuvre.amplitude_rad,
-        heading_range_rad: prepared.heading_range_rad,
-        heading_step_rad: smallest_heading_step_rad(prepared.samples),
+        rudder_amplitude_rad: manoeuvre.amplitude_rad,
+        heading_range_rad,
+        heading_step_rad: smallest_heading_step_rad(samples),
         online: pass.online.model,
-        refined: None,
+        refined: refined.as_ref(),
+        mismatch,
         training_r2_yaw_rate: fresh::goodness_of_fit(model, &pass.accepted).r2_yaw_rate,
         validation,
         validation_rudder_amplitude_rad: fresh
@@ -148,23 +196,13 @@ pub fn identify(
             .map(|manoeuvre| manoeuvre.amplitude_rad),
     });
     Ok(Identification {
-        training: known_part(training, prepared.samples),
+        training,
         samples_used: pass.samples_used,
         samples_rejected: pass.rejected,
-        settings: Settings {
-            as_paper: settings.as_paper,
-            lambda_rad_s: prepared.estimator.lambda_rad_s,
-            lambda_because: prepared.lambda_because,
-            heading_hold: match prepared.estimator.heading_hold {
-                Hold::ZeroOrder => "zero_order".into(),
-                Hold::FirstOrder => "first_order".into(),
-            },
-            initial_covariance: prepared.estimator.initial_covariance,
-            forgetting_factor: prepared.estimator.forgetting_factor,
-        },
+        settings,
         nomoto: model.nomoto(),
         online: pass.online,
-        refined: None,
+        refined,
         validation,
         verdict,
     })
@@ -173,8 +211,6 @@ pub fn identify(
 /// A training window, looked at: what every method begins from.
 pub(crate) struct Prepared<'a> {
     pub samples: &'a [Sample<f64>],
-    pub manoeuvre: Manoeuvre,
-    pub heading_range_rad: f64,
     pub estimator: EstimatorSettings<f64>,
     pub lambda_because: String,
     pub stretch: Stretch<'a>,
@@ -191,18 +227,15 @@ impl<'a> Prepared<'a> {
         if samples.is_empty() {
             return Err(IdentifyError::empty_window("training", training, record));
         }
-        let heading_range_rad = fresh::heading_range_rad(samples);
-        let manoeuvre =
-            manoeuvre_to_learn_from(samples, heading_range_rad).map_err(IdentifyError::Refused)?;
+        let manoeuvre = manoeuvre_to_learn_from(samples, fresh::heading_range_rad(samples))
+            .map_err(IdentifyError::Refused)?;
         let chosen = choose_lambda(record, samples, &manoeuvre, settings);
         Ok(Self {
             samples,
-            heading_range_rad,
             estimator: settings.estimator(chosen.lambda_rad_s),
             lambda_because: chosen.because,
             stretch: stretch(record, samples, &manoeuvre, settings, chosen.lambda_rad_s),
             keep_trace: settings.trace,
-            manoeuvre,
         })
     }
 

@@ -103,38 +103,59 @@ impl Prepared {
     /// `None` where the columns are not independent: nothing to estimate from.
     pub fn fit(&self, a22_per_s: f64, disturbance: Disturbance) -> Option<Fit> {
         let mut whitening = Whitening::new(a22_per_s, disturbance, self.block);
-        let mut columns = Columns::new(a22_per_s);
-        let mut sums = [0.0; COLUMNS + 1];
-        let mut block_s = 0.0;
         let mut gram = [[0.0; COLUMNS + 1]; COLUMNS + 1];
         let mut log_variances = 0.0;
-        let mut in_block = 0;
-        for k in 0..self.blocks() * self.block {
-            let now = columns.now();
-            for (sum, value) in sums
-                .iter_mut()
-                .zip(now.iter().chain([&self.heading_rad[k]]))
-            {
-                *sum += value;
-            }
-            columns.advance(self.interval_s[k], self.rudder_rad[k]);
-            block_s += self.interval_s[k];
-            in_block += 1;
-            if in_block == self.block {
-                let means = sums.map(|sum| sum / self.block as f64);
-                let (white, variance) = whitening.update(means, block_s);
-                log_variances += variance.ln();
-                for (i, row) in gram.iter_mut().enumerate() {
-                    for (j, element) in row.iter_mut().enumerate().skip(i) {
-                        *element += white[i] * white[j];
-                    }
+        self.for_each_comparison(a22_per_s, |means, block_s| {
+            let (white, variance) = whitening.update(means, block_s);
+            log_variances += variance.ln();
+            for (i, row) in gram.iter_mut().enumerate() {
+                for (j, element) in row.iter_mut().enumerate().skip(i) {
+                    *element += white[i] * white[j];
                 }
-                sums = [0.0; COLUMNS + 1];
-                block_s = 0.0;
-                in_block = 0;
             }
-        }
+        });
         self.solve(&gram, log_variances)
+    }
+
+    /// Measured less simulated heading of each comparison, rad.
+    pub fn residuals(&self, a22_per_s: f64, linear: &Vector4<f64>) -> Vec<f64> {
+        let mut residuals = Vec::with_capacity(self.blocks());
+        self.for_each_comparison(a22_per_s, |means, _| {
+            let simulated: f64 = linear.iter().zip(means).map(|(l, column)| l * column).sum();
+            residuals.push(means[COLUMNS] - simulated);
+        });
+        residuals
+    }
+
+    /// Responses of the heading to b2, C0, psi0 and r0 at each comparison.
+    pub fn columns(&self, a22_per_s: f64) -> Vec<[f64; COLUMNS]> {
+        let mut columns = Vec::with_capacity(self.blocks());
+        self.for_each_comparison(a22_per_s, |means, _| {
+            columns.push([means[0], means[1], means[2], means[3]]);
+        });
+        columns
+    }
+
+    /// The means of the four columns and of the heading over each block, and the length of the block, s.
+    fn for_each_comparison(
+        &self,
+        a22_per_s: f64,
+        mut compare: impl FnMut([f64; COLUMNS + 1], f64),
+    ) {
+        let mut columns = Columns::new(a22_per_s);
+        for block in 0..self.blocks() {
+            let mut sums = [0.0; COLUMNS + 1];
+            let mut block_s = 0.0;
+            for k in block * self.block..(block + 1) * self.block {
+                let heading = [self.heading_rad[k]];
+                for (sum, value) in sums.iter_mut().zip(columns.now().iter().chain(&heading)) {
+                    *sum += value;
+                }
+                columns.advance(self.interval_s[k], self.rudder_rad[k]);
+                block_s += self.interval_s[k];
+            }
+            compare(sums.map(|sum| sum / self.block as f64), block_s);
+        }
     }
 
     fn solve(&self, gram: &[[f64; COLUMNS + 1]; COLUMNS + 1], log_variances: f64) -> Option<Fit> {
