@@ -44,6 +44,14 @@ impl core::error::Error for InvalidSetting {}
 /// How the estimator works. Immutable once the estimator is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(
+        default,
+        deny_unknown_fields,
+        bound(deserialize = "T: Real + serde::Deserialize<'de>")
+    )
+)]
 pub struct EstimatorSettings<T> {
     /// lambda, the filters' double pole, rad/s.
     pub lambda_rad_s: T,
