@@ -109,6 +109,12 @@ pub fn estimate(
     })?;
     let model = estimator.model();
     let covariance = estimator.covariance();
+    // The estimator counts from the first sample that it may learn from.
+    let mut times = stretch.training.iter().map(|s| s.time_s);
+    let warming_s = times.clone().next().map_or(0.0, |first| {
+        let learns = times.find(|time| *time >= stretch.learns_from_s);
+        learns.map_or(0.0, |from| from - first)
+    });
     Ok(Pass {
         online: Online {
             method: match estimator.instrument() {
@@ -125,7 +131,7 @@ pub fn estimate(
             batch: batch.solve(),
             theta_at,
             convergence: Convergence {
-                detected_s: estimator.converged_s(),
+                detected_s: estimator.converged_s().map(|after_s| after_s + warming_s),
                 threshold: settings.convergence.threshold,
                 consecutive: settings.convergence.consecutive,
             },
@@ -157,5 +163,53 @@ fn rejected(estimator: &Estimator<f64>) -> RejectedSamples {
         reversed_time: counts.reversed_time,
         spike: counts.spike,
         gaps: counts.gaps + counts.discontinuities,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use seatrial_core::YawModel;
+    use seatrial_core::model::YawState;
+
+    /// The estimator counts from where it learns, the result from where the window starts.
+    #[test]
+    fn exact_convergence_counts_from_the_start_of_training() {
+        let model = YawModel::from_theta([-1.07, 1.08, 0.012]);
+        let mut state = YawState::default();
+        let samples: Vec<Sample<f64>> = (0..330)
+            .map(|k| {
+                let time_s = 100.0 + f64::from(k) * 0.05;
+                let rudder_rad = match k {
+                    60..100 => 0.26,
+                    100..140 => -0.26,
+                    _ => 0.0,
+                };
+                let sample = Sample {
+                    time_s,
+                    heading_rad: state.heading_rad,
+                    rudder_rad,
+                    ..Sample::default()
+                };
+                state = model.advance(state, rudder_rad, 0.05);
+                sample
+            })
+            .collect();
+        let stretch = Stretch {
+            settling: &[],
+            training: &samples,
+            learns_from_s: 102.0,
+            excited_by_s: Some(107.0),
+        };
+        let pass = estimate(&stretch, EstimatorSettings::default(), true).unwrap();
+        let convergence = pass.online.convergence;
+        let consecutive = f64::from(convergence.consecutive);
+        let trace = &pass.online.trace;
+        let met =
+            |point: &&TracePoint| point.time_s >= 107.0 && point.step_norm < convergence.threshold;
+        let first = trace.iter().find(met).unwrap().time_s - 100.0;
+        // Noise-free, it stays met once it is: the last of the consecutive times is reported.
+        let expected = first + (consecutive - 1.0) * 0.05;
+        assert!((convergence.detected_s.unwrap() - expected).abs() < 1e-6);
     }
 }
