@@ -2,6 +2,7 @@
 
 mod trial;
 
+use seatrial::identification::Reason;
 use seatrial::report::{self, Log};
 use seatrial::{Campaign, Record};
 use seatrial_core::{AbortReason, Outcome};
@@ -47,10 +48,19 @@ fn pages() -> Vec<(&'static str, String)> {
         name: "run_80.csv",
         record: &run.record,
         fresh: None,
-        identification: run.identification.as_ref().unwrap(),
+        identification: Ok(run.identification.as_ref().unwrap()),
         provenance: &[("Format", "csv".to_owned())],
     };
+    let reason = Reason {
+        code: "rudder_constant".to_owned(),
+        text: "the rudder stays within 0.01 deg".to_owned(),
+    };
+    let refused = Log {
+        identification: Err(&reason),
+        ..log
+    };
     vec![
+        ("refused", report::render_log(&refused)),
         (
             "finished",
             report::render(&trial::campaign(&[0.6, 0.7, 0.8, 0.9, 1.0]), &[]),
@@ -228,7 +238,7 @@ fn prop_names_cannot_write_markup() {
         name: hostile,
         record: &run.record,
         fresh: Some(&run.record),
-        identification: run.identification.as_ref().unwrap(),
+        identification: Ok(run.identification.as_ref().unwrap()),
         provenance: &[("Format", hostile.to_owned())],
     };
     let page = report::render_log(&log);

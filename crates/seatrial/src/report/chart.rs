@@ -11,7 +11,8 @@
 
 use std::fmt::Write;
 
-use super::number::{escaped, tick_text};
+use super::axis::{CHARACTER, linear_ticks, placed, power_of_ten, thinned};
+use super::number::escaped;
 
 /// Width of every chart, user units: chosen so that text stays readable on a phone.
 pub(super) const WIDTH: f64 = 420.0;
@@ -23,8 +24,6 @@ const HEADER: f64 = 18.0;
 const FOOTER: f64 = 36.0;
 const GAP: f64 = 7.0;
 const LABEL_ROW: f64 = 14.0;
-/// Mean width of a character, user units, a little generous.
-const CHARACTER: f64 = 6.8;
 
 /// Panels over one horizontal axis.
 pub(super) struct Chart {
@@ -222,96 +221,6 @@ impl Panel {
             }
         }
     }
-}
-
-/// 0.001 in digits where short, otherwise 10 with the exponent raised.
-fn power_of_ten(exponent: f64) -> String {
-    if (-3.0..=3.0).contains(&exponent) {
-        return tick_text(10_f64.powf(exponent), 10_f64.powf(exponent));
-    }
-    let raised: String = format!("{exponent}")
-        .chars()
-        .map(|c| match c {
-            '-' => '⁻',
-            '1' => '¹',
-            '2' => '²',
-            '3' => '³',
-            digit => char::from_u32('⁰' as u32 + (digit as u32 - '0' as u32)).unwrap_or(digit),
-        })
-        .collect();
-    format!("10{raised}")
-}
-
-/// About `count` round values inside the axis, steps of 1, 2 or 5 times a power of ten.
-pub(super) fn linear_ticks([low, high]: [f64; 2], count: f64) -> Vec<(f64, String)> {
-    let rough = (high - low) / count;
-    let power = 10_f64.powf(rough.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0]
-        .map(|m| m * power)
-        .into_iter()
-        .find(|step| *step >= 0.7 * rough)
-        .unwrap_or(10.0 * power);
-    let first = (low / step).ceil();
-    (0..32)
-        .map(|k| (first + f64::from(k)) * step)
-        .take_while(|value| *value <= high + 1e-9 * step)
-        .map(|value| (value, tick_text(value, step)))
-        .collect()
-}
-
-/// The lowest and the highest point of each pixel column, in order: what a screen can show of a
-/// long line. A point that is not finite stays as a break.
-fn thinned(points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
-    let mut thin: Vec<[f64; 2]> = Vec::new();
-    let mut column: Vec<[f64; 2]> = Vec::new();
-    let flush = |column: &mut Vec<[f64; 2]>, thin: &mut Vec<[f64; 2]>| {
-        let by_height = |a: &(usize, &[f64; 2]), b: &(usize, &[f64; 2])| a.1[1].total_cmp(&b.1[1]);
-        let low = column.iter().enumerate().min_by(by_height).map(|(k, _)| k);
-        let high = column.iter().enumerate().max_by(by_height).map(|(k, _)| k);
-        if let (Some(low), Some(high)) = (low, high) {
-            thin.push(column[low.min(high)]);
-            if low != high {
-                thin.push(column[low.max(high)]);
-            }
-        }
-        column.clear();
-    };
-    for point in points {
-        let finite = point[0].is_finite() && point[1].is_finite();
-        let same_column = column
-            .first()
-            .is_none_or(|c| c[0].floor() == point[0].floor());
-        if !finite || !same_column {
-            flush(&mut column, &mut thin);
-        }
-        if finite {
-            column.push(point);
-        } else {
-            thin.push([f64::NAN; 2]);
-        }
-    }
-    flush(&mut column, &mut thin);
-    thin
-}
-
-/// Where each label goes: its left end and its row, so that none lies on another.
-fn placed(mut labels: Vec<(f64, String)>) -> (Vec<(f64, usize, String)>, usize) {
-    labels.retain(|(x, text)| x.is_finite() && !text.is_empty());
-    labels.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut row_ends: Vec<f64> = Vec::new();
-    let mut placed = Vec::new();
-    for (centre, text) in labels {
-        let width = text.chars().count() as f64 * CHARACTER;
-        let left = (centre - width / 2.0).clamp(2.0, (WIDTH - width - 2.0).max(2.0));
-        let row = row_ends
-            .iter()
-            .position(|end| end + 6.0 <= left)
-            .unwrap_or(row_ends.len());
-        row_ends.resize(row_ends.len().max(row + 1), 0.0);
-        row_ends[row] = left + width;
-        placed.push((left, row, text));
-    }
-    (placed, row_ends.len())
 }
 
 impl Chart {
@@ -535,4 +444,18 @@ fn text_at(body: &mut String, [x, y]: [f64; 2], class: &str, text: &str) {
         "<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>",
         escaped(text)
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_empty_and_flat_panels_have_an_axis() {
+        for points in [vec![], vec![[0.0, f64::NAN]], vec![[0.0, 3.0], [1.0, 3.0]]] {
+            let panel = Panel::linear("x", 50.0, vec![Layer::line("a", "", points)]);
+            let [low, high] = panel.axis([0.0, 1.0]);
+            assert!(low < high && (high - low).is_finite());
+        }
+    }
 }

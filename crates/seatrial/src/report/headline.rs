@@ -5,7 +5,7 @@ use seatrial_core::{AbortReason, Outcome};
 use super::number::{decimals, joined, percent, significant, spoken};
 use super::speed_figures::Speed;
 use crate::campaign::{Campaign, Run};
-use crate::identification::Identification;
+use crate::identification::{Identification, Reason};
 
 /// How good the news is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -232,24 +232,24 @@ fn abort(reason: AbortReason) -> (&'static str, &'static str) {
 
 /// The verdict of one identification on a log.
 pub(super) fn of_identification(identification: &Identification) -> Headline {
-    let accepted = identification.verdict.accepted;
-    let validated = identification.validation.is_some();
-    let tone = match (accepted, validated) {
+    let tone = match (
+        identification.verdict.accepted,
+        identification.validation.is_some(),
+    ) {
         (true, true) => Tone::Good,
         (true, false) => Tone::Partly,
         (false, _) => Tone::Bad,
     };
-    let verdict = match tone {
-        Tone::Good => "The model is usable.",
-        Tone::Partly => "The model looks usable but was not checked on fresh data.",
-        Tone::Bad => "The model must not be used.",
-    };
-    let next = match tone {
-        Tone::Good => "Derive gains and turning limits with “seatrial gains” and “seatrial turn”.",
-        Tone::Partly => {
-            "Give a second manoeuvre as fresh data (--validate-from with --validate-to, or --validate-on) before using the model."
-        }
-        Tone::Bad => "Remove the cause given above and record the manoeuvre again.",
+    let (verdict, next) = match tone {
+        Tone::Good => (
+            "The model is usable.",
+            "Derive gains and turning limits with “seatrial gains” and “seatrial turn”.",
+        ),
+        Tone::Partly => (
+            "The model looks usable but was not checked on fresh data.",
+            "Give a second manoeuvre as fresh data (--validate-from with --validate-to, or --validate-on) before using the model.",
+        ),
+        Tone::Bad => ("The model must not be used.", REPEAT),
     };
     let reasons = identification.verdict.reasons.iter();
     Headline {
@@ -257,5 +257,17 @@ pub(super) fn of_identification(identification: &Identification) -> Headline {
         verdict: verdict.to_owned(),
         findings: reasons.map(|reason| spoken(&reason.text)).collect(),
         next: vec![next.to_owned()],
+    }
+}
+
+const REPEAT: &str = "Remove the cause given above and record the manoeuvre again.";
+
+/// The verdict on a log that gives no model at all.
+pub(super) fn of_refusal(reason: &Reason) -> Headline {
+    Headline {
+        tone: Tone::Bad,
+        verdict: "This log gives no model.".to_owned(),
+        findings: vec![spoken(&reason.text)],
+        next: vec![REPEAT.to_owned()],
     }
 }

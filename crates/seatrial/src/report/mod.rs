@@ -4,9 +4,12 @@
 //! action come first, then one table, then the figures; every run is drawn, also where the trial
 //! was stopped or nothing was accepted. The same input gives the same bytes.
 
+mod axis;
 mod chart;
+mod fit;
 mod headline;
 mod number;
+mod recorded;
 mod run_figures;
 mod speed_figures;
 mod tables;
@@ -15,7 +18,7 @@ use askama::Template;
 use seatrial_core::heading_control::HeadingGain;
 
 use crate::campaign::{Campaign, Run, Stage, StageSpan};
-use crate::identification::Identification;
+use crate::identification::{Identification, Reason};
 use crate::record::Record;
 use chart::Chart;
 use headline::{Headline, Tone};
@@ -59,7 +62,7 @@ pub fn render(campaign: &Campaign, provenance: &[Fact]) -> String {
         .flatten()
         .collect(),
         every_run: (!campaign.runs.is_empty()).then(|| tables::runs(campaign)),
-        recorded: [tables::recorded(campaign), provenance.to_vec()].concat(),
+        recorded: [recorded::of_campaign(campaign), provenance.to_vec()].concat(),
     };
     page.text()
 }
@@ -73,20 +76,22 @@ pub struct Log<'a> {
     pub record: &'a Record,
     /// The record of fresh data, where it is another one.
     pub fresh: Option<&'a Record>,
-    /// The model.
-    pub identification: &'a Identification,
+    /// The model, or why there is none.
+    pub identification: Result<&'a Identification, &'a Reason>,
     /// What else is known about where it came from, name and value.
     pub provenance: &'a [Fact],
 }
 
-/// The page of one identification on a log.
+/// The page of one identification on a log. Without a model the record is drawn all the same.
 pub fn render_log(log: &Log) -> String {
-    let identification = log.identification;
-    let mut stages = vec![StageSpan {
+    let identification = log.identification.ok();
+    let mut stages = Vec::new();
+    stages.extend(identification.map(|i| StageSpan {
         stage: Stage::Train,
-        window: identification.training,
-    }];
-    stages.extend(identification.validation.map(|validation| StageSpan {
+        window: i.training,
+    }));
+    let validation = identification.and_then(|i| i.validation);
+    stages.extend(validation.map(|validation| StageSpan {
         stage: Stage::Validate,
         window: validation.window,
     }));
@@ -94,12 +99,16 @@ pub fn render_log(log: &Log) -> String {
         record: log.record,
         fresh: log.fresh.unwrap_or(log.record),
         stages: &stages,
-        identification: Some(identification),
+        identification,
         name: log.name,
         origin_s: 0.0,
-        time_label: "Time in the log, s",
+        is_trial: false,
     };
-    let gain = HeadingGain::design(&identification.model(), speed_figures::DAMPING_RATIO);
+    let gain = identification.and_then(|i| {
+        HeadingGain::design(&i.model(), speed_figures::DAMPING_RATIO)
+            .ok()
+            .filter(|_| i.verdict.accepted)
+    });
     let mut recorded = vec![(
         "Software",
         format!("seatrial {}", env!("CARGO_PKG_VERSION")),
@@ -109,21 +118,22 @@ pub fn render_log(log: &Log) -> String {
         .into_iter()
         .flatten()
         .collect();
-    recorded.push(("SHA-256 of all samples", tables::fingerprint(&records)));
+    recorded.push(("SHA-256 of the samples", recorded::fingerprint(&records)));
     let page = Page {
         title: format!("Steering of {}", log.name),
         subtitle: String::new(),
-        headline: headline::of_identification(identification),
-        summary: Some(tables::log_summary(
-            identification,
-            gain.ok().map(|gain| gain.proportional_gain),
-        )),
+        headline: match log.identification {
+            Ok(identification) => headline::of_identification(identification),
+            Err(reason) => headline::of_refusal(reason),
+        },
+        summary: identification
+            .map(|i| tables::log_summary(i, gain.map(|gain| gain.proportional_gain))),
         runs: vec![RunSection {
             anchor: "run-1".to_owned(),
             title: "The record".to_owned(),
             verdict: None,
             reasons: Vec::new(),
-            facts: tables::method(identification),
+            facts: identification.map_or(Vec::new(), recorded::method),
             figures: run_figures(&source),
         }],
         together: Vec::new(),
@@ -183,7 +193,7 @@ fn run_section(run: &Run) -> RunSection {
         identification: run.identification.as_ref(),
         name: &title,
         origin_s: run.record.samples.first().map_or(0.0, |s| s.time_s),
-        time_label: "Time since the run began, s",
+        is_trial: true,
     };
     let figures = run_figures(&source);
     RunSection {
@@ -202,7 +212,7 @@ fn run_section(run: &Run) -> RunSection {
         facts: run
             .identification
             .as_ref()
-            .map_or(Vec::new(), tables::method),
+            .map_or(Vec::new(), recorded::method),
         figures,
         title,
     }
@@ -212,7 +222,7 @@ fn run_figures(source: &Source) -> Vec<Figure> {
     let figures = [
         run_figures::manoeuvre(source),
         run_figures::estimates(source),
-        run_figures::fit(source),
+        fit::figure(source),
         run_figures::track(source),
     ];
     figures.into_iter().flatten().collect()

@@ -36,12 +36,6 @@ pub(super) fn significant(value: f64, digits: i32) -> String {
     decimals(value, count as usize)
 }
 
-/// The text of a tick with just the decimals that its step needs.
-pub(super) fn tick_text(value: f64, step: f64) -> String {
-    let count = (-step.log10() - 1e-9).ceil().clamp(0.0, 8.0);
-    decimals(value, count as usize)
-}
-
 /// Text made safe for HTML elements and attributes.
 pub(super) fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
@@ -71,4 +65,25 @@ pub(super) fn joined(reasons: &[Reason]) -> String {
         .map(|reason| spoken(reason.text.trim_end_matches('.')))
         .collect();
     texts.join("; also: ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_numbers_as_people_read_them() {
+        assert_eq!(decimals(-1.066, 2), "−1.07");
+        assert_eq!(decimals(-0.001, 2), "0.00");
+        assert_eq!(decimals(f64::NAN, 2), MISSING);
+        assert_eq!(significant(0.0123456, 3), "0.0123");
+        assert_eq!(significant(-123.4, 2), "−123");
+        assert_eq!(significant(0.0, 3), "0.00");
+        assert_eq!(significant(f64::INFINITY, 3), MISSING);
+    }
+
+    #[test]
+    fn exact_markup_is_escaped() {
+        assert_eq!(escaped("a<b>\"&'"), "a&#60;b&#62;&#34;&#38;&#39;");
+    }
 }

@@ -1,12 +1,12 @@
-//! The figures of one run: the manoeuvre, the estimates, measured against simulated heading.
+//! The figures of one run: the manoeuvre, the estimates, the track.
 
 use std::f64::consts::TAU;
 
-use seatrial_core::model::YawState;
-use seatrial_core::{Real, Sample, YawModel};
+use seatrial_core::{Real, Sample};
 
 use super::Figure;
 use super::chart::{Chart, Layer, Mark, PLOT_WIDTH, Panel, Shape, Span};
+use super::fit::usable;
 use super::number::decimals;
 use crate::campaign::{Stage, StageSpan};
 use crate::identification::Identification;
@@ -26,11 +26,12 @@ pub(super) struct Source<'a> {
     pub name: &'a str,
     /// The record's time at the left end of the manoeuvre's axis, s.
     pub origin_s: f64,
-    pub time_label: &'static str,
+    /// A run of a trial, whose manoeuvres are known; otherwise a log of anything.
+    pub is_trial: bool,
 }
 
 impl Source<'_> {
-    fn window(&self, stage: Stage) -> Option<Window> {
+    pub(super) fn window(&self, stage: Stage) -> Option<Window> {
         let span = self.stages.iter().find(|span| span.stage == stage)?;
         let record = match stage {
             Stage::Validate => self.fresh,
@@ -76,7 +77,7 @@ pub(super) fn unwrapped(samples: &[Sample<f64>]) -> Vec<Sample<f64>> {
     smooth.collect()
 }
 
-fn series(
+pub(super) fn series(
     samples: &[Sample<f64>],
     origin_s: f64,
     value: impl Fn(&Sample<f64>) -> Option<f64>,
@@ -87,13 +88,13 @@ fn series(
     points.collect()
 }
 
-fn degrees(value: Option<f64>) -> Option<f64> {
+pub(super) fn degrees(value: Option<f64>) -> Option<f64> {
     value.map(f64::to_degrees)
 }
 
 /// The yaw rate in deg/s and its name: as measured or, where it was not, the slope of parabolas
 /// over 11 samples of heading (Fig. 15).
-fn yaw_rate(samples: &[Sample<f64>], origin_s: f64) -> (Vec<[f64; 2]>, &'static str) {
+pub(super) fn yaw_rate(samples: &[Sample<f64>], origin_s: f64) -> (Vec<[f64; 2]>, &'static str) {
     let measured = series(samples, origin_s, |s| degrees(s.yaw_rate_rad_s));
     if present(&measured) {
         return (measured, "measured");
@@ -108,7 +109,7 @@ fn yaw_rate(samples: &[Sample<f64>], origin_s: f64) -> (Vec<[f64; 2]>, &'static 
 }
 
 /// Is there anything finite to draw?
-fn present(points: &[[f64; 2]]) -> bool {
+pub(super) fn present(points: &[[f64; 2]]) -> bool {
     points.iter().any(|point| point[1].is_finite())
 }
 
@@ -199,7 +200,11 @@ pub(super) fn manoeuvre(source: &Source) -> Option<Figure> {
             source.name,
             to_s - from_s
         ),
-        x_label: source.time_label,
+        x_label: if source.is_trial {
+            "Time since the run began, s"
+        } else {
+            "Time in the log, s"
+        },
         x_range: [from_s - source.origin_s, to_s - source.origin_s],
         spans: spans.collect(),
         marks: Vec::new(),
@@ -207,9 +212,14 @@ pub(super) fn manoeuvre(source: &Source) -> Option<Figure> {
     };
     Some(Figure::new(
         &chart,
-        "The manoeuvre. The rudder kicks to both sides and the heading must follow; between the \
-         kicks the heading controller holds course. Speed and depth should stay level."
-            .to_owned(),
+        if source.is_trial {
+            "The manoeuvre. The rudder kicks to both sides and the heading must follow; between the kicks the heading controller holds \
+             course. Speed and depth should stay level."
+        } else {
+            "What the log holds, with the stretches used for training and for validation shaded. The heading must follow the rudder; \
+             speed and depth should stay level."
+        }
+        .to_owned(),
     ))
 }
 
@@ -277,7 +287,12 @@ pub(super) fn estimates(source: &Source) -> Option<Figure> {
             from: manoeuvre.starts_s - from,
             to: armed_s - from,
             shade: "span-train",
-            label: "doublet".to_owned(),
+            label: if source.is_trial {
+                "doublet"
+            } else {
+                "excitation"
+            }
+            .to_owned(),
         });
         marks.push(Mark {
             at: armed_s - from,
@@ -290,13 +305,14 @@ pub(super) fn estimates(source: &Source) -> Option<Figure> {
             label: format!("converged {} s", decimals(at, 1)),
         });
         format!(
-            "It stayed below the threshold {} times in a row at {} s: from there on more data changed little.",
+            "At {1} s it had been below the threshold {0} times in a row, the criterion for an early stop.",
             convergence.consecutive,
             decimals(at, 1)
         )
     });
     let converged = converged.unwrap_or_else(|| {
-        "It did not stay below the threshold: the estimates had not come to rest.".to_owned()
+        "It was never below the threshold for long enough: the estimates had not come to rest."
+            .to_owned()
     });
     let chart = Chart {
         alt: format!(
@@ -312,171 +328,8 @@ pub(super) fn estimates(source: &Source) -> Option<Figure> {
     Some(Figure::new(
         &chart,
         format!(
-            "The estimates while the vehicle manoeuvres. Before the doublet they mean nothing and may leave the picture; after it \
-             they must come to rest. The change per sample is watched (“armed”) once the rudder has been to both sides. {converged}"
-        ),
-    ))
-}
-
-/// Samples that a simulation can be compared with, the heading unwrapped.
-pub(super) fn usable(samples: &[Sample<f64>]) -> Vec<Sample<f64>> {
-    let mut usable: Vec<Sample<f64>> = Vec::with_capacity(samples.len());
-    for sample in samples {
-        let later = usable.last().is_none_or(|last| sample.time_s > last.time_s);
-        if later && sample.heading_rad.is_finite() && sample.rudder_rad.is_finite() {
-            usable.push(*sample);
-        }
-    }
-    unwrapped(&usable)
-}
-
-/// Length of the quiet part before the rudder works, s.
-fn lead_in_s(samples: &[Sample<f64>]) -> f64 {
-    let manoeuvre = Manoeuvre::find(samples).zip(samples.first());
-    manoeuvre.map_or(0.0, |(m, first)| m.starts_s - first.time_s)
-}
-
-/// R^2 (35) of heading of any model on usable samples.
-pub(super) fn heading_r2(samples: &[Sample<f64>], model: &YawModel<f64>) -> Option<f64> {
-    let count = samples.len() as f64;
-    let mean = samples.iter().map(|s| s.heading_rad).sum::<f64>() / count;
-    let square = |difference: f64| difference * difference;
-    let variance: f64 = samples.iter().map(|s| square(s.heading_rad - mean)).sum();
-    let states = samples.iter().zip(simulated(samples, model));
-    let error: f64 = states
-        .map(|(s, state)| square(s.heading_rad - state.heading_rad))
-        .sum();
-    Some(1.0 - error / variance).filter(|r2| r2.is_finite())
-}
-
-/// A simulation of usable samples with the measured rudder, from the mean of the lead-in: the
-/// initial conditions of the validation.
-fn simulated(samples: &[Sample<f64>], model: &YawModel<f64>) -> Vec<YawState<f64>> {
-    let Some(first) = samples.first() else {
-        return Vec::new();
-    };
-    let lead_in_s = lead_in_s(samples);
-    let lead_in = samples
-        .iter()
-        .take_while(|s| s.time_s - first.time_s < lead_in_s);
-    let lead_in = &samples[..lead_in.count().clamp(1, samples.len())];
-    let count = lead_in.len() as f64;
-    let headings = lead_in.iter().map(|s| s.heading_rad);
-    let rates = lead_in.iter().filter_map(|s| s.yaw_rate_rad_s);
-    let rates: Vec<f64> = rates.filter(|rate| rate.is_finite()).collect();
-    let mut state = YawState {
-        heading_rad: headings.sum::<f64>() / count,
-        yaw_rate_rad_s: rates.iter().sum::<f64>() / rates.len().max(1) as f64,
-    };
-    let mut states = vec![state];
-    for pair in samples.windows(2) {
-        state = model.advance(state, pair[0].rudder_rad, pair[1].time_s - pair[0].time_s);
-        states.push(state);
-    }
-    states
-}
-
-/// Measured against simulated heading, on the training run and on fresh data (Figs. 10 and 11).
-pub(super) fn fit(source: &Source) -> Option<Figure> {
-    let identification = source.identification?;
-    let model = identification.model();
-    let online = &identification.online.model;
-    let mut panels = Vec::new();
-    let mut longest = 0.0_f64;
-    for (stage, record, name) in [
-        (Stage::Train, source.record, "training"),
-        (Stage::Validate, source.fresh, "fresh data"),
-    ] {
-        let Some(window) = source.window(stage) else {
-            continue;
-        };
-        let samples = usable(record.window(Window {
-            to_s: window.to_s + 1e-6,
-            ..window
-        }));
-        if samples.len() < 2 {
-            continue;
-        }
-        longest = longest.max(window.to_s - window.from_s);
-        let measured = series(&samples, window.from_s, |s| degrees(Some(s.heading_rad)));
-        let states = simulated(&samples, &model);
-        let simulation: Vec<[f64; 2]> = measured
-            .iter()
-            .zip(&states)
-            .map(|([t, _], state)| [*t, state.heading_rad.to_degrees()])
-            .collect();
-        let mut layers = vec![Layer::line("a", "measured", measured.clone())];
-        if identification.refined.is_some() {
-            let live = measured
-                .iter()
-                .zip(simulated(&samples, online))
-                .map(|([t, _], state)| [*t, state.heading_rad.to_degrees()]);
-            layers.push(Layer::line("c", "live model", live.collect()));
-        }
-        layers.push(Layer::line("b", "model", simulation.clone()));
-        panels.push(Panel::linear(format!("Heading, {name}, °"), 88.0, layers));
-        if stage == Stage::Validate {
-            let difference = measured
-                .iter()
-                .zip(&simulation)
-                .map(|(m, s)| [m[0], m[1] - s[1]]);
-            let layers = vec![
-                Layer::level("zero", "", 0.0),
-                Layer::line("a", "", difference.collect()),
-            ];
-            panels.push(Panel::linear("Measured less model, fresh, °", 50.0, layers));
-            let (rate, name) = yaw_rate(&samples, window.from_s);
-            if present(&rate) {
-                let modelled = measured
-                    .iter()
-                    .zip(&states)
-                    .map(|([t, _], state)| [*t, state.yaw_rate_rad_s.to_degrees()])
-                    .collect();
-                let layers = vec![
-                    Layer::line("a", name, rate),
-                    Layer::line("b", "model", modelled),
-                ];
-                panels.push(Panel::linear("Yaw rate, fresh, °/s", 66.0, layers));
-            }
-        }
-    }
-    if panels.is_empty() || longest <= 0.0 {
-        return None;
-    }
-    let r2 = identification.validation.and_then(|v| v.r2_heading);
-    let fresh = match (identification.validation, r2) {
-        (Some(_), Some(r2)) => format!(
-            "On fresh data the model explains {} of the heading (R² = {}).",
-            if r2 > 0.0 {
-                format!("{} %", decimals(100.0 * r2, 0))
-            } else {
-                "nothing".to_owned()
-            },
-            decimals(r2, 3)
-        ),
-        (Some(_), None) => {
-            "The heading of the fresh data did not vary: R² says nothing.".to_owned()
-        }
-        (None, _) => {
-            "There are no fresh data: nothing says yet how well the model predicts.".to_owned()
-        }
-    };
-    let chart = Chart {
-        alt: format!(
-            "{}: measured and simulated heading over time. {fresh}",
-            source.name
-        ),
-        x_label: "Time since the stage began, s",
-        x_range: [0.0, longest],
-        spans: Vec::new(),
-        marks: Vec::new(),
-        panels,
-    };
-    Some(Figure::new(
-        &chart,
-        format!(
-            "The model steered by the measured rudder against what the vehicle did. {fresh} The lines should lie on each other; \
-             a drift late in the run is what the model cannot know: disturbance and noise."
+            "The estimates while the vehicle manoeuvres. Until the rudder has been to both sides they mean little and may leave the picture; \
+             then their change per sample is watched (“armed”) and they must come to rest. {converged}"
         ),
     ))
 }

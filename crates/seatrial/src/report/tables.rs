@@ -1,19 +1,17 @@
-//! The tables: summary, Tables II, III and V of the paper, every run, what was recorded.
+//! The tables: summary, Tables II, III and V of the paper, every run.
 
 use seatrial_core::heading_loop::HeadingLoop;
 use seatrial_core::model::YawState;
 use seatrial_core::{Nomoto, YawModel};
-use sha2::{Digest, Sha256};
 
-use super::Fact;
-use super::number::{MISSING, decimals, decimals_or_missing, joined, percent, significant, spoken};
-use super::run_figures::{heading_r2, usable};
+use super::fit::usable;
+use super::number::{MISSING, decimals, decimals_or_missing, joined, percent, significant};
 use super::speed_figures::{Speed, gain_interval};
 use crate::campaign::{Campaign, Run, Stage};
 use crate::identification::{Identification, Intervals};
+use crate::identify::fresh::goodness_of_fit;
 use crate::identify::simplex::{self, SimplexSettings};
 use crate::propagation::interval_95;
-use crate::record::{Record, Window};
 
 /// A table with a title and a note below it.
 pub(super) struct Table {
@@ -143,7 +141,15 @@ fn summary_cells(identification: &Identification, gain: Option<Cell>) -> Vec<Cel
     cells
 }
 
-const INTERVAL_NOTE: &str = "Small print below a value: its 95 % interval. Kₚ gives about 5 % overshoot (damping ratio 0.71).";
+/// What the small print of a summary means.
+fn summary_note<'a>(mut identifications: impl Iterator<Item = &'a Identification>) -> String {
+    let intervals = if identifications.any(|i| i.refined.is_some()) {
+        "Small print below a value: its 95 % interval."
+    } else {
+        "These are live estimates without intervals."
+    };
+    format!("{intervals} Kₚ gives about 5 % overshoot (damping ratio 0.71).")
+}
 
 /// One line per thrust: the accepted run, or the last one where none was accepted.
 pub(super) fn summary(campaign: &Campaign, speeds: &[Speed]) -> Table {
@@ -155,6 +161,7 @@ pub(super) fn summary(campaign: &Campaign, speeds: &[Speed]) -> Table {
         }
     }
     runs.sort_by(|a, b| a.thrust.total_cmp(&b.thrust));
+    let note = summary_note(runs.iter().filter_map(|run| run.identification.as_ref()));
     let rows = runs.into_iter().map(|run| {
         let mut row = vec![
             Cell {
@@ -184,7 +191,7 @@ pub(super) fn summary(campaign: &Campaign, speeds: &[Speed]) -> Table {
     });
     Table {
         title: "Summary",
-        note: INTERVAL_NOTE.to_owned(),
+        note,
         rows: rows.collect(),
         columns: columns(
             &[
@@ -202,7 +209,7 @@ pub(super) fn log_summary(identification: &Identification, gain: Option<f64>) ->
     let gain = gain.map(|gain| Cell::from(significant(gain, 3)));
     Table {
         title: "Summary",
-        note: INTERVAL_NOTE.to_owned(),
+        note: summary_note(std::iter::once(identification)),
         rows: vec![summary_cells(identification, gain)],
         columns: columns(&[&SUMMARY_PARAMETERS[..], &[("Verdict", "")]].concat()),
     }
@@ -244,8 +251,12 @@ fn thrust_and_speed(speed: &Speed) -> Vec<Cell> {
 
 fn fresh_r2(speed: &Speed, model: &YawModel<f64>) -> Cell {
     let window = speed.run.stage(Stage::Validate);
-    let samples = window.map(|window| usable(speed.run.record.window(window)));
-    decimals_or_missing(samples.and_then(|s| heading_r2(&s, model)), 3).into()
+    let samples = window.map(|window| speed.run.record.window(window));
+    decimals_or_missing(
+        samples.and_then(|s| goodness_of_fit(*model, s).r2_heading),
+        3,
+    )
+    .into()
 }
 
 /// Table II: the estimate made sample by sample on the vehicle.
@@ -382,137 +393,5 @@ pub(super) fn runs(campaign: &Campaign) -> Table {
             ("Verdict", ""),
             ("Why", ""),
         ]),
-    }
-}
-
-/// How an identification was made.
-pub(super) fn method(identification: &Identification) -> Vec<Fact> {
-    let settings = &identification.settings;
-    let rejected = identification.samples_rejected;
-    let mut facts = vec![
-        (
-            "Samples",
-            format!(
-                "{} used, {} rejected, {} gaps",
-                identification.samples_used,
-                rejected.total(),
-                rejected.gaps
-            ),
-        ),
-        (
-            "Live estimator",
-            format!(
-                "{}, filter pole λ = {} rad/s ({})",
-                identification.online.method.replace('_', " "),
-                significant(settings.lambda_rad_s, 3),
-                spoken(&settings.lambda_because)
-            ),
-        ),
-    ];
-    match &identification.refined {
-        Some(refined) => {
-            facts.push(("Final estimate", refined.method.replace('_', " ")));
-            facts.push((
-                "Noise found",
-                format!(
-                    "compass {}°, yaw disturbance {} rad/s²",
-                    significant(refined.heading_noise_rad.to_degrees(), 2),
-                    significant(refined.disturbance_rad_s2, 2)
-                ),
-            ));
-        }
-        None => facts.push((
-            "Final estimate",
-            "the live one; there are no intervals".to_owned(),
-        )),
-    }
-    facts
-}
-
-/// SHA-256 over the samples as they were recorded, in hexadecimal.
-pub(super) fn fingerprint(records: &[&Record]) -> String {
-    let mut digest = Sha256::new();
-    for sample in records.iter().flat_map(|record| &record.samples) {
-        let known = [sample.time_s, sample.heading_rad, sample.rudder_rad];
-        let optional = [
-            sample.surge_speed_m_s,
-            sample.depth_m,
-            sample.altitude_m,
-            sample.roll_rad,
-            sample.pitch_rad,
-            sample.yaw_rate_rad_s,
-            sample.north_m,
-            sample.east_m,
-        ];
-        for value in known.into_iter().map(Some).chain(optional) {
-            digest.update(value.unwrap_or(f64::NAN).to_le_bytes());
-        }
-    }
-    digest
-        .finalize()
-        .iter()
-        .map(|b| format!("{b:02x}"))
-        .collect()
-}
-
-/// What was recorded of a campaign.
-pub(super) fn recorded(campaign: &Campaign) -> Vec<Fact> {
-    let records: Vec<&Record> = campaign.runs.iter().map(|run| &run.record).collect();
-    let samples: usize = records.iter().map(|record| record.samples.len()).sum();
-    let thrusts: Vec<String> = {
-        let mut thrusts: Vec<f64> = campaign.runs.iter().map(|run| run.thrust).collect();
-        thrusts.dedup();
-        thrusts.into_iter().map(percent).collect()
-    };
-    vec![
-        (
-            "Software",
-            format!("seatrial {}", campaign.software_version),
-        ),
-        ("Vehicle", campaign.vehicle.clone()),
-        ("Configuration", campaign.configuration.clone()),
-        (
-            "Seed of the simulation",
-            campaign
-                .seed
-                .map_or_else(|| MISSING.to_owned(), |seed| seed.to_string()),
-        ),
-        (
-            "Rudder limit",
-            format!(
-                "{}° ({} rad)",
-                decimals(campaign.rudder_limit_rad.to_degrees(), 1),
-                decimals(campaign.rudder_limit_rad, 3)
-            ),
-        ),
-        ("Thrusts as run", thrusts.join(", ")),
-        ("Stages as run", stages_as_run(campaign)),
-        (
-            "Samples",
-            format!("{samples} in {} runs", campaign.runs.len()),
-        ),
-        ("SHA-256 of all samples", fingerprint(&records)),
-    ]
-}
-
-/// Mean duration of each stage.
-fn stages_as_run(campaign: &Campaign) -> String {
-    let stages = [
-        (Stage::Settle, "settle"),
-        (Stage::Train, "train"),
-        (Stage::Validate, "validate"),
-    ];
-    let texts = stages.into_iter().filter_map(|(stage, name)| {
-        let windows = campaign.runs.iter().filter_map(|run| run.stage(stage));
-        let durations: Vec<f64> = windows.map(|w: Window| w.to_s - w.from_s).collect();
-        let mean = durations.iter().sum::<f64>() / durations.len() as f64;
-        mean.is_finite()
-            .then(|| format!("{name} {} s", decimals(mean, 1)))
-    });
-    let texts: Vec<String> = texts.collect();
-    if texts.is_empty() {
-        MISSING.to_owned()
-    } else {
-        format!("{} (mean)", texts.join(", "))
     }
 }
