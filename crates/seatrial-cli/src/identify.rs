@@ -30,6 +30,16 @@ pub struct Args {
     log: LogArgs,
     #[command(flatten)]
     windows: WindowArgs,
+    #[command(flatten)]
+    estimator: EstimatorArgs,
+    /// Keep the estimate after every sample in the JSON document.
+    #[arg(long)]
+    trace: bool,
+}
+
+/// How to estimate.
+#[derive(clap::Args, Debug)]
+pub struct EstimatorArgs {
     /// Pole of the state variable filter, rad/s, or `auto` to derive it from the data (the paper's 1
     /// with --as-paper).
     #[arg(long, value_name = "auto|RAD_S", default_value = "auto", value_parser = lambda, allow_negative_numbers = true)]
@@ -40,9 +50,6 @@ pub struct Args {
     /// The estimator that runs along [default: instrumental-variable, with --as-paper least-squares].
     #[arg(long, value_name = "METHOD")]
     online: Option<OnlineMethod>,
-    /// Keep the estimate after every sample in the JSON document.
-    #[arg(long)]
-    trace: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -101,7 +108,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         &logs.log.record,
         logs.training,
         logs.fresh(),
-        &args.settings(),
+        &args.estimator.settings(args.trace),
     ) {
         Ok(identification) => {
             let document = Document::of(&logs, &identification);
@@ -120,8 +127,9 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     }
 }
 
-impl Args {
-    fn settings(&self) -> IdentifySettings {
+impl EstimatorArgs {
+    /// The settings that these options stand for.
+    pub fn settings(&self, trace: bool) -> IdentifySettings {
         let base = if self.as_paper {
             IdentifySettings::paper()
         } else {
@@ -137,7 +145,7 @@ impl Args {
                 Lambda::Auto => None,
                 Lambda::RadS(value) => Some(value),
             },
-            trace: self.trace,
+            trace,
             ..base
         }
     }

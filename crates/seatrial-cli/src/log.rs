@@ -225,6 +225,11 @@ fn warn(text: &str) {
 
 /// `run.csv: time t [s], heading yaw [rad, assumed], ...`
 fn channel_line(path: &Path, description: &LogDescription) -> String {
+    format!("{}: {}", path.display(), channel_text(description))
+}
+
+/// Which columns were read in which units, and which of these were assumed.
+pub fn channel_text(description: &LogDescription) -> String {
     let channels: Vec<String> = description
         .channels
         .iter()
@@ -243,7 +248,7 @@ fn channel_line(path: &Path, description: &LogDescription) -> String {
         .start_utc
         .as_ref()
         .map_or(String::new(), |start| format!("; second 0 is {start}"));
-    format!("{}: {}{start}", path.display(), channels.join(", "))
+    format!("{}{start}", channels.join(", "))
 }
 
 /// The stretch of at most 500,000 successive samples whose rudder varies most.

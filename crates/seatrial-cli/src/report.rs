@@ -1,40 +1,116 @@
-//! `seatrial report`: the self-contained HTML page of a trial.
+//! `seatrial report`: the self-contained HTML page of a trial or a log.
 
 use std::path::{Path, PathBuf};
 
+use seatrial::identify::{IdentifyError, identify};
 use seatrial::logbook::{CampaignEntry, Logbook};
 use seatrial::report::{self, Fact};
 use serde::Serialize;
 
+use crate::identify::EstimatorArgs;
+use crate::log::{ChannelArgs, LogArgs, OpenedLog, channel_text};
 use crate::logbook::chosen_campaign;
 use crate::output::{Exit, Failure, Output};
+use crate::windows::{WindowArgs, failure};
 
-/// One HTML page that shows a trial: verdict, models, turning limits, gains, every run.
+/// One HTML page that shows a trial of a logbook, or a log with its model.
 #[derive(clap::Args)]
-#[command(after_help = "Example:
-  seatrial trial --yes --logbook seatrial.db
-  seatrial report --logbook seatrial.db --out report.html")]
+#[command(after_help = "\
+A log is identified as by `seatrial identify`, with the same options and exit codes; it is drawn whether or
+not it gives a model.
+
+Examples:
+  seatrial trial --yes --logbook seatrial.db && seatrial report --logbook seatrial.db
+  seatrial sim log --seed 1 --out run.csv && seatrial report run.csv --out run.html")]
 pub struct Args {
+    /// The log: CSV or Parquet, found by its content; `-` is CSV on standard input.
+    log: Option<PathBuf>,
     /// The logbook that holds the trial.
-    #[arg(long, default_value = "seatrial.db", value_name = "FILE")]
-    logbook: PathBuf,
+    #[arg(
+        long,
+        value_name = "FILE",
+        conflicts_with_all = ["log", "ChannelArgs", "WindowArgs", "EstimatorArgs"]
+    )]
+    logbook: Option<PathBuf>,
     /// Number of the campaign; the last one where it is left out.
-    #[arg(long, value_name = "NUMBER")]
+    #[arg(long, value_name = "NUMBER", requires = "logbook")]
     campaign: Option<i64>,
     /// The page.
     #[arg(long, default_value = "report.html", value_name = "FILE")]
     out: PathBuf,
+    #[command(flatten)]
+    channels: ChannelArgs,
+    #[command(flatten)]
+    windows: WindowArgs,
+    #[command(flatten)]
+    estimator: EstimatorArgs,
 }
 
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let logbook = Logbook::open_read_only(&args.logbook)?;
-    let entry = chosen_campaign(&logbook, args.campaign)?;
-    let campaign = logbook.campaign(entry.id)?;
-    let page = report::render(&campaign, &provenance(&logbook, &entry));
+    let (page, exit) = match (&args.log, &args.logbook) {
+        (Some(log), _) => of_log(log, args)?,
+        (None, Some(logbook)) => (of_logbook(logbook, args.campaign)?, Exit::Done),
+        (None, None) => {
+            return Err(Failure::usage(
+                "nothing to report: name a log, or a logbook as in --logbook seatrial.db",
+            ));
+        }
+    };
     save(&args.out, &page)?;
     say(&args.out, &page, output)?;
-    Ok(Exit::Done)
+    Ok(exit)
+}
+
+fn of_logbook(path: &Path, campaign: Option<i64>) -> Result<String, Failure> {
+    let logbook = Logbook::open_read_only(path)?;
+    let entry = chosen_campaign(&logbook, campaign)?;
+    let campaign = logbook.campaign(entry.id)?;
+    Ok(report::render(&campaign, &provenance(&logbook, &entry)))
+}
+
+fn of_log(path: &Path, args: &Args) -> Result<(String, Exit), Failure> {
+    let logs = args.windows.open(&LogArgs {
+        log: path.to_path_buf(),
+        channels: args.channels.clone(),
+    })?;
+    let settings = args.estimator.settings(true);
+    let identified = identify(&logs.log.record, logs.training, logs.fresh(), &settings);
+    let exit = match &identified {
+        Ok(identification) => Exit::of(&identification.verdict),
+        Err(_) => Exit::Rejected,
+    };
+    let identification = match &identified {
+        Ok(identification) => Ok(identification),
+        Err(IdentifyError::Refused(reason)) => Err(reason),
+        Err(error) => return Err(failure(&logs.log, error.clone())),
+    };
+    let mut provenance = source("Log", &logs.log);
+    provenance.extend(
+        logs.validation_log
+            .iter()
+            .flat_map(|log| source("Fresh log", log)),
+    );
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    let page = report::render_log(&report::Log {
+        name: &name.to_string_lossy(),
+        record: &logs.log.record,
+        fresh: logs.validation_log.as_ref().map(|log| &log.record),
+        identification,
+        provenance: &provenance,
+    });
+    Ok((page, exit))
+}
+
+/// Where samples came from and how they were read.
+fn source(title: &'static str, log: &OpenedLog) -> Vec<Fact> {
+    let mut facts = vec![
+        (title, log.path.display().to_string()),
+        ("Columns", channel_text(&log.description)),
+        ("SHA-256 of the file", log.sha256.clone()),
+    ];
+    facts.extend(log.warnings.iter().map(|text| ("Warning", text.clone())));
+    facts
 }
 
 /// Where a campaign lies and what it was told to do.

@@ -74,7 +74,10 @@ fn cli_report_of_a_logbook_draws_what_was_run() {
     record(&folder.path().join("seatrial.db"), &trial::campaign(&[0.6]));
     record(&folder.path().join("seatrial.db"), &campaign);
 
-    let output = seatrial(&["--out", "page.html", "--json"], folder.path());
+    let output = seatrial(
+        &["--logbook", "seatrial.db", "--out", "page.html", "--json"],
+        folder.path(),
+    );
     assert!(output.status.success(), "{}", text(&output.stderr));
     let saved: Value = serde_json::from_slice(&output.stdout).unwrap();
     let page = std::fs::read_to_string(folder.path().join("page.html")).unwrap();
@@ -87,22 +90,71 @@ fn cli_report_of_a_logbook_draws_what_was_run() {
     assert!(page.contains("seatrial.db, campaign 2"));
     assert!(page.contains("speeds = [0.6, 0.7]\n# &#60;b&#62;"));
 
-    let output = seatrial(&["--campaign", "1"], folder.path());
+    let output = seatrial(
+        &["--logbook", "seatrial.db", "--campaign", "1"],
+        folder.path(),
+    );
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert!(text(&output.stdout).starts_with("report.html ("));
     let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
     assert!(page.contains("A usable model at the one speed tried."));
 }
 
+/// A run as a log, with the rudder as steered or held still.
+fn write_log(path: &Path, still: bool) {
+    let campaign = trial::campaign(&[0.8]);
+    let mut log = String::from("time_s,heading_rad,rudder_rad\n");
+    for sample in &campaign.runs[0].record.samples {
+        let rudder_rad = if still { 0.01 } else { sample.rudder_rad };
+        let (time_s, heading_rad) = (sample.time_s, sample.heading_rad);
+        log += &format!("{time_s},{heading_rad},{rudder_rad}\n");
+    }
+    std::fs::write(path, log).unwrap();
+}
+
+#[test]
+fn cli_report_of_a_log_draws_it_with_and_without_a_model() {
+    let folder = tempfile::tempdir().unwrap();
+    write_log(&folder.path().join("run.csv"), false);
+    let windows = ["--from", "120", "--to", "136.5", "--validate-to", "153"];
+    let log = [&["run.csv", "--validate-from", "136.5"], &windows[..]].concat();
+    let output = seatrial(&log, folder.path());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert!(page.contains("The model is usable."));
+    assert_eq!(charts(&page).len(), 3);
+    assert!(page.contains("heading from heading_rad [rad]"));
+
+    write_log(&folder.path().join("still.csv"), true);
+    let output = seatrial(&["still.csv", "--out", "still.html"], folder.path());
+    assert_eq!(output.status.code(), Some(4), "{}", text(&output.stderr));
+    let page = std::fs::read_to_string(folder.path().join("still.html")).unwrap();
+    assert!(page.contains("This log gives no model."));
+    assert_eq!(charts(&page).len(), 1);
+}
+
 #[test]
 fn cli_report_says_what_is_wrong() {
     let folder = tempfile::tempdir().unwrap();
-    let output = seatrial(&[], folder.path());
-    assert_eq!(output.status.code(), Some(3));
-    assert!(text(&output.stderr).contains("seatrial.db"));
+    for (arguments, code, said) in [
+        (&[][..], 2, "name a log"),
+        (&["--from", "3"], 2, "name a log"),
+        (&["run.csv", "--logbook", "seatrial.db"], 2, "--logbook"),
+        (&["--campaign", "1"], 2, "--logbook"),
+        (&["--logbook", "none.db"], 3, "none.db"),
+        (&["none.csv"], 3, "none.csv"),
+    ] {
+        let output = seatrial(arguments, folder.path());
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}");
+        assert!(text(&output.stderr).contains(said), "{arguments:?}");
+    }
 
     record(&folder.path().join("seatrial.db"), &trial::campaign(&[0.6]));
-    let output = seatrial(&["--campaign", "9"], folder.path());
+    let logbook = ["--logbook", "seatrial.db"];
+    let output = seatrial(
+        &[&logbook[..], &["--campaign", "9"]].concat(),
+        folder.path(),
+    );
     assert_eq!(output.status.code(), Some(3));
     assert!(
         text(&output.stderr).contains('9'),
@@ -110,7 +162,8 @@ fn cli_report_says_what_is_wrong() {
         text(&output.stderr)
     );
 
-    let output = seatrial(&["--out", "no/such/folder/page.html"], folder.path());
+    let nowhere = [&logbook[..], &["--out", "no/such/folder/page.html"]].concat();
+    let output = seatrial(&nowhere, folder.path());
     assert_eq!(output.status.code(), Some(6));
     assert!(text(&output.stderr).contains("no/such/folder/page.html"));
 }
