@@ -59,7 +59,7 @@ pub enum Fault {
     HeaderOnly,
     /// Rows, but none that can be used.
     #[error(
-        "has {rows} rows and no usable sample: time, heading or rudder is missing or invalid in every one; check the channels with `seatrial inspect`"
+        "has {rows} rows and no usable sample: time, heading or rudder is missing or invalid in every one; look at its first rows, or name other columns with --time, --heading and --rudder"
     )]
     NoSamples {
         /// Rows read.

@@ -41,7 +41,7 @@ pub(crate) struct Columnar {
 /// A column of the row group that is being read.
 struct Column {
     reader: ColumnReader,
-    convert: Conversion,
+    meaning: Meaning,
     /// Definition level of a value that is not null.
     present: i16,
     cells: VecDeque<Cell>,
@@ -49,7 +49,7 @@ struct Column {
 
 /// What an integer stands for.
 #[derive(Clone, Copy)]
-enum Conversion {
+enum Meaning {
     Number,
     Timestamp {
         nanoseconds: i128,
@@ -133,7 +133,7 @@ impl Columnar {
                     let description = group.metadata().column(leaf).column_descr_ptr();
                     Ok(Column {
                         reader: group.get_column_reader(leaf).map_err(damaged)?,
-                        convert: Conversion::of(&description),
+                        meaning: Meaning::of(&description),
                         present: description.max_def_level(),
                         cells: VecDeque::new(),
                     })
@@ -203,7 +203,7 @@ impl Table for Columnar {
     }
 }
 
-impl Conversion {
+impl Meaning {
     fn of(column: &ColumnDescriptor) -> Self {
         match (column.physical_type(), column.logical_type_ref()) {
             (_, Some(LogicalType::Timestamp(timestamp))) => Self::Timestamp {
@@ -248,27 +248,27 @@ impl Conversion {
 
 impl Column {
     fn fill(&mut self) -> Result<(), Fault> {
-        let (convert, present, cells) = (self.convert, self.present, &mut self.cells);
+        let (meaning, present, cells) = (self.meaning, self.present, &mut self.cells);
         match &mut self.reader {
             ColumnReader::Int32ColumnReader(reader) => batch(reader, cells, present, |value| {
-                convert.integer(i64::from(*value))
+                meaning.integer(i64::from(*value))
             }),
             ColumnReader::Int64ColumnReader(reader) => {
-                batch(reader, cells, present, |value| convert.integer(*value))
+                batch(reader, cells, present, |value| meaning.integer(*value))
             }
             ColumnReader::Int96ColumnReader(reader) => {
                 batch(reader, cells, present, |value: &Int96| {
-                    convert.integer(value.to_nanos())
+                    meaning.integer(value.to_nanos())
                 })
             }
             ColumnReader::FloatColumnReader(reader) => batch(reader, cells, present, |value| {
-                convert.float(f64::from(*value))
+                meaning.float(f64::from(*value))
             }),
             ColumnReader::DoubleColumnReader(reader) => {
-                batch(reader, cells, present, |value| convert.float(*value))
+                batch(reader, cells, present, |value| meaning.float(*value))
             }
             ColumnReader::ByteArrayColumnReader(reader) => {
-                batch(reader, cells, present, |value| convert.text(value))
+                batch(reader, cells, present, |value| meaning.text(value))
             }
             ColumnReader::BoolColumnReader(reader) => batch(reader, cells, present, |value| {
                 Cell::Text(value.to_string().into())

@@ -10,18 +10,28 @@ use crate::unit::Dimension;
 /// A quantity of a [`Sample`](seatrial_core::Sample).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-#[allow(missing_docs)]
 pub enum Quantity {
+    /// When.
     Time,
+    /// Heading psi.
     Heading,
+    /// Rudder angle delta, or what the servo is told.
     Rudder,
+    /// Forward speed.
     Speed,
+    /// Depth below the surface.
     Depth,
+    /// Height above the bottom.
     Altitude,
+    /// Roll phi.
     Roll,
+    /// Pitch theta.
     Pitch,
+    /// Measured yaw rate r.
     YawRate,
+    /// Position north of the origin.
     North,
+    /// Position east of the origin.
     East,
 }
 

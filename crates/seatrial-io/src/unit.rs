@@ -21,8 +21,7 @@ macro_rules! units {
     ($($unit:ident $symbol:literal $dimension:ident $factor:expr, $spellings:expr;)*) => {
         /// A unit that a column may have.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-        #[allow(missing_docs)]
-        pub enum Unit { $(#[serde(rename = $symbol)] $unit,)* }
+        pub enum Unit { $(#[doc = $symbol] #[serde(rename = $symbol)] $unit,)* }
 
         impl Unit {
             const ALL: &[Self] = &[$(Self::$unit,)*];

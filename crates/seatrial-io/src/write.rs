@@ -136,6 +136,5 @@ pub fn write_parquet(out: impl Write + Send, samples: &[Sample<f64>]) -> io::Res
         }
         group_writer.close()?;
     }
-    writer.close()?;
-    Ok(())
+    writer.into_inner()?.flush()
 }
