@@ -10,6 +10,7 @@ mod output;
 mod paper;
 mod replay;
 mod report;
+mod sim;
 mod steering_source;
 mod table;
 mod turn;
@@ -36,6 +37,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Verb {
     Inspect(inspect::Args),
+    Sim(sim::Args),
     Identify(identify::Args),
     Validate(validate::Args),
     Compare(compare::Args),
@@ -51,6 +53,7 @@ impl Verb {
     fn run(&self, output: &Output) -> Result<Exit, Failure> {
         match self {
             Self::Inspect(args) => inspect::run(args, output),
+            Self::Sim(args) => sim::run(args, output),
             Self::Identify(args) => identify::run(args, output),
             Self::Validate(args) => validate::run(args, output),
             Self::Compare(args) => compare::run(args, output),

@@ -1,0 +1,305 @@
+//! `seatrial sim`: a simulated vehicle for others.
+
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use clap::{Args as ClapArgs, Subcommand};
+use seatrial::Window;
+use seatrial_core::{Event, List, Outcome, Plan, Sample, Stage, Trial, Vehicle};
+use seatrial_io::{Format, write_csv, write_parquet};
+use seatrial_sim::{FirstOrderVehicle, Truth, VehicleConfig};
+use serde::Serialize;
+
+use crate::output::{Exit, Failure, Output};
+
+/// A simulated vehicle for others.
+#[derive(ClapArgs, Debug)]
+pub struct Args {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Debug, Subcommand)]
+enum What {
+    Log(SimLogArgs),
+}
+
+/// Write the log of a simulated trial: the paper's plan at one or all of its speeds.
+#[derive(ClapArgs, Debug)]
+#[command(
+    after_help = "Example:\n  seatrial sim log --seed 1 --thrust 0.8 --out run.csv --truth truth.toml && seatrial identify run.csv"
+)]
+struct SimLogArgs {
+    /// The vehicle: `sim:starfish` or `sim:FILE.toml`.
+    #[arg(long, default_value = "sim:starfish")]
+    vehicle: String,
+    /// Seed of noise and disturbance; the same seed gives the same log.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Thrust as a fraction of full; repeatable [default: the plan's, 0.6 to 1].
+    #[arg(long, value_name = "FRACTION")]
+    thrust: Vec<f64>,
+    /// The log: .csv or .parquet.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// The true parameters, kept apart from the log: .json or .toml.
+    #[arg(long, value_name = "FILE")]
+    truth: Option<PathBuf>,
+}
+
+/// `sim log --json`: what was written, without the truth.
+#[derive(Serialize)]
+struct Written {
+    schema: &'static str,
+    vehicle: String,
+    seed: u64,
+    out: String,
+    samples: usize,
+    runs: Vec<Run>,
+    outcome: Option<Outcome>,
+}
+
+/// One run of the trial and where its stages lie in the log.
+#[derive(Clone, Debug, Serialize)]
+struct Run {
+    thrust: f64,
+    attempt: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    train: Option<Window>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    validate: Option<Window>,
+}
+
+/// The truth file.
+#[derive(Serialize)]
+struct TruthFile {
+    schema: &'static str,
+    seed: u64,
+    runs: Vec<TrueRun>,
+    vehicle: VehicleConfig,
+}
+
+#[derive(Serialize)]
+struct TrueRun {
+    attempt: u32,
+    #[serde(flatten)]
+    truth: Truth,
+}
+
+/// A trial that was played to its end.
+struct Played {
+    samples: Vec<Sample<f64>>,
+    runs: Vec<Run>,
+    outcome: Option<Outcome>,
+}
+
+/// Writes a simulated log.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let What::Log(args) = &args.what;
+    let format = format_of(&args.out)?;
+    args.truth.as_deref().map_or(Ok(()), check_truth_name)?;
+    let config = simulated_vehicle(&args.vehicle)?;
+    let mut vehicle = FirstOrderVehicle::new(config, args.seed).map_err(Failure::input)?;
+    let played = play(&mut vehicle, plan(&args.thrust)?)?;
+    write(&args.out, format, &played.samples)?;
+    if let Some(path) = &args.truth {
+        write_truth(path, args.seed, &vehicle, &played.runs)?;
+    }
+    let written = Written {
+        schema: "seatrial.simulated_log.v1",
+        vehicle: args.vehicle.clone(),
+        seed: args.seed,
+        out: args.out.display().to_string(),
+        samples: played.samples.len(),
+        runs: played.runs,
+        outcome: played.outcome,
+    };
+    output.print(&written, || text(&written))?;
+    Ok(match written.outcome {
+        Some(Outcome::Finished) => Exit::Done,
+        Some(Outcome::Aborted(_)) | None => Exit::Aborted,
+    })
+}
+
+/// The vehicle of `sim:starfish` or `sim:FILE.toml`.
+pub fn simulated_vehicle(name: &str) -> Result<VehicleConfig, Failure> {
+    match name.strip_prefix("sim:") {
+        Some("starfish") => Ok(VehicleConfig::starfish()),
+        Some(file) if file.ends_with(".toml") => {
+            VehicleConfig::load(Path::new(file)).map_err(Failure::input)
+        }
+        _ => Err(Failure::usage(format!(
+            "--vehicle {name}: expected sim:starfish or sim:FILE.toml"
+        ))),
+    }
+}
+
+fn format_of(path: &Path) -> Result<Format, Failure> {
+    match suffix(path) {
+        Some("csv") => Ok(Format::Csv),
+        Some("parquet") => Ok(Format::Parquet),
+        _ => Err(Failure::usage(format!(
+            "--out {}: expected a name that ends in .csv or .parquet",
+            path.display()
+        ))),
+    }
+}
+
+fn check_truth_name(path: &Path) -> Result<(), Failure> {
+    match suffix(path) {
+        Some("json" | "toml") => Ok(()),
+        _ => Err(Failure::usage(format!(
+            "--truth {}: expected a name that ends in .json or .toml",
+            path.display()
+        ))),
+    }
+}
+
+fn suffix(path: &Path) -> Option<&str> {
+    path.extension()?.to_str()
+}
+
+fn plan(thrusts: &[f64]) -> Result<Plan<f64>, Failure> {
+    let paper = Plan::paper();
+    if thrusts.is_empty() {
+        return Ok(paper);
+    }
+    Ok(Plan {
+        thrusts: List::from_slice(thrusts)
+            .ok_or_else(|| Failure::usage("--thrust: more speeds than a trial has"))?,
+        ..paper
+    })
+}
+
+/// Plays a trial on the vehicle.
+fn play(vehicle: &mut FirstOrderVehicle, plan: Plan<f64>) -> Result<Played, Failure> {
+    let mut trial = Trial::new(plan).map_err(Failure::usage)?;
+    let mut played = Played {
+        samples: Vec::new(),
+        runs: Vec::new(),
+        outcome: None,
+    };
+    while let Ok(Some(sample)) = vehicle.next_sample() {
+        played.samples.push(sample);
+        let action = trial.step(&sample);
+        while let Some(event) = trial.take_event() {
+            played.note(event);
+        }
+        let Ok(()) = vehicle.act(&action);
+        if action.outcome.is_some() {
+            break;
+        }
+    }
+    played.outcome = trial.outcome();
+    Ok(played)
+}
+
+impl Played {
+    fn note(&mut self, event: Event<f64>) {
+        if let Event::RunStarted {
+            thrust, attempt, ..
+        } = event
+        {
+            self.runs.push(Run {
+                thrust,
+                attempt,
+                train: None,
+                validate: None,
+            });
+        }
+        let Some(run) = self.runs.last_mut() else {
+            return;
+        };
+        match event {
+            Event::StageStarted {
+                stage: Stage::Train,
+                time_s,
+            } => run.train = Some(open_from(time_s)),
+            Event::StageStarted {
+                stage: Stage::Validate,
+                time_s,
+            } => {
+                run.close_stage(time_s);
+                run.validate = Some(open_from(time_s));
+            }
+            Event::RunFinished { time_s, .. } | Event::Ended { time_s, .. } => {
+                run.close_stage(time_s);
+            }
+            _ => {}
+        }
+    }
+}
+
+fn open_from(from_s: f64) -> Window {
+    Window {
+        from_s,
+        to_s: f64::INFINITY,
+    }
+}
+
+impl Run {
+    fn close_stage(&mut self, time_s: f64) {
+        for window in [&mut self.train, &mut self.validate].into_iter().flatten() {
+            window.to_s = window.to_s.min(time_s);
+        }
+    }
+}
+
+fn write(path: &Path, format: Format, samples: &[Sample<f64>]) -> Result<(), Failure> {
+    let file = File::create(path).map(BufWriter::new);
+    file.and_then(|file| match format {
+        Format::Csv => write_csv(file, samples),
+        Format::Parquet => write_parquet(file, samples),
+    })
+    .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))
+}
+
+fn write_truth(
+    path: &Path,
+    seed: u64,
+    vehicle: &FirstOrderVehicle,
+    runs: &[Run],
+) -> Result<(), Failure> {
+    let truth = TruthFile {
+        schema: "seatrial.truth.v1",
+        seed,
+        runs: runs
+            .iter()
+            .map(|run| TrueRun {
+                attempt: run.attempt,
+                truth: vehicle.truth(run.thrust),
+            })
+            .collect(),
+        vehicle: vehicle.config().clone(),
+    };
+    let text = match suffix(path) {
+        Some("toml") => toml::to_string(&truth).map_err(Failure::internal),
+        _ => serde_json::to_string_pretty(&truth).map_err(Failure::internal),
+    }?;
+    std::fs::write(path, text)
+        .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))
+}
+
+fn text(written: &Written) -> String {
+    let mut text = format!(
+        "{}: {} samples of {}, seed {}\n",
+        written.out, written.samples, written.vehicle, written.seed
+    );
+    for run in &written.runs {
+        let _ = write!(text, "thrust {:3.0} %", 100.0 * run.thrust);
+        if let (Some(train), Some(validate)) = (run.train, run.validate) {
+            let _ = write!(
+                text,
+                "  training {:.2} to {:.2} s, validation {:.2} to {:.2} s",
+                train.from_s, train.to_s, validate.from_s, validate.to_s
+            );
+        }
+        text.push('\n');
+    }
+    match written.outcome {
+        Some(Outcome::Finished) => text,
+        _ => text + "the trial was aborted; the log ends there\n",
+    }
+}

@@ -1,0 +1,264 @@
+//! Bad logs: each with its own message, exit 3 where it cannot be read and 4 where it can but no
+//! model can come of it.
+
+use std::fmt::Write;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+/// Exit code, standard output and standard error of `seatrial`.
+fn seatrial(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (
+        output.status.code().unwrap(),
+        text(output.stdout),
+        text(output.stderr),
+    )
+}
+
+fn inspect(content: &[u8], arguments: &[&str]) -> (i32, String, String) {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("run.csv"), content).unwrap();
+    seatrial(
+        folder.path(),
+        &[&["inspect", "run.csv"], arguments].concat(),
+    )
+}
+
+/// A doublet and the heading that follows it, in the units given.
+fn log(header: &str, rows: u32, scale: f64) -> String {
+    let mut text = format!("{header}\n");
+    let (mut heading, mut rate) = (1.0, 0.0);
+    for k in 0..rows {
+        let rudder = match k {
+            40..80 => 0.26,
+            80..120 => -0.26,
+            _ => 0.0,
+        };
+        let _ = writeln!(
+            text,
+            "{},{},{}",
+            f64::from(k) * 0.05,
+            heading * scale,
+            rudder * scale
+        );
+        rate += 0.05 * (rudder - rate);
+        heading += 0.05 * rate;
+    }
+    text
+}
+
+#[test]
+fn cli_unreadable_logs_say_what_is_wrong_and_exit_3() {
+    for (content, says) in [
+        (&b""[..], "is empty"),
+        (b"t,yaw,rudder\n", "header and no samples"),
+        (
+            b"t,yaw,ruder\n0,0,0\n",
+            "no column for rudder; found the columns `t`, `yaw`, `ruder`",
+        ),
+        (
+            b"t,yaw,heading,rudder\n0,0,0,0\n",
+            "2 columns could be heading: `yaw`, `heading`; say which with --heading",
+        ),
+        (
+            b"t,yaw,rudder\n0,0,0\n1,north,0\n",
+            "line 3, column `yaw`: found \"north\", expected a number",
+        ),
+        (
+            b"t,yaw,rudder\n0,0,0\n1,NaN,0\n",
+            "line 3, column `yaw`: found NaN, expected a finite number",
+        ),
+        (
+            b"t,yaw,rudder\n0,0,0\n1,0,0\n0.5,0,0\n",
+            "line 4, column `t`: time goes back from 1 s to 0.5 s",
+        ),
+        (
+            b"t,yaw,rudder\n0,0\n1,0,0\n",
+            "line 2: found 2 cells, expected 3",
+        ),
+        (b"\x7fELF\x02\x01\x01\x00", "byte 0 is 0x7f"),
+        (
+            b"PAR1 and nothing more",
+            "Parquet file is truncated or damaged",
+        ),
+    ] {
+        let (exit, stdout, stderr) = inspect(content, &[]);
+        assert_eq!(exit, 3, "{stderr}");
+        assert_eq!(stdout, "");
+        assert!(stderr.contains("seatrial: run.csv: "), "{stderr}");
+        assert!(stderr.contains(says), "{stderr}");
+    }
+}
+
+#[test]
+fn cli_folders_and_missing_files_exit_3() {
+    let folder = tempfile::tempdir().unwrap();
+    let (exit, _, stderr) = seatrial(folder.path(), &["inspect", "."]);
+    assert_eq!(exit, 3);
+    assert!(
+        stderr.contains("is a folder; expected a log file"),
+        "{stderr}"
+    );
+    let (exit, _, stderr) = seatrial(folder.path(), &["inspect", "nowhere.csv"]);
+    assert_eq!(exit, 3);
+    assert!(
+        stderr.contains("nowhere.csv: cannot be opened: No such file"),
+        "{stderr}"
+    );
+}
+
+/// Root may read every file of its own, but not a kernel setting that is write-only.
+#[cfg(unix)]
+#[test]
+fn cli_a_log_without_permission_exits_3() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let folder = tempfile::tempdir().unwrap();
+    let own = folder.path().join("secret.csv");
+    std::fs::write(&own, log("t,yaw,rudder", 300, 1.0)).unwrap();
+    std::fs::set_permissions(&own, std::fs::Permissions::from_mode(0o000)).unwrap();
+    let kernel = Path::new("/proc/sys/vm/drop_caches");
+    let denied = [own.as_path(), kernel].into_iter().find(|path| {
+        std::fs::File::open(path)
+            .is_err_and(|error| error.kind() == std::io::ErrorKind::PermissionDenied)
+    });
+    let Some(denied) = denied else {
+        eprintln!("skipped: this user may read everything");
+        return;
+    };
+    let (exit, _, stderr) = seatrial(folder.path(), &["inspect", denied.to_str().unwrap()]);
+    assert_eq!(exit, 3);
+    assert!(
+        stderr.contains("cannot be opened: Permission denied"),
+        "{stderr}"
+    );
+    assert!(
+        stderr.contains("give yourself the right to read it"),
+        "{stderr}"
+    );
+}
+
+#[test]
+fn cli_readable_logs_that_give_no_model_exit_4_with_the_reason() {
+    let still_rudder: String = log("t,yaw,rudder", 300, 1.0)
+        .lines()
+        .map(|line| match line.rsplit_once(',') {
+            Some((rest, "rudder")) => format!("{rest},rudder\n"),
+            Some((rest, _)) => format!("{rest},0.1\n"),
+            None => String::new(),
+        })
+        .collect();
+    let mut still_heading = String::from("t,yaw,rudder\n");
+    for k in 0..300 {
+        let _ = writeln!(still_heading, "{},1.5,{}", f64::from(k) * 0.05, k / 40 % 2);
+    }
+    for (content, code) in [
+        ("t,yaw,rudder\n0,0,0.1\n".to_string(), "too_few_samples"),
+        (still_rudder, "rudder_constant"),
+        (still_heading, "heading_constant"),
+    ] {
+        let (exit, stdout, stderr) = inspect(content.as_bytes(), &["--json"]);
+        assert_eq!(exit, 4, "{stderr}");
+        let document: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+        assert_eq!(document["schema"], "seatrial.inspection.v1");
+        assert_eq!(document["verdict"]["accepted"], false);
+        assert_eq!(document["verdict"]["reasons"][0]["code"], code);
+    }
+}
+
+#[test]
+fn cli_units_are_said_and_doubts_are_warned_of() {
+    let (exit, _, stderr) = inspect(log("t,yaw,rudder", 300, 1.0).as_bytes(), &[]);
+    assert_eq!(exit, 0);
+    assert!(
+        stderr.contains("heading from yaw [rad, assumed]"),
+        "{stderr}"
+    );
+    assert!(!stderr.contains("warning"), "{stderr}");
+
+    let degrees = 1_f64.to_degrees();
+    let unlabelled = log("t,yaw,rudder", 300, degrees);
+    let (exit, stdout, stderr) = inspect(unlabelled.as_bytes(), &["--json"]);
+    assert_eq!(exit, 0);
+    assert!(
+        stderr.contains("warning: heading has no unit and is taken as deg"),
+        "{stderr}"
+    );
+    let document: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!(document["source"]["warnings"].as_array().unwrap().len(), 2);
+    let amplitude_rad = document["manoeuvres"][0]["amplitude_rad"].as_f64().unwrap();
+    // Degrees and back.
+    assert!((amplitude_rad - 0.26).abs() < 1e-12);
+
+    let labelled = log("time_s,yaw_rad,rudder_rad", 300, degrees);
+    let (_, _, stderr) = inspect(labelled.as_bytes(), &[]);
+    assert!(
+        stderr.contains("rudder is given as rad but reaches 14.8"),
+        "{stderr}"
+    );
+    let chosen = ["--unit", "heading=deg", "--unit", "rudder=deg"];
+    let (exit, _, stderr) = inspect(labelled.as_bytes(), &chosen);
+    assert_eq!(exit, 0);
+    assert!(!stderr.contains("warning"), "{stderr}");
+}
+
+#[test]
+fn cli_invalid_rows_are_left_out_when_asked() {
+    let content = b"t,yaw,rudder\n0,0,0\n1,north,0\n2,0.1,0.2\n";
+    let (exit, stdout, stderr) = inspect(content, &["--drop-invalid", "--json"]);
+    assert_eq!(exit, 4);
+    assert!(
+        stderr.contains("warning: 1 of 3 rows are invalid and are left out"),
+        "{stderr}"
+    );
+    let document: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!(document["source"]["rows"]["invalid"], 1);
+    assert_eq!(document["source"]["samples_read"], 2);
+}
+
+#[test]
+fn cli_options_that_make_no_sense_exit_2() {
+    for arguments in [
+        ["--unit", "heading"],
+        ["--unit", "heading=furlong"],
+        ["--unit", "course=deg"],
+        ["--rudder-range-deg", "0"],
+    ] {
+        let (exit, _, stderr) = inspect(log("t,yaw,rudder", 300, 1.0).as_bytes(), &arguments);
+        assert_eq!(exit, 2, "{stderr}");
+    }
+}
+
+/// Once more than 500,000 samples were read memory no longer grows: what holds for these 1.3 million
+/// rows holds for a file of any length.
+#[cfg(unix)]
+#[test]
+fn cli_a_long_log_needs_less_than_300_mb() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = String::from("t,yaw,rudder,speed\n");
+    for k in 0..1_300_000_u32 {
+        let rudder = if k / 40 % 2 == 0 { 0.2 } else { -0.2 };
+        let _ = writeln!(text, "{}.{:02},0.1,{rudder},1", k / 20, k % 20 * 5);
+    }
+    std::fs::write(folder.path().join("long.csv"), text).unwrap();
+    // All of the address space, of which resident memory is a part.
+    let limited = format!(
+        "ulimit -v 300000; exec {} inspect long.csv",
+        env!("CARGO_BIN_EXE_seatrial")
+    );
+    let output = Command::new("sh")
+        .args(["-c", &limited])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(stderr.contains("of 1300000 samples the 500000"), "{stderr}");
+    // Readable; the heading of this log is constant.
+    assert_eq!(output.status.code(), Some(4), "{stderr}");
+}

@@ -1,0 +1,72 @@
+//! `sim log`: a simulated trial as a log.
+
+use std::path::Path;
+use std::process::Command;
+
+/// Exit code, standard output and standard error of `seatrial`.
+fn seatrial(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (
+        output.status.code().unwrap(),
+        text(output.stdout),
+        text(output.stderr),
+    )
+}
+
+#[test]
+fn cli_simulated_logs_read_back_and_say_nothing_of_the_truth() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = |out: &str| {
+        let arguments = [
+            "sim", "log", "--seed", "5", "--thrust", "0.8", "--json", "--out", out,
+        ];
+        let truth = ["--truth", "truth.toml"];
+        let (exit, stdout, stderr) = seatrial(folder.path(), &[&arguments[..], &truth].concat());
+        assert_eq!(exit, 0, "{stderr}");
+        assert!(!stdout.contains("a22"), "{stdout}");
+        let (exit, stdout, stderr) = seatrial(folder.path(), &["inspect", out, "--json"]);
+        assert_eq!(exit, 0, "{stderr}");
+        assert!(!stderr.contains("warning"), "{stderr}");
+        serde_json::from_str::<serde_json::Value>(&stdout).unwrap()
+    };
+    let (csv, parquet) = (log("run.csv"), log("run.parquet"));
+    assert_eq!(csv["source"]["format"], "csv");
+    assert_eq!(parquet["source"]["format"], "parquet");
+    assert_eq!(csv["ranges"], parquet["ranges"]);
+    assert_eq!(csv["manoeuvres"], parquet["manoeuvres"]);
+    let truth = std::fs::read_to_string(folder.path().join("truth.toml")).unwrap();
+    // Table II at 80 %.
+    assert!(truth.contains("a22_per_s = -1.07"), "{truth}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn cli_a_full_disk_exits_6() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["full.csv", "full.parquet"] {
+        std::os::unix::fs::symlink("/dev/full", folder.path().join(name)).unwrap();
+        let (exit, _, stderr) = seatrial(
+            folder.path(),
+            &["sim", "log", "--thrust", "0.8", "--out", name],
+        );
+        assert_eq!(exit, 6, "{stderr}");
+        assert!(stderr.contains("No space left"), "{stderr}");
+    }
+}
+
+#[test]
+fn cli_the_same_seed_writes_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = |seed: &str, out: &str| {
+        let arguments = ["sim", "log", "--thrust", "1", "--seed", seed, "--out", out];
+        assert_eq!(seatrial(folder.path(), &arguments).0, 0);
+        std::fs::read(folder.path().join(out)).unwrap()
+    };
+    assert_eq!(log("7", "a.csv"), log("7", "b.csv"));
+    assert_ne!(log("7", "a.csv"), log("8", "c.csv"));
+}
