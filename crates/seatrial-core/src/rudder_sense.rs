@@ -1,10 +1,13 @@
 //! Does the vehicle turn the way the rudder points?
 
-use crate::Real;
 use crate::envelope::RudderSense;
+use crate::model::YawState;
+use crate::{Excitation, Real, YawModel};
 
 /// Part of the first deflection to wait before judging.
 const JUDGED_FROM: f64 = 0.3;
+/// Time constant of the expected turn, as a part of the first deflection.
+const TIME_CONSTANT: f64 = 0.5;
 /// Standard deviations by which the turn must differ from none.
 const SIGNIFICANCE: f64 = 5.0;
 /// Times the wander of the heading before the manoeuvre that the turn must exceed.
@@ -12,22 +15,32 @@ const WANDER_FACTOR: f64 = 3.0;
 /// Smallest turn that counts, rad.
 const SMALLEST_TURN_RAD: f64 = 0.02;
 
-/// Watches the first deflection of a manoeuvre for a vehicle that turns against its rudder.
+/// Watches a manoeuvre for a vehicle that turns against its rudder.
 ///
 /// ```text
-/// psi(t) = alpha + beta t + gamma s(t),   s(t) = 0 before the deflection, t^2/2 after it
+/// psi(t) = alpha + beta t + gamma s(t)
+/// s'' = -s'/T + (delta - mean delta of the lead-in),   s = 0 in the lead-in
 /// ```
 ///
-/// fitted by least squares over the lead-in and the deflection so far. gamma is the yaw
-/// acceleration that the deflection caused; the drift beta of the lead-in is taken out. The
-/// rudder is reversed where gamma has the wrong sign and is both beyond what the scatter about the
-/// line can cause (5 standard deviations) and a turn larger than 0.02 rad and than 3 times the
-/// wander of the heading in the lead-in: waves push a vehicle with a weak rudder either way.
+/// fitted by least squares over the lead-in and the manoeuvre so far: gamma is a rough b2, and the
+/// drift beta of the lead-in is taken out. T is half the first deflection, since a manoeuvre is chosen to
+/// suit its vehicle; the sign of gamma does not hang on it. The rudder is reversed where gamma
+/// has the wrong sign and the turn gamma s is beyond what the scatter about the line can cause (5
+/// standard deviations), larger than 0.02 rad and larger than 3 times the wander of the heading in the
+/// lead-in: waves push a vehicle with a weak rudder either way.
 #[derive(Clone, Copy, Debug)]
 pub struct RudderSenseWatch<T> {
     /// +1 where b2 is expected to be positive.
     sign: T,
-    deflection_s: f64,
+    judged_from_s: f64,
+    judged_to_s: f64,
+    /// The vehicle that s belongs to.
+    expected: YawModel<T>,
+    response: YawState<T>,
+    /// Largest |s| so far.
+    largest: T,
+    /// Time and rudder of the sample before.
+    last: Option<(f64, T)>,
     /// Gram matrix of [1, t, s, psi].
     gram: [[T; 4]; 4],
     lead_in: LeadIn<T>,
@@ -43,16 +56,23 @@ struct LeadIn<T> {
 }
 
 impl<T: Real> RudderSenseWatch<T> {
-    /// A watch on a manoeuvre whose first deflection lasts `deflection_s`. `None` where no sense is expected.
-    pub fn new(sense: RudderSense, deflection_s: f64) -> Option<Self> {
+    /// A watch on a manoeuvre. `None` where no sense is expected.
+    pub fn new(sense: RudderSense, excitation: &Excitation<T>) -> Option<Self> {
         let sign = match sense {
             RudderSense::Positive => T::ONE,
             RudderSense::Negative => -T::ONE,
             RudderSense::Unknown => return None,
         };
+        let deflection_s = excitation.first_deflection_s();
+        let a22_per_s = -T::ONE / T::of(TIME_CONSTANT * deflection_s);
         Some(Self {
             sign,
-            deflection_s,
+            judged_from_s: JUDGED_FROM * deflection_s,
+            judged_to_s: excitation.duration_s(),
+            expected: YawModel::from_theta([a22_per_s, T::ONE, T::ZERO]),
+            response: YawState::default(),
+            largest: T::ZERO,
+            last: None,
             gram: [[T::ZERO; 4]; 4],
             lead_in: LeadIn::default(),
         })
@@ -61,39 +81,37 @@ impl<T: Real> RudderSenseWatch<T> {
     /// Takes in the heading relative to the heading of the run and the rudder, `elapsed_s` after
     /// the start of the manoeuvre, negative before it. `true`: the vehicle turns against its rudder.
     pub fn is_reversed(&mut self, elapsed_s: f64, heading_rad: T, rudder_rad: T) -> bool {
-        if elapsed_s >= self.deflection_s {
+        if elapsed_s >= self.judged_to_s {
             return false;
         }
-        let t = T::of(elapsed_s);
-        let after = t.max(T::ZERO);
-        let s = after * after / T::of(2.0);
-        let terms = [T::ONE, t, s, heading_rad];
+        if elapsed_s < 0.0 {
+            self.lead_in.add(heading_rad, rudder_rad);
+        } else if let Some((last_s, last_rudder_rad)) = self.last {
+            let deflection_rad = last_rudder_rad - self.lead_in.mean_rudder_rad;
+            let interval_s = T::of(elapsed_s - last_s);
+            self.response = self
+                .expected
+                .advance(self.response, deflection_rad, interval_s);
+        }
+        self.last = Some((elapsed_s, rudder_rad));
+        let s = self.response.heading_rad;
+        self.largest = self.largest.max(s.abs());
+        let terms = [T::ONE, T::of(elapsed_s), s, heading_rad];
         for (row, left) in self.gram.iter_mut().zip(terms) {
             for (entry, right) in row.iter_mut().zip(terms) {
                 *entry += left * right;
             }
         }
-        if elapsed_s < 0.0 {
-            self.lead_in.add(heading_rad, rudder_rad);
-            return false;
-        }
-        elapsed_s >= JUDGED_FROM * self.deflection_s
-            && self.turns_against(s, rudder_rad - self.lead_in.mean_rudder_rad)
+        elapsed_s >= self.judged_from_s && self.turns_against()
     }
 
-    fn turns_against(&self, s: T, deflection_rad: T) -> bool {
+    fn turns_against(&self) -> bool {
         let Some((gamma, variance)) = self.last_coefficient() else {
             return false;
         };
-        let against = -gamma
-            * self.sign
-            * if deflection_rad < T::ZERO {
-                -T::ONE
-            } else {
-                T::ONE
-            };
+        let against = -gamma * self.sign;
         let least = T::of(SMALLEST_TURN_RAD).max(T::of(WANDER_FACTOR) * self.lead_in.deviation());
-        against > T::of(SIGNIFICANCE) * variance.sqrt() && against * s > least
+        against > T::of(SIGNIFICANCE) * variance.sqrt() && against * self.largest > least
     }
 
     /// gamma and its variance, by elimination of alpha and beta from the normal equations.
