@@ -1,7 +1,7 @@
 //! `seatrial report` at the process boundary.
 
-#[path = "../../seatrial/tests/trial/mod.rs"]
-mod trial;
+#[path = "../../seatrial/tests/made_up_trial/mod.rs"]
+mod made_up_trial;
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -67,11 +67,14 @@ fn charts(page: &str) -> Vec<&str> {
 #[test]
 fn cli_report_of_a_logbook_draws_what_was_run() {
     let folder = tempfile::tempdir().unwrap();
-    let mut campaign = trial::campaign(&[0.6, 0.7, 0.8]);
-    trial::reject(&mut campaign.runs[1]);
-    trial::interrupt(&mut campaign.runs[2]);
+    let mut campaign = made_up_trial::campaign(&[0.6, 0.7, 0.8]);
+    made_up_trial::reject(&mut campaign.runs[1]);
+    made_up_trial::interrupt(&mut campaign.runs[2]);
     campaign.outcome = Some(Outcome::Aborted(AbortReason::Roll));
-    record(&folder.path().join("seatrial.db"), &trial::campaign(&[0.6]));
+    record(
+        &folder.path().join("seatrial.db"),
+        &made_up_trial::campaign(&[0.6]),
+    );
     record(&folder.path().join("seatrial.db"), &campaign);
 
     let output = seatrial(
@@ -102,7 +105,7 @@ fn cli_report_of_a_logbook_draws_what_was_run() {
 
 /// A run as a log, with the rudder as steered or held still.
 fn write_log(path: &Path, still: bool) {
-    let campaign = trial::campaign(&[0.8]);
+    let campaign = made_up_trial::campaign(&[0.8]);
     let mut log = String::from("time_s,heading_rad,rudder_rad\n");
     for sample in &campaign.runs[0].record.samples {
         let rudder_rad = if still { 0.01 } else { sample.rudder_rad };
@@ -149,7 +152,10 @@ fn cli_report_says_what_is_wrong() {
         assert!(text(&output.stderr).contains(said), "{arguments:?}");
     }
 
-    record(&folder.path().join("seatrial.db"), &trial::campaign(&[0.6]));
+    record(
+        &folder.path().join("seatrial.db"),
+        &made_up_trial::campaign(&[0.6]),
+    );
     let logbook = ["--logbook", "seatrial.db"];
     let output = seatrial(
         &[&logbook[..], &["--campaign", "9"]].concat(),

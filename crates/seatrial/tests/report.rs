@@ -1,6 +1,6 @@
 //! The report is read from outside: as a browser and a person would.
 
-mod trial;
+mod made_up_trial;
 
 use seatrial::identification::Reason;
 use seatrial::report::{self, Log};
@@ -16,33 +16,33 @@ fn kept(name: &str, page: String) -> String {
 }
 
 fn aborted() -> Campaign {
-    let mut campaign = trial::campaign(&[0.6, 0.7]);
+    let mut campaign = made_up_trial::campaign(&[0.6, 0.7]);
     campaign.outcome = Some(Outcome::Aborted(AbortReason::Roll));
-    trial::interrupt(campaign.runs.last_mut().unwrap());
+    made_up_trial::interrupt(campaign.runs.last_mut().unwrap());
     campaign
 }
 
 fn rejected() -> Campaign {
-    let mut campaign = trial::campaign(&[0.6, 0.8]);
-    campaign.runs.iter_mut().for_each(trial::reject);
+    let mut campaign = made_up_trial::campaign(&[0.6, 0.8]);
+    campaign.runs.iter_mut().for_each(made_up_trial::reject);
     campaign
 }
 
 fn empty() -> Campaign {
     Campaign {
         outcome: None,
-        ..trial::campaign(&[])
+        ..made_up_trial::campaign(&[])
     }
 }
 
 /// Every kind of page that there is.
 fn pages() -> Vec<(&'static str, String)> {
-    let mut partly = trial::campaign(&[0.6, 0.7, 0.8, 0.9, 1.0]);
-    trial::reject(&mut partly.runs[2]);
+    let mut partly = made_up_trial::campaign(&[0.6, 0.7, 0.8, 0.9, 1.0]);
+    made_up_trial::reject(&mut partly.runs[2]);
     let mut again = partly.runs[2].clone();
     (again.number, again.attempt) = (6, 2);
     partly.runs.push(again);
-    let one = trial::campaign(&[0.8]);
+    let one = made_up_trial::campaign(&[0.8]);
     let run = &one.runs[0];
     let log = Log {
         name: "run_80.csv",
@@ -63,7 +63,7 @@ fn pages() -> Vec<(&'static str, String)> {
         ("refused", report::render_log(&refused)),
         (
             "finished",
-            report::render(&trial::campaign(&[0.6, 0.7, 0.8, 0.9, 1.0]), &[]),
+            report::render(&made_up_trial::campaign(&[0.6, 0.7, 0.8, 0.9, 1.0]), &[]),
         ),
         ("partly", report::render(&partly, &[])),
         ("rejected", report::render(&rejected(), &[])),
@@ -164,7 +164,7 @@ fn prop_every_chart_has_words() {
 
 #[test]
 fn exact_finished_trial_has_every_part() {
-    let page = report::render(&trial::campaign(&[0.6, 0.7, 0.8, 0.9, 1.0]), &[]);
+    let page = report::render(&made_up_trial::campaign(&[0.6, 0.7, 0.8, 0.9, 1.0]), &[]);
     for part in [
         "Usable models at all 5 speeds.",
         "What to do now",
@@ -219,7 +219,7 @@ fn exact_bad_trials_are_drawn() {
 #[test]
 fn prop_names_cannot_write_markup() {
     let hostile = "<script>alert(1)</script>\"'&<img onerror=x>";
-    let mut campaign = trial::campaign(&[0.6]);
+    let mut campaign = made_up_trial::campaign(&[0.6]);
     campaign.vehicle = hostile.to_owned();
     campaign.configuration = hostile.to_owned();
     campaign.software_version = hostile.to_owned();
@@ -256,19 +256,24 @@ fn prop_wild_samples_are_drawn_or_left_out() {
         -1e300,
         0.0,
     ] {
-        let mut campaign = trial::campaign(&[0.6, 0.7]);
+        let mut campaign = made_up_trial::campaign(&[0.6, 0.7]);
         for run in &mut campaign.runs {
             for sample in run.record.samples.iter_mut().step_by(7) {
                 sample.heading_rad = wild;
                 sample.yaw_rate_rad_s = Some(wild);
                 sample.depth_m = Some(wild);
             }
+            for k in [0, 500, run.record.samples.len() - 1] {
+                run.record.samples[k].time_s = wild;
+            }
             let identification = run.identification.as_mut().unwrap();
+            identification.online.trace[0].time_s = wild;
             identification.online.trace[100].theta = [wild; 3];
             identification.online.trace[100].step_norm = wild;
             let refined = identification.refined.as_mut().unwrap();
             refined.model.a22_per_s = wild;
             refined.interval_95.b2_per_s2 = [wild; 2];
+            run.surge_speed_m_s = Some(wild);
         }
         let page = report::render(&campaign, &[]);
         for wrong in ["NaN", "inf ", "inf\"", ">inf", "-inf"] {
@@ -280,7 +285,7 @@ fn prop_wild_samples_are_drawn_or_left_out() {
 #[test]
 fn prop_records_of_none_and_one_sample() {
     for count in [0, 1, 2] {
-        let mut campaign = trial::campaign(&[0.6]);
+        let mut campaign = made_up_trial::campaign(&[0.6]);
         let run = &mut campaign.runs[0];
         run.record = Record {
             samples: run.record.samples[..count].to_vec(),

@@ -1,6 +1,6 @@
 //! A small SVG chart writer: panels stacked over one horizontal axis.
 //!
-//! A general plotting library was tried on paper and left out: kuva 0.6 writes a fixed pixel size
+//! A general plotting library was weighed and left out: kuva 0.6 writes a fixed pixel size
 //! without a `viewBox`, colours as attributes of each element, no accessible name, and each panel
 //! with its own axis. A report needs the opposite: pictures that scale with the column, take every
 //! colour from a CSS variable so that one picture serves both themes and print, and share one time
@@ -16,7 +16,7 @@ use super::number::escaped;
 
 /// Width of every chart, user units: chosen so that text stays readable on a phone.
 pub(super) const WIDTH: f64 = 420.0;
-const LEFT: f64 = 50.0;
+const LEFT: f64 = 53.0;
 const RIGHT: f64 = 10.0;
 /// Width of the drawing area, user units.
 pub(super) const PLOT_WIDTH: f64 = WIDTH - LEFT - RIGHT;
@@ -226,7 +226,7 @@ impl Panel {
 impl Chart {
     /// The chart as one `svg` element.
     pub fn svg(&self) -> String {
-        let [from, to] = self.x_range;
+        let [from, to] = self.ends();
         let x = |value: f64| LEFT + (value - from) / (to - from) * PLOT_WIDTH;
         let inside = |value: f64| value.clamp(from, to);
 
@@ -249,7 +249,7 @@ impl Chart {
             top = self.draw_panel(panel, top, &mut body);
         }
         let bottom = top - GAP;
-        for (value, text) in linear_ticks(self.x_range, 7.0) {
+        for (value, text) in linear_ticks([from, to], 7.0) {
             text_at(&mut body, [x(value), bottom + 14.0], "tick middle", &text);
         }
         let middle = LEFT + PLOT_WIDTH / 2.0;
@@ -266,13 +266,23 @@ impl Chart {
         )
     }
 
+    /// The ends of the horizontal axis, also where the data gave none.
+    fn ends(&self) -> [f64; 2] {
+        let [from, to] = self.x_range;
+        if from < to && (to - from).is_finite() {
+            [from, to]
+        } else {
+            [0.0, 1.0]
+        }
+    }
+
     /// Draws one panel below `top` and returns where the next one starts.
     fn draw_panel(&self, panel: &Panel, top: f64, body: &mut String) -> f64 {
         let legend_rows = draw_header(panel, top, body);
         let top = top + legend_rows as f64 * HEADER;
         let height = panel.height;
-        let [from, to] = self.x_range;
-        let [low, high] = panel.axis(self.x_range);
+        let [from, to] = self.ends();
+        let [low, high] = panel.axis([from, to]);
         // Tenths of a unit from the panel's top left corner.
         let x = |value: f64| (value - from) / (to - from) * PLOT_WIDTH * 10.0;
         let y = |value: f64| (high - panel.even(value)) / (high - low) * height * 10.0;
@@ -302,7 +312,7 @@ impl Chart {
         for tick in &tick_heights {
             let _ = write!(body, "M0 {:.0}h{width10}", tick * 10.0);
         }
-        for (value, _) in linear_ticks(self.x_range, 7.0) {
+        for (value, _) in linear_ticks([from, to], 7.0) {
             let _ = write!(body, "M{:.0} 0v{height10}", x(value));
         }
         let _ = write!(body, "\"/>");

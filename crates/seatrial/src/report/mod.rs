@@ -192,7 +192,10 @@ fn run_section(run: &Run) -> RunSection {
         stages: &run.stages,
         identification: run.identification.as_ref(),
         name: &title,
-        origin_s: run.record.samples.first().map_or(0.0, |s| s.time_s),
+        origin_s: {
+            let mut times = run.record.samples.iter().map(|s| s.time_s);
+            times.find(|time| time.is_finite()).unwrap_or(0.0)
+        },
         is_trial: true,
     };
     let figures = run_figures(&source);

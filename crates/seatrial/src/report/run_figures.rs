@@ -22,7 +22,7 @@ pub(super) struct Source<'a> {
     pub fresh: &'a Record,
     pub stages: &'a [StageSpan],
     pub identification: Option<&'a Identification>,
-    /// Name of the thing in captions and alternative texts, "80 % thrust, run 3".
+    /// Its name in alternative texts.
     pub name: &'a str,
     /// The record's time at the left end of the manoeuvre's axis, s.
     pub origin_s: f64,
@@ -121,7 +121,8 @@ pub(super) fn manoeuvre(source: &Source) -> Option<Figure> {
         .filter(|stage| *stage != Stage::Validate || source.one_record())
         .filter_map(|stage| source.window(stage))
         .collect();
-    let (first, last) = (all.first()?.time_s, all.last()?.time_s);
+    let mut times = all.iter().map(|s| s.time_s).filter(|t| t.is_finite());
+    let (first, last) = (times.next()?, times.next_back()?);
     let (from_s, to_s) = match windows.iter().copied().reduce(|a, b| Window {
         from_s: a.from_s.min(b.from_s),
         to_s: a.to_s.max(b.to_s),
