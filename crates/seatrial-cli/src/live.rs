@@ -9,6 +9,7 @@ use ratatui::style::{Color, Modifier, Style, Stylize};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Gauge, Paragraph};
 use ratatui::{Frame, Terminal, TerminalOptions, Viewport};
+use seatrial_core::Stage;
 
 /// Rows of the live view.
 const ROWS: u16 = 9;
@@ -16,25 +17,47 @@ const ROWS: u16 = 9;
 /// Time between two drawings.
 const REDRAW: Duration = Duration::from_millis(100);
 
+/// The names of the stages, in order.
+const STAGES: [(Stage, &str); 3] = [
+    (Stage::Settle, "settle"),
+    (Stage::Train, "train"),
+    (Stage::Validate, "validate"),
+];
+
 /// Everything that the live view shows at one instant.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Picture {
     /// Vehicle, run, thrust, attempt.
     pub title: String,
-    /// Names of the stages and the index of the one that runs.
-    pub stages: [&'static str; 3],
-    /// Index of the stage that runs.
-    pub stage: usize,
-    /// Time into the stage and its longest duration, s.
-    pub stage_time_s: [f64; 2],
-    /// Name, value with unit, 95 % interval where known.
-    pub parameters: Vec<(&'static str, f64, Option<[f64; 2]>, &'static str)>,
-    /// Step norm of the parameters and its threshold (39).
-    pub step_norm: Option<[f64; 2]>,
+    /// The stage that runs.
+    pub stage: Option<Stage>,
+    /// Time into the stage, s.
+    pub elapsed_s: f64,
+    /// Time until the stage ends at the latest, s.
+    pub remaining_s: f64,
+    /// a22, b2 and C0.
+    pub parameters: [Parameter; 3],
+    /// Step norm of the parameters (39).
+    pub step_norm: f64,
+    /// Its threshold.
+    pub threshold: f64,
     /// When convergence was detected, s into training.
     pub converged_s: Option<f64>,
     /// Limit and how much of it is used, 1 is at the limit.
     pub envelope: Vec<(&'static str, f64)>,
+}
+
+/// One parameter of the estimate.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// Its symbol.
+    pub name: &'static str,
+    /// The estimate.
+    pub value: f64,
+    /// The 95 % interval, where known.
+    pub interval: Option<[f64; 2]>,
+    /// Its unit.
+    pub unit: &'static str,
 }
 
 /// A place for the picture of the moment and for lines that stay.
@@ -67,6 +90,11 @@ impl Live {
             },
             _ => Self::Log,
         }
+    }
+
+    /// Is somebody watching a terminal?
+    pub fn is_terminal(&self) -> bool {
+        matches!(self, Self::Terminal { .. })
     }
 
     /// Is a drawing due? Preparing a picture costs more than asking.
@@ -128,11 +156,11 @@ fn render(frame: &mut Frame, picture: &Picture, colour: bool) {
 
     frame.render_widget(Line::from(picture.title.clone()).bold(), rows[0]);
     frame.render_widget(stage_line(picture), rows[1]);
-    let [elapsed_s, duration_s] = picture.stage_time_s;
+    let duration_s = picture.elapsed_s + picture.remaining_s;
     frame.render_widget(
         Gauge::default()
-            .ratio((elapsed_s / duration_s).clamp(0.0, 1.0))
-            .label(format!("{:.0} s left", (duration_s - elapsed_s).max(0.0)))
+            .ratio((picture.elapsed_s / duration_s.max(1e-9)).clamp(0.0, 1.0))
+            .label(format!("{:.0} s left", picture.remaining_s))
             .gauge_style(Style::new().fg(tint(Color::Cyan))),
         rows[2],
     );
@@ -148,8 +176,8 @@ fn render(frame: &mut Frame, picture: &Picture, colour: bool) {
 
 fn stage_line(picture: &Picture) -> Line<'static> {
     let mut spans = Vec::new();
-    for (index, name) in picture.stages.iter().enumerate() {
-        let style = if index == picture.stage {
+    for (stage, name) in STAGES {
+        let style = if picture.stage == Some(stage) {
             Style::new().add_modifier(Modifier::BOLD | Modifier::REVERSED)
         } else {
             Style::new().add_modifier(Modifier::DIM)
@@ -160,22 +188,23 @@ fn stage_line(picture: &Picture) -> Line<'static> {
     Line::from(spans)
 }
 
-fn parameter_line(
-    (name, value, interval, unit): &(&'static str, f64, Option<[f64; 2]>, &'static str),
-) -> Line<'static> {
-    let interval = interval.map_or_else(String::new, |[low, high]| {
-        format!("   95 %: {low:.3} to {high:.3}")
+fn parameter_line(parameter: &Parameter) -> Line<'static> {
+    let interval = parameter.interval.map_or_else(String::new, |[low, high]| {
+        format!("   95 %: {low:.4} to {high:.4}")
     });
-    Line::from(format!("{name:>4} {value:>9.4} {unit:<8}{interval}"))
+    Line::from(format!(
+        "{:>4} {:>9.4} {:<8}{interval}",
+        parameter.name, parameter.value, parameter.unit
+    ))
 }
 
 fn convergence_text(picture: &Picture) -> String {
-    match (picture.converged_s, picture.step_norm) {
-        (Some(converged_s), _) => format!("converged {converged_s:.1} s into training"),
-        (None, Some([norm, threshold])) => {
-            format!("step norm {norm:.1e}, converged under {threshold:.0e}")
-        }
-        (None, None) => String::new(),
+    match picture.converged_s {
+        Some(converged_s) => format!("converged {converged_s:.1} s into training"),
+        None => format!(
+            "step norm {:.1e}, converged under {:.0e}",
+            picture.step_norm, picture.threshold
+        ),
     }
 }
 
@@ -187,7 +216,10 @@ fn envelope_line(picture: &Picture, tint: &impl Fn(Color) -> Color) -> Line<'sta
             used if *used >= 0.5 => Style::new().fg(tint(Color::Yellow)),
             _ => Style::new(),
         };
-        spans.push(Span::styled(format!("  {name} {:.0} %", 100.0 * used), style));
+        spans.push(Span::styled(
+            format!("  {name} {:.0} %", 100.0 * used),
+            style,
+        ));
     }
     Line::from(spans)
 }

@@ -4,6 +4,7 @@ mod compare;
 mod gains;
 mod identify;
 mod inspect;
+mod live;
 mod log;
 mod logbook;
 mod output;
@@ -13,8 +14,10 @@ mod report;
 mod sim;
 mod steering_source;
 mod table;
+mod trial;
 mod turn;
 mod validate;
+mod vehicle;
 mod windows;
 
 use std::process::ExitCode;
@@ -36,6 +39,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Verb {
+    Trial(Box<trial::Args>),
     Inspect(inspect::Args),
     Sim(sim::Args),
     Identify(identify::Args),
@@ -52,6 +56,7 @@ enum Verb {
 impl Verb {
     fn run(&self, output: &Output) -> Result<Exit, Failure> {
         match self {
+            Self::Trial(args) => trial::run(args, output),
             Self::Inspect(args) => inspect::run(args, output),
             Self::Sim(args) => sim::run(args, output),
             Self::Identify(args) => identify::run(args, output),

@@ -104,6 +104,27 @@ pub enum AbortReason {
     LinkLost,
 }
 
+impl core::fmt::Display for AbortReason {
+    fn fmt(&self, f: &mut core::fmt::Formatter) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Operator => "the operator asked for it",
+            Self::Depth => "depth outside the envelope",
+            Self::Altitude => "too close to the bottom",
+            Self::Roll => "roll outside the envelope",
+            Self::Pitch => "pitch outside the envelope",
+            Self::YawRate => "yaw rate outside the envelope",
+            Self::HeadingExcursion => "heading too far from the heading of the run",
+            Self::Area => "outside the area",
+            Self::SpeedDrift => "the speed changed too much during a manoeuvre",
+            Self::StaleSamples => "no usable sample for too long",
+            Self::StageTimeLimit => "a stage took longer than its limit",
+            Self::ReversedRudder => "the vehicle turned against the rudder",
+            Self::NotSettled => "the vehicle did not settle in the time allowed",
+            Self::LinkLost => "the link to the vehicle was lost",
+        })
+    }
+}
+
 /// A vehicle, simulated or real: gives the next sample, carries out an action.
 pub trait Vehicle<T: Real> {
     /// What can go wrong with this vehicle's link.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use seatrial_core::estimator::EstimatorSettings;
 use seatrial_core::state_variable_filter::Hold;
-use seatrial_core::{Nomoto, YawModel};
+use seatrial_core::{Nomoto, RejectedCounts, YawModel};
 use serde::{Deserialize, Serialize};
 
 use crate::record::Window;
@@ -59,6 +59,18 @@ impl RejectedSamples {
     /// Samples rejected, all causes.
     pub fn total(&self) -> u32 {
         self.non_finite + self.repeated_time + self.reversed_time + self.spike
+    }
+}
+
+impl From<RejectedCounts> for RejectedSamples {
+    fn from(counts: RejectedCounts) -> Self {
+        Self {
+            non_finite: counts.non_finite,
+            repeated_time: counts.repeated_time,
+            reversed_time: counts.reversed_time,
+            spike: counts.spike,
+            gaps: counts.gaps + counts.discontinuities,
+        }
     }
 }
 

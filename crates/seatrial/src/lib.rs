@@ -4,6 +4,7 @@
 pub mod campaign;
 pub mod circle_fit;
 pub mod compare;
+pub mod conduct;
 pub mod difference;
 pub mod heading_step;
 pub mod identification;

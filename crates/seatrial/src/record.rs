@@ -59,6 +59,20 @@ impl Record {
         &self.samples[from..to.max(from)]
     }
 
+    /// The samples of a window whose time, heading and rudder are finite and whose time increases.
+    pub fn usable(&self, window: Window) -> Vec<Sample<f64>> {
+        let mut usable: Vec<Sample<f64>> = Vec::new();
+        for sample in self.window(window) {
+            let is_finite = sample.time_s.is_finite()
+                && sample.heading_rad.is_finite()
+                && sample.rudder_rad.is_finite();
+            if is_finite && usable.last().is_none_or(|last| sample.time_s > last.time_s) {
+                usable.push(*sample);
+            }
+        }
+        usable
+    }
+
     /// The median of the intervals between samples, s. `None` under two samples.
     pub fn median_interval_s(&self) -> Option<f64> {
         median_interval_s(&self.samples)

@@ -138,7 +138,7 @@ pub fn estimate(
             trace,
         },
         samples_used,
-        rejected: rejected(&estimator),
+        rejected: estimator.rejected().into(),
         accepted,
     })
 }
@@ -152,17 +152,6 @@ fn unwrapped(sample: Sample<f64>, last: Option<&Sample<f64>>, yaw_rate_rad_s: f6
     Sample {
         heading_rad: predicted + Real::wrapped(sample.heading_rad - predicted),
         ..sample
-    }
-}
-
-fn rejected(estimator: &Estimator<f64>) -> RejectedSamples {
-    let counts = estimator.rejected();
-    RejectedSamples {
-        non_finite: counts.non_finite,
-        repeated_time: counts.repeated_time,
-        reversed_time: counts.reversed_time,
-        spike: counts.spike,
-        gaps: counts.gaps + counts.discontinuities,
     }
 }
 

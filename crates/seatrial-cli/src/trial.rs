@@ -1,0 +1,440 @@
+//! `seatrial trial`: a whole sea trial.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use seatrial::campaign::{Campaign, Run, Stage};
+use seatrial::conduct::{Watch, conduct};
+use seatrial::identify::refine::refine;
+use seatrial::logbook::{Logbook, NewCampaign, Recorder, Step};
+use seatrial::report;
+use seatrial_core::heading_control::HeadingGain;
+use seatrial_core::{AbortReason, Outcome, Plan, Sample, Trial, YawModel};
+use serde::Serialize;
+
+use crate::live::{Live, Parameter, Picture};
+use crate::output::{Exit, Failure, Output};
+use crate::table::Table;
+use crate::vehicle;
+
+/// Run a whole sea trial: settle, train and validate at each speed, then gains and turning limits.
+#[derive(clap::Args, Debug)]
+#[command(after_help = "\
+Each speed is settled, trained with a doublet and validated with a smaller one. Everything goes into the logbook.
+
+Exit code 0: every speed has an accepted model; 4: a speed has none; 5: the trial was aborted and the vehicle
+handed back; 6: finished, but something could not be saved.
+
+Example:
+  seatrial trial --seed 1 --report trial.html")]
+pub struct Args {
+    /// The vehicle: sim:starfish, or sim:FILE.toml for any other first-order vehicle.
+    #[arg(long, value_name = "VEHICLE", default_value = "sim:starfish")]
+    vehicle: String,
+    /// The plan, a TOML file as `seatrial plan` writes it [default: the paper's].
+    #[arg(long, value_name = "FILE")]
+    plan: Option<PathBuf>,
+    /// Where everything is kept.
+    #[arg(long, value_name = "FILE", default_value = "seatrial.db")]
+    logbook: PathBuf,
+    /// Write the report, one HTML file.
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+    /// Name of the vehicle's configuration, its payload.
+    #[arg(long, value_name = "NAME", default_value = "default")]
+    configuration: String,
+    /// Notes on the configuration.
+    #[arg(long, value_name = "TEXT")]
+    notes: Option<String>,
+    /// Seed of a simulated vehicle.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Run a simulated vehicle no faster than a real one.
+    #[arg(long)]
+    realtime: bool,
+    /// Keep the estimate after every sample in the JSON document.
+    #[arg(long)]
+    trace: bool,
+    /// Do not ask before the vehicle moves. A simulated vehicle never asks.
+    #[arg(long)]
+    yes: bool,
+}
+
+/// What `trial --json` prints.
+#[derive(Serialize)]
+struct Document {
+    schema: &'static str,
+    #[serde(flatten)]
+    campaign: Campaign,
+    plan: Plan<f64>,
+}
+
+/// Runs the trial.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let plan = load_plan(args.plan.as_deref())?;
+    let mut vehicle = vehicle::simulated(&args.vehicle, args.seed)?;
+    let about = Campaign {
+        software_version: env!("CARGO_PKG_VERSION").into(),
+        vehicle: args.vehicle.clone(),
+        configuration: args.configuration.clone(),
+        seed: Some(args.seed),
+        rudder_limit_rad: plan.rudder_limit_rad,
+        runs: Vec::new(),
+        outcome: None,
+    };
+    let plan_text = toml::to_string_pretty(&plan).map_err(Failure::internal)?;
+    let logbook = Logbook::open(&args.logbook).map_err(Failure::from)?;
+    let recorder = Recorder::begin(
+        logbook,
+        &NewCampaign {
+            configuration: &about.configuration,
+            notes: args.notes.as_deref(),
+            software_version: &about.software_version,
+            vehicle: &about.vehicle,
+            seed: about.seed,
+            rudder_limit_rad: about.rudder_limit_rad,
+            plan: &plan_text,
+        },
+    )
+    .map_err(Failure::from)?;
+
+    let stop = Arc::new(AtomicBool::new(false));
+    let handler = Arc::clone(&stop);
+    ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
+        .map_err(Failure::internal)?;
+    let mut bridge = Bridge::new(args, recorder, stop);
+    let conducted = conduct(&mut vehicle, plan, about, &mut bridge)
+        .map_err(|error| Failure::input(format!("the plan: {error}")))?;
+    let mut campaign = conducted.campaign;
+    let mut unsaved = bridge.end(&campaign);
+    if let Some(path) = &args.report {
+        let provenance = [
+            ("Plan", plan_text),
+            ("Logbook", args.logbook.display().to_string()),
+        ];
+        if let Err(error) = std::fs::write(path, report::render(&campaign, &provenance)) {
+            unsaved.push(format!("the report {}: {error}", path.display()));
+        }
+    }
+    for what in &unsaved {
+        eprintln!("seatrial: not saved: {what}");
+    }
+    if !args.trace {
+        for run in &mut campaign.runs {
+            if let Some(identification) = &mut run.identification {
+                identification.online.trace.clear();
+            }
+        }
+    }
+    let exit = exit(&campaign, &plan, !unsaved.is_empty());
+    let document = Document {
+        schema: "seatrial.trial.v1",
+        campaign,
+        plan,
+    };
+    output.print(&document, || text(&document.campaign, args))?;
+    Ok(exit)
+}
+
+/// The plan of a file, or the paper's.
+pub fn load_plan(path: Option<&Path>) -> Result<Plan<f64>, Failure> {
+    let Some(path) = path else {
+        return Ok(Plan::paper());
+    };
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+    let plan: Plan<f64> = toml::from_str(&text)
+        .map_err(|error| Failure::input(format!("{}: not a plan: {error}", path.display())))?;
+    Trial::new(plan)
+        .map_err(|error| Failure::input(format!("{}: {error}", path.display())))
+        .map(|_| plan)
+}
+
+fn exit(campaign: &Campaign, plan: &Plan<f64>, unsaved: bool) -> Exit {
+    match campaign.outcome {
+        Some(Outcome::Finished) if unsaved => Exit::NotSaved,
+        Some(Outcome::Finished) if campaign.accepted_runs().len() == plan.thrusts.len() => {
+            Exit::Done
+        }
+        Some(Outcome::Finished) => Exit::Rejected,
+        _ => Exit::Aborted,
+    }
+}
+
+/// Between the trial and whoever is told of it: the logbook, the live view, the clock, the operator.
+struct Bridge {
+    recorder: Option<Recorder>,
+    unsaved: Vec<String>,
+    live: Live,
+    vehicle: String,
+    training: Vec<Sample<f64>>,
+    intervals: Option<[[f64; 2]; 3]>,
+    interval_due_s: f64,
+    pace: Option<Pace>,
+    stop: Arc<AtomicBool>,
+}
+
+/// Wall clock against the vehicle's.
+struct Pace {
+    start: Instant,
+    first_s: Option<f64>,
+}
+
+impl Bridge {
+    fn new(args: &Args, recorder: Recorder, stop: Arc<AtomicBool>) -> Self {
+        Self {
+            recorder: Some(recorder),
+            unsaved: Vec::new(),
+            live: Live::start(),
+            vehicle: args.vehicle.clone(),
+            training: Vec::new(),
+            intervals: None,
+            interval_due_s: f64::NEG_INFINITY,
+            pace: args.realtime.then(|| Pace {
+                start: Instant::now(),
+                first_s: None,
+            }),
+            stop,
+        }
+    }
+
+    /// Keeps something; what cannot be kept does not stop the trial.
+    fn keep(&mut self, keep: impl FnOnce(&mut Recorder) -> Result<(), seatrial::logbook::Error>) {
+        if let Some(recorder) = &mut self.recorder
+            && let Err(error) = keep(recorder)
+        {
+            let error = error.to_string();
+            if self.unsaved.last() != Some(&error) {
+                self.unsaved.push(error);
+            }
+        }
+    }
+
+    fn end(mut self, campaign: &Campaign) -> Vec<String> {
+        self.live.end();
+        if let (Some(recorder), Some(outcome)) = (self.recorder.take(), campaign.outcome)
+            && let Err(error) = recorder.finish(outcome)
+        {
+            self.unsaved.push(error.to_string());
+        }
+        self.unsaved
+    }
+
+    /// The 95 % interval so far, once a second of the vehicle's time.
+    fn update_intervals(&mut self, step: &Step) {
+        if step.stage == Some(Stage::Settle) {
+            self.training.clear();
+            self.intervals = None;
+        }
+        let Some(online) = step.estimate else {
+            return;
+        };
+        self.training.push(step.sample);
+        if step.sample.time_s >= self.interval_due_s {
+            self.interval_due_s = step.sample.time_s + 1.0;
+            self.intervals = refine(&self.training, Some(online)).ok().map(|refined| {
+                let interval = refined.interval_95;
+                [
+                    interval.a22_per_s,
+                    interval.b2_per_s2,
+                    interval.c0_rad_per_s2,
+                ]
+            });
+        }
+    }
+
+    fn picture(&self, trial: &Trial<f64>) -> Picture {
+        let status = trial.status();
+        let parameter = |index: usize, name, unit| Parameter {
+            name,
+            value: status.model.theta()[index],
+            interval: self.intervals.map(|intervals| intervals[index]),
+            unit,
+        };
+        Picture {
+            title: format!(
+                "{}   run {}, speed {} of {}, {:.0} % thrust, try {}",
+                self.vehicle,
+                status.run,
+                status.speed,
+                status.speeds,
+                100.0 * status.thrust,
+                status.attempt
+            ),
+            stage: status.stage,
+            elapsed_s: status.elapsed_s,
+            remaining_s: status.remaining_s,
+            parameters: [
+                parameter(0, "a22", "1/s"),
+                parameter(1, "b2", "1/s^2"),
+                parameter(2, "C0", "rad/s^2"),
+            ],
+            step_norm: status.step_norm,
+            threshold: trial.estimator().settings().convergence.threshold,
+            converged_s: trial.estimator().converged_s(),
+            envelope: status
+                .envelope
+                .limits()
+                .into_iter()
+                .filter_map(|(limit, used)| Some((short(limit), used?)))
+                .collect(),
+        }
+    }
+}
+
+/// The limit that a reason is about, in a word.
+fn short(limit: AbortReason) -> &'static str {
+    match limit {
+        AbortReason::Depth => "depth",
+        AbortReason::Altitude => "altitude",
+        AbortReason::Roll => "roll",
+        AbortReason::Pitch => "pitch",
+        AbortReason::YawRate => "rate",
+        AbortReason::HeadingExcursion => "heading",
+        AbortReason::Area => "area",
+        AbortReason::SpeedDrift => "speed",
+        AbortReason::StaleSamples => "silence",
+        AbortReason::StageTimeLimit => "time",
+        _ => "other",
+    }
+}
+
+impl Watch for Bridge {
+    fn run_started(&mut self, number: u32, thrust: f64, attempt: u32) {
+        self.keep(|recorder| recorder.begin_run(number, thrust, attempt));
+    }
+
+    fn step(&mut self, step: &Step, trial: &Trial<f64>) {
+        self.keep(|recorder| recorder.step(*step));
+        if self.live.is_terminal() {
+            self.update_intervals(step);
+        }
+        if self.live.due() {
+            let picture = self.picture(trial);
+            self.live.draw(&picture);
+        }
+        if let Some(pace) = &mut self.pace {
+            let first_s = *pace.first_s.get_or_insert(step.sample.time_s);
+            let due = Duration::try_from_secs_f64(step.sample.time_s - first_s).unwrap_or_default();
+            std::thread::sleep(due.saturating_sub(pace.start.elapsed()));
+        }
+    }
+
+    fn run_ended(&mut self, run: &Run) {
+        self.keep(|recorder| recorder.finish_run(run));
+        self.live.line(&run_line(run));
+    }
+
+    fn wants_abort(&mut self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+}
+
+fn run_line(run: &Run) -> String {
+    let judged = if run.verdict.accepted {
+        "accepted"
+    } else {
+        "rejected"
+    };
+    let reason = run.verdict.reasons.first().map_or("", |r| r.text.as_str());
+    format!(
+        "run {} at {:.0} % thrust {judged}: {reason}",
+        run.number,
+        100.0 * run.thrust
+    )
+}
+
+fn text(campaign: &Campaign, args: &Args) -> String {
+    let mut text = String::new();
+    let accepted = campaign.accepted_runs();
+    let _ = match campaign.outcome {
+        Some(Outcome::Aborted(reason)) => writeln!(
+            text,
+            "ABORTED: {reason}. The vehicle was handed back; everything up to then is kept."
+        ),
+        _ => writeln!(
+            text,
+            "{} of {} runs accepted, {} speeds with a model.",
+            campaign.runs.iter().filter(|r| r.verdict.accepted).count(),
+            campaign.runs.len(),
+            accepted.len()
+        ),
+    };
+    if !accepted.is_empty() {
+        let _ = writeln!(text, "\n{}", models(&accepted));
+        let _ = writeln!(
+            text,
+            "a22, b2 and C0 with 95 % half widths; K_p for a damping ratio of 0.7071; the rudder that holds a heading is -delta0."
+        );
+    }
+    for run in campaign.runs.iter().filter(|run| !run.verdict.accepted) {
+        let _ = writeln!(text, "{}", run_line(run));
+    }
+    let _ = writeln!(text, "\nlogbook  {}", args.logbook.display());
+    if let Some(report) = &args.report {
+        let _ = writeln!(text, "report   {}", report.display());
+    }
+    text
+}
+
+fn models(runs: &[&Run]) -> String {
+    let mut table = Table::new(&[
+        ("thrust", "%"),
+        ("speed", "m/s"),
+        ("a22", "1/s"),
+        ("b2", "1/s^2"),
+        ("C0", "rad/s^2"),
+        ("delta0", "deg"),
+        ("T", "s"),
+        ("K", "1/s"),
+        ("R^2", ""),
+        ("K_p", ""),
+    ]);
+    for run in runs {
+        let Some(identification) = &run.identification else {
+            continue;
+        };
+        let model = identification.model();
+        let half_widths = identification.refined.as_ref().map(|refined| {
+            let interval = &refined.interval_95;
+            [
+                interval.a22_per_s,
+                interval.b2_per_s2,
+                interval.c0_rad_per_s2,
+            ]
+            .map(|[low, high]| 0.5 * (high - low))
+        });
+        let with_width = |index: usize, digits: usize| {
+            let value = model.theta()[index];
+            half_widths.map_or_else(
+                || format!("{value:.digits$}"),
+                |widths| format!("{value:.digits$} ±{:.digits$}", widths[index]),
+            )
+        };
+        let number = |value: Option<f64>, digits: usize| {
+            value.map_or_else(String::new, |value| format!("{value:.digits$}"))
+        };
+        table.row(vec![
+            format!("{:.0}", 100.0 * run.thrust),
+            number(run.surge_speed_m_s, 2),
+            with_width(0, 3),
+            with_width(1, 3),
+            with_width(2, 4),
+            number(model.delta0_rad().map(f64::to_degrees), 2),
+            number(identification.nomoto.map(|n| n.t_s), 2),
+            number(identification.nomoto.map(|n| n.k_per_s), 3),
+            number(identification.validation.and_then(|v| v.r2_heading), 3),
+            number(gain(model), 2),
+        ]);
+    }
+    table.to_string()
+}
+
+fn gain(model: YawModel<f64>) -> Option<f64> {
+    HeadingGain::design(&model, core::f64::consts::FRAC_1_SQRT_2)
+        .ok()
+        .map(|gain| gain.proportional_gain)
+}

@@ -1,0 +1,282 @@
+//! Conducts a trial on a vehicle and makes its campaign.
+
+use seatrial_core::estimator::{Estimator, InvalidSetting};
+use seatrial_core::trial::{Event, RunResult};
+use seatrial_core::{AbortReason, Outcome, Plan, Stage, Trial, Vehicle};
+
+use crate::campaign::{Campaign, Run, StageSpan};
+use crate::identification::{Convergence, LeastSquares, Online, Reason, Settings, TracePoint};
+use crate::identify::online::Pass;
+use crate::identify::{Fresh, IdentifyError, assess};
+use crate::logbook::Step;
+use crate::record::{Record, Window};
+use crate::verdict;
+
+/// Whoever watches or records a trial. None of it can stop the trial except [`Watch::wants_abort`].
+pub trait Watch {
+    /// A run begins.
+    fn run_started(&mut self, _number: u32, _thrust: f64, _attempt: u32) {}
+    /// The trial took one sample. It belongs to the run begun last, unless that has ended.
+    fn step(&mut self, _step: &Step, _trial: &Trial<f64>) {}
+    /// A run is over, with or without a model.
+    fn run_ended(&mut self, _run: &Run) {}
+    /// Does the operator want the vehicle back?
+    fn wants_abort(&mut self) -> bool {
+        false
+    }
+}
+
+/// What came of a trial.
+#[derive(Debug)]
+pub struct Conducted<E> {
+    /// Every run.
+    pub campaign: Campaign,
+    /// What the vehicle's link reported when it was lost.
+    pub fault: Option<E>,
+}
+
+/// Runs a trial of `plan` on `vehicle` until it is over and handed back.
+///
+/// `about` says what the campaign is of; its runs and outcome are filled in. The online estimate of a run is
+/// the one that the trial made live; it is refined on the record of the training stage and validated
+/// again with the refined model when the run is over. A lost link aborts the trial; everything up to then
+/// is kept.
+pub fn conduct<V: Vehicle<f64>>(
+    vehicle: &mut V,
+    plan: Plan<f64>,
+    about: Campaign,
+    watch: &mut dyn Watch,
+) -> Result<Conducted<V::Error>, InvalidSetting> {
+    let mut trial = Trial::new(plan)?;
+    let mut campaign = about;
+    let mut open: Option<OpenRun> = None;
+    let mut fault = None;
+    loop {
+        if watch.wants_abort() {
+            trial.abort(AbortReason::Operator);
+        }
+        let sample = match vehicle.next_sample() {
+            Ok(Some(sample)) => sample,
+            Ok(None) => break,
+            Err(error) => {
+                fault = Some(error);
+                break;
+            }
+        };
+        let step = Step::take(&mut trial, sample);
+        while let Some(event) = trial.take_event() {
+            match event {
+                Event::RunStarted {
+                    number,
+                    thrust,
+                    attempt,
+                } => {
+                    open = Some(OpenRun::new(number, thrust, attempt));
+                    watch.run_started(number, thrust, attempt);
+                }
+                Event::StageStarted { stage, time_s } => {
+                    if let Some(run) = &mut open {
+                        run.enter(stage, time_s);
+                    }
+                }
+                Event::Converged { .. } => {}
+                Event::RunFinished { time_s, result } => {
+                    if let Some(run) = open.take() {
+                        end_run(run.finished(time_s, &result, &plan), &mut campaign, watch);
+                    }
+                }
+                Event::Ended { time_s, outcome } => {
+                    if let Some(run) = open.take() {
+                        end_run(run.stopped(time_s, outcome), &mut campaign, watch);
+                    }
+                }
+            }
+        }
+        if let Some(run) = &mut open {
+            run.take(&step, trial.estimator());
+        }
+        watch.step(&step, &trial);
+        if let Err(error) = vehicle.act(&step.action) {
+            fault = Some(error);
+            break;
+        }
+        if step.action.outcome.is_some() {
+            break;
+        }
+    }
+    trial.abort(AbortReason::LinkLost);
+    if let Some((run, outcome)) = open.take().zip(trial.outcome()) {
+        let last_s = run.record.samples.last().map_or(0.0, |s| s.time_s);
+        end_run(run.stopped(last_s, outcome), &mut campaign, watch);
+    }
+    campaign.outcome = trial.outcome();
+    Ok(Conducted { campaign, fault })
+}
+
+fn end_run(run: Run, campaign: &mut Campaign, watch: &mut dyn Watch) {
+    watch.run_ended(&run);
+    campaign.runs.push(run);
+}
+
+/// A run that is under way.
+struct OpenRun {
+    number: u32,
+    thrust: f64,
+    attempt: u32,
+    stages: Vec<StageSpan>,
+    record: Record,
+    trace: Vec<TracePoint>,
+}
+
+impl OpenRun {
+    fn new(number: u32, thrust: f64, attempt: u32) -> Self {
+        Self {
+            number,
+            thrust,
+            attempt,
+            stages: Vec::new(),
+            record: Record::default(),
+            trace: Vec::new(),
+        }
+    }
+
+    fn enter(&mut self, stage: Stage, time_s: f64) {
+        self.close_stage(time_s);
+        self.stages.push(StageSpan {
+            stage,
+            window: Window {
+                from_s: time_s,
+                to_s: f64::INFINITY,
+            },
+        });
+    }
+
+    fn close_stage(&mut self, time_s: f64) {
+        if let Some(span) = self.stages.last_mut() {
+            span.window.to_s = time_s;
+        }
+    }
+
+    fn take(&mut self, step: &Step, estimator: &Estimator<f64>) {
+        self.record.samples.push(step.sample);
+        if let Some(model) = step.estimate {
+            self.trace.push(TracePoint {
+                time_s: step.sample.time_s,
+                theta: model.theta(),
+                step_norm: estimator.step_norm(),
+            });
+        }
+    }
+
+    /// Trained and validated: refined and judged.
+    fn finished(mut self, time_s: f64, result: &RunResult<f64>, plan: &Plan<f64>) -> Run {
+        self.close_stage(time_s);
+        let (number, thrust, attempt) = (self.number, self.thrust, self.attempt);
+        match self.identification(result, plan) {
+            Ok(identification) => Run {
+                number,
+                thrust,
+                attempt,
+                surge_speed_m_s: result.surge_speed_m_s,
+                verdict: identification.verdict.clone(),
+                identification: Some(identification),
+                stages: self.stages,
+                record: self.record,
+            },
+            Err(error) => Run {
+                surge_speed_m_s: result.surge_speed_m_s,
+                ..self.without_model(match error {
+                    IdentifyError::Refused(reason) => reason,
+                    error => Reason {
+                        code: "not_identifiable".into(),
+                        text: error.to_string(),
+                    },
+                })
+            },
+        }
+    }
+
+    fn identification(
+        &mut self,
+        result: &RunResult<f64>,
+        plan: &Plan<f64>,
+    ) -> Result<crate::Identification, IdentifyError> {
+        let window = |wanted: Stage| {
+            self.stages
+                .iter()
+                .find(|span| span.stage == wanted)
+                .map(|span| span.window)
+        };
+        let (Some(training), Some(validation)) = (window(Stage::Train), window(Stage::Validate))
+        else {
+            return Err(IdentifyError::EmptyWindow(
+                "the run has no training or no validation stage".into(),
+            ));
+        };
+        let settings = plan.estimator_settings();
+        let pass = Pass {
+            online: Online {
+                method: "instrumental_variable".into(),
+                model: result.model,
+                delta0_rad: result.model.delta0_rad(),
+                covariance: result.covariance,
+                least_squares: LeastSquares {
+                    model: result.least_squares_model,
+                    covariance: result.covariance,
+                },
+                batch: None,
+                theta_at: Default::default(),
+                convergence: Convergence {
+                    detected_s: result.converged_s,
+                    threshold: settings.convergence.threshold,
+                    consecutive: settings.convergence.consecutive,
+                },
+                trace: std::mem::take(&mut self.trace),
+            },
+            samples_used: result.samples_used as usize,
+            rejected: result.rejected.into(),
+            accepted: self.record.usable(training),
+        };
+        assess(
+            &self.record,
+            training,
+            Some(Fresh {
+                record: &self.record,
+                window: validation,
+            }),
+            pass,
+            Settings {
+                lambda_because: "from the plan's doublet".into(),
+                ..Settings::of(&settings)
+            },
+        )
+    }
+
+    /// Ended before it was validated.
+    fn stopped(mut self, time_s: f64, outcome: Outcome) -> Run {
+        self.close_stage(time_s);
+        self.without_model(match outcome {
+            Outcome::Aborted(reason) => Reason {
+                code: "aborted".into(),
+                text: format!("the trial was aborted during this run: {reason}"),
+            },
+            Outcome::Finished => Reason {
+                code: "aborted".into(),
+                text: "the trial ended during this run".into(),
+            },
+        })
+    }
+
+    fn without_model(self, reason: Reason) -> Run {
+        Run {
+            number: self.number,
+            thrust: self.thrust,
+            attempt: self.attempt,
+            surge_speed_m_s: None,
+            stages: self.stages,
+            record: self.record,
+            identification: None,
+            verdict: verdict::refused(reason),
+        }
+    }
+}
