@@ -1,7 +1,7 @@
 //! Conducts a trial on a vehicle and makes its campaign.
 
 use seatrial_core::estimator::{Estimator, InvalidSetting};
-use seatrial_core::trial::{Event, RunResult};
+use seatrial_core::progress::{Event, RunResult};
 use seatrial_core::{AbortReason, Outcome, Plan, Stage, Trial, Vehicle};
 
 use crate::campaign::{Campaign, Run, StageSpan};
