@@ -25,7 +25,7 @@ pub enum RudderSense {
 /// Limits within which a trial may go on.
 ///
 /// What a vehicle does not measure is not checked; what it once measured must not fall silent for
-/// longer than `stale_after_s`. A limit is switched off by a number that no vehicle reaches.
+/// longer than `stale_after_s`, except the altitude: the bottom may be out of reach. A limit is switched off by a number that no vehicle reaches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -139,8 +139,8 @@ impl<T: Real> EnvelopeUse<T> {
 pub struct EnvelopeWatch<T> {
     limits: Envelope<T>,
     usage: EnvelopeUse<T>,
-    /// When each measurement was last a number.
-    seen_s: [Option<f64>; 6],
+    /// When each measurement that must not fall silent was last a number.
+    seen_s: [Option<f64>; 5],
     speed: Option<SpeedWatch<T>>,
 }
 
@@ -159,7 +159,7 @@ impl<T: Real> EnvelopeWatch<T> {
         Self {
             limits,
             usage: EnvelopeUse::default(),
-            seen_s: [None; 6],
+            seen_s: [None; 5],
             speed: None,
         }
     }
@@ -184,29 +184,27 @@ impl<T: Real> EnvelopeWatch<T> {
             (Some(north), Some(east)) => Some([north, east]),
             _ => None,
         };
-        let measured = [
-            number(sample.depth_m).map(|depth| (depth - middle).abs() / half_range),
-            number(sample.altitude_m)
-                .map(|altitude| limits.altitude_min_m / altitude.max(T::EPSILON)),
-            number(sample.roll_rad).map(|roll| roll.abs() / limits.roll_max_rad),
-            number(sample.pitch_rad).map(|pitch| pitch.abs() / limits.pitch_max_rad),
-            number(sample.yaw_rate_rad_s).map(|rate| rate.abs() / limits.yaw_rate_max_rad_s),
-            position.and_then(|position| area_used(&limits.area, position)),
-        ];
-        for (seen_s, measured) in self.seen_s.iter_mut().zip(&measured) {
-            if measured.is_some() {
-                *seen_s = Some(time_s);
-            }
-        }
         let usage = &mut self.usage;
-        [
+        usage.depth = number(sample.depth_m).map(|depth| (depth - middle).abs() / half_range);
+        usage.altitude = number(sample.altitude_m)
+            .map(|altitude| limits.altitude_min_m / altitude.max(T::EPSILON));
+        usage.roll = number(sample.roll_rad).map(|roll| roll.abs() / limits.roll_max_rad);
+        usage.pitch = number(sample.pitch_rad).map(|pitch| pitch.abs() / limits.pitch_max_rad);
+        usage.yaw_rate =
+            number(sample.yaw_rate_rad_s).map(|rate| rate.abs() / limits.yaw_rate_max_rad_s);
+        usage.area = position.and_then(|position| area_used(&limits.area, position));
+        let measured = [
             usage.depth,
-            usage.altitude,
             usage.roll,
             usage.pitch,
             usage.yaw_rate,
             usage.area,
-        ] = measured;
+        ];
+        for (seen_s, measured) in self.seen_s.iter_mut().zip(measured) {
+            if measured.is_some() {
+                *seen_s = Some(time_s);
+            }
+        }
     }
 
     /// The silence of the trial's own samples, s, and with it that of whatever was once measured.
@@ -356,11 +354,19 @@ mod tests {
     #[test]
     fn exact_what_was_measured_once_must_not_fall_silent() {
         let mut watch = EnvelopeWatch::new(Envelope::<f64>::default());
-        let sample = Sample {
+        let bottom = Sample {
+            altitude_m: Some(5.0),
+            ..Sample::default()
+        };
+        watch.look(&bottom, 0.0);
+        watch.look(&Sample::default(), 9.0);
+        watch.listen(0.0, 9.0);
+        assert_eq!(watch.usage().exceeded(), None);
+        let depth = Sample {
             depth_m: Some(2.0),
             ..Sample::default()
         };
-        watch.look(&sample, 10.0);
+        watch.look(&depth, 10.0);
         watch.look(&Sample::default(), 12.5);
         watch.listen(0.0, 12.5);
         assert_eq!(watch.usage().exceeded(), Some(AbortReason::StaleSamples));

@@ -3,7 +3,8 @@
 use std::time::Instant;
 
 use seatrial_core::{
-    AbortReason, Event, Excitation, List, Outcome, Plan, RunResult, Trial, Vehicle, YawModel,
+    AbortReason, Event, Excitation, List, Outcome, Plan, RunResult, Sample, Stage, Trial,
+    Validation, Vehicle, YawModel,
 };
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
@@ -161,6 +162,42 @@ fn prop_no_false_alarm_of_a_reversed_rudder() {
             );
         }
     }
+}
+
+/// What the mean heading of the lead-in is worth against its first sample.
+#[test]
+fn recover_an_averaged_start_is_worth_its_r2() {
+    let truth = YawModel::from_theta([-1.07, 1.08, 0.012]);
+    let mut sums = [0.0; 2];
+    for seed in 0..100 {
+        let mut config = noisy(VehicleConfig::starfish(), 2.0, 0.0);
+        config.initial_thrust = 0.8;
+        let mut vehicle = FirstOrderVehicle::new(config, seed).unwrap();
+        let mut plan = at_one_speed();
+        plan.thrusts = List::from_slice(&[0.8]).unwrap();
+        let mut trial = Trial::new(plan).unwrap();
+        let mut samples = Vec::new();
+        while trial.outcome().is_none() {
+            let Ok(sample) = vehicle.next_sample();
+            let sample = Sample {
+                yaw_rate_rad_s: None,
+                ..sample.unwrap()
+            };
+            let Ok(()) = vehicle.act(&trial.step(&sample));
+            if trial.status().stage == Some(Stage::Validate) {
+                samples.push(sample);
+            }
+        }
+        for (sum, lead_in_s) in sums.iter_mut().zip([0.0, 2.0]) {
+            *sum += Validation::of(truth, lead_in_s, &samples)
+                .r2_heading
+                .unwrap();
+        }
+    }
+    let [first, averaged] = sums.map(|sum| sum / 100.0);
+    // The mean of 100 runs whose single ones scatter by 0.15 (first sample) and 0.02.
+    assert!((averaged - 0.81).abs() < 0.01, "{averaged}");
+    assert!((averaged - first - 0.17).abs() < 0.06, "{first}");
 }
 
 /// The other manoeuvres run through the same trial.
