@@ -58,23 +58,30 @@ fn stage_name(stage: Stage) -> (&'static str, &'static str) {
     }
 }
 
-/// The same samples with the jumps of the heading at the wrap taken out, the first heading between
-/// 0 and a full turn.
+/// The same samples with the jumps of the heading at the wrap taken out, their mean between 0 and
+/// a full turn.
 pub(super) fn unwrapped(samples: &[Sample<f64>]) -> Vec<Sample<f64>> {
     let mut last: Option<[f64; 2]> = None;
-    let smooth = samples.iter().map(|sample| {
-        let heading_rad = last.map_or(sample.heading_rad.rem_euclid(TAU), |[unwrapped, raw]| {
+    let headings = samples.iter().map(|sample| {
+        let heading_rad = last.map_or(sample.heading_rad, |[unwrapped, raw]| {
             unwrapped + (sample.heading_rad - raw).wrapped()
         });
         if heading_rad.is_finite() {
             last = Some([heading_rad, sample.heading_rad]);
         }
-        Sample {
-            heading_rad,
-            ..*sample
-        }
+        heading_rad
     });
-    smooth.collect()
+    let headings: Vec<f64> = headings.collect();
+    let finite = || headings.iter().filter(|heading| heading.is_finite());
+    let mean = finite().sum::<f64>() / finite().count().max(1) as f64;
+    let turns = TAU * (mean / TAU).floor();
+    let smooth = samples.iter().zip(&headings);
+    smooth
+        .map(|(sample, heading)| Sample {
+            heading_rad: heading - turns,
+            ..*sample
+        })
+        .collect()
 }
 
 pub(super) fn series(
@@ -405,4 +412,22 @@ pub(super) fn track(source: &Source) -> Option<Figure> {
          doublet bends it a little."
             .to_owned(),
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_headings_across_the_wrap_are_one_line() {
+        let degrees = [179.0, -179.0, f64::NAN, 178.0, 181.0 - 360.0];
+        let samples = degrees.map(|heading: f64| Sample {
+            heading_rad: heading.to_radians(),
+            ..Sample::default()
+        });
+        let unwrapped = unwrapped(&samples);
+        let found = unwrapped.iter().map(|s| s.heading_rad.to_degrees().round());
+        let found: Vec<f64> = found.filter(|heading| heading.is_finite()).collect();
+        assert_eq!(found, [179.0, 181.0, 178.0, 181.0]);
+    }
 }
