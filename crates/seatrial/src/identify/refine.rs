@@ -26,7 +26,7 @@ const STRENGTH_RATIO: f64 = 2.0;
 
 /// Prior probability of no disturbance; the rest is spread evenly over the logarithm of its strength,
 /// this many doublings wide.
-const PRIOR_NONE: f64 = 0.3;
+const PRIOR_NONE: f64 = 0.05;
 const PRIOR_DOUBLINGS: f64 = 12.0;
 
 /// Half width of a 95 % interval in standard deviations.
