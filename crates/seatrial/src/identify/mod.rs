@@ -29,6 +29,11 @@ const SETTLING_TIME_CONSTANTS: f64 = 40.0;
 const WARMING_TIME_CONSTANTS: f64 = 5.0;
 const LARGEST_WARMING_SHARE: f64 = 0.1;
 
+/// 1/P0 is a ridge against the sum of squared yaw rates, which are small numbers in a slow vehicle: P0 is
+/// at least this over the square of a typical rate, lambda times the heading's range. The paper's vehicle
+/// keeps the 1e6 of the core.
+const COVARIANCE_TIMES_SQUARED_RATE: f64 = 1e4;
+
 /// How to identify.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IdentifySettings {
@@ -53,15 +58,21 @@ impl IdentifySettings {
         }
     }
 
-    fn estimator(&self, lambda_rad_s: f64) -> EstimatorSettings<f64> {
-        let settings = if self.as_paper {
-            EstimatorSettings::paper()
-        } else {
-            EstimatorSettings::default()
-        };
-        EstimatorSettings {
+    fn estimator(&self, lambda_rad_s: f64, heading_range_rad: f64) -> EstimatorSettings<f64> {
+        let chosen = |settings| EstimatorSettings {
             lambda_rad_s,
             method: self.method,
+            ..settings
+        };
+        if self.as_paper {
+            return chosen(EstimatorSettings::paper());
+        }
+        let settings = chosen(EstimatorSettings::default());
+        let yaw_rate_rad_s = lambda_rad_s * heading_range_rad;
+        EstimatorSettings {
+            initial_covariance: settings
+                .initial_covariance
+                .max(COVARIANCE_TIMES_SQUARED_RATE / (yaw_rate_rad_s * yaw_rate_rad_s)),
             ..settings
         }
     }
@@ -189,7 +200,7 @@ pub fn assess(
         online: pass.online.model,
         refined: refined.as_ref(),
         mismatch,
-        training_r2_yaw_rate: fresh::goodness_of_fit(model, &pass.accepted).r2_yaw_rate,
+        training_fit: fresh::goodness_of_fit(model, &pass.accepted),
         validation,
         validation_rudder_amplitude_rad: fresh
             .and_then(|fresh| Manoeuvre::find(fresh.record.window(fresh.window)))
@@ -227,12 +238,13 @@ impl<'a> Prepared<'a> {
         if samples.is_empty() {
             return Err(IdentifyError::empty_window("training", training, record));
         }
-        let manoeuvre = manoeuvre_to_learn_from(samples, fresh::heading_range_rad(samples))
-            .map_err(IdentifyError::Refused)?;
-        let chosen = choose_lambda(record, samples, &manoeuvre, settings);
+        let heading_range_rad = fresh::heading_range_rad(samples);
+        let manoeuvre =
+            manoeuvre_to_learn_from(samples, heading_range_rad).map_err(IdentifyError::Refused)?;
+        let chosen = choose_lambda(record, samples, &manoeuvre, heading_range_rad, settings);
         Ok(Self {
             samples,
-            estimator: settings.estimator(chosen.lambda_rad_s),
+            estimator: settings.estimator(chosen.lambda_rad_s, heading_range_rad),
             lambda_because: chosen.because,
             stretch: stretch(record, samples, &manoeuvre, settings, chosen.lambda_rad_s),
             keep_trace: settings.trace,
@@ -292,6 +304,7 @@ fn choose_lambda(
     record: &Record,
     samples: &[Sample<f64>],
     manoeuvre: &Manoeuvre,
+    heading_range_rad: f64,
     settings: &IdentifySettings,
 ) -> ChosenLambda {
     if let Some(lambda_rad_s) = settings.lambda_rad_s {
@@ -314,9 +327,13 @@ fn choose_lambda(
     };
     time_scale.choose_lambda(|lambda_rad_s| -> Option<YawModel<f64>> {
         let stretch = stretch(record, samples, manoeuvre, settings, lambda_rad_s);
-        online::run(&stretch, settings.estimator(lambda_rad_s), |_, _, _| {})
-            .ok()
-            .map(|estimator| estimator.model())
+        online::run(
+            &stretch,
+            settings.estimator(lambda_rad_s, heading_range_rad),
+            |_, _, _| {},
+        )
+        .ok()
+        .map(|estimator| estimator.model())
     })
 }
 
