@@ -1,0 +1,186 @@
+use super::*;
+use crate::identification::Intervals;
+use crate::record::Window;
+
+fn refined(half_width: f64) -> Refined {
+    refined_at([-1.07, 1.08, 0.012], half_width)
+}
+
+fn refined_at(theta: [f64; 3], half_width: f64) -> Refined {
+    let model = YawModel::from_theta(theta);
+    let around = |value: f64| {
+        [
+            value - half_width * value.abs(),
+            value + half_width * value.abs(),
+        ]
+    };
+    Refined {
+        method: "test".into(),
+        model,
+        delta0_rad: model.delta0_rad(),
+        interval_95: Intervals {
+            a22_per_s: around(model.a22_per_s),
+            b2_per_s2: around(model.b2_per_s2),
+            c0_rad_per_s2: around(model.c0_rad_per_s2),
+            delta0_rad: None,
+        },
+        covariance: [[0.0; 3]; 3],
+        heading_noise_rad: 0.0,
+        disturbance_rad_s2: 0.0,
+    }
+}
+
+fn validation(heading: f64, refit: f64, rate: f64) -> Validation {
+    Validation {
+        window: Window::ALL,
+        r2_heading: Some(heading),
+        r2_heading_offset_refit: Some(refit),
+        r2_yaw_rate: Some(rate),
+        samples: 330,
+    }
+}
+
+fn training_fit(heading: f64, yaw_rate: f64) -> GoodnessOfFit<f64> {
+    GoodnessOfFit {
+        r2_heading_offset_refit: Some(heading),
+        r2_yaw_rate: Some(yaw_rate),
+        ..GoodnessOfFit::default()
+    }
+}
+
+fn evidence(refined: &Refined) -> Evidence<'_> {
+    Evidence {
+        samples_used: 330,
+        samples_rejected: 0,
+        rudder_amplitude_rad: 0.26,
+        heading_range_rad: 0.5,
+        heading_step_rad: None,
+        online: refined.model,
+        refined: Some(refined),
+        mismatch: None,
+        training_fit: training_fit(0.95, 0.95),
+        validation: Some(validation(0.9, 0.95, 0.96)),
+        validation_rudder_amplitude_rad: Some(0.15),
+    }
+}
+
+fn codes(verdict: &Verdict) -> Vec<&str> {
+    verdict.reasons.iter().map(|r| r.code.as_str()).collect()
+}
+
+#[test]
+fn exact_good_run_is_accepted() {
+    let refined = refined(0.05);
+    let verdict = judge(&evidence(&refined));
+    assert!(verdict.accepted);
+    assert_eq!(codes(&verdict), ["ok"]);
+}
+
+#[test]
+fn exact_each_defect_is_refused_under_its_own_code() {
+    let good = refined(0.05);
+    let wide = refined(0.6);
+    let lost = refined(1.5);
+    let unstable = refined_at([0.1, 1.08, 0.012], 0.05);
+    let base = evidence(&good);
+    let cases = [
+        ("under_excited", evidence(&wide)),
+        ("not_identifiable", evidence(&lost)),
+        (
+            "unstable",
+            Evidence {
+                online: unstable.model,
+                refined: Some(&unstable),
+                ..base
+            },
+        ),
+        (
+            "low_r2",
+            Evidence {
+                validation: Some(validation(0.3, 0.4, 0.9)),
+                ..base
+            },
+        ),
+        (
+            "does_not_fit",
+            Evidence {
+                training_fit: training_fit(0.95, 0.1),
+                ..base
+            },
+        ),
+        (
+            "does_not_fit",
+            Evidence {
+                training_fit: GoodnessOfFit::default(),
+                ..base
+            },
+        ),
+        (
+            "rejected_samples",
+            Evidence {
+                samples_rejected: 200,
+                ..base
+            },
+        ),
+        (
+            "quantised",
+            Evidence {
+                heading_step_rad: Some(0.2),
+                ..base
+            },
+        ),
+        (
+            "disagreement",
+            Evidence {
+                online: YawModel::from_theta([-0.1, 1.08, 0.012]),
+                ..base
+            },
+        ),
+    ];
+    for (code, evidence) in cases {
+        let verdict = judge(&evidence);
+        assert!(!verdict.accepted, "{code}");
+        assert_eq!(codes(&verdict)[0], code);
+    }
+}
+
+#[test]
+fn exact_notes_do_not_refuse() {
+    let reversed = refined_at([-1.07, -1.08, 0.012], 0.05);
+    let noted = Evidence {
+        online: reversed.model,
+        refined: Some(&reversed),
+        validation: Some(validation(-2.0, 0.9, 0.97)),
+        validation_rudder_amplitude_rad: Some(0.5),
+        ..evidence(&reversed)
+    };
+    let verdict = judge(&noted);
+    assert!(verdict.accepted);
+    assert_eq!(
+        codes(&verdict),
+        ["ok", "sign_reversed", "offset_drifted", "extrapolating"]
+    );
+    let verdict = judge(&Evidence {
+        validation: None,
+        ..noted
+    });
+    assert!(codes(&verdict).contains(&"not_validated"));
+}
+
+#[test]
+fn exact_records_without_a_model_are_refused() {
+    let code = |reason: Option<Reason>| reason.map(|r| r.code);
+    assert_eq!(
+        code(refuse_record(1, 0.2, 0.5)).as_deref(),
+        Some("too_few_samples")
+    );
+    assert_eq!(
+        code(refuse_record(330, 0.0, 0.5)).as_deref(),
+        Some("rudder_constant")
+    );
+    assert_eq!(
+        code(refuse_record(330, 0.2, 0.0)).as_deref(),
+        Some("heading_constant")
+    );
+    assert_eq!(refuse_record(330, 0.2, 0.5), None);
+}
