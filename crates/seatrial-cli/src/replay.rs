@@ -2,15 +2,15 @@
 
 use std::path::PathBuf;
 
-use seatrial::logbook::{CampaignEntry, Logbook, Replay, State};
+use seatrial::logbook::{CampaignEntry, Logbook, Replay};
 use seatrial_core::Plan;
 use serde::Serialize;
 
 use crate::logbook::chosen_campaign;
 use crate::output::{Exit, Failure, Output};
 
-/// Takes a recorded trial through the same trial again and proves that every action and every
-/// estimate is the same, bit for bit. Exit 0: identical; 4: not.
+/// Takes a recorded trial through the same trial again and proves that every action, every
+/// estimate and every result is the same, bit for bit. Exit 0: identical; 4: not.
 #[derive(clap::Args)]
 #[command(after_help = "Example:
   seatrial trial --yes --logbook seatrial.db
@@ -39,17 +39,13 @@ struct Document<'a> {
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let logbook = Logbook::open_read_only(&args.logbook)?;
     let entry = chosen_campaign(&logbook, args.campaign)?;
-    let steps = logbook.steps(entry.id)?;
-    if steps.is_empty() {
+    let recording = logbook.recording(entry.id)?;
+    if recording.steps.is_empty() {
         return Err(refusal(&logbook, &entry, "it holds no sample to replay"));
     }
-    let outcome = match entry.state {
-        State::Ended { outcome } => Some(outcome),
-        State::Unfinished | State::Interrupted => None,
-    };
     let replay = toml::from_str::<Plan<f64>>(&entry.plan)
         .map_err(|error| error.to_string())
-        .and_then(|plan| Replay::of(plan, &steps, outcome).map_err(|error| error.to_string()))
+        .and_then(|plan| Replay::of(plan, &recording).map_err(|error| error.to_string()))
         .map_err(|error| {
             refusal(
                 &logbook,
@@ -81,8 +77,8 @@ fn refusal(logbook: &Logbook, entry: &CampaignEntry, found: &str) -> Failure {
 fn text(document: &Document) -> String {
     let replay = &document.replay;
     let counted = format!(
-        "campaign {}: {} actions and {} estimates",
-        document.campaign, replay.samples, replay.estimates
+        "campaign {}: {} actions, {} live estimates and {} results",
+        document.campaign, replay.samples, replay.estimates, replay.results
     );
     let Some(difference) = &replay.first_difference else {
         return format!("{counted} replayed, every one the same bit for bit");
@@ -91,11 +87,7 @@ fn text(document: &Document) -> String {
         .run
         .map_or(String::new(), |run| format!(" of run {run}"));
     format!(
-        "{counted} the same, then a difference at sample {}{run}, {} s\n{}\nrecorded by seatrial {}, replayed by {}",
-        difference.sample,
-        difference.time_s,
-        difference.found,
-        document.recorded_by,
-        document.replayed_by
+        "{counted} the same, then a difference at sample {}{run}\n{}\nrecorded by seatrial {}, replayed by {}",
+        difference.sample, difference.found, document.recorded_by, document.replayed_by
     )
 }

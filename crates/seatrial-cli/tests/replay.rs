@@ -3,85 +3,85 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use seatrial::campaign::Run;
-use seatrial::identification::Verdict;
-use seatrial::logbook::{Logbook, NewCampaign, Recorder, Step};
-use seatrial::record::Record;
-use seatrial_core::{AbortReason, Event, List, Outcome, Plan, Trial, Vehicle};
+use seatrial::campaign::{Campaign, Run};
+use seatrial::conduct::{Watch, conduct};
+use seatrial::logbook::{Logbook, NewCampaign, Recorder, Replay, State, Step};
+use seatrial_core::{AbortReason, List, Outcome, Plan, Trial, YawModel};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 use serde_json::Value;
 
-/// Runs a trial at two speeds into a logbook. Before each step `intervene` may abort the trial, and
-/// after it change what is recorded.
-fn record(logbook: &Path, mut intervene: impl FnMut(usize, &mut Trial<f64>, Option<&mut Step>)) {
+const NEW: NewCampaign = NewCampaign {
+    configuration: "bare",
+    notes: None,
+    software_version: "0.1.0",
+    vehicle: "sim:starfish",
+    seed: Some(3),
+    rudder_limit_rad: 0.26,
+    plan: "",
+};
+
+/// Records a trial; the operator may abort it, a gremlin may change an estimate in the record.
+struct Record {
+    recorder: Recorder,
+    samples: usize,
+    abort_before: Option<usize>,
+    gremlin: fn(usize, &mut YawModel<f64>),
+}
+
+impl Watch for Record {
+    fn run_started(&mut self, number: u32, thrust: f64, attempt: u32) {
+        self.recorder.begin_run(number, thrust, attempt).unwrap();
+    }
+    fn step(&mut self, step: &Step, _: &Trial<f64>) {
+        let mut step = *step;
+        if let Some(estimate) = &mut step.estimate {
+            (self.gremlin)(self.samples, estimate);
+        }
+        self.recorder.step(step).unwrap();
+        self.samples += 1;
+    }
+    fn run_ended(&mut self, run: &Run) {
+        self.recorder.finish_run(run).unwrap();
+    }
+    fn wants_abort(&mut self) -> bool {
+        self.abort_before == Some(self.samples)
+    }
+}
+
+/// A trial of two speeds in a logbook; its number of samples.
+fn record(
+    logbook: &Path,
+    abort_before: Option<usize>,
+    gremlin: fn(usize, &mut YawModel<f64>),
+) -> usize {
     let plan = Plan {
         thrusts: List::from_slice(&[0.6, 0.8]).unwrap(),
         ..Plan::paper()
     };
     let new = NewCampaign {
-        configuration: "bare",
-        notes: None,
-        software_version: "0.1.0",
-        vehicle: "sim:starfish",
-        seed: Some(3),
-        rudder_limit_rad: plan.rudder_limit_rad,
         plan: &toml::to_string(&plan).unwrap(),
+        ..NEW
     };
-    let mut recorder = Recorder::begin(Logbook::open(logbook).unwrap(), &new).unwrap();
-    let mut trial = Trial::new(plan).unwrap();
+    let mut record = Record {
+        recorder: Recorder::begin(Logbook::open(logbook).unwrap(), &new).unwrap(),
+        samples: 0,
+        abort_before,
+        gremlin,
+    };
+    let about = Campaign {
+        software_version: new.software_version.into(),
+        vehicle: new.vehicle.into(),
+        configuration: new.configuration.into(),
+        seed: new.seed,
+        rudder_limit_rad: new.rudder_limit_rad,
+        runs: Vec::new(),
+        outcome: None,
+    };
     let mut vehicle = FirstOrderVehicle::new(VehicleConfig::starfish(), 3).unwrap();
-    let mut record = Record::default();
-    let mut run = (1, 0.6, 1);
-    let result = |(number, thrust, attempt): (u32, f64, u32), record: &mut Record| Run {
-        number,
-        thrust,
-        attempt,
-        surge_speed_m_s: None,
-        stages: Vec::new(),
-        record: std::mem::take(record),
-        identification: None,
-        verdict: Verdict {
-            accepted: false,
-            reasons: Vec::new(),
-        },
-    };
-    for k in 0.. {
-        let sample = vehicle.next_sample().unwrap().unwrap();
-        intervene(k, &mut trial, None);
-        let mut step = Step::take(&mut trial, sample);
-        let mut in_a_run = !record.samples.is_empty();
-        while let Some(event) = trial.take_event() {
-            match event {
-                Event::RunStarted {
-                    number,
-                    thrust,
-                    attempt,
-                } => {
-                    run = (number, thrust, attempt);
-                    recorder.begin_run(number, thrust, attempt).unwrap();
-                    in_a_run = true;
-                }
-                Event::RunFinished { .. } => {
-                    recorder.finish_run(&result(run, &mut record)).unwrap();
-                    in_a_run = false;
-                }
-                _ => {}
-            }
-        }
-        if in_a_run {
-            record.samples.push(sample);
-        }
-        intervene(k, &mut trial, Some(&mut step));
-        recorder.step(step).unwrap();
-        vehicle.act(&step.action).unwrap();
-        if let Some(outcome) = step.action.outcome {
-            if in_a_run {
-                recorder.finish_run(&result(run, &mut record)).unwrap();
-            }
-            recorder.finish(outcome).unwrap();
-            return;
-        }
-    }
+    let conducted = conduct(&mut vehicle, plan, about, &mut record).unwrap();
+    let outcome = conducted.campaign.outcome.unwrap();
+    record.recorder.finish(outcome).unwrap();
+    record.samples
 }
 
 fn replay(logbook: &Path) -> (Output, Value) {
@@ -98,47 +98,33 @@ fn replay(logbook: &Path) -> (Output, Value) {
 fn parity_a_finished_trial_replays_bit_for_bit() {
     let folder = tempfile::tempdir().unwrap();
     let logbook = folder.path().join("seatrial.db");
-    let mut samples = 0;
-    record(&logbook, |_, _, step| {
-        samples += usize::from(step.is_some())
-    });
+    let samples = record(&logbook, None, |_, _| ());
     let (output, document) = replay(&logbook);
     assert_eq!(output.status.code(), Some(0), "{document}");
     assert_eq!(document["samples"], samples);
     // Two training stages of 330 samples.
     assert_eq!(document["estimates"], 660);
+    assert_eq!(document["results"], 2);
     assert_eq!(document["first_difference"], Value::Null);
-    let campaign = Logbook::open_read_only(&logbook)
-        .unwrap()
-        .campaigns()
-        .unwrap();
-    assert_eq!((campaign[0].runs, campaign[0].runs_finished), (2, 2));
 }
 
 #[test]
-fn parity_an_abort_from_outside_replays_bit_for_bit() {
+fn parity_an_operators_abort_replays_bit_for_bit() {
     let folder = tempfile::tempdir().unwrap();
-    // While settling, while training, and in the middle of a deflection.
-    for (k, at) in [3, 500, 580].into_iter().enumerate() {
-        let logbook = folder.path().join(format!("{k}.db"));
-        record(&logbook, |k, trial, step| {
-            if k == at && step.is_none() {
-                trial.abort(AbortReason::Operator);
-            }
-        });
-        let (output, document) = replay(&logbook);
-        assert_eq!(output.status.code(), Some(0), "{document}");
-        // The step of the abort is neutral rudder, the next one hands back.
-        assert_eq!(document["samples"], at + 2);
+    // At once, while settling, while training, and while validating.
+    for abort_before in [0, 3, 500, 700] {
+        let logbook = folder.path().join(format!("{abort_before}.db"));
+        let samples = record(&logbook, Some(abort_before), |_, _| ());
+        assert_eq!(samples, abort_before + 2);
         let entry = Logbook::open_read_only(&logbook)
             .unwrap()
             .campaigns()
             .unwrap();
-        let aborted = Outcome::Aborted(AbortReason::Operator);
-        assert_eq!(
-            entry[0].state,
-            seatrial::logbook::State::Ended { outcome: aborted }
-        );
+        let outcome = Outcome::Aborted(AbortReason::Operator);
+        assert_eq!(entry[0].state, State::Ended { outcome });
+        let (output, document) = replay(&logbook);
+        assert_eq!(output.status.code(), Some(0), "{document}");
+        assert_eq!(document["samples"], samples);
     }
 }
 
@@ -146,21 +132,16 @@ fn parity_an_abort_from_outside_replays_bit_for_bit() {
 fn parity_the_last_bit_of_one_estimate_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let logbook = folder.path().join("seatrial.db");
-    let mut changed = None;
-    record(&logbook, |k, _, step| {
-        if let (None, Some(step)) = (changed, step)
-            && let Some(estimate) = &mut step.estimate
-            && estimate.b2_per_s2 != 0.0
-        {
+    record(&logbook, None, |sample, estimate| {
+        if sample == 400 {
             estimate.b2_per_s2 = f64::from_bits(estimate.b2_per_s2.to_bits() ^ 1);
-            changed = Some(k);
         }
     });
     let (output, document) = replay(&logbook);
     assert_eq!(output.status.code(), Some(4));
     assert_eq!(document["identical"], false);
     let difference = &document["first_difference"];
-    assert_eq!(difference["sample"], changed.unwrap());
+    assert_eq!(difference["sample"], 400);
     assert_eq!(difference["run"], 1);
     let found = difference["found"].as_str().unwrap();
     assert!(
@@ -171,21 +152,36 @@ fn parity_the_last_bit_of_one_estimate_is_named() {
 }
 
 #[test]
+fn parity_a_result_that_comes_out_otherwise_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let logbook = folder.path().join("seatrial.db");
+    record(&logbook, None, |_, _| ());
+    let read = Logbook::open_read_only(&logbook).unwrap();
+    let entry = read.campaigns().unwrap().remove(0);
+    let plan: Plan<f64> = toml::from_str(&entry.plan).unwrap();
+    let mut recording = read.recording(entry.id).unwrap();
+    let refined = recording.campaign.runs[1]
+        .identification
+        .as_mut()
+        .unwrap()
+        .refined
+        .as_mut();
+    refined.unwrap().interval_95.a22_per_s[0] -= 1e-9;
+    let replay = Replay::of(plan, &recording).unwrap();
+    assert_eq!(replay.results, 1);
+    let difference = replay.first_difference.unwrap();
+    assert_eq!(difference.run, Some(2));
+    let place = "result.identification.refined.interval_95.a22_per_s[0]: recorded ";
+    assert!(difference.found.starts_with(place), "{}", difference.found);
+}
+
+#[test]
 fn cli_replay_of_nothing_is_exit_3() {
     let folder = tempfile::tempdir().unwrap();
     let logbook = folder.path().join("seatrial.db");
     let (missing, _) = replay(&logbook);
     assert_eq!(missing.status.code(), Some(3));
-    let new = NewCampaign {
-        configuration: "bare",
-        notes: None,
-        software_version: "0.1.0",
-        vehicle: "sim:starfish",
-        seed: None,
-        rudder_limit_rad: 0.26,
-        plan: "",
-    };
-    drop(Recorder::begin(Logbook::open(&logbook).unwrap(), &new).unwrap());
+    drop(Recorder::begin(Logbook::open(&logbook).unwrap(), &NEW).unwrap());
     let (empty, _) = replay(&logbook);
     assert_eq!(empty.status.code(), Some(3));
     let message = String::from_utf8(empty.stderr).unwrap();

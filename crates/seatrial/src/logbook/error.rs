@@ -29,7 +29,7 @@ pub enum Error {
         known: usize,
     },
     /// The file cannot be opened or read.
-    #[error("{path}: the logbook cannot be read: {cause}", path = .path.display())]
+    #[error("{path}: the logbook cannot be opened: {cause}", path = .path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -91,6 +91,10 @@ impl Error {
                 path,
                 place: "file structure".into(),
                 found: error.to_string(),
+            },
+            Some(ErrorCode::CannotOpen | ErrorCode::PermissionDenied) => Self::Unreadable {
+                path,
+                cause: format!("{error}; does its folder exist, and may you open files there?"),
             },
             Some(_) => Self::Unreadable {
                 path,

@@ -15,14 +15,15 @@
 //! lose the samples of the unfinished run. Neither damages the file.
 //!
 //! **Provable.** A campaign's hash covers its plan and what it ran on; each run's hash covers the
-//! hash before it, every sample, action and estimate and the result; the last one how it ended. [`Logbook::verify`]
-//! recomputes the chain. There is no key in it: it proves that nothing was changed by accident or
+//! hash before it, every sample, action and estimate and the result; the last one how it ended.
+//! [`Logbook::verify`] recomputes the chain. There is no key in it: it proves that nothing was changed by accident or
 //! in part, not that nobody rewrote the whole chain.
 //!
-//! **Repeatable.** [`Replay`] takes the samples through the trial again and compares every action
-//! and every live estimate bit for bit.
+//! **Repeatable.** [`Replay`] conducts the trial again on the samples and compares every action,
+//! every estimate and every result bit for bit.
 //!
-//! Reading never writes. Several processes may read while one writes.
+//! Reading never writes, but rolls back what a killed process left half written. Several processes
+//! may read while one writes.
 
 mod chain;
 mod error;
@@ -38,13 +39,13 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use rusqlite::backup::Backup;
-use rusqlite::{Connection, OpenFlags};
+use rusqlite::{Connection, ErrorCode, OpenFlags};
 use serde::Serialize;
 
 pub use error::Error;
 pub use read::{CampaignEntry, RunEntry, State};
 pub use recorder::Recorder;
-pub use replay::{FirstDifference, Replay};
+pub use replay::{FirstDifference, Recording, Replay};
 pub use step::Step;
 pub use verify::{Damage, Verification};
 pub use write::NewCampaign;
@@ -74,13 +75,8 @@ impl Logbook {
     pub fn open(path: impl Into<PathBuf>) -> Result<Self, Error> {
         let path = path.into();
         reject_directory(&path)?;
-        let connection = Connection::open_with_flags(
-            &path,
-            OpenFlags::SQLITE_OPEN_READ_WRITE
-                | OpenFlags::SQLITE_OPEN_CREATE
-                | OpenFlags::SQLITE_OPEN_NO_MUTEX,
-        )
-        .map_err(|error| Error::reading(&path, &error))?;
+        let access = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_CREATE;
+        let connection = connect(&path, access).map_err(|error| Error::reading(&path, &error))?;
         let mut logbook = Self { connection, path };
         logbook.identify()?;
         logbook
@@ -96,9 +92,8 @@ impl Logbook {
         if !path.exists() {
             return Err(Error::Missing(path));
         }
-        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-        let connection = Connection::open_with_flags(&path, flags)
-            .map_err(|error| Error::reading(&path, &error))?;
+        let connection =
+            connect_for_reading(&path).map_err(|error| Error::reading(&path, &error))?;
         let mut logbook = Self { connection, path };
         if logbook.identify()? != Identity::Logbook(MIGRATIONS.len()) {
             logbook.connection = migrated_copy(&logbook.connection)
@@ -114,11 +109,7 @@ impl Logbook {
 
     fn identify(&self) -> Result<Identity, Error> {
         let path = self.path.clone();
-        let found = self
-            .connection
-            .busy_timeout(BUSY_TIMEOUT)
-            .and_then(|()| identity(&self.connection))
-            .map_err(|error| Error::reading(&path, &error))?;
+        let found = self.reading(identity(&self.connection))?;
         match found {
             Identity::Foreign => Err(Error::NotALogbook {
                 path,
@@ -163,6 +154,24 @@ fn reject_directory(path: &Path) -> Result<(), Error> {
         });
     }
     Ok(())
+}
+
+fn connect(path: &Path, access: OpenFlags) -> Result<Connection, rusqlite::Error> {
+    let connection = Connection::open_with_flags(path, access | OpenFlags::SQLITE_OPEN_NO_MUTEX)?;
+    connection.busy_timeout(BUSY_TIMEOUT)?;
+    Ok(connection)
+}
+
+/// A process killed while it made the file leaves a journal, which only a connection that may write
+/// can roll back.
+fn connect_for_reading(path: &Path) -> Result<Connection, rusqlite::Error> {
+    let connection = connect(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
+    match identity(&connection) {
+        Err(error) if error.sqlite_error_code() == Some(ErrorCode::ReadOnly) => {
+            connect(path, OpenFlags::SQLITE_OPEN_READ_WRITE)
+        }
+        _ => Ok(connection),
+    }
 }
 
 fn migrated_copy(file: &Connection) -> Result<Connection, rusqlite::Error> {

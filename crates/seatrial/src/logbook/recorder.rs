@@ -7,14 +7,16 @@ use crate::campaign::Run;
 
 /// Keeps steps until a second of vehicle time has passed, then commits them together.
 ///
-/// Steps that could not be written (a full disk) are kept and tried again with the next second, so
-/// the caller may go on with the trial after an error.
+/// Steps that could not be written (a full disk) are kept and tried again when they have doubled, and
+/// at the end of the run; the caller may go on with the trial after an error.
 #[derive(Debug)]
 pub struct Recorder {
     logbook: Logbook,
     campaign: CampaignId,
     run: Option<RunId>,
     unwritten: Vec<(Option<RunId>, Step)>,
+    /// Steps to wait for after a failed attempt, so that trying again costs little.
+    patience: usize,
 }
 
 impl Recorder {
@@ -26,6 +28,7 @@ impl Recorder {
             campaign,
             run: None,
             unwritten: Vec::new(),
+            patience: 0,
         })
     }
 
@@ -52,10 +55,12 @@ impl Recorder {
             .first()
             .map_or(0.0, |(_, first)| step.sample.time_s - first.sample.time_s);
         // Also where the vehicle's clock jumped or is not a number.
-        if (0.0..1.0).contains(&since) {
-            return Ok(());
+        let second_is_over = !(0.0..1.0).contains(&since);
+        if second_is_over && self.unwritten.len() >= self.patience {
+            self.flush()
+        } else {
+            Ok(())
         }
-        self.flush()
     }
 
     /// Writes what is left of the run and its result, and seals it.
@@ -79,8 +84,10 @@ impl Recorder {
 
     fn flush(&mut self) -> Result<(), Error> {
         if !self.unwritten.is_empty() {
+            self.patience = 2 * self.unwritten.len();
             self.logbook.append(self.campaign, &self.unwritten)?;
             self.unwritten.clear();
+            self.patience = 0;
         }
         Ok(())
     }

@@ -1,97 +1,189 @@
 //! Proof that a recorded trial would happen again, bit for bit.
 
+use std::convert::Infallible;
+use std::fmt::Debug;
+
 use seatrial_core::estimator::InvalidSetting;
-use seatrial_core::{Outcome, Plan, Trial};
+use seatrial_core::{AbortReason, Action, Outcome, Plan, Sample, Trial, Vehicle};
 use serde::Serialize;
+use serde_json::Value;
 
-use super::Step;
+use super::{CampaignId, Error, Logbook, Step};
+use crate::campaign::{Campaign, Run};
+use crate::conduct::{Watch, conduct};
 
-/// What came of taking recorded samples through the trial again.
+/// What a logbook holds of a trial.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// The campaign, with its finished runs only.
+    pub campaign: Campaign,
+    /// Every step with the number of its run.
+    pub steps: Vec<(Option<u32>, Step)>,
+}
+
+/// What came of conducting a recorded trial again on its samples.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Replay {
     /// Samples taken, each with the action that answered it.
     pub samples: usize,
-    /// Estimates among them.
+    /// Live estimates among them.
     pub estimates: usize,
-    /// `None` where every action and every estimate had the bits recorded.
+    /// Runs whose result, refined estimate and verdict included, was made again.
+    pub results: usize,
+    /// `None` where every action, estimate and result had the bits recorded.
     pub first_difference: Option<FirstDifference>,
 }
 
-/// The first step that did not happen again.
+/// The first thing that did not happen again.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FirstDifference {
-    /// Its place in the record, from 0.
+    /// Place of the sample in the record, from 0.
     pub sample: usize,
-    /// Number of its run.
+    /// Number of the run.
     pub run: Option<u32>,
-    /// Its time, s.
-    pub time_s: f64,
     /// What was recorded and what came now, by name.
     pub found: String,
 }
 
-impl Replay {
-    /// Takes the steps of a campaign through a trial of its plan, until one differs.
-    ///
-    /// An abort from outside (operator, lost link) is in no sample: it is given where the record
-    /// shows it.
-    pub fn of(
-        plan: Plan<f64>,
-        steps: &[(Option<u32>, Step)],
-        outcome: Option<Outcome>,
-    ) -> Result<Self, InvalidSetting> {
-        let mut trial = Trial::new(plan)?;
-        let mut replay = Self::default();
-        for (run, recorded) in steps {
-            let before = trial;
-            let mut replayed = Step::take(&mut trial, recorded.sample);
-            if let Some(Outcome::Aborted(reason)) = outcome
-                && before.outcome().is_none()
-                && !replayed.same_bits(recorded)
-            {
-                let mut aborted = before;
-                aborted.abort(reason);
-                let handed_back = Step::take(&mut aborted, recorded.sample);
-                if handed_back.same_bits(recorded) {
-                    (trial, replayed) = (aborted, handed_back);
-                }
-            }
-            if !replayed.same_bits(recorded) {
-                replay.first_difference = Some(FirstDifference {
-                    sample: replay.samples,
-                    run: *run,
-                    time_s: recorded.sample.time_s,
-                    found: difference(recorded, &replayed),
-                });
-                break;
-            }
-            replay.samples += 1;
-            replay.estimates += usize::from(recorded.estimate.is_some());
-        }
-        Ok(replay)
+impl Logbook {
+    /// Everything of a campaign that can be replayed.
+    pub fn recording(&self, campaign: CampaignId) -> Result<Recording, Error> {
+        let steps = self.steps(campaign)?;
+        let finished = self.runs(campaign)?;
+        let mut campaign = self.campaign(campaign)?;
+        campaign.runs.retain(|run| {
+            finished
+                .iter()
+                .any(|entry| entry.finished && entry.number == run.number)
+        });
+        Ok(Recording { campaign, steps })
     }
 }
 
-fn difference(recorded: &Step, replayed: &Step) -> String {
+impl Replay {
+    /// Conducts the trial again, with this plan, until something differs.
+    pub fn of(plan: Plan<f64>, recording: &Recording) -> Result<Self, InvalidSetting> {
+        let about = Campaign {
+            runs: Vec::new(),
+            outcome: None,
+            ..recording.campaign.clone()
+        };
+        let mut vehicle = RecordedVehicle(recording.steps.iter());
+        let mut comparison = Comparison {
+            recording,
+            replay: Self::default(),
+        };
+        conduct(&mut vehicle, plan, about, &mut comparison)?;
+        Ok(comparison.replay)
+    }
+}
+
+/// Measures what was measured, whatever it is told to do.
+struct RecordedVehicle<'a>(std::slice::Iter<'a, (Option<u32>, Step)>);
+
+impl Vehicle<f64> for RecordedVehicle<'_> {
+    type Error = Infallible;
+
+    fn next_sample(&mut self) -> Result<Option<Sample<f64>>, Infallible> {
+        Ok(self.0.next().map(|(_, step)| step.sample))
+    }
+
+    fn act(&mut self, _: &Action<f64>) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+/// Holds what happens against the record.
+struct Comparison<'a> {
+    recording: &'a Recording,
+    replay: Replay,
+}
+
+impl Comparison<'_> {
+    fn differs(&mut self, run: Option<u32>, found: String) {
+        let sample = self.replay.samples;
+        self.replay
+            .first_difference
+            .get_or_insert(FirstDifference { sample, run, found });
+    }
+}
+
+impl Watch for Comparison<'_> {
+    fn step(&mut self, step: &Step, _: &Trial<f64>) {
+        let Some((run, recorded)) = self.recording.steps.get(self.replay.samples) else {
+            return;
+        };
+        if !step.same_bits(recorded) {
+            self.differs(*run, step_difference(recorded, step));
+        }
+        if self.replay.first_difference.is_none() {
+            self.replay.samples += 1;
+            self.replay.estimates += usize::from(recorded.estimate.is_some());
+        }
+    }
+
+    fn run_ended(&mut self, run: &Run) {
+        let mut recorded = self.recording.campaign.runs.iter();
+        let Some(recorded) = recorded.find(|recorded| recorded.number == run.number) else {
+            return;
+        };
+        match result_difference(recorded, run) {
+            Some(found) => self.differs(Some(run.number), found),
+            None => self.replay.results += 1,
+        }
+    }
+
+    /// The operator's abort is in no sample. It came before the last but one: that was answered with
+    /// neutral rudder, and the last with the hand back.
+    fn wants_abort(&mut self) -> bool {
+        let by_operator =
+            self.recording.campaign.outcome == Some(Outcome::Aborted(AbortReason::Operator));
+        let is_last_but_one = self.replay.samples + 2 == self.recording.steps.len();
+        self.replay.first_difference.is_some() || (by_operator && is_last_but_one)
+    }
+}
+
+fn step_difference(recorded: &Step, now: &Step) -> String {
     let bits = |number: Option<f64>| number.map(f64::to_bits);
     let numbers = Step::COLUMNS
         .into_iter()
-        .zip(recorded.numbers().into_iter().zip(replayed.numbers()))
-        .filter(|(_, (recorded, replayed))| bits(*recorded) != bits(*replayed))
-        .map(|(name, (recorded, replayed))| told(name, recorded, replayed));
-    let stage =
-        (recorded.stage != replayed.stage).then(|| told("stage", recorded.stage, replayed.stage));
-    let (was, is) = (recorded.action.outcome, replayed.action.outcome);
+        .zip(recorded.numbers().into_iter().zip(now.numbers()))
+        .filter(|(_, (recorded, now))| bits(*recorded) != bits(*now))
+        .map(|(name, (recorded, now))| told(name, recorded, now));
+    let stage = (recorded.stage != now.stage).then(|| told("stage", recorded.stage, now.stage));
+    let (was, is) = (recorded.action.outcome, now.action.outcome);
     let outcome = (was != is).then(|| told("outcome", was, is));
     let all: Vec<String> = numbers.chain(stage).chain(outcome).collect();
     all.join("; ")
 }
 
-fn told<T: std::fmt::Debug>(name: &str, recorded: Option<T>, replayed: Option<T>) -> String {
+fn told<T: Debug>(name: &str, recorded: Option<T>, now: Option<T>) -> String {
     let words = |value: Option<T>| value.map_or("none".into(), |value| format!("{value:?}"));
-    format!(
-        "{name}: recorded {}, now {}",
-        words(recorded),
-        words(replayed)
-    )
+    format!("{name}: recorded {}, now {}", words(recorded), words(now))
+}
+
+/// The text of a number in JSON is its bits: the shortest that reads back to them.
+fn result_difference(recorded: &Run, now: &Run) -> Option<String> {
+    let json = |run: &Run| serde_json::to_value(run).unwrap_or_default();
+    value_difference("result", &json(recorded), &json(now))
+}
+
+fn value_difference(name: &str, recorded: &Value, now: &Value) -> Option<String> {
+    match (recorded, now) {
+        (Value::Object(was), Value::Object(is)) if was.len() == is.len() => {
+            was.iter().find_map(|(key, was)| {
+                let is = is.get(key).unwrap_or(&Value::Null);
+                value_difference(&format!("{name}.{key}"), was, is)
+            })
+        }
+        (Value::Array(was), Value::Array(is)) if was.len() == is.len() => was
+            .iter()
+            .zip(is)
+            .enumerate()
+            .find_map(|(k, (was, is))| value_difference(&format!("{name}[{k}]"), was, is)),
+        _ => {
+            let (was, is) = (recorded.to_string(), now.to_string());
+            (was != is).then(|| format!("{name}: recorded {was}, now {is}"))
+        }
+    }
 }

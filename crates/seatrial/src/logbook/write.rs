@@ -1,6 +1,6 @@
 //! What goes into a logbook.
 
-use rusqlite::{Connection, Transaction, TransactionBehavior, params};
+use rusqlite::{Connection, ErrorCode, Transaction, TransactionBehavior, params};
 use seatrial_core::Outcome;
 
 use super::chain::{campaign_link, outcome_link, run_link, sha256};
@@ -172,22 +172,36 @@ impl Logbook {
     fn write<T>(
         &mut self,
         durability: Durability,
-        change: impl FnOnce(&Connection) -> Result<T, rusqlite::Error>,
+        change: impl Fn(&Connection) -> Result<T, rusqlite::Error>,
     ) -> Result<T, Error> {
-        let synchronous = match durability {
-            Durability::Process => "NORMAL",
-            Durability::Power => "FULL",
-        };
         let connection = &mut self.connection;
-        let write = || {
-            connection.pragma_update(None, "synchronous", synchronous)?;
-            let transaction = Transaction::new(connection, TransactionBehavior::Immediate)?;
-            let result = change(&transaction)?;
-            transaction.commit()?;
-            Ok(result)
-        };
-        write().map_err(|error: rusqlite::Error| Error::writing(&self.path, &error))
+        transact(connection, &durability, &change)
+            .or_else(|error| match error.sqlite_error_code() {
+                // On a full disk the write-ahead log may give back the room that it takes.
+                Some(ErrorCode::DiskFull | ErrorCode::SystemIoFailure) => {
+                    connection.execute_batch("PRAGMA wal_checkpoint(TRUNCATE)")?;
+                    transact(connection, &durability, &change)
+                }
+                _ => Err(error),
+            })
+            .map_err(|error| Error::writing(&self.path, &error))
     }
+}
+
+fn transact<T>(
+    connection: &mut Connection,
+    durability: &Durability,
+    change: impl Fn(&Connection) -> Result<T, rusqlite::Error>,
+) -> Result<T, rusqlite::Error> {
+    let synchronous = match durability {
+        Durability::Process => "NORMAL",
+        Durability::Power => "FULL",
+    };
+    connection.pragma_update(None, "synchronous", synchronous)?;
+    let transaction = Transaction::new(connection, TransactionBehavior::Immediate)?;
+    let result = change(&transaction)?;
+    transaction.commit()?;
+    Ok(result)
 }
 
 fn insert_result(

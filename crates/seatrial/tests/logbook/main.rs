@@ -276,6 +276,30 @@ fn io_an_interrupted_campaign_keeps_its_runs_and_partial_data() {
     assert_eq!(verification.runs_unfinished, 1);
 }
 
+/// A process killed while it writes without WAL, as it does while it makes the file.
+#[test]
+fn io_what_a_killed_process_left_half_written_is_rolled_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("seatrial.db");
+    let campaign = example(&path);
+    let writer = Connection::open(&path).unwrap();
+    // A cache of one page: changes reach the file before they are committed.
+    writer
+        .execute_batch(
+            "PRAGMA journal_mode = DELETE; PRAGMA cache_size = 1;
+             BEGIN; UPDATE sample SET depth_m = depth_m + 1",
+        )
+        .unwrap();
+    let killed = folder.path().join("killed.db");
+    std::fs::copy(&path, &killed).unwrap();
+    let journal = |name: &str| folder.path().join(format!("{name}.db-journal"));
+    std::fs::copy(journal("seatrial"), journal("killed")).unwrap();
+
+    let logbook = Logbook::open_read_only(&killed).unwrap();
+    assert_eq!(logbook.verify().unwrap().damage, []);
+    assert_eq!(logbook.campaign(CampaignId(1)).unwrap(), campaign);
+}
+
 #[test]
 fn io_columns_for_queries_are_the_model_that_goes_to_the_controller() {
     let folder = tempfile::tempdir().unwrap();
