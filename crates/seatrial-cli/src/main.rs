@@ -9,7 +9,6 @@ mod log;
 mod logbook;
 mod output;
 mod paper;
-mod plan;
 mod replay;
 mod report;
 mod sim;
@@ -25,7 +24,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use output::{Exit, Failure, Output};
+use output::{Exit, Failure, Output, say};
 
 /// Identify how a marine vehicle steers, at sea, in one compact manoeuvre per speed.
 #[derive(Parser)]
@@ -41,7 +40,6 @@ struct Cli {
 #[derive(Subcommand)]
 enum Verb {
     Trial(Box<trial::Args>),
-    Plan(plan::Args),
     Inspect(inspect::Args),
     Sim(sim::Args),
     Identify(identify::Args),
@@ -59,7 +57,6 @@ impl Verb {
     fn run(&self, output: &Output) -> Result<Exit, Failure> {
         match self {
             Self::Trial(args) => trial::run(args, output),
-            Self::Plan(args) => plan::run(args, output),
             Self::Inspect(args) => inspect::run(args, output),
             Self::Sim(args) => sim::run(args, output),
             Self::Identify(args) => identify::run(args, output),
@@ -81,7 +78,7 @@ fn main() -> ExitCode {
     match cli.verb.run(&output) {
         Ok(exit) => exit.into(),
         Err(failure) => {
-            eprintln!("seatrial: {failure}");
+            say(&failure);
             failure.exit.into()
         }
     }

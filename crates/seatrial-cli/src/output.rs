@@ -91,6 +91,11 @@ impl fmt::Display for Failure {
     }
 }
 
+/// Says something on standard error. One that cannot be written to, as on a full disk, is no reason to stop.
+pub fn say(message: impl fmt::Display) {
+    let _ = writeln!(std::io::stderr(), "seatrial: {message}");
+}
+
 /// Standard output as the user asked for it.
 pub struct Output {
     /// One JSON document instead of text.

@@ -16,7 +16,7 @@ use seatrial_core::{AbortReason, Outcome, Plan, Sample, Trial, YawModel};
 use serde::Serialize;
 
 use crate::live::{Live, Parameter, Picture};
-use crate::output::{Exit, Failure, Output};
+use crate::output::{Exit, Failure, Output, say};
 use crate::table::Table;
 use crate::vehicle;
 
@@ -116,12 +116,11 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             ("Logbook", args.logbook.display().to_string()),
         ];
         if let Err(error) = std::fs::write(path, report::render(&campaign, &provenance)) {
-            unsaved.push(format!("the report {}: {error}", path.display()));
+            unsaved.push(format!("{}: report not saved: {error}", path.display()));
         }
     }
-    for what in &unsaved {
-        eprintln!("seatrial: not saved: {what}");
-    }
+    unsaved.dedup();
+    unsaved.iter().for_each(say);
     if !args.trace {
         for run in &mut campaign.runs {
             if let Some(identification) = &mut run.identification {
