@@ -198,6 +198,15 @@ impl Weighing {
                 ),
             );
         }
+        if a22.half_width >= 1.0 && !fresh_data_decide {
+            return self.reject(
+                "not_identifiable",
+                format!(
+                    "the 95 % interval of a22, {} to {} 1/s, holds 0: whether the vehicle is course-stable is not known; excite longer or to larger headings",
+                    three_figures(a22.interval[0]), three_figures(a22.interval[1])
+                ),
+            );
+        }
         if evidence.mismatch.is_some() {
             // More rudder does not make the vehicle a first-order one.
             return;

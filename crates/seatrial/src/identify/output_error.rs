@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Matrix5, Vector5};
 use seatrial_core::{Sample, YawModel};
 
-use super::refine::{Peak, RefineFailure, Span};
+use super::refine::{Peak, RefineFailure, Span, liveliest};
 use super::whitening::{Disturbance, Fit, Prepared};
 
 /// The output error estimate of a record.
@@ -30,6 +30,7 @@ pub fn output_error(
     samples: &[Sample<f64>],
     start: Option<YawModel<f64>>,
 ) -> Result<OutputError, RefineFailure> {
+    let samples = liveliest(samples);
     let span = Span::of(samples)?;
     let damping = span.first_damping(samples, start)?;
     let record = span.prepare(samples, damping)?;

@@ -11,9 +11,9 @@ use crate::identification::{Intervals, Refined};
 /// Comparisons per time constant of the vehicle: more tell nothing new.
 const COMPARISONS_PER_TIME_CONSTANT: f64 = 20.0;
 
-/// A record with more comparisons than this makes do with coarser blocks.
-const MANY_COMPARISONS: f64 = 20_000.0;
-const FEWEST_PER_TIME_CONSTANT: f64 = 4.0;
+/// Of a longer record only the stretch of this many samples in which the rudder moves most is refined: about
+/// a second of work.
+const MOST_SAMPLES: usize = 10_000;
 
 /// Two initial conditions, three parameters and a noise level need some comparisons each.
 const LEAST_COMPARISONS: usize = 15;
@@ -67,13 +67,15 @@ pub enum RefineFailure {
 /// estimate, its 2.5 and 97.5 % points the interval.
 ///
 /// The interval assumes white heading noise, a disturbance that forgets its past exponentially, a first-order
-/// yaw model and a rudder that acts when the record says. `samples` are finite and increase in time; headings
+/// yaw model and a rudder that acts when the record says. Of a record of more than 10 000 samples only the
+/// liveliest stretch is used. `samples` are finite and increase in time; headings
 /// may be wrapped; a sample's rudder acts until the next. `start` is any model of the vehicle, for instance
 /// the online estimate.
 pub fn refine(
     samples: &[Sample<f64>],
     start: Option<YawModel<f64>>,
 ) -> Result<Refined, RefineFailure> {
+    let samples = liveliest(samples);
     let span = Span::of(samples)?;
     let damping = span.first_damping(samples, start)?;
     let record = span.prepare(samples, damping)?;
@@ -127,6 +129,24 @@ pub fn around_online(refined: &Refined, online: YawModel<f64>, simulated: &Outpu
     }
 }
 
+/// The stretch of [`MOST_SAMPLES`] in which the rudder varies most, on a grid of half its length.
+pub(super) fn liveliest(samples: &[Sample<f64>]) -> &[Sample<f64>] {
+    let variance = |stretch: &[Sample<f64>]| {
+        let n = stretch.len() as f64;
+        let mean = stretch.iter().map(|s| s.rudder_rad).sum::<f64>() / n;
+        stretch
+            .iter()
+            .map(|s| (s.rudder_rad - mean).powi(2))
+            .sum::<f64>()
+            / n
+    };
+    samples
+        .windows(MOST_SAMPLES)
+        .step_by(MOST_SAMPLES / 2)
+        .max_by(|a, b| variance(a).total_cmp(&variance(b)))
+        .unwrap_or(samples)
+}
+
 /// Length and sampling of a record, s.
 pub(super) struct Span {
     duration_s: f64,
@@ -149,18 +169,14 @@ impl Span {
         }
     }
 
-    /// Blocks of a twentieth of the vehicle's time constant; up to a quarter in a very long record.
+    /// In blocks of a twentieth of the vehicle's time constant.
     pub(super) fn prepare(
         &self,
         samples: &[Sample<f64>],
         a22_per_s: f64,
     ) -> Result<Prepared, RefineFailure> {
         let per_time_constant = 1.0 / (self.rate_scale(a22_per_s) * self.interval_s);
-        let fine = per_time_constant / COMPARISONS_PER_TIME_CONSTANT;
-        let coarse = per_time_constant / FEWEST_PER_TIME_CONSTANT;
-        let block = (samples.len() as f64 / MANY_COMPARISONS)
-            .min(coarse)
-            .max(fine);
+        let block = per_time_constant / COMPARISONS_PER_TIME_CONSTANT;
         let record = Prepared::new(samples, block as usize);
         if record.blocks() < LEAST_COMPARISONS {
             return Err(RefineFailure::TooShort {
