@@ -9,6 +9,7 @@ mod log;
 mod logbook;
 mod output;
 mod paper;
+mod plan;
 mod replay;
 mod report;
 mod sim;
@@ -40,6 +41,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Verb {
     Trial(Box<trial::Args>),
+    Plan(plan::Args),
     Inspect(inspect::Args),
     Sim(sim::Args),
     Identify(identify::Args),
@@ -57,6 +59,7 @@ impl Verb {
     fn run(&self, output: &Output) -> Result<Exit, Failure> {
         match self {
             Self::Trial(args) => trial::run(args, output),
+            Self::Plan(args) => plan::run(args, output),
             Self::Inspect(args) => inspect::run(args, output),
             Self::Sim(args) => sim::run(args, output),
             Self::Identify(args) => identify::run(args, output),
