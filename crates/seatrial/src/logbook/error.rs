@@ -96,6 +96,10 @@ impl Error {
                 path,
                 cause: format!("{error}; does its folder exist, and may you open files there?"),
             },
+            Some(ErrorCode::ReadOnly) => Self::Unreadable {
+                path,
+                cause: format!("{error}; make the file and its folder writable"),
+            },
             Some(_) => Self::Unreadable {
                 path,
                 cause: error.to_string(),

@@ -162,16 +162,33 @@ fn connect(path: &Path, access: OpenFlags) -> Result<Connection, rusqlite::Error
     Ok(connection)
 }
 
-/// A process killed while it made the file leaves a journal, which only a connection that may write
-/// can roll back.
+/// SQLite makes a file for shared memory even to read, and needs to write to roll back the journal
+/// of a process that was killed while it made the logbook. Where nothing waits to be rolled back, a
+/// folder that cannot be written to is no obstacle.
 fn connect_for_reading(path: &Path) -> Result<Connection, rusqlite::Error> {
     let connection = connect(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
-    match identity(&connection) {
-        Err(error) if error.sqlite_error_code() == Some(ErrorCode::ReadOnly) => {
-            connect(path, OpenFlags::SQLITE_OPEN_READ_WRITE)
-        }
-        _ => Ok(connection),
+    let refused = identity(&connection).is_err_and(|error| {
+        let code = error.sqlite_error_code();
+        matches!(code, Some(ErrorCode::ReadOnly | ErrorCode::CannotOpen))
+    });
+    if !refused {
+        return Ok(connection);
     }
+    let name = path.to_string_lossy();
+    if ["-wal", "-journal"]
+        .iter()
+        .any(|suffix| Path::new(&format!("{name}{suffix}")).exists())
+    {
+        return connect(path, OpenFlags::SQLITE_OPEN_READ_WRITE);
+    }
+    let name = name
+        .replace('%', "%25")
+        .replace('?', "%3f")
+        .replace('#', "%23");
+    connect(
+        Path::new(&format!("file:{name}?immutable=1")),
+        OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI,
+    )
 }
 
 fn migrated_copy(file: &Connection) -> Result<Connection, rusqlite::Error> {

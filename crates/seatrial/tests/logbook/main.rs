@@ -300,6 +300,24 @@ fn io_what_a_killed_process_left_half_written_is_rolled_back() {
     assert_eq!(logbook.campaign(CampaignId(1)).unwrap(), campaign);
 }
 
+/// On a medium that is mounted read-only, say. (The superuser may write anyway.)
+#[cfg(unix)]
+#[test]
+fn io_a_logbook_in_a_folder_that_cannot_be_written_to_is_read() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().unwrap();
+    let allow = |mode| {
+        let permissions = std::fs::Permissions::from_mode(mode);
+        std::fs::set_permissions(folder.path(), permissions).unwrap();
+    };
+    let path = folder.path().join("50 % #1?.db");
+    let campaign = example(&path);
+    allow(0o555);
+    let read = Logbook::open_read_only(&path).and_then(|logbook| logbook.campaign(CampaignId(1)));
+    allow(0o755);
+    assert_eq!(read.unwrap(), campaign);
+}
+
 #[test]
 fn io_columns_for_queries_are_the_model_that_goes_to_the_controller() {
     let folder = tempfile::tempdir().unwrap();
