@@ -57,7 +57,7 @@ use schema::{Identity, MIGRATIONS, identity, migrate};
 pub struct CampaignId(pub i64);
 
 /// Key of a run in its logbook.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RunId(i64);
 
 /// An open logbook.

@@ -64,10 +64,9 @@ pub struct CampaignEntry {
 }
 
 /// A run without its data.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunEntry {
     /// Key of the run.
-    #[serde(skip)]
     pub id: RunId,
     /// 1 for the first run of the campaign.
     pub number: u32,
