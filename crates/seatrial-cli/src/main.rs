@@ -10,6 +10,7 @@ mod logbook;
 mod output;
 mod paper;
 mod plan;
+mod recreated;
 mod replay;
 mod report;
 mod sim;

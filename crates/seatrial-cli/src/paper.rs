@@ -7,17 +7,19 @@ use seatrial::paper::{Agreement, Claim, ERRATA, Erratum, claims};
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};
+use crate::recreated::{self, RecreatedTable};
 
 /// Reproduces the paper's tables and claims: printed value beside recomputed value.
 ///
 /// Every printed number that follows from other printed numbers is computed from them. A row agrees
 /// where the result rounds to the print, lies within the rounding of its inputs where it does for
-/// some inputs that round to theirs, and differs where it does for none. Writes paper.md, paper.csv
-/// and paper.json.
+/// some inputs that round to theirs, and differs where it does for none. Tables II, III and V are also
+/// identified again by simulated trials of vehicles that have the paper's values for truth. Writes paper.md,
+/// paper.csv, recreated.csv and paper.json.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  seatrial paper --out paper-tables")]
 pub struct Args {
-    /// Directory for paper.md, paper.csv and paper.json; made where it is missing.
+    /// Directory for the files; made where it is missing.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -28,6 +30,7 @@ struct Document {
     summary: Summary,
     claims: Vec<Claim>,
     errata: &'static [Erratum],
+    recreated: Vec<RecreatedTable>,
 }
 
 #[derive(Serialize)]
@@ -52,11 +55,16 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         },
         claims,
         errata: &ERRATA,
+        recreated: recreated::tables()?,
     };
     let json = serde_json::to_string_pretty(&document).map_err(Failure::internal)?;
     std::fs::create_dir_all(&args.out).map_err(|error| not_saved(&args.out, error))?;
     for (name, content) in [
-        ("paper.md", markdown(&document)),
+        (
+            "paper.md",
+            markdown(&document) + &recreated::markdown(&document.recreated),
+        ),
+        ("recreated.csv", recreated::csv(&document.recreated)),
         ("paper.csv", csv(&document.claims)),
         ("paper.json", json + "\n"),
     ] {
@@ -113,6 +121,11 @@ fn text(document: &Document, out: &Path) -> String {
             erratum.place, erratum.printed, erratum.instead
         );
     }
+    let (inside, all) = recreated::covered(&document.recreated);
+    let _ = writeln!(
+        text,
+        "\nTables II, III and V re-created by simulated trials: {inside} of {all} true parameters inside their 95 % intervals."
+    );
     let _ = write!(text, "\nAll rows: {}", out.join("paper.md").display());
     text
 }

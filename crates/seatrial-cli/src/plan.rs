@@ -4,16 +4,16 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use seatrial::campaign::{Campaign, Run, Stage};
-use seatrial::conduct::{Watch, conduct};
+use seatrial::conduct::{Unwatched, conduct};
 use seatrial::identify::bound::{Noise, cramer_rao_bound};
 use seatrial_core::{Excitation, List, Outcome, Plan, Trial, YawModel};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};
-use crate::sim::simulated_vehicle;
 use crate::table::Table;
 use crate::trial::load_plan;
+use crate::vehicle;
 
 /// Half width of a 95 % interval in standard deviations.
 const NORMAL_95: f64 = 1.96;
@@ -146,13 +146,8 @@ fn planned(args: &Args) -> Result<Plan<f64>, Failure> {
         .map_err(|error| Failure::usage(format!("the plan: {error}")))
 }
 
-/// Nobody watches a preview.
-struct Unwatched;
-
-impl Watch for Unwatched {}
-
 fn preview(args: &Args, plan: Plan<f64>) -> Result<Preview, Failure> {
-    let config = simulated_vehicle(&args.vehicle)?;
+    let config = vehicle::config(&args.vehicle)?;
     let noise = Noise {
         heading_rad: config.sensors.compass_noise_rad.max(1e-6),
         disturbance_rad_s2: config.disturbance.standard_deviation_rad_s2,

@@ -13,6 +13,7 @@ use seatrial_sim::{FirstOrderVehicle, Truth, VehicleConfig};
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};
+use crate::vehicle;
 
 /// A simulated vehicle for others.
 #[derive(ClapArgs, Debug)]
@@ -100,8 +101,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let What::Log(args) = &args.what;
     let format = format_of(&args.out)?;
     args.truth.as_deref().map_or(Ok(()), check_truth_name)?;
-    let config = simulated_vehicle(&args.vehicle)?;
-    let mut vehicle = FirstOrderVehicle::new(config, args.seed).map_err(Failure::input)?;
+    let mut vehicle = vehicle::simulated(&args.vehicle, args.seed)?;
     let played = play(&mut vehicle, plan(&args.thrust)?)?;
     write(&args.out, format, &played.samples)?;
     if let Some(path) = &args.truth {
@@ -121,19 +121,6 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         Some(Outcome::Finished) => Exit::Done,
         Some(Outcome::Aborted(_)) | None => Exit::Aborted,
     })
-}
-
-/// The vehicle of `sim:starfish` or `sim:FILE.toml`.
-pub fn simulated_vehicle(name: &str) -> Result<VehicleConfig, Failure> {
-    match name.strip_prefix("sim:") {
-        Some("starfish") => Ok(VehicleConfig::starfish()),
-        Some(file) if file.ends_with(".toml") => {
-            VehicleConfig::load(Path::new(file)).map_err(Failure::input)
-        }
-        _ => Err(Failure::usage(format!(
-            "--vehicle {name}: expected sim:starfish or sim:FILE.toml"
-        ))),
-    }
 }
 
 fn format_of(path: &Path) -> Result<Format, Failure> {

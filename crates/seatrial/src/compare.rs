@@ -2,14 +2,13 @@
 
 use std::time::Instant;
 
-use seatrial_core::model::YawState;
 use seatrial_core::{Sample, YawModel};
 use serde::Serialize;
 
 use crate::identification::{Intervals, Validation};
 use crate::identify::output_error::output_error;
 use crate::identify::refine::refine;
-use crate::identify::simplex::{self, SimplexSettings};
+use crate::identify::simplex;
 use crate::identify::{
     Fresh, IdentifyError, IdentifySettings, Prepared, fresh, known_part, online,
 };
@@ -163,17 +162,9 @@ pub fn split(record: &Record) -> Option<(Window, Window)> {
     ))
 }
 
-/// The paper's simplex from the mean heading of the lead-in, at rest.
+/// The paper's simplex; a search that did not converge is a failure.
 fn by_simplex(samples: &[Sample<f64>]) -> Result<Found, String> {
-    let first = samples.first().ok_or("no samples")?;
-    let lead_in_s = fresh::quiet_lead_in_s(samples);
-    let end = samples.partition_point(|sample| sample.time_s < first.time_s + lead_in_s);
-    let lead_in = &samples[..end.max(1)];
-    let start = YawState {
-        heading_rad: lead_in.iter().map(|s| s.heading_rad).sum::<f64>() / lead_in.len() as f64,
-        yaw_rate_rad_s: 0.0,
-    };
-    let found = simplex::fit(samples, start, &SimplexSettings::paper());
+    let found = simplex::fit_as_paper(samples).ok_or("no samples")?;
     if !found.converged {
         return Err(format!(
             "not converged after {} iterations",

@@ -26,6 +26,12 @@ pub trait Watch {
     }
 }
 
+/// Nobody watches.
+#[derive(Clone, Copy, Debug)]
+pub struct Unwatched;
+
+impl Watch for Unwatched {}
+
 /// What came of a trial.
 #[derive(Debug)]
 pub struct Conducted<E> {

@@ -3,7 +3,7 @@
 use std::thread;
 
 use seatrial::campaign::{Campaign, Stage};
-use seatrial::conduct::{Conducted, Watch, conduct};
+use seatrial::conduct::{Conducted, Unwatched, Watch, conduct};
 use seatrial::logbook::Step;
 use seatrial_core::{AbortReason, Action, Outcome, Plan, Sample, Steering, Trial, Vehicle};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
@@ -19,10 +19,6 @@ fn about() -> Campaign {
         outcome: None,
     }
 }
-
-struct Unwatched;
-
-impl Watch for Unwatched {}
 
 fn starfish(seed: u64) -> FirstOrderVehicle {
     FirstOrderVehicle::new(VehicleConfig::starfish(), seed).unwrap()

@@ -4,6 +4,8 @@ use seatrial_core::Sample;
 use seatrial_core::YawModel;
 use seatrial_core::model::YawState;
 
+use super::fresh::quiet_lead_in_s;
+
 /// When the search stops and how large its first simplex is.
 ///
 /// The paper gives the two tolerances and the zero start vector, but not the first simplex. With
@@ -60,6 +62,20 @@ pub fn fit(
 ) -> Minimum<3> {
     let cost = |theta: &[f64; 3]| heading_error_rms(&YawModel::from_theta(*theta), samples, start);
     minimise(cost, [0.0; 3], settings)
+}
+
+/// The paper's offline method on a training record with unwrapped headings: from rest at the mean heading of
+/// the quiet lead-in. `None` without a sample.
+pub fn fit_as_paper(samples: &[Sample<f64>]) -> Option<Minimum<3>> {
+    let first = samples.first()?;
+    let lead_in_s = quiet_lead_in_s(samples);
+    let end = samples.partition_point(|sample| sample.time_s < first.time_s + lead_in_s);
+    let lead_in = &samples[..end.max(1)];
+    let start = YawState {
+        heading_rad: lead_in.iter().map(|s| s.heading_rad).sum::<f64>() / lead_in.len() as f64,
+        yaw_rate_rad_s: 0.0,
+    };
+    Some(fit(samples, start, &SimplexSettings::paper()))
 }
 
 /// Root mean square of measured less simulated heading (38), rad.

@@ -1,7 +1,6 @@
 //! The tables: summary, Tables II, III and V of the paper, every run.
 
 use seatrial_core::heading_loop::HeadingLoop;
-use seatrial_core::model::YawState;
 use seatrial_core::{Nomoto, YawModel};
 
 use super::fit::usable;
@@ -10,7 +9,7 @@ use super::speed_figures::{Speed, gain_interval};
 use crate::campaign::{Campaign, Run, Stage};
 use crate::identification::{Identification, Intervals};
 use crate::identify::fresh::goodness_of_fit;
-use crate::identify::simplex::{self, SimplexSettings};
+use crate::identify::simplex;
 use crate::propagation::interval_95;
 
 /// A table with a title and a note below it.
@@ -284,11 +283,7 @@ pub(super) fn offline(speeds: &[Speed]) -> Table {
     let rows = speeds.iter().filter_map(|speed| {
         let window = speed.identification.training;
         let samples = usable(speed.run.record.window(window));
-        let start = YawState {
-            heading_rad: samples.first()?.heading_rad,
-            yaw_rate_rad_s: 0.0,
-        };
-        let minimum = simplex::fit(&samples, start, &SimplexSettings::paper());
+        let minimum = simplex::fit_as_paper(&samples)?;
         let model = YawModel::from_theta(minimum.at);
         let mut row = thrust_and_speed(speed);
         row.extend(as_printed(&model));
