@@ -55,6 +55,8 @@ pub struct Evidence<'a> {
     pub refined: Option<&'a Refined>,
     /// The share of the rudder's effect that a disturbance would have to have, where it is too large for one.
     pub mismatch: Option<f64>,
+    /// Times that the rudder moved far while samples were lost.
+    pub hidden_edges: usize,
     /// R^2 on the training record itself.
     pub training_fit: GoodnessOfFit<f64>,
     /// R^2 on fresh data.
@@ -274,6 +276,15 @@ impl Weighing {
                 format!(
                     "a22 = {} 1/s is not negative: the vehicle does not stop turning by itself, or the record does not show it; gains and turning limits need a stable model",
                     three_figures(model.a22_per_s)
+                ),
+            );
+        }
+        if evidence.hidden_edges > 0 {
+            self.note(
+                "samples_missing",
+                format!(
+                    "the rudder moved far {} times while samples were missing; the online estimate, which allows for it, is used and its interval widened; log without losses",
+                    evidence.hidden_edges
                 ),
             );
         }

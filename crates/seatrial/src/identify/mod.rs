@@ -157,7 +157,8 @@ pub fn identify(
 ///
 /// The refined model, where there is one, is the one that is validated and goes to the controller: it uses
 /// every sample at its true weight and states how sure it is. Where the record shows more than a first-order
-/// model, the online estimate takes its place with a wider interval.
+/// model, or the rudder moved far while samples were lost, which only the online estimator allows for, the
+/// online estimate takes its place with a wider interval.
 pub fn assess(
     record: &Record,
     training: Window,
@@ -177,8 +178,10 @@ pub fn assess(
     let mismatch = refined
         .as_ref()
         .and_then(|refined| refine::structural_mismatch(refined, manoeuvre.amplitude_rad));
-    let simulated = mismatch
-        .and_then(|_| output_error::output_error(&pass.accepted, Some(pass.online.model)).ok());
+    let hidden_edges = whitening::hidden_edges(&pass.accepted);
+    let simulated = (mismatch.is_some() || hidden_edges > 0)
+        .then(|| output_error::output_error(&pass.accepted, Some(pass.online.model)).ok())
+        .flatten();
     let refined = match (refined, simulated) {
         (Some(refined), Some(simulated)) => Some(refine::around_online(
             &refined,
@@ -200,6 +203,7 @@ pub fn assess(
         online: pass.online.model,
         refined: refined.as_ref(),
         mismatch,
+        hidden_edges,
         training_fit: fresh::goodness_of_fit(model, &pass.accepted),
         validation,
         validation_rudder_amplitude_rad: fresh

@@ -2,7 +2,9 @@
 
 use nalgebra::{Cholesky, Matrix4, Vector4};
 use seatrial_core::model::{Discretisation, YawState};
-use seatrial_core::{Real, Sample};
+use seatrial_core::{LostRudder, Real, Sample};
+
+use crate::record::median_interval_s;
 
 /// Columns of the linear model besides the heading: b2, C0, psi0, r0.
 const COLUMNS: usize = 4;
@@ -77,7 +79,7 @@ impl Prepared {
                 .chain([0.0])
                 .collect(),
             heading_rad,
-            rudder_rad: samples.iter().map(|s| s.rudder_rad).collect(),
+            rudder_rad: mean_rudder_rad(samples),
             block: block.max(1),
         }
     }
@@ -185,6 +187,38 @@ impl Prepared {
                 * (degrees_of_freedom * residual.ln() + log_variances + log_determinant),
         })
     }
+}
+
+/// Times that the rudder moved far while samples were lost, at instants that nobody knows.
+pub fn hidden_edges(samples: &[Sample<f64>]) -> usize {
+    let usual_s = median_interval_s(samples).unwrap_or(0.0);
+    let hides_edge = |pair: &&[Sample<f64>]| {
+        LostRudder::Interpolated.hides_edge(
+            pair[1].time_s - pair[0].time_s,
+            usual_s,
+            pair[1].rudder_rad - pair[0].rudder_rad,
+        )
+    };
+    samples.windows(2).filter(hides_edge).count()
+}
+
+/// The rudder over each interval, rad: held, or, where samples were lost and it moved a little, the mean of what
+/// goes to the next sample in equal steps. When it moved far, at an edge of the manoeuvre, nobody knows when, and
+/// it counts as held.
+fn mean_rudder_rad(samples: &[Sample<f64>]) -> Vec<f64> {
+    let usual_s = median_interval_s(samples).unwrap_or(0.0);
+    let over = |pair: &[Sample<f64>]| {
+        let interval_s = pair[1].time_s - pair[0].time_s;
+        let moved_rad = pair[1].rudder_rad - pair[0].rudder_rad;
+        let lost = LostRudder::Interpolated;
+        if lost.hides_edge(interval_s, usual_s, moved_rad) {
+            return pair[0].rudder_rad;
+        }
+        let steps = f64::from(lost.steps(interval_s, usual_s));
+        pair[0].rudder_rad + moved_rad * (steps - 1.0) / (2.0 * steps)
+    };
+    let last = samples.last().map(|s| s.rudder_rad);
+    samples.windows(2).map(over).chain(last).collect()
 }
 
 /// The responses of the heading to b2, C0, psi0 and r0.
