@@ -243,7 +243,7 @@ impl OpenRun {
             rejected: result.rejected.into(),
             accepted: self.record.usable(training),
         };
-        assess(
+        let mut identification = assess(
             &self.record,
             training,
             Some(Fresh {
@@ -255,7 +255,16 @@ impl OpenRun {
                 lambda_because: "from the plan's doublet".into(),
                 ..Settings::of(&settings)
             },
-        )
+        )?;
+        if !result.accepted {
+            identification.verdict = verdict::not_taken(
+                identification.verdict,
+                result.validation.r2_heading,
+                plan.accept_from_r2,
+                result.attempt <= plan.max_repeats,
+            );
+        }
+        Ok(identification)
     }
 
     /// Ended before it was validated.

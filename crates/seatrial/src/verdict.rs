@@ -135,6 +135,33 @@ pub fn refused(reason: Reason) -> Verdict {
     }
 }
 
+/// The verdict on a run that the trial itself did not take: live, its R^2 of heading on fresh data was
+/// under what the plan asks for.
+pub fn not_taken(
+    judged: Verdict,
+    live_r2_heading: Option<f64>,
+    accept_from_r2: f64,
+    is_repeated: bool,
+) -> Verdict {
+    let then = if is_repeated {
+        "the run was repeated"
+    } else {
+        "no tries were left"
+    };
+    let low_r2 = reason(
+        "low_r2",
+        format!(
+            "R^2 of heading on fresh data was {} with the live model, the plan accepts from {accept_from_r2:.2}: {then}",
+            r2_text(live_r2_heading)
+        ),
+    );
+    let others = judged.reasons.into_iter().filter(|r| r.code != "ok");
+    Verdict {
+        accepted: false,
+        reasons: std::iter::once(low_r2).chain(others).collect(),
+    }
+}
+
 #[derive(Default)]
 struct Weighing {
     rejections: Vec<Reason>,

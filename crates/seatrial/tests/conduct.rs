@@ -5,7 +5,7 @@ use std::thread;
 use seatrial::campaign::{Campaign, Stage};
 use seatrial::conduct::{Conducted, Unwatched, Watch, conduct};
 use seatrial::logbook::Step;
-use seatrial_core::{AbortReason, Action, Outcome, Plan, Sample, Steering, Trial, Vehicle};
+use seatrial_core::{AbortReason, Action, List, Outcome, Plan, Sample, Steering, Trial, Vehicle};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
 fn about() -> Campaign {
@@ -131,6 +131,7 @@ fn parity_live_estimates_are_those_of_a_second_trial() {
 /// A vehicle whose link behaves until a time and then ends, fails or sends garbage.
 struct Faulty {
     vehicle: FirstOrderVehicle,
+    time_s: f64,
     from_s: f64,
     fault: Fault,
     actions: Vec<Action<f64>>,
@@ -140,48 +141,79 @@ struct Faulty {
 enum Fault {
     Ends,
     Fails,
+    Deaf,
     Garbage,
+    /// Three samples of garbage every two seconds.
+    Bursts,
+    /// Something turns the vehicle for as long as a validation stage lasts.
+    Drift,
     None,
 }
+
+/// Duration of a validation stage of the paper's plan: 2 + 4 + 10.5 s.
+const VALIDATION_S: f64 = 16.5;
 
 impl Vehicle<f64> for Faulty {
     type Error = &'static str;
 
     fn next_sample(&mut self) -> Result<Option<Sample<f64>>, Self::Error> {
         let Ok(sample) = self.vehicle.next_sample();
-        let is_late = sample.is_some_and(|sample| sample.time_s >= self.from_s);
+        let Some(mut sample) = sample else {
+            return Ok(None);
+        };
+        self.time_s = sample.time_s;
+        let late_s = sample.time_s - self.from_s;
         match self.fault {
-            Fault::Ends if is_late => Ok(None),
-            Fault::Fails if is_late => Err("cable cut"),
-            Fault::Garbage if is_late => Ok(sample.map(|sample| Sample {
-                heading_rad: f64::NAN,
-                ..sample
-            })),
-            _ => Ok(sample),
+            Fault::Ends if late_s >= 0.0 => return Ok(None),
+            Fault::Fails if late_s >= 0.0 => return Err("cable cut"),
+            Fault::Garbage if late_s >= 0.0 => sample.heading_rad = f64::NAN,
+            Fault::Bursts if late_s.rem_euclid(2.0) < 0.14 => sample.heading_rad = f64::NAN,
+            Fault::Drift if (0.0..VALIDATION_S).contains(&late_s) => {
+                sample.heading_rad += 0.03 * late_s;
+            }
+            _ => {}
         }
+        Ok(Some(sample))
     }
 
     fn act(&mut self, action: &Action<f64>) -> Result<(), Self::Error> {
+        if self.fault == Fault::Deaf && self.time_s >= self.from_s {
+            return Err("cable cut");
+        }
         self.actions.push(*action);
         let Ok(()) = self.vehicle.act(action);
         Ok(())
     }
 }
 
+impl Faulty {
+    fn new(fault: Fault, from_s: f64) -> Self {
+        Self {
+            vehicle: starfish(1),
+            time_s: f64::NEG_INFINITY,
+            from_s,
+            fault,
+            actions: Vec::new(),
+        }
+    }
+}
+
+/// In the first deflection: 12 s of settling, 2 s of lead-in, 2 s of rudder.
+const MID_DOUBLET_S: f64 = 16.0;
+
 fn with_fault(fault: Fault, watch: &mut dyn Watch) -> (Conducted<&'static str>, Vec<Action<f64>>) {
-    let mut vehicle = Faulty {
-        vehicle: starfish(1),
-        from_s: 16.0,
-        fault,
-        actions: Vec::new(),
-    };
+    let mut vehicle = Faulty::new(fault, MID_DOUBLET_S);
     let conducted = conduct(&mut vehicle, Plan::paper(), about(), watch).unwrap();
     (conducted, vehicle.actions)
 }
 
 #[test]
 fn recover_partial_run_is_kept_when_the_link_is_lost() {
-    for (fault, told) in [(Fault::Ends, None), (Fault::Fails, Some("cable cut"))] {
+    for (fault, told) in [
+        (Fault::Ends, None),
+        (Fault::Fails, Some("cable cut")),
+        (Fault::Deaf, Some("cable cut")),
+    ] {
         let (conducted, _) = with_fault(fault, &mut Unwatched);
         assert_eq!(conducted.fault, told);
         let campaign = conducted.campaign;
@@ -208,6 +240,53 @@ fn recover_garbage_aborts_and_hands_back() {
         Some(Outcome::Aborted(AbortReason::StaleSamples))
     );
     assert_hands_back(&actions);
+}
+
+#[test]
+fn exact_bursts_of_garbage_are_counted() {
+    let (conducted, _) = with_fault(Fault::Bursts, &mut Unwatched);
+    let campaign = conducted.campaign;
+    assert_eq!(campaign.outcome, Some(Outcome::Finished));
+    assert_eq!(campaign.accepted_runs().len(), 5);
+    for run in &campaign.runs {
+        let samples = run.record.samples.iter();
+        let garbage = samples.filter(|s| s.heading_rad.is_nan()).count();
+        let counted = run.identification.as_ref().unwrap().samples_rejected;
+        assert!(garbage > 60, "{garbage}");
+        assert_eq!(counted.non_finite as usize, garbage, "run {}", run.number);
+    }
+}
+
+/// The live model cannot know of a drift that begins with validation; with the offset estimated again
+/// it describes the run, but the trial has repeated it by then.
+#[test]
+fn exact_a_repeated_run_is_not_accepted() {
+    for (max_repeats, tries, then) in [
+        (2, &[(0.6, 1), (0.6, 2), (0.8, 1)][..], "was repeated"),
+        (0, &[(0.6, 1), (0.8, 1)], "no tries were left"),
+    ] {
+        let plan = Plan {
+            thrusts: List::from_slice(&[0.6, 0.8]).unwrap(),
+            max_repeats,
+            ..Plan::paper()
+        };
+        // After 12 s of settling and 16.5 s of training.
+        let mut vehicle = Faulty::new(Fault::Drift, 28.5);
+        let conducted = conduct(&mut vehicle, plan, about(), &mut Unwatched).unwrap();
+        let runs = conducted.campaign.runs.iter();
+        let tried: Vec<_> = runs.map(|run| (run.thrust, run.attempt)).collect();
+        assert_eq!(tried, tries);
+        let (drifted, others) = conducted.campaign.runs.split_first().unwrap();
+        let reasons = &drifted.verdict.reasons;
+        let codes: Vec<_> = reasons.iter().map(|r| r.code.as_str()).collect();
+        assert_eq!(codes, ["low_r2", "offset_drifted"]);
+        let text = &reasons[0].text;
+        assert!(text.contains("0.60") && text.contains(then), "{text}");
+        assert!(!drifted.verdict.accepted);
+        let identification = drifted.identification.as_ref().unwrap();
+        assert_eq!(identification.verdict, drifted.verdict);
+        assert!(others.iter().all(|run| run.verdict.accepted));
+    }
 }
 
 #[test]
