@@ -110,13 +110,15 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         .map_err(|error| Failure::input(format!("the plan: {error}")))?;
     let mut campaign = conducted.campaign;
     let mut unsaved = bridge.end(&campaign);
-    if let Some(path) = &args.report {
+    let mut report = args.report.as_deref();
+    if let Some(path) = report {
         let provenance = [
             ("Plan", plan_text),
             ("Logbook", args.logbook.display().to_string()),
         ];
         if let Err(error) = std::fs::write(path, report::render(&campaign, &provenance)) {
             unsaved.push(format!("{}: report not saved: {error}", path.display()));
+            report = None;
         }
     }
     unsaved.dedup();
@@ -134,7 +136,9 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         campaign,
         plan,
     };
-    output.print(&document, || text(&document.campaign, args))?;
+    output.print(&document, || {
+        text(&document.campaign, &args.logbook, report)
+    })?;
     Ok(exit)
 }
 
@@ -346,7 +350,7 @@ fn run_line(run: &Run) -> String {
     )
 }
 
-fn text(campaign: &Campaign, args: &Args) -> String {
+fn text(campaign: &Campaign, logbook: &Path, report: Option<&Path>) -> String {
     let mut text = String::new();
     let accepted = campaign.accepted_runs();
     let _ = match campaign.outcome {
@@ -372,8 +376,8 @@ fn text(campaign: &Campaign, args: &Args) -> String {
     for run in campaign.runs.iter().filter(|run| !run.verdict.accepted) {
         let _ = writeln!(text, "{}", run_line(run));
     }
-    let _ = writeln!(text, "\nlogbook  {}", args.logbook.display());
-    if let Some(report) = &args.report {
+    let _ = writeln!(text, "\nlogbook  {}", logbook.display());
+    if let Some(report) = report {
         let _ = writeln!(text, "report   {}", report.display());
     }
     text

@@ -1,0 +1,319 @@
+//! `seatrial trial` at the process boundary.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A folder to run `seatrial` in; every file is named relative to it.
+struct Folder(TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.path(name), text).unwrap();
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_seatrial"));
+        command.current_dir(&self.0).args(arguments);
+        command
+    }
+
+    fn run(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().unwrap()
+    }
+
+    /// `trial --json` with these arguments: what it did and its document.
+    fn trial(&self, arguments: &[&str]) -> (Output, Value) {
+        let output = self.run(&[&["trial", "--json"], arguments].concat());
+        let document = serde_json::from_slice(&output.stdout).unwrap_or_default();
+        (output, document)
+    }
+
+    /// A trial that is refused with this exit code before anything is recorded; what it said.
+    fn refused(&self, exit: i32, arguments: &[&str]) -> String {
+        let (output, _) = self.trial(arguments);
+        let message = message(&output);
+        assert_eq!(output.status.code(), Some(exit), "{message}");
+        assert_eq!(output.stdout, b"");
+        assert!(message.starts_with("seatrial: "), "{message}");
+        message
+    }
+}
+
+fn message(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn runs(document: &Value) -> &Vec<Value> {
+    document["runs"].as_array().unwrap()
+}
+
+#[test]
+fn cli_the_default_trial_takes_five_accepted_runs_and_under_3_s() {
+    let folder = Folder::new();
+    let start = Instant::now();
+    let (output, document) = folder.trial(&["--report", "trial.html"]);
+    // 0.3 s measured; the rest is for a busy machine.
+    assert!(start.elapsed() < Duration::from_secs(3));
+    assert_eq!(output.status.code(), Some(0), "{}", message(&output));
+    assert_eq!(document["schema"], "seatrial.trial.v1");
+    assert_eq!(document["outcome"]["state"], "finished");
+    assert_eq!(document["seed"], 1);
+    let thrusts: Vec<_> = runs(&document).iter().map(|run| &run["thrust"]).collect();
+    assert_eq!(thrusts, [0.6, 0.7, 0.8, 0.9, 1.0]);
+    for run in runs(&document) {
+        assert_eq!(run["verdict"]["accepted"], true);
+        assert_eq!(run["identification"]["online"].get("trace"), None);
+    }
+    let report = std::fs::read_to_string(folder.path("trial.html")).unwrap();
+    assert!(report.contains("<html") && report.contains("sim:starfish"));
+    assert!(report.trim_end().ends_with("</html>"));
+}
+
+#[test]
+fn cli_same_seed_same_bytes() {
+    let folder = Folder::new();
+    let stdout = |logbook, seed| {
+        let (output, _) = folder.trial(&["--logbook", logbook, "--seed", seed]);
+        assert!(!output.stdout.is_empty(), "{}", message(&output));
+        output.stdout
+    };
+    let first = stdout("a.db", "7");
+    assert!(first == stdout("b.db", "7"), "another logbook");
+    assert!(first == stdout("a.db", "7"), "the same logbook again");
+    assert!(first != stdout("c.db", "8"), "another seed");
+}
+
+#[test]
+fn cli_the_trace_is_given_on_request() {
+    let folder = Folder::new();
+    folder.write("plan.toml", "thrusts = [0.8]\n");
+    let (_, document) = folder.trial(&["--plan", "plan.toml", "--trace"]);
+    let trace = &runs(&document)[0]["identification"]["online"]["trace"];
+    // 16.5 s of training at 20 Hz.
+    assert_eq!(trace.as_array().unwrap().len(), 330);
+}
+
+#[test]
+fn cli_other_verbs_read_what_a_trial_writes() {
+    let folder = Folder::new();
+    let (output, _) = folder.trial(&[]);
+    std::fs::write(folder.path("trial.json"), output.stdout).unwrap();
+    for verb in ["gains", "turn"] {
+        let output = folder.run(&[verb, "--json", "--model", "trial.json"]);
+        assert_eq!(output.status.code(), Some(0), "{}", message(&output));
+        let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let speeds = document["points"].as_array().map(Vec::len);
+        assert_eq!(speeds, Some(5), "{verb}");
+    }
+    let output = folder.run(&["replay", "seatrial.db", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", message(&output));
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(document["identical"], true);
+    assert_eq!(document["results"], 5);
+}
+
+#[cfg(unix)]
+#[test]
+fn cli_a_signal_hands_the_vehicle_back() {
+    let interrupt = |signal: &str| {
+        let folder = Folder::new();
+        let trial = folder
+            .command(&["trial", "--json", "--realtime"])
+            .stdout(std::process::Stdio::piped())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        while !folder.path("seatrial.db").exists() {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        // The vehicle moves soon after the logbook is there.
+        std::thread::sleep(Duration::from_secs(1));
+        let start = Instant::now();
+        let process = trial.id().to_string();
+        let sent = Command::new("kill").args([signal, &process]).status();
+        assert!(sent.unwrap().success());
+        let output = trial.wait_with_output().unwrap();
+        // Two samples of 0.05 s; the rest is for a busy machine.
+        assert!(start.elapsed() < Duration::from_secs(1), "{signal}");
+        assert_eq!(output.status.code(), Some(5), "{}", message(&output));
+        let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(document["outcome"]["state"], "aborted");
+        assert_eq!(document["outcome"]["reason"], "operator");
+        let verdict = &runs(&document)[0]["verdict"];
+        assert_eq!(verdict["reasons"][0]["code"], "aborted");
+        let verified = folder.run(&["logbook", "verify", "--logbook", "seatrial.db"]);
+        assert_eq!(verified.status.code(), Some(0), "{}", message(&verified));
+    };
+    std::thread::scope(|scope| {
+        for signal in ["-INT", "-TERM"] {
+            scope.spawn(move || interrupt(signal));
+        }
+    });
+}
+
+#[test]
+fn cli_a_bad_plan_is_exit_3_and_named() {
+    let folder = Folder::new();
+    folder.write("typo.toml", "thrust = [0.6]\n");
+    folder.write("limit.toml", "rudder_limit_rad = 0.2\n");
+    folder.write("empty_list.toml", "thrusts = []\n");
+    folder.write("photo.toml", "\u{89}PNG\n");
+    for (plan, expected) in [
+        ("typo.toml", "unknown field `thrust`"),
+        ("limit.toml", "training.excitation must be"),
+        ("empty_list.toml", "thrusts must be"),
+        ("photo.toml", "not a plan"),
+        ("missing.toml", "No such file"),
+    ] {
+        let message = folder.refused(3, &["--plan", plan]);
+        assert!(message.contains(plan), "{message}");
+        assert!(message.contains(expected), "{message}");
+    }
+    assert!(!folder.path("seatrial.db").exists());
+}
+
+#[test]
+fn cli_a_bad_vehicle_is_named() {
+    let folder = Folder::new();
+    let message = folder.refused(2, &["--vehicle", "sim:nautilus"]);
+    assert!(message.contains("sim:nautilus"), "{message}");
+    assert!(message.contains("sim:starfish"), "{message}");
+    folder.write("nameless.toml", "name = 'x'\n");
+    folder.write("wild.toml", &BOAT.replace("gain = 0.1", "gain = nan"));
+    for (vehicle, expected) in [
+        ("nameless.toml", "missing field `speeds`"),
+        ("wild.toml", "heading_hold.gain must be"),
+        ("missing.toml", "No such file"),
+    ] {
+        let message = folder.refused(3, &["--vehicle", &format!("sim:{vehicle}")]);
+        assert!(message.contains(vehicle), "{message}");
+        assert!(message.contains(expected), "{message}");
+    }
+    assert!(!folder.path("seatrial.db").exists());
+}
+
+#[test]
+fn cli_a_logbook_that_cannot_be_is_exit_3() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("folder")).unwrap();
+    folder.write(
+        "notes.txt",
+        "not a logbook, but long enough to be read as one"
+            .repeat(99)
+            .as_str(),
+    );
+    for (logbook, expected) in [
+        ("folder", "a directory"),
+        ("no_such_folder/seatrial.db", "does its folder exist"),
+        ("notes.txt", "not a seatrial logbook"),
+    ] {
+        let message = folder.refused(3, &["--logbook", logbook]);
+        assert!(message.contains(logbook), "{message}");
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn cli_a_report_that_cannot_be_saved_is_exit_6() {
+    let folder = Folder::new();
+    let report = Path::new("no_such_folder").join("trial.html");
+    let report = report.to_str().unwrap();
+    let output = folder.run(&["trial", "--report", report]);
+    assert_eq!(output.status.code(), Some(6));
+    let message = message(&output);
+    assert!(
+        message.contains(&format!("{report}: report not saved")),
+        "{message}"
+    );
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("5 of 5 runs accepted"), "{text}");
+    assert!(!text.contains(report), "{text}");
+}
+
+/// Nothing like the Starfish, and exact but for its own resolution.
+const BOAT: &str = "
+name = 'boat'
+initial_thrust = 0.5
+[heading_hold]
+gain = 0.1
+rudder_limit_rad = 0.2
+[disturbance]
+standard_deviation_rad_s2 = 0.0
+correlation_time_s = 2.0
+[sensors]
+compass_noise_rad = 0.001
+[[speeds]]
+thrust = 0.5
+surge_speed_m_s = 1.0
+a22_per_s = -2.0
+b2_per_s2 = 1.5
+c0_rad_per_s2 = 0.01
+[[speeds]]
+thrust = 1.0
+surge_speed_m_s = 2.0
+a22_per_s = -3.0
+b2_per_s2 = 4.0
+c0_rad_per_s2 = 0.04
+";
+
+#[test]
+fn recover_a_vehicle_of_a_file() {
+    let folder = Folder::new();
+    folder.write("boat.toml", BOAT);
+    folder.write("plan.toml", "thrusts = [0.5, 1.0]\n");
+    let (output, document) = folder.trial(&["--vehicle", "sim:boat.toml", "--plan", "plan.toml"]);
+    assert_eq!(output.status.code(), Some(0), "{}", message(&output));
+    assert_eq!(document["vehicle"], "sim:boat.toml");
+    for (run, truth) in runs(&document)
+        .iter()
+        .zip([[-2.0, 1.5, 0.01], [-3.0, 4.0, 0.04]])
+    {
+        let refined = &run["identification"]["refined"];
+        // A thousandth of a radian of compass noise: 1 to 2 % of a22 and b2; C0 is a small difference.
+        for ((name, truth), share) in ["a22_per_s", "b2_per_s2", "c0_rad_per_s2"]
+            .into_iter()
+            .zip(truth)
+            .zip([0.03, 0.03, 0.1])
+        {
+            let found = refined[name].as_f64().unwrap();
+            assert!(
+                (found / truth - 1.0).abs() < share,
+                "{name} {found}, not {truth}"
+            );
+        }
+    }
+}
+
+#[test]
+fn cli_a_reversed_rudder_aborts() {
+    let folder = Folder::new();
+    let reversed = BOAT
+        .replace("b2_per_s2 = ", "b2_per_s2 = -")
+        .replace("gain = ", "gain = -");
+    folder.write("reversed.toml", &reversed);
+    folder.write("plan.toml", "thrusts = [0.5]\n");
+    let (output, document) =
+        folder.trial(&["--vehicle", "sim:reversed.toml", "--plan", "plan.toml"]);
+    assert_eq!(output.status.code(), Some(5), "{}", message(&output));
+    assert_eq!(document["outcome"]["state"], "aborted");
+    assert_eq!(document["outcome"]["reason"], "reversed_rudder");
+    let [run] = &runs(&document)[..] else {
+        panic!("{document}");
+    };
+    assert_eq!(run["verdict"]["accepted"], false);
+    assert_eq!(run["identification"], Value::Null);
+    let verified = folder.run(&["logbook", "verify", "--logbook", "seatrial.db"]);
+    assert_eq!(verified.status.code(), Some(0), "{}", message(&verified));
+}
