@@ -5,6 +5,7 @@ pub mod bound;
 pub mod fresh;
 pub mod online;
 pub mod output_error;
+pub mod peak;
 pub mod refine;
 pub mod simplex;
 pub mod whitening;

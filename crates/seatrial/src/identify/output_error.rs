@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Matrix5, Vector5};
 use seatrial_core::{Sample, YawModel};
 
-use super::refine::{Peak, RefineFailure, Span, liveliest};
+use super::peak::{Peak, RefineFailure, Span, liveliest};
 use super::whitening::{Disturbance, Fit, Prepared};
 
 /// The output error estimate of a record.
