@@ -2,7 +2,7 @@
 
 use seatrial_core::estimator::{Estimator, InvalidSetting};
 use seatrial_core::progress::{Event, RunResult};
-use seatrial_core::{AbortReason, Outcome, Plan, Stage, Trial, Vehicle};
+use seatrial_core::{AbortReason, Outcome, Plan, Sample, Stage, Trial, Vehicle};
 
 use crate::campaign::{Campaign, Run, StageSpan};
 use crate::identification::{Convergence, LeastSquares, Online, Reason, Settings, TracePoint};
@@ -40,6 +40,9 @@ pub struct Conducted<E> {
     /// What the vehicle's link reported when it was lost.
     pub fault: Option<E>,
 }
+
+/// Neutral rudder, then heading hold.
+const HAND_BACK_ACTIONS: usize = 2;
 
 /// Runs a trial of `plan` on `vehicle` until it is over and handed back.
 ///
@@ -110,7 +113,14 @@ pub fn conduct<V: Vehicle<f64>>(
             break;
         }
     }
-    trial.abort(AbortReason::LinkLost);
+    if trial.outcome().is_none() {
+        trial.abort(AbortReason::LinkLost);
+        // Should only the samples be lost, the vehicle still gets its rudder and heading back.
+        for _ in 0..HAND_BACK_ACTIONS {
+            let action = trial.step(&Sample::default());
+            let _ = vehicle.act(&action);
+        }
+    }
     if let Some((run, outcome)) = open.take().zip(trial.outcome()) {
         let last_s = run.record.samples.last().map_or(0.0, |s| s.time_s);
         end_run(run.stopped(last_s, outcome), &mut campaign, watch);

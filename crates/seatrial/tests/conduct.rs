@@ -214,7 +214,8 @@ fn recover_partial_run_is_kept_when_the_link_is_lost() {
         (Fault::Fails, Some("cable cut")),
         (Fault::Deaf, Some("cable cut")),
     ] {
-        let (conducted, _) = with_fault(fault, &mut Unwatched);
+        let (conducted, actions) = with_fault(fault, &mut Unwatched);
+        assert_hands_back(&actions);
         assert_eq!(conducted.fault, told);
         let campaign = conducted.campaign;
         assert_eq!(
