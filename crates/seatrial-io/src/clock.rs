@@ -143,7 +143,7 @@ fn inferred_unit(first: f64, numbers: &[f64]) -> (Unit, Option<String>, bool) {
         .skip(1)
         .find(|unit| whole && (5e-3..=5.0).contains(&(median * unit.factor())) && median > 5.0)
         .unwrap_or(Unit::Second);
-    let because = format!("median step {median}");
+    let because = format!("median step {}", (median * 1e6).round() / 1e6);
     (unit, Some(because), unit != Unit::Second)
 }
 
