@@ -106,7 +106,7 @@ fn cli_identify_gives_the_promised_document_and_validate_takes_it() {
     assert_eq!(document["online"].get("trace"), None);
     assert_eq!(codes(&document), ["ok"]);
     let a22 = document["online"]["a22_per_s"].as_f64().expect("a number");
-    // 1 %, as the issue asks of noise-free data.
+    // 1 %, as the README states.
     assert!((a22 / -1.07 - 1.0).abs() < 0.01, "{a22}");
 
     let model = folder.path().join("model.json");

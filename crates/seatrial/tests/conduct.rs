@@ -89,7 +89,7 @@ fn exact_noise_free_trial_recovers_every_speed() {
         let model = run.identification.as_ref().unwrap().model();
         let truth = vehicle.truth(run.thrust).model;
         for (found, truth) in model.theta().iter().zip(truth.theta()) {
-            // Noise-free recovery to 1 %, as the issue of accuracy asks of every estimator.
+            // Noise-free recovery to 1 %, as the README states.
             assert!(
                 (found - truth).abs() <= 0.01 * truth.abs(),
                 "{found} {truth}"

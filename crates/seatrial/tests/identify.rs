@@ -150,7 +150,7 @@ fn codes(identification: &Identification) -> Vec<&str> {
     reasons.iter().map(|reason| reason.code.as_str()).collect()
 }
 
-/// What the issue asks of the default settings on the KVLCC2 model: fresh yaw rate, and accepted.
+/// What the README states of the default settings on the KVLCC2 model: fresh yaw rate, and accepted.
 #[test]
 fn val_kvlcc2_predicts_the_zig_zag_to_the_other_hand() {
     let Some(folder) = data() else {
@@ -176,7 +176,7 @@ fn val_kvlcc2_predicts_the_zig_zag_to_the_other_hand() {
     assert!(r2 >= 0.97, "{r2}");
 }
 
-/// What the issue asks of the default settings on the simulated REMUS runs: mean R^2 of the measured
+/// What the README states of the default settings on the simulated REMUS runs: mean R^2 of the measured
 /// heading with the trained offset, three thrusts with and without current.
 #[test]
 fn val_remus_mean_r2_of_fresh_heading() {
@@ -233,7 +233,7 @@ fn exact_first_order_plants_are_recovered_at_any_heading() {
                 .iter()
                 .zip(numbers(&run["theta_true"]))
             {
-                // 1 %, as the issue asks.
+                // 1 %, as the README states.
                 assert!(
                     (estimate / truth - 1.0).abs() < 0.01,
                     "{file} {:?}",
@@ -283,7 +283,7 @@ fn exact_first_order_plants_are_recovered_from_logs_with_missing_rows() {
                 .theta()
                 .iter()
                 .zip(numbers(&run["theta_true"]))
-                // 1 %, as the issue asks; an unseen edge of the doublet can cost the offset twice that.
+                // 1 %, as the README states; an unseen edge of the doublet can cost the offset twice that.
                 .zip([0.01, 0.01, 0.02])
             {
                 assert!(
@@ -418,7 +418,7 @@ fn exact_vehicles_of_every_pace_need_no_option() {
         );
         for model in [found.online.model, found.model()] {
             let a22 = model.a22_per_s * time_constant_s;
-            // 1 %, as the issue asks of noise-free data.
+            // 1 %, as the README states.
             assert!((a22 + 1.0).abs() < 0.01, "{time_constant_s}: {a22}");
         }
         let lambda = found.settings.lambda_rad_s * time_constant_s;
