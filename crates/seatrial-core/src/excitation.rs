@@ -1,6 +1,6 @@
 //! Rudder manoeuvres that excite the yaw dynamics.
 
-use crate::Real;
+use crate::{List, Real};
 
 /// Two instants closer than this are the same one, s: clocks that count from 1970 resolve 0.24 us.
 pub const CLOCK_RESOLUTION_S: f64 = 1e-6;
@@ -8,11 +8,15 @@ pub const CLOCK_RESOLUTION_S: f64 = 1e-6;
 /// Most tones of a multisine.
 pub const MULTISINE_TONES: u8 = 16;
 
+/// Most deflections of a switched manoeuvre.
+pub const DEFLECTIONS: usize = 8;
+
 /// A rudder manoeuvre as a function of the time since its start.
 ///
 /// ```text
 /// doublet         +A for P/2, -A for P/2                             (Section IV-B)
 /// 3-2-1-1         +A for 3 U, -A for 2 U, +A for U, -A for U
+/// switched        +A for D1, -A for D2, +A for D3, ...
 /// multisine       A/c sqrt(2/n) sum_k cos(2 pi k t/P - pi k (k-1)/n),  k = 1..n
 /// ```
 ///
@@ -21,6 +25,7 @@ pub const MULTISINE_TONES: u8 = 16;
 /// | A | `amplitude_rad` | rad | the first deflection; a negative one mirrors the manoeuvre |
 /// | P | `period_s` | s | |
 /// | U | `unit_s` | s | |
+/// | D1, D2, ... | `deflections_s` | s | |
 /// | n | `tones` | 1 to [`MULTISINE_TONES`] | |
 /// | c | | 1 | above the largest crest factor of these sums, 2.142 |
 ///
@@ -47,6 +52,13 @@ pub enum Excitation<T> {
         /// U, s.
         unit_s: f64,
     },
+    /// Deflections to alternating sides, each of its own length.
+    Switched {
+        /// A, rad.
+        amplitude_rad: T,
+        /// D1, D2, ..., s.
+        deflections_s: List<f64, DEFLECTIONS>,
+    },
     /// A sum of cosines at multiples of 1/P.
     Multisine {
         /// A, rad.
@@ -58,9 +70,6 @@ pub enum Excitation<T> {
     },
 }
 
-const DOUBLET: &[(f64, f64)] = &[(0.0, 1.0), (0.5, -1.0)];
-const THREE_TWO_ONE_ONE: &[(f64, f64)] = &[(0.0, 1.0), (3.0, -1.0), (5.0, 1.0), (6.0, -1.0)];
-const MULTISINE: &[(f64, f64)] = &[(0.0, 1.0)];
 const LARGEST_CREST_FACTOR: f64 = 2.15;
 
 impl<T: Real> Excitation<T> {
@@ -69,6 +78,7 @@ impl<T: Real> Excitation<T> {
         match *self {
             Self::Doublet { amplitude_rad, .. }
             | Self::ThreeTwoOneOne { amplitude_rad, .. }
+            | Self::Switched { amplitude_rad, .. }
             | Self::Multisine { amplitude_rad, .. } => amplitude_rad,
         }
     }
@@ -78,24 +88,23 @@ impl<T: Real> Excitation<T> {
         match *self {
             Self::Doublet { period_s, .. } | Self::Multisine { period_s, .. } => period_s,
             Self::ThreeTwoOneOne { unit_s, .. } => 7.0 * unit_s,
+            Self::Switched { deflections_s, .. } => deflections_s.iter().sum(),
         }
     }
 
     /// The instants at which the rudder jumps, s since the start, the return to neutral included.
     pub fn switching_times_s(&self) -> impl Iterator<Item = f64> + use<T> {
-        let (steps, unit_s) = self.steps();
-        steps
-            .iter()
-            .map(move |(start, _)| start * unit_s)
-            .chain([self.duration_s()])
+        let deflections_s = self.deflections_s();
+        let jumps = deflections_s.len() + 1;
+        (0..jumps).map(move |jump| deflections_s.iter().take(jump).sum())
     }
 
-    /// The time scale on which the manoeuvre turns the vehicle one way, s: the first deflection of
+    /// The time scale on which the manoeuvre turns the vehicle one way, s: the longest deflection of
     /// the stepped manoeuvres, half the longest tone of the multisine.
-    pub fn first_deflection_s(&self) -> f64 {
+    pub fn longest_deflection_s(&self) -> f64 {
         match *self {
-            Self::Doublet { period_s, .. } | Self::Multisine { period_s, .. } => period_s / 2.0,
-            Self::ThreeTwoOneOne { unit_s, .. } => 3.0 * unit_s,
+            Self::Multisine { period_s, .. } => period_s / 2.0,
+            _ => self.deflections_s().iter().copied().fold(0.0, f64::max),
         }
     }
 
@@ -114,13 +123,16 @@ impl<T: Real> Excitation<T> {
         {
             return Some(schroeder_sum(T::of(elapsed_s / period_s), tones) * amplitude_rad);
         }
-        let (steps, unit_s) = self.steps();
-        let sign = steps
-            .iter()
-            .rev()
-            .find(|(start, _)| elapsed_s >= start * unit_s)
-            .map(|(_, sign)| T::of(*sign));
-        sign.map(|sign| sign * self.amplitude_rad())
+        let jumps_so_far = self
+            .switching_times_s()
+            .take_while(|jump_s| elapsed_s >= *jump_s)
+            .count();
+        let is_first_side = jumps_so_far % 2 == 1;
+        Some(if is_first_side {
+            self.amplitude_rad()
+        } else {
+            -self.amplitude_rad()
+        })
     }
 
     /// Is every value finite, every duration positive, the number of tones in range?
@@ -133,15 +145,20 @@ impl<T: Real> Excitation<T> {
         self.amplitude_rad().is_finite()
             && duration_s.is_finite()
             && duration_s > 0.0
+            && self.deflections_s().iter().all(|length_s| *length_s > 0.0)
             && tones_valid
     }
 
-    /// Start and sign of each constant piece, and the unit of the starts in seconds.
-    fn steps(&self) -> (&'static [(f64, f64)], f64) {
+    /// The lengths of the deflections to alternating sides, s; one for the whole multisine.
+    fn deflections_s(&self) -> List<f64, DEFLECTIONS> {
+        let lengths = |lengths_s: &[f64]| List::from_slice(lengths_s).unwrap_or_default();
         match *self {
-            Self::Doublet { period_s, .. } => (DOUBLET, period_s),
-            Self::ThreeTwoOneOne { unit_s, .. } => (THREE_TWO_ONE_ONE, unit_s),
-            Self::Multisine { period_s, .. } => (MULTISINE, period_s),
+            Self::Doublet { period_s, .. } => lengths(&[period_s / 2.0, period_s / 2.0]),
+            Self::ThreeTwoOneOne { unit_s, .. } => {
+                lengths(&[3.0 * unit_s, 2.0 * unit_s, unit_s, unit_s])
+            }
+            Self::Switched { deflections_s, .. } => deflections_s,
+            Self::Multisine { period_s, .. } => lengths(&[period_s]),
         }
     }
 }
@@ -202,6 +219,39 @@ mod tests {
             manoeuvre.switching_times_s().collect::<Vec<_>>(),
             [0.0, 1.5, 2.5, 3.0, 3.5]
         );
+    }
+
+    #[test]
+    fn exact_switched_is_the_doublet_and_the_3_2_1_1_of_its_lengths() {
+        let switched = |lengths_s: &[f64]| Excitation::Switched {
+            amplitude_rad: 0.1,
+            deflections_s: List::from_slice(lengths_s).unwrap(),
+        };
+        let three_two_one_one = Excitation::ThreeTwoOneOne {
+            amplitude_rad: 0.1,
+            unit_s: 0.5,
+        };
+        let doublet = Excitation::Doublet {
+            amplitude_rad: 0.1,
+            period_s: 4.0,
+        };
+        for (switched, other) in [
+            (switched(&[1.5, 1.0, 0.5, 0.5]), three_two_one_one),
+            (switched(&[2.0, 2.0]), doublet),
+        ] {
+            for k in -2..100 {
+                let elapsed_s = f64::from(k) * 0.05;
+                assert_eq!(switched.rudder_rad(elapsed_s), other.rudder_rad(elapsed_s));
+            }
+            assert_eq!(switched.duration_s(), other.duration_s());
+            assert_eq!(
+                switched.longest_deflection_s(),
+                other.longest_deflection_s()
+            );
+        }
+        for wrong in [&[][..], &[1.0, 0.0], &[1.0, -0.5, 2.0], &[f64::NAN]] {
+            assert!(!switched(wrong).is_valid(), "{wrong:?}");
+        }
     }
 
     /// A clock that counts from 1970 must not delay a switch by one sample.

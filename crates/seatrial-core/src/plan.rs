@@ -108,12 +108,12 @@ impl<T: Real> Plan<T> {
         }
     }
 
-    /// The settings of the estimator: those of the plan, or lambda = 6 / (twice the first
+    /// The settings of the estimator: those of the plan, or lambda = 6 / (twice the longest
     /// deflection), 1.5 rad/s for the paper's doublet.
     pub fn estimator_settings(&self) -> EstimatorSettings<T> {
         self.estimator.unwrap_or_else(|| EstimatorSettings {
             lambda_rad_s: T::of(
-                LAMBDA_TIMES_PERIOD / (2.0 * self.training.excitation.first_deflection_s()),
+                LAMBDA_TIMES_PERIOD / (2.0 * self.training.excitation.longest_deflection_s()),
             ),
             ..EstimatorSettings::default()
         })

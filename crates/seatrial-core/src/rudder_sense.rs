@@ -63,7 +63,7 @@ impl<T: Real> RudderSenseWatch<T> {
             RudderSense::Negative => -T::ONE,
             RudderSense::Unknown => return None,
         };
-        let deflection_s = excitation.first_deflection_s();
+        let deflection_s = excitation.longest_deflection_s();
         let a22_per_s = -T::ONE / T::of(TIME_CONSTANT * deflection_s);
         Some(Self {
             sign,
