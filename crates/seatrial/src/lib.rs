@@ -12,6 +12,7 @@ pub mod identify;
 pub mod logbook;
 pub mod manoeuvre;
 pub mod paper;
+pub mod preview;
 pub mod propagation;
 pub mod record;
 pub mod report;

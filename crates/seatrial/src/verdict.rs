@@ -13,9 +13,10 @@ const LEAST_TRAINING_R2: f64 = 0.60;
 /// Three parameters, two initial conditions and a noise level need some samples each.
 const LEAST_SAMPLES: usize = 30;
 
-/// Largest half width of a 95 % interval, as a fraction of the parameter.
-const WIDEST_A22: f64 = 0.5;
-const WIDEST_B2: f64 = 0.3;
+/// Largest half width of the 95 % interval of a22, as a fraction of it, with which a model is accepted.
+pub const WIDEST_A22: f64 = 0.5;
+/// The same of b2.
+pub const WIDEST_B2: f64 = 0.3;
 
 /// Share of rejected samples from which the record is noted, and from which it is refused.
 const NOTED_REJECTED_SHARE: f64 = 0.01;

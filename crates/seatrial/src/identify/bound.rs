@@ -3,11 +3,12 @@
 use nalgebra::{Matrix3, Vector3};
 use seatrial_core::model::YawState;
 use seatrial_core::{Sample, YawModel};
+use serde::Serialize;
 
 use super::whitening::{Disturbance, Prepared};
 
 /// The noise on a record.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Noise {
     /// Standard deviation of the white heading noise, rad.
     pub heading_rad: f64,
@@ -30,6 +31,9 @@ pub fn cramer_rao_bound(
     truth: YawModel<f64>,
     noise: Noise,
 ) -> Option<Matrix3<f64>> {
+    if samples.is_empty() {
+        return None;
+    }
     let sensitivity = damping_sensitivity(samples, truth);
     let record = Prepared::from_headings(samples, sensitivity, 1);
     let fit = record.fit(
