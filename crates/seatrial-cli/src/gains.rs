@@ -222,6 +222,7 @@ fn interpolated(
     let here = SourcePoint {
         point: *model.value(),
         covariance: None,
+        noise: None,
     };
     Ok(Some(InterpolatedGain {
         key,

@@ -10,6 +10,7 @@ mod logbook;
 mod output;
 mod paper;
 mod plan;
+mod prior;
 mod recreated;
 mod replay;
 mod report;
@@ -42,7 +43,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Verb {
     Trial(Box<trial::Args>),
-    Plan(plan::Args),
+    Plan(Box<plan::Args>),
     Inspect(inspect::Args),
     Sim(sim::Args),
     Identify(identify::Args),

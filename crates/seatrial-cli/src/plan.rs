@@ -3,30 +3,22 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use seatrial::campaign::{Campaign, Run, Stage};
-use seatrial::conduct::{Unwatched, conduct};
-use seatrial::identify::bound::{Noise, cramer_rao_bound};
-use seatrial_core::{Excitation, List, Outcome, Plan, Trial, YawModel};
-use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
+use seatrial::preview::{
+    self, Comparison, Predicted, Preview, Recommendation, Target, compare_designs, recommend,
+};
+use seatrial::verdict::{WIDEST_A22, WIDEST_B2};
+use seatrial_core::{Excitation, List, Outcome, Plan, Trial};
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};
+use crate::prior::{Named, PriorArgs};
+use crate::steering_source::SCHEDULE_FILE_HELP;
 use crate::table::Table;
 use crate::trial::load_plan;
-use crate::vehicle;
-
-/// Half width of a 95 % interval in standard deviations.
-const NORMAL_95: f64 = 1.96;
 
 /// Print or write a plan, with the intervals, the track and the time to expect of it.
 #[derive(clap::Args, Debug)]
-#[command(after_help = "\
-The plan goes to standard output as TOML, the preview to standard error; with --out the plan goes to the file and
-the preview to standard output. The preview runs the plan on a noise-free vehicle of the expected kind; its
-intervals are those that no unbiased estimator can beat with that vehicle's noise and disturbance.
-
-Example:
-  seatrial plan --thrust 0.6 --thrust 0.8 --amplitude-deg 12 --out plan.toml && seatrial trial --plan plan.toml")]
+#[command(after_help = help())]
 pub struct Args {
     /// Begin with this plan instead of the paper's.
     #[arg(long, value_name = "FILE")]
@@ -46,12 +38,53 @@ pub struct Args {
     /// Times a run below R^2 0.60 is repeated.
     #[arg(long, value_name = "N")]
     repeats: Option<u32>,
-    /// The vehicle to expect, with its noise and disturbance.
-    #[arg(long, value_name = "VEHICLE", default_value = "sim:starfish")]
-    vehicle: String,
+    #[command(flatten)]
+    prior: PriorArgs,
+    /// Recommend the doublet whose 95 % intervals are this narrow, as in a22:10%,b2:5%.
+    #[arg(long, value_name = "WIDTHS")]
+    target: Option<Target>,
+    /// Compare doublet, 3-2-1-1 and a designed manoeuvre at the amplitude and duration of the plan's training.
+    #[arg(long)]
+    compare: bool,
+    /// Train with this manoeuvre instead of the plan's.
+    #[arg(long, value_name = "MANOEUVRE")]
+    adopt: Option<Adopt>,
     /// Write the plan to this file.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+}
+
+/// A manoeuvre that the plan may take over.
+#[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
+enum Adopt {
+    /// The doublet recommended for the --target, for all speeds.
+    Recommended,
+    /// The 3-2-1-1 of the comparison.
+    #[value(name = "3-2-1-1")]
+    ThreeTwoOneOne,
+    /// The manoeuvre designed within the envelope.
+    Designed,
+    /// The manoeuvre designed within the heading excursion of the doublet.
+    DesignedCalm,
+}
+
+fn help() -> String {
+    format!(
+        "\
+The plan goes to standard output as TOML, the preview to standard error; with --out the plan goes to the file and
+the preview to standard output. The preview plays the plan on a noise-free vehicle of the expected kind; its
+intervals are those that no unbiased estimator can beat with that vehicle's noise and disturbance.
+
+Exit code 4: on the expected vehicle the plan leaves its envelope, its intervals would be too wide for a model to be
+accepted, or the --target is not within reach.
+
+Examples:
+  seatrial plan --thrust 0.6 --thrust 0.8 --amplitude-deg 12 --out plan.toml && seatrial trial --plan plan.toml
+  seatrial plan --target a22:10%,b2:6% --adopt recommended --out plan.toml
+  seatrial plan --a22 -0.9 --b2 0.7 --speed 1.2 --thrust 0.6 --noise-deg 1 --disturbance 0.005,2 --compare
+
+{SCHEDULE_FILE_HELP}"
+    )
 }
 
 /// What `plan --json` prints.
@@ -59,63 +92,98 @@ pub struct Args {
 struct Document {
     schema: &'static str,
     plan: Plan<f64>,
+    preview: OriginAndPreview,
+    comparison: Option<Comparison>,
+    recommendation: Option<RecommendationsFor>,
+}
+
+#[derive(Serialize)]
+struct OriginAndPreview {
+    /// Where the models and the noise come from.
+    vehicle: String,
+    #[serde(flatten)]
     preview: Preview,
 }
 
-/// What the plan will do on the expected vehicle.
 #[derive(Serialize)]
-struct Preview {
-    vehicle: String,
-    /// How the plan ends on it: aborted where it does not fit the envelope.
-    outcome: Option<Outcome>,
-    duration_s: f64,
-    /// Southernmost, northernmost, westernmost, easternmost point from the start, m.
-    track_box_m: Option<[f64; 4]>,
-    speeds: Vec<Expected>,
-}
-
-/// One speed of the preview.
-#[derive(Serialize)]
-struct Expected {
-    thrust: f64,
-    surge_speed_m_s: Option<f64>,
-    duration_s: f64,
-    heading_excursion_rad: f64,
-    /// Half widths of the 95 % intervals of a22, b2 and C0.
-    half_width_95: Option<[f64; 3]>,
-    /// Those of a22 and b2 as a fraction of the parameter.
-    relative_half_width_95: Option<[f64; 2]>,
+struct RecommendationsFor {
+    target: Target,
+    /// One for each thrust, then one for all of them.
+    doublets: Vec<Recommendation>,
 }
 
 /// Prints or writes the plan.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let plan = planned(args)?;
-    let preview = preview(args, plan)?;
+    if args.adopt == Some(Adopt::Recommended) && args.target.is_none() {
+        return Err(Failure::usage(
+            "--adopt recommended: name the widths to reach, as in --target a22:10%,b2:5%",
+        ));
+    }
+    let mut plan = planned(args)?;
+    let Named { origin, prior } = args.prior.read(&plan)?;
+    let recommendation = args.target.map(|target| RecommendationsFor {
+        target,
+        doublets: recommend(&plan, &prior, target),
+    });
+    let wants_design = args.adopt.is_some_and(|adopt| adopt != Adopt::Recommended);
+    let comparison = (args.compare || wants_design).then(|| compare_designs(&plan, &prior));
+    if let Some(adopt) = args.adopt {
+        plan = adopted(plan, adopt, comparison.as_ref(), recommendation.as_ref())?;
+    }
+    let preview = preview::preview(&plan, &prior)
+        .map_err(|error| Failure::usage(format!("the plan: {error}")))?;
     let toml = toml::to_string_pretty(&plan).map_err(Failure::internal)?;
     if let Some(path) = &args.out {
         std::fs::write(path, &toml)
             .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))?;
     }
-    let text = text(&preview, &plan);
     let document = Document {
         schema: "seatrial.plan.v1",
         plan,
-        preview,
+        preview: OriginAndPreview {
+            vehicle: origin,
+            preview,
+        },
+        comparison,
+        recommendation,
     };
     if args.out.is_none() && !output.json {
-        eprintln!("{text}");
+        eprintln!("{}", text(&document));
         output.print(&document, || toml)?;
     } else {
-        output.print(&document, || text)?;
+        output.print(&document, || text(&document))?;
     }
-    Ok(match document.preview.outcome {
-        Some(Outcome::Finished) => Exit::Done,
+    let out_of_reach = document
+        .recommendation
+        .as_ref()
+        .is_some_and(|r| r.doublets.is_empty() || r.doublets.iter().any(|d| !d.reachable));
+    Ok(match document.preview.preview.outcome {
+        Some(Outcome::Finished)
+            if !out_of_reach && too_little(&document.preview.preview).is_empty() =>
+        {
+            Exit::Done
+        }
         _ => Exit::Rejected,
     })
 }
 
+/// The thrusts, in percent, whose training would not tell enough for a model to be accepted.
+fn too_little(preview: &Preview) -> Vec<String> {
+    preview
+        .speeds
+        .iter()
+        .filter(|speed| !speed.expected.is_some_and(|expected| expected.is_enough()))
+        .map(|speed| format!("{:.0} %", 100.0 * speed.prior.thrust))
+        .collect()
+}
+
 fn planned(args: &Args) -> Result<Plan<f64>, Failure> {
     let mut plan = load_plan(args.plan.as_deref())?;
+    plan.rudder_limit_rad = args
+        .prior
+        .source
+        .rudder_limit_rad()
+        .unwrap_or(plan.rudder_limit_rad);
     if !args.thrust.is_empty() {
         plan.thrusts = List::from_slice(&args.thrust)
             .ok_or_else(|| Failure::usage("--thrust: more speeds than a trial has"))?;
@@ -141,164 +209,276 @@ fn planned(args: &Args) -> Result<Plan<f64>, Failure> {
         *period_s = args.period_s.unwrap_or(*period_s);
     }
     plan.max_repeats = args.repeats.unwrap_or(plan.max_repeats);
+    checked(plan)
+}
+
+fn checked(plan: Plan<f64>) -> Result<Plan<f64>, Failure> {
     Trial::new(plan)
         .map(|_| plan)
         .map_err(|error| Failure::usage(format!("the plan: {error}")))
 }
 
-fn preview(args: &Args, plan: Plan<f64>) -> Result<Preview, Failure> {
-    let config = vehicle::config(&args.vehicle)?;
-    let noise = Noise {
-        heading_rad: config.sensors.compass_noise_rad.max(1e-6),
-        disturbance_rad_s2: config.disturbance.standard_deviation_rad_s2,
-        disturbance_time_s: config.disturbance.correlation_time_s,
+fn adopted(
+    plan: Plan<f64>,
+    adopt: Adopt,
+    comparison: Option<&Comparison>,
+    recommendation: Option<&RecommendationsFor>,
+) -> Result<Plan<f64>, Failure> {
+    let design = |name: &str| {
+        let designs = &comparison?.designs;
+        designs
+            .iter()
+            .find(|d| d.name == name)
+            .map(|d| d.excitation)
     };
-    let campaign = noise_free(config, &args.vehicle, plan)?;
-    let samples = || campaign.runs.iter().flat_map(|run| &run.record.samples);
-    let duration_s = match (samples().next(), samples().last()) {
-        (Some(first), Some(last)) => last.time_s - first.time_s,
-        _ => 0.0,
-    };
-    let range = |of: fn(&seatrial_core::Sample<f64>) -> Option<f64>| {
-        samples()
-            .filter_map(of)
-            .fold(None, |range, at| match range {
-                None => Some((at, at)),
-                Some((low, high)) => Some((f64::min(low, at), f64::max(high, at))),
+    let found = match adopt {
+        Adopt::Recommended => recommendation.and_then(|r| {
+            let Recommendation {
+                amplitude_rad,
+                period_s,
+                ..
+            } = *r.doublets.last().filter(|doublet| doublet.reachable)?;
+            Some(Excitation::Doublet {
+                amplitude_rad,
+                period_s,
             })
-    };
-    Ok(Preview {
-        vehicle: args.vehicle.clone(),
-        outcome: campaign.outcome,
-        duration_s,
-        track_box_m: range(|s| s.north_m)
-            .zip(range(|s| s.east_m))
-            .map(|((south, north), (west, east))| [south, north, west, east]),
-        speeds: campaign
-            .runs
-            .iter()
-            .map(|run| expected(run, noise))
-            .collect(),
-    })
-}
-
-fn noise_free(config: VehicleConfig, name: &str, plan: Plan<f64>) -> Result<Campaign, Failure> {
-    let about = Campaign {
-        software_version: env!("CARGO_PKG_VERSION").into(),
-        vehicle: name.into(),
-        configuration: "preview".into(),
-        seed: None,
-        rudder_limit_rad: plan.rudder_limit_rad,
-        runs: Vec::new(),
-        outcome: None,
-    };
-    let mut vehicle = FirstOrderVehicle::new(config.noise_free(), 0).map_err(Failure::input)?;
-    conduct(&mut vehicle, plan, about, &mut Unwatched)
-        .map(|conducted| conducted.campaign)
-        .map_err(|error| Failure::usage(format!("the plan: {error}")))
-}
-
-fn expected(run: &Run, noise: Noise) -> Expected {
-    let samples = run.record.samples.as_slice();
-    let training = run
-        .stage(Stage::Train)
-        .map(|window| run.record.window(window));
-    let model = run.identification.as_ref().map(|i| i.model());
-    let half_width_95 = training
-        .zip(model)
-        .and_then(|(training, model)| half_widths(training, model, noise));
-    let heading = |s: &seatrial_core::Sample<f64>| s.heading_rad;
-    let start = samples.first().map_or(0.0, heading);
-    Expected {
-        thrust: run.thrust,
-        surge_speed_m_s: run.surge_speed_m_s,
-        duration_s: match samples {
-            [first, .., last] => last.time_s - first.time_s,
-            _ => 0.0,
-        },
-        heading_excursion_rad: samples
-            .iter()
-            .map(|s| seatrial_core::Real::wrapped(heading(s) - start).abs())
-            .fold(0.0, f64::max),
-        half_width_95,
-        relative_half_width_95: half_width_95.zip(model).map(|(widths, model)| {
-            [
-                widths[0] / model.a22_per_s.abs(),
-                widths[1] / model.b2_per_s2.abs(),
-            ]
         }),
+        Adopt::ThreeTwoOneOne => design("3-2-1-1"),
+        Adopt::Designed => design("designed"),
+        Adopt::DesignedCalm => design("designed_calm"),
+    };
+    let excitation = found.ok_or_else(|| {
+        Failure::rejected(match adopt {
+            Adopt::Recommended => {
+                "--adopt recommended: no doublet within the rudder limit and the envelope reaches the target at every speed; without --adopt the preview says what comes nearest"
+            }
+            _ => "--adopt: no manoeuvre of this amplitude and duration fits the envelope; lower --amplitude-deg or --period-s",
+        })
+    })?;
+    let mut plan = plan;
+    plan.training.excitation = excitation;
+    checked(plan)
+}
+
+fn text(document: &Document) -> String {
+    let mut text = preview_text(&document.preview, &document.plan);
+    if let Some(comparison) = &document.comparison {
+        let _ = write!(text, "\n{}", comparison_text(comparison));
     }
+    if let Some(recommendation) = &document.recommendation {
+        let _ = write!(text, "\n{}", recommendation_text(recommendation));
+    }
+    text
 }
 
-fn half_widths(
-    training: &[seatrial_core::Sample<f64>],
-    model: YawModel<f64>,
-    noise: Noise,
-) -> Option<[f64; 3]> {
-    let bound = cramer_rao_bound(training, model, noise)?;
-    Some(core::array::from_fn(|i| NORMAL_95 * bound[(i, i)].sqrt()))
-}
-
-fn text(preview: &Preview, plan: &Plan<f64>) -> String {
+fn preview_text(
+    OriginAndPreview { vehicle, preview }: &OriginAndPreview,
+    plan: &Plan<f64>,
+) -> String {
     let mut text = String::new();
     let _ = match preview.outcome {
         Some(Outcome::Finished) => writeln!(
             text,
-            "On {} this plan takes {:.0} s with {} speeds (at most {:.0} s without repeats).",
-            preview.vehicle,
+            "On {vehicle} this plan takes {:.0} s with {} (at most {:.0} s, repeats of rejected runs aside).",
             preview.duration_s,
-            plan.thrusts.len(),
-            plan.longest_s()
+            match plan.thrusts.len() {
+                1 => "1 speed".into(),
+                speeds => format!("{speeds} speeds"),
+            },
+            preview.longest_s
         ),
         Some(Outcome::Aborted(reason)) => writeln!(
             text,
-            "On {} this plan is ABORTED after {:.0} s: {reason}. Change the plan or its envelope.",
-            preview.vehicle, preview.duration_s
+            "On {vehicle} this plan is ABORTED after {:.0} s: {reason}. Change the plan or its envelope.",
+            preview.duration_s
         ),
         None => writeln!(text, "The plan did not end."),
     };
-    if let Some([south, north, west, east]) = preview.track_box_m {
-        let _ = writeln!(
+    let _ = match (preview.track_box_m, preview.track_margin_m) {
+        (Some([south, north, west, east]), Some(margin)) => writeln!(
             text,
-            "Track: {:.0} m north to south, {:.0} m east to west.",
-            north - south,
-            east - west
-        );
-    }
+            "Track: from {south:.0} to {north:.0} m north and from {west:.0} to {east:.0} m east of the start, {margin:.0} m on each side for the compass and the waves included."
+        ),
+        _ => writeln!(text, "Track: unknown without a speed; give --speed."),
+    };
     let mut table = Table::new(&[
         ("thrust", "%"),
         ("speed", "m/s"),
-        ("time", "s"),
+        ("settle", "s"),
+        ("train", "s"),
+        ("validate", "s"),
         ("heading", "± deg"),
         ("a22", "± %"),
         ("b2", "± %"),
         ("C0", "± rad/s^2"),
+        ("K_p", "± %"),
+        ("radius", "± %"),
+        ("noise", "deg"),
+        ("disturbance", "rad/s^2, s"),
     ]);
     for speed in &preview.speeds {
-        let percent = |index: usize| {
-            speed
-                .relative_half_width_95
-                .map_or_else(String::new, |widths| {
-                    format!("{:.1}", 100.0 * widths[index])
-                })
-        };
+        let expected = speed.expected;
+        let relative =
+            |index: usize| percent(expected.and_then(|e| e.relative_half_width_95[index]));
+        let radius = expected.and_then(|e| {
+            let widths = e
+                .steady_turning_radius_m
+                .iter()
+                .flatten()
+                .map(relative_width);
+            widths.reduce(f64::max)
+        });
+        let noise = speed.prior.noise;
         table.row(vec![
-            format!("{:.0}", 100.0 * speed.thrust),
-            speed
-                .surge_speed_m_s
-                .map_or_else(String::new, |v| format!("{v:.2}")),
-            format!("{:.0}", speed.duration_s),
+            format!("{:.0}", 100.0 * speed.prior.thrust),
+            number(speed.prior.surge_speed_m_s, 2),
+            format!("{:.1}", speed.settle_s),
+            format!("{:.1}", speed.train_s),
+            format!("{:.1}", speed.validate_s),
             format!("{:.0}", speed.heading_excursion_rad.to_degrees()),
-            percent(0),
-            percent(1),
-            speed
-                .half_width_95
-                .map_or_else(String::new, |w| format!("{:.4}", w[2])),
+            relative(0),
+            relative(1),
+            number(expected.map(|e| e.half_width_95[2]), 4),
+            percent(
+                expected
+                    .and_then(|e| e.proportional_gain)
+                    .as_ref()
+                    .map(relative_width),
+            ),
+            percent(radius),
+            format!("{:.2}", noise.heading_rad.to_degrees()),
+            format!(
+                "{:.2e}, {:.1}",
+                noise.disturbance_rad_s2, noise.disturbance_time_s
+            ),
         ]);
     }
-    let _ = write!(
+    let _ = writeln!(
         text,
-        "\n{table}\nHalf widths of the 95 % intervals to expect."
+        "\n{table}\nHalf widths of the 95 % intervals to expect at best; K_p for a damping ratio of 0.7071, the radius of the steady circle under the full rudder."
     );
+    let too_little = too_little(preview);
+    if !too_little.is_empty() {
+        let _ = writeln!(
+            text,
+            "TOO LITTLE to accept a model at {} thrust (a22 within {:.0} %, b2 within {:.0} %): plan more rudder or a longer period.",
+            too_little.join(", "),
+            100.0 * WIDEST_A22,
+            100.0 * WIDEST_B2
+        );
+    }
     text
+}
+
+fn relative_width(predicted: &Predicted) -> f64 {
+    predicted.half_width_95 / predicted.value.abs()
+}
+
+fn comparison_text(comparison: &Comparison) -> String {
+    let mut table = Table::new(&[
+        ("manoeuvre", ""),
+        ("thrust", "%"),
+        ("a22", "± %"),
+        ("b2", "± %"),
+        ("C0", "± rad/s^2"),
+        ("heading", "± deg"),
+        ("track along", "m"),
+        ("across", "m"),
+    ]);
+    for design in &comparison.designs {
+        for speed in &design.speeds {
+            let [a22, b2, _] = speed
+                .expected
+                .map_or([None; 3], |e| e.relative_half_width_95)
+                .map(percent);
+            table.row(vec![
+                design.name.replace('_', ", "),
+                format!("{:.0}", 100.0 * speed.thrust),
+                a22,
+                b2,
+                number(speed.expected.map(|e| e.half_width_95[2]), 4),
+                format!("{:.0}", speed.heading_excursion_rad.to_degrees()),
+                number(speed.track_m.map(|track| track[0]), 0),
+                number(speed.track_m.map(|track| track[1]), 1),
+            ]);
+        }
+    }
+    let mut text = format!(
+        "Manoeuvres of {:.1} deg and {:.1} s side by side; \"designed\" may turn as far as the envelope allows, \"calm\" as far as the doublet.\n\n{table}",
+        comparison.amplitude_rad.to_degrees(),
+        comparison.duration_s
+    );
+    for design in &comparison.designs {
+        if let Excitation::Switched { deflections_s, .. } = design.excitation {
+            let lengths: Vec<String> = deflections_s.iter().map(|s| format!("{s:.2}")).collect();
+            let _ = writeln!(
+                text,
+                "{}: to alternating sides for {} s.",
+                design.name.replace('_', ", "),
+                lengths.join(", ")
+            );
+        }
+    }
+    text
+}
+
+fn recommendation_text(recommendation: &RecommendationsFor) -> String {
+    let Target { a22, b2 } = recommendation.target;
+    let wanted: Vec<String> = [("a22", a22), ("b2", b2)]
+        .into_iter()
+        .filter_map(|(name, width)| Some(format!("{name} ± {} %", (1e6 * width?).round() / 1e4)))
+        .collect();
+    let mut table = Table::new(&[
+        ("thrust", "%"),
+        ("amplitude", "deg"),
+        ("period", "s"),
+        ("a22", "± %, 9 of 10"),
+        ("b2", "± %, 9 of 10"),
+        ("a22", "± %, best"),
+        ("b2", "± %, best"),
+        ("heading", "± deg"),
+        ("", ""),
+    ]);
+    for doublet in &recommendation.doublets {
+        let widths = [doublet.nine_of_ten_within, doublet.relative_half_width_95];
+        let mut row = vec![
+            doublet
+                .thrust
+                .map_or("all".into(), |thrust| format!("{:.0}", 100.0 * thrust)),
+            format!("{:.1}", doublet.amplitude_rad.to_degrees()),
+            format!("{:.2}", doublet.period_s),
+        ];
+        row.extend(widths.iter().flatten().map(|width| percent(Some(*width))));
+        row.push(format!("{:.0}", doublet.heading_excursion_rad.to_degrees()));
+        row.push(
+            if doublet.reachable {
+                ""
+            } else {
+                "NOT REACHABLE"
+            }
+            .into(),
+        );
+        table.row(row);
+    }
+    if recommendation.doublets.is_empty() {
+        return "No doublet tells anything of this vehicle.\n".into();
+    }
+    let mut text = format!(
+        "The smallest doublets for {} in nine of ten trials:\n\n{table}",
+        wanted.join(" and ")
+    );
+    if recommendation.doublets.iter().any(|d| !d.reachable) {
+        text.push_str(
+            "NOT REACHABLE within the rudder limit and the envelope: this doublet comes nearest.\n",
+        );
+    }
+    text
+}
+
+fn percent(fraction: Option<f64>) -> String {
+    number(fraction.map(|fraction| 100.0 * fraction), 1)
+}
+
+fn number(value: Option<f64>, decimals: usize) -> String {
+    value.map_or("-".into(), |value| format!("{value:.decimals$}"))
 }

@@ -1,13 +1,16 @@
-//! Where `turn` and `gains` get their models: the command line, an identification, a trial, a schedule file.
+//! Where `turn`, `gains` and `plan` get their models: the command line, an identification, a trial, a logbook, a
+//! schedule file.
 
 use std::path::{Path, PathBuf};
 
+use seatrial::logbook::Logbook;
 use seatrial::propagation::{covariance_of_intervals, interval_95};
 use seatrial_core::schedule::ScheduleKey;
 use seatrial_core::{SchedulePoint, SpeedSchedule, YawModel};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::logbook::chosen_campaign;
 use crate::output::Failure;
 
 /// The rudder limit where neither the command line nor the source has one: the paper's, rad.
@@ -26,7 +29,7 @@ surge_speed_m_s and c0_rad_per_s2 may be left out):
   c0_rad_per_s2 = 0.0072";
 
 /// The options that give one model or several.
-#[derive(clap::Args)]
+#[derive(clap::Args, Debug)]
 pub struct SourceArgs {
     /// a22 of a single model, 1/s, negative for a course-stable vehicle.
     #[arg(
@@ -62,6 +65,16 @@ pub struct SourceArgs {
     /// Schedule of models over speed or thrust, TOML.
     #[arg(long, value_name = "FILE")]
     schedule: Option<PathBuf>,
+    /// Logbook with a trial: the models of its accepted runs.
+    #[arg(
+        long,
+        value_name = "FILE",
+        conflicts_with_all = ["a22", "model", "schedule", "speed"]
+    )]
+    logbook: Option<PathBuf>,
+    /// Number of the campaign in the logbook; the last one where it is left out.
+    #[arg(long, value_name = "NUMBER", requires = "logbook")]
+    campaign: Option<i64>,
     /// Largest rudder angle, degrees; else the source's, else 14.9 (0.26 rad).
     #[arg(long, value_name = "DEG")]
     rudder_limit_deg: Option<f64>,
@@ -85,6 +98,8 @@ pub struct SourcePoint {
     pub point: SchedulePoint<f64>,
     /// Covariance of [a22, b2, C0].
     pub covariance: Option<[[f64; 3]; 3]>,
+    /// Heading noise, rad, and yaw acceleration disturbance, rad/s^2, found on its record.
+    pub noise: Option<[f64; 2]>,
 }
 
 /// A value and, where the source knows its uncertainty, a 95 % interval.
@@ -166,15 +181,29 @@ struct ScheduleFilePoint {
 }
 
 impl SourceArgs {
+    /// Is any model given?
+    pub fn is_given(&self) -> bool {
+        self.a22.is_some()
+            || [&self.model, &self.schedule, &self.logbook]
+                .into_iter()
+                .any(Option::is_some)
+    }
+
+    /// The rudder limit of the command line, rad.
+    pub fn rudder_limit_rad(&self) -> Option<f64> {
+        self.rudder_limit_deg.map(f64::to_radians)
+    }
+
     /// Reads the models.
     pub fn read(&self) -> Result<Source, Failure> {
-        let mut source = match (&self.model, &self.schedule) {
-            (Some(path), _) => from_document(path, self.speed)?,
-            (None, Some(path)) => from_schedule(path)?,
-            (None, None) => self.single_model()?,
+        let mut source = match (&self.model, &self.schedule, &self.logbook) {
+            (Some(path), ..) => from_document(path, self.speed)?,
+            (None, Some(path), _) => from_schedule(path)?,
+            (None, None, Some(path)) => from_logbook(path, self.campaign)?,
+            (None, None, None) => self.single_model()?,
         };
-        if let Some(degrees) = self.rudder_limit_deg {
-            source.rudder_limit_rad = degrees.to_radians();
+        if let Some(limit_rad) = self.rudder_limit_rad() {
+            source.rudder_limit_rad = limit_rad;
         }
         if !(source.rudder_limit_rad > 0.0 && source.rudder_limit_rad.is_finite()) {
             return Err(Failure::usage(format!(
@@ -207,7 +236,7 @@ impl SourceArgs {
     fn single_model(&self) -> Result<Source, Failure> {
         let (Some(a22), Some(b2)) = (self.a22, self.b2) else {
             return Err(Failure::usage(
-                "no model: give --a22 and --b2, --model FILE or --schedule FILE",
+                "no model: give --a22 and --b2, --model FILE, --schedule FILE or --logbook FILE",
             ));
         };
         Ok(Source {
@@ -219,6 +248,7 @@ impl SourceArgs {
                     model: YawModel::from_theta([a22, b2, self.c0.unwrap_or(0.0)]),
                 },
                 covariance: None,
+                noise: None,
             }],
             rudder_limit_rad: DEFAULT_RUDDER_LIMIT_RAD,
             rejected: Vec::new(),
@@ -248,11 +278,48 @@ fn from_schedule(path: &Path) -> Result<Source, Failure> {
             model: YawModel::from_theta([p.a22_per_s, p.b2_per_s2, p.c0_rad_per_s2]),
         },
         covariance: None,
+        noise: None,
     };
     Ok(Source {
         origin: path.display().to_string(),
         points: file.point.into_iter().map(point).collect(),
         rudder_limit_rad: file.rudder_limit_rad.unwrap_or(DEFAULT_RUDDER_LIMIT_RAD),
+        rejected: Vec::new(),
+    })
+}
+
+/// The models of the accepted runs of a campaign.
+fn from_logbook(path: &Path, number: Option<i64>) -> Result<Source, Failure> {
+    let logbook = Logbook::open_read_only(path)?;
+    let entry = chosen_campaign(&logbook, number)?;
+    let origin = format!("{}, campaign {}", path.display(), entry.id.0);
+    let campaign = logbook.campaign(entry.id)?;
+    let points: Vec<SourcePoint> = campaign
+        .accepted_runs()
+        .into_iter()
+        .filter_map(|run| {
+            let identification = run.identification.as_ref()?;
+            let refined = identification.refined.as_ref();
+            Some(SourcePoint {
+                point: SchedulePoint {
+                    thrust: Some(run.thrust),
+                    surge_speed_m_s: run.surge_speed_m_s,
+                    model: identification.model(),
+                },
+                covariance: refined.map(|refined| refined.covariance),
+                noise: refined.map(|r| [r.heading_noise_rad, r.disturbance_rad_s2]),
+            })
+        })
+        .collect();
+    if points.is_empty() {
+        return Err(Failure::input(format!(
+            "{origin}: no accepted run in this trial"
+        )));
+    }
+    Ok(Source {
+        origin,
+        points,
+        rudder_limit_rad: campaign.rudder_limit_rad,
         rejected: Vec::new(),
     })
 }
@@ -276,10 +343,10 @@ pub fn from_document(path: &Path, speed: Option<f64>) -> Result<Source, Failure>
         // The last accepted run of a thrust counts.
         for (index, run) in runs.iter().enumerate().filter(|(_, run)| accepted(run)) {
             let thrust = number(run, "thrust");
-            let (model, covariance) =
-                model_of(run.get("identification").unwrap_or(run)).map_err(|why| {
-                    Failure::input(format!("{}: run {}: {why}", source.origin, index + 1))
-                })?;
+            let identification = run.get("identification").unwrap_or(run);
+            let (model, covariance) = model_of(identification).map_err(|why| {
+                Failure::input(format!("{}: run {}: {why}", source.origin, index + 1))
+            })?;
             source
                 .points
                 .retain(|p| thrust.is_none() || p.point.thrust != thrust);
@@ -290,6 +357,7 @@ pub fn from_document(path: &Path, speed: Option<f64>) -> Result<Source, Failure>
                     model,
                 },
                 covariance,
+                noise: noise_of(identification),
             });
         }
         for (index, run) in runs.iter().enumerate().filter(|(_, run)| !accepted(run)) {
@@ -322,9 +390,16 @@ pub fn from_document(path: &Path, speed: Option<f64>) -> Result<Source, Failure>
                 model,
             },
             covariance,
+            noise: noise_of(identification),
         });
     }
     Ok(source)
+}
+
+fn noise_of(identification: &Value) -> Option<[f64; 2]> {
+    let refined = identification.get("refined")?;
+    let number = |field: &str| refined.get(field)?.as_f64();
+    Some([number("heading_noise_rad")?, number("disturbance_rad_s2")?])
 }
 
 /// Not rejected by a verdict.

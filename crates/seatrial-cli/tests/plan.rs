@@ -1,0 +1,201 @@
+//! `seatrial plan` at the process boundary.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn seatrial(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+/// `plan --json` with these arguments and its exit code.
+fn plan(folder: &Path, arguments: &[&str]) -> (Value, Option<i32>) {
+    let output = seatrial(folder, &[&["plan", "--json"], arguments].concat());
+    let document = serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr)));
+    (document, output.status.code())
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+fn number(document: &Value, pointer: &str) -> f64 {
+    let value = document.pointer(pointer).and_then(Value::as_f64);
+    value.unwrap_or_else(|| panic!("{pointer}: {document:#}"))
+}
+
+#[test]
+fn cli_the_papers_plan_is_previewed_on_the_starfish() {
+    let folder = folder();
+    let (document, code) = plan(folder.path(), &[]);
+    assert_eq!(code, Some(0));
+    assert_eq!(document["schema"], "seatrial.plan.v1");
+    assert_eq!(document["preview"]["vehicle"], "sim:starfish");
+    assert_eq!(document["preview"]["outcome"]["state"], "finished");
+    assert_eq!(document["comparison"], Value::Null);
+    assert_eq!(document["recommendation"], Value::Null);
+    // Five speeds of 12 s, 16.5 s and 16.5 s.
+    assert!((number(&document, "/preview/duration_s") - 225.0).abs() < 1e-6);
+    let expected = "/preview/speeds/2/expected";
+    // By dense linear algebra in another language, to the three digits kept of it.
+    for (index, width) in [(0, 0.0352), (1, 0.0261)] {
+        let found = number(
+            &document,
+            &format!("{expected}/relative_half_width_95/{index}"),
+        );
+        assert!((found - width).abs() < 5e-4, "{found}");
+    }
+    let radius = number(
+        &document,
+        &format!("{expected}/steady_turning_radius_m/0/value"),
+    );
+    // 1.63 m/s at b2 0.26 + C0 over -a22.
+    assert!((radius - 1.63 * 1.07 / (1.08 * 0.26 + 0.012)).abs() < 1e-9);
+}
+
+#[test]
+fn cli_noise_widens_the_intervals_in_proportion() {
+    let folder = folder();
+    let width = |noise: &str| {
+        let still = ["--disturbance", "0,1", "--noise-deg", noise];
+        let (document, _) = plan(folder.path(), &still);
+        number(&document, "/preview/speeds/0/expected/half_width_95/1")
+    };
+    // Rounding.
+    assert!((width("1") / width("0.5") - 2.0).abs() < 1e-6);
+}
+
+#[test]
+fn cli_the_recommended_doublet_is_written_and_tried() {
+    let folder = folder();
+    let wanted = ["--thrust", "0.8", "--target", "a22:10%,b2:5%"];
+    let adopt = ["--adopt", "recommended", "--out", "plan.toml"];
+    let (document, code) = plan(folder.path(), &[&wanted[..], &adopt].concat());
+    assert_eq!(code, Some(0));
+    let amplitude_rad = number(&document, "/recommendation/doublets/0/amplitude_rad");
+    let adopted = "/plan/training/excitation/doublet/amplitude_rad";
+    assert_eq!(amplitude_rad, number(&document, adopted));
+    assert!(amplitude_rad < 0.26);
+    let trial = ["trial", "--json", "--plan", "plan.toml", "--seed", "3"];
+    let output = seatrial(folder.path(), &trial);
+    assert_eq!(output.status.code(), Some(0));
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let refined = "/runs/0/identification/refined";
+    let interval =
+        |end: usize| number(&document, &format!("{refined}/interval_95/b2_per_s2/{end}"));
+    let half_width = 0.5 * (interval(1) - interval(0));
+    assert!(half_width / number(&document, &format!("{refined}/b2_per_s2")) < 0.05);
+}
+
+#[test]
+fn cli_a_designed_manoeuvre_is_compared_written_and_tried() {
+    let folder = folder();
+    let arguments = [
+        "--thrust",
+        "0.8",
+        "--adopt",
+        "designed-calm",
+        "--out",
+        "plan.toml",
+    ];
+    let (document, code) = plan(folder.path(), &arguments);
+    assert_eq!(code, Some(0));
+    let names: Vec<&Value> = document["comparison"]["designs"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|design| &design["name"])
+        .collect();
+    assert_eq!(names, ["doublet", "3-2-1-1", "designed", "designed_calm"]);
+    assert_eq!(
+        document["plan"]["training"]["excitation"],
+        document["comparison"]["designs"][3]["excitation"]
+    );
+    let output = seatrial(folder.path(), &["trial", "--json", "--plan", "plan.toml"]);
+    assert_eq!(output.status.code(), Some(0));
+}
+
+#[test]
+fn cli_what_an_earlier_trial_found_is_the_prior() {
+    let folder = folder();
+    let trial = seatrial(folder.path(), &["trial", "--json", "--logbook", "a.db"]);
+    std::fs::write(folder.path().join("trial.json"), &trial.stdout).unwrap();
+    let document: Value = serde_json::from_slice(&trial.stdout).unwrap();
+    for source in [["--logbook", "a.db"], ["--model", "trial.json"]] {
+        let (preview, code) = plan(folder.path(), &source);
+        assert_eq!(code, Some(0));
+        let speed = &preview["preview"]["speeds"][2];
+        let refined = &document["runs"][2]["identification"]["refined"];
+        assert_eq!(speed["b2_per_s2"], refined["b2_per_s2"]);
+        assert_eq!(speed["noise"]["heading_rad"], refined["heading_noise_rad"]);
+        assert_eq!(
+            speed["noise"]["disturbance_rad_s2"],
+            refined["disturbance_rad_s2"]
+        );
+    }
+}
+
+#[test]
+fn cli_what_cannot_be_had_is_exit_4_and_said() {
+    let folder = folder();
+    for (arguments, said) in [
+        (
+            &["--target", "a22:1%"][..],
+            "NOT REACHABLE within the rudder limit",
+        ),
+        (
+            &["--amplitude-deg", "0.3"],
+            "TOO LITTLE to accept a model at 60 %, 70 %",
+        ),
+        (
+            &["--a22", "0.5", "--b2", "1", "--hold-gain", "2"],
+            "ABORTED after 17 s: yaw rate outside the envelope",
+        ),
+        (
+            &["--target", "a22:1%", "--adopt", "recommended"],
+            "--adopt recommended: no doublet within the rudder limit",
+        ),
+    ] {
+        let output = seatrial(folder.path(), &[&["plan"], arguments].concat());
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(4), "{arguments:?}: {message}");
+        assert!(message.contains(said), "{arguments:?}: {message}");
+    }
+}
+
+#[test]
+fn cli_bad_options_are_exit_2_and_named() {
+    let folder = folder();
+    for (arguments, said) in [
+        (&["--target", "c0:5%"][..], "as in a22:10%,b2:5%"),
+        (&["--target", "a22:10"], "as in a22:10%,b2:5%"),
+        (&["--noise-deg", "-1"], "expected a positive number"),
+        (&["--disturbance", "0.1"], "as in 0.005,2"),
+        (&["--disturbance", "-1,2"], "as in 0.005,2"),
+        (&["--adopt", "recommended"], "as in --target a22:10%,b2:5%"),
+        (&["--a22", "0.5", "--b2", "1"], "--hold-gain"),
+        (&["--hold-gain", "NaN"], "--hold-gain"),
+        (&["--heading-deg", "inf"], "--heading-deg"),
+        (&["--vehicle", "sim:nope"], "sim:nope"),
+        (
+            &["--vehicle", "sim:starfish", "--a22", "-1", "--b2", "1"],
+            "--vehicle",
+        ),
+        (&["--amplitude-deg", "40"], "training.excitation"),
+        (&["--rudder-limit-deg", "0"], "rudder_limit_rad"),
+        (&["--campaign", "1"], "--logbook"),
+    ] {
+        let output = seatrial(folder.path(), &[&["plan"], arguments].concat());
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(output.stdout.is_empty());
+        assert!(message.contains(said), "{arguments:?}: {message}");
+    }
+}
