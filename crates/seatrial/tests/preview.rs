@@ -173,7 +173,8 @@ fn recover_the_scatter_of_the_refined_estimate_in_white_noise_and_the_track() {
         }
     }
     for square in squares {
-        let predicted_over_measured = (square / estimates).sqrt().recip();
+        let predicted_over_measured = f64::sqrt(square / estimates).recip();
+        println!("predicted over measured standard deviation: {predicted_over_measured:.3}");
         // 200 estimates know a standard deviation to 5 %; the estimator is within 10 % of the bound.
         assert!(
             (0.8..1.25).contains(&predicted_over_measured),
@@ -183,7 +184,7 @@ fn recover_the_scatter_of_the_refined_estimate_in_white_noise_and_the_track() {
 }
 
 /// Share of trials whose reported intervals are as narrow as the target.
-fn share_that_reaches(target: Target, config: &VehicleConfig, plan: Plan<f64>) -> f64 {
+fn share_that_reaches(target: Target, config: &VehicleConfig, plan: Plan<f64>, seeds: u64) -> f64 {
     let reached = |run: &Run| {
         let refined = run.identification.as_ref()?.refined.as_ref()?;
         let [a22, b2, _] = refined.model.theta();
@@ -195,7 +196,7 @@ fn share_that_reaches(target: Target, config: &VehicleConfig, plan: Plan<f64>) -
         ];
         Some(target.share(widths) <= 1.0)
     };
-    let campaigns = trials(config, plan, 40);
+    let campaigns = trials(config, plan, seeds);
     let reaching = campaigns
         .iter()
         .filter(|campaign| campaign.runs.last().and_then(reached) == Some(true));
@@ -212,14 +213,14 @@ fn recover_the_target_with_the_recommended_doublet_and_not_with_half_of_it() {
             panic!("one thrust, one doublet");
         };
         assert!(doublet.reachable && doublet.amplitude_rad < plan.rudder_limit_rad);
-        let mut with = |part: f64| {
+        let mut with = |part: f64, seeds: u64| {
             plan.training.excitation = Excitation::Doublet {
                 amplitude_rad: part * doublet.amplitude_rad,
                 period_s: doublet.period_s,
             };
-            share_that_reaches(target, &config, plan)
+            share_that_reaches(target, &config, plan, seeds)
         };
-        let (whole, half) = (with(1.0), with(0.5));
+        let (whole, half) = (with(1.0, 40), with(0.5, 10));
         println!("{doublet:?}: {whole} of the trials, with half of it {half}");
         // Nine of ten are meant: 40 trials know that to 5 %, twice that is allowed.
         assert!(whole >= 0.8, "{whole}");
@@ -322,6 +323,33 @@ fn prop_a_designed_manoeuvre_tells_no_less_than_the_doublet_within_its_limits() 
     }
 }
 
+/// A designed manoeuvre is made for a prior that may be 30 % wrong.
+#[test]
+fn prop_a_designed_manoeuvre_tells_more_than_the_doublet_of_a_vehicle_30_percent_off() {
+    let config = white();
+    let mut plan = at_one_thrust(0.8);
+    let prior = prior_of(&config, &plan);
+    let comparison = compare_designs(&plan, &prior);
+    let mut widest = |name: &str, a22_factor: f64, b2_factor: f64| {
+        let design = comparison.designs.iter().find(|d| d.name == name).unwrap();
+        plan.training.excitation = design.excitation;
+        let mut other = prior.clone();
+        other.speeds[0].model.a22_per_s *= a22_factor;
+        other.speeds[0].model.b2_per_s2 *= b2_factor;
+        let preview = preview(&plan, &other).unwrap();
+        assert_eq!(preview.outcome, Some(Outcome::Finished));
+        let [a22, b2, _] = preview.speeds[0].expected.unwrap().relative_half_width_95;
+        f64::max(a22.unwrap(), b2.unwrap())
+    };
+    for a22_factor in [0.7, 1.0, 1.3] {
+        for b2_factor in [0.7, 1.0, 1.3] {
+            let [doublet, designed] =
+                ["doublet", "designed"].map(|name| widest(name, a22_factor, b2_factor));
+            assert!(designed < 0.8 * doublet, "{designed} {doublet}");
+        }
+    }
+}
+
 /// The gain of a design over the doublet that the preview promises is there in the trial.
 #[test]
 fn recover_the_gain_of_a_designed_manoeuvre() {
@@ -332,7 +360,7 @@ fn recover_the_gain_of_a_designed_manoeuvre() {
         let design = comparison.designs.iter().find(|d| d.name == name).unwrap();
         plan.training.excitation = design.excitation;
         let truth = prior_of(&config, &plan).speeds[0].model.a22_per_s;
-        let campaigns = trials(&config, plan, 60);
+        let campaigns = trials(&config, plan, 50);
         let squares = campaigns.iter().filter_map(|campaign| {
             let identification = campaign.runs.last()?.identification.as_ref()?;
             Some((identification.model().a22_per_s / truth - 1.0).powi(2))
@@ -344,9 +372,9 @@ fn recover_the_gain_of_a_designed_manoeuvre() {
     };
     let (doublet, designed) = (scatter("doublet"), scatter("designed"));
     assert!(designed.0 < 0.8 * doublet.0, "worth the while");
-    // 60 trials know each scatter to 9 %, so their ratio to 13 %; twice that is allowed.
+    // 50 trials know each scatter to 10 %, so their ratio to 14 %; twice that is allowed.
     let ratio = (designed.1 / doublet.1) / (designed.0 / doublet.0);
-    assert!((0.74..1.26).contains(&ratio), "{ratio}");
+    assert!((0.72..1.28).contains(&ratio), "{ratio}");
 }
 
 #[test]

@@ -66,10 +66,10 @@ pub struct DesignAtSpeed {
 /// sum over speeds and prior errors of  log max(half width of a22 / |a22|, half width of b2 / |b2|)
 /// ```
 ///
-/// least, the prior errors being none and a22 and b2 30 % too large or too small, all four ways. At none of them
-/// may it leave the plan's envelope of heading and yaw rate; the calm one may at none of them turn farther than the doublet. The
-/// jumps are looked for on tenths of the duration, all of them, and the best is then moved in steps of a twentieth
-/// and a fortieth. Where no manoeuvre fits the envelope there is no design.
+/// least, the prior errors being none and a22 and b2 30 % too large or too small, all four ways. At none of them may
+/// it leave the plan's envelope of heading and yaw rate; the calm one may at none of them turn farther than the
+/// doublet. The jumps are looked for on tenths of the duration, all of them, and the best is then moved in steps of
+/// a twentieth and a fortieth. Where no manoeuvre stays within its limits there is no design.
 pub fn compare_designs(plan: &Plan<f64>, prior: &Prior) -> Comparison {
     let amplitude_rad = plan.training.excitation.amplitude_rad().abs();
     let duration_s = plan.training.excitation.duration_s();

@@ -9,8 +9,8 @@ use super::{Prior, PriorSpeed};
 
 /// A noise-free vehicle that follows the model of its thrust exactly.
 ///
-/// As every vehicle it takes the rudder asked for after one sample from the next sample on, and holds its heading
-/// by rudder = -K (heading - wanted heading), limited. A change of thrust changes the model at once and the
+/// Like every vehicle it takes the rudder asked for after one sample from the next sample on; it holds its heading by
+/// rudder = -K (heading - wanted heading), limited. A change of thrust changes the model at once and the
 /// speed with a first-order lag. It begins on its heading, at rest in yaw, with the rudder that keeps it so.
 #[derive(Clone, Debug)]
 pub struct ExpectedVehicle<'a> {

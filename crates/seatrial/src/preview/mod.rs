@@ -10,9 +10,10 @@ use seatrial_core::{Outcome, Plan, Real, Sample, Stage, Trial, Vehicle, YawModel
 use serde::Serialize;
 
 pub use design::{Comparison, Design, DesignAtSpeed, compare_designs};
-pub use expected_vehicle::ExpectedVehicle;
 pub use information::{Expected, Predicted};
 pub use recommendation::{InvalidTarget, Recommendation, Target, recommend};
+
+use expected_vehicle::ExpectedVehicle;
 
 use crate::identify::bound::Noise;
 
@@ -88,7 +89,7 @@ pub struct SpeedPreview {
     pub validate_s: f64,
     /// Farthest heading from the heading held, rad.
     pub heading_excursion_rad: f64,
-    /// What the training stage will tell. `None` where it tells nothing.
+    /// What the training stage, as far as the trial comes in it, will tell. `None` where it tells nothing.
     pub expected: Option<Expected>,
 }
 

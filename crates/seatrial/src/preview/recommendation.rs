@@ -11,8 +11,8 @@ use super::expected_vehicle::ExpectedVehicle;
 use super::information::relative_half_widths;
 use super::{Prior, PriorSpeed, excursion_rad};
 
-/// Width of the bound that is aimed at, as a part of the target. The interval from a record scatters about 1.1 times the bound and is
-/// within 1.5 times it in nine of ten trials.
+/// Width of the bound that is aimed at, as a part of the target. The interval from a record scatters about 1.1 times
+/// the bound and is within 1.5 times it in nine of ten trials.
 const AIM: f64 = 2.0 / 3.0;
 
 /// Longest period, in time constants of the vehicle: each deflection lasts until the yaw rate is within 2 % of
@@ -121,10 +121,11 @@ pub struct Recommendation {
 
 /// The doublet of least amplitude that reaches the target, for each thrust and for all of them, the last one.
 ///
-/// It aims at two thirds of the target, which nine of ten trials then reach. Periods from 1 to 8 time constants of the vehicle are tried; of those within 10 % of the least
-/// amplitude the shortest is taken. The lead-in and the time of observation are the plan's. The amplitude stays within the plan's rudder
-/// limit, and within 1/1.3 of its envelope of heading and yaw rate, since the prior may be wrong by 30 %. Empty where
-/// no doublet tells anything.
+/// It aims at two thirds of the target, which nine of ten trials then reach. Periods from 1 to 8 time constants of
+/// the vehicle are tried; of those within 10 % of the least amplitude the shortest is taken. The lead-in and the time
+/// of observation are the plan's. The amplitude stays within the plan's rudder limit, and within 1/1.3 of its
+/// envelope of heading and yaw rate, since the prior may be wrong by 30 %. A thrust of whose model no doublet tells
+/// anything is left out.
 pub fn recommend(plan: &Plan<f64>, prior: &Prior, target: Target) -> Vec<Recommendation> {
     let one_each = prior.speeds.iter().map(std::slice::from_ref);
     let all = (prior.speeds.len() > 1).then_some(prior.speeds.as_slice());
