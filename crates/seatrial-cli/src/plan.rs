@@ -408,6 +408,9 @@ fn comparison_text(comparison: &Comparison) -> String {
         comparison.amplitude_rad.to_degrees(),
         comparison.duration_s
     );
+    if comparison.designs.iter().all(|d| d.name != "designed") {
+        text.push_str("No designed manoeuvre of this amplitude and duration stays within the envelope should the prior be 30 % wrong.\n");
+    }
     for design in &comparison.designs {
         if let Excitation::Switched { deflections_s, .. } = design.excitation {
             let lengths: Vec<String> = deflections_s.iter().map(|s| format!("{s:.2}")).collect();

@@ -75,7 +75,7 @@ pub struct SourceArgs {
     /// Number of the campaign in the logbook; the last one where it is left out.
     #[arg(long, value_name = "NUMBER", requires = "logbook")]
     campaign: Option<i64>,
-    /// Largest rudder angle, degrees; else the source's, else 14.9 (0.26 rad).
+    /// Largest rudder angle, degrees; else the plan's or the source's, else 14.9 (0.26 rad).
     #[arg(long, value_name = "DEG")]
     rudder_limit_deg: Option<f64>,
 }
