@@ -438,7 +438,8 @@ fn write_text(text: &mut String, opened: &OpenedLog, inspection: &Inspection) ->
 fn unit_text(channel: &Channel) -> String {
     match (channel.unit_source, &channel.because) {
         (UnitSource::Chosen, _) => format!("{} (chosen)", channel.unit),
-        (UnitSource::Stated, _) => format!("{} (stated)", channel.unit),
+        (UnitSource::Stated, None) => format!("{} (stated)", channel.unit),
+        (UnitSource::Stated, Some(because)) => format!("{} (stated: {because})", channel.unit),
         (UnitSource::Assumed, None) => format!("{} (assumed)", channel.unit),
         (UnitSource::Assumed, Some(because)) => {
             format!("{} (assumed: {because})", channel.unit)

@@ -23,7 +23,7 @@ const CHUNK_SAMPLES: usize = 50_000;
 /// A log and how to read it.
 #[derive(Args, Debug)]
 pub struct LogArgs {
-    /// The log: CSV or Parquet, found by its content; `-` is CSV on standard input.
+    /// The log, whatever its format: that is found by its content; `-` is CSV on standard input.
     pub log: PathBuf,
     #[command(flatten)]
     pub channels: ChannelArgs,

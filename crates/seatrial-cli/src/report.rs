@@ -23,7 +23,7 @@ Examples:
   seatrial trial --yes --logbook seatrial.db && seatrial report --logbook seatrial.db
   seatrial sim log --seed 1 --out run.csv && seatrial report run.csv --out run.html")]
 pub struct Args {
-    /// The log: CSV or Parquet, found by its content; `-` is CSV on standard input.
+    /// The log, whatever its format: that is found by its content; `-` is CSV on standard input.
     log: Option<PathBuf>,
     /// The logbook that holds the trial.
     #[arg(

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args as ClapArgs, Subcommand};
 use seatrial::Window;
 use seatrial_core::{Event, List, Outcome, Plan, Sample, Stage, Trial, Vehicle};
-use seatrial_io::{Format, write_csv, write_parquet};
+use seatrial_io::{write_csv, write_parquet};
 use seatrial_sim::{FirstOrderVehicle, Truth, VehicleConfig};
 use serde::Serialize;
 
@@ -121,6 +121,13 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         Some(Outcome::Finished) => Exit::Done,
         Some(Outcome::Aborted(_)) | None => Exit::Aborted,
     })
+}
+
+/// Formats that are written.
+#[derive(Clone, Copy)]
+enum Format {
+    Csv,
+    Parquet,
 }
 
 fn format_of(path: &Path) -> Result<Format, Failure> {

@@ -5,6 +5,7 @@ use std::io::{self, Read};
 use csv_core::{ReadRecordResult, ReaderBuilder};
 use sha2::{Digest, Sha256};
 
+use crate::Quantity;
 use crate::clock::instant;
 use crate::error::{Fault, Place, clipped};
 use crate::reader::Format;
@@ -250,8 +251,8 @@ impl<R: Read> Table for Text<R> {
         &self.columns
     }
 
-    fn select(&mut self, columns: &[usize]) {
-        self.selected = columns.to_vec();
+    fn select(&mut self, columns: &[(Quantity, usize)]) {
+        self.selected = columns.iter().map(|(_, column)| *column).collect();
     }
 
     fn leave_out(&mut self, position: usize) {

@@ -77,7 +77,8 @@ pub enum Fault {
     },
     /// Neither text nor a format that is known.
     #[error(
-        "byte {offset} is {found:#04x}, which is neither UTF-8 text nor the start of a known format; expected CSV text or Parquet: export the log as CSV in UTF-8"
+        "byte {offset} is {found:#04x}, which is neither UTF-8 text nor the start of a known format; expected text or one of the binary formats {}: export the log as CSV in UTF-8",
+        crate::content::BINARY_FORMATS
     )]
     NotText {
         /// Bytes before it.
@@ -123,6 +124,17 @@ pub enum Fault {
         columns: Vec<String>,
         /// The column with the most similar name.
         nearest: Option<String>,
+    },
+    /// A format that knows its channels has none for a quantity that is needed.
+    #[error(
+        "nothing in it is known as {quantity}: {found}; if it is there under another name say which with {} NAME",
+        .quantity.option()
+    )]
+    NotLogged {
+        /// What is needed.
+        quantity: Quantity,
+        /// What was looked for and what was found.
+        found: String,
     },
     /// Several columns fit equally well.
     #[error(

@@ -5,10 +5,19 @@
 //! by one with bounded memory. Every format is a `table::Table`: named columns and rows of cells; names,
 //! units, time and the checks of every row are the same for all of them.
 
+#[cfg(any(feature = "dataflash", feature = "tlog"))]
+mod ardupilot;
+#[cfg(any(feature = "dataflash", feature = "tlog"))]
+mod bytes;
 mod clock;
+mod content;
 mod csv;
+#[cfg(feature = "dataflash")]
+mod dataflash;
 mod error;
 mod infer;
+#[cfg(any(feature = "dataflash", feature = "tlog"))]
+mod joined;
 mod matching;
 mod name;
 #[cfg(feature = "parquet")]
@@ -16,6 +25,8 @@ mod parquet;
 mod quantity;
 mod reader;
 mod table;
+#[cfg(feature = "tlog")]
+mod tlog;
 mod unit;
 mod write;
 

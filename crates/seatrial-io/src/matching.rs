@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use crate::error::Fault;
 use crate::name::{ColumnName, StatedUnit};
 use crate::reader::ChannelChoice;
+use crate::table::Known;
 use crate::{Quantity, Unit};
 
 /// A column that feeds a quantity.
@@ -14,6 +15,8 @@ pub(crate) struct Match {
     pub column: usize,
     /// By option or by the column's name.
     pub unit: Option<(Unit, crate::UnitSource)>,
+    /// Why the format takes this column.
+    pub because: Option<String>,
 }
 
 /// The matches, and what people should know about them.
@@ -25,8 +28,11 @@ pub(crate) struct Matches {
 
 impl Matches {
     /// Indices of the matched columns.
-    pub fn columns(&self) -> Vec<usize> {
-        self.matches.iter().map(|m| m.column).collect()
+    pub fn columns(&self) -> Vec<(Quantity, usize)> {
+        self.matches
+            .iter()
+            .map(|m| (m.quantity, m.column))
+            .collect()
     }
 
     /// Units by option or name.
@@ -41,21 +47,29 @@ impl Matches {
 /// The word that leaves an optional quantity out.
 const NO_COLUMN: &str = "none";
 
-/// Finds a column for every quantity: the one chosen, else the one whose name fits best.
-pub(crate) fn match_columns(columns: &[String], choice: &ChannelChoice) -> Result<Matches, Fault> {
+/// Finds a column for every quantity: the one chosen, else the one that the format knows, else, where it
+/// knows none, the one whose name fits best.
+pub(crate) fn match_columns(
+    columns: &[String],
+    known: &Known,
+    choice: &ChannelChoice,
+) -> Result<Matches, Fault> {
     let mut found = Matches::default();
     let names: Vec<ColumnName> = columns.iter().map(|name| ColumnName::new(name)).collect();
     for quantity in Quantity::ALL {
         let column = match choice.columns.get(&quantity) {
             Some(name) => chosen(name, columns, quantity)?,
+            None if !known.is_empty() => preferred(known, columns, quantity)?,
             None => best(&names, columns, quantity, choice, &mut found.warnings)?,
         };
         let Some(column) = column else { continue };
+        let channel = known.of(quantity, &columns[column]);
         let stated = match choice.units.get(&quantity) {
             Some(unit) if unit.fits(quantity.dimension()) => {
                 Some((*unit, crate::UnitSource::Chosen))
             }
             Some(unit) => return Err(unknown_unit(&columns[column], unit.symbol(), quantity)),
+            None if let Some(channel) = channel => Some((channel.unit, crate::UnitSource::Stated)),
             None => match names[column].unit(quantity) {
                 StatedUnit::Known(unit) => Some((unit, crate::UnitSource::Stated)),
                 StatedUnit::None => None,
@@ -76,7 +90,11 @@ pub(crate) fn match_columns(columns: &[String], choice: &ChannelChoice) -> Resul
             quantity,
             column,
             unit: stated,
+            because: channel.and_then(|channel| channel.because.clone()),
         });
+        found
+            .warnings
+            .extend(channel.and_then(|channel| channel.doubt.clone()));
     }
     Ok(found)
 }
@@ -112,6 +130,29 @@ fn chosen(name: &str, columns: &[String], quantity: Quantity) -> Result<Option<u
             candidates: found.iter().map(|&i| columns[i].clone()).collect(),
         }),
     }
+}
+
+/// The column that the format prefers.
+fn preferred(
+    known: &Known,
+    columns: &[String],
+    quantity: Quantity,
+) -> Result<Option<usize>, Fault> {
+    if let Some(channel) = known.best(quantity) {
+        return Ok(positions(columns, |column| column == channel.column)
+            .first()
+            .copied());
+    }
+    if !quantity.is_required() {
+        return Ok(None);
+    }
+    let found = known.lacking.iter().find(|(of, _)| *of == quantity);
+    Err(Fault::NotLogged {
+        quantity,
+        found: found
+            .map_or("nothing of the kind", |(_, found)| found)
+            .to_string(),
+    })
 }
 
 fn positions(columns: &[String], is_it: impl Fn(&str) -> bool) -> Vec<usize> {

@@ -14,6 +14,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 use sha2::{Digest, Sha256};
 
+use crate::Quantity;
 use crate::clock::instant;
 use crate::error::{Fault, Place};
 use crate::reader::Format;
@@ -154,8 +155,8 @@ impl Table for Columnar {
         &self.names
     }
 
-    fn select(&mut self, columns: &[usize]) {
-        self.selected = columns.to_vec();
+    fn select(&mut self, columns: &[(Quantity, usize)]) {
+        self.selected = columns.iter().map(|(_, column)| *column).collect();
     }
 
     fn leave_out(&mut self, position: usize) {

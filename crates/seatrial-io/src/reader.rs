@@ -2,13 +2,14 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::Path;
 
 use seatrial_core::Sample;
 use serde::{Deserialize, Serialize};
 
 use crate::clock::Clock;
+use crate::content;
 use crate::csv::Text;
 use crate::error::{Fault, Place, ReadError, clipped};
 use crate::infer::{FirstRows, largest_plausible};
@@ -28,6 +29,11 @@ pub enum Format {
     Csv,
     /// Apache Parquet.
     Parquet,
+    /// ArduPilot DataFlash.
+    #[serde(rename = "dataflash")]
+    DataFlash,
+    /// MAVLink telemetry.
+    Tlog,
 }
 
 /// What the user said about a log; everything else is found out.
@@ -68,7 +74,7 @@ pub struct Channel {
     pub unit: Unit,
     /// Where the unit comes from.
     pub unit_source: UnitSource,
-    /// Why it was assumed.
+    /// Why the unit was assumed, or why the format takes this column.
     pub because: Option<String>,
     /// value in SI = (value - offset) * scale
     pub scale: f64,
@@ -154,9 +160,6 @@ pub fn open(path: &Path, choice: &ChannelChoice) -> Result<LogReader, ReadError>
         .map_err(|fault| ReadError { log, fault })
 }
 
-/// The first bytes of a Parquet file.
-const PARQUET: &[u8] = b"PAR1";
-
 fn table(path: &Path) -> Result<Box<dyn Table>, Fault> {
     if path == Path::new("-") {
         return Ok(Box::new(Text::open(io::stdin().lock())?));
@@ -165,41 +168,20 @@ fn table(path: &Path) -> Result<Box<dyn Table>, Fault> {
         doing: "opened",
         source,
     };
-    let mut file = File::open(path).map_err(opening)?;
+    let file = File::open(path).map_err(opening)?;
     if file.metadata().map_err(opening)?.is_dir() {
         return Err(Fault::Folder);
     }
-    let mut start = Vec::new();
-    Read::by_ref(&mut file)
-        .take(PARQUET.len() as u64)
-        .read_to_end(&mut start)
-        .map_err(Fault::read)?;
-    if start == PARQUET {
-        return columnar(file);
-    }
-    Ok(Box::new(Text::open(io::Cursor::new(start).chain(file))?))
+    content::open(file)
 }
 
 /// A row of the look-ahead; the cells stand in the order of the slots.
 type Row = Result<(Place, Vec<Cell>), Fault>;
 
-#[cfg(feature = "parquet")]
-fn columnar(file: File) -> Result<Box<dyn Table>, Fault> {
-    Ok(Box::new(crate::parquet::Columnar::open(file)?))
-}
-
-#[cfg(not(feature = "parquet"))]
-fn columnar(_: File) -> Result<Box<dyn Table>, Fault> {
-    Err(Fault::NotBuilt {
-        format: "Parquet",
-        feature: "--features parquet",
-    })
-}
-
 impl LogReader {
     fn new(log: String, mut table: Box<dyn Table>, choice: &ChannelChoice) -> Result<Self, Fault> {
         let columns = table.columns().to_vec();
-        let mut found = match_columns(&columns, choice)?;
+        let mut found = match_columns(&columns, &table.known(), choice)?;
         table.select(&found.columns());
         let mut rows = look_ahead(&mut *table, choice.drop_invalid);
         if rows.is_empty() {
@@ -256,7 +238,7 @@ impl LogReader {
                         .map(|(unit, because)| (*unit, Some(because.clone()))),
                 };
                 let (unit, unit_source, because) = match (m.unit, assumed) {
-                    (Some((unit, source)), _) => (unit, source, None),
+                    (Some((unit, source)), _) => (unit, source, m.because.clone()),
                     (None, Some((unit, because))) => (unit, UnitSource::Assumed, because),
                     (None, None) => unreachable!("every unit that is not stated is inferred"),
                 };

@@ -6,6 +6,7 @@ use jiff::Timestamp;
 
 use crate::error::{Fault, Place, clipped};
 use crate::reader::Format;
+use crate::{Quantity, Unit};
 
 /// One cell of a row.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,8 +36,13 @@ pub(crate) trait Table {
     /// Names of the columns.
     fn columns(&self) -> &[String];
 
+    /// What the format itself says about its columns; where it says nothing their names decide.
+    fn known(&self) -> Known {
+        Known::default()
+    }
+
     /// From now on rows hold the cells of these columns, in this order.
-    fn select(&mut self, columns: &[usize]);
+    fn select(&mut self, columns: &[(Quantity, usize)]);
 
     /// From now on rows come without the cell at this position.
     fn leave_out(&mut self, position: usize);
@@ -52,6 +58,48 @@ pub(crate) trait Table {
 
     /// What was put right while reading, for people.
     fn warnings(&self) -> Vec<String>;
+}
+
+/// The channels of a format that says itself what they are.
+#[derive(Debug, Default)]
+pub(crate) struct Known {
+    /// The preferred one of each quantity first.
+    pub channels: Vec<KnownChannel>,
+    /// What was looked for and found instead of a quantity.
+    pub lacking: Vec<(Quantity, String)>,
+}
+
+/// A column whose meaning the format knows.
+#[derive(Clone, Debug)]
+pub(crate) struct KnownChannel {
+    pub quantity: Quantity,
+    pub column: String,
+    pub unit: Unit,
+    /// Why it is this one, for people.
+    pub because: Option<String>,
+    /// What people should know before they trust it.
+    pub doubt: Option<String>,
+}
+
+impl Known {
+    /// The preferred channel of a quantity.
+    pub fn best(&self, quantity: Quantity) -> Option<&KnownChannel> {
+        self.channels
+            .iter()
+            .find(|known| known.quantity == quantity)
+    }
+
+    /// What the format knows about a column as a quantity.
+    pub fn of(&self, quantity: Quantity, column: &str) -> Option<&KnownChannel> {
+        self.channels
+            .iter()
+            .find(|known| known.quantity == quantity && known.column == column)
+    }
+
+    /// Do names of columns mean anything here?
+    pub fn is_empty(&self) -> bool {
+        self.channels.is_empty() && self.lacking.is_empty()
+    }
 }
 
 /// Bytes as people compare them.

@@ -53,9 +53,10 @@ proptest! {
         let path = folder.path().join("log");
         for format in [Format::Csv, Format::Parquet] {
             let file = std::fs::File::create(&path).unwrap();
-            match format {
-                Format::Csv => write_csv(file, &samples).unwrap(),
-                Format::Parquet => write_parquet(file, &samples).unwrap(),
+            if format == Format::Csv {
+                write_csv(file, &samples).unwrap();
+            } else {
+                write_parquet(file, &samples).unwrap();
             }
             let mut reader = open(&path, &ChannelChoice::default()).unwrap();
             let description = reader.description();

@@ -1,0 +1,208 @@
+//! What ArduPilot's own parameters say about its outputs.
+
+use std::collections::BTreeMap;
+
+/// `SERVOn_FUNCTION` of a rudder and of a boat's or rover's steering.
+const RUDDER: f64 = 21.0;
+const GROUND_STEERING: f64 = 26.0;
+/// `SERVOn_FUNCTION` of the two sides of differential thrust.
+const THROTTLE_LEFT: f64 = 73.0;
+const THROTTLE_RIGHT: f64 = 74.0;
+/// Outputs that have parameters.
+const OUTPUTS: usize = 32;
+/// The most parameters that are kept; firmwares have about 1500.
+const MOST_PARAMETERS: usize = 8192;
+
+/// Parameters by name, as last logged.
+#[derive(Debug, Default)]
+pub(crate) struct Parameters(BTreeMap<String, f64>);
+
+impl Parameters {
+    pub fn insert(&mut self, name: String, value: f64) {
+        if self.0.len() < MOST_PARAMETERS || self.0.contains_key(&name) {
+            self.0.insert(name, value);
+        }
+    }
+
+    pub fn get(&self, name: &str) -> Option<f64> {
+        self.0.get(name).copied()
+    }
+
+    /// What the outputs that have a function do, for messages.
+    pub fn functions(&self) -> String {
+        let functions: Vec<String> = (1..=OUTPUTS)
+            .filter_map(|output| {
+                let name = format!("SERVO{output}_FUNCTION");
+                let function = self.get(&name).filter(|function| *function != 0.0)?;
+                Some(format!("{name} {function}"))
+            })
+            .collect();
+        if functions.is_empty() {
+            "no SERVOn_FUNCTION in it".into()
+        } else {
+            functions.join(", ")
+        }
+    }
+
+    fn output_with(&self, function: f64) -> Option<usize> {
+        (1..=OUTPUTS).find(|output| self.get(&format!("SERVO{output}_FUNCTION")) == Some(function))
+    }
+}
+
+/// The pulses of an input or output and what they stand for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pulse {
+    pub lowest_us: f64,
+    pub trim_us: f64,
+    pub highest_us: f64,
+    pub is_reversed: bool,
+}
+
+impl Pulse {
+    /// ArduPilot's defaults.
+    pub const DEFAULT: Self = Self {
+        lowest_us: 1100.0,
+        trim_us: 1500.0,
+        highest_us: 1900.0,
+        is_reversed: false,
+    };
+
+    /// From `SERVO1_MIN`, `_TRIM`, `_MAX` and `_REVERSED`, where the prefix is `SERVO1`.
+    pub fn of(parameters: &Parameters, prefix: &str) -> Self {
+        let value = |what: &str, default: f64| {
+            parameters
+                .get(&format!("{prefix}_{what}"))
+                .unwrap_or(default)
+        };
+        Self {
+            lowest_us: value("MIN", Self::DEFAULT.lowest_us),
+            trim_us: value("TRIM", Self::DEFAULT.trim_us),
+            highest_us: value("MAX", Self::DEFAULT.highest_us),
+            is_reversed: value("REVERSED", 0.0) != 0.0,
+        }
+    }
+
+    /// ```text
+    /// +-(pulse - trim) / (max - trim)  above the trim,  +-(pulse - trim) / (trim - min)  below
+    /// ```
+    /// An output that is off (0) has none.
+    pub fn fraction(&self, pulse_us: f64) -> f64 {
+        let full_us = if pulse_us >= self.trim_us {
+            self.highest_us - self.trim_us
+        } else {
+            self.trim_us - self.lowest_us
+        };
+        let is_on = pulse_us > 0.0 && full_us > 0.0;
+        let sign = if self.is_reversed { -1.0 } else { 1.0 };
+        if is_on {
+            sign * (pulse_us - self.trim_us) / full_us
+        } else {
+            f64::NAN
+        }
+    }
+
+    /// For people.
+    pub fn text(&self) -> String {
+        format!(
+            "{:.0} to {:.0} us about {:.0} us{}",
+            self.lowest_us,
+            self.highest_us,
+            self.trim_us,
+            if self.is_reversed { ", reversed" } else { "" }
+        )
+    }
+}
+
+/// The outputs that steer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Steering {
+    /// A rudder or a steered motor.
+    Output { number: usize, pulse: Pulse },
+    /// Half of what the left side pushes more than the right.
+    Differential {
+        left: (usize, Pulse),
+        right: (usize, Pulse),
+    },
+}
+
+impl Steering {
+    /// By the functions of the outputs.
+    pub fn find(parameters: &Parameters) -> Option<Self> {
+        let pulse = |number: usize| Pulse::of(parameters, &format!("SERVO{number}"));
+        let single = parameters
+            .output_with(RUDDER)
+            .or_else(|| parameters.output_with(GROUND_STEERING));
+        if let Some(number) = single {
+            let pulse = pulse(number);
+            return Some(Self::Output { number, pulse });
+        }
+        let left = parameters.output_with(THROTTLE_LEFT)?;
+        let right = parameters.output_with(THROTTLE_RIGHT)?;
+        Some(Self::Differential {
+            left: (left, pulse(left)),
+            right: (right, pulse(right)),
+        })
+    }
+
+    /// Steering as a fraction of full, positive to starboard, from the pulses of the outputs from 1 on.
+    pub fn fraction(&self, pulse_us: impl Fn(usize) -> f64) -> f64 {
+        match self {
+            Self::Output { number, pulse } => pulse.fraction(pulse_us(*number)),
+            Self::Differential { left, right } => {
+                0.5 * (left.1.fraction(pulse_us(left.0)) - right.1.fraction(pulse_us(right.0)))
+            }
+        }
+    }
+
+    /// For people.
+    pub fn text(&self) -> String {
+        match self {
+            Self::Output { number, pulse } => format!("SERVO{number}, {}", pulse.text()),
+            Self::Differential { left, right } => format!(
+                "(SERVO{} - SERVO{}) / 2, {} and {}",
+                left.0,
+                right.0,
+                left.1.text(),
+                right.1.text()
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_pulses_are_fractions_of_the_full_rudder_on_either_side() {
+        let pulse = Pulse {
+            lowest_us: 1000.0,
+            trim_us: 1400.0,
+            highest_us: 2000.0,
+            is_reversed: true,
+        };
+        let fractions = [1000.0, 1200.0, 1400.0, 1700.0, 2000.0].map(|us| pulse.fraction(us));
+        assert_eq!(fractions, [1.0, 0.5, -0.0, -0.5, -1.0]);
+        assert!(pulse.fraction(0.0).is_nan());
+    }
+
+    #[test]
+    fn exact_the_function_of_an_output_finds_the_steering() {
+        let mut parameters = Parameters::default();
+        for (name, value) in [
+            ("SERVO1_FUNCTION", THROTTLE_LEFT),
+            ("SERVO3_FUNCTION", THROTTLE_RIGHT),
+            ("SERVO3_MIN", 1300.0),
+        ] {
+            parameters.insert(name.into(), value);
+        }
+        let steering = Steering::find(&parameters).unwrap();
+        let pulse_us = |output: usize| if output == 1 { 1900.0 } else { 1400.0 };
+        assert_eq!(steering.fraction(pulse_us), 0.5 * (1.0 + 0.5));
+        parameters.insert("SERVO4_FUNCTION".into(), RUDDER);
+        assert!(matches!(
+            Steering::find(&parameters),
+            Some(Steering::Output { number: 4, .. })
+        ));
+    }
+}

@@ -1,0 +1,160 @@
+//! A binary file read forward through a buffer of fixed size.
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::ops::Range;
+
+use sha2::{Digest, Sha256};
+
+use crate::error::Fault;
+use crate::table::hexadecimal;
+
+/// Bytes held at once: more than the longest message of any format that is read through here.
+const BUFFER: usize = 1 << 18;
+
+/// The bytes of a file, forward and more than once.
+pub(crate) struct Bytes {
+    file: File,
+    buffer: Vec<u8>,
+    unread: Range<usize>,
+    position: u64,
+    at_end: bool,
+}
+
+impl Bytes {
+    /// From the first byte.
+    pub fn new(file: File) -> Result<Self, Fault> {
+        let mut bytes = Self {
+            file,
+            buffer: vec![0; BUFFER],
+            unread: 0..0,
+            position: 0,
+            at_end: false,
+        };
+        bytes.go_to(0)?;
+        Ok(bytes)
+    }
+
+    /// Goes on at this byte.
+    pub fn go_to(&mut self, position: u64) -> Result<(), Fault> {
+        self.file
+            .seek(SeekFrom::Start(position))
+            .map_err(Fault::read)?;
+        self.unread = 0..0;
+        self.position = position;
+        self.at_end = false;
+        Ok(())
+    }
+
+    /// The next `count` bytes and what else the buffer holds; fewer only at the end of the file.
+    pub fn peek(&mut self, count: usize) -> Result<&[u8], Fault> {
+        if self.unread.len() < count && !self.at_end {
+            self.buffer.copy_within(self.unread.clone(), 0);
+            self.unread = 0..self.unread.len();
+            while self.unread.len() < count.min(BUFFER) && !self.at_end {
+                match self.file.read(&mut self.buffer[self.unread.end..]) {
+                    Ok(0) => self.at_end = true,
+                    Ok(read) => self.unread.end += read,
+                    Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                    Err(error) => return Err(Fault::read(error)),
+                }
+            }
+        }
+        Ok(&self.buffer[self.unread.clone()])
+    }
+
+    /// Passes over bytes that were seen.
+    pub fn skip(&mut self, count: usize) {
+        let count = count.min(self.unread.len());
+        self.unread.start += count;
+        self.position += count as u64;
+    }
+
+    /// Bytes before the next.
+    pub fn position(&self) -> u64 {
+        self.position
+    }
+
+    /// SHA-256 of the whole file in hexadecimal; the position is lost.
+    pub fn sha256(&mut self) -> Result<String, Fault> {
+        self.go_to(0)?;
+        let mut hash = Sha256::new();
+        loop {
+            let seen = self.peek(BUFFER)?;
+            if seen.is_empty() {
+                return Ok(hexadecimal(&hash.finalize()));
+            }
+            hash.update(seen);
+            let count = seen.len();
+            self.skip(count);
+        }
+    }
+}
+
+/// A number as formats write it.
+pub(crate) trait Number: Sized {
+    /// At the start of these bytes; `None` where they are too few.
+    fn little_endian(bytes: &[u8]) -> Option<Self>;
+}
+
+macro_rules! numbers {
+    ($($number:ty)*) => { $(
+        impl Number for $number {
+            fn little_endian(bytes: &[u8]) -> Option<Self> {
+                bytes.first_chunk().map(|bytes| Self::from_le_bytes(*bytes))
+            }
+        }
+    )* };
+}
+
+numbers! { u8 i8 u16 i16 u32 i32 u64 i64 f32 f64 }
+
+/// The little-endian number at a byte of a message; `None` behind its end.
+pub(crate) fn number<N: Number>(message: &[u8], at: usize) -> Option<N> {
+    N::little_endian(message.get(at..)?)
+}
+
+/// Text up to the first zero byte; what is not UTF-8 is replaced.
+pub(crate) fn text_of(bytes: &[u8]) -> String {
+    let end = bytes.iter().position(|byte| *byte == 0);
+    String::from_utf8_lossy(&bytes[..end.unwrap_or(bytes.len())]).into_owned()
+}
+
+/// Bytes that were no message, for the warnings.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Damage {
+    /// Stretches of such bytes.
+    pub places: u64,
+    /// All of them.
+    pub bytes: u64,
+    /// Where an incomplete message at the end of the file begins.
+    pub cut_at: Option<u64>,
+    previous_end: Option<u64>,
+}
+
+impl Damage {
+    /// So many bytes at this position are left out.
+    pub fn skipped(&mut self, position: u64, count: usize) {
+        if self.previous_end != Some(position) {
+            self.places += 1;
+        }
+        self.bytes += count as u64;
+        self.previous_end = Some(position + count as u64);
+    }
+
+    /// For people.
+    pub fn warnings(&self) -> Vec<String> {
+        let skipped = (self.bytes > 0).then(|| {
+            format!(
+                "{} bytes in {} places are no messages and are left out",
+                self.bytes, self.places
+            )
+        });
+        let cut = self.cut_at.map(|position| {
+            format!(
+                "the file is cut off: the message that begins at byte {position} is incomplete; everything before it is read"
+            )
+        });
+        skipped.into_iter().chain(cut).collect()
+    }
+}

@@ -1,0 +1,355 @@
+//! Messages of many kinds, each at a rate of its own, joined into one table.
+//!
+//! A row is a message that holds the heading. Other quantities keep the value of their last message. What
+//! the rudder did until the next row is the time mean of what it was told meanwhile:
+//!
+//! ```text
+//! rudder_k = 1 / (t_(k+1) - t_k) integral over t_k..t_(k+1) of the held output
+//! ```
+//!
+//! so that a movement between two rows has its exact effect on the heading of the second. All times are of
+//! the vehicle's own clock, never of the message's arrival.
+
+use std::collections::VecDeque;
+
+use crate::bytes::Bytes;
+use crate::error::{Fault, Place};
+use crate::reader::Format;
+use crate::table::{Cell, Known, KnownChannel, Table};
+use crate::{Quantity, Unit};
+
+/// Rows that wait for the rudder; the rows of a log whose rudder is silent for longer are given as they are.
+const MOST_WAITING_ROWS: usize = 1024;
+/// Changes of the rudder that are remembered between two rows.
+const MOST_CHANGES: usize = 1 << 14;
+/// The column that every row has.
+pub(crate) const TIME_COLUMN: &str = "time_s";
+
+/// A kind of message: its name and its numeric fields.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Kind {
+    pub name: String,
+    pub fields: Vec<String>,
+}
+
+/// A message. Fields without a value are NaN.
+#[derive(Debug, Default)]
+pub(crate) struct Message {
+    pub kind: usize,
+    /// On the vehicle's clock, s.
+    pub time_s: f64,
+    pub values: Vec<f64>,
+}
+
+/// A format of messages. Opening it reads the file once to learn which kinds there are.
+pub(crate) trait Messages {
+    fn format(&self) -> Format;
+
+    /// The kinds that occur.
+    fn kinds(&self) -> &[Kind];
+
+    /// What the format itself says about its channels.
+    fn known(&self) -> Known;
+
+    /// The next message of a wanted kind; `false` at the end.
+    fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault>;
+
+    fn bytes(&mut self) -> &mut Bytes;
+
+    /// Bytes consumed.
+    fn position(&self) -> u64;
+
+    /// What was left out, after the last message.
+    fn warnings(&self) -> Vec<String>;
+}
+
+impl Known {
+    /// Adds a column; the reason may be empty.
+    pub fn add(&mut self, quantity: Quantity, column: String, unit: Unit, because: &str) {
+        self.channels.push(KnownChannel {
+            quantity,
+            column,
+            unit,
+            because: Some(because.to_string()).filter(|text| !text.is_empty()),
+            doubt: None,
+        });
+    }
+
+    /// Says what was looked for and what is there instead of a quantity.
+    pub fn lacks(&mut self, quantity: Quantity, found: String) {
+        self.lacking.push((quantity, found));
+    }
+}
+
+/// Messages as a table.
+pub(crate) struct Joined<M> {
+    messages: M,
+    columns: Vec<String>,
+    /// Kind and field of every column; none of the time.
+    sources: Vec<Option<(usize, usize)>>,
+    selected: Vec<Selected>,
+    wanted: Vec<bool>,
+    heading_kind: Option<usize>,
+    rudder: Option<Output>,
+    message: Message,
+    waiting: VecDeque<Row>,
+    is_at_end: bool,
+    rows: u64,
+}
+
+/// A column of the rows to come.
+struct Selected {
+    quantity: Quantity,
+    source: Option<(usize, usize)>,
+    latest: f64,
+}
+
+/// A row whose rudder is not known yet.
+struct Row {
+    time_s: f64,
+    values: Vec<f64>,
+}
+
+impl<M: Messages> Joined<M> {
+    pub fn new(messages: M) -> Self {
+        let mut columns = vec![TIME_COLUMN.to_string()];
+        let mut sources = vec![None];
+        for (kind, Kind { name, fields }) in messages.kinds().iter().enumerate() {
+            for (field, field_name) in fields.iter().enumerate() {
+                columns.push(format!("{name}.{field_name}"));
+                sources.push(Some((kind, field)));
+            }
+        }
+        Self {
+            wanted: vec![false; messages.kinds().len()],
+            messages,
+            columns,
+            sources,
+            selected: Vec::new(),
+            heading_kind: None,
+            rudder: None,
+            message: Message::default(),
+            waiting: VecDeque::new(),
+            is_at_end: false,
+            rows: 0,
+        }
+    }
+
+    /// Takes in the message that was just read.
+    fn take(&mut self) {
+        let Message {
+            kind,
+            time_s,
+            values,
+        } = &self.message;
+        for selected in &mut self.selected {
+            if let Some((_, field)) = selected.source.filter(|(of, _)| of == kind) {
+                selected.latest = values.get(field).copied().unwrap_or(f64::NAN);
+            }
+        }
+        if let Some(rudder) = &mut self.rudder
+            && rudder.source.0 == *kind
+        {
+            let value = values.get(rudder.source.1).copied().unwrap_or(f64::NAN);
+            rudder.changes(*time_s, value);
+        }
+        if self.heading_kind == Some(*kind) {
+            self.waiting.push_back(Row {
+                time_s: *time_s,
+                values: self.selected.iter().map(|s| s.latest).collect(),
+            });
+        }
+    }
+
+    /// The first waiting row, once it is known what the rudder did until the next.
+    fn ready(&mut self) -> Option<Row> {
+        let until_s = self.waiting.get(1).map(|next| next.time_s);
+        let is_known = match (&self.rudder, until_s) {
+            (_, None) => self.is_at_end,
+            (None, Some(_)) => true,
+            (Some(rudder), Some(until_s)) => {
+                self.is_at_end
+                    || rudder.known_until_s >= until_s
+                    || self.waiting.len() > MOST_WAITING_ROWS
+            }
+        };
+        if !is_known {
+            return None;
+        }
+        let mut row = self.waiting.pop_front()?;
+        if let Some(rudder) = &mut self.rudder {
+            let mean = rudder.mean(row.time_s, until_s.unwrap_or(row.time_s));
+            for (selected, value) in self.selected.iter().zip(&mut row.values) {
+                if selected.quantity == Quantity::Rudder {
+                    *value = mean;
+                }
+            }
+        }
+        Some(row)
+    }
+}
+
+impl<M: Messages> Table for Joined<M> {
+    fn format(&self) -> Format {
+        self.messages.format()
+    }
+
+    fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    fn known(&self) -> Known {
+        let mut known = self.messages.known();
+        if !known.channels.is_empty() {
+            known.add(Quantity::Time, TIME_COLUMN.into(), Unit::Second, "");
+        }
+        known
+    }
+
+    fn select(&mut self, columns: &[(Quantity, usize)]) {
+        self.selected = columns
+            .iter()
+            .map(|&(quantity, column)| Selected {
+                quantity,
+                source: self.sources[column],
+                latest: f64::NAN,
+            })
+            .collect();
+        for selected in &self.selected {
+            if let Some(source) = selected.source {
+                self.wanted[source.0] = true;
+                match selected.quantity {
+                    Quantity::Heading => self.heading_kind = Some(source.0),
+                    Quantity::Rudder => self.rudder = Some(Output::new(source)),
+                    _ => {}
+                }
+            }
+        }
+    }
+
+    fn leave_out(&mut self, position: usize) {
+        self.selected.remove(position);
+        for row in &mut self.waiting {
+            row.values.remove(position);
+        }
+    }
+
+    fn next_row(&mut self, cells: &mut Vec<Cell>) -> Result<Option<Place>, Fault> {
+        let row = loop {
+            match self.ready() {
+                Some(row) => break row,
+                None if self.is_at_end => return Ok(None),
+                None => {}
+            }
+            match self.messages.next(&self.wanted, &mut self.message)? {
+                true => self.take(),
+                false => self.is_at_end = true,
+            }
+        };
+        cells.clear();
+        cells.extend(
+            self.selected
+                .iter()
+                .zip(&row.values)
+                .map(|(selected, value)| match selected.source {
+                    None => Cell::Number(row.time_s),
+                    Some(_) if value.is_finite() => Cell::Number(*value),
+                    Some(_) => Cell::Missing,
+                }),
+        );
+        self.rows += 1;
+        Ok(Some(Place::Row(self.rows)))
+    }
+
+    fn bytes_read(&self) -> u64 {
+        self.messages.position()
+    }
+
+    fn sha256(&mut self) -> Result<String, Fault> {
+        self.messages.bytes().sha256()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.messages.warnings()
+    }
+}
+
+/// What an output was told, held from change to change.
+struct Output {
+    source: (usize, usize),
+    /// Time and value, in the order of time.
+    changes: VecDeque<(f64, f64)>,
+    known_until_s: f64,
+}
+
+impl Output {
+    fn new(source: (usize, usize)) -> Self {
+        Self {
+            source,
+            changes: VecDeque::new(),
+            known_until_s: f64::NEG_INFINITY,
+        }
+    }
+
+    fn changes(&mut self, time_s: f64, value: f64) {
+        if self.changes.back().is_some_and(|(last, _)| time_s < *last) {
+            self.changes.clear();
+        }
+        let is_the_same = |last: &(f64, f64)| last.1.to_bits() == value.to_bits();
+        if !self.changes.back().is_some_and(is_the_same) {
+            if self.changes.len() == MOST_CHANGES {
+                self.changes.pop_front();
+            }
+            self.changes.push_back((time_s, value));
+        }
+        self.known_until_s = time_s;
+    }
+
+    /// The time mean from one time to another, where there was an output all the while.
+    fn mean(&mut self, from_s: f64, to_s: f64) -> f64 {
+        while self.changes.get(1).is_some_and(|(at, _)| *at <= from_s) {
+            self.changes.pop_front();
+        }
+        let Some(&(first_s, first)) = self.changes.front() else {
+            return f64::NAN;
+        };
+        if first_s > from_s {
+            return f64::NAN;
+        }
+        if self.changes.get(1).is_none_or(|(at, _)| *at >= to_s) {
+            return first;
+        }
+        let mut sum = 0.0;
+        let (mut since_s, mut held) = (from_s, first);
+        for &(at, value) in self.changes.iter().skip(1).take_while(|(at, _)| *at < to_s) {
+            sum += held * (at - since_s);
+            (since_s, held) = (at, value);
+        }
+        (sum + held * (to_s - since_s)) / (to_s - from_s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_an_output_is_averaged_over_the_interval_it_acts_in() {
+        let mut output = Output::new((0, 0));
+        for (time_s, value) in [
+            (0.0, 1.0),
+            (0.25, 1.0),
+            (0.5, 3.0),
+            (0.75, -1.0),
+            (3.0, 8.0),
+        ] {
+            output.changes(time_s, value);
+        }
+        assert!(output.mean(-1.0, 0.5).is_nan());
+        assert_eq!(output.mean(0.0, 0.5), 1.0);
+        assert_eq!(output.mean(0.0, 1.0), 0.5 + 0.75 - 0.25);
+        assert_eq!(output.mean(0.5, 0.75), 3.0);
+        assert_eq!(output.mean(1.0, 2.0), -1.0);
+        assert_eq!(output.mean(3.0, 3.0), 8.0);
+    }
+}

@@ -1,0 +1,412 @@
+//! Logs as vehicles write them: every number as the formats' own Python libraries read it, every channel found.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use seatrial_core::Sample;
+use seatrial_io::{ChannelChoice, LogReader, Quantity, Unit, open};
+
+/// The file, where the shared data is there.
+fn native(name: &str) -> Option<PathBuf> {
+    let data = std::env::var_os("SEATRIAL_DATA").map_or_else(
+        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
+        PathBuf::from,
+    );
+    let path = data.join("native").join(name);
+    if path.exists() {
+        return Some(path);
+    }
+    eprintln!("skipped: no {} (set SEATRIAL_DATA)", path.display());
+    None
+}
+
+fn samples(reader: &mut LogReader) -> Vec<Sample<f64>> {
+    reader.collect::<Result<_, _>>().unwrap()
+}
+
+/// A field of every message, through the channel of the heading: `unit=rad` leaves numbers as they are.
+fn values(path: &std::path::Path, column: &str) -> Vec<f64> {
+    let of_both = |to: &str| {
+        BTreeMap::from([Quantity::Heading, Quantity::Rudder].map(|q| (q, to.to_string())))
+    };
+    let units = BTreeMap::from([Quantity::Heading, Quantity::Rudder].map(|q| (q, Unit::Radian)));
+    let choice = ChannelChoice {
+        columns: of_both(column),
+        units,
+        ..ChannelChoice::default()
+    };
+    let mut reader = open(path, &choice).unwrap();
+    samples(&mut reader)
+        .iter()
+        .map(|sample| {
+            assert_eq!(sample.rudder_rad, sample.heading_rad);
+            sample.heading_rad
+        })
+        .collect()
+}
+
+/// Count, sum and sum of k / count value_k of a field.
+type Sums = (&'static str, &'static str, usize, f64, f64);
+
+fn assert_sums(folder: &str, all: &[Sums]) {
+    for &(file, column, count, sum, weighted) in all {
+        let Some(path) = native(&format!("{folder}/{file}")) else {
+            return;
+        };
+        let values = values(&path, column);
+        assert_eq!(values.len(), count, "{file} {column}");
+        // Sums of up to 10^4 doubles of one size differ by rounding alone, in whatever order.
+        let tolerance = 1e-12 * values.iter().map(|value| value.abs()).sum::<f64>();
+        let found: f64 = values.iter().sum();
+        assert!((found - sum).abs() <= tolerance, "{file} {column}: {found}");
+        let ranks = (1..=count).map(|k| k as f64 / count as f64);
+        let found: f64 = values.iter().zip(ranks).map(|(v, rank)| v * rank).sum();
+        assert!(
+            (found - weighted).abs() <= tolerance,
+            "{file} {column}: weighted {found}"
+        );
+    }
+}
+
+/// Sums made with pymavlink 2.4.50, instance 0 of each kind.
+#[test]
+fn val_pymavlink_reads_the_same_numbers() {
+    assert_sums(
+        "ardupilot",
+        &[
+            (
+                "ardusub_small.BIN",
+                "ATT.Yaw",
+                237,
+                50693.98000000012,
+                25453.141561181426,
+            ),
+            (
+                "ardusub_small.BIN",
+                "ATT.TimeUS",
+                237,
+                65776618058.0,
+                33495142405.19409,
+            ),
+            ("ardusub_small.BIN", "ATT.AEKF", 237, 711.0, 357.0),
+            ("ardusub_small.BIN", "RCOU.C13", 237, 260700.0, 130900.0),
+            (
+                "ardusub_small.BIN",
+                "RATE.YOut",
+                237,
+                -4.147500017657876,
+                -2.082500008866191,
+            ),
+            (
+                "ardusub_small.BIN",
+                "IMU.GyrZ",
+                594,
+                1.028530366736959,
+                0.5168973232638646,
+            ),
+            (
+                "ardusub_small.BIN",
+                "XKF1.GX",
+                237,
+                -104.80000000000005,
+                -52.70616033755275,
+            ),
+            (
+                "ardusub_small.BIN",
+                "BARO.Press",
+                237,
+                23651776.7109375,
+                11876019.938554853,
+            ),
+            ("ardusub_small.BIN", "PM.Mem", 2, 524288.0, 393216.0),
+            (
+                "ardusub_small.BIN",
+                "MAV.txp",
+                23,
+                738476.0,
+                390405.60869565216,
+            ),
+            (
+                "arduplane_pixhawk_64k.BIN",
+                "ATT.Yaw",
+                24,
+                8089.94,
+                4213.524166666667,
+            ),
+            (
+                "arduplane_pixhawk_64k.BIN",
+                "RCOU.C4",
+                23,
+                34635.0,
+                18070.434782608696,
+            ),
+            (
+                "arduplane_pixhawk_64k.BIN",
+                "GPS.Lat",
+                5,
+                -176.8131373,
+                -106.08788218,
+            ),
+            (
+                "arduplane_pixhawk_64k.BIN",
+                "GPS.Spd",
+                5,
+                0.6447613723576069,
+                0.324948251247406,
+            ),
+            (
+                "arduplane_pixhawk_64k.BIN",
+                "CTUN.RdrOut",
+                23,
+                -45321.0,
+                -23645.739130434784,
+            ),
+            (
+                "arducopter_pixhawk4_80k.BIN",
+                "ATT.Yaw",
+                5,
+                495.9585418701172,
+                297.5871887207031,
+            ),
+            ("arducopter_pixhawk4_80k.BIN", "RCOU.C1", 4, 4480.0, 2800.0),
+            (
+                "arducopter_pixhawk4_80k.BIN",
+                "RATE.Y",
+                5,
+                0.098818295635283,
+                0.07794145895168185,
+            ),
+            (
+                "arducopter_pixhawk4_80k.BIN",
+                "XKF4.SV",
+                5,
+                0.09000000000000001,
+                0.05800000000000001,
+            ),
+            (
+                "rover_json_physics.tlog",
+                "ATTITUDE.yaw",
+                7569,
+                6651.431646175886,
+                5218.477962474379,
+            ),
+            (
+                "rover_json_physics.tlog",
+                "ATTITUDE.time_boot_ms",
+                7569,
+                605386088.0,
+                398218454.83102125,
+            ),
+            (
+                "rover_json_physics.tlog",
+                "SERVO_OUTPUT_RAW.servo1_raw",
+                7569,
+                11362500.0,
+                5677739.199365835,
+            ),
+            (
+                "rover_json_physics.tlog",
+                "SERVO_OUTPUT_RAW.time_usec",
+                7569,
+                605387195873.0,
+                398218705595.09924,
+            ),
+            (
+                "rover_json_physics.tlog",
+                "VFR_HUD.groundspeed",
+                3029,
+                8301.967544607818,
+                5836.607624917067,
+            ),
+            (
+                "rover_json_physics.tlog",
+                "GLOBAL_POSITION_INT.lon",
+                3028,
+                4364448072550.0,
+                2256462193366.687,
+            ),
+            (
+                "rover_json_physics.tlog",
+                "RC_CHANNELS_SCALED.chan1_scaled",
+                154,
+                3615.0,
+                177.9935064935065,
+            ),
+            (
+                "ardusub_small.tlog",
+                "ATTITUDE.yaw",
+                5245,
+                -12559.888679265976,
+                -6536.5545529526,
+            ),
+            (
+                "ardusub_small.tlog",
+                "RC_CHANNELS.chan4_raw",
+                528,
+                790869.0,
+                395752.1003787879,
+            ),
+            (
+                "ardusub_small.tlog",
+                "SERVO_OUTPUT_RAW.servo16_raw",
+                528,
+                792000.0,
+                396750.0,
+            ),
+            (
+                "ardusub_small.tlog",
+                "LOCAL_POSITION_NED.vz",
+                792,
+                -0.6640522962438808,
+                -0.3588080384195936,
+            ),
+            (
+                "sub_manual.tlog",
+                "ATTITUDE.yaw",
+                1990,
+                -1326.5412368053053,
+                -1045.8160565223366,
+            ),
+            (
+                "sub_manual.tlog",
+                "SERVO_OUTPUT_RAW.servo8_raw",
+                1990,
+                2983500.0,
+                1493249.2462311557,
+            ),
+        ],
+    );
+}
+
+fn column(reader: &LogReader, quantity: Quantity) -> Option<(&str, Unit)> {
+    let channels = &reader.description().channels;
+    channels
+        .iter()
+        .find(|channel| channel.quantity == quantity)
+        .map(|channel| (channel.column.as_str(), channel.unit))
+}
+
+#[test]
+fn io_the_steering_output_is_found() {
+    for (file, expected) in [
+        ("arduplane_pixhawk_64k.BIN", "RCOU.steering_fraction"),
+        ("arducopter_pixhawk4_80k.BIN", "RATE.YOut"),
+        ("ardusub_small.BIN", "RATE.YOut"),
+        ("ardusub_small.tlog", "RC_CHANNELS.steering_fraction"),
+        ("ardusub_2023-04-18.tlog", "RC_CHANNELS.steering_fraction"),
+        ("sub_manual.tlog", "RC_CHANNELS.steering_fraction"),
+        (
+            "rover_json_physics.tlog",
+            "SERVO_OUTPUT_RAW.steering_fraction",
+        ),
+        (
+            "rover_motorboat_50hz_loop.tlog",
+            "SERVO_OUTPUT_RAW.steering_fraction",
+        ),
+    ] {
+        let Some(path) = native(&format!("ardupilot/{file}")) else {
+            return;
+        };
+        let mut reader = open(&path, &ChannelChoice::default()).unwrap();
+        let found = column(&reader, Quantity::Rudder);
+        assert_eq!(found, Some((expected, Unit::Fraction)), "{file}");
+        let samples = samples(&mut reader);
+        assert!(samples.iter().all(|s| s.rudder_rad.abs() <= 1.0), "{file}");
+        assert!(samples.iter().any(|s| s.yaw_rate_rad_s.is_some()), "{file}");
+    }
+}
+
+/// SERVO4 of the plane: FUNCTION 21, MIN 1100, TRIM 1200, MAX 1900, REVERSED 1; its first pulse is 1506 us.
+#[test]
+fn exact_pulses_are_normalised_by_the_parameters_of_their_output() {
+    let Some(path) = native("ardupilot/arduplane_pixhawk_64k.BIN") else {
+        return;
+    };
+    let fractions = values(&path, "RCOU.steering_fraction");
+    assert_eq!(fractions[0], -(1506.0 - 1200.0) / (1900.0 - 1200.0));
+}
+
+/// The doublet of `fit_1680`: 1723 us from 87.603047 s on, 1277 us from 89.603047 s, 1500 us from 91.603047 s.
+#[test]
+fn exact_the_rudder_of_a_sample_acts_from_its_time_until_the_next() {
+    let Some(path) = native("ardupilot/rover_json_physics.tlog") else {
+        return;
+    };
+    let mut reader = open(&path, &ChannelChoice::default()).unwrap();
+    let samples = samples(&mut reader);
+    let at = |time_s: f64| {
+        let index = samples.partition_point(|s| s.time_s < time_s - 1e-6);
+        assert!((samples[index].time_s - time_s).abs() < 1e-6);
+        samples[index].rudder_rad
+    };
+    // RC_CHANNELS_SCALED says 0.4466 of full; whole pulses make it uncertain by 1 in 159.
+    let laid = at(87.623);
+    assert!((laid - 0.4466).abs() < 0.4466 / 159.0);
+    // The boot clock of ATTITUDE is cut to whole ms: for 0.047 ms of 20 the rudder was still where it was.
+    let before = 0.047 / 20.0;
+    for (time_s, expected) in [
+        (87.583, 0.0),
+        (87.603, laid * (1.0 - before)),
+        (89.603, laid * (2.0 * before - 1.0)),
+        (89.623, -laid),
+        (91.603, laid * -before),
+        (91.623, 0.0),
+    ] {
+        // Times are doubles of some 100 s.
+        assert!(
+            (at(time_s) - expected).abs() < 1e-9,
+            "{time_s}: {}",
+            at(time_s)
+        );
+    }
+}
+
+/// Boot clock and arrival are kept apart: both can be the time, and the ground station's jitters.
+#[test]
+fn io_arrival_is_a_time_of_its_own() {
+    let Some(path) = native("ardupilot/rover_json_physics.tlog") else {
+        return;
+    };
+    let intervals = |choice: &ChannelChoice| -> Vec<f64> {
+        let samples = samples(&mut open(&path, choice).unwrap());
+        samples
+            .windows(2)
+            .map(|p| p[1].time_s - p[0].time_s)
+            .collect()
+    };
+    let boot = intervals(&ChannelChoice::default());
+    let arrival = intervals(&ChannelChoice {
+        columns: BTreeMap::from([(Quantity::Time, "ATTITUDE.arrival_us".to_string())]),
+        units: BTreeMap::from([(Quantity::Time, Unit::Microsecond)]),
+        ..ChannelChoice::default()
+    });
+    let regular = |all: &[f64]| all.iter().filter(|dt| (**dt - 0.02).abs() < 1e-6).count();
+    assert!(regular(&boot) > boot.len() * 99 / 100);
+    assert!(regular(&arrival) < arrival.len() / 100);
+}
+
+#[test]
+fn io_a_cut_file_gives_everything_before_the_cut_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    for file in ["ardusub_small.BIN", "rover_json_physics.tlog"] {
+        let Some(path) = native(&format!("ardupilot/{file}")) else {
+            return;
+        };
+        let whole = samples(&mut open(&path, &ChannelChoice::default()).unwrap());
+        let mut bytes = std::fs::read(&path).unwrap();
+        bytes.truncate(bytes.len() * 4 / 5 + 3);
+        let cut = folder.path().join(file);
+        std::fs::write(&cut, &bytes).unwrap();
+        let mut reader = open(&cut, &ChannelChoice::default()).unwrap();
+        let read = samples(&mut reader);
+        assert!(read.len() > whole.len() / 2, "{file}: {}", read.len());
+        // The rudder of the last sample was not known to its end.
+        let certain = read.len() - 1;
+        assert_eq!(read[..certain], whole[..certain], "{file}");
+        let warnings = reader.warnings();
+        assert!(
+            warnings.iter().any(|w| w.contains("cut off")),
+            "{warnings:?}"
+        );
+    }
+}
