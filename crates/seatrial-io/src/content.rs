@@ -9,7 +9,7 @@ use crate::table::Table;
 
 /// For messages.
 pub(crate) const BINARY_FORMATS: &str =
-    "Parquet, ArduPilot DataFlash (.bin) and MAVLink telemetry (.tlog)";
+    "Parquet, ArduPilot DataFlash (.bin), MAVLink telemetry (.tlog) and PX4 ULog (.ulg)";
 
 /// Bytes that are enough to tell every format.
 const START: u64 = 4096;
@@ -52,6 +52,12 @@ pub(crate) fn open(mut file: File) -> Result<Box<dyn Table>, Fault> {
             "tlog",
             "MAVLink telemetry",
             crate::joined::Joined::new(crate::tlog::Telemetry::open(file)?)
+        )
+    } else if start.starts_with(b"ULog\x01\x12\x35") {
+        built!(
+            "ulog",
+            "PX4 ULog",
+            crate::joined::Joined::new(crate::ulog::ULog::open(file)?)
         )
     } else {
         Ok(Box::new(Text::open(file)?))

@@ -7,7 +7,9 @@
 
 #[cfg(any(feature = "dataflash", feature = "tlog"))]
 mod ardupilot;
-#[cfg(any(feature = "dataflash", feature = "tlog"))]
+#[cfg(feature = "ulog")]
+mod attitude;
+#[cfg(any(feature = "dataflash", feature = "tlog", feature = "ulog"))]
 mod bytes;
 mod clock;
 mod content;
@@ -16,9 +18,11 @@ mod csv;
 mod dataflash;
 mod error;
 mod infer;
-#[cfg(any(feature = "dataflash", feature = "tlog"))]
+#[cfg(any(feature = "dataflash", feature = "tlog", feature = "ulog"))]
 mod joined;
 mod matching;
+#[cfg(feature = "tlog")]
+mod mavlink;
 mod name;
 #[cfg(feature = "parquet")]
 mod parquet;
@@ -27,6 +31,8 @@ mod reader;
 mod table;
 #[cfg(feature = "tlog")]
 mod tlog;
+#[cfg(feature = "ulog")]
+mod ulog;
 mod unit;
 mod write;
 

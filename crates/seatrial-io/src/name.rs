@@ -101,7 +101,13 @@ const SAME_QUANTITY: [&str; 17] = [
 
 impl ColumnName {
     pub fn new(name: &str) -> Self {
-        let open = name.find(['[', '(']);
+        // An index, as in `control[2]`, is no unit.
+        let is_index = |rest: &str| {
+            rest[1..]
+                .strip_suffix([']', ')'])
+                .is_some_and(|index| index.bytes().all(|byte| byte.is_ascii_digit()))
+        };
+        let open = name.find(['[', '(']).filter(|at| !is_index(&name[*at..]));
         let (base, bracket) = match open {
             Some(at) if at > 0 => (
                 &name[..at],

@@ -34,6 +34,8 @@ pub enum Format {
     DataFlash,
     /// MAVLink telemetry.
     Tlog,
+    /// PX4 ULog.
+    Ulog,
 }
 
 /// What the user said about a log; everything else is found out.

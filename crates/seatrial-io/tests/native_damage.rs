@@ -8,7 +8,7 @@ use seatrial_io::{ChannelChoice, open};
 /// Cases of each file.
 const CASES: u64 = 400;
 /// Of each file so many bytes are damaged: enough for descriptions of messages and messages.
-const START: usize = 100_000;
+const START: usize = 250_000;
 /// The limit for a damaged file; undamaged ones of this size take a few ms.
 const SOON: Duration = Duration::from_secs(2);
 
@@ -60,6 +60,8 @@ fn io_damaged_native_logs_never_panic_and_end_soon() {
         "ardupilot/ardusub_small.BIN",
         "ardupilot/rover_json_physics.tlog",
         "ardupilot/ardusub_small.tlog",
+        "px4/fixedwing_fmuv6c.ulg",
+        "px4/quad_v4pro_appended.ulg",
     ] {
         let path = data.join("native").join(file);
         let Ok(mut whole) = std::fs::read(&path) else {

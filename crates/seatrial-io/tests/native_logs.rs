@@ -278,6 +278,156 @@ fn val_pymavlink_reads_the_same_numbers() {
     );
 }
 
+/// Sums made with pyulog 1.3.0.
+#[test]
+fn val_pyulog_reads_the_same_numbers() {
+    assert_sums(
+        "px4",
+        &[
+            (
+                "fixedwing_fmuv6c.ulg",
+                "vehicle_attitude.q[0]",
+                131,
+                114.10048562288284,
+                63.1031509089561,
+            ),
+            (
+                "fixedwing_fmuv6c.ulg",
+                "vehicle_attitude.quat_reset_counter",
+                131,
+                262.0,
+                132.0,
+            ),
+            (
+                "fixedwing_fmuv6c.ulg",
+                "vehicle_torque_setpoint.xyz[2]",
+                326,
+                -2.492310821065985,
+                -0.3074514105301185,
+            ),
+            (
+                "fixedwing_fmuv6c.ulg",
+                "actuator_servos.control[1]",
+                66,
+                5.713459620019421,
+                0.1257477613187144,
+            ),
+            (
+                "fixedwing_fmuv6c.ulg",
+                "sensor_gyro.1.x",
+                6,
+                -0.38137438148260117,
+                -0.4776778543988863,
+            ),
+            (
+                "fixedwing_fmuv6c.ulg",
+                "vehicle_local_position.ref_lat",
+                66,
+                2400.3648438000005,
+                1218.3670040499999,
+            ),
+            (
+                "fixedwing_fmuv6c.ulg",
+                "battery_status.remaining",
+                34,
+                33.998641073703766,
+                17.49912483201307,
+            ),
+            (
+                "fixedwing_fmuv6c.ulg",
+                "vehicle_status.nav_state_timestamp",
+                13,
+                340591810.0,
+                183395590.0,
+            ),
+            (
+                "quad_sample.ulg",
+                "vehicle_attitude.q[3]",
+                6461,
+                -1948.7574253082275,
+                -979.9792356768419,
+            ),
+            (
+                "quad_sample.ulg",
+                "vehicle_attitude.yawspeed",
+                6461,
+                -20.43587268819101,
+                -1.0452342400636068,
+            ),
+            (
+                "quad_sample.ulg",
+                "actuator_controls_0.control[2]",
+                3269,
+                -82.1058396056178,
+                -37.45995652727844,
+            ),
+            (
+                "quad_sample.ulg",
+                "actuator_outputs.output[3]",
+                1311,
+                1179900.0,
+                590399.9999999999,
+            ),
+            (
+                "quad_sample.ulg",
+                "sensor_combined.timestamp",
+                17070,
+                2509845601128.0,
+                1352962132732.9517,
+            ),
+            (
+                "quad_v4pro_appended.ulg",
+                "vehicle_attitude.q[3]",
+                306,
+                197.5557166337967,
+                99.0987945004227,
+            ),
+            (
+                "quad_v4pro_appended.ulg",
+                "actuator_controls_0.control[2]",
+                95,
+                -66.28419786691666,
+                -33.49689021549727,
+            ),
+            (
+                "quad_v4pro_appended.ulg",
+                "actuator_outputs.1.output[0]",
+                96,
+                144000.0,
+                72750.0,
+            ),
+            (
+                "vtol_cubeorange.ulg",
+                "vehicle_attitude.q[3]",
+                1298,
+                64.3549771104008,
+                22.24143867168681,
+            ),
+            (
+                "vtol_cubeorange.ulg",
+                "actuator_controls_0.control[2]",
+                1812,
+                64.12618154659867,
+                30.705210034234426,
+            ),
+            (
+                "vtol_cubeorange.ulg",
+                "actuator_outputs.1.output[0]",
+                65,
+                65000.0,
+                33000.0,
+            ),
+            (
+                "vtol_cubeorange.ulg",
+                "vehicle_angular_velocity.xyz[2]",
+                1812,
+                -119.69658583030105,
+                -56.12942817903828,
+            ),
+        ],
+    );
+}
+
 fn column(reader: &LogReader, quantity: Quantity) -> Option<(&str, Unit)> {
     let channels = &reader.description().channels;
     channels
@@ -288,23 +438,27 @@ fn column(reader: &LogReader, quantity: Quantity) -> Option<(&str, Unit)> {
 
 #[test]
 fn io_the_steering_output_is_found() {
+    let servo = "SERVO_OUTPUT_RAW.steering_fraction";
+    let pilot = "RC_CHANNELS.steering_fraction";
+    let controls = "actuator_controls_0.control[2]";
     for (file, expected) in [
-        ("arduplane_pixhawk_64k.BIN", "RCOU.steering_fraction"),
-        ("arducopter_pixhawk4_80k.BIN", "RATE.YOut"),
-        ("ardusub_small.BIN", "RATE.YOut"),
-        ("ardusub_small.tlog", "RC_CHANNELS.steering_fraction"),
-        ("ardusub_2023-04-18.tlog", "RC_CHANNELS.steering_fraction"),
-        ("sub_manual.tlog", "RC_CHANNELS.steering_fraction"),
         (
-            "rover_json_physics.tlog",
-            "SERVO_OUTPUT_RAW.steering_fraction",
+            "ardupilot/arduplane_pixhawk_64k.BIN",
+            "RCOU.steering_fraction",
         ),
-        (
-            "rover_motorboat_50hz_loop.tlog",
-            "SERVO_OUTPUT_RAW.steering_fraction",
-        ),
+        ("ardupilot/arducopter_pixhawk4_80k.BIN", "RATE.YOut"),
+        ("ardupilot/ardusub_small.BIN", "RATE.YOut"),
+        ("ardupilot/ardusub_small.tlog", pilot),
+        ("ardupilot/ardusub_2023-04-18.tlog", pilot),
+        ("ardupilot/sub_manual.tlog", pilot),
+        ("ardupilot/rover_json_physics.tlog", servo),
+        ("ardupilot/rover_motorboat_50hz_loop.tlog", servo),
+        ("px4/fixedwing_fmuv6c.ulg", "vehicle_torque_setpoint.xyz[2]"),
+        ("px4/quad_sample.ulg", controls),
+        ("px4/quad_v4pro_appended.ulg", controls),
+        ("px4/vtol_cubeorange.ulg", controls),
     ] {
-        let Some(path) = native(&format!("ardupilot/{file}")) else {
+        let Some(path) = native(file) else {
             return;
         };
         let mut reader = open(&path, &ChannelChoice::default()).unwrap();
@@ -388,14 +542,18 @@ fn io_arrival_is_a_time_of_its_own() {
 #[test]
 fn io_a_cut_file_gives_everything_before_the_cut_and_says_so() {
     let folder = tempfile::tempdir().unwrap();
-    for file in ["ardusub_small.BIN", "rover_json_physics.tlog"] {
-        let Some(path) = native(&format!("ardupilot/{file}")) else {
+    for file in [
+        "ardupilot/ardusub_small.BIN",
+        "ardupilot/rover_json_physics.tlog",
+        "px4/quad_sample.ulg",
+    ] {
+        let Some(path) = native(file) else {
             return;
         };
         let whole = samples(&mut open(&path, &ChannelChoice::default()).unwrap());
         let mut bytes = std::fs::read(&path).unwrap();
         bytes.truncate(bytes.len() * 4 / 5 + 3);
-        let cut = folder.path().join(file);
+        let cut = folder.path().join("log");
         std::fs::write(&cut, &bytes).unwrap();
         let mut reader = open(&cut, &ChannelChoice::default()).unwrap();
         let read = samples(&mut reader);
