@@ -63,6 +63,23 @@ impl Bytes {
         Ok(&self.buffer[self.unread.clone()])
     }
 
+    /// The next line without its end, and no more of it than the buffer holds; `None` at the end.
+    pub fn line(&mut self) -> Result<Option<&[u8]>, Fault> {
+        let mut asked = 1 << 12;
+        let (length, end) = loop {
+            let seen = self.peek(asked)?;
+            match seen.iter().position(|byte| *byte == b'\n') {
+                Some(at) => break (at, at + 1),
+                None if seen.is_empty() => return Ok(None),
+                None if seen.len() < asked || asked == BUFFER => break (seen.len(), seen.len()),
+                None => asked = (4 * asked).min(BUFFER),
+            }
+        };
+        let from = self.unread.start;
+        self.skip(end);
+        Ok(Some(self.buffer[from..from + length].trim_ascii()))
+    }
+
     /// Passes over bytes that were seen.
     pub fn skip(&mut self, count: usize) {
         let count = count.min(self.unread.len());

@@ -2,14 +2,14 @@
 
 use std::fs::File;
 use std::io::{Read, Seek};
+use std::path::Path;
 
 use crate::csv::Text;
 use crate::error::Fault;
 use crate::table::Table;
 
 /// For messages.
-pub(crate) const BINARY_FORMATS: &str =
-    "Parquet, ArduPilot DataFlash (.bin), MAVLink telemetry (.tlog) and PX4 ULog (.ulg)";
+pub(crate) const BINARY_FORMATS: &str = "Parquet, ArduPilot DataFlash (.bin), MAVLink telemetry (.tlog), PX4 ULog (.ulg) and Slocum (.dbd)";
 
 /// Bytes that are enough to tell every format.
 const START: u64 = 4096;
@@ -32,7 +32,7 @@ macro_rules! built {
 }
 
 /// Opens a file as what it is; text where it is nothing else.
-pub(crate) fn open(mut file: File) -> Result<Box<dyn Table>, Fault> {
+pub(crate) fn open(mut file: File, path: &Path) -> Result<Box<dyn Table>, Fault> {
     let mut start = Vec::new();
     Read::by_ref(&mut file)
         .take(START)
@@ -59,6 +59,18 @@ pub(crate) fn open(mut file: File) -> Result<Box<dyn Table>, Fault> {
             "PX4 ULog",
             crate::joined::Joined::new(crate::ulog::ULog::open(file)?)
         )
+    } else if start.starts_with(b"dbd_label:") {
+        built!(
+            "slocum",
+            "Slocum",
+            crate::joined::Joined::new(crate::slocum::Glider::open(file, path)?)
+        )
+    } else if is_canboat(&start) {
+        built!(
+            "canboat",
+            "NMEA 2000 of canboat",
+            crate::joined::Joined::new(crate::canboat::Capture::open(file)?)
+        )
     } else {
         Ok(Box::new(Text::open(file)?))
     }
@@ -74,4 +86,27 @@ fn is_telemetry(start: &[u8]) -> bool {
     let stamp = start.first_chunk().map(|bytes| u64::from_be_bytes(*bytes));
     stamp.is_some_and(|us| (630_000_000_000_000..4_100_000_000_000_000).contains(&us))
         && matches!(start.get(8), Some(0xfd | 0xfe))
+}
+
+/// Lines of text without comments and blanks.
+fn lines(start: &[u8]) -> impl Iterator<Item = &[u8]> {
+    start
+        .split(|byte| *byte == b'\n')
+        .map(<[u8]>::trim_ascii)
+        .filter(|line| !line.is_empty() && !line.starts_with(b"#"))
+}
+
+/// The first line has a date, four numbers, a length and its bytes.
+fn is_canboat(start: &[u8]) -> bool {
+    let Some(line) = lines(start).next() else {
+        return false;
+    };
+    let cells: Vec<&[u8]> = line.split(|byte| *byte == b',').collect();
+    let is_number = |cell: &&[u8]| !cell.is_empty() && cell.iter().all(u8::is_ascii_digit);
+    let is_byte = |cell: &&[u8]| cell.len() == 2 && cell.iter().all(u8::is_ascii_hexdigit);
+    let is_date = |cell: &[u8]| cell.len() >= 19 && cell[4] == b'-' && cell[7] == b'-';
+    cells.len() > 6
+        && is_date(cells[0])
+        && cells[1..6].iter().all(is_number)
+        && cells[6..].iter().all(is_byte)
 }

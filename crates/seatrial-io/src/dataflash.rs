@@ -327,13 +327,13 @@ impl Messages for DataFlash {
             Some(steering) => known.add(
                 Quantity::Rudder,
                 format!("RCOU.{STEERING}"),
-                Unit::Fraction,
+                Some(Unit::Fraction),
                 &steering.text(),
             ),
             None if self.has("RATE", "YOut") => known.add(
                 Quantity::Rudder,
                 "RATE.YOut".into(),
-                Unit::Fraction,
+                Some(Unit::Fraction),
                 "no output is a rudder, and this is what the yaw controller asks of all of them",
             ),
             None => known.lacks(
@@ -360,7 +360,7 @@ impl Messages for DataFlash {
         ] {
             let is_in_air = quantity == Quantity::Depth && !self.is_submarine;
             if self.has(name, field) && !is_in_air {
-                known.add(quantity, format!("{name}.{field}"), unit, "");
+                known.add(quantity, format!("{name}.{field}"), Some(unit), "");
             }
         }
         let names: Vec<&str> = self.kinds.iter().map(|kind| kind.name.as_str()).collect();

@@ -257,6 +257,28 @@ pub enum Fault {
         /// Cells in the header.
         expected: usize,
     },
+    /// Times that cannot be those of the vehicle.
+    #[error(
+        "has {messages} messages within {span_s:.3} s, and the bus carries at most {most_per_s:.0} in a second: these are the times of a copy, not of the vehicle; record again with the times of reception"
+    )]
+    TimeCollapsed {
+        /// Messages in the file.
+        messages: u64,
+        /// From the first to the last, s.
+        span_s: f64,
+        /// What is possible, 1/s.
+        most_per_s: f64,
+    },
+    /// A file that belongs to the log is not there.
+    #[error(
+        "needs {name}, {what}; it is neither beside it nor in a folder `cac` or `cache` there: copy it from the vehicle"
+    )]
+    MissingBeside {
+        /// Name of the file.
+        name: String,
+        /// What it holds.
+        what: &'static str,
+    },
     /// A binary file whose structure is broken.
     #[error("{format} file is truncated or damaged: {what}; copy it again from the vehicle")]
     Damaged {

@@ -25,7 +25,7 @@ const MOST_CHANGES: usize = 1 << 14;
 /// The column that every row has.
 pub(crate) const TIME_COLUMN: &str = "time_s";
 
-/// A kind of message: its name and its numeric fields.
+/// A kind of message: its name and its numeric fields. A kind of one field needs no name for it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Kind {
     pub name: String,
@@ -64,8 +64,8 @@ pub(crate) trait Messages {
 }
 
 impl Known {
-    /// Adds a column; the reason may be empty.
-    pub fn add(&mut self, quantity: Quantity, column: String, unit: Unit, because: &str) {
+    /// Adds a column; the unit may be left to the values, the reason may be empty.
+    pub fn add(&mut self, quantity: Quantity, column: String, unit: Option<Unit>, because: &str) {
         self.channels.push(KnownChannel {
             quantity,
             column,
@@ -116,7 +116,10 @@ impl<M: Messages> Joined<M> {
         let mut sources = vec![None];
         for (kind, Kind { name, fields }) in messages.kinds().iter().enumerate() {
             for (field, field_name) in fields.iter().enumerate() {
-                columns.push(format!("{name}.{field_name}"));
+                columns.push(match field_name.as_str() {
+                    "" => name.clone(),
+                    field_name => format!("{name}.{field_name}"),
+                });
                 sources.push(Some((kind, field)));
             }
         }
@@ -142,9 +145,14 @@ impl<M: Messages> Joined<M> {
             time_s,
             values,
         } = &self.message;
-        for selected in &mut self.selected {
+        let same_time = self.waiting.back_mut().filter(|row| row.time_s == *time_s);
+        let mut same_time = same_time.filter(|_| self.heading_kind != Some(*kind));
+        for (position, selected) in self.selected.iter_mut().enumerate() {
             if let Some((_, field)) = selected.source.filter(|(of, _)| of == kind) {
                 selected.latest = values.get(field).copied().unwrap_or(f64::NAN);
+                if let Some(row) = &mut same_time {
+                    row.values[position] = selected.latest;
+                }
             }
         }
         if let Some(rudder) = &mut self.rudder
@@ -201,7 +209,7 @@ impl<M: Messages> Table for Joined<M> {
     fn known(&self) -> Known {
         let mut known = self.messages.known();
         if !known.channels.is_empty() {
-            known.add(Quantity::Time, TIME_COLUMN.into(), Unit::Second, "");
+            known.add(Quantity::Time, TIME_COLUMN.into(), Some(Unit::Second), "");
         }
         known
     }

@@ -9,8 +9,10 @@
 mod ardupilot;
 #[cfg(feature = "ulog")]
 mod attitude;
-#[cfg(any(feature = "dataflash", feature = "tlog", feature = "ulog"))]
+#[cfg(feature = "messages")]
 mod bytes;
+#[cfg(feature = "canboat")]
+mod canboat;
 mod clock;
 mod content;
 mod csv;
@@ -18,7 +20,7 @@ mod csv;
 mod dataflash;
 mod error;
 mod infer;
-#[cfg(any(feature = "dataflash", feature = "tlog", feature = "ulog"))]
+#[cfg(feature = "messages")]
 mod joined;
 mod matching;
 #[cfg(feature = "tlog")]
@@ -28,6 +30,8 @@ mod name;
 mod parquet;
 mod quantity;
 mod reader;
+#[cfg(feature = "slocum")]
+mod slocum;
 mod table;
 #[cfg(feature = "tlog")]
 mod tlog;

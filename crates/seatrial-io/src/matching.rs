@@ -69,7 +69,9 @@ pub(crate) fn match_columns(
                 Some((*unit, crate::UnitSource::Chosen))
             }
             Some(unit) => return Err(unknown_unit(&columns[column], unit.symbol(), quantity)),
-            None if let Some(channel) = channel => Some((channel.unit, crate::UnitSource::Stated)),
+            None if let Some(channel) = channel => {
+                channel.unit.map(|unit| (unit, crate::UnitSource::Stated))
+            }
             None => match names[column].unit(quantity) {
                 StatedUnit::Known(unit) => Some((unit, crate::UnitSource::Stated)),
                 StatedUnit::None => None,

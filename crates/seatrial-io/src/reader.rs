@@ -36,6 +36,10 @@ pub enum Format {
     Tlog,
     /// PX4 ULog.
     Ulog,
+    /// NMEA 2000, captured by canboat.
+    Canboat,
+    /// Slocum glider.
+    Slocum,
 }
 
 /// What the user said about a log; everything else is found out.
@@ -174,7 +178,7 @@ fn table(path: &Path) -> Result<Box<dyn Table>, Fault> {
     if file.metadata().map_err(opening)?.is_dir() {
         return Err(Fault::Folder);
     }
-    content::open(file)
+    content::open(file, path)
 }
 
 /// A row of the look-ahead; the cells stand in the order of the slots.

@@ -74,7 +74,8 @@ pub(crate) struct Known {
 pub(crate) struct KnownChannel {
     pub quantity: Quantity,
     pub column: String,
-    pub unit: Unit,
+    /// `None` where the values must show it.
+    pub unit: Option<Unit>,
     /// Why it is this one, for people.
     pub because: Option<String>,
     /// What people should know before they trust it.

@@ -297,7 +297,7 @@ impl Messages for Telemetry {
                 known.channels.push(KnownChannel {
                     quantity: Quantity::Rudder,
                     column: format!("{}.{STEERING}", name_of(steering.message)),
-                    unit: Unit::Fraction,
+                    unit: Some(Unit::Fraction),
                     because: Some(self.because.clone()),
                     doubt: self.doubt.clone(),
                 });
@@ -332,7 +332,7 @@ impl Messages for Telemetry {
         ] {
             let is_afloat = quantity == Quantity::Depth && !self.is_submarine;
             if self.kinds.iter().any(|kind| kind.name == name) && !is_afloat {
-                known.add(quantity, format!("{name}.{field}"), unit, "");
+                known.add(quantity, format!("{name}.{field}"), Some(unit), "");
             }
         }
         let names: Vec<&str> = self.kinds.iter().map(|kind| kind.name.as_str()).collect();

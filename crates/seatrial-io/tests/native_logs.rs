@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use seatrial_core::Sample;
-use seatrial_io::{ChannelChoice, LogReader, Quantity, Unit, open};
+use seatrial_io::{ChannelChoice, Fault, LogReader, Quantity, Unit, open};
 
 /// The file, where the shared data is there.
 fn native(name: &str) -> Option<PathBuf> {
@@ -426,6 +426,151 @@ fn val_pyulog_reads_the_same_numbers() {
             ),
         ],
     );
+}
+
+/// Sums made with nmea2000 2026.10.3, which uses canboat's database.
+#[test]
+fn val_canboats_database_gives_the_same_numbers() {
+    assert_sums(
+        "nmea2000",
+        &[
+            (
+                "ac42-commissioning.raw",
+                "vessel_heading.52.heading_rad",
+                5888,
+                23881.55839999999,
+                11956.776424252748,
+            ),
+            (
+                "ac42-commissioning.raw",
+                "rate_of_turn.52.rate_rad_s",
+                5888,
+                1.1780937500000006,
+                0.450738703082541,
+            ),
+            (
+                "ac42-commissioning.raw",
+                "cog_sog.52.sog_m_s",
+                2355,
+                111.33999999999982,
+                56.26681528662422,
+            ),
+            (
+                "ac42-commissioning.raw",
+                "rudder.13.255.position_rad",
+                2701,
+                527.5760000000254,
+                75.1036707145498,
+            ),
+            (
+                "triton-engine-setup.all",
+                "attitude.52.roll_rad",
+                261,
+                -7.964499999999992,
+                -3.3263260536398462,
+            ),
+            (
+                "triton-engine-setup.all",
+                "speed.35.speed_water_m_s",
+                130,
+                430.2300000000001,
+                224.92853846153847,
+            ),
+            (
+                "triton-engine-setup.all",
+                "water_depth.35.depth_m",
+                3,
+                29.349999999999998,
+                18.18,
+            ),
+        ],
+    );
+}
+
+/// Sums made with dbdreader 0.6.3, the first cycle included.
+#[test]
+fn val_dbdreader_reads_the_same_numbers() {
+    assert_sums(
+        "slocum",
+        &[
+            (
+                "amadeus-2014-204-05-000.dbd",
+                "m_heading",
+                898,
+                1165.8607430364937,
+                544.3060990429877,
+            ),
+            (
+                "amadeus-2014-204-05-000.dbd",
+                "m_fin",
+                898,
+                60.48156842030585,
+                29.625606833387778,
+            ),
+            (
+                "amadeus-2014-204-05-000.dbd",
+                "c_fin",
+                890,
+                60.92951181263197,
+                29.265854562668448,
+            ),
+            (
+                "amadeus-2014-204-05-000.dbd",
+                "m_depth",
+                898,
+                16343.663833378,
+                7582.5524029044955,
+            ),
+            (
+                "amadeus-2014-204-05-000.dbd",
+                "m_pitch",
+                898,
+                -114.80601357016712,
+                -43.1139922380521,
+            ),
+            (
+                "amadeus-2014-204-05-000.dbd",
+                "m_present_time",
+                898,
+                1262788687523.4995,
+                632097762301.9923,
+            ),
+        ],
+    );
+}
+
+/// A copy's times: 23,795 messages in 57 ms are more than the bus carries.
+#[test]
+fn io_a_capture_with_collapsed_times_is_refused() {
+    let Some(path) = native("nmea2000/raymarine-ev1.raw") else {
+        return;
+    };
+    let refused = open(&path, &ChannelChoice::default());
+    let fault = refused.err().unwrap().fault;
+    assert!(
+        matches!(
+            fault,
+            Fault::TimeCollapsed {
+                messages: 23_795,
+                ..
+            }
+        ),
+        "{fault}"
+    );
+}
+
+/// Without its list of sensors a glider's log says which file is missing.
+#[test]
+fn io_a_glider_log_without_its_cache_file_names_it() {
+    let Some(path) = native("slocum/amadeus-2014-204-05-000.dbd") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let alone = folder.path().join("log");
+    std::fs::copy(path, &alone).unwrap();
+    let refused = open(&alone, &ChannelChoice::default());
+    let message = refused.err().unwrap().to_string();
+    assert!(message.contains("468fd1be.cac"), "{message}");
 }
 
 fn column(reader: &LogReader, quantity: Quantity) -> Option<(&str, Unit)> {

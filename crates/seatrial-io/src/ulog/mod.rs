@@ -336,7 +336,7 @@ impl Messages for ULog {
     fn known(&self) -> Known {
         let mut known = Known::default();
         if let Some((column, because)) = self.rudder_surface() {
-            known.add(Quantity::Rudder, column, Unit::Fraction, &because);
+            known.add(Quantity::Rudder, column, Some(Unit::Fraction), &because);
         }
         let yaw_torque = "no surface is a rudder, and this is the yaw torque asked of all of them";
         for (topic, field, because) in [
@@ -351,7 +351,7 @@ impl Messages for ULog {
         ] {
             if self.has(topic, field) {
                 let column = format!("{topic}.{field}");
-                known.add(Quantity::Rudder, column, Unit::Fraction, because);
+                known.add(Quantity::Rudder, column, Some(Unit::Fraction), because);
             }
         }
         let is_submarine = self.parameters.get("MAV_TYPE") == Some(&SUBMARINE);
@@ -388,7 +388,7 @@ impl Messages for ULog {
             (Quantity::East, "vehicle_local_position", "y", Unit::Metre),
         ] {
             if self.has(topic, field) {
-                known.add(quantity, format!("{topic}.{field}"), unit, "");
+                known.add(quantity, format!("{topic}.{field}"), Some(unit), "");
             }
         }
         let names: Vec<&str> = self.kinds.iter().map(|kind| kind.name.as_str()).collect();

@@ -1,0 +1,344 @@
+//! Slocum glider logs (`.dbd` and its kin).
+//!
+//! A text header; a cycle of known values that shows the order of bytes; then, cycle by cycle, two bits for
+//! every sensor (nothing, the value before, a new value) and the new values. The list of sensors stands
+//! behind the header or, usually, in a cache file beside the log. Every sensor is a kind of its own.
+
+use std::collections::VecDeque;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use crate::bytes::{Bytes, Damage, text_of};
+use crate::error::Fault;
+use crate::joined::{Kind, Message, Messages};
+use crate::reader::Format;
+use crate::table::Known;
+use crate::{Quantity, Unit};
+
+const MOST_HEADER_LINES: usize = 100;
+const MOST_SENSORS: usize = 10_000;
+/// Tags of the known values, of a cycle, and of the end.
+const KNOWN_VALUES: u8 = b's';
+const CYCLE: u8 = b'd';
+const END: u8 = b'X';
+/// Tag, then `a`, 0x1234, 123.456 and 123456789.12345 in 1, 2, 4 and 8 bytes.
+const KNOWN_LENGTH: usize = 16;
+/// The glider's clock and, where that is not logged, the science computer's.
+const CLOCKS: [&str; 2] = ["m_present_time", "sci_m_present_time"];
+
+/// A glider's log.
+pub(crate) struct Glider {
+    bytes: Bytes,
+    sensors: Vec<Sensor>,
+    kinds: Vec<Kind>,
+    state_bytes: usize,
+    is_big_endian: bool,
+    clock: Option<usize>,
+    /// What is left to give of the cycle that was read.
+    cycle: VecDeque<(usize, f64)>,
+    values: Vec<f64>,
+    time_s: f64,
+    has_end: bool,
+    damage: Damage,
+}
+
+/// A sensor that is logged; its kind has the same index.
+struct Sensor {
+    name: String,
+    width: usize,
+}
+
+/// The header as far as it matters.
+#[derive(Default)]
+struct Header {
+    sensors: usize,
+    state_bytes: usize,
+    list: String,
+    is_factored: bool,
+}
+
+impl Glider {
+    /// Reads header and list of sensors; `path` says where the cache file may be.
+    pub fn open(file: File, path: &Path) -> Result<Self, Fault> {
+        let mut bytes = Bytes::new(file)?;
+        let header = Header::read(&mut bytes)?;
+        let sensors = match header.is_factored {
+            true => {
+                let mut cache = Bytes::new(cache_file(path, &header.list)?)?;
+                sensors(&mut cache, usize::MAX)?
+            }
+            false => sensors(&mut bytes, header.sensors)?,
+        };
+        if sensors.is_empty() || header.state_bytes * 4 < sensors.len() {
+            return Err(damaged(format!(
+                "{} bytes of state for {} sensors",
+                header.state_bytes,
+                sensors.len()
+            )));
+        }
+        let known = bytes.peek(KNOWN_LENGTH)?;
+        let is_big_endian = match known.get(..4) {
+            Some([KNOWN_VALUES, b'a', 0x12, 0x34]) => true,
+            Some([KNOWN_VALUES, b'a', 0x34, 0x12]) => false,
+            _ => return Err(damaged("no known values behind the header".into())),
+        };
+        bytes.skip(KNOWN_LENGTH);
+        Ok(Self {
+            bytes,
+            kinds: sensors
+                .iter()
+                .map(|sensor| Kind {
+                    name: sensor.name.clone(),
+                    fields: vec![String::new()],
+                })
+                .collect(),
+            clock: CLOCKS
+                .iter()
+                .find_map(|clock| sensors.iter().position(|sensor| sensor.name == *clock)),
+            values: vec![f64::NAN; sensors.len()],
+            sensors,
+            state_bytes: header.state_bytes,
+            is_big_endian,
+            cycle: VecDeque::new(),
+            time_s: f64::NAN,
+            has_end: false,
+            damage: Damage::default(),
+        })
+    }
+
+    /// Reads the next cycle. `false` at the end.
+    fn next_cycle(&mut self, wanted: &[bool]) -> Result<bool, Fault> {
+        let position = self.bytes.position();
+        let head = 1 + self.state_bytes;
+        let seen = self.bytes.peek(head)?;
+        match seen.first() {
+            None => {
+                self.damage.cut_at = (!self.has_end).then_some(position);
+                return Ok(false);
+            }
+            Some(&END) => {
+                self.has_end = true;
+                return Ok(false);
+            }
+            Some(&CYCLE) if seen.len() >= head => {}
+            Some(&CYCLE) => {
+                self.damage.cut_at = Some(position);
+                return Ok(false);
+            }
+            // A cycle's length follows from its state alone: behind damage there is no way back.
+            Some(_) => {
+                self.damage.skipped(position, 1);
+                return Ok(false);
+            }
+        }
+        let states = seen[1..head].to_vec();
+        let state = |sensor: usize| states[sensor / 4] >> (6 - 2 * (sensor % 4)) & 3;
+        let length: usize = (0..self.sensors.len())
+            .filter(|sensor| state(*sensor) == 2)
+            .map(|sensor| self.sensors[sensor].width)
+            .sum();
+        let Some(cycle) = self.bytes.peek(head + length)?.get(head..head + length) else {
+            self.damage.cut_at = Some(position);
+            return Ok(false);
+        };
+        let mut at = 0;
+        for (index, sensor) in self.sensors.iter().enumerate() {
+            match state(index) {
+                2 => {
+                    let value = sensor.number(&cycle[at..], self.is_big_endian);
+                    at += sensor.width;
+                    self.values[index] = value;
+                }
+                1 => {}
+                _ => continue,
+            }
+            if self.clock == Some(index) {
+                self.time_s = self.values[index];
+            }
+            if wanted[index] {
+                self.cycle.push_back((index, self.values[index]));
+            }
+        }
+        self.bytes.skip(head + length);
+        Ok(true)
+    }
+}
+
+impl Sensor {
+    fn number(&self, bytes: &[u8], is_big_endian: bool) -> f64 {
+        let mut padded = [0; 8];
+        let Some(own) = bytes.get(..self.width) else {
+            return f64::NAN;
+        };
+        padded[..self.width].copy_from_slice(own);
+        if !is_big_endian {
+            padded[..self.width].reverse();
+        }
+        let [a, b, c, d, ..] = padded;
+        match self.width {
+            1 => i8::from_be_bytes([a]).into(),
+            2 => i16::from_be_bytes([a, b]).into(),
+            4 => f32::from_be_bytes([a, b, c, d]).into(),
+            _ => f64::from_be_bytes(padded),
+        }
+    }
+}
+
+impl Header {
+    fn read(bytes: &mut Bytes) -> Result<Self, Fault> {
+        let mut header = Self::default();
+        let mut lines = MOST_HEADER_LINES;
+        let mut read = 0;
+        while read < lines {
+            let line = text_of(bytes.line()?.ok_or_else(|| damaged("no header".into()))?);
+            read += 1;
+            let Some((key, value)) = line.split_once(':') else {
+                return Err(damaged(format!("line {read} of the header has no colon")));
+            };
+            let value = value.trim();
+            let count = || {
+                value
+                    .parse::<usize>()
+                    .ok()
+                    .filter(|count| *count <= MOST_SENSORS)
+                    .ok_or_else(|| damaged(format!("{key} {value} is no plausible number")))
+            };
+            match key {
+                "num_ascii_tags" => lines = count()?.min(MOST_HEADER_LINES),
+                "sensors_per_cycle" => header.sensors = count()?,
+                "state_bytes_per_cycle" => header.state_bytes = count()?,
+                "sensor_list_crc" => header.list = value.to_lowercase(),
+                "sensor_list_factored" => header.is_factored = value == "1",
+                _ => {}
+            }
+        }
+        Ok(header)
+    }
+}
+
+/// The sensors that are logged, from lines `s: T index index width name unit`.
+fn sensors(bytes: &mut Bytes, most: usize) -> Result<Vec<Sensor>, Fault> {
+    let mut sensors = Vec::new();
+    while sensors.len() < most.min(MOST_SENSORS) {
+        let Some(line) = bytes.line()? else { break };
+        let line = text_of(line);
+        let cells: Vec<&str> = line.split_whitespace().collect();
+        let (is_logged, width, name) = match cells[..] {
+            ["s:", is_logged, _, _, width, name, _] => (is_logged == "T", width, name),
+            [] => continue,
+            _ => {
+                return Err(damaged(format!(
+                    "`{}` is no sensor",
+                    crate::error::clipped(&line)
+                )));
+            }
+        };
+        let width = width
+            .parse()
+            .ok()
+            .filter(|width| [1, 2, 4, 8].contains(width));
+        let width = width.ok_or_else(|| damaged(format!("sensor {name} has no width")))?;
+        if is_logged {
+            sensors.push(Sensor {
+                name: name.into(),
+                width,
+            });
+        }
+    }
+    Ok(sensors)
+}
+
+/// The list of sensors, in the folder of the log or in `cac` or `cache` beside it.
+fn cache_file(path: &Path, list: &str) -> Result<File, Fault> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let is_a_name = list.len() <= 16 && list.bytes().all(|byte| byte.is_ascii_hexdigit());
+    ["", "cac", "cache", "../cac", "../cache"]
+        .iter()
+        .filter(|_| is_a_name)
+        .flat_map(|beside| {
+            [
+                format!("{list}.cac"),
+                format!("{}.CAC", list.to_uppercase()),
+            ]
+            .map(|name| folder.join(beside).join(name))
+        })
+        .find_map(|candidate: PathBuf| File::open(candidate).ok())
+        .ok_or_else(|| Fault::MissingBeside {
+            name: format!("{}.cac", crate::error::clipped(list)),
+            what: "the list of sensors",
+        })
+}
+
+fn damaged(what: String) -> Fault {
+    Fault::Damaged {
+        format: "Slocum",
+        what,
+    }
+}
+
+impl Messages for Glider {
+    fn format(&self) -> Format {
+        Format::Slocum
+    }
+
+    fn kinds(&self) -> &[Kind] {
+        &self.kinds
+    }
+
+    fn known(&self) -> Known {
+        let mut known = Known::default();
+        for (quantity, name, unit) in [
+            (Quantity::Heading, "m_heading", Unit::Radian),
+            (Quantity::Rudder, "m_fin", Unit::Radian),
+            (Quantity::Rudder, "c_fin", Unit::Radian),
+            (Quantity::Speed, "m_speed", Unit::MetrePerSecond),
+            (Quantity::Depth, "m_depth", Unit::Metre),
+            (Quantity::Altitude, "m_altitude", Unit::Metre),
+            (Quantity::Roll, "m_roll", Unit::Radian),
+            (Quantity::Pitch, "m_pitch", Unit::Radian),
+            (Quantity::North, "m_y_lmc", Unit::Metre),
+            (Quantity::East, "m_x_lmc", Unit::Metre),
+        ] {
+            if self.sensors.iter().any(|sensor| sensor.name == name) {
+                known.add(quantity, name.into(), Some(unit), "");
+            }
+        }
+        let found = format!("{} other sensors", self.sensors.len());
+        known.lacks(
+            Quantity::Heading,
+            format!("expected m_heading; found {found}"),
+        );
+        known.lacks(
+            Quantity::Rudder,
+            format!("expected m_fin or c_fin; found {found}"),
+        );
+        known
+    }
+
+    fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault> {
+        loop {
+            if let Some((kind, value)) = self.cycle.pop_front() {
+                message.kind = kind;
+                message.time_s = self.time_s;
+                message.values.clear();
+                message.values.push(value);
+                return Ok(true);
+            }
+            if !self.next_cycle(wanted)? {
+                return Ok(false);
+            }
+        }
+    }
+
+    fn bytes(&mut self) -> &mut Bytes {
+        &mut self.bytes
+    }
+
+    fn position(&self) -> u64 {
+        self.bytes.position()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.damage.warnings()
+    }
+}
