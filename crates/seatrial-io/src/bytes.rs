@@ -108,30 +108,13 @@ impl Bytes {
     }
 }
 
-/// A number as formats write it.
-pub(crate) trait Number: Sized {
-    /// At the start of these bytes; `None` where they are too few.
-    fn little_endian(bytes: &[u8]) -> Option<Self>;
-}
-
-macro_rules! numbers {
-    ($($number:ty)*) => { $(
-        impl Number for $number {
-            fn little_endian(bytes: &[u8]) -> Option<Self> {
-                bytes.first_chunk().map(|bytes| Self::from_le_bytes(*bytes))
-            }
-        }
-    )* };
-}
-
-numbers! { u8 i8 u16 i16 u32 i32 u64 i64 f32 f64 }
-
-/// The little-endian number at a byte of a message; `None` behind its end.
-pub(crate) fn number<N: Number>(message: &[u8], at: usize) -> Option<N> {
-    N::little_endian(message.get(at..)?)
-}
-
 /// Text up to the first zero byte; what is not UTF-8 is replaced.
+#[cfg(any(
+    feature = "dataflash",
+    feature = "tlog",
+    feature = "ulog",
+    feature = "slocum"
+))]
 pub(crate) fn text_of(bytes: &[u8]) -> String {
     let end = bytes.iter().position(|byte| *byte == 0);
     String::from_utf8_lossy(&bytes[..end.unwrap_or(bytes.len())]).into_owned()

@@ -32,6 +32,7 @@ macro_rules! built {
 }
 
 /// Opens a file as what it is; text where it is nothing else.
+#[cfg_attr(not(feature = "slocum"), expect(unused_variables))]
 pub(crate) fn open(mut file: File, path: &Path) -> Result<Box<dyn Table>, Fault> {
     let mut start = Vec::new();
     Read::by_ref(&mut file)
@@ -71,6 +72,18 @@ pub(crate) fn open(mut file: File, path: &Path) -> Result<Box<dyn Table>, Fault>
             "NMEA 2000 of canboat",
             crate::joined::Joined::new(crate::canboat::Capture::open(file)?)
         )
+    } else if is_nmea0183(&start) {
+        built!(
+            "nmea0183",
+            "NMEA 0183",
+            crate::joined::Joined::new(crate::nmea0183::Sentences::open(file)?)
+        )
+    } else if start.starts_with(b"%%") {
+        built!(
+            "alog",
+            "MOOS",
+            crate::joined::Joined::new(crate::alog::Alog::open(file)?)
+        )
     } else {
         Ok(Box::new(Text::open(file)?))
     }
@@ -94,6 +107,24 @@ fn lines(start: &[u8]) -> impl Iterator<Item = &[u8]> {
         .split(|byte| *byte == b'\n')
         .map(<[u8]>::trim_ascii)
         .filter(|line| !line.is_empty() && !line.starts_with(b"#"))
+}
+
+/// One of the first lines is a sentence: `$` or `!`, an address in capitals, a comma.
+fn is_nmea0183(start: &[u8]) -> bool {
+    let is_sentence = |line: &[u8]| {
+        let Some(at) = line.iter().position(|byte| matches!(byte, b'$' | b'!')) else {
+            return false;
+        };
+        let address = line[at + 1..].split(|byte| *byte == b',').next();
+        line[at..].contains(&b',')
+            && address.is_some_and(|address| {
+                (5..=8).contains(&address.len())
+                    && address
+                        .iter()
+                        .all(|byte| byte.is_ascii_uppercase() || byte.is_ascii_digit())
+            })
+    };
+    lines(start).take(3).any(is_sentence)
 }
 
 /// The first line has a date, four numbers, a length and its bytes.

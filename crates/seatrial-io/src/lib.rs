@@ -5,6 +5,8 @@
 //! by one with bounded memory. Every format is a `table::Table`: named columns and rows of cells; names,
 //! units, time and the checks of every row are the same for all of them.
 
+#[cfg(feature = "alog")]
+mod alog;
 #[cfg(any(feature = "dataflash", feature = "tlog"))]
 mod ardupilot;
 #[cfg(feature = "ulog")]
@@ -26,6 +28,15 @@ mod matching;
 #[cfg(feature = "tlog")]
 mod mavlink;
 mod name;
+#[cfg(feature = "nmea0183")]
+mod nmea0183;
+#[cfg(any(
+    feature = "dataflash",
+    feature = "tlog",
+    feature = "ulog",
+    feature = "canboat"
+))]
+mod number;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod quantity;

@@ -2,7 +2,7 @@
 //!
 //! The messages stand in [`MESSAGES`]; of all others only the length counts.
 
-use crate::bytes::number;
+use crate::number::number;
 
 /// Bytes of the time of arrival, us since 1970, big endian.
 pub(crate) const STAMP: usize = 8;

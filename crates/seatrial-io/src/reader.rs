@@ -40,6 +40,10 @@ pub enum Format {
     Canboat,
     /// Slocum glider.
     Slocum,
+    /// NMEA 0183 text.
+    Nmea0183,
+    /// MOOS.
+    Alog,
 }
 
 /// What the user said about a log; everything else is found out.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::attitude::{EULER, euler_rad};
-use crate::bytes::number;
+use crate::number::number;
 
 /// Formats within formats.
 const DEEPEST: usize = 8;

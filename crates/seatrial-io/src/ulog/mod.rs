@@ -10,9 +10,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::rc::Rc;
 
-use crate::bytes::{Bytes, Damage, number, text_of};
+use crate::bytes::{Bytes, Damage, text_of};
 use crate::error::Fault;
 use crate::joined::{Kind, Message, Messages};
+use crate::number::number;
 use crate::reader::Format;
 use crate::table::Known;
 use crate::ulog::layout::Layout;
