@@ -7,6 +7,7 @@ pub mod compare;
 pub mod conduct;
 pub mod difference;
 pub mod heading_step;
+pub mod health;
 pub mod identification;
 pub mod identify;
 pub mod logbook;

@@ -1,0 +1,214 @@
+//! Has the vehicle changed from one trial to the other?
+
+use serde::Serialize;
+
+use super::cause::{self, Explanation};
+use super::pool::{Deviation, Pooled, ReferenceError};
+use super::{
+    Detectable, Effects, Expected, Finding, HealthSettings, LARGEST_UNSEEN_CHANGE, Reference,
+    SpeedModel,
+};
+use crate::identification::Verdict;
+
+/// The answer to whether the vehicle has changed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Change {
+    /// How it was tested.
+    pub settings: HealthSettings,
+    /// What was found.
+    pub finding: Finding,
+    /// Each speed by itself.
+    pub speeds: Vec<SpeedChange>,
+    /// All speeds together: one change common to all, where there are several.
+    pub together: Option<Together>,
+    /// What has changed by how much.
+    pub effects: Option<Effects>,
+    /// The one cause that explains the change within the noise.
+    pub explanation: Option<Explanation>,
+    /// What would have been found.
+    pub detectable: Option<Detectable>,
+    /// Speeds that could not be compared, and why.
+    pub left_out: Vec<String>,
+    /// Accepted where nothing has changed.
+    pub verdict: Verdict,
+}
+
+/// The test at one speed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SpeedChange {
+    /// Thrust as a fraction of full.
+    pub thrust: Option<f64>,
+    /// Forward speed now, m/s.
+    pub surge_speed_m_s: Option<f64>,
+    /// What is different.
+    pub effects: Effects,
+    /// Probability of such a difference, had nothing changed.
+    pub p_value: f64,
+    /// Under which the vehicle counts as changed.
+    pub level: f64,
+}
+
+/// The test of a change common to all speeds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Together {
+    /// Probability of such a change, had nothing changed.
+    pub p_value: f64,
+    /// Under which the vehicle counts as changed.
+    pub level: f64,
+}
+
+/// Tests whether models of now are those of the reference.
+///
+/// At one speed: the F test of [a22, b2, C0] at the false alarm rate. At n speeds the rate is halved: one half for a
+/// change common to all, the other shared by the n tests of one speed each (Bonferroni), so that a change that shows
+/// at one speed only is found as well. Speeds are matched by thrust where both sides know it, otherwise by speed.
+pub fn compare(reference: &Reference, now: &[SpeedModel], settings: &HealthSettings) -> Change {
+    let errors = reference.errors();
+    let mut compared: Vec<(&SpeedModel, Deviation)> = Vec::new();
+    let mut left_out = Vec::new();
+    for model in now {
+        let deviation = reference.at(model).and_then(|expected: Expected| {
+            Deviation::between(&expected, model).ok_or_else(|| "its numbers are not finite".into())
+        });
+        match deviation {
+            Ok(deviation) => compared.push((model, deviation)),
+            Err(why) => left_out.push(format!("{}: {why}", name(model))),
+        }
+    }
+    Comparison {
+        settings,
+        errors,
+        compared,
+        delta0_rad: mean_delta0_rad(reference),
+    }
+    .change(left_out)
+}
+
+fn name(model: &SpeedModel) -> String {
+    match (model.thrust, model.surge_speed_m_s) {
+        (Some(thrust), _) => format!("{:.0} % thrust", 100.0 * thrust),
+        (None, Some(speed)) => format!("{speed:.2} m/s"),
+        (None, None) => "the model".into(),
+    }
+}
+
+pub(super) fn mean_delta0_rad(reference: &Reference) -> f64 {
+    let points = reference.points();
+    let sum: f64 = points.iter().filter_map(|p| p.model.delta0_rad()).sum();
+    sum / points.len() as f64
+}
+
+struct Comparison<'a> {
+    settings: &'a HealthSettings,
+    errors: Vec<ReferenceError>,
+    compared: Vec<(&'a SpeedModel, Deviation)>,
+    delta0_rad: f64,
+}
+
+impl Comparison<'_> {
+    fn change(self, left_out: Vec<String>) -> Change {
+        let settings = self.settings;
+        let rate = settings.false_alarm_rate;
+        let n = self.compared.len();
+        let (of_speed, of_all) = if n > 1 {
+            (0.5 * rate / n as f64, 0.5 * rate)
+        } else {
+            (rate, rate)
+        };
+        let deviations: Vec<Deviation> = self.compared.iter().map(|(_, d)| d.clone()).collect();
+        let pool = |of: &[Deviation]| Pooled::of(of, &self.errors, settings.parameters());
+        let speeds: Vec<SpeedChange> = self
+            .compared
+            .iter()
+            .filter_map(|(model, deviation)| {
+                let alone = std::slice::from_ref(deviation);
+                let pooled = pool(alone)?;
+                Some(SpeedChange {
+                    thrust: model.thrust,
+                    surge_speed_m_s: model.surge_speed_m_s,
+                    effects: pooled.effects(alone, &self.errors),
+                    p_value: pooled.p_value(settings),
+                    level: of_speed,
+                })
+            })
+            .collect();
+        let all = if n > 0 { pool(&deviations) } else { None };
+        let together = all.as_ref().filter(|_| n > 1).map(|pooled| Together {
+            p_value: pooled.p_value(settings),
+            level: of_all,
+        });
+        let effects = all
+            .as_ref()
+            .map(|pooled| pooled.effects(&deviations, &self.errors));
+        let detectable = all
+            .as_ref()
+            .and_then(|pooled| pooled.detectable(of_all, settings));
+        let differs_together = together.is_some_and(|test| test.p_value < test.level);
+        let differing: Vec<&SpeedChange> = speeds.iter().filter(|s| s.p_value < s.level).collect();
+        let is_changed = differs_together || !differing.is_empty();
+        let explanation = all
+            .as_ref()
+            .filter(|_| is_changed)
+            .and_then(|pooled| Explanation::of(pooled, self.delta0_rad));
+        let (finding, text) = match (effects, detectable) {
+            (Some(effects), _) if is_changed => {
+                let mut text = cause::words(explanation.as_ref(), &effects);
+                if n > 1 && !differs_together {
+                    let at: Vec<String> = differing.iter().map(|speed| speed.name()).collect();
+                    text = format!(
+                        "not at all speeds alike, but at {}; over all of them {text}",
+                        at.join(", ")
+                    );
+                }
+                (
+                    Finding::Changed,
+                    format!("{text}. Run the trial again and use its gains and limits"),
+                )
+            }
+            (Some(_), Some(detectable)) if detectable.rudder <= LARGEST_UNSEEN_CHANGE => (
+                Finding::Unchanged,
+                format!(
+                    "no change found; a change {} would have been seen, nine times in ten",
+                    detectable.words()
+                ),
+            ),
+            (Some(_), Some(detectable)) => (
+                Finding::CannotTell,
+                format!(
+                    "only a change {} would have been seen: excite with more rudder, or longer",
+                    detectable.words()
+                ),
+            ),
+            _ => (
+                Finding::CannotTell,
+                if left_out.is_empty() {
+                    "there is no model of now with an uncertainty".into()
+                } else {
+                    left_out.join("; ")
+                },
+            ),
+        };
+        Change {
+            settings: *settings,
+            finding,
+            speeds,
+            together,
+            effects,
+            explanation,
+            detectable,
+            left_out,
+            verdict: finding.verdict(text),
+        }
+    }
+}
+
+impl SpeedChange {
+    /// `80 % thrust` or `1.63 m/s`
+    pub fn name(&self) -> String {
+        match (self.thrust, self.surge_speed_m_s) {
+            (Some(thrust), _) => format!("{:.0} % thrust", 100.0 * thrust),
+            (None, Some(speed)) => format!("{speed:.2} m/s"),
+            (None, None) => "its speed".into(),
+        }
+    }
+}

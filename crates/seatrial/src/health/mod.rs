@@ -1,0 +1,364 @@
+//! Is the vehicle different? Tests with a stated false alarm rate, between two sets of models and along
+//! mission logs: the use for early fault detection that the paper's introduction names [12].
+//!
+//! ```text
+//! x = [a22'/a22 - 1,  b2'/b2 - 1,  (C0' - C0)/b2]
+//! ```
+//!
+//! | symbol | identifier | unit |
+//! |---|---|---|
+//! | a22, b2, C0 | [`SpeedModel`] of the [`Reference`] | 1/s, 1/s^2, rad/s^2 |
+//! | a22', b2', C0' | of the vehicle now, at the same speed | as above |
+//! | x | [`Effects`]: damping, rudder authority, offset as an angle of the rudder | 1, 1, rad |
+//!
+//! The offset C0 follows wind, current and trim from one run to the next, and may be left out of a test.
+
+mod cause;
+mod change;
+mod pool;
+mod watch;
+
+use seatrial_core::schedule::{Beyond, ScheduleKey};
+use seatrial_core::{SchedulePoint, SpeedSchedule, YawModel};
+use serde::Serialize;
+
+pub use cause::{Cause, Explanation};
+pub use change::{Change, SpeedChange, compare};
+pub use watch::{Skipped, Watch, WatchReport, WatchedWindow};
+
+use crate::identification::{Identification, Reason, Verdict};
+use pool::ReferenceError;
+
+/// A run of so many time constants of the vehicle determines the disturbance on it, and with it its own covariance,
+/// as well as half as many independent values would: with this, the tails of the test are right under disturbance
+/// (`recover_false_alarms_stay_within_the_stated_rate`).
+const TIME_CONSTANTS_PER_DEGREE_OF_FREEDOM: f64 = 2.0;
+const LEAST_DEGREES_OF_FREEDOM: f64 = 5.0;
+
+/// Speeds up to this share beyond the reference are scaled to it: a22 as u, b2 and C0 as u^2.
+const LARGEST_SPEED_SCALING: f64 = 0.1;
+
+/// A test that would miss a rudder changed by this much cannot tell anything.
+const LARGEST_UNSEEN_CHANGE: f64 = 0.3;
+
+/// A model at one speed and how sure it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedModel {
+    /// Thrust as a fraction of full.
+    pub thrust: Option<f64>,
+    /// Forward speed, m/s.
+    pub surge_speed_m_s: Option<f64>,
+    /// The model.
+    pub model: YawModel<f64>,
+    /// Covariance of [a22, b2, C0]; all 0 for a model that counts as exact.
+    pub covariance: [[f64; 3]; 3],
+    /// As of how many independent values the covariance is known.
+    pub degrees_of_freedom: f64,
+}
+
+impl SpeedModel {
+    /// Of an identification. `None` without a refined estimate, whose covariance the test needs.
+    pub fn of(
+        identification: &Identification,
+        thrust: Option<f64>,
+        surge_speed_m_s: Option<f64>,
+    ) -> Option<Self> {
+        let refined = identification.refined.as_ref()?;
+        let duration_s = identification.training.to_s - identification.training.from_s;
+        Some(Self {
+            thrust,
+            surge_speed_m_s,
+            model: refined.model,
+            covariance: refined.covariance,
+            degrees_of_freedom: degrees_of_freedom(&refined.model, duration_s),
+        })
+    }
+
+    /// The same model at a speed next to its own.
+    fn scaled_to(&self, surge_speed_m_s: f64) -> YawModel<f64> {
+        let ratio = self
+            .surge_speed_m_s
+            .map_or(1.0, |own| surge_speed_m_s / own);
+        let [a22, b2, c0] = self.model.theta();
+        YawModel::from_theta([a22 * ratio, b2 * ratio * ratio, c0 * ratio * ratio])
+    }
+}
+
+/// As of how many independent values the covariance of a run is known.
+pub fn degrees_of_freedom(model: &YawModel<f64>, duration_s: f64) -> f64 {
+    (duration_s * model.a22_per_s.abs() / TIME_CONSTANTS_PER_DEGREE_OF_FREEDOM)
+        .max(LEAST_DEGREES_OF_FREEDOM)
+}
+
+/// Why there is no test.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum HealthError {
+    /// A setting is out of its range.
+    #[error("{field} is {found}, expected {expected}")]
+    Setting {
+        /// Which one.
+        field: &'static str,
+        /// What it is.
+        found: f64,
+        /// What it has to be.
+        expected: &'static str,
+    },
+    /// Models that are no reference.
+    #[error("{0}")]
+    Reference(String),
+}
+
+/// How to test.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct HealthSettings {
+    false_alarm_rate: f64,
+    tolerated_change: f64,
+    offset_counts: bool,
+}
+
+impl HealthSettings {
+    /// `false_alarm_rate`: how often an unchanged vehicle may be called changed, one answer of [`compare`] or of
+    /// [`Watch::report`] counting once. Changes of a22 and b2 of up to `tolerated_change` are none. Without
+    /// `offset_counts` C0 is not tested.
+    pub fn new(
+        false_alarm_rate: f64,
+        tolerated_change: f64,
+        offset_counts: bool,
+    ) -> Result<Self, HealthError> {
+        if !(1e-6..=0.5).contains(&false_alarm_rate) {
+            return Err(HealthError::Setting {
+                field: "the false alarm rate",
+                found: false_alarm_rate,
+                expected: "a fraction from 0.000001 to 0.5",
+            });
+        }
+        if !(0.0..=0.5).contains(&tolerated_change) {
+            return Err(HealthError::Setting {
+                field: "the tolerated change",
+                found: tolerated_change,
+                expected: "a fraction from 0 to 0.5",
+            });
+        }
+        Ok(Self {
+            false_alarm_rate,
+            tolerated_change,
+            offset_counts,
+        })
+    }
+
+    /// How often an unchanged vehicle may be called changed.
+    pub fn false_alarm_rate(&self) -> f64 {
+        self.false_alarm_rate
+    }
+
+    fn parameters(&self) -> usize {
+        if self.offset_counts { 3 } else { 2 }
+    }
+}
+
+/// The models that the vehicle is compared with, one or several speeds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reference {
+    points: Vec<SpeedModel>,
+    schedule: Option<SpeedSchedule<f64>>,
+}
+
+/// The reference at one speed.
+#[derive(Clone, Debug, PartialEq)]
+struct Expected {
+    model: YawModel<f64>,
+    /// Which points it comes from, and with which weight.
+    weights: Vec<(usize, f64)>,
+}
+
+impl Reference {
+    /// One model, or several of different speeds.
+    pub fn new(mut points: Vec<SpeedModel>) -> Result<Self, HealthError> {
+        let refused = |text: &str| Err(HealthError::Reference(text.into()));
+        if points.is_empty() {
+            return refused("no model with an uncertainty to compare with");
+        }
+        for point in &points {
+            let [a22, b2, c0] = point.model.theta();
+            if a22 == 0.0 || b2 == 0.0 || ![a22, b2, c0].iter().all(|p| p.is_finite()) {
+                return refused(
+                    "a model whose a22 or b2 is 0 or not finite cannot be compared with",
+                );
+            }
+        }
+        if points.len() == 1 {
+            return Ok(Self {
+                points,
+                schedule: None,
+            });
+        }
+        let speed = |point: &SpeedModel| point.surge_speed_m_s.unwrap_or(0.0);
+        points.sort_by(|a, b| speed(a).total_cmp(&speed(b)));
+        let schedule: Vec<SchedulePoint<f64>> = points
+            .iter()
+            .map(|point| SchedulePoint {
+                thrust: point.thrust,
+                surge_speed_m_s: point.surge_speed_m_s,
+                model: point.model,
+            })
+            .collect();
+        let schedule = SpeedSchedule::new(ScheduleKey::Speed, &schedule)
+            .map_err(|error| HealthError::Reference(error.to_string()))?;
+        Ok(Self {
+            points,
+            schedule: Some(schedule),
+        })
+    }
+
+    /// The models, slowest first.
+    pub fn points(&self) -> &[SpeedModel] {
+        &self.points
+    }
+
+    fn errors(&self) -> Vec<ReferenceError> {
+        self.points.iter().map(ReferenceError::of).collect()
+    }
+
+    /// The model at a speed, or why there is none.
+    fn at_speed(&self, surge_speed_m_s: Option<f64>) -> Result<Expected, String> {
+        let at_point = |index: usize, model| Expected {
+            model,
+            weights: vec![(index, 1.0)],
+        };
+        let known = |point: &SpeedModel| point.surge_speed_m_s.zip(surge_speed_m_s);
+        if let ([only], None) = (self.points.as_slice(), self.points.first().and_then(known)) {
+            return Ok(at_point(0, only.model));
+        }
+        let Some(speed) = surge_speed_m_s else {
+            return Err("its speed is not known, and the reference has several".into());
+        };
+        let speed_of = |index: usize| self.points[index].surge_speed_m_s.unwrap_or(speed);
+        let last = self.points.len() - 1;
+        let (slowest, fastest) = (speed_of(0), speed_of(last));
+        let outer = if speed < slowest { 0 } else { last };
+        if let Some(schedule) = self
+            .schedule
+            .filter(|_| (slowest..=fastest).contains(&speed))
+        {
+            let model = schedule
+                .lookup(speed, Beyond::Refuse)
+                .map_err(|error| error.to_string())?
+                .value()
+                .model;
+            let upper = self
+                .points
+                .partition_point(|p| p.surge_speed_m_s.is_some_and(|own| own < speed))
+                .clamp(1, last);
+            let fraction = (speed - speed_of(upper - 1)) / (speed_of(upper) - speed_of(upper - 1));
+            return Ok(Expected {
+                model,
+                weights: vec![(upper - 1, 1.0 - fraction), (upper, fraction)],
+            });
+        }
+        if (speed / speed_of(outer) - 1.0).abs() > LARGEST_SPEED_SCALING {
+            return Err(format!(
+                "its speed, {speed:.2} m/s, is not within {:.0} % of the reference's, {}",
+                100.0 * LARGEST_SPEED_SCALING,
+                if last == 0 {
+                    format!("{slowest:.2} m/s")
+                } else {
+                    format!("{slowest:.2} to {fastest:.2} m/s")
+                }
+            ));
+        }
+        Ok(at_point(outer, self.points[outer].scaled_to(speed)))
+    }
+
+    /// The model at a thrust that was run, or else at a speed, or why there is none.
+    fn at(&self, now: &SpeedModel) -> Result<Expected, String> {
+        let same_thrust = |point: &SpeedModel| {
+            point
+                .thrust
+                .zip(now.thrust)
+                .is_some_and(|(a, b)| (a - b).abs() < 1e-6)
+        };
+        match self.points.iter().position(same_thrust) {
+            Some(index) => Ok(Expected {
+                model: self.points[index].model,
+                weights: vec![(index, 1.0)],
+            }),
+            None => self.at_speed(now.surge_speed_m_s),
+        }
+    }
+}
+
+/// What was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Finding {
+    /// No change, and one worth knowing would have been seen.
+    Unchanged,
+    /// The vehicle is different.
+    Changed,
+    /// The data would not show a change worth knowing.
+    CannotTell,
+}
+
+impl Finding {
+    fn verdict(self, text: String) -> Verdict {
+        let code = match self {
+            Self::Unchanged => "unchanged",
+            Self::Changed => "changed",
+            Self::CannotTell => "cannot_tell",
+        };
+        Verdict {
+            accepted: self == Self::Unchanged,
+            reasons: vec![Reason {
+                code: code.into(),
+                text,
+            }],
+        }
+    }
+}
+
+/// A change and its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Effect {
+    /// The change, a share of what it was, or rad.
+    pub change: f64,
+    /// `[low, high]`
+    pub interval_95: [f64; 2],
+}
+
+/// What has changed by how much, from the reference to now.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Effects {
+    /// a22, as a share of what it was.
+    pub damping: Effect,
+    /// b2, as a share of what it was.
+    pub rudder: Effect,
+    /// C0, as the angle that the rudder had to be laid for it, rad. `None` where it is not tested.
+    pub offset_rad: Option<Effect>,
+}
+
+/// The least change of one parameter alone that would be found nine times in ten.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Detectable {
+    /// Of a22, as a share.
+    pub damping: f64,
+    /// Of b2, as a share.
+    pub rudder: f64,
+    /// Of C0, as an angle of the rudder, rad. `None` where it is not tested.
+    pub offset_rad: Option<f64>,
+}
+
+impl Detectable {
+    /// `the rudder by 8 % or of the damping by 12 %`
+    fn words(&self) -> String {
+        let percent = |share: f64| format!("{:.0} %", (100.0 * share).ceil());
+        let mut words = format!(
+            "of the rudder by {} or of the damping by {}",
+            percent(self.rudder),
+            percent(self.damping)
+        );
+        if let Some(offset) = self.offset_rad {
+            words += &format!(" or of the offset by {:.1} deg", offset.to_degrees());
+        }
+        words
+    }
+}

@@ -1,0 +1,485 @@
+//! A drift watch over ordinary mission logs: since when is a re-trial due?
+
+use std::collections::BTreeMap;
+
+use seatrial_core::Sample;
+use serde::Serialize;
+
+use super::cause::{self, Explanation};
+use super::change::mean_delta0_rad;
+use super::pool::{Deviation, Pooled, ReferenceError};
+use super::{
+    Detectable, Effects, Finding, HealthError, HealthSettings, LARGEST_UNSEEN_CHANGE, Reference,
+    SpeedModel, degrees_of_freedom,
+};
+use crate::identification::{Refined, Verdict};
+use crate::identify::refine::{refine, structural_mismatch};
+use crate::identify::whitening::{Disturbance, Prepared};
+use crate::identify::{IdentifySettings, identify};
+use crate::manoeuvre::Manoeuvre;
+use crate::record::{Record, Window, median_interval_s};
+
+/// A window lasts so many time constants of the vehicle, about as long as a trial's training stage.
+const WINDOW_TIME_CONSTANTS: f64 = 16.0;
+
+/// Windows start on a grid of so many to a window's length.
+const STARTS_PER_WINDOW: usize = 4;
+
+/// A window with fewer samples shows nothing.
+const LEAST_SAMPLES: usize = 30;
+
+/// Half the 95 % interval of b2 from one window, over what is expected: a wider one is not excited.
+const WIDEST_RUDDER_INTERVAL: f64 = 0.5;
+
+/// Half the 95 % interval that a window has to promise: white noise, which it assumes, promises too much by a factor
+/// of some five.
+const WIDEST_PROMISE: f64 = 0.1;
+
+/// The halves of a window differ in mean speed by less than this share of it.
+const STEADY_SPEED: f64 = 0.05;
+
+/// A longer gap than this share of a window breaks it.
+const LARGEST_GAP: f64 = 0.1;
+
+/// Reads mission logs in the order of time and tests whether the vehicle is still that of the reference.
+///
+/// ```text
+/// at window n, over the last m = 1, 2, 4, ... windows:   p(n, m) of one common change
+/// alarm at n:   p(n, m) < rate / (number of all tests)   for some m
+/// onset k:      the largest likelihood ratio of a change from window k to the last alarm
+/// ```
+///
+/// A generalised likelihood ratio test on windows in which the rudder excites the vehicle: a short span finds a large
+/// change at once, a long one a small change in time. Dividing the rate by the number of tests (Bonferroni) bounds
+/// the probability of any false alarm in all that was read, whatever the correlation of the tests through the
+/// reference they share. Each window is identified by itself, so wind, current and the heading noise of the day
+/// are estimated with it.
+#[derive(Clone, Debug)]
+pub struct Watch {
+    reference: Reference,
+    settings: HealthSettings,
+    windows: Vec<(WatchedWindow, Deviation)>,
+    skipped: BTreeMap<String, f64>,
+    read_s: f64,
+}
+
+/// A window that excited the vehicle.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WatchedWindow {
+    /// The log, as named to [`Watch::read`].
+    pub log: String,
+    /// When, in the log's own seconds.
+    pub window: Window,
+    /// Mean forward speed, m/s.
+    pub surge_speed_m_s: Option<f64>,
+    /// How this window alone differs from the reference.
+    pub effects: Effects,
+    /// The least p of the spans that end here. `None` before [`Watch::report`].
+    pub p_value: Option<f64>,
+    /// Is it under the level?
+    pub alarm: bool,
+}
+
+/// Time that could not be watched.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Skipped {
+    /// Why.
+    pub because: String,
+    /// How long altogether, s.
+    pub duration_s: f64,
+}
+
+/// What the logs say.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WatchReport {
+    /// How it was tested.
+    pub settings: HealthSettings,
+    /// What was found.
+    pub finding: Finding,
+    /// Time read, s.
+    pub read_s: f64,
+    /// Every window that excited the vehicle, in order.
+    pub windows: Vec<WatchedWindow>,
+    /// The p under which a span raises the alarm.
+    pub level: Option<f64>,
+    /// Time that could not be watched, and why, longest first.
+    pub skipped: Vec<Skipped>,
+    /// The first window after the change, counted from 0.
+    pub since: Option<usize>,
+    /// What has changed by how much: since the change, or over all where there is none.
+    pub effects: Option<Effects>,
+    /// The one cause that explains the change within the noise.
+    pub explanation: Option<Explanation>,
+    /// What would have been found.
+    pub detectable: Option<Detectable>,
+    /// Accepted where no re-trial is due.
+    pub verdict: Verdict,
+}
+
+/// Why a window shows nothing.
+enum NoUse {
+    Because(String),
+    NotExcited,
+}
+
+impl Watch {
+    /// A watch that has read nothing.
+    pub fn new(reference: Reference, settings: HealthSettings) -> Result<Self, HealthError> {
+        if reference
+            .points()
+            .iter()
+            .any(|point| point.model.a22_per_s >= 0.0)
+        {
+            return Err(HealthError::Reference(
+                "a model with a22 at or above 0 has no time constant to choose windows by".into(),
+            ));
+        }
+        Ok(Self {
+            reference,
+            settings,
+            windows: Vec::new(),
+            skipped: BTreeMap::new(),
+            read_s: 0.0,
+        })
+    }
+
+    /// Reads the next log: every window that excites the vehicle is kept, the rest counted.
+    pub fn read(&mut self, name: &str, record: &Record) {
+        let record = Record {
+            samples: record.usable(Window::ALL),
+        };
+        let (Some(first), Some(last)) = (record.samples.first(), record.samples.last()) else {
+            return;
+        };
+        self.read_s += last.time_s - first.time_s;
+        let length_s = WINDOW_TIME_CONSTANTS * self.time_constant_s();
+        let step_s = length_s / STARTS_PER_WINDOW as f64;
+        let at = |from_s: f64| Window {
+            from_s,
+            to_s: from_s + length_s,
+        };
+        let mut from_s = first.time_s;
+        while from_s < last.time_s {
+            let promising = self.promise(&record, at(from_s));
+            let looked = match promising {
+                Ok(_) => {
+                    let window = self.best_start(&record, from_s, step_s, length_s);
+                    self.skip("the rudder hardly moves", window.from_s - from_s);
+                    from_s = window.from_s;
+                    self.look(name, &record, window)
+                }
+                Err(no_use) => Err(no_use),
+            };
+            let left_s = last.time_s - from_s;
+            match looked {
+                Ok(kept) => {
+                    self.windows.push(kept);
+                    from_s += length_s;
+                }
+                Err(NoUse::NotExcited) => {
+                    self.skip("the rudder hardly moves", step_s.min(left_s));
+                    from_s += step_s;
+                }
+                Err(NoUse::Because(why)) => {
+                    self.skip(&why, step_s.min(left_s));
+                    from_s += step_s;
+                }
+            }
+        }
+    }
+
+    fn skip(&mut self, because: &str, duration_s: f64) {
+        if duration_s > 0.0 {
+            *self.skipped.entry(because.into()).or_default() += duration_s;
+        }
+    }
+
+    /// The median of the reference, s.
+    fn time_constant_s(&self) -> f64 {
+        let mut all: Vec<f64> = self
+            .reference
+            .points()
+            .iter()
+            .map(|point| -1.0 / point.model.a22_per_s)
+            .collect();
+        all.sort_by(f64::total_cmp);
+        all[all.len() / 2]
+    }
+
+    /// The start within the next window that promises most, so that a manoeuvre is not cut in two.
+    fn best_start(&self, record: &Record, from_s: f64, step_s: f64, length_s: f64) -> Window {
+        (0..STARTS_PER_WINDOW)
+            .map(|k| from_s + k as f64 * step_s)
+            .map(|from_s| Window {
+                from_s,
+                to_s: from_s + length_s,
+            })
+            .filter_map(|window| Some((self.promise(record, window).ok()?, window)))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map_or(
+                Window {
+                    from_s,
+                    to_s: from_s + length_s,
+                },
+                |(_, window)| window,
+            )
+    }
+
+    /// Half the 95 % interval of b2 that a window promises, over what is expected, were all that the reference leaves
+    /// of it white noise.
+    fn promise(&self, record: &Record, window: Window) -> Result<f64, NoUse> {
+        let samples = record.window(window);
+        let because = |text: String| Err(NoUse::Because(text));
+        if samples.len() < LEAST_SAMPLES {
+            return because("too few samples in a window".into());
+        }
+        if let Some(gap) = largest_gap_s(samples)
+            && gap > LARGEST_GAP * (window.to_s - window.from_s)
+        {
+            return because("samples are missing".into());
+        }
+        let moves = samples
+            .iter()
+            .any(|s| s.rudder_rad != samples[0].rudder_rad);
+        if !moves {
+            return Err(NoUse::NotExcited);
+        }
+        let expected = self
+            .reference
+            .at_speed(steady_speed_m_s(samples).map_err(NoUse::Because)?)
+            .map_err(NoUse::Because)?;
+        let fit = Prepared::new(samples, 1)
+            .fit(expected.model.a22_per_s, Disturbance::NONE)
+            .ok_or(NoUse::NotExcited)?;
+        let deviation = (fit.noise_variance_rad2 * fit.scaled_covariance[(0, 0)]).sqrt();
+        let promise = 2.0 * deviation / expected.model.b2_per_s2.abs();
+        if promise < WIDEST_PROMISE {
+            Ok(promise)
+        } else {
+            Err(NoUse::NotExcited)
+        }
+    }
+
+    /// Estimates one window and compares it with the reference.
+    fn look(
+        &self,
+        name: &str,
+        record: &Record,
+        window: Window,
+    ) -> Result<(WatchedWindow, Deviation), NoUse> {
+        let samples = record.window(window);
+        let speed = steady_speed_m_s(samples).map_err(NoUse::Because)?;
+        let expected = self.reference.at_speed(speed).map_err(NoUse::Because)?;
+        let refined = refine(samples, Some(expected.model)).map_err(|_| NoUse::NotExcited)?;
+        let rudder_amplitude_rad = Manoeuvre::find(samples)
+            .ok_or(NoUse::NotExcited)?
+            .amplitude_rad;
+        // Of what the rudder does if the vehicle is sound: one that is lost must not hide itself.
+        let as_expected = Refined {
+            model: expected.model,
+            ..refined.clone()
+        };
+        let refined = match structural_mismatch(&as_expected, rudder_amplitude_rad) {
+            Some(_) => accepted_estimate(record, window, &refined)?,
+            None => refined,
+        };
+        let now = SpeedModel {
+            thrust: None,
+            surge_speed_m_s: speed,
+            model: refined.model,
+            covariance: refined.covariance,
+            degrees_of_freedom: degrees_of_freedom(&expected.model, window.to_s - window.from_s),
+        };
+        let not_finite = || NoUse::Because("its numbers are not finite".into());
+        let deviation = Deviation::between(&expected, &now).ok_or_else(not_finite)?;
+        if deviation.rudder_half_width() > WIDEST_RUDDER_INTERVAL {
+            return Err(NoUse::NotExcited);
+        }
+        let errors = self.reference.errors();
+        let alone = std::slice::from_ref(&deviation);
+        let effects = Pooled::of(alone, &errors, self.settings.parameters())
+            .ok_or_else(not_finite)?
+            .effects(alone, &errors);
+        let watched = WatchedWindow {
+            log: name.into(),
+            window,
+            surge_speed_m_s: speed,
+            effects,
+            p_value: None,
+            alarm: false,
+        };
+        Ok((watched, deviation))
+    }
+
+    /// What all that was read says.
+    pub fn report(&self) -> WatchReport {
+        let settings = self.settings;
+        let errors = self.reference.errors();
+        let (mut windows, deviations): (Vec<WatchedWindow>, Vec<Deviation>) =
+            self.windows.iter().cloned().unzip();
+        let tests: usize = (1..=windows.len()).map(|n| spans(n).count()).sum();
+        let level = settings.false_alarm_rate / tests.max(1) as f64;
+        let pool = |of: &[Deviation]| Pooled::of(of, &errors, settings.parameters());
+        for (n, window) in windows.iter_mut().enumerate() {
+            let p_value = spans(n + 1)
+                .filter_map(|span| pool(&deviations[n + 1 - span..=n]))
+                .map(|pooled| pooled.p_value(&settings))
+                .fold(1.0, f64::min);
+            window.p_value = Some(p_value);
+            window.alarm = p_value < level;
+        }
+        let alarms = || windows.iter().enumerate().filter(|(_, w)| w.alarm);
+        let span = alarms()
+            .map(|(n, _)| n)
+            .next()
+            .zip(alarms().map(|(n, _)| n).next_back());
+        let since =
+            span.and_then(|(first, last)| onset(&deviations, &errors, &settings, first, last));
+        let told = since.unwrap_or(0)..span.map_or(windows.len(), |(_, last)| last + 1);
+        let pooled = if told.is_empty() {
+            None
+        } else {
+            pool(&deviations[told.clone()])
+        };
+        let effects = pooled
+            .as_ref()
+            .map(|pooled| pooled.effects(&deviations[told], &errors));
+        let detectable = pooled
+            .as_ref()
+            .and_then(|pooled| pooled.detectable(level, &settings));
+        let explanation = pooled
+            .as_ref()
+            .filter(|_| since.is_some())
+            .and_then(|pooled| Explanation::of(pooled, mean_delta0_rad(&self.reference)));
+        let (finding, text) = match (since, effects, detectable) {
+            (Some(since), Some(effects), _) => (
+                Finding::Changed,
+                format!(
+                    "a re-trial is due since {}, {:.0} s: {}",
+                    windows[since].log,
+                    windows[since].window.from_s,
+                    cause::words(explanation.as_ref(), &effects)
+                ),
+            ),
+            (None, _, Some(detectable)) if detectable.rudder <= LARGEST_UNSEEN_CHANGE => (
+                Finding::Unchanged,
+                format!(
+                    "no change found; a change {} that lasted through these windows would have been seen, nine times in ten",
+                    detectable.words()
+                ),
+            ),
+            (_, _, Some(detectable)) => (
+                Finding::CannotTell,
+                format!(
+                    "the rudder did not excite the vehicle enough: only a change {} would have been seen",
+                    detectable.words()
+                ),
+            ),
+            _ => (
+                Finding::CannotTell,
+                "in no window does the rudder excite the vehicle enough; a zig-zag of a few rudder strokes in the next mission would do".into(),
+            ),
+        };
+        WatchReport {
+            settings,
+            finding,
+            read_s: self.read_s,
+            windows,
+            level: (tests > 0).then_some(level),
+            skipped: self.skipped_longest_first(),
+            since,
+            effects,
+            explanation,
+            detectable,
+            verdict: finding.verdict(text),
+        }
+    }
+
+    fn skipped_longest_first(&self) -> Vec<Skipped> {
+        let mut skipped: Vec<Skipped> = self
+            .skipped
+            .iter()
+            .map(|(because, duration_s)| Skipped {
+                because: because.clone(),
+                duration_s: *duration_s,
+            })
+            .collect();
+        skipped.sort_by(|a, b| b.duration_s.total_cmp(&a.duration_s));
+        skipped
+    }
+}
+
+/// 1, 2, 4, ... up to n.
+fn spans(n: usize) -> impl Iterator<Item = usize> {
+    std::iter::successors(Some(1), |span| Some(2 * span)).take_while(move |span| *span <= n)
+}
+
+/// The most likely first window of a change that was found from `first` to `last`.
+fn onset(
+    deviations: &[Deviation],
+    errors: &[ReferenceError],
+    settings: &HealthSettings,
+    first: usize,
+    last: usize,
+) -> Option<usize> {
+    (0..=first)
+        .filter_map(|from| {
+            let pooled = Pooled::of(&deviations[from..=last], errors, settings.parameters())?;
+            let information = pooled.information()?;
+            let ratio = (pooled.change.transpose() * information * &pooled.change)[(0, 0)];
+            Some((from, ratio))
+        })
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(from, _)| from)
+}
+
+fn largest_gap_s(samples: &[Sample<f64>]) -> Option<f64> {
+    median_interval_s(samples)?;
+    samples
+        .windows(2)
+        .map(|pair| pair[1].time_s - pair[0].time_s)
+        .reduce(f64::max)
+}
+
+/// The estimate of a window in which something else than the rudder turns the vehicle as well. With sway or a slow servo
+/// the verdict accepts it, in a sea that is too strong it does not. Which of the two it is the window does not say, so
+/// the covariance is that of both.
+fn accepted_estimate(record: &Record, window: Window, refined: &Refined) -> Result<Refined, NoUse> {
+    let accepted = identify(record, window, None, &IdentifySettings::default())
+        .ok()
+        .filter(|identification| identification.verdict.accepted)
+        .and_then(|identification| identification.refined)
+        .ok_or_else(|| {
+            NoUse::Because(
+                "waves, current or thrusters turn the vehicle too much beside the rudder".into(),
+            )
+        })?;
+    let covariance = std::array::from_fn(|i| {
+        std::array::from_fn(|j| accepted.covariance[i][j] + refined.covariance[i][j])
+    });
+    Ok(Refined {
+        covariance,
+        ..accepted
+    })
+}
+
+/// The mean speed of a window, `None` where there is no speed, or why there is none.
+fn steady_speed_m_s(samples: &[Sample<f64>]) -> Result<Option<f64>, String> {
+    let mean = |samples: &[Sample<f64>]| {
+        let known: Vec<f64> = samples
+            .iter()
+            .filter_map(|s| s.surge_speed_m_s)
+            .filter(|speed| speed.is_finite())
+            .collect();
+        (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
+    };
+    let (early, late) = samples.split_at(samples.len() / 2);
+    let (Some(early), Some(late)) = (mean(early), mean(late)) else {
+        return Ok(mean(samples));
+    };
+    let speed = 0.5 * (early + late);
+    if (late - early).abs() > STEADY_SPEED * speed.abs() {
+        return Err("the speed is not steady".into());
+    }
+    Ok(Some(speed))
+}
