@@ -64,6 +64,12 @@ impl Bytes {
     }
 
     /// The next line without its end, and no more of it than the buffer holds; `None` at the end.
+    #[cfg(any(
+        feature = "canboat",
+        feature = "slocum",
+        feature = "nmea0183",
+        feature = "alog"
+    ))]
     pub fn line(&mut self) -> Result<Option<&[u8]>, Fault> {
         let mut asked = 1 << 12;
         let (length, end) = loop {

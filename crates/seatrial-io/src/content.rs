@@ -9,7 +9,7 @@ use crate::error::Fault;
 use crate::table::Table;
 
 /// For messages.
-pub(crate) const BINARY_FORMATS: &str = "Parquet, ArduPilot DataFlash (.bin), MAVLink telemetry (.tlog), PX4 ULog (.ulg) and Slocum (.dbd)";
+pub(crate) const BINARY_FORMATS: &str = "Parquet, ArduPilot DataFlash (.bin), MAVLink telemetry (.tlog), PX4 ULog (.ulg), Slocum (.dbd), MCAP and rosbag2 (.db3)";
 
 /// Bytes that are enough to tell every format.
 const START: u64 = 4096;
@@ -32,7 +32,10 @@ macro_rules! built {
 }
 
 /// Opens a file as what it is; text where it is nothing else.
-#[cfg_attr(not(feature = "slocum"), expect(unused_variables))]
+#[cfg_attr(
+    not(any(feature = "slocum", feature = "rosbag2")),
+    expect(unused_variables)
+)]
 pub(crate) fn open(mut file: File, path: &Path) -> Result<Box<dyn Table>, Fault> {
     let mut start = Vec::new();
     Read::by_ref(&mut file)
@@ -59,6 +62,18 @@ pub(crate) fn open(mut file: File, path: &Path) -> Result<Box<dyn Table>, Fault>
             "ulog",
             "PX4 ULog",
             crate::joined::Joined::new(crate::ulog::ULog::open(file)?)
+        )
+    } else if start.starts_with(b"\x89MCAP0\r\n") {
+        built!(
+            "mcap",
+            "MCAP",
+            crate::joined::Joined::new(crate::mcap::Mcap::open(file)?)
+        )
+    } else if start.starts_with(b"SQLite format 3\0") {
+        built!(
+            "rosbag2",
+            "rosbag2",
+            crate::joined::Joined::new(crate::rosbag::Bag::open(file, path)?)
         )
     } else if start.starts_with(b"dbd_label:") {
         built!(

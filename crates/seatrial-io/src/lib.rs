@@ -9,7 +9,7 @@
 mod alog;
 #[cfg(any(feature = "dataflash", feature = "tlog"))]
 mod ardupilot;
-#[cfg(feature = "ulog")]
+#[cfg(any(feature = "ulog", feature = "mcap", feature = "rosbag2"))]
 mod attitude;
 #[cfg(feature = "messages")]
 mod bytes;
@@ -27,6 +27,8 @@ mod joined;
 mod matching;
 #[cfg(feature = "tlog")]
 mod mavlink;
+#[cfg(feature = "mcap")]
+mod mcap;
 mod name;
 #[cfg(feature = "nmea0183")]
 mod nmea0183;
@@ -34,13 +36,19 @@ mod nmea0183;
     feature = "dataflash",
     feature = "tlog",
     feature = "ulog",
-    feature = "canboat"
+    feature = "canboat",
+    feature = "mcap",
+    feature = "rosbag2"
 ))]
 mod number;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod quantity;
 mod reader;
+#[cfg(any(feature = "mcap", feature = "rosbag2"))]
+mod ros2;
+#[cfg(feature = "rosbag2")]
+mod rosbag;
 #[cfg(feature = "slocum")]
 mod slocum;
 mod table;

@@ -44,6 +44,10 @@ pub enum Format {
     Nmea0183,
     /// MOOS.
     Alog,
+    /// MCAP with ROS 2 messages.
+    Mcap,
+    /// rosbag2 in SQLite.
+    Rosbag,
 }
 
 /// What the user said about a log; everything else is found out.

@@ -1,0 +1,280 @@
+//! What ROS 2 messages mean, whatever file they come from.
+
+mod schema;
+
+use std::collections::BTreeMap;
+
+pub(crate) use schema::{Schema, plain};
+
+use crate::joined::{Kind, Message};
+use crate::name::ColumnName;
+use crate::table::{Known, KnownChannel};
+use crate::{Quantity, Unit};
+
+/// Topics that are read.
+#[derive(Default)]
+pub(crate) struct Topics {
+    pub kinds: Vec<Kind>,
+    /// By the number that the file gives its topics.
+    by_number: BTreeMap<u64, Topic>,
+    /// Types that were not understood.
+    pub unknown: Vec<String>,
+    pub undecoded: u64,
+}
+
+struct Topic {
+    kind: usize,
+    type_name: String,
+    schema: Schema,
+}
+
+/// Fields of well-known types, the preferred one of a quantity first. Signs and frames are those of REP 103.
+const CHANNELS: [(Quantity, &str, &str, Unit); 21] = {
+    use Quantity::{Depth, East, Heading, North, Pitch, Roll, Rudder, Speed, YawRate};
+    use Unit::{Metre, MetrePerSecond, Radian, RadianPerSecond};
+    [
+        (
+            Heading,
+            "nav_msgs/Odometry",
+            "pose.pose.orientation.heading_rad",
+            Radian,
+        ),
+        (
+            Heading,
+            "sensor_msgs/Imu",
+            "orientation.heading_rad",
+            Radian,
+        ),
+        (
+            Heading,
+            "geometry_msgs/PoseStamped",
+            "pose.orientation.heading_rad",
+            Radian,
+        ),
+        (
+            Heading,
+            "geometry_msgs/PoseWithCovarianceStamped",
+            "pose.pose.orientation.heading_rad",
+            Radian,
+        ),
+        (
+            Rudder,
+            "ackermann_msgs/AckermannDriveStamped",
+            "drive.steering_angle",
+            Radian,
+        ),
+        (
+            Rudder,
+            "ackermann_msgs/AckermannDrive",
+            "steering_angle",
+            Radian,
+        ),
+        (
+            Roll,
+            "nav_msgs/Odometry",
+            "pose.pose.orientation.roll_rad",
+            Radian,
+        ),
+        (Roll, "sensor_msgs/Imu", "orientation.roll_rad", Radian),
+        (
+            Roll,
+            "geometry_msgs/PoseStamped",
+            "pose.orientation.roll_rad",
+            Radian,
+        ),
+        (
+            Pitch,
+            "nav_msgs/Odometry",
+            "pose.pose.orientation.pitch_rad",
+            Radian,
+        ),
+        (Pitch, "sensor_msgs/Imu", "orientation.pitch_rad", Radian),
+        (
+            Pitch,
+            "geometry_msgs/PoseStamped",
+            "pose.orientation.pitch_rad",
+            Radian,
+        ),
+        (
+            YawRate,
+            "sensor_msgs/Imu",
+            "angular_velocity.yaw_rate_rad_s",
+            RadianPerSecond,
+        ),
+        (
+            YawRate,
+            "nav_msgs/Odometry",
+            "twist.twist.angular.yaw_rate_rad_s",
+            RadianPerSecond,
+        ),
+        (
+            Speed,
+            "nav_msgs/Odometry",
+            "twist.twist.linear.x",
+            MetrePerSecond,
+        ),
+        (
+            Speed,
+            "geometry_msgs/TwistStamped",
+            "twist.linear.x",
+            MetrePerSecond,
+        ),
+        (North, "nav_msgs/Odometry", "pose.pose.position.y", Metre),
+        (East, "nav_msgs/Odometry", "pose.pose.position.x", Metre),
+        (North, "geometry_msgs/PoseStamped", "pose.position.y", Metre),
+        (East, "geometry_msgs/PoseStamped", "pose.position.x", Metre),
+        (Depth, "marine_sensor_msgs/Depth", "depth", Metre),
+    ]
+};
+
+/// A header's time that is further from the recorder's is of another clock, s.
+const MOST_LATENCY_S: f64 = 1.0;
+
+/// Types of one number, whose meaning is in the topic's name.
+const PLAIN_NUMBERS: [&str; 2] = ["std_msgs/Float64", "std_msgs/Float32"];
+
+impl Topics {
+    /// Is this number known?
+    pub fn has(&self, number: u64) -> bool {
+        self.by_number.contains_key(&number)
+    }
+
+    /// Takes up a topic that has messages.
+    pub fn add(&mut self, number: u64, topic: &str, type_name: &str, definition: &str) {
+        let Some(schema) = Schema::parse(type_name, definition) else {
+            self.unknown.push(format!("{topic} ({type_name})"));
+            return;
+        };
+        let name = topic.trim_start_matches('/').to_string();
+        // A bag may give one topic several numbers.
+        let existing = self.kinds.iter().position(|kind| kind.name == name);
+        let kind = existing.unwrap_or(self.kinds.len());
+        if existing.is_none() {
+            self.kinds.push(Kind {
+                name,
+                fields: schema.names(),
+            });
+        }
+        let type_name = plain(type_name);
+        let topic = Topic {
+            kind,
+            type_name,
+            schema,
+        };
+        self.by_number.insert(number, topic);
+    }
+
+    /// Decodes a message of a wanted topic. The time is that of its header, where this is of the recorder's
+    /// clock, else of its recording.
+    pub fn take(
+        &mut self,
+        number: u64,
+        recorded_s: f64,
+        body: &[u8],
+        wanted: &[bool],
+        message: &mut Message,
+    ) -> bool {
+        let Some(topic) = self
+            .by_number
+            .get(&number)
+            .filter(|topic| wanted[topic.kind])
+        else {
+            return false;
+        };
+        match topic.schema.decode(body, &mut message.values) {
+            Some(stamp_s) => {
+                message.kind = topic.kind;
+                let latency_s = |stamp_s: &f64| recorded_s - stamp_s;
+                message.time_s = stamp_s
+                    .filter(|stamp_s| latency_s(stamp_s).abs() < MOST_LATENCY_S)
+                    .unwrap_or(recorded_s);
+                true
+            }
+            None => {
+                self.undecoded += 1;
+                false
+            }
+        }
+    }
+
+    /// Topics that feed quantities by their types, and topics of one number by their names.
+    pub fn known(&self) -> Known {
+        let mut known = Known::default();
+        let topics = || self.by_number.values();
+        for (quantity, type_name, field, unit) in CHANNELS {
+            for topic in topics().filter(|topic| topic.type_name == type_name) {
+                let column = format!("{}.{field}", self.kinds[topic.kind].name);
+                known.add(quantity, column, Some(unit), "");
+            }
+        }
+        for quantity in Quantity::ALL {
+            let mut named: Vec<(usize, &Topic, String)> = topics()
+                .filter(|topic| PLAIN_NUMBERS.contains(&topic.type_name.as_str()))
+                .filter_map(|topic| {
+                    let name = &self.kinds[topic.kind].name;
+                    let fit = ColumnName::new(name).fit(quantity)?;
+                    Some((fit.rank, topic, format!("{name}.data")))
+                })
+                .collect();
+            named.sort_by_key(|(rank, ..)| *rank);
+            let unit = match quantity {
+                Quantity::Rudder | Quantity::Heading | Quantity::Roll | Quantity::Pitch => None,
+                Quantity::YawRate => Some(Unit::RadianPerSecond),
+                Quantity::Speed => Some(Unit::MetrePerSecond),
+                Quantity::Time => continue,
+                _ => Some(Unit::Metre),
+            };
+            for (.., column) in named {
+                known.add(quantity, column, unit, "");
+            }
+        }
+        for topic in topics().filter(|topic| topic.type_name.starts_with("geometry_msgs/Twist")) {
+            let kind = &self.kinds[topic.kind];
+            let command = kind
+                .fields
+                .iter()
+                .find(|field| field.ends_with("angular.z"));
+            if let Some(field) = command.filter(|_| kind.name.contains("cmd")) {
+                known.channels.push(KnownChannel {
+                    quantity: Quantity::Rudder,
+                    column: format!("{}.{field}", kind.name),
+                    unit: Some(Unit::Fraction),
+                    because: Some("a yaw command".into()),
+                    doubt: Some(
+                        "no topic is a rudder: the yaw command is taken to steer; it does so only where no controller follows it".into(),
+                    ),
+                });
+            }
+        }
+        let found: Vec<String> = topics()
+            .map(|topic| format!("{} ({})", self.kinds[topic.kind].name, topic.type_name))
+            .collect();
+        let found = found.join(", ");
+        known.lacks(
+            Quantity::Heading,
+            format!("expected nav_msgs/Odometry, sensor_msgs/Imu, geometry_msgs/PoseStamped or a number on a topic named heading; found {found}"),
+        );
+        known.lacks(
+            Quantity::Rudder,
+            format!("expected a number on a topic named rudder, fin or steering, ackermann_msgs/AckermannDrive or a yaw command; found {found}"),
+        );
+        known
+    }
+
+    /// For people.
+    pub fn warnings(&self) -> Vec<String> {
+        let undecoded = (self.undecoded > 0).then(|| {
+            format!(
+                "{} messages do not fit their definitions and are left out",
+                self.undecoded
+            )
+        });
+        let unknown = (!self.unknown.is_empty()).then(|| {
+            format!(
+                "topics whose definitions are not understood are left out: {}",
+                self.unknown.join(", ")
+            )
+        });
+        undecoded.into_iter().chain(unknown).collect()
+    }
+}
