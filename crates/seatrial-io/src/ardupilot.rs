@@ -44,8 +44,8 @@ impl Parameters {
         }
     }
 
-    fn output_with(&self, function: f64) -> Option<usize> {
-        (1..=OUTPUTS).find(|output| self.get(&format!("SERVO{output}_FUNCTION")) == Some(function))
+    fn output_with(&self, function: f64, outputs: usize) -> Option<usize> {
+        (1..=outputs).find(|output| self.get(&format!("SERVO{output}_FUNCTION")) == Some(function))
     }
 }
 
@@ -126,18 +126,18 @@ pub(crate) enum Steering {
 }
 
 impl Steering {
-    /// By the functions of the outputs.
-    pub fn find(parameters: &Parameters) -> Option<Self> {
+    /// By the functions of the first outputs, as many as are logged.
+    pub fn find(parameters: &Parameters, outputs: usize) -> Option<Self> {
         let pulse = |number: usize| Pulse::of(parameters, &format!("SERVO{number}"));
         let single = parameters
-            .output_with(RUDDER)
-            .or_else(|| parameters.output_with(GROUND_STEERING));
+            .output_with(RUDDER, outputs)
+            .or_else(|| parameters.output_with(GROUND_STEERING, outputs));
         if let Some(number) = single {
             let pulse = pulse(number);
             return Some(Self::Output { number, pulse });
         }
-        let left = parameters.output_with(THROTTLE_LEFT)?;
-        let right = parameters.output_with(THROTTLE_RIGHT)?;
+        let left = parameters.output_with(THROTTLE_LEFT, outputs)?;
+        let right = parameters.output_with(THROTTLE_RIGHT, outputs)?;
         Some(Self::Differential {
             left: (left, pulse(left)),
             right: (right, pulse(right)),
@@ -196,12 +196,12 @@ mod tests {
         ] {
             parameters.insert(name.into(), value);
         }
-        let steering = Steering::find(&parameters).unwrap();
+        let steering = Steering::find(&parameters, 8).unwrap();
         let pulse_us = |output: usize| if output == 1 { 1900.0 } else { 1400.0 };
         assert_eq!(steering.fraction(pulse_us), 0.5 * (1.0 + 0.5));
         parameters.insert("SERVO4_FUNCTION".into(), RUDDER);
         assert!(matches!(
-            Steering::find(&parameters),
+            Steering::find(&parameters, 8),
             Some(Steering::Output { number: 4, .. })
         ));
     }

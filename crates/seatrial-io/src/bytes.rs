@@ -64,12 +64,6 @@ impl Bytes {
     }
 
     /// The next line without its end, and no more of it than the buffer holds; `None` at the end.
-    #[cfg(any(
-        feature = "canboat",
-        feature = "slocum",
-        feature = "nmea0183",
-        feature = "alog"
-    ))]
     pub fn line(&mut self) -> Result<Option<&[u8]>, Fault> {
         let mut asked = 1 << 12;
         let (length, end) = loop {
@@ -115,12 +109,6 @@ impl Bytes {
 }
 
 /// Text up to the first zero byte; what is not UTF-8 is replaced.
-#[cfg(any(
-    feature = "dataflash",
-    feature = "tlog",
-    feature = "ulog",
-    feature = "slocum"
-))]
 pub(crate) fn text_of(bytes: &[u8]) -> String {
     let end = bytes.iter().position(|byte| *byte == 0);
     String::from_utf8_lossy(&bytes[..end.unwrap_or(bytes.len())]).into_owned()

@@ -24,6 +24,8 @@ const FORMAT: u8 = 128;
 const FORMAT_LENGTH: usize = 89;
 /// Sensors of one kind are numbered below this.
 const MOST_INSTANCES: usize = 16;
+/// Outputs in RCOU.
+const OUTPUTS: usize = 14;
 /// The field that [`DataFlash`] adds to RCOU.
 const STEERING: &str = "steering_fraction";
 
@@ -185,12 +187,12 @@ impl DataFlash {
             log.learn(number, &mut instance_fields)?;
         }
         if log.kinds.is_empty() {
-            return Err(Fault::Damaged {
+            return Err(Fault::NothingToRead {
                 format: "DataFlash",
-                what: "no message but descriptions of messages".into(),
+                what: "there is nothing but descriptions of messages".into(),
             });
         }
-        log.steering = Steering::find(&log.parameters);
+        log.steering = Steering::find(&log.parameters, OUTPUTS);
         if let Some(kind) = log.kinds.iter_mut().find(|kind| kind.name == "RCOU")
             && log.steering.is_some()
         {
@@ -340,7 +342,7 @@ impl Messages for DataFlash {
             None => known.lacks(
                 Quantity::Rudder,
                 format!(
-                    "expected RCOU messages and an output with SERVOn_FUNCTION 21 (rudder), 26 (ground steering) or 73 and 74 (throttle left and right), or RATE messages; found {}",
+                    "expected RCOU messages and one of the outputs 1 to 14 with SERVOn_FUNCTION 21 (rudder), 26 (ground steering) or 73 and 74 (throttle left and right), or RATE messages; found {}",
                     self.parameters.functions()
                 ),
             ),

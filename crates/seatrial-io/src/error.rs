@@ -269,6 +269,14 @@ pub enum Fault {
         /// What is possible, 1/s.
         most_per_s: f64,
     },
+    /// A sound file of a known format without a message that is read.
+    #[error("is a {format} file in which nothing can be read: {what}; was the logger running?")]
+    NothingToRead {
+        /// Name of the format.
+        format: &'static str,
+        /// What was expected and found.
+        what: String,
+    },
     /// A file that belongs to the log is not there.
     #[error(
         "needs {name}, {what}; it is neither beside it nor in a folder `cac` or `cache` there: copy it from the vehicle"

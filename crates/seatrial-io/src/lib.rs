@@ -5,6 +5,22 @@
 //! by one with bounded memory. Every format is a `table::Table`: named columns and rows of cells; names,
 //! units, time and the checks of every row are the same for all of them.
 
+// A build with few formats leaves some of what they share unused.
+#![cfg_attr(
+    not(all(
+        feature = "dataflash",
+        feature = "tlog",
+        feature = "ulog",
+        feature = "canboat",
+        feature = "slocum",
+        feature = "nmea0183",
+        feature = "alog",
+        feature = "mcap",
+        feature = "rosbag2"
+    )),
+    allow(dead_code)
+)]
+
 #[cfg(feature = "alog")]
 mod alog;
 #[cfg(any(feature = "dataflash", feature = "tlog"))]
@@ -32,14 +48,7 @@ mod mcap;
 mod name;
 #[cfg(feature = "nmea0183")]
 mod nmea0183;
-#[cfg(any(
-    feature = "dataflash",
-    feature = "tlog",
-    feature = "ulog",
-    feature = "canboat",
-    feature = "mcap",
-    feature = "rosbag2"
-))]
+#[cfg(feature = "messages")]
 mod number;
 #[cfg(feature = "parquet")]
 mod parquet;

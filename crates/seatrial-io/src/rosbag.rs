@@ -87,7 +87,7 @@ impl Bag {
         };
         bag.find_topics().map_err(damaged)?;
         if bag.topics.kinds.is_empty() {
-            return Err(Fault::Damaged {
+            return Err(Fault::NothingToRead {
                 format: "rosbag2",
                 what: format!(
                     "expected topics in CDR whose definitions it holds, found {}",

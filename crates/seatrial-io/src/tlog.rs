@@ -17,6 +17,8 @@ use crate::reader::Format;
 use crate::table::{Known, KnownChannel};
 use crate::{Quantity, Unit};
 
+/// Outputs in SERVO_OUTPUT_RAW.
+const OUTPUTS: usize = 16;
 /// Pairs of normalised and real steering that are compared.
 const MOST_PAIRS: usize = 4096;
 /// Steering under this share of full is too little to compare, 1/10000.
@@ -93,9 +95,9 @@ impl Telemetry {
             .into_iter()
             .max_by_key(|(_, learnt)| attitudes(learnt))
         else {
-            return Err(Fault::Damaged {
+            return Err(Fault::NothingToRead {
                 format: "MAVLink telemetry",
-                what: "no message in it is of a kind that is read".into(),
+                what: "no message is of a kind that is read".into(),
             });
         };
         log.vehicle = vehicle;
@@ -124,7 +126,7 @@ impl Telemetry {
     }
 
     fn choose_steering(&mut self, learnt: &Learnt) {
-        let from_parameters = Steering::find(&learnt.parameters);
+        let from_parameters = Steering::find(&learnt.parameters, OUTPUTS);
         let has_outputs = learnt.count(SERVO_OUTPUT_RAW) > 0;
         if let Some(steering) = from_parameters.filter(|_| has_outputs) {
             self.because = steering.text();
@@ -305,7 +307,7 @@ impl Messages for Telemetry {
             None => known.lacks(
                 Quantity::Rudder,
                 format!(
-                    "expected SERVO_OUTPUT_RAW messages and an output with SERVOn_FUNCTION 21 (rudder), 26 (ground steering) or 73 and 74 (throttle left and right); found {}",
+                    "expected SERVO_OUTPUT_RAW messages and one of the outputs 1 to 16 with SERVOn_FUNCTION 21 (rudder), 26 (ground steering) or 73 and 74 (throttle left and right); found {}",
                     self.because
                 ),
             ),

@@ -93,9 +93,9 @@ impl ULog {
             log.bytes.skip(HEADER + length);
         }
         if log.kinds.is_empty() {
-            return Err(Fault::Damaged {
+            return Err(Fault::NothingToRead {
                 format: "PX4 ULog",
-                what: "no topic with data".into(),
+                what: "no topic has data".into(),
             });
         }
         log.start()?;
