@@ -100,7 +100,7 @@ impl Mcap {
                 (Some(what), _) => what.clone(),
                 (None, _) => "no messages".into(),
             };
-            return Err(Fault::Damaged {
+            return Err(Fault::NothingToRead {
                 format: "MCAP",
                 what: format!(
                     "expected topics with messages in CDR, found {}",
