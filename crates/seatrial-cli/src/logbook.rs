@@ -328,7 +328,7 @@ fn write_difference(text: &mut String, at: &ThrustDifference) {
 }
 
 /// The campaign of that number, or the last one of that configuration.
-fn named_campaign(logbook: &Logbook, name: &str) -> Result<CampaignEntry, Failure> {
+pub fn named_campaign(logbook: &Logbook, name: &str) -> Result<CampaignEntry, Failure> {
     if let Ok(number) = name.parse() {
         return chosen_campaign(logbook, Some(number));
     }

@@ -2,6 +2,8 @@
 
 mod compare;
 mod gains;
+mod health;
+mod health_source;
 mod identify;
 mod inspect;
 mod live;
@@ -52,6 +54,7 @@ enum Verb {
     Logbook(logbook::Args),
     Turn(turn::Args),
     Gains(gains::Args),
+    Health(health::Args),
     Paper(paper::Args),
     Report(report::Args),
     Replay(replay::Args),
@@ -70,6 +73,7 @@ impl Verb {
             Self::Logbook(args) => logbook::run(args, output),
             Self::Turn(args) => turn::run(args, output),
             Self::Gains(args) => gains::run(args, output),
+            Self::Health(args) => health::run(args, output),
             Self::Paper(args) => paper::run(args, output),
             Self::Report(args) => report::run(args, output),
             Self::Replay(args) => replay::run(args, output),

@@ -261,7 +261,8 @@ fn read_text(path: &Path) -> Result<String, Failure> {
         .map_err(|error| Failure::input(format!("{}: {error}", path.display())))
 }
 
-fn from_schedule(path: &Path) -> Result<Source, Failure> {
+/// The models of a schedule file.
+pub fn from_schedule(path: &Path) -> Result<Source, Failure> {
     let file: ScheduleFile = toml::from_str(&read_text(path)?).map_err(|error| {
         Failure::input(format!("{}: {error}\n{SCHEDULE_FILE_HELP}", path.display()))
     })?;

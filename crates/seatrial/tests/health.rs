@@ -342,12 +342,12 @@ fn recover_rates_over_noise_and_disturbance() {
                 disturbance_s,
             };
             let sound = vehicle([1.0; 3], sea);
-            let alarms = false_alarm_rate(1000, sea);
-            let share = |factors| changed_share(200, &sound, &vehicle(factors, sea), |_| ());
+            let alarms = false_alarm_rate(600, sea);
+            let share = |factors| changed_share(50, &sound, &vehicle(factors, sea), |_| ());
             let (weaker, heavier) = (share([1.0, 0.8, 1.0]), share([1.0 / 1.2; 3]));
-            let watches = watch_alarms(100, sea);
+            let watches = watch_alarms(60, sea);
             println!(
-                "{compass_noise_deg} {disturbance_rad_s2} {disturbance_s}: {:.1} {:.1} {:.1} {watches}/100",
+                "{compass_noise_deg} {disturbance_rad_s2} {disturbance_s}: {:.1} {:.1} {:.1} {watches}/60",
                 100.0 * alarms,
                 100.0 * weaker,
                 100.0 * heavier

@@ -69,13 +69,15 @@ impl Cause {
 }
 
 impl Explanation {
-    /// `None` where no single cause explains the change within the noise.
-    pub(super) fn of(pooled: &Pooled, delta0_rad: f64) -> Option<Self> {
+    /// `None` where no single cause explains the change within the noise. Where the speed is known not to have
+    /// changed, it is no cause.
+    pub(super) fn of(pooled: &Pooled, delta0_rad: f64, speed_is_known: bool) -> Option<Self> {
         let information = pooled.information()?;
         let p = pooled.change.len();
         let total = (pooled.change.transpose() * &information * &pooled.change)[(0, 0)];
         let mut possible: Vec<(f64, Cause, Effect)> = Cause::ALL
             .into_iter()
+            .filter(|cause| !(speed_is_known && *cause == Cause::Speed))
             .filter_map(|cause| {
                 let direction = DVector::from_row_slice(&cause.direction(delta0_rad)[..p]);
                 let along = &information * &direction;
@@ -109,7 +111,7 @@ impl Explanation {
             Cause::Damping if less => format!("turning is damped less by {by}"),
             Cause::Damping => format!("turning is damped more by {by}"),
             Cause::Offset => format!(
-                "the steering offset has moved by {}; trim, list, a bent fin, wind and current do this",
+                "the steering offset has moved by {}, the rest has not; trim, list and a bent fin do this, but wind and current as well: where these differed, test without the offset",
                 angle(size)
             ),
             Cause::Inertia if less => format!(

@@ -4,10 +4,7 @@ use serde::Serialize;
 
 use super::cause::{self, Explanation};
 use super::pool::{Deviation, Pooled, ReferenceError};
-use super::{
-    Detectable, Effects, Expected, Finding, HealthSettings, LARGEST_UNSEEN_CHANGE, Reference,
-    SpeedModel,
-};
+use super::{Detectable, Effects, Expected, Finding, HealthSettings, Reference, SpeedModel};
 use crate::identification::Verdict;
 
 /// The answer to whether the vehicle has changed.
@@ -65,13 +62,17 @@ pub struct Together {
 pub fn compare(reference: &Reference, now: &[SpeedModel], settings: &HealthSettings) -> Change {
     let errors = reference.errors();
     let mut compared: Vec<(&SpeedModel, Deviation)> = Vec::new();
+    let mut speed_is_known = true;
     let mut left_out = Vec::new();
     for model in now {
         let deviation = reference.at(model).and_then(|expected: Expected| {
             Deviation::between(&expected, model).ok_or_else(|| "its numbers are not finite".into())
         });
         match deviation {
-            Ok(deviation) => compared.push((model, deviation)),
+            Ok(deviation) => {
+                speed_is_known &= reference.has_speed_of(model);
+                compared.push((model, deviation));
+            }
             Err(why) => left_out.push(format!("{}: {why}", name(model))),
         }
     }
@@ -80,15 +81,38 @@ pub fn compare(reference: &Reference, now: &[SpeedModel], settings: &HealthSetti
         errors,
         compared,
         delta0_rad: mean_delta0_rad(reference),
+        speed_is_known,
     }
     .change(left_out)
 }
 
+impl Change {
+    /// Where the data give no model of now.
+    pub fn cannot_tell(settings: &HealthSettings, why: String) -> Self {
+        Self {
+            settings: *settings,
+            finding: Finding::CannotTell,
+            speeds: Vec::new(),
+            together: None,
+            effects: None,
+            explanation: None,
+            detectable: None,
+            left_out: Vec::new(),
+            verdict: Finding::CannotTell.verdict(why),
+        }
+    }
+}
+
 fn name(model: &SpeedModel) -> String {
-    match (model.thrust, model.surge_speed_m_s) {
-        (Some(thrust), _) => format!("{:.0} % thrust", 100.0 * thrust),
-        (None, Some(speed)) => format!("{speed:.2} m/s"),
-        (None, None) => "the model".into(),
+    let thrust = model
+        .thrust
+        .map(|thrust| format!("{:.0} % thrust", 100.0 * thrust));
+    let speed = model.surge_speed_m_s.map(|speed| format!("{speed:.2} m/s"));
+    let known: Vec<String> = thrust.into_iter().chain(speed).collect();
+    if known.is_empty() {
+        "the model".into()
+    } else {
+        known.join(", ")
     }
 }
 
@@ -103,6 +127,7 @@ struct Comparison<'a> {
     errors: Vec<ReferenceError>,
     compared: Vec<(&'a SpeedModel, Deviation)>,
     delta0_rad: f64,
+    speed_is_known: bool,
 }
 
 impl Comparison<'_> {
@@ -149,7 +174,7 @@ impl Comparison<'_> {
         let explanation = all
             .as_ref()
             .filter(|_| is_changed)
-            .and_then(|pooled| Explanation::of(pooled, self.delta0_rad));
+            .and_then(|pooled| Explanation::of(pooled, self.delta0_rad, self.speed_is_known));
         let (finding, text) = match (effects, detectable) {
             (Some(effects), _) if is_changed => {
                 let mut text = cause::words(explanation.as_ref(), &effects);
@@ -165,7 +190,7 @@ impl Comparison<'_> {
                     format!("{text}. Run the trial again and use its gains and limits"),
                 )
             }
-            (Some(_), Some(detectable)) if detectable.rudder <= LARGEST_UNSEEN_CHANGE => (
+            (Some(_), Some(detectable)) if detectable.is_enough() => (
                 Finding::Unchanged,
                 format!(
                     "no change found; a change {} would have been seen, nine times in ten",

@@ -223,6 +223,8 @@ impl Pooled {
         Some(Detectable {
             damping: settings.tolerated_change + alone(0),
             rudder: settings.tolerated_change + alone(1),
+            inertia: settings.tolerated_change
+                + distance / information.view((0, 0), (2, 2)).sum().sqrt(),
             offset_rad: settings.offset_counts.then(|| alone(2)),
         })
     }

@@ -9,8 +9,8 @@ use super::cause::{self, Explanation};
 use super::change::mean_delta0_rad;
 use super::pool::{Deviation, Pooled, ReferenceError};
 use super::{
-    Detectable, Effects, Finding, HealthError, HealthSettings, LARGEST_UNSEEN_CHANGE, Reference,
-    SpeedModel, degrees_of_freedom,
+    Detectable, Effects, Finding, HealthError, HealthSettings, Reference, SpeedModel,
+    degrees_of_freedom,
 };
 use crate::identification::{Refined, Verdict};
 use crate::identify::refine::{refine, structural_mismatch};
@@ -350,7 +350,10 @@ impl Watch {
         let explanation = pooled
             .as_ref()
             .filter(|_| since.is_some())
-            .and_then(|pooled| Explanation::of(pooled, mean_delta0_rad(&self.reference)));
+            .and_then(|pooled| {
+                let speed_is_known = windows.iter().all(|w| w.surge_speed_m_s.is_some());
+                Explanation::of(pooled, mean_delta0_rad(&self.reference), speed_is_known)
+            });
         let (finding, text) = match (since, effects, detectable) {
             (Some(since), Some(effects), _) => (
                 Finding::Changed,
@@ -361,7 +364,7 @@ impl Watch {
                     cause::words(explanation.as_ref(), &effects)
                 ),
             ),
-            (None, _, Some(detectable)) if detectable.rudder <= LARGEST_UNSEEN_CHANGE => (
+            (None, _, Some(detectable)) if detectable.is_enough() => (
                 Finding::Unchanged,
                 format!(
                     "no change found; a change {} that lasted through these windows would have been seen, nine times in ten",

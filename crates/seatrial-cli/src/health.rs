@@ -1,0 +1,434 @@
+//! `seatrial health`: is the vehicle different?
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use seatrial::health::{
+    Change, Effect, Effects, Finding, HealthError, HealthSettings, Reference, SpeedModel, Watch,
+    WatchReport, compare,
+};
+use seatrial_core::YawModel;
+use serde::Serialize;
+
+use crate::health_source::{HealthSource, read, read_log};
+use crate::log::{ChannelArgs, Source};
+use crate::output::{Exit, Failure, Output};
+use crate::table::Table;
+
+/// Changes of a22 and b2 up to this much are none, per cent, unless asked for: where two trials are compared, and
+/// over ordinary missions.
+const TOLERATED_BETWEEN_TRIALS: f64 = 0.0;
+const TOLERATED_IN_MISSIONS: f64 = 5.0;
+
+/// More windows than this are not printed.
+const MOST_ROWS: usize = 40;
+
+/// Has the vehicle changed? Tests two trials or runs, or watches mission logs for the need of a re-trial.
+#[derive(clap::Args, Debug)]
+#[command(after_help = "\
+REFERENCE and NOW are each one of
+  3, payload          a campaign of the logbook by its number, or the last one of a configuration
+  3:2                 the second run of campaign 3
+  model.json          a document of `seatrial identify --json` or `seatrial trial --json`
+  schedule.toml       a schedule; it states no uncertainty, so its models count as exact
+  run.csv             a log of one manoeuvre at one speed
+  run.csv@40..56.5    the seconds 40 to 56.5 of a log; either end may be left out
+
+With --watch the logs may be ordinary missions, in order of time. Give all of them since the trial each time:
+every window in which the rudder works is identified by itself, and recent windows together are tested for one
+common change. The false alarm rate is that of the whole answer.
+
+The test assumes what the intervals of `identify` assume: white heading noise and a disturbance without memory of
+other runs. Speeds within 10 % of the reference's are scaled to it, others left out.
+
+Exit code 0: no change was found, and one worth knowing would have been seen; 4: the vehicle has changed, a re-trial is due,
+or the data cannot tell. The verdict says which and why.
+
+Example:
+  seatrial trial --yes --logbook sea.db --configuration clean --seed 1
+  seatrial trial --yes --logbook sea.db --configuration payload --seed 2
+  seatrial health clean payload --logbook sea.db
+  seatrial sim log --seed 3 --thrust 0.8 --out mission.csv && seatrial health clean --logbook sea.db --watch mission.csv")]
+pub struct Args {
+    /// The vehicle as it was: campaign, model, schedule or log.
+    reference: String,
+    /// The vehicle as it is.
+    #[arg(required_unless_present = "watch")]
+    now: Option<String>,
+    /// Mission logs in order of time, or windows of them.
+    #[arg(long, value_name = "LOG", num_args = 1.., conflicts_with = "now")]
+    watch: Vec<String>,
+    /// The logbook with the campaigns.
+    #[arg(long, default_value = "seatrial.db", value_name = "FILE")]
+    logbook: PathBuf,
+    /// How often an unchanged vehicle may be called changed, per cent of all answers.
+    #[arg(
+        long,
+        value_name = "PERCENT",
+        default_value_t = 5.0,
+        allow_negative_numbers = true
+    )]
+    false_alarms: f64,
+    /// Changes of damping and rudder up to this much are none [default: 0; with --watch 5].
+    #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
+    tolerate: Option<f64>,
+    /// Is an offset that moved a change? Wind, current and trim move it [default: count; with --watch ignore].
+    #[arg(long, value_name = "WHETHER")]
+    offset: Option<OffsetChoice>,
+    #[command(flatten)]
+    channels: ChannelArgs,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum OffsetChoice {
+    /// It is tested with the rest.
+    Count,
+    /// It is left out.
+    Ignore,
+}
+
+/// Where models came from.
+#[derive(Serialize)]
+struct Origin<'a> {
+    origin: &'a str,
+    log: Option<&'a Source>,
+    models: Vec<OriginModel>,
+    notes: &'a [String],
+}
+
+#[derive(Serialize)]
+struct OriginModel {
+    thrust: Option<f64>,
+    surge_speed_m_s: Option<f64>,
+    #[serde(flatten)]
+    model: YawModel<f64>,
+    covariance: [[f64; 3]; 3],
+}
+
+impl<'a> Origin<'a> {
+    fn of(source: &'a HealthSource) -> Self {
+        let model = |point: &SpeedModel| OriginModel {
+            thrust: point.thrust,
+            surge_speed_m_s: point.surge_speed_m_s,
+            model: point.model,
+            covariance: point.covariance,
+        };
+        Self {
+            origin: &source.origin,
+            log: source.log.as_ref(),
+            models: source.models.iter().map(model).collect(),
+            notes: &source.notes,
+        }
+    }
+}
+
+/// `health --json` of two sets of models.
+#[derive(Serialize)]
+struct Comparison<'a> {
+    schema: &'static str,
+    kind: &'static str,
+    reference: Origin<'a>,
+    now: Origin<'a>,
+    #[serde(flatten)]
+    change: &'a Change,
+}
+
+/// `health --watch --json`.
+#[derive(Serialize)]
+struct Watched<'a> {
+    schema: &'static str,
+    kind: &'static str,
+    reference: Origin<'a>,
+    logs: Vec<Source>,
+    #[serde(flatten)]
+    report: &'a WatchReport,
+}
+
+impl From<HealthError> for Failure {
+    fn from(error: HealthError) -> Self {
+        match error {
+            HealthError::Setting { .. } => Self::usage(error),
+            HealthError::Reference(_) => Self::input(error),
+        }
+    }
+}
+
+/// Compares or watches.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let settings = args.settings()?;
+    let source = read(&args.reference, &args.logbook, &args.channels)?;
+    if let Some(why) = &source.without_model {
+        return Err(Failure::rejected(format!(
+            "{}: no model to compare with: {why}",
+            source.origin
+        )));
+    }
+    let reference = Reference::new(source.models.clone())
+        .map_err(|error| Failure::input(format!("{}: {error}", source.origin)))?;
+    match &args.now {
+        Some(now) => args.compare(&source, &reference, now, &settings, output),
+        None => args.watch(&source, reference, settings, output),
+    }
+}
+
+impl Args {
+    fn settings(&self) -> Result<HealthSettings, Failure> {
+        let watching = self.now.is_none();
+        let (tolerated, offset) = if watching {
+            (TOLERATED_IN_MISSIONS, OffsetChoice::Ignore)
+        } else {
+            (TOLERATED_BETWEEN_TRIALS, OffsetChoice::Count)
+        };
+        Ok(HealthSettings::new(
+            self.false_alarms / 100.0,
+            self.tolerate.unwrap_or(tolerated) / 100.0,
+            self.offset.unwrap_or(offset) == OffsetChoice::Count,
+        )?)
+    }
+
+    fn compare(
+        &self,
+        source: &HealthSource,
+        reference: &Reference,
+        now: &str,
+        settings: &HealthSettings,
+        output: &Output,
+    ) -> Result<Exit, Failure> {
+        let now = read(now, &self.logbook, &self.channels)?;
+        let change = match &now.without_model {
+            Some(why) => Change::cannot_tell(settings, format!("{}: {why}", now.origin)),
+            None => compare(reference, &now.models, settings),
+        };
+        let document = Comparison {
+            schema: "seatrial.health.v1",
+            kind: "comparison",
+            reference: Origin::of(source),
+            now: Origin::of(&now),
+            change: &change,
+        };
+        output.print(&document, || comparison_page(source, &now, &change))?;
+        Ok(Exit::of(&change.verdict))
+    }
+
+    fn watch(
+        &self,
+        source: &HealthSource,
+        reference: Reference,
+        settings: HealthSettings,
+        output: &Output,
+    ) -> Result<Exit, Failure> {
+        let mut watch = Watch::new(reference, settings)
+            .map_err(|error| Failure::input(format!("{}: {error}", source.origin)))?;
+        let mut logs = Vec::new();
+        let mut started: Option<(String, String)> = None;
+        for name in &self.watch {
+            let (log, window) = read_log(name, &self.channels)?;
+            if let Some(start) = &log.description.start_utc {
+                if let Some((earlier, earlier_start)) = &started
+                    && start < earlier_start
+                {
+                    return Err(Failure::usage(format!(
+                        "{name} begins at {start}, before {earlier}, which begins at {earlier_start}: give the logs in order of time"
+                    )));
+                }
+                started = Some((name.clone(), start.clone()));
+            }
+            let samples = log.record.window(window).to_vec();
+            watch.read(name, &seatrial::Record { samples });
+            logs.push(log.source());
+        }
+        let report = watch.report();
+        let document = Watched {
+            schema: "seatrial.health.v1",
+            kind: "watch",
+            reference: Origin::of(source),
+            logs,
+            report: &report,
+        };
+        output.print(&document, || watch_page(source, &self.watch, &report))?;
+        Ok(Exit::of(&report.verdict))
+    }
+}
+
+fn comparison_page(reference: &HealthSource, now: &HealthSource, change: &Change) -> String {
+    let headline = match change.finding {
+        Finding::Unchanged => "NO CHANGE FOUND",
+        Finding::Changed => "CHANGED",
+        Finding::CannotTell => "CANNOT TELL",
+    };
+    let mut text = format!(
+        "{headline}\n  {}\n\n",
+        sentence(&change.verdict.reasons[0].text)
+    );
+    text += &origin_text("Reference", reference);
+    text += &origin_text("Now", now);
+    let Some(effects) = &change.effects else {
+        return text;
+    };
+    let mut table = effect_table(&["at"], effects.offset_rad.is_some());
+    for speed in &change.speeds {
+        let mut row = vec![speed.name()];
+        row.extend(effect_cells(&speed.effects));
+        row.extend([probability(speed.p_value), probability(speed.level)]);
+        table.row(row);
+    }
+    if let Some(together) = change.together {
+        let mut row = vec!["all together".into()];
+        row.extend(effect_cells(effects));
+        row.extend([probability(together.p_value), probability(together.level)]);
+        table.row(row);
+    }
+    let _ = writeln!(
+        text,
+        "\nChange from the reference to now, with 95 % intervals; p is the probability of so much without any change\n{table}"
+    );
+    for left_out in &change.left_out {
+        let _ = writeln!(text, "left out: {left_out}");
+    }
+    text + &rate_text(&change.settings)
+}
+
+fn watch_page(reference: &HealthSource, logs: &[String], report: &WatchReport) -> String {
+    let headline = match report.finding {
+        Finding::Unchanged => "NO CHANGE FOUND",
+        Finding::Changed => "RE-TRIAL DUE",
+        Finding::CannotTell => "CANNOT TELL",
+    };
+    let mut text = format!(
+        "{headline}\n  {}\n\n",
+        sentence(&report.verdict.reasons[0].text)
+    );
+    text += &origin_text("Reference", reference);
+    let _ = writeln!(
+        text,
+        "Watched     {} log{}, {:.0} s; in {} window{} the rudder excites the vehicle",
+        logs.len(),
+        plural(logs.len()),
+        report.read_s,
+        report.windows.len(),
+        plural(report.windows.len()),
+    );
+    for skipped in &report.skipped {
+        let _ = writeln!(
+            text,
+            "  not watched {:>7.0} s: {}",
+            skipped.duration_s, skipped.because
+        );
+    }
+    if report.windows.is_empty() {
+        return text;
+    }
+    let has_offset = report.windows[0].effects.offset_rad.is_some();
+    let mut table = effect_table(&["log", "seconds", "m/s"], has_offset);
+    let first = report.windows.len().saturating_sub(MOST_ROWS);
+    for (index, window) in report.windows.iter().enumerate().skip(first) {
+        let speed = window.surge_speed_m_s;
+        let mut row = vec![
+            window.log.clone(),
+            format!("{:.0} to {:.0}", window.window.from_s, window.window.to_s),
+            speed.map_or("-".into(), |speed| format!("{speed:.2}")),
+        ];
+        row.extend(effect_cells(&window.effects));
+        row.push(window.p_value.map_or("-".into(), probability));
+        row.push(report.level.map_or("-".into(), probability));
+        let since = report.since == Some(index);
+        row.push(match (window.alarm, since) {
+            (true, true) => "alarm, changed from here".into(),
+            (true, false) => "alarm".into(),
+            (false, true) => "changed from here".into(),
+            (false, false) => String::new(),
+        });
+        table.row(row);
+    }
+    let _ = writeln!(
+        text,
+        "\nChange from the reference in each window, with 95 % intervals; p is that of the recent windows together\n{table}"
+    );
+    if first > 0 {
+        let _ = writeln!(text, "{first} windows before these: see --json");
+    }
+    text + &rate_text(&report.settings)
+}
+
+/// Begins with a capital letter, ends with a full stop.
+fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(|first| first.to_uppercase().to_string());
+    format!("{}{}.", first.unwrap_or_default(), letters.as_str())
+}
+
+fn plural(count: usize) -> &'static str {
+    if count == 1 { "" } else { "s" }
+}
+
+fn origin_text(title: &str, source: &HealthSource) -> String {
+    let speeds = source.models.len();
+    let mut text = format!("{title:<11} {}", source.origin);
+    if speeds > 1 {
+        let _ = write!(text, ", {speeds} speeds");
+    }
+    text.push('\n');
+    for note in &source.notes {
+        let _ = writeln!(text, "  note: {note}");
+    }
+    text
+}
+
+fn effect_table(first: &[&str], has_offset: bool) -> Table {
+    let mut columns: Vec<(&str, &str)> = first.iter().map(|name| (*name, "")).collect();
+    columns.extend([("rudder", "%"), ("damping", "%")]);
+    if has_offset {
+        columns.push(("offset", "deg of rudder"));
+    }
+    columns.extend([("p", ""), ("limit", "")]);
+    Table::new(&columns)
+}
+
+/// Rudder, damping and, where it is tested, the offset.
+fn effect_cells(effects: &Effects) -> Vec<String> {
+    let cell = |effect: Effect, scale: f64, decimals: usize| {
+        let half_width = (effect.interval_95[1] - effect.interval_95[0]) / 2.0;
+        format!(
+            "{:+.decimals$} ±{:.decimals$}",
+            scale * effect.change,
+            scale * half_width
+        )
+    };
+    let mut cells = vec![
+        cell(effects.rudder, 100.0, 0),
+        cell(effects.damping, 100.0, 0),
+    ];
+    cells.extend(
+        effects
+            .offset_rad
+            .map(|offset| cell(offset, 1f64.to_degrees(), 2)),
+    );
+    cells
+}
+
+fn probability(p: f64) -> String {
+    if p < 1e-4 {
+        "<0.0001".into()
+    } else {
+        format!("{p:.4}")
+    }
+}
+
+fn rate_text(settings: &HealthSettings) -> String {
+    let mut text = format!(
+        "An unchanged vehicle would be called changed in at most {} % of such answers",
+        100.0 * settings.false_alarm_rate()
+    );
+    if settings.tolerated_change() > 0.0 {
+        let _ = write!(
+            text,
+            "; changes of rudder and damping up to {} % count as none",
+            100.0 * settings.tolerated_change()
+        );
+    }
+    if !settings.offset_counts() {
+        text += "; the offset is not tested";
+    }
+    text + ".\n"
+}

@@ -1,0 +1,300 @@
+//! Where `health` gets its models: a logbook, a document, a schedule, a log.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use seatrial::health::{SpeedModel, degrees_of_freedom};
+use seatrial::identify::{IdentifyError, IdentifySettings, identify};
+use seatrial::logbook::Logbook;
+use seatrial::{Run, Window};
+use seatrial_core::Sample;
+
+use crate::log::{ChannelArgs, LogArgs, OpenedLog, Source};
+use crate::logbook::named_campaign;
+use crate::output::Failure;
+use crate::steering_source::{self, from_document, from_schedule};
+use crate::windows::{failure, open_inside};
+
+/// A log whose speed spreads more than this about its mean holds several speeds.
+const LARGEST_SPEED_SPREAD: f64 = 0.15;
+
+/// The models of one argument.
+pub struct HealthSource {
+    /// For people.
+    pub origin: String,
+    /// The log, where it is one.
+    pub log: Option<Source>,
+    /// None only where `without_model` says why.
+    pub models: Vec<SpeedModel>,
+    /// Why the data give no model to compare.
+    pub without_model: Option<String>,
+    /// What has to be known about them.
+    pub notes: Vec<String>,
+}
+
+impl HealthSource {
+    fn new(origin: String, models: Vec<SpeedModel>) -> Self {
+        Self {
+            origin,
+            log: None,
+            models,
+            without_model: None,
+            notes: Vec::new(),
+        }
+    }
+
+    fn noting(mut self, note: impl Into<String>) -> Self {
+        self.notes.push(note.into());
+        self
+    }
+}
+
+/// Reads the models that an argument names.
+pub fn read(name: &str, logbook: &Path, channels: &ChannelArgs) -> Result<HealthSource, Failure> {
+    if split_window(name)?.0.is_file() || name == "-" {
+        return from_file(name, channels);
+    }
+    if !logbook.exists() {
+        return Err(Failure::input(format!(
+            "{name}: no such file, and no logbook {} that could hold a campaign of this name; give a log, a document, or --logbook FILE",
+            logbook.display()
+        )));
+    }
+    from_logbook(name, logbook)
+}
+
+fn from_file(name: &str, channels: &ChannelArgs) -> Result<HealthSource, Failure> {
+    let path = Path::new(name);
+    let models = |source: &steering_source::Source| -> Vec<SpeedModel> {
+        let model = |point: &steering_source::SourcePoint| {
+            SpeedModel {
+                thrust: point.point.thrust,
+                surge_speed_m_s: point.point.surge_speed_m_s,
+                model: point.point.model,
+                covariance: point.covariance.unwrap_or_default(),
+                degrees_of_freedom: match point.covariance {
+                    // The document does not say from how long a run: the fewest.
+                    Some(_) => degrees_of_freedom(&point.point.model, 0.0),
+                    None => f64::INFINITY,
+                },
+            }
+        };
+        source.points.iter().map(model).collect()
+    };
+    if path.extension().is_some_and(|suffix| suffix == "toml") {
+        let source = from_schedule(path)?;
+        return Ok(HealthSource::new(source.origin.clone(), models(&source)).noting(
+            "a schedule file states no uncertainty: its models count as exact, which makes false alarms likelier",
+        ));
+    }
+    if begins_with_brace(path)? {
+        let source = from_document(path, None)?;
+        if source.points.iter().any(|point| point.covariance.is_none()) {
+            return Err(Failure::input(format!(
+                "{}: a model without refined estimate has no uncertainty, and cannot be tested; identify without --as-paper",
+                source.origin
+            )));
+        }
+        let mut found = HealthSource::new(source.origin.clone(), models(&source));
+        found.notes = source.rejected;
+        return Ok(found);
+    }
+    from_log(name, channels)
+}
+
+/// A JSON document begins with a brace, no log does.
+fn begins_with_brace(path: &Path) -> Result<bool, Failure> {
+    if !path.is_file() {
+        return Ok(false);
+    }
+    let unreadable = |error: std::io::Error| Failure::input(format!("{}: {error}", path.display()));
+    let mut start = Vec::new();
+    std::fs::File::open(path)
+        .map_err(unreadable)?
+        .take(64)
+        .read_to_end(&mut start)
+        .map_err(unreadable)?;
+    let first = start.iter().find(|byte| !byte.is_ascii_whitespace());
+    Ok(first == Some(&b'{'))
+}
+
+/// `LOG` or `LOG@FROM..TO`.
+fn split_window(name: &str) -> Result<(PathBuf, Window), Failure> {
+    let whole = (PathBuf::from(name), Window::ALL);
+    if whole.0.exists() {
+        return Ok(whole);
+    }
+    let Some((path, span)) = name.rsplit_once('@') else {
+        return Ok(whole);
+    };
+    let Some((from, to)) = span.split_once("..") else {
+        return Ok(whole);
+    };
+    let second = |text: &str, open: f64| {
+        if text.is_empty() {
+            return Ok(open);
+        }
+        text.parse::<f64>().map_err(|_| {
+            Failure::usage(format!(
+                "{name}: `{text}` is not a number of seconds; expected LOG@FROM..TO, such as run.csv@40..56.5"
+            ))
+        })
+    };
+    let window = Window {
+        from_s: second(from, f64::NEG_INFINITY)?,
+        to_s: second(to, f64::INFINITY)?,
+    };
+    if window.from_s < window.to_s {
+        Ok((PathBuf::from(path), window))
+    } else {
+        Err(Failure::usage(format!(
+            "{name}: the window {window} is empty"
+        )))
+    }
+}
+
+/// Opens a log, or a window of it.
+pub fn read_log(name: &str, channels: &ChannelArgs) -> Result<(OpenedLog, Window), Failure> {
+    let (log, window) = split_window(name)?;
+    let args = LogArgs {
+        log,
+        channels: channels.clone(),
+    };
+    // The estimator's filters are warmed on what comes before.
+    let kept = Window {
+        from_s: f64::NEG_INFINITY,
+        ..window
+    };
+    let opened = open_inside(&args, kept)?;
+    if opened.record.window(window).is_empty() {
+        let span = match (opened.record.samples.first(), opened.record.samples.last()) {
+            (Some(first), Some(last)) => format!("{} s to {} s", first.time_s, last.time_s),
+            _ => "nothing".into(),
+        };
+        return Err(Failure::input(format!(
+            "{name}: no sample lies in the window; {span} was read"
+        )));
+    }
+    Ok((opened, window))
+}
+
+fn from_log(name: &str, channels: &ChannelArgs) -> Result<HealthSource, Failure> {
+    let (log, window) = read_log(name, channels)?;
+    let speed = mean_speed_m_s(log.record.window(window)).map_err(|spread| {
+        Failure::input(format!(
+            "{name}: the speed spreads by {:.0} % about its mean, one model holds at one speed; give a window of one manoeuvre, such as {}@40..56.5, or --speed none where the channel is not the speed",
+            100.0 * spread,
+            log.path.display()
+        ))
+    })?;
+    let without = |why: String| HealthSource {
+        without_model: Some(why),
+        log: Some(log.source()),
+        ..HealthSource::new(name.into(), Vec::new())
+    };
+    match identify(&log.record, window, None, &IdentifySettings::default()) {
+        Ok(found) if !found.verdict.accepted => {
+            let decisive = found.verdict.reasons.first();
+            Ok(without(
+                decisive.map_or_else(String::new, |reason| reason.text.clone()),
+            ))
+        }
+        Ok(found) => {
+            let Some(model) = SpeedModel::of(&found, None, speed) else {
+                return Ok(without(
+                    "the record could not be refined, so there is no uncertainty".into(),
+                ));
+            };
+            let mut source = HealthSource::new(name.into(), vec![model]);
+            source.log = Some(log.source());
+            let has = |code: &str| found.verdict.reasons.iter().any(|r| r.code == code);
+            if has("model_order") {
+                source = source.noting(
+                    "a first-order model does not hold: its numbers depend on the manoeuvre, compare equal ones only",
+                );
+            }
+            if has("samples_missing") {
+                source = source.noting("the rudder moved far while samples were missing");
+            }
+            Ok(source)
+        }
+        Err(IdentifyError::Refused(reason)) => Ok(without(reason.text)),
+        Err(error) => Err(failure(&log, error)),
+    }
+}
+
+/// The mean speed, or by which share of it the speed spreads where that is too much for one model.
+fn mean_speed_m_s(samples: &[Sample<f64>]) -> Result<Option<f64>, f64> {
+    let speeds: Vec<f64> = samples
+        .iter()
+        .filter_map(|sample| sample.surge_speed_m_s)
+        .filter(|speed| speed.is_finite())
+        .collect();
+    if speeds.is_empty() {
+        return Ok(None);
+    }
+    let n = speeds.len() as f64;
+    let mean = speeds.iter().sum::<f64>() / n;
+    if mean <= 0.0 {
+        return Ok(None);
+    }
+    let variance = speeds.iter().map(|u| (u - mean).powi(2)).sum::<f64>() / n;
+    let spread = variance.sqrt() / mean;
+    if spread > LARGEST_SPEED_SPREAD {
+        Err(spread)
+    } else {
+        Ok(Some(mean))
+    }
+}
+
+/// `CAMPAIGN` or `CAMPAIGN:RUN`.
+fn from_logbook(name: &str, path: &Path) -> Result<HealthSource, Failure> {
+    let logbook = Logbook::open_read_only(path)?;
+    let with_run = name
+        .rsplit_once(':')
+        .and_then(|(campaign, run)| Some((campaign, run.parse::<u32>().ok()?)));
+    let (campaign, run) = match with_run {
+        Some((campaign, run)) => (campaign, Some(run)),
+        None => (name, None),
+    };
+    let entry = named_campaign(&logbook, campaign)?;
+    let mut origin = format!(
+        "{}, campaign {} ({}, {})",
+        path.display(),
+        entry.id.0,
+        entry.configuration,
+        entry.started
+    );
+    let campaign = logbook.campaign(entry.id)?;
+    let runs: Vec<&Run> = match run {
+        Some(number) => {
+            let _ = std::fmt::Write::write_fmt(&mut origin, format_args!(", run {number}"));
+            let found = campaign.runs.iter().find(|run| run.number == number);
+            vec![found.ok_or_else(|| {
+                Failure::input(format!(
+                    "{origin}: there is none; the campaign has runs 1 to {}",
+                    campaign.runs.len()
+                ))
+            })?]
+        }
+        None => campaign.accepted_runs(),
+    };
+    let mut source = HealthSource::new(origin, Vec::new());
+    for run in runs {
+        let model = run
+            .identification
+            .as_ref()
+            .and_then(|found| SpeedModel::of(found, Some(run.thrust), run.surge_speed_m_s));
+        match model {
+            Some(model) => source.models.push(model),
+            None => source = source.noting(format!("run {} has no refined model", run.number)),
+        }
+        if !run.verdict.accepted {
+            source = source.noting(format!("run {} was not accepted", run.number));
+        }
+    }
+    if source.models.is_empty() {
+        source.without_model = Some("no accepted run with a refined model".into());
+    }
+    Ok(source)
+}

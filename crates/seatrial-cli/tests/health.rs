@@ -1,0 +1,271 @@
+//! `seatrial health` at the process boundary.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use seatrial_sim::VehicleConfig;
+use serde_json::Value;
+
+fn seatrial(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// What `health` prints and its exit code.
+fn health(folder: &Path, arguments: &[&str]) -> (String, Option<i32>) {
+    let output = seatrial(folder, &[&["health"], arguments].concat());
+    let said = if output.stdout.is_empty() {
+        output.stderr
+    } else {
+        output.stdout
+    };
+    (text(&said), output.status.code())
+}
+
+fn json(folder: &Path, arguments: &[&str]) -> Value {
+    let output = seatrial(folder, &[&["health", "--json"], arguments].concat());
+    serde_json::from_slice(&output.stdout).expect("one JSON document on stdout")
+}
+
+fn number(document: &Value, pointer: &str) -> f64 {
+    let found = document.pointer(pointer).and_then(Value::as_f64);
+    found.unwrap_or_else(|| panic!("no number at {pointer} in {document:#}"))
+}
+
+/// A folder with the simulated vehicle whose rudder is weaker by a fifth.
+fn with_weak_vehicle() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let mut weak = VehicleConfig::starfish();
+    for point in &mut weak.speeds {
+        point.b2_per_s2 *= 0.8;
+    }
+    let weak = toml::to_string(&weak).unwrap();
+    std::fs::write(folder.path().join("weak.toml"), weak).unwrap();
+    folder
+}
+
+fn sim_log(folder: &Path, vehicle: &str, seed: &str, out: &str) {
+    let output = seatrial(
+        folder,
+        &[
+            "sim",
+            "log",
+            "--vehicle",
+            vehicle,
+            "--seed",
+            seed,
+            "--thrust",
+            "0.8",
+            "--out",
+            out,
+        ],
+    );
+    assert!(output.status.success(), "{}", text(&output.stderr));
+}
+
+#[test]
+fn cli_health_of_campaigns_and_runs_of_a_logbook() {
+    let folder = with_weak_vehicle();
+    let folder = folder.path();
+    for (configuration, vehicle, seed) in [
+        ("clean", "sim:starfish", "1"),
+        ("again", "sim:starfish", "2"),
+        ("damaged", "sim:weak.toml", "3"),
+    ] {
+        let trial = [
+            "trial",
+            "--yes",
+            "--logbook",
+            "sea.db",
+            "--configuration",
+            configuration,
+            "--vehicle",
+            vehicle,
+            "--seed",
+            seed,
+        ];
+        assert!(seatrial(folder, &trial).status.success());
+    }
+    let book = ["--logbook", "sea.db"];
+    let (same, code) = health(folder, &[&["clean", "again"], &book[..]].concat());
+    assert_eq!(code, Some(0), "{same}");
+    assert!(same.starts_with("NO CHANGE FOUND\n  No change found; a change of the rudder by"));
+    assert!(
+        same.contains("5 speeds") && same.contains("at most 5 %"),
+        "{same}"
+    );
+
+    let (changed, code) = health(folder, &[&["clean", "3"], &book[..]].concat());
+    assert_eq!(code, Some(4), "{changed}");
+    assert!(
+        changed.starts_with("CHANGED\n  The rudder is weaker by"),
+        "{changed}"
+    );
+    assert!(changed.contains("100 % thrust") && changed.contains("all together"));
+
+    let document = json(folder, &[&["clean", "damaged"], &book[..]].concat());
+    assert_eq!(document["schema"], "seatrial.health.v1");
+    assert_eq!(document["finding"], "changed");
+    assert_eq!(document["explanation"]["cause"], "rudder");
+    assert_eq!(document["verdict"]["accepted"], false);
+    let low = number(&document, "/effects/rudder/interval_95/0");
+    let high = number(&document, "/effects/rudder/interval_95/1");
+    // A 95 % interval of one seed that was looked at.
+    assert!(low < -0.2 && -0.2 < high, "{low} {high}");
+
+    let (run, code) = health(folder, &[&["1:2", "3:2"], &book[..]].concat());
+    assert_eq!(code, Some(4), "{run}");
+    assert!(run.contains("run 2"), "{run}");
+    let (message, code) = health(folder, &[&["1:2", "3:99"], &book[..]].concat());
+    assert_eq!(code, Some(3));
+    assert!(message.contains("runs 1 to"), "{message}");
+    let (message, code) = health(folder, &[&["clean", "unknown"], &book[..]].concat());
+    assert_eq!(code, Some(3));
+    assert!(message.contains("again, clean, damaged"), "{message}");
+
+    sim_log(folder, "sim:starfish", "4", "sound.csv");
+    sim_log(folder, "sim:weak.toml", "5", "weak.csv");
+    let watch = |logs: &[&str]| {
+        health(
+            folder,
+            &[&["clean"], &book[..], &["--watch"], logs].concat(),
+        )
+    };
+    let (quiet, code) = watch(&["sound.csv"]);
+    assert_eq!(code, Some(0), "{quiet}");
+    let (due, code) = watch(&["sound.csv", "weak.csv"]);
+    assert_eq!(code, Some(4), "{due}");
+    assert!(
+        due.starts_with("RE-TRIAL DUE\n  A re-trial is due since weak.csv"),
+        "{due}"
+    );
+    assert!(due.contains("changed from here"), "{due}");
+}
+
+#[test]
+fn cli_health_of_logs_and_documents() {
+    let folder = with_weak_vehicle();
+    let folder = folder.path();
+    sim_log(folder, "sim:starfish", "6", "before.csv");
+    sim_log(folder, "sim:weak.toml", "7", "after.csv");
+    // The training stage: after 10 s of settling.
+    let (changed, code) = health(folder, &["before.csv@10..26.5", "after.csv@10..26.5"]);
+    assert_eq!(code, Some(4), "{changed}");
+    assert!(changed.contains("weaker by"), "{changed}");
+
+    let identified = seatrial(folder, &["identify", "before.csv", "--json"]);
+    std::fs::write(folder.join("model.json"), identified.stdout).unwrap();
+    let document = json(folder, &["model.json", "after.csv"]);
+    assert_eq!(document["finding"], "changed", "{document:#}");
+    assert!(document["now"]["log"]["sha256"].is_string());
+    assert!(document["reference"]["log"].is_null());
+
+    let paper = seatrial(folder, &["identify", "before.csv", "--as-paper", "--json"]);
+    std::fs::write(folder.join("paper.json"), paper.stdout).unwrap();
+    let (message, code) = health(folder, &["paper.json", "after.csv"]);
+    assert_eq!(code, Some(3));
+    assert!(message.contains("no uncertainty"), "{message}");
+}
+
+#[test]
+fn cli_health_of_a_still_rudder_cannot_tell() {
+    let folder = with_weak_vehicle();
+    let folder = folder.path();
+    sim_log(folder, "sim:starfish", "8", "before.csv");
+    let still: String = (0..2000)
+        .map(|k| {
+            format!(
+                "{},{},0.01,1.63\n",
+                0.05 * f64::from(k),
+                0.001 * f64::from(k % 7)
+            )
+        })
+        .collect();
+    let still = format!("time_s,heading_rad,rudder_rad,surge_speed_m_s\n{still}");
+    std::fs::write(folder.join("still.csv"), still).unwrap();
+    for arguments in [
+        &["before.csv", "still.csv"][..],
+        &["before.csv", "--watch", "still.csv"],
+    ] {
+        let (said, code) = health(folder, arguments);
+        assert_eq!(code, Some(4), "{said}");
+        assert!(
+            said.starts_with("CANNOT TELL\n") && said.contains("rudder"),
+            "{said}"
+        );
+        let document = json(folder, arguments);
+        assert_eq!(document["finding"], "cannot_tell");
+        assert!(document["effects"].is_null() && document["detectable"].is_null());
+    }
+    let (message, code) = health(folder, &["still.csv", "before.csv"]);
+    assert_eq!(code, Some(4));
+    assert!(message.contains("no model to compare with"), "{message}");
+}
+
+#[test]
+fn cli_health_names_bad_input() {
+    let folder = with_weak_vehicle();
+    let folder = folder.path();
+    sim_log(folder, "sim:starfish", "9", "log.csv");
+    for (arguments, code, named) in [
+        (
+            &["nothing", "log.csv"][..],
+            3,
+            "no such file, and no logbook",
+        ),
+        (&["log.csv"], 2, "NOW"),
+        (&["log.csv", "log.csv", "--watch", "log.csv"], 2, "--watch"),
+        (
+            &["log.csv", "log.csv", "--false-alarms", "0"],
+            2,
+            "false alarm rate",
+        ),
+        (
+            &["log.csv", "log.csv", "--tolerate", "-1"],
+            2,
+            "tolerated change",
+        ),
+        (&["log.csv", "log.csv@5..x"], 2, "not a number of seconds"),
+        (&["log.csv", "log.csv@9..5"], 2, "empty"),
+        (&["log.csv", "log.csv@9000..9005"], 3, "no sample"),
+        (&["weak.toml", "log.csv"], 3, "schedule file"),
+    ] {
+        let (message, found) = health(folder, arguments);
+        assert_eq!(found, Some(code), "{arguments:?}: {message}");
+        assert!(message.contains(named), "{arguments:?}: {message}");
+    }
+}
+
+/// The tanker's zig-zags to port and starboard: the same ship, but for wind and current.
+#[test]
+fn cli_health_of_the_tanker_finds_no_change_of_steering() {
+    let folder = std::env::var_os("SEATRIAL_DATA").map_or_else(
+        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
+        PathBuf::from,
+    );
+    let real = folder.join("real");
+    if !real.is_dir() {
+        println!("skipped: no test data at {}", folder.display());
+        return;
+    }
+    let (port, starboard) = ("kvlcc2hsva_Z_20_10_P.csv", "kvlcc2hsva_Z_20_10_S.csv");
+    let document = json(&real, &[port, starboard, "--offset", "ignore"]);
+    assert_ne!(document["finding"], "changed", "{:#}", document["verdict"]);
+    let (offset, _) = health(&real, &[port, starboard]);
+    assert!(
+        offset.contains("the steering offset has moved")
+            || offset.contains("The steering offset has moved"),
+        "{offset}"
+    );
+    // On autopilot in waves, not identifiable.
+    let (ship, code) = health(&real, &["hakusan_ship.csv", "hakusan_ship.csv"]);
+    assert_eq!(code, Some(4));
+    assert!(ship.contains("no model to compare with"), "{ship}");
+}
