@@ -121,6 +121,25 @@ impl Default for HeadingHold {
     }
 }
 
+/// Steering, instruments and start of any simulated vehicle; a file of a [`VehicleConfig`] has the same fields.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct HelmConfig {
+    /// Largest rudder angle, rad.
+    pub rudder_limit_rad: f64,
+    /// Thrust before and after a trial, as a fraction of full.
+    pub initial_thrust: f64,
+    /// Heading at the start, rad.
+    pub initial_heading_rad: f64,
+    /// The vehicle's own heading controller.
+    pub heading_hold: HeadingHold,
+    /// What nothing else explains.
+    pub disturbance: Disturbance,
+    /// What the vehicle measures.
+    pub sensors: Sensors,
+    /// When it measures.
+    pub timing: Timing,
+}
+
 /// A vehicle file that cannot be used.
 #[derive(Debug, Error)]
 pub enum ConfigError {
@@ -144,6 +163,14 @@ pub enum ConfigError {
         requirement: &'static str,
         /// What it is.
         found: String,
+    },
+    /// Something is not as it has to be.
+    #[error("{field} must be {requirement}")]
+    Unfit {
+        /// The field.
+        field: String,
+        /// What it has to be.
+        requirement: &'static str,
     },
     /// Any of these in a file.
     #[error("{}: {source}", path.display())]
@@ -236,20 +263,23 @@ impl VehicleConfig {
         }
     }
 
+    /// Its steering, instruments and start.
+    pub fn helm(&self) -> HelmConfig {
+        HelmConfig {
+            rudder_limit_rad: self.rudder_limit_rad,
+            initial_thrust: self.initial_thrust,
+            initial_heading_rad: self.initial_heading_rad,
+            heading_hold: self.heading_hold,
+            disturbance: self.disturbance,
+            sensors: self.sensors,
+            timing: self.timing,
+        }
+    }
+
     /// Names the first field that is out of range.
     pub fn check(&self) -> Result<(), ConfigError> {
-        let positive = |value: f64| value > 0.0 && value.is_finite();
-        let not_negative = |value: f64| value >= 0.0 && value.is_finite();
-        let (servo, timing, sensors) = (&self.servo, &self.timing, &self.sensors);
-        let positive_number = "a positive number";
-        let not_below_0 = "a number not below 0";
-        let numbers = [
-            (
-                "rudder_limit_rad",
-                self.rudder_limit_rad,
-                positive(self.rudder_limit_rad),
-                positive_number,
-            ),
+        let servo = &self.servo;
+        check_numbers([
             (
                 "depth_m",
                 self.depth_m,
@@ -260,37 +290,13 @@ impl VehicleConfig {
                 "surge_time_constant_s",
                 self.surge_time_constant_s,
                 positive(self.surge_time_constant_s),
-                positive_number,
-            ),
-            (
-                "initial_thrust",
-                self.initial_thrust,
-                (0.0..=1.0).contains(&self.initial_thrust),
-                "a fraction of full thrust, 0 to 1",
-            ),
-            (
-                "initial_heading_rad",
-                self.initial_heading_rad,
-                self.initial_heading_rad.is_finite(),
-                "a number",
-            ),
-            (
-                "heading_hold.gain",
-                self.heading_hold.gain,
-                self.heading_hold.gain.is_finite(),
-                "a number",
-            ),
-            (
-                "heading_hold.rudder_limit_rad",
-                self.heading_hold.rudder_limit_rad,
-                positive(self.heading_hold.rudder_limit_rad),
-                positive_number,
+                POSITIVE_NUMBER,
             ),
             (
                 "servo.time_constant_s",
                 servo.time_constant_s,
                 not_negative(servo.time_constant_s),
-                not_below_0,
+                NOT_BELOW_0,
             ),
             (
                 "servo.rate_limit_rad_s",
@@ -298,45 +304,8 @@ impl VehicleConfig {
                 servo.rate_limit_rad_s.is_none_or(positive),
                 "a positive number or absent",
             ),
-            (
-                "disturbance.standard_deviation_rad_s2",
-                self.disturbance.standard_deviation_rad_s2,
-                not_negative(self.disturbance.standard_deviation_rad_s2),
-                not_below_0,
-            ),
-            (
-                "disturbance.correlation_time_s",
-                self.disturbance.correlation_time_s,
-                positive(self.disturbance.correlation_time_s),
-                positive_number,
-            ),
-            (
-                "timing.sample_interval_s",
-                timing.sample_interval_s,
-                positive(timing.sample_interval_s),
-                positive_number,
-            ),
-            (
-                "timing.jitter_s",
-                timing.jitter_s,
-                timing.jitter_s >= 0.0 && timing.jitter_s < timing.sample_interval_s,
-                "a number not below 0 and under timing.sample_interval_s",
-            ),
-            (
-                "timing.missing_fraction",
-                timing.missing_fraction,
-                (0.0..=0.9).contains(&timing.missing_fraction),
-                "a fraction, 0 to 0.9",
-            ),
-        ];
-        let noises = sensors
-            .noises()
-            .map(|(field, noise)| (field, noise, not_negative(noise), not_below_0));
-        for (field, found, holds, requirement) in numbers.into_iter().chain(noises) {
-            if !holds {
-                return Err(invalid(field, requirement, found));
-            }
-        }
+        ])?;
+        self.helm().check()?;
         self.check_speeds()
     }
 
@@ -367,6 +336,113 @@ impl VehicleConfig {
             }
         }
         Ok(())
+    }
+}
+
+impl HelmConfig {
+    /// The same helm with exact sensors and no disturbance.
+    pub fn noise_free(self) -> Self {
+        Self {
+            disturbance: Disturbance {
+                standard_deviation_rad_s2: 0.0,
+                ..self.disturbance
+            },
+            sensors: Sensors::EXACT,
+            ..self
+        }
+    }
+
+    /// Names the first field that is out of range.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        let timing = &self.timing;
+        check_numbers([
+            (
+                "rudder_limit_rad",
+                self.rudder_limit_rad,
+                positive(self.rudder_limit_rad),
+                POSITIVE_NUMBER,
+            ),
+            (
+                "initial_thrust",
+                self.initial_thrust,
+                (0.0..=1.0).contains(&self.initial_thrust),
+                "a fraction of full thrust, 0 to 1",
+            ),
+            (
+                "initial_heading_rad",
+                self.initial_heading_rad,
+                self.initial_heading_rad.is_finite(),
+                "a number",
+            ),
+            (
+                "heading_hold.gain",
+                self.heading_hold.gain,
+                self.heading_hold.gain.is_finite(),
+                "a number",
+            ),
+            (
+                "heading_hold.rudder_limit_rad",
+                self.heading_hold.rudder_limit_rad,
+                positive(self.heading_hold.rudder_limit_rad),
+                POSITIVE_NUMBER,
+            ),
+            (
+                "disturbance.standard_deviation_rad_s2",
+                self.disturbance.standard_deviation_rad_s2,
+                not_negative(self.disturbance.standard_deviation_rad_s2),
+                NOT_BELOW_0,
+            ),
+            (
+                "disturbance.correlation_time_s",
+                self.disturbance.correlation_time_s,
+                positive(self.disturbance.correlation_time_s),
+                POSITIVE_NUMBER,
+            ),
+            (
+                "timing.sample_interval_s",
+                timing.sample_interval_s,
+                positive(timing.sample_interval_s),
+                POSITIVE_NUMBER,
+            ),
+            (
+                "timing.jitter_s",
+                timing.jitter_s,
+                timing.jitter_s >= 0.0 && timing.jitter_s < timing.sample_interval_s,
+                "a number not below 0 and under timing.sample_interval_s",
+            ),
+            (
+                "timing.missing_fraction",
+                timing.missing_fraction,
+                (0.0..=0.9).contains(&timing.missing_fraction),
+                "a fraction, 0 to 0.9",
+            ),
+        ])?;
+        let noises = self
+            .sensors
+            .noises()
+            .map(|(field, noise)| (field, noise, not_negative(noise), NOT_BELOW_0));
+        check_numbers(noises)
+    }
+}
+
+const POSITIVE_NUMBER: &str = "a positive number";
+const NOT_BELOW_0: &str = "a number not below 0";
+
+fn positive(value: f64) -> bool {
+    value > 0.0 && value.is_finite()
+}
+
+fn not_negative(value: f64) -> bool {
+    value >= 0.0 && value.is_finite()
+}
+
+/// Names the first field that does not hold, of (field, what was found, does it hold, what it has to be).
+fn check_numbers<const N: usize>(
+    numbers: [(&str, f64, bool, &'static str); N],
+) -> Result<(), ConfigError> {
+    match numbers.into_iter().find(|(_, _, holds, _)| !holds) {
+        Some((field, found, _, requirement)) => Err(invalid(field, requirement, found)),
+        None => Ok(()),
     }
 }
 

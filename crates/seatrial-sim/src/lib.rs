@@ -21,6 +21,7 @@
 #![forbid(unsafe_code)]
 
 pub mod config;
+mod helm;
 pub mod plant;
 pub mod sensors;
 pub mod vehicle;

@@ -2,11 +2,11 @@
 
 use std::convert::Infallible;
 
-use seatrial_core::{Action, Real, Sample, Steering, Vehicle};
+use seatrial_core::{Action, Sample, Vehicle};
 
 use crate::config::{ConfigError, VehicleConfig};
+use crate::helm::{Body, Helm, Motion};
 use crate::plant::{Plant, Truth};
-use crate::sensors::Chance;
 
 /// A vehicle whose yaw follows psi'' = a22 psi' + b2 delta + C0 exactly, with a truth known at every speed.
 ///
@@ -21,45 +21,21 @@ use crate::sensors::Chance;
 #[derive(Clone, Debug)]
 pub struct FirstOrderVehicle {
     config: VehicleConfig,
-    plant: Plant,
-    disturbance_rad_s2: f64,
-    chance: Sources,
-    /// Sampling instants so far.
-    ticks: u64,
-    time_s: f64,
-    rudder_command_rad: f64,
-    steering: Steering<f64>,
-    thrust: f64,
-    asked: Option<Action<f64>>,
+    body: FirstOrderBody,
+    helm: Helm,
 }
 
-/// What is left to chance.
+/// The plant at the constant depth of its vehicle.
 #[derive(Clone, Debug)]
-struct Sources {
-    timing: Chance,
-    missing: Chance,
-    disturbance: Chance,
-    compass: Chance,
-    gyro: Chance,
-    speed: Chance,
-    depth: Chance,
-    attitude: Chance,
+struct FirstOrderBody {
+    plant: Plant,
+    depth_m: f64,
 }
 
 impl FirstOrderVehicle {
     /// A vehicle that runs straight at its own thrust, holding its heading.
     pub fn new(config: VehicleConfig, seed: u64) -> Result<Self, ConfigError> {
         config.check()?;
-        let [
-            timing,
-            missing,
-            mut disturbance,
-            compass,
-            gyro,
-            speed,
-            depth,
-            attitude,
-        ] = Chance::sources(seed);
         let plant = Plant::new(
             config.speeds.clone(),
             config.surge_time_constant_s,
@@ -68,127 +44,60 @@ impl FirstOrderVehicle {
             config.initial_heading_rad,
         );
         Ok(Self {
-            disturbance_rad_s2: config.disturbance.standard_deviation_rad_s2 * disturbance.normal(),
-            chance: Sources {
-                timing,
-                missing,
-                disturbance,
-                compass,
-                gyro,
-                speed,
-                depth,
-                attitude,
+            helm: Helm::new(config.helm(), plant.fin_rad, seed),
+            body: FirstOrderBody {
+                plant,
+                depth_m: config.depth_m,
             },
-            ticks: 0,
-            time_s: 0.0,
-            rudder_command_rad: plant.fin_rad,
-            steering: Steering::HoldHeading(config.initial_heading_rad),
-            thrust: config.initial_thrust,
-            asked: None,
-            plant,
             config,
         })
     }
 
     /// The truth at a thrust.
     pub fn truth(&self, thrust: f64) -> Truth {
-        self.plant.truth(thrust)
+        self.body.plant.truth(thrust)
     }
 
     /// The true state.
     pub fn plant(&self) -> &Plant {
-        &self.plant
+        &self.body.plant
     }
 
     /// What it was made from.
     pub fn config(&self) -> &VehicleConfig {
         &self.config
     }
+}
 
-    /// Goes on to the next sampling instant.
-    fn tick(&mut self) {
-        let timing = self.config.timing;
-        let late_s = self.chance.timing.uniform() * timing.jitter_s;
-        let time_s = self.ticks as f64 * timing.sample_interval_s + late_s;
-        if self.ticks > 0 {
-            self.advance(time_s - self.time_s);
+impl Body for FirstOrderBody {
+    fn motion(&self) -> Motion {
+        let plant = &self.plant;
+        let [north_m, east_m] = plant.position_m;
+        Motion {
+            heading_rad: plant.yaw.heading_rad,
+            roll_rad: 0.0,
+            pitch_rad: 0.0,
+            yaw_rate_rad_s: plant.yaw.yaw_rate_rad_s,
+            surge_speed_m_s: plant.surge_speed_m_s,
+            north_m,
+            east_m,
+            depth_m: self.depth_m,
         }
-        self.ticks += 1;
-        self.time_s = time_s;
     }
 
-    /// Measures, sets the rudder and reports both.
-    fn measure(&mut self) -> Sample<f64> {
-        self.carry_out();
-        let compass_rad = self.config.sensors.compass(
-            self.plant.yaw.heading_rad
-                + self.config.sensors.compass_noise_rad * self.chance.compass.normal(),
-        );
-        self.rudder_command_rad = self.rudder(compass_rad);
-        self.sample(compass_rad)
-    }
-
-    fn advance(&mut self, interval_s: f64) {
+    fn advance(
+        &mut self,
+        rudder_command_rad: f64,
+        thrust: f64,
+        yaw_disturbance_rad_s2: f64,
+        interval_s: f64,
+    ) {
         self.plant.advance(
-            self.rudder_command_rad,
-            self.thrust,
-            self.disturbance_rad_s2,
+            rudder_command_rad,
+            thrust,
+            yaw_disturbance_rad_s2,
             interval_s,
         );
-        let disturbance = self.config.disturbance;
-        let decay = libm::exp(-interval_s / disturbance.correlation_time_s);
-        self.disturbance_rad_s2 = decay * self.disturbance_rad_s2
-            + (1.0 - decay * decay).sqrt()
-                * disturbance.standard_deviation_rad_s2
-                * self.chance.disturbance.normal();
-    }
-
-    /// What was asked for since the last sample takes effect.
-    fn carry_out(&mut self) {
-        if let Some(action) = self.asked.take() {
-            self.steering = action.steering;
-            self.thrust = action
-                .thrust
-                .unwrap_or(self.config.initial_thrust)
-                .clamp(0.0, 1.0);
-        }
-    }
-
-    fn rudder(&self, compass_rad: f64) -> f64 {
-        let wanted = match self.steering {
-            Steering::Rudder(rudder_rad) => rudder_rad,
-            Steering::HoldHeading(heading_rad) => {
-                let hold = self.config.heading_hold;
-                (-hold.gain * Real::wrapped(compass_rad - heading_rad))
-                    .limited_to(hold.rudder_limit_rad)
-            }
-        };
-        wanted.limited_to(self.config.rudder_limit_rad)
-    }
-
-    fn sample(&mut self, compass_rad: f64) -> Sample<f64> {
-        let sensors = self.config.sensors;
-        let [north_m, east_m] = self.plant.position_m;
-        let mut noise = |deviation: f64, chance: fn(&mut Sources) -> &mut Chance| {
-            deviation * chance(&mut self.chance).normal()
-        };
-        Sample {
-            time_s: self.time_s,
-            heading_rad: compass_rad,
-            rudder_rad: self.rudder_command_rad,
-            surge_speed_m_s: Some(
-                self.plant.surge_speed_m_s + noise(sensors.surge_speed_noise_m_s, |c| &mut c.speed),
-            ),
-            depth_m: Some(self.config.depth_m + noise(sensors.depth_noise_m, |c| &mut c.depth)),
-            altitude_m: None,
-            roll_rad: Some(noise(sensors.attitude_noise_rad, |c| &mut c.attitude)),
-            pitch_rad: Some(noise(sensors.attitude_noise_rad, |c| &mut c.attitude)),
-            yaw_rate_rad_s: sensors
-                .yaw_rate_noise_rad_s
-                .map(|deviation| self.plant.yaw.yaw_rate_rad_s + noise(deviation, |c| &mut c.gyro)),
-            north_m: Some(north_m),
-            east_m: Some(east_m),
-        }
     }
 }
 
@@ -197,21 +106,19 @@ impl Vehicle<f64> for FirstOrderVehicle {
 
     /// Never `None`: a simulated vehicle runs for ever.
     fn next_sample(&mut self) -> Result<Option<Sample<f64>>, Infallible> {
-        self.tick();
-        while self.chance.missing.uniform() < self.config.timing.missing_fraction {
-            self.tick();
-        }
-        Ok(Some(self.measure()))
+        Ok(Some(self.helm.next_sample(&mut self.body)))
     }
 
     fn act(&mut self, action: &Action<f64>) -> Result<(), Infallible> {
-        self.asked = Some(*action);
+        self.helm.act(action);
         Ok(())
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use seatrial_core::{Real, Steering};
+
     use super::*;
 
     fn samples(config: VehicleConfig, seed: u64, count: usize) -> Vec<Sample<f64>> {

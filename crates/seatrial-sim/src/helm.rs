@@ -1,0 +1,204 @@
+//! Between a trial and a simulated body: clock, instruments, steering and chance.
+
+use seatrial_core::{Action, Real, Sample, Steering};
+
+use crate::config::HelmConfig;
+use crate::sensors::Chance;
+
+/// A body that moves.
+pub(crate) trait Body {
+    /// Where it is and how it moves.
+    fn motion(&self) -> Motion;
+    /// The body `interval_s` later with constant commands and yaw disturbance.
+    fn advance(
+        &mut self,
+        rudder_command_rad: f64,
+        thrust: f64,
+        yaw_disturbance_rad_s2: f64,
+        interval_s: f64,
+    );
+    /// What the vehicle measured: its own controllers go by it.
+    fn measured(&mut self, _sample: &Sample<f64>) {}
+}
+
+/// The true motion that instruments read.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Motion {
+    pub heading_rad: f64,
+    pub roll_rad: f64,
+    pub pitch_rad: f64,
+    pub yaw_rate_rad_s: f64,
+    pub surge_speed_m_s: f64,
+    pub north_m: f64,
+    pub east_m: f64,
+    pub depth_m: f64,
+}
+
+/// At each sampling instant it measures, sets the rudder until the next one and reports both.
+#[derive(Clone, Debug)]
+pub(crate) struct Helm {
+    config: HelmConfig,
+    disturbance_rad_s2: f64,
+    chance: Sources,
+    /// Sampling instants so far.
+    ticks: u64,
+    time_s: f64,
+    rudder_command_rad: f64,
+    steering: Steering<f64>,
+    thrust: f64,
+    asked: Option<Action<f64>>,
+}
+
+/// What is left to chance.
+#[derive(Clone, Debug)]
+struct Sources {
+    timing: Chance,
+    missing: Chance,
+    disturbance: Chance,
+    compass: Chance,
+    gyro: Chance,
+    speed: Chance,
+    depth: Chance,
+    attitude: Chance,
+}
+
+impl Helm {
+    /// A helm that holds the heading and thrust of the start.
+    pub fn new(config: HelmConfig, rudder_command_rad: f64, seed: u64) -> Self {
+        let [
+            timing,
+            missing,
+            mut disturbance,
+            compass,
+            gyro,
+            speed,
+            depth,
+            attitude,
+        ] = Chance::sources(seed);
+        Self {
+            disturbance_rad_s2: config.disturbance.standard_deviation_rad_s2 * disturbance.normal(),
+            chance: Sources {
+                timing,
+                missing,
+                disturbance,
+                compass,
+                gyro,
+                speed,
+                depth,
+                attitude,
+            },
+            ticks: 0,
+            time_s: 0.0,
+            rudder_command_rad,
+            steering: Steering::HoldHeading(config.initial_heading_rad),
+            thrust: config.initial_thrust,
+            asked: None,
+            config,
+        }
+    }
+
+    /// The next sample of the body.
+    pub fn next_sample(&mut self, body: &mut impl Body) -> Sample<f64> {
+        self.tick(body);
+        while self.chance.missing.uniform() < self.config.timing.missing_fraction {
+            self.tick(body);
+        }
+        let sample = self.measure(&body.motion());
+        body.measured(&sample);
+        sample
+    }
+
+    /// What is asked for takes effect at the next sample.
+    pub fn act(&mut self, action: &Action<f64>) {
+        self.asked = Some(*action);
+    }
+
+    /// Goes on to the next sampling instant.
+    fn tick(&mut self, body: &mut impl Body) {
+        let timing = self.config.timing;
+        let late_s = self.chance.timing.uniform() * timing.jitter_s;
+        let time_s = self.ticks as f64 * timing.sample_interval_s + late_s;
+        if self.ticks > 0 {
+            self.advance(body, time_s - self.time_s);
+        }
+        self.ticks += 1;
+        self.time_s = time_s;
+    }
+
+    fn advance(&mut self, body: &mut impl Body, interval_s: f64) {
+        body.advance(
+            self.rudder_command_rad,
+            self.thrust,
+            self.disturbance_rad_s2,
+            interval_s,
+        );
+        let disturbance = self.config.disturbance;
+        let decay = libm::exp(-interval_s / disturbance.correlation_time_s);
+        self.disturbance_rad_s2 = decay * self.disturbance_rad_s2
+            + (1.0 - decay * decay).sqrt()
+                * disturbance.standard_deviation_rad_s2
+                * self.chance.disturbance.normal();
+    }
+
+    /// Measures, sets the rudder and reports both.
+    fn measure(&mut self, motion: &Motion) -> Sample<f64> {
+        self.carry_out();
+        let compass_rad = self.config.sensors.compass(
+            motion.heading_rad
+                + self.config.sensors.compass_noise_rad * self.chance.compass.normal(),
+        );
+        self.rudder_command_rad = self.rudder(compass_rad);
+        self.sample(motion, compass_rad)
+    }
+
+    /// What was asked for since the last sample takes effect.
+    fn carry_out(&mut self) {
+        if let Some(action) = self.asked.take() {
+            self.steering = action.steering;
+            self.thrust = action
+                .thrust
+                .unwrap_or(self.config.initial_thrust)
+                .clamp(0.0, 1.0);
+        }
+    }
+
+    fn rudder(&self, compass_rad: f64) -> f64 {
+        let wanted = match self.steering {
+            Steering::Rudder(rudder_rad) => rudder_rad,
+            Steering::HoldHeading(heading_rad) => {
+                let hold = self.config.heading_hold;
+                (-hold.gain * Real::wrapped(compass_rad - heading_rad))
+                    .limited_to(hold.rudder_limit_rad)
+            }
+        };
+        wanted.limited_to(self.config.rudder_limit_rad)
+    }
+
+    fn sample(&mut self, motion: &Motion, compass_rad: f64) -> Sample<f64> {
+        let sensors = self.config.sensors;
+        let mut noise = |deviation: f64, chance: fn(&mut Sources) -> &mut Chance| {
+            deviation * chance(&mut self.chance).normal()
+        };
+        Sample {
+            time_s: self.time_s,
+            heading_rad: compass_rad,
+            rudder_rad: self.rudder_command_rad,
+            surge_speed_m_s: Some(
+                motion.surge_speed_m_s + noise(sensors.surge_speed_noise_m_s, |c| &mut c.speed),
+            ),
+            depth_m: Some(motion.depth_m + noise(sensors.depth_noise_m, |c| &mut c.depth)),
+            altitude_m: None,
+            roll_rad: Some(
+                motion.roll_rad + noise(sensors.attitude_noise_rad, |c| &mut c.attitude),
+            ),
+            pitch_rad: Some(
+                motion.pitch_rad + noise(sensors.attitude_noise_rad, |c| &mut c.attitude),
+            ),
+            yaw_rate_rad_s: sensors
+                .yaw_rate_noise_rad_s
+                .map(|deviation| motion.yaw_rate_rad_s + noise(deviation, |c| &mut c.gyro)),
+            north_m: Some(motion.north_m),
+            east_m: Some(motion.east_m),
+        }
+    }
+}
