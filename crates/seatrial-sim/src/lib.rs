@@ -24,8 +24,10 @@ pub mod config;
 mod helm;
 pub mod plant;
 pub mod sensors;
+pub mod six_dof;
 pub mod vehicle;
 
 pub use config::{ConfigError, VehicleConfig};
 pub use plant::Truth;
+pub use six_dof::{SixDofConfig, SixDofVehicle};
 pub use vehicle::FirstOrderVehicle;

@@ -66,7 +66,7 @@ impl Default for Disturbance {
 
 impl Servo {
     /// The fin `interval_s` later.
-    fn advance(&self, fin_rad: f64, command_rad: f64, interval_s: f64) -> f64 {
+    pub(crate) fn advance(&self, fin_rad: f64, command_rad: f64, interval_s: f64) -> f64 {
         let wanted = if self.time_constant_s > 0.0 {
             -libm::expm1(-interval_s / self.time_constant_s) * (command_rad - fin_rad)
         } else {

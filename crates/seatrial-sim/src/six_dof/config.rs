@@ -1,0 +1,115 @@
+//! What a vehicle of six degrees of freedom is made from.
+
+use serde::Serialize;
+
+use super::actuator::Actuator;
+use super::depth_hold::DepthHold;
+use super::fins::Fin;
+use super::hydrodynamics::Hull;
+use super::propeller::Propeller;
+use super::rigid_body::RigidBody;
+use super::sea::Sea;
+use crate::config::{ConfigError, HelmConfig};
+
+/// A vehicle of six degrees of freedom and the sea it is in.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SixDofConfig {
+    /// Name of the vehicle.
+    pub name: String,
+    /// Mass and buoyancy.
+    pub rigid_body: RigidBody,
+    /// The hull in the water.
+    pub hull: Hull,
+    /// Every fin.
+    pub fins: Vec<Fin>,
+    /// The propeller.
+    pub propeller: Propeller,
+    /// What deflects the rudders.
+    pub rudder: Actuator,
+    /// What deflects the elevators.
+    pub elevator: Actuator,
+    /// Its depth controller.
+    pub depth_hold: DepthHold,
+    /// Steering, instruments and the start.
+    pub helm: HelmConfig,
+    /// The water around it.
+    pub sea: Sea,
+}
+
+impl SixDofConfig {
+    /// The same vehicle in still water with exact sensors.
+    pub fn noise_free(mut self) -> Self {
+        self.helm = self.helm.noise_free();
+        self.sea.current.clear();
+        self
+    }
+
+    /// Names the first field that is out of range.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        self.helm.check()?;
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        let not_negative = |value: f64| value >= 0.0 && value.is_finite();
+        let (propeller, hull) = (&self.propeller, &self.hull);
+        for (field, value) in [
+            ("sea.density_kg_m3", self.sea.density_kg_m3),
+            ("rigid_body.mass_kg", self.rigid_body.mass_kg),
+            ("hull.length_m", hull.length_m),
+            ("hull.diameter_m", hull.diameter_m),
+            ("hull.planform_area_m2", hull.planform_area_m2),
+            ("propeller.diameter_m", propeller.diameter_m),
+            ("propeller.full_speed_rev_s", propeller.full_speed_rev_s),
+            ("rudder.limit_rad", self.rudder.limit_rad),
+            ("elevator.limit_rad", self.elevator.limit_rad),
+        ] {
+            required(field, "a positive number", positive(value).then_some(()))?;
+        }
+        for (field, value) in [
+            ("propeller.time_constant_s", propeller.time_constant_s),
+            (
+                "rudder.servo.time_constant_s",
+                self.rudder.servo.time_constant_s,
+            ),
+            ("rudder.dead_band_rad", self.rudder.dead_band_rad),
+            ("rudder.backlash_rad", self.rudder.backlash_rad),
+            (
+                "elevator.servo.time_constant_s",
+                self.elevator.servo.time_constant_s,
+            ),
+            ("elevator.dead_band_rad", self.elevator.dead_band_rad),
+            ("elevator.backlash_rad", self.elevator.backlash_rad),
+            (
+                "depth_hold.pitch_limit_rad",
+                self.depth_hold.pitch_limit_rad,
+            ),
+        ] {
+            required(
+                field,
+                "a number not below 0",
+                not_negative(value).then_some(()),
+            )?;
+        }
+        required(
+            "propeller.dead_band",
+            "a fraction, 0 to below 1",
+            (0.0..1.0).contains(&propeller.dead_band).then_some(()),
+        )?;
+        let in_order = self
+            .sea
+            .current
+            .windows(2)
+            .all(|pair| pair[1].depth_m > pair[0].depth_m);
+        required("sea.current", "in order of depth", in_order.then_some(()))
+    }
+}
+
+/// The value, or the field that it hangs on.
+pub(super) fn required<T>(
+    field: &str,
+    requirement: &'static str,
+    value: Option<T>,
+) -> Result<T, ConfigError> {
+    value.ok_or_else(|| ConfigError::Unfit {
+        field: field.to_owned(),
+        requirement,
+    })
+}

@@ -1,0 +1,196 @@
+//! The vehicle of six degrees of freedom.
+
+use std::convert::Infallible;
+
+use seatrial_core::{Action, Sample, Vehicle};
+
+use super::actuator::ActuatorState;
+use super::config::SixDofConfig;
+use super::depth_hold::DepthHoldState;
+use super::dynamics::{Dynamics, Inputs, State};
+use super::fins::Deflections;
+use crate::config::ConfigError;
+use crate::helm::{Body, Helm, Motion};
+
+/// Longest step of the integration, s.
+pub const STEP_S: f64 = 0.01;
+/// Time that a vehicle runs before its clock starts, s: speed, trim and depth have settled.
+const RUN_IN_S: f64 = 120.0;
+
+/// A vehicle that obeys the equations of motion of a rigid body in water.
+///
+/// Sampling and steering are those of [`FirstOrderVehicle`](crate::FirstOrderVehicle): the rudder reported is
+/// the command that acts until the next sample, and lag, limits, dead band and backlash of the fin are not in
+/// the sample. Depth is held by the elevator from measured depth and pitch; nothing controls roll.
+/// Forward speed is over ground along the hull's axis.
+///
+/// The same seed gives the same samples bit for bit on every platform.
+#[derive(Clone, Debug)]
+pub struct SixDofVehicle {
+    config: SixDofConfig,
+    body: SixDofBody,
+    helm: Helm,
+}
+
+/// The moving vehicle: its state, its actuators and its depth controller.
+#[derive(Clone, Debug)]
+pub struct SixDofBody {
+    config: SixDofConfig,
+    dynamics: Dynamics,
+    /// Position, attitude and velocity.
+    pub state: State,
+    /// The rudder's actuator.
+    pub rudder: ActuatorState,
+    /// The elevator's actuator.
+    pub elevator: ActuatorState,
+    /// Shaft speed, rev/s.
+    pub shaft_rev_s: f64,
+    elevator_command_rad: f64,
+    depth_hold: DepthHoldState,
+}
+
+impl SixDofVehicle {
+    /// A vehicle that runs straight and level at its own thrust, holding heading and depth.
+    pub fn new(config: SixDofConfig, seed: u64) -> Result<Self, ConfigError> {
+        config.check()?;
+        let mut body = SixDofBody::at_rest(config.clone())?;
+        body.run_in();
+        Ok(Self {
+            helm: Helm::new(config.helm, body.rudder.horn_rad, seed),
+            body,
+            config,
+        })
+    }
+
+    /// The true state.
+    pub fn body(&self) -> &SixDofBody {
+        &self.body
+    }
+
+    /// What it was made from.
+    pub fn config(&self) -> &SixDofConfig {
+        &self.config
+    }
+}
+
+impl Vehicle<f64> for SixDofVehicle {
+    type Error = Infallible;
+
+    /// Never `None`: a simulated vehicle runs for ever.
+    fn next_sample(&mut self) -> Result<Option<Sample<f64>>, Infallible> {
+        Ok(Some(self.helm.next_sample(&mut self.body)))
+    }
+
+    fn act(&mut self, action: &Action<f64>) -> Result<(), Infallible> {
+        self.helm.act(action);
+        Ok(())
+    }
+}
+
+impl SixDofBody {
+    /// The vehicle at its depth and heading, at rest.
+    pub fn at_rest(config: SixDofConfig) -> Result<Self, ConfigError> {
+        Ok(Self {
+            dynamics: Dynamics::new(&config)?,
+            state: State::level(
+                config.helm.initial_heading_rad,
+                config.depth_hold.depth_m,
+                0.0,
+            ),
+            rudder: ActuatorState::default(),
+            elevator: ActuatorState::default(),
+            shaft_rev_s: 0.0,
+            elevator_command_rad: 0.0,
+            depth_hold: DepthHoldState::default(),
+            config,
+        })
+    }
+
+    /// Its equations of motion.
+    pub fn dynamics(&self) -> &Dynamics {
+        &self.dynamics
+    }
+
+    /// Runs with exact instruments until everything has settled, then calls the place it is at the origin.
+    fn run_in(&mut self) {
+        let mut helm = Helm::new(self.config.helm.noise_free(), 0.0, 0);
+        while helm.next_sample(self).time_s < RUN_IN_S {}
+        self.state.position_m.x = 0.0;
+        self.state.position_m.y = 0.0;
+        self.depth_hold.restart_clock();
+    }
+}
+
+impl Body for SixDofBody {
+    fn motion(&self) -> Motion {
+        let [roll_rad, pitch_rad, heading_rad] = self.state.euler_rad();
+        let [north_m, east_m, depth_m] = self.state.position_m.into();
+        Motion {
+            heading_rad,
+            roll_rad,
+            pitch_rad,
+            yaw_rate_rad_s: self.state.velocity[5],
+            surge_speed_m_s: self.state.velocity[0],
+            north_m,
+            east_m,
+            depth_m,
+        }
+    }
+
+    fn advance(
+        &mut self,
+        rudder_command_rad: f64,
+        thrust: f64,
+        yaw_disturbance_rad_s2: f64,
+        interval_s: f64,
+    ) {
+        // Steps of the longest length, but for rounding, that fill the interval.
+        let steps = (interval_s / STEP_S - 1e-6).ceil().max(1.0);
+        let h = interval_s / steps;
+        for _ in 0..steps as u32 {
+            let start = self.inputs(yaw_disturbance_rad_s2);
+            self.advance_actuators(rudder_command_rad, thrust, 0.5 * h);
+            let middle = self.inputs(yaw_disturbance_rad_s2);
+            self.advance_actuators(rudder_command_rad, thrust, 0.5 * h);
+            let end = self.inputs(yaw_disturbance_rad_s2);
+            self.state = self.dynamics.step(&self.state, &[start, middle, end], h);
+        }
+    }
+
+    fn measured(&mut self, sample: &Sample<f64>) {
+        if let Some(elevator_rad) = self
+            .config
+            .depth_hold
+            .elevator_rad(&mut self.depth_hold, sample)
+        {
+            self.elevator_command_rad = elevator_rad;
+        }
+    }
+}
+
+impl SixDofBody {
+    fn advance_actuators(&mut self, rudder_command_rad: f64, thrust: f64, interval_s: f64) {
+        let config = &self.config;
+        self.rudder = config
+            .rudder
+            .advance(self.rudder, rudder_command_rad, interval_s);
+        self.elevator =
+            config
+                .elevator
+                .advance(self.elevator, self.elevator_command_rad, interval_s);
+        self.shaft_rev_s = config
+            .propeller
+            .advance(self.shaft_rev_s, thrust, interval_s);
+    }
+
+    fn inputs(&self, yaw_disturbance_rad_s2: f64) -> Inputs {
+        Inputs {
+            deflections: Deflections {
+                rudder_rad: self.rudder.fin_rad,
+                elevator_rad: self.elevator.fin_rad,
+            },
+            shaft_rev_s: self.shaft_rev_s,
+            yaw_disturbance_rad_s2,
+        }
+    }
+}
