@@ -254,9 +254,28 @@ fn recover_an_unexcited_mission_cannot_tell() {
     assert_eq!(report.finding, Finding::CannotTell, "{:?}", report.verdict);
     assert!(!report.verdict.accepted);
     assert!(report.skipped[0].because.contains("rudder"), "{report:?}");
-    // Both logs but for less than a step at their ends.
+    // Both logs, whole.
     let skipped: f64 = report.skipped.iter().map(|s| s.duration_s).sum();
-    assert!((skipped - report.read_s).abs() < 1.0, "{skipped}");
+    assert!((skipped - report.read_s).abs() < 1e-6, "{skipped}");
+}
+
+#[test]
+fn prop_a_clock_that_jumps_by_thirty_years_is_read_to_its_end() {
+    let config = vehicle([1.0; 3], CALM);
+    let mut watch =
+        Watch::new(Reference::new(vec![trial(&config, 1)]).unwrap(), settings()).unwrap();
+    let mut jumping = mission(&config, 5);
+    let half = jumping.samples.len() / 2;
+    jumping.samples[half..]
+        .iter_mut()
+        .for_each(|s| s.time_s += 1e9);
+    watch.read("jumping", &jumping);
+    let report = watch.report();
+    assert!(
+        report.windows.iter().any(|w| w.window.from_s > 1e9),
+        "{report:?}"
+    );
+    assert!(report.skipped[0].duration_s > 0.9e9);
 }
 
 #[test]
@@ -323,6 +342,23 @@ fn io_bad_settings_and_references_are_named() {
     assert!(Reference::new(Vec::new()).is_err());
     let twice = Reference::new(vec![model, model]).unwrap_err();
     assert!(twice.to_string().contains("two points"), "{twice}");
+    let without_speed = |thrust| SpeedModel {
+        thrust,
+        surge_speed_m_s: None,
+        ..model
+    };
+    let by_thrust = Reference::new(vec![without_speed(Some(0.6)), without_speed(Some(0.8))]);
+    let same = compare(
+        &by_thrust.unwrap(),
+        &[without_speed(Some(0.8))],
+        &settings(),
+    );
+    assert_eq!(same.finding, Finding::Unchanged);
+    let unknown = Reference::new(vec![without_speed(None), without_speed(None)]).unwrap_err();
+    assert!(
+        unknown.to_string().contains("neither speed nor thrust"),
+        "{unknown}"
+    );
 }
 
 /// The rates over noise and disturbance: `cargo test --release -p seatrial --test health -- --ignored --nocapture`.

@@ -191,7 +191,7 @@ struct Expected {
 }
 
 impl Reference {
-    /// One model, or several of different speeds.
+    /// One model, or several of different speeds, or, where no speed is known, of different thrusts.
     pub fn new(mut points: Vec<SpeedModel>) -> Result<Self, HealthError> {
         let refused = |text: &str| Err(HealthError::Reference(text.into()));
         if points.is_empty() {
@@ -210,6 +210,19 @@ impl Reference {
                 points,
                 schedule: None,
             });
+        }
+        if points.iter().all(|point| point.surge_speed_m_s.is_none()) {
+            let is_told_apart = |(index, point): (usize, &SpeedModel)| {
+                point.thrust.is_some() && !points[..index].iter().any(|p| p.has_thrust_of(point))
+            };
+            return if points.iter().enumerate().all(is_told_apart) {
+                Ok(Self {
+                    points,
+                    schedule: None,
+                })
+            } else {
+                refused("several models that neither speed nor thrust tells apart")
+            };
         }
         let speed = |point: &SpeedModel| point.surge_speed_m_s.unwrap_or(0.0);
         points.sort_by(|a, b| speed(a).total_cmp(&speed(b)));
@@ -251,6 +264,9 @@ impl Reference {
         let Some(speed) = surge_speed_m_s else {
             return Err("its speed is not known, and the reference has several".into());
         };
+        if self.points.len() > 1 && self.schedule.is_none() {
+            return Err("the reference has several thrusts, but knows the speed of none".into());
+        }
         let speed_of = |index: usize| self.points[index].surge_speed_m_s.unwrap_or(speed);
         let last = self.points.len() - 1;
         let (slowest, fastest) = (speed_of(0), speed_of(last));

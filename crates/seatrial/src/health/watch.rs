@@ -17,7 +17,7 @@ use crate::identify::refine::{refine, structural_mismatch};
 use crate::identify::whitening::{Disturbance, Prepared};
 use crate::identify::{IdentifySettings, identify};
 use crate::manoeuvre::Manoeuvre;
-use crate::record::{Record, Window, median_interval_s};
+use crate::record::{Record, Window};
 
 /// A window lasts so many time constants of the vehicle, about as long as a trial's training stage.
 const WINDOW_TIME_CONSTANTS: f64 = 16.0;
@@ -34,6 +34,9 @@ const WIDEST_RUDDER_INTERVAL: f64 = 0.5;
 /// Half the 95 % interval that a window has to promise: white noise, which it assumes, promises too much by a factor
 /// of some five.
 const WIDEST_PROMISE: f64 = 0.1;
+
+/// Why most windows show nothing.
+const NOT_EXCITED: &str = "the rudder hardly moves";
 
 /// The halves of a window differ in mean speed by less than this share of it.
 const STEADY_SPEED: f64 = 0.05;
@@ -116,12 +119,6 @@ pub struct WatchReport {
     pub verdict: Verdict,
 }
 
-/// Why a window shows nothing.
-enum NoUse {
-    Because(String),
-    NotExcited,
-}
-
 impl Watch {
     /// A watch that has read nothing.
     pub fn new(reference: Reference, settings: HealthSettings) -> Result<Self, HealthError> {
@@ -154,37 +151,35 @@ impl Watch {
         self.read_s += last.time_s - first.time_s;
         let length_s = WINDOW_TIME_CONSTANTS * self.time_constant_s();
         let step_s = length_s / STARTS_PER_WINDOW as f64;
-        let at = |from_s: f64| Window {
-            from_s,
-            to_s: from_s + length_s,
+        let mut window = Window {
+            from_s: first.time_s,
+            to_s: first.time_s + length_s,
         };
-        let mut from_s = first.time_s;
-        while from_s < last.time_s {
-            let promising = self.promise(&record, at(from_s));
-            let looked = match promising {
+        while window.from_s < last.time_s {
+            let looked = match self.promise(&record, window) {
                 Ok(_) => {
-                    let window = self.best_start(&record, from_s, step_s, length_s);
-                    self.skip("the rudder hardly moves", window.from_s - from_s);
-                    from_s = window.from_s;
+                    let best = self.best_start(&record, window, step_s);
+                    self.skip(NOT_EXCITED, best.from_s - window.from_s);
+                    window = best;
                     self.look(name, &record, window)
                 }
-                Err(no_use) => Err(no_use),
+                Err(why) => Err(why),
             };
-            let left_s = last.time_s - from_s;
-            match looked {
+            let next_s = match looked {
                 Ok(kept) => {
                     self.windows.push(kept);
-                    from_s += length_s;
+                    window.to_s
                 }
-                Err(NoUse::NotExcited) => {
-                    self.skip("the rudder hardly moves", step_s.min(left_s));
-                    from_s += step_s;
+                Err(why) => {
+                    let next_s = next_sample_s(&record, window.from_s + step_s);
+                    self.skip(&why, next_s.unwrap_or(last.time_s) - window.from_s);
+                    next_s.unwrap_or(f64::INFINITY)
                 }
-                Err(NoUse::Because(why)) => {
-                    self.skip(&why, step_s.min(left_s));
-                    from_s += step_s;
-                }
-            }
+            };
+            window = Window {
+                from_s: next_s,
+                to_s: next_s + length_s,
+            };
         }
     }
 
@@ -206,57 +201,46 @@ impl Watch {
         all[all.len() / 2]
     }
 
-    /// The start within the next window that promises most, so that a manoeuvre is not cut in two.
-    fn best_start(&self, record: &Record, from_s: f64, step_s: f64, length_s: f64) -> Window {
+    /// The start within a window that promises most, so that a manoeuvre is not cut in two.
+    fn best_start(&self, record: &Record, window: Window, step_s: f64) -> Window {
         (0..STARTS_PER_WINDOW)
-            .map(|k| from_s + k as f64 * step_s)
-            .map(|from_s| Window {
-                from_s,
-                to_s: from_s + length_s,
+            .map(|k| Window {
+                from_s: window.from_s + k as f64 * step_s,
+                to_s: window.to_s + k as f64 * step_s,
             })
-            .filter_map(|window| Some((self.promise(record, window).ok()?, window)))
+            .filter_map(|later| Some((self.promise(record, later).ok()?, later)))
             .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map_or(
-                Window {
-                    from_s,
-                    to_s: from_s + length_s,
-                },
-                |(_, window)| window,
-            )
+            .map_or(window, |(_, best)| best)
     }
 
     /// Half the 95 % interval of b2 that a window promises, over what is expected, were all that the reference leaves
     /// of it white noise.
-    fn promise(&self, record: &Record, window: Window) -> Result<f64, NoUse> {
+    fn promise(&self, record: &Record, window: Window) -> Result<f64, String> {
         let samples = record.window(window);
-        let because = |text: String| Err(NoUse::Because(text));
         if samples.len() < LEAST_SAMPLES {
-            return because("too few samples in a window".into());
+            return Err("too few samples in a window".into());
         }
         if let Some(gap) = largest_gap_s(samples)
             && gap > LARGEST_GAP * (window.to_s - window.from_s)
         {
-            return because("samples are missing".into());
+            return Err("samples are missing".into());
         }
         let moves = samples
             .iter()
             .any(|s| s.rudder_rad != samples[0].rudder_rad);
         if !moves {
-            return Err(NoUse::NotExcited);
+            return Err(NOT_EXCITED.into());
         }
-        let expected = self
-            .reference
-            .at_speed(steady_speed_m_s(samples).map_err(NoUse::Because)?)
-            .map_err(NoUse::Because)?;
+        let expected = self.reference.at_speed(steady_speed_m_s(samples)?)?;
         let fit = Prepared::new(samples, 1)
             .fit(expected.model.a22_per_s, Disturbance::NONE)
-            .ok_or(NoUse::NotExcited)?;
+            .ok_or(NOT_EXCITED)?;
         let deviation = (fit.noise_variance_rad2 * fit.scaled_covariance[(0, 0)]).sqrt();
         let promise = 2.0 * deviation / expected.model.b2_per_s2.abs();
         if promise < WIDEST_PROMISE {
             Ok(promise)
         } else {
-            Err(NoUse::NotExcited)
+            Err(NOT_EXCITED.into())
         }
     }
 
@@ -266,14 +250,12 @@ impl Watch {
         name: &str,
         record: &Record,
         window: Window,
-    ) -> Result<(WatchedWindow, Deviation), NoUse> {
+    ) -> Result<(WatchedWindow, Deviation), String> {
         let samples = record.window(window);
-        let speed = steady_speed_m_s(samples).map_err(NoUse::Because)?;
-        let expected = self.reference.at_speed(speed).map_err(NoUse::Because)?;
-        let refined = refine(samples, Some(expected.model)).map_err(|_| NoUse::NotExcited)?;
-        let rudder_amplitude_rad = Manoeuvre::find(samples)
-            .ok_or(NoUse::NotExcited)?
-            .amplitude_rad;
+        let speed = steady_speed_m_s(samples)?;
+        let expected = self.reference.at_speed(speed)?;
+        let refined = refine(samples, Some(expected.model)).map_err(|_| NOT_EXCITED)?;
+        let rudder_amplitude_rad = Manoeuvre::find(samples).ok_or(NOT_EXCITED)?.amplitude_rad;
         // Of what the rudder does if the vehicle is sound: one that is lost must not hide itself.
         let as_expected = Refined {
             model: expected.model,
@@ -290,10 +272,10 @@ impl Watch {
             covariance: refined.covariance,
             degrees_of_freedom: degrees_of_freedom(&expected.model, window.to_s - window.from_s),
         };
-        let not_finite = || NoUse::Because("its numbers are not finite".into());
+        let not_finite = || "its numbers are not finite".to_owned();
         let deviation = Deviation::between(&expected, &now).ok_or_else(not_finite)?;
         if deviation.rudder_half_width() > WIDEST_RUDDER_INTERVAL {
-            return Err(NoUse::NotExcited);
+            return Err(NOT_EXCITED.into());
         }
         let errors = self.reference.errors();
         let alone = std::slice::from_ref(&deviation);
@@ -374,7 +356,7 @@ impl Watch {
             (_, _, Some(detectable)) => (
                 Finding::CannotTell,
                 format!(
-                    "the rudder did not excite the vehicle enough: only a change {} would have been seen",
+                    "reference and windows together are not sure enough: only a change {} would have been seen; more rudder in the next mission or trial would do",
                     detectable.words()
                 ),
             ),
@@ -436,8 +418,13 @@ fn onset(
         .map(|(from, _)| from)
 }
 
+/// The time of the first sample at or after an instant.
+fn next_sample_s(record: &Record, from_s: f64) -> Option<f64> {
+    let next = record.samples.partition_point(|s| s.time_s < from_s);
+    Some(record.samples.get(next)?.time_s)
+}
+
 fn largest_gap_s(samples: &[Sample<f64>]) -> Option<f64> {
-    median_interval_s(samples)?;
     samples
         .windows(2)
         .map(|pair| pair[1].time_s - pair[0].time_s)
@@ -447,16 +434,16 @@ fn largest_gap_s(samples: &[Sample<f64>]) -> Option<f64> {
 /// The estimate of a window in which something else than the rudder turns the vehicle as well. With sway or a slow servo
 /// the verdict accepts it, in a sea that is too strong it does not. Which of the two it is the window does not say, so
 /// the covariance is that of both.
-fn accepted_estimate(record: &Record, window: Window, refined: &Refined) -> Result<Refined, NoUse> {
+fn accepted_estimate(
+    record: &Record,
+    window: Window,
+    refined: &Refined,
+) -> Result<Refined, String> {
     let accepted = identify(record, window, None, &IdentifySettings::default())
         .ok()
         .filter(|identification| identification.verdict.accepted)
         .and_then(|identification| identification.refined)
-        .ok_or_else(|| {
-            NoUse::Because(
-                "waves, current or thrusters turn the vehicle too much beside the rudder".into(),
-            )
-        })?;
+        .ok_or("waves, current or thrusters turn the vehicle too much beside the rudder")?;
     let covariance = std::array::from_fn(|i| {
         std::array::from_fn(|j| accepted.covariance[i][j] + refined.covariance[i][j])
     });
