@@ -4,7 +4,7 @@ use seatrial::identify::bound::Noise;
 use seatrial::preview::{Prior, PriorSpeed};
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 use seatrial_core::{HeadingGain, Plan, SchedulePoint};
-use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
+use seatrial_sim::config::HelmConfig;
 
 use crate::output::{Failure, say};
 use crate::steering_source::{Source, SourceArgs};
@@ -208,41 +208,50 @@ fn point_at(source: &Source, thrust: f64) -> Result<SchedulePoint<f64>, Failure>
 
 fn of_vehicle(name: &str, plan: &Plan<f64>) -> Result<Named, Failure> {
     let config = vehicle::config(name)?;
-    let truths = FirstOrderVehicle::new(config.clone(), 0).map_err(Failure::input)?;
-    let noise = noise_of(&config);
+    let helm = config.helm();
+    let truth = |thrust: f64| {
+        let truth = config.truth(thrust).map_err(Failure::input)?;
+        truth.ok_or_else(|| {
+            Failure::input(format!(
+                "{name}: has no yaw model at {:.0} % thrust",
+                100.0 * thrust
+            ))
+        })
+    };
+    let noise = noise_of(&helm);
     let speeds = plan.thrusts.iter().map(|thrust| {
-        let truth = truths.truth(*thrust);
-        PriorSpeed {
+        let truth = truth(*thrust)?;
+        Ok(PriorSpeed {
             thrust: *thrust,
             surge_speed_m_s: Some(truth.surge_speed_m_s),
             model: truth.model,
-            hold_gain: config.heading_hold.gain,
+            hold_gain: helm.heading_hold.gain,
             noise,
-        }
+        })
     });
     Ok(Named {
         origin: name.into(),
         prior: Prior {
-            speeds: speeds.collect(),
-            speed_before_m_s: Some(truths.truth(config.initial_thrust).surge_speed_m_s),
-            surge_time_constant_s: config.surge_time_constant_s,
-            heading_rad: config.initial_heading_rad,
-            depth_m: Some(config.depth_m),
-            rudder_limit_rad: config.rudder_limit_rad,
-            hold_limit_rad: config.heading_hold.rudder_limit_rad,
-            sample_interval_s: config.timing.sample_interval_s,
+            speeds: speeds.collect::<Result<_, Failure>>()?,
+            speed_before_m_s: Some(truth(helm.initial_thrust)?.surge_speed_m_s),
+            surge_time_constant_s: config.surge_time_constant_s().map_err(Failure::input)?,
+            heading_rad: helm.initial_heading_rad,
+            depth_m: Some(config.depth_m()),
+            rudder_limit_rad: helm.rudder_limit_rad,
+            hold_limit_rad: helm.heading_hold.rudder_limit_rad,
+            sample_interval_s: helm.timing.sample_interval_s,
         },
     })
 }
 
 /// Steps of a compass count as noise spread evenly over one step. Fewer samples count as more noise on all of them.
-fn noise_of(config: &VehicleConfig) -> Noise {
-    let sensors = config.sensors;
+fn noise_of(helm: &HelmConfig) -> Noise {
+    let sensors = helm.sensors;
     let step_rad2 = sensors.compass_resolution_rad.powi(2) / 12.0;
     let variance_rad2 = sensors.compass_noise_rad.powi(2) + step_rad2;
     Noise {
-        heading_rad: (variance_rad2 / (1.0 - config.timing.missing_fraction)).sqrt(),
-        disturbance_rad_s2: config.disturbance.standard_deviation_rad_s2,
-        disturbance_time_s: config.disturbance.correlation_time_s,
+        heading_rad: (variance_rad2 / (1.0 - helm.timing.missing_fraction)).sqrt(),
+        disturbance_rad_s2: helm.disturbance.standard_deviation_rad_s2,
+        disturbance_time_s: helm.disturbance.correlation_time_s,
     }
 }

@@ -9,11 +9,11 @@ use clap::{Args as ClapArgs, Subcommand};
 use seatrial::Window;
 use seatrial_core::{Event, List, Outcome, Plan, Sample, Stage, Trial, Vehicle};
 use seatrial_io::{write_csv, write_parquet};
-use seatrial_sim::{FirstOrderVehicle, Truth, VehicleConfig};
+use seatrial_sim::{ConfigError, Truth};
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};
-use crate::vehicle;
+use crate::vehicle::{self, Config, Simulated};
 
 /// A simulated vehicle for others.
 #[derive(ClapArgs, Debug)]
@@ -33,7 +33,8 @@ enum What {
     after_help = "Example:\n  seatrial sim log --seed 1 --thrust 0.8 --out run.csv --truth truth.toml && seatrial identify run.csv"
 )]
 struct SimLogArgs {
-    /// The vehicle: `sim:starfish` or `sim:FILE.toml`.
+    /// The vehicle: sim:starfish, sim:starfish-6dof or sim:remus100 of six degrees of freedom, or
+    /// sim:FILE.toml.
     #[arg(long, default_value = "sim:starfish")]
     vehicle: String,
     /// Seed of noise and disturbance; the same seed gives the same log.
@@ -79,14 +80,15 @@ struct TruthFile {
     schema: &'static str,
     seed: u64,
     runs: Vec<TrueRun>,
-    vehicle: VehicleConfig,
+    vehicle: Config,
 }
 
 #[derive(Serialize)]
 struct TrueRun {
     attempt: u32,
+    /// What an identification should find, for six degrees of freedom what it finds without noise.
     #[serde(flatten)]
-    truth: Truth,
+    truth: Option<Truth>,
 }
 
 /// A trial that was played to its end.
@@ -101,11 +103,14 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let What::Log(args) = &args.what;
     let format = format_of(&args.out)?;
     args.truth.as_deref().map_or(Ok(()), check_truth_name)?;
-    let mut vehicle = vehicle::simulated(&args.vehicle, args.seed)?;
+    let config = vehicle::config(&args.vehicle)?;
+    let mut vehicle = config
+        .vehicle(args.seed)
+        .map_err(|error| Failure::input(format!("{}: {error}", args.vehicle)))?;
     let played = play(&mut vehicle, plan(&args.thrust)?)?;
     write(&args.out, format, &played.samples)?;
     if let Some(path) = &args.truth {
-        write_truth(path, args.seed, &vehicle, &played.runs)?;
+        write_truth(path, args.seed, config, &played.runs)?;
     }
     let written = Written {
         schema: "seatrial.simulated_log.v1",
@@ -168,7 +173,7 @@ fn plan(thrusts: &[f64]) -> Result<Plan<f64>, Failure> {
 }
 
 /// Plays a trial on the vehicle.
-fn play(vehicle: &mut FirstOrderVehicle, plan: Plan<f64>) -> Result<Played, Failure> {
+fn play(vehicle: &mut Simulated, plan: Plan<f64>) -> Result<Played, Failure> {
     let mut trial = Trial::new(plan).map_err(Failure::usage)?;
     let mut played = Played {
         samples: Vec::new(),
@@ -250,23 +255,21 @@ fn write(path: &Path, format: Format, samples: &[Sample<f64>]) -> Result<(), Fai
     .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))
 }
 
-fn write_truth(
-    path: &Path,
-    seed: u64,
-    vehicle: &FirstOrderVehicle,
-    runs: &[Run],
-) -> Result<(), Failure> {
+fn write_truth(path: &Path, seed: u64, vehicle: Config, runs: &[Run]) -> Result<(), Failure> {
     let truth = TruthFile {
         schema: "seatrial.truth.v1",
         seed,
         runs: runs
             .iter()
-            .map(|run| TrueRun {
-                attempt: run.attempt,
-                truth: vehicle.truth(run.thrust),
+            .map(|run| {
+                Ok(TrueRun {
+                    attempt: run.attempt,
+                    truth: vehicle.truth(run.thrust)?,
+                })
             })
-            .collect(),
-        vehicle: vehicle.config().clone(),
+            .collect::<Result<_, ConfigError>>()
+            .map_err(Failure::internal)?,
+        vehicle,
     };
     let text = match suffix(path) {
         Some("toml") => toml::to_string(&truth).map_err(Failure::internal),

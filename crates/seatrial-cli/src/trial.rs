@@ -31,7 +31,8 @@ handed back; 6: finished, but something could not be saved.
 Example:
   seatrial trial --seed 1 --report trial.html")]
 pub struct Args {
-    /// The vehicle: sim:starfish, or sim:FILE.toml for any other first-order vehicle.
+    /// The vehicle: sim:starfish; sim:starfish-6dof or sim:remus100 of six degrees of freedom; or sim:FILE.toml
+    /// for any other first-order vehicle.
     #[arg(long, value_name = "VEHICLE", default_value = "sim:starfish")]
     vehicle: String,
     /// The plan, a TOML file as `seatrial plan` writes it [default: the paper's].

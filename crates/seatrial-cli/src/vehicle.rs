@@ -1,26 +1,123 @@
-//! Vehicles by name: `sim:starfish`, `sim:FILE.toml`.
+//! Vehicles by name: `sim:starfish`, `sim:starfish-6dof`, `sim:remus100`, `sim:FILE.toml`.
 
+use std::convert::Infallible;
 use std::path::Path;
 
-use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
+use seatrial_core::{Action, Sample, Vehicle};
+use seatrial_sim::config::HelmConfig;
+use seatrial_sim::six_dof::{equivalent, remus100, starfish};
+use seatrial_sim::{
+    ConfigError, FirstOrderVehicle, SixDofConfig, SixDofVehicle, Truth, VehicleConfig,
+};
+use serde::Serialize;
 
 use crate::output::Failure;
 
+/// What a simulated vehicle is made from.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub enum Config {
+    /// A yaw model at every speed.
+    FirstOrder(Box<VehicleConfig>),
+    /// Six degrees of freedom.
+    SixDof(Box<SixDofConfig>),
+}
+
+/// A simulated vehicle.
+pub enum Simulated {
+    /// A yaw model at every speed.
+    FirstOrder(Box<FirstOrderVehicle>),
+    /// Six degrees of freedom.
+    SixDof(Box<SixDofVehicle>),
+}
+
 /// What a simulated vehicle of this name is made from.
-pub fn config(name: &str) -> Result<VehicleConfig, Failure> {
+pub fn config(name: &str) -> Result<Config, Failure> {
+    let first_order = |config| Ok(Config::FirstOrder(Box::new(config)));
+    let six_dof = |config| Ok(Config::SixDof(Box::new(config)));
     match name.strip_prefix("sim:") {
-        Some("starfish") => Ok(VehicleConfig::starfish()),
-        Some(file) if file.ends_with(".toml") => {
-            VehicleConfig::load(Path::new(file)).map_err(Failure::input)
-        }
+        Some("starfish") => first_order(VehicleConfig::starfish()),
+        Some("starfish-6dof") => six_dof(starfish::config()),
+        Some("remus100") => six_dof(remus100::config()),
+        Some(file) if file.ends_with(".toml") => VehicleConfig::load(Path::new(file))
+            .map_err(Failure::input)
+            .and_then(first_order),
         _ => Err(Failure::usage(format!(
-            "--vehicle {name}: expected sim:starfish or sim:FILE.toml"
+            "--vehicle {name}: expected sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml"
         ))),
     }
 }
 
 /// The simulated vehicle of this name.
-pub fn simulated(name: &str, seed: u64) -> Result<FirstOrderVehicle, Failure> {
-    FirstOrderVehicle::new(config(name)?, seed)
+pub fn simulated(name: &str, seed: u64) -> Result<Simulated, Failure> {
+    config(name)?
+        .vehicle(seed)
         .map_err(|error| Failure::input(format!("{name}: {error}")))
+}
+
+impl Config {
+    /// The vehicle.
+    pub fn vehicle(&self, seed: u64) -> Result<Simulated, ConfigError> {
+        Ok(match self {
+            Self::FirstOrder(config) => Simulated::FirstOrder(Box::new(FirstOrderVehicle::new(
+                config.as_ref().clone(),
+                seed,
+            )?)),
+            Self::SixDof(config) => {
+                Simulated::SixDof(Box::new(SixDofVehicle::new(config.as_ref().clone(), seed)?))
+            }
+        })
+    }
+
+    /// What an identification at a thrust should find; `None` where there is nothing to be found.
+    pub fn truth(&self, thrust: f64) -> Result<Option<Truth>, ConfigError> {
+        match self {
+            Self::FirstOrder(config) => {
+                FirstOrderVehicle::new(config.as_ref().clone(), 0).map(|v| Some(v.truth(thrust)))
+            }
+            Self::SixDof(config) => equivalent::equivalent(config, thrust),
+        }
+    }
+
+    /// Steering, instruments and start.
+    pub fn helm(&self) -> HelmConfig {
+        match self {
+            Self::FirstOrder(config) => config.helm(),
+            Self::SixDof(config) => config.helm,
+        }
+    }
+
+    /// Depth that it holds, m.
+    pub fn depth_m(&self) -> f64 {
+        match self {
+            Self::FirstOrder(config) => config.depth_m,
+            Self::SixDof(config) => config.depth_hold.depth_m,
+        }
+    }
+
+    /// Time constant of the speed after a change of thrust, s.
+    pub fn surge_time_constant_s(&self) -> Result<f64, ConfigError> {
+        match self {
+            Self::FirstOrder(config) => Ok(config.surge_time_constant_s),
+            Self::SixDof(config) => equivalent::surge_time_constant_s(config),
+        }
+    }
+}
+
+impl Vehicle<f64> for Simulated {
+    type Error = Infallible;
+
+    fn next_sample(&mut self) -> Result<Option<Sample<f64>>, Infallible> {
+        match self {
+            Self::FirstOrder(vehicle) => vehicle.next_sample(),
+            Self::SixDof(vehicle) => vehicle.next_sample(),
+        }
+    }
+
+    fn act(&mut self, action: &Action<f64>) -> Result<(), Infallible> {
+        match self {
+            Self::FirstOrder(vehicle) => vehicle.act(action),
+            Self::SixDof(vehicle) => vehicle.act(action),
+        }
+    }
 }

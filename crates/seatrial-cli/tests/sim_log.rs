@@ -70,3 +70,38 @@ fn cli_the_same_seed_writes_the_same_bytes() {
     assert_eq!(log("7", "a.csv"), log("7", "b.csv"));
     assert_ne!(log("7", "a.csv"), log("8", "c.csv"));
 }
+
+#[test]
+fn cli_vehicles_of_six_degrees_of_freedom_are_practised_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for vehicle in ["sim:starfish-6dof", "sim:remus100"] {
+        for truth in ["truth.toml", "truth.json"] {
+            let arguments = [
+                "sim",
+                "log",
+                "--vehicle",
+                vehicle,
+                "--thrust",
+                "0.8",
+                "--out",
+                "run.csv",
+                "--truth",
+                truth,
+            ];
+            let (exit, _, stderr) = seatrial(folder, &arguments);
+            assert_eq!(exit, 0, "{stderr}");
+            let truth = std::fs::read_to_string(folder.join(truth)).unwrap();
+            assert!(
+                truth.contains("a22_per_s") && truth.contains("munk_moment"),
+                "{truth}"
+            );
+        }
+        let (exit, stdout, stderr) = seatrial(folder, &["identify", "run.csv", "--json"]);
+        assert_eq!(exit, 0, "{vehicle}: {stdout}{stderr}");
+        let (exit, stdout, stderr) = seatrial(folder, &["trial", "--vehicle", vehicle]);
+        assert_eq!(exit, 0, "{vehicle}: {stdout}{stderr}");
+        let (exit, stdout, stderr) = seatrial(folder, &["plan", "--vehicle", vehicle]);
+        assert_eq!(exit, 0, "{vehicle}: {stdout}{stderr}");
+    }
+}

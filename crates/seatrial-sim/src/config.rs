@@ -425,19 +425,19 @@ impl HelmConfig {
     }
 }
 
-const POSITIVE_NUMBER: &str = "a positive number";
-const NOT_BELOW_0: &str = "a number not below 0";
+pub(crate) const POSITIVE_NUMBER: &str = "a positive number";
+pub(crate) const NOT_BELOW_0: &str = "a number not below 0";
 
-fn positive(value: f64) -> bool {
+pub(crate) fn positive(value: f64) -> bool {
     value > 0.0 && value.is_finite()
 }
 
-fn not_negative(value: f64) -> bool {
+pub(crate) fn not_negative(value: f64) -> bool {
     value >= 0.0 && value.is_finite()
 }
 
 /// Names the first field that does not hold, of (field, what was found, does it hold, what it has to be).
-fn check_numbers<const N: usize>(
+pub(crate) fn check_numbers<const N: usize>(
     numbers: [(&str, f64, bool, &'static str); N],
 ) -> Result<(), ConfigError> {
     match numbers.into_iter().find(|(_, _, holds, _)| !holds) {

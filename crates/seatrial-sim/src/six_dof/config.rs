@@ -9,7 +9,9 @@ use super::hydrodynamics::Hull;
 use super::propeller::Propeller;
 use super::rigid_body::RigidBody;
 use super::sea::Sea;
-use crate::config::{ConfigError, HelmConfig};
+use crate::config::{
+    ConfigError, HelmConfig, NOT_BELOW_0, POSITIVE_NUMBER, check_numbers, not_negative, positive,
+};
 
 /// A vehicle of six degrees of freedom and the sea it is in.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -47,10 +49,9 @@ impl SixDofConfig {
     /// Names the first field that is out of range.
     pub fn check(&self) -> Result<(), ConfigError> {
         self.helm.check()?;
-        let positive = |value: f64| value > 0.0 && value.is_finite();
-        let not_negative = |value: f64| value >= 0.0 && value.is_finite();
-        let (propeller, hull) = (&self.propeller, &self.hull);
-        for (field, value) in [
+        let (hull, propeller) = (&self.hull, &self.propeller);
+        let (rudder, elevator) = (&self.rudder, &self.elevator);
+        let above_0 = [
             ("sea.density_kg_m3", self.sea.density_kg_m3),
             ("rigid_body.mass_kg", self.rigid_body.mass_kg),
             ("hull.length_m", hull.length_m),
@@ -58,41 +59,41 @@ impl SixDofConfig {
             ("hull.planform_area_m2", hull.planform_area_m2),
             ("propeller.diameter_m", propeller.diameter_m),
             ("propeller.full_speed_rev_s", propeller.full_speed_rev_s),
-            ("rudder.limit_rad", self.rudder.limit_rad),
-            ("elevator.limit_rad", self.elevator.limit_rad),
-        ] {
-            required(field, "a positive number", positive(value).then_some(()))?;
-        }
-        for (field, value) in [
+            ("rudder.limit_rad", rudder.limit_rad),
+            ("elevator.limit_rad", elevator.limit_rad),
+        ];
+        let least_damping = hull
+            .linear_damping
+            .into_iter()
+            .fold(f64::INFINITY, f64::min);
+        let from_0 = [
+            ("hull.frontal_drag", hull.frontal_drag),
+            ("hull.cross_flow_drag", hull.cross_flow_drag),
+            ("hull.linear_damping", least_damping),
             ("propeller.time_constant_s", propeller.time_constant_s),
-            (
-                "rudder.servo.time_constant_s",
-                self.rudder.servo.time_constant_s,
-            ),
-            ("rudder.dead_band_rad", self.rudder.dead_band_rad),
-            ("rudder.backlash_rad", self.rudder.backlash_rad),
+            ("rudder.servo.time_constant_s", rudder.servo.time_constant_s),
+            ("rudder.dead_band_rad", rudder.dead_band_rad),
+            ("rudder.backlash_rad", rudder.backlash_rad),
             (
                 "elevator.servo.time_constant_s",
-                self.elevator.servo.time_constant_s,
+                elevator.servo.time_constant_s,
             ),
-            ("elevator.dead_band_rad", self.elevator.dead_band_rad),
-            ("elevator.backlash_rad", self.elevator.backlash_rad),
+            ("elevator.dead_band_rad", elevator.dead_band_rad),
+            ("elevator.backlash_rad", elevator.backlash_rad),
             (
                 "depth_hold.pitch_limit_rad",
                 self.depth_hold.pitch_limit_rad,
             ),
-        ] {
-            required(
-                field,
-                "a number not below 0",
-                not_negative(value).then_some(()),
-            )?;
-        }
-        required(
+        ];
+        check_numbers(above_0.map(|(field, x)| (field, x, positive(x), POSITIVE_NUMBER)))?;
+        check_numbers(from_0.map(|(field, x)| (field, x, not_negative(x), NOT_BELOW_0)))?;
+        let dead_band = propeller.dead_band;
+        check_numbers([(
             "propeller.dead_band",
+            dead_band,
+            (0.0..1.0).contains(&dead_band),
             "a fraction, 0 to below 1",
-            (0.0..1.0).contains(&propeller.dead_band).then_some(()),
-        )?;
+        )])?;
         let in_order = self
             .sea
             .current

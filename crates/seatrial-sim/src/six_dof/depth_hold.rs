@@ -64,3 +64,49 @@ impl DepthHold {
         Some(self.elevator_per_pitch * (limited_rad - pitch_rad))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HOLD: DepthHold = DepthHold {
+        depth_m: 2.0,
+        pitch_per_depth_rad_m: 0.1,
+        pitch_per_integral_rad_m_s: 0.01,
+        pitch_limit_rad: 0.3,
+        elevator_per_pitch: 2.0,
+    };
+
+    fn sample(time_s: f64, depth_m: f64) -> Sample<f64> {
+        Sample {
+            time_s,
+            depth_m: Some(depth_m),
+            pitch_rad: Some(0.02),
+            ..Sample::default()
+        }
+    }
+
+    #[test]
+    fn exact_too_deep_lifts_the_bow_more_with_time() {
+        let mut state = DepthHoldState::default();
+        let mut elevator = |time_s| HOLD.elevator_rad(&mut state, &sample(time_s, 3.0)).unwrap();
+        assert!((elevator(0.0) - 2.0 * (0.1 - 0.02)).abs() < 1e-15);
+        assert!((elevator(5.0) - 2.0 * (0.1 + 0.05 - 0.02)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn exact_the_integral_waits_at_the_limit() {
+        let mut state = DepthHoldState::default();
+        for k in 0..100 {
+            let held = HOLD.elevator_rad(&mut state, &sample(f64::from(k), 12.0));
+            assert_eq!(held, Some(2.0 * (0.3 - 0.02)));
+        }
+        let there = HOLD.elevator_rad(&mut state, &sample(100.0, 2.0)).unwrap();
+        assert!((there + 2.0 * 0.02).abs() < 1e-15, "{there}");
+        let blind = Sample {
+            depth_m: None,
+            ..sample(101.0, 2.0)
+        };
+        assert_eq!(HOLD.elevator_rad(&mut state, &blind), None);
+    }
+}

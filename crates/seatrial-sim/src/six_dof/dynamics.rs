@@ -48,7 +48,7 @@ pub struct Inputs {
 /// | c(z) | [`Sea::flow`] | m/s |
 /// | delta, n | [`Inputs`] | rad, rev/s |
 ///
-/// Source: Fossen (2021), (2.67), (6.3) and (10.139), with unit quaternions for every attitude; the fourth-order
+/// Source: Fossen (2021), chapters 2, 8 and 10, with unit quaternions for every attitude; the fourth-order
 /// Runge-Kutta method. The current's acceleration acts through M_A, as on a body in a flow without waves.
 #[derive(Clone, Debug)]
 pub struct Dynamics {

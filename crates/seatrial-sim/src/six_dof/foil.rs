@@ -24,7 +24,7 @@ const STALL_HALF_WIDTH_RAD: f64 = 0.1;
 /// | a_s, h | `stall_rad`, 0.1 rad | rad |
 /// | e | 0.9 | 1 |
 ///
-/// Source: Beard and McLain, Small Unmanned Aircraft (2012), (4.9)-(4.11), with a cubic blend of finite width. The
+/// Source: Beard and McLain, Small Unmanned Aircraft (2012), section 4.2, with a cubic blend of finite width. The
 /// fully stalled fin is a flat plate with a normal force of 2 sin^2 a. Valid for every angle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Foil {

@@ -155,7 +155,7 @@ impl Hull {
 /// | z_roll, z_pitch | 0.3, 0.8 | 1 |
 /// | T_yaw | `yaw_time_s` | s |
 ///
-/// Source: Fossen (2021), (6.83)-(6.84) and the constants of its REMUS 100 model.
+/// Source: Fossen (2021), section 8.4.2, and the constants of its REMUS 100 model.
 pub fn linear_damping(mass: &Matrix6<f64>, righting_n_m: f64, yaw_time_s: f64) -> [f64; 6] {
     let per_time = |axis: usize, time_s: f64| mass[(axis, axis)] / time_s;
     let swinging =
@@ -184,7 +184,7 @@ pub fn linear_damping(mass: &Matrix6<f64>, righting_n_m: f64, yaw_time_s: f64) -
 /// |---|---|---|
 /// | l, d | `length_m`, `diameter_m` | m |
 ///
-/// Source: Lamb, Hydrodynamics, 6th ed. (1932), sections 114 and 373; Fossen (2021), (8.78)-(8.84). Valid for l > d.
+/// Source: Lamb, Hydrodynamics, 6th ed. (1932), sections 114 and 373; Fossen (2021), section 8.4.2. Valid for l > d.
 pub fn spheroid_factors(length_m: f64, diameter_m: f64) -> [f64; 3] {
     let e2 = 1.0 - (diameter_m / length_m) * (diameter_m / length_m);
     let e = e2.sqrt();

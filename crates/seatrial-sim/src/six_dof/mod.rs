@@ -6,6 +6,7 @@ pub mod actuator;
 pub mod config;
 pub mod depth_hold;
 pub mod dynamics;
+pub mod equivalent;
 pub mod fins;
 pub mod foil;
 pub mod hydrodynamics;

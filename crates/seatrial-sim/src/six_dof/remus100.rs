@@ -27,7 +27,7 @@
 //! F turns the fins' deflection into force but not the flow that turning and drift bring to them. Here fins feel
 //! it, so that their damping in yaw at 2 m/s is taken from the 1 s that stands for all of it in F. The
 //! hull's lift, in F only in the vertical plane, acts in every plane; where on the axis is not published with
-//! it, and the choice moves the identified a22 by a tenth per 0.01 m at most. 0.03 m brings a22 and b2
+//! it, and every 0.01 m moves the identified a22 by 3 to 4 %. 0.03 m brings a22 and b2
 //! into the middle of what is identified from logs of F's model (`val_fossen_remus100_logs`).
 
 use core::f64::consts::PI;

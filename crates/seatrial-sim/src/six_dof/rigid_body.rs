@@ -23,7 +23,7 @@ pub const GRAVITY_M_S2: f64 = 9.81;
 /// | k | | 1 | down, in the body's axes |
 /// | S(a) | | | the matrix with S(a) b = a x b |
 ///
-/// Source: Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021), (3.27) and (4.6).
+/// Source: Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021), chapters 3 and 4.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RigidBody {
     /// Mass, kg.
@@ -90,7 +90,7 @@ impl RigidBody {
 /// | v, w | m/s, rad/s | linear and angular velocity in the body's axes |
 /// | p, h | kg m/s, kg m^2/s | linear and angular momentum |
 ///
-/// Source: Fossen (2021), (3.46). nu . C(nu) nu = 0: these forces do no work.
+/// Source: Fossen (2021), chapter 3. nu . C(nu) nu = 0: these forces do no work.
 pub fn coriolis(mass_matrix: &Matrix6<f64>, velocity: &Vector6<f64>) -> Vector6<f64> {
     let (linear, angular) = split(velocity);
     let (momentum, angular_momentum) = split(&(mass_matrix * velocity));

@@ -12,7 +12,7 @@
 //! | Munk moment, centre of lift 0.2 l aft | the potential moment and the -0.321 m of P's REMUS of 1.6 m |
 //! | planform, frontal drag, damping ratios, propeller coefficients | REMUS of F |
 //! | fin lift slope 3.12 per rad, effective aspect ratio 2.21 | P |
-//! | fin arm | the REMUS's share of the length, 0.46 (P: 0.638 m of 1.33 m, less the tail cone) |
+//! | fin arm 0.46 l aft, 0.12 m off the axis; centre of gravity 0.02 m low | assumed, near the REMUS's |
 //! | cross-flow drag 1.0 | a circular cylinder of finite length below its critical Reynolds number: 0.8 to 1.2, Hoerner (1965) |
 //! | fin area 0.0083 m^2 | tuned to b2 of Table II; the REMUS's, scaled by the diameter squared, is 0.0074 m^2 |
 //! | yaw damping 1.3 s | tuned to a22 of Table II; 1 s in F |

@@ -67,6 +67,11 @@ impl SixDofVehicle {
         &self.body
     }
 
+    /// The body alone, without instruments and noise.
+    pub(super) fn into_body(self) -> SixDofBody {
+        self.body
+    }
+
     /// What it was made from.
     pub fn config(&self) -> &SixDofConfig {
         &self.config
