@@ -27,7 +27,6 @@ const RUN_IN_S: f64 = 120.0;
 /// The same seed gives the same samples bit for bit on every platform.
 #[derive(Clone, Debug)]
 pub struct SixDofVehicle {
-    config: SixDofConfig,
     body: SixDofBody,
     helm: Helm,
 }
@@ -53,12 +52,11 @@ impl SixDofVehicle {
     /// A vehicle that runs straight and level at its own thrust, holding heading and depth.
     pub fn new(config: SixDofConfig, seed: u64) -> Result<Self, ConfigError> {
         config.check()?;
-        let mut body = SixDofBody::at_rest(config.clone())?;
+        let mut body = SixDofBody::at_rest(config)?;
         body.run_in();
         Ok(Self {
-            helm: Helm::new(config.helm, body.rudder.horn_rad, seed),
+            helm: Helm::new(body.config.helm, body.rudder.horn_rad, seed),
             body,
-            config,
         })
     }
 
@@ -74,7 +72,7 @@ impl SixDofVehicle {
 
     /// What it was made from.
     pub fn config(&self) -> &SixDofConfig {
-        &self.config
+        &self.body.config
     }
 }
 
