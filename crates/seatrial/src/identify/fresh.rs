@@ -110,7 +110,10 @@ pub fn heading_range_rad<'a>(samples: impl IntoIterator<Item = &'a Sample<f64>>)
 }
 
 /// The samples with the derivative of their heading as yaw rate. `None` where too few are usable.
-fn derived_yaw_rate(model: YawModel<f64>, samples: &[Sample<f64>]) -> Option<Vec<Sample<f64>>> {
+pub(super) fn derived_yaw_rate(
+    model: YawModel<f64>,
+    samples: &[Sample<f64>],
+) -> Option<Vec<Sample<f64>>> {
     let mut usable: Vec<Sample<f64>> = Vec::with_capacity(samples.len());
     let mut headings: Vec<f64> = Vec::with_capacity(samples.len());
     for sample in samples {

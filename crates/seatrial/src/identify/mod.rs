@@ -7,6 +7,7 @@ pub mod online;
 pub mod output_error;
 pub mod peak;
 pub mod refine;
+pub mod second_order;
 pub mod simplex;
 pub mod whitening;
 

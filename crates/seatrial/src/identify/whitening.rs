@@ -205,7 +205,7 @@ pub fn hidden_edges(samples: &[Sample<f64>]) -> usize {
 /// The rudder over each interval, rad: held, or, where samples were lost and it moved a little, the mean of what
 /// goes to the next sample in equal steps. When it moved far, at an edge of the manoeuvre, nobody knows when, and
 /// it counts as held.
-fn mean_rudder_rad(samples: &[Sample<f64>]) -> Vec<f64> {
+pub(super) fn mean_rudder_rad(samples: &[Sample<f64>]) -> Vec<f64> {
     let usual_s = median_interval_s(samples).unwrap_or(0.0);
     let over = |pair: &[Sample<f64>]| {
         let interval_s = pair[1].time_s - pair[0].time_s;

@@ -1,0 +1,173 @@
+//! A sway-yaw model against data that it was not made from.
+
+use seatrial_core::validation::GoodnessOfFit;
+use seatrial_core::{Real, Sample, YawModel};
+
+use super::model::{SwayYawModel, SwayYawState};
+use crate::identification::Validation;
+use crate::identify::{IdentifyError, fresh, known_part};
+use crate::record::{Record, Window};
+
+/// Simulates `model` over a window of a record and compares (35)-(37), as
+/// [`crate::identify::fresh::validate`] does a first-order model.
+pub fn validate(
+    model: &SwayYawModel,
+    record: &Record,
+    window: Window,
+) -> Result<Validation, IdentifyError> {
+    let samples = record.window(window);
+    if samples.is_empty() {
+        return Err(IdentifyError::empty_window("validation", window, record));
+    }
+    let fit = goodness_of_fit(model, samples);
+    Ok(Validation {
+        window: known_part(window, samples),
+        r2_heading: fit.r2_heading,
+        r2_heading_offset_refit: fit.r2_heading_offset_refit,
+        r2_yaw_rate: fit.r2_yaw_rate,
+        samples: fit.samples as usize,
+    })
+}
+
+/// R^2 of heading and of yaw rate, the latter measured or, where it is not, the derivative of the
+/// measured heading.
+///
+/// The simulation starts without drift, from the mean heading and the mean measured yaw rate, 0 where it is not
+/// measured, of the quiet lead-in or, where there is none, of the first sample. A sample whose time, heading or
+/// rudder is not finite, or whose time does not increase, is left out.
+pub fn goodness_of_fit(model: &SwayYawModel, samples: &[Sample<f64>]) -> GoodnessOfFit<f64> {
+    let lead_in_s = fresh::quiet_lead_in_s(samples);
+    let record: Record = samples.iter().copied().collect();
+    let samples = record.usable(Window::ALL);
+    let Some(first) = samples.first() else {
+        return GoodnessOfFit::default();
+    };
+    let mut heading = 0.0;
+    let headings: Vec<f64> = samples
+        .iter()
+        .scan(None, |last: &mut Option<f64>, sample| {
+            let before = last.replace(sample.heading_rad);
+            heading += Real::wrapped(sample.heading_rad - before.unwrap_or(0.0));
+            Some(heading)
+        })
+        .collect();
+    let lead_in = samples
+        .partition_point(|sample| sample.time_s < first.time_s + lead_in_s)
+        .max(1);
+    let measured = measured_yaw_rates(&samples);
+    let start = SwayYawState {
+        heading_rad: mean(headings.iter().take(lead_in)),
+        yaw_rate_rad_s: measured
+            .as_ref()
+            .map_or(0.0, |rates| mean(rates.iter().take(lead_in))),
+        drift_rad: 0.0,
+    };
+    let run = FreshRun {
+        model,
+        samples: &samples,
+        start,
+    };
+    let rates = measured.or_else(|| run.derived_yaw_rates());
+    let of = |signal: fn(&SwayYawState) -> f64, measured: &[f64]| {
+        (
+            run.r2(signal, measured, 0.0),
+            run.refit_r2(signal, measured),
+        )
+    };
+    let (r2_heading, r2_heading_offset_refit) = of(|state| state.heading_rad, &headings);
+    let (r2_yaw_rate, r2_yaw_rate_offset_refit) = rates
+        .map(|rates| of(|state| state.yaw_rate_rad_s, &rates))
+        .unwrap_or_default();
+    GoodnessOfFit {
+        r2_heading,
+        r2_heading_offset_refit,
+        r2_yaw_rate,
+        r2_yaw_rate_offset_refit,
+        samples: samples.len() as u32,
+    }
+}
+
+fn mean<'a>(values: impl ExactSizeIterator<Item = &'a f64>) -> f64 {
+    let count = values.len().max(1) as f64;
+    values.sum::<f64>() / count
+}
+
+/// `None` unless every sample has one.
+fn measured_yaw_rates(samples: &[Sample<f64>]) -> Option<Vec<f64>> {
+    samples
+        .iter()
+        .map(|sample| sample.yaw_rate_rad_s.filter(|rate| rate.is_finite()))
+        .collect()
+}
+
+/// Fresh samples, simulated from one start.
+struct FreshRun<'a> {
+    model: &'a SwayYawModel,
+    samples: &'a [Sample<f64>],
+    start: SwayYawState,
+}
+
+impl FreshRun<'_> {
+    /// Over the time constants that the vehicle has at the drift of this run.
+    fn derived_yaw_rates(&self) -> Option<Vec<f64>> {
+        let states = self.model.simulate(self.samples, self.start);
+        let drift = mean(
+            states
+                .iter()
+                .map(|s| s.drift_rad.abs())
+                .collect::<Vec<_>>()
+                .iter(),
+        );
+        let as_first_order = YawModel {
+            a22_per_s: self.model.a22_per_s + self.model.cross_flow_per_rad_s * drift,
+            b2_per_s2: self.model.b2_per_s2,
+            c0_rad_per_s2: self.model.c0_rad_per_s2,
+        };
+        let derived = fresh::derived_yaw_rate(as_first_order, self.samples)?;
+        measured_yaw_rates(&derived)
+    }
+
+    fn simulated(&self, signal: fn(&SwayYawState) -> f64, offset: f64) -> Vec<f64> {
+        let model = SwayYawModel {
+            c0_rad_per_s2: self.model.c0_rad_per_s2 + offset,
+            ..*self.model
+        };
+        let states = model.simulate(self.samples, self.start);
+        states.iter().map(signal).collect()
+    }
+
+    /// 1 - J/Var (35). `None` where the signal did not vary.
+    fn r2(&self, signal: fn(&SwayYawState) -> f64, measured: &[f64], offset: f64) -> Option<f64> {
+        let simulated = self.simulated(signal, offset);
+        let squares = |values: &mut dyn Iterator<Item = f64>| values.map(|e| e * e).sum::<f64>();
+        let errors = squares(&mut measured.iter().zip(&simulated).map(|(m, s)| m - s));
+        let centre = mean(measured.iter());
+        let variation = squares(&mut measured.iter().map(|m| m - centre));
+        let r2 = 1.0 - errors / variation;
+        (variation > 0.0 && r2.is_finite()).then_some(r2)
+    }
+
+    /// The best R^2 over the offset: Newton's method on the sum of squares, with secants of the simulation.
+    fn refit_r2(&self, signal: fn(&SwayYawState) -> f64, measured: &[f64]) -> Option<f64> {
+        const MOST_STEPS: u32 = 8;
+        let spread = 1e-4 * self.model.b2_per_s2.abs();
+        let mut offset = 0.0;
+        let mut best = self.r2(signal, measured, offset)?;
+        for _ in 0..MOST_STEPS {
+            let here = self.simulated(signal, offset);
+            let above = self.simulated(signal, offset + spread);
+            let (mut gradient, mut curvature) = (0.0, 0.0);
+            for ((measured, here), above) in measured.iter().zip(&here).zip(&above) {
+                let sensitivity = (above - here) / spread;
+                gradient += (measured - here) * sensitivity;
+                curvature += sensitivity * sensitivity;
+            }
+            let next = offset + gradient / curvature;
+            match self.r2(signal, measured, next) {
+                Some(r2) if r2 > best => (offset, best) = (next, r2),
+                _ => break,
+            }
+        }
+        Some(best)
+    }
+}
