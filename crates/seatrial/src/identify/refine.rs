@@ -15,10 +15,20 @@ const DISTURBANCE_TIME_CONSTANTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
 /// Ratio between neighbouring strengths of the disturbance.
 const STRENGTH_RATIO: f64 = 2.0;
 
-/// Prior probability of no disturbance; the rest is spread evenly over the logarithm of its strength,
-/// this many doublings wide.
-const PRIOR_NONE: f64 = 0.05;
-const PRIOR_DOUBLINGS: f64 = 12.0;
+/// The prior that the estimate is the mean under: half of the records hold no disturbance, the others one of
+/// 2 % of the rudder's effect, within a factor of e.
+const EXPECTED: Prior = Prior {
+    none: 0.5,
+    median_share: 0.02,
+    log_deviation: 1.0,
+};
+
+/// The prior of the interval, which should also hold for a record that is worse than expected.
+const CAUTIOUS: Prior = Prior {
+    none: 0.3,
+    median_share: 0.03,
+    log_deviation: 1.5,
+};
 
 /// Half width of a 95 % interval in standard deviations.
 const NORMAL_95: f64 = 1.959_963_984_540_054;
@@ -30,7 +40,7 @@ const NEGLIGIBLE: f64 = 8.0;
 ///
 /// ```text
 /// p(theta | record) = sum over (q, tau) of  w(q, tau) N(theta_hat(q, tau), V(q, tau))
-/// w(q, tau) ~ prior(q, tau) exp(l(a22_hat; q, tau)) sqrt(v)
+/// w(q, tau) ~ prior(q) exp(l(a22_hat; q, tau)) sqrt(v)
 /// ```
 ///
 /// | symbol | meaning | unit |
@@ -41,7 +51,7 @@ const NEGLIGIBLE: f64 = 8.0;
 ///
 /// The most likely (q, tau) alone gives intervals that are too narrow under disturbance, because 16 s of
 /// record do not determine the disturbance; the average over both does not. The mean of the mixture is the
-/// estimate, its 2.5 and 97.5 % points the interval.
+/// estimate, its 2.5 and 97.5 % points, under a prior that expects more disturbance, the interval.
 ///
 /// The interval assumes white heading noise, a disturbance that forgets its past exponentially, a first-order
 /// yaw model and a rudder that acts when the record says. Of a record of more than 10 000 samples only the
@@ -56,8 +66,7 @@ pub fn refine(
     let span = Span::of(samples)?;
     let damping = span.first_damping(samples, start)?;
     let record = span.prepare(samples, damping)?;
-    let mixture = Mixture::over_disturbances(&record, damping, &span)?;
-    Ok(mixture.refined())
+    Ok(Peaks::over_disturbances(&record, damping, &span)?.refined())
 }
 
 /// A disturbance of more than this share of the rudder's own effect is none: the model misses something.
@@ -106,12 +115,38 @@ pub fn around_online(refined: &Refined, online: YawModel<f64>, simulated: &Outpu
     }
 }
 
-/// The peaks over all disturbances with their weights.
-struct Mixture {
-    peaks: Vec<(f64, Peak)>,
+/// What is believed of the disturbance before a record is seen.
+struct Prior {
+    /// Probability of none.
+    none: f64,
+    /// Median of its standard deviation over the rudder's effect, b2 times the rudder's amplitude.
+    median_share: f64,
+    /// Standard deviation of the logarithm of that share.
+    log_deviation: f64,
 }
 
-impl Mixture {
+impl Prior {
+    /// The log prior of a peak among octaves of strength and [`DISTURBANCE_TIME_CONSTANTS`].
+    fn log_of(&self, peak: &Peak, rudder_amplitude_rad: f64) -> f64 {
+        if peak.disturbance == Disturbance::NONE {
+            return self.none.ln();
+        }
+        let disturbance = peak.disturbance.relative * peak.fit.noise_variance_rad2.sqrt();
+        let share = disturbance / (peak.fit.linear[0].abs() * rudder_amplitude_rad);
+        let off = (share / self.median_share).ln() / self.log_deviation;
+        let octave = STRENGTH_RATIO.ln() / (self.log_deviation * core::f64::consts::TAU.sqrt());
+        ((1.0 - self.none) * octave / DISTURBANCE_TIME_CONSTANTS.len() as f64).ln()
+            - 0.5 * off * off
+    }
+}
+
+/// The likelihood's peaks over all disturbances.
+struct Peaks {
+    all: Vec<Peak>,
+    rudder_amplitude_rad: f64,
+}
+
+impl Peaks {
     fn over_disturbances(
         record: &Prepared,
         damping_per_s: f64,
@@ -121,9 +156,7 @@ impl Mixture {
         let none = Peak::find(record, Disturbance::NONE, damping_per_s, scale)
             .ok_or(RefineFailure::NotExcited)?;
         let scale = span.rate_scale(none.a22_per_s);
-        let mut peaks = vec![(PRIOR_NONE.ln(), none)];
-        let prior =
-            ((1.0 - PRIOR_NONE) / (PRIOR_DOUBLINGS * DISTURBANCE_TIME_CONSTANTS.len() as f64)).ln();
+        let mut all = vec![none];
         for ratio in DISTURBANCE_TIME_CONSTANTS {
             let search = StrengthSearch {
                 record,
@@ -131,49 +164,42 @@ impl Mixture {
                 time_constant_s: ratio / scale,
                 none,
             };
-            peaks.extend(search.peaks().into_iter().map(|peak| (prior, peak)));
+            all.extend(search.peaks());
         }
-        Ok(Self::weighted(peaks))
+        Ok(Self {
+            all,
+            rudder_amplitude_rad: record.rudder_amplitude_rad(),
+        })
     }
 
-    /// From log priors to probabilities.
-    fn weighted(peaks: Vec<(f64, Peak)>) -> Self {
-        let logs: Vec<f64> = peaks
+    /// From priors and likelihoods to probabilities.
+    fn under(&self, prior: &Prior) -> Mixture {
+        let logs: Vec<f64> = self
+            .all
             .iter()
-            .map(|(prior, peak)| prior + peak.fit.log_likelihood + 0.5 * peak.variance.ln())
+            .map(|peak| {
+                prior.log_of(peak, self.rudder_amplitude_rad)
+                    + peak.fit.log_likelihood
+                    + 0.5 * peak.variance.ln()
+            })
             .collect();
         let best = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let total: f64 = logs.iter().map(|log| (log - best).exp()).sum();
-        Self {
+        Mixture {
             peaks: logs
                 .iter()
-                .zip(peaks)
-                .map(|(log, (_, peak))| ((log - best).exp() / total, peak))
+                .zip(&self.all)
+                .map(|(log, peak)| ((log - best).exp() / total, *peak))
                 .collect(),
         }
     }
 
-    fn mean_of(&self, value: impl Fn(&Peak) -> f64) -> f64 {
-        self.peaks
-            .iter()
-            .map(|(weight, peak)| weight * value(peak))
-            .sum()
-    }
-
     fn refined(&self) -> Refined {
-        let mut mean = Vector3::zeros();
-        for (weight, peak) in &self.peaks {
-            mean += *weight * peak.normal().0;
-        }
-        let mut covariance = Matrix3::zeros();
-        for (weight, peak) in &self.peaks {
-            let (centre, own) = peak.normal();
-            let off = centre - mean;
-            covariance += *weight * (own + off * off.transpose());
-        }
+        let mean = self.under(&EXPECTED).mean();
+        let cautious = self.under(&CAUTIOUS);
         let model = YawModel::from_theta(mean.into());
         let [a22_per_s, b2_per_s2, c0_rad_per_s2] = core::array::from_fn(|i| {
-            self.interval_95(|peak| {
+            cautious.interval_95(|peak| {
                 let (centre, own) = peak.normal();
                 (centre[i], own[(i, i)])
             })
@@ -188,17 +214,51 @@ impl Mixture {
                 b2_per_s2,
                 c0_rad_per_s2,
                 delta0_rad: has_authority.then(|| {
-                    self.interval_95(|peak| {
+                    cautious.interval_95(|peak| {
                         let (centre, own) = peak.normal();
                         offset_angle(&centre, &own)
                     })
                 }),
             },
-            covariance: covariance.into(),
-            heading_noise_rad: self.mean_of(|p| p.fit.noise_variance_rad2.sqrt()),
-            disturbance_rad_s2: self
+            covariance: cautious.covariance_about(mean).into(),
+            heading_noise_rad: cautious.mean_of(|p| p.fit.noise_variance_rad2.sqrt()),
+            disturbance_rad_s2: cautious
                 .mean_of(|p| p.disturbance.relative * p.fit.noise_variance_rad2.sqrt()),
         }
+    }
+}
+
+/// The peaks with their probabilities.
+struct Mixture {
+    peaks: Vec<(f64, Peak)>,
+}
+
+impl Mixture {
+    fn mean_of(&self, value: impl Fn(&Peak) -> f64) -> f64 {
+        self.peaks
+            .iter()
+            .map(|(weight, peak)| weight * value(peak))
+            .sum()
+    }
+
+    /// Mean of [a22, b2, C0].
+    fn mean(&self) -> Vector3<f64> {
+        self.peaks
+            .iter()
+            .map(|(weight, peak)| *weight * peak.normal().0)
+            .sum()
+    }
+
+    /// Mean square distance of [a22, b2, C0] from an estimate.
+    fn covariance_about(&self, estimate: Vector3<f64>) -> Matrix3<f64> {
+        self.peaks
+            .iter()
+            .map(|(weight, peak)| {
+                let (centre, own) = peak.normal();
+                let off = centre - estimate;
+                *weight * (own + off * off.transpose())
+            })
+            .sum()
     }
 
     /// The 2.5 and 97.5 % points of a quantity whose mean and variance each peak gives.

@@ -89,6 +89,17 @@ impl Prepared {
         self.heading_rad.len() / self.block
     }
 
+    /// Half of the rudder's range, rad.
+    pub fn rudder_amplitude_rad(&self) -> f64 {
+        let (low, high) = self
+            .rudder_rad
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), rudder| {
+                (low.min(*rudder), high.max(*rudder))
+            });
+        0.5 * (high - low)
+    }
+
     /// Generalised least squares of b2, C0, psi0 and r0 for a given damping and disturbance.
     ///
     /// ```text
