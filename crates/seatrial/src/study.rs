@@ -1,0 +1,354 @@
+//! Monte Carlo study: how far estimators are from the truth, from the bound and from their own intervals.
+
+use seatrial_core::turning::{Hand, Turn};
+use seatrial_core::{HeadingGain, Sample, YawModel};
+use serde::Serialize;
+
+use crate::identify::bound::{Noise, cramer_rao_bound};
+use crate::identify::output_error::output_error;
+use crate::identify::{IdentifySettings, identify};
+use crate::propagation::interval_95;
+use crate::record::{Record, Window};
+
+/// Damping ratio of the heading loop whose gain is studied: critical.
+const DAMPING_RATIO: f64 = 1.0;
+
+/// An estimator that can be studied.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Estimator {
+    /// What `identify` reports: the model that goes to the controller.
+    Refined,
+    /// Output error with its covariance for correlated residuals.
+    OutputError,
+    /// The recursive instrumental variable, as it runs on the vehicle.
+    InstrumentalVariable,
+    /// Recursive least squares with the same filters.
+    LeastSquares,
+    /// The paper's equations to the letter.
+    Paper,
+}
+
+/// What is true of the simulated vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Truth {
+    /// The yaw model.
+    pub model: YawModel<f64>,
+    /// Noise and disturbance.
+    pub noise: Noise,
+    /// Largest rudder angle, rad: that of the turning rate studied.
+    pub rudder_limit_rad: f64,
+}
+
+/// A simulated run: what the vehicle logged and which part of it is for training.
+#[derive(Clone, Debug)]
+pub struct Experiment {
+    /// Settling and training.
+    pub record: Record,
+    /// The training stage.
+    pub training: Window,
+}
+
+/// What an estimator made of one run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    model: YawModel<f64>,
+    /// 95 % intervals of [`QUANTITIES`].
+    interval_95: [Option<[f64; 2]>; QUANTITIES.len()],
+    accepted: Option<bool>,
+}
+
+/// All that is kept of one run.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Cramer-Rao bound on the variances of a22, b2 and C0 for this very run, where there is one.
+    bound: Option<[f64; 3]>,
+    /// One for each estimator, `None` where it gave no model.
+    estimates: Vec<Option<Estimate>>,
+}
+
+/// Names and units of what is studied: the parameters, and what is computed from them.
+pub const QUANTITIES: [(&str, &str); 5] = [
+    ("a22", "1/s"),
+    ("b2", "1/s^2"),
+    ("C0", "rad/s^2"),
+    ("K_p", "rad/rad"),
+    ("yaw rate at full rudder", "rad/s"),
+];
+
+/// The quantities of a model; `None` where the model has none.
+fn quantities(model: &YawModel<f64>, rudder_limit_rad: f64) -> [Option<f64>; QUANTITIES.len()] {
+    let [a22, b2, c0] = model.theta();
+    let gain = HeadingGain::design(model, DAMPING_RATIO).ok();
+    let turn = Turn::new(model, rudder_limit_rad, Hand::Starboard).ok();
+    [
+        Some(a22),
+        Some(b2),
+        Some(c0),
+        gain.map(|g| g.proportional_gain),
+        turn.map(|t| t.yaw_rate_rad_s),
+    ]
+}
+
+impl Estimator {
+    /// Every estimator.
+    pub const ALL: [Self; 5] = [
+        Self::Refined,
+        Self::OutputError,
+        Self::InstrumentalVariable,
+        Self::LeastSquares,
+        Self::Paper,
+    ];
+
+    /// The name that people type.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Refined => "refined",
+            Self::OutputError => "output-error",
+            Self::InstrumentalVariable => "instrumental-variable",
+            Self::LeastSquares => "least-squares",
+            Self::Paper => "paper",
+        }
+    }
+
+    fn estimate(self, experiment: &Experiment, rudder_limit_rad: f64) -> Option<Estimate> {
+        let without_interval = |model| Estimate {
+            model,
+            interval_95: [None; QUANTITIES.len()],
+            accepted: None,
+        };
+        let carried = |model: &YawModel<f64>, covariance: &[[f64; 3]; 3]| {
+            core::array::from_fn(|i| {
+                interval_95(model, covariance, |m| quantities(m, rudder_limit_rad)[i])
+            })
+        };
+        let identified = |settings: &IdentifySettings| {
+            identify(&experiment.record, experiment.training, None, settings).ok()
+        };
+        match self {
+            Self::Refined => {
+                let found = identified(&IdentifySettings::default())?;
+                let refined = found.refined?;
+                let mut intervals = carried(&refined.model, &refined.covariance);
+                let own = refined.interval_95;
+                intervals[0] = Some(own.a22_per_s);
+                intervals[1] = Some(own.b2_per_s2);
+                intervals[2] = Some(own.c0_rad_per_s2);
+                Some(Estimate {
+                    model: refined.model,
+                    interval_95: intervals,
+                    accepted: Some(found.verdict.accepted),
+                })
+            }
+            Self::OutputError => {
+                let samples = experiment.record.window(experiment.training);
+                let found = output_error(samples, None).ok()?;
+                Some(Estimate {
+                    interval_95: carried(&found.model, &found.covariance),
+                    ..without_interval(found.model)
+                })
+            }
+            Self::InstrumentalVariable => {
+                let found = identified(&IdentifySettings::default())?;
+                Some(without_interval(found.online.model))
+            }
+            Self::LeastSquares => {
+                let found = identified(&IdentifySettings::default())?;
+                Some(without_interval(found.online.least_squares.model))
+            }
+            Self::Paper => {
+                let found = identified(&IdentifySettings::paper())?;
+                Some(without_interval(found.online.model))
+            }
+        }
+    }
+}
+
+impl Outcome {
+    /// Runs the estimators on a simulated run. `has_bound`: the truth is of first order with this very noise.
+    pub fn of(
+        experiment: &Experiment,
+        truth: &Truth,
+        estimators: &[Estimator],
+        has_bound: bool,
+    ) -> Self {
+        let samples: &[Sample<f64>] = experiment.record.window(experiment.training);
+        let bound = has_bound
+            .then(|| cramer_rao_bound(samples, truth.model, truth.noise))
+            .flatten();
+        Self {
+            bound: bound.map(|bound| core::array::from_fn(|i| bound[(i, i)])),
+            estimates: estimators
+                .iter()
+                .map(|estimator| estimator.estimate(experiment, truth.rudder_limit_rad))
+                .collect(),
+        }
+    }
+}
+
+/// The study of one estimator in one sea.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Accuracy {
+    /// Which estimator.
+    pub estimator: Estimator,
+    /// Runs that gave a model.
+    pub models: usize,
+    /// Share of the models that the verdict accepted, where the estimator has one.
+    pub accepted: Option<f64>,
+    /// One for each of [`QUANTITIES`].
+    pub quantities: Vec<QuantityAccuracy>,
+}
+
+/// How one quantity was estimated.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct QuantityAccuracy {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit; that of truth, bias and deviations.
+    pub unit: &'static str,
+    /// The true value.
+    pub truth: f64,
+    /// Mean error.
+    pub bias: f64,
+    /// Standard deviation of the estimates.
+    pub standard_deviation: f64,
+    /// Root mean square of the errors.
+    pub rms_error: f64,
+    /// The least standard deviation that an unbiased estimator can have on these very runs.
+    pub bound: Option<f64>,
+    /// Bound over mean square error.
+    pub efficiency: Option<f64>,
+    /// Share of the 95 % intervals that hold the truth; an estimator without interval has none.
+    pub coverage: Option<f64>,
+    /// Mean half width of the interval.
+    pub half_width: Option<f64>,
+}
+
+/// From the outcomes of many runs to the accuracy of each estimator.
+pub fn accuracy(outcomes: &[Outcome], truth: &Truth, estimators: &[Estimator]) -> Vec<Accuracy> {
+    let true_values = quantities(&truth.model, truth.rudder_limit_rad);
+    estimators
+        .iter()
+        .enumerate()
+        .map(|(e, &estimator)| {
+            let found: Vec<(&Outcome, Estimate)> = outcomes
+                .iter()
+                .filter_map(|outcome| Some((outcome, outcome.estimates[e]?)))
+                .collect();
+            let verdicts: Vec<f64> = found
+                .iter()
+                .filter_map(|(_, estimate)| estimate.accepted)
+                .map(|accepted| f64::from(u8::from(accepted)))
+                .collect();
+            let quantities = true_values.iter().enumerate().filter_map(|(i, value)| {
+                QuantityAccuracy::of(i, (*value)?, &found, truth.rudder_limit_rad)
+            });
+            Accuracy {
+                estimator,
+                models: found.len(),
+                accepted: mean(&verdicts),
+                quantities: quantities.collect(),
+            }
+        })
+        .collect()
+}
+
+impl QuantityAccuracy {
+    fn of(
+        i: usize,
+        truth: f64,
+        found: &[(&Outcome, Estimate)],
+        rudder_limit_rad: f64,
+    ) -> Option<Self> {
+        let errors: Vec<f64> = found
+            .iter()
+            .filter_map(|(_, estimate)| quantities(&estimate.model, rudder_limit_rad)[i])
+            .map(|value| value - truth)
+            .collect();
+        let squares: Vec<f64> = errors.iter().map(|error| error * error).collect();
+        let (bias, mean_square) = (mean(&errors)?, mean(&squares)?);
+        let bounds: Vec<f64> = found
+            .iter()
+            .filter_map(|(outcome, _)| outcome.bound?.get(i).copied())
+            .collect();
+        let intervals: Vec<[f64; 2]> = found
+            .iter()
+            .filter_map(|(_, estimate)| estimate.interval_95[i])
+            .collect();
+        let holding: Vec<f64> = intervals
+            .iter()
+            .map(|[low, high]| f64::from(u8::from((*low..=*high).contains(&truth))))
+            .collect();
+        let half_widths: Vec<f64> = intervals.iter().map(|[l, h]| 0.5 * (h - l)).collect();
+        let bound = mean(&bounds);
+        let (name, unit) = QUANTITIES[i];
+        Some(Self {
+            name,
+            unit,
+            truth,
+            bias,
+            standard_deviation: (mean_square - bias * bias).max(0.0).sqrt(),
+            rms_error: mean_square.sqrt(),
+            bound: bound.map(f64::sqrt),
+            efficiency: bound.map(|bound| bound / mean_square),
+            coverage: mean(&holding),
+            half_width: mean(&half_widths),
+        })
+    }
+}
+
+fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn outcome(a22: f64, interval: [f64; 2], bound: f64) -> Outcome {
+        let mut interval_95 = [None; QUANTITIES.len()];
+        interval_95[0] = Some(interval);
+        Outcome {
+            bound: Some([bound; 3]),
+            estimates: vec![Some(Estimate {
+                model: YawModel::from_theta([a22, 2.0, 0.0]),
+                interval_95,
+                accepted: Some(a22 < -0.95),
+            })],
+        }
+    }
+
+    #[test]
+    fn exact_bias_efficiency_and_coverage() {
+        let truth = Truth {
+            model: YawModel::from_theta([-1.0, 2.0, 0.0]),
+            noise: Noise {
+                heading_rad: 0.01,
+                disturbance_rad_s2: 0.0,
+                disturbance_time_s: 1.0,
+            },
+            rudder_limit_rad: 0.26,
+        };
+        let outcomes = [
+            outcome(-1.1, [-1.2, -0.9], 0.005),
+            outcome(-0.9, [-0.95, -0.85], 0.015),
+            Outcome {
+                bound: None,
+                estimates: vec![None],
+            },
+        ];
+        let studied = accuracy(&outcomes, &truth, &[Estimator::Refined]);
+        assert_eq!((studied[0].models, studied[0].accepted), (2, Some(0.5)));
+        let a22 = &studied[0].quantities[0];
+        // Rounding of a few sums.
+        let close = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-12);
+        close(a22.bias, 0.0);
+        close(a22.rms_error, 0.1);
+        close(a22.standard_deviation, 0.1);
+        close(a22.efficiency.unwrap(), 1.0);
+        close(a22.coverage.unwrap(), 0.5);
+        close(a22.half_width.unwrap(), 0.1);
+        let b2 = &studied[0].quantities[1];
+        assert_eq!((b2.rms_error, b2.coverage), (0.0, None));
+    }
+}
