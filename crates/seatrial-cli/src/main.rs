@@ -18,6 +18,7 @@ mod replay;
 mod report;
 mod sim;
 mod steering_source;
+mod study;
 mod table;
 mod trial;
 mod turn;
@@ -55,6 +56,7 @@ enum Verb {
     Turn(turn::Args),
     Gains(gains::Args),
     Health(health::Args),
+    Study(study::Args),
     Paper(paper::Args),
     Report(report::Args),
     Replay(replay::Args),
@@ -74,6 +76,7 @@ impl Verb {
             Self::Turn(args) => turn::run(args, output),
             Self::Gains(args) => gains::run(args, output),
             Self::Health(args) => health::run(args, output),
+            Self::Study(args) => study::run(args, output),
             Self::Paper(args) => paper::run(args, output),
             Self::Report(args) => report::run(args, output),
             Self::Replay(args) => replay::run(args, output),

@@ -3,8 +3,10 @@
 use std::convert::Infallible;
 use std::path::Path;
 
+use seatrial::identify::bound::Noise;
 use seatrial_core::{Action, Sample, Vehicle};
 use seatrial_sim::config::HelmConfig;
+use seatrial_sim::plant::Disturbance;
 use seatrial_sim::six_dof::{equivalent, remus100, starfish};
 use seatrial_sim::{
     ConfigError, FirstOrderVehicle, SixDofConfig, SixDofVehicle, Truth, VehicleConfig,
@@ -85,6 +87,26 @@ impl Config {
             Self::FirstOrder(config) => config.helm(),
             Self::SixDof(config) => config.helm,
         }
+    }
+
+    /// The same vehicle with another compass noise and disturbance.
+    pub fn in_a_sea_of(&self, noise: Noise) -> Self {
+        let mut config = self.clone();
+        let (sensors, disturbance) = match &mut config {
+            Self::FirstOrder(config) => (&mut config.sensors, &mut config.disturbance),
+            Self::SixDof(config) => (&mut config.helm.sensors, &mut config.helm.disturbance),
+        };
+        sensors.compass_noise_rad = noise.heading_rad;
+        *disturbance = Disturbance {
+            standard_deviation_rad_s2: noise.disturbance_rad_s2,
+            correlation_time_s: noise.disturbance_time_s,
+        };
+        config
+    }
+
+    /// Is the yaw model all there is?
+    pub fn is_first_order(&self) -> bool {
+        matches!(self, Self::FirstOrder(_))
     }
 
     /// Depth that it holds, m.

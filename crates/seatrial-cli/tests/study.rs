@@ -1,0 +1,98 @@
+//! `seatrial study` as a process.
+
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn study(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        .args(["study", "--json"])
+        .args(args)
+        .output()
+        .unwrap()
+}
+
+const QUIET: [&str; 8] = [
+    "--runs",
+    "40",
+    "--noise-deg",
+    "0.5",
+    "--disturbance",
+    "0",
+    "--estimator",
+    "refined",
+];
+
+fn quantity<'a>(document: &'a Value, name: &str) -> &'a Value {
+    let quantities = &document["cells"][0]["estimators"][0]["quantities"];
+    quantities
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|quantity| quantity["name"] == name)
+        .unwrap()
+}
+
+#[test]
+fn cli_the_study_does_not_depend_on_the_threads() {
+    let alone = study(&[&QUIET[..], &["--threads", "1"]].concat());
+    let together = study(&[&QUIET[..], &["--threads", "3"]].concat());
+    assert_eq!(alone.status.code(), Some(0));
+    assert_eq!(alone.stdout, together.stdout);
+}
+
+#[test]
+fn recover_the_refined_estimate_is_near_the_bound_and_covers() {
+    let document: Value = serde_json::from_slice(&study(&QUIET).stdout).unwrap();
+    assert_eq!(document["schema"], "seatrial.study.v1");
+    assert_eq!(document["cells"][0]["runs"], 40);
+    for name in ["a22", "b2"] {
+        let found = quantity(&document, name);
+        // 0.9 is measured over 1000 runs; of 40 runs an efficiency is known to sqrt(2/40) = 0.22, a
+        // coverage to sqrt(0.05/40) = 0.035: three of each.
+        let efficiency = found["efficiency"].as_f64().unwrap();
+        assert!((0.3..1.6).contains(&efficiency), "{name} {efficiency}");
+        let coverage = found["coverage"].as_f64().unwrap();
+        assert!(coverage >= 0.85, "{name} {coverage}");
+    }
+    let gain = quantity(&document, "K_p");
+    assert!(gain["efficiency"].is_null());
+    assert!(gain["coverage"].as_f64().unwrap() >= 0.85);
+}
+
+/// The paper's filters and ridge are biased: a study must show it.
+#[test]
+fn recover_the_bias_of_the_paper_is_seen() {
+    let found = study(&[
+        "--runs",
+        "10",
+        "--noise-deg",
+        "0.2",
+        "--disturbance",
+        "0",
+        "--estimator",
+        "paper",
+    ]);
+    let document: Value = serde_json::from_slice(&found.stdout).unwrap();
+    let a22 = quantity(&document, "a22");
+    let bias = a22["bias"].as_f64().unwrap();
+    // The ridge of P0 = 100 alone takes 5 % of 1.07 1/s.
+    assert!(bias > 0.03, "{bias}");
+    assert!(a22["coverage"].is_null());
+}
+
+#[test]
+fn cli_bad_options_are_usage_errors() {
+    for (args, word) in [
+        (["--disturbance", "0.005"], "RAD_S2,S"),
+        (["--estimator", "best"], "output-error"),
+        (["--thrust", "1.5"], "fraction"),
+        (["--noise-deg", "-1"], "below 0"),
+        (["--runs", "1"], "2.."),
+    ] {
+        let refused = study(&args);
+        let text = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert_eq!(refused.status.code(), Some(2), "{args:?} {text}");
+        assert!(text.contains(word), "{args:?}: {text}");
+    }
+}
