@@ -3,7 +3,9 @@
 use std::fmt::Write;
 
 use seatrial::Identification;
-use seatrial::identification::{Online, Refined, RejectedSamples, Settings, Validation, Verdict};
+use seatrial::identification::{
+    HigherOrder, Online, Refined, RejectedSamples, Settings, Validation, Verdict,
+};
 use seatrial::identify::{IdentifyError, IdentifySettings};
 use seatrial::record::Window;
 use seatrial::verdict::{refused, three_figures};
@@ -89,6 +91,7 @@ struct Document<'a> {
     refined: Option<&'a Refined>,
     nomoto: Option<Nomoto<f64>>,
     validation: Option<Validation>,
+    higher_order: Option<&'a HigherOrder>,
     verdict: &'a Verdict,
 }
 
@@ -166,6 +169,7 @@ impl<'a> Document<'a> {
             refined: identification.refined.as_ref(),
             nomoto: identification.nomoto,
             validation: identification.validation,
+            higher_order: identification.higher_order.as_ref(),
             ..Self::without_model(logs, &identification.verdict)
         }
     }
@@ -186,6 +190,7 @@ impl<'a> Document<'a> {
             refined: None,
             nomoto: None,
             validation: None,
+            higher_order: None,
             verdict,
         }
     }

@@ -93,6 +93,7 @@ fn identification(model: YawModel<f64>) -> Identification {
         }),
         nomoto: model.nomoto(),
         validation: None,
+        higher_order: None,
         verdict,
     }
 }

@@ -8,6 +8,7 @@ use seatrial_core::state_variable_filter::Hold;
 use seatrial_core::{Nomoto, RejectedCounts, YawModel};
 use serde::{Deserialize, Serialize};
 
+use crate::identify::second_order::SecondOrder;
 use crate::record::Window;
 
 /// A model of one speed with its uncertainty, its validation and a verdict.
@@ -29,6 +30,9 @@ pub struct Identification {
     pub nomoto: Option<Nomoto<f64>>,
     /// Simulation of fresh data.
     pub validation: Option<Validation>,
+    /// The model of the order that the record supports, where a first-order one misses something.
+    #[serde(default)]
+    pub higher_order: Option<HigherOrder>,
     /// May the model be used?
     pub verdict: Verdict,
 }
@@ -38,6 +42,16 @@ impl Identification {
     pub fn model(&self) -> YawModel<f64> {
         self.refined.as_ref().map_or(self.online.model, |r| r.model)
     }
+}
+
+/// What a model beyond the first order makes of a record, beside the model that goes to the controller.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HigherOrder {
+    /// The decision and the model.
+    #[serde(flatten)]
+    pub estimate: SecondOrder,
+    /// Its simulation of fresh data.
+    pub validation: Option<Validation>,
 }
 
 /// Counts of samples that never reached the estimator.

@@ -2,7 +2,7 @@
 
 use seatrial_core::{GoodnessOfFit, YawModel};
 
-use crate::identification::{Reason, Refined, Validation, Verdict};
+use crate::identification::{HigherOrder, Reason, Refined, Validation, Verdict};
 
 /// Below this R^2 on fresh data the paper repeats the run (section IV-C).
 pub const LEAST_VALIDATION_R2: f64 = 0.60;
@@ -56,6 +56,8 @@ pub struct Evidence<'a> {
     pub refined: Option<&'a Refined>,
     /// The share of the rudder's effect that a disturbance would have to have, where it is too large for one.
     pub mismatch: Option<f64>,
+    /// The model beyond the first order that explains it.
+    pub higher_order: Option<&'a HigherOrder>,
     /// Times that the rudder moved far while samples were lost.
     pub hidden_edges: usize,
     /// R^2 on the training record itself.
@@ -161,6 +163,27 @@ pub fn not_taken(
         accepted: false,
         reasons: std::iter::once(low_r2).chain(others).collect(),
     }
+}
+
+/// What the higher order is, in words.
+fn beyond_first_order(higher: &HigherOrder) -> String {
+    let estimate = &higher.estimate;
+    let mut text = estimate.order.to_string();
+    if let Some([low, high]) = estimate.interval_95.rudder_lag_s {
+        text += &format!(
+            "; the rudder lags by {} s ({} to {} s): log the measured angle rather than the command",
+            three_figures(estimate.model.rudder_lag_s),
+            three_figures(low),
+            three_figures(high)
+        );
+    }
+    if let Some(validation) = &higher.validation {
+        text += &format!(
+            "; R^2 of heading on fresh data is then {}",
+            r2_text(validation.r2_heading)
+        );
+    }
+    text
 }
 
 #[derive(Default)]
@@ -320,8 +343,14 @@ impl Weighing {
             self.note(
                 "model_order",
                 format!(
-                    "what a first-order model does not explain is {} % of the rudder's own effect: sway or a slow servo; the online estimate is used and its interval widened",
-                    percent(share)
+                    "what a first-order model does not explain is {} % of the rudder's own effect: {}; {}",
+                    percent(share),
+                    evidence.higher_order.map_or_else(|| "sway or a slow servo".into(), beyond_first_order),
+                    if evidence.refined.is_some_and(|r| r.method == "rudder_lag") {
+                        "a22, b2 and C0 are those behind the lag, which gains must allow for as a delay"
+                    } else {
+                        "the online estimate is used and its interval widened"
+                    }
                 ),
             );
         }

@@ -14,12 +14,13 @@ pub mod whitening;
 use seatrial_core::estimator::{EstimatorSettings, InvalidSetting, Method};
 use seatrial_core::{Sample, YawModel};
 
-use crate::identification::{Identification, Reason, Settings};
+use crate::identification::{HigherOrder, Identification, Reason, Settings};
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window, median_interval_s};
 use crate::time_scale::{ChosenLambda, TimeScale};
 use crate::verdict::{self, Evidence};
 use online::{Pass, Stretch};
+use second_order::Structure;
 
 /// The filters are warmed on the data before the window, up to this many of their time constants: what
 /// remains of their start is then below rounding.
@@ -160,7 +161,8 @@ pub fn identify(
 /// The refined model, where there is one, is the one that is validated and goes to the controller: it uses
 /// every sample at its true weight and states how sure it is. Where the record shows more than a first-order
 /// model, or the rudder moved far while samples were lost, which only the online estimator allows for, the
-/// online estimate takes its place with a wider interval.
+/// online estimate takes its place with a wider interval; where a lagging rudder explains all of it, the model
+/// behind the lag.
 pub fn assess(
     record: &Record,
     training: Window,
@@ -180,22 +182,33 @@ pub fn assess(
     let mismatch = refined
         .as_ref()
         .and_then(|refined| refine::structural_mismatch(refined, manoeuvre.amplitude_rad));
+    let higher_order = match mismatch {
+        Some(_) => higher_order(&pass.accepted, fresh)?,
+        None => None,
+    };
     let hidden_edges = whitening::hidden_edges(&pass.accepted);
     let simulated = (mismatch.is_some() || hidden_edges > 0)
         .then(|| output_error::output_error(&pass.accepted, Some(pass.online.model)).ok())
         .flatten();
-    let refined = match (refined, simulated) {
-        (Some(refined), Some(simulated)) => Some(refine::around_online(
-            &refined,
-            pass.online.model,
-            &simulated,
-        )),
-        (refined, _) => refined,
-    };
+    let lagging = higher_order
+        .as_ref()
+        .filter(|h| h.estimate.order.structure == Structure::LAGGING_RUDDER && hidden_edges == 0);
+    let refined = refined.map(|refined| match (lagging, simulated) {
+        (Some(lagging), _) => refine::behind_the_lag(&refined, &lagging.estimate),
+        (None, Some(simulated)) => refine::around_online(&refined, pass.online.model, &simulated),
+        (None, None) => refined,
+    });
     let model = refined.as_ref().map_or(pass.online.model, |r| r.model);
-    let validation = fresh
-        .map(|fresh| fresh::validate(model, fresh.record, fresh.window))
-        .transpose()?;
+    let validation = match lagging {
+        Some(lagging) => lagging.validation,
+        None => fresh
+            .map(|fresh| fresh::validate(model, fresh.record, fresh.window))
+            .transpose()?,
+    };
+    let training_fit = match lagging {
+        Some(lagging) => second_order::goodness_of_fit(&lagging.estimate.model, &pass.accepted),
+        None => fresh::goodness_of_fit(model, &pass.accepted),
+    };
     let verdict = verdict::judge(&Evidence {
         samples_used: pass.samples_used,
         samples_rejected: pass.rejected.total(),
@@ -205,8 +218,9 @@ pub fn assess(
         online: pass.online.model,
         refined: refined.as_ref(),
         mismatch,
+        higher_order: higher_order.as_ref(),
         hidden_edges,
-        training_fit: fresh::goodness_of_fit(model, &pass.accepted),
+        training_fit,
         validation,
         validation_rudder_amplitude_rad: fresh
             .and_then(|fresh| Manoeuvre::find(fresh.record.window(fresh.window)))
@@ -221,8 +235,29 @@ pub fn assess(
         online: pass.online,
         refined,
         validation,
+        higher_order,
         verdict,
     })
+}
+
+/// The model beyond the first order that the samples support, validated like the other; `None` where they support none.
+fn higher_order(
+    samples: &[Sample<f64>],
+    fresh: Option<Fresh>,
+) -> Result<Option<HigherOrder>, IdentifyError> {
+    let Some(estimate) = second_order::fit(samples)
+        .ok()
+        .filter(|estimate| estimate.order.exceeds_first_order())
+    else {
+        return Ok(None);
+    };
+    let validation = fresh
+        .map(|fresh| second_order::validate(&estimate.model, fresh.record, fresh.window))
+        .transpose()?;
+    Ok(Some(HigherOrder {
+        estimate,
+        validation,
+    }))
 }
 
 /// A training window, looked at: what every method begins from.

@@ -6,6 +6,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::output_error::OutputError;
 use super::peak::{Peak, RefineFailure, Span, liveliest};
+use super::second_order::SecondOrder;
 use super::whitening::{Disturbance, Prepared};
 use crate::identification::{Intervals, Refined};
 
@@ -83,6 +84,17 @@ pub fn structural_mismatch(refined: &Refined, rudder_amplitude_rad: f64) -> Opti
     (share > LARGEST_DISTURBANCE_SHARE).then_some(share)
 }
 
+/// The yaw model of a first-order vehicle whose rudder lags, in place of the refined one, which takes the lag for
+/// damping and a disturbance.
+pub fn behind_the_lag(refined: &Refined, lagging: &SecondOrder) -> Refined {
+    let model = YawModel::from_theta([
+        lagging.model.a22_per_s,
+        lagging.model.b2_per_s2,
+        lagging.model.c0_rad_per_s2,
+    ]);
+    around(refined, model, lagging.covariance.into(), "rudder_lag")
+}
+
 /// The online estimate in place of the refined one, for a record with a [`structural_mismatch`].
 ///
 /// The instrument weighs the manoeuvre's own frequencies and is least wrong there (mean R^2 of fresh headings
@@ -92,18 +104,28 @@ pub fn structural_mismatch(refined: &Refined, rudder_amplitude_rad: f64) -> Opti
 pub fn around_online(refined: &Refined, online: YawModel<f64>, simulated: &OutputError) -> Refined {
     let shift = Vector3::from(online.theta()) - Vector3::from(simulated.model.theta());
     let covariance = Matrix3::from(simulated.covariance) + shift * shift.transpose();
+    around(refined, online, covariance, "instrumental_variable")
+}
+
+/// Another model with normal intervals in place of the refined one.
+fn around(
+    refined: &Refined,
+    model: YawModel<f64>,
+    covariance: Matrix3<f64>,
+    method: &str,
+) -> Refined {
     let interval = |value: f64, variance: f64| {
         let half_width = NORMAL_95 * variance.sqrt();
         [value - half_width, value + half_width]
     };
     let [a22_per_s, b2_per_s2, c0_rad_per_s2] =
-        core::array::from_fn(|i| interval(online.theta()[i], covariance[(i, i)]));
+        core::array::from_fn(|i| interval(model.theta()[i], covariance[(i, i)]));
     let has_authority = b2_per_s2[0] * b2_per_s2[1] > 0.0;
-    let (delta0, delta0_variance) = offset_angle(&Vector3::from(online.theta()), &covariance);
+    let (delta0, delta0_variance) = offset_angle(&Vector3::from(model.theta()), &covariance);
     Refined {
-        method: "instrumental_variable".into(),
-        model: online,
-        delta0_rad: online.delta0_rad(),
+        method: method.into(),
+        model,
+        delta0_rad: model.delta0_rad(),
         interval_95: Intervals {
             a22_per_s,
             b2_per_s2,

@@ -45,6 +45,12 @@ impl Structure {
         rudder_lag: false,
     };
 
+    /// A first-order vehicle behind a slow servo.
+    pub const LAGGING_RUDDER: Self = Self {
+        rudder_lag: true,
+        ..Self::FIRST_ORDER
+    };
+
     /// Has yaw a second state?
     pub fn has_sway(&self) -> bool {
         self.sway_coupling || self.cross_flow
@@ -160,6 +166,8 @@ pub struct SecondOrder {
     pub model: SwayYawModel,
     /// 95 % intervals, given the structure.
     pub interval_95: SwayYawIntervals,
+    /// Covariance of [a22, b2, C0], given the structure.
+    pub covariance: [[f64; 3]; 3],
     /// Standard deviation of the heading noise found, rad.
     pub heading_noise_rad: f64,
     /// Standard deviation of the yaw acceleration disturbance, rad/s^2, where the record asks for one.
@@ -283,10 +291,10 @@ impl Candidate {
     fn intervals(&self, comparisons: usize) -> Option<SwayYawIntervals> {
         let summit = self.summit(comparisons);
         let free = self.structure.free();
-        let variances = summit.likelihood.variances(&free)?;
+        let covariance = summit.likelihood.covariance(&free)?;
         let interval = |parameter: usize| {
             let position = free.iter().position(|p| *p == parameter)?;
-            let half_width = NORMAL_95 * variances[position].sqrt();
+            let half_width = NORMAL_95 * covariance[(position, position)].sqrt();
             let value = summit.theta[parameter];
             Some([value - half_width, value + half_width])
         };
@@ -339,14 +347,13 @@ impl SecondOrder {
             .filter(|_| likelihood_ratio.min(cautious_likelihood_ratio) > threshold)
             .unwrap_or(first);
         let summit = best.summit(n);
+        let free = best.structure.free();
+        let covariance = summit.likelihood.covariance(&free)?;
         let mut theta = summit.theta;
         if !best.structure.has_sway() {
             theta[A11] = 0.0;
         }
-        let noise_rad = summit
-            .likelihood
-            .noise_variance_rad2(&best.structure.free())
-            .sqrt();
+        let noise_rad = summit.likelihood.noise_variance_rad2(&free).sqrt();
         let relative = summit.disturbance.relative;
         Some(Self {
             order: ModelOrder {
@@ -359,6 +366,7 @@ impl SecondOrder {
             },
             model: model_of(&theta),
             interval_95,
+            covariance: core::array::from_fn(|i| core::array::from_fn(|j| covariance[(i, j)])),
             heading_noise_rad: noise_rad,
             disturbance_rad_s2: (relative > 0.0).then_some(relative * noise_rad),
         })

@@ -58,6 +58,7 @@ fn evidence(refined: &Refined) -> Evidence<'_> {
         online: refined.model,
         refined: Some(refined),
         mismatch: None,
+        higher_order: None,
         hidden_edges: 0,
         training_fit: training_fit(0.95, 0.95),
         validation: Some(validation(0.9, 0.95, 0.96)),

@@ -139,6 +139,7 @@ impl Draw {
                 r2_yaw_rate: draw.optional(),
                 samples: draw.count() as usize,
             }),
+            higher_order: None,
             verdict: self.verdict(),
         }
     }

@@ -232,6 +232,7 @@ fn identification(
             r2_yaw_rate: Some(0.95),
             samples: 330,
         }),
+        higher_order: None,
         verdict,
     }
 }

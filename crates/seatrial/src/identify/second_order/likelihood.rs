@@ -220,17 +220,15 @@ impl Likelihood {
         Some(next)
     }
 
-    /// Variances of the parameters `free`, in their order. `None` where the record does not determine them.
-    pub(super) fn variances(&self, free: &[usize]) -> Option<Vec<f64>> {
+    /// Covariance of the parameters `free`, in their order. `None` where the record does not determine them.
+    pub(super) fn covariance(&self, free: &[usize]) -> Option<DMatrix<f64>> {
         let degrees_of_freedom = self.innovations.len().checked_sub(free.len() + 1)? as f64;
         let (normal, scale) = self.scaled_information(free);
         let inverse = normal.cholesky()?.inverse();
         let noise = self.residual / degrees_of_freedom;
-        Some(
-            (0..free.len())
-                .map(|i| noise * inverse[(i, i)] / (scale[i] * scale[i]))
-                .collect(),
-        )
+        Some(DMatrix::from_fn(free.len(), free.len(), |i, j| {
+            noise * inverse[(i, j)] / (scale[i] * scale[j])
+        }))
     }
 
     /// Variance of the heading noise of one sample, rad^2.

@@ -1,0 +1,76 @@
+//! A first-order vehicle behind a slow servo, of which the log has the command only.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+/// What `identify` finds, and its exit code.
+fn identify(log: &Path, arguments: &[&str]) -> (Value, Option<i32>) {
+    let output = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        .args(["identify", "--json"])
+        .arg(log)
+        .args(arguments)
+        .output()
+        .unwrap();
+    let document = serde_json::from_slice(&output.stdout).expect("one JSON document");
+    (document, output.status.code())
+}
+
+fn assert_within(document: &Value, name: &str, truth: f64, share: f64) {
+    let found = document["refined"][name].as_f64().unwrap();
+    assert!(
+        (found / truth - 1.0).abs() < share,
+        "{name} {found}, truth {truth}"
+    );
+    let interval = document["refined"]["interval_95"][name].as_array().unwrap();
+    let (low, high) = (interval[0].as_f64().unwrap(), interval[1].as_f64().unwrap());
+    assert!(
+        low <= truth && truth <= high,
+        "{name} {low} to {high}, truth {truth}"
+    );
+}
+
+/// ArduPilot's Rover firmware on a simulated boat of known a22 and b2 at two throttles, with a rudder lag of 0.15 s.
+/// The tolerance is 10 %.
+#[test]
+fn val_ardupilot_rover_with_a_lagging_rudder() {
+    let data = std::env::var_os("SEATRIAL_DATA").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
+        PathBuf::from,
+    );
+    let log = data.join("native/ardupilot/rover_json_physics.tlog");
+    if !log.exists() {
+        eprintln!("SKIPPED: {} is not here", log.display());
+        return;
+    }
+    for (windows, a22, b2) in [
+        (["86.6", "97", "100.6", "110"], -0.91, 1.75),
+        (["125.6", "136", "139.6", "150"], -1.26, 3.71),
+    ] {
+        let [from, to, validate_from, validate_to] = windows;
+        let (document, code) = identify(
+            &log,
+            &[
+                "--from",
+                from,
+                "--to",
+                to,
+                "--validate-from",
+                validate_from,
+                "--validate-to",
+                validate_to,
+                "--rudder-range-deg",
+                "35",
+            ],
+        );
+        assert_eq!(code, Some(0));
+        assert_within(&document, "a22_per_s", a22, 0.1);
+        assert_within(&document, "b2_per_s2", b2, 0.1);
+        let lag = document["higher_order"]["model"]["rudder_lag_s"]
+            .as_f64()
+            .unwrap();
+        // Its interval is 0.03 s either side.
+        assert!((lag - 0.15).abs() < 0.03, "{lag}");
+    }
+}
