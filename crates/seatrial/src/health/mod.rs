@@ -1,5 +1,5 @@
 //! Is the vehicle different? Tests with a stated false alarm rate, between two sets of models and along
-//! mission logs: the use for early fault detection that the paper's introduction names [12].
+//! mission logs: the use for early fault detection that the paper's introduction names (its reference 12).
 //!
 //! ```text
 //! x = [a22'/a22 - 1,  b2'/b2 - 1,  (C0' - C0)/b2]
