@@ -26,6 +26,13 @@ const LARGEST_REJECTED_SHARE: f64 = 0.25;
 const NOTED_QUANTISATION: f64 = 0.02;
 const COARSEST_QUANTISATION: f64 = 0.2;
 
+/// Change of speed within the training, as a fraction of its mean, from which it is noted: b2 goes with the
+/// square of the speed, so this is 20 % of b2.
+const NOTED_SPEED_CHANGE: f64 = 0.1;
+
+/// Intervals between samples this many times the usual, one in twenty, are noted.
+const NOTED_JITTER: f64 = 1.5;
+
 /// Difference between two methods, as a fraction of the parameter and beyond both intervals, from
 /// which it is noted, and from which the model is refused.
 const NOTED_DISAGREEMENT: f64 = 0.25;
@@ -50,6 +57,10 @@ pub struct Evidence<'a> {
     pub heading_range_rad: f64,
     /// The step in which the heading is given, rad, where it is coarser than its noise.
     pub heading_step_rad: Option<f64>,
+    /// Mean speed of the first and of the last quarter of the training, m/s.
+    pub surge_speed_m_s: Option<[f64; 2]>,
+    /// The usual interval between samples and the one that one in twenty exceeds, s.
+    pub interval_s: Option<[f64; 2]>,
     /// The estimate made sample by sample.
     pub online: YawModel<f64>,
     /// The estimate made from the whole record.
@@ -212,6 +223,32 @@ impl Weighing {
             self.reject("rejected_samples", text);
         } else if share > NOTED_REJECTED_SHARE {
             self.note("rejected_samples", text);
+        }
+
+        if let Some([first, last]) = evidence.surge_speed_m_s {
+            let change = (last - first).abs() / (0.5 * (first + last));
+            if change > NOTED_SPEED_CHANGE {
+                self.note(
+                    "speed_drifted",
+                    format!(
+                        "the speed went from {} to {} m/s within the training, and b2 goes with its square: the model is that of a mean speed; settle longer, or use less rudder",
+                        three_figures(first),
+                        three_figures(last)
+                    ),
+                );
+            }
+        }
+        if let Some([usual, long]) = evidence.interval_s
+            && long > NOTED_JITTER * usual
+        {
+            self.note(
+                "clock_jitter",
+                format!(
+                    "one in twenty intervals between samples is longer than {} s, the usual one is {} s: samples were lost or the clock jitters; log without losses, with the time of the measurement",
+                    three_figures(long),
+                    three_figures(usual)
+                ),
+            );
         }
 
         let Some(step) = evidence.heading_step_rad else {

@@ -55,6 +55,8 @@ fn evidence(refined: &Refined) -> Evidence<'_> {
         rudder_amplitude_rad: 0.26,
         heading_range_rad: 0.5,
         heading_step_rad: None,
+        surge_speed_m_s: None,
+        interval_s: None,
         online: refined.model,
         refined: Some(refined),
         mismatch: None,
@@ -185,4 +187,23 @@ fn exact_records_without_a_model_are_refused() {
         Some("heading_constant")
     );
     assert_eq!(refuse_record(330, 0.2, 0.5), None);
+}
+
+#[test]
+fn exact_a_drifting_speed_and_a_jittering_clock_are_noted() {
+    let refined = refined(0.05);
+    let steady = Evidence {
+        surge_speed_m_s: Some([1.6, 1.5]),
+        interval_s: Some([0.05, 0.06]),
+        ..evidence(&refined)
+    };
+    assert_eq!(codes(&judge(&steady)), ["ok"]);
+    let unsteady = Evidence {
+        surge_speed_m_s: Some([1.6, 1.3]),
+        interval_s: Some([0.05, 0.1]),
+        ..evidence(&refined)
+    };
+    let verdict = judge(&unsteady);
+    assert!(verdict.accepted);
+    assert_eq!(codes(&verdict), ["ok", "speed_drifted", "clock_jitter"]);
 }
