@@ -4,7 +4,6 @@ use std::io::IsTerminal;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
-use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use seatrial::identify::bound::Noise;
@@ -140,7 +139,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         } else {
             args.estimator.clone()
         },
-        progress: Progress::new(args.runs * (noises_deg.len() * disturbances.len()) as u64),
+        progress: progress(args.runs * (noises_deg.len() * disturbances.len()) as u64),
     };
     let mut cells = Vec::new();
     for &noise_deg in &noises_deg {
@@ -148,7 +147,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             cells.push(study.cell(&base, args, noise_deg, disturbance)?);
         }
     }
-    study.progress.finish();
+    study.progress.finish_and_clear();
     let document = Document {
         schema: "seatrial.study.v1",
         vehicle: args.vehicle.clone(),
@@ -181,7 +180,7 @@ struct Study {
     runs: u64,
     threads: usize,
     estimators: Vec<Estimator>,
-    progress: Progress,
+    progress: ProgressBar,
 }
 
 impl Study {
@@ -240,7 +239,7 @@ impl Study {
                         Outcome::of(&experiment, truth, &self.estimators, has_bound),
                     ));
                 }
-                self.progress.advance();
+                self.progress.inc(1);
             }
         };
         let mut outcomes: Vec<(u64, Outcome)> = thread::scope(|scope| {
@@ -294,35 +293,12 @@ impl Study {
 }
 
 /// A bar on a terminal.
-struct Progress {
-    bar: ProgressBar,
-    begun: Instant,
-}
-
-impl Progress {
-    fn new(runs: u64) -> Self {
-        let bar = if std::io::stderr().is_terminal() {
-            let style = ProgressStyle::with_template("{bar:40} {pos}/{len} runs {per_sec} {eta}");
-            ProgressBar::new(runs).with_style(style.unwrap_or(ProgressStyle::default_bar()))
-        } else {
-            ProgressBar::hidden()
-        };
-        Self {
-            bar,
-            begun: Instant::now(),
-        }
+fn progress(runs: u64) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
     }
-
-    fn advance(&self) {
-        self.bar.inc(1);
-    }
-
-    fn finish(&self) {
-        self.bar.finish_and_clear();
-        if !self.bar.is_hidden() {
-            eprintln!("{:.1} s", self.begun.elapsed().as_secs_f64());
-        }
-    }
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} runs {per_sec} {eta}");
+    ProgressBar::new(runs).with_style(style.unwrap_or(ProgressStyle::default_bar()))
 }
 
 fn text(document: &Document) -> String {
