@@ -106,7 +106,7 @@ fn noise(heading_deg: f64, disturbance_rad_s2: f64, disturbance_time_s: f64) -> 
 /// The goals for the six-degree-of-freedom REMUS 100: mean R^2 of the measured heading with the trained offset, three
 /// thrusts with and without current. First order scores 0.87 and 0.79, the noise-free truth 0.99 and 0.90.
 #[test]
-fn val_remus_mean_r2_of_fresh_heading() {
+fn val_remus_mean_r2_of_fresh_heading_by_the_order_supported() {
     let Some(folder) = data() else {
         return;
     };
