@@ -135,4 +135,9 @@ pub trait Vehicle<T: Real> {
 
     /// Carries out an action.
     fn act(&mut self, action: &Action<T>) -> Result<(), Self::Error>;
+
+    /// Has the vehicle's operator taken it over? It then takes no more commands.
+    fn is_taken_over(&self) -> bool {
+        false
+    }
 }

@@ -61,7 +61,7 @@ pub fn conduct<V: Vehicle<f64>>(
     let mut open: Option<OpenRun> = None;
     let mut fault = None;
     loop {
-        if watch.wants_abort() {
+        if watch.wants_abort() || vehicle.is_taken_over() {
             trial.abort(AbortReason::Operator);
         }
         let sample = match vehicle.next_sample() {
