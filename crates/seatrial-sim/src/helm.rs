@@ -3,6 +3,7 @@
 use seatrial_core::{Action, Real, Sample, Steering};
 
 use crate::config::HelmConfig;
+use crate::faults::{Damage, Upset};
 use crate::sensors::Chance;
 
 /// A body that moves.
@@ -17,6 +18,8 @@ pub(crate) trait Body {
         yaw_disturbance_rad_s2: f64,
         interval_s: f64,
     );
+    /// What changed of it and of the water around it.
+    fn suffer(&mut self, damage: &Damage);
     /// What the vehicle measured: its own controllers go by it.
     fn measured(&mut self, _sample: &Sample<f64>) {}
 }
@@ -47,6 +50,11 @@ pub(crate) struct Helm {
     steering: Steering<f64>,
     thrust: f64,
     asked: Option<Action<f64>>,
+    upset: Upset,
+    /// The last number that the compass gave, rad.
+    compass_rad: f64,
+    /// Where the rudder is jammed, rad.
+    jammed_rad: f64,
 }
 
 /// What is left to chance.
@@ -93,6 +101,9 @@ impl Helm {
             steering: Steering::HoldHeading(config.initial_heading_rad),
             thrust: config.initial_thrust,
             asked: None,
+            upset: Upset::default(),
+            compass_rad: config.initial_heading_rad,
+            jammed_rad: rudder_command_rad,
             config,
         }
     }
@@ -113,6 +124,21 @@ impl Helm {
         self.asked = Some(*action);
     }
 
+    /// What is wrong from now on.
+    pub fn upset(&mut self, upset: &Upset, body: &mut impl Body) {
+        if upset.rudder_jammed && !self.upset.rudder_jammed {
+            self.jammed_rad = self.rudder_rad();
+        }
+        if upset.damage != self.upset.damage {
+            body.suffer(&upset.damage);
+        }
+        if upset.is_taken_over && !self.upset.is_taken_over {
+            self.steering = Steering::HoldHeading(self.compass_rad);
+            self.thrust = self.config.initial_thrust;
+        }
+        self.upset = *upset;
+    }
+
     /// Goes on to the next sampling instant.
     fn tick(&mut self, body: &mut impl Body) {
         let timing = self.config.timing;
@@ -127,8 +153,8 @@ impl Helm {
 
     fn advance(&mut self, body: &mut impl Body, interval_s: f64) {
         body.advance(
-            self.rudder_command_rad,
-            self.thrust,
+            self.rudder_rad(),
+            self.thrust * self.upset.thrust_left,
             self.disturbance_rad_s2,
             interval_s,
         );
@@ -140,20 +166,46 @@ impl Helm {
                 * self.chance.disturbance.normal();
     }
 
+    /// What the rudder does with its command, rad.
+    fn rudder_rad(&self) -> f64 {
+        let upset = &self.upset;
+        if upset.rudder_jammed {
+            return self.jammed_rad;
+        }
+        let sense = if upset.rudder_reversed { -1.0 } else { 1.0 };
+        sense * self.rudder_command_rad + upset.rudder_offset_rad
+    }
+
     /// Measures, sets the rudder and reports both.
     fn measure(&mut self, motion: &Motion) -> Sample<f64> {
         self.carry_out();
-        let compass_rad = self.config.sensors.compass(
-            motion.heading_rad
-                + self.config.sensors.compass_noise_rad * self.chance.compass.normal(),
-        );
-        self.rudder_command_rad = self.rudder(compass_rad);
+        let compass_rad = self.compass(motion);
+        if compass_rad.is_finite() {
+            self.compass_rad = compass_rad;
+            self.rudder_command_rad = self.rudder(compass_rad);
+        } else if let Steering::Rudder(_) = self.steering {
+            self.rudder_command_rad = self.rudder(self.compass_rad);
+        }
         self.sample(motion, compass_rad)
+    }
+
+    /// What the compass says, which may be no number.
+    fn compass(&mut self, motion: &Motion) -> f64 {
+        let noise_rad = self.config.sensors.compass_noise_rad * self.chance.compass.normal();
+        let read_rad = self
+            .config
+            .sensors
+            .compass(motion.heading_rad + noise_rad + self.upset.compass_error_rad);
+        match (self.upset.compass_lost, self.upset.compass_frozen) {
+            (true, _) => f64::NAN,
+            (false, true) => self.compass_rad,
+            (false, false) => read_rad,
+        }
     }
 
     /// What was asked for since the last sample takes effect.
     fn carry_out(&mut self) {
-        if let Some(action) = self.asked.take() {
+        if let Some(action) = self.asked.take().filter(|_| !self.upset.is_taken_over) {
             self.steering = action.steering;
             self.thrust = action
                 .thrust

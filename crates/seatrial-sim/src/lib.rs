@@ -21,6 +21,7 @@
 #![forbid(unsafe_code)]
 
 pub mod config;
+pub mod faults;
 mod helm;
 pub mod plant;
 pub mod sensors;
@@ -28,6 +29,7 @@ pub mod six_dof;
 pub mod vehicle;
 
 pub use config::{ConfigError, VehicleConfig};
+pub use faults::{FaultyVehicle, Scenario, ScenarioError};
 pub use plant::Truth;
 pub use six_dof::{SixDofConfig, SixDofVehicle};
 pub use vehicle::FirstOrderVehicle;

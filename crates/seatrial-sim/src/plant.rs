@@ -4,6 +4,8 @@ use seatrial_core::YawModel;
 use seatrial_core::model::YawState;
 use serde::{Deserialize, Serialize};
 
+use crate::faults::Damage;
+
 /// Longest step over which fin and speed are held, s; both are exact at its end.
 const STEP_S: f64 = 0.005;
 
@@ -97,6 +99,8 @@ pub struct Plant {
     pub fin_rad: f64,
     /// North and east of the start, m.
     pub position_m: [f64; 2],
+    /// What changed of it since it was made.
+    pub damage: Damage,
 }
 
 impl Plant {
@@ -119,6 +123,7 @@ impl Plant {
             surge_speed_m_s: 0.0,
             fin_rad: 0.0,
             position_m: [0.0; 2],
+            damage: Damage::default(),
         };
         let truth = plant.truth(thrust);
         plant.surge_speed_m_s = truth.surge_speed_m_s;
@@ -138,15 +143,18 @@ impl Plant {
     }
 
     /// The yaw model at a forward speed: linear between the points; beyond them a22 grows with the
-    /// speed, b2 and C0 with its square, as the forces on a hull and its fins do.
+    /// speed, b2 and C0 with its square, as the forces on a hull and its fins do. A lost rudder takes its share
+    /// of b2; more inertia turns the same moments into less acceleration.
     pub fn yaw_model(&self, surge_speed_m_s: f64) -> YawModel<f64> {
         let at = |value: fn(&SpeedPoint, f64) -> f64| {
             self.between(|p| p.surge_speed_m_s, surge_speed_m_s, value)
         };
+        let rudder_left = 1.0 - self.damage.lost_rudder_area;
+        let inertia = self.damage.yaw_inertia_factor;
         YawModel {
-            a22_per_s: at(|p, scale| p.a22_per_s * scale),
-            b2_per_s2: at(|p, scale| p.b2_per_s2 * scale * scale),
-            c0_rad_per_s2: at(|p, scale| p.c0_rad_per_s2 * scale * scale),
+            a22_per_s: at(|p, scale| p.a22_per_s * scale) / inertia,
+            b2_per_s2: at(|p, scale| p.b2_per_s2 * scale * scale) * rudder_left / inertia,
+            c0_rad_per_s2: at(|p, scale| p.c0_rad_per_s2 * scale * scale) / inertia,
         }
     }
 

@@ -2,9 +2,10 @@
 
 use std::convert::Infallible;
 
-use seatrial_core::{Action, Sample, Vehicle};
+use seatrial_core::{Action, Sample, Vehicle, YawModel};
 
 use crate::config::{ConfigError, VehicleConfig};
+use crate::faults::{Damage, Kind, Rehearsable, Upset};
 use crate::helm::{Body, Helm, Motion};
 use crate::plant::{Plant, Truth};
 
@@ -98,6 +99,26 @@ impl Body for FirstOrderBody {
             yaw_disturbance_rad_s2,
             interval_s,
         );
+    }
+
+    fn suffer(&mut self, damage: &Damage) {
+        self.plant.damage = *damage;
+    }
+}
+
+impl Rehearsable for FirstOrderVehicle {
+    fn refuses(&self, kind: Kind) -> Option<&'static str> {
+        (kind == Kind::CurrentStep)
+            .then_some("a first-order vehicle has no water to be carried by; one of six degrees of freedom has")
+    }
+
+    fn upset(&mut self, upset: &Upset) {
+        self.helm.upset(upset, &mut self.body);
+    }
+
+    fn yaw_model(&self) -> Option<YawModel<f64>> {
+        let plant = &self.body.plant;
+        Some(plant.yaw_model(plant.surge_speed_m_s))
     }
 }
 

@@ -4,14 +4,15 @@ use serde::Serialize;
 
 use super::actuator::Actuator;
 use super::depth_hold::DepthHold;
-use super::fins::Fin;
+use super::fins::{Drive, Fin};
 use super::hydrodynamics::Hull;
 use super::propeller::Propeller;
 use super::rigid_body::RigidBody;
-use super::sea::Sea;
+use super::sea::{CurrentPoint, Sea};
 use crate::config::{
     ConfigError, HelmConfig, NOT_BELOW_0, POSITIVE_NUMBER, check_numbers, not_negative, positive,
 };
+use crate::faults::Damage;
 
 /// A vehicle of six degrees of freedom and the sea it is in.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -44,6 +45,41 @@ impl SixDofConfig {
         self.helm = self.helm.noise_free();
         self.sea.current.clear();
         self
+    }
+
+    /// The same vehicle after damage: rudder area goes fin by fin, and what is added to the moment of inertia in yaw
+    /// comes on top of that in pitch too, as a payload along the hull does.
+    pub fn damaged(&self, damage: &Damage) -> Self {
+        let mut config = self.clone();
+        let rudders = || self.fins.iter().filter(|fin| fin.drive == Drive::Rudder);
+        let mut lost_m2 =
+            damage.lost_rudder_area * rudders().map(|fin| fin.foil.area_m2).sum::<f64>();
+        for fin in config
+            .fins
+            .iter_mut()
+            .filter(|fin| fin.drive == Drive::Rudder)
+        {
+            let gone_m2 = lost_m2.min(fin.foil.area_m2);
+            fin.foil.area_m2 -= gone_m2;
+            lost_m2 -= gone_m2;
+        }
+        let added = (damage.yaw_inertia_factor - 1.0)
+            * (self.rigid_body.inertia_kg_m2[2] + self.hull.added_mass[5]);
+        config.rigid_body.inertia_kg_m2[1] += added;
+        config.rigid_body.inertia_kg_m2[2] += added;
+        let [north_m_s, east_m_s] = damage.current_m_s;
+        if config.sea.current.is_empty() {
+            config.sea.current.push(CurrentPoint {
+                depth_m: 0.0,
+                north_m_s: 0.0,
+                east_m_s: 0.0,
+            });
+        }
+        for point in &mut config.sea.current {
+            point.north_m_s += north_m_s;
+            point.east_m_s += east_m_s;
+        }
+        config
     }
 
     /// Names the first field that is out of range.

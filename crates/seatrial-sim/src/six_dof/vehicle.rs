@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use seatrial_core::{Action, Sample, Vehicle};
+use seatrial_core::{Action, Sample, Vehicle, YawModel};
 
 use super::actuator::ActuatorState;
 use super::config::SixDofConfig;
@@ -10,6 +10,7 @@ use super::depth_hold::DepthHoldState;
 use super::dynamics::{Dynamics, Inputs, State};
 use super::fins::Deflections;
 use crate::config::ConfigError;
+use crate::faults::{Damage, Kind, Rehearsable, Upset};
 use crate::helm::{Body, Helm, Motion};
 
 /// Longest step of the integration, s.
@@ -90,6 +91,21 @@ impl Vehicle<f64> for SixDofVehicle {
     }
 }
 
+impl Rehearsable for SixDofVehicle {
+    fn refuses(&self, _kind: Kind) -> Option<&'static str> {
+        None
+    }
+
+    fn upset(&mut self, upset: &Upset) {
+        self.helm.upset(upset, &mut self.body);
+    }
+
+    /// None: what is identified of it hangs on the manoeuvre.
+    fn yaw_model(&self) -> Option<YawModel<f64>> {
+        None
+    }
+}
+
 impl SixDofBody {
     /// The vehicle at its depth and heading, at rest.
     pub fn at_rest(config: SixDofConfig) -> Result<Self, ConfigError> {
@@ -157,6 +173,13 @@ impl Body for SixDofBody {
             self.advance_actuators(rudder_command_rad, thrust, 0.5 * h);
             let end = self.inputs(yaw_disturbance_rad_s2);
             self.state = self.dynamics.step(&self.state, &[start, middle, end], h);
+        }
+    }
+
+    fn suffer(&mut self, damage: &Damage) {
+        // Fins, inertia and current in the ranges of faults leave the mass matrix positive.
+        if let Ok(dynamics) = Dynamics::new(&self.config.damaged(damage)) {
+            self.dynamics = dynamics;
         }
     }
 

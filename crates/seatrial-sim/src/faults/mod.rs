@@ -1,0 +1,13 @@
+//! Faults to rehearse with.
+
+mod kind;
+mod scenario;
+mod stages;
+mod upset;
+mod vehicle;
+
+pub use kind::{Kind, Parameter};
+pub use scenario::{Fault, Onset, Random, Scenario, ScenarioError};
+pub use stages::Moment;
+pub use upset::{Damage, Upset};
+pub use vehicle::{FaultyVehicle, LinkLost, Rehearsable};
