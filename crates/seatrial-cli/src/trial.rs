@@ -35,6 +35,9 @@ pub struct Args {
     /// for any other first-order vehicle.
     #[arg(long, value_name = "VEHICLE", default_value = "sim:starfish")]
     vehicle: String,
+    /// Faults that befall a simulated vehicle, a TOML file as in scenarios/.
+    #[arg(long, value_name = "FILE")]
+    scenario: Option<PathBuf>,
     /// The plan, a TOML file as `seatrial plan` writes it [default: the paper's].
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
@@ -76,7 +79,7 @@ struct Document {
 /// Runs the trial.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let plan = load_plan(args.plan.as_deref())?;
-    let mut vehicle = vehicle::simulated(&args.vehicle, args.seed)?;
+    let mut vehicle = vehicle::rehearsed(&args.vehicle, args.scenario.as_deref(), args.seed)?;
     let about = Campaign {
         software_version: env!("CARGO_PKG_VERSION").into(),
         vehicle: args.vehicle.clone(),

@@ -4,12 +4,14 @@ use std::convert::Infallible;
 use std::path::Path;
 
 use seatrial::identify::bound::Noise;
-use seatrial_core::{Action, Sample, Vehicle};
+use seatrial_core::{Action, Sample, Vehicle, YawModel};
 use seatrial_sim::config::HelmConfig;
+use seatrial_sim::faults::{Kind, Rehearsable, Upset};
 use seatrial_sim::plant::Disturbance;
 use seatrial_sim::six_dof::{equivalent, remus100, starfish};
 use seatrial_sim::{
-    ConfigError, FirstOrderVehicle, SixDofConfig, SixDofVehicle, Truth, VehicleConfig,
+    ConfigError, FaultyVehicle, FirstOrderVehicle, Scenario, SixDofConfig, SixDofVehicle, Truth,
+    VehicleConfig,
 };
 use serde::Serialize;
 
@@ -55,6 +57,21 @@ pub fn simulated(name: &str, seed: u64) -> Result<Simulated, Failure> {
     config(name)?
         .vehicle(seed)
         .map_err(|error| Failure::input(format!("{name}: {error}")))
+}
+
+/// The simulated vehicle of this name with the faults of a scenario file.
+pub fn rehearsed(
+    name: &str,
+    scenario: Option<&Path>,
+    seed: u64,
+) -> Result<FaultyVehicle<Simulated>, Failure> {
+    let vehicle = simulated(name, seed)?;
+    let Some(path) = scenario else {
+        return FaultyVehicle::new(vehicle, &Scenario::default(), seed).map_err(Failure::internal);
+    };
+    let scenario = Scenario::load(path).map_err(Failure::input)?;
+    FaultyVehicle::new(vehicle, &scenario, seed)
+        .map_err(|error| Failure::input(format!("{}: {error}", path.display())))
 }
 
 impl Config {
@@ -140,6 +157,29 @@ impl Vehicle<f64> for Simulated {
         match self {
             Self::FirstOrder(vehicle) => vehicle.act(action),
             Self::SixDof(vehicle) => vehicle.act(action),
+        }
+    }
+}
+
+impl Rehearsable for Simulated {
+    fn refuses(&self, kind: Kind) -> Option<&'static str> {
+        match self {
+            Self::FirstOrder(vehicle) => vehicle.refuses(kind),
+            Self::SixDof(vehicle) => vehicle.refuses(kind),
+        }
+    }
+
+    fn upset(&mut self, upset: &Upset) {
+        match self {
+            Self::FirstOrder(vehicle) => vehicle.upset(upset),
+            Self::SixDof(vehicle) => vehicle.upset(upset),
+        }
+    }
+
+    fn yaw_model(&self) -> Option<YawModel<f64>> {
+        match self {
+            Self::FirstOrder(vehicle) => vehicle.yaw_model(),
+            Self::SixDof(vehicle) => vehicle.yaw_model(),
         }
     }
 }

@@ -317,3 +317,70 @@ fn cli_a_reversed_rudder_aborts() {
     let verified = folder.run(&["logbook", "verify", "--logbook", "seatrial.db"]);
     assert_eq!(verified.status.code(), Some(0), "{}", message(&verified));
 }
+
+/// Whatever befalls the vehicle, the logbook keeps it and a replay finds the same.
+#[test]
+fn cli_a_rehearsal_is_kept_and_replayed() {
+    let folder = Folder::new();
+    folder.write("plan.toml", "thrusts = [0.6]\n");
+    for (fault, exit, reason) in [
+        ("kind = 'operator_takeover'", 5, "operator"),
+        ("kind = 'link_loss'", 5, "link_lost"),
+        ("kind = 'compass_dropout'", 5, "stale_samples"),
+        ("kind = 'reordered_samples'\nevery = 20\nfor_s = 2.0", 0, ""),
+        ("kind = 'clock_jump'\nby_s = 3.0", 5, "stale_samples"),
+    ] {
+        let scenario = format!("[[fault]]\nstage = 'training'\nafter_s = 1.0\n{fault}\n");
+        folder.write("scenario.toml", &scenario);
+        let _ = std::fs::remove_file(folder.path("seatrial.db"));
+        let (output, document) =
+            folder.trial(&["--plan", "plan.toml", "--scenario", "scenario.toml"]);
+        assert_eq!(
+            output.status.code(),
+            Some(exit),
+            "{fault}: {}",
+            message(&output)
+        );
+        assert_eq!(
+            document["outcome"]["reason"].as_str().unwrap_or(""),
+            reason,
+            "{fault}"
+        );
+        for verb in ["verify", "show"] {
+            let kept = folder.run(&["logbook", verb, "--logbook", "seatrial.db"]);
+            assert_eq!(kept.status.code(), Some(0), "{fault}: {}", message(&kept));
+        }
+        let replayed = folder.run(&["replay", "seatrial.db"]);
+        assert_eq!(
+            replayed.status.code(),
+            Some(0),
+            "{fault}: {}",
+            message(&replayed)
+        );
+    }
+}
+
+#[test]
+fn cli_a_scenario_that_cannot_be_played_is_named() {
+    let folder = Folder::new();
+    folder.write(
+        "current.toml",
+        "[[fault]]\nkind = 'current_step'\nat_s = 5\n",
+    );
+    folder.write("typo.toml", "[[fault]]\nkind = 'compas_step'\nat_s = 5\n");
+    for (scenario, expected) in [
+        ("current.toml", "current_step: this vehicle cannot play it"),
+        (
+            "typo.toml",
+            "compas_step: no such kind; expected one of compass_freeze",
+        ),
+        ("missing.toml", "No such file"),
+    ] {
+        let message = folder.refused(3, &["--scenario", scenario]);
+        assert!(
+            message.contains(scenario) && message.contains(expected),
+            "{message}"
+        );
+    }
+    assert!(!folder.path("seatrial.db").exists());
+}
