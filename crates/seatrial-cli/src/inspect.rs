@@ -225,6 +225,7 @@ fn series(samples: &[Sample<f64>], quantity: Quantity) -> Vec<Option<f64>> {
         Quantity::YawRate => sample.yaw_rate_rad_s,
         Quantity::North => sample.north_m,
         Quantity::East => sample.east_m,
+        Quantity::Thrust => sample.thrust,
     };
     let mut values: Vec<Option<f64>> = samples.iter().map(of).collect();
     if quantity == Quantity::Heading {

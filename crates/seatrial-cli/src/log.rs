@@ -66,6 +66,9 @@ pub struct ChannelArgs {
     /// Column with the position east.
     #[arg(long, value_name = "COLUMN")]
     pub east: Option<String>,
+    /// Column with the thrust that is asked for.
+    #[arg(long, value_name = "COLUMN")]
+    pub thrust: Option<String>,
     /// Unit of a quantity's column, as in `heading=deg` or `rudder=pwm`; repeatable.
     #[arg(long = "unit", value_name = "QUANTITY=UNIT", value_parser = quantity_and_unit)]
     pub units: Vec<(Quantity, Unit)>,
@@ -111,6 +114,7 @@ impl ChannelArgs {
             (Quantity::YawRate, &self.yaw_rate),
             (Quantity::North, &self.north),
             (Quantity::East, &self.east),
+            (Quantity::Thrust, &self.thrust),
         ]
         .into_iter()
         .filter_map(|(quantity, column)| Some((quantity, column.clone()?)))

@@ -28,6 +28,8 @@ pub struct Sample<T> {
     pub north_m: Option<T>,
     /// Position east of the origin, m.
     pub east_m: Option<T>,
+    /// Thrust that is asked for, as a fraction of full.
+    pub thrust: Option<T>,
 }
 
 /// How the vehicle is to steer until the next action.

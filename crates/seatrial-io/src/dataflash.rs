@@ -354,6 +354,7 @@ impl Messages for DataFlash {
             (Quantity::YawRate, "RATE", "Y", Unit::DegreePerSecond),
             (Quantity::YawRate, "IMU", "GyrZ", Unit::RadianPerSecond),
             (Quantity::Speed, "GPS", "Spd", Unit::MetrePerSecond),
+            (Quantity::Thrust, "THR", "ThrOut", Unit::Percent),
             (Quantity::Depth, "XKF1", "PD", Unit::Metre),
             (Quantity::North, "XKF1", "PN", Unit::Metre),
             (Quantity::East, "XKF1", "PE", Unit::Metre),

@@ -28,6 +28,8 @@ const LARGEST_RUDDER_RAD: f64 = 1.6;
 const LARGEST_RUDDER_DEG: f64 = 90.0;
 /// The largest angle that rudders are used at, rad: 46 deg.
 const USUAL_RUDDER_RAD: f64 = 0.8;
+/// Full thrust with some room.
+const LARGEST_FRACTION: f64 = 1.1;
 /// A whole turn with some room, rad.
 const TURN_RAD: f64 = 6.4;
 /// More turns than a heading in radians unwraps to in a trial, rad.
@@ -90,6 +92,13 @@ impl FirstRows {
                 }
                 Quantity::Roll | Quantity::Pitch => (heading, "as the heading".to_string()),
                 Quantity::YawRate => self.yaw_rate_unit(heading),
+                Quantity::Thrust if self.largest(quantity) > LARGEST_FRACTION => {
+                    (Unit::Percent, format!("reaches {}", self.largest(quantity)))
+                }
+                Quantity::Thrust => (
+                    Unit::Fraction,
+                    format!("stays within {}", self.largest(quantity)),
+                ),
                 Quantity::Speed => (Unit::MetrePerSecond, "nothing else is said".into()),
                 _ => (Unit::Metre, "nothing else is said".into()),
             };

@@ -33,11 +33,13 @@ pub enum Quantity {
     North,
     /// Position east of the origin.
     East,
+    /// Thrust that is asked for.
+    Thrust,
 }
 
 impl Quantity {
     /// Every quantity, the needed ones first.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Time,
         Self::Heading,
         Self::Rudder,
@@ -49,6 +51,7 @@ impl Quantity {
         Self::YawRate,
         Self::North,
         Self::East,
+        Self::Thrust,
     ];
 
     /// `yaw_rate`
@@ -65,6 +68,7 @@ impl Quantity {
             Self::YawRate => "yaw_rate",
             Self::North => "north",
             Self::East => "east",
+            Self::Thrust => "thrust",
         }
     }
 
@@ -85,6 +89,7 @@ impl Quantity {
             Self::Rudder => Dimension::Steering,
             Self::YawRate => Dimension::AngularRate,
             Self::Speed => Dimension::Speed,
+            Self::Thrust => Dimension::Share,
             Self::Depth | Self::Altitude | Self::North | Self::East => Dimension::Length,
         }
     }
@@ -161,6 +166,7 @@ impl Quantity {
             ],
             Self::North => &[&["north", "northing", "posnorth"], &["x", "posx"]],
             Self::East => &[&["east", "easting", "poseast"], &["y", "posy"]],
+            Self::Thrust => &[&["thrust"], &["throttle"]],
         }
     }
 }

@@ -567,5 +567,6 @@ fn set(sample: &mut Sample<f64>, quantity: Quantity, value: Option<f64>) {
         (Quantity::YawRate, value) => sample.yaw_rate_rad_s = value,
         (Quantity::North, value) => sample.north_m = value,
         (Quantity::East, value) => sample.east_m = value,
+        (Quantity::Thrust, value) => sample.thrust = value,
     }
 }

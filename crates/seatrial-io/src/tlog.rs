@@ -328,6 +328,7 @@ impl Messages for Telemetry {
                 "groundspeed",
                 Unit::MetrePerSecond,
             ),
+            (Quantity::Thrust, "VFR_HUD", "throttle", Unit::Percent),
             (Quantity::Depth, "LOCAL_POSITION_NED", "z", Unit::Metre),
             (Quantity::North, "LOCAL_POSITION_NED", "x", Unit::Metre),
             (Quantity::East, "LOCAL_POSITION_NED", "y", Unit::Metre),

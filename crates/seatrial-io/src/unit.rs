@@ -12,6 +12,8 @@ pub(crate) enum Dimension {
     Angle,
     /// An angle, or what a servo is told.
     Steering,
+    /// A fraction of full.
+    Share,
     AngularRate,
     Speed,
     Length,
@@ -92,6 +94,7 @@ impl Unit {
     pub(crate) fn fits(self, dimension: Dimension) -> bool {
         self.dimension() == dimension
             || (dimension == Dimension::Steering && self.dimension() == Dimension::Angle)
+            || (dimension == Dimension::Share && matches!(self, Self::Percent | Self::Fraction))
     }
 
     /// Symbols of the units that fit, for messages.

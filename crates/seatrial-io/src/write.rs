@@ -11,7 +11,7 @@ struct Column {
     value: fn(&Sample<f64>) -> Option<f64>,
 }
 
-const COLUMNS: [Column; 11] = [
+const COLUMNS: [Column; 12] = [
     Column {
         name: "time_s",
         value: |s| Some(s.time_s),
@@ -55,6 +55,10 @@ const COLUMNS: [Column; 11] = [
     Column {
         name: "east_m",
         value: |s| s.east_m,
+    },
+    Column {
+        name: "thrust_fraction",
+        value: |s| s.thrust,
     },
 ];
 

@@ -21,11 +21,12 @@ prop_compose! {
         yaw_rate_rad_s in optional(),
         north_m in optional(),
         east_m in optional(),
+        thrust in optional(),
     ) -> Sample<f64> {
         Sample {
             time_s: 0.0,
             heading_rad, rudder_rad, surge_speed_m_s, depth_m, altitude_m, roll_rad, pitch_rad,
-            yaw_rate_rad_s, north_m, east_m,
+            yaw_rate_rad_s, north_m, east_m, thrust,
         }
     }
 }

@@ -251,6 +251,7 @@ impl Helm {
                 .map(|deviation| motion.yaw_rate_rad_s + noise(deviation, |c| &mut c.gyro)),
             north_m: Some(motion.north_m),
             east_m: Some(motion.east_m),
+            thrust: None,
         }
     }
 }

@@ -128,6 +128,7 @@ impl Step {
                 yaw_rate_rad_s: optional(8)?,
                 north_m: optional(9)?,
                 east_m: optional(10)?,
+                thrust: None,
             },
             stage: row
                 .get::<_, Option<String>>(17)?

@@ -98,6 +98,7 @@ fn run(number: u32, thrust: f64, speed: f64, theta: [f64; 3]) -> Run {
             yaw_rate_rad_s: Some(state.yaw_rate_rad_s + 0.004 * noise.next()),
             north_m: Some(north),
             east_m: Some(east),
+            thrust: None,
         });
         north += speed * INTERVAL_S * state.heading_rad.cos();
         east += speed * INTERVAL_S * state.heading_rad.sin();
