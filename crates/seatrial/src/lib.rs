@@ -18,6 +18,7 @@ pub mod propagation;
 pub mod record;
 pub mod report;
 pub mod savitzky_golay;
+pub mod segmentation;
 pub mod study;
 pub mod time_scale;
 pub mod verdict;

@@ -41,6 +41,13 @@ pub struct ChosenLambda {
     pub because: String,
 }
 
+impl ChosenLambda {
+    /// Time constant 1/|a22| of the vehicle by the choice, s.
+    pub fn time_constant_s(&self) -> f64 {
+        LAMBDA_OVER_DAMPING / self.lambda_rad_s
+    }
+}
+
 impl TimeScale {
     /// Chooses lambda: first the frequency of the rudder, pi over the half period, then 1.5 |a22| of
     /// the model that `estimate` finds with the lambda before, three times.

@@ -156,6 +156,16 @@ pub fn identify(
     )
 }
 
+/// The time constant 1/|a22| of the vehicle by a first estimate, s. `None` where a window gives none.
+pub fn time_constant_s(record: &Record, window: Window) -> Option<f64> {
+    let samples = record.window(window);
+    let heading_range_rad = fresh::heading_range_rad(samples);
+    let manoeuvre = manoeuvre_to_learn_from(samples, heading_range_rad).ok()?;
+    let settings = IdentifySettings::default();
+    let chosen = choose_lambda(record, samples, &manoeuvre, heading_range_rad, &settings);
+    Some(chosen.time_constant_s())
+}
+
 /// Refines an online estimate on its training record, validates it on fresh data and gives the verdict.
 ///
 /// The refined model, where there is one, is the one that is validated and goes to the controller: it uses

@@ -1,0 +1,250 @@
+//! Which manoeuvres a long record holds, and which parts of it to learn from.
+//!
+//! [`find`] reads the rudder: strokes that are laid over and held, begun from rest, that turn the vehicle.
+//! [`propose`] makes training and validation windows of them, a pair for each speed.
+
+mod proposal;
+mod stroke;
+mod trace;
+
+use seatrial_core::Sample;
+use serde::{Deserialize, Serialize};
+
+use crate::record::Window;
+pub use proposal::{Proposal, propose};
+use stroke::{Chain, chains};
+use trace::Trace;
+
+/// Each level of rudder is half of the one before, from the largest angle in the record: the strokes of a
+/// manoeuvre lie near one of them.
+const LEVELS: u32 = 10;
+
+/// A rudder that moves less, rad (0.1 deg), was not moved.
+const LEAST_AMPLITUDE_RAD: f64 = 0.0017;
+
+/// Before a manoeuvre the rudder rests: over this many lengths of the first stroke, at least the second number of
+/// them, its root mean square is below this share of the amplitude.
+const LEAD_IN_STROKES: f64 = 4.0;
+const LEAST_LEAD_IN_STROKES: f64 = 0.5;
+const REST: f64 = 0.3;
+
+/// A manoeuvre takes the heading this many times as far from the straight line of its lead-in as the lead-in strays
+/// from it: what noise, waves and a helmsman do anyway is none.
+const LEAST_DEPARTURE: f64 = 3.0;
+
+/// Strokes of one length differ by less than this factor.
+const SAME_LENGTH: f64 = 1.6;
+
+/// So many strokes from hand to hand are a zig-zag also where the record begins in the middle of it.
+const STROKES_WITHOUT_LEAD_IN: usize = 4;
+
+/// What the rudder did in a stretch of a record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// One hand, then the other for as long.
+    Doublet,
+    /// From hand to hand, three times and more, for different lengths, as in 3-2-1-1.
+    Multistep,
+    /// From hand to hand, three times and more, for the same length; the first may be shorter.
+    ZigZag,
+    /// Laid to one hand once and back to rest.
+    Step,
+    /// Held to one hand until the vehicle has turned once round.
+    TurningCircle,
+    /// Near its neutral angle for longer than any manoeuvre.
+    Steady,
+}
+
+impl Kind {
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Doublet => "doublet",
+            Self::Multistep => "multistep",
+            Self::ZigZag => "zig-zag",
+            Self::Step => "step",
+            Self::TurningCircle => "turning circle",
+            Self::Steady => "steady",
+        }
+    }
+
+    /// Was the rudder laid to both hands, so that damping, rudder and offset can be told apart?
+    pub fn uses_both_hands(self) -> bool {
+        matches!(self, Self::Doublet | Self::Multistep | Self::ZigZag)
+    }
+}
+
+/// A manoeuvre or a steady run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Segment {
+    /// What it is.
+    pub kind: Kind,
+    /// From the first movement of the rudder to its last return, half open.
+    #[serde(flatten)]
+    pub window: Window,
+    /// Times that the rudder was laid over.
+    pub strokes: usize,
+    /// How long the first stroke was, s; the whole of a steady run.
+    pub first_stroke_s: f64,
+    /// Mean rudder angle of the strokes about neutral, rad; the largest of a steady run.
+    pub amplitude_rad: f64,
+    /// Mean thrust, a fraction of full, where the samples tell it.
+    pub thrust: Option<f64>,
+    /// Mean forward speed, m/s, where the samples tell it.
+    pub surge_speed_m_s: Option<f64>,
+    /// Standard deviation of the heading about its own straight line, up to a first stroke's length after the end, rad.
+    pub excitation_rad: f64,
+    /// Samples found over samples expected at the record's usual interval.
+    pub completeness: f64,
+}
+
+/// Finds manoeuvres and steady runs in a record, in order of time.
+///
+/// ```text
+/// stroke     |delta - n| >= L/2 on one hand, the median a of |delta - n| within a factor of sqrt 2 of L,
+///            half of it within 10 % of a
+/// manoeuvre  strokes from hand to hand, alike in angle, that follow each other closely, with
+///            rms(delta - n) < 0.3 a  and  max |psi - line| < 1/3 of that during the manoeuvre  before them
+/// ```
+///
+/// | symbol | meaning | unit |
+/// |---|---|---|
+/// | delta, psi | rudder, heading, unwrapped | rad |
+/// | n | neutral rudder: the middle of the shortest interval of angles that holds half of the samples | rad |
+/// | L | a level of rudder: the largest angle, half of it, a quarter, ... | rad |
+/// | line | the straight line through the headings of the lead-in, up to four first strokes long | rad |
+///
+/// Everything is measured in the record's own angles and stroke lengths; only movements of less than 0.1 deg are none.
+/// A rudder that is never held, as a helmsman's or an autopilot's, makes no manoeuvre. Samples that are not
+/// finite or go back in time are passed over. A million samples take half a second.
+pub fn find(samples: &[Sample<f64>]) -> Vec<Segment> {
+    let Some(trace) = Trace::of(samples) else {
+        return Vec::new();
+    };
+    let mut found: Vec<Segment> = Vec::new();
+    let mut level_rad = trace.largest_rudder_rad();
+    for _ in 0..LEVELS {
+        if level_rad < LEAST_AMPLITUDE_RAD {
+            break;
+        }
+        for chain in chains(&trace, level_rad) {
+            let segment = manoeuvre(&trace, &chain, &found);
+            found.extend(segment);
+        }
+        level_rad *= 0.5;
+    }
+    found.sort_by(|a, b| a.window.from_s.total_cmp(&b.window.from_s));
+    found.extend(steady_runs(&trace, &found));
+    found.sort_by(|a, b| a.window.from_s.total_cmp(&b.window.from_s));
+    found
+}
+
+/// The manoeuvre that a chain of strokes is. `None` where it is none, or part of one that was found before.
+fn manoeuvre(trace: &Trace, chain: &Chain, found: &[Segment]) -> Option<Segment> {
+    let window = chain.window();
+    let overlaps =
+        |other: &Segment| other.window.from_s < window.to_s && window.from_s < other.window.to_s;
+    if found.iter().any(overlaps) {
+        return None;
+    }
+    let kind = kind(trace, chain)?;
+    let first_stroke_s = chain.strokes.first()?.duration_s();
+    let stands_alone = match kind {
+        Kind::TurningCircle => true,
+        Kind::ZigZag => chain.strokes.len() >= STROKES_WITHOUT_LEAD_IN,
+        _ => false,
+    };
+    if !stands_alone {
+        let before_s = found
+            .iter()
+            .map(|other| other.window.to_s)
+            .filter(|end_s| *end_s <= window.from_s)
+            .fold(window.from_s - LEAD_IN_STROKES * first_stroke_s, f64::max);
+        let before = Window {
+            from_s: before_s,
+            to_s: window.from_s,
+        };
+        let after = Window {
+            from_s: window.to_s,
+            to_s: window.to_s + first_stroke_s,
+        };
+        let lead_in = trace.indices(before);
+        let during = trace.indices(Window {
+            to_s: after.to_s,
+            ..window
+        });
+        let rests =
+            |part: Window| trace.rudder_rms_rad(trace.indices(part)) < REST * chain.amplitude_rad();
+        let is_long_enough = trace.duration_s(&lead_in) >= LEAST_LEAD_IN_STROKES * first_stroke_s;
+        let is_between_rests = rests(before) && (kind != Kind::Step || rests(after));
+        if !(is_long_enough
+            && is_between_rests
+            && trace.departure(lead_in, during) > LEAST_DEPARTURE)
+        {
+            return None;
+        }
+    }
+    Some(trace.segment(
+        kind,
+        window,
+        chain.strokes.len(),
+        first_stroke_s,
+        chain.amplitude_rad(),
+    ))
+}
+
+fn kind(trace: &Trace, chain: &Chain) -> Option<Kind> {
+    let durations = chain.strokes.iter().map(|stroke| stroke.duration_s());
+    let spread = |durations: &mut dyn Iterator<Item = f64>| {
+        let (low, high) = durations.fold((f64::INFINITY, 0.0_f64), |(low, high), d| {
+            (low.min(d), high.max(d))
+        });
+        high / low
+    };
+    match chain.strokes.len() {
+        1 if trace.turned_rad(chain.window()).abs() >= std::f64::consts::TAU => {
+            Some(Kind::TurningCircle)
+        }
+        1 => Some(Kind::Step),
+        2 => (spread(&mut durations.into_iter()) < SAME_LENGTH).then_some(Kind::Doublet),
+        _ if spread(&mut durations.skip(1)) < SAME_LENGTH => Some(Kind::ZigZag),
+        _ => Some(Kind::Multistep),
+    }
+}
+
+/// Stretches between the manoeuvres in which the rudder stays within half of the smallest amplitude, longer than any of
+/// them. None of a record without manoeuvres: nothing says there what a small angle is.
+fn steady_runs(trace: &Trace, manoeuvres: &[Segment]) -> Vec<Segment> {
+    let smallest_rad = manoeuvres
+        .iter()
+        .map(|m| m.amplitude_rad)
+        .fold(f64::INFINITY, f64::min);
+    let longest_s = manoeuvres
+        .iter()
+        .filter(|m| m.kind != Kind::TurningCircle)
+        .map(|m| m.window.to_s - m.window.from_s)
+        .fold(0.0, f64::max);
+    if manoeuvres.is_empty() {
+        return Vec::new();
+    }
+    let ends = manoeuvres.iter().map(|m| m.window.to_s + m.first_stroke_s);
+    let starts = manoeuvres.iter().map(|m| m.window.from_s);
+    [f64::NEG_INFINITY]
+        .into_iter()
+        .chain(ends)
+        .zip(starts.chain([f64::INFINITY]))
+        .flat_map(|(from_s, to_s)| {
+            trace.quiet_stretches(Window { from_s, to_s }, 0.5 * smallest_rad)
+        })
+        .filter(|window| window.to_s - window.from_s > longest_s)
+        .map(|window| {
+            let largest_rad = trace.rudder_peak_rad(window);
+            let duration_s = window.to_s - window.from_s;
+            trace.segment(Kind::Steady, window, 0, duration_s, largest_rad)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests;

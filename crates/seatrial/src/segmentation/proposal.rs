@@ -1,0 +1,244 @@
+//! Training and validation windows, a pair for each speed.
+
+use std::fmt::Write;
+
+use super::{Kind, Segment};
+use crate::identify::time_constant_s;
+use crate::record::{Record, Window};
+use crate::verdict::three_figures;
+
+/// Manoeuvres are of one speed where their thrusts differ by no more than this, or their speeds by no more than this
+/// share (b2 goes with the square: 20 %).
+const SAME_THRUST: f64 = 0.02;
+const SAME_SPEED: f64 = 0.1;
+
+/// A manoeuvre with more samples missing, or that turned the vehicle less than this share of the best of its speed,
+/// teaches nothing.
+const LEAST_COMPLETENESS: f64 = 0.5;
+const LEAST_EXCITATION: f64 = 0.2;
+
+/// A window has this much rest before the manoeuvre and this much response after it, in time constants of the
+/// vehicle; the rest is no longer than was looked at, and both are within these bounds in first strokes.
+const LEAD_IN_TIME_CONSTANTS: f64 = 2.0;
+const RESPONSE_TIME_CONSTANTS: f64 = 8.0;
+const LEAD_IN_STROKES: (f64, f64) = (0.5, 4.0);
+const RESPONSE_STROKES: (f64, f64) = (1.0, 20.0);
+
+/// Where the time constant is not known, in first strokes: rest and response.
+const UNKNOWN_STROKES: (f64, f64) = (1.0, 3.0);
+
+/// What to learn from and what to validate on at one speed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Proposal {
+    /// Thrust of the manoeuvres, a fraction of full.
+    pub thrust: Option<f64>,
+    /// Mean speed of the manoeuvres, m/s.
+    pub surge_speed_m_s: Option<f64>,
+    /// Manoeuvres to learn from, the best excited one first; at least one.
+    pub training: Vec<Window>,
+    /// A manoeuvre of the same speed that is not learnt from.
+    pub validation: Option<Window>,
+    /// Why these, for people.
+    pub because: String,
+}
+
+/// What the manoeuvres of a record are grouped by.
+#[derive(Clone, Copy, PartialEq)]
+enum Key {
+    Thrust,
+    Speed,
+    Nothing,
+}
+
+impl Key {
+    /// Thrust where every manoeuvre tells it, else speed where every one does.
+    fn of(segments: &[Segment]) -> Self {
+        let has_thrust = |s: &Segment| s.thrust.is_some_and(|t| (0.0..=1.1).contains(&t));
+        if segments.iter().all(has_thrust) {
+            Self::Thrust
+        } else if segments.iter().all(|s| s.surge_speed_m_s.is_some()) {
+            Self::Speed
+        } else {
+            Self::Nothing
+        }
+    }
+
+    fn value(self, segment: &Segment) -> f64 {
+        match self {
+            Self::Thrust => segment.thrust,
+            Self::Speed => segment.surge_speed_m_s,
+            Self::Nothing => None,
+        }
+        .unwrap_or(0.0)
+    }
+
+    fn is_same(self, a: &Segment, b: &Segment) -> bool {
+        let difference = (self.value(a) - self.value(b)).abs();
+        difference
+            <= match self {
+                Self::Thrust => SAME_THRUST,
+                Self::Speed | Self::Nothing => SAME_SPEED * self.value(a).abs(),
+            }
+    }
+}
+
+/// Windows for training and validation, of every speed at which the rudder was laid to both hands, slowest first.
+///
+/// Of several manoeuvres the second best excited one validates and the others train. Windows do not overlap: each
+/// holds the rest before its manoeuvre, 2 time constants of the vehicle, and the response after it, 8 of them, as far as
+/// the next manoeuvre and the thrust allow. The time constant is 1.5/lambda of the state variable filter that
+/// fits the best excited manoeuvre.
+pub fn propose(record: &Record, segments: &[Segment]) -> Vec<Proposal> {
+    let manoeuvres: Vec<Segment> = segments
+        .iter()
+        .filter(|s| s.kind != Kind::Steady)
+        .copied()
+        .collect();
+    let mut useful: Vec<Segment> = manoeuvres
+        .iter()
+        .filter(|s| s.kind.uses_both_hands() && s.completeness >= LEAST_COMPLETENESS)
+        .copied()
+        .collect();
+    let key = Key::of(&useful);
+    useful.sort_by(|a, b| key.value(a).total_cmp(&key.value(b)));
+    let mut speeds: Vec<Vec<Segment>> = Vec::new();
+    for segment in useful {
+        match speeds.last_mut() {
+            Some(speed) if key.is_same(&speed[0], &segment) => speed.push(segment),
+            _ => speeds.push(vec![segment]),
+        }
+    }
+    speeds
+        .into_iter()
+        .map(|speed| Speed::new(record, &manoeuvres, speed).proposal())
+        .collect()
+}
+
+/// The manoeuvres of one speed, the best excited first.
+struct Speed<'a> {
+    record: &'a Record,
+    all: &'a [Segment],
+    manoeuvres: Vec<Segment>,
+    time_constant_s: Option<f64>,
+}
+
+impl<'a> Speed<'a> {
+    fn new(record: &'a Record, all: &'a [Segment], mut manoeuvres: Vec<Segment>) -> Self {
+        manoeuvres.sort_by(|a, b| b.excitation_rad.total_cmp(&a.excitation_rad));
+        let least_rad = LEAST_EXCITATION * manoeuvres[0].excitation_rad;
+        manoeuvres.retain(|m| m.excitation_rad >= least_rad);
+        let mut speed = Self {
+            record,
+            all,
+            manoeuvres,
+            time_constant_s: None,
+        };
+        speed.time_constant_s = time_constant_s(record, speed.window(&speed.manoeuvres[0]));
+        speed
+    }
+
+    fn proposal(&self) -> Proposal {
+        let mean = |of: fn(&Segment) -> Option<f64>| {
+            let known: Vec<f64> = self.manoeuvres.iter().filter_map(of).collect();
+            (known.len() == self.manoeuvres.len())
+                .then(|| known.iter().sum::<f64>() / known.len() as f64)
+        };
+        let mut training = self.manoeuvres.clone();
+        let validation = (training.len() > 1).then(|| training.remove(1));
+        Proposal {
+            thrust: mean(|m| m.thrust),
+            surge_speed_m_s: mean(|m| m.surge_speed_m_s),
+            because: self.because(&training, validation.as_ref()),
+            training: training.iter().map(|m| self.window(m)).collect(),
+            validation: validation.map(|m| self.window(&m)),
+        }
+    }
+
+    /// The manoeuvre with the rest before it and the response after it.
+    fn window(&self, manoeuvre: &Segment) -> Window {
+        let before = |m: &Segment| self.lead_in_and_response_s(m)[0];
+        let response_s = self.lead_in_and_response_s(manoeuvre)[1];
+        let Window { from_s, to_s } = manoeuvre.window;
+        let previous_end_s = self
+            .all
+            .iter()
+            .map(|other| other.window.to_s)
+            .filter(|end_s| *end_s <= from_s)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let next = self.all.iter().find(|other| other.window.from_s >= to_s);
+        let next_begins_s = next.map_or(f64::INFINITY, |next| {
+            to_s.max(next.window.from_s - before(next))
+        });
+        self.within_thrust(
+            manoeuvre,
+            Window {
+                from_s: (from_s - before(manoeuvre)).max(previous_end_s),
+                to_s: (to_s + response_s).min(next_begins_s),
+            },
+        )
+    }
+
+    fn lead_in_and_response_s(&self, manoeuvre: &Segment) -> [f64; 2] {
+        let stroke_s = manoeuvre.first_stroke_s;
+        let Some(time_constant_s) = self.time_constant_s else {
+            return [UNKNOWN_STROKES.0 * stroke_s, UNKNOWN_STROKES.1 * stroke_s];
+        };
+        let bounded = |length_s: f64, (least, most): (f64, f64)| {
+            length_s.clamp(least * stroke_s, most * stroke_s)
+        };
+        [
+            bounded(LEAD_IN_TIME_CONSTANTS * time_constant_s, LEAD_IN_STROKES),
+            bounded(RESPONSE_TIME_CONSTANTS * time_constant_s, RESPONSE_STROKES),
+        ]
+    }
+
+    /// The part of a window in which the thrust is that of the manoeuvre.
+    fn within_thrust(&self, manoeuvre: &Segment, window: Window) -> Window {
+        let Some(thrust) = manoeuvre.thrust else {
+            return window;
+        };
+        let samples = self.record.window(window);
+        let differs = |thrust_now: Option<f64>| {
+            thrust_now.is_some_and(|now| (now - thrust).abs() > SAME_THRUST)
+        };
+        let different = || {
+            samples
+                .iter()
+                .filter(|s| differs(s.thrust))
+                .map(|s| s.time_s)
+        };
+        Window {
+            from_s: different()
+                .filter(|time_s| *time_s < manoeuvre.window.from_s)
+                .fold(window.from_s, f64::max),
+            to_s: different()
+                .filter(|time_s| *time_s >= manoeuvre.window.to_s)
+                .fold(window.to_s, f64::min),
+        }
+    }
+
+    fn because(&self, training: &[Segment], validation: Option<&Segment>) -> String {
+        let named = |m: &Segment| format!("{} at {:.1} s", m.kind.name(), m.window.from_s);
+        let mut text = format!("the best excited manoeuvre, the {}", named(&training[0]));
+        for more in &training[1..] {
+            let _ = write!(text, ", joined with the {}", named(more));
+        }
+        match validation {
+            Some(validation) => {
+                let _ = write!(text, "; validated on the {}", named(validation));
+            }
+            None => text += "; no other of this speed is left to validate on",
+        }
+        match self.time_constant_s {
+            Some(time_constant_s) => {
+                let _ = write!(
+                    text,
+                    "; windows by a time constant of {} s",
+                    three_figures(time_constant_s)
+                );
+            }
+            None => text += "; windows by the length of the strokes",
+        }
+        text
+    }
+}
