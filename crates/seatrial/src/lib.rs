@@ -6,6 +6,7 @@ pub mod circle_fit;
 pub mod compare;
 pub mod conduct;
 pub mod difference;
+pub mod export;
 pub mod heading_step;
 pub mod health;
 pub mod identification;

@@ -1,0 +1,156 @@
+//! ArduPilot parameters.
+
+use std::fmt::Write as _;
+
+use super::cascade::Cascade;
+use super::{OperatingPoint, Parameter, VehicleType};
+
+/// g of `ATC_TURN_MAX_G`, m/s^2.
+const GRAVITY_M_S2: f64 = 9.80665;
+/// Rover divides steering by the speed over this one, and takes slower turns for turns at this speed, m/s.
+const SCALING_SPEED_M_S: f64 = 1.0;
+
+/// The parameters that the model determines.
+pub fn parameters(point: &OperatingPoint, vehicle: VehicleType) -> Vec<Parameter> {
+    match vehicle {
+        VehicleType::Surface => rover(point),
+        VehicleType::Underwater => sub(point),
+    }
+}
+
+/// A `.param` file: comments and `NAME,value`.
+pub fn param_file(point: &OperatingPoint, vehicle: VehicleType) -> String {
+    let firmware = match vehicle {
+        VehicleType::Surface => "Rover",
+        VehicleType::Underwater => "Sub",
+    };
+    let mut text = point.heading(&format!("ArduPilot {firmware} parameters by seatrial"));
+    for Parameter {
+        name,
+        value,
+        unit,
+        because,
+    } in parameters(point, vehicle)
+    {
+        let _ = writeln!(text, "# {because} [{unit}]\n{name},{}", value as f32);
+    }
+    text
+}
+
+/// steering = F r_d + P (r_d - r) + I integral, scaled by the speed.
+fn rover(point: &OperatingPoint) -> Vec<Parameter> {
+    let speed = point.at.surge_speed_m_s;
+    let scaling = speed.map_or(1.0, |speed| (SCALING_SPEED_M_S / speed).min(1.0));
+    let steering = point.steering(point.rudder_limit_rad * scaling);
+    let cascade = steering.and_then(|s| Cascade::with_feed_forward(s, point.damping_ratio));
+    let base = speed.map_or(0.0, |_| SCALING_SPEED_M_S);
+    let yaw_rate = point.yaw_rate_limit_rad_s();
+    let turn = yaw_rate.zip(speed);
+    Parameter::determined(&[
+        (
+            "MOT_SPD_SCA_BASE",
+            cascade.map(|_| base),
+            "m/s",
+            "steering is divided by the speed above this one (0: never); B = |b2| rudder limit min(1, base/V)",
+        ),
+        (
+            "ATC_STR_RAT_FF",
+            cascade.map(|c| c.feed_forward_s),
+            "1/(rad/s)",
+            "alpha/B: the steering of a steady turn",
+        ),
+        (
+            "ATC_STR_RAT_P",
+            cascade.map(|c| c.rate_gain_s),
+            "1/(rad/s)",
+            "p/B with the pole of the integral p = alpha/(20 zeta^2)",
+        ),
+        (
+            "ATC_STR_RAT_I",
+            cascade.map(|c| c.rate_integral_gain),
+            "1/rad",
+            "x/B with x the smaller root of x^2 - (w^2 + p alpha) x + p w^2 (alpha + p), w = alpha/(2 zeta)",
+        ),
+        (
+            "ATC_STR_RAT_D",
+            cascade.map(|_| 0.0),
+            "s/(rad/s)",
+            "none in the design",
+        ),
+        (
+            "ATC_STR_ANG_P",
+            cascade.map(|c| c.angle_gain_per_s),
+            "1/s",
+            "p w^2/x: heading poles s^2 + alpha s + w^2, those of K_p = alpha^2/(4 zeta^2 b2)",
+        ),
+        (
+            "ATC_STR_RAT_MAX",
+            yaw_rate.map(f64::to_degrees),
+            "deg/s",
+            "r_max",
+        ),
+        (
+            "ATC_STR_ACC_MAX",
+            point.yaw_acceleration_limit_rad_s2().map(f64::to_degrees),
+            "deg/s^2",
+            "alpha r_max = |b2| rudder limit - |C0|",
+        ),
+        (
+            "ATC_TURN_MAX_G",
+            turn.map(|(rate, speed)| rate * speed.max(SCALING_SPEED_M_S) / GRAVITY_M_S2),
+            "g",
+            "r_max max(V, 1 m/s)/g",
+        ),
+        (
+            "TURN_RADIUS",
+            turn.map(|(rate, speed)| speed / rate),
+            "m",
+            "V/r_max",
+        ),
+    ])
+}
+
+/// steering = P (r_d - r) + I integral: Sub takes no feed-forward.
+fn sub(point: &OperatingPoint) -> Vec<Parameter> {
+    let steering = point.steering(point.rudder_limit_rad);
+    let cascade = steering.map(|s| Cascade::without_feed_forward(s, point.damping_ratio));
+    let acceleration = point.yaw_acceleration_limit_rad_s2();
+    Parameter::determined(&[
+        (
+            "ATC_RAT_YAW_P",
+            cascade.map(|c| c.rate_gain_s),
+            "1/(rad/s)",
+            "alpha/B with B = |b2| rudder limit",
+        ),
+        (
+            "ATC_RAT_YAW_I",
+            cascade.map(|c| c.rate_integral_gain),
+            "1/rad",
+            "alpha^2/B: its zero cancels the vehicle's own pole",
+        ),
+        (
+            "ATC_RAT_YAW_D",
+            cascade.map(|_| 0.0),
+            "s/(rad/s)",
+            "none in the design",
+        ),
+        (
+            "ATC_ANG_YAW_P",
+            cascade.map(|c| c.angle_gain_per_s),
+            "1/s",
+            "alpha/(4 zeta^2): heading poles those of K_p = alpha^2/(4 zeta^2 b2)",
+        ),
+        (
+            "ATC_RATE_Y_MAX",
+            point.yaw_rate_limit_rad_s().map(f64::to_degrees),
+            "deg/s",
+            "r_max",
+        ),
+        (
+            "ATC_ACCEL_Y_MAX",
+            acceleration.map(|a| 100.0 * a.to_degrees()),
+            "cdeg/s^2",
+            "alpha r_max = |b2| rudder limit - |C0|",
+        ),
+    ])
+}

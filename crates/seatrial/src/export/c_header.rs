@@ -1,0 +1,39 @@
+//! A C header.
+
+use std::fmt::Write as _;
+
+use super::{Schedule, comment, decimal};
+
+impl Schedule {
+    /// The schedule as a table in C99, slowest first.
+    pub fn c_header(&self) -> String {
+        let columns = self.columns();
+        let mut text = format!(
+            "/* Heading gains by seatrial from {}\n *\n * {}\n *\n \
+             * Rows in increasing order of their first column; interpolate between them, do not extrapolate. */\n\
+             #ifndef SEATRIAL_GAINS_H\n#define SEATRIAL_GAINS_H\n\n\
+             #define SEATRIAL_DAMPING_RATIO {}\n\
+             #define SEATRIAL_RUDDER_LIMIT_RAD {}\n\
+             #define SEATRIAL_GAINS_COUNT {}\n\n\
+             struct seatrial_gains {{\n",
+            comment(&self.source),
+            self.law,
+            decimal(self.damping_ratio),
+            decimal(self.rudder_limit_rad),
+            self.points.len()
+        );
+        for (name, unit, _) in &columns {
+            let _ = writeln!(text, "    double {name}; /* {unit} */");
+        }
+        text +=
+            "};\n\nstatic const struct seatrial_gains seatrial_gains[SEATRIAL_GAINS_COUNT] = {\n";
+        for row in 0..self.points.len() {
+            let values: Vec<String> = columns
+                .iter()
+                .map(|(.., values)| decimal(values[row]))
+                .collect();
+            let _ = writeln!(text, "    {{{}}},", values.join(", "));
+        }
+        text + "};\n\n#endif\n"
+    }
+}

@@ -1,0 +1,116 @@
+//! The one model that an autopilot without a gain schedule is tuned for.
+
+use std::fmt::Write as _;
+
+use seatrial_core::{Hand, HeadingGain, SchedulePoint, Turn, YawModel};
+
+use super::cascade::Steering;
+use super::comment;
+
+/// A model and what is wanted of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OperatingPoint {
+    /// Where the model comes from, for people.
+    pub source: String,
+    /// Thrust, speed and model.
+    pub at: SchedulePoint<f64>,
+    /// zeta of the heading loop.
+    pub damping_ratio: f64,
+    /// The rudder angle at full steering, rad.
+    pub rudder_limit_rad: f64,
+}
+
+/// A parameter and what it follows from: name, value where the model determines it, unit, derivation.
+pub(super) type Row = (&'static str, Option<f64>, &'static str, &'static str);
+
+/// A parameter of an autopilot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    /// Its name there.
+    pub name: &'static str,
+    /// Its value, in the autopilot's unit.
+    pub value: f64,
+    /// That unit.
+    pub unit: &'static str,
+    /// How it follows from the model.
+    pub because: &'static str,
+}
+
+impl Parameter {
+    /// Those that the model determines.
+    pub(super) fn determined(rows: &[Row]) -> Vec<Self> {
+        let parameter = |&(name, value, unit, because): &Row| {
+            Some(Self {
+                name,
+                value: value?,
+                unit,
+                because,
+            })
+        };
+        rows.iter().filter_map(parameter).collect()
+    }
+}
+
+/// The steady yaw rate under full rudder to the weaker hand, rad/s. `None` where it does not turn there.
+pub(super) fn yaw_rate_limit_rad_s(model: &YawModel<f64>, rudder_limit_rad: f64) -> Option<f64> {
+    let rate = |hand| {
+        Some(
+            Turn::new(model, rudder_limit_rad, hand)
+                .ok()?
+                .yaw_rate_rad_s,
+        )
+    };
+    Some(rate(Hand::Starboard)?.min(rate(Hand::Port)?))
+}
+
+impl OperatingPoint {
+    /// alpha and B, where the full steering moves the rudder by `rudder_rad`. `None` for a vehicle that is
+    /// course unstable or does not steer.
+    pub(super) fn steering(&self, rudder_rad: f64) -> Option<Steering> {
+        HeadingGain::design(&self.at.model, self.damping_ratio).ok()?;
+        Some(Steering {
+            damping_per_s: -self.at.model.a22_per_s,
+            authority_rad_s2: self.at.model.b2_per_s2.abs() * rudder_rad,
+        })
+    }
+
+    /// r_max, rad/s.
+    pub(super) fn yaw_rate_limit_rad_s(&self) -> Option<f64> {
+        yaw_rate_limit_rad_s(&self.at.model, self.rudder_limit_rad)
+    }
+
+    /// alpha r_max, the yaw acceleration from straight ahead under full rudder to the weaker hand, rad/s^2.
+    pub(super) fn yaw_acceleration_limit_rad_s2(&self) -> Option<f64> {
+        Some(self.yaw_rate_limit_rad_s()? * -self.at.model.a22_per_s)
+    }
+
+    /// The first lines of a parameter file, each a comment.
+    pub(super) fn heading(&self, title: &str) -> String {
+        let mut text = format!("# {title}\n# From {}", comment(&self.source));
+        if let Some(thrust) = self.at.thrust {
+            let _ = write!(text, ", at {:.0} % thrust", 100.0 * thrust);
+        }
+        if let Some(speed) = self.at.surge_speed_m_s {
+            let _ = write!(text, ", at {speed:.2} m/s");
+        }
+        let model = self.at.model;
+        let _ = writeln!(
+            text,
+            "\n# Model r' = a22 r + b2 delta + C0: a22 {} 1/s, b2 {} 1/s^2, C0 {} rad/s^2\n\
+             # Rudder limit {} rad, damping ratio {}; alpha = -a22; r_max: steady yaw rate under full rudder, weaker hand",
+            model.a22_per_s,
+            model.b2_per_s2,
+            model.c0_rad_per_s2,
+            self.rudder_limit_rad,
+            self.damping_ratio
+        );
+        if let Some(offset) = model.delta0_rad() {
+            let _ = writeln!(
+                text,
+                "# Rudder that holds a straight course: {:.2} deg. Trim the steering servo so that it is there at centre.",
+                0.0 - offset.to_degrees()
+            );
+        }
+        text
+    }
+}

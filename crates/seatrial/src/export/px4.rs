@@ -1,0 +1,126 @@
+//! PX4 parameters.
+
+use std::fmt::Write as _;
+
+use seatrial_core::HeadingGain;
+
+use super::cascade::Cascade;
+use super::{OperatingPoint, Parameter, VehicleType};
+
+/// MAV_PARAM_TYPE_REAL32 of MAVLink.
+const REAL32: u32 = 9;
+
+/// The parameters that the model determines.
+pub fn parameters(point: &OperatingPoint, vehicle: VehicleType) -> Vec<Parameter> {
+    match vehicle {
+        VehicleType::Surface => rover(point),
+        VehicleType::Underwater => underwater(point),
+    }
+}
+
+/// A `.params` file as QGroundControl loads it: comments and vehicle, component, name, value and type between tabs.
+pub fn params_file(point: &OperatingPoint, vehicle: VehicleType) -> String {
+    let module = match vehicle {
+        VehicleType::Surface => "Ackermann rover",
+        VehicleType::Underwater => "UUV",
+    };
+    let mut text = point.heading(&format!("PX4 {module} parameters by seatrial"));
+    if vehicle == VehicleType::Surface && point.at.surge_speed_m_s.is_none() {
+        text += "# RA_WHEEL_BASE and the gains that rely on it need the forward speed, which is not known.\n";
+    }
+    for Parameter {
+        name,
+        value,
+        unit,
+        because,
+    } in parameters(point, vehicle)
+    {
+        let _ = writeln!(
+            text,
+            "# {because} [{unit}]\n1\t1\t{name}\t{}\t{REAL32}",
+            value as f32
+        );
+    }
+    text
+}
+
+/// rudder = atan(r_d L/V) + P (r_d - r) + I integral, L the wheel base.
+fn rover(point: &OperatingPoint) -> Vec<Parameter> {
+    let speed = point.at.surge_speed_m_s;
+    // Steering is an angle here, so B is the acceleration of 1 rad.
+    let steering = speed.and_then(|_| point.steering(1.0));
+    let cascade = steering.and_then(|s| Cascade::with_feed_forward(s, point.damping_ratio));
+    Parameter::determined(&[
+        (
+            "RA_MAX_STR_ANG",
+            Some(point.rudder_limit_rad),
+            "rad",
+            "the rudder limit",
+        ),
+        (
+            "RA_WHEEL_BASE",
+            speed
+                .zip(cascade)
+                .map(|(speed, c)| speed * c.feed_forward_s),
+            "m",
+            "V alpha/|b2|: the car that turns as fast under a small angle",
+        ),
+        (
+            "RO_MAX_THR_SPEED",
+            speed
+                .zip(point.at.thrust)
+                .map(|(speed, thrust)| speed / thrust),
+            "m/s",
+            "V/thrust: PX4 takes the speed from the thrust by it, and the feed-forward from that",
+        ),
+        (
+            "RO_YAW_RATE_P",
+            cascade.map(|c| c.rate_gain_s),
+            "rad/(rad/s)",
+            "p/|b2| with the pole of the integral p = alpha/(20 zeta^2)",
+        ),
+        (
+            "RO_YAW_RATE_I",
+            cascade.map(|c| c.rate_integral_gain),
+            "rad/rad",
+            "x/|b2| with x the smaller root of x^2 - (w^2 + p alpha) x + p w^2 (alpha + p), w = alpha/(2 zeta)",
+        ),
+        (
+            "RO_YAW_P",
+            cascade.map(|c| c.angle_gain_per_s),
+            "1/s",
+            "p w^2/x: heading poles s^2 + alpha s + w^2, those of K_p = alpha^2/(4 zeta^2 b2)",
+        ),
+        (
+            "RO_YAW_RATE_LIM",
+            point.yaw_rate_limit_rad_s().map(f64::to_degrees),
+            "deg/s",
+            "r_max",
+        ),
+        (
+            "RO_YAW_ACCEL_LIM",
+            point.yaw_acceleration_limit_rad_s2().map(f64::to_degrees),
+            "deg/s^2",
+            "alpha r_max = |b2| rudder limit - |C0|",
+        ),
+    ])
+}
+
+/// steering = P sin(psi_d - psi) - D r.
+fn underwater(point: &OperatingPoint) -> Vec<Parameter> {
+    let gain = HeadingGain::design(&point.at.model, point.damping_ratio).ok();
+    Parameter::determined(&[
+        (
+            "UUV_YAW_P",
+            gain.map(|gain| gain.proportional_gain.abs() / point.rudder_limit_rad),
+            "1/rad",
+            "|K_p|/rudder limit with K_p = alpha^2/(4 zeta^2 b2)",
+        ),
+        (
+            "UUV_YAW_D",
+            gain.map(|_| 0.0),
+            "1/(rad/s)",
+            "none in the design: the vehicle damps itself",
+        ),
+    ])
+}

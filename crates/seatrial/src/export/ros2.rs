@@ -1,0 +1,24 @@
+//! ROS 2 parameters.
+
+use std::fmt::Write as _;
+
+use super::{Schedule, comment, decimal};
+
+impl Schedule {
+    /// A parameter file of ROS 2 for a node `heading_controller`: the schedule as arrays.
+    pub fn ros2_yaml(&self) -> String {
+        let mut text = format!(
+            "# Heading gains by seatrial from {}\n# {}\nheading_controller:\n  ros__parameters:\n    \
+             damping_ratio: {}\n    rudder_limit_rad: {}\n    schedule:\n",
+            comment(&self.source),
+            self.law,
+            decimal(self.damping_ratio),
+            decimal(self.rudder_limit_rad)
+        );
+        for (name, unit, values) in self.columns() {
+            let values: Vec<String> = values.into_iter().map(decimal).collect();
+            let _ = writeln!(text, "      {name}: [{}]  # {unit}", values.join(", "));
+        }
+        text
+    }
+}
