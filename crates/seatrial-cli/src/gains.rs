@@ -1,9 +1,11 @@
 //! `seatrial gains`: the heading controller's gains, feed-forward and margins.
 
+mod export;
+
 use std::path::PathBuf;
 
 use seatrial_core::heading_loop::{LoopTiming, Poles};
-use seatrial_core::schedule::{Beyond, ScheduleKey};
+use seatrial_core::schedule::{Beyond, ScheduleError, ScheduleKey};
 use seatrial_core::{GainSchedule, HeadingGain, HeadingLoop, YawModel};
 use serde::Serialize;
 
@@ -40,24 +42,29 @@ pub struct Args {
     /// Allows an --at-thrust or --at-speed outside the identified range; the result is marked.
     #[arg(long)]
     extrapolate: bool,
-    /// Writes the gain schedule for a controller instead of the table.
+    /// Writes gains and limits for a controller instead of the table.
     #[arg(long, value_name = "FORMAT")]
-    export: Option<ExportFormat>,
+    export: Option<export::Format>,
+    /// Whose parameters ardupilot and px4 are: surface is Rover, underwater Sub and UUV.
+    #[arg(
+        long,
+        value_name = "TYPE",
+        default_value = "surface",
+        requires = "export"
+    )]
+    vehicle_type: export::VehicleType,
     /// Where the export goes; standard output without.
     #[arg(long, value_name = "FILE", requires = "export")]
     out: Option<PathBuf>,
 }
 
-/// A form of the gain schedule that controllers read.
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum ExportFormat {
-    /// Thrust, speed, gain and feed-forward of each point.
-    Json,
-}
-
 fn help() -> String {
     format!(
-        "Example:\n  seatrial gains --a22 -1.28 --b2 0.65 --c0 0.0129 --delay 0.1 --interval 0.05\n\n{SCHEDULE_FILE_HELP}"
+        "Example:\n  seatrial gains --a22 -1.28 --b2 0.65 --c0 0.0129 --delay 0.1 --interval 0.05\n  \
+         seatrial gains --a22 -1.28 --b2 0.65 --speed 1.05 --export ardupilot --vehicle-type underwater\n\n\
+         ardupilot and px4 have no gain schedule: their parameters are those of --at-speed or --at-thrust, else of the\n\
+         fastest model, which damps well at every lower speed. docs/exports.md derives every parameter.\n\n\
+         {SCHEDULE_FILE_HELP}"
     )
 }
 
@@ -131,9 +138,10 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         points: points.map(|p| point_gains(p, args.zeta, timing)).collect(),
         at: interpolated(args, &source, timing)?,
     };
-    match args.export {
-        Some(ExportFormat::Json) => export_json(args, &document)?,
-        None => output.print(&document, || text(&document))?,
+    if let Some(format) = args.export {
+        export::write(format, args, &source)?;
+    } else {
+        output.print(&document, || text(&document))?;
     }
     let refused = document.points.iter().any(|p| p.refused.is_some());
     Ok(if refused || !source.rejected.is_empty() {
@@ -190,34 +198,43 @@ fn loop_figures(point: &SourcePoint, gain: f64, timing: LoopTiming<f64>) -> Opti
     })
 }
 
+/// The place in the schedule that the command line asks for.
+fn asked(args: &Args) -> Option<(ScheduleKey, f64)> {
+    let thrust = args.at_thrust.map(|thrust| (ScheduleKey::Thrust, thrust));
+    thrust.or(args.at_speed.map(|speed| (ScheduleKey::Speed, speed)))
+}
+
+fn beyond(args: &Args) -> Beyond {
+    if args.extrapolate {
+        Beyond::Extrapolate
+    } else {
+        Beyond::Refuse
+    }
+}
+
+fn no_such_place(args: &Args, key: ScheduleKey, value: f64, error: ScheduleError) -> Failure {
+    let hint = if args.extrapolate {
+        ""
+    } else {
+        " (--extrapolate allows it)"
+    };
+    Failure::usage(format!("{} {value}: {error}{hint}", key.name()))
+}
+
 fn interpolated(
     args: &Args,
     source: &Source,
     timing: LoopTiming<f64>,
 ) -> Result<Option<InterpolatedGain>, Failure> {
-    let (key, value) = match (args.at_thrust, args.at_speed) {
-        (Some(thrust), _) => (ScheduleKey::Thrust, thrust),
-        (None, Some(speed)) => (ScheduleKey::Speed, speed),
-        (None, None) => return Ok(None),
-    };
-    let beyond = if args.extrapolate {
-        Beyond::Extrapolate
-    } else {
-        Beyond::Refuse
+    let Some((key, value)) = asked(args) else {
+        return Ok(None);
     };
     let schedule = source.schedule(key)?;
-    let refused = |error| {
-        let hint = if args.extrapolate {
-            ""
-        } else {
-            " (--extrapolate allows it)"
-        };
-        Failure::usage(format!("{} {value}: {error}{hint}", key.name()))
-    };
+    let refused = |error| no_such_place(args, key, value, error);
     let gains = GainSchedule::design(schedule, args.zeta)
         .map_err(|error| Failure::input(format!("{}: {} {error}", source.origin, key.name())))?;
-    let gain = gains.lookup(value, beyond).map_err(refused)?;
-    let model = schedule.lookup(value, beyond).map_err(refused)?;
+    let gain = gains.lookup(value, beyond(args)).map_err(refused)?;
+    let model = schedule.lookup(value, beyond(args)).map_err(refused)?;
     let proportional_gain = gain.value().proportional_gain;
     let here = SourcePoint {
         point: *model.value(),
@@ -266,60 +283,6 @@ fn interpolated_interval(
     let fraction = (value - pair[0].0) / (pair[1].0 - pair[0].0);
     let half_width = ((1.0 - fraction) * pair[0].1).hypot(fraction * pair[1].1);
     Some([gain - half_width, gain + half_width])
-}
-
-/// What a controller needs and nothing else.
-#[derive(Serialize)]
-struct Export<'a> {
-    schema: &'static str,
-    law: &'static str,
-    source: &'a str,
-    damping_ratio: f64,
-    rudder_limit_rad: f64,
-    points: Vec<ExportPoint>,
-}
-
-#[derive(Serialize)]
-struct ExportPoint {
-    thrust: Option<f64>,
-    surge_speed_m_s: Option<f64>,
-    proportional_gain: f64,
-    feed_forward_rudder_rad: f64,
-}
-
-fn export_json(args: &Args, document: &Document) -> Result<(), Failure> {
-    let mut points = Vec::new();
-    for point in &document.points {
-        let (Some(gain), Some(feed_forward)) =
-            (point.proportional_gain, point.feed_forward_rudder_rad)
-        else {
-            return Err(Failure::input(format!(
-                "{}: a point has no gain: {}",
-                document.source,
-                point.refused.as_deref().unwrap_or("not finite")
-            )));
-        };
-        points.push(ExportPoint {
-            thrust: point.thrust,
-            surge_speed_m_s: point.surge_speed_m_s,
-            proportional_gain: gain.value,
-            feed_forward_rudder_rad: feed_forward.value,
-        });
-    }
-    let export = Export {
-        schema: "seatrial.gain_schedule.v1",
-        law: "rudder_rad = limit(proportional_gain * wrap(desired_heading_rad - heading_rad) + feed_forward_rudder_rad, rudder_limit_rad)",
-        source: document.source,
-        damping_ratio: document.damping_ratio,
-        rudder_limit_rad: document.rudder_limit_rad,
-        points,
-    };
-    let Some(path) = &args.out else {
-        return Output::new(true).print(&export, String::new);
-    };
-    let text = serde_json::to_string_pretty(&export).map_err(Failure::internal)?;
-    std::fs::write(path, text + "\n")
-        .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))
 }
 
 fn text(document: &Document) -> String {

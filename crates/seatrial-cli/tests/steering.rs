@@ -239,6 +239,50 @@ fn cli_gains_export_what_a_controller_needs() {
 }
 
 #[test]
+fn cli_gains_export_for_autopilots_at_one_speed() {
+    let directory = tempfile::tempdir().unwrap();
+    let schedule = write(directory.path(), "schedule.toml", SCHEDULE);
+    let export = |arguments: &[&str]| {
+        let output =
+            seatrial(&[&["gains", "--schedule", &schedule, "--export"], arguments].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        (text(&output.stdout), text(&output.stderr))
+    };
+    // The fastest model, and it says so; A = alpha/2.
+    let (fastest, warning) = export(&["ardupilot", "--vehicle-type", "underwater"]);
+    assert!(fastest.contains("\nATC_ANG_YAW_P,0.74\n"), "{fastest}");
+    assert!(warning.contains("100 % thrust"), "{warning}");
+    let slowest = ["--vehicle-type", "underwater", "--at-speed", "1.05"];
+    let (slowest, warning) = export(&[&["ardupilot"], &slowest[..]].concat());
+    assert!(slowest.contains("\nATC_ANG_YAW_P,0.64\n"), "{slowest}");
+    assert_eq!(warning, "");
+    for (format, says) in [
+        ("px4", "\tRA_WHEEL_BASE\t"),
+        ("ros2", "heading_controller:"),
+        ("c", "#endif"),
+    ] {
+        let (file, _) = export(&[format]);
+        assert!(file.contains(says), "{file}");
+    }
+    let outside = ["--at-speed", "9", "--export", "px4"];
+    let outside = seatrial(&[&["gains", "--schedule", &schedule], &outside[..]].concat());
+    assert_eq!(outside.status.code(), Some(2));
+    assert!(text(&outside.stderr).contains("--extrapolate"));
+    let unstable = [
+        "gains",
+        "--a22",
+        "0.1",
+        "--b2",
+        "1",
+        "--export",
+        "ardupilot",
+    ];
+    let unstable = seatrial(&unstable);
+    assert_eq!(unstable.status.code(), Some(3));
+    assert!(text(&unstable.stderr).contains("course unstable"));
+}
+
+#[test]
 fn cli_bad_sources_say_what_is_wrong() {
     let directory = tempfile::tempdir().unwrap();
     let file = |name, content| write(directory.path(), name, content);
