@@ -70,6 +70,8 @@ pub enum Control {
     Constant,
     /// The gain of the speed, with feed-forward.
     Scheduled,
+    /// Gain and feed-forward on the line between the lowest and the highest speed.
+    Interpolated,
 }
 
 /// The experiment at one speed with one controller.
@@ -174,7 +176,8 @@ impl HeadingSteps {
         })
     }
 
-    fn measure(&self, series: &[HeadingStepSample], direction: f64) -> StepMeasure {
+    /// Measures one step, upwards (1) or downwards (-1).
+    pub(crate) fn measure(&self, series: &[HeadingStepSample], direction: f64) -> StepMeasure {
         let past = |s: &HeadingStepSample| direction * (s.heading_rad - s.command_rad);
         let unsettled = series
             .iter()

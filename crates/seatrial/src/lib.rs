@@ -7,6 +7,7 @@ pub mod compare;
 pub mod conduct;
 pub mod difference;
 pub mod export;
+pub mod field;
 pub mod heading_step;
 pub mod health;
 pub mod identification;

@@ -1,11 +1,13 @@
 //! The report: one HTML file without any outside reference, for the person who ran the trial.
 //!
-//! [`render`] draws a whole trial, [`render_log`] one identification on a log. The verdict and the next
+//! [`render`] draws a whole trial, [`render_log`] one identification on a log, [`render_field`] the field
+//! experiments after a trial. The verdict and the next
 //! action come first, then one table, then the figures; every run is drawn, also where the trial
 //! was stopped or nothing was accepted. The same input gives the same bytes.
 
 mod axis;
 mod chart;
+mod field;
 mod fit;
 mod headline;
 mod number;
@@ -21,6 +23,7 @@ use crate::campaign::{Campaign, Run, Stage, StageSpan};
 use crate::identification::{Identification, Reason};
 use crate::record::Record;
 use chart::Chart;
+pub use field::render as render_field;
 use headline::{Headline, Tone};
 use number::{decimals, percent, spoken};
 use run_figures::Source;

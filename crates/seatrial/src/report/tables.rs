@@ -47,7 +47,7 @@ impl From<String> for Cell {
 }
 
 impl Cell {
-    fn words(text: String) -> Self {
+    pub fn words(text: String) -> Self {
         Self {
             class: "words",
             ..Self::from(text)
@@ -85,7 +85,7 @@ impl Cell {
     }
 }
 
-fn columns(named: &[(&'static str, &'static str)]) -> Vec<Column> {
+pub(super) fn columns(named: &[(&'static str, &'static str)]) -> Vec<Column> {
     let columns = named.iter().map(|&(name, unit)| Column { name, unit });
     columns.collect()
 }
