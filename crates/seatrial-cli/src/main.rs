@@ -1,6 +1,7 @@
 //! The `seatrial` command: one file per verb.
 
 mod compare;
+mod field;
 mod gains;
 mod health;
 mod health_source;

@@ -12,6 +12,7 @@ use seatrial_io::{write_csv, write_parquet};
 use seatrial_sim::{ConfigError, Truth};
 use serde::Serialize;
 
+use crate::field;
 use crate::output::{Exit, Failure, Output};
 use crate::vehicle::{self, Config, Simulated};
 
@@ -25,6 +26,7 @@ pub struct Args {
 #[derive(Debug, Subcommand)]
 enum What {
     Log(SimLogArgs),
+    Field(field::Args),
 }
 
 /// Write the log of a simulated trial: the paper's plan at one or all of its speeds.
@@ -98,9 +100,16 @@ struct Played {
     outcome: Option<Outcome>,
 }
 
-/// Writes a simulated log.
+/// Plays the vehicle.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let What::Log(args) = &args.what;
+    match &args.what {
+        What::Log(args) => log(args, output),
+        What::Field(args) => field::run(args, output),
+    }
+}
+
+/// Writes a simulated log.
+fn log(args: &SimLogArgs, output: &Output) -> Result<Exit, Failure> {
     let format = format_of(&args.out)?;
     args.truth.as_deref().map_or(Ok(()), check_truth_name)?;
     let config = vehicle::config(&args.vehicle)?;

@@ -1,0 +1,293 @@
+//! `seatrial sim field`: the field experiments of section VI on a simulated vehicle.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use seatrial::campaign::Campaign;
+use seatrial::conduct::{Unwatched, conduct};
+use seatrial::field::{Claim, Field, FieldSettings};
+use seatrial::heading_step::Control;
+use seatrial::report;
+use seatrial_core::{Outcome, Plan};
+use serde::Serialize;
+
+use crate::output::{Exit, Failure, Output};
+use crate::table::Table;
+use crate::vehicle::{self, Simulated};
+
+/// Re-enact the paper's field experiments: trials, U-turns, heading steps, repeated trials.
+///
+/// A whole trial of the paper's plan, then on the same vehicle a U-turn at each thrust with a circle
+/// through its track, and heading steps with the gain of the lowest thrust, the scheduled gains and gains
+/// from the two end points; the trial is repeated with other seeds.
+#[derive(clap::Args, Debug)]
+#[command(after_help = "\
+Writes field.html and field.json.
+
+Exit code 0: everything the paper claims holds here; 4: something does not, or a speed has no model.
+
+Example:
+  seatrial sim field --vehicle sim:starfish-6dof --out field")]
+pub struct Args {
+    /// The vehicle: sim:starfish-6dof, sim:remus100, sim:starfish or sim:FILE.toml.
+    #[arg(long, value_name = "VEHICLE", default_value = "sim:starfish-6dof")]
+    vehicle: String,
+    /// Seed of the first trial.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Trials in all, each with a seed of its own.
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    trials: u64,
+    /// Directory for the files; made where it is missing.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    schema: &'static str,
+    vehicle: &'a str,
+    seed: u64,
+    claims: Vec<Claim>,
+    #[serde(flatten)]
+    field: &'a Field,
+}
+
+/// Runs the experiments.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let mut trials = Vec::new();
+    let (mut vehicle, first) = trial(&args.vehicle, args.seed)?;
+    trials.push(first);
+    for seed in args.seed + 1..args.seed + args.trials {
+        trials.push(trial(&args.vehicle, seed)?.1);
+    }
+    let field = Field::experiments(&mut vehicle, &trials, FieldSettings::default())
+        .map_err(|error| Failure::rejected(format!("{}: {error}", args.vehicle)))?;
+    let document = Document {
+        schema: "seatrial.field.v1",
+        vehicle: &args.vehicle,
+        seed: args.seed,
+        claims: field.claims(),
+        field: &field,
+    };
+    let json = serde_json::to_string_pretty(&document).map_err(Failure::internal)?;
+    std::fs::create_dir_all(&args.out).map_err(|error| not_saved(&args.out, error))?;
+    for (name, content) in [
+        ("field.json", json + "\n"),
+        ("field.html", report::render_field(&trials[0], &field)),
+    ] {
+        let path = args.out.join(name);
+        std::fs::write(&path, content).map_err(|error| not_saved(&path, error))?;
+    }
+    output.print(&document, || text(&document))?;
+    let holds = document.claims.iter().all(|claim| claim.holds);
+    Ok(if holds { Exit::Done } else { Exit::Rejected })
+}
+
+/// The paper's trial, and the vehicle after it.
+fn trial(name: &str, seed: u64) -> Result<(Simulated, Campaign), Failure> {
+    let mut vehicle = vehicle::simulated(name, seed)?;
+    let plan = Plan::paper();
+    let about = Campaign {
+        software_version: env!("CARGO_PKG_VERSION").into(),
+        vehicle: name.into(),
+        configuration: "default".into(),
+        seed: Some(seed),
+        rudder_limit_rad: plan.rudder_limit_rad,
+        runs: Vec::new(),
+        outcome: None,
+    };
+    let conducted =
+        conduct(&mut vehicle, plan, about, &mut Unwatched).map_err(Failure::internal)?;
+    match conducted.campaign.outcome {
+        Some(Outcome::Finished) => Ok((vehicle, conducted.campaign)),
+        _ => Err(Failure::rejected(format!(
+            "{name}: the trial with seed {seed} was aborted"
+        ))),
+    }
+}
+
+fn not_saved(path: &Path, error: std::io::Error) -> Failure {
+    Failure::not_saved(format!("{}: {error}", path.display()))
+}
+
+fn text(document: &Document) -> String {
+    let field = document.field;
+    let mut text = format!(
+        "Trials of {}, {} in all\n{}",
+        document.vehicle,
+        field.trials.first().map_or(0, |t| t.accepted[1]),
+        trials(field)
+    );
+    let _ = write!(
+        text,
+        "\nU-turns under {:.2} rad of rudder (Fig. 15): predicted against a circle through the track\n{}",
+        field.rudder_limit_rad,
+        u_turns(field)
+    );
+    let _ = write!(
+        text,
+        "\nHeading steps of {:.0} degrees (Figs. 17 and 18), step away and step back\n{}",
+        field.settings.steps.step_rad.to_degrees(),
+        heading_steps(field)
+    );
+    if let Some(repeated) = &field.repeatability {
+        let _ = writeln!(
+            text,
+            "\nRepeated at {:.0} % thrust, {} trials",
+            100.0 * repeated.thrust,
+            repeated.repeats.len()
+        );
+        for (name, spread) in [("a22", repeated.a22_per_s), ("b2", repeated.b2_per_s2)] {
+            let _ = writeln!(
+                text,
+                "  {name:<3} mean {:.3}, standard deviation {:.3}, stated by the intervals {:.3}; {} of {} intervals hold the mean",
+                spread.mean,
+                spread.standard_deviation,
+                spread.stated,
+                spread.intervals_with_mean,
+                repeated.repeats.len()
+            );
+        }
+        let [low_gain, high_gain] = repeated.proportional_gain;
+        let [low_m, high_m] = repeated.u_turn_mean_radius_m;
+        let _ = writeln!(
+            text,
+            "  K_p {low_gain:.2} to {high_gain:.2}, R (50) {low_m:.2} to {high_m:.2} m"
+        );
+    }
+    text.push_str("\nThe paper's claims here\n");
+    for claim in &document.claims {
+        let _ = writeln!(
+            text,
+            "  {:<4} {}: {}: {:.3} {unit}, limit {} {unit}",
+            if claim.holds { "ok" } else { "NOT" },
+            claim.place,
+            claim.claim,
+            claim.found,
+            claim.limit,
+            unit = claim.unit
+        );
+    }
+    text
+}
+
+fn trials(field: &Field) -> Table {
+    let mut table = Table::new(&[
+        ("thrust", "%"),
+        ("speed", "m/s"),
+        ("a22", "1/s"),
+        ("b2", "1/s^2"),
+        ("C0", "rad/s^2"),
+        ("accepted", ""),
+        ("converged", "s, latest"),
+        ("R^2", "least"),
+        ("R^2", "greatest"),
+    ]);
+    for at in &field.trials {
+        let greatest = |values: &[f64]| values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let least = at.r2_heading.iter().copied().fold(f64::INFINITY, f64::min);
+        table.row(vec![
+            format!("{:.0}", 100.0 * at.thrust),
+            at.surge_speed_m_s
+                .map_or("-".into(), |speed| format!("{speed:.2}")),
+            format!("{:.3}", at.model.a22_per_s),
+            format!("{:.3}", at.model.b2_per_s2),
+            format!("{:.4}", at.model.c0_rad_per_s2),
+            format!("{} of {}", at.accepted[0], at.accepted[1]),
+            format!("{:.2}", greatest(&at.converged_s)),
+            format!("{least:.3}"),
+            format!("{:.3}", greatest(&at.r2_heading)),
+        ]);
+    }
+    table
+}
+
+fn u_turns(field: &Field) -> Table {
+    let mut table = Table::new(&[
+        ("thrust", "%"),
+        ("straight", "m/s"),
+        ("in turn", "m/s"),
+        ("yaw rate", "deg/s"),
+        ("by model", "deg/s"),
+        ("U-turn", "s"),
+        ("(49)", "s"),
+        ("circle", "m"),
+        ("R (50)", "m"),
+        ("in turn", "m"),
+        ("error", "%"),
+        ("steady", "m"),
+        ("V/rate", "m"),
+        ("one turn", "m"),
+        ("error", "%"),
+    ]);
+    for turn in &field.u_turns {
+        let (predicted, measured) = (&turn.predicted, &turn.measured);
+        let error =
+            |predicted: f64, measured: f64| format!("{:+.1}", 100.0 * (predicted / measured - 1.0));
+        table.row(vec![
+            format!("{:.0}", 100.0 * turn.thrust),
+            format!("{:.3}", measured.straight_speed_m_s),
+            format!("{:.3}", measured.speed_in_turn_m_s),
+            format!("{:.2}", measured.yaw_rate_rad_s.to_degrees()),
+            format!("{:.2}", predicted.yaw_rate_rad_s.to_degrees()),
+            format!("{:.1}", measured.u_turn_time_s),
+            format!("{:.1}", predicted.u_turn_time_s),
+            format!("{:.2}", measured.u_turn_radius_m),
+            format!("{:.2}", predicted.u_turn_mean_radius_m),
+            format!("{:.2}", predicted.at_speed_in_turn_m),
+            error(predicted.at_speed_in_turn_m, measured.u_turn_radius_m),
+            format!("{:.2}", measured.steady_turning_radius_m),
+            format!("{:.2}", predicted.steady_turning_radius_m),
+            format!("{:.2}", predicted.from_one_u_turn_m),
+            error(
+                predicted.from_one_u_turn_m,
+                measured.steady_turning_radius_m,
+            ),
+        ]);
+    }
+    table
+}
+
+fn heading_steps(field: &Field) -> Table {
+    let mut table = Table::new(&[
+        ("thrust", "%"),
+        ("gain", ""),
+        ("K_p", ""),
+        ("overshoot", "%"),
+        ("settled", "s"),
+        ("swings", ""),
+        ("error", "deg"),
+    ]);
+    for steps in &field.heading_steps {
+        let [away, back] = &steps.measures;
+        let settled = |time_s: Option<f64>| time_s.map_or("-".into(), |t| format!("{t:.1}"));
+        table.row(vec![
+            format!("{:.0}", 100.0 * steps.point.thrust.unwrap_or(f64::NAN)),
+            match steps.control {
+                Control::Constant => "constant",
+                Control::Scheduled => "scheduled",
+                Control::Interpolated => "two ends",
+            }
+            .into(),
+            format!("{:.2}", steps.gain.proportional_gain),
+            format!(
+                "{:.1}, {:.1}",
+                100.0 * away.overshoot,
+                100.0 * back.overshoot
+            ),
+            format!(
+                "{}, {}",
+                settled(away.settling_time_s),
+                settled(back.settling_time_s)
+            ),
+            format!("{}, {}", steps.swings[0], steps.swings[1]),
+            format!(
+                "{:.2}, {:.2}",
+                away.final_error_rad.to_degrees(),
+                back.final_error_rad.to_degrees()
+            ),
+        ]);
+    }
+    table
+}
