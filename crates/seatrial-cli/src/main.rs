@@ -14,6 +14,7 @@ mod output;
 mod paper;
 mod plan;
 mod prior;
+mod record;
 mod recreated;
 mod replay;
 mod report;

@@ -1,19 +1,18 @@
 //! `seatrial sim`: a simulated vehicle for others.
 
 use std::fmt::Write as _;
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use clap::{Args as ClapArgs, Subcommand};
 use seatrial::Window;
 use seatrial_core::{Event, List, Outcome, Plan, Sample, Stage, Trial, Vehicle};
-use seatrial_io::{write_csv, write_parquet};
+use seatrial_io::Row;
 use seatrial_sim::{ConfigError, Truth};
 use serde::Serialize;
 
 use crate::field;
 use crate::output::{Exit, Failure, Output};
+use crate::record::{self, Format};
 use crate::vehicle::{self, Config, Simulated};
 
 /// A simulated vehicle for others.
@@ -45,7 +44,7 @@ struct SimLogArgs {
     /// Thrust as a fraction of full; repeatable [default: the plan's, 0.6 to 1].
     #[arg(long, value_name = "FRACTION")]
     thrust: Vec<f64>,
-    /// The log: .csv or .parquet.
+    /// The log: .csv, .parquet or .mcap.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// The true parameters, kept apart from the log: .json or .toml.
@@ -110,14 +109,15 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 
 /// Writes a simulated log.
 fn log(args: &SimLogArgs, output: &Output) -> Result<Exit, Failure> {
-    let format = format_of(&args.out)?;
+    let format = Format::of(&args.out, "--out")?;
     args.truth.as_deref().map_or(Ok(()), check_truth_name)?;
     let config = vehicle::config(&args.vehicle)?;
     let mut vehicle = config
         .vehicle(args.seed)
         .map_err(|error| Failure::input(format!("{}: {error}", args.vehicle)))?;
     let played = play(&mut vehicle, plan(&args.thrust)?)?;
-    write(&args.out, format, &played.samples)?;
+    let rows: Vec<Row> = played.samples.iter().copied().map(Row::from).collect();
+    record::write(&args.out, format, &rows)?;
     if let Some(path) = &args.truth {
         write_truth(path, args.seed, config, &played.runs)?;
     }
@@ -135,24 +135,6 @@ fn log(args: &SimLogArgs, output: &Output) -> Result<Exit, Failure> {
         Some(Outcome::Finished) => Exit::Done,
         Some(Outcome::Aborted(_)) | None => Exit::Aborted,
     })
-}
-
-/// Formats that are written.
-#[derive(Clone, Copy)]
-enum Format {
-    Csv,
-    Parquet,
-}
-
-fn format_of(path: &Path) -> Result<Format, Failure> {
-    match suffix(path) {
-        Some("csv") => Ok(Format::Csv),
-        Some("parquet") => Ok(Format::Parquet),
-        _ => Err(Failure::usage(format!(
-            "--out {}: expected a name that ends in .csv or .parquet",
-            path.display()
-        ))),
-    }
 }
 
 fn check_truth_name(path: &Path) -> Result<(), Failure> {
@@ -253,15 +235,6 @@ impl Run {
             window.to_s = window.to_s.min(time_s);
         }
     }
-}
-
-fn write(path: &Path, format: Format, samples: &[Sample<f64>]) -> Result<(), Failure> {
-    let file = File::create(path).map(BufWriter::new);
-    file.and_then(|file| match format {
-        Format::Csv => write_csv(file, samples),
-        Format::Parquet => write_parquet(file, samples),
-    })
-    .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))
 }
 
 fn write_truth(path: &Path, seed: u64, vehicle: Config, runs: &[Run]) -> Result<(), Failure> {

@@ -13,10 +13,12 @@ use seatrial::logbook::{Logbook, NewCampaign, Recorder, Step};
 use seatrial::report;
 use seatrial_core::heading_control::HeadingGain;
 use seatrial_core::{AbortReason, Outcome, Plan, Sample, Trial, YawModel};
+use seatrial_io::{Estimate, Row};
 use serde::Serialize;
 
 use crate::live::{Live, Parameter, Picture};
 use crate::output::{Exit, Failure, Output, say};
+use crate::record::{Format, Recording};
 use crate::table::Table;
 use crate::vehicle;
 
@@ -44,6 +46,10 @@ pub struct Args {
     /// Where everything is kept.
     #[arg(long, value_name = "FILE", default_value = "seatrial.db")]
     logbook: PathBuf,
+    /// Record what the trial sees and estimates: .mcap, which Foxglove opens, .csv or .parquet. Should the trial be
+    /// killed, a .csv is complete, a .mcap up to the last second, a .parquet up to the last run.
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
     /// Write the report, one HTML file.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -89,6 +95,11 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         runs: Vec::new(),
         outcome: None,
     };
+    let recording = args
+        .record
+        .as_deref()
+        .map(|path| Recording::start(path, Format::of(path, "--record")?))
+        .transpose()?;
     let plan_text = toml::to_string_pretty(&plan).map_err(Failure::internal)?;
     let logbook = Logbook::open(&args.logbook).map_err(Failure::from)?;
     let recorder = Recorder::begin(
@@ -109,7 +120,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let handler = Arc::clone(&stop);
     ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
         .map_err(Failure::internal)?;
-    let mut bridge = Bridge::new(args, recorder, stop);
+    let mut bridge = Bridge::new(args, recorder, recording, stop);
     let conducted = conduct(&mut vehicle, plan, about, &mut bridge)
         .map_err(|error| Failure::input(format!("the plan: {error}")))?;
     let mut campaign = conducted.campaign;
@@ -174,6 +185,7 @@ fn exit(campaign: &Campaign, plan: &Plan<f64>, unsaved: bool) -> Exit {
 /// Between the trial and whoever is told of it: the logbook, the live view, the clock, the operator.
 struct Bridge {
     recorder: Option<Recorder>,
+    recording: Option<Recording>,
     unsaved: Vec<String>,
     live: Live,
     vehicle: String,
@@ -191,9 +203,15 @@ struct Pace {
 }
 
 impl Bridge {
-    fn new(args: &Args, recorder: Recorder, stop: Arc<AtomicBool>) -> Self {
+    fn new(
+        args: &Args,
+        recorder: Recorder,
+        recording: Option<Recording>,
+        stop: Arc<AtomicBool>,
+    ) -> Self {
         Self {
             recorder: Some(recorder),
+            recording,
             unsaved: Vec::new(),
             live: Live::start(),
             vehicle: args.vehicle.clone(),
@@ -213,10 +231,23 @@ impl Bridge {
         if let Some(recorder) = &mut self.recorder
             && let Err(error) = keep(recorder)
         {
-            let error = error.to_string();
-            if self.unsaved.last() != Some(&error) {
-                self.unsaved.push(error);
-            }
+            self.note(error.to_string());
+        }
+    }
+
+    /// Records something likewise.
+    fn record(&mut self, record: impl FnOnce(&mut Recording) -> Result<(), Failure>) {
+        if let Some(recording) = &mut self.recording
+            && let Err(failure) = record(recording)
+        {
+            self.note(failure.to_string());
+        }
+    }
+
+    /// Notes what could not be kept.
+    fn note(&mut self, unsaved: String) {
+        if !self.unsaved.contains(&unsaved) {
+            self.unsaved.push(unsaved);
         }
     }
 
@@ -226,6 +257,11 @@ impl Bridge {
             && let Err(error) = recorder.finish(outcome)
         {
             self.unsaved.push(error.to_string());
+        }
+        if let Some(recording) = self.recording.take()
+            && let Err(failure) = recording.finish()
+        {
+            self.note(failure.to_string());
         }
         self.unsaved
     }
@@ -250,6 +286,19 @@ impl Bridge {
                     interval.c0_rad_per_s2,
                 ]
             });
+        }
+    }
+
+    fn row(&self, step: &Step, trial: &Trial<f64>) -> Row {
+        let half_width = |[low, high]: [f64; 2]| 0.5 * (high - low);
+        Row {
+            sample: step.sample,
+            stage: step.stage,
+            estimate: step.estimate.map(|model| Estimate {
+                model,
+                half_widths: self.intervals.map(|intervals| intervals.map(half_width)),
+                step_norm: trial.estimator().step_norm(),
+            }),
         }
     }
 
@@ -316,9 +365,11 @@ impl Watch for Bridge {
 
     fn step(&mut self, step: &Step, trial: &Trial<f64>) {
         self.keep(|recorder| recorder.step(*step));
-        if self.live.is_terminal() {
+        if self.live.is_terminal() || self.recording.is_some() {
             self.update_intervals(step);
         }
+        let row = self.row(step, trial);
+        self.record(|recording| recording.take(row));
         if self.live.due() {
             let picture = self.picture(trial);
             self.live.draw(&picture);
@@ -332,6 +383,7 @@ impl Watch for Bridge {
 
     fn run_ended(&mut self, run: &Run) {
         self.keep(|recorder| recorder.finish_run(run));
+        self.record(Recording::run_ended);
         self.live.line(&run_line(run));
     }
 

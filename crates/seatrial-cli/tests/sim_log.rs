@@ -34,11 +34,14 @@ fn cli_simulated_logs_read_back_and_say_nothing_of_the_truth() {
         assert!(!stderr.contains("warning"), "{stderr}");
         serde_json::from_str::<serde_json::Value>(&stdout).unwrap()
     };
-    let (csv, parquet) = (log("run.csv"), log("run.parquet"));
+    let (csv, parquet, mcap) = (log("run.csv"), log("run.parquet"), log("run.mcap"));
     assert_eq!(csv["source"]["format"], "csv");
     assert_eq!(parquet["source"]["format"], "parquet");
-    assert_eq!(csv["ranges"], parquet["ranges"]);
-    assert_eq!(csv["manoeuvres"], parquet["manoeuvres"]);
+    assert_eq!(mcap["source"]["format"], "mcap");
+    for other in [parquet, mcap] {
+        assert_eq!(csv["ranges"], other["ranges"]);
+        assert_eq!(csv["manoeuvres"], other["manoeuvres"]);
+    }
     let truth = std::fs::read_to_string(folder.path().join("truth.toml")).unwrap();
     // Table II at 80 %.
     assert!(truth.contains("a22_per_s = -1.07"), "{truth}");
@@ -48,7 +51,7 @@ fn cli_simulated_logs_read_back_and_say_nothing_of_the_truth() {
 #[test]
 fn cli_a_full_disk_exits_6() {
     let folder = tempfile::tempdir().unwrap();
-    for name in ["full.csv", "full.parquet"] {
+    for name in ["full.csv", "full.parquet", "full.mcap"] {
         std::os::unix::fs::symlink("/dev/full", folder.path().join(name)).unwrap();
         let (exit, _, stderr) = seatrial(
             folder.path(),

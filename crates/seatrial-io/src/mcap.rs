@@ -138,7 +138,11 @@ impl Mcap {
                     self.bytes.skip(count);
                 }
                 Ok(Next::Record(Taken::Other)) => {}
-                Ok(Next::Record(Taken::End) | Next::End) => self.is_at_end = true,
+                Ok(Next::Record(Taken::End)) => self.is_at_end = true,
+                Ok(Next::End) => {
+                    self.damage.cut_at = Some(self.bytes.position());
+                    self.is_at_end = true;
+                }
                 Ok(Next::Record(record)) => return Ok(record),
                 Err(what) => {
                     self.damage.cut_at = Some(self.bytes.position());

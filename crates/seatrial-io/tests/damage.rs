@@ -5,7 +5,7 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use seatrial_core::Sample;
-use seatrial_io::{ChannelChoice, Fault, ReadError, open, write_csv, write_parquet};
+use seatrial_io::{ChannelChoice, Fault, ReadError, Row, open, write_csv, write_parquet};
 
 fn samples(count: u32) -> Vec<Sample<f64>> {
     (0..count)
@@ -23,6 +23,10 @@ fn samples(count: u32) -> Vec<Sample<f64>> {
 }
 
 /// Reads a file of these bytes to its end.
+fn rows(samples: &[Sample<f64>]) -> Vec<Row> {
+    samples.iter().copied().map(Row::from).collect()
+}
+
 fn read(folder: &Path, bytes: &[u8], drop_invalid: bool) -> Result<Vec<Sample<f64>>, ReadError> {
     let path = folder.join("log");
     std::fs::write(&path, bytes).unwrap();
@@ -41,7 +45,7 @@ fn io_csv_cut_at_every_byte_gives_the_samples_before_the_cut() {
     let folder = tempfile::tempdir().unwrap();
     let whole = samples(20);
     let mut bytes = Vec::new();
-    write_csv(&mut bytes, &whole).unwrap();
+    write_csv(&mut bytes, &rows(&whole)).unwrap();
     for length in 0..bytes.len() {
         match read(folder.path(), &bytes[..length], false) {
             // The last sample may have lost digits; those before it are whole.
@@ -63,7 +67,7 @@ fn io_csv_cut_at_every_byte_gives_the_samples_before_the_cut() {
 fn io_parquet_cut_at_every_byte_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let mut bytes = Vec::new();
-    write_parquet(&mut bytes, &samples(20)).unwrap();
+    write_parquet(&mut bytes, &rows(&samples(20))).unwrap();
     for length in 0..bytes.len() {
         let error = read(folder.path(), &bytes[..length], false).unwrap_err();
         assert!(
@@ -77,7 +81,7 @@ fn io_parquet_cut_at_every_byte_is_refused() {
 fn io_parquet_with_any_byte_changed_never_panics() {
     let folder = tempfile::tempdir().unwrap();
     let mut bytes = Vec::new();
-    write_parquet(&mut bytes, &samples(20)).unwrap();
+    write_parquet(&mut bytes, &rows(&samples(20))).unwrap();
     for at in 0..bytes.len() {
         let mut damaged = bytes.clone();
         damaged[at] ^= [0x01, 0x80, 0xff][at % 3];

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 pub(crate) use schema::{Schema, plain};
 
 use crate::joined::{Kind, Message};
-use crate::name::ColumnName;
+use crate::name::{ColumnName, Fit, StatedUnit};
 use crate::table::{Known, KnownChannel};
 use crate::{Quantity, Unit};
 
@@ -208,24 +208,32 @@ impl Topics {
             }
         }
         for quantity in Quantity::ALL {
-            let mut named: Vec<(usize, &Topic, String)> = topics()
+            let mut named: Vec<(Fit, String)> = topics()
                 .filter(|topic| PLAIN_NUMBERS.contains(&topic.type_name.as_str()))
                 .filter_map(|topic| {
                     let name = &self.kinds[topic.kind].name;
                     let fit = ColumnName::new(name).fit(quantity)?;
-                    Some((fit.rank, topic, format!("{name}.data")))
+                    Some((fit, format!("{name}.data")))
                 })
                 .collect();
-            named.sort_by_key(|(rank, ..)| *rank);
+            named.sort_by_key(|(fit, _)| fit.rank);
             let unit = match quantity {
-                Quantity::Rudder | Quantity::Heading | Quantity::Roll | Quantity::Pitch => None,
+                Quantity::Rudder
+                | Quantity::Heading
+                | Quantity::Roll
+                | Quantity::Pitch
+                | Quantity::Thrust => None,
                 Quantity::YawRate => Some(Unit::RadianPerSecond),
                 Quantity::Speed => Some(Unit::MetrePerSecond),
                 Quantity::Time => continue,
                 _ => Some(Unit::Metre),
             };
-            for (.., column) in named {
-                known.add(quantity, column, unit, "");
+            for (fit, column) in named {
+                let stated = match fit.unit {
+                    StatedUnit::Known(unit) => Some(unit),
+                    _ => unit,
+                };
+                known.add(quantity, column, stated, "");
             }
         }
         for topic in topics().filter(|topic| topic.type_name.starts_with("geometry_msgs/Twist")) {
