@@ -10,6 +10,7 @@ mod inspect;
 mod live;
 mod log;
 mod logbook;
+mod manoeuvres;
 mod output;
 mod paper;
 mod plan;

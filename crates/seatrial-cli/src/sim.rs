@@ -11,6 +11,7 @@ use seatrial_sim::{ConfigError, Truth};
 use serde::Serialize;
 
 use crate::field;
+use crate::manoeuvres;
 use crate::output::{Exit, Failure, Output};
 use crate::record::{self, Format};
 use crate::vehicle::{self, Config, Simulated};
@@ -26,6 +27,7 @@ pub struct Args {
 enum What {
     Log(SimLogArgs),
     Field(field::Args),
+    Manoeuvres(manoeuvres::Args),
 }
 
 /// Write the log of a simulated trial: the paper's plan at one or all of its speeds.
@@ -104,6 +106,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     match &args.what {
         What::Log(args) => log(args, output),
         What::Field(args) => field::run(args, output),
+        What::Manoeuvres(args) => manoeuvres::run(args, output),
     }
 }
 

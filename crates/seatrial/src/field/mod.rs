@@ -4,6 +4,7 @@ mod claims;
 mod heading_steps;
 mod pilot;
 mod repeatability;
+mod standard;
 mod u_turn;
 
 use seatrial_core::schedule::{ScheduleError, ScheduleKey};
@@ -20,6 +21,7 @@ pub use claims::Claim;
 pub use heading_steps::{GainFromEnds, SteeredSteps};
 use pilot::Pilot;
 pub use repeatability::{Repeat, Repeatability, Spread, TrialsAtThrust};
+pub use standard::{SpiralPoint, StandardManoeuvres, ZigZag};
 pub use u_turn::{MeasuredTurn, PredictedTurn, UTurn, YawRateSample};
 
 /// How the experiments are done.

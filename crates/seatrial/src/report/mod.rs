@@ -14,6 +14,7 @@ mod number;
 mod recorded;
 mod run_figures;
 mod speed_figures;
+mod standard;
 mod tables;
 
 use askama::Template;
@@ -27,6 +28,7 @@ pub use field::render as render_field;
 use headline::{Headline, Tone};
 use number::{decimals, percent, spoken};
 use run_figures::Source;
+pub use standard::render as render_standard;
 use tables::Table;
 
 /// A name and a value for the list of what was recorded.
