@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use seatrial_io::{CsvWriter, McapWriter, Row, RowWriter, write_csv, write_mcap, write_parquet};
 
 use crate::output::Failure;
+#[cfg(feature = "foxglove")]
+use crate::output::say;
 
 /// Formats that are written.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -47,6 +49,29 @@ fn write_file(path: &Path, format: Format, rows: &[Row]) -> io::Result<()> {
 
 fn not_saved(path: &Path, error: &io::Error) -> Failure {
     Failure::not_saved(format!("{}: {error}", path.display()))
+}
+
+/// Shows rows live to Foxglove at an address, HOST:PORT or a port of this machine alone, and says where.
+#[cfg(feature = "foxglove")]
+pub fn show(address: &str) -> Result<Box<dyn RowWriter>, Failure> {
+    let (host, port) = address.rsplit_once(':').unwrap_or(("127.0.0.1", address));
+    let port = port.parse().map_err(|_| {
+        Failure::usage(format!(
+            "--foxglove {address}: expected a port or HOST:PORT, 127.0.0.1:8765"
+        ))
+    })?;
+    let server = seatrial_io::FoxgloveServer::start(host, port)
+        .map_err(|error| Failure::usage(format!("--foxglove {address}: {error}")))?;
+    say(format!("Foxglove may connect to {}", server.url()));
+    Ok(Box::new(server))
+}
+
+/// Without Foxglove.
+#[cfg(not(feature = "foxglove"))]
+pub fn show(address: &str) -> Result<Box<dyn RowWriter>, Failure> {
+    Err(Failure::usage(format!(
+        "--foxglove {address}: this seatrial was built without; build it with --features foxglove"
+    )))
 }
 
 /// A log that grows with a trial.

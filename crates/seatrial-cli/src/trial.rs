@@ -13,12 +13,12 @@ use seatrial::logbook::{Logbook, NewCampaign, Recorder, Step};
 use seatrial::report;
 use seatrial_core::heading_control::HeadingGain;
 use seatrial_core::{AbortReason, Outcome, Plan, Sample, Trial, YawModel};
-use seatrial_io::{Estimate, Row};
+use seatrial_io::{Estimate, Row, RowWriter};
 use serde::Serialize;
 
 use crate::live::{Live, Parameter, Picture};
 use crate::output::{Exit, Failure, Output, say};
-use crate::record::{Format, Recording};
+use crate::record::{self, Format, Recording};
 use crate::table::Table;
 use crate::vehicle;
 
@@ -50,6 +50,10 @@ pub struct Args {
     /// killed, a .csv is complete, a .mcap up to the last second, a .parquet up to the last run.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    /// Show the same live to Foxglove, which connects to this port of this machine or to HOST:PORT. Needs a seatrial
+    /// built with --features foxglove.
+    #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
+    foxglove: Option<String>,
     /// Write the report, one HTML file.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -100,6 +104,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         .as_deref()
         .map(|path| Recording::start(path, Format::of(path, "--record")?))
         .transpose()?;
+    let viewer = args.foxglove.as_deref().map(record::show).transpose()?;
     let plan_text = toml::to_string_pretty(&plan).map_err(Failure::internal)?;
     let logbook = Logbook::open(&args.logbook).map_err(Failure::from)?;
     let recorder = Recorder::begin(
@@ -120,7 +125,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let handler = Arc::clone(&stop);
     ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
         .map_err(Failure::internal)?;
-    let mut bridge = Bridge::new(args, recorder, recording, stop);
+    let mut bridge = Bridge::new(args, recorder, recording, viewer, stop);
     let conducted = conduct(&mut vehicle, plan, about, &mut bridge)
         .map_err(|error| Failure::input(format!("the plan: {error}")))?;
     let mut campaign = conducted.campaign;
@@ -186,6 +191,7 @@ fn exit(campaign: &Campaign, plan: &Plan<f64>, unsaved: bool) -> Exit {
 struct Bridge {
     recorder: Option<Recorder>,
     recording: Option<Recording>,
+    viewer: Option<Box<dyn RowWriter>>,
     unsaved: Vec<String>,
     live: Live,
     vehicle: String,
@@ -207,11 +213,13 @@ impl Bridge {
         args: &Args,
         recorder: Recorder,
         recording: Option<Recording>,
+        viewer: Option<Box<dyn RowWriter>>,
         stop: Arc<AtomicBool>,
     ) -> Self {
         Self {
             recorder: Some(recorder),
             recording,
+            viewer,
             unsaved: Vec::new(),
             live: Live::start(),
             vehicle: args.vehicle.clone(),
@@ -365,11 +373,16 @@ impl Watch for Bridge {
 
     fn step(&mut self, step: &Step, trial: &Trial<f64>) {
         self.keep(|recorder| recorder.step(*step));
-        if self.live.is_terminal() || self.recording.is_some() {
+        let is_kept = self.recording.is_some() || self.viewer.is_some();
+        if self.live.is_terminal() || is_kept {
             self.update_intervals(step);
         }
         let row = self.row(step, trial);
         self.record(|recording| recording.take(row));
+        if let Some(viewer) = &mut self.viewer {
+            // A row without a time cannot be shown; the logbook has it.
+            let _ = viewer.write(&row);
+        }
         if self.live.due() {
             let picture = self.picture(trial);
             self.live.draw(&picture);

@@ -145,3 +145,42 @@ fn cli_a_recording_that_cannot_be_saved_does_not_stop_the_trial() {
         assert_eq!(trial.status.code(), Some(code), "{name}");
     }
 }
+
+#[cfg(not(feature = "foxglove"))]
+#[test]
+fn cli_a_build_without_foxglove_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let trial = seatrial(folder.path(), &["trial", "--foxglove"]);
+    assert_eq!(trial.status.code(), Some(2));
+    let stderr = String::from_utf8_lossy(&trial.stderr);
+    assert!(stderr.contains("--features foxglove"), "{stderr}");
+}
+
+#[cfg(feature = "foxglove")]
+#[test]
+fn cli_foxglove_may_connect_to_a_trial() {
+    use std::io::{BufRead, BufReader};
+
+    let folder = tempfile::tempdir().unwrap();
+    let start = |address: &str| {
+        Command::new(env!("CARGO_BIN_EXE_seatrial"))
+            .args(["trial", "--realtime", "--foxglove", address])
+            .current_dir(folder.path())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+    };
+    let mut trial = start("0");
+    let mut lines = BufReader::new(trial.stderr.take().unwrap()).lines();
+    let line = lines.next().unwrap().unwrap();
+    let (_, address) = line.split_once("ws://").unwrap();
+    // Of this machine alone.
+    assert!(address.starts_with("127.0.0.1:"), "{line}");
+    std::net::TcpStream::connect(address).unwrap();
+    let taken = start(address).wait_with_output().unwrap();
+    assert_eq!(taken.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&taken.stderr).contains(address));
+    trial.kill().unwrap();
+    trial.wait().unwrap();
+}

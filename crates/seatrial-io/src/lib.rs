@@ -74,6 +74,8 @@ pub use reader::{
     Channel, ChannelChoice, Counts, Format, LogDescription, LogReader, UnitSource, open,
 };
 pub use unit::Unit;
+#[cfg(feature = "foxglove")]
+pub use write::FoxgloveServer;
 #[cfg(feature = "parquet")]
 pub use write::write_parquet;
 pub use write::{CsvWriter, Estimate, Row, RowWriter, write_csv};

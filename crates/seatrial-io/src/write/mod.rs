@@ -5,11 +5,13 @@
 //! [`McapWriter`] write them as they come.
 
 mod csv;
+#[cfg(feature = "foxglove")]
+mod foxglove;
 #[cfg(feature = "mcap")]
 mod mcap;
 #[cfg(feature = "parquet")]
 mod parquet;
-#[cfg(feature = "mcap")]
+#[cfg(any(feature = "foxglove", feature = "mcap"))]
 mod ros2;
 
 use std::io;
@@ -17,6 +19,8 @@ use std::io;
 use seatrial_core::{Sample, Stage, YawModel};
 
 pub use csv::{CsvWriter, write_csv};
+#[cfg(feature = "foxglove")]
+pub use foxglove::FoxgloveServer;
 #[cfg(feature = "mcap")]
 pub use mcap::{McapWriter, write_mcap};
 #[cfg(feature = "parquet")]
