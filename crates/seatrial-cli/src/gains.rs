@@ -42,7 +42,7 @@ pub struct Args {
     /// Allows an --at-thrust or --at-speed outside the identified range; the result is marked.
     #[arg(long)]
     extrapolate: bool,
-    /// Writes gains and limits for a controller instead of the table.
+    /// Writes gains and limits for a controller; the table is printed too where they go to a file.
     #[arg(long, value_name = "FORMAT")]
     export: Option<export::Format>,
     /// Whose parameters ardupilot and px4 are: surface is Rover, underwater Sub and UUV.
@@ -139,8 +139,9 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         at: interpolated(args, &source, timing)?,
     };
     if let Some(format) = args.export {
-        export::write(format, args, &source)?;
-    } else {
+        export::write(format, args, &source, output)?;
+    }
+    if args.export.is_none() || args.out.is_some() {
         output.print(&document, || text(&document))?;
     }
     let refused = document.points.iter().any(|p| p.refused.is_some());

@@ -226,8 +226,9 @@ fn cli_gains_export_what_a_controller_needs() {
     let out = directory.path().join("gains.json");
     let out = out.to_str().unwrap();
     let export = ["gains", "--schedule", &schedule, "--export", "json"];
-    let output = seatrial(&[&export[..], &["--out", out]].concat());
-    assert_eq!(output.status.code(), Some(0));
+    let (gains, code) = json(&[&export[..], &["--out", out]].concat());
+    assert_eq!(code, Some(0));
+    assert_eq!(gains["schema"], "seatrial.gains.v1");
     let document: Value = serde_json::from_str(&std::fs::read_to_string(out).unwrap()).unwrap();
     assert_eq!(document["schema"], "seatrial.gain_schedule.v1");
     assert_eq!(
@@ -264,6 +265,10 @@ fn cli_gains_export_for_autopilots_at_one_speed() {
         let (file, _) = export(&[format]);
         assert!(file.contains(says), "{file}");
     }
+    let no_json = [
+        "gains", "--a22", "-1", "--b2", "1", "--export", "c", "--json",
+    ];
+    assert_eq!(seatrial(&no_json).status.code(), Some(2));
     let outside = ["--at-speed", "9", "--export", "px4"];
     let outside = seatrial(&[&["gains", "--schedule", &schedule], &outside[..]].concat());
     assert_eq!(outside.status.code(), Some(2));

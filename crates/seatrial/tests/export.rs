@@ -25,6 +25,7 @@ fn easy(speed: Option<f64>) -> OperatingPoint {
         at: point(Some(0.5), speed, [-1.0, -2.0, 0.1]),
         damping_ratio: ZETA,
         rudder_limit_rad: 0.25,
+        covariance: None,
     }
 }
 
@@ -113,6 +114,35 @@ fn exact_parameters_by_hand() {
     assert_all(
         &named(px4::parameters(&easy(None), VehicleType::Underwater)),
         &[("UUV_YAW_P", 1.0), ("UUV_YAW_D", 0.0)],
+    );
+}
+
+/// ATC_RAT_YAW_P = -4 a22/|b2| and ATC_ANG_YAW_P = -a22/2: a tenth of a22 is a tenth of both.
+#[test]
+fn exact_intervals_follow_from_the_covariance() {
+    let mut point = easy(None);
+    point.covariance = Some([[0.01, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1e-4]]);
+    for parameter in ardupilot::parameters(&point, VehicleType::Underwater) {
+        let half_width = match parameter.name {
+            "ATC_RAT_YAW_P" => 0.2 * 1.96,
+            "ATC_ANG_YAW_P" => 0.05 * 1.96,
+            // |b2| limit - |C0|, and it alone depends on C0 alone.
+            "ATC_ACCEL_Y_MAX" => 1_f64.to_degrees() * 1.96,
+            "ATC_RAT_YAW_D" => {
+                assert_eq!(parameter.interval_95, None);
+                continue;
+            }
+            _ => continue,
+        };
+        let [low, high] = parameter.interval_95.unwrap();
+        // 1.96 is 1.959964 rounded.
+        let error = 0.5 * (high - low) / half_width - 1.0;
+        assert!(error.abs() < 1e-4, "{} {error}", parameter.name);
+    }
+    let file = ardupilot::param_file(&point, VehicleType::Underwater);
+    assert!(
+        file.contains("[1/s]; 95 %: 0.4020 to 0.5980\nATC_ANG_YAW_P,0.5\n"),
+        "{file}"
     );
 }
 

@@ -32,7 +32,12 @@ pub enum VehicleType {
 }
 
 /// Writes the export to its file or on standard output.
-pub fn write(format: Format, args: &Args, source: &Source) -> Result<(), Failure> {
+pub fn write(format: Format, args: &Args, source: &Source, output: &Output) -> Result<(), Failure> {
+    if output.json && args.out.is_none() && !matches!(format, Format::Json) {
+        return Err(Failure::usage(
+            "--json and an --export that is no JSON: give a file with --out",
+        ));
+    }
     let vehicle = match args.vehicle_type {
         VehicleType::Surface => seatrial::export::VehicleType::Surface,
         VehicleType::Underwater => seatrial::export::VehicleType::Underwater,
@@ -65,12 +70,14 @@ fn schedule(args: &Args, source: &Source) -> Result<Schedule, Failure> {
 
 /// The model at the place asked for, else the fastest.
 fn operating_point(args: &Args, source: &Source) -> Result<OperatingPoint, Failure> {
-    let at = match (asked(args), source.points.as_slice()) {
-        (Some((key, value)), _) => *source
-            .schedule(key)?
-            .lookup(value, beyond(args))
-            .map_err(|error| no_such_place(args, key, value, error))?
-            .value(),
+    let (at, covariance) = match (asked(args), source.points.as_slice()) {
+        (Some((key, value)), _) => {
+            let schedule = source.schedule(key)?;
+            let model = schedule
+                .lookup(value, beyond(args))
+                .map_err(|error| no_such_place(args, key, value, error))?;
+            (*model.value(), None)
+        }
         (None, [.., fastest]) => {
             check(args, source, fastest)?;
             if source.points.len() > 1 {
@@ -80,7 +87,7 @@ fn operating_point(args: &Args, source: &Source) -> Result<OperatingPoint, Failu
                     fastest.name()
                 ));
             }
-            fastest.point
+            (fastest.point, fastest.covariance)
         }
         (None, []) => return Err(Failure::input(format!("{}: no model", source.origin))),
     };
@@ -89,6 +96,7 @@ fn operating_point(args: &Args, source: &Source) -> Result<OperatingPoint, Failu
         at,
         damping_ratio: args.zeta,
         rudder_limit_rad: source.rudder_limit_rad,
+        covariance,
     })
 }
 

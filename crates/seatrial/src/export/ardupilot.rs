@@ -12,10 +12,10 @@ const SCALING_SPEED_M_S: f64 = 1.0;
 
 /// The parameters that the model determines.
 pub fn parameters(point: &OperatingPoint, vehicle: VehicleType) -> Vec<Parameter> {
-    match vehicle {
-        VehicleType::Surface => rover(point),
-        VehicleType::Underwater => sub(point),
-    }
+    point.parameters(match vehicle {
+        VehicleType::Surface => rover,
+        VehicleType::Underwater => sub,
+    })
 }
 
 /// A `.param` file: comments and `NAME,value`.
@@ -25,14 +25,9 @@ pub fn param_file(point: &OperatingPoint, vehicle: VehicleType) -> String {
         VehicleType::Underwater => "Sub",
     };
     let mut text = point.heading(&format!("ArduPilot {firmware} parameters by seatrial"));
-    for Parameter {
-        name,
-        value,
-        unit,
-        because,
-    } in parameters(point, vehicle)
-    {
-        let _ = writeln!(text, "# {because} [{unit}]\n{name},{}", value as f32);
+    for parameter in parameters(point, vehicle) {
+        let Parameter { name, value, .. } = parameter;
+        let _ = writeln!(text, "{}\n{name},{}", parameter.comment(), value as f32);
     }
     text
 }

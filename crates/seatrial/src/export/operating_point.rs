@@ -6,6 +6,7 @@ use seatrial_core::{Hand, HeadingGain, SchedulePoint, Turn, YawModel};
 
 use super::cascade::Steering;
 use super::comment;
+use crate::propagation::interval_95;
 
 /// A model and what is wanted of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +19,8 @@ pub struct OperatingPoint {
     pub damping_ratio: f64,
     /// The rudder angle at full steering, rad.
     pub rudder_limit_rad: f64,
+    /// Covariance of [a22, b2, C0], where known.
+    pub covariance: Option<[[f64; 3]; 3]>,
 }
 
 /// A parameter and what it follows from: name, value where the model determines it, unit, derivation.
@@ -34,6 +37,8 @@ pub struct Parameter {
     pub unit: &'static str,
     /// How it follows from the model.
     pub because: &'static str,
+    /// What the uncertainty of the model makes of it, `[low, high]`.
+    pub interval_95: Option<[f64; 2]>,
 }
 
 impl Parameter {
@@ -45,9 +50,18 @@ impl Parameter {
                 value: value?,
                 unit,
                 because,
+                interval_95: None,
             })
         };
         rows.iter().filter_map(parameter).collect()
+    }
+
+    /// The comment above it in a file.
+    pub(super) fn comment(&self) -> String {
+        let interval = self.interval_95.map_or(String::new(), |[low, high]| {
+            format!("; 95 %: {low:.4} to {high:.4}")
+        });
+        format!("# {} [{}]{interval}", self.because, self.unit)
     }
 }
 
@@ -64,6 +78,28 @@ pub(super) fn yaw_rate_limit_rad_s(model: &YawModel<f64>, rudder_limit_rad: f64)
 }
 
 impl OperatingPoint {
+    /// What `design` makes of this point, with intervals where a parameter depends on the model.
+    pub(super) fn parameters(&self, design: fn(&Self) -> Vec<Parameter>) -> Vec<Parameter> {
+        let mut parameters = design(self);
+        let Some(covariance) = &self.covariance else {
+            return parameters;
+        };
+        for parameter in &mut parameters {
+            let of_model = |model: &YawModel<f64>| {
+                let at = SchedulePoint {
+                    model: *model,
+                    ..self.at
+                };
+                let designed = design(&Self { at, ..self.clone() });
+                let same = designed.into_iter().find(|p| p.name == parameter.name)?;
+                Some(same.value)
+            };
+            parameter.interval_95 =
+                interval_95(&self.at.model, covariance, of_model).filter(|[low, high]| low < high);
+        }
+        parameters
+    }
+
     /// alpha and B, where the full steering moves the rudder by `rudder_rad`. `None` for a vehicle that is
     /// course unstable or does not steer.
     pub(super) fn steering(&self, rudder_rad: f64) -> Option<Steering> {

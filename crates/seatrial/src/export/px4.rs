@@ -12,10 +12,10 @@ const REAL32: u32 = 9;
 
 /// The parameters that the model determines.
 pub fn parameters(point: &OperatingPoint, vehicle: VehicleType) -> Vec<Parameter> {
-    match vehicle {
-        VehicleType::Surface => rover(point),
-        VehicleType::Underwater => underwater(point),
-    }
+    point.parameters(match vehicle {
+        VehicleType::Surface => rover,
+        VehicleType::Underwater => underwater,
+    })
 }
 
 /// A `.params` file as QGroundControl loads it: comments and vehicle, component, name, value and type between tabs.
@@ -28,18 +28,10 @@ pub fn params_file(point: &OperatingPoint, vehicle: VehicleType) -> String {
     if vehicle == VehicleType::Surface && point.at.surge_speed_m_s.is_none() {
         text += "# RA_WHEEL_BASE and the gains that rely on it need the forward speed, which is not known.\n";
     }
-    for Parameter {
-        name,
-        value,
-        unit,
-        because,
-    } in parameters(point, vehicle)
-    {
-        let _ = writeln!(
-            text,
-            "# {because} [{unit}]\n1\t1\t{name}\t{}\t{REAL32}",
-            value as f32
-        );
+    for parameter in parameters(point, vehicle) {
+        let Parameter { name, value, .. } = parameter;
+        let comment = parameter.comment();
+        let _ = writeln!(text, "{comment}\n1\t1\t{name}\t{}\t{REAL32}", value as f32);
     }
     text
 }
