@@ -60,7 +60,17 @@ impl Bytes {
                 }
             }
         }
-        Ok(&self.buffer[self.unread.clone()])
+        Ok(self.seen())
+    }
+
+    /// What the last peek saw and is not passed yet.
+    pub fn seen(&self) -> &[u8] {
+        &self.buffer[self.unread.clone()]
+    }
+
+    /// Bytes of the file.
+    pub fn length(&self) -> Result<u64, Fault> {
+        Ok(self.file.metadata().map_err(Fault::read)?.len())
     }
 
     /// The next line without its end, and no more of it than the buffer holds; `None` at the end.

@@ -37,6 +37,8 @@ pub(crate) struct DataFlash {
     kinds: Vec<Kind>,
     parameters: Parameters,
     steering: Option<Steering>,
+    /// Where the pulses of the outputs stand among the numbers of RCOU.
+    outputs: Vec<Option<usize>>,
     is_submarine: bool,
     last_time_s: f64,
     damage: Damage,
@@ -48,6 +50,8 @@ struct Layout {
     name: String,
     length: usize,
     fields: Vec<Field>,
+    /// Where the time stands, and how many of its units are 1 s.
+    clock: Option<(usize, f64)>,
     /// The field that counts sensors of a kind.
     instance: Option<usize>,
     /// Kind of every instance that occurs.
@@ -81,12 +85,18 @@ impl Layout {
             offset += width;
         }
         let is_sound = length >= HEADER && offset <= length && !name.is_empty();
+        let clock = [("TimeUS", 1e6), ("TimeMS", 1e3)];
+        let clock = clock.into_iter().find_map(|(name, per_s)| {
+            let index = fields.iter().position(|field: &Field| field.name == name)?;
+            Some((index, per_s))
+        });
         is_sound.then_some((
             number,
             Self {
                 name,
                 length,
                 fields,
+                clock,
                 instance: None,
                 kinds: [None; MOST_INSTANCES],
             },
@@ -108,9 +118,8 @@ impl Layout {
     }
 
     fn time_s(&self, message: &[u8]) -> Option<f64> {
-        self.number(message, "TimeUS")
-            .map(|us| us / 1e6)
-            .or_else(|| Some(self.number(message, "TimeMS")? / 1e3))
+        let (index, per_s) = self.clock?;
+        Some(self.fields.get(index)?.number(message)? / per_s)
     }
 
     fn instance(&self, message: &[u8]) -> usize {
@@ -171,6 +180,7 @@ impl DataFlash {
             kinds: Vec::new(),
             parameters: Parameters::default(),
             steering: None,
+            outputs: Vec::new(),
             is_submarine: false,
             last_time_s: 0.0,
             damage: Damage::default(),
@@ -179,6 +189,7 @@ impl DataFlash {
             name: "FMT".into(),
             length: FORMAT_LENGTH,
             fields: Vec::new(),
+            clock: None,
             instance: None,
             kinds: [None; MOST_INSTANCES],
         });
@@ -196,6 +207,8 @@ impl DataFlash {
         if let Some(kind) = log.kinds.iter_mut().find(|kind| kind.name == "RCOU")
             && log.steering.is_some()
         {
+            let position = |name: String| kind.fields.iter().position(|field| *field == name);
+            log.outputs = (1..=OUTPUTS).map(|n| position(format!("C{n}"))).collect();
             kind.fields.push(STEERING.into());
         }
         log.bytes.go_to(0)?;
@@ -394,12 +407,12 @@ impl Messages for DataFlash {
                     .values
                     .extend(numbers.map(|field| field.number(bytes).unwrap_or(f64::NAN)));
                 if let Some(steering) = self.steering.filter(|_| layout.name == "RCOU") {
-                    let pulse_us = |output: usize| {
-                        layout
-                            .number(bytes, &format!("C{output}"))
-                            .unwrap_or(f64::NAN)
+                    let pulse_us = |output: usize| match self.outputs.get(output - 1) {
+                        Some(Some(index)) => message.values[*index],
+                        _ => f64::NAN,
                     };
-                    message.values.push(steering.fraction(pulse_us));
+                    let fraction = steering.fraction(pulse_us);
+                    message.values.push(fraction);
                 }
                 self.bytes.skip(length);
                 return Ok(true);

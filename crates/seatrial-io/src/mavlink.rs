@@ -2,6 +2,8 @@
 //!
 //! The messages stand in [`MESSAGES`]; of all others only the length counts.
 
+use std::ops::Range;
+
 use crate::number::number;
 
 /// Bytes of the time of arrival, us since 1970, big endian.
@@ -9,7 +11,7 @@ pub(crate) const STAMP: usize = 8;
 /// The longest frame: MAVLink 2, 255 bytes of payload, signed.
 pub(crate) const LONGEST_FRAME: usize = 10 + 255 + 2 + 13;
 /// Payload of a message with all its bytes; zeros at its end are not sent.
-const PAYLOAD: usize = 255;
+pub(crate) const PAYLOAD: usize = 255;
 /// A message that is read: fields in the order of the wire.
 pub(crate) struct Definition {
     pub id: u32,
@@ -283,6 +285,7 @@ impl Definition {
 pub(crate) type Sender = (u8, u8);
 
 /// A frame in the log.
+#[derive(Clone)]
 pub(crate) struct Frame {
     /// Index in [`MESSAGES`].
     pub message: Option<usize>,
@@ -290,12 +293,13 @@ pub(crate) struct Frame {
     /// Of the stamp and the frame.
     pub length: usize,
     pub arrival_us: f64,
-    pub payload: [u8; PAYLOAD],
+    /// Where it stands in the bytes that the frame was found in.
+    payload: Range<usize>,
 }
 
 /// What comes next in the log.
 pub(crate) enum Next {
-    Frame(Box<Frame>),
+    Frame(Frame),
     NoFrame,
     Cut,
 }
@@ -340,26 +344,44 @@ impl Frame {
         if !is_sound {
             return Next::NoFrame;
         }
-        let mut payload = [0; PAYLOAD];
-        payload[..payload_length].copy_from_slice(&whole[header..checked]);
-        Next::Frame(Box::new(Self {
+        Next::Frame(Self {
             message,
             sender: (head[sender_at], head[sender_at + 1]),
             length: STAMP + length,
             arrival_us: u64::from_be_bytes(*stamp) as f64,
-            payload,
-        }))
+            payload: STAMP + header..STAMP + checked,
+        })
+    }
+
+    /// The payload, from the bytes that the frame was found in, with the zeros that were not sent.
+    pub fn payload(&self, seen: &[u8]) -> [u8; PAYLOAD] {
+        let mut payload = [0; PAYLOAD];
+        let sent = seen.get(self.payload.clone()).unwrap_or_default();
+        payload[..sent.len()].copy_from_slice(sent);
+        payload
     }
 }
 
 /// CRC-16/MCRF4XX over the frame without its mark, then over the message's seed.
 fn checksum(bytes: &[u8], crc_extra: u8) -> u16 {
-    let mut crc = 0xffff_u16;
-    for byte in bytes.iter().chain([&crc_extra]) {
-        let mut bits = byte ^ (crc & 0xff) as u8;
-        bits ^= bits << 4;
-        let wide = u16::from(bits);
-        crc = (crc >> 8) ^ (wide << 8) ^ (wide << 3) ^ (wide >> 4);
-    }
-    crc
+    let next = |crc: u16, byte: u8| (crc >> 8) ^ REMAINDERS[usize::from(byte ^ crc as u8)];
+    let crc = bytes.iter().fold(0xffff, |crc, byte| next(crc, *byte));
+    next(crc, crc_extra)
 }
+
+/// What each byte leaves of the checksum's polynomial, 0x1021 with its bits reversed.
+const REMAINDERS: [u16; 256] = {
+    let mut remainders = [0; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        let mut remainder = byte as u16;
+        let mut bit = 0;
+        while bit < 8 {
+            remainder = (remainder >> 1) ^ (0x8408 * (remainder & 1));
+            bit += 1;
+        }
+        remainders[byte] = remainder;
+        byte += 1;
+    }
+    remainders
+};

@@ -1,15 +1,15 @@
 //! MCAP files with ROS 2 messages in CDR.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::bytes::{Bytes, Damage};
 use crate::error::{Fault, clipped};
 use crate::joined::{Kind, Message, Messages};
+use crate::number::number;
 use crate::reader::Format;
 use crate::ros2::Topics;
 use crate::table::Known;
@@ -19,84 +19,117 @@ const LONGEST_RECORD: usize = 32 << 20;
 /// Read at once.
 const PIECE: usize = 1 << 16;
 const MOST_CHANNELS: usize = 1 << 16;
+/// Type and length before every record.
+const RECORD_HEADER: usize = 9;
+/// The last record, 20 bytes behind its header, and the magic behind it.
+const FOOTER: usize = RECORD_HEADER + 20 + MAGIC.len();
+const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+/// The longest record of a summary that is read at once.
+const LONGEST_SUMMARY: usize = 1 << 17;
 
 /// An MCAP file.
 pub(crate) struct Mcap {
     bytes: Bytes,
     reader: LinearReader,
     topics: Topics,
-    /// How messages are written that cannot be read.
-    other_encodings: Vec<String>,
     is_at_end: bool,
     damage: Damage,
     what: Option<String>,
 }
 
 /// A record that matters.
-enum Taken {
-    Schema {
-        id: u16,
-        name: String,
-        text: String,
-    },
-    Channel {
-        id: u16,
-        schema: u16,
-        topic: String,
-        encoding: String,
-    },
+enum Record<'a> {
+    Schema(u16, Schema),
+    Channel(u16, Channel),
     Message {
         channel: u16,
+        log_time_s: f64,
+        body: &'a [u8],
     },
-    Other,
+    /// How many messages every channel has.
+    Statistics(Vec<(u16, u64)>),
     End,
+    Other,
+}
+
+struct Schema {
+    name: String,
+    text: String,
+}
+
+struct Channel {
+    schema: u16,
+    topic: String,
+    encoding: String,
+}
+
+/// What a file says about its channels.
+#[derive(Default)]
+struct Directory {
+    schemas: BTreeMap<u16, Schema>,
+    channels: BTreeMap<u16, Channel>,
+    with_messages: BTreeSet<u16>,
+}
+
+impl Directory {
+    fn take(&mut self, record: Record) {
+        match record {
+            Record::Schema(id, schema) if self.schemas.len() < MOST_CHANNELS => {
+                self.schemas.insert(id, schema);
+            }
+            Record::Channel(id, channel) if self.channels.len() < MOST_CHANNELS => {
+                self.channels.insert(id, channel);
+            }
+            Record::Message { channel, .. } => {
+                self.with_messages.insert(channel);
+            }
+            Record::Statistics(counts) => {
+                let counted = counts.iter().filter(|(_, count)| *count > 0);
+                self.with_messages
+                    .extend(counted.map(|(channel, _)| *channel));
+            }
+            _ => {}
+        }
+    }
+
+    /// The topics that have messages, and names of those that are no CDR.
+    fn topics(&self) -> (Topics, Vec<String>) {
+        let (mut topics, mut others) = (Topics::default(), Vec::new());
+        for id in &self.with_messages {
+            let Some(channel) = self.channels.get(id) else {
+                continue;
+            };
+            match self.schemas.get(&channel.schema) {
+                Some(schema) if channel.encoding == "cdr" => {
+                    topics.add((*id).into(), &channel.topic, &schema.name, &schema.text);
+                }
+                _ => others.push(format!("{} ({})", channel.topic, channel.encoding)),
+            }
+        }
+        (topics, others)
+    }
 }
 
 impl Mcap {
-    /// Reads the file once for the topics with messages.
+    /// Finds the topics with messages: from the summary at the end, or by reading the file once.
     pub fn open(file: File) -> Result<Self, Fault> {
         let mut log = Self {
             bytes: Bytes::new(file)?,
             reader: fresh_reader(),
             topics: Topics::default(),
-            other_encodings: Vec::new(),
             is_at_end: false,
             damage: Damage::default(),
             what: None,
         };
-        let mut schemas = BTreeMap::new();
-        let mut channels = BTreeMap::new();
-        loop {
-            match log.next_record(|_, _, _| ())? {
-                Taken::Schema { id, name, text } if schemas.len() < MOST_CHANNELS => {
-                    schemas.insert(id, (name, text));
-                }
-                Taken::Channel {
-                    id,
-                    schema,
-                    topic,
-                    encoding,
-                } if channels.len() < MOST_CHANNELS => {
-                    channels.insert(id, (schema, topic, encoding));
-                }
-                Taken::Message { channel } if !log.topics.has(channel.into()) => {
-                    let Some((schema, topic, encoding)) = channels.remove(&channel) else {
-                        continue;
-                    };
-                    match schemas.get(&schema) {
-                        Some((name, text)) if encoding == "cdr" => {
-                            log.topics.add(channel.into(), &topic, name, text);
-                        }
-                        _ => log.other_encodings.push(format!("{topic} ({encoding})")),
-                    }
-                }
-                Taken::End => break,
-                _ => {}
-            }
-        }
+        let directory = match log.summary()? {
+            Some(directory) => directory,
+            None => log.first_pass()?,
+        };
+        let (topics, others) = directory.topics();
+        log.topics = topics;
         if log.topics.kinds.is_empty() {
-            let found = match (&log.what, log.other_encodings.is_empty()) {
-                (_, false) => log.other_encodings.join(", "),
+            let found = match (&log.what, others.is_empty()) {
+                (_, false) => others.join(", "),
                 (Some(what), _) => what.clone(),
                 (None, _) => "no messages".into(),
             };
@@ -109,15 +142,66 @@ impl Mcap {
             });
         }
         log.bytes.go_to(0)?;
-        log.reader = fresh_reader();
         log.is_at_end = false;
         log.damage = Damage::default();
+        log.what = None;
         Ok(log)
     }
 
-    /// The next record that matters; a message's bytes are given away at once. The library is trusted with
-    /// nothing: what it calls broken, or panics on, ends the file.
-    fn next_record(&mut self, mut with: impl FnMut(u16, f64, &[u8])) -> Result<Taken, Fault> {
+    /// What the summary says; `None` where there is none, or not all of it.
+    fn summary(&mut self) -> Result<Option<Directory>, Fault> {
+        let Some(footer_at) = self.bytes.length()?.checked_sub(FOOTER as u64) else {
+            return Ok(None);
+        };
+        self.bytes.go_to(footer_at)?;
+        let footer = self.bytes.peek(FOOTER)?;
+        let start = number::<u64>(footer, RECORD_HEADER)
+            .filter(|start| (1..footer_at).contains(start) && footer.ends_with(MAGIC));
+        let Some(start) = start else {
+            return Ok(None);
+        };
+        self.bytes.go_to(start)?;
+        let mut directory = Directory::default();
+        let mut has_statistics = false;
+        while self.bytes.position() < footer_at {
+            let header = self.bytes.peek(RECORD_HEADER)?;
+            let opcode = header.first().copied();
+            let length = number::<u64>(header, 1).and_then(|length| usize::try_from(length).ok());
+            let Some((opcode, length)) = opcode.zip(length.filter(|l| *l <= LONGEST_SUMMARY))
+            else {
+                return Ok(None);
+            };
+            let seen = self.bytes.peek(RECORD_HEADER + length)?;
+            let Some(record) = seen.get(RECORD_HEADER..RECORD_HEADER + length) else {
+                return Ok(None);
+            };
+            match Record::of(opcode, record) {
+                Some(record) => {
+                    has_statistics |= matches!(record, Record::Statistics(_));
+                    directory.take(record);
+                }
+                None => return Ok(None),
+            }
+            self.bytes.skip(RECORD_HEADER + length);
+        }
+        let is_whole = |id: &u16| {
+            let channel = directory.channels.get(id);
+            channel.is_some_and(|c| c.schema == 0 || directory.schemas.contains_key(&c.schema))
+        };
+        Ok((has_statistics && directory.with_messages.iter().all(is_whole)).then_some(directory))
+    }
+
+    fn first_pass(&mut self) -> Result<Directory, Fault> {
+        self.bytes.go_to(0)?;
+        let mut directory = Directory::default();
+        while self.next_record(|record| directory.take(record))? {}
+        self.reader = fresh_reader();
+        Ok(directory)
+    }
+
+    /// Gives the next record that matters away; `false` at the end. The library is trusted with nothing:
+    /// what it calls broken, or panics on, ends the file.
+    fn next_record(&mut self, mut with: impl FnMut(Record)) -> Result<bool, Fault> {
         while !self.is_at_end {
             let reader = &mut self.reader;
             let event = catch_unwind(AssertUnwindSafe(|| match reader.next_event() {
@@ -125,7 +209,15 @@ impl Mcap {
                 Some(Err(error)) => Err(error.to_string()),
                 Some(Ok(LinearReadEvent::ReadRequest(count))) => Ok(Next::Read(count)),
                 Some(Ok(LinearReadEvent::Record { data, opcode })) => {
-                    taken(opcode, data, &mut with).map(Next::Record)
+                    match Record::of(opcode, data) {
+                        Some(Record::End) => Ok(Next::DataEnd),
+                        Some(Record::Other | Record::Statistics(_)) => Ok(Next::Skipped),
+                        Some(record) => {
+                            with(record);
+                            Ok(Next::Given)
+                        }
+                        None => Err(format!("a record of type {opcode} is shorter than it says")),
+                    }
                 }
             }));
             match event.unwrap_or_else(|_| Err("its reader gave up".into())) {
@@ -137,13 +229,13 @@ impl Mcap {
                     self.reader.notify_read(count);
                     self.bytes.skip(count);
                 }
-                Ok(Next::Record(Taken::Other)) => {}
-                Ok(Next::Record(Taken::End)) => self.is_at_end = true,
+                Ok(Next::Skipped) => {}
+                Ok(Next::Given) => return Ok(true),
+                Ok(Next::DataEnd) => self.is_at_end = true,
                 Ok(Next::End) => {
                     self.damage.cut_at = Some(self.bytes.position());
                     self.is_at_end = true;
                 }
-                Ok(Next::Record(record)) => return Ok(record),
                 Err(what) => {
                     self.damage.cut_at = Some(self.bytes.position());
                     self.what = Some(what);
@@ -151,14 +243,18 @@ impl Mcap {
                 }
             }
         }
-        Ok(Taken::End)
+        Ok(false)
     }
 }
 
 /// What the library asks for or gives.
 enum Next {
     Read(usize),
-    Record(Taken),
+    Given,
+    Skipped,
+    /// As the file says.
+    DataEnd,
+    /// Without a word.
     End,
 }
 
@@ -170,40 +266,63 @@ fn fresh_reader() -> LinearReader {
     )
 }
 
-fn taken(opcode: u8, data: &[u8], with: &mut impl FnMut(u16, f64, &[u8])) -> Result<Taken, String> {
-    const SCHEMA: u8 = 3;
-    const CHANNEL: u8 = 4;
-    const MESSAGE: u8 = 5;
-    const DATA_END: u8 = 15;
-    match opcode {
-        DATA_END => return Ok(Taken::End),
-        SCHEMA | CHANNEL | MESSAGE => {}
-        _ => return Ok(Taken::Other),
-    }
-    let record = mcap::parse_record(opcode, data).map_err(|error| error.to_string())?;
-    Ok(match record {
-        Record::Schema { header, data } => Taken::Schema {
-            id: header.id,
-            name: header.name,
-            text: match header.encoding.as_str() {
-                "ros2msg" => String::from_utf8_lossy(&data).into_owned(),
-                _ => String::new(),
-            },
-        },
-        Record::Channel(channel) => Taken::Channel {
-            id: channel.id,
-            schema: channel.schema_id,
-            topic: channel.topic,
-            encoding: channel.message_encoding,
-        },
-        Record::Message { header, data } => {
-            with(header.channel_id, header.log_time as f64 / 1e9, &data);
-            Taken::Message {
-                channel: header.channel_id,
+impl<'a> Record<'a> {
+    /// `None` where the record is shorter than it says.
+    fn of(opcode: u8, data: &'a [u8]) -> Option<Self> {
+        const SCHEMA: u8 = 3;
+        const CHANNEL: u8 = 4;
+        const MESSAGE: u8 = 5;
+        const STATISTICS: u8 = 11;
+        const DATA_END: u8 = 15;
+        Some(match opcode {
+            DATA_END => Self::End,
+            SCHEMA => {
+                let (name, rest) = text(data.get(2..)?)?;
+                let (encoding, rest) = text(rest)?;
+                let (text, _) = text(rest)?;
+                let text = if encoding == "ros2msg" {
+                    text
+                } else {
+                    String::new()
+                };
+                Self::Schema(number(data, 0)?, Schema { name, text })
             }
-        }
-        _ => Taken::Other,
-    })
+            CHANNEL => {
+                let (topic, rest) = text(data.get(4..)?)?;
+                let (encoding, _) = text(rest)?;
+                let schema = number(data, 2)?;
+                Self::Channel(
+                    number(data, 0)?,
+                    Channel {
+                        schema,
+                        topic,
+                        encoding,
+                    },
+                )
+            }
+            MESSAGE => Self::Message {
+                channel: number(data, 0)?,
+                log_time_s: number::<u64>(data, 6)? as f64 / 1e9,
+                body: data.get(22..)?,
+            },
+            STATISTICS => {
+                let length = number::<u32>(data, 42)? as usize;
+                let counts = data.get(46..46_usize.checked_add(length)?)?;
+                let counts = counts.chunks_exact(10);
+                let count = |of: &[u8]| number(of, 0).zip(number(of, 2));
+                Self::Statistics(counts.filter_map(count).collect())
+            }
+            _ => Self::Other,
+        })
+    }
+}
+
+/// A text behind its length, and what follows it.
+fn text(data: &[u8]) -> Option<(String, &[u8])> {
+    let (text, rest) = data
+        .get(4..)?
+        .split_at_checked(number::<u32>(data, 0)? as usize)?;
+    Some((String::from_utf8_lossy(text).into_owned(), rest))
 }
 
 impl Messages for Mcap {
@@ -223,14 +342,19 @@ impl Messages for Mcap {
         let mut topics = std::mem::take(&mut self.topics);
         let mut is_taken = false;
         let found = loop {
-            let record = self.next_record(|channel, log_time_s, body| {
-                is_taken = topics.take(channel.into(), log_time_s, body, wanted, message);
+            let more = self.next_record(|record| {
+                if let Record::Message {
+                    channel,
+                    log_time_s,
+                    body,
+                } = record
+                {
+                    is_taken = topics.take(channel.into(), log_time_s, body, wanted, message);
+                }
             });
-            match record {
-                Ok(Taken::Message { .. }) if is_taken => break Ok(true),
-                Ok(Taken::End) => break Ok(false),
-                Ok(_) => {}
-                Err(fault) => break Err(fault),
+            match more {
+                Ok(true) if !is_taken => {}
+                end => break end,
             }
         };
         self.topics = topics;

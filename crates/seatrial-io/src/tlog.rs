@@ -11,7 +11,7 @@ use crate::error::Fault;
 use crate::joined::{Kind, Message, Messages};
 use crate::mavlink::{
     ATTITUDE, Definition, Frame, HEARTBEAT, LONGEST_FRAME, MESSAGES, MessageClock, Next,
-    PARAM_VALUE, RC_CHANNELS, RC_CHANNELS_SCALED, SERVO_OUTPUT_RAW, STAMP, Sender,
+    PARAM_VALUE, PAYLOAD, RC_CHANNELS, RC_CHANNELS_SCALED, SERVO_OUTPUT_RAW, STAMP, Sender,
 };
 use crate::reader::Format;
 use crate::table::{Known, KnownChannel};
@@ -48,12 +48,17 @@ pub(crate) struct Telemetry {
     kind_of: Vec<Option<usize>>,
     vehicle: Sender,
     steering: Option<SteeringField>,
+    /// Where the pulses of output 1 and those that follow stand among the numbers of the message that steers.
+    pulses: Vec<usize>,
     is_submarine: bool,
     because: String,
     doubt: Option<String>,
     boot_s: f64,
     damage: Damage,
 }
+
+/// Messages whose fields the first pass looks at.
+const LEARNT: [u32; 4] = [HEARTBEAT, PARAM_VALUE, SERVO_OUTPUT_RAW, RC_CHANNELS_SCALED];
 
 /// What the first pass collects of one sender.
 #[derive(Default)]
@@ -76,6 +81,7 @@ impl Telemetry {
             kind_of: vec![None; MESSAGES.len()],
             vehicle: (0, 0),
             steering: None,
+            pulses: Vec::new(),
             is_submarine: false,
             because: String::new(),
             doubt: None,
@@ -86,8 +92,9 @@ impl Telemetry {
         while let Some(frame) = log.next_frame()? {
             if let Some(message) = frame.message {
                 let learnt = senders.entry(frame.sender).or_default();
-                learnt.take(message, &frame.payload);
+                learnt.take(message, || frame.payload(log.bytes.seen()));
             }
+            log.bytes.skip(frame.length);
         }
         let attitude = MESSAGES.iter().position(|m| m.id == ATTITUDE);
         let attitudes = |learnt: &Learnt| attitude.and_then(|i| learnt.messages.get(i).copied());
@@ -105,6 +112,16 @@ impl Telemetry {
             .heartbeat
             .is_some_and(|(vehicle, _)| vehicle == SUBMARINE);
         log.choose_steering(&learnt);
+        log.pulses = log.steering.map_or(Vec::new(), |field| {
+            let steers = MESSAGES.iter().find(|m| m.id == field.message);
+            let names = steers.into_iter().flat_map(Definition::number_names);
+            let is_pulse = |name: &str| name.ends_with("_raw");
+            (0..)
+                .zip(names)
+                .filter(|(_, name)| is_pulse(name))
+                .map(|(index, _)| index)
+                .collect()
+        });
         for (message, definition) in MESSAGES.iter().enumerate() {
             if learnt.count(definition.id) == 0 {
                 continue;
@@ -176,8 +193,8 @@ impl Telemetry {
         }
     }
 
-    /// The next frame; bytes that are none are passed over.
-    fn next_frame(&mut self) -> Result<Option<Box<Frame>>, Fault> {
+    /// Goes to the next frame; bytes that are none are passed over.
+    fn next_frame(&mut self) -> Result<Option<Frame>, Fault> {
         loop {
             let position = self.bytes.position();
             // One frame and the first bytes of the next.
@@ -186,10 +203,7 @@ impl Telemetry {
                 return Ok(None);
             }
             match Frame::at(seen) {
-                Next::Frame(frame) => {
-                    self.bytes.skip(frame.length);
-                    return Ok(Some(frame));
-                }
+                Next::Frame(frame) => return Ok(Some(frame)),
                 Next::Cut => {
                     self.damage.cut_at = Some(position);
                     let rest = seen.len();
@@ -224,10 +238,14 @@ impl Telemetry {
 }
 
 impl Learnt {
-    fn take(&mut self, message: usize, payload: &[u8]) {
+    fn take(&mut self, message: usize, payload: impl FnOnce() -> [u8; PAYLOAD]) {
         self.messages.resize(MESSAGES.len(), 0);
         self.messages[message] += 1;
         let definition = &MESSAGES[message];
+        if !LEARNT.contains(&definition.id) {
+            return;
+        }
+        let payload = &payload();
         let field = |name: &str| definition.field(payload, name).unwrap_or(f64::NAN);
         match definition.id {
             HEARTBEAT => self.heartbeat = Some((field("type") as u8, field("autopilot") as u8)),
@@ -348,32 +366,32 @@ impl Messages for Telemetry {
 
     fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault> {
         while let Some(frame) = self.next_frame()? {
-            let Some(index) = frame.message.filter(|_| frame.sender == self.vehicle) else {
+            let of_vehicle = frame.message.filter(|_| frame.sender == self.vehicle);
+            let payload = of_vehicle.map(|_| frame.payload(self.bytes.seen()));
+            self.bytes.skip(frame.length);
+            let Some((index, payload)) = of_vehicle.zip(payload.as_ref()) else {
                 continue;
             };
             let definition = &MESSAGES[index];
-            let payload = &frame.payload;
             let time_s = self.time_s(definition, payload);
-            let is_second_port = definition.field(payload, "port").is_some_and(|p| p != 0.0);
-            let Some(kind) = self.kind_of[index].filter(|kind| wanted[*kind] && !is_second_port)
-            else {
+            let Some(kind) = self.kind_of[index].filter(|kind| wanted[*kind]) else {
                 continue;
             };
+            if definition.field(payload, "port").is_some_and(|p| p != 0.0) {
+                continue;
+            }
             message.kind = kind;
             message.time_s = time_s;
             message.values.clear();
             message.values.extend(definition.numbers(payload));
             message.values.push(frame.arrival_us);
             if let Some(field) = self.steering.filter(|s| s.message == definition.id) {
-                let prefix = match definition.id {
-                    RC_CHANNELS => "chan",
-                    _ => "servo",
+                let pulse_us = |number: usize| match self.pulses.get(number - 1) {
+                    Some(index) => message.values[*index],
+                    None => f64::NAN,
                 };
-                let pulse_us = |number: usize| {
-                    let name = format!("{prefix}{number}_raw");
-                    definition.field(payload, &name).unwrap_or(f64::NAN)
-                };
-                message.values.push(field.steering.fraction(pulse_us));
+                let fraction = field.steering.fraction(pulse_us);
+                message.values.push(fraction);
             }
             return Ok(true);
         }

@@ -134,11 +134,6 @@ const MOST_LATENCY_S: f64 = 1.0;
 const PLAIN_NUMBERS: [&str; 2] = ["std_msgs/Float64", "std_msgs/Float32"];
 
 impl Topics {
-    /// Is this number known?
-    pub fn has(&self, number: u64) -> bool {
-        self.by_number.contains_key(&number)
-    }
-
     /// Takes up a topic that has messages.
     pub fn add(&mut self, number: u64, topic: &str, type_name: &str, definition: &str) {
         let Some(schema) = Schema::parse(type_name, definition) else {
