@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use seatrial_core::Real;
 
 use crate::attitude::euler_rad;
-use crate::number::{Number, number};
 
 /// Types within types.
 const DEEPEST: usize = 10;
@@ -22,7 +21,7 @@ const BUILT_IN: [(&str, &str); 2] = [
     ("builtin_interfaces/Duration", "int32 sec\nuint32 nanosec"),
 ];
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 enum Primitive {
     U8,
     I8,
@@ -65,12 +64,32 @@ impl Primitive {
 
 /// A part of a message; slots are indices of its fields.
 enum Node {
-    Number(Primitive, Option<usize>),
+    /// So many numbers, one behind the other, and the slot of the first.
+    Run(Primitive, usize, Option<usize>),
     Text,
     Parts(Vec<Node>),
     Array(Box<Node>, usize),
+    /// A sequence of numbers and the slot of the first.
     Numbers(Primitive, Option<usize>),
     Sequence(Box<Node>),
+}
+
+impl Node {
+    /// Is a number of this kind and slot one more of a run?
+    fn goes_on_with(&self, of: Primitive, slot: Option<usize>) -> bool {
+        match *self {
+            Self::Run(kind, count, first) => {
+                kind == of && count > 0 && first.map(|first| first + count) == slot
+            }
+            _ => false,
+        }
+    }
+
+    fn lengthen(&mut self, more: usize) {
+        if let Self::Run(_, count, _) = self {
+            *count = count.saturating_add(more);
+        }
+    }
 }
 
 /// What is computed from a message's numbers.
@@ -133,7 +152,7 @@ impl Schema {
     ) -> Option<Node> {
         let declared = definitions.get(type_name).filter(|_| depth < DEEPEST)?;
         let package = type_name.split('/').next().unwrap_or_default();
-        let mut parts = Vec::new();
+        let mut parts = Vec::<Node>::new();
         for (type_text, name) in declared {
             let path = match prefix {
                 "" => (*name).to_string(),
@@ -145,15 +164,15 @@ impl Schema {
             };
             let fixed = count.and_then(|count| count.parse::<usize>().ok());
             let node = match (Primitive::named(element), count, fixed) {
-                (Some(kind), None, _) => Node::Number(kind, self.slot(&path, is_field)),
-                (Some(kind), Some(_), Some(count)) if count <= MOST_ELEMENTS => Node::Parts(
-                    (0..count)
-                        .map(|i| Node::Number(kind, self.slot(&format!("{path}[{i}]"), is_field)))
-                        .collect(),
-                ),
-                (Some(kind), Some(_), Some(count)) => {
-                    Node::Array(Box::new(Node::Number(kind, None)), count)
+                (Some(kind), None, _) => Node::Run(kind, 1, self.slot(&path, is_field)),
+                (Some(kind), Some(_), Some(count)) if count <= MOST_ELEMENTS => {
+                    let first = self.fields.len();
+                    for i in 0..count {
+                        self.slot(&format!("{path}[{i}]"), is_field);
+                    }
+                    Node::Run(kind, count, is_field.then_some(first))
                 }
+                (Some(kind), Some(_), Some(count)) => Node::Run(kind, count, None),
                 (Some(kind), Some(_), None) => {
                     let first = self.fields.len();
                     for i in 0..MOST_ELEMENTS {
@@ -182,7 +201,14 @@ impl Schema {
                     }
                 }
             };
-            parts.push(node);
+            match (parts.last_mut(), node) {
+                (Some(before), Node::Run(kind, count, first))
+                    if before.goes_on_with(kind, first) =>
+                {
+                    before.lengthen(count);
+                }
+                (_, node) => parts.push(node),
+            }
             self.nodes += 1;
             if self.nodes > MOST_NODES || self.fields.len() > MOST_NODES {
                 return None;
@@ -193,7 +219,7 @@ impl Schema {
         }
         // A message without parts has one byte.
         if parts.is_empty() {
-            parts.push(Node::Number(Primitive::U8, None));
+            parts.push(Node::Run(Primitive::U8, 1, None));
         }
         Some(Node::Parts(parts))
     }
@@ -315,12 +341,7 @@ struct Cdr<'a> {
 impl Cdr<'_> {
     fn read(&mut self, node: &Node, values: &mut [f64]) -> Option<()> {
         match node {
-            Node::Number(kind, slot) => {
-                let value = self.number(*kind)?;
-                if let Some(slot) = slot {
-                    values[*slot] = value;
-                }
-            }
+            Node::Run(kind, count, first) => self.run(*kind, *count, *first, values)?,
             Node::Text => {
                 let length = self.length()?;
                 self.skip(length)?;
@@ -334,13 +355,8 @@ impl Cdr<'_> {
             Node::Numbers(kind, first) => {
                 let count = self.length()?;
                 let kept = first.map_or(0, |_| count.min(MOST_ELEMENTS));
-                for i in 0..kept {
-                    values[(*first)? + i] = self.number(*kind)?;
-                }
-                if count > kept {
-                    self.align(kind.width());
-                    self.skip(kind.width().checked_mul(count - kept)?)?;
-                }
+                self.run(*kind, kept, *first, values)?;
+                self.run(*kind, count - kept, None, values)?;
             }
             Node::Sequence(element) => {
                 let count = self.length()?;
@@ -368,32 +384,46 @@ impl Cdr<'_> {
     }
 
     fn length(&mut self) -> Option<usize> {
-        Some(self.take::<u32, 4>()? as usize)
+        self.align(4);
+        let bytes: [u8; 4] = *self.body.get(self.at..)?.first_chunk()?;
+        self.at += 4;
+        Some(match self.is_little_endian {
+            true => u32::from_le_bytes(bytes),
+            false => u32::from_be_bytes(bytes),
+        } as usize)
     }
 
-    /// Numbers are little-endian below; the other order is turned.
-    fn take<N: Number, const WIDTH: usize>(&mut self) -> Option<N> {
-        self.align(WIDTH);
-        let mut bytes: [u8; WIDTH] = *self.body.get(self.at..)?.first_chunk()?;
-        self.at += WIDTH;
-        if !self.is_little_endian {
-            bytes.reverse();
+    /// Numbers one behind the other, of which those with a slot are kept.
+    fn run(
+        &mut self,
+        kind: Primitive,
+        count: usize,
+        first: Option<usize>,
+        values: &mut [f64],
+    ) -> Option<()> {
+        if count == 0 {
+            return Some(());
         }
-        number(&bytes, 0)
-    }
-
-    fn number(&mut self, kind: Primitive) -> Option<f64> {
-        Some(match kind {
-            Primitive::U8 => self.take::<u8, 1>()?.into(),
-            Primitive::I8 => self.take::<i8, 1>()?.into(),
-            Primitive::U16 => self.take::<u16, 2>()?.into(),
-            Primitive::I16 => self.take::<i16, 2>()?.into(),
-            Primitive::U32 => self.take::<u32, 4>()?.into(),
-            Primitive::I32 => self.take::<i32, 4>()?.into(),
-            Primitive::U64 => self.take::<u64, 8>()? as f64,
-            Primitive::I64 => self.take::<i64, 8>()? as f64,
-            Primitive::F32 => self.take::<f32, 4>()?.into(),
-            Primitive::F64 => self.take::<f64, 8>()?,
-        })
+        self.align(kind.width());
+        let from = self.at;
+        self.skip(kind.width().checked_mul(count)?)?;
+        let Some(first) = first else { return Some(()) };
+        let numbers = &self.body[from..self.at];
+        let kept = &mut values[first..first + count];
+        let is_little_endian = self.is_little_endian;
+        macro_rules! keep {
+            ($($kind:ident $number:ident),*) => {
+                match kind { $(Primitive::$kind => {
+                    for (value, bytes) in kept.iter_mut().zip(numbers.as_chunks().0) {
+                        *value = match is_little_endian {
+                            true => $number::from_le_bytes(*bytes),
+                            false => $number::from_be_bytes(*bytes),
+                        } as f64;
+                    }
+                })* }
+            };
+        }
+        keep!(U8 u8, I8 i8, U16 u16, I16 i16, U32 u32, I32 i32, U64 u64, I64 i64, F32 f32, F64 f64);
+        Some(())
     }
 }
