@@ -18,6 +18,10 @@ use crate::table::Known;
 const LONGEST_RECORD: usize = 32 << 20;
 /// Read at once.
 const PIECE: usize = 1 << 16;
+/// Unpacked bytes for each byte of the file, beyond the longest record: no log has so many.
+const MOST_UNPACKED: u64 = 256;
+/// What a record counts for at least: reading many short ones takes time, too.
+const SHORTEST_COUNTED: usize = 256;
 const MOST_CHANNELS: usize = 1 << 16;
 /// Type and length before every record.
 const RECORD_HEADER: usize = 9;
@@ -32,6 +36,8 @@ pub(crate) struct Mcap {
     bytes: Bytes,
     reader: LinearReader,
     topics: Topics,
+    /// Bytes of the records given so far.
+    unpacked: u64,
     is_at_end: bool,
     damage: Damage,
     what: Option<String>,
@@ -117,6 +123,7 @@ impl Mcap {
             bytes: Bytes::new(file)?,
             reader: fresh_reader(),
             topics: Topics::default(),
+            unpacked: 0,
             is_at_end: false,
             damage: Damage::default(),
             what: None,
@@ -142,6 +149,7 @@ impl Mcap {
             });
         }
         log.bytes.go_to(0)?;
+        log.unpacked = 0;
         log.is_at_end = false;
         log.damage = Damage::default();
         log.what = None;
@@ -204,11 +212,13 @@ impl Mcap {
     fn next_record(&mut self, mut with: impl FnMut(Record)) -> Result<bool, Fault> {
         while !self.is_at_end {
             let reader = &mut self.reader;
+            let mut unpacked = 0;
             let event = catch_unwind(AssertUnwindSafe(|| match reader.next_event() {
                 None => Ok(Next::End),
                 Some(Err(error)) => Err(error.to_string()),
                 Some(Ok(LinearReadEvent::ReadRequest(count))) => Ok(Next::Read(count)),
                 Some(Ok(LinearReadEvent::Record { data, opcode })) => {
+                    unpacked = SHORTEST_COUNTED.max(data.len());
                     match Record::of(opcode, data) {
                         Some(Record::End) => Ok(Next::DataEnd),
                         Some(Record::Other | Record::Statistics(_)) => Ok(Next::Skipped),
@@ -220,7 +230,15 @@ impl Mcap {
                     }
                 }
             }));
-            match event.unwrap_or_else(|_| Err("its reader gave up".into())) {
+            self.unpacked += unpacked as u64;
+            let most = LONGEST_RECORD as u64 + MOST_UNPACKED * self.bytes.position();
+            let event = match event {
+                Ok(_) if self.unpacked > most => Err(format!(
+                    "unpacks to more than {MOST_UNPACKED} times its size"
+                )),
+                event => event.unwrap_or_else(|_| Err("its reader gave up".into())),
+            };
+            match event {
                 Ok(Next::Read(count)) => {
                     let count = count.clamp(1, PIECE);
                     let seen = self.bytes.peek(count)?;
