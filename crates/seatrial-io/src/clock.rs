@@ -2,6 +2,7 @@
 
 use jiff::Timestamp;
 use jiff::civil::DateTime;
+use jiff::tz::TimeZone;
 
 use crate::Unit;
 use crate::table::Cell;
@@ -154,6 +155,6 @@ pub(crate) fn instant(text: &str) -> Option<Timestamp> {
     }
     text.parse().ok().or_else(|| {
         let civil: DateTime = text.parse().ok()?;
-        Some(civil.in_tz("UTC").ok()?.timestamp())
+        Some(civil.to_zoned(TimeZone::UTC).ok()?.timestamp())
     })
 }

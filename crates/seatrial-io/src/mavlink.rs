@@ -252,6 +252,21 @@ pub(crate) const MESSAGES: &[Definition] = {
     ]
 };
 
+/// Where the first 256 messages stand in [`MESSAGES`].
+static INDICES: [Option<usize>; 256] = {
+    let mut indices = [None; 256];
+    let mut index = 0;
+    while index < MESSAGES.len() {
+        indices[MESSAGES[index].id as usize] = Some(index);
+        index += 1;
+    }
+    indices
+};
+
+fn index_of(id: u32) -> Option<usize> {
+    *INDICES.get(usize::try_from(id).ok()?)?
+}
+
 impl Definition {
     pub fn field(&self, payload: &[u8], name: &str) -> Option<f64> {
         let mut at = 0;
@@ -332,7 +347,7 @@ impl Frame {
         let Some(whole) = frame.get(..length) else {
             return Next::Cut;
         };
-        let message = MESSAGES.iter().position(|message| message.id == id);
+        let message = index_of(id);
         let is_sound = match message {
             Some(message) => {
                 let sum = checksum(&whole[1..checked], MESSAGES[message].crc_extra);

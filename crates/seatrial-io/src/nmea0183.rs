@@ -6,6 +6,7 @@
 use std::fs::File;
 
 use jiff::civil::DateTime;
+use jiff::tz::TimeZone;
 
 use crate::bytes::{Bytes, Damage};
 use crate::clock::instant;
@@ -124,7 +125,10 @@ impl Clock {
         };
         if let Some((_, year, month, day)) = &date {
             let midnight = format!("{year}-{month:0>2}-{day:0>2}T00:00:00").parse::<DateTime>();
-            if let Some(zoned) = midnight.ok().and_then(|day| day.in_tz("UTC").ok()) {
+            if let Some(zoned) = midnight
+                .ok()
+                .and_then(|day| day.to_zoned(TimeZone::UTC).ok())
+            {
                 self.day_s = zoned.timestamp().as_second() as f64;
             }
         }

@@ -377,7 +377,8 @@ impl Messages for Telemetry {
             let Some(kind) = self.kind_of[index].filter(|kind| wanted[*kind]) else {
                 continue;
             };
-            if definition.field(payload, "port").is_some_and(|p| p != 0.0) {
+            let has_ports = [SERVO_OUTPUT_RAW, RC_CHANNELS_SCALED].contains(&definition.id);
+            if has_ports && definition.field(payload, "port") != Some(0.0) {
                 continue;
             }
             message.kind = kind;
