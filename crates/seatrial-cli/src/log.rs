@@ -13,6 +13,7 @@ use seatrial_core::Sample;
 use seatrial_io::{ChannelChoice, Counts, LogDescription, LogReader, Quantity, Unit, UnitSource};
 use serde::Serialize;
 
+use crate::channels::Mapping;
 use crate::output::Failure;
 
 /// The most samples that are kept of a log: 76 MB.
@@ -23,7 +24,7 @@ const CHUNK_SAMPLES: usize = 50_000;
 /// A log and how to read it.
 #[derive(Args, Debug)]
 pub struct LogArgs {
-    /// The log, whatever its format: that is found by its content; `-` is CSV on standard input.
+    /// The log, whatever its format: that is found by its content; `-` is standard input.
     pub log: PathBuf,
     #[command(flatten)]
     pub channels: ChannelArgs,
@@ -69,6 +70,10 @@ pub struct ChannelArgs {
     /// Column with the thrust that is asked for.
     #[arg(long, value_name = "COLUMN")]
     pub thrust: Option<String>,
+    /// TOML file whose section `channels` says which column, topic or field is which quantity, in which unit,
+    /// scaled and turned how; the options here go before it.
+    #[arg(long = "channels", value_name = "FILE")]
+    pub mapping: Option<PathBuf>,
     /// Unit of a quantity's column, as in `heading=deg` or `rudder=pwm`; repeatable.
     #[arg(long = "unit", value_name = "QUANTITY=UNIT", value_parser = quantity_and_unit)]
     pub units: Vec<(Quantity, Unit)>,
@@ -91,6 +96,13 @@ fn quantity_and_unit(text: &str) -> Result<(Quantity, Unit), String> {
 }
 
 impl ChannelArgs {
+    fn mapping(&self) -> Result<Mapping, Failure> {
+        match &self.mapping {
+            Some(path) => Mapping::read(path),
+            None => Ok(Mapping::default()),
+        }
+    }
+
     fn choice(&self) -> Result<ChannelChoice, Failure> {
         for (option, value) in [
             ("--rudder-range-deg", self.rudder_range_deg),
@@ -125,6 +137,7 @@ impl ChannelArgs {
             rudder_trim: self.rudder_trim,
             full_rudder_rad: self.rudder_range_deg.map(f64::to_radians),
             drop_invalid: self.drop_invalid,
+            ..ChannelChoice::default()
         })
     }
 }
@@ -181,7 +194,9 @@ pub fn open(
     channels: &ChannelArgs,
     keep: Option<Window>,
 ) -> Result<OpenedLog, Failure> {
-    let mut reader = seatrial_io::open(path, &channels.choice()?).map_err(Failure::input)?;
+    let mapping = channels.mapping()?;
+    let choice = mapping.under(channels.choice()?);
+    let mut reader = seatrial_io::open(path, &choice).map_err(|error| mapping.failure_of(error))?;
     eprintln!("{}", channel_line(path, reader.description()));
     let mut said = reader.description().warnings.clone();
     said.iter().for_each(|text| warn(text));
@@ -238,9 +253,10 @@ pub fn channel_text(description: &LogDescription) -> String {
         .channels
         .iter()
         .map(|channel| {
-            let assumed = match channel.unit_source {
-                UnitSource::Assumed => ", assumed",
-                UnitSource::Chosen | UnitSource::Stated => "",
+            let assumed = match (channel.unit_source, &channel.because) {
+                (UnitSource::Assumed, _) => ", assumed".into(),
+                (UnitSource::Chosen, Some(because)) => format!(", {because}"),
+                (UnitSource::Chosen | UnitSource::Stated, _) => String::new(),
             };
             format!(
                 "{} from {} [{}{assumed}]",

@@ -1,5 +1,6 @@
 //! The `seatrial` command: one file per verb.
 
+mod channels;
 mod compare;
 mod field;
 mod gains;

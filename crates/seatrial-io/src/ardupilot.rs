@@ -8,6 +8,13 @@ const GROUND_STEERING: f64 = 26.0;
 /// `SERVOn_FUNCTION` of the two sides of differential thrust.
 const THROTTLE_LEFT: f64 = 73.0;
 const THROTTLE_RIGHT: f64 = 74.0;
+/// `SERVOn_FUNCTION` of the two sides of a V-tail.
+const V_TAIL_LEFT: f64 = 79.0;
+const V_TAIL_RIGHT: f64 = 80.0;
+/// `SERVOn_FUNCTION` of the motors 1 to 8, of which several steer together.
+const MOTORS: std::ops::RangeInclusive<f64> = 33.0..=40.0;
+/// `MIXING_GAIN` unless it is logged.
+const MIXING_GAIN: f64 = 0.5;
 /// Outputs that have parameters.
 const OUTPUTS: usize = 32;
 /// The most parameters that are kept; firmwares have about 1500.
@@ -37,10 +44,17 @@ impl Parameters {
                 Some(format!("{name} {function}"))
             })
             .collect();
-        if functions.is_empty() {
-            "no SERVOn_FUNCTION in it".into()
-        } else {
-            functions.join(", ")
+        let is_motor = |output: usize| {
+            let function = self.get(&format!("SERVO{output}_FUNCTION"));
+            function.is_some_and(|function| MOTORS.contains(&function))
+        };
+        match functions.is_empty() {
+            true => "no SERVOn_FUNCTION in it".into(),
+            false if (1..=OUTPUTS).any(is_motor) => format!(
+                "{}; motors 33 to 40 steer together: name a yaw command, or two outputs whose difference steers, with --channels FILE",
+                functions.join(", ")
+            ),
+            false => functions.join(", "),
         }
     }
 
@@ -118,10 +132,12 @@ impl Pulse {
 pub(crate) enum Steering {
     /// A rudder or a steered motor.
     Output { number: usize, pulse: Pulse },
-    /// Half of what the left side pushes more than the right.
+    /// Half of what the left side has more than the right, of the most that is mixed in: thrust, or a V-tail,
+    /// whose left side is (elevator + rudder) gain and whose right side is (elevator - rudder) gain.
     Differential {
         left: (usize, Pulse),
         right: (usize, Pulse),
+        gain: f64,
     },
 }
 
@@ -136,11 +152,22 @@ impl Steering {
             let pulse = pulse(number);
             return Some(Self::Output { number, pulse });
         }
-        let left = parameters.output_with(THROTTLE_LEFT, outputs)?;
-        let right = parameters.output_with(THROTTLE_RIGHT, outputs)?;
+        let both = |left: f64, right: f64| {
+            let sides = [left, right].map(|side| parameters.output_with(side, outputs));
+            sides[0].zip(sides[1])
+        };
+        // Another offset gives elevator and rudder shares of their own, which firmwares compute differently.
+        let is_plain_mix = parameters.get("MIXING_OFFSET").unwrap_or(0.0) == 0.0;
+        let mixing_gain = parameters.get("MIXING_GAIN").unwrap_or(MIXING_GAIN);
+        let v_tail = both(V_TAIL_LEFT, V_TAIL_RIGHT).filter(|_| is_plain_mix && mixing_gain > 0.0);
+        let (sides, gain) = match v_tail {
+            Some(sides) => (sides, mixing_gain),
+            None => (both(THROTTLE_LEFT, THROTTLE_RIGHT)?, 1.0),
+        };
         Some(Self::Differential {
-            left: (left, pulse(left)),
-            right: (right, pulse(right)),
+            left: (sides.0, pulse(sides.0)),
+            right: (sides.1, pulse(sides.1)),
+            gain,
         })
     }
 
@@ -148,8 +175,10 @@ impl Steering {
     pub fn fraction(&self, pulse_us: impl Fn(usize) -> f64) -> f64 {
         match self {
             Self::Output { number, pulse } => pulse.fraction(pulse_us(*number)),
-            Self::Differential { left, right } => {
-                0.5 * (left.1.fraction(pulse_us(left.0)) - right.1.fraction(pulse_us(right.0)))
+            Self::Differential { left, right, gain } => {
+                let left = left.1.fraction(pulse_us(left.0));
+                let right = right.1.fraction(pulse_us(right.0));
+                0.5 * (left - right) / gain
             }
         }
     }
@@ -158,10 +187,11 @@ impl Steering {
     pub fn text(&self) -> String {
         match self {
             Self::Output { number, pulse } => format!("SERVO{number}, {}", pulse.text()),
-            Self::Differential { left, right } => format!(
-                "(SERVO{} - SERVO{}) / 2, {} and {}",
+            Self::Differential { left, right, gain } => format!(
+                "(SERVO{} - SERVO{}) / {}, {} and {}",
                 left.0,
                 right.0,
+                2.0 * gain,
                 left.1.text(),
                 right.1.text()
             ),
@@ -199,6 +229,14 @@ mod tests {
         let steering = Steering::find(&parameters, 8).unwrap();
         let pulse_us = |output: usize| if output == 1 { 1900.0 } else { 1400.0 };
         assert_eq!(steering.fraction(pulse_us), 0.5 * (1.0 + 0.5));
+        let mut v_tail = Parameters::default();
+        v_tail.insert("SERVO1_FUNCTION".into(), V_TAIL_LEFT);
+        v_tail.insert("SERVO3_FUNCTION".into(), V_TAIL_RIGHT);
+        // Elevator 0.5 and rudder 0.25 at gain 0.5: 0.375 and 0.125 of 400 us.
+        let pulse_us = |output: usize| if output == 1 { 1650.0 } else { 1550.0 };
+        assert_eq!(Steering::find(&v_tail, 8).unwrap().fraction(pulse_us), 0.25);
+        v_tail.insert("MIXING_OFFSET".into(), 10.0);
+        assert_eq!(Steering::find(&v_tail, 8), None);
         parameters.insert("SERVO4_FUNCTION".into(), RUDDER);
         assert!(matches!(
             Steering::find(&parameters, 8),

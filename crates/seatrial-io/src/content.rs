@@ -1,11 +1,12 @@
 //! What a file is, by its content; its name does not matter.
 
 use std::fs::File;
-use std::io::{Read, Seek};
+use std::io::{self, Cursor, Read, Seek};
 use std::path::Path;
 
 use crate::csv::Text;
 use crate::error::Fault;
+use crate::reader::Format;
 use crate::table::Table;
 
 /// For messages.
@@ -31,76 +32,118 @@ macro_rules! built {
     }};
 }
 
-/// Opens a file as what it is; text where it is nothing else.
+/// What these first bytes are the start of; text where they are nothing else.
+fn format(start: &[u8]) -> Format {
+    if start.starts_with(b"PAR1") {
+        Format::Parquet
+    } else if is_dataflash(start) {
+        Format::DataFlash
+    } else if is_telemetry(start) {
+        Format::Tlog
+    } else if start.starts_with(b"ULog\x01\x12\x35") {
+        Format::Ulog
+    } else if start.starts_with(b"\x89MCAP0\r\n") {
+        Format::Mcap
+    } else if start.starts_with(b"SQLite format 3\0") {
+        Format::Rosbag
+    } else if start.starts_with(b"dbd_label:") {
+        Format::Slocum
+    } else if is_canboat(start) {
+        Format::Canboat
+    } else if is_nmea0183(start) {
+        Format::Nmea0183
+    } else if start.starts_with(b"%%") {
+        Format::Alog
+    } else {
+        Format::Csv
+    }
+}
+
+fn start(input: impl Read) -> Result<Vec<u8>, Fault> {
+    let mut start = Vec::new();
+    input
+        .take(START)
+        .read_to_end(&mut start)
+        .map_err(Fault::read)?;
+    Ok(start)
+}
+
+/// Opens what comes on standard input: text as it comes; the others, which are read more than once, from a
+/// file without a name.
+pub(crate) fn open_stream(mut input: impl Read + 'static) -> Result<Box<dyn Table>, Fault> {
+    let start = start(&mut input)?;
+    let mut input = Cursor::new(start.clone()).chain(input);
+    match format(&start) {
+        Format::Csv => Ok(Box::new(Text::open(input)?)),
+        Format::Rosbag => Err(Fault::NeedsName {
+            format: "rosbag2",
+            why: "SQLite opens files by their names",
+        }),
+        _ => {
+            let mut file = tempfile::tempfile().map_err(Fault::read)?;
+            io::copy(&mut input, &mut file).map_err(Fault::read)?;
+            file.rewind().map_err(Fault::read)?;
+            open(file, Path::new(""))
+        }
+    }
+}
+
+/// Opens a file as what it is.
 #[cfg_attr(
     not(any(feature = "slocum", feature = "rosbag2")),
     expect(unused_variables)
 )]
 pub(crate) fn open(mut file: File, path: &Path) -> Result<Box<dyn Table>, Fault> {
-    let mut start = Vec::new();
-    Read::by_ref(&mut file)
-        .take(START)
-        .read_to_end(&mut start)
-        .map_err(Fault::read)?;
+    let start = start(&mut file)?;
     file.rewind().map_err(Fault::read)?;
-    if start.starts_with(b"PAR1") {
-        built!("parquet", "Parquet", crate::parquet::Columnar::open(file)?)
-    } else if is_dataflash(&start) {
-        built!(
+    match format(&start) {
+        Format::Csv => Ok(Box::new(Text::open(file)?)),
+        Format::Parquet => built!("parquet", "Parquet", crate::parquet::Columnar::open(file)?),
+        Format::DataFlash => built!(
             "dataflash",
             "ArduPilot DataFlash",
             crate::joined::Joined::new(crate::dataflash::DataFlash::open(file)?)
-        )
-    } else if is_telemetry(&start) {
-        built!(
+        ),
+        Format::Tlog => built!(
             "tlog",
             "MAVLink telemetry",
             crate::joined::Joined::new(crate::tlog::Telemetry::open(file)?)
-        )
-    } else if start.starts_with(b"ULog\x01\x12\x35") {
-        built!(
+        ),
+        Format::Ulog => built!(
             "ulog",
             "PX4 ULog",
             crate::joined::Joined::new(crate::ulog::ULog::open(file)?)
-        )
-    } else if start.starts_with(b"\x89MCAP0\r\n") {
-        built!(
+        ),
+        Format::Mcap => built!(
             "mcap",
             "MCAP",
             crate::joined::Joined::new(crate::mcap::Mcap::open(file)?)
-        )
-    } else if start.starts_with(b"SQLite format 3\0") {
-        built!(
+        ),
+        Format::Rosbag => built!(
             "rosbag2",
             "rosbag2",
             crate::joined::Joined::new(crate::rosbag::Bag::open(file, path)?)
-        )
-    } else if start.starts_with(b"dbd_label:") {
-        built!(
+        ),
+        Format::Slocum => built!(
             "slocum",
             "Slocum",
             crate::joined::Joined::new(crate::slocum::Glider::open(file, path)?)
-        )
-    } else if is_canboat(&start) {
-        built!(
+        ),
+        Format::Canboat => built!(
             "canboat",
             "NMEA 2000 of canboat",
             crate::joined::Joined::new(crate::canboat::Capture::open(file)?)
-        )
-    } else if is_nmea0183(&start) {
-        built!(
+        ),
+        Format::Nmea0183 => built!(
             "nmea0183",
             "NMEA 0183",
             crate::joined::Joined::new(crate::nmea0183::Sentences::open(file)?)
-        )
-    } else if start.starts_with(b"%%") {
-        built!(
+        ),
+        Format::Alog => built!(
             "alog",
             "MOOS",
             crate::joined::Joined::new(crate::alog::Alog::open(file)?)
-        )
-    } else {
-        Ok(Box::new(Text::open(file)?))
+        ),
     }
 }
 

@@ -277,6 +277,16 @@ pub enum Fault {
         /// What was expected and found.
         what: String,
     },
+    /// A format that cannot come on standard input.
+    #[error(
+        "is {format}, which cannot be read from standard input, because {why}; save it and give its name"
+    )]
+    NeedsName {
+        /// Name of the format.
+        format: &'static str,
+        /// What it needs a name for.
+        why: &'static str,
+    },
     /// A file that belongs to the log is not there.
     #[error(
         "needs {name}, {what}; it is neither beside it nor in a folder `cac` or `cache` there: copy it from the vehicle"

@@ -90,7 +90,8 @@ pub(crate) struct Joined<M> {
     selected: Vec<Selected>,
     wanted: Vec<bool>,
     heading_kind: Option<usize>,
-    rudder: Option<Output>,
+    /// The rudder's columns by their positions in the row: one, or two whose difference steers.
+    rudders: Vec<(usize, Output)>,
     message: Message,
     waiting: VecDeque<Row>,
     is_at_end: bool,
@@ -99,7 +100,6 @@ pub(crate) struct Joined<M> {
 
 /// A column of the rows to come.
 struct Selected {
-    quantity: Quantity,
     source: Option<(usize, usize)>,
     latest: f64,
 }
@@ -130,7 +130,7 @@ impl<M: Messages> Joined<M> {
             sources,
             selected: Vec::new(),
             heading_kind: None,
-            rudder: None,
+            rudders: Vec::new(),
             message: Message::default(),
             waiting: VecDeque::new(),
             is_at_end: false,
@@ -155,9 +155,8 @@ impl<M: Messages> Joined<M> {
                 }
             }
         }
-        if let Some(rudder) = &mut self.rudder
-            && rudder.source.0 == *kind
-        {
+        let of_kind = |(_, rudder): &&mut (usize, Output)| rudder.source.0 == *kind;
+        for (_, rudder) in self.rudders.iter_mut().filter(of_kind) {
             let value = values.get(rudder.source.1).copied().unwrap_or(f64::NAN);
             rudder.changes(*time_s, value);
         }
@@ -172,26 +171,17 @@ impl<M: Messages> Joined<M> {
     /// The first waiting row, once it is known what the rudder did until the next.
     fn ready(&mut self) -> Option<Row> {
         let until_s = self.waiting.get(1).map(|next| next.time_s);
-        let is_known = match (&self.rudder, until_s) {
-            (_, None) => self.is_at_end,
-            (None, Some(_)) => true,
-            (Some(rudder), Some(until_s)) => {
-                self.is_at_end
-                    || rudder.known_until_s >= until_s
-                    || self.waiting.len() > MOST_WAITING_ROWS
-            }
-        };
+        let is_known = self.is_at_end
+            || until_s.is_some_and(|until_s| {
+                let is_known = |(_, rudder): &(usize, Output)| rudder.known_until_s >= until_s;
+                self.rudders.iter().all(is_known) || self.waiting.len() > MOST_WAITING_ROWS
+            });
         if !is_known {
             return None;
         }
         let mut row = self.waiting.pop_front()?;
-        if let Some(rudder) = &mut self.rudder {
-            let mean = rudder.mean(row.time_s, until_s.unwrap_or(row.time_s));
-            for (selected, value) in self.selected.iter().zip(&mut row.values) {
-                if selected.quantity == Quantity::Rudder {
-                    *value = mean;
-                }
-            }
+        for (position, rudder) in &mut self.rudders {
+            row.values[*position] = rudder.mean(row.time_s, until_s.unwrap_or(row.time_s));
         }
         Some(row)
     }
@@ -217,18 +207,17 @@ impl<M: Messages> Table for Joined<M> {
     fn select(&mut self, columns: &[(Quantity, usize)]) {
         self.selected = columns
             .iter()
-            .map(|&(quantity, column)| Selected {
-                quantity,
+            .map(|&(_, column)| Selected {
                 source: self.sources[column],
                 latest: f64::NAN,
             })
             .collect();
-        for selected in &self.selected {
-            if let Some(source) = selected.source {
+        for (position, &(quantity, column)) in columns.iter().enumerate() {
+            if let Some(source) = self.sources[column] {
                 self.wanted[source.0] = true;
-                match selected.quantity {
+                match quantity {
                     Quantity::Heading => self.heading_kind = Some(source.0),
-                    Quantity::Rudder => self.rudder = Some(Output::new(source)),
+                    Quantity::Rudder => self.rudders.push((position, Output::new(source))),
                     _ => {}
                 }
             }
@@ -237,6 +226,8 @@ impl<M: Messages> Table for Joined<M> {
 
     fn leave_out(&mut self, position: usize) {
         self.selected.remove(position);
+        let behind = self.rudders.iter_mut().filter(|(at, _)| *at > position);
+        behind.for_each(|(at, _)| *at -= 1);
         for row in &mut self.waiting {
             row.values.remove(position);
         }

@@ -37,6 +37,7 @@ mod csv;
 #[cfg(feature = "dataflash")]
 mod dataflash;
 mod error;
+mod half_difference;
 mod infer;
 #[cfg(feature = "messages")]
 mod joined;
@@ -71,7 +72,7 @@ mod write;
 pub use error::{Fault, Place, ReadError};
 pub use quantity::Quantity;
 pub use reader::{
-    Channel, ChannelChoice, Counts, Format, LogDescription, LogReader, UnitSource, open,
+    Channel, ChannelChoice, Correction, Counts, Format, LogDescription, LogReader, UnitSource, open,
 };
 pub use unit::Unit;
 #[cfg(feature = "foxglove")]

@@ -92,7 +92,10 @@ pub(crate) fn match_columns(
             quantity,
             column,
             unit: stated,
-            because: channel.and_then(|channel| channel.because.clone()),
+            because: match choice.corrections.get(&quantity) {
+                Some(correction) => Some(correction.to_string()),
+                None => channel.and_then(|channel| channel.because.clone()),
+            },
         });
         found
             .warnings
@@ -108,6 +111,23 @@ fn unknown_unit(column: &str, found: &str, quantity: Quantity) -> Fault {
         quantity,
         expected: Unit::that_fit(quantity.dimension()),
     }
+}
+
+/// The two columns whose half difference is a quantity.
+pub(crate) fn pair_of_columns(
+    pair: &[String; 2],
+    columns: &[String],
+    quantity: Quantity,
+) -> Result<[usize; 2], Fault> {
+    let position = |name: &String| {
+        chosen(name, columns, quantity)?.ok_or_else(|| Fault::NoSuchColumn {
+            quantity,
+            name: name.clone(),
+            columns: columns.to_vec(),
+            nearest: nearest(columns, &[name]),
+        })
+    };
+    Ok([position(&pair[0])?, position(&pair[1])?])
 }
 
 /// The column of this name: exactly, else whatever the case.

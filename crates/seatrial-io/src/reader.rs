@@ -1,6 +1,7 @@
 //! From the rows of a log to samples in SI units.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::fmt;
 use std::fs::File;
 use std::io;
 use std::path::Path;
@@ -10,10 +11,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::clock::Clock;
 use crate::content;
-use crate::csv::Text;
 use crate::error::{Fault, Place, ReadError, clipped};
+use crate::half_difference::{self, WithDifferences};
 use crate::infer::{FirstRows, largest_plausible};
-use crate::matching::{Match, Matches, match_columns};
+use crate::matching::{Match, Matches, match_columns, pair_of_columns};
 use crate::table::{Cell, Table};
 use crate::unit::{Conversion, Dimension, NEUTRAL_PULSE_US};
 use crate::{Quantity, Unit};
@@ -55,14 +56,36 @@ pub enum Format {
 pub struct ChannelChoice {
     /// Column of a quantity; `none` leaves an optional quantity out.
     pub columns: BTreeMap<Quantity, String>,
+    /// Quantities that are half the difference of two columns: fins of a pair, thrusters of both sides.
+    pub half_differences: BTreeMap<Quantity, [String; 2]>,
     /// Unit of a quantity's column.
     pub units: BTreeMap<Quantity, Unit>,
+    /// What is put right before the unit.
+    pub corrections: BTreeMap<Quantity, Correction>,
     /// Pulse width of the neutral rudder, us; 1500 unless given.
     pub rudder_trim: Option<f64>,
     /// Rudder angle at full deflection (400 us from the trim, 100 %, fraction 1), rad.
     pub full_rudder_rad: Option<f64>,
     /// Leave rows with text, NaN, a wrong number of cells or reversed time out instead of refusing the log.
     pub drop_invalid: bool,
+}
+
+/// scale (value - offset), in the unit of the column
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Correction {
+    /// Factor; negative where the column counts the other way.
+    pub scale: f64,
+    /// In the unit of the column; of a pulse in place of its trim.
+    pub offset: Option<f64>,
+}
+
+impl fmt::Display for Correction {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        if let Some(offset) = self.offset {
+            write!(f, "less {offset}, ")?;
+        }
+        write!(f, "times {}", self.scale)
+    }
 }
 
 /// Where a unit comes from.
@@ -166,7 +189,7 @@ pub struct LogReader {
     is_finished: bool,
 }
 
-/// Opens a log of any known format; `-` is text on standard input.
+/// Opens a log of any known format; `-` is standard input.
 pub fn open(path: &Path, choice: &ChannelChoice) -> Result<LogReader, ReadError> {
     let log = path.display().to_string();
     table(path)
@@ -176,7 +199,7 @@ pub fn open(path: &Path, choice: &ChannelChoice) -> Result<LogReader, ReadError>
 
 fn table(path: &Path) -> Result<Box<dyn Table>, Fault> {
     if path == Path::new("-") {
-        return Ok(Box::new(Text::open(io::stdin().lock())?));
+        return content::open_stream(io::stdin().lock());
     }
     let opening = |source| Fault::Io {
         doing: "opened",
@@ -193,7 +216,20 @@ fn table(path: &Path) -> Result<Box<dyn Table>, Fault> {
 type Row = Result<(Place, Vec<Cell>), Fault>;
 
 impl LogReader {
-    fn new(log: String, mut table: Box<dyn Table>, choice: &ChannelChoice) -> Result<Self, Fault> {
+    fn new(log: String, table: Box<dyn Table>, choice: &ChannelChoice) -> Result<Self, Fault> {
+        let mut choice = choice.clone();
+        let mut differences = Vec::new();
+        for (quantity, pair) in &choice.half_differences {
+            differences.push(pair_of_columns(pair, table.columns(), *quantity)?);
+            choice
+                .columns
+                .insert(*quantity, half_difference::name(pair));
+        }
+        let choice = &choice;
+        let mut table: Box<dyn Table> = match differences.is_empty() {
+            true => table,
+            false => Box::new(WithDifferences::new(table, differences)),
+        };
         let columns = table.columns().to_vec();
         let mut found = match_columns(&columns, &table.known(), choice)?;
         table.select(&found.columns());
@@ -532,9 +568,12 @@ fn conversion(
     choice: &ChannelChoice,
     warnings: &mut Vec<String>,
 ) -> Conversion {
+    let correction = choice.corrections.get(&quantity);
+    let scale = correction.map_or(1.0, |correction| correction.scale);
+    let offset = correction.and_then(|correction| correction.offset);
     let plain = Conversion {
-        offset: 0.0,
-        factor: unit.factor(),
+        offset: offset.unwrap_or(0.0),
+        factor: unit.factor() * scale,
     };
     if quantity != Quantity::Rudder || unit.dimension() != Dimension::Steering {
         return plain;
@@ -545,11 +584,15 @@ fn conversion(
         ));
     }
     Conversion {
-        offset: match unit {
-            Unit::PulseWidth => choice.rudder_trim.unwrap_or(NEUTRAL_PULSE_US),
-            _ => 0.0,
+        offset: match (offset, unit) {
+            (Some(offset), _) => offset,
+            // The trims of two outputs cancel.
+            (None, Unit::PulseWidth) if !choice.half_differences.contains_key(&quantity) => {
+                choice.rudder_trim.unwrap_or(NEUTRAL_PULSE_US)
+            }
+            (None, _) => 0.0,
         },
-        factor: unit.factor() * choice.full_rudder_rad.unwrap_or(1.0),
+        factor: plain.factor * choice.full_rudder_rad.unwrap_or(1.0),
     }
 }
 

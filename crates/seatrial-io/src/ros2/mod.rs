@@ -253,13 +253,18 @@ impl Topics {
             .map(|topic| format!("{} ({})", self.kinds[topic.kind].name, topic.type_name))
             .collect();
         let found = found.join(", ");
+        let pulses = topics().find(|topic| topic.type_name == "mavros_msgs/RCOut");
+        let pulses = pulses.map_or(String::new(), |topic| {
+            let name = &self.kinds[topic.kind].name;
+            format!("; {name} has the pulses of all outputs: say which one steers, as in --rudder {name}.channels[0] --unit rudder=pwm, or which two with --channels FILE")
+        });
         known.lacks(
             Quantity::Heading,
             format!("expected nav_msgs/Odometry, sensor_msgs/Imu, geometry_msgs/PoseStamped or a number on a topic named heading; found {found}"),
         );
         known.lacks(
             Quantity::Rudder,
-            format!("expected a number on a topic named rudder, fin or steering, ackermann_msgs/AckermannDrive or a yaw command; found {found}"),
+            format!("expected a number on a topic named rudder, fin or steering, ackermann_msgs/AckermannDrive or a yaw command; found {found}{pulses}"),
         );
         known
     }

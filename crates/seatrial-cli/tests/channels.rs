@@ -1,0 +1,164 @@
+//! `--channels FILE.toml`, and logs on standard input.
+
+use std::f64::consts::PI;
+use std::fs::File;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+fn seatrial(arguments: &[&str], folder: &Path, input: Option<&Path>) -> Output {
+    let input = input.map_or(Stdio::null(), |path| File::open(path).unwrap().into());
+    Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(input)
+        .output()
+        .unwrap()
+}
+
+/// The paper's vehicle at 20 Hz: heading in degrees clockwise, two fins in degrees that turn against each other.
+fn write_log(folder: &Path) {
+    let (mut heading_rad, mut rate_rad_s) = (1.0, 0.0);
+    let mut text = String::from("clock_ms,compass,upper,lower\n");
+    for k in 0..600 {
+        let rudder_rad: f64 = match k % 200 {
+            60..90 => 0.2,
+            90..120 => -0.2,
+            _ => 0.0,
+        };
+        let fin_deg = -rudder_rad * 180.0 / PI;
+        text += &format!(
+            "{},{},{},{}\n",
+            50 * k,
+            360.0 - heading_rad * 180.0 / PI,
+            fin_deg + 3.0,
+            -fin_deg + 1.0
+        );
+        for _ in 0..50 {
+            rate_rad_s += 0.001 * (-1.07 * rate_rad_s + 1.08 * rudder_rad);
+            heading_rad += 0.001 * rate_rad_s;
+        }
+    }
+    std::fs::write(folder.join("run.csv"), text).unwrap();
+}
+
+const MAPPING: &str = "[plan]\nanything = 1\n\n[channels]\ntime = { column = \"clock_ms\", unit = \"ms\" }\n\
+    [channels.heading]\ncolumn = \"compass\"\nunit = \"deg\"\nreversed = true\n\
+    [channels.rudder]\ncolumns = [\"upper\", \"lower\"]\nunit = \"deg\"\noffset = 1.0\nscale = -1.0\n";
+
+fn b2_per_s2(output: &Output) -> f64 {
+    let text = String::from_utf8_lossy(&output.stderr);
+    let document: serde_json::Value =
+        serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}: {text}"));
+    document["online"]["b2_per_s2"].as_f64().unwrap()
+}
+
+#[test]
+fn cli_channels_of_a_file_turn_scale_and_pair_columns() {
+    let folder = tempfile::tempdir().unwrap();
+    write_log(folder.path());
+    std::fs::write(folder.path().join("channels.toml"), MAPPING).unwrap();
+    let arguments = [
+        "identify",
+        "run.csv",
+        "--channels",
+        "channels.toml",
+        "--json",
+    ];
+    let output = seatrial(&arguments, folder.path(), None);
+    // Forward Euler at 1 kHz against the exact plant, and filters at 20 Hz: a few per mille.
+    let b2 = b2_per_s2(&output);
+    assert!((b2 - 1.08).abs() < 0.02 * 1.08, "{b2}");
+    let said = String::from_utf8_lossy(&output.stderr);
+    for expected in [
+        "rudder from (upper - lower) / 2 [deg, less 1, times -1]",
+        "heading from compass [deg, times -1]",
+        "time from clock_ms [ms]",
+    ] {
+        assert!(said.contains(expected), "{said}");
+    }
+
+    let arguments = ["identify", "-", "--channels", "channels.toml", "--json"];
+    let piped = seatrial(
+        &arguments,
+        folder.path(),
+        Some(&folder.path().join("run.csv")),
+    );
+    assert_eq!(b2_per_s2(&piped), b2);
+}
+
+#[test]
+fn cli_errors_of_a_channels_file_name_file_line_and_field() {
+    let folder = tempfile::tempdir().unwrap();
+    write_log(folder.path());
+    for (from, to, expected) in [
+        (
+            "\"compass\"",
+            "\"compas\"",
+            "channels.toml line 6, channels.heading",
+        ),
+        (
+            "\"lower\"",
+            "\"low\"",
+            "channels.toml line 10, channels.rudder",
+        ),
+        (
+            "unit = \"ms\"",
+            "unit = \"furlong\"",
+            "`furlong` is no unit",
+        ),
+        (
+            "[channels.rudder]",
+            "[channels.ruder]",
+            "unknown variant `ruder`",
+        ),
+        ("offset = 1.0", "offset = nan", "offset = NaN"),
+        ("scale = -1.0", "scale = 0.0", "scale = 0"),
+        ("scale = -1.0", "full_deg = 95.0", "full_deg = 95"),
+        (
+            "column = \"compass\"",
+            "columns = [\"compass\", \"upper\"]",
+            "is for rudder and thrust",
+        ),
+        ("column = \"compass\"", "", "expected `column = "),
+    ] {
+        assert!(MAPPING.contains(from), "{from}");
+        let text = MAPPING.replace(from, to);
+        std::fs::write(folder.path().join("channels.toml"), text).unwrap();
+        let arguments = ["inspect", "run.csv", "--channels", "channels.toml"];
+        let output = seatrial(&arguments, folder.path(), None);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{to}: {said}");
+        assert!(
+            said.contains("channels.toml") && said.contains(expected),
+            "{to}: {said}"
+        );
+    }
+}
+
+/// Binary formats are read twice, and a database by its name.
+#[test]
+fn cli_binary_logs_come_on_standard_input_too() {
+    let data = std::env::var_os("SEATRIAL_DATA").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
+        Into::into,
+    );
+    let log = data.join("native/ardupilot/ardusub_small.BIN");
+    if !log.exists() {
+        eprintln!("skipped: no {} (set SEATRIAL_DATA)", log.display());
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let named = seatrial(&["inspect", log.to_str().unwrap()], folder.path(), None);
+    let piped = seatrial(&["inspect", "-"], folder.path(), Some(&log));
+    assert_eq!(named.status.code(), piped.status.code());
+    let lines = |output: &Output| String::from_utf8_lossy(&output.stdout).lines().count();
+    assert_eq!(lines(&named), lines(&piped));
+    assert!(lines(&piped) > 5);
+
+    let bag = folder.path().join("bag");
+    std::fs::write(&bag, b"SQLite format 3\0").unwrap();
+    let refused = seatrial(&["inspect", "-"], folder.path(), Some(&bag));
+    let said = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(3));
+    assert!(said.contains("save it and give its name"), "{said}");
+}
