@@ -15,6 +15,7 @@ use serde::Serialize;
 
 use crate::log::{LogArgs, OpenedLog, Source};
 use crate::output::{Exit, Failure, Output};
+use crate::pitch::{self, Axis};
 use crate::windows::{Logs, WindowArgs, failure};
 
 /// Identify a yaw model from a log, validate it on fresh data and judge it.
@@ -30,6 +31,9 @@ Example:
 pub struct Args {
     #[command(flatten)]
     log: LogArgs,
+    /// The axis: yaw, or pitch from the columns pitch_rad and elevator_rad, or those of --heading and --rudder.
+    #[arg(long, value_name = "AXIS", default_value = "yaw")]
+    axis: Axis,
     #[command(flatten)]
     windows: WindowArgs,
     #[command(flatten)]
@@ -106,6 +110,9 @@ struct UsedSource {
 
 /// Identifies a model from a log.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    if args.axis == Axis::Pitch {
+        return pitch::identify(&args.log, &args.windows, output);
+    }
     let logs = args.windows.open(&args.log)?;
     match seatrial::identify::identify(
         &logs.log.record,

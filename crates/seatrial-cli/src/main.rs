@@ -14,6 +14,7 @@ mod logbook;
 mod manoeuvres;
 mod output;
 mod paper;
+mod pitch;
 mod plan;
 mod prior;
 mod record;

@@ -18,6 +18,7 @@ use serde::Serialize;
 
 use crate::live::{Live, Parameter, Picture};
 use crate::output::{Exit, Failure, Output, say};
+use crate::pitch::{self, Axis};
 use crate::record::{self, Format, Recording};
 use crate::table::Table;
 use crate::vehicle;
@@ -40,6 +41,12 @@ pub struct Args {
     /// Faults that befall a simulated vehicle, a TOML file as in scenarios/.
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
+    /// The axis: yaw, or pitch with elevator doublets on a vehicle of six degrees of freedom.
+    #[arg(long, value_name = "AXIS", default_value = "yaw")]
+    axis: Axis,
+    /// Write the log of a pitch trial, CSV, for `identify --axis pitch`.
+    #[arg(long, value_name = "FILE")]
+    log: Option<PathBuf>,
     /// The plan, a TOML file as `seatrial plan` writes it [default: the paper's].
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
@@ -88,6 +95,35 @@ struct Document {
 
 /// Runs the trial.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    match args.axis {
+        Axis::Pitch => args.pitch(output),
+        Axis::Yaw if args.log.is_some() => Err(Failure::usage(
+            "--log goes with --axis pitch; a yaw trial is kept in the logbook, and `seatrial sim log` writes logs",
+        )),
+        Axis::Yaw => yaw(args, output),
+    }
+}
+
+impl Args {
+    fn pitch(&self, output: &Output) -> Result<Exit, Failure> {
+        for (option, given) in [
+            ("--plan", self.plan.is_some()),
+            ("--report", self.report.is_some()),
+            ("--scenario", self.scenario.is_some()),
+            ("--record", self.record.is_some()),
+            ("--foxglove", self.foxglove.is_some()),
+        ] {
+            if given {
+                return Err(Failure::usage(format!(
+                    "{option} does not go with --axis pitch"
+                )));
+            }
+        }
+        pitch::trial(&self.vehicle, self.seed, self.log.as_deref(), output)
+    }
+}
+
+fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let plan = load_plan(args.plan.as_deref())?;
     let mut vehicle = vehicle::rehearsed(&args.vehicle, args.scenario.as_deref(), args.seed)?;
     let about = Campaign {

@@ -15,6 +15,7 @@ pub mod identify;
 pub mod logbook;
 pub mod manoeuvre;
 pub mod paper;
+pub mod pitch;
 pub mod preview;
 pub mod propagation;
 pub mod record;

@@ -2,7 +2,9 @@
 
 use std::convert::Infallible;
 
-use seatrial_core::{Action, Sample, Vehicle, YawModel};
+use seatrial_core::{
+    Action, Diving, DivingSample, DivingVehicle, Sample, Steering, Vehicle, YawModel,
+};
 
 use super::actuator::ActuatorState;
 use super::config::SixDofConfig;
@@ -46,6 +48,8 @@ pub struct SixDofBody {
     /// Shaft speed, rev/s.
     pub shaft_rev_s: f64,
     elevator_command_rad: f64,
+    /// Elevator that is held instead of the depth, rad.
+    elevator_asked_rad: Option<f64>,
     depth_hold: DepthHoldState,
 }
 
@@ -106,6 +110,35 @@ impl Rehearsable for SixDofVehicle {
     }
 }
 
+impl DivingVehicle<f64> for SixDofVehicle {
+    type Error = Infallible;
+
+    /// Never `None`. The elevator reported is the command that acts until the next sample.
+    fn next_diving_sample(&mut self) -> Result<Option<DivingSample<f64>>, Infallible> {
+        let sample = self.helm.next_sample(&mut self.body);
+        Ok(sample.pitch_rad.map(|pitch_rad| DivingSample {
+            time_s: sample.time_s,
+            pitch_rad,
+            elevator_rad: self.body.elevator_command_rad,
+            depth_m: sample.depth_m,
+            surge_speed_m_s: sample.surge_speed_m_s,
+        }))
+    }
+
+    fn dive(&mut self, diving: Diving<f64>, thrust: f64) -> Result<(), Infallible> {
+        self.body.elevator_asked_rad = match diving {
+            Diving::HoldDepth => None,
+            Diving::Elevator(elevator_rad) => Some(elevator_rad),
+        };
+        self.helm.act(&Action {
+            steering: Steering::HoldHeading(self.body.config.helm.initial_heading_rad),
+            thrust: Some(thrust),
+            outcome: None,
+        });
+        Ok(())
+    }
+}
+
 impl SixDofBody {
     /// The vehicle at its depth and heading, at rest.
     pub fn at_rest(config: SixDofConfig) -> Result<Self, ConfigError> {
@@ -120,6 +153,7 @@ impl SixDofBody {
             elevator: ActuatorState::default(),
             shaft_rev_s: 0.0,
             elevator_command_rad: 0.0,
+            elevator_asked_rad: None,
             depth_hold: DepthHoldState::default(),
             config,
         })
@@ -184,6 +218,11 @@ impl Body for SixDofBody {
     }
 
     fn measured(&mut self, sample: &Sample<f64>) {
+        if let Some(elevator_rad) = self.elevator_asked_rad {
+            self.elevator_command_rad = elevator_rad;
+            self.depth_hold.restart_clock();
+            return;
+        }
         if let Some(elevator_rad) = self
             .config
             .depth_hold

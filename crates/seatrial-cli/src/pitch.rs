@@ -1,0 +1,242 @@
+//! The pitch axis of `seatrial trial` and `seatrial identify`.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use seatrial::pitch::{self, PitchIdentification, PitchPlan, PitchRun};
+use seatrial::record::Window;
+use seatrial::verdict::three_figures;
+use seatrial_core::DivingSample;
+use serde::Serialize;
+
+use crate::log::{LogArgs, Source};
+use crate::output::{Exit, Failure, Output};
+use crate::table::Table;
+use crate::vehicle::{self, Simulated};
+use crate::windows::WindowArgs;
+
+/// Columns of a pitch log.
+const COLUMNS: [&str; 5] = [
+    "time_s",
+    "pitch_rad",
+    "elevator_rad",
+    "depth_m",
+    "surge_speed_m_s",
+];
+
+/// Which motion is identified.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Axis {
+    /// Heading under the rudder.
+    Yaw,
+    /// Pitch under the elevator.
+    Pitch,
+}
+
+#[derive(Serialize)]
+struct TrialDocument<'a> {
+    schema: &'static str,
+    vehicle: &'a str,
+    seed: u64,
+    plan: &'a PitchPlan,
+    runs: &'a [PitchRun],
+    aborted: Option<&'a str>,
+}
+
+/// A pitch trial on a simulated vehicle.
+pub fn trial(name: &str, seed: u64, log: Option<&Path>, output: &Output) -> Result<Exit, Failure> {
+    let Simulated::SixDof(mut vehicle) = vehicle::simulated(name, seed)? else {
+        return Err(Failure::usage(format!(
+            "--axis pitch: {name} has no pitch, it only turns; take sim:starfish-6dof or sim:remus100"
+        )));
+    };
+    let trial = pitch::trial(vehicle.as_mut(), PitchPlan::default());
+    if let Some(path) = log {
+        std::fs::write(path, csv(&trial.samples))
+            .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))?;
+    }
+    let document = TrialDocument {
+        schema: "seatrial.pitch_trial.v1",
+        vehicle: name,
+        seed,
+        plan: &trial.plan,
+        runs: &trial.runs,
+        aborted: trial.aborted.as_deref(),
+    };
+    output.print(&document, || trial_text(&document))?;
+    let accepted = |run: &PitchRun| run.identification.as_ref().is_some_and(|i| i.accepted);
+    Ok(if trial.aborted.is_some() {
+        Exit::Aborted
+    } else if trial.runs.iter().all(accepted) {
+        Exit::Done
+    } else {
+        Exit::Rejected
+    })
+}
+
+fn csv(samples: &[DivingSample<f64>]) -> String {
+    let mut text = COLUMNS.join(",") + "\n";
+    let optional = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
+    for sample in samples {
+        let _ = writeln!(
+            text,
+            "{},{},{},{},{}",
+            sample.time_s,
+            sample.pitch_rad,
+            sample.elevator_rad,
+            optional(sample.depth_m),
+            optional(sample.surge_speed_m_s)
+        );
+    }
+    text
+}
+
+fn trial_text(document: &TrialDocument) -> String {
+    let mut table = Table::new(&[
+        ("thrust", "%"),
+        ("speed", "m/s"),
+        ("a", "1/s"),
+        ("m", "1/s^2"),
+        ("b", "1/s^2"),
+        ("c", "rad/s^2"),
+        ("trim", "deg"),
+        ("R^2", ""),
+        ("depth", "m"),
+        ("train", "s"),
+        ("validate", "s"),
+    ]);
+    let mut notes = String::new();
+    for run in document.runs {
+        let thrust = format!("{:.0}", 100.0 * run.thrust);
+        let Some(found) = &run.identification else {
+            let reason = run.refused.as_deref().unwrap_or("no model");
+            let _ = writeln!(notes, "{thrust} %: {reason}");
+            continue;
+        };
+        if !found.accepted {
+            let _ = writeln!(notes, "{thrust} %: rejected, {}", found.reason);
+        }
+        let optional = |value: Option<f64>, digits: usize| {
+            value.map_or("-".into(), |value| format!("{value:.digits$}"))
+        };
+        let model = found.refined.model;
+        let [a, m, b, c] = model.theta();
+        let with_width = |i: usize, value: f64, digits: usize| {
+            let [low, high] = found.refined.interval_95[i];
+            format!("{value:.digits$} ±{:.digits$}", 0.5 * (high - low))
+        };
+        let window = |window: Window| format!("{:.2}-{:.2}", window.from_s, window.to_s);
+        table.row(vec![
+            thrust,
+            optional(run.surge_speed_m_s, 2),
+            with_width(0, a, 2),
+            with_width(1, m, 2),
+            with_width(2, b, 2),
+            with_width(3, c, 4),
+            format!("{:.2}", (-c / b).to_degrees()),
+            optional(found.fresh.map(|fresh| fresh.r2_pitch), 3),
+            optional(run.depth_excursion_m, 2),
+            window(found.training),
+            found.fresh.map_or("-".into(), |fresh| window(fresh.window)),
+        ]);
+    }
+    let ended = document.aborted.map_or(String::new(), |reason| {
+        format!("ABORTED: {reason}. The vehicle holds its depth.\n\n")
+    });
+    format!(
+        "{ended}Pitch of {}: q' = a q + m theta + b elevator + c, with 95 % half widths\n\n{table}\n{notes}\
+         Trim is the elevator that holds the vehicle level, -c/b; depth the greatest excursion.",
+        document.vehicle
+    )
+}
+
+#[derive(Serialize)]
+struct LogDocument<'a> {
+    schema: &'static str,
+    source: Source,
+    #[serde(flatten)]
+    identification: &'a PitchIdentification,
+}
+
+/// A pitch model from a log.
+pub fn identify(log: &LogArgs, windows: &WindowArgs, output: &Output) -> Result<Exit, Failure> {
+    let mut channels = log.channels.clone();
+    channels.heading.get_or_insert("pitch_rad".into());
+    channels.rudder.get_or_insert("elevator_rad".into());
+    // The pitch column is the heading here.
+    channels.pitch.get_or_insert("none".into());
+    let logs = windows.open(&LogArgs {
+        log: log.log.clone(),
+        channels,
+    })?;
+    if logs.validation_log.is_some() {
+        return Err(Failure::usage(
+            "--validate-on does not go with --axis pitch",
+        ));
+    }
+    let samples: Vec<DivingSample<f64>> = logs
+        .log
+        .record
+        .samples
+        .iter()
+        .map(|sample| DivingSample {
+            time_s: sample.time_s,
+            pitch_rad: sample.heading_rad,
+            elevator_rad: sample.rudder_rad,
+            depth_m: sample.depth_m,
+            surge_speed_m_s: sample.surge_speed_m_s,
+        })
+        .collect();
+    let identification = pitch::identify(&samples, logs.training, logs.validation)
+        .map_err(|error| Failure::rejected(format!("{}: {error}", logs.log.path.display())))?;
+    let document = LogDocument {
+        schema: "seatrial.pitch_identification.v1",
+        source: logs.log.source(),
+        identification: &identification,
+    };
+    output.print(&document, || identification_text(&identification))?;
+    Ok(if identification.accepted {
+        Exit::Done
+    } else {
+        Exit::Rejected
+    })
+}
+
+fn identification_text(found: &PitchIdentification) -> String {
+    let verdict = if found.accepted {
+        "ACCEPTED"
+    } else {
+        "REJECTED"
+    };
+    let mut text = format!(
+        "{verdict}\n  {}\n\nModel       theta' = q, q' = a q + m theta + b elevator + c\n",
+        found.reason
+    );
+    let units = ["1/s", "1/s^2", "1/s^2", "rad/s^2"];
+    let parameters = ["a", "m", "b", "c"]
+        .into_iter()
+        .zip(units)
+        .zip(found.refined.model.theta())
+        .zip(found.refined.interval_95);
+    for (((name, unit), value), [low, high]) in parameters {
+        let _ = writeln!(
+            text,
+            "  {name:<8}  {:>9} {unit:<8}  95 % {} to {}",
+            three_figures(value),
+            three_figures(low),
+            three_figures(high)
+        );
+    }
+    let online: Vec<String> = found
+        .online
+        .theta()
+        .into_iter()
+        .map(three_figures)
+        .collect();
+    let _ = writeln!(
+        text,
+        "Online      a {}, m {}, b {}, c {}; {} samples",
+        online[0], online[1], online[2], online[3], found.samples_used
+    );
+    text
+}
