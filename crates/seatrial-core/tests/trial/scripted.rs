@@ -58,6 +58,7 @@ impl Scripted {
             yaw_rate_rad_s: Some(self.state.yaw_rate_rad_s),
             north_m: Some(0.0),
             east_m: Some(0.0),
+            thrust: None,
         }
     }
 }
