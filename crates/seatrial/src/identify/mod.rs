@@ -3,6 +3,7 @@
 pub mod batch;
 pub mod bound;
 pub mod fresh;
+pub mod joined;
 pub mod online;
 pub mod output_error;
 pub mod peak;
@@ -14,13 +15,14 @@ pub mod whitening;
 use seatrial_core::estimator::{EstimatorSettings, InvalidSetting, Method};
 use seatrial_core::{Sample, YawModel};
 
-use crate::identification::{HigherOrder, Identification, Reason, Settings};
+use crate::identification::{HigherOrder, Identification, Reason, Refined, Settings};
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window, median_interval_s};
 use crate::time_scale::{ChosenLambda, TimeScale};
 use crate::verdict::{self, Evidence};
+use joined::Joined;
 use online::{Pass, Stretch};
-use second_order::Structure;
+use second_order::{Structure, SwayYawModel};
 
 /// The filters are warmed on the data before the window, up to this many of their time constants: what
 /// remains of their start is then below rounding.
@@ -180,6 +182,18 @@ pub fn assess(
     pass: Pass,
     settings: Settings,
 ) -> Result<Identification, IdentifyError> {
+    assess_with_others(record, training, fresh, pass, settings, &[]).map(|(alone, _)| alone)
+}
+
+/// The same with the refined estimates of other manoeuvres of the same speed joined to the record's own.
+fn assess_with_others(
+    record: &Record,
+    training: Window,
+    fresh: Option<Fresh>,
+    pass: Pass,
+    settings: Settings,
+    others: &[(Window, Refined)],
+) -> Result<(Identification, Option<Joined>), IdentifyError> {
     let samples = record.window(training);
     let heading_range_rad = fresh::heading_range_rad(samples);
     let manoeuvre =
@@ -203,20 +217,33 @@ pub fn assess(
     let lagging = higher_order
         .as_ref()
         .filter(|h| h.estimate.order.structure == Structure::LAGGING_RUDDER && hidden_edges == 0);
-    let refined = refined.map(|refined| match (lagging, simulated) {
+    let alone = refined.map(|refined| match (lagging, simulated) {
         (Some(lagging), _) => refine::behind_the_lag(&refined, &lagging.estimate),
         (None, Some(simulated)) => refine::around_online(&refined, pass.online.model, &simulated),
         (None, None) => refined,
     });
-    let model = refined.as_ref().map_or(pass.online.model, |r| r.model);
-    let validation = match lagging {
-        Some(lagging) => lagging.validation,
-        None => fresh
-            .map(|fresh| fresh::validate(model, fresh.record, fresh.window))
-            .transpose()?,
+    let together = alone
+        .as_ref()
+        .and_then(|alone| joined::join(training, alone, others));
+    let (refined, joined) = match together {
+        Some((refined, joined)) => (Some(refined), Some(joined)),
+        None => (alone, None),
     };
-    let training_fit = match lagging {
-        Some(lagging) => second_order::goodness_of_fit(&lagging.estimate.model, &pass.accepted),
+    let model = refined.as_ref().map_or(pass.online.model, |r| r.model);
+    let lagging = lagging.map(|lagging| SwayYawModel {
+        a22_per_s: model.a22_per_s,
+        b2_per_s2: model.b2_per_s2,
+        c0_rad_per_s2: model.c0_rad_per_s2,
+        ..lagging.estimate.model
+    });
+    let validation = fresh
+        .map(|fresh| match &lagging {
+            Some(lagging) => second_order::validate(lagging, fresh.record, fresh.window),
+            None => fresh::validate(model, fresh.record, fresh.window),
+        })
+        .transpose()?;
+    let training_fit = match &lagging {
+        Some(lagging) => second_order::goodness_of_fit(lagging, &pass.accepted),
         None => fresh::goodness_of_fit(model, &pass.accepted),
     };
     let verdict = verdict::judge(&Evidence {
@@ -238,7 +265,7 @@ pub fn assess(
             .and_then(|fresh| Manoeuvre::find(fresh.record.window(fresh.window)))
             .map(|manoeuvre| manoeuvre.amplitude_rad),
     });
-    Ok(Identification {
+    let identification = Identification {
         training,
         samples_used: pass.samples_used,
         samples_rejected: pass.rejected,
@@ -249,7 +276,8 @@ pub fn assess(
         validation,
         higher_order,
         verdict,
-    })
+    };
+    Ok((identification, joined))
 }
 
 /// The model beyond the first order that the samples support, validated like the other; `None` where they support none.

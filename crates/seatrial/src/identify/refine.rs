@@ -108,7 +108,7 @@ pub fn around_online(refined: &Refined, online: YawModel<f64>, simulated: &Outpu
 }
 
 /// Another model with normal intervals in place of the refined one.
-fn around(
+pub(super) fn around(
     refined: &Refined,
     model: YawModel<f64>,
     covariance: Matrix3<f64>,

@@ -26,14 +26,24 @@ const LEAST_AMPLITUDE_RAD: f64 = 0.0017;
 /// them, its root mean square is below this share of the amplitude.
 const LEAD_IN_STROKES: f64 = 4.0;
 const LEAST_LEAD_IN_STROKES: f64 = 0.5;
-const REST: f64 = 0.3;
+const REST: f64 = 0.25;
+
+/// A helmsman lays the rudder to one hand and back all the time: a step has the whole lead-in and this many strokes
+/// after it, with this root mean square.
+const STEP_STROKES: f64 = 2.0;
+const STEP_REST: f64 = 0.15;
 
 /// A manoeuvre takes the heading this many times as far from the straight line of its lead-in as the lead-in strays
 /// from it: what noise, waves and a helmsman do anyway is none.
 const LEAST_DEPARTURE: f64 = 3.0;
 
-/// Strokes of one length differ by less than this factor.
-const SAME_LENGTH: f64 = 1.6;
+/// The strokes of a doublet differ in length by less than this factor, those of a zig-zag, which end when the heading
+/// says so, by the second one.
+const SAME_LENGTH: f64 = 1.2;
+const SIMILAR_LENGTH: f64 = 1.6;
+
+/// From the first to the last sample of a stretch is up to an interval less than the stretch.
+const ROUNDING: f64 = 0.1;
 
 /// So many strokes from hand to hand are a zig-zag also where the record begins in the middle of it.
 const STROKES_WITHOUT_LEAD_IN: usize = 4;
@@ -102,10 +112,10 @@ pub struct Segment {
 /// Finds manoeuvres and steady runs in a record, in order of time.
 ///
 /// ```text
-/// stroke     |delta - n| >= L/2 on one hand, the median a of |delta - n| within a factor of sqrt 2 of L,
+/// stroke     |delta - n| >= 0.4 L on one hand, the median a of |delta - n| in 0.58 L..1.51 L,
 ///            half of it within 10 % of a
 /// manoeuvre  strokes from hand to hand, alike in angle, that follow each other closely, with
-///            rms(delta - n) < 0.3 a  and  max |psi - line| < 1/3 of that during the manoeuvre  before them
+///            rms(delta - n) < a/4  and  max |psi - line| < 1/3 of that during the manoeuvre  before them
 /// ```
 ///
 /// | symbol | meaning | unit |
@@ -167,21 +177,25 @@ fn manoeuvre(trace: &Trace, chain: &Chain, found: &[Segment]) -> Option<Segment>
         };
         let after = Window {
             from_s: window.to_s,
-            to_s: window.to_s + first_stroke_s,
+            to_s: window.to_s + STEP_STROKES * first_stroke_s,
         };
         let lead_in = trace.indices(before);
         let during = trace.indices(Window {
-            to_s: after.to_s,
+            to_s: window.to_s + first_stroke_s,
             ..window
         });
-        let rests =
-            |part: Window| trace.rudder_rms_rad(trace.indices(part)) < REST * chain.amplitude_rad();
-        let is_long_enough = trace.duration_s(&lead_in) >= LEAST_LEAD_IN_STROKES * first_stroke_s;
-        let is_between_rests = rests(before) && (kind != Kind::Step || rests(after));
-        if !(is_long_enough
-            && is_between_rests
-            && trace.departure(lead_in, during) > LEAST_DEPARTURE)
-        {
+        let rests = |part: Window, strokes: f64, share: f64| {
+            let part = trace.indices(part);
+            trace.duration_s(&part) >= (1.0 - ROUNDING) * strokes * first_stroke_s
+                && trace.rudder_rms_rad(part) < share * chain.amplitude_rad()
+        };
+        let stands_out = match kind {
+            Kind::Step => {
+                rests(before, LEAD_IN_STROKES, STEP_REST) && rests(after, STEP_STROKES, STEP_REST)
+            }
+            _ => rests(before, LEAST_LEAD_IN_STROKES, REST),
+        };
+        if !(stands_out && trace.departure(lead_in, during) > LEAST_DEPARTURE) {
             return None;
         }
     }
@@ -195,7 +209,10 @@ fn manoeuvre(trace: &Trace, chain: &Chain, found: &[Segment]) -> Option<Segment>
 }
 
 fn kind(trace: &Trace, chain: &Chain) -> Option<Kind> {
-    let durations = chain.strokes.iter().map(|stroke| stroke.duration_s());
+    let durations = chain
+        .strokes
+        .iter()
+        .filter_map(|stroke| Some(stroke.held?.duration_s));
     let spread = |durations: &mut dyn Iterator<Item = f64>| {
         let (low, high) = durations.fold((f64::INFINITY, 0.0_f64), |(low, high), d| {
             (low.min(d), high.max(d))
@@ -208,7 +225,7 @@ fn kind(trace: &Trace, chain: &Chain) -> Option<Kind> {
         }
         1 => Some(Kind::Step),
         2 => (spread(&mut durations.into_iter()) < SAME_LENGTH).then_some(Kind::Doublet),
-        _ if spread(&mut durations.skip(1)) < SAME_LENGTH => Some(Kind::ZigZag),
+        _ if spread(&mut durations.skip(1)) < SIMILAR_LENGTH => Some(Kind::ZigZag),
         _ => Some(Kind::Multistep),
     }
 }

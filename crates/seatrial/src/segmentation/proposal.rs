@@ -2,6 +2,9 @@
 
 use std::fmt::Write;
 
+use serde::Serialize;
+
+use super::trace::mean;
 use super::{Kind, Segment};
 use crate::identify::time_constant_s;
 use crate::record::{Record, Window};
@@ -18,21 +21,24 @@ const LEAST_COMPLETENESS: f64 = 0.5;
 const LEAST_EXCITATION: f64 = 0.2;
 
 /// A window has this much rest before the manoeuvre and this much response after it, in time constants of the
-/// vehicle; the rest is no longer than was looked at, and both are within these bounds in first strokes.
+/// vehicle, after which less than a hundredth of the response is left to come; the rest is no longer than was looked at, and both are within these bounds in first strokes.
 const LEAD_IN_TIME_CONSTANTS: f64 = 2.0;
-const RESPONSE_TIME_CONSTANTS: f64 = 8.0;
+const RESPONSE_TIME_CONSTANTS: f64 = 5.0;
 const LEAD_IN_STROKES: (f64, f64) = (0.5, 4.0);
-const RESPONSE_STROKES: (f64, f64) = (1.0, 20.0);
+const RESPONSE_STROKES: (f64, f64) = (3.0, 20.0);
 
 /// Where the time constant is not known, in first strokes: rest and response.
 const UNKNOWN_STROKES: (f64, f64) = (1.0, 3.0);
 
+/// A record with one manoeuvre is that manoeuvre where it is no longer than this many times it.
+const LONGEST_SINGLE: f64 = 10.0;
+
 /// What to learn from and what to validate on at one speed.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Proposal {
-    /// Thrust of the manoeuvres, a fraction of full.
+    /// Mean thrust of the manoeuvres that train, a fraction of full.
     pub thrust: Option<f64>,
-    /// Mean speed of the manoeuvres, m/s.
+    /// Mean speed of those that train, m/s.
     pub surge_speed_m_s: Option<f64>,
     /// Manoeuvres to learn from, the best excited one first; at least one.
     pub training: Vec<Window>,
@@ -85,15 +91,21 @@ impl Key {
 /// Windows for training and validation, of every speed at which the rudder was laid to both hands, slowest first.
 ///
 /// Of several manoeuvres the second best excited one validates and the others train. Windows do not overlap: each
-/// holds the rest before its manoeuvre, 2 time constants of the vehicle, and the response after it, 8 of them, as far as
+/// holds the rest before its manoeuvre, 2 time constants of the vehicle, and the response after it, 5 of them, as far as
 /// the next manoeuvre and the thrust allow. The time constant is 1.5/lambda of the state variable filter that
 /// fits the best excited manoeuvre.
+///
+/// Empty where there is nothing to choose from: no manoeuvre to both hands, or a record that is one manoeuvre with little
+/// before and after it.
 pub fn propose(record: &Record, segments: &[Segment]) -> Vec<Proposal> {
     let manoeuvres: Vec<Segment> = segments
         .iter()
         .filter(|s| s.kind != Kind::Steady)
         .copied()
         .collect();
+    if is_one_manoeuvre(record, &manoeuvres) {
+        return Vec::new();
+    }
     let mut useful: Vec<Segment> = manoeuvres
         .iter()
         .filter(|s| s.kind.uses_both_hands() && s.completeness >= LEAST_COMPLETENESS)
@@ -112,6 +124,16 @@ pub fn propose(record: &Record, segments: &[Segment]) -> Vec<Proposal> {
         .into_iter()
         .map(|speed| Speed::new(record, &manoeuvres, speed).proposal())
         .collect()
+}
+
+fn is_one_manoeuvre(record: &Record, manoeuvres: &[Segment]) -> bool {
+    match (manoeuvres, record.samples.as_slice()) {
+        ([manoeuvre], [first, .., last]) => {
+            let length_s = manoeuvre.window.to_s - manoeuvre.window.from_s;
+            last.time_s - first.time_s <= LONGEST_SINGLE * length_s
+        }
+        _ => false,
+    }
 }
 
 /// The manoeuvres of one speed, the best excited first.
@@ -138,16 +160,15 @@ impl<'a> Speed<'a> {
     }
 
     fn proposal(&self) -> Proposal {
-        let mean = |of: fn(&Segment) -> Option<f64>| {
-            let known: Vec<f64> = self.manoeuvres.iter().filter_map(of).collect();
-            (known.len() == self.manoeuvres.len())
-                .then(|| known.iter().sum::<f64>() / known.len() as f64)
-        };
         let mut training = self.manoeuvres.clone();
         let validation = (training.len() > 1).then(|| training.remove(1));
+        let mean_of = |of: fn(&Segment) -> Option<f64>| {
+            let known: Vec<f64> = training.iter().filter_map(of).collect();
+            mean(known.into_iter()).filter(|_| training.iter().all(|m| of(m).is_some()))
+        };
         Proposal {
-            thrust: mean(|m| m.thrust),
-            surge_speed_m_s: mean(|m| m.surge_speed_m_s),
+            thrust: mean_of(|m| m.thrust),
+            surge_speed_m_s: mean_of(|m| m.surge_speed_m_s),
             because: self.because(&training, validation.as_ref()),
             training: training.iter().map(|m| self.window(m)).collect(),
             validation: validation.map(|m| self.window(&m)),

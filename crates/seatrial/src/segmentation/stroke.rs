@@ -1,10 +1,15 @@
 //! Strokes: the rudder laid to one hand and held, and chains of them.
 
-use super::trace::Trace;
+use super::trace::{Excursion, Trace};
 use crate::record::Window;
 
-/// Fewer samples do not show that the rudder was held.
-const LEAST_SAMPLES: usize = 4;
+/// Fewer samples do not show that the rudder was held, nor what the vehicle made of it.
+const LEAST_SAMPLES: usize = 8;
+
+/// A stroke is beyond this share of its level, and is held between these. They overlap those of the next level by
+/// [`SAME_ANGLE`], so that strokes alike lie at one level.
+const BEYOND: f64 = 0.4;
+const HELD_AT_LEVEL: (f64, f64) = (0.58, 1.51);
 
 /// Half of a held stroke lies within this share of its median angle.
 const HELD_WITHIN: f64 = 0.1;
@@ -20,13 +25,22 @@ const LARGEST_PAUSE: f64 = 0.5;
 const BRIEF: f64 = 0.25;
 const RECOVERY: f64 = 0.5;
 
-/// The rudder beyond half a level on one hand.
+/// The rudder beyond a share of a level on one hand.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stroke {
     pub window: Window,
     pub is_positive: bool,
-    /// Median angle from neutral, rad; `None` where the rudder was not held at about the level.
-    pub held_rad: Option<f64>,
+    /// `None` where the rudder was not held at about the level.
+    pub held: Option<Held>,
+}
+
+/// The part of a stroke in which the rudder was held.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Held {
+    /// Median angle of the stroke from neutral, rad.
+    pub angle_rad: f64,
+    /// From the first to the last sample near that angle, s.
+    pub duration_s: f64,
 }
 
 impl Stroke {
@@ -34,15 +48,23 @@ impl Stroke {
         self.window.to_s - self.window.from_s
     }
 
+    /// Is this a brief peak right after the stroke, as of a controller that takes over?
+    fn ends_in_peak(&self, excursion: &Excursion) -> bool {
+        let length_s = excursion.window.to_s - excursion.window.from_s;
+        let pause_s = excursion.window.from_s - self.window.to_s;
+        length_s < BRIEF * self.duration_s() && pause_s <= length_s
+    }
+
     fn is_followed_by(&self, next: &Self) -> bool {
-        let (Some(angle), Some(next_angle)) = (self.held_rad, next.held_rad) else {
+        let (Some(held), Some(next_held)) = (self.held, next.held) else {
             return false;
         };
+        let angles = [held.angle_rad, next_held.angle_rad];
         let pause_s = next.window.from_s - self.window.to_s;
         let shorter_s = self.duration_s().min(next.duration_s());
         self.is_positive != next.is_positive
             && pause_s <= LARGEST_PAUSE * shorter_s
-            && angle.max(next_angle) < SAME_ANGLE * angle.min(next_angle)
+            && angles[0].max(angles[1]) < SAME_ANGLE * angles[0].min(angles[1])
     }
 }
 
@@ -61,8 +83,8 @@ impl Chain {
     }
 
     pub fn amplitude_rad(&self) -> f64 {
-        let angles = self.strokes.iter().filter_map(|stroke| stroke.held_rad);
-        angles.sum::<f64>() / self.strokes.len() as f64
+        let held = self.strokes.iter().filter_map(|stroke| stroke.held);
+        held.map(|held| held.angle_rad).sum::<f64>() / self.strokes.len() as f64
     }
 
     fn without_recovery(mut self) -> Self {
@@ -80,16 +102,18 @@ pub(super) fn chains(trace: &Trace, level_rad: f64) -> Vec<Chain> {
     let mut chains = Vec::new();
     let mut chain = Chain::default();
     let mut scratch = Vec::new();
-    for stroke in trace.excursions(0.5 * level_rad) {
-        if let Some(last) = chain.strokes.last()
-            && stroke.window.to_s - stroke.window.from_s < BRIEF * last.duration_s()
+    for excursion in trace.excursions(BEYOND * level_rad) {
+        if chain
+            .strokes
+            .last()
+            .is_some_and(|last| last.ends_in_peak(&excursion))
         {
             continue;
         }
         let stroke = Stroke {
-            window: stroke.window,
-            is_positive: stroke.is_positive,
-            held_rad: held_rad(trace, stroke.window, level_rad, &mut scratch),
+            window: excursion.window,
+            is_positive: excursion.is_positive,
+            held: held(trace, excursion.window, level_rad, &mut scratch),
         };
         let goes_on = chain
             .strokes
@@ -98,7 +122,7 @@ pub(super) fn chains(trace: &Trace, level_rad: f64) -> Vec<Chain> {
         if !goes_on && !chain.strokes.is_empty() {
             chains.push(std::mem::take(&mut chain).without_recovery());
         }
-        if stroke.held_rad.is_some() {
+        if stroke.held.is_some() {
             chain.strokes.push(stroke);
         }
     }
@@ -108,26 +132,29 @@ pub(super) fn chains(trace: &Trace, level_rad: f64) -> Vec<Chain> {
     chains
 }
 
-/// The median angle from neutral, where it is near the level and the rudder was held there.
-fn held_rad(trace: &Trace, window: Window, level_rad: f64, scratch: &mut Vec<f64>) -> Option<f64> {
+/// How the rudder was held, if it was, and near the level.
+fn held(trace: &Trace, window: Window, level_rad: f64, scratch: &mut Vec<f64>) -> Option<Held> {
+    let indices = trace.indices(window);
     scratch.clear();
-    scratch.extend(
-        trace
-            .rudder_rad(trace.indices(window))
-            .iter()
-            .map(|d| d.abs()),
-    );
+    scratch.extend(trace.rudder_rad(indices.clone()).iter().map(|d| d.abs()));
     if scratch.len() < LEAST_SAMPLES {
         return None;
     }
     let middle = scratch.len() / 2;
     let (_, median, _) = scratch.select_nth_unstable_by(middle, f64::total_cmp);
-    let median = *median;
-    let root = std::f64::consts::SQRT_2;
-    let is_near_level = (level_rad / root..level_rad * root).contains(&median);
-    let held = scratch
-        .iter()
-        .filter(|angle| (**angle - median).abs() <= HELD_WITHIN * median)
-        .count();
-    (is_near_level && 2 * held >= scratch.len()).then_some(median)
+    let angle_rad = *median;
+    let (least, most) = HELD_AT_LEVEL;
+    let is_near_level = (least * level_rad..most * level_rad).contains(&angle_rad);
+    let is_near = |d: &f64| (d.abs() - angle_rad).abs() <= HELD_WITHIN * angle_rad;
+    let rudder_rad = trace.rudder_rad(indices.clone());
+    let count = rudder_rad.iter().filter(|d| is_near(d)).count();
+    if !is_near_level || 2 * count < rudder_rad.len() {
+        return None;
+    }
+    let first = rudder_rad.iter().position(is_near)?;
+    let last = rudder_rad.iter().rposition(is_near)?;
+    Some(Held {
+        angle_rad,
+        duration_s: trace.duration_s(&(indices.start + first..indices.start + last + 1)),
+    })
 }

@@ -7,6 +7,9 @@ use seatrial_core::{Real, Sample};
 use super::{Kind, Segment};
 use crate::record::{Window, median_interval_s};
 
+/// This share of the rudder's range next to its ends is no neutral angle.
+const EDGE: f64 = 0.1;
+
 /// Time, rudder about neutral and unwrapped heading of the samples that are finite and increase in time.
 pub(super) struct Trace<'a> {
     samples: &'a [Sample<f64>],
@@ -228,29 +231,39 @@ impl Line {
     }
 }
 
-/// The middle of the shortest interval that holds half of the values. `None` of fewer than two or of one value only.
+/// The middle of the shortest interval that holds half of the values. Where that lies at their edge, as one hand of a
+/// zig-zag may, of the shortest that holds 55 % of them. `None` of fewer than two or of one value only.
 fn neutral(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);
-    if sorted.first()? >= sorted.last()? {
+    let (low, high) = (*sorted.first()?, *sorted.last()?);
+    if low >= high {
         return None;
     }
-    let half = sorted.len().div_ceil(2);
-    sorted
-        .windows(half)
-        .min_by(|a, b| (a[half - 1] - a[0]).total_cmp(&(b[half - 1] - b[0])))
-        .map(|shortest| 0.5 * (shortest[0] + shortest[half - 1]))
+    let middle = |share: f64| {
+        let count = ((share * sorted.len() as f64).ceil() as usize).clamp(1, sorted.len());
+        sorted
+            .windows(count)
+            .min_by(|a, b| (a[count - 1] - a[0]).total_cmp(&(b[count - 1] - b[0])))
+            .map(|shortest| 0.5 * (shortest[0] + shortest[count - 1]))
+    };
+    let edge = EDGE * (high - low);
+    middle(0.5)
+        .filter(|middle| (low + edge..high - edge).contains(middle))
+        .or_else(|| middle(0.55))
 }
 
 fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, v| v.abs().max(largest))
 }
 
-fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let (mut sum, mut count) = (0.0, 0_u32);
+/// The mean, exact where all values are the same.
+pub(super) fn mean(mut values: impl Iterator<Item = f64>) -> Option<f64> {
+    let first = values.next()?;
+    let (mut sum, mut count) = (0.0, 1.0);
     for value in values {
-        sum += value;
-        count += 1;
+        sum += value - first;
+        count += 1.0;
     }
-    (count > 0).then(|| sum / f64::from(count))
+    Some(first + sum / count)
 }
