@@ -1,6 +1,7 @@
 //! `seatrial identify`: a model from a log.
 
 use std::fmt::Write;
+use std::path::PathBuf;
 
 use seatrial::Identification;
 use seatrial::identification::{
@@ -13,18 +14,21 @@ use seatrial_core::Nomoto;
 use seatrial_core::estimator::Method;
 use serde::Serialize;
 
-use crate::log::{LogArgs, OpenedLog, Source};
+use crate::log::{LogArgs, OpenedLog, RudderUnit, Source};
 use crate::output::{Exit, Failure, Output};
 use crate::pitch::{self, Axis};
+use crate::speeds::{self, SpeedModel};
 use crate::windows::{Logs, WindowArgs, failure};
 
 /// Identify a yaw model from a log, validate it on fresh data and judge it.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
-Without windows the whole log is for training and nothing is validated. The rudder's work is over for the
-estimator when the rudder has been laid to both hands and comes back from the second.
+Without windows the manoeuvres of the log are looked for: for each speed (thrust, where the log has it) the best excited
+one trains, joined with others, and another one validates. A log without manoeuvres, or that is one, is for training
+as a whole, and nothing is validated. The rudder's work is over for the estimator when the rudder has been laid
+to both hands and comes back from the second.
 
-Exit code 0: the model is accepted; 4: it is rejected, and the verdict says why.
+Exit code 0: the model, or one of several, is accepted; 4: none is, and the verdict says why.
 
 Example:
   seatrial sim log --seed 1 --out run.csv && seatrial identify run.csv")]
@@ -38,6 +42,9 @@ pub struct Args {
     windows: WindowArgs,
     #[command(flatten)]
     estimator: EstimatorArgs,
+    /// Write the accepted models of a log with manoeuvres at several speeds as a schedule for `gains` and `turn`.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["WindowArgs", "as_paper"])]
+    schedule: Option<PathBuf>,
     /// Keep the estimate after every sample in the JSON document.
     #[arg(long)]
     trace: bool,
@@ -97,6 +104,8 @@ struct Document<'a> {
     validation: Option<Validation>,
     higher_order: Option<&'a HigherOrder>,
     verdict: &'a Verdict,
+    /// Of a log with several manoeuvres: the model of each speed; the model above is the surest of them.
+    models: Option<&'a [SpeedModel]>,
 }
 
 #[derive(Serialize)]
@@ -114,6 +123,18 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         return pitch::identify(&args.log, &args.windows, output);
     }
     let logs = args.windows.open(&args.log)?;
+    if !args.windows.are_given()
+        && !args.estimator.as_paper
+        && let Some(models) = speeds::identify(&logs.log, &args.estimator.settings(args.trace))?
+    {
+        return print_models(args, &logs, &models, output);
+    }
+    if args.schedule.is_some() {
+        return Err(Failure::rejected(format!(
+            "{}: --schedule: no manoeuvres to both hands were found in it, or it is a single one",
+            logs.log.path.display()
+        )));
+    }
     match seatrial::identify::identify(
         &logs.log.record,
         logs.training,
@@ -135,6 +156,31 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         }
         Err(error) => Err(failure(&logs.log, error)),
     }
+}
+
+/// Prints the models of several speeds.
+fn print_models(
+    args: &Args,
+    logs: &Logs,
+    models: &[SpeedModel],
+    output: &Output,
+) -> Result<Exit, Failure> {
+    let foremost = speeds::foremost(models);
+    let document = match &foremost.identification {
+        Some(identification) => Document::of(logs, identification),
+        None => Document::without_model(logs, &foremost.verdict),
+    };
+    let document = Document {
+        models: Some(models),
+        ..document
+    };
+    output.print(&document, || {
+        speeds::text(models, logs.log.rudder_unit) + &source_text("Log", &logs.log)
+    })?;
+    if let Some(path) = &args.schedule {
+        speeds::save_schedule(path, models, logs.log.rudder_unit)?;
+    }
+    Ok(Exit::of(&foremost.verdict))
 }
 
 impl EstimatorArgs {
@@ -199,6 +245,7 @@ impl<'a> Document<'a> {
             validation: None,
             higher_order: None,
             verdict,
+            models: None,
         }
     }
 }
@@ -206,7 +253,7 @@ impl<'a> Document<'a> {
 /// The page for people: the verdict first.
 fn page(logs: &Logs, identification: &Identification) -> String {
     let mut text = verdict_text(&identification.verdict);
-    text += &model_text(identification);
+    text += &model_text(identification, logs.log.rudder_unit);
     text += &fresh_text(identification.validation);
     text += "\n";
     text += &source_text("Log", &logs.log);
@@ -230,7 +277,8 @@ pub fn verdict_text(verdict: &Verdict) -> String {
     text + "\n"
 }
 
-fn model_text(identification: &Identification) -> String {
+/// Parameters and intervals; `unit` is that of the rudder.
+pub fn model_text(identification: &Identification, unit: RudderUnit) -> String {
     let model = identification.model();
     let intervals = identification.refined.as_ref().map(|r| r.interval_95);
     let delta0 = model.delta0_rad();
@@ -256,11 +304,18 @@ fn model_text(identification: &Identification) -> String {
         (
             "delta0",
             delta0,
-            "rad",
+            match unit {
+                RudderUnit::Rad => "rad",
+                RudderUnit::FullRudder => "of full",
+            },
             intervals.and_then(|i| i.delta0_rad),
         ),
     ];
-    let mut text = String::from("Model       psi' = r, r' = a22 r + b2 rudder + C0\n");
+    let rudder = match unit {
+        RudderUnit::Rad => "",
+        RudderUnit::FullRudder => " (full rudder is 1)",
+    };
+    let mut text = format!("Model       psi' = r, r' = a22 r + b2 rudder + C0{rudder}\n");
     for (name, value, unit, interval) in rows {
         let Some(value) = value else { continue };
         let value = three_figures(value);
@@ -272,9 +327,10 @@ fn model_text(identification: &Identification) -> String {
     if let Some(nomoto) = identification.nomoto {
         let _ = writeln!(
             text,
-            "  Nomoto    T {} s, K {} 1/s",
+            "  Nomoto    T {} s, K {} 1/s{}",
             three_figures(nomoto.t_s),
-            three_figures(nomoto.k_per_s)
+            three_figures(nomoto.k_per_s),
+            unit.per()
         );
     }
     text
@@ -310,7 +366,8 @@ pub fn source_text(title: &str, log: &OpenedLog) -> String {
     )
 }
 
-fn training_text(identification: &Identification) -> String {
+/// How the estimate was made.
+pub fn training_text(identification: &Identification) -> String {
     let settings = &identification.settings;
     let online = &identification.online;
     let [a22, b2, c0] = online.model.theta().map(three_figures);

@@ -6,13 +6,16 @@ use clap::Args as ClapArgs;
 use seatrial::Window;
 use seatrial::identification::{Reason, Verdict};
 use seatrial::manoeuvre::{Manoeuvre, Stroke};
+use seatrial::segmentation::{Kind, Proposal, Segment, find, propose};
 use seatrial::verdict::refuse_record;
 use seatrial_core::{Real, Sample};
 use seatrial_io::{Channel, Quantity, UnitSource};
 use serde::Serialize;
 
-use crate::log::{self, LogArgs, OpenedLog, Source};
+use crate::log::{self, LogArgs, OpenedLog, RudderUnit, Source};
 use crate::output::{Exit, Failure, Output};
+use crate::speeds::windows_text;
+use crate::table::Table;
 
 /// What is in a log: channels, rates, gaps, units and signs, manoeuvres; is it usable and if not why.
 #[derive(ClapArgs, Debug)]
@@ -28,7 +31,10 @@ pub struct Args {
 const GAP_INTERVALS: f64 = 3.0;
 
 /// Manoeuvres that the text lists; JSON lists all.
-const LISTED_MANOEUVRES: usize = 12;
+const LISTED_MANOEUVRES: usize = 24;
+
+/// Characters of a sparkline.
+const SPARKLINE_WIDTH: usize = 64;
 
 /// `inspect --json`.
 #[derive(Debug, Serialize)]
@@ -39,7 +45,9 @@ struct Inspection {
     ranges: Vec<Range>,
     /// Does the heading turn up where the rudder is positive? `None` where the log does not show it.
     positive_rudder_turns_up: Option<bool>,
-    manoeuvres: Vec<Found>,
+    manoeuvres: Vec<Segment>,
+    /// Which of them `identify` takes, where no windows are given.
+    windows: Vec<Proposal>,
     verdict: Verdict,
 }
 
@@ -67,31 +75,6 @@ struct Range {
     standard_deviation: f64,
 }
 
-/// Something that the rudder did.
-#[derive(Debug, PartialEq, Serialize)]
-struct Found {
-    kind: Kind,
-    #[serde(flatten)]
-    window: Window,
-    strokes: usize,
-    amplitude_rad: f64,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-enum Kind {
-    /// The rudder laid to one hand once.
-    Pulse,
-    /// One hand, then the other.
-    Doublet,
-    /// From hand to hand, three times and more.
-    ZigZag,
-    /// Several times without a pattern.
-    Steps,
-    /// The rudder left alone for longer than any stroke.
-    Steady,
-}
-
 /// Inspects a log.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let opened = log::open(&args.log.log, &args.log.channels, None)?;
@@ -114,6 +97,7 @@ impl Inspection {
             .filter_map(|channel| Range::of(channel.quantity, &series(samples, channel.quantity)))
             .collect();
         let rudder = Manoeuvre::find(samples);
+        let manoeuvres = find(samples);
         Self {
             schema: "seatrial.inspection.v1",
             source: opened.source(),
@@ -121,7 +105,8 @@ impl Inspection {
             positive_rudder_turns_up: rudder
                 .as_ref()
                 .and_then(|rudder| positive_rudder_turns_up(samples, &rudder.strokes)),
-            manoeuvres: rudder.map_or(Vec::new(), |rudder| manoeuvres(samples, &rudder)),
+            windows: propose(&opened.record, &manoeuvres),
+            manoeuvres,
             verdict: verdict(samples.len(), &ranges),
             ranges,
         }
@@ -240,67 +225,6 @@ fn series(samples: &[Sample<f64>], quantity: Quantity) -> Vec<Option<f64>> {
     values
 }
 
-/// Strokes that follow each other closely are one manoeuvre; what lies between is steady.
-fn manoeuvres(samples: &[Sample<f64>], rudder: &Manoeuvre) -> Vec<Found> {
-    let length = |stroke: &Stroke| stroke.window.to_s - stroke.window.from_s;
-    let longest = rudder.strokes.iter().map(length).fold(0.0, f64::max);
-    let mut groups: Vec<Vec<Stroke>> = Vec::new();
-    for stroke in &rudder.strokes {
-        match groups.last_mut() {
-            Some(group)
-                if group.last().is_some_and(|last| {
-                    stroke.window.from_s - last.window.to_s <= length(last).max(length(stroke))
-                }) =>
-            {
-                group.push(*stroke);
-            }
-            _ => groups.push(vec![*stroke]),
-        }
-    }
-    let mut found = Vec::new();
-    let mut steady_from_s = samples.first().map(|sample| sample.time_s);
-    for group in &groups {
-        let (Some(first), Some(last)) = (group.first(), group.last()) else {
-            continue;
-        };
-        let window = Window {
-            from_s: first.window.from_s,
-            to_s: last.window.to_s,
-        };
-        found.extend(steady(steady_from_s, window.from_s, longest));
-        steady_from_s = Some(window.to_s);
-        let alternates = group.windows(2).all(|p| p[0].positive != p[1].positive);
-        let inside = samples.iter().filter(|s| window.contains(s.time_s));
-        found.push(Found {
-            kind: match group.len() {
-                1 => Kind::Pulse,
-                2 if alternates => Kind::Doublet,
-                _ if alternates => Kind::ZigZag,
-                _ => Kind::Steps,
-            },
-            window,
-            strokes: group.len(),
-            amplitude_rad: inside
-                .map(|s| (s.rudder_rad - rudder.middle_rad).abs())
-                .fold(0.0, f64::max),
-        });
-    }
-    if let Some(last) = samples.last() {
-        found.extend(steady(steady_from_s, last.time_s, longest));
-    }
-    found
-}
-
-fn steady(from_s: Option<f64>, to_s: f64, longest_stroke_s: f64) -> Option<Found> {
-    let from_s = from_s.filter(|from_s| to_s - from_s > longest_stroke_s)?;
-    Some(Found {
-        kind: Kind::Steady,
-        window: Window { from_s, to_s },
-        strokes: 0,
-        amplitude_rad: 0.0,
-    })
-}
-
 /// The heading bends towards the hand to which the rudder is laid: second difference over each stroke.
 fn positive_rudder_turns_up(samples: &[Sample<f64>], strokes: &[Stroke]) -> Option<bool> {
     let heading = series(samples, Quantity::Heading);
@@ -376,7 +300,7 @@ fn write_text(text: &mut String, opened: &OpenedLog, inspection: &Inspection) ->
             channel.quantity.name(),
             channel.column,
             unit_text(channel),
-            range.map_or(String::new(), range_text)
+            range.map_or(String::new(), |range| range_text(range, opened.rudder_unit))
         )?;
     }
     let samples = &opened.record.samples;
@@ -389,29 +313,10 @@ fn write_text(text: &mut String, opened: &OpenedLog, inspection: &Inspection) ->
             sparkline(&series(samples, quantity))
         )?;
     }
+    writeln!(text, "{:9} {}", "", ruler(samples, &inspection.manoeuvres))?;
 
     writeln!(text)?;
-    for found in inspection.manoeuvres.iter().take(LISTED_MANOEUVRES) {
-        let (name, what) = match found.kind {
-            Kind::Pulse => ("pulse", String::new()),
-            Kind::Doublet => ("doublet", String::new()),
-            Kind::ZigZag => ("zig-zag", format!(", {} strokes", found.strokes)),
-            Kind::Steps => ("steps", format!(", {} strokes", found.strokes)),
-            Kind::Steady => ("steady", String::new()),
-        };
-        write!(
-            text,
-            "{name:9} {:10.2} to {:10.2} s",
-            found.window.from_s, found.window.to_s
-        )?;
-        if found.kind != Kind::Steady {
-            write!(text, ", {:.1} deg{what}", found.amplitude_rad.to_degrees())?;
-        }
-        writeln!(text)?;
-    }
-    if let Some(more @ 1..) = inspection.manoeuvres.len().checked_sub(LISTED_MANOEUVRES) {
-        writeln!(text, "and {more} more, which --json lists")?;
-    }
+    text.push_str(&manoeuvres_text(opened, inspection));
     writeln!(
         text,
         "{}",
@@ -448,11 +353,11 @@ fn unit_text(channel: &Channel) -> String {
     }
 }
 
-fn range_text(range: &Range) -> String {
+fn range_text(range: &Range, rudder_unit: RudderUnit) -> String {
     let (scale, unit) = match range.quantity {
-        Quantity::Heading | Quantity::Rudder | Quantity::Roll | Quantity::Pitch => {
-            (1_f64.to_degrees(), "deg")
-        }
+        Quantity::Rudder => rudder_unit.for_people(),
+        Quantity::Thrust => (100.0, "% of full"),
+        Quantity::Heading | Quantity::Roll | Quantity::Pitch => (1_f64.to_degrees(), "deg"),
         Quantity::YawRate => (1_f64.to_degrees(), "deg/s"),
         Quantity::Speed => (1.0, "m/s"),
         _ => (1.0, "m"),
@@ -465,12 +370,77 @@ fn range_text(range: &Range) -> String {
     )
 }
 
+/// What was found, in a table.
+fn manoeuvres_text(opened: &OpenedLog, inspection: &Inspection) -> String {
+    let found = &inspection.manoeuvres;
+    let missing = || "-".to_string();
+    let (rudder_scale, rudder_unit) = opened.rudder_unit.for_people();
+    let mut table = Table::new(&[
+        ("", ""),
+        ("from", "s"),
+        ("to", "s"),
+        ("rudder", rudder_unit),
+        ("thrust", "%"),
+        ("speed", "m/s"),
+        ("turned", "deg rms"),
+        ("samples", "%"),
+    ]);
+    for segment in found.iter().take(LISTED_MANOEUVRES) {
+        let rudder = match segment.kind {
+            Kind::Steady => missing(),
+            _ => format!("{:.1}", rudder_scale * segment.amplitude_rad),
+        };
+        table.row(vec![
+            segment.kind.name().to_string(),
+            format!("{:.2}", segment.window.from_s),
+            format!("{:.2}", segment.window.to_s),
+            rudder,
+            segment
+                .thrust
+                .map_or_else(missing, |thrust| format!("{:.0}", 100.0 * thrust)),
+            segment
+                .surge_speed_m_s
+                .map_or_else(missing, |speed| format!("{speed:.2}")),
+            format!("{:.1}", segment.excitation_rad.to_degrees()),
+            format!("{:.0}", 100.0 * segment.completeness),
+        ]);
+    }
+    let mut text = if found.is_empty() {
+        "no manoeuvre from rest\n".to_string()
+    } else {
+        table.to_string()
+    };
+    if let Some(more @ 1..) = found.len().checked_sub(LISTED_MANOEUVRES) {
+        let _ = writeln!(text, "and {more} more, which --json lists");
+    }
+    for proposal in &inspection.windows {
+        let _ = writeln!(text, "identify takes, at {}", windows_text(proposal));
+    }
+    text
+}
+
+/// The first letter of each manoeuvre under the sparklines, a line under steady runs.
+fn ruler(samples: &[Sample<f64>], found: &[Segment]) -> String {
+    samples
+        .chunks(samples.len().div_ceil(SPARKLINE_WIDTH).max(1))
+        .map(|bin| {
+            let (from_s, to_s) = (bin[0].time_s, bin[bin.len() - 1].time_s);
+            let inside = |s: &&Segment| s.window.from_s <= to_s && s.window.to_s > from_s;
+            let is_steady = |s: &&Segment| s.kind == Kind::Steady;
+            match found.iter().filter(inside).min_by_key(is_steady) {
+                Some(segment) if segment.kind == Kind::Steady => '-',
+                Some(segment) => segment.kind.name().chars().next().unwrap_or(' '),
+                None => ' ',
+            }
+        })
+        .collect()
+}
+
 /// The values over time in 64 bars.
 fn sparkline(values: &[Option<f64>]) -> String {
     const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
-    const WIDTH: usize = 64;
     let bins: Vec<Option<f64>> = values
-        .chunks(values.len().div_ceil(WIDTH).max(1))
+        .chunks(values.len().div_ceil(SPARKLINE_WIDTH).max(1))
         .map(|bin| {
             let count = bin.iter().flatten().count();
             (count > 0).then(|| bin.iter().flatten().sum::<f64>() / count as f64)
@@ -521,14 +491,9 @@ mod tests {
     }
 
     #[test]
-    fn exact_a_doublet_between_steady_spans_is_found() {
+    fn exact_the_side_to_which_positive_rudder_turns() {
         let samples = doublet();
         let rudder = Manoeuvre::find(&samples).unwrap();
-        let kinds: Vec<Kind> = manoeuvres(&samples, &rudder)
-            .iter()
-            .map(|found| found.kind)
-            .collect();
-        assert_eq!(kinds, [Kind::Doublet, Kind::Steady]);
         assert_eq!(
             positive_rudder_turns_up(&samples, &rudder.strokes),
             Some(true)

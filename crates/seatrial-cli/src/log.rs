@@ -16,7 +16,7 @@ use serde::Serialize;
 use crate::channels::Mapping;
 use crate::output::Failure;
 
-/// The most samples that are kept of a log: 76 MB.
+/// The most samples that are kept of a log: 84 MB.
 const MOST_SAMPLES: usize = 500_000;
 /// Samples that are kept or left out together.
 const CHUNK_SAMPLES: usize = 50_000;
@@ -150,12 +150,42 @@ pub struct OpenedLog {
     pub record: Record,
     /// What the log is and how it was read.
     pub description: LogDescription,
+    /// In what the rudder is.
+    pub rudder_unit: RudderUnit,
     /// SHA-256 of the file, in hexadecimal.
     pub sha256: String,
     /// Rows read and left out.
     pub counts: Counts,
     /// Everything that was also said on standard error.
     pub warnings: Vec<String>,
+}
+
+/// In what the rudder is, as the samples have it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RudderUnit {
+    /// An angle.
+    Rad,
+    /// The log has what the servo was told, and nobody said which angle that is: 1 is full rudder.
+    FullRudder,
+}
+
+impl RudderUnit {
+    /// How many of the unit that people read are 1, and its name.
+    pub fn for_people(self) -> (f64, &'static str) {
+        match self {
+            Self::Rad => (1_f64.to_degrees(), "deg"),
+            Self::FullRudder => (100.0, "% of full"),
+        }
+    }
+
+    /// Behind the unit of what is per rudder angle.
+    pub fn per(self) -> &'static str {
+        match self {
+            Self::Rad => "",
+            Self::FullRudder => " per full rudder",
+        }
+    }
 }
 
 /// `source` in the JSON of every verb that reads a log.
@@ -165,6 +195,7 @@ pub struct Source {
     sha256: String,
     samples_read: u64,
     median_interval_s: Option<f64>,
+    rudder_unit: RudderUnit,
     #[serde(flatten)]
     description: LogDescription,
     rows: Counts,
@@ -178,6 +209,7 @@ impl OpenedLog {
             sha256: self.sha256.clone(),
             samples_read: self.counts.samples,
             median_interval_s: self.record.median_interval_s(),
+            rudder_unit: self.rudder_unit,
             description: LogDescription {
                 warnings: self.warnings.clone(),
                 ..self.description.clone()
@@ -231,11 +263,27 @@ pub fn open(
     Ok(OpenedLog {
         path: path.to_path_buf(),
         record,
+        rudder_unit: rudder_unit(reader.description(), channels),
         description: reader.description().clone(),
         sha256,
         counts: reader.counts(),
         warnings: said,
     })
+}
+
+fn rudder_unit(description: &LogDescription, channels: &ChannelArgs) -> RudderUnit {
+    let is_of_servo = description.channels.iter().any(|channel| {
+        let is_share = matches!(
+            channel.unit,
+            Unit::PulseWidth | Unit::Percent | Unit::Fraction
+        );
+        channel.quantity == Quantity::Rudder && is_share
+    });
+    if is_of_servo && channels.rudder_range_deg.is_none() {
+        RudderUnit::FullRudder
+    } else {
+        RudderUnit::Rad
+    }
 }
 
 fn warn(text: &str) {

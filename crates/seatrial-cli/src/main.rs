@@ -22,6 +22,7 @@ mod recreated;
 mod replay;
 mod report;
 mod sim;
+mod speeds;
 mod steering_source;
 mod study;
 mod table;

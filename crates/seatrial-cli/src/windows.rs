@@ -54,6 +54,11 @@ impl WindowArgs {
         }
     }
 
+    /// Was any window given?
+    pub fn are_given(&self) -> bool {
+        self.from.is_some() || self.to.is_some() || self.has_validation()
+    }
+
     fn has_validation(&self) -> bool {
         self.validate_from.is_some() || self.validate_to.is_some() || self.validate_on.is_some()
     }

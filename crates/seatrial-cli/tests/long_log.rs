@@ -1,0 +1,92 @@
+//! `identify` and `inspect` on logs with several manoeuvres, without windows.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn seatrial(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn document(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout).expect("one JSON document")
+}
+
+/// ArduPilot's Rover firmware on a simulated boat, if the shared data are here.
+fn rover_log() -> Option<String> {
+    let data = std::env::var_os("SEATRIAL_DATA").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
+        PathBuf::from,
+    );
+    let log = data.join("native/ardupilot/rover_json_physics.tlog");
+    if !log.exists() {
+        eprintln!("SKIPPED: {} is not here", log.display());
+        return None;
+    }
+    Some(log.to_str().unwrap().to_string())
+}
+
+/// Known a22 and b2 at two throttles, 1680 and 1830 us, behind a rudder lag of 0.15 s that the log does not tell; full
+/// rudder is 35 deg, which the log does not tell either. The tolerance of 10 % is the requirement's.
+#[test]
+fn val_ardupilot_rover_without_any_option() {
+    let Some(log) = rover_log() else { return };
+    let output = seatrial(&["identify", &log, "--json"]);
+    assert_eq!(output.status.code(), Some(0));
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(stderr.contains("the doublet at 87.6 s"), "{stderr}");
+    let document = document(&output);
+    assert_eq!(document["source"]["rudder_unit"], "full_rudder");
+    let models = document["models"].as_array().unwrap();
+    assert_eq!(models.len(), 3);
+    let full_rudder_rad = 35_f64.to_radians();
+    for (model, speed_m_s, a22, b2) in [
+        (&models[1], 3.8, -0.91, 1.75 * full_rudder_rad),
+        (&models[2], 5.55, -1.26, 3.71 * full_rudder_rad),
+    ] {
+        assert_eq!(model["verdict"]["accepted"], true, "{model:#}");
+        let found = |field: &str| model["identification"]["refined"][field].as_f64().unwrap();
+        assert!((found("a22_per_s") / a22 - 1.0).abs() < 0.1, "{model:#}");
+        assert!((found("b2_per_s2") / b2 - 1.0).abs() < 0.1, "{model:#}");
+        // The speed falls by a tenth while the rudder works.
+        let speed = model["surge_speed_m_s"].as_f64().unwrap();
+        assert!((speed / speed_m_s - 1.0).abs() < 0.1, "{speed}");
+    }
+}
+
+#[test]
+fn val_ardupilot_rover_makes_a_schedule_and_an_inspection() {
+    let Some(log) = rover_log() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let schedule = path("schedule.toml");
+    let output = seatrial(&["identify", &log, "--schedule", &schedule]);
+    assert_eq!(output.status.code(), Some(0));
+    let gains = seatrial(&["gains", "--schedule", &schedule, "--json"]);
+    assert_eq!(gains.status.code(), Some(0), "{gains:?}");
+    assert_eq!(document(&gains)["points"].as_array().map(Vec::len), Some(3));
+
+    let inspected = seatrial(&["inspect", &log, "--json"]);
+    let found = &document(&inspected)["manoeuvres"];
+    let doublets = found.as_array().unwrap();
+    let doublets = doublets.iter().filter(|m| m["kind"] == "doublet").count();
+    assert_eq!(doublets, 6);
+    let page = seatrial(&["inspect", &log]);
+    let page = String::from_utf8_lossy(&page.stdout).into_owned();
+    assert!(page.contains("% of full"), "{page}");
+    assert!(page.contains("identify takes"), "{page}");
+}
+
+/// Explicit windows win, and a log that is one manoeuvre is used as a whole.
+#[test]
+fn cli_windows_of_the_user_win() {
+    let Some(log) = rover_log() else { return };
+    let output = seatrial(&["identify", &log, "--from", "86.6", "--to", "97", "--json"]);
+    let document = document(&output);
+    assert!(document["models"].is_null());
+    assert_eq!(document["training"]["from_s"], 86.6);
+}
