@@ -73,6 +73,8 @@ pub fn conduct<V: Vehicle<f64>>(
             }
         };
         let step = Step::take(&mut trial, sample);
+        // Before a run is judged and anybody is told: both take their time, and the rudder must not wait.
+        let acted = vehicle.act(&step.action);
         while let Some(event) = trial.take_event() {
             match event {
                 Event::RunStarted {
@@ -105,7 +107,7 @@ pub fn conduct<V: Vehicle<f64>>(
             run.take(&step, trial.estimator());
         }
         watch.step(&step, &trial);
-        if let Err(error) = vehicle.act(&step.action) {
+        if let Err(error) = acted {
             fault = Some(error);
             break;
         }

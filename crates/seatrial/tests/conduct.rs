@@ -1,8 +1,10 @@
 //! Whole trials on the simulated vehicle.
 
+use std::cell::Cell;
+use std::convert::Infallible;
 use std::thread;
 
-use seatrial::campaign::{Campaign, Stage};
+use seatrial::campaign::{Campaign, Run, Stage};
 use seatrial::conduct::{Conducted, Unwatched, Watch, conduct};
 use seatrial::logbook::Step;
 use seatrial_core::{AbortReason, Action, List, Outcome, Plan, Sample, Steering, Trial, Vehicle};
@@ -322,4 +324,62 @@ fn assert_hands_back(actions: &[Action<f64>]) {
     assert!(matches!(hold.steering, Steering::HoldHeading(_)));
     assert_eq!(hold.thrust, None);
     assert!(hold.outcome.is_some());
+}
+
+/// Counts actions where the watcher sees them.
+struct Counted<'a> {
+    vehicle: FirstOrderVehicle,
+    actions: &'a Cell<u32>,
+}
+
+impl Vehicle<f64> for Counted<'_> {
+    type Error = Infallible;
+
+    fn next_sample(&mut self) -> Result<Option<Sample<f64>>, Infallible> {
+        self.vehicle.next_sample()
+    }
+
+    fn act(&mut self, action: &Action<f64>) -> Result<(), Infallible> {
+        self.actions.set(self.actions.get() + 1);
+        self.vehicle.act(action)
+    }
+}
+
+/// Steps seen, and whether each came after its action.
+struct AfterActions<'a> {
+    actions: &'a Cell<u32>,
+    steps: u32,
+    always: bool,
+}
+
+impl Watch for AfterActions<'_> {
+    fn step(&mut self, _: &Step, _: &Trial<f64>) {
+        self.steps += 1;
+        self.always &= self.actions.get() == self.steps;
+    }
+
+    fn run_ended(&mut self, _: &Run) {
+        self.always &= self.actions.get() == self.steps + 1;
+    }
+}
+
+/// Judging a run and writing it down delay no rudder.
+#[test]
+fn exact_the_vehicle_acts_before_anybody_is_told() {
+    let actions = Cell::new(0);
+    let mut vehicle = Counted {
+        vehicle: starfish(1),
+        actions: &actions,
+    };
+    let mut watch = AfterActions {
+        actions: &actions,
+        steps: 0,
+        always: true,
+    };
+    let plan = Plan {
+        thrusts: List::from_slice(&[0.8]).unwrap(),
+        ..Plan::paper()
+    };
+    conduct(&mut vehicle, plan, about(), &mut watch).unwrap();
+    assert!(watch.always && watch.steps > 500, "{} steps", watch.steps);
 }
