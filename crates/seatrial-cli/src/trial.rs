@@ -409,8 +409,8 @@ impl Watch for Bridge {
 
     fn step(&mut self, step: &Step, trial: &Trial<f64>) {
         self.keep(|recorder| recorder.step(*step));
-        let is_kept = self.recording.is_some() || self.viewer.is_some();
-        if self.live.is_terminal() || is_kept {
+        let is_recorded = self.recording.is_some() || self.viewer.is_some();
+        if self.live.is_terminal() || is_recorded {
             self.update_intervals(step);
         }
         let row = self.row(step, trial);

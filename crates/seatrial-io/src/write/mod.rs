@@ -133,3 +133,20 @@ fn columns_of(rows: &[Row]) -> Vec<Column> {
         .map(|(_, column)| column)
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_every_column_is_in_the_docs() {
+        let docs = include_str!("../../../../docs/recordings.md");
+        for column in COLUMNS {
+            assert!(
+                docs.contains(&format!("| `{}` |", column.name)),
+                "{}",
+                column.name
+            );
+        }
+    }
+}
