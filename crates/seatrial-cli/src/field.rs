@@ -119,6 +119,19 @@ fn text(document: &Document) -> String {
         field.trials.first().map_or(0, |t| t.accepted[1]),
         trials(field)
     );
+    if let Some(surge) = &field.surge {
+        let fastest_m_s = surge.points.last().map_or(0.0, |p| p.steady_speed_m_s);
+        let _ = writeln!(
+            text,
+            "\nSurge: speed = {:.2} m/s (thrust - {:.3}), rms {:.3} m/s; time constant {} s at {fastest_m_s:.2} m/s",
+            surge.speed_per_thrust_m_s,
+            surge.dead_band,
+            surge.rms_residual_m_s,
+            surge
+                .time_constant_s(fastest_m_s)
+                .map_or("unknown".into(), |s| format!("{s:.2}")),
+        );
+    }
     let _ = write!(
         text,
         "\nU-turns under {:.2} rad of rudder (Fig. 15): predicted against a circle through the track\n{}",

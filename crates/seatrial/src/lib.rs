@@ -23,6 +23,7 @@ pub mod report;
 pub mod savitzky_golay;
 pub mod segmentation;
 pub mod study;
+pub mod surge;
 pub mod time_scale;
 pub mod verdict;
 

@@ -16,6 +16,7 @@ use crate::campaign::Campaign;
 use crate::circle_fit::NoCircle;
 use crate::heading_step::{HeadingSteps, NoExperiment};
 use crate::savitzky_golay::NoDerivative;
+use crate::surge::SurgeModel;
 
 pub use claims::Claim;
 pub use heading_steps::{GainFromEnds, SteeredSteps};
@@ -111,6 +112,8 @@ pub struct Field {
     pub gains_from_ends: Vec<GainFromEnds>,
     /// The trials, every thrust.
     pub trials: Vec<TrialsAtThrust>,
+    /// Speed over thrust, of the first trial.
+    pub surge: Option<SurgeModel>,
     /// b2 = k V^2 + c over the first trial: the part of the variance of b2 that it explains.
     pub authority_r2: Option<f64>,
     /// The trials of one thrust beside each other.
@@ -151,6 +154,7 @@ impl Field {
                 .iter()
                 .filter_map(|point| TrialsAtThrust::of(trials, point.thrust?))
                 .collect(),
+            surge: first.and_then(SurgeModel::of),
             authority_r2: repeatability::authority_r2(&points),
             repeatability: Repeatability::of(
                 trials,

@@ -1,0 +1,218 @@
+//! Surge: the speed that a thrust gives, and how long it takes, from the settling stages of a trial.
+
+use nalgebra::{DMatrix, DVector};
+use seatrial_core::Sample;
+use serde::Serialize;
+
+use crate::campaign::{Campaign, Run, Stage};
+
+/// Change of speed from which a settling stage tells how fast it changes, as a fraction of the speed.
+const CHANGE: f64 = 0.05;
+/// Last part of a settling stage, s, whose mean speed is the steady one.
+const STEADY_S: f64 = 3.0;
+
+/// Speed over thrust.
+///
+/// ```text
+/// u_s = s (p - p0)                      steady: the force goes with (p - p0)^2, the drag with u^2
+/// u'  = (u_s^2 - u^2)/l                 on the way there
+/// T   = l/(2 u_s)                       near u_s
+/// ```
+///
+/// | symbol | identifier | unit |
+/// |---|---|---|
+/// | p | thrust setting, a fraction of full | 1 |
+/// | u, u_s | forward speed, steady | m/s |
+/// | s, p0 | `speed_per_thrust_m_s`, `dead_band` | m/s, 1 |
+/// | l | `drag_length_m`: mass over drag per speed squared | m |
+/// | T | [`time_constant_s`](SurgeModel::time_constant_s) | s |
+///
+/// A percentage of thrust sets a screw's speed, so that force and drag balance at a speed linear in it. s and p0 by
+/// least squares over the thrusts. 1/l by least squares over the settling stages that begin with a
+/// change of speed, of the integral, which needs no derivative of a noisy speed:
+///
+/// ```text
+/// u(t) = u(0) + (u_s^2/l) t - (1/l) integral of u^2 dt
+/// ```
+///
+/// with u(0) and u_s^2/l of each stage and one l for all. Valid between the least and the greatest thrust; the lag of the
+/// screw itself is in l.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SurgeModel {
+    /// s, m/s.
+    pub speed_per_thrust_m_s: f64,
+    /// p0.
+    pub dead_band: f64,
+    /// Root of the mean squared residual of the speeds, m/s.
+    pub rms_residual_m_s: f64,
+    /// l, m; `None` where no stage began with a change of speed.
+    pub drag_length_m: Option<f64>,
+    /// What it was fitted to, in order of thrust.
+    pub points: Vec<SurgePoint>,
+}
+
+/// The steady speed at a thrust.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SurgePoint {
+    /// Thrust as a fraction of full.
+    pub thrust: f64,
+    /// Mean forward speed at the end of the settling stage, m/s.
+    pub steady_speed_m_s: f64,
+}
+
+impl SurgeModel {
+    /// The model of a trial; `None` under two thrusts with a speed.
+    pub fn of(campaign: &Campaign) -> Option<Self> {
+        let mut points: Vec<SurgePoint> = Vec::new();
+        for run in &campaign.runs {
+            let Some(steady_speed_m_s) = steady_speed_m_s(&settling(run)) else {
+                continue;
+            };
+            points.retain(|point| point.thrust != run.thrust);
+            points.push(SurgePoint {
+                thrust: run.thrust,
+                steady_speed_m_s,
+            });
+        }
+        points.sort_by(|a, b| a.thrust.total_cmp(&b.thrust));
+        let n = points.len() as f64;
+        let mean = |of: fn(&SurgePoint) -> f64| points.iter().map(of).sum::<f64>() / n;
+        let (thrust, speed) = (mean(|p| p.thrust), mean(|p| p.steady_speed_m_s));
+        let product: f64 = points
+            .iter()
+            .map(|p| (p.thrust - thrust) * (p.steady_speed_m_s - speed))
+            .sum();
+        let square: f64 = points.iter().map(|p| (p.thrust - thrust).powi(2)).sum();
+        let speed_per_thrust_m_s = product / square;
+        let dead_band = thrust - speed / speed_per_thrust_m_s;
+        if points.len() < 2 || !dead_band.is_finite() {
+            return None;
+        }
+        let residual =
+            |p: &SurgePoint| p.steady_speed_m_s - speed_per_thrust_m_s * (p.thrust - dead_band);
+        let squares: f64 = points.iter().map(|p| residual(p).powi(2)).sum();
+        let stages: Vec<Vec<[f64; 2]>> = campaign
+            .runs
+            .iter()
+            .map(settling)
+            .filter(|stage| begins_with_a_change(stage))
+            .collect();
+        Some(Self {
+            speed_per_thrust_m_s,
+            dead_band,
+            rms_residual_m_s: (squares / n).sqrt(),
+            drag_length_m: drag_length_m(&stages),
+            points,
+        })
+    }
+
+    /// The steady speed at a thrust, m/s; 0 inside the dead band.
+    pub fn speed_m_s(&self, thrust: f64) -> f64 {
+        (self.speed_per_thrust_m_s * (thrust - self.dead_band)).max(0.0)
+    }
+
+    /// The thrust that keeps a speed.
+    pub fn thrust(&self, surge_speed_m_s: f64) -> f64 {
+        self.dead_band + surge_speed_m_s / self.speed_per_thrust_m_s
+    }
+
+    /// Time constant of small changes about a speed, s.
+    pub fn time_constant_s(&self, surge_speed_m_s: f64) -> Option<f64> {
+        Some(self.drag_length_m? / (2.0 * surge_speed_m_s))
+    }
+}
+
+/// Time and speed in the settling stage of a run.
+fn settling(run: &Run) -> Vec<[f64; 2]> {
+    let stage = run.stages.iter().find(|span| span.stage == Stage::Settle);
+    let samples = stage.map_or(&[][..], |span| run.record.window(span.window));
+    let known = |s: &Sample<f64>| Some([s.time_s, s.surge_speed_m_s?]);
+    let finite = |s: &[f64; 2]| s.iter().all(|x| x.is_finite());
+    let mut stage: Vec<[f64; 2]> = samples.iter().filter_map(known).filter(finite).collect();
+    stage.dedup_by(|next, last| next[0] <= last[0]);
+    stage
+}
+
+/// The mean over the last seconds of a stage, m/s.
+fn steady_speed_m_s(stage: &[[f64; 2]]) -> Option<f64> {
+    let [end_s, _] = *stage.last()?;
+    let late = stage
+        .iter()
+        .filter(|[time_s, _]| *time_s >= end_s - STEADY_S);
+    let count = late.clone().count() as f64;
+    Some(late.map(|[_, speed]| speed).sum::<f64>() / count)
+}
+
+fn begins_with_a_change(stage: &[[f64; 2]]) -> bool {
+    let Some((first, last)) = stage.first().zip(steady_speed_m_s(stage)) else {
+        return false;
+    };
+    (last - first[1]).abs() > CHANGE * last.abs()
+}
+
+/// l by least squares over the stages, m.
+fn drag_length_m(stages: &[Vec<[f64; 2]>]) -> Option<f64> {
+    let rows: usize = stages.iter().map(Vec::len).sum();
+    // u(0) and u_s^2/l of each stage, 1/l.
+    let columns = 2 * stages.len() + 1;
+    if stages.is_empty() || rows <= columns {
+        return None;
+    }
+    let mut regressors = DMatrix::zeros(rows, columns);
+    let mut speeds = DVector::zeros(rows);
+    let mut row = 0;
+    for (k, stage) in stages.iter().enumerate() {
+        let [start_s, mut last_m_s] = stage[0];
+        let mut last_s = start_s;
+        let mut integral = 0.0;
+        for [time_s, speed_m_s] in stage {
+            let interval_s = time_s - last_s;
+            integral += 0.5 * interval_s * (speed_m_s * speed_m_s + last_m_s * last_m_s);
+            (last_s, last_m_s) = (*time_s, *speed_m_s);
+            regressors[(row, 2 * k)] = 1.0;
+            regressors[(row, 2 * k + 1)] = time_s - start_s;
+            regressors[(row, columns - 1)] = -integral;
+            speeds[row] = *speed_m_s;
+            row += 1;
+        }
+    }
+    let transposed = regressors.transpose();
+    let solution = (&transposed * &regressors)
+        .cholesky()?
+        .solve(&(transposed * speeds));
+    let length = 1.0 / solution[columns - 1];
+    (length.is_finite() && length > 0.0).then_some(length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// u = u_s tanh(u_s t/l + c) solves u' = (u_s^2 - u^2)/l.
+    fn stage(from_m_s: f64, to_m_s: f64, length_m: f64) -> Vec<[f64; 2]> {
+        let ratio: f64 = from_m_s / to_m_s;
+        (0..240)
+            .map(|k| {
+                let time_s = 5.0 + 0.05 * f64::from(k);
+                let way = (to_m_s * (time_s - 5.0) / length_m).tanh();
+                [time_s, to_m_s * (ratio + way) / (1.0 + ratio * way)]
+            })
+            .collect()
+    }
+
+    #[test]
+    fn exact_drag_length_of_quadratic_drag() {
+        let stages = [stage(1.0, 1.4, 9.0), stage(1.4, 1.7, 9.0)];
+        let found = drag_length_m(&stages).unwrap();
+        // The trapezoidal rule: (0.05 s)^2/12 of the curvature.
+        assert!((found / 9.0 - 1.0).abs() < 1e-3, "{found}");
+        assert_eq!(drag_length_m(&[]), None);
+    }
+
+    #[test]
+    fn exact_only_a_change_of_speed_counts() {
+        assert!(begins_with_a_change(&stage(1.0, 1.4, 9.0)));
+        assert!(!begins_with_a_change(&stage(1.4, 1.4, 9.0)));
+        assert!(!begins_with_a_change(&[]));
+    }
+}
