@@ -78,8 +78,11 @@ impl Alog {
                 continue;
             }
             let length = line.len();
-            let Some((time_s, name, value)) = std::str::from_utf8(line).ok().and_then(entry) else {
-                self.damage.skipped(position, length);
+            let line = String::from_utf8_lossy(line).into_owned();
+            // A number that was cut off looks whole.
+            let found = entry(&line).filter(|_| !self.bytes.is_line_cut());
+            let Some((time_s, name, value)) = found else {
+                self.damage.not_a_line(&self.bytes, position, length);
                 continue;
             };
             let Ok(value) = value.parse::<f64>() else {

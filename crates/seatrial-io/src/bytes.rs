@@ -19,6 +19,7 @@ pub(crate) struct Bytes {
     unread: Range<usize>,
     position: u64,
     at_end: bool,
+    is_line_ended: bool,
 }
 
 impl Bytes {
@@ -30,6 +31,7 @@ impl Bytes {
             unread: 0..0,
             position: 0,
             at_end: false,
+            is_line_ended: true,
         };
         bytes.go_to(0)?;
         Ok(bytes)
@@ -87,7 +89,13 @@ impl Bytes {
         };
         let from = self.unread.start;
         self.skip(end);
+        self.is_line_ended = end > length;
         Ok(Some(self.buffer[from..from + length].trim_ascii()))
+    }
+
+    /// Is the line that was read last the file's last, and without an end?
+    pub fn is_line_cut(&self) -> bool {
+        !self.is_line_ended && self.at_end && self.unread.is_empty()
     }
 
     /// Passes over bytes that were seen.
@@ -144,6 +152,14 @@ impl Damage {
         }
         self.bytes += count as u64;
         self.previous_end = Some(position + count as u64);
+    }
+
+    /// A line that is none: cut off where it is the last.
+    pub fn not_a_line(&mut self, bytes: &Bytes, position: u64, length: usize) {
+        match bytes.is_line_cut() {
+            true => self.cut_at = Some(position),
+            false => self.skipped(position, length),
+        }
     }
 
     /// For people.

@@ -180,10 +180,19 @@ impl Line {
         let group: u32 = cells.next()?.trim().parse().ok()?;
         let source = cells.next()?.trim().parse().ok()?;
         let _destination: u8 = cells.next()?.trim().parse().ok()?;
-        let _length: u16 = cells.next()?.trim().parse().ok()?;
+        let length: usize = cells.next()?.trim().parse().ok()?;
         let mut data = [0xff; 8];
-        for (byte, cell) in data.iter_mut().zip(cells) {
-            *byte = u8::from_str_radix(cell.trim(), 16).ok()?;
+        let mut found = 0;
+        for cell in cells {
+            let digits = Some(cell.trim()).filter(|digits| digits.len() == 2)?;
+            let byte = u8::from_str_radix(digits, 16).ok()?;
+            if let Some(place) = data.get_mut(found) {
+                *place = byte;
+            }
+            found += 1;
+        }
+        if found < length {
+            return None;
         }
         Some(Self {
             time,
@@ -268,7 +277,7 @@ impl Capture {
                 }
                 None => {
                     let length = line.len();
-                    self.damage.skipped(position, length);
+                    self.damage.not_a_line(&self.bytes, position, length);
                 }
             }
         }

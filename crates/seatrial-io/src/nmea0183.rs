@@ -256,8 +256,10 @@ impl Sentences {
                 continue;
             }
             let line = String::from_utf8_lossy(line).into_owned();
-            let Some((before, cells)) = sentence(&line) else {
-                self.damage.skipped(position, length);
+            // Of a sentence that was cut off only a checksum says that it is whole.
+            let may_be_cut = self.bytes.is_line_cut() && !line.contains('*');
+            let Some((before, cells)) = sentence(&line).filter(|_| !may_be_cut) else {
+                self.damage.not_a_line(&self.bytes, position, length);
                 continue;
             };
             let address = cells[0];

@@ -54,6 +54,54 @@ fn damaged(seed: &[u8], random: &mut Random) -> Vec<u8> {
     bytes
 }
 
+/// A cut log gives what is before the cut, or says why it gives nothing.
+#[test]
+fn io_every_format_cut_at_every_byte_is_read_up_to_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log");
+    let read = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).unwrap();
+        let mut reader = open(&path, &ChannelChoice::default())?;
+        let samples: Vec<_> = reader.by_ref().map_while(Result::ok).collect();
+        Ok::<_, seatrial_io::ReadError>((samples, reader.warnings()))
+    };
+    for format in seeds::FORMATS {
+        for seed in seeds::of(format) {
+            let (whole, _) = read(&seed).unwrap();
+            let (mut most, mut silent) = (0, 0);
+            let step = if format == "rosbag2" {
+                101
+            } else {
+                1 + seed.len() / 800
+            };
+            for length in (0..seed.len()).step_by(step) {
+                let Ok((samples, warnings)) = read(&seed[..length]) else {
+                    continue;
+                };
+                // The rudder of the last sample was not known to its end.
+                let certain = samples.len().saturating_sub(1);
+                for (cut, whole) in samples[..certain].iter().zip(&whole) {
+                    let both = [cut, whole].map(|s| (s.time_s, s.heading_rad));
+                    assert_eq!(both[0], both[1], "{format} {length}");
+                }
+                most = most.max(samples.len());
+                silent += usize::from(warnings.iter().all(|w| !w.contains("cut off")));
+            }
+            assert!(
+                format == "parquet" || most + 1 >= whole.len(),
+                "{format}: {most}"
+            );
+            // Between two messages, and within the end of a line, nothing is cut; CSV cannot tell a short number from a cut one.
+            let few = match format {
+                "csv" | "rosbag2" => seed.len(),
+                "mcap" => seed.len() / 2,
+                _ => 13 * seeds::ROWS as usize,
+            };
+            assert!(silent <= few, "{format}: {silent} of {}", seed.len());
+        }
+    }
+}
+
 /// Samples of a log of these bytes; the fault that ends it.
 fn read(folder: &Path, bytes: &[u8], drop_invalid: bool) -> (usize, Option<Fault>) {
     let path = folder.join("log");

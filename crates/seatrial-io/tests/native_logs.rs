@@ -684,6 +684,103 @@ fn io_arrival_is_a_time_of_its_own() {
     assert!(regular(&arrival) < arrival.len() / 100);
 }
 
+/// Logs in all folders of the shared data, but for the lists of sensors.
+fn all_native() -> Vec<PathBuf> {
+    let folders = ["ardupilot", "px4", "nmea2000", "slocum"];
+    let files = folders.iter().filter_map(|folder| native(folder));
+    let files = files.flat_map(|folder| std::fs::read_dir(folder).unwrap());
+    let mut files: Vec<PathBuf> = files.map(|entry| entry.unwrap().path()).collect();
+    files.retain(|path| path.is_file() && path.extension().is_none_or(|suffix| suffix != "csv"));
+    files.sort();
+    files
+}
+
+/// Without its path.
+fn refusal(error: &seatrial_io::ReadError) -> String {
+    error.fault.to_string()
+}
+
+/// Times and headings, or why there are none.
+fn headings(path: &std::path::Path) -> Result<(Vec<[f64; 2]>, Vec<String>), String> {
+    let heading_alone = |column: &str| ChannelChoice {
+        columns: BTreeMap::from([Quantity::Heading, Quantity::Rudder].map(|q| (q, column.into()))),
+        units: BTreeMap::from([Quantity::Heading, Quantity::Rudder].map(|q| (q, Unit::Radian))),
+        drop_invalid: true,
+        ..ChannelChoice::default()
+    };
+    // Whatever a cut leaves of the parameters: the heading is always there.
+    let mut found = Err(String::new());
+    for column in [
+        "ATT.Yaw",
+        "ATTITUDE.yaw",
+        "vehicle_attitude.yaw",
+        "vessel_heading.52.heading_rad",
+        "attitude.52.yaw_rad",
+        "m_heading",
+    ] {
+        match open(path, &heading_alone(column)) {
+            Ok(mut reader) => {
+                let samples = reader.by_ref().map_while(Result::ok);
+                let samples = samples.map(|s| [s.time_s, s.heading_rad]).collect();
+                return Ok((samples, reader.warnings()));
+            }
+            Err(error) if found.is_ok() || !matches!(error.fault, Fault::NoSuchColumn { .. }) => {
+                return Err(refusal(&error));
+            }
+            Err(error) => found = Err(refusal(&error)),
+        }
+    }
+    found
+}
+
+/// Every log is read or refused with a reason; cut, it gives the same up to there and says so.
+#[test]
+fn io_every_native_log_cut_anywhere_gives_what_is_before_the_cut() {
+    let folder = tempfile::tempdir().unwrap();
+    for path in all_native() {
+        let name = path.display();
+        let whole = headings(&path);
+        let refused = open(&path, &ChannelChoice::default()).err();
+        let is_a_copy =
+            matches!(&refused, Some(e) if matches!(e.fault, Fault::TimeCollapsed { .. }));
+        let has_no_rudder =
+            matches!(&refused, Some(e) if matches!(e.fault, Fault::NotLogged { .. }));
+        assert!(
+            refused.is_none() || is_a_copy || has_no_rudder,
+            "{name}: {refused:?}"
+        );
+        let bytes = std::fs::read(&path).unwrap();
+        let mut before = 0;
+        for share in [0.3, 0.5, 0.7, 0.9, 0.999] {
+            let length = (bytes.len() as f64 * share) as usize;
+            let cut = folder.path().join("log");
+            std::fs::write(&cut, &bytes[..length]).unwrap();
+            let cache = path.with_file_name("cac/468fd1be.cac");
+            let _ = std::fs::copy(cache, folder.path().join("468fd1be.cac"));
+            match (&whole, headings(&cut)) {
+                (Ok((whole, _)), Ok((read, warnings))) => {
+                    assert_eq!(read[..], whole[..read.len()], "{name} {share}");
+                    assert!(read.len() >= before, "{name} {share}");
+                    before = read.len();
+                    let says_so = warnings.iter().any(|w| w.contains("cut off"));
+                    assert!(says_so, "{name} {share}: {warnings:?}");
+                }
+                (Err(whole), Err(cut)) => assert!(!whole.is_empty() && !cut.is_empty()),
+                (_, Err(why)) => panic!("{name} {share}: {why}"),
+                (Err(why), Ok(_)) => panic!("{name} {share}: whole it is refused: {why}"),
+            }
+        }
+        // Up to the last cut all but a thousandth is there.
+        if let Ok((whole, _)) = &whole {
+            assert!(
+                before + 20 >= whole.len() * 9 / 10,
+                "{name}: {before} of {}",
+                whole.len()
+            );
+        }
+    }
+}
+
 #[test]
 fn io_a_cut_file_gives_everything_before_the_cut_and_says_so() {
     let folder = tempfile::tempdir().unwrap();
