@@ -21,6 +21,15 @@
     allow(dead_code)
 )]
 
+#[cfg(all(
+    test,
+    feature = "dataflash",
+    feature = "tlog",
+    feature = "ulog",
+    feature = "mcap",
+    feature = "rosbag2"
+))]
+mod agreement;
 #[cfg(feature = "alog")]
 mod alog;
 #[cfg(any(feature = "dataflash", feature = "tlog"))]
