@@ -12,6 +12,7 @@ use seatrial_core::Outcome;
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};
+use crate::table::decimals;
 
 /// Results of earlier trials: list, show, compare, export, verify.
 #[derive(clap::Args)]
@@ -240,7 +241,9 @@ fn write_run(text: &mut String, run: &Run) {
 }
 
 fn digits(value: Option<f64>, places: usize) -> String {
-    value.map_or("-".into(), |value| format!("{value:.places$}"))
+    value.map_or("-".into(), |value| {
+        format!("{value:.*}", decimals(value, places))
+    })
 }
 
 fn interval(interval: Option<[f64; 2]>, places: usize) -> String {

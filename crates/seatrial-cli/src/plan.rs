@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use seatrial::preview::{
-    self, Comparison, Predicted, Preview, Recommendation, Target, compare_designs, recommend,
+    self, Comparison, Predicted, Preview, Recommendation, Target, compare_designs, parse_target,
+    recommend,
 };
 use seatrial::verdict::{WIDEST_A22, WIDEST_B2};
 use seatrial_core::{Excitation, List, Outcome, Plan, Trial};
@@ -23,6 +24,13 @@ pub struct Args {
     /// Begin with this plan instead of the paper's.
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
+    /// Begin with the paper's plan in the time of a vehicle whose yaw rate follows the rudder with this time constant,
+    /// roughly; the paper's is 0.93 s, a ship's may be 100 s.
+    #[arg(long, value_name = "S", conflicts_with = "plan", value_parser = positive)]
+    time_constant: Option<f64>,
+    /// Interval of the vehicle's samples.
+    #[arg(long, value_name = "S", value_parser = positive)]
+    sample_interval: Option<f64>,
     /// Thrust as a fraction of full; repeatable.
     #[arg(long, value_name = "FRACTION")]
     thrust: Vec<f64>,
@@ -41,8 +49,11 @@ pub struct Args {
     #[command(flatten)]
     prior: PriorArgs,
     /// Recommend the doublet whose 95 % intervals are this narrow, as in a22:10%,b2:5%.
-    #[arg(long, value_name = "WIDTHS")]
+    #[arg(long, value_name = "WIDTHS", value_parser = parse_target)]
     target: Option<Target>,
+    /// End the training of a run as soon as its intervals are this narrow, as in a22:10%,b2:5%.
+    #[arg(long, value_name = "WIDTHS", value_parser = parse_target)]
+    stop_when: Option<Target>,
     /// Compare doublet, 3-2-1-1 and a designed manoeuvre at the amplitude and duration of the plan's training.
     #[arg(long)]
     compare: bool,
@@ -80,6 +91,7 @@ accepted, or the --target is not within reach.
 
 Examples:
   seatrial plan --thrust 0.6 --thrust 0.8 --amplitude-deg 12 --out plan.toml && seatrial trial --plan plan.toml
+  seatrial plan --time-constant 20 --sample-interval 0.5 --a22 -0.05 --b2 0.003 --speed 3 --out slow.toml
   seatrial plan --target a22:10%,b2:6% --adopt recommended --out plan.toml
   seatrial plan --a22 -0.9 --b2 0.7 --speed 1.2 --thrust 0.6 --noise-deg 1 --disturbance 0.005,2 --compare
 
@@ -179,6 +191,11 @@ fn too_little(preview: &Preview) -> Vec<String> {
 
 fn planned(args: &Args) -> Result<Plan<f64>, Failure> {
     let mut plan = load_plan(args.plan.as_deref())?;
+    let sample_interval_s = args.sample_interval.unwrap_or(plan.sample_interval_s);
+    if let Some(time_constant_s) = args.time_constant {
+        plan = Plan::for_time_constant(time_constant_s, sample_interval_s);
+    }
+    plan.sample_interval_s = sample_interval_s;
     plan.rudder_limit_rad = args
         .prior
         .source
@@ -208,8 +225,16 @@ fn planned(args: &Args) -> Result<Plan<f64>, Failure> {
         *amplitude_rad = amplitude_deg.map_or(*amplitude_rad, f64::to_radians);
         *period_s = args.period_s.unwrap_or(*period_s);
     }
+    plan.stop_when = args.stop_when.or(plan.stop_when);
     plan.max_repeats = args.repeats.unwrap_or(plan.max_repeats);
     checked(plan)
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
+        _ => Err("a positive number of seconds is needed".into()),
+    }
 }
 
 fn checked(plan: Plan<f64>) -> Result<Plan<f64>, Failure> {

@@ -12,6 +12,7 @@ use serde_json::Value;
 
 use crate::logbook::chosen_campaign;
 use crate::output::Failure;
+use crate::table::decimals;
 
 /// The rudder limit where neither the command line nor the source has one: the paper's, rad.
 const DEFAULT_RUDDER_LIMIT_RAD: f64 = 0.26;
@@ -113,13 +114,17 @@ pub struct Estimate {
 
 impl Estimate {
     /// For a table: the value, then half the width of the interval.
-    pub fn text(&self, decimals: usize, scale: f64) -> String {
-        let value = format!("{:.decimals$}", self.value * scale);
+    pub fn text(&self, least_decimals: usize, scale: f64) -> String {
+        let value = self.value * scale;
+        let digits = decimals(value, least_decimals);
         match self.interval_95 {
             Some([low, high]) => {
-                format!("{value} ±{:.decimals$}", (high - low) / 2.0 * scale.abs())
+                format!(
+                    "{value:.digits$} ±{:.digits$}",
+                    (high - low) / 2.0 * scale.abs()
+                )
             }
-            None => value,
+            None => format!("{value:.digits$}"),
         }
     }
 }

@@ -41,3 +41,25 @@ impl fmt::Display for Table {
         Ok(())
     }
 }
+
+/// Decimals with which a value is printed: `least`, or as many as three significant figures of a small one need.
+pub fn decimals(value: f64, least: usize) -> usize {
+    if value == 0.0 || !value.is_finite() {
+        return least;
+    }
+    let needed = 2.0 - value.abs().log10().floor();
+    least.max(needed.clamp(0.0, 12.0) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::decimals;
+
+    #[test]
+    fn exact_small_values_keep_three_figures() {
+        assert_eq!(decimals(-1.07, 3), 3);
+        assert_eq!(decimals(0.0096, 3), 5);
+        assert_eq!(decimals(9.1e-5, 3), 7);
+        assert_eq!(decimals(0.0, 3), 3);
+    }
+}

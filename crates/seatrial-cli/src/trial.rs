@@ -8,11 +8,12 @@ use std::time::{Duration, Instant};
 
 use seatrial::campaign::{Campaign, Run, Stage};
 use seatrial::conduct::{Watch, conduct};
-use seatrial::identify::refine::refine;
+use seatrial::identification::Refined;
 use seatrial::logbook::{Logbook, NewCampaign, Recorder, Step};
+use seatrial::preview::{Target, parse_target};
 use seatrial::report;
 use seatrial_core::heading_control::HeadingGain;
-use seatrial_core::{AbortReason, Outcome, Plan, Sample, Trial, YawModel};
+use seatrial_core::{AbortReason, Outcome, Plan, Trial, YawModel};
 use seatrial_io::{Estimate, Row, RowWriter};
 use serde::Serialize;
 
@@ -20,7 +21,7 @@ use crate::live::{Live, Parameter, Picture};
 use crate::output::{Exit, Failure, Output, say};
 use crate::pitch::{self, Axis};
 use crate::record::{self, Format, Recording};
-use crate::table::Table;
+use crate::table::{Table, decimals};
 use crate::vehicle;
 
 /// Run a whole sea trial: settle, train and validate at each speed, then gains and turning limits.
@@ -50,6 +51,9 @@ pub struct Args {
     /// The plan, a TOML file as `seatrial plan` writes it [default: the paper's].
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
+    /// End the training of a run as soon as its intervals are this narrow, as in a22:10%,b2:5% [default: the plan's].
+    #[arg(long, value_name = "WIDTHS", value_parser = parse_target)]
+    stop_when: Option<Target>,
     /// Where everything is kept.
     #[arg(long, value_name = "FILE", default_value = "seatrial.db")]
     logbook: PathBuf,
@@ -108,6 +112,7 @@ impl Args {
     fn pitch(&self, output: &Output) -> Result<Exit, Failure> {
         for (option, given) in [
             ("--plan", self.plan.is_some()),
+            ("--stop-when", self.stop_when.is_some()),
             ("--report", self.report.is_some()),
             ("--scenario", self.scenario.is_some()),
             ("--record", self.record.is_some()),
@@ -124,7 +129,8 @@ impl Args {
 }
 
 fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let plan = load_plan(args.plan.as_deref())?;
+    let mut plan = load_plan(args.plan.as_deref())?;
+    plan.stop_when = args.stop_when.or(plan.stop_when);
     let mut vehicle = vehicle::rehearsed(&args.vehicle, args.scenario.as_deref(), args.seed)?;
     let about = Campaign {
         software_version: env!("CARGO_PKG_VERSION").into(),
@@ -231,9 +237,7 @@ struct Bridge {
     unsaved: Vec<String>,
     live: Live,
     vehicle: String,
-    training: Vec<Sample<f64>>,
     intervals: Option<[[f64; 2]; 3]>,
-    interval_due_s: f64,
     pace: Option<Pace>,
     stop: Arc<AtomicBool>,
 }
@@ -259,9 +263,7 @@ impl Bridge {
             unsaved: Vec::new(),
             live: Live::start(),
             vehicle: args.vehicle.clone(),
-            training: Vec::new(),
             intervals: None,
-            interval_due_s: f64::NEG_INFINITY,
             pace: args.realtime.then(|| Pace {
                 start: Instant::now(),
                 first_s: None,
@@ -308,29 +310,6 @@ impl Bridge {
             self.note(failure.to_string());
         }
         self.unsaved
-    }
-
-    /// The 95 % interval so far, once a second of the vehicle's time.
-    fn update_intervals(&mut self, step: &Step) {
-        if step.stage == Some(Stage::Settle) {
-            self.training.clear();
-            self.intervals = None;
-        }
-        let Some(online) = step.estimate else {
-            return;
-        };
-        self.training.push(step.sample);
-        if step.sample.time_s >= self.interval_due_s {
-            self.interval_due_s = step.sample.time_s + 1.0;
-            self.intervals = refine(&self.training, Some(online)).ok().map(|refined| {
-                let interval = refined.interval_95;
-                [
-                    interval.a22_per_s,
-                    interval.b2_per_s2,
-                    interval.c0_rad_per_s2,
-                ]
-            });
-        }
     }
 
     fn row(&self, step: &Step, trial: &Trial<f64>) -> Row {
@@ -409,9 +388,8 @@ impl Watch for Bridge {
 
     fn step(&mut self, step: &Step, trial: &Trial<f64>) {
         self.keep(|recorder| recorder.step(*step));
-        let is_recorded = self.recording.is_some() || self.viewer.is_some();
-        if self.live.is_terminal() || is_recorded {
-            self.update_intervals(step);
+        if step.stage == Some(Stage::Settle) {
+            self.intervals = None;
         }
         let row = self.row(step, trial);
         self.record(|recording| recording.take(row));
@@ -428,6 +406,19 @@ impl Watch for Bridge {
             let due = Duration::try_from_secs_f64(step.sample.time_s - first_s).unwrap_or_default();
             std::thread::sleep(due.saturating_sub(pace.start.elapsed()));
         }
+    }
+
+    fn wants_intervals(&self) -> bool {
+        self.live.is_terminal() || self.recording.is_some() || self.viewer.is_some()
+    }
+
+    fn interval(&mut self, refined: &Refined) {
+        let interval = refined.interval_95;
+        self.intervals = Some([
+            interval.a22_per_s,
+            interval.b2_per_s2,
+            interval.c0_rad_per_s2,
+        ]);
     }
 
     fn run_ended(&mut self, run: &Run) {
@@ -517,13 +508,16 @@ fn models(runs: &[&Run]) -> String {
         });
         let with_width = |index: usize, digits: usize| {
             let value = model.theta()[index];
+            let digits = decimals(value, digits);
             half_widths.map_or_else(
                 || format!("{value:.digits$}"),
                 |widths| format!("{value:.digits$} ±{:.digits$}", widths[index]),
             )
         };
         let number = |value: Option<f64>, digits: usize| {
-            value.map_or_else(String::new, |value| format!("{value:.digits$}"))
+            value.map_or_else(String::new, |value| {
+                format!("{value:.*}", decimals(value, digits))
+            })
         };
         table.row(vec![
             format!("{:.0}", 100.0 * run.thrust),

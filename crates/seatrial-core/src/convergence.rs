@@ -2,6 +2,13 @@
 
 use crate::Real;
 
+/// The filter pole and the sampling interval for which the paper states threshold and count: rad/s, s.
+const PAPER_LAMBDA_RAD_S: f64 = 1.5;
+const PAPER_INTERVAL_S: f64 = 0.05;
+
+/// However long the intervals are, so many samples must agree.
+const LEAST_IN_A_ROW: u32 = 3;
+
 /// When an estimate counts as converged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -10,6 +17,66 @@ pub struct ConvergenceSettings<T> {
     pub threshold: T,
     /// Samples in a row that must stay under it.
     pub consecutive: u32,
+    /// Both hold in the vehicle's own time, [`Pace`], rather than in seconds and samples.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub in_own_time: bool,
+}
+
+/// How a vehicle's time compares with that of the paper's, for which the numbers of (39) are meant.
+///
+/// ```text
+/// tau = (1.5 rad/s) / lambda                                       the vehicle's second
+/// n   = h / (0.05 tau)                                             an interval in the paper's samples
+/// |Theta(t_k) - Theta(t_k-1)| -> |[da22 tau, db2 tau^2, dC0 tau^2]| / n
+/// ```
+///
+/// | symbol | identifier | unit |
+/// |---|---|---|
+/// | tau | `second_s` | s |
+/// | n | `samples` | - |
+/// | h | `interval_s` | s |
+///
+/// A vehicle that is a hundred times slower and sampled a hundred times slower converges at the same sample. At
+/// the paper's 20 Hz and lambda = 1.5 rad/s, and wherever `in_own_time` is off, tau = 1 s and n = 1: (39) as printed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pace<T> {
+    second_s: T,
+    samples: T,
+}
+
+impl<T: Real> Pace<T> {
+    /// Of a sample `interval_s` after the one before, with filters of this lambda. A sample that follows on none,
+    /// `interval_s` = 0, counts as one of the paper's.
+    pub fn new(settings: &ConvergenceSettings<T>, lambda_rad_s: T, interval_s: T) -> Self {
+        if !settings.in_own_time {
+            return Self {
+                second_s: T::ONE,
+                samples: T::ONE,
+            };
+        }
+        let second_s = T::of(PAPER_LAMBDA_RAD_S) / lambda_rad_s;
+        let samples = interval_s / (T::of(PAPER_INTERVAL_S) * second_s);
+        Self {
+            second_s,
+            samples: if samples > T::ZERO { samples } else { T::ONE },
+        }
+    }
+
+    /// The step from one Theta to the next.
+    pub fn step_norm(&self, before: [T; 3], after: [T; 3]) -> T {
+        let second_s = self.second_s;
+        let units = [second_s, second_s * second_s, second_s * second_s];
+        let squares: T = before
+            .iter()
+            .zip(&after)
+            .zip(&units)
+            .map(|((before, after), unit)| {
+                let step = (*after - *before) * *unit;
+                step * step
+            })
+            .sum();
+        squares.sqrt() / self.samples
+    }
 }
 
 /// Criterion (39), met several times in a row.
@@ -21,22 +88,25 @@ pub struct ConvergenceSettings<T> {
 /// An estimate that nothing excites does not move either: (39) alone fires before the doublet
 /// begins. [`arm`](Self::arm) it when the doublet is over.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Convergence {
+pub struct Convergence<T> {
     armed: bool,
     in_a_row: u32,
+    /// The same in the paper's samples.
+    lasted: T,
     detected_s: Option<f64>,
 }
 
-impl Convergence {
+impl<T: Real> Convergence<T> {
     /// Counts from the next sample on.
     pub fn arm(&mut self) {
         self.armed = true;
     }
 
     /// Takes in one step of the estimate, `elapsed_s` after the start of the training.
-    pub fn observe<T: Real>(
+    pub fn observe(
         &mut self,
         step_norm: T,
+        pace: &Pace<T>,
         elapsed_s: f64,
         settings: &ConvergenceSettings<T>,
     ) {
@@ -45,10 +115,13 @@ impl Convergence {
         }
         if step_norm < settings.threshold {
             self.in_a_row += 1;
+            self.lasted += pace.samples;
         } else {
             self.in_a_row = 0;
+            self.lasted = T::ZERO;
         }
-        if self.in_a_row >= settings.consecutive {
+        let wanted = T::of(f64::from(settings.consecutive) - 0.5);
+        if self.lasted >= wanted && self.in_a_row >= LEAST_IN_A_ROW.min(settings.consecutive) {
             self.detected_s = Some(elapsed_s);
         }
     }
@@ -68,7 +141,9 @@ mod tests {
         let settings = ConvergenceSettings {
             threshold: 0.001,
             consecutive: 3,
+            in_own_time: false,
         };
+        let pace = Pace::new(&settings, 0.1, 7.0);
         let mut convergence = Convergence::default();
         let steps = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.5];
         for (k, step) in (0_u32..).zip(steps) {
@@ -76,8 +151,49 @@ mod tests {
                 assert_eq!(convergence.detected_s(), None);
                 convergence.arm();
             }
-            convergence.observe(step, f64::from(k), &settings);
+            convergence.observe(step, &pace, f64::from(k), &settings);
         }
         assert_eq!(convergence.detected_s(), Some(9.0));
+    }
+
+    #[test]
+    fn exact_the_papers_vehicle_keeps_the_papers_time() {
+        let settings = ConvergenceSettings {
+            threshold: 0.001,
+            consecutive: 10,
+            in_own_time: true,
+        };
+        let pace = Pace::new(&settings, 1.5, 0.05);
+        assert_eq!(pace.step_norm([0.0; 3], [0.3, 0.4, 1.2]), 1.3);
+        let mut convergence = Convergence::default();
+        convergence.arm();
+        for k in 1..=10_u32 {
+            assert_eq!(convergence.detected_s(), None);
+            convergence.observe(0.0, &pace, f64::from(k), &settings);
+        }
+        assert_eq!(convergence.detected_s(), Some(10.0));
+    }
+
+    #[test]
+    fn exact_a_slower_vehicle_is_given_its_time() {
+        let settings = ConvergenceSettings {
+            threshold: 0.001,
+            consecutive: 10,
+            in_own_time: true,
+        };
+        // A hundred times slower, sampled only twenty times slower: five times as many samples, each a fifth of the step.
+        let pace = Pace::new(&settings, 0.015, 1.0);
+        let step = pace.step_norm([0.0; 3], [0.003, 0.0, 0.0]);
+        // 0.003 1/s in units of 1/(100 s), a fifth of the paper's interval.
+        assert!((step - 0.003 * 100.0 * 5.0_f64).abs() < 1e-12);
+        let mut convergence = Convergence::default();
+        convergence.arm();
+        let mut samples = 0_u32;
+        while convergence.detected_s().is_none() {
+            samples += 1;
+            convergence.observe(0.0, &pace, f64::from(samples), &settings);
+        }
+        // 9.5 of the paper's samples, five to each.
+        assert_eq!(samples, 48);
     }
 }

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::convergence::{Convergence, ConvergenceSettings};
+use crate::convergence::{Convergence, ConvergenceSettings, Pace};
 use crate::guard::{Admission, Cause, Guard, GuardSettings, RejectedCounts};
 use crate::instrument::{AuxiliaryModel, RecursiveInstrument};
 use crate::least_squares::{Forgetting, RecursiveLeastSquares};
@@ -88,6 +88,7 @@ impl<T: Real> EstimatorSettings<T> {
             convergence: ConvergenceSettings {
                 threshold: T::of(0.001),
                 consecutive: 10,
+                in_own_time: false,
             },
             guard: GuardSettings {
                 gap_time_constants: None,
@@ -96,6 +97,14 @@ impl<T: Real> EstimatorSettings<T> {
                 max_yaw_rate_rad_s: T::of(3.0),
                 refused_in_a_row: 5,
             },
+        }
+    }
+
+    /// The improved settings with filters of this lambda: those of the vehicle whose default it is.
+    pub fn for_lambda(lambda_rad_s: T) -> Self {
+        Self {
+            lambda_rad_s,
+            ..Self::for_time_scale(T::of(LAMBDA_TIMES_TIME_CONSTANT) / lambda_rad_s)
         }
     }
 
@@ -110,6 +119,10 @@ impl<T: Real> EstimatorSettings<T> {
             filter_start: FilterStart::Equilibrium,
             initial_covariance: T::of(1e6),
             method: Method::InstrumentalVariable,
+            convergence: ConvergenceSettings {
+                in_own_time: true,
+                ..Self::paper().convergence
+            },
             guard: GuardSettings {
                 gap_time_constants: Some(T::ONE),
                 warm_time_constants: T::of(8.0),
@@ -186,10 +199,7 @@ impl<T: Real> EstimatorSettings<T> {
 impl<T: Real> Default for EstimatorSettings<T> {
     /// For the paper's vehicle: lambda 1.5 rad/s.
     fn default() -> Self {
-        Self {
-            lambda_rad_s: T::of(1.5),
-            ..Self::for_time_scale(T::ONE)
-        }
+        Self::for_lambda(T::of(1.5))
     }
 }
 
@@ -235,7 +245,7 @@ pub struct Estimator<T> {
     /// Runs from the first training sample on.
     auxiliary: Option<AuxiliaryModel<T>>,
     instrument: Option<RecursiveInstrument<T, 4>>,
-    convergence: Convergence,
+    convergence: Convergence<T>,
     step_norm: T,
     training_start_s: Option<f64>,
 }
@@ -272,12 +282,14 @@ impl<T: Real> Estimator<T> {
     pub fn update(&mut self, time_s: f64, heading_rad: T, rudder_rad: T) -> Intake {
         let filtering = self.filter(time_s, heading_rad, rudder_rad);
         let now = self.filtered();
-        let model = self.model();
+        let before = self.model();
+        let lambda_rad_s = self.settings.lambda_rad_s;
+        let mut passed_s = T::ZERO;
         match (filtering, &mut self.auxiliary) {
             (Filtering::Rejected(cause), _) => return Intake::Rejected(cause),
             (Filtering::Moved { interval_s }, Some(auxiliary)) => {
-                let lambda_rad_s = self.settings.lambda_rad_s;
-                auxiliary.advance(&model, now.rudder_rad, interval_s, lambda_rad_s);
+                passed_s = interval_s;
+                auxiliary.advance(&before, now.rudder_rad, interval_s, lambda_rad_s);
             }
             (_, auxiliary) => *auxiliary = Some(AuxiliaryModel::new(now.rudder_rad)),
         }
@@ -289,9 +301,11 @@ impl<T: Real> Estimator<T> {
             self.guard.count(Cause::NonFinite);
             return Intake::Rejected(Cause::NonFinite);
         }
-        self.step_norm = distance(model.theta(), self.model().theta());
+        let settings = &self.settings.convergence;
+        let pace = Pace::new(settings, lambda_rad_s, passed_s);
+        self.step_norm = pace.step_norm(before.theta(), self.model().theta());
         self.convergence
-            .observe(self.step_norm, time_s - start_s, &self.settings.convergence);
+            .observe(self.step_norm, &pace, time_s - start_s, settings);
         Intake::Used
     }
 
@@ -343,7 +357,8 @@ impl<T: Real> Estimator<T> {
         self.instrument.as_ref()
     }
 
-    /// |Theta(t_k) - Theta(t_k-1)| of the latest sample learnt from (39).
+    /// |Theta(t_k) - Theta(t_k-1)| of the latest sample learnt from (39), in the vehicle's own time where the
+    /// settings say so.
     pub fn step_norm(&self) -> T {
         self.step_norm
     }
@@ -499,9 +514,4 @@ fn yaw_model<T: Real>([_, a22_per_s, b2_per_s2, c0_rad_per_s2]: [T; 4]) -> YawMo
 
 fn yaw_block<T: Real>([_, a22, b2, c0]: [[T; 4]; 4]) -> [[T; 3]; 3] {
     [a22, b2, c0].map(|[_, a22, b2, c0]| [a22, b2, c0])
-}
-
-fn distance<T: Real>(a: [T; 3], b: [T; 3]) -> T {
-    let squares: T = a.iter().zip(&b).map(|(a, b)| (*a - *b) * (*a - *b)).sum();
-    squares.sqrt()
 }

@@ -11,6 +11,12 @@ pub const SPEEDS: usize = 16;
 /// lambda P of the default filter: 1.5 rad/s for the paper's doublet of 4 s.
 const LAMBDA_TIMES_PERIOD: f64 = 6.0;
 
+/// The paper's vehicle at its middle speed: T = 1/1.07 s (Table II).
+const PAPER_TIME_CONSTANT_S: f64 = 1.0 / 1.07;
+
+/// However slow the vehicle, its gyro's noise may not end the trial, rad/s.
+const LOWEST_YAW_RATE_LIMIT_RAD_S: f64 = 0.05;
+
 /// A stage with a manoeuvre: steady, manoeuvre, observe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -33,6 +39,30 @@ impl<T: Real> Manoeuvre<T> {
     /// From the first sample of the stage to the end of the excitation, s.
     pub fn excitation_end_s(&self) -> f64 {
         self.lead_in_s + self.excitation.duration_s()
+    }
+}
+
+/// Half widths of 95 % intervals to reach, as fractions of the parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Target<T> {
+    /// Of a22; `None` does not matter.
+    pub a22: Option<T>,
+    /// Of b2; `None` does not matter.
+    pub b2: Option<T>,
+}
+
+impl<T: Real> Target<T> {
+    /// The larger of the widths of a22 and b2 as a part of its target: 1 just reaches it.
+    pub fn share(&self, [a22, b2]: [T; 2]) -> T {
+        let share = |width: T, target: Option<T>| target.map_or(T::ZERO, |target| width / target);
+        share(a22, self.a22).max(share(b2, self.b2))
+    }
+
+    fn is_valid(&self) -> bool {
+        let within = |width: Option<T>| width.is_none_or(|w| w > T::ZERO && w < T::ONE);
+        within(self.a22) && within(self.b2) && (self.a22.is_some() || self.b2.is_some())
     }
 }
 
@@ -60,6 +90,10 @@ pub struct Plan<T> {
     /// End training when the estimate has converged; otherwise the whole stage is recorded, which
     /// the estimate from the whole record needs.
     pub stop_on_convergence: bool,
+    /// End training as soon as the intervals are this narrow, once the manoeuvre is over. The trial itself knows no
+    /// interval: who conducts it looks and calls [`Trial::finish_training`](crate::Trial::finish_training).
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub stop_when: Option<Target<T>>,
     /// A run is accepted from this R^2 of heading on.
     pub accept_from_r2: T,
     /// Times a run that is not accepted is repeated.
@@ -85,37 +119,60 @@ impl<T: Real> Default for Plan<T> {
 impl<T: Real> Plan<T> {
     /// The paper's plan: thrust 60 to 100 %, doublets of 0.26 and 0.15 rad and 4 s.
     pub fn paper() -> Self {
+        Self::paced(1.0, 0.05)
+    }
+
+    /// The paper's plan in the time of a vehicle whose yaw rate follows the rudder with this time constant T = -1/a22, s:
+    /// every time is T / 0.93 s of the paper's, every rate the inverse; angles, thrusts and depths stay.
+    pub fn for_time_constant(time_constant_s: f64, sample_interval_s: f64) -> Self {
+        Self::paced(time_constant_s / PAPER_TIME_CONSTANT_S, sample_interval_s)
+    }
+
+    fn paced(pace: f64, sample_interval_s: f64) -> Self {
         let manoeuvre = |amplitude_rad| Manoeuvre {
-            lead_in_s: 2.0,
+            lead_in_s: 2.0 * pace,
             excitation: Excitation::Doublet {
                 amplitude_rad: T::of(amplitude_rad),
-                period_s: 4.0,
+                period_s: 4.0 * pace,
             },
-            observe_s: 10.5,
+            observe_s: 10.5 * pace,
         };
+        let (settle, envelope) = (Settle::<T>::default(), Envelope::<T>::default());
+        let two_samples_s = 2.0 * sample_interval_s;
         Self {
             thrusts: List::from_slice(&[0.6, 0.7, 0.8, 0.9, 1.0].map(T::of)).unwrap_or_default(),
             rudder_limit_rad: T::of(0.26),
-            sample_interval_s: 0.05,
+            sample_interval_s,
             stop_on_convergence: false,
+            stop_when: None,
             accept_from_r2: T::of(0.6),
             max_repeats: 2,
-            settle: Settle::default(),
+            settle: Settle {
+                yaw_rate_tolerance_rad_s: settle.yaw_rate_tolerance_rad_s / T::of(pace),
+                steady_for_s: (settle.steady_for_s * pace).max(two_samples_s),
+                at_least_s: settle.at_least_s * pace,
+                at_most_s: settle.at_most_s * pace,
+                ..settle
+            },
             training: manoeuvre(0.26),
             validation: manoeuvre(0.15),
             estimator: None,
-            envelope: Envelope::default(),
+            envelope: Envelope {
+                yaw_rate_max_rad_s: (envelope.yaw_rate_max_rad_s / T::of(pace))
+                    .max(T::of(LOWEST_YAW_RATE_LIMIT_RAD_S)),
+                stage_time_limit_s: envelope.stage_time_limit_s * pace,
+                stale_after_s: envelope.stale_after_s.max(two_samples_s),
+                ..envelope
+            },
         }
     }
 
     /// The settings of the estimator: those of the plan, or lambda = 6 / (twice the longest
     /// deflection), 1.5 rad/s for the paper's doublet.
     pub fn estimator_settings(&self) -> EstimatorSettings<T> {
-        self.estimator.unwrap_or_else(|| EstimatorSettings {
-            lambda_rad_s: T::of(
-                LAMBDA_TIMES_PERIOD / (2.0 * self.training.excitation.longest_deflection_s()),
-            ),
-            ..EstimatorSettings::default()
+        self.estimator.unwrap_or_else(|| {
+            let period_s = 2.0 * self.training.excitation.longest_deflection_s();
+            EstimatorSettings::for_lambda(T::of(LAMBDA_TIMES_PERIOD / period_s))
         })
     }
 
@@ -155,6 +212,11 @@ impl<T: Real> Plan<T> {
                 lasts(self.sample_interval_s),
                 "sample_interval_s",
                 "a positive number",
+            ),
+            (
+                self.stop_when.is_none_or(|target| target.is_valid()),
+                "stop_when",
+                "a22, b2 or both, each a fraction above 0 and below 1",
             ),
             (
                 self.accept_from_r2 <= T::ONE && self.accept_from_r2.is_finite(),

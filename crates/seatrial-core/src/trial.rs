@@ -66,9 +66,10 @@ enum Phase<T> {
     Over(Outcome),
 }
 
-/// Counts over the training stage.
+/// What is known of the training stage.
 #[derive(Clone, Copy, Debug, Default)]
 struct Training<T> {
+    enough: bool,
     samples_used: u32,
     speed_samples: u32,
     mean_speed_m_s: T,
@@ -116,6 +117,14 @@ impl<T: Real> Trial<T> {
             self.proceed(sample);
         }
         self.action()
+    }
+
+    /// The estimate is good enough: training ends with the next sample, or with the manoeuvre if that is not over yet.
+    /// Nothing happens in other stages.
+    pub fn finish_training(&mut self) {
+        if matches!(self.phase, Phase::Train(_)) {
+            self.training.enough = true;
+        }
     }
 
     /// Ends the trial for a reason that the samples do not show; the next action hands the vehicle back.
@@ -210,7 +219,10 @@ impl<T: Real> Trial<T> {
             Phase::Train(_) => {
                 let converged =
                     self.plan.stop_on_convergence && self.estimator.converged_s().is_some();
-                if converged || is_over(&self.plan.training) {
+                let training = &self.plan.training;
+                let enough = self.training.enough
+                    && self.elapsed_s() + CLOCK_RESOLUTION_S >= training.excitation_end_s();
+                if converged || enough || is_over(training) {
                     Due::Validate
                 } else {
                     Due::Same

@@ -22,12 +22,15 @@ use crate::{Real, Sample};
 /// | symbol | identifier | unit |
 /// |---|---|---|
 /// | psi_0 | mean measured heading over the first `lead_in_s` | rad |
-/// | r_0 | mean measured yaw rate over the lead-in; 0 where it is not measured | rad/s |
+/// | r_0 | mean measured yaw rate m over the lead-in times 1 - s^2/(k m^2), at least 0; 0 where it is not measured | rad/s |
+/// | s^2, k | variance and number of the yaw rates of the lead-in | rad^2/s^2, 1 |
 /// | dC | offset re-estimated by least squares on the compared signal | rad/s^2 |
 ///
 /// Source: (35)-(37). One noisy sample as psi_0 costs 0.17 of R^2 at 2 deg of compass noise, asserted
 /// by `recover_an_averaged_start_is_worth_its_r2` in seatrial-sim; a rate fitted to the heading of the
-/// lead-in was measured to do slightly worse than r_0 = 0.
+/// lead-in was measured to do slightly worse than r_0 = 0. A mean yaw rate is shrunk to 0 as
+/// far as its gyro's noise explains it (positive-part James-Stein): a slow vehicle would carry it on for its long
+/// time constant.
 /// A sample whose time, heading or rudder is not finite, or whose time does not increase, is left
 /// out; the rudder before it then acts on. Exact for any intervals between samples.
 #[derive(Clone, Copy, Debug)]
@@ -151,7 +154,9 @@ impl<T: Real> Validation<T> {
     pub fn goodness_of_fit(&self) -> GoodnessOfFit<T> {
         let initial = [
             self.heading.lead_in_mean().unwrap_or(T::ZERO),
-            self.yaw_rate.lead_in_mean().unwrap_or(T::ZERO),
+            self.yaw_rate
+                .lead_in_mean_above_its_noise()
+                .unwrap_or(T::ZERO),
         ];
         let of = |signal: &Comparison<T>| {
             (
@@ -192,6 +197,8 @@ struct Comparison<T> {
     sum_of_squares: T,
     lead_in_samples: u32,
     lead_in_sum: T,
+    /// About the mean of the lead-in.
+    lead_in_squares: T,
 }
 
 impl<T: Real> Comparison<T> {
@@ -214,14 +221,29 @@ impl<T: Real> Comparison<T> {
         self.mean += deviation / T::of(f64::from(self.samples));
         self.sum_of_squares += deviation * (measured - self.mean);
         if is_lead_in {
+            let before = self.lead_in_mean().unwrap_or(measured);
             self.lead_in_samples += 1;
             self.lead_in_sum += measured;
+            let after = self.lead_in_mean().unwrap_or(measured);
+            self.lead_in_squares += (measured - before) * (measured - after);
         }
     }
 
     fn lead_in_mean(&self) -> Option<T> {
         (self.lead_in_samples > 0)
             .then(|| self.lead_in_sum / T::of(f64::from(self.lead_in_samples)))
+    }
+
+    /// m (1 - s^2/(k m^2)), at least 0 of m.
+    fn lead_in_mean_above_its_noise(&self) -> Option<T> {
+        let mean = self.lead_in_mean()?;
+        let count = T::of(f64::from(self.lead_in_samples));
+        if self.lead_in_samples < 2 || mean == T::ZERO {
+            return Some(mean);
+        }
+        let variance_of_mean = self.lead_in_squares / (count * (count - T::ONE));
+        let noise = variance_of_mean / (mean * mean);
+        Some(mean * (T::ONE - noise).max(T::ZERO))
     }
 
     /// The offset that makes the squared error least: <e, psi_c> / <psi_c, psi_c>.

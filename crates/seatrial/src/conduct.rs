@@ -1,12 +1,16 @@
 //! Conducts a trial on a vehicle and makes its campaign.
 
 use seatrial_core::estimator::{Estimator, InvalidSetting};
+use seatrial_core::plan::Target;
 use seatrial_core::progress::{Event, RunResult};
 use seatrial_core::{AbortReason, Outcome, Plan, Sample, Stage, Trial, Vehicle};
 
 use crate::campaign::{Campaign, Run, StageSpan};
-use crate::identification::{Convergence, LeastSquares, Online, Reason, Settings, TracePoint};
+use crate::identification::{
+    Convergence, LeastSquares, Online, Reason, Refined, Settings, TracePoint,
+};
 use crate::identify::online::Pass;
+use crate::identify::refine::refine;
 use crate::identify::{Fresh, IdentifyError, assess};
 use crate::logbook::Step;
 use crate::record::{Record, Window};
@@ -18,6 +22,12 @@ pub trait Watch {
     fn run_started(&mut self, _number: u32, _thrust: f64, _attempt: u32) {}
     /// The trial took one sample. It belongs to the run begun last, unless that has ended.
     fn step(&mut self, _step: &Step, _trial: &Trial<f64>) {}
+    /// Shall intervals be looked at while a run trains? It takes some 10 ms once in a while.
+    fn wants_intervals(&self) -> bool {
+        false
+    }
+    /// The estimate and intervals of the training so far.
+    fn interval(&mut self, _refined: &Refined) {}
     /// A run is over, with or without a model.
     fn run_ended(&mut self, _run: &Run) {}
     /// Does the operator want the vehicle back?
@@ -40,6 +50,9 @@ pub struct Conducted<E> {
     /// What the vehicle's link reported when it was lost.
     pub fault: Option<E>,
 }
+
+/// Looks at the intervals in one half period of the training's rudder.
+const LOOKS_PER_DEFLECTION: f64 = 4.0;
 
 /// Neutral rudder, then heading hold.
 const HAND_BACK_ACTIONS: usize = 2;
@@ -114,6 +127,19 @@ pub fn conduct<V: Vehicle<f64>>(
         if step.action.outcome.is_some() {
             break;
         }
+        // After the command has gone out: a look takes longer than a step may.
+        if plan.stop_when.is_some() || watch.wants_intervals() {
+            let refined = open.as_mut().and_then(|run| run.look(&trial));
+            if let Some(refined) = refined {
+                watch.interval(&refined);
+                if plan
+                    .stop_when
+                    .is_some_and(|target| reaches(&refined, target))
+                {
+                    trial.finish_training();
+                }
+            }
+        }
     }
     if trial.outcome().is_none() {
         trial.abort(AbortReason::LinkLost);
@@ -131,6 +157,17 @@ pub fn conduct<V: Vehicle<f64>>(
     Ok(Conducted { campaign, fault })
 }
 
+/// Are the intervals as narrow as the target?
+fn reaches(refined: &Refined, target: Target<f64>) -> bool {
+    let width = |[low, high]: [f64; 2], value: f64| 0.5 * (high - low) / value.abs();
+    let interval = &refined.interval_95;
+    let widths = [
+        width(interval.a22_per_s, refined.model.a22_per_s),
+        width(interval.b2_per_s2, refined.model.b2_per_s2),
+    ];
+    target.share(widths) <= 1.0
+}
+
 fn end_run(run: Run, campaign: &mut Campaign, watch: &mut dyn Watch) {
     watch.run_ended(&run);
     campaign.runs.push(run);
@@ -144,6 +181,7 @@ struct OpenRun {
     stages: Vec<StageSpan>,
     record: Record,
     trace: Vec<TracePoint>,
+    next_look_s: f64,
 }
 
 impl OpenRun {
@@ -155,6 +193,7 @@ impl OpenRun {
             stages: Vec::new(),
             record: Record::default(),
             trace: Vec::new(),
+            next_look_s: f64::NEG_INFINITY,
         }
     }
 
@@ -184,6 +223,22 @@ impl OpenRun {
                 step_norm: estimator.step_norm(),
             });
         }
+    }
+
+    /// The intervals of the training so far, if a look is due and there are any.
+    fn look(&mut self, trial: &Trial<f64>) -> Option<Refined> {
+        let training = self
+            .stages
+            .last()
+            .filter(|span| span.stage == Stage::Train)?;
+        let now_s = self.record.samples.last()?.time_s;
+        if now_s < self.next_look_s {
+            return None;
+        }
+        let deflection_s = trial.plan().training.excitation.longest_deflection_s();
+        self.next_look_s = now_s + deflection_s / LOOKS_PER_DEFLECTION;
+        let samples = self.record.usable(training.window);
+        refine(&samples, Some(trial.estimator().model())).ok()
     }
 
     /// Trained and validated: refined and judged.

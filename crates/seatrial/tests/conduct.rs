@@ -7,6 +7,7 @@ use std::thread;
 use seatrial::campaign::{Campaign, Run, Stage};
 use seatrial::conduct::{Conducted, Unwatched, Watch, conduct};
 use seatrial::logbook::Step;
+use seatrial_core::plan::Target;
 use seatrial_core::{AbortReason, Action, List, Outcome, Plan, Sample, Steering, Trial, Vehicle};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
@@ -382,4 +383,43 @@ fn exact_the_vehicle_acts_before_anybody_is_told() {
     };
     conduct(&mut vehicle, plan, about(), &mut watch).unwrap();
     assert!(watch.always && watch.steps > 500, "{} steps", watch.steps);
+}
+
+/// A target on the intervals ends the training early; replayed, it ends at the same sample.
+#[test]
+fn recover_the_training_ends_when_the_intervals_are_narrow() {
+    let training_s = |stop_when| {
+        let plan = Plan {
+            stop_when,
+            thrusts: List::from_slice(&[0.8]).unwrap(),
+            ..Plan::paper()
+        };
+        let campaign = conduct(&mut starfish(3), plan, about(), &mut Unwatched)
+            .unwrap()
+            .campaign;
+        let run = campaign.runs.last().unwrap().clone();
+        let training = run.stage(Stage::Train).unwrap();
+        let refined = run.identification.unwrap().refined.unwrap();
+        let widths = [
+            (refined.interval_95.a22_per_s, refined.model.a22_per_s),
+            (refined.interval_95.b2_per_s2, refined.model.b2_per_s2),
+        ]
+        .map(|([low, high], value)| 0.5 * (high - low) / value.abs());
+        (training.to_s - training.from_s, widths)
+    };
+    let target = |a22, b2| {
+        Some(Target {
+            a22: Some(a22),
+            b2: Some(b2),
+        })
+    };
+    let (whole_s, whole) = training_s(None);
+    let (early_s, early) = training_s(target(2.0 * whole[0], 2.0 * whole[1]));
+    let (out_of_reach_s, _) = training_s(target(0.2 * whole[0], 0.2 * whole[1]));
+    // 2 s lead-in, 4 s doublet, 10.5 s of observation.
+    assert!((whole_s - 16.5).abs() < 0.06, "{whole_s}");
+    assert!(early_s > 6.0 - 0.06 && early_s < 14.0, "{early_s}");
+    assert_eq!(out_of_reach_s, whole_s);
+    // What was looked at is what is reported, but for one sample.
+    assert!(early[0] <= 2.1 * whole[0] && early[1] <= 2.1 * whole[1]);
 }

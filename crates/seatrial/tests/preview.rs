@@ -5,7 +5,9 @@ use std::thread;
 use seatrial::campaign::{Campaign, Run, Stage};
 use seatrial::conduct::{Unwatched, conduct};
 use seatrial::identify::bound::Noise;
-use seatrial::preview::{Design, Prior, PriorSpeed, Target, compare_designs, preview, recommend};
+use seatrial::preview::{
+    Design, Prior, PriorSpeed, Target, compare_designs, parse_target, preview, recommend,
+};
 use seatrial_core::{AbortReason, Excitation, List, Outcome, Plan, Sample};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
@@ -205,7 +207,7 @@ fn share_that_reaches(target: Target, config: &VehicleConfig, plan: Plan<f64>, s
 
 #[test]
 fn recover_the_target_with_the_recommended_doublet_and_not_with_half_of_it() {
-    let target: Target = "a22:10%,b2:5%".parse().unwrap();
+    let target = parse_target("a22:10%,b2:5%").unwrap();
     for config in [white(), VehicleConfig::starfish()] {
         let mut plan = at_one_thrust(0.8);
         let recommended = recommend(&plan, &prior_of(&config, &plan), target);
@@ -233,7 +235,7 @@ fn recover_the_target_with_the_recommended_doublet_and_not_with_half_of_it() {
 fn exact_out_of_reach_is_said_with_the_best_there_is() {
     let plan = Plan::paper();
     let prior = prior_of(&VehicleConfig::starfish(), &plan);
-    let recommended = recommend(&plan, &prior, "a22:0.5%".parse().unwrap());
+    let recommended = recommend(&plan, &prior, parse_target("a22:0.5%").unwrap());
     assert_eq!(recommended.len(), 6);
     for doublet in &recommended {
         assert!(!doublet.reachable && doublet.relative_half_width_95[0] > 0.005);
@@ -252,7 +254,7 @@ fn relative_a22(design: &Design) -> f64 {
 fn prop_time_scale_does_not_matter() {
     let mut plan = at_one_thrust(0.8);
     let mut prior = prior_of(&VehicleConfig::starfish(), &plan);
-    let target: Target = "a22:8%,b2:4%".parse().unwrap();
+    let target = parse_target("a22:8%,b2:4%").unwrap();
     let (quick, quick_designs) = (
         recommend(&plan, &prior, target),
         compare_designs(&plan, &prior),
@@ -398,9 +400,9 @@ fn exact_a_plan_that_leaves_its_envelope_is_aborted_in_the_preview() {
 
 #[test]
 fn io_targets_are_read_and_refused_by_name() {
-    let target: Target = " a22: 10 %, b2:5%".parse().unwrap();
+    let target = parse_target(" a22: 10 %, b2:5%").unwrap();
     assert_eq!((target.a22, target.b2), (Some(0.1), Some(0.05)));
-    let target: Target = "b2:2.5%".parse().unwrap();
+    let target = parse_target("b2:2.5%").unwrap();
     assert_eq!((target.a22, target.b2), (None, Some(0.025)));
     for wrong in [
         "",
@@ -414,7 +416,7 @@ fn io_targets_are_read_and_refused_by_name() {
         "a22:NaN%",
         "a22:5%,",
     ] {
-        let message = wrong.parse::<Target>().unwrap_err().to_string();
+        let message = parse_target(wrong).unwrap_err().to_string();
         assert!(
             message.contains("as in a22:10%,b2:5%"),
             "{wrong}: {message}"

@@ -49,14 +49,34 @@ pub fn goodness_of_fit(model: YawModel<f64>, samples: &[Sample<f64>]) -> Goodnes
     if fit.r2_yaw_rate.is_some() {
         return fit;
     }
-    let rate = derived_yaw_rate(model, samples).map(|with_rate| {
-        let rate = validation::Validation::of(model, lead_in_s, &with_rate);
-        (rate.r2_yaw_rate, rate.r2_yaw_rate_offset_refit)
-    });
-    let (r2_yaw_rate, r2_yaw_rate_offset_refit) = rate.unwrap_or_default();
+    with_derived_yaw_rate(model, samples, fit)
+}
+
+/// [`goodness_of_fit`] by the measured yaw rate or by the derivative of the heading, whichever the model explains
+/// better: a slow vehicle's yaw rate drowns in the noise of its gyro, not in that of its compass.
+pub(super) fn fit_by_the_clearer_rate(
+    model: YawModel<f64>,
+    samples: &[Sample<f64>],
+) -> GoodnessOfFit<f64> {
+    let measured = goodness_of_fit(model, samples);
+    let derived = with_derived_yaw_rate(model, samples, measured);
+    if derived.r2_yaw_rate > measured.r2_yaw_rate {
+        derived
+    } else {
+        measured
+    }
+}
+
+fn with_derived_yaw_rate(
+    model: YawModel<f64>,
+    samples: &[Sample<f64>],
+    fit: GoodnessOfFit<f64>,
+) -> GoodnessOfFit<f64> {
+    let rate = derived_yaw_rate(model, samples)
+        .map(|with_rate| validation::Validation::of(model, quiet_lead_in_s(samples), &with_rate));
     GoodnessOfFit {
-        r2_yaw_rate,
-        r2_yaw_rate_offset_refit,
+        r2_yaw_rate: rate.and_then(|rate| rate.r2_yaw_rate),
+        r2_yaw_rate_offset_refit: rate.and_then(|rate| rate.r2_yaw_rate_offset_refit),
         ..fit
     }
 }

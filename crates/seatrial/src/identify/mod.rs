@@ -64,20 +64,20 @@ impl IdentifySettings {
     }
 
     fn estimator(&self, lambda_rad_s: f64, heading_range_rad: f64) -> EstimatorSettings<f64> {
-        let chosen = |settings| EstimatorSettings {
-            lambda_rad_s,
-            method: self.method,
-            ..settings
-        };
         if self.as_paper {
-            return chosen(EstimatorSettings::paper());
+            return EstimatorSettings {
+                lambda_rad_s,
+                method: self.method,
+                ..EstimatorSettings::paper()
+            };
         }
-        let settings = chosen(EstimatorSettings::default());
+        let settings = EstimatorSettings::for_lambda(lambda_rad_s);
         let yaw_rate_rad_s = lambda_rad_s * heading_range_rad;
         EstimatorSettings {
             initial_covariance: settings
                 .initial_covariance
                 .max(COVARIANCE_TIMES_SQUARED_RATE / (yaw_rate_rad_s * yaw_rate_rad_s)),
+            method: self.method,
             ..settings
         }
     }
@@ -244,7 +244,7 @@ fn assess_with_others(
         .transpose()?;
     let training_fit = match &lagging {
         Some(lagging) => second_order::goodness_of_fit(lagging, &pass.accepted),
-        None => fresh::goodness_of_fit(model, &pass.accepted),
+        None => fresh::fit_by_the_clearer_rate(model, &pass.accepted),
     };
     let verdict = verdict::judge(&Evidence {
         samples_used: pass.samples_used,

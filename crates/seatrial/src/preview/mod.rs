@@ -11,7 +11,7 @@ use serde::Serialize;
 
 pub use design::{Comparison, Design, DesignAtSpeed, compare_designs};
 pub use information::{Expected, Predicted};
-pub use recommendation::{InvalidTarget, Recommendation, Target, recommend};
+pub use recommendation::{InvalidTarget, Recommendation, Target, parse_target, recommend};
 
 use expected_vehicle::ExpectedVehicle;
 

@@ -1,7 +1,6 @@
 //! The doublet to take for a given width of the intervals.
 
 use std::fmt;
-use std::str::FromStr;
 
 use seatrial_core::{Excitation, Manoeuvre, Plan};
 use serde::Serialize;
@@ -32,14 +31,8 @@ const HALVINGS: u32 = 12;
 /// Amplitudes are rounded up to this, rad.
 const AMPLITUDE_STEP_RAD: f64 = 0.001;
 
-/// Half widths of 95 % intervals to reach, as fractions of the parameter: `a22:10%,b2:5%`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Target {
-    /// Of a22; `None` does not matter.
-    pub a22: Option<f64>,
-    /// Of b2; `None` does not matter.
-    pub b2: Option<f64>,
-}
+/// Half widths of 95 % intervals to reach, as fractions of the parameter.
+pub type Target = seatrial_core::plan::Target<f64>;
 
 /// A target that cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -59,45 +52,34 @@ impl fmt::Display for InvalidTarget {
 
 impl std::error::Error for InvalidTarget {}
 
-impl FromStr for Target {
-    type Err = InvalidTarget;
-
-    fn from_str(text: &str) -> Result<Self, InvalidTarget> {
-        let invalid = |found: &str| InvalidTarget {
-            found: found.into(),
+/// Reads a target such as `a22:10%,b2:5%`.
+pub fn parse_target(text: &str) -> Result<Target, InvalidTarget> {
+    let invalid = |found: &str| InvalidTarget {
+        found: found.into(),
+    };
+    let mut target = Target {
+        a22: None,
+        b2: None,
+    };
+    for part in text.split(',') {
+        let (name, width) = part.trim().split_once(':').ok_or_else(|| invalid(part))?;
+        let place = match name.trim() {
+            "a22" => &mut target.a22,
+            "b2" => &mut target.b2,
+            _ => return Err(invalid(part)),
         };
-        let mut target = Self {
-            a22: None,
-            b2: None,
-        };
-        for part in text.split(',') {
-            let (name, width) = part.trim().split_once(':').ok_or_else(|| invalid(part))?;
-            let place = match name.trim() {
-                "a22" => &mut target.a22,
-                "b2" => &mut target.b2,
-                _ => return Err(invalid(part)),
-            };
-            let fraction = width
-                .trim()
-                .strip_suffix('%')
-                .and_then(|percent| percent.trim().parse::<f64>().ok())
-                .map(|percent| percent / 100.0)
-                .filter(|fraction| *fraction > 0.0 && *fraction < 1.0);
-            if place.is_some() || fraction.is_none() {
-                return Err(invalid(part));
-            }
-            *place = fraction;
+        let fraction = width
+            .trim()
+            .strip_suffix('%')
+            .and_then(|percent| percent.trim().parse::<f64>().ok())
+            .map(|percent| percent / 100.0)
+            .filter(|fraction| *fraction > 0.0 && *fraction < 1.0);
+        if place.is_some() || fraction.is_none() {
+            return Err(invalid(part));
         }
-        Ok(target)
+        *place = fraction;
     }
-}
-
-impl Target {
-    /// The larger of the widths as a part of its target: 1 just reaches it.
-    pub fn share(&self, [a22, b2]: [f64; 2]) -> f64 {
-        let share = |width: f64, target: Option<f64>| target.map_or(0.0, |target| width / target);
-        share(a22, self.a22).max(share(b2, self.b2))
-    }
+    Ok(target)
 }
 
 /// A doublet for a target.
