@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use crate::identification::{Intervals, Validation};
 use crate::identify::output_error::output_error;
-use crate::identify::refine::refine;
+use crate::identify::refine::{normal_intervals, prediction_error, refine};
+use crate::identify::second_order;
 use crate::identify::simplex;
 use crate::identify::{
     Fresh, IdentifyError, IdentifySettings, Prepared, fresh, known_part, online,
@@ -63,6 +64,8 @@ struct Found {
     model: YawModel<f64>,
     interval_95: Option<Intervals>,
     iterations: Option<u32>,
+    /// Where the method simulates more than the model.
+    validation: Option<Validation>,
 }
 
 /// Runs every method on the training window and validates each model on the fresh data.
@@ -86,10 +89,10 @@ pub fn compare(
     };
 
     let validate = |row: MethodResult| -> Result<MethodResult, IdentifyError> {
-        let validation = row
-            .model
-            .map(|model| fresh::validate(model, fresh.record, fresh.window))
-            .transpose()?;
+        let validation = match (row.validation, row.model) {
+            (None, Some(model)) => Some(fresh::validate(model, fresh.record, fresh.window)?),
+            (own, _) => own,
+        };
         Ok(MethodResult { validation, ..row })
     };
     let methods = [
@@ -114,6 +117,14 @@ pub fn compare(
                 ..Found::from(found.model)
             })
         }),
+        timed("prediction_error", || {
+            let (model, covariance) =
+                prediction_error(samples, None).map_err(|error| error.to_string())?;
+            Ok(Found {
+                interval_95: Some(normal_intervals(&model, &covariance)),
+                ..Found::from(model)
+            })
+        }),
         timed("refined", || {
             let refined = refine(samples, None).map_err(|error| error.to_string())?;
             Ok(Found {
@@ -121,6 +132,7 @@ pub fn compare(
                 ..Found::from(refined.model)
             })
         }),
+        timed("higher_order", || by_higher_order(samples, fresh)),
     ]
     .into_iter()
     .map(validate)
@@ -177,6 +189,23 @@ fn by_simplex(samples: &[Sample<f64>]) -> Result<Found, String> {
     })
 }
 
+/// The model of more than the first order, where the record supports one; a22, b2 and C0 are its own.
+fn by_higher_order(samples: &[Sample<f64>], fresh: Fresh) -> Result<Found, String> {
+    let found = second_order::fit(samples).map_err(|error| error.to_string())?;
+    if !found.order.exceeds_first_order() {
+        return Err(found.order.to_string());
+    }
+    let full = &found.model;
+    let model = YawModel::from_theta([full.a22_per_s, full.b2_per_s2, full.c0_rad_per_s2]);
+    let validation = second_order::validate(full, fresh.record, fresh.window)
+        .map_err(|error| error.to_string())?;
+    Ok(Found {
+        interval_95: Some(normal_intervals(&model, &found.covariance.into())),
+        validation: Some(validation),
+        ..Found::from(model)
+    })
+}
+
 fn timed(method: &str, estimate: impl FnOnce() -> Result<Found, String>) -> MethodResult {
     let begun = Instant::now();
     let found = estimate();
@@ -190,7 +219,7 @@ fn timed(method: &str, estimate: impl FnOnce() -> Result<Found, String>) -> Meth
         model: found.as_ref().map(|f| f.model),
         failure,
         interval_95: found.as_ref().and_then(|f| f.interval_95),
-        validation: None,
+        validation: found.as_ref().and_then(|f| f.validation),
         iterations: found.and_then(|f| f.iterations),
         time_ms,
     }
@@ -202,6 +231,7 @@ impl From<YawModel<f64>> for Found {
             model,
             interval_95: None,
             iterations: None,
+            validation: None,
         }
     }
 }

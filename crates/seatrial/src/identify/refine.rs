@@ -70,6 +70,25 @@ pub fn refine(
     Ok(Peaks::over_disturbances(&record, damping, &span)?.refined())
 }
 
+/// The model and its covariance with the least prediction error of a Kalman filter: the one most likely disturbance, where
+/// [`refine`] averages over all. Cheaper to explain, but its interval takes the disturbance for known.
+pub fn prediction_error(
+    samples: &[Sample<f64>],
+    start: Option<YawModel<f64>>,
+) -> Result<(YawModel<f64>, Matrix3<f64>), RefineFailure> {
+    let samples = liveliest(samples);
+    let span = Span::of(samples)?;
+    let damping = span.first_damping(samples, start)?;
+    let record = span.prepare(samples, damping)?;
+    let (centre, covariance) = Peaks::over_disturbances(&record, damping, &span)?
+        .all
+        .iter()
+        .max_by(|a, b| a.fit.log_likelihood.total_cmp(&b.fit.log_likelihood))
+        .ok_or(RefineFailure::NotExcited)?
+        .normal();
+    Ok((YawModel::from_theta(centre.into()), covariance))
+}
+
 /// A disturbance of more than this share of the rudder's own effect is none: the model misses something.
 const LARGEST_DISTURBANCE_SHARE: f64 = 0.1;
 
@@ -114,6 +133,18 @@ pub(super) fn around(
     covariance: Matrix3<f64>,
     method: &str,
 ) -> Refined {
+    Refined {
+        method: method.into(),
+        model,
+        delta0_rad: model.delta0_rad(),
+        interval_95: normal_intervals(&model, &covariance),
+        covariance: covariance.into(),
+        ..refined.clone()
+    }
+}
+
+/// 1.96 standard deviations either side.
+pub(crate) fn normal_intervals(model: &YawModel<f64>, covariance: &Matrix3<f64>) -> Intervals {
     let interval = |value: f64, variance: f64| {
         let half_width = NORMAL_95 * variance.sqrt();
         [value - half_width, value + half_width]
@@ -121,19 +152,12 @@ pub(super) fn around(
     let [a22_per_s, b2_per_s2, c0_rad_per_s2] =
         core::array::from_fn(|i| interval(model.theta()[i], covariance[(i, i)]));
     let has_authority = b2_per_s2[0] * b2_per_s2[1] > 0.0;
-    let (delta0, delta0_variance) = offset_angle(&Vector3::from(model.theta()), &covariance);
-    Refined {
-        method: method.into(),
-        model,
-        delta0_rad: model.delta0_rad(),
-        interval_95: Intervals {
-            a22_per_s,
-            b2_per_s2,
-            c0_rad_per_s2,
-            delta0_rad: has_authority.then(|| interval(delta0, delta0_variance)),
-        },
-        covariance: covariance.into(),
-        ..refined.clone()
+    let (delta0, delta0_variance) = offset_angle(&Vector3::from(model.theta()), covariance);
+    Intervals {
+        a22_per_s,
+        b2_per_s2,
+        c0_rad_per_s2,
+        delta0_rad: has_authority.then(|| interval(delta0, delta0_variance)),
     }
 }
 
