@@ -8,6 +8,11 @@ pub const AREA_CORNERS: usize = 16;
 /// Time constant of the smoothing of the speed that is watched for drift, s.
 const SPEED_SMOOTHING_S: f64 = 1.0;
 
+/// A heading that stays the same number while the gyro turns by this, rad, in about [`TURN_S`] is frozen: further than a
+/// step of any compass of use, and faster than a gyro's bias.
+const FROZEN_TURN_RAD: f64 = 0.1;
+const TURN_S: f64 = 2.0;
+
 /// Which way the vehicle is expected to turn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -25,7 +30,8 @@ pub enum RudderSense {
 /// Limits within which a trial may go on.
 ///
 /// What a vehicle does not measure is not checked; what it once measured must not fall silent for
-/// longer than `stale_after_s`, except the altitude: the bottom may be out of reach. A limit is switched off by a number that no vehicle reaches.
+/// longer than `stale_after_s`, except the altitude: the bottom may be out of reach. A heading that stays the same number
+/// for so long while the gyro turns is silent too. A limit is switched off by a number that no vehicle reaches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -142,6 +148,16 @@ pub struct EnvelopeWatch<T> {
     /// When each measurement that must not fall silent was last a number.
     seen_s: [Option<f64>; 5],
     speed: Option<SpeedWatch<T>>,
+    heading: Option<StillHeading<T>>,
+}
+
+/// A heading that stays the same number: since when, and how far the gyro has turned since, lately.
+#[derive(Clone, Copy, Debug)]
+struct StillHeading<T> {
+    heading_rad: T,
+    since_s: f64,
+    time_s: f64,
+    turned_rad: T,
 }
 
 /// The speed before a manoeuvre and the smoothed speed now, m/s.
@@ -161,6 +177,7 @@ impl<T: Real> EnvelopeWatch<T> {
             usage: EnvelopeUse::default(),
             seen_s: [None; 5],
             speed: None,
+            heading: None,
         }
     }
 
@@ -205,6 +222,27 @@ impl<T: Real> EnvelopeWatch<T> {
                 *seen_s = Some(time_s);
             }
         }
+        self.look_at_heading(sample, time_s);
+    }
+
+    fn look_at_heading(&mut self, sample: &Sample<T>, time_s: f64) {
+        match &mut self.heading {
+            Some(still) if still.heading_rad == sample.heading_rad => {
+                let interval_s = time_s - still.time_s;
+                let rate_rad_s = number(sample.yaw_rate_rad_s).unwrap_or(T::ZERO);
+                still.turned_rad = still.turned_rad * T::of(-interval_s / TURN_S).exp()
+                    + rate_rad_s * T::of(interval_s);
+                still.time_s = time_s;
+            }
+            heading => {
+                *heading = Some(StillHeading {
+                    heading_rad: sample.heading_rad,
+                    since_s: time_s,
+                    time_s,
+                    turned_rad: T::ZERO,
+                });
+            }
+        }
     }
 
     /// The silence of the trial's own samples, s, and with it that of whatever was once measured.
@@ -213,8 +251,16 @@ impl<T: Real> EnvelopeWatch<T> {
             .seen_s
             .iter()
             .flatten()
+            .chain(self.frozen_since_s().iter())
             .fold(silence_s, |longest, seen_s| longest.max(time_s - seen_s));
         self.usage.silence = Some(T::of(longest_s / self.limits.stale_after_s));
+    }
+
+    /// Since when the heading has not followed the gyro.
+    fn frozen_since_s(&self) -> Option<f64> {
+        self.heading
+            .filter(|still| still.turned_rad.abs() > T::of(FROZEN_TURN_RAD))
+            .map(|still| still.since_s)
     }
 
     /// Time in the stage, s.
@@ -349,6 +395,33 @@ mod tests {
     #[test]
     fn exact_no_area_is_anywhere() {
         assert_eq!(area_used::<f64>(&[], [1e9, 1e9]), None);
+    }
+
+    /// 20 Hz: heading and yaw rate as functions of time; when silence was found, s.
+    fn silent_at_s(heading: fn(f64) -> f64, rate: fn(f64) -> f64) -> Option<f64> {
+        let mut watch = EnvelopeWatch::new(Envelope::<f64>::default());
+        (0..400).map(|k| f64::from(k) * 0.05).find(|&time_s| {
+            let sample = Sample {
+                heading_rad: heading(time_s),
+                yaw_rate_rad_s: Some(rate(time_s)),
+                ..Sample::default()
+            };
+            watch.look(&sample, time_s);
+            watch.listen(0.0, time_s);
+            watch.usage().exceeded() == Some(AbortReason::StaleSamples)
+        })
+    }
+
+    #[test]
+    fn exact_a_frozen_heading_is_silence() {
+        // Still for 10 s, then the vehicle turns: 0.1 rad at 0.2 rad/s, leaking over 2 s, after 0.58 s.
+        let turning = |t: f64| if t > 10.0 { 0.2 } else { 0.0 };
+        let found_s = silent_at_s(|_| 1.0, turning).unwrap();
+        assert!((found_s - 10.6).abs() < 0.051, "{found_s}");
+        // A compass in steps of 3 degrees, and one that lies still beside a gyro with a bias of 2 deg/s.
+        let steps = |t: f64| (0.2 * (t - 10.0).max(0.0) / 0.05).floor() * 0.05;
+        assert_eq!(silent_at_s(steps, turning), None);
+        assert_eq!(silent_at_s(|_| 1.0, |_| 0.035), None);
     }
 
     #[test]
