@@ -180,6 +180,10 @@ struct OpenRun {
     attempt: u32,
     stages: Vec<StageSpan>,
     record: Record,
+    /// The samples that the trial's guard let through.
+    accepted: Record,
+    /// Samples that it has refused.
+    refused: Option<u32>,
     trace: Vec<TracePoint>,
     next_look_s: f64,
 }
@@ -192,6 +196,8 @@ impl OpenRun {
             attempt,
             stages: Vec::new(),
             record: Record::default(),
+            accepted: Record::default(),
+            refused: None,
             trace: Vec::new(),
             next_look_s: f64::NEG_INFINITY,
         }
@@ -216,6 +222,11 @@ impl OpenRun {
 
     fn take(&mut self, step: &Step, estimator: &Estimator<f64>) {
         self.record.samples.push(step.sample);
+        let refused = Some(estimator.rejected().samples());
+        if self.refused.is_none() || self.refused == refused {
+            self.accepted.samples.push(step.sample);
+        }
+        self.refused = refused;
         if let Some(model) = step.estimate {
             self.trace.push(TracePoint {
                 time_s: step.sample.time_s,
@@ -308,13 +319,13 @@ impl OpenRun {
             },
             samples_used: result.samples_used as usize,
             rejected: result.rejected.into(),
-            accepted: self.record.usable(training),
+            accepted: self.accepted.usable(training),
         };
         let mut identification = assess(
-            &self.record,
+            &self.accepted,
             training,
             Some(Fresh {
-                record: &self.record,
+                record: &self.accepted,
                 window: validation,
             }),
             pass,

@@ -63,6 +63,10 @@ pub struct Evidence<'a> {
     pub interval_s: Option<[f64; 2]>,
     /// The estimate made sample by sample.
     pub online: YawModel<f64>,
+    /// Must there be an estimate from the whole record with its interval?
+    pub needs_interval: bool,
+    /// The largest departure of the compass from the gyro, rad, where it is more than both can make.
+    pub compass_error_rad: Option<f64>,
     /// The estimate made from the whole record.
     pub refined: Option<&'a Refined>,
     /// The share of the rudder's effect that a disturbance would have to have, where it is too large for one.
@@ -124,9 +128,16 @@ pub fn rudder_constant(rudder_amplitude_rad: f64) -> Reason {
 pub fn judge(evidence: &Evidence) -> Verdict {
     let mut weighing = Weighing::default();
     weighing.record(evidence);
-    if let Some(refined) = evidence.refined {
-        weighing.intervals(refined, evidence);
-        weighing.agreement(evidence.online, refined);
+    match evidence.refined {
+        Some(refined) => {
+            weighing.intervals(refined, evidence);
+            weighing.agreement(evidence.online, refined);
+        }
+        None if evidence.needs_interval => weighing.reject(
+            "not_identifiable",
+            "the whole record gives no model with an interval: the heading does not follow the rudder as one model; repeat the manoeuvre".into(),
+        ),
+        None => {}
     }
     weighing.model(evidence);
     weighing.fresh_data(evidence.validation);
@@ -247,6 +258,16 @@ impl Weighing {
                     "one in twenty intervals between samples is longer than {} s, the usual one is {} s: samples were lost or the clock jitters; log without losses, with the time of the measurement",
                     three_figures(long),
                     three_figures(usual)
+                ),
+            );
+        }
+
+        if let Some(error) = evidence.compass_error_rad {
+            self.reject(
+                "compass_error",
+                format!(
+                    "the heading departs by {} deg from where the yaw rate takes it and comes back, which no vehicle does: the compass jumped, stuck or was disturbed; repeat the run, away from iron and currents",
+                    degrees(error)
                 ),
             );
         }

@@ -2,6 +2,7 @@
 
 pub mod batch;
 pub mod bound;
+mod compass;
 pub mod fresh;
 pub mod joined;
 pub mod online;
@@ -255,6 +256,8 @@ fn assess_with_others(
         surge_speed_m_s: surge_speeds_m_s(samples),
         interval_s: usual_and_long_interval_s(samples),
         online: pass.online.model,
+        needs_interval: !settings.as_paper,
+        compass_error_rad: compass::largest_error_rad(&pass.accepted),
         refined: refined.as_ref(),
         mismatch,
         higher_order: higher_order.as_ref(),

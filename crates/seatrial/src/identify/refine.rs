@@ -16,6 +16,10 @@ const DISTURBANCE_TIME_CONSTANTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
 /// Ratio between neighbouring strengths of the disturbance.
 const STRENGTH_RATIO: f64 = 2.0;
 
+/// Most strengths looked at either way: beyond, a disturbance explains a record such as one with spikes equally well
+/// whatever its strength.
+const MOST_STRENGTHS: usize = 24;
+
 /// The prior that the estimate is the mean under: half of the records hold no disturbance, the others one of
 /// 2 % of the rudder's effect, within a factor of e.
 const EXPECTED: Prior = Prior {
@@ -375,7 +379,11 @@ impl StrengthSearch<'_> {
         let mut peaks = vec![first];
         for ratio in [STRENGTH_RATIO, 1.0 / STRENGTH_RATIO] {
             let mut last = first;
-            while let Some(peak) = self.at(last.disturbance.relative * ratio, last.a22_per_s) {
+            for _ in 0..MOST_STRENGTHS {
+                let relative = last.disturbance.relative * ratio;
+                let Some(peak) = self.at(relative, last.a22_per_s) else {
+                    break;
+                };
                 let lost = first.fit.log_likelihood - peak.fit.log_likelihood;
                 let vanished = ratio < 1.0
                     && (peak.fit.log_likelihood - self.none.fit.log_likelihood).abs() < 0.02;
@@ -394,7 +402,11 @@ impl StrengthSearch<'_> {
     fn strongest(&self) -> Option<Peak> {
         let mut best = self.at(0.1 * self.scale * self.scale, self.none.a22_per_s)?;
         for ratio in [STRENGTH_RATIO, 1.0 / STRENGTH_RATIO] {
-            while let Some(peak) = self.at(best.disturbance.relative * ratio, best.a22_per_s) {
+            for _ in 0..MOST_STRENGTHS {
+                let relative = best.disturbance.relative * ratio;
+                let Some(peak) = self.at(relative, best.a22_per_s) else {
+                    break;
+                };
                 if peak.fit.log_likelihood < best.fit.log_likelihood + 1e-3 {
                     break;
                 }

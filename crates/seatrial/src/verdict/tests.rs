@@ -58,6 +58,8 @@ fn evidence(refined: &Refined) -> Evidence<'_> {
         surge_speed_m_s: None,
         interval_s: None,
         online: refined.model,
+        needs_interval: true,
+        compass_error_rad: None,
         refined: Some(refined),
         mismatch: None,
         higher_order: None,
@@ -123,6 +125,20 @@ fn exact_each_defect_is_refused_under_its_own_code() {
             "rejected_samples",
             Evidence {
                 samples_rejected: 200,
+                ..base
+            },
+        ),
+        (
+            "not_identifiable",
+            Evidence {
+                refined: None,
+                ..base
+            },
+        ),
+        (
+            "compass_error",
+            Evidence {
+                compass_error_rad: Some(0.1),
                 ..base
             },
         ),

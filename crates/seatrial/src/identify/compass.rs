@@ -1,0 +1,131 @@
+//! Did the compass and the gyro see the same turn?
+
+use nalgebra::{DMatrix, DVector};
+use seatrial_core::{Real, Sample};
+
+/// Length of the mean over which a departure counts, s.
+const MEAN_OVER_S: f64 = 0.5;
+/// Departures up to this, rad, are left to lag, deviation and drift.
+const LEAST_ERROR_RAD: f64 = 0.02;
+/// Standard deviations of such a mean that are noise.
+const SIGNIFICANCE: f64 = 6.0;
+/// A gyro whose scale fits the compass this well is in the right unit and sense.
+const SCALE: [f64; 2] = [0.8, 1.25];
+
+/// The largest departure of the heading from what the measured yaw rate says, rad, where it is more than noise.
+///
+/// ```text
+/// psi = alpha + beta t + kappa int r dt + tau r + e
+/// ```
+///
+/// | symbol | meaning |
+/// |---|---|
+/// | psi, r | measured heading and yaw rate |
+/// | alpha, beta | first heading; bias of the gyro and drift of the compass |
+/// | kappa, tau | scale of the gyro; lag of the compass |
+/// | e | what is left: a mean over 0.5 s counts beyond 0.02 rad, six deviations of its noise and a step of the compass |
+///
+/// Least squares over the record. `None`: they agree, or there is no gyro in the right unit and sense to compare
+/// with. A jump or a short standstill of the compass that is too small for the guard is found here.
+pub fn largest_error_rad(samples: &[Sample<f64>]) -> Option<f64> {
+    let (first, last) = (samples.first()?, samples.last()?);
+    let rates: Vec<f64> = samples
+        .iter()
+        .map(|s| s.yaw_rate_rad_s.filter(|r| r.is_finite()))
+        .collect::<Option<_>>()?;
+    let (mut heading, mut turned) = (vec![0.0], vec![0.0]);
+    let mut step_rad = f64::INFINITY;
+    for (pair, rate) in samples.windows(2).zip(rates.windows(2)) {
+        let interval_s = pair[1].time_s - pair[0].time_s;
+        let increment = Real::wrapped(pair[1].heading_rad - pair[0].heading_rad);
+        if increment != 0.0 {
+            step_rad = step_rad.min(increment.abs());
+        }
+        heading.push(heading[heading.len() - 1] + increment);
+        turned.push(turned[turned.len() - 1] + 0.5 * (rate[0] + rate[1]) * interval_s);
+    }
+    let terms = DMatrix::from_fn(samples.len(), 4, |row, column| match column {
+        0 => 1.0,
+        1 => samples[row].time_s - first.time_s,
+        2 => turned[row],
+        _ => rates[row],
+    });
+    let heading = DVector::from_vec(heading);
+    let normal = (terms.transpose() * &terms).cholesky()?;
+    let found = normal.solve(&(terms.transpose() * &heading));
+    if !(SCALE[0]..=SCALE[1]).contains(&found[2]) {
+        return None;
+    }
+    let error = heading - terms * found;
+    let interval_s = (last.time_s - first.time_s) / (samples.len() - 1) as f64;
+    let count = ((MEAN_OVER_S / interval_s).ceil() as usize).max(1);
+    let noise_rad = noise(error.as_slice());
+    let limit = LEAST_ERROR_RAD
+        .max(SIGNIFICANCE * noise_rad / (count as f64).sqrt())
+        .max(step_rad);
+    error
+        .as_slice()
+        .windows(count)
+        .map(|window| (window.iter().sum::<f64>() / count as f64).abs())
+        .max_by(f64::total_cmp)
+        .filter(|largest| *largest > limit)
+}
+
+/// The standard deviation of white noise from the median of its differences.
+fn noise(errors: &[f64]) -> f64 {
+    let mut differences: Vec<f64> = errors.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+    let middle = differences.len() / 2;
+    if differences.is_empty() {
+        return 0.0;
+    }
+    let (_, median, _) = differences.select_nth_unstable_by(middle, f64::total_cmp);
+    // The median of |N(0, 2 sigma^2)|.
+    *median / (0.674_489_75 * core::f64::consts::SQRT_2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 16 s of a doublet's turn at 20 Hz, its compass and gyro through the given errors.
+    fn record(compass: impl Fn(f64, f64) -> f64, gyro: impl Fn(f64) -> f64) -> Vec<Sample<f64>> {
+        (0..320)
+            .map(|k| {
+                let time_s = f64::from(k) * 0.05;
+                let phase = (time_s - 4.0).clamp(0.0, 4.0) * core::f64::consts::FRAC_PI_2;
+                let rate = 0.3 * phase.sin();
+                let heading = 0.3 * (1.0 - phase.cos()) / core::f64::consts::FRAC_PI_2;
+                Sample {
+                    time_s,
+                    heading_rad: compass(time_s, heading).wrapped(),
+                    yaw_rate_rad_s: Some(gyro(rate)),
+                    ..Sample::default()
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn exact_what_instruments_do_is_left_alone() {
+        // Drift, a wrap, deviation, and a gyro with bias and scale.
+        let drift = |t: f64, psi: f64| 3.1 + psi + 0.02 * t + 0.03 * psi.sin();
+        assert_eq!(largest_error_rad(&record(drift, |r| 1.1 * r + 0.01)), None);
+        // Steps of 2 degrees.
+        let coarse = |_: f64, psi: f64| (psi / 0.035).round() * 0.035;
+        assert_eq!(largest_error_rad(&record(coarse, |r| r)), None);
+        // A gyro in degrees tells nothing, nor does none.
+        let jump = |t: f64, psi: f64| psi + if t > 6.0 { 0.1 } else { 0.0 };
+        assert_eq!(largest_error_rad(&record(jump, |r| r.to_degrees())), None);
+        assert_eq!(largest_error_rad(&record(jump, |_| f64::NAN)), None);
+    }
+
+    #[test]
+    fn exact_a_small_jump_and_a_short_standstill_are_found() {
+        let jump = |t: f64, psi: f64| psi + if t > 6.0 { 0.12 } else { 0.0 };
+        // Part of the jump passes for scale, drift and lag.
+        let found = largest_error_rad(&record(jump, |r| r)).unwrap();
+        assert!((0.02..0.12).contains(&found), "{found}");
+        let still = |t: f64, psi: f64| if (5.5..6.4).contains(&t) { 0.28 } else { psi };
+        assert!(largest_error_rad(&record(still, |r| r)).is_some());
+    }
+}
