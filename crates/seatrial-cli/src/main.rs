@@ -2,6 +2,8 @@
 
 mod channels;
 mod compare;
+mod fault_matrix;
+mod fault_run;
 mod field;
 mod gains;
 mod health;
@@ -14,6 +16,7 @@ mod logbook;
 mod manoeuvres;
 mod output;
 mod paper;
+mod parallel;
 mod pitch;
 mod plan;
 mod prior;

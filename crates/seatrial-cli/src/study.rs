@@ -1,11 +1,8 @@
 //! `seatrial study`: Monte Carlo accuracy of estimators on a simulated vehicle.
 
-use std::io::IsTerminal;
 use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::thread;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use seatrial::identify::bound::Noise;
 use seatrial::study::{
     Accuracy, Estimator, Experiment, Outcome, QuantityAccuracy, Truth, accuracy,
@@ -14,7 +11,9 @@ use seatrial::{Record, Window};
 use seatrial_core::{Event, List, Plan, Stage, Trial, Vehicle};
 use serde::Serialize;
 
+use crate::fault_matrix;
 use crate::output::{Exit, Failure, Output};
+use crate::parallel;
 use crate::table::Table;
 use crate::vehicle::{self, Config};
 
@@ -23,14 +22,19 @@ const MOST_RUNS: u64 = 1_000_000;
 
 /// Bias, efficiency against the Cramer-Rao bound and coverage of estimators on a simulated vehicle.
 #[derive(clap::Args, Debug)]
-#[command(after_help = "\
+#[command(
+    args_conflicts_with_subcommands = true,
+    after_help = "\
 Every run is a simulated settling and training stage with a seed of its own; every combination of --noise-deg and
 --disturbance is a cell. The bound is computed for each run's own rudder record, with the noise known to it. An
 efficiency is known to about sqrt(2/runs), a coverage to about sqrt(0.05/runs).
 
 Example:
-  seatrial study --runs 50 --noise-deg 0.5 --disturbance 0 --disturbance 0.005,2")]
+  seatrial study --runs 50 --noise-deg 0.5 --disturbance 0 --disturbance 0.005,2"
+)]
 pub struct Args {
+    #[command(subcommand)]
+    what: Option<What>,
     /// The vehicle: sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml.
     #[arg(long, default_value = "sim:starfish")]
     vehicle: String,
@@ -56,6 +60,12 @@ pub struct Args {
     /// Threads [default: all cores]. The result does not depend on it.
     #[arg(long)]
     threads: Option<NonZeroUsize>,
+}
+
+/// Other studies.
+#[derive(Debug, clap::Subcommand)]
+enum What {
+    Faults(fault_matrix::Args),
 }
 
 fn not_negative(text: &str) -> Result<f64, String> {
@@ -113,6 +123,9 @@ struct Cell {
 
 /// Studies the estimators.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    if let Some(What::Faults(args)) = &args.what {
+        return fault_matrix::run(args, output);
+    }
     let base = vehicle::config(&args.vehicle)?;
     let own = base.helm();
     let noises_deg = if args.noise_deg.is_empty() {
@@ -130,16 +143,13 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         plan: plan(args.thrust)?,
         seed: args.seed,
         runs: args.runs,
-        threads: args
-            .threads
-            .or_else(|| thread::available_parallelism().ok())
-            .map_or(1, NonZeroUsize::get),
+        threads: parallel::threads(args.threads),
         estimators: if args.estimator.is_empty() {
             Estimator::ALL[..3].to_vec()
         } else {
             args.estimator.clone()
         },
-        progress: progress(args.runs * (noises_deg.len() * disturbances.len()) as u64),
+        progress: parallel::progress(args.runs * (noises_deg.len() * disturbances.len()) as u64),
     };
     let mut cells = Vec::new();
     for &noise_deg in &noises_deg {
@@ -225,32 +235,10 @@ impl Study {
 
     /// The outcomes in the order of their seeds, from all threads.
     fn outcomes(&self, config: &Config, truth: &Truth, has_bound: bool) -> Vec<Outcome> {
-        let next = AtomicU64::new(0);
-        let work = || {
-            let mut found = Vec::new();
-            loop {
-                let run = next.fetch_add(1, Ordering::Relaxed);
-                if run >= self.runs {
-                    return found;
-                }
-                if let Some(experiment) = self.train(config, self.seed.wrapping_add(run)) {
-                    found.push((
-                        run,
-                        Outcome::of(&experiment, truth, &self.estimators, has_bound),
-                    ));
-                }
-                self.progress.inc(1);
-            }
-        };
-        let mut outcomes: Vec<(u64, Outcome)> = thread::scope(|scope| {
-            let workers: Vec<_> = (0..self.threads).map(|_| scope.spawn(work)).collect();
-            workers
-                .into_iter()
-                .flat_map(|worker| worker.join().unwrap_or_default())
-                .collect()
-        });
-        outcomes.sort_by_key(|(run, _)| *run);
-        outcomes.into_iter().map(|(_, outcome)| outcome).collect()
+        parallel::each(self.runs, self.threads, &self.progress, |run| {
+            let experiment = self.train(config, self.seed.wrapping_add(run))?;
+            Some(Outcome::of(&experiment, truth, &self.estimators, has_bound))
+        })
     }
 
     /// A trial up to the end of its first training stage; `None` where it was aborted before.
@@ -290,15 +278,6 @@ impl Study {
         }
         None
     }
-}
-
-/// A bar on a terminal.
-fn progress(runs: u64) -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} runs {per_sec} {eta}");
-    ProgressBar::new(runs).with_style(style.unwrap_or(ProgressStyle::default_bar()))
 }
 
 fn text(document: &Document) -> String {

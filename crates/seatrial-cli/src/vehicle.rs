@@ -6,7 +6,7 @@ use std::path::Path;
 use seatrial::identify::bound::Noise;
 use seatrial_core::{Action, Sample, Vehicle, YawModel};
 use seatrial_sim::config::HelmConfig;
-use seatrial_sim::faults::{Kind, Rehearsable, Upset};
+use seatrial_sim::faults::{Damage, Kind, Rehearsable, Upset};
 use seatrial_sim::plant::Disturbance;
 use seatrial_sim::six_dof::{equivalent, remus100, starfish};
 use seatrial_sim::{
@@ -119,6 +119,14 @@ impl Config {
             correlation_time_s: noise.disturbance_time_s,
         };
         config
+    }
+
+    /// The same vehicle after damage; one with a yaw model is as it was.
+    pub fn damaged(&self, damage: &Damage) -> Self {
+        match self {
+            Self::FirstOrder(_) => self.clone(),
+            Self::SixDof(config) => Self::SixDof(Box::new(config.damaged(damage))),
+        }
     }
 
     /// Is the yaw model all there is?

@@ -1,5 +1,7 @@
 //! What is wrong with a vehicle at a moment.
 
+use seatrial_core::YawModel;
+
 /// What is wrong with a vehicle at a moment; [`Default`] is nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Upset {
@@ -9,6 +11,8 @@ pub struct Upset {
     pub compass_lost: bool,
     /// The compass is off by this, rad.
     pub compass_error_rad: f64,
+    /// The compass runs away at this rate, rad/s.
+    pub compass_drift_rad_s: f64,
     /// No depth is measured.
     pub depth_lost: bool,
     /// The rudder stays where it is.
@@ -42,6 +46,7 @@ impl Default for Upset {
             compass_frozen: false,
             compass_lost: false,
             compass_error_rad: 0.0,
+            compass_drift_rad_s: 0.0,
             depth_lost: false,
             rudder_jammed: false,
             rudder_reversed: false,
@@ -49,6 +54,20 @@ impl Default for Upset {
             thrust_left: 1.0,
             is_taken_over: false,
             damage: Damage::default(),
+        }
+    }
+}
+
+impl Upset {
+    /// The yaw model of a body as its samples show it: the rudder does not do what it is told to, and the compass
+    /// drifts at the rate d, psi_m'' = a22 (psi_m' - d) + b2 (+-delta + e) + C0.
+    pub fn apparent(&self, body: YawModel<f64>) -> YawModel<f64> {
+        let sense = if self.rudder_reversed { -1.0 } else { 1.0 };
+        YawModel {
+            b2_per_s2: sense * body.b2_per_s2,
+            c0_rad_per_s2: body.c0_rad_per_s2 + body.b2_per_s2 * self.rudder_offset_rad
+                - body.a22_per_s * self.compass_drift_rad_s,
+            ..body
         }
     }
 }

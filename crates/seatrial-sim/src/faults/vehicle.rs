@@ -18,6 +18,11 @@ const RESOLUTION_S: f64 = 1e-9;
 pub trait Rehearsable: Vehicle<f64, Error = Infallible> {
     /// Why a kind of fault cannot be played on it.
     fn refuses(&self, kind: Kind) -> Option<&'static str>;
+    /// The kinds of faults that can be played on it.
+    fn playable(&self) -> Vec<Kind> {
+        let playable = |kind: &Kind| self.refuses(*kind).is_none();
+        Kind::ALL.into_iter().filter(playable).collect()
+    }
     /// What is wrong with it from now on.
     fn upset(&mut self, upset: &Upset);
     /// The true yaw model as the body is now, where there is one.
@@ -61,10 +66,7 @@ impl<V: Rehearsable> FaultyVehicle<V> {
     /// A vehicle and its scenario, `seed` choosing what is left to chance. The error names a fault that the
     /// vehicle cannot play.
     pub fn new(vehicle: V, scenario: &Scenario, seed: u64) -> Result<Self, ScenarioError> {
-        let playable: Vec<Kind> = Kind::ALL
-            .into_iter()
-            .filter(|kind| vehicle.refuses(*kind).is_none())
-            .collect();
+        let playable = vehicle.playable();
         let random = scenario.random.iter();
         let drawn = random.flat_map(|random| random.faults(&playable, seed));
         let faults: Vec<Fault> = scenario.faults.iter().copied().chain(drawn).collect();
@@ -117,26 +119,9 @@ impl<V: Rehearsable> FaultyVehicle<V> {
         began.min_by(f64::total_cmp)
     }
 
-    /// The yaw model that the samples show: b2 and C0 with what the rudder really does, and C0 with the drift
-    /// of the compass, psi_m'' = a22 (psi_m' - d) + b2 (+-delta + e) + C0.
+    /// The yaw model that the samples show, where the vehicle has one.
     pub fn apparent_yaw_model(&self) -> Option<YawModel<f64>> {
-        let body = self.vehicle.yaw_model()?;
-        let drift_rad_s: f64 = self
-            .lasting()
-            .filter(|(fault, _)| fault.kind == Kind::CompassDrift)
-            .map(|(fault, _)| fault.values[0])
-            .sum();
-        let sense = if self.upset.rudder_reversed {
-            -1.0
-        } else {
-            1.0
-        };
-        Some(YawModel {
-            b2_per_s2: sense * body.b2_per_s2,
-            c0_rad_per_s2: body.c0_rad_per_s2 + body.b2_per_s2 * self.upset.rudder_offset_rad
-                - body.a22_per_s * drift_rad_s,
-            ..body
-        })
+        Some(self.upset.apparent(self.vehicle.yaw_model()?))
     }
 
     /// The faults that last now, with the time since they began, s.
@@ -173,7 +158,10 @@ impl<V: Rehearsable> FaultyVehicle<V> {
                     upset.compass_error_rad += first;
                 }
                 Kind::CompassStep => upset.compass_error_rad += first,
-                Kind::CompassDrift => upset.compass_error_rad += first * age_s,
+                Kind::CompassDrift => {
+                    upset.compass_error_rad += first * age_s;
+                    upset.compass_drift_rad_s += first;
+                }
                 Kind::CompassDropout => upset.compass_lost = true,
                 Kind::DepthLoss => upset.depth_lost = true,
                 Kind::RudderJam => upset.rudder_jammed = true,

@@ -1,0 +1,285 @@
+//! `seatrial study faults`: every fault in every stage of a trial.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use seatrial_core::{List, Plan};
+use seatrial_sim::faults::{Kind, Moment, Rehearsable};
+use serde::Serialize;
+
+use crate::fault_run::{Ending, Rehearsal, Result as Became};
+use crate::output::{Exit, Failure, Output};
+use crate::parallel;
+use crate::vehicle;
+
+/// Every fault in every stage: does each trial end in a correct model, or stopped or rejected for the right reason?
+#[derive(clap::Args, Debug)]
+#[command(after_help = "\
+Each trial has two speeds and one fault, of a size, length and instant that the seed chooses. It must end in a
+model within 3 of its 95 % intervals of the truth, or be aborted or rejected for a reason that belongs to the fault;
+after an abort the rudder must be neutral and the heading held within 0.5 s. Exit code 4 where a trial does not.
+
+Example:
+  seatrial study faults --seeds 2 --kind compass_freeze --kind rudder_jam")]
+pub struct Args {
+    /// The vehicle: sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml.
+    #[arg(long, default_value = "sim:starfish")]
+    vehicle: String,
+    /// Trials of each fault in each stage.
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    seeds: u64,
+    /// The first seed.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Kinds of faults; repeatable [default: all that the vehicle can play].
+    #[arg(long, value_parser = kind)]
+    kind: Vec<Kind>,
+    /// Stages: settle, training, decay, validation, between; repeatable [default: all].
+    #[arg(long, value_parser = moment)]
+    stage: Vec<Moment>,
+    /// Write the table as Markdown too.
+    #[arg(long, value_name = "FILE")]
+    markdown: Option<PathBuf>,
+    /// Threads [default: all cores]. The result does not depend on it.
+    #[arg(long)]
+    threads: Option<NonZeroUsize>,
+}
+
+fn kind(name: &str) -> Result<Kind, String> {
+    let names = Kind::ALL.map(Kind::name);
+    Kind::of_name(name).ok_or_else(|| format!("expected one of {}", names.join(", ")))
+}
+
+fn moment(name: &str) -> Result<Moment, String> {
+    let names = Moment::ALL.map(Moment::name);
+    Moment::ALL
+        .into_iter()
+        .find(|moment| moment.name() == name)
+        .ok_or_else(|| format!("expected one of {}", names.join(", ")))
+}
+
+/// `study faults --json`.
+#[derive(Serialize)]
+struct Document {
+    schema: &'static str,
+    vehicle: String,
+    seed: u64,
+    seeds: u64,
+    trials: usize,
+    failed: usize,
+    cells: Vec<Cell>,
+}
+
+/// One fault in one stage.
+#[derive(Serialize)]
+struct Cell {
+    kind: Kind,
+    stage: Moment,
+    models: usize,
+    rejected: usize,
+    aborted: usize,
+    /// Abort and rejection reasons, each with how often.
+    reasons: BTreeMap<String, usize>,
+    /// Largest distance of an accepted model from the truth, in half widths of its interval.
+    farthest: Option<f64>,
+    /// Longest from the condition of an abort to neutral rudder and heading hold, s.
+    handed_back_after_s: Option<f64>,
+    /// Trials in which the fault did not come about, because the trial never got there.
+    without_fault: usize,
+    /// Trials that did not end as they must.
+    failed: Vec<Ending>,
+}
+
+/// Plays the matrix.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let config = vehicle::config(&args.vehicle)?;
+    let failure = |error| Failure::input(format!("{}: {error}", args.vehicle));
+    let playable = config.vehicle(args.seed).map_err(failure)?.playable();
+    if let Some(kind) = args.kind.iter().find(|kind| !playable.contains(kind)) {
+        return Err(Failure::usage(format!(
+            "--kind {}: {} cannot play it",
+            kind.name(),
+            args.vehicle
+        )));
+    }
+    let or_all = |chosen: &[Kind]| {
+        if chosen.is_empty() {
+            playable.clone()
+        } else {
+            chosen.to_vec()
+        }
+    };
+    let kinds = or_all(&args.kind);
+    let stages = if args.stage.is_empty() {
+        Moment::ALL.to_vec()
+    } else {
+        args.stage.clone()
+    };
+    let plan = Plan {
+        thrusts: List::from_slice(&[0.6, 0.8]).unwrap_or_default(),
+        ..Plan::paper()
+    };
+    let rehearsal = Rehearsal::new(config, plan);
+    let places: Vec<(Kind, Moment)> = kinds
+        .iter()
+        .flat_map(|kind| stages.iter().map(move |stage| (*kind, *stage)))
+        .collect();
+    let runs = args.seeds * places.len() as u64;
+    let progress = parallel::progress(runs);
+    let endings = parallel::each(runs, parallel::threads(args.threads), &progress, |run| {
+        let (kind, stage) = places[(run / args.seeds) as usize];
+        rehearsal.play(kind, stage, args.seed.wrapping_add(run % args.seeds))
+    });
+    progress.finish_and_clear();
+    let cells: Vec<Cell> = places
+        .iter()
+        .zip(endings.chunks(args.seeds as usize))
+        .map(|(&(kind, stage), endings)| Cell::of(kind, stage, endings))
+        .collect();
+    let document = Document {
+        schema: "seatrial.fault_matrix.v1",
+        vehicle: args.vehicle.clone(),
+        seed: args.seed,
+        seeds: args.seeds,
+        trials: endings.len(),
+        failed: cells.iter().map(|cell| cell.failed.len()).sum(),
+        cells,
+    };
+    if let Some(path) = &args.markdown {
+        std::fs::write(path, markdown(&document, &stages))
+            .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))?;
+    }
+    output.print(&document, || text(&document, &stages))?;
+    Ok(if document.failed == 0 {
+        Exit::Done
+    } else {
+        Exit::Rejected
+    })
+}
+
+impl Cell {
+    fn of(kind: Kind, stage: Moment, endings: &[Ending]) -> Self {
+        let count = |became| endings.iter().filter(|e| e.result == became).count();
+        let largest =
+            |of: fn(&Ending) -> Option<f64>| endings.iter().filter_map(of).max_by(f64::total_cmp);
+        let mut reasons = BTreeMap::new();
+        for reason in endings.iter().filter_map(|e| e.reason.clone()) {
+            *reasons.entry(reason).or_insert(0) += 1;
+        }
+        Self {
+            kind,
+            stage,
+            models: count(Became::Models),
+            rejected: count(Became::Rejected),
+            aborted: count(Became::Aborted),
+            reasons,
+            farthest: largest(|e| e.farthest),
+            handed_back_after_s: largest(|e| e.handed_back_after_s),
+            without_fault: endings.iter().filter(|e| e.began_s.is_none()).count(),
+            failed: endings
+                .iter()
+                .filter(|e| !e.faults.is_empty())
+                .cloned()
+                .collect(),
+        }
+    }
+
+    /// Models, rejected and aborted trials.
+    fn counts(&self) -> String {
+        let counts = format!("{}/{}/{}", self.models, self.rejected, self.aborted);
+        match self.failed.len() {
+            0 => counts,
+            failed => format!("{counts} ({failed} WRONG)"),
+        }
+    }
+}
+
+fn summary(document: &Document) -> String {
+    let largest =
+        |of: fn(&Cell) -> Option<f64>| document.cells.iter().filter_map(of).fold(0.0, f64::max);
+    format!(
+        "{} trials of {}, {} each, seeds from {}: {} did not end as they must. The farthest accepted model is {:.2} half widths of its \
+         95 % interval from the truth; the longest from the condition of an abort to neutral rudder and heading hold {:.2} s.\n",
+        document.trials,
+        document.vehicle,
+        document.seeds,
+        document.seed,
+        document.failed,
+        largest(|cell| cell.farthest),
+        largest(|cell| cell.handed_back_after_s),
+    )
+}
+
+/// One row a fault, its stages beside each other.
+fn rows(document: &Document, stages: &[Moment]) -> Vec<Vec<String>> {
+    document
+        .cells
+        .chunks(stages.len())
+        .map(|cells| {
+            let mut reasons = BTreeMap::new();
+            for (reason, count) in cells.iter().flat_map(|cell| &cell.reasons) {
+                *reasons.entry(reason.as_str()).or_insert(0) += count;
+            }
+            let reasons: Vec<String> = reasons
+                .iter()
+                .map(|(reason, count)| format!("{reason} {count}"))
+                .collect();
+            let name = cells.first().map_or("", |cell| cell.kind.name());
+            std::iter::once(name.to_owned())
+                .chain(cells.iter().map(Cell::counts))
+                .chain([reasons.join(", ")])
+                .collect()
+        })
+        .collect()
+}
+
+fn headings(stages: &[Moment]) -> Vec<&'static str> {
+    let names = stages.iter().map(|stage| stage.name());
+    std::iter::once("fault")
+        .chain(names)
+        .chain(["reasons"])
+        .collect()
+}
+
+fn text(document: &Document, stages: &[Moment]) -> String {
+    let mut text = summary(document);
+    text += "Trials with models at every speed / rejected / aborted:\n\n";
+    let widths = [18].into_iter().chain(vec![10; stages.len()]).chain([0]);
+    let widths: Vec<usize> = widths.collect();
+    let headings: Vec<String> = headings(stages).into_iter().map(String::from).collect();
+    for row in std::iter::once(headings).chain(rows(document, stages)) {
+        for (cell, width) in row.iter().zip(&widths) {
+            let _ = write!(text, "{cell:width$}  ");
+        }
+        text.truncate(text.trim_end().len());
+        text.push('\n');
+    }
+    for (cell, ending) in document
+        .cells
+        .iter()
+        .flat_map(|cell| cell.failed.iter().map(move |ending| (cell, ending)))
+    {
+        let _ = writeln!(
+            text,
+            "WRONG: {} in {}, seed {}: {}",
+            cell.kind.name(),
+            cell.stage.name(),
+            ending.seed,
+            ending.faults.join("; ")
+        );
+    }
+    text
+}
+
+fn markdown(document: &Document, stages: &[Moment]) -> String {
+    let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+    let headings: Vec<String> = headings(stages).into_iter().map(String::from).collect();
+    let mut text = summary(document) + "\n" + &line(&headings);
+    text += &line(&vec!["---".into(); headings.len()]);
+    for row in rows(document, stages) {
+        text += &line(&row);
+    }
+    text
+}

@@ -1,0 +1,422 @@
+//! One trial with a fault, and whether it ended as it must.
+
+use std::collections::HashMap;
+use std::sync::Mutex;
+
+use seatrial::campaign::{Campaign, Run, Stage};
+use seatrial::conduct::{Unwatched, conduct};
+use seatrial::identification::Identification;
+use seatrial_core::{AbortReason, Action, Outcome, Plan, Sample, Steering, Vehicle, YawModel};
+use seatrial_sim::faults::{Fault, Kind, LinkLost, Moment, Onset, Upset};
+use seatrial_sim::sensors::Chance;
+use seatrial_sim::{FaultyVehicle, Scenario};
+use serde::Serialize;
+
+use crate::vehicle::{Config, Simulated};
+
+/// Time from the condition of an abort to neutral rudder and heading hold, s.
+const HANDED_BACK_WITHIN_S: f64 = 0.5;
+/// Half widths of its 95 % intervals within which an accepted model must be of the truth.
+const INTERVALS: f64 = 3.0;
+/// The fault begins within this of the start of its moment, s.
+const BEGINS_WITHIN_S: [f64; Moment::ALL.len()] = [10.0, 4.0, 10.0, 8.0, 10.0];
+
+/// How a trial with a fault ended.
+#[derive(Clone, Debug, Serialize)]
+pub struct Ending {
+    /// The seed of fault, vehicle and noise.
+    pub seed: u64,
+    /// The fault's numbers.
+    pub values: [f64; 2],
+    /// How long it lasted, s; for ever where null.
+    pub for_s: Option<f64>,
+    /// When it began, on the vehicle's clock, s.
+    pub began_s: Option<f64>,
+    /// What became of the trial.
+    pub result: Result,
+    /// Why it was aborted, or the first reason of the last run that was rejected.
+    pub reason: Option<String>,
+    /// The largest distance of an accepted model from the truth, in half widths of its 95 % interval.
+    pub farthest: Option<f64>,
+    /// From the condition of the abort to neutral rudder and heading hold, s.
+    pub handed_back_after_s: Option<f64>,
+    /// What is not as it must be.
+    pub faults: Vec<String>,
+}
+
+/// What became of a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Result {
+    /// A model at every speed.
+    Models,
+    /// A speed without an accepted model.
+    Rejected,
+    /// Aborted.
+    Aborted,
+}
+
+/// The vehicle, its plan, and what is known of its truth.
+pub struct Rehearsal {
+    /// What the vehicle is made from.
+    pub config: Config,
+    /// The plan of every trial.
+    pub plan: Plan<f64>,
+    /// Truths of damaged vehicles of six degrees of freedom by what is wrong with them.
+    truths: Mutex<HashMap<String, Option<YawModel<f64>>>>,
+}
+
+impl Rehearsal {
+    /// Of a vehicle and a plan.
+    pub fn new(config: Config, plan: Plan<f64>) -> Self {
+        Self {
+            config,
+            plan,
+            truths: Mutex::default(),
+        }
+    }
+
+    /// A trial with a fault of usual size at a chance instant of a moment; `None` where the vehicle cannot play it.
+    pub fn play(&self, kind: Kind, moment: Moment, seed: u64) -> Option<Ending> {
+        let [mut chance] = Chance::sources(!seed);
+        let onset = Onset::Stage {
+            stage: moment,
+            run: 1,
+            after_s: BEGINS_WITHIN_S[moment as usize] * chance.uniform(),
+        };
+        let fault = Fault::drawn(kind, onset, &mut chance);
+        let vehicle = self.config.vehicle(seed).ok()?;
+        let vehicle = FaultyVehicle::new(vehicle, &Scenario::of(fault), seed).ok()?;
+        let mut observed = Observed::new(vehicle);
+        let about = Campaign {
+            software_version: String::new(),
+            vehicle: String::new(),
+            configuration: String::new(),
+            seed: Some(seed),
+            rudder_limit_rad: self.plan.rudder_limit_rad,
+            runs: Vec::new(),
+            outcome: None,
+        };
+        let campaign = conduct(&mut observed, self.plan, about, &mut Unwatched)
+            .ok()?
+            .campaign;
+        Some(self.judge(fault, seed, &campaign, &observed))
+    }
+
+    fn judge(&self, fault: Fault, seed: u64, campaign: &Campaign, seen: &Observed) -> Ending {
+        let mut faults = Vec::new();
+        let began_s = seen.vehicle.first_fault_s();
+        let aborted = match campaign.outcome {
+            Some(Outcome::Aborted(reason)) => Some(reason),
+            _ => None,
+        };
+        let expected = Expected::of(&fault);
+        if let Some(reason) = aborted
+            && !expected.aborts.contains(&reason)
+        {
+            faults.push(format!("aborted because {}", code(reason)));
+        }
+        if expected.must_abort && began_s.is_some() && aborted.is_none() {
+            faults.push("not aborted".into());
+        }
+        let rejected: Vec<&Run> = campaign
+            .runs
+            .iter()
+            .filter(|run| !run.verdict.accepted && run.identification.is_some())
+            .collect();
+        for run in &rejected {
+            let code = run.verdict.reasons.first().map_or("", |r| r.code.as_str());
+            if began_s.is_some() && !expected.codes.contains(&code) {
+                faults.push(format!("run {} rejected because {code}", run.number));
+            }
+        }
+        let handed_back_after_s = aborted.and_then(|reason| seen.handed_back_after_s(reason));
+        if aborted.is_some()
+            && !handed_back_after_s.is_some_and(|after_s| after_s <= HANDED_BACK_WITHIN_S)
+        {
+            faults.push(format!("handed back after {handed_back_after_s:?} s"));
+        }
+        let mut farthest: Option<f64> = None;
+        for run in campaign.runs.iter().filter(|run| run.verdict.accepted) {
+            let Some(identification) = &run.identification else {
+                continue;
+            };
+            let distance = self.distance(run, identification, seen);
+            farthest = Some(farthest.map_or(distance, |other| other.max(distance)));
+            if distance > INTERVALS {
+                faults.push(format!(
+                    "run {} accepted {distance:.1} intervals from the truth",
+                    run.number
+                ));
+            }
+        }
+        let result = if aborted.is_some() {
+            Result::Aborted
+        } else if campaign.accepted_runs().len() == self.plan.thrusts.len() {
+            Result::Models
+        } else {
+            Result::Rejected
+        };
+        let rejection = rejected.last().and_then(|run| run.verdict.reasons.first());
+        Ending {
+            seed,
+            values: fault.values,
+            for_s: fault.for_s,
+            began_s,
+            result,
+            reason: aborted
+                .map(code)
+                .or_else(|| rejection.map(|reason| reason.code.clone())),
+            farthest,
+            handed_back_after_s,
+            faults,
+        }
+    }
+
+    /// How far a model is from what was true during its training, in half widths of its intervals.
+    ///
+    /// A truth that changed in that time is every value in between.
+    fn distance(&self, run: &Run, found: &Identification, seen: &Observed) -> f64 {
+        let (Some(training), Some(refined)) = (run.stage(Stage::Train), &found.refined) else {
+            return f64::INFINITY;
+        };
+        let mut least = [f64::INFINITY; 3];
+        let mut greatest = [f64::NEG_INFINITY; 3];
+        let mut last: Option<(Upset, Option<YawModel<f64>>)> = None;
+        for instant in seen.instants.iter().filter(|i| training.contains(i.time_s)) {
+            if instant.upset.rudder_jammed {
+                continue;
+            }
+            let truth = match last {
+                // Six degrees of freedom: the same as long as the same is wrong.
+                Some((upset, truth)) if instant.model.is_none() && upset == instant.upset => truth,
+                _ => instant
+                    .model
+                    .or_else(|| self.truth(run.thrust, &instant.upset)),
+            };
+            last = Some((instant.upset, truth));
+            for (k, value) in truth
+                .iter()
+                .flat_map(|truth| truth.theta().into_iter().enumerate())
+            {
+                least[k] = least[k].min(value);
+                greatest[k] = greatest[k].max(value);
+            }
+        }
+        let intervals = [
+            refined.interval_95.a22_per_s,
+            refined.interval_95.b2_per_s2,
+            refined.interval_95.c0_rad_per_s2,
+        ];
+        let off = |k: usize| {
+            let value = refined.model.theta()[k];
+            let outside = (least[k] - value).max(value - greatest[k]).max(0.0);
+            outside / (0.5 * (intervals[k][1] - intervals[k][0]))
+        };
+        off(0).max(off(1)).max(off(2))
+    }
+
+    /// The truth of a damaged vehicle of six degrees of freedom as its samples show it.
+    fn truth(&self, thrust: f64, upset: &Upset) -> Option<YawModel<f64>> {
+        let left = thrust * upset.thrust_left;
+        let key = format!("{left} {:?}", upset.damage);
+        let known = self.truths.lock().ok()?.get(&key).copied();
+        let model = known.unwrap_or_else(|| {
+            let truth = self.config.damaged(&upset.damage).truth(left);
+            truth.ok().flatten().map(|truth| truth.model)
+        });
+        self.truths.lock().ok()?.insert(key, model);
+        model.map(|body| upset.apparent(body))
+    }
+}
+
+/// A reason as logbooks and JSON documents have it.
+fn code(reason: AbortReason) -> String {
+    let code = serde_json::to_value(reason).ok();
+    code.and_then(|code| code.as_str().map(String::from))
+        .unwrap_or_default()
+}
+
+/// The vehicle as an independent observer sees it.
+struct Observed {
+    vehicle: FaultyVehicle<Simulated>,
+    instants: Vec<Instant>,
+    /// When the latest whole sample came, on the vehicle's own clock, s.
+    whole_s: f64,
+    newest_s: f64,
+    /// When a sample first was beyond a limit, and which.
+    beyond: Option<(AbortReason, f64)>,
+    /// When neutral rudder and then heading hold were asked for at the end, s.
+    neutral_s: Option<f64>,
+    hold_s: Option<f64>,
+    thrust_given: bool,
+}
+
+/// What was true when a sample was delivered.
+struct Instant {
+    /// The sample's time, s.
+    time_s: f64,
+    upset: Upset,
+    model: Option<YawModel<f64>>,
+}
+
+impl Observed {
+    fn new(vehicle: FaultyVehicle<Simulated>) -> Self {
+        Self {
+            vehicle,
+            instants: Vec::new(),
+            whole_s: 0.0,
+            newest_s: f64::NEG_INFINITY,
+            beyond: None,
+            neutral_s: None,
+            hold_s: None,
+            thrust_given: false,
+        }
+    }
+
+    fn look(&mut self, sample: &Sample<f64>) {
+        let now_s = self.vehicle.time_s();
+        self.instants.push(Instant {
+            time_s: sample.time_s,
+            upset: *self.vehicle.upset(),
+            model: self.vehicle.apparent_yaw_model(),
+        });
+        if sample.heading_rad.is_finite()
+            && sample.depth_m.is_some()
+            && sample.time_s > self.newest_s
+        {
+            self.whole_s = now_s;
+        }
+        self.newest_s = self.newest_s.max(sample.time_s);
+        let limits = seatrial_core::Envelope::<f64>::default();
+        let beyond = [
+            (AbortReason::Pitch, sample.pitch_rad, limits.pitch_max_rad),
+            (AbortReason::Roll, sample.roll_rad, limits.roll_max_rad),
+            (
+                AbortReason::YawRate,
+                sample.yaw_rate_rad_s,
+                limits.yaw_rate_max_rad_s,
+            ),
+            (AbortReason::Depth, sample.depth_m, limits.depth_max_m),
+        ]
+        .into_iter()
+        .find(|(_, measured, limit)| measured.is_some_and(|x| x.abs() > *limit));
+        if let (None, Some((reason, ..))) = (self.beyond, beyond) {
+            self.beyond = Some((reason, now_s));
+        }
+    }
+
+    /// From the condition of an abort to heading hold after neutral rudder, s.
+    fn handed_back_after_s(&self, reason: AbortReason) -> Option<f64> {
+        let (neutral_s, hold_s) = (self.neutral_s?, self.hold_s?);
+        let condition_s = match reason {
+            AbortReason::Operator | AbortReason::LinkLost => self.vehicle.first_fault_s()?,
+            AbortReason::StaleSamples => {
+                let stale_s =
+                    self.whole_s + seatrial_core::Envelope::<f64>::default().stale_after_s;
+                stale_s.min(neutral_s)
+            }
+            _ => self
+                .beyond
+                .filter(|(beyond, _)| *beyond == reason)
+                .map_or(neutral_s, |(_, beyond_s)| beyond_s),
+        };
+        Some((hold_s - condition_s).max(0.0))
+    }
+}
+
+impl Vehicle<f64> for Observed {
+    type Error = LinkLost;
+
+    fn next_sample(&mut self) -> std::result::Result<Option<Sample<f64>>, LinkLost> {
+        let sample = self.vehicle.next_sample()?;
+        if let Some(sample) = &sample {
+            self.look(sample);
+        }
+        Ok(sample)
+    }
+
+    fn act(&mut self, action: &Action<f64>) -> std::result::Result<(), LinkLost> {
+        let now_s = self.vehicle.time_s();
+        match (action.thrust, action.steering) {
+            (Some(_), _) => self.thrust_given = true,
+            (None, Steering::Rudder(0.0)) if self.thrust_given => {
+                self.neutral_s.get_or_insert(now_s);
+            }
+            (None, Steering::HoldHeading(_)) if self.neutral_s.is_some() => {
+                self.hold_s.get_or_insert(now_s);
+            }
+            _ => {}
+        }
+        self.vehicle.act(action)
+    }
+
+    fn is_taken_over(&self) -> bool {
+        self.vehicle.is_taken_over()
+    }
+}
+
+/// How a trial with a fault may end besides with models.
+struct Expected {
+    must_abort: bool,
+    aborts: &'static [AbortReason],
+    codes: &'static [&'static str],
+}
+
+impl Expected {
+    fn of(fault: &Fault) -> Self {
+        use AbortReason::*;
+        let lasts = fault.for_s.is_none();
+        let aborts: &[AbortReason] = match fault.kind {
+            Kind::CompassDropout | Kind::DepthLoss | Kind::ClockJump => &[StaleSamples],
+            Kind::LinkLoss if lasts => &[LinkLost],
+            Kind::LinkLoss => &[StaleSamples],
+            Kind::OperatorTakeover => &[Operator],
+            Kind::DuplicatedSamples | Kind::ReorderedSamples => &[],
+            Kind::ThrustLoss => &[SpeedDrift],
+            Kind::CurrentStep => &[SpeedDrift, HeadingExcursion],
+            Kind::CompassSpike | Kind::CompassStep | Kind::CompassDrift => {
+                &[HeadingExcursion, ReversedRudder, StaleSamples]
+            }
+            Kind::CompassFreeze => &[StaleSamples],
+            Kind::RudderJam | Kind::RudderReversed => {
+                &[HeadingExcursion, ReversedRudder, SpeedDrift, YawRate, Roll]
+            }
+            Kind::RudderOffset | Kind::LostFin | Kind::PayloadChange => {
+                &[HeadingExcursion, SpeedDrift, Roll]
+            }
+        };
+        Self {
+            must_abort: match fault.kind {
+                Kind::OperatorTakeover => true,
+                Kind::CompassDropout | Kind::DepthLoss | Kind::LinkLoss => lasts,
+                _ => false,
+            },
+            aborts,
+            codes: match fault.kind {
+                // Noise alone may make the trial repeat a run.
+                Kind::OperatorTakeover | Kind::DepthLoss => &["low_r2"],
+                Kind::DuplicatedSamples | Kind::ReorderedSamples => &["low_r2", "rejected_samples"],
+                Kind::CompassFreeze | Kind::CompassStep | Kind::CompassSpike => &[
+                    "compass_error",
+                    "rejected_samples",
+                    "low_r2",
+                    "does_not_fit",
+                    "disagreement",
+                    "not_identifiable",
+                    "under_excited",
+                    "heading_constant",
+                ],
+                _ => &[
+                    "rejected_samples",
+                    "low_r2",
+                    "does_not_fit",
+                    "disagreement",
+                    "not_identifiable",
+                    "under_excited",
+                    "unstable",
+                ],
+            },
+        }
+    }
+}
