@@ -35,6 +35,7 @@ pub(crate) struct Motion {
     pub north_m: f64,
     pub east_m: f64,
     pub depth_m: f64,
+    pub altitude_m: Option<f64>,
 }
 
 /// At each sampling instant it measures, sets the rudder until the next one and reports both.
@@ -239,7 +240,7 @@ impl Helm {
                 motion.surge_speed_m_s + noise(sensors.surge_speed_noise_m_s, |c| &mut c.speed),
             ),
             depth_m: Some(motion.depth_m + noise(sensors.depth_noise_m, |c| &mut c.depth)),
-            altitude_m: None,
+            altitude_m: motion.altitude_m,
             roll_rad: Some(
                 motion.roll_rad + noise(sensors.attitude_noise_rad, |c| &mut c.attitude),
             ),

@@ -83,6 +83,7 @@ impl Body for FirstOrderBody {
             north_m,
             east_m,
             depth_m: self.depth_m,
+            altitude_m: None,
         }
     }
 

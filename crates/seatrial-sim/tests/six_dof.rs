@@ -139,6 +139,7 @@ fn exact_uniform_current_only_carries_the_vehicle_along() {
             },
             shaft_rev_s: 20.0,
             yaw_disturbance_rad_s2: 0.0,
+            time_s: 0.0,
         };
         let [in_still, in_flow] = [still, flowing].map(|config| {
             let dynamics = Dynamics::new(&config).unwrap();
@@ -151,7 +152,7 @@ fn exact_uniform_current_only_carries_the_vehicle_along() {
             for _ in 0..3000 {
                 state = dynamics.step(&state, &[inputs; 3], STEP_S);
             }
-            (state, dynamics.velocity_through_water(&state))
+            (state, dynamics.velocity_through_water(&state, 0.0))
         });
         let drifted = in_flow.0.position_m - in_still.0.position_m - current * 30.0;
         // The error of the integration, which is not the same in both frames.

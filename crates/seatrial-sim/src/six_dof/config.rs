@@ -40,10 +40,11 @@ pub struct SixDofConfig {
 }
 
 impl SixDofConfig {
-    /// The same vehicle in still water with exact sensors.
+    /// The same vehicle in still water with exact sensors; the bottom stays.
     pub fn noise_free(mut self) -> Self {
         self.helm = self.helm.noise_free();
         self.sea.current.clear();
+        self.sea.waves = None;
         self
     }
 
@@ -130,6 +131,7 @@ impl SixDofConfig {
             (0.0..1.0).contains(&dead_band),
             "a fraction, 0 to below 1",
         )])?;
+        self.sea.waves.map_or(Ok(()), |waves| waves.check())?;
         let in_order = self
             .sea
             .current

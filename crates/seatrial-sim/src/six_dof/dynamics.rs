@@ -6,8 +6,9 @@ use super::config::{SixDofConfig, required};
 use super::fins::{Deflections, Fin};
 use super::hydrodynamics::Hull;
 use super::propeller::Propeller;
-use super::rigid_body::{RigidBody, coriolis, join, split};
-use super::sea::Sea;
+use super::rigid_body::{GRAVITY_M_S2, RigidBody, coriolis, join, split};
+use super::sea::{Flow, Sea};
+use super::waves::WaveField;
 use crate::config::ConfigError;
 
 /// Position, attitude and velocity, or their rates of change.
@@ -30,6 +31,8 @@ pub struct Inputs {
     pub shaft_rev_s: f64,
     /// Yaw acceleration that is not the vehicle's, rad/s^2.
     pub yaw_disturbance_rad_s2: f64,
+    /// The waves' time, s.
+    pub time_s: f64,
 }
 
 /// A vehicle in the sea.
@@ -37,19 +40,22 @@ pub struct Inputs {
 /// ```text
 /// p'  = R(q) v,    q' = 1/2 q (0, w)
 /// nu' = (M_RB + M_A)^-1 (tau - C_RB(nu) nu - C_A(nu_r) nu_r + M_A nu_c')
-/// nu_r = nu - nu_c,   nu_c = [R^T c(z), 0],   nu_c' = [R^T dc/dz z' - w x R^T c, 0]
-/// tau = hull(nu_r) + fins(nu_r, delta) + propeller(u_r, n) + weight and buoyancy
+/// nu_r = nu - nu_c,   nu_c = [R^T c(p, t), 0],   nu_c' = [R^T (dc/dt + grad c p') - w x R^T c, 0]
+/// tau = hull(nu_r) + fins(nu_r, delta) + propeller(u_r, n) + weight and buoyancy + m_d [R^T (dc/dt + grad c c), 0]
 /// ```
 ///
 /// | symbol | identifier | unit |
 /// |---|---|---|
 /// | p, q | `position_m`, `attitude` | m, 1 |
 /// | nu = [v, w] | `velocity` | m/s, rad/s |
-/// | c(z) | [`Sea::flow`] | m/s |
+/// | c(p, t) | [`Sea::flow`] | m/s |
+/// | m_d | mass of the displaced water | kg |
 /// | delta, n | [`Inputs`] | rad, rev/s |
 ///
 /// Source: Fossen (2021), chapters 2, 8 and 10, with unit quaternions for every attitude; the fourth-order
-/// Runge-Kutta method. The current's acceleration acts through M_A, as on a body in a flow without waves.
+/// Runge-Kutta method. The water's own acceleration in waves acts on the mass that the
+/// vehicle displaces, as at its origin (Froude and Krylov's force for a vehicle shorter than the waves): one of its own
+/// mass moves with the water.
 #[derive(Clone, Debug)]
 pub struct Dynamics {
     rigid_body: RigidBody,
@@ -57,6 +63,7 @@ pub struct Dynamics {
     fins: Vec<Fin>,
     propeller: Propeller,
     sea: Sea,
+    waves: Option<WaveField>,
     rigid_mass: Matrix6<f64>,
     added_mass: Matrix6<f64>,
     inverse_mass: Matrix6<f64>,
@@ -76,6 +83,7 @@ impl Dynamics {
             fins: config.fins.clone(),
             propeller: config.propeller,
             sea: config.sea.clone(),
+            waves: config.sea.waves.map(|waves| waves.field()),
             rigid_mass,
             added_mass,
             inverse_mass: required(
@@ -103,9 +111,9 @@ impl Dynamics {
         after
     }
 
-    /// The velocity through the water.
-    pub fn velocity_through_water(&self, state: &State) -> Vector6<f64> {
-        let flow = self.sea.flow(state.position_m.z);
+    /// The velocity through the water at a time.
+    pub fn velocity_through_water(&self, state: &State, time_s: f64) -> Vector6<f64> {
+        let flow = self.flow(state, time_s);
         let current = state
             .rotation()
             .inverse_transform_vector(&flow.velocity_m_s);
@@ -124,18 +132,26 @@ impl Dynamics {
                 .potential_energy_j(state.position_m.z, &state.down())
     }
 
+    fn flow(&self, state: &State, time_s: f64) -> Flow {
+        self.sea
+            .flow(self.waves.as_ref(), &state.position_m, time_s)
+    }
+
     fn rate(&self, state: &State, inputs: &Inputs) -> State {
         let rotation = state.rotation();
         let (linear, angular) = split(&state.velocity);
-        let flow = self.sea.flow(state.position_m.z);
+        let flow = self.flow(state, inputs.time_s);
         let drift = rotation * linear;
         let current = rotation.inverse_transform_vector(&flow.velocity_m_s);
-        let sheared = rotation.inverse_transform_vector(&(flow.shear_per_s * drift.z));
+        let sheared = rotation.inverse_transform_vector(&flow.changes_along_m_s2(&drift));
+        let water = rotation.inverse_transform_vector(&flow.of_the_water_m_s2());
+        let displaced_kg = self.rigid_body.buoyancy_n / GRAVITY_M_S2;
         let through_water = state.velocity - join(current, Vector3::zeros());
         let current_change = join(sheared - angular.cross(&current), Vector3::zeros());
         let force = self.force(&through_water, inputs)
             + self.rigid_body.restoring(&state.down())
             + self.added_mass * current_change
+            + join(water * displaced_kg, Vector3::zeros())
             - coriolis(&self.rigid_mass, &state.velocity)
             - self.hull.added_coriolis(&self.added_mass, &through_water);
         State {
@@ -205,6 +221,7 @@ mod tests {
     use super::*;
     use crate::six_dof::remus100;
     use crate::six_dof::sea::CurrentPoint;
+    use crate::six_dof::waves::Waves;
 
     /// Sinking through a sheared current, the water it carries along is accelerated: (m + A11) u' = A11 dc/dz w.
     #[test]
@@ -225,6 +242,35 @@ mod tests {
         let (mass, added) = (config.rigid_body.mass_kg, config.hull.added_mass[0]);
         let expected = added * 0.2 * 0.5 / (mass + added);
         assert!((rate.velocity[0] / expected - 1.0).abs() < 1e-12);
+    }
+
+    /// A neutral body at rest in the water goes with the water, waves and all.
+    #[test]
+    fn exact_a_neutral_body_follows_the_waves() {
+        let mut config = remus100::config();
+        config.rigid_body.centre_of_gravity_m = [0.0; 3];
+        config.sea.waves = Some(Waves {
+            significant_height_m: 0.5,
+            peak_period_s: 4.0,
+            peak_enhancement: 3.3,
+            towards_rad: 0.4,
+            components: 20,
+            seed: 1,
+        });
+        let dynamics = Dynamics::new(&config).unwrap();
+        let mut state = State::level(0.0, 2.0, 0.0);
+        let flow = dynamics.flow(&state, 3.0);
+        state
+            .velocity
+            .fixed_rows_mut::<3>(0)
+            .copy_from(&flow.velocity_m_s);
+        let inputs = Inputs {
+            time_s: 3.0,
+            ..Inputs::default()
+        };
+        let rate = dynamics.rate(&state, &inputs);
+        let followed = rate.velocity.fixed_rows::<3>(0) - flow.of_the_water_m_s2();
+        assert!(followed.norm() < 1e-12 && flow.of_the_water_m_s2().norm() > 0.01);
     }
 
     #[test]

@@ -16,6 +16,7 @@ pub mod rigid_body;
 pub mod sea;
 pub mod starfish;
 pub mod vehicle;
+pub mod waves;
 
 pub use config::SixDofConfig;
 pub use vehicle::SixDofVehicle;

@@ -102,6 +102,8 @@ pub fn config() -> SixDofConfig {
         sea: Sea {
             density_kg_m3: DENSITY_KG_M3,
             current: Vec::new(),
+            waves: None,
+            bottom: None,
         },
     }
 }

@@ -51,12 +51,19 @@ pub struct SixDofBody {
     /// Elevator that is held instead of the depth, rad.
     elevator_asked_rad: Option<f64>,
     depth_hold: DepthHoldState,
+    /// Time in the sea, s.
+    pub time_s: f64,
+    /// Did it run into the bottom? There it stays.
+    pub is_aground: bool,
 }
 
 impl SixDofVehicle {
     /// A vehicle that runs straight and level at its own thrust, holding heading and depth.
-    pub fn new(config: SixDofConfig, seed: u64) -> Result<Self, ConfigError> {
+    pub fn new(mut config: SixDofConfig, seed: u64) -> Result<Self, ConfigError> {
         config.check()?;
+        if let Some(waves) = &mut config.sea.waves {
+            waves.seed = waves.seed.wrapping_add(seed);
+        }
         let mut body = SixDofBody::at_rest(config)?;
         body.run_in();
         Ok(Self {
@@ -155,6 +162,8 @@ impl SixDofBody {
             elevator_command_rad: 0.0,
             elevator_asked_rad: None,
             depth_hold: DepthHoldState::default(),
+            time_s: 0.0,
+            is_aground: false,
             config,
         })
     }
@@ -187,6 +196,7 @@ impl Body for SixDofBody {
             north_m,
             east_m,
             depth_m,
+            altitude_m: self.config.sea.altitude_m(&self.state.position_m),
         }
     }
 
@@ -201,12 +211,18 @@ impl Body for SixDofBody {
         let steps = (interval_s / STEP_S - 1e-6).ceil().max(1.0);
         let h = interval_s / steps;
         for _ in 0..steps as u32 {
+            if self.is_aground {
+                return;
+            }
             let start = self.inputs(yaw_disturbance_rad_s2);
             self.advance_actuators(rudder_command_rad, thrust, 0.5 * h);
+            self.time_s += 0.5 * h;
             let middle = self.inputs(yaw_disturbance_rad_s2);
             self.advance_actuators(rudder_command_rad, thrust, 0.5 * h);
+            self.time_s += 0.5 * h;
             let end = self.inputs(yaw_disturbance_rad_s2);
             self.state = self.dynamics.step(&self.state, &[start, middle, end], h);
+            self.strand();
         }
     }
 
@@ -248,6 +264,15 @@ impl SixDofBody {
             .advance(self.shaft_rev_s, thrust, interval_s);
     }
 
+    /// A vehicle that reaches the bottom lies there.
+    fn strand(&mut self) {
+        let altitude_m = self.config.sea.altitude_m(&self.state.position_m);
+        if altitude_m.is_some_and(|altitude_m| altitude_m <= 0.0) {
+            self.is_aground = true;
+            self.state.velocity.fill(0.0);
+        }
+    }
+
     fn inputs(&self, yaw_disturbance_rad_s2: f64) -> Inputs {
         Inputs {
             deflections: Deflections {
@@ -256,6 +281,7 @@ impl SixDofBody {
             },
             shaft_rev_s: self.shaft_rev_s,
             yaw_disturbance_rad_s2,
+            time_s: self.time_s,
         }
     }
 }
