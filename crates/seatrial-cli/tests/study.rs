@@ -96,3 +96,17 @@ fn cli_bad_options_are_usage_errors() {
         assert!(text.contains(word), "{args:?}: {text}");
     }
 }
+
+/// A quick part of the fault matrix; the whole is in validation/.
+#[test]
+fn val_every_fault_ends_in_a_correct_model_or_for_its_own_reason() {
+    let output = study(&["faults", "--seeds", "1", "--stage", "training"]);
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(document["schema"], "seatrial.fault_matrix.v1");
+    assert_eq!(document["failed"], 0, "{document}");
+    assert_eq!(output.status.code(), Some(0));
+    // All but the current step, which a first-order vehicle cannot play.
+    assert_eq!(document["trials"], 17);
+    let refused = study(&["faults", "--kind", "current_step"]);
+    assert_eq!(refused.status.code(), Some(2));
+}
