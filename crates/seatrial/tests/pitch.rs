@@ -69,6 +69,7 @@ fn linearised(vehicle: &SixDofVehicle) -> (Matrix3<f64>, Vector3<f64>) {
             },
             shaft_rev_s: body.shaft_rev_s,
             yaw_disturbance_rad_s2: 0.0,
+            time_s: 0.0,
         };
         const INTERVAL_S: f64 = 1e-4;
         let next = body.dynamics().step(state, &[inputs; 3], INTERVAL_S);
