@@ -1,11 +1,13 @@
 //! `seatrial inspect`: what is in a log, and can a model be identified from it?
 
 use std::fmt::Write;
+use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
 use seatrial::Window;
 use seatrial::identification::{Reason, Verdict};
 use seatrial::manoeuvre::{Manoeuvre, Stroke};
+use seatrial::report::{Found, render_found};
 use seatrial::segmentation::{Kind, Proposal, Segment, find, propose};
 use seatrial::verdict::refuse_record;
 use seatrial_core::{Real, Sample};
@@ -14,6 +16,7 @@ use serde::Serialize;
 
 use crate::log::{self, LogArgs, OpenedLog, RudderUnit, Source};
 use crate::output::{Exit, Failure, Output};
+use crate::report::{save, source};
 use crate::speeds::windows_text;
 use crate::table::Table;
 
@@ -25,6 +28,9 @@ use crate::table::Table;
 pub struct Args {
     #[command(flatten)]
     log: LogArgs,
+    /// Write a page with the record and its manoeuvres shaded.
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
 }
 
 /// An interval longer than this many median intervals is a gap.
@@ -80,10 +86,25 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let opened = log::open(&args.log.log, &args.log.channels, None)?;
     let inspection = Inspection::of(&opened);
     output.print(&inspection, || text(&opened, &inspection))?;
+    if let Some(path) = &args.report {
+        save(path, &report_page(&opened, &inspection))?;
+    }
     Ok(if inspection.verdict.accepted {
         Exit::Done
     } else {
         Exit::Rejected
+    })
+}
+
+fn report_page(opened: &OpenedLog, inspection: &Inspection) -> String {
+    let name = opened.path.file_name().unwrap_or(opened.path.as_os_str());
+    render_found(&Found {
+        name: &name.to_string_lossy(),
+        record: &opened.record,
+        segments: &inspection.manoeuvres,
+        proposals: &inspection.windows,
+        rudder_unit: opened.rudder_unit.for_people(),
+        provenance: &source("Log", opened),
     })
 }
 

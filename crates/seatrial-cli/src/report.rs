@@ -103,7 +103,7 @@ fn of_log(path: &Path, args: &Args) -> Result<(String, Exit), Failure> {
 }
 
 /// Where samples came from and how they were read.
-fn source(title: &'static str, log: &OpenedLog) -> Vec<Fact> {
+pub fn source(title: &'static str, log: &OpenedLog) -> Vec<Fact> {
     let mut facts = vec![
         (title, log.path.display().to_string()),
         ("Columns", channel_text(&log.description)),

@@ -337,14 +337,20 @@ pub fn from_document(path: &Path, speed: Option<f64>) -> Result<Source, Failure>
     let document: Value = serde_json::from_str(&read_text(path)?)
         .map_err(|error| Failure::input(format!("{origin}: {error}; {expected}")))?;
     let campaign = document.get("campaign").unwrap_or(&document);
-    let limit = campaign.get("rudder_limit_rad").and_then(Value::as_f64);
+    // Where the rudder is a fraction of full, so is its limit.
+    let is_fraction = document.pointer("/source/rudder_unit") == Some(&"full_rudder".into());
+    let limit = campaign
+        .get("rudder_limit_rad")
+        .and_then(Value::as_f64)
+        .or(is_fraction.then_some(1.0));
     let mut source = Source {
         origin,
         points: Vec::new(),
         rudder_limit_rad: limit.unwrap_or(DEFAULT_RUDDER_LIMIT_RAD),
         rejected: Vec::new(),
     };
-    if let Some(runs) = campaign.get("runs").and_then(Value::as_array) {
+    let runs = campaign.get("runs").or_else(|| campaign.get("models"));
+    if let Some(runs) = runs.and_then(Value::as_array) {
         let number = |run: &Value, field| run.get(field).and_then(Value::as_f64);
         // The last accepted run of a thrust counts.
         for (index, run) in runs.iter().enumerate().filter(|(_, run)| accepted(run)) {

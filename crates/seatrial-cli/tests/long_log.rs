@@ -70,7 +70,16 @@ fn val_ardupilot_rover_makes_a_schedule_and_an_inspection() {
     assert_eq!(gains.status.code(), Some(0), "{gains:?}");
     assert_eq!(document(&gains)["points"].as_array().map(Vec::len), Some(3));
 
-    let inspected = seatrial(&["inspect", &log, "--json"]);
+    let identified = seatrial(&["identify", &log, "--json"]);
+    let models = path("models.json");
+    std::fs::write(&models, &identified.stdout).unwrap();
+    let same = seatrial(&["gains", "--model", &models, "--json"]);
+    assert_eq!(document(&same)["points"].as_array().map(Vec::len), Some(3));
+
+    let page = path("found.html");
+    let inspected = seatrial(&["inspect", &log, "--json", "--report", &page]);
+    let html = std::fs::read_to_string(&page).unwrap();
+    assert!(html.contains("class=\"span-train\"") && html.contains("Rudder, % of full"));
     let found = &document(&inspected)["manoeuvres"];
     let doublets = found.as_array().unwrap();
     let doublets = doublets.iter().filter(|m| m["kind"] == "doublet").count();

@@ -13,6 +13,7 @@ mod headline;
 mod number;
 mod recorded;
 mod run_figures;
+mod segmentation;
 mod speed_figures;
 mod standard;
 mod tables;
@@ -28,6 +29,7 @@ pub use field::render as render_field;
 use headline::{Headline, Tone};
 use number::{decimals, percent, spoken};
 use run_figures::Source;
+pub use segmentation::{Found, render as render_found};
 pub use standard::render as render_standard;
 use tables::Table;
 

@@ -20,6 +20,9 @@ const SAME_SPEED: f64 = 0.1;
 const LEAST_COMPLETENESS: f64 = 0.5;
 const LEAST_EXCITATION: f64 = 0.2;
 
+/// More are not joined: the ninth makes an interval narrower by a twentieth.
+const MOST_JOINED: usize = 8;
+
 /// A window has this much rest before the manoeuvre and this much response after it, in time constants of the
 /// vehicle, after which less than a hundredth of the response is left to come; the rest is no longer than was looked at, and both are within these bounds in first strokes.
 const LEAD_IN_TIME_CONSTANTS: f64 = 2.0;
@@ -90,7 +93,7 @@ impl Key {
 
 /// Windows for training and validation, of every speed at which the rudder was laid to both hands, slowest first.
 ///
-/// Of several manoeuvres the second best excited one validates and the others train. Windows do not overlap: each
+/// Of several manoeuvres the second best excited one validates and the others, eight at most, train. Windows do not overlap: each
 /// holds the rest before its manoeuvre, 2 time constants of the vehicle, and the response after it, 5 of them, as far as
 /// the next manoeuvre and the thrust allow. The time constant is 1.5/lambda of the state variable filter that
 /// fits the best excited manoeuvre.
@@ -162,6 +165,7 @@ impl<'a> Speed<'a> {
     fn proposal(&self) -> Proposal {
         let mut training = self.manoeuvres.clone();
         let validation = (training.len() > 1).then(|| training.remove(1));
+        training.truncate(MOST_JOINED);
         let mean_of = |of: fn(&Segment) -> Option<f64>| {
             let known: Vec<f64> = training.iter().filter_map(of).collect();
             mean(known.into_iter()).filter(|_| training.iter().all(|m| of(m).is_some()))
