@@ -42,7 +42,8 @@ pub struct Args {
     /// Faults that befall a simulated vehicle, a TOML file as in scenarios/.
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
-    /// The axis: yaw, or pitch with elevator doublets on a vehicle of six degrees of freedom.
+    /// The axis: yaw, or pitch with elevator doublets on a vehicle of six degrees of freedom, which the
+    /// logbook does not keep.
     #[arg(long, value_name = "AXIS", default_value = "yaw")]
     axis: Axis,
     /// Write the log of a pitch trial, CSV, for `identify --axis pitch`.

@@ -13,7 +13,9 @@ use crate::table::Table;
 ///
 /// The rudder is taken to move at once to its limit and the speed to stay the same. The U-turn mean
 /// radius is the paper's (50), with the time to build up the yaw rate; the steady radius is that of
-/// the circle of a long turn.
+/// the circle of a long turn, by a first-order model. A hull that drifts turns slower in a turn that
+/// lasts: its circle is 12 to 35 % wider on the simulated vehicles, 22 % in the paper. Measure one
+/// U-turn: the ratio found at one thrust holds for the others within 8 %.
 #[derive(clap::Args)]
 #[command(after_help = help())]
 pub struct Args {
