@@ -269,6 +269,15 @@ fn cli_gains_export_for_autopilots_at_one_speed() {
         "gains", "--a22", "-1", "--b2", "1", "--export", "c", "--json",
     ];
     assert_eq!(seatrial(&no_json).status.code(), Some(2));
+    // Of a log with servo outputs b2 is per full rudder: -a22/b2.
+    let of_servo = IDENTIFICATION.replacen('{', r#"{"source":{"rudder_unit":"full_rudder"},"#, 1);
+    let of_servo = write(directory.path(), "servo.json", &of_servo);
+    let output = seatrial(&["gains", "--model", &of_servo, "--export", "ardupilot"]);
+    let file = text(&output.stdout);
+    assert!(
+        file.contains(&format!("\nATC_STR_RAT_FF,{}\n", (1.07 / 1.08) as f32)),
+        "{file}"
+    );
     let outside = ["--at-speed", "9", "--export", "px4"];
     let outside = seatrial(&[&["gains", "--schedule", &schedule], &outside[..]].concat());
     assert_eq!(outside.status.code(), Some(2));

@@ -143,8 +143,8 @@ impl OperatingPoint {
         if let Some(offset) = model.delta0_rad() {
             let _ = writeln!(
                 text,
-                "# Rudder that holds a straight course: {:.2} deg. Trim the steering servo so that it is there at centre.",
-                0.0 - offset.to_degrees()
+                "# Rudder that holds a straight course: {:.1} % of the limit. Trim the steering servo so that it is there at centre.",
+                0.0 - 100.0 * offset / self.rudder_limit_rad
             );
         }
         text
