@@ -378,3 +378,53 @@ fn io_damaged_mcap_and_rosbag2_never_panic_and_end_soon() {
         }
     }
 }
+
+/// Outputs of an autopilot: which one steers is not in the bag; one of them, or two of which the difference steers.
+#[test]
+fn io_pulses_of_mavros_are_refused_until_one_or_two_are_named() {
+    const PULSES: &str = "std_msgs/Header header\nuint16[] channels\n=====\nMSG: std_msgs/Header\n\
+        builtin_interfaces/Time stamp\nstring frame_id";
+    let pulses = |k: u64| {
+        let mut message = vec![0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0];
+        message.extend(3_u32.to_le_bytes());
+        message.extend(
+            [1600 + k as u16, 1500, 1400]
+                .iter()
+                .flat_map(|p| p.to_le_bytes()),
+        );
+        (START_NS + k * 50_000_000, message)
+    };
+    let mut topics = run();
+    topics[1] = (
+        "/mavros/rc/out",
+        "mavros_msgs/msg/RCOut",
+        PULSES,
+        (0..100).map(pulses).collect(),
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log");
+    std::fs::write(&path, mcap_file(&topics)).unwrap();
+    let refused = read(&path, &ChannelChoice::default()).err().unwrap();
+    let hint = "--rudder mavros/rc/out.channels[0] --unit rudder=pwm";
+    assert!(refused.to_string().contains(hint), "{refused}");
+
+    let units = BTreeMap::from([(Quantity::Rudder, Unit::PulseWidth)]);
+    let channel = |n: usize| format!("mavros/rc/out.channels[{n}]");
+    let one = ChannelChoice {
+        columns: BTreeMap::from([(Quantity::Rudder, channel(0))]),
+        units: units.clone(),
+        ..ChannelChoice::default()
+    };
+    let both = ChannelChoice {
+        half_differences: BTreeMap::from([(Quantity::Rudder, [0, 2].map(channel))]),
+        units,
+        ..ChannelChoice::default()
+    };
+    // Messages come 10 ms before their headings: the mean holds a fifth of the next pulse.
+    for (choice, expected_us) in [(one, 104.2), (both, 102.1)] {
+        let (_, samples) = read(&path, &choice).unwrap();
+        // Epochs in s are doubles of 0.2 us.
+        let found_us = 400.0 * samples[4].rudder_rad;
+        assert!((found_us - expected_us).abs() < 1e-4, "{found_us}");
+    }
+}
