@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use seatrial_core::model::YawState;
 use seatrial_core::turning::{Hand, Turn};
-use seatrial_core::{Sample, SchedulePoint, Steering, Vehicle, YawModel};
+use seatrial_core::{Real, Sample, SchedulePoint, Steering, Vehicle, YawModel};
 use serde::Serialize;
 
 use super::pilot::{Pilot, mean, turned_rad};
@@ -39,11 +39,11 @@ const HALF_WINDOW: usize = 10;
 /// | R_1 | `from_one_u_turn_m` | m |
 ///
 /// The first-order model is identified from deflections of 2 s. In a turn that lasts the hull drifts, and the
-/// cross flow turns against the rudder: the steady yaw rate stays a fifth below psi_dot_max and the steady circle
-/// is that much wider than R_steady, on the vehicles of this simulator (15 to 28 %) as in the paper's own turn (9.9 m
-/// against 8.10 m: 22 %). What the two hold against one another is (50), whose 4/-a22 to build up the yaw rate makes
-/// up for it. The shortfall depends on hull and rudder and hardly on speed (both lift and cross-flow drag go with
-/// V^2), so that one U-turn at one thrust tells it for all: R_1.
+/// cross flow turns against the rudder: the steady yaw rate stays below psi_dot_max, and the steady circle is
+/// wider than R_steady by 12 to 35 % on the vehicles of this simulator, by 22 % in the paper's own turn (9.9 m against
+/// 8.10 m). (50) makes up for it with its 4/-a22 to build up the yaw rate, by luck of the hull: within 8 % on the
+/// STARFISH, 5 to 18 % short on the REMUS 100. The shortfall depends on hull and rudder and hardly on speed (lift and
+/// cross-flow drag go with V^2), so that one U-turn at one thrust tells it for all, R_1: within 8 % on both.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct UTurn {
     /// Thrust as a fraction of full.
@@ -129,7 +129,6 @@ impl UTurn {
         let mut turned_so_far_rad = 0.0;
         let mut last_rad = None;
         let samples = pilot.steer(LONGEST_S, thrust, |sample| {
-            use seatrial_core::Real;
             let before_rad = last_rad.replace(sample.heading_rad);
             turned_so_far_rad +=
                 before_rad.map_or(0.0, |before| (sample.heading_rad - before).wrapped());
