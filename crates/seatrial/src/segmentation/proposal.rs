@@ -93,9 +93,9 @@ impl Key {
 
 /// Windows for training and validation, of every speed at which the rudder was laid to both hands, slowest first.
 ///
-/// Of several manoeuvres the second best excited one validates and the others, eight at most, train. Windows do not overlap: each
-/// holds the rest before its manoeuvre, 2 time constants of the vehicle, and the response after it, 5 of them, as far as
-/// the next manoeuvre and the thrust allow. The time constant is 1.5/lambda of the state variable filter that
+/// Of several manoeuvres the second best excited one validates and the others, eight at most, train. The windows of one
+/// speed do not overlap: each holds the rest before its manoeuvre, 2 time constants of the vehicle, and the response after
+/// it, 5 of them and 3 first strokes at least, as far as the next manoeuvre and the thrust allow. The time constant is 1.5/lambda of the state variable filter that
 /// fits the best excited manoeuvre.
 ///
 /// Empty where there is nothing to choose from: no manoeuvre to both hands, or a record that is one manoeuvre with little
