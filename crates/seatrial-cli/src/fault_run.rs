@@ -397,7 +397,11 @@ impl Expected {
                 // Noise alone may make the trial repeat a run.
                 Kind::OperatorTakeover | Kind::DepthLoss => &["low_r2"],
                 Kind::DuplicatedSamples | Kind::ReorderedSamples => &["low_r2", "rejected_samples"],
-                Kind::CompassFreeze | Kind::CompassStep | Kind::CompassSpike => &[
+                Kind::CompassFreeze
+                | Kind::CompassStep
+                | Kind::CompassSpike
+                | Kind::CompassDrift
+                | Kind::ClockJump => &[
                     "compass_error",
                     "rejected_samples",
                     "low_r2",

@@ -3,7 +3,7 @@
 use seatrial_core::estimator::{Estimator, InvalidSetting};
 use seatrial_core::plan::Target;
 use seatrial_core::progress::{Event, RunResult};
-use seatrial_core::{AbortReason, Outcome, Plan, Sample, Stage, Trial, Vehicle};
+use seatrial_core::{AbortReason, Outcome, Plan, Real, Sample, Stage, Trial, Vehicle};
 
 use crate::campaign::{Campaign, Run, StageSpan};
 use crate::identification::{
@@ -180,7 +180,7 @@ struct OpenRun {
     attempt: u32,
     stages: Vec<StageSpan>,
     record: Record,
-    /// The samples that the trial's guard let through.
+    /// The samples with the headings that the trial's guard let through; the others are no number.
     accepted: Record,
     /// Samples that it has refused.
     refused: Option<u32>,
@@ -223,9 +223,11 @@ impl OpenRun {
     fn take(&mut self, step: &Step, estimator: &Estimator<f64>) {
         self.record.samples.push(step.sample);
         let refused = Some(estimator.rejected().samples());
-        if self.refused.is_none() || self.refused == refused {
-            self.accepted.samples.push(step.sample);
+        let mut sample = step.sample;
+        if self.refused.is_some_and(|before| Some(before) != refused) {
+            sample.heading_rad = f64::NAN;
         }
+        self.accepted.samples.push(sample);
         self.refused = refused;
         if let Some(model) = step.estimate {
             self.trace.push(TracePoint {
@@ -280,6 +282,29 @@ impl OpenRun {
         }
     }
 
+    /// What the guard let through. Where it refused one heading between two that it took, the rudder of that
+    /// sample still acted: its heading is put on the line between the two.
+    fn mended(&self) -> Record {
+        let samples = &self.accepted.samples;
+        let between = |k: usize| {
+            let (before, after) = (samples.get(k.checked_sub(1)?)?, samples.get(k + 1)?);
+            let sample = &samples[k];
+            let share = (sample.time_s - before.time_s) / (after.time_s - before.time_s);
+            let turned = Real::wrapped(after.heading_rad - before.heading_rad);
+            (0.0..1.0).contains(&share).then_some(Sample {
+                heading_rad: before.heading_rad + share * turned,
+                ..*sample
+            })
+        };
+        (0..samples.len())
+            .map(|k| match samples[k] {
+                refused if refused.heading_rad.is_nan() => between(k).unwrap_or(refused),
+                sample => sample,
+            })
+            .filter(|sample| sample.heading_rad.is_finite())
+            .collect()
+    }
+
     fn identification(
         &mut self,
         result: &RunResult<f64>,
@@ -297,6 +322,7 @@ impl OpenRun {
                 "the run has no training or no validation stage".into(),
             ));
         };
+        let record = self.mended();
         let settings = plan.estimator_settings();
         let pass = Pass {
             online: Online {
@@ -319,13 +345,13 @@ impl OpenRun {
             },
             samples_used: result.samples_used as usize,
             rejected: result.rejected.into(),
-            accepted: self.accepted.usable(training),
+            accepted: record.usable(training),
         };
         let mut identification = assess(
-            &self.accepted,
+            &record,
             training,
             Some(Fresh {
-                record: &self.accepted,
+                record: &record,
                 window: validation,
             }),
             pass,

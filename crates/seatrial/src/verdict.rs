@@ -65,7 +65,7 @@ pub struct Evidence<'a> {
     pub online: YawModel<f64>,
     /// Must there be an estimate from the whole record with its interval?
     pub needs_interval: bool,
-    /// The largest departure of the compass from the gyro, rad, where it is more than both can make.
+    /// The largest jump of the compass against the gyro, rad, where it is more than both can make.
     pub compass_error_rad: Option<f64>,
     /// The estimate made from the whole record.
     pub refined: Option<&'a Refined>,
@@ -266,7 +266,7 @@ impl Weighing {
             self.reject(
                 "compass_error",
                 format!(
-                    "the heading departs by {} deg from where the yaw rate takes it and comes back, which no vehicle does: the compass jumped, stuck or was disturbed; repeat the run, away from iron and currents",
+                    "within a second the heading parts by {} deg from where the yaw rate takes it, which no vehicle does: the compass jumped, stuck or was disturbed, or the clock jumped; repeat the run, away from iron and electric currents",
                     degrees(error)
                 ),
             );

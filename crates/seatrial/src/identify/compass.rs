@@ -3,16 +3,16 @@
 use nalgebra::{DMatrix, DVector};
 use seatrial_core::{Real, Sample};
 
-/// Length of the mean over which a departure counts, s.
+/// Length of the means before and after an instant, s.
 const MEAN_OVER_S: f64 = 0.5;
-/// Departures up to this, rad, are left to lag, deviation and drift.
-const LEAST_ERROR_RAD: f64 = 0.02;
-/// Standard deviations of such a mean that are noise.
+/// Jumps up to this, rad, are left to lag, deviation and drift.
+const LEAST_ERROR_RAD: f64 = 0.03;
+/// Standard deviations of their difference that are noise.
 const SIGNIFICANCE: f64 = 6.0;
-/// A gyro whose scale fits the compass this well is in the right unit and sense.
-const SCALE: [f64; 2] = [0.8, 1.25];
+/// A gyro whose scale fits the compass so far, jumps included, is in the right unit and sense.
+const SCALE: [f64; 2] = [0.5, 2.0];
 
-/// The largest departure of the heading from what the measured yaw rate says, rad, where it is more than noise.
+/// The largest jump of the heading from where the measured yaw rate takes it, rad, where it is more than noise.
 ///
 /// ```text
 /// psi = alpha + beta t + kappa int r dt + tau r + e
@@ -23,7 +23,7 @@ const SCALE: [f64; 2] = [0.8, 1.25];
 /// | psi, r | measured heading and yaw rate |
 /// | alpha, beta | first heading; bias of the gyro and drift of the compass |
 /// | kappa, tau | scale of the gyro; lag of the compass |
-/// | e | what is left: a mean over 0.5 s counts beyond 0.02 rad, six deviations of its noise and a step of the compass |
+/// | e | what is left: a jump from its mean over 0.5 s to that of the next 0.5 s counts beyond 0.03 rad, six deviations of its noise and a step of the compass |
 ///
 /// Least squares over the record. `None`: they agree, or there is no gyro in the right unit and sense to compare
 /// with. A jump or a short standstill of the compass that is too small for the guard is found here.
@@ -61,12 +61,13 @@ pub fn largest_error_rad(samples: &[Sample<f64>]) -> Option<f64> {
     let count = ((MEAN_OVER_S / interval_s).ceil() as usize).max(1);
     let noise_rad = noise(error.as_slice());
     let limit = LEAST_ERROR_RAD
-        .max(SIGNIFICANCE * noise_rad / (count as f64).sqrt())
+        .max(SIGNIFICANCE * noise_rad * (2.0 / count as f64).sqrt())
         .max(step_rad);
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / count as f64;
     error
         .as_slice()
-        .windows(count)
-        .map(|window| (window.iter().sum::<f64>() / count as f64).abs())
+        .windows(2 * count)
+        .map(|window| (mean(&window[count..]) - mean(&window[..count])).abs())
         .max_by(f64::total_cmp)
         .filter(|largest| *largest > limit)
 }
@@ -124,7 +125,7 @@ mod tests {
         let jump = |t: f64, psi: f64| psi + if t > 6.0 { 0.12 } else { 0.0 };
         // Part of the jump passes for scale, drift and lag.
         let found = largest_error_rad(&record(jump, |r| r)).unwrap();
-        assert!((0.02..0.12).contains(&found), "{found}");
+        assert!((0.05..0.12).contains(&found), "{found}");
         let still = |t: f64, psi: f64| if (5.5..6.4).contains(&t) { 0.28 } else { psi };
         assert!(largest_error_rad(&record(still, |r| r)).is_some());
     }
