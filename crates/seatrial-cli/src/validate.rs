@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use seatrial::Window;
 use seatrial::identification::{Validation, Verdict};
-use seatrial::identify::fresh;
+use seatrial::identify::{Fresh, fresh, fresh_estimate};
 use seatrial::verdict::judge_fresh_data;
 use seatrial_core::YawModel;
 use serde::Serialize;
@@ -19,7 +19,7 @@ use crate::windows::{failure, open_inside};
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
 Exit code 0: R^2 of heading on these data is at least 0.60, or 0.60 of heading with the offset estimated again and
-of yaw rate; 4: it is not.
+of yaw rate, and the data by themselves give no other a22 or b2 (by a fifth and with 99 % certainty); 4: otherwise.
 
 Example:
   seatrial sim log --seed 1 --out run.csv && seatrial validate run.csv --a22 -1.07 --b2 1.08 --c0 0.012")]
@@ -86,12 +86,16 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let log = open_inside(&args.log, window)?;
     let validation =
         fresh::validate(model, &log.record, window).map_err(|error| failure(&log, error))?;
+    let own = fresh_estimate(Fresh {
+        record: &log.record,
+        window,
+    });
     let document = Document {
         schema: "seatrial.validation.v1",
         source: log.source(),
         model,
         validation,
-        verdict: judge_fresh_data(validation),
+        verdict: judge_fresh_data(&model, validation, own.as_ref()),
     };
     output.print(&document, || {
         verdict_text(&document.verdict) + &fresh_text(Some(validation)) + &source_text("Log", &log)

@@ -6,8 +6,9 @@ use serde_json::Value;
 
 fn study(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_seatrial"))
-        .args(["study", "--json"])
+        .arg("study")
         .args(args)
+        .arg("--json")
         .output()
         .unwrap()
 }

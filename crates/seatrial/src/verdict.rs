@@ -1,8 +1,11 @@
 //! May a model be used? What was measured, what it means and what to do next.
 
+mod contradiction;
+
 use seatrial_core::{GoodnessOfFit, YawModel};
 
 use crate::identification::{HigherOrder, Reason, Refined, Validation, Verdict};
+use contradiction::Limits;
 
 /// Below this R^2 on fresh data the paper repeats the run (section IV-C).
 pub const LEAST_VALIDATION_R2: f64 = 0.60;
@@ -79,6 +82,8 @@ pub struct Evidence<'a> {
     pub training_fit: GoodnessOfFit<f64>,
     /// R^2 on fresh data.
     pub validation: Option<Validation>,
+    /// The estimate made from the fresh data alone, where they are not those of the training and give one.
+    pub fresh: Option<&'a Refined>,
     /// Half of the rudder's range in validation, rad.
     pub validation_rudder_amplitude_rad: Option<f64>,
 }
@@ -141,14 +146,25 @@ pub fn judge(evidence: &Evidence) -> Verdict {
     }
     weighing.model(evidence);
     weighing.fresh_data(evidence.validation);
+    if let (Some(refined), Some(fresh)) = (evidence.refined, evidence.fresh) {
+        let covariance = Some(&refined.covariance);
+        weighing.contradiction(&refined.model, covariance, fresh, &contradiction::TRAINED);
+    }
     weighing.extrapolation(evidence);
     weighing.verdict(evidence.validation)
 }
 
-/// Weighs a given model by fresh data alone.
-pub fn judge_fresh_data(validation: Validation) -> Verdict {
+/// Weighs a given model by fresh data alone, and by the model that they give by themselves.
+pub fn judge_fresh_data(
+    model: &YawModel<f64>,
+    validation: Validation,
+    fresh: Option<&Refined>,
+) -> Verdict {
     let mut weighing = Weighing::default();
     weighing.fresh_data(Some(validation));
+    if let Some(fresh) = fresh {
+        weighing.contradiction(model, None, fresh, &contradiction::GIVEN);
+    }
     weighing.verdict(Some(validation))
 }
 
@@ -457,6 +473,24 @@ impl Weighing {
                 format!(
                     "R^2 on fresh data is {} for heading, {} with the offset estimated again, {} for yaw rate; at least {LEAST_VALIDATION_R2} is needed: repeat the run",
                     r2_text(validation.r2_heading), r2_text(validation.r2_heading_offset_refit), r2_text(validation.r2_yaw_rate)
+                ),
+            );
+        }
+    }
+
+    fn contradiction(
+        &mut self,
+        model: &YawModel<f64>,
+        covariance: Option<&[[f64; 3]; 3]>,
+        fresh: &Refined,
+        limits: &Limits,
+    ) {
+        let found = contradiction::contradiction(model, covariance, fresh, limits);
+        if let Some(found) = found {
+            self.reject(
+                "contradicted",
+                format!(
+                    "the fresh data by themselves give {found}: a rudder that saturates or jammed, another speed, or a vehicle that changed; look at the rudder's own angle, then train again"
                 ),
             );
         }

@@ -247,6 +247,9 @@ fn assess_with_others(
         Some(lagging) => second_order::goodness_of_fit(lagging, &pass.accepted),
         None => fresh::fit_by_the_clearer_rate(model, &pass.accepted),
     };
+    let of_fresh = fresh
+        .filter(|fresh| mismatch.is_none() && fresh.window != training)
+        .and_then(fresh_estimate);
     let verdict = verdict::judge(&Evidence {
         samples_used: pass.samples_used,
         samples_rejected: pass.rejected.total(),
@@ -264,6 +267,7 @@ fn assess_with_others(
         hidden_edges,
         training_fit,
         validation,
+        fresh: of_fresh.as_ref(),
         validation_rudder_amplitude_rad: fresh
             .and_then(|fresh| Manoeuvre::find(fresh.record.window(fresh.window)))
             .map(|manoeuvre| manoeuvre.amplitude_rad),
@@ -281,6 +285,16 @@ fn assess_with_others(
         verdict,
     };
     Ok((identification, joined))
+}
+
+/// The refined estimate from fresh data alone, where a first-order model explains them.
+pub fn fresh_estimate(fresh: Fresh) -> Option<Refined> {
+    let samples = fresh.record.usable(fresh.window);
+    let manoeuvre = Manoeuvre::find(&samples)?;
+    let refined = refine::refine(&samples, None).ok()?;
+    refine::structural_mismatch(&refined, manoeuvre.amplitude_rad)
+        .is_none()
+        .then_some(refined)
 }
 
 /// The model beyond the first order that the samples support, validated like the other; `None` where they support none.

@@ -6,7 +6,7 @@ fn refined(half_width: f64) -> Refined {
     refined_at([-1.07, 1.08, 0.012], half_width)
 }
 
-fn refined_at(theta: [f64; 3], half_width: f64) -> Refined {
+pub(super) fn refined_at(theta: [f64; 3], half_width: f64) -> Refined {
     let model = YawModel::from_theta(theta);
     let around = |value: f64| {
         [
@@ -24,7 +24,10 @@ fn refined_at(theta: [f64; 3], half_width: f64) -> Refined {
             c0_rad_per_s2: around(model.c0_rad_per_s2),
             delta0_rad: None,
         },
-        covariance: [[0.0; 3]; 3],
+        covariance: core::array::from_fn(|i| {
+            let deviation = half_width * theta[i] / 1.96;
+            core::array::from_fn(|j| if i == j { deviation * deviation } else { 0.0 })
+        }),
         heading_noise_rad: 0.0,
         disturbance_rad_s2: 0.0,
     }
@@ -66,6 +69,7 @@ fn evidence(refined: &Refined) -> Evidence<'_> {
         hidden_edges: 0,
         training_fit: training_fit(0.95, 0.95),
         validation: Some(validation(0.9, 0.95, 0.96)),
+        fresh: None,
         validation_rudder_amplitude_rad: Some(0.15),
     }
 }

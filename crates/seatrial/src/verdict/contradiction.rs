@@ -1,0 +1,105 @@
+//! Do fresh data by themselves give another model?
+//!
+//! ```text
+//! z = (theta' - theta) / sqrt(P' + P),   |z| and |theta'/theta - 1| beyond their limits
+//! ```
+//!
+//! | symbol | meaning |
+//! |---|---|
+//! | theta, P | a22 or b2 of the model that is judged and its variance, 0 where it is not known |
+//! | theta', P' | the same estimated from the fresh data alone |
+//!
+//! A good R^2 is compatible with a22 wrong by half; a model that is wrong by more than chance explains is not. A rudder
+//! that saturates, or a vehicle that changed between training and validation, shows here, since the two use
+//! different amplitudes. What is within the limits is left to the intervals.
+
+use seatrial_core::YawModel;
+
+use super::three_figures;
+use crate::identification::Refined;
+
+/// How certain and how large a difference must be, and of what.
+pub(super) struct Limits {
+    /// Standard deviations.
+    certainty: f64,
+    /// As a fraction of the parameter.
+    least_difference: f64,
+    parameters: &'static [Parameter],
+}
+
+/// Of a model that is given, on data of its own amplitude: 99 % certainty.
+pub(super) const GIVEN: Limits = Limits {
+    certainty: 2.58,
+    least_difference: 0.2,
+    parameters: &[Parameter::Damping, Parameter::Authority],
+};
+
+/// Of a model just trained, on data of another amplitude: 99.9 % certainty, and only of b2, since a22 of a sound hull
+/// may depend on the amplitude (the REMUS 100's by a quarter between 15 and 8.6 deg of rudder).
+pub(super) const TRAINED: Limits = Limits {
+    certainty: 3.29,
+    least_difference: 0.3,
+    parameters: &[Parameter::Authority],
+};
+
+/// A parameter that can be contradicted.
+enum Parameter {
+    /// a22.
+    Damping,
+    /// b2.
+    Authority,
+}
+
+/// What contradicts a model, in words.
+pub(super) fn contradiction(
+    model: &YawModel<f64>,
+    covariance: Option<&[[f64; 3]; 3]>,
+    fresh: &Refined,
+    limits: &Limits,
+) -> Option<String> {
+    let found: Vec<String> = limits
+        .parameters
+        .iter()
+        .filter_map(|parameter| {
+            let (i, name, unit) = match parameter {
+                Parameter::Damping => (0, "a22", "1/s"),
+                Parameter::Authority => (1, "b2", "1/s^2"),
+            };
+            let (given, own) = (model.theta()[i], fresh.model.theta()[i]);
+            let variance = fresh.covariance[i][i] + covariance.map_or(0.0, |c| c[i][i]);
+            let is_certain = (own - given).abs() > limits.certainty * variance.sqrt();
+            let is_large = (own - given).abs() > limits.least_difference * given.abs();
+            (is_certain && is_large).then(|| {
+                format!(
+                    "{name} {} ± {} {unit}, the model has {}",
+                    three_figures(own),
+                    three_figures(limits.certainty * variance.sqrt()),
+                    three_figures(given)
+                )
+            })
+        })
+        .collect();
+    (!found.is_empty()).then(|| found.join("; "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::verdict::tests::refined_at;
+
+    #[test]
+    fn exact_a_difference_counts_where_it_is_large_and_certain() {
+        let model = YawModel::from_theta([-1.0, 1.0, 0.0]);
+        let contradiction = |covariance, fresh| contradiction(&model, covariance, fresh, &GIVEN);
+        // Half widths of 95 % are this share of each parameter.
+        let sharp = refined_at([-1.3, 1.0, 0.0], 0.1);
+        let text = contradiction(None, &sharp).unwrap();
+        assert!(text.contains("a22 -1.30") && !text.contains("b2"), "{text}");
+        let vague = refined_at([-1.3, 1.0, 0.0], 0.5);
+        assert_eq!(contradiction(None, &vague), None);
+        let near = refined_at([-1.1, 1.1, 0.0], 0.01);
+        assert_eq!(contradiction(None, &near), None);
+        let as_unsure = [[0.04, 0.0, 0.0], [0.0, 0.04, 0.0], [0.0; 3]];
+        assert_eq!(contradiction(Some(&as_unsure), &sharp), None);
+    }
+}
