@@ -50,6 +50,8 @@ mod half_difference;
 mod infer;
 #[cfg(feature = "messages")]
 mod joined;
+#[cfg(feature = "autopilot")]
+pub mod link;
 mod matching;
 #[cfg(feature = "tlog")]
 mod mavlink;

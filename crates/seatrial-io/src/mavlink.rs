@@ -378,7 +378,7 @@ impl Frame {
 }
 
 /// CRC-16/MCRF4XX over the frame without its mark, then over the message's seed.
-fn checksum(bytes: &[u8], crc_extra: u8) -> u16 {
+pub(crate) fn checksum(bytes: &[u8], crc_extra: u8) -> u16 {
     let next = |crc: u16, byte: u8| (crc >> 8) ^ REMAINDERS[0][usize::from(byte ^ crc as u8)];
     let (eights, rest) = bytes.as_chunks::<8>();
     let crc = eights.iter().fold(0xffff_u16, |crc, eight| {
