@@ -247,8 +247,8 @@ fn of_vehicle(name: &str, plan: &Plan<f64>) -> Result<Named, Failure> {
 /// Steps of a compass count as noise spread evenly over one step. Fewer samples count as more noise on all of them.
 fn noise_of(helm: &HelmConfig) -> Noise {
     let sensors = helm.sensors;
-    let step_rad2 = sensors.compass_resolution_rad.powi(2) / 12.0;
-    let variance_rad2 = sensors.compass_noise_rad.powi(2) + step_rad2;
+    let step_rad2 = sensors.compass.resolution_rad.powi(2) / 12.0;
+    let variance_rad2 = sensors.compass.noise_rad.powi(2) + step_rad2;
     Noise {
         heading_rad: (variance_rad2 / (1.0 - helm.timing.missing_fraction)).sqrt(),
         disturbance_rad_s2: helm.disturbance.standard_deviation_rad_s2,

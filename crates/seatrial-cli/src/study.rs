@@ -129,7 +129,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let base = vehicle::config(&args.vehicle)?;
     let own = base.helm();
     let noises_deg = if args.noise_deg.is_empty() {
-        vec![own.sensors.compass_noise_rad.to_degrees()]
+        vec![own.sensors.compass.noise_rad.to_degrees()]
     } else {
         args.noise_deg.clone()
     };

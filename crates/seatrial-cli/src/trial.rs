@@ -36,10 +36,10 @@ Example:
   seatrial trial --seed 1 --report trial.html")]
 pub struct Args {
     /// The vehicle: sim:starfish; sim:starfish-6dof or sim:remus100 of six degrees of freedom; or sim:FILE.toml
-    /// for any other first-order vehicle.
+    /// for any other.
     #[arg(long, value_name = "VEHICLE", default_value = "sim:starfish")]
     vehicle: String,
-    /// Faults that befall a simulated vehicle, a TOML file as in scenarios/.
+    /// Faults that befall a simulated vehicle, and sensors and sea that it meets, a TOML file as in scenarios/.
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
     /// The axis: yaw, or pitch with elevator doublets on a vehicle of six degrees of freedom, which the

@@ -11,7 +11,7 @@ use seatrial_sim::plant::Disturbance;
 use seatrial_sim::six_dof::{equivalent, remus100, starfish};
 use seatrial_sim::{
     ConfigError, FaultyVehicle, FirstOrderVehicle, Scenario, SixDofConfig, SixDofVehicle, Truth,
-    VehicleConfig,
+    VehicleConfig, VehicleFile,
 };
 use serde::Serialize;
 
@@ -43,9 +43,12 @@ pub fn config(name: &str) -> Result<Config, Failure> {
         Some("starfish") => first_order(VehicleConfig::starfish()),
         Some("starfish-6dof") => six_dof(starfish::config()),
         Some("remus100") => six_dof(remus100::config()),
-        Some(file) if file.ends_with(".toml") => VehicleConfig::load(Path::new(file))
-            .map_err(Failure::input)
-            .and_then(first_order),
+        Some(file) if file.ends_with(".toml") => {
+            match VehicleFile::load(Path::new(file)).map_err(Failure::input)? {
+                VehicleFile::FirstOrder(config) => first_order(config),
+                VehicleFile::SixDof(config) => six_dof(config),
+            }
+        }
         _ => Err(Failure::usage(format!(
             "--vehicle {name}: expected sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml"
         ))),
@@ -65,16 +68,29 @@ pub fn rehearsed(
     scenario: Option<&Path>,
     seed: u64,
 ) -> Result<FaultyVehicle<Simulated>, Failure> {
-    let vehicle = simulated(name, seed)?;
     let Some(path) = scenario else {
+        let vehicle = simulated(name, seed)?;
         return FaultyVehicle::new(vehicle, &Scenario::default(), seed).map_err(Failure::internal);
     };
     let scenario = Scenario::load(path).map_err(Failure::input)?;
-    FaultyVehicle::new(vehicle, &scenario, seed)
-        .map_err(|error| Failure::input(format!("{}: {error}", path.display())))
+    let refused =
+        |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", path.display()));
+    let vehicle = config(name)?
+        .with(scenario.conditions.clone())
+        .and_then(|config| config.vehicle(seed))
+        .map_err(|error| refused(&error))?;
+    FaultyVehicle::new(vehicle, &scenario, seed).map_err(|error| refused(&error))
 }
 
 impl Config {
+    /// The same vehicle where these fields of a file take the place of its own.
+    pub fn with(&self, fields: toml::Table) -> Result<Self, ConfigError> {
+        Ok(match self {
+            Self::FirstOrder(config) => Self::FirstOrder(Box::new(config.with(fields)?)),
+            Self::SixDof(config) => Self::SixDof(Box::new(config.with(fields)?)),
+        })
+    }
+
     /// The vehicle.
     pub fn vehicle(&self, seed: u64) -> Result<Simulated, ConfigError> {
         Ok(match self {
@@ -113,7 +129,7 @@ impl Config {
             Self::FirstOrder(config) => (&mut config.sensors, &mut config.disturbance),
             Self::SixDof(config) => (&mut config.helm.sensors, &mut config.helm.disturbance),
         };
-        sensors.compass_noise_rad = noise.heading_rad;
+        sensors.compass.noise_rad = noise.heading_rad;
         *disturbance = Disturbance {
             standard_deviation_rad_s2: noise.disturbance_rad_s2,
             correlation_time_s: noise.disturbance_time_s,

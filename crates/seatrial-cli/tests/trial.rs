@@ -252,8 +252,8 @@ rudder_limit_rad = 0.2
 [disturbance]
 standard_deviation_rad_s2 = 0.0
 correlation_time_s = 2.0
-[sensors]
-compass_noise_rad = 0.001
+[sensors.compass]
+noise_rad = 0.001
 [[speeds]]
 thrust = 0.5
 surge_speed_m_s = 1.0

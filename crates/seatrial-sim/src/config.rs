@@ -1,8 +1,7 @@
 //! A simulated vehicle as a file.
 
-use std::fs;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -36,9 +35,15 @@ use crate::sensors::{Sensors, Timing};
 /// standard_deviation_rad_s2 = 0.005
 /// correlation_time_s = 2.0
 ///
-/// [sensors]                        # standard deviations; 0 is exact
-/// compass_noise_rad = 0.01
-/// compass_resolution_rad = 0.0017
+/// [sensors.compass]                # every sensor and its numbers: seatrial_sim::sensors::Sensors
+/// noise_rad = 0.01
+/// resolution_rad = 0.0017
+/// deviation_rad = [0.0, 0.05, 0.0, 0.02, 0.0]   # A to E of the deviation curve
+/// latency_s = 0.1
+///
+/// [sensors.dvl]
+/// interval_s = 0.2                 # readings stand until the next
+/// dropout_fraction = 0.05
 ///
 /// [timing]
 /// sample_interval_s = 0.1
@@ -122,7 +127,8 @@ impl Default for HeadingHold {
 }
 
 /// Steering, instruments and start of any simulated vehicle; a file of a [`VehicleConfig`] has the same fields.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct HelmConfig {
     /// Largest rudder angle, rad.
     pub rudder_limit_rad: f64,
@@ -237,18 +243,6 @@ impl VehicleConfig {
         let config: Self = toml::from_str(text)?;
         config.check()?;
         Ok(config)
-    }
-
-    /// The vehicle of a TOML file.
-    pub fn load(path: &Path) -> Result<Self, ConfigError> {
-        let text = fs::read_to_string(path).map_err(|source| ConfigError::Read {
-            path: path.to_owned(),
-            source,
-        })?;
-        Self::from_toml(&text).map_err(|error| ConfigError::InFile {
-            path: path.to_owned(),
-            source: Box::new(error),
-        })
     }
 
     /// The same vehicle in still water with exact sensors.
@@ -417,11 +411,7 @@ impl HelmConfig {
                 "a fraction, 0 to 0.9",
             ),
         ])?;
-        let noises = self
-            .sensors
-            .noises()
-            .map(|(field, noise)| (field, noise, not_negative(noise), NOT_BELOW_0));
-        check_numbers(noises)
+        self.sensors.check()
     }
 }
 
@@ -479,13 +469,22 @@ mod tests {
         let mut jumpy = starfish.clone();
         jumpy.timing.jitter_s = 0.05;
         let mut noisy = starfish.clone();
-        noisy.sensors.depth_noise_m = f64::NAN;
+        noisy.sensors.pressure.noise_m = f64::NAN;
+        let mut magnetic = starfish.clone();
+        magnetic.sensors.compass.deviation_rad[3] = f64::NAN;
+        let mut blind = starfish.clone();
+        blind.sensors.dvl.range_m = Some([3.0, 1.0]);
+        let mut late = starfish.clone();
+        late.sensors.gyro.latency_s = 61.0;
         let mut still = starfish.clone();
         still.speeds.clear();
         for (config, field) in [
             (reversed, "speeds[1].thrust"),
             (jumpy, "timing.jitter_s"),
-            (noisy, "sensors.depth_noise_m"),
+            (noisy, "sensors.pressure.noise_m"),
+            (magnetic, "sensors.compass.deviation_rad"),
+            (blind, "sensors.dvl.range_m"),
+            (late, "sensors.gyro.latency_s"),
             (still, "speeds"),
         ] {
             let message = config.check().unwrap_err().to_string();
@@ -497,9 +496,5 @@ mod tests {
         let text = format!("rudder = 1\n{}", toml::to_string(&starfish).unwrap());
         let message = VehicleConfig::from_toml(&text).unwrap_err().to_string();
         assert!(message.contains("unknown field `rudder`"), "{message}");
-        let message = VehicleConfig::load(Path::new("no-such.toml"))
-            .unwrap_err()
-            .to_string();
-        assert!(message.starts_with("no-such.toml:"), "{message}");
     }
 }

@@ -4,6 +4,7 @@ use seatrial_core::{Action, Real, Sample, Steering};
 
 use crate::config::HelmConfig;
 use crate::faults::{Damage, Upset};
+use crate::instruments::{Instruments, Sources};
 use crate::sensors::Chance;
 
 /// A body that moves.
@@ -43,7 +44,8 @@ pub(crate) struct Motion {
 pub(crate) struct Helm {
     config: HelmConfig,
     disturbance_rad_s2: f64,
-    chance: Sources,
+    chance: Unsteadiness,
+    instruments: Instruments,
     /// Sampling instants so far.
     ticks: u64,
     time_s: f64,
@@ -58,17 +60,12 @@ pub(crate) struct Helm {
     jammed_rad: f64,
 }
 
-/// What is left to chance.
+/// What is left to chance, but for the instruments.
 #[derive(Clone, Debug)]
-struct Sources {
+struct Unsteadiness {
     timing: Chance,
     missing: Chance,
     disturbance: Chance,
-    compass: Chance,
-    gyro: Chance,
-    speed: Chance,
-    depth: Chance,
-    attitude: Chance,
 }
 
 impl Helm {
@@ -83,19 +80,30 @@ impl Helm {
             speed,
             depth,
             attitude,
+            gyro_bias,
+            dropout,
+            altitude,
         ] = Chance::sources(seed);
         Self {
             disturbance_rad_s2: config.disturbance.standard_deviation_rad_s2 * disturbance.normal(),
-            chance: Sources {
+            chance: Unsteadiness {
                 timing,
                 missing,
                 disturbance,
-                compass,
-                gyro,
-                speed,
-                depth,
-                attitude,
             },
+            instruments: Instruments::new(
+                config.sensors,
+                Sources {
+                    compass,
+                    gyro,
+                    speed,
+                    depth,
+                    attitude,
+                    gyro_bias,
+                    dropout,
+                    altitude,
+                },
+            ),
             ticks: 0,
             time_s: 0.0,
             rudder_command_rad,
@@ -150,6 +158,7 @@ impl Helm {
         }
         self.ticks += 1;
         self.time_s = time_s;
+        self.instruments.follow(time_s, &body.motion());
     }
 
     fn advance(&mut self, body: &mut impl Body, interval_s: f64) {
@@ -180,7 +189,7 @@ impl Helm {
     /// Measures, sets the rudder and reports both.
     fn measure(&mut self, motion: &Motion) -> Sample<f64> {
         self.carry_out();
-        let compass_rad = self.compass(motion);
+        let compass_rad = self.compass();
         if compass_rad.is_finite() {
             self.compass_rad = compass_rad;
             self.rudder_command_rad = self.rudder(compass_rad);
@@ -191,12 +200,10 @@ impl Helm {
     }
 
     /// What the compass says, which may be no number.
-    fn compass(&mut self, motion: &Motion) -> f64 {
-        let noise_rad = self.config.sensors.compass_noise_rad * self.chance.compass.normal();
+    fn compass(&mut self) -> f64 {
         let read_rad = self
-            .config
-            .sensors
-            .compass(motion.heading_rad + noise_rad + self.upset.compass_error_rad);
+            .instruments
+            .compass(self.time_s, self.upset.compass_error_rad);
         match (self.upset.compass_lost, self.upset.compass_frozen) {
             (true, _) => f64::NAN,
             (false, true) => self.compass_rad,
@@ -228,28 +235,17 @@ impl Helm {
     }
 
     fn sample(&mut self, motion: &Motion, compass_rad: f64) -> Sample<f64> {
-        let sensors = self.config.sensors;
-        let mut noise = |deviation: f64, chance: fn(&mut Sources) -> &mut Chance| {
-            deviation * chance(&mut self.chance).normal()
-        };
+        let readings = self.instruments.read(self.time_s);
         Sample {
             time_s: self.time_s,
             heading_rad: compass_rad,
             rudder_rad: self.rudder_command_rad,
-            surge_speed_m_s: Some(
-                motion.surge_speed_m_s + noise(sensors.surge_speed_noise_m_s, |c| &mut c.speed),
-            ),
-            depth_m: Some(motion.depth_m + noise(sensors.depth_noise_m, |c| &mut c.depth)),
-            altitude_m: motion.altitude_m,
-            roll_rad: Some(
-                motion.roll_rad + noise(sensors.attitude_noise_rad, |c| &mut c.attitude),
-            ),
-            pitch_rad: Some(
-                motion.pitch_rad + noise(sensors.attitude_noise_rad, |c| &mut c.attitude),
-            ),
-            yaw_rate_rad_s: sensors
-                .yaw_rate_noise_rad_s
-                .map(|deviation| motion.yaw_rate_rad_s + noise(deviation, |c| &mut c.gyro)),
+            surge_speed_m_s: readings.surge_speed_m_s,
+            depth_m: Some(readings.depth_m),
+            altitude_m: readings.altitude_m,
+            roll_rad: Some(readings.roll_rad),
+            pitch_rad: Some(readings.pitch_rad),
+            yaw_rate_rad_s: readings.yaw_rate_rad_s,
             north_m: Some(motion.north_m),
             east_m: Some(motion.east_m),
             thrust: None,

@@ -22,7 +22,9 @@
 
 pub mod config;
 pub mod faults;
+pub mod file;
 mod helm;
+mod instruments;
 pub mod plant;
 pub mod sensors;
 pub mod six_dof;
@@ -30,6 +32,7 @@ pub mod vehicle;
 
 pub use config::{ConfigError, VehicleConfig};
 pub use faults::{FaultyVehicle, Scenario, ScenarioError};
+pub use file::VehicleFile;
 pub use plant::Truth;
 pub use six_dof::{SixDofConfig, SixDofVehicle};
 pub use vehicle::FirstOrderVehicle;

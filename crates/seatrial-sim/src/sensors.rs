@@ -8,77 +8,322 @@ use rand_pcg::Pcg64;
 use seatrial_core::Real;
 use serde::{Deserialize, Serialize};
 
-/// Standard deviations of white noise; 0 is exact.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+use crate::config::{ConfigError, NOT_BELOW_0, check_numbers, not_negative};
+
+/// What a vehicle measures itself with.
+///
+/// Every sensor has its own rate and latency. One with an `interval_s` measures at multiples of it and its reading stands
+/// until the next; one without measures for every sample. A reading arrives `latency_s` after its instant. Noises
+/// are standard deviations of white noise, one draw a reading; 0 is exact.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Sensors {
-    /// Compass, rad.
-    pub compass_noise_rad: f64,
-    /// Smallest step of the compass, rad; 0 is continuous.
-    pub compass_resolution_rad: f64,
-    /// Yaw rate gyro, rad/s; absent: none is carried.
-    pub yaw_rate_noise_rad_s: Option<f64>,
-    /// Forward speed, m/s.
-    pub surge_speed_noise_m_s: f64,
-    /// Depth, m.
-    pub depth_noise_m: f64,
-    /// Roll and pitch, rad.
-    pub attitude_noise_rad: f64,
+    /// Heading.
+    pub compass: Compass,
+    /// Yaw rate.
+    pub gyro: Gyro,
+    /// Forward speed over ground and height above the bottom.
+    pub dvl: Dvl,
+    /// Depth.
+    pub pressure: Pressure,
+    /// Roll and pitch.
+    pub attitude: Attitude,
 }
 
-impl Default for Sensors {
+/// A magnetic compass.
+///
+/// ```text
+/// m = psi_l - declination,   tau psi_l' = psi - psi_l
+/// reading = step round((m + A + B sin m + C cos m + D sin 2m + E cos 2m + noise)/step)
+/// ```
+///
+/// | symbol | identifier | unit | positive sense |
+/// |---|---|---|---|
+/// | psi, m | true and magnetic heading | rad | clockwise |
+/// | tau | `lag_s` | s | |
+/// | declination | `declination_rad` | rad | magnetic north lies east |
+/// | A to E | `deviation_rad` | rad | reads too much; A is the bias of the mounting |
+/// | step | `resolution_rad` | rad | |
+///
+/// Source of the deviation curve: Archibald Smith's approximate coefficients, as in the Admiralty Manual for
+/// Deviations of the Compass (1862). Valid while they are small against a radian.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Compass {
+    /// Noise, rad.
+    pub noise_rad: f64,
+    /// Smallest step, rad; 0 is continuous.
+    pub resolution_rad: f64,
+    /// A, B, C, D and E, rad.
+    pub deviation_rad: [f64; 5],
+    /// Declination, rad.
+    pub declination_rad: f64,
+    /// Time constant of its damping, s.
+    pub lag_s: f64,
+    /// Time between readings, s.
+    pub interval_s: f64,
+    /// Age of a reading, s.
+    pub latency_s: f64,
+}
+
+/// A yaw rate gyro.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Gyro {
+    /// Is one carried?
+    pub carried: bool,
+    /// Noise, rad/s.
+    pub noise_rad_s: f64,
+    /// Bias at the start, rad/s.
+    pub bias_rad_s: f64,
+    /// What its bias walks in a second, standard deviation, rad/s per square root of s.
+    pub bias_walk_rad_s_sqrt_s: f64,
+    /// Time between readings, s.
+    pub interval_s: f64,
+    /// Age of a reading, s.
+    pub latency_s: f64,
+}
+
+/// A Doppler velocity log.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Dvl {
+    /// Noise of the speed, m/s.
+    pub noise_m_s: f64,
+    /// Noise of the altitude, m.
+    pub altitude_noise_m: f64,
+    /// Part of the readings that are lost.
+    pub dropout_fraction: f64,
+    /// Least and greatest height above the bottom from which it sees it, m: elsewhere, and without a bottom, there is no
+    /// reading. Absent: it always has the speed.
+    pub range_m: Option<[f64; 2]>,
+    /// Time between readings, s.
+    pub interval_s: f64,
+    /// Age of a reading, s.
+    pub latency_s: f64,
+}
+
+/// A pressure sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Pressure {
+    /// Noise, m.
+    pub noise_m: f64,
+    /// Bias, m: reads too deep.
+    pub bias_m: f64,
+    /// Time between readings, s.
+    pub interval_s: f64,
+    /// Age of a reading, s.
+    pub latency_s: f64,
+}
+
+/// Roll and pitch.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Attitude {
+    /// Noise of both, rad.
+    pub noise_rad: f64,
+    /// Time between readings, s.
+    pub interval_s: f64,
+    /// Age of a reading, s.
+    pub latency_s: f64,
+}
+
+impl Default for Compass {
     fn default() -> Self {
         Self {
-            compass_noise_rad: PI / 360.0,
-            compass_resolution_rad: PI / 1800.0,
-            yaw_rate_noise_rad_s: Some(0.005),
-            surge_speed_noise_m_s: 0.01,
-            depth_noise_m: 0.02,
-            attitude_noise_rad: 0.005,
+            noise_rad: PI / 360.0,
+            resolution_rad: PI / 1800.0,
+            ..Sensors::EXACT.compass
+        }
+    }
+}
+
+impl Default for Gyro {
+    fn default() -> Self {
+        Self {
+            noise_rad_s: 0.005,
+            ..Sensors::EXACT.gyro
+        }
+    }
+}
+
+impl Default for Dvl {
+    fn default() -> Self {
+        Self {
+            noise_m_s: 0.01,
+            ..Sensors::EXACT.dvl
+        }
+    }
+}
+
+impl Default for Pressure {
+    fn default() -> Self {
+        Self {
+            noise_m: 0.02,
+            ..Sensors::EXACT.pressure
+        }
+    }
+}
+
+impl Default for Attitude {
+    fn default() -> Self {
+        Self {
+            noise_rad: 0.005,
+            ..Sensors::EXACT.attitude
         }
     }
 }
 
 impl Sensors {
-    /// No noise and no steps.
+    /// Every sensor reads the truth for every sample.
     pub const EXACT: Self = Self {
-        compass_noise_rad: 0.0,
-        compass_resolution_rad: 0.0,
-        yaw_rate_noise_rad_s: Some(0.0),
-        surge_speed_noise_m_s: 0.0,
-        depth_noise_m: 0.0,
-        attitude_noise_rad: 0.0,
+        compass: Compass {
+            noise_rad: 0.0,
+            resolution_rad: 0.0,
+            deviation_rad: [0.0; 5],
+            declination_rad: 0.0,
+            lag_s: 0.0,
+            interval_s: 0.0,
+            latency_s: 0.0,
+        },
+        gyro: Gyro {
+            carried: true,
+            noise_rad_s: 0.0,
+            bias_rad_s: 0.0,
+            bias_walk_rad_s_sqrt_s: 0.0,
+            interval_s: 0.0,
+            latency_s: 0.0,
+        },
+        dvl: Dvl {
+            noise_m_s: 0.0,
+            altitude_noise_m: 0.0,
+            dropout_fraction: 0.0,
+            range_m: None,
+            interval_s: 0.0,
+            latency_s: 0.0,
+        },
+        pressure: Pressure {
+            noise_m: 0.0,
+            bias_m: 0.0,
+            interval_s: 0.0,
+            latency_s: 0.0,
+        },
+        attitude: Attitude {
+            noise_rad: 0.0,
+            interval_s: 0.0,
+            latency_s: 0.0,
+        },
     };
 
-    /// Every number by its field.
-    pub(crate) fn noises(&self) -> [(&'static str, f64); 6] {
-        [
-            ("sensors.compass_noise_rad", self.compass_noise_rad),
+    /// Names the first field that is out of range.
+    pub(crate) fn check(&self) -> Result<(), ConfigError> {
+        let Self {
+            compass,
+            gyro,
+            dvl,
+            pressure,
+            attitude,
+        } = self;
+        let [near_m, far_m] = dvl.range_m.unwrap_or([0.0, 1.0]);
+        let from_0 = [
+            ("sensors.compass.noise_rad", compass.noise_rad),
+            ("sensors.compass.resolution_rad", compass.resolution_rad),
+            ("sensors.compass.lag_s", compass.lag_s),
+            ("sensors.compass.interval_s", compass.interval_s),
+            ("sensors.gyro.noise_rad_s", gyro.noise_rad_s),
             (
-                "sensors.compass_resolution_rad",
-                self.compass_resolution_rad,
+                "sensors.gyro.bias_walk_rad_s_sqrt_s",
+                gyro.bias_walk_rad_s_sqrt_s,
+            ),
+            ("sensors.gyro.interval_s", gyro.interval_s),
+            ("sensors.dvl.noise_m_s", dvl.noise_m_s),
+            ("sensors.dvl.altitude_noise_m", dvl.altitude_noise_m),
+            ("sensors.dvl.range_m", near_m),
+            ("sensors.dvl.interval_s", dvl.interval_s),
+            ("sensors.pressure.noise_m", pressure.noise_m),
+            ("sensors.pressure.interval_s", pressure.interval_s),
+            ("sensors.attitude.noise_rad", attitude.noise_rad),
+            ("sensors.attitude.interval_s", attitude.interval_s),
+        ];
+        let latencies = [
+            ("sensors.compass.latency_s", compass.latency_s),
+            ("sensors.gyro.latency_s", gyro.latency_s),
+            ("sensors.dvl.latency_s", dvl.latency_s),
+            ("sensors.pressure.latency_s", pressure.latency_s),
+            ("sensors.attitude.latency_s", attitude.latency_s),
+        ];
+        let mut deviations = compass.deviation_rad.into_iter();
+        let too_great = deviations.find(|x| x.is_nan() || x.abs() >= 1.0);
+        check_numbers(from_0.map(|(field, x)| (field, x, not_negative(x), NOT_BELOW_0)))?;
+        check_numbers(latencies.map(|(field, x)| {
+            let holds = (0.0..=LONGEST_LATENCY_S).contains(&x);
+            (field, x, holds, "from 0 to 60 s")
+        }))?;
+        check_numbers([
+            (
+                "sensors.compass.deviation_rad",
+                too_great.unwrap_or_default(),
+                too_great.is_none(),
+                "five angles below 1 rad",
             ),
             (
-                "sensors.yaw_rate_noise_rad_s",
-                self.yaw_rate_noise_rad_s.unwrap_or(0.0),
+                "sensors.compass.declination_rad",
+                compass.declination_rad,
+                compass.declination_rad.abs() <= PI,
+                "an angle from -pi to pi",
             ),
-            ("sensors.surge_speed_noise_m_s", self.surge_speed_noise_m_s),
-            ("sensors.depth_noise_m", self.depth_noise_m),
-            ("sensors.attitude_noise_rad", self.attitude_noise_rad),
-        ]
-    }
-
-    /// The compass reading of a noisy heading, in (-pi, pi].
-    pub(crate) fn compass(&self, heading_rad: f64) -> f64 {
-        let step = self.compass_resolution_rad;
-        let read = if step > 0.0 {
-            (heading_rad / step).round() * step
-        } else {
-            heading_rad
-        };
-        Real::wrapped(read)
+            (
+                "sensors.gyro.bias_rad_s",
+                gyro.bias_rad_s,
+                gyro.bias_rad_s.is_finite(),
+                "a number",
+            ),
+            (
+                "sensors.dvl.dropout_fraction",
+                dvl.dropout_fraction,
+                (0.0..=1.0).contains(&dvl.dropout_fraction),
+                "a fraction, 0 to 1",
+            ),
+            (
+                "sensors.dvl.range_m",
+                far_m,
+                far_m > near_m && far_m.is_finite(),
+                "the least and then the greatest altitude",
+            ),
+            (
+                "sensors.pressure.bias_m",
+                pressure.bias_m,
+                pressure.bias_m.is_finite(),
+                "a number",
+            ),
+        ])
     }
 }
+
+impl Compass {
+    /// The reading at a heading that its damping lets through, in (-pi, pi].
+    pub(crate) fn reading(&self, heading_rad: f64, noise_rad: f64) -> f64 {
+        let magnetic_rad = heading_rad - self.declination_rad;
+        let read_rad = magnetic_rad + self.deviation(magnetic_rad) + noise_rad;
+        let step = self.resolution_rad;
+        Real::wrapped(if step > 0.0 {
+            (read_rad / step).round() * step
+        } else {
+            read_rad
+        })
+    }
+
+    /// What it reads too much at a magnetic heading, rad.
+    pub fn deviation(&self, magnetic_rad: f64) -> f64 {
+        let [a, b, c, d, e] = self.deviation_rad;
+        let (m, m2) = (magnetic_rad, 2.0 * magnetic_rad);
+        a + b * libm::sin(m) + c * libm::cos(m) + d * libm::sin(m2) + e * libm::cos(m2)
+    }
+}
+
+/// Longest latency, s.
+const LONGEST_LATENCY_S: f64 = 60.0;
 
 /// When samples are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

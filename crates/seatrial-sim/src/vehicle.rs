@@ -195,8 +195,8 @@ mod tests {
     #[test]
     fn recover_noise_has_the_stated_size() {
         let mut config = VehicleConfig::starfish();
-        config.sensors.compass_noise_rad = 0.02;
-        config.sensors.compass_resolution_rad = 0.0;
+        config.sensors.compass.noise_rad = 0.02;
+        config.sensors.compass.resolution_rad = 0.0;
         config.disturbance.standard_deviation_rad_s2 = 0.0;
         config.heading_hold.gain = 0.0;
         // Without steering the heading drifts by C0; the noise is in the differences.

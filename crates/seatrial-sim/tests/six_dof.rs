@@ -3,11 +3,13 @@
 use std::time::Instant;
 
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
-use seatrial_core::{Action, Event, Outcome, Plan, RunResult, Steering, Trial, Vehicle};
+use seatrial_core::{
+    AbortReason, Action, Event, Outcome, Plan, RunResult, Sample, Steering, Trial, Vehicle,
+};
 use seatrial_sim::six_dof::dynamics::{Dynamics, Inputs, State};
 use seatrial_sim::six_dof::fins::Deflections;
 use seatrial_sim::six_dof::rigid_body::{join, split};
-use seatrial_sim::six_dof::sea::CurrentPoint;
+use seatrial_sim::six_dof::sea::{Bottom, CurrentPoint};
 use seatrial_sim::six_dof::{remus100, starfish};
 use seatrial_sim::{SixDofConfig, SixDofVehicle};
 
@@ -293,6 +295,31 @@ fn recover_remus_trial_finishes_with_every_speed_accepted() {
         shallowest_m > 1.8 && deepest_m < 2.2,
         "{shallowest_m} {deepest_m}"
     );
+}
+
+/// Northward over a rising bottom: the trial ends before the vehicle is nearer to it than the plan allows.
+#[test]
+fn exact_shoal_water_aborts_the_trial() {
+    let mut config = starfish::config();
+    config.sea.bottom = Some(Bottom {
+        depth_m: 8.0,
+        slope_north: -0.1,
+        slope_east: 0.0,
+    });
+    let mut vehicle = SixDofVehicle::new(config, 1).unwrap();
+    let mut trial = Trial::new(Plan::paper()).unwrap();
+    let (mut last, mut outcome): (Option<Sample<f64>>, _) = (None, None);
+    while outcome.is_none() {
+        let Ok(sample) = vehicle.next_sample();
+        let action = trial.step(&sample.unwrap());
+        let Ok(()) = vehicle.act(&action);
+        (last, outcome) = (sample, action.outcome);
+    }
+    assert_eq!(outcome, Some(Outcome::Aborted(AbortReason::Altitude)));
+    let altitude_m = last.unwrap().altitude_m.unwrap();
+    // The limit is 1 m; in a sample of 0.05 s the bottom rises by up to 0.011 m at 2.2 m/s.
+    assert!(altitude_m < 1.0 && altitude_m > 0.98, "{altitude_m}");
+    assert!(!vehicle.body().is_aground);
 }
 
 #[test]

@@ -114,7 +114,7 @@ fn with_authority(share: f64) -> VehicleConfig {
 }
 
 fn noisy(mut config: VehicleConfig, compass_deg: f64, disturbance_rad_s2: f64) -> VehicleConfig {
-    config.sensors.compass_noise_rad = compass_deg.to_radians();
+    config.sensors.compass.noise_rad = compass_deg.to_radians();
     config.disturbance.standard_deviation_rad_s2 = disturbance_rad_s2;
     config
 }

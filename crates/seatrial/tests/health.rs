@@ -31,7 +31,7 @@ const ROUGH: Sea = Sea {
 fn vehicle(factors: [f64; 3], sea: Sea) -> VehicleConfig {
     let mut config = VehicleConfig::starfish();
     config.initial_thrust = 0.8;
-    config.sensors.compass_noise_rad = sea.compass_noise_deg.to_radians();
+    config.sensors.compass.noise_rad = sea.compass_noise_deg.to_radians();
     config.disturbance.standard_deviation_rad_s2 = sea.disturbance_rad_s2;
     config.disturbance.correlation_time_s = sea.disturbance_s;
     for point in &mut config.speeds {

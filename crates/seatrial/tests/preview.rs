@@ -14,9 +14,9 @@ use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 /// What a simulated vehicle's file says of it.
 fn prior_of(config: &VehicleConfig, plan: &Plan<f64>) -> Prior {
     let vehicle = FirstOrderVehicle::new(config.clone(), 0).unwrap();
-    let step_rad = config.sensors.compass_resolution_rad;
+    let step_rad = config.sensors.compass.resolution_rad;
     let noise = Noise {
-        heading_rad: (config.sensors.compass_noise_rad.powi(2) + step_rad.powi(2) / 12.0).sqrt(),
+        heading_rad: (config.sensors.compass.noise_rad.powi(2) + step_rad.powi(2) / 12.0).sqrt(),
         disturbance_rad_s2: config.disturbance.standard_deviation_rad_s2,
         disturbance_time_s: config.disturbance.correlation_time_s,
     };

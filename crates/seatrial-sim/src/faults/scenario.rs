@@ -33,6 +33,9 @@ use crate::sensors::Chance;
 /// kinds = ["compass_spike", "clock_jump"]   # absent: any that the vehicle can play
 /// from_s = 20.0
 /// to_s = 120.0
+///
+/// [sensors.compass]            # conditions: sensors, timing, disturbance and sea as in a vehicle's file
+/// latency_s = 0.1
 /// "#;
 /// let scenario = seatrial_sim::Scenario::from_toml(text)?;
 /// assert_eq!(scenario.faults.len(), 2);
@@ -44,6 +47,8 @@ pub struct Scenario {
     pub faults: Vec<Fault>,
     /// Faults that chance chooses.
     pub random: Option<Random>,
+    /// What the vehicle meets: tables of its own file that take the place of its numbers.
+    pub conditions: toml::Table,
 }
 
 /// A fault and its time.
@@ -134,6 +139,10 @@ struct File {
     #[serde(default)]
     fault: Vec<Entry>,
     random: Option<Random>,
+    sensors: Option<toml::Table>,
+    timing: Option<toml::Table>,
+    disturbance: Option<toml::Table>,
+    sea: Option<toml::Table>,
 }
 
 #[derive(Deserialize)]
@@ -153,7 +162,7 @@ impl Scenario {
     pub fn of(fault: Fault) -> Self {
         Self {
             faults: vec![fault],
-            random: None,
+            ..Self::default()
         }
     }
 
@@ -176,9 +185,19 @@ impl Scenario {
         if let Some(random) = &file.random {
             random.check().map_err(ScenarioError::Random)?;
         }
+        let conditions = [
+            ("sensors", file.sensors),
+            ("timing", file.timing),
+            ("disturbance", file.disturbance),
+            ("sea", file.sea),
+        ];
         Ok(Self {
             faults,
             random: file.random,
+            conditions: conditions
+                .into_iter()
+                .filter_map(|(name, table)| Some((name.to_owned(), table?.into())))
+                .collect(),
         })
     }
 

@@ -1,6 +1,6 @@
 //! A fin's actuator: limit, dead band, lag, rate limit and backlash.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::plant::Servo;
 
@@ -9,7 +9,8 @@ use crate::plant::Servo;
 /// The servo turns its horn towards the command, within the limit, once they differ by more than the dead
 /// band, with a first-order lag and no faster than its rate; the fin follows the horn once the play is
 /// taken up.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Actuator {
     /// Largest angle, rad.
     pub limit_rad: f64,

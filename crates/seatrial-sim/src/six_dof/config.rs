@@ -1,6 +1,6 @@
 //! What a vehicle of six degrees of freedom is made from.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::actuator::Actuator;
 use super::depth_hold::DepthHold;
@@ -15,7 +15,8 @@ use crate::config::{
 use crate::faults::Damage;
 
 /// A vehicle of six degrees of freedom and the sea it is in.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SixDofConfig {
     /// Name of the vehicle.
     pub name: String,
@@ -131,6 +132,7 @@ impl SixDofConfig {
             (0.0..1.0).contains(&dead_band),
             "a fraction, 0 to below 1",
         )])?;
+        self.check_places()?;
         self.sea.waves.map_or(Ok(()), |waves| waves.check())?;
         let in_order = self
             .sea
@@ -139,10 +141,42 @@ impl SixDofConfig {
             .all(|pair| pair[1].depth_m > pair[0].depth_m);
         required("sea.current", "in order of depth", in_order.then_some(()))
     }
+
+    fn check_places(&self) -> Result<(), ConfigError> {
+        let (body, sea) = (&self.rigid_body, &self.sea);
+        let all_are_numbers = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite()).then_some(());
+        let bottom: Vec<f64> = sea
+            .bottom
+            .iter()
+            .flat_map(|bottom| [bottom.depth_m, bottom.slope_north, bottom.slope_east])
+            .collect();
+        let current: Vec<f64> = sea
+            .current
+            .iter()
+            .flat_map(|point| [point.depth_m, point.north_m_s, point.east_m_s])
+            .collect();
+        for (field, numbers) in [
+            ("rigid_body.inertia_kg_m2", body.inertia_kg_m2.as_slice()),
+            ("rigid_body.centre_of_gravity_m", &body.centre_of_gravity_m),
+            (
+                "rigid_body.centre_of_buoyancy_m",
+                &body.centre_of_buoyancy_m,
+            ),
+            ("rigid_body.buoyancy_n", &[body.buoyancy_n]),
+            ("hull.added_mass", &self.hull.added_mass),
+            ("hull.centre_of_lift_m", &[self.hull.centre_of_lift_m]),
+            ("depth_hold.depth_m", &[self.depth_hold.depth_m]),
+            ("sea.bottom", &bottom),
+            ("sea.current", &current),
+        ] {
+            required(field, "of numbers", all_are_numbers(numbers))?;
+        }
+        Ok(())
+    }
 }
 
 /// The value, or the field that it hangs on.
-pub(super) fn required<T>(
+pub(crate) fn required<T>(
     field: &str,
     requirement: &'static str,
     value: Option<T>,

@@ -1,7 +1,7 @@
 //! The vehicle's own depth controller.
 
 use seatrial_core::Sample;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Depth and pitch by the elevator.
 ///
@@ -20,7 +20,8 @@ use serde::Serialize;
 /// | theta_max | `pitch_limit_rad` | rad | |
 ///
 /// The integral takes up the buoyancy; it waits while theta_d is at its limit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct DepthHold {
     /// Depth to hold, m.
     pub depth_m: f64,

@@ -3,13 +3,13 @@
 use core::f64::consts::PI;
 
 use nalgebra::{Vector3, Vector6};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::foil::Foil;
 use super::rigid_body::{force_at, split};
 
 /// What deflects a fin.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Drive {
     /// The rudder actuator.
@@ -34,7 +34,8 @@ pub enum Drive {
 /// | |V| | | m/s | speed across the span: spanwise flow makes no force |
 ///
 /// C_L, C_D, A: [`Foil`]. Drift and turning thus act on the fins as deflection does, which damps both.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Fin {
     /// What deflects it.
     pub drive: Drive,

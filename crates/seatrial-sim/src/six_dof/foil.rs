@@ -1,6 +1,6 @@
 //! Lift and drag of a fin with stall.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Oswald efficiency of a fin.
 const OSWALD_EFFICIENCY: f64 = 0.9;
@@ -26,7 +26,8 @@ const STALL_HALF_WIDTH_RAD: f64 = 0.1;
 ///
 /// Source: Beard and McLain, Small Unmanned Aircraft (2012), section 4.2, with a cubic blend of finite width. The
 /// fully stalled fin is a flat plate with a normal force of 2 sin^2 a. Valid for every angle.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Foil {
     /// Area, m^2.
     pub area_m2: f64,

@@ -1,7 +1,7 @@
 //! Forces of the water on a slender hull: added mass, damping, lift, drag and cross-flow drag.
 
 use nalgebra::{Matrix6, Vector3, Vector6};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::rigid_body::{coriolis, force_at, join, split};
 
@@ -36,7 +36,8 @@ const FADING_S_M: f64 = 3.0;
 /// flow act in every plane through the axis, as on a body of revolution they must. sin a cos a instead of a
 /// bounds the lift (its stall): it is linear below 0.3 rad within 6 % and nothing is left across the flow, where
 /// the cross-flow drag takes over. Every term takes energy out of the hull or does no work.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Hull {
     /// Length, m.
     pub length_m: f64,

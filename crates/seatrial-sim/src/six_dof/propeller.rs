@@ -1,7 +1,7 @@
 //! The propeller in its inflow.
 
 use nalgebra::Vector6;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A screw behind the hull, its characteristics linear in the advance ratio.
 ///
@@ -25,7 +25,8 @@ use serde::Serialize;
 ///
 /// Source: Fossen (2021), section 9.3 and its model of the REMUS 100. Astern (n < 0) the inflow is left out
 /// there; here n is never negative, since thrust is 0 to 1.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Propeller {
     /// Diameter, m.
     pub diameter_m: f64,

@@ -1,7 +1,7 @@
 //! The rigid body: mass, centres of gravity and buoyancy, restoring forces.
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Acceleration of gravity, m/s^2.
 pub const GRAVITY_M_S2: f64 = 9.81;
@@ -24,7 +24,8 @@ pub const GRAVITY_M_S2: f64 = 9.81;
 /// | S(a) | | | the matrix with S(a) b = a x b |
 ///
 /// Source: Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021), chapters 3 and 4.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct RigidBody {
     /// Mass, kg.
     pub mass_kg: f64,

@@ -37,7 +37,7 @@ use super::rigid_body::{GRAVITY_M_S2, RigidBody};
 use super::sea::Sea;
 use crate::config::HelmConfig;
 use crate::plant::{Disturbance, Servo};
-use crate::sensors::Sensors;
+use crate::sensors::{Compass, Sensors};
 
 const LENGTH_M: f64 = 2.3;
 const DIAMETER_M: f64 = 0.2;
@@ -72,7 +72,10 @@ pub fn config() -> SixDofConfig {
                 ..remus.helm.disturbance
             },
             sensors: Sensors {
-                compass_noise_rad: 0.3 * core::f64::consts::PI / 180.0,
+                compass: Compass {
+                    noise_rad: 0.3 * core::f64::consts::PI / 180.0,
+                    ..remus.helm.sensors.compass
+                },
                 ..remus.helm.sensors
             },
             ..remus.helm

@@ -173,12 +173,15 @@ impl SixDofBody {
         &self.dynamics
     }
 
-    /// Runs with exact instruments until everything has settled, then calls the place it is at the origin.
+    /// Runs with exact instruments over no bottom until everything has settled, then calls the place it is at the
+    /// origin.
     fn run_in(&mut self) {
+        let bottom = self.config.sea.bottom.take();
         let mut helm = Helm::new(self.config.helm.noise_free(), 0.0, 0);
         while helm.next_sample(self).time_s < RUN_IN_S {}
         self.state.position_m.x = 0.0;
         self.state.position_m.y = 0.0;
+        self.config.sea.bottom = bottom;
         self.depth_hold.restart_clock();
     }
 }

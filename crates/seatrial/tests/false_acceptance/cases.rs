@@ -40,7 +40,7 @@ pub struct Sea {
 pub fn is_accepted(kind: Kind, sea: Sea, seed: u64) -> bool {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut config = VehicleConfig::starfish();
-    config.sensors.compass_noise_rad = sea.noise_deg.to_radians();
+    config.sensors.compass.noise_rad = sea.noise_deg.to_radians();
     config.disturbance.standard_deviation_rad_s2 = sea.disturbance.0;
     config.disturbance.correlation_time_s = sea.disturbance.1;
     let thrust = *[0.6, 0.7, 0.8, 0.9, 1.0]
