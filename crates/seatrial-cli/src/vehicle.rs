@@ -45,8 +45,8 @@ pub fn config(name: &str) -> Result<Config, Failure> {
         Some("remus100") => six_dof(remus100::config()),
         Some(file) if file.ends_with(".toml") => {
             match VehicleFile::load(Path::new(file)).map_err(Failure::input)? {
-                VehicleFile::FirstOrder(config) => first_order(config),
-                VehicleFile::SixDof(config) => six_dof(config),
+                VehicleFile::FirstOrder(config) => Ok(Config::FirstOrder(config)),
+                VehicleFile::SixDof(config) => Ok(Config::SixDof(config)),
             }
         }
         _ => Err(Failure::usage(format!(

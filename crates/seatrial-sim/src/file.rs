@@ -73,9 +73,9 @@ use crate::six_dof::{SixDofConfig, remus100, starfish};
 #[derive(Clone, Debug, PartialEq)]
 pub enum VehicleFile {
     /// A yaw model at every speed.
-    FirstOrder(VehicleConfig),
+    FirstOrder(Box<VehicleConfig>),
     /// Six degrees of freedom.
-    SixDof(SixDofConfig),
+    SixDof(Box<SixDofConfig>),
 }
 
 /// Tables of a file that are the helm's.
@@ -127,7 +127,7 @@ impl VehicleFile {
     pub fn from_toml(text: &str) -> Result<Self, ConfigError> {
         let mut table: Table = toml::from_str(text)?;
         let Some(vehicle) = table.remove("vehicle") else {
-            return VehicleConfig::from_toml(text).map(Self::FirstOrder);
+            return VehicleConfig::from_toml(text).map(|config| Self::FirstOrder(Box::new(config)));
         };
         let changed: Changed = vehicle.try_into()?;
         let base = match changed.base {
@@ -137,7 +137,7 @@ impl VehicleFile {
         let mut config = base.with(table)?;
         changed.apply(&mut config)?;
         config.check()?;
-        Ok(Self::SixDof(config))
+        Ok(Self::SixDof(Box::new(config)))
     }
 
     /// The vehicle of a TOML file.
@@ -280,7 +280,7 @@ mod tests {
 
     fn six_dof(text: &str) -> SixDofConfig {
         match VehicleFile::from_toml(text).unwrap() {
-            VehicleFile::SixDof(config) => config,
+            VehicleFile::SixDof(config) => *config,
             VehicleFile::FirstOrder(_) => panic!("{text}"),
         }
     }
@@ -295,7 +295,8 @@ mod tests {
         }
         let first_order = toml::to_string(&VehicleConfig::starfish()).unwrap();
         let file = VehicleFile::from_toml(&first_order).unwrap();
-        assert_eq!(file, VehicleFile::FirstOrder(VehicleConfig::starfish()));
+        let starfish = Box::new(VehicleConfig::starfish());
+        assert_eq!(file, VehicleFile::FirstOrder(starfish));
     }
 
     #[test]
