@@ -75,10 +75,6 @@ pub(crate) fn open_stream(mut input: impl Read + 'static) -> Result<Box<dyn Tabl
     let mut input = Cursor::new(start.clone()).chain(input);
     match format(&start) {
         Format::Csv => Ok(Box::new(Text::open(input)?)),
-        Format::Rosbag => Err(Fault::NeedsName {
-            format: "rosbag2",
-            why: "SQLite opens files by their names",
-        }),
         _ => {
             let mut file = tempfile::tempfile().map_err(Fault::read)?;
             io::copy(&mut input, &mut file).map_err(Fault::read)?;

@@ -277,16 +277,6 @@ pub enum Fault {
         /// What was expected and found.
         what: String,
     },
-    /// A format that cannot come on standard input.
-    #[error(
-        "is {format}, which cannot be read from standard input, because {why}; save it and give its name"
-    )]
-    NeedsName {
-        /// Name of the format.
-        format: &'static str,
-        /// What it needs a name for.
-        why: &'static str,
-    },
     /// A file that belongs to the log is not there.
     #[error(
         "needs {name}, {what}; it is neither beside it nor in a folder `cac` or `cache` there: copy it from the vehicle"
@@ -296,6 +286,16 @@ pub enum Fault {
         name: String,
         /// What it holds.
         what: &'static str,
+    },
+    /// A file that unpacks to more than is held.
+    #[error(
+        "{format} file asks for more memory or time than a log of its length does: {what}; is it one? Write it again in pages of 1 MB or less"
+    )]
+    TooMuch {
+        /// Name of the format.
+        format: &'static str,
+        /// What asks for it.
+        what: String,
     },
     /// A binary file whose structure is broken.
     #[error("{format} file is truncated or damaged: {what}; copy it again from the vehicle")]

@@ -22,6 +22,8 @@ use crate::{Quantity, Unit};
 const MOST_WAITING_ROWS: usize = 1024;
 /// Changes of the rudder that are remembered between two rows.
 const MOST_CHANGES: usize = 1 << 14;
+/// Characters of the name of a kind in the names of its columns.
+const LONGEST_NAME: usize = 256;
 /// The column that every row has.
 pub(crate) const TIME_COLUMN: &str = "time_s";
 
@@ -115,9 +117,15 @@ impl<M: Messages> Joined<M> {
         let mut columns = vec![TIME_COLUMN.to_string()];
         let mut sources = vec![None];
         for (kind, Kind { name, fields }) in messages.kinds().iter().enumerate() {
+            // One long name before each of thousands of fields would be as many long names.
+            let end = name
+                .char_indices()
+                .nth(LONGEST_NAME)
+                .map_or(name.len(), |(at, _)| at);
+            let name = &name[..end];
             for (field, field_name) in fields.iter().enumerate() {
                 columns.push(match field_name.as_str() {
-                    "" => name.clone(),
+                    "" => name.to_string(),
                     field_name => format!("{name}.{field_name}"),
                 });
                 sources.push(Some((kind, field)));

@@ -60,7 +60,7 @@ mod mcap;
 mod name;
 #[cfg(feature = "nmea0183")]
 mod nmea0183;
-#[cfg(feature = "messages")]
+#[cfg(any(feature = "messages", feature = "parquet"))]
 mod number;
 #[cfg(feature = "parquet")]
 mod parquet;

@@ -55,7 +55,10 @@ pub(crate) fn match_columns(
     choice: &ChannelChoice,
 ) -> Result<Matches, Fault> {
     let mut found = Matches::default();
-    let names: Vec<ColumnName> = columns.iter().map(|name| ColumnName::new(name)).collect();
+    let names: Vec<ColumnName> = match known.is_empty() {
+        true => columns.iter().map(|name| ColumnName::new(name)).collect(),
+        false => Vec::new(),
+    };
     for quantity in Quantity::ALL {
         let column = match choice.columns.get(&quantity) {
             Some(name) => chosen(name, columns, quantity)?,
@@ -72,7 +75,7 @@ pub(crate) fn match_columns(
             None if let Some(channel) = channel => {
                 channel.unit.map(|unit| (unit, crate::UnitSource::Stated))
             }
-            None => match names[column].unit(quantity) {
+            None => match ColumnName::new(&columns[column]).unit(quantity) {
                 StatedUnit::Known(unit) => Some((unit, crate::UnitSource::Stated)),
                 StatedUnit::None => None,
                 StatedUnit::Unknown(text) if quantity.is_required() => {

@@ -1,11 +1,13 @@
 //! A short run of what `fuzz/` does at length: seeds of every format, changed at random, on any toolchain.
 #![cfg(all(feature = "parquet", feature = "mcap", feature = "rosbag2"))]
 
+mod random;
 mod seeds;
 
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use random::Random;
 use seatrial_io::{ChannelChoice, Fault, open};
 
 /// Damaged logs of every seed.
@@ -14,19 +16,6 @@ const CASES: u64 = 400;
 const SOON: Duration = Duration::from_secs(1);
 /// What readers may hold beside twice the log.
 const MOST_MEMORY_KB: u64 = 64 << 10;
-
-/// splitmix64
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, limit: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) % limit.max(1) as u64) as usize
-    }
-}
 
 /// Bits turned, numbers made extreme, stretches lost or repeated, the end cut off.
 fn damaged(seed: &[u8], random: &mut Random) -> Vec<u8> {
@@ -93,7 +82,8 @@ fn io_every_format_cut_at_every_byte_is_read_up_to_there() {
             );
             // Between two messages, and within the end of a line, nothing is cut; CSV cannot tell a short number from a cut one.
             let few = match format {
-                "csv" | "rosbag2" => seed.len(),
+                "csv" => seed.len(),
+                "rosbag2" => 0,
                 "mcap" => seed.len() / 2,
                 _ => 13 * seeds::ROWS as usize,
             };
@@ -140,49 +130,9 @@ fn peak_memory_kb() -> Option<u64> {
     line.split_whitespace().next()?.parse().ok()
 }
 
-fn record(opcode: u8, body: &[u8]) -> Vec<u8> {
-    [&[opcode], &(body.len() as u64).to_le_bytes()[..], body].concat()
-}
-
-/// A chunk of an MCAP file that says it has so many bytes when it is unpacked.
-fn mcap_bomb(compression: &str, packed: &[u8], unpacked: u64) -> Vec<u8> {
-    let text = |text: &str| [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
-    let mut chunk = [[0; 16].as_slice(), &unpacked.to_le_bytes(), &[0; 4]].concat();
-    chunk.extend(text(compression));
-    chunk.extend((packed.len() as u64).to_le_bytes());
-    chunk.extend(packed);
-    let header = record(1, &[text("ros2"), text("")].concat());
-    [b"\x89MCAP0\r\n", &header[..], &record(6, &chunk)].concat()
-}
-
-/// 256 MB of zeros as a frame of Zstandard: blocks of one byte and how often it is repeated, 128 kB each.
-fn zstd_zeros() -> Vec<u8> {
-    let mut frame = vec![0x28, 0xb5, 0x2f, 0xfd, 0x00, 0x58];
-    for block in 1..=2048_u32 {
-        let head = (1 << 17) << 3 | 1 << 1 | u32::from(block == 2048);
-        frame.extend(&head.to_le_bytes()[..3]);
-        frame.push(0);
-    }
-    frame
-}
-
-/// 256 MB of zeros as a frame of LZ4: a zero, copied in lengths of 255 through each block of 4 MB.
-fn lz4_zeros() -> Vec<u8> {
-    let mut block = vec![0x1f, 0, 1, 0];
-    block.extend([255; 16_448]);
-    block.extend([0, 0x50, 0, 0, 0, 0, 0]);
-    let mut frame = vec![0x04, 0x22, 0x4d, 0x18, 0x60, 0x70, 0x73];
-    for _ in 0..64 {
-        frame.extend((block.len() as u32).to_le_bytes());
-        frame.extend(&block);
-    }
-    frame.extend([0; 4]);
-    frame
-}
-
 /// One test, because memory is that of the process.
 #[test]
-fn io_damage_and_bombs_cost_neither_time_nor_memory() {
+fn io_damage_costs_neither_time_nor_memory() {
     // Libraries panic on some files; the readers catch that. A trace of the stack would cost 100 MB.
     std::panic::set_hook(Box::new(|panic| eprintln!("{panic}")));
     let folder = tempfile::tempdir().unwrap();
@@ -201,21 +151,6 @@ fn io_damage_and_bombs_cost_neither_time_nor_memory() {
             let bytes = damaged(seed, &mut Random(number as u64 * CASES + case));
             read(folder.path(), &bytes, case % 2 == 0);
         }
-    }
-
-    for bomb in [
-        mcap_bomb("zstd", &zstd_zeros(), 2048 << 17),
-        mcap_bomb("zstd", &zstd_zeros(), u64::MAX),
-        mcap_bomb("lz4", &lz4_zeros(), 64 << 22),
-        mcap_bomb("lz4", &lz4_zeros(), u64::MAX),
-        mcap_bomb("", &[0; 100], u64::MAX),
-    ] {
-        let (samples, fault) = read(folder.path(), &bomb, true);
-        assert_eq!(samples, 0);
-        assert!(
-            matches!(fault, Some(Fault::NothingToRead { .. })),
-            "{fault:?}"
-        );
     }
     if let (Some(before_kb), Some(after_kb)) = (before_kb, peak_memory_kb()) {
         let grown_kb = after_kb - before_kb;

@@ -1,8 +1,11 @@
 //! Native logs with bytes changed, lost and repeated at random: never a panic, and soon.
 
+mod random;
+
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use random::Random;
 use seatrial_io::{ChannelChoice, open};
 
 /// Cases of each file.
@@ -11,19 +14,6 @@ const CASES: u64 = 120;
 const START: usize = 250_000;
 /// The limit for a damaged file; undamaged ones of this size take a few ms.
 const SOON: Duration = Duration::from_secs(2);
-
-/// splitmix64
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, limit: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) % limit.max(1) as u64) as usize
-    }
-}
 
 fn damaged(whole: &[u8], random: &mut Random) -> Vec<u8> {
     let mut bytes = whole.to_vec();

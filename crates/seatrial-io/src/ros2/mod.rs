@@ -6,10 +6,14 @@ use std::collections::BTreeMap;
 
 pub(crate) use schema::{Schema, plain};
 
+use crate::error::clipped;
 use crate::joined::{Kind, Message};
 use crate::name::{ColumnName, Fit, StatedUnit};
 use crate::table::{Known, KnownChannel};
 use crate::{Quantity, Unit};
+
+/// Fields of all topics that are read: a file can give one definition to any number of topics.
+const MOST_FIELDS: usize = 1 << 16;
 
 /// Topics that are read.
 #[derive(Default)]
@@ -17,6 +21,8 @@ pub(crate) struct Topics {
     pub kinds: Vec<Kind>,
     /// By the number that the file gives its topics.
     by_number: BTreeMap<u64, Topic>,
+    /// Fields of all topics.
+    fields: usize,
     /// Types that were not understood.
     pub unknown: Vec<String>,
     pub undecoded: u64,
@@ -136,10 +142,15 @@ const PLAIN_NUMBERS: [&str; 2] = ["std_msgs/Float64", "std_msgs/Float32"];
 impl Topics {
     /// Takes up a topic that has messages.
     pub fn add(&mut self, number: u64, topic: &str, type_name: &str, definition: &str) {
-        let Some(schema) = Schema::parse(type_name, definition) else {
-            self.unknown.push(format!("{topic} ({type_name})"));
+        let schema = Schema::parse(type_name, definition);
+        let Some(schema) =
+            schema.filter(|schema| self.fields + schema.names().len() <= MOST_FIELDS)
+        else {
+            self.unknown
+                .push(format!("{} ({})", clipped(topic), clipped(type_name)));
             return;
         };
+        self.fields += schema.names().len();
         let name = topic.trim_start_matches('/').to_string();
         // A bag may give one topic several numbers.
         let existing = self.kinds.iter().position(|kind| kind.name == name);

@@ -1,13 +1,17 @@
 //! Apache Parquet, batch by batch.
 
+mod page_header;
+mod pages;
+
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 
 use jiff::Timestamp;
 use parquet::basic::{LogicalType, TimeUnit, Type as PhysicalType};
-use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
 use parquet::data_type::{ByteArray, DataType, Int96};
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -17,17 +21,26 @@ use sha2::{Digest, Sha256};
 use crate::Quantity;
 use crate::clock::instant;
 use crate::error::{Fault, Place};
+use crate::number::number;
 use crate::reader::Format;
 use crate::table::{Cell, Table, hexadecimal};
+use pages::{Allowance, Pages, TooMuch};
 
 /// Rows read at once.
 const BATCH_ROWS: usize = 1024;
+/// Rows of a file, beside two for every byte of it: repetition can say that there are any number.
+const MOST_ROWS: u64 = 500_000;
+/// Bytes of the footer, beside a 32nd of the file: what is made of it takes up to 60 times as much.
+const MOST_FOOTER: u64 = 1 << 19;
+/// Characters of a text that are kept: none that means anything here is longer.
+const TEXT: usize = 64;
 
 /// A Parquet file, read row group by row group.
 pub(crate) struct Columnar {
     file: File,
     length: u64,
     reader: SerializedFileReader<File>,
+    allowance: Arc<Allowance>,
     names: Vec<String>,
     /// Index among all leaf columns of each name.
     leaves: Vec<usize>,
@@ -68,6 +81,7 @@ impl Columnar {
     fn open_unguarded(file: File) -> Result<Self, Fault> {
         let length = file.metadata().map_err(Fault::read)?.len();
         let own = file.try_clone().map_err(Fault::read)?;
+        check_footer(&own, length)?;
         let reader = SerializedFileReader::new(file).map_err(damaged)?;
         let metadata = reader.metadata();
         let schema = metadata.file_metadata().schema_descr();
@@ -81,8 +95,9 @@ impl Columnar {
         }
         let mut rows = 0_u64;
         for group in metadata.row_groups() {
-            rows += u64::try_from(group.num_rows())
+            let own_rows = u64::try_from(group.num_rows())
                 .map_err(|_| broken("a row group with a negative number of rows"))?;
+            rows = rows.saturating_add(own_rows);
             if group.num_columns() != schema.num_columns() {
                 return Err(broken("a row group without all columns"));
             }
@@ -99,9 +114,15 @@ impl Columnar {
                 }
             }
         }
+        if rows > MOST_ROWS + 2 * length {
+            return Err(too_much(format!(
+                "it says that it has {rows} rows in {length} bytes"
+            )));
+        }
         Ok(Self {
             file: own,
             length,
+            allowance: Allowance::of(length),
             names,
             leaves,
             selected: Vec::new(),
@@ -131,9 +152,12 @@ impl Columnar {
                 .iter()
                 .map(|&column| {
                     let leaf = self.leaves[column];
-                    let description = group.metadata().column(leaf).column_descr_ptr();
+                    let chunk = group.metadata().column(leaf);
+                    let description = chunk.column_descr_ptr();
+                    let file = self.file.try_clone().map_err(Fault::read)?;
+                    let pages = Pages::of(file, chunk, Arc::clone(&self.allowance));
                     Ok(Column {
-                        reader: group.get_column_reader(leaf).map_err(damaged)?,
+                        reader: get_column_reader(description.clone(), Box::new(pages)),
                         meaning: Meaning::of(&description),
                         present: description.max_def_level(),
                         cells: VecDeque::new(),
@@ -240,6 +264,11 @@ impl Meaning {
     fn text(self, value: &ByteArray) -> Cell {
         match (self, std::str::from_utf8(value.data())) {
             (Self::Number, Ok(text)) => {
+                let end = text
+                    .char_indices()
+                    .nth(TEXT)
+                    .map_or(text.len(), |(at, _)| at);
+                let text = &text[..end];
                 instant(text).map_or_else(|| Cell::Text(text.into()), Cell::Instant)
             }
             _ => Cell::Text("bytes".into()),
@@ -319,7 +348,42 @@ fn guarded<T>(read: impl FnOnce() -> Result<T, Fault>) -> Result<T, Fault> {
 }
 
 fn damaged(error: ParquetError) -> Fault {
-    broken(&error.to_string())
+    match &error {
+        ParquetError::External(source) if let Some(what) = source.downcast_ref::<TooMuch>() => {
+            too_much(what.to_string())
+        }
+        ParquetError::NYI(what) => Fault::NothingToRead {
+            format: "Parquet",
+            what: what.clone(),
+        },
+        _ => broken(&error.to_string()),
+    }
+}
+
+/// The library makes all of the footer before anything can be looked at.
+fn check_footer(mut file: &File, length: u64) -> Result<(), Fault> {
+    let mut end = [0; 8];
+    if length < end.len() as u64 {
+        return Err(broken("it is shorter than the shortest one"));
+    }
+    file.seek(SeekFrom::End(-(end.len() as i64)))
+        .and_then(|_| file.read_exact(&mut end))
+        .map_err(Fault::read)?;
+    let footer = u64::from(number::<u32>(&end, 0).unwrap_or(0));
+    // Where it is cut off, these are no length: the library says so.
+    if end.ends_with(b"PAR1") && (MOST_FOOTER + length / 32..length).contains(&footer) {
+        return Err(too_much(format!(
+            "its footer has {footer} bytes of {length}"
+        )));
+    }
+    Ok(())
+}
+
+fn too_much(what: String) -> Fault {
+    Fault::TooMuch {
+        format: "Parquet",
+        what,
+    }
 }
 
 fn broken(what: &str) -> Fault {
