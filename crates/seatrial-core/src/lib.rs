@@ -15,6 +15,7 @@ pub mod convergence;
 pub mod envelope;
 pub mod estimator;
 pub mod excitation;
+pub mod fixed_rate;
 pub mod guard;
 pub mod heading_control;
 pub mod heading_loop;
@@ -43,6 +44,7 @@ pub use estimator::{
     Estimator, EstimatorSettings, FilteredSignals, Intake, InvalidSetting, Method,
 };
 pub use excitation::Excitation;
+pub use fixed_rate::{FixedRateEstimator, FixedRateSettings};
 pub use guard::{Cause, Guard, GuardSettings, RejectedCounts};
 pub use heading_control::{GainSchedule, HeadingController, HeadingGain};
 pub use heading_loop::HeadingLoop;

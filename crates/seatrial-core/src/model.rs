@@ -136,22 +136,29 @@ impl<T: Real> Discretisation<T> {
 }
 
 /// phi1(x) = (e^x - 1)/x and phi2(x) = (e^x - 1 - x)/x^2.
-///
-/// Below |x| = 0.5 the Taylor series of phi2 to x^13 is exact to rounding in f64 (next term
-/// under 1e-17), and phi1 = 1 + x phi2.
 pub fn phi<T: Real>(x: T) -> (T, T) {
-    if x.abs() < T::of(0.5) {
-        let mut phi2 = T::ZERO;
-        let mut k = 15.0;
-        while k >= 2.0 {
-            phi2 = (T::ONE + x * phi2) / T::of(k);
-            k -= 1.0;
-        }
-        (T::ONE + x * phi2, phi2)
+    if x.abs() < T::of(PHI_SERIES_BELOW) {
+        phi_series(x)
     } else {
         let phi1 = x.exp_m1() / x;
         (phi1, (phi1 - T::ONE) / x)
     }
+}
+
+/// Below this |x| [`phi`] is its series.
+pub(crate) const PHI_SERIES_BELOW: f64 = 0.5;
+
+/// [`phi`] for |x| below [`PHI_SERIES_BELOW`], where the Taylor series of phi2 to x^13 is exact to rounding in f64 (next term
+/// under 1e-17), and phi1 = 1 + x phi2.
+#[inline]
+pub(crate) fn phi_series<T: Real>(x: T) -> (T, T) {
+    let mut phi2 = T::ZERO;
+    let mut k = 15.0;
+    while k >= 2.0 {
+        phi2 = (T::ONE + x * phi2) / T::of(k);
+        k -= 1.0;
+    }
+    (T::ONE + x * phi2, phi2)
 }
 
 #[cfg(test)]

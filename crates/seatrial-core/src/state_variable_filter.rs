@@ -1,7 +1,7 @@
 //! The state variable filter: derivatives of a sampled signal without differentiating it.
 
 use crate::Real;
-use crate::model::phi;
+use crate::model::{PHI_SERIES_BELOW, phi, phi_series};
 
 /// How a signal is taken to run between two samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,6 +67,23 @@ impl<T: Real> FilterStep<T> {
         self.coupling = x * self.decay;
         self.ramp_to_deviation = phi1;
         self.ramp_to_lag = x * (phi1 - phi2);
+    }
+
+    /// The same where x = lambda h is below 0.5, with less code: e^-x = 1 - x phi1(-x), and that by its series.
+    /// `false`, and no change, elsewhere.
+    #[inline]
+    pub(crate) fn set_short_interval(&mut self, interval_s: T) -> bool {
+        let x = self.lambda_rad_s * interval_s;
+        if !(interval_s > T::ZERO && x < T::of(PHI_SERIES_BELOW)) {
+            return false;
+        }
+        let (phi1, phi2) = phi_series(-x);
+        self.interval_s = interval_s;
+        self.decay = T::ONE - x * phi1;
+        self.coupling = x * self.decay;
+        self.ramp_to_deviation = phi1;
+        self.ramp_to_lag = x * (phi1 - phi2);
+        true
     }
 
     /// lambda, rad/s.

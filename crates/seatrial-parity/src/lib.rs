@@ -5,6 +5,7 @@
 #![no_std]
 
 mod estimator;
+mod fixed_rate;
 mod row;
 mod trial;
 mod vehicle;
@@ -12,6 +13,7 @@ mod vehicle;
 use core::fmt;
 
 pub use row::Bits;
+pub use trial::rehearse;
 
 /// What is rehearsed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,17 +22,20 @@ pub enum Table {
     Trial,
     /// Calls of the guarded estimator: [`seatrial_core::Estimator`].
     Estimator,
+    /// Calls of the lean estimator: [`seatrial_core::FixedRateEstimator`].
+    FixedRate,
 }
 
 impl Table {
     /// All tables.
-    pub const ALL: [Self; 2] = [Self::Trial, Self::Estimator];
+    pub const ALL: [Self; 3] = [Self::Trial, Self::Estimator, Self::FixedRate];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Trial => "trial",
             Self::Estimator => "estimator",
+            Self::FixedRate => "fixed_rate",
         }
     }
 }
@@ -42,14 +47,18 @@ impl Table {
 /// |---|---|
 /// | `time_s` to `yaw_rate_rad_s` | the sample that goes in; an absent column or empty field is not measured |
 /// | `stage`, `steering`, `steering_rad`, `thrust`, `outcome` | the trial after the sample, and its action |
-/// | `call` | which function of the estimator is called: `warm`, `update`, `excitation_ended` or `restart` |
+/// | `call` | which function of the estimator is called: `warm`, `update`, `excitation_ended`, `restart`; `new`, `settle` of the lean one |
 /// | `intake` | what it answers: `used`, `warming` or `rejected` |
 /// | `a22_per_s`, `b2_per_s2`, `c0_rad_per_s2` | the estimate after the sample or call |
 /// | `least_squares_*`, `p11` to `p33` | that of plain least squares and its covariance |
+///
+/// The trial has the paper's plan at thrusts 0.7 and 0.9; the estimator its default settings; the lean one those of lambda 1.5 rad/s
+/// at 0.05 s, with P0 = 100 I at every restart.
 pub fn write<T: Bits>(table: Table, out: &mut impl fmt::Write) -> fmt::Result {
     match table {
         Table::Trial => trial::write::<T>(out),
         Table::Estimator => estimator::write::<T>(out),
+        Table::FixedRate => fixed_rate::write::<T>(out),
     }
 }
 
