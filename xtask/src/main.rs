@@ -1,6 +1,9 @@
 //! The project's own commands.
 //!
-//! `cargo xtask test` runs every check in the order in which they fail fastest.
+//! `cargo xtask test` runs every check in the order in which they fail fastest; `cargo xtask embedded` the one
+//! on microcontrollers alone.
+
+mod embedded;
 
 use std::process::{Command, ExitCode};
 use std::time::Instant;
@@ -10,8 +13,10 @@ const NEXTEST_VERSION: &str = "0.9.143";
 fn main() -> ExitCode {
     match std::env::args().nth(1).as_deref() {
         Some("test") => test(),
+        Some("embedded") if on_microcontrollers() => ExitCode::SUCCESS,
+        Some("embedded") => ExitCode::FAILURE,
         _ => {
-            eprintln!("usage: cargo xtask test");
+            eprintln!("usage: cargo xtask test|embedded");
             ExitCode::from(2)
         }
     }
@@ -69,8 +74,27 @@ fn test() -> ExitCode {
         }
         eprintln!("== {name} passed in {:.0} s", start.elapsed().as_secs_f64());
     }
+    if !on_microcontrollers() {
+        return ExitCode::FAILURE;
+    }
     eprintln!("== all passed in {:.0} s", begin.elapsed().as_secs_f64());
     ExitCode::SUCCESS
+}
+
+fn on_microcontrollers() -> bool {
+    let start = Instant::now();
+    eprintln!("== microcontrollers");
+    match embedded::check() {
+        Ok(()) => {
+            let seconds = start.elapsed().as_secs_f64();
+            eprintln!("== microcontrollers passed in {seconds:.0} s");
+            true
+        }
+        Err(message) => {
+            eprintln!("{message}\n== microcontrollers failed");
+            false
+        }
+    }
 }
 
 /// nextest is the one tool that a toolchain does not bring.
