@@ -83,7 +83,7 @@ pub fn identify_joined(
     };
     let window = known_part(first, prepared.samples);
     let (mut identification, joined) =
-        assess_with_others(record, window, fresh, pass, used, &others)?;
+        assess_with_others(record, window, fresh, pass, used, settings.refine, &others)?;
     if let Some(joined) = joined
         .as_ref()
         .filter(|j| j.consistency < LEAST_PROBABILITY)

@@ -51,6 +51,8 @@ pub struct IdentifySettings {
     pub lambda_rad_s: Option<f64>,
     /// Keep the estimate after every sample.
     pub trace: bool,
+    /// Estimate from the whole record, too, with intervals: nearly all of the time that identifying takes.
+    pub refine: bool,
 }
 
 impl IdentifySettings {
@@ -61,6 +63,7 @@ impl IdentifySettings {
             method: Method::LeastSquares,
             lambda_rad_s: None,
             trace: false,
+            refine: false,
         }
     }
 
@@ -91,6 +94,7 @@ impl Default for IdentifySettings {
             method: Method::InstrumentalVariable,
             lambda_rad_s: None,
             trace: false,
+            refine: true,
         }
     }
 }
@@ -150,13 +154,9 @@ pub fn identify(
         lambda_because: prepared.lambda_because,
         ..Settings::of(&prepared.estimator)
     };
-    assess(
-        record,
-        known_part(training, prepared.samples),
-        fresh,
-        pass,
-        used,
-    )
+    let window = known_part(training, prepared.samples);
+    assess_with_others(record, window, fresh, pass, used, settings.refine, &[])
+        .map(|(alone, _)| alone)
 }
 
 /// The time constant 1/|a22| of the vehicle by a first estimate, s. `None` where a window gives none.
@@ -183,7 +183,8 @@ pub fn assess(
     pass: Pass,
     settings: Settings,
 ) -> Result<Identification, IdentifyError> {
-    assess_with_others(record, training, fresh, pass, settings, &[]).map(|(alone, _)| alone)
+    let refine = !settings.as_paper;
+    assess_with_others(record, training, fresh, pass, settings, refine, &[]).map(|(alone, _)| alone)
 }
 
 /// The same with the refined estimates of other manoeuvres of the same speed joined to the record's own.
@@ -193,17 +194,16 @@ fn assess_with_others(
     fresh: Option<Fresh>,
     pass: Pass,
     settings: Settings,
+    refine: bool,
     others: &[(Window, Refined)],
 ) -> Result<(Identification, Option<Joined>), IdentifyError> {
     let samples = record.window(training);
     let heading_range_rad = fresh::heading_range_rad(samples);
     let manoeuvre =
         manoeuvre_to_learn_from(samples, heading_range_rad).map_err(IdentifyError::Refused)?;
-    let refined = if settings.as_paper {
-        None
-    } else {
-        refine::refine(&pass.accepted, Some(pass.online.model)).ok()
-    };
+    let refined = refine
+        .then(|| refine::refine(&pass.accepted, Some(pass.online.model)).ok())
+        .flatten();
     let mismatch = refined
         .as_ref()
         .and_then(|refined| refine::structural_mismatch(refined, manoeuvre.amplitude_rad));
@@ -248,7 +248,7 @@ fn assess_with_others(
         None => fresh::fit_by_the_clearer_rate(model, &pass.accepted),
     };
     let of_fresh = fresh
-        .filter(|fresh| mismatch.is_none() && fresh.window != training)
+        .filter(|fresh| refine && mismatch.is_none() && fresh.window != training)
         .and_then(fresh_estimate);
     let verdict = verdict::judge(&Evidence {
         samples_used: pass.samples_used,
@@ -259,7 +259,7 @@ fn assess_with_others(
         surge_speed_m_s: surge_speeds_m_s(samples),
         interval_s: usual_and_long_interval_s(samples),
         online: pass.online.model,
-        needs_interval: !settings.as_paper,
+        needs_interval: refine,
         compass_error_rad: compass::largest_error_rad(&pass.accepted),
         refined: refined.as_ref(),
         mismatch,

@@ -1,7 +1,8 @@
 //! Which manoeuvres a long record holds, and which parts of it to learn from.
 //!
 //! [`find`] reads the rudder: strokes that are laid over and held, begun from rest, that turn the vehicle.
-//! [`propose`] makes training and validation windows of them, a pair for each speed.
+//! [`propose`] makes training and validation windows of them, a pair for each speed, and [`singles`] a pair for each
+//! manoeuvre.
 
 mod proposal;
 mod stroke;
@@ -11,7 +12,7 @@ use seatrial_core::Sample;
 use serde::{Deserialize, Serialize};
 
 use crate::record::Window;
-pub use proposal::{Proposal, propose};
+pub use proposal::{Proposal, Single, propose, singles};
 use stroke::{Chain, chains};
 use trace::Trace;
 

@@ -51,6 +51,17 @@ pub struct Proposal {
     pub because: String,
 }
 
+/// A manoeuvre by itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Single {
+    /// The manoeuvre.
+    pub segment: Segment,
+    /// With the rest before it and the response after it.
+    pub training: Window,
+    /// The best excited other manoeuvre of the same speed.
+    pub validation: Option<Window>,
+}
+
 /// What the manoeuvres of a record are grouped by.
 #[derive(Clone, Copy, PartialEq)]
 enum Key {
@@ -101,12 +112,33 @@ impl Key {
 /// Empty where there is nothing to choose from: no manoeuvre to both hands, or a record that is one manoeuvre with little
 /// before and after it.
 pub fn propose(record: &Record, segments: &[Segment]) -> Vec<Proposal> {
-    let manoeuvres: Vec<Segment> = segments
-        .iter()
-        .filter(|s| s.kind != Kind::Steady)
-        .copied()
+    let manoeuvres = manoeuvres(segments);
+    by_speed(record, &manoeuvres)
+        .into_iter()
+        .map(|speed| Speed::new(record, &manoeuvres, speed).proposal())
+        .collect()
+}
+
+/// Each manoeuvre to both hands by itself, in order of time, with the windows that [`propose`] gives them. Empty where
+/// [`propose`] is: the record is then to be taken as a whole.
+pub fn singles(record: &Record, segments: &[Segment]) -> Vec<Single> {
+    let manoeuvres = manoeuvres(segments);
+    let mut singles: Vec<Single> = by_speed(record, &manoeuvres)
+        .into_iter()
+        .flat_map(|speed| Speed::new(record, &manoeuvres, speed).singles())
         .collect();
-    if is_one_manoeuvre(record, &manoeuvres) {
+    singles.sort_by(|a, b| a.training.from_s.total_cmp(&b.training.from_s));
+    singles
+}
+
+fn manoeuvres(segments: &[Segment]) -> Vec<Segment> {
+    let moves = segments.iter().filter(|s| s.kind != Kind::Steady);
+    moves.copied().collect()
+}
+
+/// The manoeuvres to both hands of each speed, slowest first.
+fn by_speed(record: &Record, manoeuvres: &[Segment]) -> Vec<Vec<Segment>> {
+    if is_one_manoeuvre(record, manoeuvres) {
         return Vec::new();
     }
     let mut useful: Vec<Segment> = manoeuvres
@@ -124,9 +156,6 @@ pub fn propose(record: &Record, segments: &[Segment]) -> Vec<Proposal> {
         }
     }
     speeds
-        .into_iter()
-        .map(|speed| Speed::new(record, &manoeuvres, speed).proposal())
-        .collect()
 }
 
 fn is_one_manoeuvre(record: &Record, manoeuvres: &[Segment]) -> bool {
@@ -177,6 +206,18 @@ impl<'a> Speed<'a> {
             training: training.iter().map(|m| self.window(m)).collect(),
             validation: validation.map(|m| self.window(&m)),
         }
+    }
+
+    fn singles(&self) -> Vec<Single> {
+        let single = |(k, segment): (usize, &Segment)| Single {
+            segment: *segment,
+            training: self.window(segment),
+            validation: self
+                .manoeuvres
+                .get(usize::from(k == 0))
+                .map(|other| self.window(other)),
+        };
+        self.manoeuvres.iter().enumerate().map(single).collect()
     }
 
     /// The manoeuvre with the rest before it and the response after it.
