@@ -70,7 +70,7 @@ fn start(input: impl Read) -> Result<Vec<u8>, Fault> {
 
 /// Opens what comes on standard input: text as it comes; the others, which are read more than once, from a
 /// file without a name.
-pub(crate) fn open_stream(mut input: impl Read + 'static) -> Result<Box<dyn Table>, Fault> {
+pub(crate) fn open_stream(mut input: impl Read + Send + 'static) -> Result<Box<dyn Table>, Fault> {
     let start = start(&mut input)?;
     let mut input = Cursor::new(start.clone()).chain(input);
     match format(&start) {

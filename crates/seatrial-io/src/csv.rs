@@ -242,7 +242,7 @@ impl<R: Read> Text<R> {
     }
 }
 
-impl<R: Read> Table for Text<R> {
+impl<R: Read + Send> Table for Text<R> {
     fn format(&self) -> Format {
         Format::Csv
     }

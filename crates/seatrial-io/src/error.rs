@@ -136,6 +136,39 @@ pub enum Fault {
         /// What was looked for and what was found.
         found: String,
     },
+    /// The column that tells runs apart is not there.
+    #[error(
+        "no column `{}` tells its runs apart; found the columns {}",
+        clipped(.name), list(.columns)
+    )]
+    NoRunColumn {
+        /// As asked for.
+        name: String,
+        /// Every column.
+        columns: Vec<String>,
+    },
+    /// The rows of a run are not together.
+    #[error(
+        "{place}: run `{}` goes on behind another run; expected the rows of a run together: sort the file by run, then by time",
+        clipped(.run)
+    )]
+    ScatteredRun {
+        /// Where it goes on.
+        place: Place,
+        /// The run.
+        run: String,
+    },
+    /// A run of more rows than are held in memory.
+    #[error(
+        "run `{}` has more than {limit} rows; is that the right column? Write a run this long as a log of its own",
+        clipped(.run)
+    )]
+    LongRun {
+        /// The run.
+        run: String,
+        /// The most that is read.
+        limit: usize,
+    },
     /// Several columns fit equally well.
     #[error(
         "{} columns could be {quantity}: {}; say which with {} NAME",

@@ -195,7 +195,7 @@ impl<M: Messages> Joined<M> {
     }
 }
 
-impl<M: Messages> Table for Joined<M> {
+impl<M: Messages + Send> Table for Joined<M> {
     fn format(&self) -> Format {
         self.messages.format()
     }

@@ -70,6 +70,7 @@ mod reader;
 mod ros2;
 #[cfg(feature = "rosbag2")]
 mod rosbag;
+mod runs;
 #[cfg(feature = "slocum")]
 mod slocum;
 mod table;
@@ -85,6 +86,7 @@ pub use quantity::Quantity;
 pub use reader::{
     Channel, ChannelChoice, Correction, Counts, Format, LogDescription, LogReader, UnitSource, open,
 };
+pub use runs::{Run, Runs};
 pub use unit::Unit;
 #[cfg(feature = "foxglove")]
 pub use write::FoxgloveServer;

@@ -197,9 +197,9 @@ pub fn open(path: &Path, choice: &ChannelChoice) -> Result<LogReader, ReadError>
         .map_err(|fault| ReadError { log, fault })
 }
 
-fn table(path: &Path) -> Result<Box<dyn Table>, Fault> {
+pub(crate) fn table(path: &Path) -> Result<Box<dyn Table>, Fault> {
     if path == Path::new("-") {
-        return content::open_stream(io::stdin().lock());
+        return content::open_stream(io::stdin());
     }
     let opening = |source| Fault::Io {
         doing: "opened",
@@ -216,7 +216,11 @@ fn table(path: &Path) -> Result<Box<dyn Table>, Fault> {
 type Row = Result<(Place, Vec<Cell>), Fault>;
 
 impl LogReader {
-    fn new(log: String, table: Box<dyn Table>, choice: &ChannelChoice) -> Result<Self, Fault> {
+    pub(crate) fn new(
+        log: String,
+        table: Box<dyn Table>,
+        choice: &ChannelChoice,
+    ) -> Result<Self, Fault> {
         let mut choice = choice.clone();
         let mut differences = Vec::new();
         for (quantity, pair) in &choice.half_differences {

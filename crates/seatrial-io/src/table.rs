@@ -30,7 +30,7 @@ impl fmt::Display for Cell {
 }
 
 /// A log as a table, read row by row with bounded memory.
-pub(crate) trait Table {
+pub(crate) trait Table: Send {
     fn format(&self) -> Format;
 
     /// Names of the columns.

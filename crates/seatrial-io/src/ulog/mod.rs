@@ -8,7 +8,7 @@ mod layout;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
-use std::rc::Rc;
+use std::sync::Arc;
 
 use crate::bytes::{Bytes, Damage, text_of};
 use crate::error::Fault;
@@ -38,7 +38,7 @@ const SUBMARINE: f64 = 12.0;
 pub(crate) struct ULog {
     bytes: Bytes,
     formats: BTreeMap<String, String>,
-    layouts: BTreeMap<String, Option<Rc<Layout>>>,
+    layouts: BTreeMap<String, Option<Arc<Layout>>>,
     subscriptions: BTreeMap<u16, Subscription>,
     /// Numbers of topics whose format is not understood.
     unreadable: BTreeSet<u16>,
@@ -59,7 +59,7 @@ pub(crate) struct ULog {
 struct Subscription {
     topic: String,
     instance: u8,
-    layout: Rc<Layout>,
+    layout: Arc<Layout>,
     kind: Option<usize>,
 }
 
@@ -220,7 +220,7 @@ impl ULog {
         let layout = match self.layouts.get(&topic) {
             Some(layout) => layout.clone(),
             None if self.layouts.len() < MOST_FORMATS => {
-                let layout = Layout::of(&topic, &self.formats).map(Rc::new);
+                let layout = Layout::of(&topic, &self.formats).map(Arc::new);
                 self.layouts.insert(topic.clone(), layout.clone());
                 layout
             }
