@@ -103,6 +103,11 @@ impl ChannelArgs {
         }
     }
 
+    /// What these options and their file choose.
+    pub fn chosen(&self) -> Result<ChannelChoice, Failure> {
+        Ok(self.mapping()?.under(self.choice()?))
+    }
+
     fn choice(&self) -> Result<ChannelChoice, Failure> {
         for (option, value) in [
             ("--rudder-range-deg", self.rudder_range_deg),

@@ -5,6 +5,7 @@ mod compare;
 mod fault_matrix;
 mod fault_run;
 mod field;
+mod fleet;
 mod gains;
 mod health;
 mod health_source;
@@ -66,6 +67,7 @@ enum Verb {
     Gains(gains::Args),
     Health(health::Args),
     Study(study::Args),
+    Fleet(fleet::Args),
     Paper(paper::Args),
     Report(report::Args),
     Replay(replay::Args),
@@ -86,6 +88,7 @@ impl Verb {
             Self::Gains(args) => gains::run(args, output),
             Self::Health(args) => health::run(args, output),
             Self::Study(args) => study::run(args, output),
+            Self::Fleet(args) => fleet::run(args, output),
             Self::Paper(args) => paper::run(args, output),
             Self::Report(args) => report::run(args, output),
             Self::Replay(args) => replay::run(args, output),

@@ -1,0 +1,220 @@
+//! `seatrial fleet`: many logs at once.
+
+use std::fmt::Write as _;
+use std::io::IsTerminal;
+use std::num::NonZeroUsize;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
+use seatrial_fleet::{Estimate, Job, JournalError, Options, Progress, Summary};
+use serde::Serialize;
+
+use crate::log::ChannelArgs;
+use crate::output::{Exit, Failure, Output, say};
+use crate::parallel;
+
+/// Where standard error is no terminal, a line says this often how far the job is.
+const SAID_EVERY: Duration = Duration::from_secs(10);
+
+/// Identify every manoeuvre of many logs: one Parquet row each, and one for each log that cannot be read.
+#[derive(clap::Args, Debug)]
+#[command(after_help = "\
+What is done is kept in OUT.journal at once. After an interruption the same command with --resume goes on where it
+stopped; OUT is written when everything is done.
+
+--estimate refined gives what `identify` reports, with 95 % intervals, at some 10 ms a manoeuvre and core. --estimate
+online gives what the vehicle itself would find, without intervals, many times faster.
+
+Exit code 0: done, whatever the logs hold; 3: not one of them could be read.
+
+Example:
+  seatrial sim log --seed 1 --out logs/run.csv && seatrial fleet logs --out fleet.parquet")]
+pub struct Args {
+    /// Folders, logs, patterns such as 'logs/**/*.csv', or @FILE with a name a line.
+    #[arg(required = true, value_name = "DIR|GLOB|@LIST")]
+    inputs: Vec<String>,
+    /// The Parquet file.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Which estimate.
+    #[arg(long, value_name = "WHICH", default_value = "refined")]
+    estimate: Which,
+    /// The column that tells the runs of a file apart; the rows of a run stand together, in order of time.
+    #[arg(long, value_name = "COLUMN")]
+    run_column: Option<String>,
+    /// Threads [default: one a core].
+    #[arg(long, value_name = "N")]
+    workers: Option<NonZeroUsize>,
+    /// Go on with a job that was interrupted.
+    #[arg(long)]
+    resume: bool,
+    #[command(flatten)]
+    channels: ChannelArgs,
+}
+
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Which {
+    /// From the whole manoeuvre, with intervals.
+    Refined,
+    /// As on the vehicle, without intervals.
+    Online,
+}
+
+/// `fleet --json`.
+#[derive(Serialize)]
+struct Document {
+    schema: &'static str,
+    out: String,
+    estimate: Estimate,
+    workers: usize,
+    files: usize,
+    /// Files in folders whose names do not end like those of logs.
+    passed_over: usize,
+    #[serde(flatten)]
+    summary: Summary,
+    wall_s: f64,
+    /// Of this job, without what was done before.
+    manoeuvres_per_minute: f64,
+}
+
+/// Identifies every manoeuvre of many logs.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let found = seatrial_fleet::find(&args.inputs).map_err(Failure::input)?;
+    if found.passed_over > 0 {
+        say(format_args!(
+            "{} files whose names do not end like those of logs are passed over",
+            found.passed_over
+        ));
+    }
+    let estimate = match args.estimate {
+        Which::Refined => Estimate::Refined,
+        Which::Online => Estimate::Online,
+    };
+    let job = Job {
+        sources: found.sources,
+        options: Options {
+            estimate,
+            channels: args.channels.chosen()?,
+            run_column: args.run_column.clone(),
+        },
+        out: args.out.clone(),
+        workers: parallel::threads(args.workers),
+        resume: args.resume,
+    };
+    let teller = Teller::new();
+    let summary = job.run(|progress| teller.tell(progress)).map_err(failure)?;
+    let wall_s = teller.begun.elapsed().as_secs_f64();
+    let manoeuvres = teller.finish();
+    let document = Document {
+        schema: "seatrial.fleet.v1",
+        out: args.out.display().to_string(),
+        estimate,
+        workers: job.workers,
+        files: job.sources.len(),
+        passed_over: found.passed_over,
+        summary: summary.unwrap_or_default(),
+        wall_s,
+        manoeuvres_per_minute: manoeuvres as f64 * 60.0 / wall_s,
+    };
+    output.print(&document, || text(&document))?;
+    Ok(match document.summary.manoeuvres {
+        0 => Exit::Input,
+        _ => Exit::Done,
+    })
+}
+
+fn failure(error: JournalError) -> Failure {
+    match error {
+        JournalError::NotSaved { .. } => Failure::not_saved(error),
+        _ => Failure::usage(error),
+    }
+}
+
+fn text(document: &Document) -> String {
+    let summary = &document.summary;
+    let mut text = format!(
+        "{} manoeuvres of {} logs, {} accepted; {} logs could not be read\n",
+        summary.manoeuvres, summary.logs, summary.accepted, summary.errors
+    );
+    for (title, counts) in [
+        ("Verdicts", &summary.verdicts),
+        ("Errors", &summary.error_codes),
+    ] {
+        let counts: Vec<String> = counts.iter().map(|(c, n)| format!("{c} {n}")).collect();
+        if !counts.is_empty() {
+            let _ = writeln!(text, "{title:<9} {}", counts.join(", "));
+        }
+    }
+    if summary.done_before > 0 {
+        let _ = writeln!(
+            text,
+            "Resumed   {} logs were done before",
+            summary.done_before
+        );
+    }
+    let _ = writeln!(
+        text,
+        "Rate      {:.0} manoeuvres a minute, {:.1} s on {} threads",
+        document.manoeuvres_per_minute, document.wall_s, document.workers
+    );
+    text + &format!("Written   {}\n", document.out)
+}
+
+/// Says how far the job is.
+struct Teller {
+    begun: Instant,
+    bar: Option<ProgressBar>,
+    told: Mutex<(Instant, Progress)>,
+}
+
+impl Teller {
+    fn new() -> Self {
+        let begun = Instant::now();
+        let style = ProgressStyle::with_template("{bar:40} {bytes}/{total_bytes} {msg} {eta}");
+        Self {
+            begun,
+            bar: std::io::stderr().is_terminal().then(|| {
+                ProgressBar::new(0).with_style(style.unwrap_or(ProgressStyle::default_bar()))
+            }),
+            told: Mutex::new((begun, Progress::default())),
+        }
+    }
+
+    fn tell(&self, progress: &Progress) -> ControlFlow<()> {
+        let Ok(mut told) = self.told.lock() else {
+            return ControlFlow::Continue(());
+        };
+        told.1 = *progress;
+        let elapsed = self.begun.elapsed();
+        let per_minute = progress.manoeuvres as f64 * 60.0 / elapsed.as_secs_f64();
+        let rate = format!("{per_minute:.0} manoeuvres/min, {} errors", progress.errors);
+        if let Some(bar) = &self.bar {
+            bar.set_length(progress.bytes);
+            bar.set_position(progress.bytes_done);
+            bar.set_message(rate);
+        } else if told.0.elapsed() > SAID_EVERY {
+            told.0 = Instant::now();
+            let done = progress.bytes_done as f64 / progress.bytes.max(1) as f64;
+            let left = elapsed.mul_f64((1.0 - done).max(0.0) / done.max(1e-9));
+            say(format_args!(
+                "{:.0} % read, {rate}, {} left",
+                100.0 * done,
+                HumanDuration(left)
+            ));
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// How many manoeuvres there were.
+    fn finish(self) -> u64 {
+        if let Some(bar) = self.bar {
+            bar.finish_and_clear();
+        }
+        self.told
+            .into_inner()
+            .map_or(0, |(_, told)| told.manoeuvres)
+    }
+}

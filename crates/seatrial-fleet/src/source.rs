@@ -1,0 +1,152 @@
+//! Which logs there are.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::UNIX_EPOCH;
+
+/// How the names of logs end; in a folder other files are passed over.
+const ENDINGS: [&str; 17] = [
+    "csv", "tsv", "txt", "parquet", "bin", "tlog", "ulg", "mcap", "db3", "nmea", "log", "alog",
+    "dbd", "sbd", "mbd", "ebd", "n2k",
+];
+
+/// A log as it was when the job began.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// As found.
+    pub path: PathBuf,
+    /// Its length; 0 where it cannot be seen.
+    pub bytes: u64,
+    /// When it was last written, ns since 1970; 0 where that is not known.
+    pub modified_ns: i64,
+}
+
+impl Source {
+    /// Looks at a file. One that is not there is a source, too: reading it gives its error row.
+    pub fn of(path: &Path) -> Self {
+        let metadata = fs::metadata(path).ok();
+        let modified = metadata.as_ref().and_then(|m| m.modified().ok());
+        let since_1970 = modified.and_then(|at| at.duration_since(UNIX_EPOCH).ok());
+        Self {
+            path: path.to_path_buf(),
+            bytes: metadata.as_ref().map_or(0, fs::Metadata::len),
+            modified_ns: since_1970.map_or(0, |t| i64::try_from(t.as_nanos()).unwrap_or(0)),
+        }
+    }
+}
+
+/// The logs found.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Found {
+    /// In the order of their names, each once.
+    pub sources: Vec<Source>,
+    /// Files in folders whose names do not end like those of logs.
+    pub passed_over: usize,
+}
+
+/// Where no logs can be looked for.
+#[derive(Debug, thiserror::Error)]
+pub enum NotFound {
+    /// A folder or list that cannot be read.
+    #[error("{}: {source}", .path.display())]
+    Io {
+        /// Which.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Not a pattern.
+    #[error(
+        "{pattern}: {source}; expected a folder, a file, a list of files or a pattern such as 'logs/**/*.csv'"
+    )]
+    Pattern {
+        /// As given.
+        pattern: String,
+        /// Where it is wrong.
+        source: glob::PatternError,
+    },
+    /// Nothing fits.
+    #[error(
+        "{input}: no log there; expected a folder with logs, a log, a pattern such as 'logs/**/*.csv', or @LIST with a file name a line"
+    )]
+    Nothing {
+        /// As given.
+        input: String,
+    },
+}
+
+/// Looks for logs: below folders, by patterns (`*`, `?`, `[a-z]`, `**`), in lists (`@FILE` with a name a line, as
+/// `find` prints them; blank lines and lines that begin with `#` are passed over), or a log itself.
+pub fn find(inputs: &[String]) -> Result<Found, NotFound> {
+    let mut paths = BTreeSet::new();
+    let mut passed_over = 0;
+    for input in inputs {
+        let mut found = BTreeSet::new();
+        let path = Path::new(input);
+        if let Some(list) = input.strip_prefix('@') {
+            let list = Path::new(list);
+            let text = fs::read_to_string(list).map_err(|source| io_error(list, source))?;
+            let names = text.lines().map(str::trim);
+            let names = names.filter(|name| !name.is_empty() && !name.starts_with('#'));
+            found.extend(names.map(PathBuf::from));
+        } else if path.is_dir() {
+            passed_over += walk(path, &mut found)?;
+        } else if path.exists() {
+            found.insert(path.to_path_buf());
+        } else {
+            let pattern = glob::glob(input).map_err(|source| NotFound::Pattern {
+                pattern: input.clone(),
+                source,
+            })?;
+            found.extend(pattern.flatten().filter(|path| path.is_file()));
+        }
+        if found.is_empty() {
+            return Err(NotFound::Nothing {
+                input: input.clone(),
+            });
+        }
+        paths.extend(found);
+    }
+    Ok(Found {
+        sources: paths.iter().map(|path| Source::of(path)).collect(),
+        passed_over,
+    })
+}
+
+/// Adds the logs below a folder; how many files were passed over. Hidden files are none, and folders that are links
+/// are not followed.
+fn walk(folder: &Path, paths: &mut BTreeSet<PathBuf>) -> Result<usize, NotFound> {
+    let mut passed_over = 0;
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(folder) = folders.pop() {
+        let reading = |source| io_error(&folder, source);
+        for entry in fs::read_dir(&folder).map_err(reading)? {
+            let entry = entry.map_err(reading)?;
+            let path = entry.path();
+            if entry.file_name().to_string_lossy().starts_with('.') {
+                continue;
+            }
+            if entry.file_type().map_err(reading)?.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let ending = path.extension().map(|e| e.to_ascii_lowercase());
+            let is_log = ending.is_some_and(|e| ENDINGS.iter().any(|known| e == *known));
+            if is_log && path.is_file() {
+                paths.insert(path);
+            } else {
+                passed_over += 1;
+            }
+        }
+    }
+    Ok(passed_over)
+}
+
+fn io_error(path: &Path, source: io::Error) -> NotFound {
+    NotFound::Io {
+        path: path.to_path_buf(),
+        source,
+    }
+}
