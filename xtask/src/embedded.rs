@@ -11,17 +11,17 @@ use crate::{cargo, succeeds};
 const TOOLS: [&str; 3] = ["qemu-system-arm", "arm-none-eabi-gcc", "gcc"];
 const PACKAGES: &str = "qemu-system-arm gcc-arm-none-eabi libnewlib-arm-none-eabi gcc libc6-dev";
 
-const TARGET: &str = "thumbv7em-none-eabihf";
+pub const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// A processor and the machine that has it.
-struct Board {
-    name: &'static str,
+pub struct Board {
+    pub name: &'static str,
     machine: &'static str,
     rust_flags: &'static str,
 }
 
 /// The M7's image uses its double-precision unit; on the M4F `f64` is software.
-const BOARDS: [Board; 2] = [
+pub const BOARDS: [Board; 2] = [
     Board {
         name: "Cortex-M4F",
         machine: "mps2-an386",
@@ -62,7 +62,7 @@ const LIMITS: [(&str, &str, u64); 20] = [
     ("trial_step_f64", "state_bytes", 5800),
 ];
 
-type Checked = Result<(), String>;
+pub type Checked = Result<(), String>;
 
 /// Runs everything; `Ok` also where the tools are missing, unless CI is set.
 pub fn check() -> Checked {
@@ -96,7 +96,8 @@ pub fn check() -> Checked {
         );
     }
     a_panic_path_does_not_link()?;
-    costs()
+    costs()?;
+    crate::c_library::check(&expected)
 }
 
 fn sources_are_clean() -> Checked {
@@ -113,7 +114,7 @@ fn sources_are_clean() -> Checked {
 }
 
 /// What this machine computes.
-pub fn parity_vectors() -> Result<String, String> {
+fn parity_vectors() -> Result<String, String> {
     let output = cargo(&["run", "--quiet", "-p", "seatrial-parity"])
         .stderr(Stdio::inherit())
         .output()
@@ -141,15 +142,20 @@ fn build(board: &Board, program: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// What an image prints on its board.
+/// What a program without arguments prints on its board.
 fn run(board: &Board, image: &Path, options: &[&str]) -> Result<String, String> {
+    let semihosting = ["-semihosting-config", "enable=on,target=native"];
+    run_on(board, image, &[&semihosting, options].concat())
+}
+
+/// What a program prints on its board.
+pub fn run_on(board: &Board, image: &Path, options: &[&str]) -> Result<String, String> {
     let printed = image.with_extension("stdout");
     let output =
         File::create(&printed).map_err(|error| format!("{}: {error}", printed.display()))?;
     let mut emulation = Command::new("qemu-system-arm")
         .args(["-machine", board.machine, "-display", "none"])
         .args(["-serial", "none", "-monitor", "none"])
-        .args(["-semihosting-config", "enable=on,target=native"])
         .args(options)
         .arg("-kernel")
         .arg(image)
@@ -306,6 +312,6 @@ fn target_dir(board: &Board) -> PathBuf {
     root().join("target/firmware").join(board.machine)
 }
 
-fn root() -> PathBuf {
+pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }

@@ -3,6 +3,7 @@
 //! `cargo xtask test` runs every check in the order in which they fail fastest; `cargo xtask embedded` the one
 //! on microcontrollers alone.
 
+mod c_library;
 mod embedded;
 
 use std::process::{Command, ExitCode};

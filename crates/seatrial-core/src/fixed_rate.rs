@@ -100,7 +100,7 @@ impl<T: Real> FixedRateSettings<T> {
 /// too large to compute with, changes nothing, as if its instant had not been. Where P has lost its sign to rounding
 /// (d < 1) nothing is learnt; in `f32` that is why p stays at the paper's 100, while `f64` bears 1e6.
 ///
-/// Cost on a Cortex-M4F in `f32`: 120 instructions, 92 bytes of state, 56 of stack, 0.5 kB of code;
+/// Cost on a Cortex-M4F in `f32`: 120 instructions, 96 bytes of state, 56 of stack, 0.5 kB of code;
 /// `cargo xtask embedded` counts them.
 ///
 /// Use this one where every sample arrives, on time, and processor time or memory is scarce. Use
@@ -113,6 +113,7 @@ pub struct FixedRateEstimator<T> {
     last_heading_rad: T,
     heading: StateVariableFilter<T>,
     rudder: StateVariableFilter<T>,
+    initial_covariance: T,
     theta: [T; 3],
     /// P row by row from the diagonal on.
     covariance: [T; 6],
@@ -143,16 +144,17 @@ impl<T: Real> FixedRateEstimator<T> {
             last_heading_rad: heading_rad,
             heading: StateVariableFilter::new(heading_rad, settings.filter_start),
             rudder: StateVariableFilter::new(rudder_rad, settings.filter_start),
+            initial_covariance: settings.initial_covariance,
             theta: [T::ZERO; 3],
             covariance: [T::ZERO; 6],
         };
-        estimator.restart(settings.initial_covariance);
+        estimator.restart();
         Ok(estimator)
     }
 
-    /// Forgets the estimate for the next speed, P0 = `initial_covariance` I; the filters run on.
-    pub fn restart(&mut self, initial_covariance: T) {
-        let (p, zero) = (initial_covariance, T::ZERO);
+    /// Forgets the estimate for the next speed; the filters run on.
+    pub fn restart(&mut self) {
+        let (p, zero) = (self.initial_covariance, T::ZERO);
         self.theta = [zero; 3];
         self.covariance = [p, zero, zero, p, zero, p];
     }

@@ -135,7 +135,7 @@ fn exact_an_interval_set_later_is_as_one_from_the_start() {
 fn exact_restart_forgets_the_estimate_and_keeps_the_filters() {
     let record = doublet(330);
     let mut lean = run(&lean_settings(), &record);
-    lean.restart(100.0);
+    lean.restart();
     assert_eq!(lean.model(), YawModel::default());
     assert!(lean.learn());
     // The vehicle is on a straight course: nothing but C0 to learn, and next to none of it.

@@ -30,7 +30,7 @@ pub fn write<T: Bits>(out: &mut impl fmt::Write) -> fmt::Result {
             return Ok(action);
         };
         if stage != before && stage == Some(Stage::Settle) {
-            lean.restart(settings.initial_covariance);
+            lean.restart();
             row(out, lean, "restart", None, "")?;
         }
         let (call, taken, word) = if stage == Some(Stage::Train) {
