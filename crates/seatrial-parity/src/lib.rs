@@ -1,7 +1,7 @@
 //! The parity vectors: a rehearsed trial, sample by sample, with what the core must make of it, as bit patterns.
 //!
 //! One generator for all: the host prints the vectors, the firmware computes them again on a Cortex-M, and Python
-//! and C read the samples and compare their own results. [`write`] says what is in a table.
+//! and C read the samples and compare their own results. [`write()`] says what is in a table.
 #![no_std]
 
 mod estimator;
