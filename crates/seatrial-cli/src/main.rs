@@ -1,5 +1,6 @@
 //! The `seatrial` command: one file per verb.
 
+mod ardupilot_json;
 mod channels;
 mod compare;
 mod fault_matrix;

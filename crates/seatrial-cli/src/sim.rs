@@ -10,6 +10,7 @@ use seatrial_io::Row;
 use seatrial_sim::{ConfigError, Truth};
 use serde::Serialize;
 
+use crate::ardupilot_json;
 use crate::field;
 use crate::manoeuvres;
 use crate::output::{Exit, Failure, Output};
@@ -26,6 +27,7 @@ pub struct Args {
 #[derive(Debug, Subcommand)]
 enum What {
     Log(SimLogArgs),
+    ArdupilotJson(ardupilot_json::Args),
     Field(field::Args),
     Manoeuvres(manoeuvres::Args),
 }
@@ -105,6 +107,7 @@ struct Played {
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     match &args.what {
         What::Log(args) => log(args, output),
+        What::ArdupilotJson(args) => ardupilot_json::run(args, output),
         What::Field(args) => field::run(args, output),
         What::Manoeuvres(args) => manoeuvres::run(args, output),
     }

@@ -34,6 +34,7 @@ mod agreement;
 mod alog;
 #[cfg(any(feature = "dataflash", feature = "tlog"))]
 mod ardupilot;
+pub mod ardupilot_json;
 #[cfg(any(feature = "ulog", feature = "mcap", feature = "rosbag2"))]
 mod attitude;
 #[cfg(feature = "messages")]

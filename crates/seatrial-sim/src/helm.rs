@@ -168,12 +168,11 @@ impl Helm {
             self.disturbance_rad_s2,
             interval_s,
         );
-        let disturbance = self.config.disturbance;
-        let decay = libm::exp(-interval_s / disturbance.correlation_time_s);
-        self.disturbance_rad_s2 = decay * self.disturbance_rad_s2
-            + (1.0 - decay * decay).sqrt()
-                * disturbance.standard_deviation_rad_s2
-                * self.chance.disturbance.normal();
+        self.disturbance_rad_s2 = self.config.disturbance.after(
+            self.disturbance_rad_s2,
+            interval_s,
+            self.chance.disturbance.normal(),
+        );
     }
 
     /// What the rudder does with its command, rad.

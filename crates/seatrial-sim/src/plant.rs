@@ -66,6 +66,15 @@ impl Default for Disturbance {
     }
 }
 
+impl Disturbance {
+    /// The disturbance `interval_s` after it was this, by a normal deviate.
+    pub(crate) fn after(&self, before_rad_s2: f64, interval_s: f64, normal: f64) -> f64 {
+        let decay = libm::exp(-interval_s / self.correlation_time_s);
+        decay * before_rad_s2
+            + (1.0 - decay * decay).sqrt() * self.standard_deviation_rad_s2 * normal
+    }
+}
+
 impl Servo {
     /// The fin `interval_s` later.
     pub(crate) fn advance(&self, fin_rad: f64, command_rad: f64, interval_s: f64) -> f64 {

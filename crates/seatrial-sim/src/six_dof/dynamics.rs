@@ -55,7 +55,8 @@ pub struct Inputs {
 /// Source: Fossen (2021), chapters 2, 8 and 10, with unit quaternions for every attitude; the fourth-order
 /// Runge-Kutta method. The water's own acceleration in waves acts on the mass that the
 /// vehicle displaces, as at its origin (Froude and Krylov's force for a vehicle shorter than the waves): one of its own
-/// mass moves with the water.
+/// mass moves with the water. Buoyancy goes, in proportion to depth, over one diameter about the surface; hull, fins and propeller
+/// act above it as in water.
 #[derive(Clone, Debug)]
 pub struct Dynamics {
     rigid_body: RigidBody,
@@ -132,6 +133,28 @@ impl Dynamics {
                 .potential_energy_j(state.position_m.z, &state.down())
     }
 
+    /// What an accelerometer at the origin measures, in the body's axes: acceleration less gravity, m/s^2. A body that
+    /// lies on the bottom has no acceleration.
+    pub fn specific_force_m_s2(
+        &self,
+        state: &State,
+        inputs: &Inputs,
+        is_aground: bool,
+    ) -> Vector3<f64> {
+        let weight = state.down() * GRAVITY_M_S2;
+        if is_aground {
+            return -weight;
+        }
+        let (linear, angular) = split(&state.velocity);
+        let (change, _) = split(&self.rate(state, inputs).velocity);
+        change + angular.cross(&linear) - weight
+    }
+
+    /// Share of the hull's volume that is under water with its origin at a depth.
+    fn submerged(&self, depth_m: f64) -> f64 {
+        (0.5 + depth_m / self.hull.diameter_m).clamp(0.0, 1.0)
+    }
+
     fn flow(&self, state: &State, time_s: f64) -> Flow {
         self.sea
             .flow(self.waves.as_ref(), &state.position_m, time_s)
@@ -149,7 +172,9 @@ impl Dynamics {
         let through_water = state.velocity - join(current, Vector3::zeros());
         let current_change = join(sheared - angular.cross(&current), Vector3::zeros());
         let force = self.force(&through_water, inputs)
-            + self.rigid_body.restoring(&state.down())
+            + self
+                .rigid_body
+                .restoring(&state.down(), self.submerged(state.position_m.z))
             + self.added_mass * current_change
             + join(water * displaced_kg, Vector3::zeros())
             - coriolis(&self.rigid_mass, &state.velocity)
@@ -196,6 +221,11 @@ impl State {
             libm::asin((-matrix[(2, 0)]).clamp(-1.0, 1.0)),
             libm::atan2(matrix[(1, 0)], matrix[(0, 0)]),
         ]
+    }
+
+    /// Velocity over ground towards north, east and down, m/s.
+    pub fn drift_m_s(&self) -> Vector3<f64> {
+        self.rotation() * split(&self.velocity).0
     }
 
     fn rotation(&self) -> UnitQuaternion<f64> {

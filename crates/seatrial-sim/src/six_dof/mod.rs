@@ -5,6 +5,7 @@
 pub mod actuator;
 pub mod config;
 pub mod depth_hold;
+pub mod driven;
 pub mod dynamics;
 pub mod equivalent;
 pub mod fins;
@@ -19,4 +20,5 @@ pub mod vehicle;
 pub mod waves;
 
 pub use config::SixDofConfig;
+pub use driven::DrivenVehicle;
 pub use vehicle::SixDofVehicle;

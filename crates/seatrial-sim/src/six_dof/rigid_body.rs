@@ -11,7 +11,7 @@ pub const GRAVITY_M_S2: f64 = 9.81;
 /// ```text
 /// M_RB = [  m I        -m S(r_g)             ]
 ///        [  m S(r_g)    I_g - m S(r_g) S(r_g) ]
-/// tau_g = [ (W - B) k,  (W r_g - B r_b) x k ]
+/// tau_g = [ (W - s B) k,  (W r_g - s B r_b) x k ]
 /// ```
 ///
 /// | symbol | identifier | unit | positive sense |
@@ -20,6 +20,7 @@ pub const GRAVITY_M_S2: f64 = 9.81;
 /// | I_g | `inertia_kg_m2` | kg m^2 | about the centre of gravity, diagonal |
 /// | r_g, r_b | `centre_of_gravity_m`, `centre_of_buoyancy_m` | m | x forward, y starboard, z down |
 /// | W, B | m g, `buoyancy_n` | N | weight down, buoyancy up |
+/// | s | `submerged` | 1 | share of the volume that is under water |
 /// | k | | 1 | down, in the body's axes |
 /// | S(a) | | | the matrix with S(a) b = a x b |
 ///
@@ -61,10 +62,14 @@ impl RigidBody {
     }
 
     /// tau_g, force and moment of weight and buoyancy.
-    pub fn restoring(&self, down: &Vector3<f64>) -> Vector6<f64> {
+    pub fn restoring(&self, down: &Vector3<f64>, submerged: f64) -> Vector6<f64> {
+        let afloat = Self {
+            buoyancy_n: submerged * self.buoyancy_n,
+            ..*self
+        };
         join(
-            down * (self.weight_n() - self.buoyancy_n),
-            self.righting_arm_n_m().cross(down),
+            down * (afloat.weight_n() - afloat.buoyancy_n),
+            afloat.righting_arm_n_m().cross(down),
         )
     }
 
@@ -158,7 +163,7 @@ mod tests {
         };
         let heel = 0.1_f64;
         let down = Vector3::new(0.0, heel.sin(), heel.cos());
-        let force = body.restoring(&down);
+        let force = body.restoring(&down, 1.0);
         let weight = body.weight_n();
         assert!((force[3] + 0.02 * weight * heel.sin()).abs() < 1e-12);
         assert!((force[2] - (weight - 300.0) * heel.cos()).abs() < 1e-12);

@@ -2,6 +2,7 @@
 
 use std::convert::Infallible;
 
+use nalgebra::Vector3;
 use seatrial_core::{
     Action, Diving, DivingSample, DivingVehicle, Sample, Steering, Vehicle, YawModel,
 };
@@ -9,6 +10,7 @@ use seatrial_core::{
 use super::actuator::ActuatorState;
 use super::config::SixDofConfig;
 use super::depth_hold::DepthHoldState;
+use super::driven::Commands;
 use super::dynamics::{Dynamics, Inputs, State};
 use super::fins::Deflections;
 use crate::config::ConfigError;
@@ -171,6 +173,36 @@ impl SixDofBody {
     /// Its equations of motion.
     pub fn dynamics(&self) -> &Dynamics {
         &self.dynamics
+    }
+
+    /// The body `interval_s` later, somebody else at the helm.
+    pub(super) fn drive(
+        &mut self,
+        commands: &Commands,
+        yaw_disturbance_rad_s2: f64,
+        interval_s: f64,
+    ) {
+        let [_, pitch_rad, _] = self.state.euler_rad();
+        self.elevator_asked_rad = commands.elevator_rad;
+        self.measured(&Sample {
+            time_s: self.time_s,
+            depth_m: Some(self.state.position_m.z),
+            pitch_rad: Some(pitch_rad),
+            ..Sample::default()
+        });
+        self.advance(
+            commands.rudder_rad,
+            commands.thrust,
+            yaw_disturbance_rad_s2,
+            interval_s,
+        );
+    }
+
+    /// What an accelerometer at the origin measures, m/s^2.
+    pub(super) fn specific_force_m_s2(&self, yaw_disturbance_rad_s2: f64) -> Vector3<f64> {
+        let inputs = self.inputs(yaw_disturbance_rad_s2);
+        self.dynamics
+            .specific_force_m_s2(&self.state, &inputs, self.is_aground)
     }
 
     /// Runs with exact instruments over no bottom until everything has settled, then calls the place it is at the
