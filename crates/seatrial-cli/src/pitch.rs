@@ -44,13 +44,20 @@ struct TrialDocument<'a> {
 }
 
 /// A pitch trial on a simulated vehicle.
-pub fn trial(name: &str, seed: u64, log: Option<&Path>, output: &Output) -> Result<Exit, Failure> {
+pub fn trial(
+    name: &str,
+    seed: u64,
+    plan: Option<&Path>,
+    log: Option<&Path>,
+    output: &Output,
+) -> Result<Exit, Failure> {
+    let plan = plan.map_or(Ok(PitchPlan::default()), load_plan)?;
     let Simulated::SixDof(mut vehicle) = vehicle::simulated(name, seed)? else {
         return Err(Failure::usage(format!(
             "--axis pitch: {name} has no pitch, it only turns; take sim:starfish-6dof or sim:remus100"
         )));
     };
-    let trial = pitch::trial(vehicle.as_mut(), PitchPlan::default());
+    let trial = pitch::trial(vehicle.as_mut(), plan);
     if let Some(path) = log {
         std::fs::write(path, csv(&trial.samples))
             .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))?;
@@ -72,6 +79,17 @@ pub fn trial(name: &str, seed: u64, log: Option<&Path>, output: &Output) -> Resu
     } else {
         Exit::Rejected
     })
+}
+
+/// The plan of a file; what it leaves out is the default's.
+fn load_plan(path: &Path) -> Result<PitchPlan, Failure> {
+    let failure = |problem: &str| Failure::input(format!("{}: {problem}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(|error| failure(&error.to_string()))?;
+    let plan: PitchPlan = toml::from_str(&text)
+        .map_err(|error| failure(&format!("not a plan of a pitch trial: {error}")))?;
+    plan.check()
+        .map_err(|(field, requirement)| failure(&format!("{field} must be {requirement}")))?;
+    Ok(plan)
 }
 
 fn csv(samples: &[DivingSample<f64>]) -> String {

@@ -49,7 +49,8 @@ pub struct Args {
     /// Write the log of a pitch trial, CSV, for `identify --axis pitch`.
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
-    /// The plan, a TOML file as `seatrial plan` writes it [default: the paper's].
+    /// The plan, a TOML file as `seatrial plan` writes it [default: the paper's]. With --axis pitch the fields of the plan that
+    /// `--json` prints.
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
     /// End the training of a run as soon as its intervals are this narrow, as in a22:10%,b2:5% [default: the plan's].
@@ -112,7 +113,6 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 impl Args {
     fn pitch(&self, output: &Output) -> Result<Exit, Failure> {
         for (option, given) in [
-            ("--plan", self.plan.is_some()),
             ("--stop-when", self.stop_when.is_some()),
             ("--report", self.report.is_some()),
             ("--scenario", self.scenario.is_some()),
@@ -125,7 +125,13 @@ impl Args {
                 )));
             }
         }
-        pitch::trial(&self.vehicle, self.seed, self.log.as_deref(), output)
+        pitch::trial(
+            &self.vehicle,
+            self.seed,
+            self.plan.as_deref(),
+            self.log.as_deref(),
+            output,
+        )
     }
 }
 

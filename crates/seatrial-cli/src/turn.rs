@@ -1,5 +1,7 @@
 //! `seatrial turn`: turning limits to either hand, and over speed.
 
+use std::str::FromStr;
+
 use seatrial_core::authority::{AuthorityFit, AuthorityForm};
 use seatrial_core::turning::{RadiusMinimum, TurningOverSpeed};
 use seatrial_core::{Hand, SchedulePoint, Turn, YawModel};
@@ -15,7 +17,7 @@ use crate::table::Table;
 /// radius is the paper's (50), with the time to build up the yaw rate; the steady radius is that of
 /// the circle of a long turn, by a first-order model. A hull that drifts turns slower in a turn that
 /// lasts: its circle is 12 to 35 % wider on the simulated vehicles, 22 % in the paper. Measure one
-/// U-turn: the ratio found at one thrust holds for the others within 8 %.
+/// U-turn and enter it with --measured-u-turn: the ratio found at one thrust holds for the others within 8 %.
 #[derive(clap::Args)]
 #[command(after_help = help())]
 pub struct Args {
@@ -27,11 +29,42 @@ pub struct Args {
     /// Looks for the least radius up to this speed, m/s, beyond the identified ones if need be.
     #[arg(long, value_name = "M_S")]
     up_to_speed: Option<f64>,
+    /// A U-turn under full rudder that was measured: its speed before the turn, m/s, and the radius of a circle through
+    /// its track, m, as in 1.63:7.9. The circle at every speed is then that of the model times the ratio found there.
+    #[arg(long, value_name = "M_S:M")]
+    measured_u_turn: Option<UTurn>,
+}
+
+/// A U-turn that was measured.
+#[derive(Clone, Copy, Debug)]
+struct UTurn {
+    surge_speed_m_s: f64,
+    radius_m: f64,
+}
+
+impl FromStr for UTurn {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let positive = |part: &str| {
+            part.parse()
+                .ok()
+                .filter(|x: &f64| *x > 0.0 && x.is_finite())
+        };
+        text.split_once(':')
+            .and_then(|(speed, radius)| {
+                Some(Self {
+                    surge_speed_m_s: positive(speed)?,
+                    radius_m: positive(radius)?,
+                })
+            })
+            .ok_or_else(|| format!("{text}: expected SPEED:RADIUS in m/s and m, as in 1.63:7.9"))
+    }
 }
 
 fn help() -> String {
     format!(
-        "Example:\n  seatrial turn --a22 -1.62 --b2 1.25 --c0 0.045 --speed 1.4 --heading-change-deg 90\n\n{SCHEDULE_FILE_HELP}"
+        "Example:\n  seatrial turn --a22 -1.62 --b2 1.25 --c0 0.045 --speed 1.4 --heading-change-deg 90 --measured-u-turn 1.4:6.5\n\n{SCHEDULE_FILE_HELP}"
     )
 }
 
@@ -41,6 +74,8 @@ struct Document<'a> {
     source: &'a str,
     rudder_limit_rad: f64,
     heading_change_rad: f64,
+    /// Radius of the measured U-turn over the model's steady radius at its speed.
+    u_turn_ratio: Option<f64>,
     points: Vec<PointLimits>,
     over_speed: Vec<OverSpeed>,
 }
@@ -68,6 +103,8 @@ struct HandLimits {
     u_turn_time_s: Option<Estimate>,
     u_turn_mean_radius_m: Option<Estimate>,
     steady_turning_radius_m: Option<Estimate>,
+    /// The steady radius times the ratio of the measured U-turn; the interval is the model's alone.
+    circle_by_u_turn_m: Option<Estimate>,
     trapezoid_time_s: Option<Estimate>,
     full_rudder_time_s: Option<Estimate>,
 }
@@ -91,12 +128,18 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if !heading_change_rad.is_finite() {
         return Err(Failure::usage("--heading-change-deg: expected a number"));
     }
-    let limits = |point: &SourcePoint| point_limits(point, &source, heading_change_rad);
+    let u_turn_ratio = args
+        .measured_u_turn
+        .map(|u_turn| ratio(u_turn, &source))
+        .transpose()?;
+    let limits =
+        |point: &SourcePoint| point_limits(point, &source, heading_change_rad, u_turn_ratio);
     let document = Document {
         schema: "seatrial.turn.v1",
         source: &source.origin,
         rudder_limit_rad: source.rudder_limit_rad,
         heading_change_rad,
+        u_turn_ratio,
         points: source.points.iter().map(limits).collect(),
         over_speed: over_speed(&source, args.up_to_speed)?,
     };
@@ -112,7 +155,55 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     })
 }
 
-fn point_limits(point: &SourcePoint, source: &Source, heading_change_rad: f64) -> PointLimits {
+/// Speeds outside the identified ones by this factor are too far for a ratio.
+const FAR: f64 = 1.1;
+
+/// The measured radius over the model's, mean of both hands and linear in speed between the points.
+fn ratio(u_turn: UTurn, source: &Source) -> Result<f64, Failure> {
+    let refused = |reason: &str| Failure::usage(format!("--measured-u-turn: {reason}"));
+    let mut radii: Vec<[f64; 2]> = source
+        .points
+        .iter()
+        .filter_map(|point| {
+            let speed_m_s = point.point.surge_speed_m_s?;
+            let radius = |hand| {
+                let turn = Turn::new(&point.point.model, source.rudder_limit_rad, hand).ok()?;
+                Some(turn.steady_turning_radius_m(speed_m_s))
+            };
+            Some([
+                speed_m_s,
+                0.5 * (radius(Hand::Starboard)? + radius(Hand::Port)?),
+            ])
+        })
+        .collect();
+    radii.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let speed_m_s = u_turn.surge_speed_m_s;
+    let (Some([slowest, _]), Some([fastest, _])) = (radii.first(), radii.last()) else {
+        return Err(refused("no model here has a speed and turns to both hands"));
+    };
+    if speed_m_s < slowest / FAR || speed_m_s > fastest * FAR {
+        return Err(refused(&format!(
+            "{speed_m_s} m/s is far from the identified speeds, {slowest:.2} to {fastest:.2} m/s"
+        )));
+    }
+    let above = radii.partition_point(|[speed, _]| *speed < speed_m_s);
+    let predicted_m = match (above.checked_sub(1), radii.get(above)) {
+        (Some(below), Some([v1, r1])) => {
+            let [v0, r0] = radii[below];
+            r0 + (r1 - r0) * (speed_m_s - v0) / (v1 - v0)
+        }
+        (Some(below), None) => radii[below][1],
+        (None, _) => radii[0][1],
+    };
+    Ok(u_turn.radius_m / predicted_m)
+}
+
+fn point_limits(
+    point: &SourcePoint,
+    source: &Source,
+    heading_change_rad: f64,
+    u_turn_ratio: Option<f64>,
+) -> PointLimits {
     let SchedulePoint {
         thrust,
         surge_speed_m_s,
@@ -134,6 +225,9 @@ fn point_limits(point: &SourcePoint, source: &Source, heading_change_rad: f64) -
             u_turn_mean_radius_m: of(&|turn| Some(turn.u_turn_mean_radius_m(surge_speed_m_s?))),
             steady_turning_radius_m: of(&|turn| {
                 Some(turn.steady_turning_radius_m(surge_speed_m_s?))
+            }),
+            circle_by_u_turn_m: of(&|turn| {
+                Some(u_turn_ratio? * turn.steady_turning_radius_m(surge_speed_m_s?))
             }),
             trapezoid_time_s: of(&|turn| Some(turn.trapezoid_time_s(heading_change_rad))),
             full_rudder_time_s: of(&|turn| Some(turn.full_rudder_time_s(heading_change_rad))),
@@ -205,6 +299,7 @@ fn text(document: &Document) -> String {
         ("U-turn", "s"),
         ("mean radius", "m"),
         ("steady radius", "m"),
+        ("circle", "m, by U-turn"),
         ("change", "s, trapezoid"),
         ("change", "s, full rudder"),
     ]);
@@ -234,6 +329,7 @@ fn text(document: &Document) -> String {
                 estimate(&limits.u_turn_time_s, 2, 1.0),
                 estimate(&limits.u_turn_mean_radius_m, 2, 1.0),
                 estimate(&limits.steady_turning_radius_m, 2, 1.0),
+                estimate(&limits.circle_by_u_turn_m, 2, 1.0),
                 estimate(&limits.trapezoid_time_s, 2, 1.0),
                 estimate(&limits.full_rudder_time_s, 2, 1.0),
             ]);

@@ -64,3 +64,32 @@ fn cli_a_vehicle_without_pitch_is_refused_by_name() {
         "{said}"
     );
 }
+
+#[test]
+fn cli_a_pitch_plan_is_followed_and_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = folder.path().join("plan.toml");
+    let run = |text: &str| {
+        std::fs::write(&plan, text).unwrap();
+        let plan = plan.to_str().unwrap();
+        let options = ["--vehicle", "sim:starfish-6dof", "--plan", plan, "--json"];
+        seatrial(&[&["trial", "--axis", "pitch"][..], &options].concat())
+    };
+    let done = run("thrusts = [0.8]\ntraining_rad = 0.15\n");
+    assert!(done.status.success(), "{done:?}");
+    let document: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+    assert_eq!(document["runs"].as_array().unwrap().len(), 1);
+    assert_eq!(document["plan"]["training_rad"], 0.15);
+    assert_eq!(document["plan"]["validation_rad"], 0.12);
+    for (text, named) in [
+        ("thrusts = []", "thrusts must be"),
+        ("doublet_s = -1", "doublet_s must be"),
+        ("training_rad = 2", "training_rad must be"),
+        ("amplitude = 1", "unknown field `amplitude`"),
+    ] {
+        let refused = run(text);
+        assert_eq!(refused.status.code(), Some(3));
+        let message = String::from_utf8(refused.stderr).unwrap();
+        assert!(message.contains(named), "{message}");
+    }
+}

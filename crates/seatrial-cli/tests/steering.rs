@@ -410,3 +410,37 @@ fn cli_paper_writes_three_files_and_prints_the_rows_that_differ() {
     let markdown = std::fs::read_to_string(out.join("paper.md")).unwrap();
     assert!(markdown.contains("| Table IV | R at 1.4 m/s with delta0 = 0.036 | m | 9.20 |"));
 }
+
+/// The circle of the thrust at which the U-turn was measured is the one measured, and so by ratio at the other.
+#[test]
+fn cli_a_measured_u_turn_scales_the_circles() {
+    let folder = tempfile::tempdir().unwrap();
+    let schedule = write(folder.path(), "schedule.toml", SCHEDULE);
+    let with = |u_turn: &str| json(&["turn", "--schedule", &schedule, "--measured-u-turn", u_turn]);
+    let (document, code) = with("2.13:9.9");
+    assert_eq!(code, Some(0));
+    let mean = |point: usize, name: &str| {
+        let of = |hand| {
+            number(
+                &document,
+                &format!("/points/{point}/hands/{hand}/{name}/value"),
+            )
+        };
+        0.5 * (of(0) + of(1))
+    };
+    let points = document["points"].as_array().unwrap();
+    let fast = usize::from(points[1]["surge_speed_m_s"] == 2.13);
+    // Rounding.
+    assert!((mean(fast, "circle_by_u_turn_m") - 9.9).abs() < 1e-9);
+    let ratio = number(&document, "/u_turn_ratio");
+    let slow = 1 - fast;
+    let expected = ratio * mean(slow, "steady_turning_radius_m");
+    assert!((mean(slow, "circle_by_u_turn_m") - expected).abs() < 1e-9);
+    let (document, _) = json(&["turn", "--schedule", &schedule]);
+    assert!(document["u_turn_ratio"].is_null());
+    assert!(document["points"][0]["hands"][0]["circle_by_u_turn_m"].is_null());
+    for wrong in ["9.9", "2:-1", "9:9"] {
+        let run = seatrial(&["turn", "--schedule", &schedule, "--measured-u-turn", wrong]);
+        assert_eq!(run.status.code(), Some(2), "{wrong}");
+    }
+}

@@ -1,13 +1,14 @@
 //! The pitch trial: settle, elevator doublet to train on, a smaller one to validate on, at each thrust.
 
 use seatrial_core::{Diving, DivingSample, DivingVehicle};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{NoPitchModel, PitchIdentification, identify};
 use crate::record::Window;
 
 /// What a pitch trial does.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct PitchPlan {
     /// The speeds, as thrust in fractions of full.
     pub thrusts: Vec<f64>,
@@ -42,6 +43,35 @@ impl Default for PitchPlan {
             validation_rad: 0.12,
             depth_band_m: 1.0,
             pitch_limit_rad: 0.5,
+        }
+    }
+}
+
+impl PitchPlan {
+    /// Names the first field that is out of range, and what it has to be.
+    pub fn check(&self) -> Result<(), (&'static str, &'static str)> {
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        let thrusts_are_fractions = self.thrusts.iter().all(|x| *x > 0.0 && *x <= 1.0);
+        let angle = |x: f64| x > 0.0 && x < core::f64::consts::FRAC_PI_2;
+        let (a_number, an_angle) = ("a positive number", "an angle above 0 and below pi/2");
+        let checks = [
+            (
+                "thrusts",
+                !self.thrusts.is_empty() && thrusts_are_fractions,
+                "at least one fraction of full thrust",
+            ),
+            ("settle_s", positive(self.settle_s), a_number),
+            ("lead_in_s", positive(self.lead_in_s), a_number),
+            ("doublet_s", positive(self.doublet_s), a_number),
+            ("observe_s", positive(self.observe_s), a_number),
+            ("training_rad", angle(self.training_rad), an_angle),
+            ("validation_rad", angle(self.validation_rad), an_angle),
+            ("depth_band_m", positive(self.depth_band_m), a_number),
+            ("pitch_limit_rad", angle(self.pitch_limit_rad), an_angle),
+        ];
+        match checks.into_iter().find(|(_, holds, _)| !holds) {
+            Some((field, _, requirement)) => Err((field, requirement)),
+            None => Ok(()),
         }
     }
 }
