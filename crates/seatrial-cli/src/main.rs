@@ -1,6 +1,7 @@
 //! The `seatrial` command: one file per verb.
 
 mod ardupilot_json;
+mod autopilot;
 mod channels;
 mod compare;
 mod fault_matrix;
@@ -27,6 +28,7 @@ mod recreated;
 mod replay;
 mod report;
 mod sim;
+mod sim_mavlink;
 mod speeds;
 mod steering_source;
 mod study;
@@ -35,6 +37,7 @@ mod trial;
 mod turn;
 mod validate;
 mod vehicle;
+mod vehicle_check;
 mod windows;
 
 use std::process::ExitCode;
@@ -72,6 +75,7 @@ enum Verb {
     Paper(paper::Args),
     Report(report::Args),
     Replay(replay::Args),
+    Vehicle(vehicle_check::Args),
 }
 
 impl Verb {
@@ -93,6 +97,7 @@ impl Verb {
             Self::Paper(args) => paper::run(args, output),
             Self::Report(args) => report::run(args, output),
             Self::Replay(args) => replay::run(args, output),
+            Self::Vehicle(args) => vehicle_check::run(args, output),
         }
     }
 }

@@ -72,6 +72,11 @@ impl Failure {
         Self::new(Exit::NotSaved, message)
     }
 
+    /// A trial that does not go on, the vehicle handed back.
+    pub fn aborted(message: impl fmt::Display) -> Self {
+        Self::new(Exit::Aborted, message)
+    }
+
     /// A bug.
     pub fn internal(message: impl fmt::Display) -> Self {
         Self::new(Exit::Internal, message)

@@ -15,6 +15,7 @@ use crate::field;
 use crate::manoeuvres;
 use crate::output::{Exit, Failure, Output};
 use crate::record::{self, Format};
+use crate::sim_mavlink;
 use crate::vehicle::{self, Config, Simulated};
 
 /// A simulated vehicle for others.
@@ -30,6 +31,7 @@ enum What {
     ArdupilotJson(ardupilot_json::Args),
     Field(field::Args),
     Manoeuvres(manoeuvres::Args),
+    Mavlink(sim_mavlink::Args),
 }
 
 /// Write the log of a simulated trial: the paper's plan at one or all of its speeds.
@@ -110,6 +112,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         What::ArdupilotJson(args) => ardupilot_json::run(args, output),
         What::Field(args) => field::run(args, output),
         What::Manoeuvres(args) => manoeuvres::run(args, output),
+        What::Mavlink(args) => sim_mavlink::run(args, output),
     }
 }
 

@@ -1,6 +1,6 @@
 //! `seatrial trial`: a whole sea trial.
 
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,10 +13,11 @@ use seatrial::logbook::{Logbook, NewCampaign, Recorder, Step};
 use seatrial::preview::{Target, parse_target};
 use seatrial::report;
 use seatrial_core::heading_control::HeadingGain;
-use seatrial_core::{AbortReason, Outcome, Plan, Trial, YawModel};
+use seatrial_core::{AbortReason, Outcome, Plan, Trial, Vehicle, YawModel};
 use seatrial_io::{Estimate, Row, RowWriter};
 use serde::Serialize;
 
+use crate::autopilot::{LinkArgs, Taken};
 use crate::live::{Live, Parameter, Picture};
 use crate::output::{Exit, Failure, Output, say};
 use crate::pitch::{self, Axis};
@@ -36,7 +37,8 @@ Example:
   seatrial trial --seed 1 --report trial.html")]
 pub struct Args {
     /// The vehicle: sim:starfish; sim:starfish-6dof or sim:remus100 of six degrees of freedom; or sim:FILE.toml
-    /// for any other.
+    /// for any other; mavlink:udp:HOST:PORT, which listens there, mavlink:udpout:HOST:PORT,
+    /// mavlink:tcp:HOST:PORT or mavlink:serial:DEVICE:BAUD for an autopilot.
     #[arg(long, value_name = "VEHICLE", default_value = "sim:starfish")]
     vehicle: String,
     /// Faults that befall a simulated vehicle, and sensors and sea that it meets, a TOML file as in scenarios/.
@@ -85,9 +87,11 @@ pub struct Args {
     /// Keep the estimate after every sample in the JSON document.
     #[arg(long)]
     trace: bool,
-    /// Do not ask before the vehicle moves. A simulated vehicle never asks.
+    /// Do not ask before the vehicle moves and its parameters change. A simulated vehicle never asks.
     #[arg(long)]
     yes: bool,
+    #[command(flatten)]
+    link: LinkArgs,
 }
 
 /// What `trial --json` prints.
@@ -138,12 +142,16 @@ impl Args {
 fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let mut plan = load_plan(args.plan.as_deref())?;
     plan.stop_when = args.stop_when.or(plan.stop_when);
-    let mut vehicle = vehicle::rehearsed(&args.vehicle, args.scenario.as_deref(), args.seed)?;
+    let stop = Arc::new(AtomicBool::new(false));
+    let handler = Arc::clone(&stop);
+    ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
+        .map_err(Failure::internal)?;
+    let address = args.vehicle.strip_prefix("mavlink:");
     let about = Campaign {
         software_version: env!("CARGO_PKG_VERSION").into(),
         vehicle: args.vehicle.clone(),
         configuration: args.configuration.clone(),
-        seed: Some(args.seed),
+        seed: address.is_none().then_some(args.seed),
         rudder_limit_rad: plan.rudder_limit_rad,
         runs: Vec::new(),
         outcome: None,
@@ -170,15 +178,26 @@ fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
     )
     .map_err(Failure::from)?;
 
-    let stop = Arc::new(AtomicBool::new(false));
-    let handler = Arc::clone(&stop);
-    ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
-        .map_err(Failure::internal)?;
-    let mut bridge = Bridge::new(args, recorder, recording, viewer, stop);
-    let conducted = conduct(&mut vehicle, plan, about, &mut bridge)
-        .map_err(|error| Failure::input(format!("the plan: {error}")))?;
-    let mut campaign = conducted.campaign;
-    let mut unsaved = bridge.end(&campaign);
+    let (mut campaign, mut unsaved) = match address {
+        None => {
+            let mut vehicle =
+                vehicle::rehearsed(&args.vehicle, args.scenario.as_deref(), args.seed)?;
+            let mut bridge = Bridge::new(args, recorder, recording, viewer, stop);
+            let campaign = conducted(&mut vehicle, plan, about, &mut bridge)?;
+            let unsaved = bridge.end(&campaign);
+            (campaign, unsaved)
+        }
+        Some(address) => {
+            let mut taken = taken(args, address, &plan, &stop)?;
+            let mut bridge = Bridge::new(args, recorder, recording, viewer, stop);
+            let campaign = conducted(&mut taken.autopilot, plan, about, &mut bridge)?;
+            // The vehicle first: what is told and saved can wait.
+            let handed_back = taken.hand_back();
+            let mut unsaved = bridge.end(&campaign);
+            unsaved.extend(handed_back);
+            (campaign, unsaved)
+        }
+    };
     let mut report = args.report.as_deref();
     if let Some(path) = report {
         let provenance = [
@@ -209,6 +228,48 @@ fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
         text(&document.campaign, &args.logbook, report)
     })?;
     Ok(exit)
+}
+
+/// The campaign of a trial on this vehicle.
+fn conducted<V: Vehicle<f64>>(
+    vehicle: &mut V,
+    plan: Plan<f64>,
+    about: Campaign,
+    bridge: &mut Bridge,
+) -> Result<Campaign, Failure>
+where
+    V::Error: Display,
+{
+    let conducted = conduct(vehicle, plan, about, bridge)
+        .map_err(|error| Failure::input(format!("the plan: {error}")))?;
+    if let Some(fault) = &conducted.fault {
+        bridge
+            .live
+            .line(&format!("the vehicle was given back: {fault}"));
+    }
+    Ok(conducted.campaign)
+}
+
+/// The autopilot at this address, ready for the trial.
+fn taken(
+    args: &Args,
+    address: &str,
+    plan: &Plan<f64>,
+    stop: &Arc<AtomicBool>,
+) -> Result<Taken, Failure> {
+    for (option, given) in [
+        ("--scenario", args.scenario.is_some()),
+        ("--realtime", args.realtime),
+    ] {
+        if given {
+            return Err(Failure::usage(format!(
+                "{option} goes with a simulated vehicle"
+            )));
+        }
+    }
+    let backup = args.logbook.with_extension("restore.toml");
+    args.link
+        .take(address, plan, args.plan.is_some(), args.yes, &backup, stop)
 }
 
 /// The plan of a file, or the paper's.

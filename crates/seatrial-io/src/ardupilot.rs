@@ -58,7 +58,8 @@ impl Parameters {
         }
     }
 
-    fn output_with(&self, function: f64, outputs: usize) -> Option<usize> {
+    /// Number of the first output with this function.
+    pub fn output_with(&self, function: f64, outputs: usize) -> Option<usize> {
         (1..=outputs).find(|output| self.get(&format!("SERVO{output}_FUNCTION")) == Some(function))
     }
 }

@@ -37,6 +37,8 @@ mod ardupilot;
 pub mod ardupilot_json;
 #[cfg(any(feature = "ulog", feature = "mcap", feature = "rosbag2"))]
 mod attitude;
+#[cfg(feature = "autopilot")]
+pub mod autopilot;
 #[cfg(feature = "messages")]
 mod bytes;
 #[cfg(feature = "canboat")]

@@ -1,0 +1,325 @@
+//! Autopilots that speak MAVLink: the options of the link, what is told before a vehicle is taken, the hand-back.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use seatrial_core::{Plan, RudderSense};
+use seatrial_io::autopilot::{
+    Autopilot, Backup, Check, HandBack, Preflight, Profile, Settings, SteeringOutputs,
+};
+use seatrial_io::link::{Address, Key, Signing, Transport};
+
+use crate::output::{Failure, say};
+
+/// How an autopilot is reached.
+#[derive(clap::Args, Debug)]
+#[command(next_help_heading = "An autopilot behind MAVLink")]
+pub struct LinkArgs {
+    /// Our system id; the autopilot's MAV_GCS_SYSID must be the same.
+    #[arg(long, value_name = "ID", default_value_t = 255)]
+    system_id: u8,
+    /// System id of the vehicle [default: the first autopilot that is heard].
+    #[arg(long, value_name = "ID")]
+    vehicle_id: Option<u8>,
+    /// Kind of autopilot [default: as it says].
+    #[arg(long, value_name = "KIND", value_parser = parse_profile)]
+    profile: Option<Profile>,
+    /// Rudder angle at full steering, degrees.
+    #[arg(long, value_name = "DEG", default_value_t = 35.0)]
+    full_rudder_deg: f64,
+    /// Outputs that steer, as in 1 or 1,-2 where the second turns against the first [default: as the parameters say].
+    #[arg(
+        long,
+        value_name = "OUTPUTS",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    steering_outputs: Vec<i8>,
+    /// Shortest, neutral and longest pulse of the steering outputs, us.
+    #[arg(long, value_name = "US", value_delimiter = ',', default_values_t = [1100.0, 1500.0, 1900.0])]
+    pulses_us: Vec<f64>,
+    /// There is no remote control: a change of mode from a ground station takes the vehicle over.
+    #[arg(long)]
+    without_rc: bool,
+    /// Lowest charge of the battery, percent.
+    #[arg(long, value_name = "PERCENT", default_value_t = 20)]
+    lowest_battery: i8,
+    /// Rudder per heading error while a heading is held.
+    #[arg(long, value_name = "GAIN", default_value_t = 0.4)]
+    heading_gain: f64,
+    /// A key of 32 bytes or 64 hexadecimal digits: every frame is signed, and none without a signature is taken.
+    #[arg(long, value_name = "FILE")]
+    signing_key: Option<PathBuf>,
+}
+
+fn parse_profile(text: &str) -> Result<Profile, String> {
+    match text {
+        "rover" => Ok(Profile::Rover),
+        "sub" => Ok(Profile::Sub),
+        "px4" => Ok(Profile::Px4),
+        "generic" => Ok(Profile::Generic),
+        _ => Err("expected rover, sub, px4 or generic".into()),
+    }
+}
+
+/// Signing with the key of a file.
+pub fn signing(path: Option<&Path>, link_id: u8) -> Result<Option<Signing>, Failure> {
+    let Some(path) = path else {
+        return Ok(None);
+    };
+    let key = Key::load(path).map_err(Failure::input)?;
+    let now = SystemTime::now().duration_since(UNIX_EPOCH);
+    let now_s = now.map_err(Failure::internal)?.as_secs_f64();
+    Ok(Some(Signing::new(key, link_id, now_s)))
+}
+
+impl LinkArgs {
+    /// The link to an address, with the settings of a plan where there is one.
+    pub fn open(
+        &self,
+        address: &str,
+        plan: Option<&Plan<f64>>,
+        is_given: bool,
+        abort: &Arc<AtomicBool>,
+    ) -> Result<Autopilot<Transport>, Failure> {
+        let address: Address = address
+            .parse()
+            .map_err(|error| Failure::usage(format!("--vehicle mavlink:{error}")))?;
+        let number = |name: &str, value: f64, limit: f64| {
+            if value > 0.0 && value < limit {
+                return Ok(value);
+            }
+            Err(Failure::usage(format!(
+                "{name} {value}: expected a number above 0 and below {limit}"
+            )))
+        };
+        let defaults = Settings::default();
+        let settings = Settings {
+            system_id: self.system_id,
+            vehicle: self.vehicle_id,
+            profile: self.profile,
+            full_rudder_rad: number("--full-rudder-deg", self.full_rudder_deg, 90.0)?.to_radians(),
+            outputs: self.outputs()?,
+            sample_interval_s: plan.map_or(defaults.sample_interval_s, |p| p.sample_interval_s),
+            lowest_battery_percent: self.lowest_battery,
+            without_remote_control: self.without_rc,
+            heading_gain: number("--heading-gain", self.heading_gain, 10.0)?,
+            heading_rudder_rad: plan
+                .map_or(defaults.heading_rudder_rad, |p| 0.8 * p.rudder_limit_rad),
+            trying_thrust: plan
+                .and_then(|plan| plan.thrusts.first().copied())
+                .unwrap_or(defaults.trying_thrust),
+            is_reversed: plan
+                .is_some_and(|plan| plan.envelope.rudder_sense == RudderSense::Negative),
+            envelope: plan.filter(|_| is_given).map(limits),
+            abort: Arc::clone(abort),
+            ..defaults
+        };
+        if let Some(plan) = plan
+            && plan.rudder_limit_rad > settings.full_rudder_rad
+        {
+            return Err(Failure::usage(format!(
+                "the plan's rudder_limit_rad is {:.1} degrees, more than the {} degrees of --full-rudder-deg",
+                plan.rudder_limit_rad.to_degrees(),
+                self.full_rudder_deg
+            )));
+        }
+        let wire = Transport::open(&address)
+            .map_err(|error| Failure::input(format!("mavlink:{address}: {error}")))?;
+        let signing = signing(self.signing_key.as_deref(), 0)?;
+        Ok(Autopilot::new(wire, settings, signing))
+    }
+
+    fn outputs(&self) -> Result<Option<SteeringOutputs>, Failure> {
+        if self.steering_outputs.is_empty() {
+            return Ok(None);
+        }
+        let is_output = |output: &i8| (1..=16).contains(&output.unsigned_abs());
+        if !self.steering_outputs.iter().all(is_output) {
+            return Err(Failure::usage(
+                "--steering-outputs: expected outputs from 1 to 16, negative where one turns the other way",
+            ));
+        }
+        let pulses_us = match self.pulses_us[..] {
+            [low, trim, high] if 0.0 < low && low < trim && trim < high => [low, trim, high],
+            _ => {
+                return Err(Failure::usage(
+                    "--pulses-us: expected three rising numbers, as in 1100,1500,1900",
+                ));
+            }
+        };
+        Ok(Some(SteeringOutputs {
+            outputs: self.steering_outputs.clone(),
+            pulses_us,
+        }))
+    }
+
+    /// Looks at the vehicle, asks, and takes it. Whatever fails, it is handed back.
+    pub fn take(
+        &self,
+        address: &str,
+        plan: &Plan<f64>,
+        is_given: bool,
+        is_agreed: bool,
+        backup: &Path,
+        abort: &Arc<AtomicBool>,
+    ) -> Result<Taken, Failure> {
+        if backup.exists() {
+            return Err(Failure::aborted(format!(
+                "{}: a trial before has not put everything back; run `seatrial vehicle restore {} --vehicle mavlink:{address}`",
+                backup.display(),
+                backup.display()
+            )));
+        }
+        let mut autopilot = self.open(address, Some(plan), is_given, abort)?;
+        let preflight = autopilot.inspect();
+        text(&preflight).lines().for_each(say);
+        refuse(&preflight.checks)?;
+        if !is_agreed && !agrees()? {
+            return Err(Failure::aborted("not agreed to; nothing was changed"));
+        }
+        let mut taken = Taken {
+            autopilot,
+            backup: backup.into(),
+        };
+        let checks = taken
+            .autopilot
+            .take_control(&preflight.changes, &mut |backup| {
+                keep(&taken.backup, backup)
+            });
+        checks.iter().map(line).for_each(say);
+        if let Err(failure) = refuse(&checks) {
+            taken.hand_back().iter().for_each(say);
+            return Err(failure);
+        }
+        Ok(taken)
+    }
+}
+
+/// An autopilot that is ours until it is handed back.
+pub struct Taken {
+    /// The autopilot.
+    pub autopilot: Autopilot<Transport>,
+    backup: PathBuf,
+}
+
+impl Taken {
+    /// Hands it back; what could not be put back.
+    pub fn hand_back(&mut self) -> Option<String> {
+        let done = self.autopilot.hand_back();
+        say(told(&done));
+        if done.is_complete() {
+            // Nothing is left to be restored.
+            let removed = std::fs::remove_file(&self.backup);
+            return removed
+                .err()
+                .map(|error| format!("{}: {error}", self.backup.display()));
+        }
+        Some(format!(
+            "not everything was put back; run `seatrial vehicle restore {}`",
+            self.backup.display()
+        ))
+    }
+}
+
+/// Writes a backup so that it survives a crash of this machine.
+fn keep(path: &Path, backup: &Backup) -> std::io::Result<()> {
+    let text = toml::to_string_pretty(backup).map_err(std::io::Error::other)?;
+    let mut file = std::fs::File::create_new(path)
+        .map_err(|error| std::io::Error::other(format!("{}: {error}", path.display())))?;
+    file.write_all(text.as_bytes())?;
+    file.sync_all()
+}
+
+fn refuse(checks: &[Check]) -> Result<(), Failure> {
+    let refused: Vec<&str> = checks
+        .iter()
+        .filter(|check| !check.passed)
+        .map(|check| check.name)
+        .collect();
+    if refused.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::aborted(format!(
+        "the trial is refused for: {}",
+        refused.join(", ")
+    )))
+}
+
+fn agrees() -> Result<bool, Failure> {
+    if !std::io::stdin().is_terminal() {
+        return Err(Failure::aborted(
+            "a vehicle that moves must be agreed to: say --yes",
+        ));
+    }
+    let mut stderr = std::io::stderr();
+    let _ = write!(
+        stderr,
+        "Take this vehicle, change what is listed and move it? [y/N] "
+    );
+    let mut answer = String::new();
+    let read = std::io::stdin().read_line(&mut answer);
+    read.map_err(Failure::internal)?;
+    Ok(["y", "yes"].contains(&answer.trim().to_lowercase().as_str()))
+}
+
+fn limits(plan: &Plan<f64>) -> String {
+    let envelope = &plan.envelope;
+    let area = match envelope.area.len() {
+        0 => "no area".into(),
+        corners => format!("an area of {corners} corners"),
+    };
+    format!(
+        "heading within {:.0} degrees, yaw rate up to {:.0} degrees/s, depth {} to {} m, {area}",
+        envelope.heading_excursion_max_rad.to_degrees(),
+        envelope.yaw_rate_max_rad_s.to_degrees(),
+        envelope.depth_min_m,
+        envelope.depth_max_m
+    )
+}
+
+fn line(check: &Check) -> String {
+    let mark = if check.passed { "ok      " } else { "REFUSED " };
+    format!("{mark}{:15} {}", check.name, check.text)
+}
+
+/// A preflight for people.
+pub fn text(preflight: &Preflight) -> String {
+    let mut lines: Vec<String> = preflight.checks.iter().map(line).collect();
+    lines.extend(preflight.changes.iter().map(|change| {
+        format!(
+            "change  {:15} {} -> {} until the hand-back: {}",
+            change.name, change.from, change.to, change.why
+        )
+    }));
+    lines.join("\n")
+}
+
+/// A hand-back for people.
+pub fn told(done: &HandBack) -> String {
+    let known = |name: &str, known: Option<bool>, yes: &str, no: &str| match known {
+        Some(true) => format!("{name} {yes}"),
+        Some(false) => format!("{name} {no}"),
+        None => format!("{name} left to whoever has it"),
+    };
+    let mut parts = vec![
+        known("rudder", done.rudder_neutral, "neutral", "NOT SEEN NEUTRAL"),
+        known(
+            "throttle",
+            done.throttle_neutral,
+            "neutral",
+            "NOT SEEN NEUTRAL",
+        ),
+        known("mode", done.mode_restored, "restored", "NOT RESTORED"),
+    ];
+    if !done.restored.is_empty() {
+        parts.push(format!("restored {}", done.restored.join(", ")));
+    }
+    if !done.not_restored.is_empty() {
+        parts.push(format!("NOT RESTORED {}", done.not_restored.join(", ")));
+    }
+    format!("handed back: {}", parts.join("; "))
+}

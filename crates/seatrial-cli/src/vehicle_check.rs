@@ -1,0 +1,141 @@
+//! `seatrial vehicle`: looks at an autopilot before a trial, puts it back after one that was cut short.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use clap::Subcommand;
+use seatrial_core::{Plan, Trial};
+use seatrial_io::autopilot::{Backup, HandBack, Preflight};
+use serde::Serialize;
+
+use crate::autopilot::{self, LinkArgs};
+use crate::output::{Exit, Failure, Output};
+use crate::trial::load_plan;
+
+/// Look at an autopilot before a trial, or put it back after a trial that was cut short.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Debug, Subcommand)]
+enum What {
+    /// Look whether a trial would be refused, without touching the controls. Exit 0: ready; 4: not, with the reasons.
+    #[command(after_help = "Example:
+  seatrial vehicle check --vehicle mavlink:udp:127.0.0.1:14550 --plan plan.toml")]
+    Check(CheckArgs),
+    /// Put back the parameters and the mode that a trial has changed. Exit 0: done and read back; 4: not all of it.
+    #[command(after_help = "Example:
+  seatrial vehicle restore seatrial.restore.toml --vehicle mavlink:udp:127.0.0.1:14550")]
+    Restore(RestoreArgs),
+}
+
+#[derive(clap::Args, Debug)]
+struct CheckArgs {
+    /// The vehicle: mavlink:udp:HOST:PORT, mavlink:udpout:HOST:PORT, mavlink:tcp:HOST:PORT or mavlink:serial:DEVICE:BAUD.
+    #[arg(long, value_name = "VEHICLE")]
+    vehicle: String,
+    /// The plan, a TOML file as `seatrial plan` writes it.
+    #[arg(long, value_name = "FILE")]
+    plan: Option<PathBuf>,
+    #[command(flatten)]
+    link: LinkArgs,
+}
+
+#[derive(clap::Args, Debug)]
+struct RestoreArgs {
+    /// What a trial has left: LOGBOOK.restore.toml.
+    #[arg(value_name = "FILE")]
+    backup: PathBuf,
+    /// The vehicle.
+    #[arg(long, value_name = "VEHICLE")]
+    vehicle: String,
+    #[command(flatten)]
+    link: LinkArgs,
+}
+
+#[derive(Serialize)]
+struct Checked {
+    schema: &'static str,
+    ready: bool,
+    #[serde(flatten)]
+    preflight: Preflight,
+}
+
+#[derive(Serialize)]
+struct Restored {
+    schema: &'static str,
+    complete: bool,
+    #[serde(flatten)]
+    done: HandBack,
+}
+
+/// Runs the verb.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    match &args.what {
+        What::Check(args) => check(args, output),
+        What::Restore(args) => restore(args, output),
+    }
+}
+
+fn address(vehicle: &str) -> Result<&str, Failure> {
+    vehicle.strip_prefix("mavlink:").ok_or_else(|| {
+        Failure::usage(format!(
+            "--vehicle {vehicle}: expected mavlink:udp:HOST:PORT, mavlink:udpout:HOST:PORT, mavlink:tcp:HOST:PORT or mavlink:serial:DEVICE:BAUD"
+        ))
+    })
+}
+
+fn check(args: &CheckArgs, output: &Output) -> Result<Exit, Failure> {
+    let plan: Plan<f64> = load_plan(args.plan.as_deref())?;
+    Trial::new(plan).map_err(Failure::input)?;
+    let abort = Arc::new(AtomicBool::new(false));
+    let is_given = args.plan.is_some();
+    let mut autopilot = args
+        .link
+        .open(address(&args.vehicle)?, Some(&plan), is_given, &abort)?;
+    let preflight = autopilot.inspect();
+    let checked = Checked {
+        schema: "seatrial.preflight.v1",
+        ready: preflight.is_passed(),
+        preflight,
+    };
+    output.print(&checked, || autopilot::text(&checked.preflight))?;
+    Ok(if checked.ready {
+        Exit::Done
+    } else {
+        Exit::Rejected
+    })
+}
+
+fn restore(args: &RestoreArgs, output: &Output) -> Result<Exit, Failure> {
+    let backup = load(&args.backup)?;
+    let abort = Arc::new(AtomicBool::new(false));
+    let mut autopilot = args
+        .link
+        .open(address(&args.vehicle)?, None, false, &abort)?;
+    let done = autopilot.restore(&backup);
+    let restored = Restored {
+        schema: "seatrial.restored.v1",
+        complete: done.is_complete(),
+        done,
+    };
+    if restored.complete {
+        std::fs::remove_file(&args.backup)
+            .map_err(|error| Failure::not_saved(format!("{}: {error}", args.backup.display())))?;
+    }
+    output.print(&restored, || autopilot::told(&restored.done))?;
+    Ok(if restored.complete {
+        Exit::Done
+    } else {
+        Exit::Rejected
+    })
+}
+
+fn load(path: &Path) -> Result<Backup, Failure> {
+    let read = std::fs::read_to_string(path).map_err(|error| error.to_string());
+    read.and_then(|text| toml::from_str(&text).map_err(|error| format!("not a backup: {error}")))
+        .map_err(|error| Failure::input(format!("{}: {error}", path.display())))
+}

@@ -1,0 +1,154 @@
+//! What a vehicle has said of itself.
+
+use super::stop::Stop;
+use super::{Profile, Settings};
+use crate::link::message::{
+    EkfStatusReport, EstimatorStatus, GpsRawInt, Heartbeat, RcChannels, SysStatus,
+};
+use crate::link::{Message, Sender};
+
+/// MAV_AUTOPILOT_INVALID: no autopilot.
+const NO_AUTOPILOT: u8 = 8;
+/// The bit of `base_mode` of an armed vehicle.
+const ARMED: u8 = 0x80;
+/// MAV_STATE_CRITICAL and what is worse.
+const CRITICAL: u8 = 5;
+/// A stick that is moved by more than this, us, is the pilot's.
+const MOVED_US: u16 = 100;
+/// Heartbeats that must say disarmed before it is believed: the flag lags.
+const DISARMED_BEATS: u32 = 2;
+
+#[derive(Debug, Default)]
+pub(super) struct Heard {
+    pub vehicle: Option<Sender>,
+    pub heartbeat: Option<Heartbeat>,
+    pub heartbeats: u32,
+    disarmed_beats: u32,
+    pub sys_status: Option<SysStatus>,
+    pub ekf: Option<EkfStatusReport>,
+    pub estimator: Option<EstimatorStatus>,
+    pub gps: Option<GpsRawInt>,
+    /// Pulses of the first eight outputs, us.
+    pub outputs: Option<[u16; 8]>,
+    pub remote_control: Option<RcChannels>,
+    /// The sticks when the vehicle was taken.
+    pub sticks: Option<[u16; 18]>,
+    /// The mode in which we steer.
+    pub our_mode: Option<u32>,
+    pub failsafe: Option<String>,
+    /// Round trip, s, and how far the vehicle's clock is ahead of ours, s: the quickest answer.
+    pub clock: Option<(f64, f64)>,
+    /// Another ground station has our system id.
+    pub has_double: bool,
+    /// Messages of the vehicle's that told of a refused command.
+    pub denied: u32,
+}
+
+impl Heard {
+    /// Is it from the vehicle? The first autopilot that is heard, of the system that is wanted.
+    pub fn is_vehicle(&mut self, sender: Sender, message: &Message, wanted: Option<u8>) -> bool {
+        if let (None, Message::Heartbeat(heartbeat)) = (self.vehicle, message)
+            && heartbeat.autopilot != NO_AUTOPILOT
+            && wanted.is_none_or(|system| system == sender.system)
+        {
+            self.vehicle = Some(sender);
+        }
+        self.vehicle == Some(sender)
+    }
+
+    pub fn take(&mut self, message: &Message, now_s: f64) {
+        match *message {
+            Message::Heartbeat(heartbeat) => {
+                self.heartbeat = Some(heartbeat);
+                self.heartbeats += 1;
+                self.disarmed_beats = match self.is_armed() {
+                    true => 0,
+                    false => self.disarmed_beats + 1,
+                };
+            }
+            Message::SysStatus(status) => self.sys_status = Some(status),
+            Message::EkfStatusReport(report) => self.ekf = Some(report),
+            Message::EstimatorStatus(status) => self.estimator = Some(status),
+            Message::GpsRawInt(fix) => self.gps = Some(fix),
+            Message::ServoOutputRaw(servo) if servo.port == 0 => self.outputs = Some(servo.pulses),
+            Message::RcChannels(channels) => self.remote_control = Some(channels),
+            Message::CommandAck(ack) if ack.result > 0 && ack.command == 511 => self.denied += 1,
+            Message::Timesync(answer) if answer.there_ns != 0 => {
+                let (there_s, here_s) = (answer.there_ns as f64 / 1e9, answer.here_ns as f64 / 1e9);
+                let round_trip_s = now_s - here_s;
+                let is_better = self.clock.is_none_or(|(best_s, _)| round_trip_s < best_s);
+                if (0.0..10.0).contains(&round_trip_s) && is_better {
+                    self.clock = Some((round_trip_s, there_s - 0.5 * (here_s + now_s)));
+                }
+            }
+            Message::Statustext(text) => {
+                let text = text.text.text();
+                let words = text.to_lowercase();
+                let is_over = words.contains("clear") || words.contains(" off");
+                if words.contains("failsafe") && !is_over {
+                    self.failsafe = Some(text);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    pub fn mode(&self) -> Option<u32> {
+        self.heartbeat.map(|heartbeat| heartbeat.custom_mode)
+    }
+
+    pub fn is_armed(&self) -> bool {
+        self.heartbeat
+            .is_some_and(|heartbeat| heartbeat.base_mode & ARMED != 0)
+    }
+
+    pub fn is_critical(&self) -> bool {
+        self.heartbeat
+            .is_some_and(|heartbeat| heartbeat.system_status >= CRITICAL)
+    }
+
+    /// Percent; `None` where it is not measured.
+    pub fn battery_percent(&self) -> Option<i8> {
+        let percent = self.sys_status?.battery_percent;
+        (percent >= 0).then_some(percent)
+    }
+
+    /// A reason to give the vehicle back.
+    pub fn danger(&self, profile: Profile, settings: &Settings) -> Option<Stop> {
+        if let (Some(ours), Some(mode)) = (self.our_mode, self.mode())
+            && mode != ours
+        {
+            return Some(Stop::PilotMode(mode));
+        }
+        if self.disarmed_beats >= DISARMED_BEATS {
+            return Some(Stop::Disarmed);
+        }
+        if let Some(channel) = self.moved_stick(profile) {
+            return Some(Stop::PilotStick(channel));
+        }
+        if let Some(text) = &self.failsafe {
+            return Some(Stop::Failsafe(text.clone()));
+        }
+        if self.is_critical() {
+            return Some(Stop::Failsafe("its state is critical".into()));
+        }
+        self.battery_percent()
+            .filter(|percent| *percent < settings.lowest_battery_percent)
+            .map(Stop::Battery)
+    }
+
+    /// Number of a channel, from 1, that is not ours and is not where it was.
+    fn moved_stick(&self, profile: Profile) -> Option<usize> {
+        let (before, now) = (self.sticks?, self.remote_control?);
+        let count = usize::from(now.count).min(before.len());
+        let is_moved = |channel: &usize| {
+            let (before, now) = (before[*channel], now.pulses[*channel]);
+            let is_known = ![0, u16::MAX].contains(&before) && ![0, u16::MAX].contains(&now);
+            is_known && now.abs_diff(before) > MOVED_US
+        };
+        (0..count)
+            .filter(|channel| !profile.is_ours(*channel))
+            .find(is_moved)
+            .map(|channel| channel + 1)
+    }
+}

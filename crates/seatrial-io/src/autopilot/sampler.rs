@@ -1,0 +1,285 @@
+//! Samples from messages that come one by one, late, twice or never.
+//!
+//! A sample is an ATTITUDE. Its rudder is the mean of the servo output from its instant to the next ATTITUDE's, so it is
+//! complete when that has come, and the outputs up to there. Both times are the autopilot's since its boot.
+
+use std::collections::VecDeque;
+
+use seatrial_core::{Real, Sample};
+
+use crate::link::message::Attitude;
+
+/// A position, speed or depth older than this is none, s.
+const STALE_S: f64 = 1.0;
+/// An output held for longer without a message is unknown, s.
+const OUTPUT_STALE_S: f64 = 0.5;
+/// A clock that goes back by more than this has started again, s; a late message is not so late.
+const RESTART_S: f64 = 5.0;
+/// Outputs and attitudes that may wait.
+const MOST_WAITING: usize = 4096;
+
+/// Something that was measured at a time of the autopilot's, s.
+#[derive(Clone, Copy, Debug, Default)]
+struct Latest<T>(Option<(f64, T)>);
+
+impl<T: Copy> Latest<T> {
+    fn set(&mut self, time_s: f64, value: T) {
+        if self.0.is_none_or(|(last_s, _)| time_s >= last_s) {
+            self.0 = Some((time_s, value));
+        }
+    }
+
+    fn at(&self, time_s: f64) -> Option<T> {
+        let (set_s, value) = self.0?;
+        (time_s - set_s < STALE_S).then_some(value)
+    }
+}
+
+/// Makes samples.
+#[derive(Debug, Default)]
+pub(super) struct Sampler {
+    attitudes: VecDeque<(f64, Attitude)>,
+    /// The time from which an output acts, s, and the rudder, rad.
+    rudder: VecDeque<(f64, f64)>,
+    ready: VecDeque<Sample<f64>>,
+    ground_speed_m_s: Latest<f64>,
+    velocity_m_s: Latest<[f64; 2]>,
+    position_m: Latest<[f64; 2]>,
+    depth_m: Latest<f64>,
+    /// What is asked for.
+    pub thrust: Option<f64>,
+    /// Attitudes in all.
+    pub count: u64,
+}
+
+impl Sampler {
+    /// The newest time, s.
+    pub fn clock_s(&self) -> f64 {
+        self.attitudes.back().map_or(0.0, |(time_s, _)| *time_s)
+    }
+
+    /// Has the clock of an attitude started again?
+    pub fn is_restarted(&self, time_boot_ms: u32) -> bool {
+        f64::from(time_boot_ms) / 1e3 + RESTART_S < self.clock_s()
+    }
+
+    /// Takes in an attitude; one that is not newer than the last is passed over.
+    pub fn attitude(&mut self, attitude: Attitude) {
+        let time_s = f64::from(attitude.time_boot_ms) / 1e3;
+        if self
+            .attitudes
+            .back()
+            .is_none_or(|(last_s, _)| time_s > *last_s)
+        {
+            self.attitudes.push_back((time_s, attitude));
+            self.count += 1;
+            self.complete();
+        }
+    }
+
+    /// Takes in a rudder that acts from this time on.
+    pub fn rudder(&mut self, time_us: u32, earlier_s: f64, rudder_rad: f64) {
+        // The clock of 32 bits, nearest to that of the attitudes.
+        let turn_s = 2_f64.powi(32) / 1e6;
+        let time_s = f64::from(time_us) / 1e6 - earlier_s;
+        let time_s = time_s + ((self.clock_s() - time_s) / turn_s).round() * turn_s;
+        if self
+            .rudder
+            .back()
+            .is_none_or(|(last_s, _)| time_s > *last_s)
+        {
+            self.rudder.push_back((time_s, rudder_rad));
+            if self.rudder.len() > MOST_WAITING {
+                self.rudder.pop_front();
+            }
+            self.complete();
+        }
+    }
+
+    /// The last output that came, rad.
+    pub fn last_rudder_rad(&self) -> Option<f64> {
+        self.rudder.back().map(|(_, rudder_rad)| *rudder_rad)
+    }
+
+    pub fn ground_speed(&mut self, speed_m_s: f64) {
+        self.ground_speed_m_s.set(self.clock_s(), speed_m_s);
+    }
+
+    /// North and east, m/s.
+    pub fn velocity(&mut self, time_boot_ms: u32, velocity_m_s: [f64; 2]) {
+        self.velocity_m_s
+            .set(f64::from(time_boot_ms) / 1e3, velocity_m_s);
+    }
+
+    /// North and east, m.
+    pub fn position(&mut self, time_boot_ms: u32, position_m: [f64; 2]) {
+        self.position_m
+            .set(f64::from(time_boot_ms) / 1e3, position_m);
+    }
+
+    pub fn depth(&mut self, time_boot_ms: u32, depth_m: f64) {
+        self.depth_m.set(f64::from(time_boot_ms) / 1e3, depth_m);
+    }
+
+    /// The next sample.
+    pub fn take(&mut self) -> Option<Sample<f64>> {
+        self.ready.pop_front()
+    }
+
+    /// Forgets samples that nobody took.
+    pub fn skip(&mut self) {
+        self.ready.clear();
+    }
+
+    fn complete(&mut self) {
+        while let (Some(&(time_s, attitude)), Some(&(end_s, _))) =
+            (self.attitudes.front(), self.attitudes.get(1))
+        {
+            let is_known = self
+                .rudder
+                .back()
+                .is_some_and(|(last_s, _)| *last_s >= end_s);
+            if !is_known && self.attitudes.len() < 3 {
+                return;
+            }
+            while self
+                .rudder
+                .get(1)
+                .is_some_and(|(next_s, _)| *next_s <= time_s)
+            {
+                self.rudder.pop_front();
+            }
+            let rudder_rad = self.mean_rudder_rad(time_s, end_s);
+            let heading_rad = f64::from(attitude.yaw_rad);
+            let forward = |[north, east]: [f64; 2]| {
+                north * Real::cos(heading_rad) + east * Real::sin(heading_rad)
+            };
+            let position_m = self.position_m.at(time_s);
+            self.ready.push_back(Sample {
+                time_s,
+                heading_rad,
+                rudder_rad,
+                surge_speed_m_s: self
+                    .velocity_m_s
+                    .at(time_s)
+                    .map(forward)
+                    .or(self.ground_speed_m_s.at(time_s)),
+                depth_m: self.depth_m.at(time_s),
+                altitude_m: None,
+                roll_rad: Some(f64::from(attitude.roll_rad)),
+                pitch_rad: Some(f64::from(attitude.pitch_rad)),
+                yaw_rate_rad_s: Some(f64::from(attitude.yaw_rate_rad_s)),
+                north_m: position_m.map(|[north, _]| north),
+                east_m: position_m.map(|[_, east]| east),
+                thrust: self.thrust,
+            });
+            self.attitudes.pop_front();
+            if self.ready.len() > MOST_WAITING {
+                self.ready.pop_front();
+            }
+        }
+    }
+
+    /// Mean of the outputs, each held until the next, from one time to another. What acted before the first is not known;
+    /// one that was silent for long is not either.
+    fn mean_rudder_rad(&self, from_s: f64, to_s: f64) -> f64 {
+        let mut sum = 0.0;
+        let mut covered_s = 0.0;
+        for (k, (start_s, rudder_rad)) in self.rudder.iter().enumerate() {
+            let next_s = self
+                .rudder
+                .get(k + 1)
+                .map_or(start_s + OUTPUT_STALE_S, |next| next.0);
+            let span_s = next_s.min(to_s) - start_s.max(from_s);
+            if span_s > 0.0 {
+                sum += span_s * rudder_rad;
+                covered_s += span_s;
+            }
+        }
+        // Half of the interval must be known.
+        if covered_s > 0.5 * (to_s - from_s) {
+            sum / covered_s
+        } else {
+            f64::NAN
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn attitude(time_boot_ms: u32, yaw_rad: f32) -> Attitude {
+        Attitude {
+            time_boot_ms,
+            roll_rad: 0.0,
+            pitch_rad: 0.0,
+            yaw_rad,
+            roll_rate_rad_s: 0.0,
+            pitch_rate_rad_s: 0.0,
+            yaw_rate_rad_s: 0.0,
+        }
+    }
+
+    /// Outputs at 20 ms in attitudes at 50 ms: the mean of what acted, whatever comes first, twice or late.
+    #[test]
+    fn exact_the_rudder_is_the_mean_of_what_acted() {
+        let mut sampler = Sampler::default();
+        sampler.attitude(attitude(1000, 0.1));
+        for (ms, rudder_rad) in [
+            (1000, 0.0),
+            (1020, 0.0),
+            (1040, 0.2),
+            (1040, 0.9),
+            (1030, 0.9),
+        ] {
+            sampler.rudder(ms * 1000, 0.0, rudder_rad);
+        }
+        sampler.attitude(attitude(1050, 0.2));
+        assert_eq!(sampler.take(), None, "the output at its end has not come");
+        sampler.rudder(1_060_000, 0.0, 0.2);
+        let sample = sampler.take().unwrap();
+        assert_eq!(sample.time_s, 1.0);
+        // 10 ms of 50 ms at 0.2; a few roundings.
+        assert!((sample.rudder_rad - 0.04).abs() < 1e-12);
+        sampler.attitude(attitude(1050, 0.7));
+        sampler.attitude(attitude(1020, 0.7));
+        sampler.attitude(attitude(1100, 0.3));
+        sampler.rudder(1_100_000, 0.0, 0.2);
+        let sample = sampler.take().unwrap();
+        assert_eq!(
+            (sample.time_s, sample.heading_rad),
+            (1.05, f64::from(0.2_f32))
+        );
+        assert!((sample.rudder_rad - 0.2).abs() < 1e-12);
+        assert_eq!(sampler.take(), None);
+    }
+
+    /// Without outputs a sample still comes, with a rudder that is no number, which the trial refuses.
+    #[test]
+    fn io_silent_outputs_are_no_rudder() {
+        let mut sampler = Sampler::default();
+        sampler.rudder(900_000, 0.0, 0.1);
+        for ms in [1000, 1050, 1100, 2000, 2050, 2100] {
+            sampler.attitude(attitude(ms, 0.0));
+        }
+        let rudders: Vec<f64> = std::iter::from_fn(|| sampler.take())
+            .map(|s| s.rudder_rad)
+            .collect();
+        assert_eq!(rudders.len(), 4);
+        assert!((rudders[0] - 0.1).abs() < 1e-12);
+        assert!(rudders[3].is_nan(), "{rudders:?}");
+    }
+
+    #[test]
+    fn exact_the_clock_of_the_outputs_turns_after_71_minutes() {
+        let mut sampler = Sampler::default();
+        for k in 0..4_u32 {
+            let ms = 4_294_900 + 50 * k;
+            sampler.attitude(attitude(ms, 0.0));
+            sampler.rudder((u64::from(ms) * 1000) as u32, 0.0, 0.1);
+        }
+        assert_eq!(std::iter::from_fn(|| sampler.take()).count(), 3);
+        assert!(sampler.is_restarted(1000) && !sampler.is_restarted(4_294_000));
+    }
+}

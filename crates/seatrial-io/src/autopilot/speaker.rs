@@ -1,0 +1,378 @@
+//! A vehicle that speaks MAVLink as ArduPilot's Rover does, so that others can try what they have against it.
+
+use std::collections::BTreeMap;
+
+use seatrial_core::{Action, Sample, Steering, Vehicle};
+
+use crate::link::message::{
+    Attitude, CommandAck, EkfStatusReport, GpsRawInt, Heartbeat, LocalPositionNed, ParamValue,
+    RcChannels, RcChannelsOverride, ServoOutputRaw, Statustext, SysStatus, Text, Timesync, VfrHud,
+};
+use crate::link::{Decoder, Encoder, Message, Sender, Signing};
+
+/// `custom_mode` of MANUAL and HOLD.
+const MANUAL: u32 = 0;
+const HOLD: u32 = 4;
+/// Neutral and half the range of every output and input, us.
+const TRIM_US: f64 = 1500.0;
+const HALF_US: f64 = 400.0;
+/// MAV_PARAM_TYPE_REAL32.
+const REAL32: u8 = 9;
+
+/// A vehicle that speaks MAVLink: an autopilot like ArduPilot's Rover around a [`Vehicle`], in the vehicle's own time.
+///
+/// In MANUAL, steering and throttle follow RC_CHANNELS_OVERRIDE of the ground station whose system id is MAV_GCS_SYSID,
+/// RC_OVERRIDE_TIME after the last of which they are neutral; in any other mode the vehicle holds its heading.
+pub struct Speaker<V> {
+    vehicle: V,
+    full_rudder_rad: f64,
+    interval_s: f64,
+    signing: Option<Signing>,
+    encoder: Encoder,
+    decoder: Decoder,
+    out: Vec<u8>,
+    parameters: BTreeMap<String, f32>,
+    steps: u64,
+    clock_s: f64,
+    overridden: Option<(f64, [u16; 8])>,
+    station_s: Option<f64>,
+    held_heading_rad: f64,
+    failsafe: bool,
+    /// Its mode: 0 MANUAL, 4 HOLD.
+    pub mode: u32,
+    /// Is it armed?
+    pub is_armed: bool,
+    /// The remote control's sticks, us.
+    pub sticks_us: [u16; 8],
+    /// Charge of its battery, percent.
+    pub battery_percent: i8,
+}
+
+impl<V: Vehicle<f64>> Speaker<V> {
+    /// A vehicle whose samples are `interval_s` apart.
+    pub fn new(
+        vehicle: V,
+        interval_s: f64,
+        full_rudder_rad: f64,
+        signing: Option<Signing>,
+    ) -> Self {
+        let mut parameters = BTreeMap::new();
+        for (name, value) in [
+            ("MAV_GCS_SYSID", 255.0),
+            ("RC_OVERRIDE_TIME", 3.0),
+            ("FS_GCS_ENABLE", 0.0),
+            ("FS_GCS_TIMEOUT", 5.0),
+            ("FS_ACTION", 2.0),
+            ("SCHED_LOOP_RATE", (1.0 / interval_s) as f32),
+            ("SERVO1_FUNCTION", 26.0),
+            ("SERVO3_FUNCTION", 70.0),
+        ] {
+            parameters.insert(name.into(), value);
+        }
+        for number in 1..=16 {
+            parameters
+                .entry(format!("SERVO{number}_FUNCTION"))
+                .or_insert(0.0);
+        }
+        for prefix in ["RC1", "RC3", "SERVO1", "SERVO3"] {
+            for (what, value) in [
+                ("MIN", TRIM_US - HALF_US),
+                ("TRIM", TRIM_US),
+                ("MAX", TRIM_US + HALF_US),
+                ("REVERSED", 0.0),
+                ("DZ", 30.0),
+            ] {
+                parameters.insert(format!("{prefix}_{what}"), value as f32);
+            }
+        }
+        Self {
+            vehicle,
+            full_rudder_rad,
+            interval_s,
+            signing,
+            encoder: Encoder::new(Sender {
+                system: 1,
+                component: 1,
+            }),
+            decoder: Decoder::default(),
+            out: Vec::new(),
+            parameters,
+            steps: 0,
+            clock_s: 0.0,
+            overridden: None,
+            station_s: None,
+            held_heading_rad: f64::NAN,
+            failsafe: false,
+            mode: HOLD,
+            is_armed: true,
+            sticks_us: [TRIM_US as u16; 8],
+            battery_percent: 90,
+        }
+    }
+
+    /// One of its parameters.
+    pub fn parameter(&self, name: &str) -> Option<f32> {
+        self.parameters.get(name).copied()
+    }
+
+    /// Steering that it asks its rudder for, as a fraction of full.
+    pub fn steering(&self) -> f64 {
+        self.stick(0)
+    }
+
+    /// Takes in what was sent to it; what it answers comes with the next step.
+    pub fn receive(&mut self, bytes: &[u8]) {
+        self.decoder.push(bytes);
+        while let Some(frame) = self.decoder.next(self.signing.as_mut(), self.clock_s) {
+            if let Some(message) = frame.message() {
+                self.hear(frame.sender, &message);
+            }
+        }
+    }
+
+    /// One sample on: everything that it sends. `None`: the vehicle has no more.
+    pub fn step(&mut self) -> Result<Option<Vec<u8>>, V::Error> {
+        let Some(sample) = self.vehicle.next_sample()? else {
+            return Ok(None);
+        };
+        self.clock_s = sample.time_s;
+        self.watch_station();
+        self.report(&sample);
+        self.steps += 1;
+        if !self.held_heading_rad.is_finite() {
+            self.held_heading_rad = sample.heading_rad;
+        }
+        let is_steered = self.mode == MANUAL && self.is_armed;
+        let steering = if is_steered {
+            self.held_heading_rad = sample.heading_rad;
+            Steering::Rudder(self.stick(0) * self.full_rudder_rad)
+        } else {
+            Steering::HoldHeading(self.held_heading_rad)
+        };
+        let thrust = self.stick(2);
+        self.vehicle.act(&Action {
+            steering,
+            thrust: (is_steered && thrust > 0.0).then_some(thrust),
+            outcome: None,
+        })?;
+        Ok(Some(std::mem::take(&mut self.out)))
+    }
+
+    fn send(&mut self, message: impl Into<Message>) {
+        let frame = self
+            .encoder
+            .encode(&message.into(), self.signing.as_mut(), self.clock_s);
+        self.out.extend(frame);
+    }
+
+    fn number(&self, name: &str) -> f64 {
+        self.parameters.get(name).copied().unwrap_or(0.0).into()
+    }
+
+    /// The pulse of an input: the remote control's, or a fresh override of it.
+    fn input_us(&self, channel: usize) -> u16 {
+        let fresh_s = self.number("RC_OVERRIDE_TIME");
+        match self.overridden {
+            Some((given_s, pulses)) if self.clock_s - given_s <= fresh_s => match pulses[channel] {
+                0 | u16::MAX => self.sticks_us[channel],
+                pulse => pulse,
+            },
+            _ => self.sticks_us[channel],
+        }
+    }
+
+    /// A stick as a fraction of full, out of its dead zone, in steps of the pulse that carries it to the output.
+    fn stick(&self, channel: usize) -> f64 {
+        let dead_us = self.number(if channel == 0 { "RC1_DZ" } else { "RC3_DZ" });
+        let off_us = f64::from(self.input_us(channel)) - TRIM_US;
+        let beyond_us = (off_us.abs() - dead_us).max(0.0);
+        let fraction = (beyond_us / (HALF_US - dead_us)).min(1.0) * off_us.signum();
+        (fraction * HALF_US).round() / HALF_US
+    }
+
+    fn hear(&mut self, sender: Sender, message: &Message) {
+        let is_obeyed = f64::from(sender.system) == self.number("MAV_GCS_SYSID");
+        match *message {
+            Message::Heartbeat(_) if is_obeyed => self.station_s = Some(self.clock_s),
+            Message::RcChannelsOverride(RcChannelsOverride { pulses, .. }) if is_obeyed => {
+                self.overridden = Some((self.clock_s, pulses));
+                // An override is a sign of life too.
+                self.station_s = Some(self.clock_s);
+            }
+            Message::ParamRequestRead(request) => {
+                let name = request.name.text();
+                if self.parameters.contains_key(&name) {
+                    self.tell(&name);
+                }
+            }
+            Message::ParamRequestList(_) => {
+                let names: Vec<String> = self.parameters.keys().cloned().collect();
+                names.iter().for_each(|name| self.tell(name));
+            }
+            Message::ParamSet(set) => {
+                let name = set.name.text();
+                if let Some(value) = self.parameters.get_mut(&name) {
+                    *value = set.value;
+                    self.tell(&name);
+                }
+            }
+            Message::CommandLong(command) => {
+                if command.command == 176 {
+                    self.mode = command.param2 as u32;
+                    self.failsafe = false;
+                    self.beat();
+                }
+                self.send(CommandAck {
+                    command: command.command,
+                    result: 0,
+                });
+            }
+            Message::Timesync(question) if question.there_ns == 0 => {
+                let there_ns = (self.clock_s * 1e9) as i64 + 1;
+                self.send(Timesync {
+                    there_ns,
+                    here_ns: question.here_ns,
+                });
+            }
+            _ => {}
+        }
+    }
+
+    fn tell(&mut self, name: &str) {
+        let index = self
+            .parameters
+            .keys()
+            .position(|key| key == name)
+            .unwrap_or(0);
+        self.send(ParamValue {
+            value: self.parameters.get(name).copied().unwrap_or(0.0),
+            count: self.parameters.len() as u16,
+            index: index as u16,
+            name: Text::from(name),
+            kind: REAL32,
+        });
+    }
+
+    fn watch_station(&mut self) {
+        let longest_s = self.number("FS_GCS_TIMEOUT");
+        let is_lost = self
+            .station_s
+            .is_some_and(|heard_s| self.clock_s - heard_s > longest_s);
+        if is_lost && self.number("FS_GCS_ENABLE") != 0.0 && !self.failsafe {
+            (self.failsafe, self.mode) = (true, HOLD);
+            self.send(Statustext {
+                severity: 2,
+                text: Text::from("GCS Failsafe"),
+            });
+            self.beat();
+        } else if !is_lost {
+            self.failsafe = false;
+        }
+    }
+
+    fn beat(&mut self) {
+        self.send(Heartbeat {
+            custom_mode: self.mode,
+            kind: 11,
+            autopilot: 3,
+            base_mode: 1 | if self.is_armed { 0x80 } else { 0 },
+            system_status: if self.failsafe { 5 } else { 4 },
+            mavlink_version: 3,
+        });
+    }
+
+    fn report(&mut self, sample: &Sample<f64>) {
+        let time_boot_ms = (1e3 * sample.time_s).round() as u32;
+        let pulse = |fraction: f64| (TRIM_US + HALF_US * fraction).round() as u16;
+        let mut pulses = [0; 8];
+        pulses[0] = pulse(sample.rudder_rad / self.full_rudder_rad);
+        pulses[2] = pulse(self.stick(2));
+        self.send(ServoOutputRaw {
+            time_us: (1e6 * sample.time_s).round() as u64 as u32,
+            pulses,
+            port: 0,
+            more_pulses: [0; 8],
+        });
+        let number = |value: Option<f64>| value.unwrap_or(0.0) as f32;
+        self.send(Attitude {
+            time_boot_ms,
+            roll_rad: number(sample.roll_rad),
+            pitch_rad: number(sample.pitch_rad),
+            yaw_rad: sample.heading_rad as f32,
+            roll_rate_rad_s: 0.0,
+            pitch_rate_rad_s: 0.0,
+            yaw_rate_rad_s: number(sample.yaw_rate_rad_s),
+        });
+        let every = |seconds: f64| (seconds / self.interval_s).round().max(1.0) as u64;
+        let (fifth, whole) = (every(0.2), every(1.0));
+        if self.steps.is_multiple_of(fifth) {
+            self.send(VfrHud {
+                air_speed_m_s: 0.0,
+                ground_speed_m_s: number(sample.surge_speed_m_s),
+                altitude_m: 0.0,
+                climb_m_s: 0.0,
+                heading_deg: 0,
+                throttle_percent: (100.0 * self.stick(2)).max(0.0) as u16,
+            });
+            self.send(LocalPositionNed {
+                time_boot_ms,
+                north_m: number(sample.north_m),
+                east_m: number(sample.east_m),
+                down_m: number(sample.depth_m),
+                north_m_s: 0.0,
+                east_m_s: 0.0,
+                down_m_s: 0.0,
+            });
+            let mut channels = [0; 18];
+            for (channel, pulse) in channels.iter_mut().take(8).enumerate() {
+                *pulse = self.input_us(channel);
+            }
+            self.send(RcChannels {
+                time_boot_ms,
+                pulses: channels,
+                count: 8,
+                rssi: 255,
+            });
+        }
+        if self.steps.is_multiple_of(whole) {
+            self.report_health();
+        }
+    }
+
+    fn report_health(&mut self) {
+        self.beat();
+        self.send(SysStatus {
+            present: 0,
+            enabled: 0,
+            health: 0,
+            load: 0,
+            voltage_mv: 12_000,
+            current_ca: -1,
+            drop_rate: 0,
+            errors: 0,
+            error_counts: [0; 4],
+            battery_percent: self.battery_percent,
+        });
+        self.send(GpsRawInt {
+            time_us: (1e6 * self.clock_s) as u64,
+            latitude: 0,
+            longitude: 0,
+            altitude_mm: 0,
+            eph: 80,
+            epv: 80,
+            speed_cm_s: 0,
+            course_cdeg: 0,
+            fix_type: 3,
+            satellites: 12,
+        });
+        self.send(EkfStatusReport {
+            velocity_variance: 0.1,
+            horizontal_variance: 0.1,
+            vertical_variance: 0.1,
+            compass_variance: 0.1,
+            terrain_variance: 0.0,
+            // Attitude, velocity and position are known.
+            flags: 0x1f,
+        });
+    }
+}
