@@ -392,7 +392,7 @@ fn truth(config: &VehicleConfig) -> [f64; 2] {
 /// Quiet water: the tolerance of the issue is for the link, not for the sea.
 fn calm() -> VehicleConfig {
     let mut config = starfish().noise_free();
-    config.sensors.compass_noise_rad = 0.003;
+    config.sensors.compass.noise_rad = 0.003;
     config
 }
 
