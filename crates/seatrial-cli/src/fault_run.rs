@@ -219,14 +219,20 @@ impl Rehearsal {
     /// The truth of a damaged vehicle of six degrees of freedom as its samples show it.
     fn truth(&self, thrust: f64, upset: &Upset) -> Option<YawModel<f64>> {
         let left = thrust * upset.thrust_left;
-        let key = format!("{left} {:?}", upset.damage);
+        let offset_rad = upset.rudder_offset_rad;
+        let key = format!("{left} {offset_rad} {:?}", upset.damage);
         let known = self.truths.lock().ok()?.get(&key).copied();
         let model = known.unwrap_or_else(|| {
-            let truth = self.config.damaged(&upset.damage).truth(left);
-            truth.ok().flatten().map(|truth| truth.model)
+            let damaged = self.config.damaged(&upset.damage);
+            let truth = damaged.truth_with_rudder_offset(left, offset_rad);
+            truth.ok().flatten()
         });
+        let besides = Upset {
+            rudder_offset_rad: 0.0,
+            ..*upset
+        };
         self.truths.lock().ok()?.insert(key, model);
-        model.map(|body| upset.apparent(body))
+        model.map(|body| besides.apparent(body))
     }
 }
 
@@ -373,7 +379,8 @@ impl Expected {
             Kind::LinkLoss => &[StaleSamples],
             Kind::OperatorTakeover => &[Operator],
             Kind::DuplicatedSamples | Kind::ReorderedSamples => &[],
-            Kind::ThrustLoss => &[SpeedDrift],
+            // A vehicle lighter than water cannot hold its depth without speed.
+            Kind::ThrustLoss => &[SpeedDrift, Depth],
             Kind::CurrentStep => &[SpeedDrift, HeadingExcursion],
             Kind::CompassSpike | Kind::CompassStep | Kind::CompassDrift => {
                 &[HeadingExcursion, ReversedRudder, StaleSamples]
@@ -419,6 +426,8 @@ impl Expected {
                     "not_identifiable",
                     "under_excited",
                     "unstable",
+                    // What changed between training and fresh data gives another model.
+                    "contradicted",
                 ],
             },
         }

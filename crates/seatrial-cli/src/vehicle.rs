@@ -114,6 +114,26 @@ impl Config {
         }
     }
 
+    /// The same where the rudder stands off its command by an angle, rad.
+    pub fn truth_with_rudder_offset(
+        &self,
+        thrust: f64,
+        offset_rad: f64,
+    ) -> Result<Option<YawModel<f64>>, ConfigError> {
+        Ok(match self {
+            Self::FirstOrder(_) => self.truth(thrust)?.map(|truth| {
+                let upset = Upset {
+                    rudder_offset_rad: offset_rad,
+                    ..Upset::default()
+                };
+                upset.apparent(truth.model)
+            }),
+            Self::SixDof(config) => {
+                equivalent::with_rudder_offset(config, thrust, offset_rad)?.map(|truth| truth.model)
+            }
+        })
+    }
+
     /// Steering, instruments and start.
     pub fn helm(&self) -> HelmConfig {
         match self {

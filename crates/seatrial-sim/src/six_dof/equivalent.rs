@@ -5,6 +5,7 @@ use seatrial_core::{Event, List, Plan, Trial, Vehicle};
 use super::config::SixDofConfig;
 use super::vehicle::SixDofVehicle;
 use crate::config::ConfigError;
+use crate::faults::{Rehearsable, Upset};
 use crate::helm::Body;
 use crate::plant::Truth;
 
@@ -18,7 +19,20 @@ const SETTLED_AFTER_S: f64 = 120.0;
 /// There is no true a22, b2 and C0 of such a vehicle: its yaw hangs on sway, roll and the size of the
 /// manoeuvre. This is the answer that noise, disturbance and current are kept from.
 pub fn equivalent(config: &SixDofConfig, thrust: f64) -> Result<Option<Truth>, ConfigError> {
+    with_rudder_offset(config, thrust, 0.0)
+}
+
+/// The same where the rudder stands off its command by an angle, rad: what it then does is not in proportion.
+pub fn with_rudder_offset(
+    config: &SixDofConfig,
+    thrust: f64,
+    offset_rad: f64,
+) -> Result<Option<Truth>, ConfigError> {
     let mut vehicle = SixDofVehicle::new(config.clone().noise_free(), 0)?;
+    vehicle.upset(&Upset {
+        rudder_offset_rad: offset_rad,
+        ..Upset::default()
+    });
     let plan = Plan {
         thrusts: List::from_slice(&[thrust]).unwrap_or_default(),
         max_repeats: 0,
