@@ -94,7 +94,7 @@ pub struct Plan<T> {
     /// interval: who conducts it looks and calls [`Trial::finish_training`](crate::Trial::finish_training).
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub stop_when: Option<Target<T>>,
-    /// A run is accepted from this R^2 of heading on.
+    /// A run is accepted from this R^2 of heading on, see [`GoodnessOfFit::reaches`](crate::GoodnessOfFit::reaches).
     pub accept_from_r2: T,
     /// Times a run that is not accepted is repeated.
     pub max_repeats: u32,

@@ -411,9 +411,7 @@ impl<T: Real> Trial<T> {
             surge_speed_m_s: self.training.surge_speed_m_s(),
             samples_used: self.training.samples_used,
             rejected: self.estimator.rejected().since(&self.rejected_before),
-            accepted: validation
-                .r2_heading
-                .is_some_and(|r2| r2 >= self.plan.accept_from_r2),
+            accepted: validation.reaches(self.plan.accept_from_r2),
         }
     }
 

@@ -71,6 +71,16 @@ pub struct GoodnessOfFit<T> {
     pub samples: u32,
 }
 
+impl<T: Real> GoodnessOfFit<T> {
+    /// Is R^2 of heading at least this? Where wind, current or trim changed since training, R^2 of heading with the
+    /// offset estimated again and of yaw rate stand in for it.
+    pub fn reaches(&self, least_r2: T) -> bool {
+        let reaches = |r2: Option<T>| r2.is_some_and(|r2| r2 >= least_r2);
+        reaches(self.r2_heading)
+            || (reaches(self.r2_heading_offset_refit) && reaches(self.r2_yaw_rate))
+    }
+}
+
 impl<T: Real> Validation<T> {
     /// Validation of `model` with initial conditions averaged over the first `lead_in_s`.
     ///

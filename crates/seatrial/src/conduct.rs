@@ -363,7 +363,7 @@ impl OpenRun {
         if !result.accepted {
             identification.verdict = verdict::not_taken(
                 identification.verdict,
-                result.validation.r2_heading,
+                &result.validation,
                 plan.accept_from_r2,
                 result.attempt <= plan.max_repeats,
             );

@@ -72,8 +72,10 @@ pub struct Evidence<'a> {
     pub compass_error_rad: Option<f64>,
     /// The estimate made from the whole record.
     pub refined: Option<&'a Refined>,
-    /// The share of the rudder's effect that a disturbance would have to have, where it is too large for one.
+    /// The share of the rudder's effect that a disturbance would have to have, where the vehicle is not of first order.
     pub mismatch: Option<f64>,
+    /// The share of the rudder's effect that a disturbance has, where it is large.
+    pub disturbed: Option<f64>,
     /// The model beyond the first order that explains it.
     pub higher_order: Option<&'a HigherOrder>,
     /// Times that the rudder moved far while samples were lost.
@@ -176,11 +178,11 @@ pub fn refused(reason: Reason) -> Verdict {
     }
 }
 
-/// The verdict on a run that the trial itself did not take: live, its R^2 of heading on fresh data was
-/// under what the plan asks for.
+/// The verdict on a run that the trial itself did not take: live, its R^2 on fresh data was under what the plan
+/// asks for.
 pub fn not_taken(
     judged: Verdict,
-    live_r2_heading: Option<f64>,
+    live: &GoodnessOfFit<f64>,
     accept_from_r2: f64,
     is_repeated: bool,
 ) -> Verdict {
@@ -192,8 +194,10 @@ pub fn not_taken(
     let low_r2 = reason(
         "low_r2",
         format!(
-            "R^2 of heading on fresh data was {} with the live model, the plan accepts from {accept_from_r2:.2}: {then}",
-            r2_text(live_r2_heading)
+            "with the live model R^2 on fresh data was {} for heading, {} with the offset estimated again, {} for yaw rate; the plan accepts from {accept_from_r2:.2}: {then}",
+            r2_text(live.r2_heading),
+            r2_text(live.r2_heading_offset_refit),
+            r2_text(live.r2_yaw_rate)
         ),
     );
     let others = judged.reasons.into_iter().filter(|r| r.code != "ok");
@@ -425,6 +429,15 @@ impl Weighing {
                     } else {
                         "the online estimate is used and its interval widened"
                     }
+                ),
+            );
+        }
+        if let Some(share) = evidence.disturbed {
+            self.note(
+                "disturbed",
+                format!(
+                    "something other than the rudder turned the vehicle with {} % of the rudder's own effect, and not as sway or a slow servo would: waves, gusts or a current; the intervals allow for it, calmer water or more rudder narrows them",
+                    percent(share)
                 ),
             );
         }

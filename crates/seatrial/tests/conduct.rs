@@ -148,8 +148,10 @@ enum Fault {
     Garbage,
     /// Three samples of garbage every two seconds.
     Bursts,
-    /// Something turns the vehicle for as long as a validation stage lasts.
+    /// Something turns the vehicle for as long as a validation stage lasts; its gyro shows the manoeuvre all the same.
     Drift,
+    /// The same of a vehicle without a gyro.
+    DriftWithoutGyro,
     None,
 }
 
@@ -171,10 +173,13 @@ impl Vehicle<f64> for Faulty {
             Fault::Fails if late_s >= 0.0 => return Err("cable cut"),
             Fault::Garbage if late_s >= 0.0 => sample.heading_rad = f64::NAN,
             Fault::Bursts if late_s.rem_euclid(2.0) < 0.14 => sample.heading_rad = f64::NAN,
-            Fault::Drift if (0.0..VALIDATION_S).contains(&late_s) => {
+            Fault::Drift | Fault::DriftWithoutGyro if (0.0..VALIDATION_S).contains(&late_s) => {
                 sample.heading_rad += 0.03 * late_s;
             }
             _ => {}
+        }
+        if self.fault == Fault::DriftWithoutGyro {
+            sample.yaw_rate_rad_s = None;
         }
         Ok(Some(sample))
     }
@@ -264,8 +269,28 @@ fn exact_bursts_of_garbage_are_counted() {
     }
 }
 
-/// The live model cannot know of a drift that begins with validation; with the offset estimated again
-/// it describes the run, but the trial has repeated it by then.
+/// The live model cannot know of a drift that begins with validation; heading with the offset estimated again and
+/// yaw rate show that it steers right.
+#[test]
+fn exact_a_drift_that_a_gyro_sees_through_repeats_nothing() {
+    let plan = Plan {
+        thrusts: List::from_slice(&[0.6, 0.8]).unwrap(),
+        ..Plan::paper()
+    };
+    let mut vehicle = Faulty::new(Fault::Drift, 28.5);
+    let conducted = conduct(&mut vehicle, plan, about(), &mut Unwatched).unwrap();
+    let runs = &conducted.campaign.runs;
+    assert!(runs.len() == 2 && runs.iter().all(|run| run.verdict.accepted));
+    let codes: Vec<_> = runs[0]
+        .verdict
+        .reasons
+        .iter()
+        .map(|r| r.code.as_str())
+        .collect();
+    assert_eq!(codes, ["ok", "offset_drifted"]);
+}
+
+/// Without a gyro nothing tells a drift of heading from a wrong model while the trial runs.
 #[test]
 fn exact_a_repeated_run_is_not_accepted() {
     for (max_repeats, tries, then) in [
@@ -278,7 +303,7 @@ fn exact_a_repeated_run_is_not_accepted() {
             ..Plan::paper()
         };
         // After 12 s of settling and 16.5 s of training.
-        let mut vehicle = Faulty::new(Fault::Drift, 28.5);
+        let mut vehicle = Faulty::new(Fault::DriftWithoutGyro, 28.5);
         let conducted = conduct(&mut vehicle, plan, about(), &mut Unwatched).unwrap();
         let runs = conducted.campaign.runs.iter();
         let tried: Vec<_> = runs.map(|run| (run.thrust, run.attempt)).collect();

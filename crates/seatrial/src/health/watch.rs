@@ -13,7 +13,7 @@ use super::{
     degrees_of_freedom,
 };
 use crate::identification::{Refined, Verdict};
-use crate::identify::refine::{refine, structural_mismatch};
+use crate::identify::refine::{large_disturbance_share, refine};
 use crate::identify::whitening::{Disturbance, Prepared};
 use crate::identify::{IdentifySettings, identify};
 use crate::manoeuvre::Manoeuvre;
@@ -261,7 +261,7 @@ impl Watch {
             model: expected.model,
             ..refined.clone()
         };
-        let refined = match structural_mismatch(&as_expected, rudder_amplitude_rad) {
+        let refined = match large_disturbance_share(&as_expected, rudder_amplitude_rad) {
             Some(_) => accepted_estimate(record, window, &refined)?,
             None => refined,
         };

@@ -23,7 +23,7 @@ use crate::time_scale::{ChosenLambda, TimeScale};
 use crate::verdict::{self, Evidence};
 use joined::Joined;
 use online::{Pass, Stretch};
-use second_order::{Structure, SwayYawModel};
+use second_order::{SecondOrder, Structure, SwayYawModel};
 
 /// The filters are warmed on the data before the window, up to this many of their time constants: what
 /// remains of their start is then below rounding.
@@ -204,13 +204,15 @@ fn assess_with_others(
     let refined = refine
         .then(|| refine::refine(&pass.accepted, Some(pass.online.model)).ok())
         .flatten();
-    let mismatch = refined
+    let unexplained = refined
         .as_ref()
-        .and_then(|refined| refine::structural_mismatch(refined, manoeuvre.amplitude_rad));
-    let higher_order = match mismatch {
-        Some(_) => higher_order(&pass.accepted, fresh)?,
-        None => None,
+        .and_then(|refined| Unexplained::of(&pass.accepted, refined, manoeuvre.amplitude_rad));
+    let (mismatch, disturbed) = match &unexplained {
+        Some(unexplained) if unexplained.is_structural() => (Some(unexplained.share), None),
+        Some(unexplained) => (None, Some(unexplained.share)),
+        None => (None, None),
     };
+    let higher_order = higher_order(unexplained, fresh)?;
     let hidden_edges = whitening::hidden_edges(&pass.accepted);
     let simulated = (mismatch.is_some() || hidden_edges > 0)
         .then(|| output_error::output_error(&pass.accepted, Some(pass.online.model)).ok())
@@ -263,6 +265,7 @@ fn assess_with_others(
         compass_error_rad: compass::largest_error_rad(&pass.accepted),
         refined: refined.as_ref(),
         mismatch,
+        disturbed,
         higher_order: higher_order.as_ref(),
         hidden_edges,
         training_fit,
@@ -292,18 +295,42 @@ pub fn fresh_estimate(fresh: Fresh) -> Option<Refined> {
     let samples = fresh.record.usable(fresh.window);
     let manoeuvre = Manoeuvre::find(&samples)?;
     let refined = refine::refine(&samples, None).ok()?;
-    refine::structural_mismatch(&refined, manoeuvre.amplitude_rad)
-        .is_none()
-        .then_some(refined)
+    let is_structural = Unexplained::of(&samples, &refined, manoeuvre.amplitude_rad)
+        .is_some_and(|unexplained| unexplained.is_structural());
+    (!is_structural).then_some(refined)
 }
 
-/// The model beyond the first order that the samples support, validated like the other; `None` where they support none.
+/// Much that a first-order model leaves unexplained: a strong disturbance, or a vehicle that is not of first order.
+struct Unexplained {
+    /// The share of the rudder's own effect.
+    share: f64,
+    /// The model of the order that the record supports.
+    second_order: Option<SecondOrder>,
+}
+
+impl Unexplained {
+    fn of(samples: &[Sample<f64>], refined: &Refined, rudder_amplitude_rad: f64) -> Option<Self> {
+        let share = refine::large_disturbance_share(refined, rudder_amplitude_rad)?;
+        Some(Self {
+            share,
+            second_order: second_order::fit(samples).ok(),
+        })
+    }
+
+    fn is_structural(&self) -> bool {
+        self.second_order
+            .as_ref()
+            .is_none_or(|estimate| estimate.order.leans_beyond_first_order())
+    }
+}
+
+/// The model beyond the first order, where the record supports one, validated like the other.
 fn higher_order(
-    samples: &[Sample<f64>],
+    unexplained: Option<Unexplained>,
     fresh: Option<Fresh>,
 ) -> Result<Option<HigherOrder>, IdentifyError> {
-    let Some(estimate) = second_order::fit(samples)
-        .ok()
+    let Some(estimate) = unexplained
+        .and_then(|unexplained| unexplained.second_order)
         .filter(|estimate| estimate.order.exceeds_first_order())
     else {
         return Ok(None);

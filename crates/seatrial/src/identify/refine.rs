@@ -67,11 +67,7 @@ pub fn refine(
     samples: &[Sample<f64>],
     start: Option<YawModel<f64>>,
 ) -> Result<Refined, RefineFailure> {
-    let samples = liveliest(samples);
-    let span = Span::of(samples)?;
-    let damping = span.first_damping(samples, start)?;
-    let record = span.prepare(samples, damping)?;
-    Ok(Peaks::over_disturbances(&record, damping, &span)?.refined())
+    Ok(Peaks::of(samples, start)?.refined())
 }
 
 /// The model and its covariance with the least prediction error of a Kalman filter: the one most likely disturbance, where
@@ -80,11 +76,7 @@ pub fn prediction_error(
     samples: &[Sample<f64>],
     start: Option<YawModel<f64>>,
 ) -> Result<(YawModel<f64>, Matrix3<f64>), RefineFailure> {
-    let samples = liveliest(samples);
-    let span = Span::of(samples)?;
-    let damping = span.first_damping(samples, start)?;
-    let record = span.prepare(samples, damping)?;
-    let (centre, covariance) = Peaks::over_disturbances(&record, damping, &span)?
+    let (centre, covariance) = Peaks::of(samples, start)?
         .all
         .iter()
         .max_by(|a, b| a.fit.log_likelihood.total_cmp(&b.fit.log_likelihood))
@@ -93,18 +85,19 @@ pub fn prediction_error(
     Ok((YawModel::from_theta(centre.into()), covariance))
 }
 
-/// A disturbance of more than this share of the rudder's own effect is none: the model misses something.
-const LARGEST_DISTURBANCE_SHARE: f64 = 0.1;
+/// A disturbance of more than this share of the rudder's own effect may be none: the model may miss something.
+const LARGE_DISTURBANCE_SHARE: f64 = 0.1;
 
-/// Where the record shows more than a first-order model: the share of the rudder's effect, b2 times its
-/// amplitude, that the disturbance would have to have.
+/// The share of the rudder's effect, b2 times its amplitude, that the disturbance would have to have, where it is
+/// large.
 ///
-/// Sway or a slow servo then pass for a disturbance that follows the rudder, against the assumption of the
-/// interval, and the likelihood fits the next instant rather than the manoeuvre.
-pub fn structural_mismatch(refined: &Refined, rudder_amplitude_rad: f64) -> Option<f64> {
+/// Sway or a slow servo pass for a disturbance that follows the rudder, against the assumption of the
+/// interval, and the likelihood fits the next instant rather than the manoeuvre. [`second_order::fit`](super::second_order::fit) tells them
+/// from a strong disturbance.
+pub fn large_disturbance_share(refined: &Refined, rudder_amplitude_rad: f64) -> Option<f64> {
     let rudder_effect = refined.model.b2_per_s2.abs() * rudder_amplitude_rad;
     let share = refined.disturbance_rad_s2 / rudder_effect;
-    (share > LARGEST_DISTURBANCE_SHARE).then_some(share)
+    (share > LARGE_DISTURBANCE_SHARE).then_some(share)
 }
 
 /// The yaw model of a first-order vehicle whose rudder lags, in place of the refined one, which takes the lag for
@@ -118,7 +111,7 @@ pub fn behind_the_lag(refined: &Refined, lagging: &SecondOrder) -> Refined {
     around(refined, model, lagging.covariance.into(), "rudder_lag")
 }
 
-/// The online estimate in place of the refined one, for a record with a [`structural_mismatch`].
+/// The online estimate in place of the refined one, for a record of a vehicle that is not of first order.
 ///
 /// The instrument weighs the manoeuvre's own frequencies and is least wrong there (mean R^2 of fresh headings
 /// 0.88 against 0.84 on the six-degree-of-freedom REMUS 100, of yaw rate 0.97 against 0.82 on the
@@ -197,11 +190,11 @@ struct Peaks {
 }
 
 impl Peaks {
-    fn over_disturbances(
-        record: &Prepared,
-        damping_per_s: f64,
-        span: &Span,
-    ) -> Result<Self, RefineFailure> {
+    fn of(samples: &[Sample<f64>], start: Option<YawModel<f64>>) -> Result<Self, RefineFailure> {
+        let samples = liveliest(samples);
+        let span = Span::of(samples)?;
+        let damping_per_s = span.first_damping(samples, start)?;
+        let record = &span.prepare(samples, damping_per_s)?;
         let scale = span.rate_scale(damping_per_s);
         let none = Peak::find(record, Disturbance::NONE, damping_per_s, scale)
             .ok_or(RefineFailure::NotExcited)?;

@@ -134,6 +134,11 @@ impl ModelOrder {
     pub fn exceeds_first_order(&self) -> bool {
         self.structure != Structure::FIRST_ORDER
     }
+
+    /// Is the first order not to be relied upon, even if what it misses cannot be named? Schwarz's price decides.
+    pub fn leans_beyond_first_order(&self) -> bool {
+        self.likelihood_ratio.min(self.cautious_likelihood_ratio) > self.threshold / PRICE
+    }
 }
 
 impl std::fmt::Display for ModelOrder {

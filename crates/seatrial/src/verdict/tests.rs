@@ -65,6 +65,7 @@ fn evidence(refined: &Refined) -> Evidence<'_> {
         compass_error_rad: None,
         refined: Some(refined),
         mismatch: None,
+        disturbed: None,
         higher_order: None,
         hidden_edges: 0,
         training_fit: training_fit(0.95, 0.95),
