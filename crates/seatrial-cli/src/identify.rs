@@ -358,8 +358,11 @@ fn span_text(window: Window) -> String {
 
 /// Where the samples came from and what was assumed on the way.
 pub fn source_text(title: &str, log: &OpenedLog) -> String {
+    let servo = log.servo.map_or_else(String::new, |servo| {
+        format!(", rudder {servo} behind the command")
+    });
     format!(
-        "{title:<11} {}, {} samples read, sha256 {}\n",
+        "{title:<11} {}, {} samples read{servo}, sha256 {}\n",
         log.path.display(),
         log.counts.samples,
         log.sha256

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use seatrial::servo::Servo;
 use seatrial::{Record, Window};
 use seatrial_core::Sample;
 use seatrial_io::{ChannelChoice, Counts, LogDescription, LogReader, Quantity, Unit, UnitSource};
@@ -83,6 +84,22 @@ pub struct ChannelArgs {
     /// Rudder angle at full deflection: 400 us from the trim, 100 % or fraction 1.
     #[arg(long, value_name = "DEG")]
     pub rudder_range_deg: Option<f64>,
+    /// Dead time of the rudder behind the logged command.
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub rudder_delay: f64,
+    /// Time constant with which the rudder follows the logged command: the model is then the one behind the servo.
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub rudder_lag: f64,
     /// Leave rows with text, NaN, missing cells or reversed time out instead of refusing the log.
     #[arg(long)]
     pub drop_invalid: bool,
@@ -105,7 +122,19 @@ impl ChannelArgs {
 
     /// What these options and their file choose.
     pub fn chosen(&self) -> Result<ChannelChoice, Failure> {
+        if self.servo()?.is_some() {
+            return Err(Failure::usage(
+                "--rudder-delay and --rudder-lag are for one log; of many, identify estimates the lag",
+            ));
+        }
         Ok(self.mapping()?.under(self.choice()?))
+    }
+
+    /// The servo that is given, if any.
+    fn servo(&self) -> Result<Option<Servo>, Failure> {
+        let servo = Servo::new(self.rudder_delay, self.rudder_lag)
+            .map_err(|invalid| Failure::usage(format!("--rudder-{invalid}")))?;
+        Ok((self.rudder_delay > 0.0 || self.rudder_lag > 0.0).then_some(servo))
     }
 
     fn choice(&self) -> Result<ChannelChoice, Failure> {
@@ -157,6 +186,8 @@ pub struct OpenedLog {
     pub description: LogDescription,
     /// In what the rudder is.
     pub rudder_unit: RudderUnit,
+    /// The servo that was given: the record's rudder is the one behind it.
+    pub servo: Option<Servo>,
     /// SHA-256 of the file, in hexadecimal.
     pub sha256: String,
     /// Rows read and left out.
@@ -201,6 +232,7 @@ pub struct Source {
     samples_read: u64,
     median_interval_s: Option<f64>,
     rudder_unit: RudderUnit,
+    servo: Option<Servo>,
     #[serde(flatten)]
     description: LogDescription,
     rows: Counts,
@@ -215,6 +247,7 @@ impl OpenedLog {
             samples_read: self.counts.samples,
             median_interval_s: self.record.median_interval_s(),
             rudder_unit: self.rudder_unit,
+            servo: self.servo,
             description: LogDescription {
                 warnings: self.warnings.clone(),
                 ..self.description.clone()
@@ -231,10 +264,14 @@ pub fn open(
     channels: &ChannelArgs,
     keep: Option<Window>,
 ) -> Result<OpenedLog, Failure> {
+    let servo = channels.servo()?;
     let mapping = channels.mapping()?;
     let choice = mapping.under(channels.choice()?);
     let mut reader = seatrial_io::open(path, &choice).map_err(|error| mapping.failure_of(error))?;
     eprintln!("{}", channel_line(path, reader.description()));
+    if let Some(servo) = servo {
+        eprintln!("the rudder acts {servo} behind the logged command");
+    }
     let mut said = reader.description().warnings.clone();
     said.iter().for_each(|text| warn(text));
 
@@ -252,7 +289,10 @@ pub fn open(
     }
     progress.finish();
     let sha256 = reader.sha256().map_err(Failure::input)?;
-    let record = stretch.into_record();
+    let record = match servo {
+        Some(servo) => servo.behind(&stretch.into_record()),
+        None => stretch.into_record(),
+    };
 
     let mut late = reader.warnings();
     if let [first, .., last] = record.samples.as_slice()
@@ -269,6 +309,7 @@ pub fn open(
         path: path.to_path_buf(),
         record,
         rudder_unit: rudder_unit(reader.description(), channels),
+        servo,
         description: reader.description().clone(),
         sha256,
         counts: reader.counts(),

@@ -49,28 +49,43 @@ fn val_ardupilot_rover_with_a_lagging_rudder() {
         (["125.6", "136", "139.6", "150"], -1.26, 3.71),
     ] {
         let [from, to, validate_from, validate_to] = windows;
-        let (document, code) = identify(
-            &log,
-            &[
-                "--from",
-                from,
-                "--to",
-                to,
+        let identified = |given: &[&str]| {
+            let windows = ["--from", from, "--to", to];
+            let fresh = [
                 "--validate-from",
                 validate_from,
                 "--validate-to",
                 validate_to,
-                "--rudder-range-deg",
-                "35",
-            ],
-        );
-        assert_eq!(code, Some(0));
-        assert_within(&document, "a22_per_s", a22, 0.1);
-        assert_within(&document, "b2_per_s2", b2, 0.1);
-        let lag = document["higher_order"]["model"]["rudder_lag_s"]
+            ];
+            let range = ["--rudder-range-deg", "35"];
+            let (document, code) = identify(&log, &[&windows[..], &fresh, &range, given].concat());
+            assert_eq!(code, Some(0));
+            assert_within(&document, "a22_per_s", a22, 0.1);
+            assert_within(&document, "b2_per_s2", b2, 0.1);
+            document
+        };
+        let found = identified(&[]);
+        let lag = found["higher_order"]["model"]["rudder_lag_s"]
             .as_f64()
             .unwrap();
         // Its interval is 0.03 s either side.
         assert!((lag - 0.15).abs() < 0.03, "{lag}");
+        // Given, nothing is left to explain.
+        let given = identified(&["--rudder-lag", "0.15"]);
+        assert!(given["higher_order"].is_null(), "{given}");
+        assert_eq!(given["source"]["servo"]["lag_s"], 0.15);
+    }
+}
+
+#[test]
+fn cli_a_lag_that_cannot_be_is_a_usage_error() {
+    for (option, value) in [("--rudder-lag", "-0.1"), ("--rudder-delay", "1000")] {
+        let output = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+            .args(["identify", "no.csv", option, value])
+            .output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert!(text.contains(option) && text.contains(value), "{text}");
     }
 }

@@ -22,6 +22,7 @@ pub mod record;
 pub mod report;
 pub mod savitzky_golay;
 pub mod segmentation;
+pub mod servo;
 pub mod study;
 pub mod surge;
 pub mod time_scale;
