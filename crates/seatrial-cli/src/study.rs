@@ -1,11 +1,14 @@
 //! `seatrial study`: Monte Carlo accuracy of estimators on a simulated vehicle.
 
 use std::num::NonZeroUsize;
+use std::path::PathBuf;
 
 use indicatif::ProgressBar;
 use seatrial::identify::bound::Noise;
+use seatrial::report::render_study;
 use seatrial::study::{
-    Accuracy, Estimator, Experiment, Outcome, QuantityAccuracy, Truth, accuracy,
+    Accuracy, Cell, Convergence, Estimator, Experiment, Outcome, QuantityAccuracy, Truth, accuracy,
+    convergence,
 };
 use seatrial::{Record, Window};
 use seatrial_core::{Event, List, Plan, Stage, Trial, Vehicle};
@@ -57,6 +60,13 @@ pub struct Args {
     /// Estimators; repeatable [default: refined, output-error, instrumental-variable].
     #[arg(long, value_parser = estimator)]
     estimator: Vec<Estimator>,
+    /// Also the time until the half widths of the 95 % intervals of a22 and b2 are under this share, such as 0.1,
+    /// against the time that the bound allows.
+    #[arg(long, value_name = "SHARE", value_parser = share, allow_hyphen_values = true)]
+    width: Option<f64>,
+    /// Write the page of the study.
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     /// Threads [default: all cores]. The result does not depend on it.
     #[arg(long)]
     threads: Option<NonZeroUsize>,
@@ -72,6 +82,13 @@ fn not_negative(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
         _ => Err("expected a number not below 0".into()),
+    }
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value < 1.0 => Ok(value),
+        _ => Err("expected a share above 0 and below 1, such as 0.1".into()),
     }
 }
 
@@ -106,19 +123,6 @@ struct Document {
     runs_per_cell: u64,
     seed: u64,
     cells: Vec<Cell>,
-}
-
-/// One noise and one disturbance.
-#[derive(Serialize)]
-struct Cell {
-    compass_noise_deg: f64,
-    disturbance_rad_s2: f64,
-    disturbance_time_s: f64,
-    /// Runs whose training stage was played to its end.
-    runs: usize,
-    /// Runs that the trial aborted before.
-    aborted: u64,
-    estimators: Vec<Accuracy>,
 }
 
 /// Studies the estimators.
@@ -167,6 +171,11 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         cells,
     };
     output.print(&document, || text(&document))?;
+    if let Some(path) = &args.report {
+        let title = format!("{} at {:.0} % thrust", args.vehicle, 100.0 * args.thrust);
+        std::fs::write(path, render_study(&title, args.runs, &document.cells))
+            .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))?;
+    }
     Ok(Exit::Done)
 }
 
@@ -222,7 +231,7 @@ impl Study {
             rudder_limit_rad: self.plan.rudder_limit_rad,
         };
         let has_bound = config.is_first_order() && noise.heading_rad > 0.0;
-        let outcomes = self.outcomes(&config, &truth, has_bound);
+        let outcomes = self.outcomes(&config, &truth, has_bound, args.width);
         Ok(Cell {
             compass_noise_deg: noise_deg,
             disturbance_rad_s2: strength_rad_s2,
@@ -230,14 +239,27 @@ impl Study {
             runs: outcomes.len(),
             aborted: self.runs - outcomes.len() as u64,
             estimators: accuracy(&outcomes, &truth, &self.estimators),
+            convergence: args.width.and_then(|width| convergence(&outcomes, width)),
         })
     }
 
     /// The outcomes in the order of their seeds, from all threads.
-    fn outcomes(&self, config: &Config, truth: &Truth, has_bound: bool) -> Vec<Outcome> {
+    fn outcomes(
+        &self,
+        config: &Config,
+        truth: &Truth,
+        has_bound: bool,
+        width: Option<f64>,
+    ) -> Vec<Outcome> {
         parallel::each(self.runs, self.threads, &self.progress, |run| {
             let experiment = self.train(config, self.seed.wrapping_add(run))?;
-            Some(Outcome::of(&experiment, truth, &self.estimators, has_bound))
+            Some(Outcome::of(
+                &experiment,
+                truth,
+                &self.estimators,
+                has_bound,
+                width,
+            ))
         })
     }
 
@@ -319,8 +341,23 @@ fn text(document: &Document) -> String {
             }
         }
         text += &table.to_string();
+        if let Some(convergence) = &cell.convergence {
+            text += &convergence_text(convergence);
+        }
     }
     text
+}
+
+fn convergence_text(convergence: &Convergence) -> String {
+    format!(
+        "95 % half widths of a22 and b2 under {:.0} % after {:.2} s, where the bound allows {:.2} s: {:.2} times ({} of {} runs)\n",
+        100.0 * convergence.width,
+        convergence.found_s,
+        convergence.bound_s,
+        convergence.found_s / convergence.bound_s,
+        convergence.reached,
+        convergence.possible
+    )
 }
 
 fn row(accuracy: &Accuracy, quantity: &QuantityAccuracy, is_first: bool) -> Vec<String> {

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::identify::bound::{Noise, cramer_rao_bound};
 use crate::identify::output_error::output_error;
+use crate::identify::refine::{NORMAL_95, refine};
 use crate::identify::{IdentifySettings, identify};
 use crate::propagation::interval_95;
 use crate::record::{Record, Window};
@@ -27,6 +28,45 @@ pub enum Estimator {
     LeastSquares,
     /// The paper's equations to the letter.
     Paper,
+}
+
+/// How often in a time constant of the vehicle it is looked whether intervals are narrow enough.
+const LOOKS_PER_TIME_CONSTANT: f64 = 10.0;
+
+/// The refined estimate is first looked at after this share of the bound's time.
+const FIRST_LOOK: f64 = 0.7;
+
+impl TimeToWidth {
+    /// `None` where even the bound allows no such intervals.
+    fn of(samples: &[Sample<f64>], truth: &Truth, share: f64) -> Option<Self> {
+        let start_s = samples.first()?.time_s;
+        let whole_s = samples.last()?.time_s - start_s;
+        let look_s = 1.0 / (LOOKS_PER_TIME_CONSTANT * truth.model.a22_per_s.abs());
+        let [a22, b2, _] = truth.model.theta().map(f64::abs);
+        let reached = |from_s: f64, is_narrow: &dyn Fn(&[Sample<f64>]) -> bool| {
+            let looks = ((whole_s - from_s) / look_s).max(0.0) as u32;
+            let mut times = (0..=looks).map(|look| from_s + f64::from(look) * look_s);
+            times.find(|time_s| {
+                let until = samples.partition_point(|s| s.time_s - start_s <= *time_s);
+                is_narrow(&samples[..until])
+            })
+        };
+        let bound_s = reached(look_s, &|samples| {
+            cramer_rao_bound(samples, truth.model, truth.noise).is_some_and(|bound| {
+                let half_width = |i: usize| NORMAL_95 * bound[(i, i)].sqrt();
+                half_width(0) <= share * a22 && half_width(1) <= share * b2
+            })
+        })?;
+        let found_s = reached(FIRST_LOOK * bound_s, &|samples| {
+            refine(samples, None).is_ok_and(|refined| {
+                let half_width = |[low, high]: [f64; 2]| 0.5 * (high - low);
+                let model = &refined.model;
+                half_width(refined.interval_95.a22_per_s) <= share * model.a22_per_s.abs()
+                    && half_width(refined.interval_95.b2_per_s2) <= share * model.b2_per_s2.abs()
+            })
+        });
+        Some(Self { bound_s, found_s })
+    }
 }
 
 /// What is true of the simulated vehicle.
@@ -58,9 +98,20 @@ pub struct Estimate {
     accepted: Option<bool>,
 }
 
+/// When the half widths of the 95 % intervals of a22 and b2 are both under a share of the parameter, s from the start of
+/// training.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct TimeToWidth {
+    /// By the Cramer-Rao bound: an unbiased estimator that knows the noise.
+    bound_s: f64,
+    /// By the refined estimate of the samples so far; `None` where the stage ends before.
+    found_s: Option<f64>,
+}
+
 /// All that is kept of one run.
 #[derive(Clone, Debug)]
 pub struct Outcome {
+    time_to_width: Option<TimeToWidth>,
     /// Cramer-Rao bound on the variances of a22, b2 and C0 for this very run, where there is one.
     bound: Option<[f64; 3]>,
     /// One for each estimator, `None` where it gave no model.
@@ -165,18 +216,23 @@ impl Estimator {
 }
 
 impl Outcome {
-    /// Runs the estimators on a simulated run. `has_bound`: the truth is of first order with this very noise.
+    /// Runs the estimators on a simulated run. `has_bound`: the truth is of first order with this very noise. `width`: the
+    /// share of a22 and b2 until which the time is taken.
     pub fn of(
         experiment: &Experiment,
         truth: &Truth,
         estimators: &[Estimator],
         has_bound: bool,
+        width: Option<f64>,
     ) -> Self {
         let samples: &[Sample<f64>] = experiment.record.window(experiment.training);
         let bound = has_bound
             .then(|| cramer_rao_bound(samples, truth.model, truth.noise))
             .flatten();
         Self {
+            time_to_width: width
+                .filter(|_| has_bound)
+                .and_then(|share| TimeToWidth::of(samples, truth, share)),
             bound: bound.map(|bound| core::array::from_fn(|i| bound[(i, i)])),
             estimates: estimators
                 .iter()
@@ -184,6 +240,58 @@ impl Outcome {
                 .collect(),
         }
     }
+}
+
+/// One noise and one disturbance, studied.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cell {
+    /// Standard deviation of the compass noise, deg.
+    pub compass_noise_deg: f64,
+    /// Standard deviation of the yaw acceleration disturbance, rad/s^2.
+    pub disturbance_rad_s2: f64,
+    /// Its time constant, s.
+    pub disturbance_time_s: f64,
+    /// Runs whose training stage was played to its end.
+    pub runs: usize,
+    /// Runs that the trial aborted before.
+    pub aborted: u64,
+    /// One for each estimator.
+    pub estimators: Vec<Accuracy>,
+    /// How soon the refined estimate's intervals are narrow, where it was asked for and there is a bound.
+    pub convergence: Option<Convergence>,
+}
+
+/// The time until the half widths of the 95 % intervals of a22 and b2 are under a share of the parameter, s from the
+/// start of training.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Convergence {
+    /// The share.
+    pub width: f64,
+    /// Runs in which the bound allows it.
+    pub possible: usize,
+    /// Runs in which the refined estimate reached it.
+    pub reached: usize,
+    /// Mean time by the bound over the runs that reached it, s.
+    pub bound_s: f64,
+    /// Mean time of the refined estimate, s.
+    pub found_s: f64,
+}
+
+/// How soon intervals are narrow; `None` where they never are.
+pub fn convergence(outcomes: &[Outcome], width: f64) -> Option<Convergence> {
+    let times: Vec<TimeToWidth> = outcomes.iter().filter_map(|o| o.time_to_width).collect();
+    let reached: Vec<(f64, f64)> = times
+        .iter()
+        .filter_map(|time| Some((time.bound_s, time.found_s?)))
+        .collect();
+    let (bounds, found): (Vec<f64>, Vec<f64>) = reached.into_iter().unzip();
+    Some(Convergence {
+        width,
+        possible: times.len(),
+        reached: found.len(),
+        bound_s: mean(&bounds)?,
+        found_s: mean(&found)?,
+    })
 }
 
 /// The study of one estimator in one sea.
@@ -309,6 +417,7 @@ mod tests {
         let mut interval_95 = [None; QUANTITIES.len()];
         interval_95[0] = Some(interval);
         Outcome {
+            time_to_width: None,
             bound: Some([bound; 3]),
             estimates: vec![Some(Estimate {
                 model: YawModel::from_theta([a22, 2.0, 0.0]),
@@ -316,6 +425,19 @@ mod tests {
                 accepted: Some(a22 < -0.95),
             })],
         }
+    }
+
+    #[test]
+    fn exact_mean_times_are_of_the_runs_that_reached() {
+        let took = |bound_s: f64, found_s: Option<f64>| Outcome {
+            time_to_width: Some(TimeToWidth { bound_s, found_s }),
+            ..outcome(-1.0, [-1.1, -0.9], 0.01)
+        };
+        let outcomes = [took(4.0, Some(5.0)), took(6.0, Some(6.0)), took(9.0, None)];
+        let found = convergence(&outcomes, 0.1).unwrap();
+        assert_eq!((found.possible, found.reached), (3, 2));
+        assert_eq!((found.bound_s, found.found_s), (5.0, 5.5));
+        assert_eq!(convergence(&[], 0.1), None);
     }
 
     #[test]
@@ -333,6 +455,7 @@ mod tests {
             outcome(-1.1, [-1.2, -0.9], 0.005),
             outcome(-0.9, [-0.95, -0.85], 0.015),
             Outcome {
+                time_to_width: None,
                 bound: None,
                 estimates: vec![None],
             },

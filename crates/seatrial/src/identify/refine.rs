@@ -36,7 +36,7 @@ const CAUTIOUS: Prior = Prior {
 };
 
 /// Half width of a 95 % interval in standard deviations.
-const NORMAL_95: f64 = 1.959_963_984_540_054;
+pub(crate) const NORMAL_95: f64 = 1.959_963_984_540_054;
 
 /// A log likelihood this far below the best has no weight.
 const NEGLIGIBLE: f64 = 8.0;

@@ -123,6 +123,15 @@ impl Layer {
         }
     }
 
+    /// Is there nothing to draw?
+    pub fn is_empty(&self) -> bool {
+        match &self.shape {
+            Shape::Line(points) | Shape::Dots(points) => points.is_empty(),
+            Shape::Bars(bars) => bars.is_empty(),
+            Shape::Level(_) | Shape::Band(_) => false,
+        }
+    }
+
     fn values(&self, [from, to]: [f64; 2]) -> Vec<f64> {
         let inside = |x: f64| from <= x && x <= to;
         match &self.shape {

@@ -16,6 +16,7 @@ mod run_figures;
 mod segmentation;
 mod speed_figures;
 mod standard;
+mod study;
 mod tables;
 
 use askama::Template;
@@ -31,6 +32,7 @@ use number::{decimals, percent, spoken};
 use run_figures::Source;
 pub use segmentation::{Found, render as render_found};
 pub use standard::render as render_standard;
+pub use study::render as render_study;
 use tables::Table;
 
 /// A name and a value for the list of what was recorded.
