@@ -12,7 +12,7 @@ use seatrial_core::{Excitation, List, Outcome, Plan, Trial};
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};
-use crate::prior::{Named, PriorArgs};
+use crate::prior::{Named, PriorArgs, positive};
 use crate::steering_source::SCHEDULE_FILE_HELP;
 use crate::table::Table;
 use crate::trial::load_plan;
@@ -228,13 +228,6 @@ fn planned(args: &Args) -> Result<Plan<f64>, Failure> {
     plan.stop_when = args.stop_when.or(plan.stop_when);
     plan.max_repeats = args.repeats.unwrap_or(plan.max_repeats);
     checked(plan)
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
-        _ => Err("a positive number of seconds is needed".into()),
-    }
 }
 
 fn checked(plan: Plan<f64>) -> Result<Plan<f64>, Failure> {

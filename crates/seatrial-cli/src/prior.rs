@@ -47,7 +47,8 @@ pub struct PriorArgs {
     heading_deg: Option<f64>,
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+/// A number above 0.
+pub fn positive(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
         .filter(|value: &f64| *value > 0.0 && value.is_finite())

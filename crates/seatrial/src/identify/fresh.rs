@@ -46,10 +46,10 @@ pub fn validate(
 pub fn goodness_of_fit(model: YawModel<f64>, samples: &[Sample<f64>]) -> GoodnessOfFit<f64> {
     let lead_in_s = quiet_lead_in_s(samples);
     let fit = validation::Validation::of(model, lead_in_s, samples);
-    if fit.r2_yaw_rate.is_some() {
-        return fit;
+    match fit.r2_yaw_rate {
+        Some(_) => fit,
+        None => with_derived_yaw_rate(model, samples, lead_in_s, fit),
     }
-    with_derived_yaw_rate(model, samples, fit)
 }
 
 /// [`goodness_of_fit`] by the measured yaw rate or by the derivative of the heading, whichever the model explains
@@ -58,8 +58,9 @@ pub(super) fn fit_by_the_clearer_rate(
     model: YawModel<f64>,
     samples: &[Sample<f64>],
 ) -> GoodnessOfFit<f64> {
-    let measured = goodness_of_fit(model, samples);
-    let derived = with_derived_yaw_rate(model, samples, measured);
+    let lead_in_s = quiet_lead_in_s(samples);
+    let measured = validation::Validation::of(model, lead_in_s, samples);
+    let derived = with_derived_yaw_rate(model, samples, lead_in_s, measured);
     if derived.r2_yaw_rate > measured.r2_yaw_rate {
         derived
     } else {
@@ -70,10 +71,11 @@ pub(super) fn fit_by_the_clearer_rate(
 fn with_derived_yaw_rate(
     model: YawModel<f64>,
     samples: &[Sample<f64>],
+    lead_in_s: f64,
     fit: GoodnessOfFit<f64>,
 ) -> GoodnessOfFit<f64> {
     let rate = derived_yaw_rate(model, samples)
-        .map(|with_rate| validation::Validation::of(model, quiet_lead_in_s(samples), &with_rate));
+        .map(|with_rate| validation::Validation::of(model, lead_in_s, &with_rate));
     GoodnessOfFit {
         r2_yaw_rate: rate.and_then(|rate| rate.r2_yaw_rate),
         r2_yaw_rate_offset_refit: rate.and_then(|rate| rate.r2_yaw_rate_offset_refit),
