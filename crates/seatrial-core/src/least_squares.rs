@@ -67,12 +67,17 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
 
     /// P = U D U^T.
     pub fn covariance(&self) -> [[T; N]; N] {
-        let unit = |i: usize, j: usize| if i == j { T::ONE } else { self.factors[i][j] };
+        // Optimising for size the compiler does not see that indices are below N, and would leave a panic path.
+        let factor = |i: usize, j: usize| {
+            let row = self.factors.get(i);
+            *row.and_then(|row| row.get(j)).unwrap_or(&T::ZERO)
+        };
+        let unit = |i: usize, j: usize| if i == j { T::ONE } else { factor(i, j) };
         from_fn(|i| {
             from_fn(|j| {
                 let (first, last) = (i.min(j), i.max(j));
                 (last..N)
-                    .map(|k| unit(first, k) * self.factors[k][k] * unit(last, k))
+                    .map(|k| unit(first, k) * factor(k, k) * unit(last, k))
                     .sum()
             })
         })
