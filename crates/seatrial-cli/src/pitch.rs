@@ -5,6 +5,7 @@ use std::path::Path;
 
 use seatrial::pitch::{self, PitchIdentification, PitchPlan, PitchRun};
 use seatrial::record::Window;
+use seatrial::report;
 use seatrial::verdict::three_figures;
 use seatrial_core::DivingSample;
 use serde::Serialize;
@@ -49,6 +50,7 @@ pub fn trial(
     seed: u64,
     plan: Option<&Path>,
     log: Option<&Path>,
+    page: Option<&Path>,
     output: &Output,
 ) -> Result<Exit, Failure> {
     let plan = plan.map_or(Ok(PitchPlan::default()), load_plan)?;
@@ -60,6 +62,12 @@ pub fn trial(
     let trial = pitch::trial(vehicle.as_mut(), plan);
     if let Some(path) = log {
         std::fs::write(path, csv(&trial.samples))
+            .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))?;
+    }
+    if let Some(path) = page {
+        let plan = toml::to_string_pretty(&trial.plan).map_err(Failure::internal)?;
+        let provenance = [("Plan", plan), ("Seed", seed.to_string())];
+        std::fs::write(path, report::render_pitch(name, &trial, &provenance))
             .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))?;
     }
     let document = TrialDocument {

@@ -118,7 +118,6 @@ impl Args {
     fn pitch(&self, output: &Output) -> Result<Exit, Failure> {
         for (option, given) in [
             ("--stop-when", self.stop_when.is_some()),
-            ("--report", self.report.is_some()),
             ("--scenario", self.scenario.is_some()),
             ("--record", self.record.is_some()),
             ("--foxglove", self.foxglove.is_some()),
@@ -134,6 +133,7 @@ impl Args {
             self.seed,
             self.plan.as_deref(),
             self.log.as_deref(),
+            self.report.as_deref(),
             output,
         )
     }

@@ -69,11 +69,20 @@ fn cli_a_vehicle_without_pitch_is_refused_by_name() {
 fn cli_a_pitch_plan_is_followed_and_checked() {
     let folder = tempfile::tempdir().unwrap();
     let plan = folder.path().join("plan.toml");
+    let page = folder.path().join("pitch.html");
     let run = |text: &str| {
         std::fs::write(&plan, text).unwrap();
         let plan = plan.to_str().unwrap();
-        let options = ["--vehicle", "sim:starfish-6dof", "--plan", plan, "--json"];
-        seatrial(&[&["trial", "--axis", "pitch"][..], &options].concat())
+        let options = [
+            "--vehicle",
+            "sim:starfish-6dof",
+            "--plan",
+            plan,
+            "--json",
+            "--report",
+        ];
+        let page = page.to_str().unwrap();
+        seatrial(&[&["trial", "--axis", "pitch"][..], &options, &[page]].concat())
     };
     let done = run("thrusts = [0.8]\ntraining_rad = 0.15\n");
     assert!(done.status.success(), "{done:?}");
@@ -81,6 +90,8 @@ fn cli_a_pitch_plan_is_followed_and_checked() {
     assert_eq!(document["runs"].as_array().unwrap().len(), 1);
     assert_eq!(document["plan"]["training_rad"], 0.15);
     assert_eq!(document["plan"]["validation_rad"], 0.12);
+    let page = std::fs::read_to_string(&page).unwrap();
+    assert!(page.contains("1 of 1 thrusts have a model") && page.contains("<svg"));
     for (text, named) in [
         ("thrusts = []", "thrusts must be"),
         ("doublet_s = -1", "doublet_s must be"),

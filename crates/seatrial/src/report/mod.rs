@@ -1,7 +1,7 @@
 //! The report: one HTML file without any outside reference, for the person who ran the trial.
 //!
 //! [`render`] draws a whole trial, [`render_log`] one identification on a log, [`render_field`] the field
-//! experiments after a trial. The verdict and the next
+//! experiments after a trial, [`render_pitch`] a pitch trial. The verdict and the next
 //! action come first, then one table, then the figures; every run is drawn, also where the trial
 //! was stopped or nothing was accepted. The same input gives the same bytes.
 
@@ -11,6 +11,7 @@ mod field;
 mod fit;
 mod headline;
 mod number;
+mod pitch;
 mod recorded;
 mod run_figures;
 mod segmentation;
@@ -29,6 +30,7 @@ use chart::Chart;
 pub use field::render as render_field;
 use headline::{Headline, Tone};
 use number::{decimals, percent, spoken};
+pub use pitch::render as render_pitch;
 use run_figures::Source;
 pub use segmentation::{Found, render as render_found};
 pub use standard::render as render_standard;
