@@ -3,6 +3,7 @@
 pub mod batch;
 pub mod bound;
 mod compass;
+pub mod filtered_sums;
 pub mod fresh;
 pub mod joined;
 pub mod online;
