@@ -1,0 +1,199 @@
+//! Many logs: on this machine, or as pieces for others.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use pyo3::prelude::*;
+use seatrial_fleet::{Entry, Estimate, Job, Journal, JournalError, Options, Source, find, work_on};
+
+use crate::{error, json, usage};
+
+/// Python is asked this often whether somebody wants to stop.
+const ASK_EVERY: Duration = Duration::from_millis(200);
+
+/// Cores of this machine.
+pub fn cores() -> usize {
+    thread::available_parallelism().map_or(1, usize::from)
+}
+
+fn options(py: Python<'_>, estimate: &str, run_column: Option<String>) -> PyResult<Options> {
+    let estimate = match estimate {
+        "refined" => Estimate::Refined,
+        "online" => Estimate::Online,
+        other => {
+            return Err(usage(
+                py,
+                format!("estimate={other:?}: expected 'refined' or 'online'"),
+            ));
+        }
+    };
+    Ok(Options {
+        estimate,
+        run_column,
+        ..Options::default()
+    })
+}
+
+fn sources(py: Python<'_>, inputs: &[String]) -> PyResult<Vec<Source>> {
+    let found = py.detach(|| find(inputs));
+    found
+        .map(|found| found.sources)
+        .map_err(|none| error(py, "InputError", none))
+}
+
+fn failure(py: Python<'_>, found: &JournalError) -> PyErr {
+    let class = match found {
+        JournalError::NotSaved { .. } => "NotSavedError",
+        _ => "UsageError",
+    };
+    error(py, class, found)
+}
+
+/// A job on the cores of this machine; the summary as JSON.
+#[pyfunction]
+pub fn fleet(
+    py: Python<'_>,
+    inputs: Vec<String>,
+    out: PathBuf,
+    estimate: &str,
+    run_column: Option<String>,
+    workers: Option<usize>,
+    resume: bool,
+) -> PyResult<String> {
+    let job = Job {
+        sources: sources(py, &inputs)?,
+        options: options(py, estimate, run_column)?,
+        out,
+        workers: workers.unwrap_or_else(cores),
+        resume,
+    };
+    let asked = Mutex::new(Instant::now());
+    let interrupted = Mutex::new(None);
+    let summary = py.detach(|| {
+        job.run(|_| {
+            let Ok(mut asked) = asked.lock() else {
+                return ControlFlow::Break(());
+            };
+            if asked.elapsed() < ASK_EVERY {
+                return ControlFlow::Continue(());
+            }
+            *asked = Instant::now();
+            match (Python::attach(|py| py.check_signals()), interrupted.lock()) {
+                (Ok(()), _) => ControlFlow::Continue(()),
+                (Err(signal), Ok(mut interrupted)) => {
+                    *interrupted = Some(signal);
+                    ControlFlow::Break(())
+                }
+                (Err(_), Err(_)) => ControlFlow::Break(()),
+            }
+        })
+    });
+    match summary.map_err(|found| failure(py, &found))? {
+        Some(summary) => json(py, &summary),
+        None => Err(interrupted
+            .into_inner()
+            .ok()
+            .flatten()
+            .unwrap_or_else(|| error(py, "SeatrialError", "the job was broken off"))),
+    }
+}
+
+/// A log as a worker needs to know it.
+type Log = (PathBuf, u64, i64);
+
+/// What a worker makes of some logs: lines for [`FleetJournal::keep`].
+#[pyfunction]
+pub fn fleet_work(
+    py: Python<'_>,
+    logs: Vec<Log>,
+    estimate: &str,
+    run_column: Option<String>,
+) -> PyResult<String> {
+    let options = options(py, estimate, run_column)?;
+    let lines = py.detach(|| {
+        let mut lines = String::new();
+        for (path, bytes, modified_ns) in logs {
+            let source = Source {
+                path,
+                bytes,
+                modified_ns,
+            };
+            for entry in work_on(&source, &options) {
+                lines += &serde_json::to_string(&entry)?;
+                lines.push('\n');
+            }
+        }
+        Ok::<_, serde_json::Error>(lines)
+    });
+    lines.map_err(|found| error(py, "SeatrialError", found))
+}
+
+/// The journal of a job whose work is done elsewhere.
+#[pyclass(module = "seatrial._native")]
+pub struct FleetJournal {
+    journal: Option<Journal>,
+    sources: Vec<Source>,
+    has_runs: bool,
+}
+
+#[pymethods]
+impl FleetJournal {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        inputs: Vec<String>,
+        out: PathBuf,
+        estimate: &str,
+        run_column: Option<String>,
+        resume: bool,
+    ) -> PyResult<Self> {
+        let sources = sources(py, &inputs)?;
+        let has_runs = run_column.is_some();
+        let options = options(py, estimate, run_column)?;
+        let journal =
+            Journal::open(&out, &sources, &options, resume).map_err(|found| failure(py, &found))?;
+        Ok(Self {
+            journal: Some(journal),
+            sources,
+            has_runs,
+        })
+    }
+
+    /// The logs that are not done. Of a file of many runs nobody knows before it has been read.
+    fn pending(&self) -> Vec<Log> {
+        let is_done = |index| {
+            let journal = self.journal.as_ref();
+            !self.has_runs && journal.is_some_and(|journal| journal.is_done(index, 0))
+        };
+        self.sources
+            .iter()
+            .enumerate()
+            .filter(|(index, _)| !is_done(*index))
+            .map(|(_, s)| (s.path.clone(), s.bytes, s.modified_ns))
+            .collect()
+    }
+
+    /// Keeps lines of [`fleet_work`]; what is there already is not kept twice.
+    fn keep(&mut self, py: Python<'_>, lines: &str) -> PyResult<()> {
+        let Some(journal) = &mut self.journal else {
+            return Err(usage(py, "the job is finished"));
+        };
+        for line in lines.lines() {
+            let entry: Entry = serde_json::from_str(line).map_err(|found| usage(py, found))?;
+            journal.keep(&entry).map_err(|found| failure(py, &found))?;
+        }
+        Ok(())
+    }
+
+    /// Writes the Parquet file; the summary as JSON.
+    fn finish(&mut self, py: Python<'_>) -> PyResult<String> {
+        let Some(journal) = self.journal.take() else {
+            return Err(usage(py, "the job is finished"));
+        };
+        let summary = py.detach(|| journal.finish());
+        json(py, &summary.map_err(|found| failure(py, &found))?)
+    }
+}

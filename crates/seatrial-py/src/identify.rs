@@ -1,0 +1,168 @@
+//! Identification of records, reading of logs, the paper's claims.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use seatrial::identify::filtered_sums::filtered_least_squares;
+use seatrial::identify::{Fresh, IdentifyError, IdentifySettings};
+use seatrial::{Record, Window};
+use seatrial_core::Sample;
+use seatrial_core::estimator::Method;
+use seatrial_io::ChannelChoice;
+
+use crate::arrays::{Column, Columns, dictionary};
+use crate::{error, json, unread, usage};
+
+type Span = (Option<f64>, Option<f64>);
+
+fn window((from_s, to_s): Span) -> Window {
+    Window {
+        from_s: from_s.unwrap_or(f64::NEG_INFINITY),
+        to_s: to_s.unwrap_or(f64::INFINITY),
+    }
+}
+
+/// The settings that the names stand for.
+pub fn settings(
+    py: Python<'_>,
+    estimate: &str,
+    method: Option<&str>,
+    lambda_rad_s: Option<f64>,
+    trace: bool,
+) -> PyResult<IdentifySettings> {
+    let base = match estimate {
+        "refined" => IdentifySettings::default(),
+        "online" => IdentifySettings {
+            refine: false,
+            ..IdentifySettings::default()
+        },
+        "paper" => IdentifySettings::paper(),
+        other => {
+            return Err(usage(
+                py,
+                format!("estimate={other:?}: expected 'refined', 'online' or 'paper'"),
+            ));
+        }
+    };
+    let method = method.map_or(Ok(base.method), |name| method_named(py, name))?;
+    Ok(IdentifySettings {
+        method,
+        lambda_rad_s,
+        trace,
+        ..base
+    })
+}
+
+/// The method of this name.
+pub fn method_named(py: Python<'_>, name: &str) -> PyResult<Method> {
+    match name {
+        "least_squares" => Ok(Method::LeastSquares),
+        "instrumental_variable" => Ok(Method::InstrumentalVariable),
+        other => Err(usage(
+            py,
+            format!("method={other:?}: expected 'least_squares' or 'instrumental_variable'"),
+        )),
+    }
+}
+
+/// Identifies a record; JSON.
+#[pyfunction]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the Python part has names for them"
+)]
+pub fn identify(
+    py: Python<'_>,
+    time: Column<'_>,
+    heading: Column<'_>,
+    rudder: Column<'_>,
+    speed: Option<Column<'_>>,
+    yaw_rate: Option<Column<'_>>,
+    thrust: Option<Column<'_>>,
+    training: Span,
+    validation: Option<Span>,
+    estimate: &str,
+    method: Option<&str>,
+    lambda_rad_s: Option<f64>,
+    trace: bool,
+) -> PyResult<String> {
+    let settings = settings(py, estimate, method, lambda_rad_s, trace)?;
+    let columns = Columns {
+        time: &time,
+        heading: &heading,
+        rudder: &rudder,
+        speed: speed.as_ref(),
+        yaw_rate: yaw_rate.as_ref(),
+        thrust: thrust.as_ref(),
+    };
+    let record = columns.record(py)?;
+    let (training, validation) = (window(training), validation.map(window));
+    for window in [Some(training), validation].into_iter().flatten() {
+        if window.from_s.is_nan() || window.to_s.is_nan() || window.from_s >= window.to_s {
+            return Err(usage(py, format!("the window {window} is empty")));
+        }
+    }
+    let found = py.detach(|| {
+        let fresh = validation.map(|window| Fresh {
+            record: &record,
+            window,
+        });
+        seatrial::identify::identify(&record, training, fresh, &settings)
+    });
+    match found {
+        Ok(found) => json(py, &found),
+        Err(IdentifyError::EmptyWindow(message)) => Err(error(py, "InputError", message)),
+        Err(IdentifyError::Setting(invalid)) => Err(usage(py, invalid)),
+        Err(IdentifyError::Refused(reason)) => {
+            let refused = error(py, "RejectedError", reason.text);
+            refused.value(py).setattr("reason", reason.code)?;
+            Err(refused)
+        }
+    }
+}
+
+/// a22, b2 and C0 by filtering and batch least squares, in one pass over the arrays where they lie.
+#[pyfunction]
+pub fn least_squares(
+    py: Python<'_>,
+    interval_s: f64,
+    heading: Column<'_>,
+    rudder: Column<'_>,
+    lambda_rad_s: f64,
+) -> PyResult<[f64; 3]> {
+    let contiguous = |_| usage(py, "heading and rudder: expected contiguous arrays");
+    let heading = heading.as_slice().map_err(contiguous)?;
+    let rudder = rudder
+        .as_slice()
+        .map_err(|_| usage(py, "rudder: expected a contiguous array"))?;
+    let found = py.detach(|| filtered_least_squares(interval_s, heading, rudder, lambda_rad_s));
+    match found {
+        Ok(Some(model)) => Ok(model.theta()),
+        Ok(None) => Err(error(
+            py,
+            "RejectedError",
+            "nothing excites the vehicle: heading and rudder do not determine the three parameters",
+        )),
+        Err(invalid) => Err(usage(py, invalid)),
+    }
+}
+
+/// The samples of a log of any format that the command reads.
+#[pyfunction]
+pub fn read_log<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyDict>> {
+    let read = py.detach(|| -> Result<Record, seatrial_io::ReadError> {
+        let log = seatrial_io::open(&path, &ChannelChoice::default())?;
+        log.collect::<Result<Vec<Sample<f64>>, _>>()
+            .map(|samples| Record { samples })
+    });
+    let record = read.map_err(|found| unread(py, &found))?;
+    dictionary(py, &record.samples)
+}
+
+/// The paper's printed numbers beside recomputed ones; JSON.
+#[pyfunction]
+pub fn paper_claims(py: Python<'_>) -> PyResult<String> {
+    let claims = py.detach(seatrial::paper::claims);
+    json(py, &claims)
+}

@@ -1,0 +1,51 @@
+//! The native part of the Python package `seatrial`: arrays in, numbers and JSON documents out. The Python part gives
+//! them their types and names.
+
+mod arrays;
+mod design;
+mod estimator;
+mod fleet;
+mod identify;
+mod simulate;
+
+use pyo3::prelude::*;
+use seatrial_io::ReadError;
+
+/// An exception of the Python part, by its name; it carries the exit code of the command.
+fn error(py: Python<'_>, class: &str, message: impl ToString) -> PyErr {
+    let raised = py
+        .import("seatrial._errors")
+        .and_then(|errors| errors.getattr(class))
+        .and_then(|class| class.call1((message.to_string(),)));
+    match raised {
+        Ok(error) => PyErr::from_value(error),
+        Err(error) => error,
+    }
+}
+
+fn usage(py: Python<'_>, message: impl ToString) -> PyErr {
+    error(py, "UsageError", message)
+}
+
+fn unread(py: Python<'_>, found: &ReadError) -> PyErr {
+    error(py, "InputError", found)
+}
+
+/// A document as JSON.
+fn json(py: Python<'_>, document: &impl serde::Serialize) -> PyResult<String> {
+    serde_json::to_string(document).map_err(|found| error(py, "SeatrialError", found))
+}
+
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use super::design::{Schedule, gain, turn};
+    #[pymodule_export]
+    use super::estimator::Estimator;
+    #[pymodule_export]
+    use super::fleet::{FleetJournal, fleet, fleet_work};
+    #[pymodule_export]
+    use super::identify::{identify, least_squares, paper_claims, read_log};
+    #[pymodule_export]
+    use super::simulate::{study, trial};
+}

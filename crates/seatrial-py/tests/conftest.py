@@ -1,0 +1,35 @@
+"""Where the tree is, and simulated records."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import seatrial
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+def command(*arguments: str) -> subprocess.CompletedProcess[str]:
+    """The command seatrial of this tree."""
+    binary = os.environ.get("SEATRIAL", str(ROOT / "target/release/seatrial"))
+    return subprocess.run([binary, *arguments], capture_output=True, text=True)
+
+
+@pytest.fixture(scope="session")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A log of a trial at one speed, as the command simulates it."""
+    path = tmp_path_factory.mktemp("log") / "run.csv"
+    made = command("sim", "log", "--seed", "3", "--thrust", "0.8", "--out", str(path))
+    assert made.returncode == 0, made.stderr
+    return path
+
+
+@pytest.fixture(scope="session")
+def record(log: Path) -> dict[str, Any]:
+    """Its samples."""
+    return dict(seatrial.read_log(log))

@@ -1,0 +1,123 @@
+"""What follows from models, simulated trials, exceptions, types."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import seatrial
+from conftest import ROOT, command
+
+PACKAGE = ROOT / "crates/seatrial-py"
+
+
+def test_val_table_iv() -> None:
+    model = seatrial.Model(-1.62, 1.25, 1.25 * 0.036)
+    turn = seatrial.turning(model, 0.26, 1.4, hand="port")
+    # Half a unit of the last digit printed.
+    assert turn.u_turn_time_s == pytest.approx(20.65, abs=0.005)
+    assert turn.u_turn_mean_radius_m == pytest.approx(9.20, abs=0.005)
+
+
+def test_exact_gain_of_57() -> None:
+    gain = seatrial.gains(seatrial.Model(-1.0, 2.0, 0.1), 1.0 / math.sqrt(2.0))
+    # a22^2 / (2 b2), but for the rounding of the square root.
+    assert gain.proportional_gain == pytest.approx(0.25, rel=1e-15)
+    assert gain.feed_forward_rudder_rad == -0.05
+
+
+def test_exact_schedule_runs_in_speed_squared() -> None:
+    points = [
+        seatrial.Point(seatrial.Model(-1.0, 1.0), surge_speed_m_s=1.0),
+        seatrial.Point(seatrial.Model(-2.0, 4.0), surge_speed_m_s=2.0),
+    ]
+    between = seatrial.Schedule(points).at(1.5)
+    assert between.model == seatrial.Model(-1.5, 1.0 + 3.0 * (1.25 / 3.0), 0.0)
+    with pytest.raises(seatrial.UsageError):
+        seatrial.Schedule(points).at(3.0)
+    assert seatrial.Schedule(points).at(3.0, extrapolate=True).extrapolated
+
+
+def test_recover_a_trial_on_the_simulator() -> None:
+    result = seatrial.trial("sim:starfish", [0.7, 0.9], seed=2)
+    assert [found.accepted for found in result.identifications] == [True, True]
+    at = result.schedule().at(0.8)
+    # Half way between 0.7 and 0.9 thrust; the intervals of both are within 10 %.
+    assert at.model.b2_per_s2 == pytest.approx(1.08, rel=0.1)
+    assert set(result.samples) >= {"time_s", "heading_rad", "rudder_rad", "surge_speed_m_s"}
+
+
+def test_prop_the_study_does_not_depend_on_the_workers() -> None:
+    alone = seatrial.study(4, workers=1)
+    assert alone == seatrial.study(4, workers=2)
+    assert [e["estimator"] for e in alone] == ["refined", "instrumental_variable"]
+
+
+def test_val_the_paper() -> None:
+    claims = seatrial.paper_claims()
+    assert sum(claim["agreement"] == "agrees" for claim in claims) > 20
+
+
+def test_cli_exceptions_carry_the_exit_codes_of_the_command(tmp_path: Path) -> None:
+    time_s = np.arange(100) * 0.05
+    with pytest.raises(seatrial.RejectedError) as rejected:
+        seatrial.identify(time_s, np.sin(time_s), np.zeros(100))
+    assert (rejected.value.code, rejected.value.reason) == (4, "rudder_constant")
+    with pytest.raises(seatrial.UsageError, match="expected as many"):
+        seatrial.identify(time_s, time_s, time_s[1:])
+    with pytest.raises(seatrial.UsageError, match="lambda"):
+        seatrial.Estimator(lambda_rad_s=-1.0)
+    with pytest.raises(seatrial.InputError) as unread:
+        seatrial.read_log(tmp_path / "none.csv")
+    done = command("identify", str(tmp_path / "none.csv"))
+    assert done.returncode == unread.value.code == seatrial.InputError.code == 3
+    assert str(unread.value) in done.stderr
+    with pytest.raises(seatrial.InputError, match="no column 'rudder_rad'"):
+        seatrial.identify_table({"time_s": time_s, "heading_rad": time_s})
+
+
+def test_prop_other_threads_run_while_a_study_does() -> None:
+    ticks = 0
+    over = threading.Event()
+
+    def tick() -> None:
+        nonlocal ticks
+        while not over.is_set():
+            ticks += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    seatrial.study(20, workers=1)
+    over.set()
+    thread.join()
+    # A study of 0.2 s and more; held back, the thread would have ticked once or twice.
+    assert ticks > 20
+
+
+def test_val_types() -> None:
+    mypy = [sys.executable, "-m", "mypy", "--strict", "--ignore-missing-imports", "python/seatrial"]
+    done = subprocess.run(mypy, cwd=PACKAGE, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+    stubs = [sys.executable, "-m", "mypy.stubtest", "seatrial._native"]
+    done = subprocess.run(stubs, cwd=PACKAGE / "tests", capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+
+
+def test_val_the_notebook_runs() -> None:
+    import nbclient
+    import nbformat
+
+    notebook: Any = nbformat.read(PACKAGE / "paper.ipynb", as_version=4)
+    done = nbclient.NotebookClient(notebook, timeout=120).execute()
+    cells = [cell for cell in done.cells if cell.cell_type == "code"]
+    pictures = [o for cell in cells for o in cell.outputs if "image/png" in o.get("data", {})]
+    assert len(pictures) == 3
