@@ -1,10 +1,11 @@
 //! The project's own commands.
 //!
 //! `cargo xtask test` runs every check in the order in which they fail fastest; `cargo xtask embedded` the one
-//! on microcontrollers alone.
+//! on microcontrollers alone, `cargo xtask python` that of the Python package.
 
 mod c_library;
 mod embedded;
+mod python;
 
 use std::process::{Command, ExitCode};
 use std::time::Instant;
@@ -16,8 +17,10 @@ fn main() -> ExitCode {
         Some("test") => test(),
         Some("embedded") if on_microcontrollers() => ExitCode::SUCCESS,
         Some("embedded") => ExitCode::FAILURE,
+        Some("python") if in_python() => ExitCode::SUCCESS,
+        Some("python") => ExitCode::FAILURE,
         _ => {
-            eprintln!("usage: cargo xtask test|embedded");
+            eprintln!("usage: cargo xtask test|embedded|python");
             ExitCode::from(2)
         }
     }
@@ -75,7 +78,7 @@ fn test() -> ExitCode {
         }
         eprintln!("== {name} passed in {:.0} s", start.elapsed().as_secs_f64());
     }
-    if !on_microcontrollers() {
+    if !on_microcontrollers() || !in_python() {
         return ExitCode::FAILURE;
     }
     eprintln!("== all passed in {:.0} s", begin.elapsed().as_secs_f64());
@@ -83,16 +86,24 @@ fn test() -> ExitCode {
 }
 
 fn on_microcontrollers() -> bool {
+    passes("microcontrollers", embedded::check)
+}
+
+fn in_python() -> bool {
+    passes("Python", python::check)
+}
+
+fn passes(name: &str, check: impl FnOnce() -> Result<(), String>) -> bool {
     let start = Instant::now();
-    eprintln!("== microcontrollers");
-    match embedded::check() {
+    eprintln!("== {name}");
+    match check() {
         Ok(()) => {
             let seconds = start.elapsed().as_secs_f64();
-            eprintln!("== microcontrollers passed in {seconds:.0} s");
+            eprintln!("== {name} passed in {seconds:.0} s");
             true
         }
         Err(message) => {
-            eprintln!("{message}\n== microcontrollers failed");
+            eprintln!("{message}\n== {name} failed");
             false
         }
     }
