@@ -157,7 +157,7 @@ pub fn study(
             }
             if let Some(experiment) = train(&config, plan, seed.wrapping_add(run)) {
                 let has_bound = compass_noise_rad > 0.0;
-                let outcome = Outcome::of(&experiment, &truth, &estimators, has_bound);
+                let outcome = Outcome::of(&experiment, &truth, &estimators, has_bound, None);
                 outcomes.push((run, outcome));
             }
         }

@@ -36,8 +36,9 @@ def test_parity_a_million_samples_as_scipy_has_them() -> None:
     x = lam * h
     e = np.exp(-x)
     # (s^2, s, 1) lambda^2/(s + lambda)^2, held between samples.
-    system = ([[0.0, 1.0], [-(lam**2), -2.0 * lam]], [[0.0], [lam**2]], np.eye(2), np.zeros((2, 1)))
-    phi, gamma, *_ = signal.cont2discrete(system, h, "zoh")
+    a = np.array([[0.0, 1.0], [-(lam**2), -2.0 * lam]])
+    b = np.array([[0.0], [lam**2]])
+    phi, gamma, *_ = signal.cont2discrete((a, b, np.eye(2), np.zeros((2, 1))), h, "zoh")
 
     def scipy() -> Any:
         poles = np.array([1.0, -2.0 * e, e * e])

@@ -169,10 +169,10 @@ def filtered_least_squares(
     interval_s: s. heading: rad, unwrapped. rudder: rad. For very long records: no guard against bad samples, no
     interval and no verdict, which ``identify`` has.
     """
-    angles = [np.ascontiguousarray(array(values)) for values in (heading, rudder)]
-    if len(angles[0]) != len(angles[1]):
-        raise UsageError(f"{len(angles[0])} headings and {len(angles[1])} rudder angles; expected as many")
-    return Model(*_native.least_squares(interval_s, *angles, lambda_rad_s))
+    psi, delta = np.ascontiguousarray(array(heading)), np.ascontiguousarray(array(rudder))
+    if len(psi) != len(delta):
+        raise UsageError(f"{len(psi)} headings and {len(delta)} rudder angles; expected as many")
+    return Model(*_native.least_squares(interval_s, psi, delta, lambda_rad_s))
 
 
 class Estimator:

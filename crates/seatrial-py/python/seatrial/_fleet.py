@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from importlib import import_module
 from os import PathLike, fspath
 from typing import Any, Literal, Optional, Sequence
 
@@ -47,8 +48,7 @@ def _on_ray(
     logs_per_task: int,
     max_retries: int,
 ) -> dict[str, Any]:
-    import ray
-
+    ray: Any = import_module("ray")
     journal = _native.FleetJournal(inputs, out, estimate, run_column, resume)
     work = ray.remote(max_retries=max_retries)(_native_work)
     logs = journal.pending()

@@ -1,8 +1,13 @@
 from os import PathLike
-from typing import Optional
+from typing import Optional, Sequence, final
 
 import numpy as np
 from numpy.typing import NDArray
+
+__all__ = [
+    "Estimator", "FleetJournal", "Schedule", "fleet", "fleet_work", "gain", "identify",
+    "least_squares", "paper_claims", "read_log", "study", "trial", "turn",
+]
 
 _Array = NDArray[np.float64]
 _Span = tuple[Optional[float], Optional[float]]
@@ -56,6 +61,7 @@ def fleet(
 ) -> str: ...
 def fleet_work(logs: list[_Log], estimate: str, run_column: Optional[str]) -> str: ...
 
+@final
 class FleetJournal:
     def __new__(
         cls,
@@ -69,10 +75,12 @@ class FleetJournal:
     def keep(self, lines: str) -> None: ...
     def finish(self) -> str: ...
 
+@final
 class Schedule:
-    def __new__(cls, points: list[_Point], by_speed: bool) -> Schedule: ...
+    def __new__(cls, points: Sequence[_Point], by_speed: bool) -> Schedule: ...
     def lookup(self, at: float, extrapolate: bool) -> tuple[_Point, bool]: ...
 
+@final
 class Estimator:
     def __new__(
         cls, lambda_rad_s: Optional[float], method: Optional[str], as_paper: bool

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def record(time: ArrayLike, heading: ArrayLike, rudder: ArrayLike, ax: Optional[Axes] = None) -> Axes:
     """Heading and rudder over time, deg and s."""
     ax = ax or _axes()
-    ax.plot(time, np.degrees(np.unwrap(heading)), label="heading")
+    ax.plot(time, np.degrees(np.unwrap(np.asarray(heading, dtype=np.float64))), label="heading")
     ax.plot(time, np.degrees(rudder), drawstyle="steps-post", label="rudder")
     ax.set_xlabel("time, s")
     ax.set_ylabel("angle, deg")
