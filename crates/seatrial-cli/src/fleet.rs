@@ -25,8 +25,8 @@ const SAID_EVERY: Duration = Duration::from_secs(10);
 What is done is kept in OUT.journal at once. After an interruption the same command with --resume goes on where it
 stopped; OUT is written when everything is done.
 
---estimate refined gives what `identify` reports, with 95 % intervals, at some 10 ms a manoeuvre and core. --estimate
-online gives what the vehicle itself would find, without intervals, many times faster.
+--estimate refined gives what `identify` reports, with 95 % intervals, in some 20 ms of a core for each manoeuvre.
+--estimate online gives the estimator that runs on the vehicle, without intervals, twenty times faster.
 
 Exit code 0: done, whatever the logs hold; 3: not one of them could be read.
 

@@ -26,7 +26,7 @@ pub enum Estimate {
     /// What `identify` reports: from the whole manoeuvre, with 95 % intervals.
     #[default]
     Refined,
-    /// What the vehicle itself would find: without intervals, many times faster. Its verdict knows no intervals.
+    /// The estimator that runs on the vehicle: without intervals, many times faster. Its verdict knows no intervals.
     Online,
 }
 
