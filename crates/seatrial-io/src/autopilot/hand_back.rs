@@ -83,6 +83,17 @@ pub struct HandBack {
 }
 
 impl HandBack {
+    /// A vehicle that does not answer.
+    fn nothing(backup: &Backup) -> Self {
+        Self {
+            rudder_neutral: Some(false),
+            throttle_neutral: Some(false),
+            mode_restored: backup.mode.map(|_| false),
+            restored: Vec::new(),
+            not_restored: backup.parameters.keys().cloned().collect(),
+        }
+    }
+
     /// Is everything as before?
     pub fn is_complete(&self) -> bool {
         self.not_restored.is_empty()
@@ -126,9 +137,13 @@ impl<W: Wire> Autopilot<W> {
             self.wait(0.1, |_| false);
         }
         let heartbeats = self.heard.heartbeats;
-        self.wait(RECONNECT_S, |autopilot| {
+        let is_heard = self.wait(RECONNECT_S, |autopilot| {
             autopilot.heard.heartbeats > heartbeats
         });
+        if !is_heard {
+            // Nothing can be read back, the last that was heard least of all.
+            return HandBack::nothing(&backup);
+        }
         let is_ours = self.heard.our_mode.is_none() || self.heard.mode() == self.heard.our_mode;
         let is_pilots = self.stopped.as_ref().is_some_and(super::Stop::is_pilot);
         if is_ours && !is_pilots {
@@ -156,9 +171,7 @@ impl<W: Wire> Autopilot<W> {
                 .is_some_and(|vehicle| vehicle.system == backup.system)
         });
         if !is_there {
-            done.not_restored = backup.parameters.keys().cloned().collect();
-            done.mode_restored = backup.mode.map(|_| false);
-            return done;
+            return HandBack::nothing(backup);
         }
         self.restore_parameters(backup, &mut done);
         let steering_mode = self.profile().steering_mode();
