@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use std::fs::File;
 
 use crate::bytes::{Bytes, Damage};
+use crate::description::Format;
 use crate::error::Fault;
 use crate::joined::{Kind, Message, Messages};
-use crate::reader::Format;
 use crate::table::Known;
 use crate::{Quantity, Unit};
 

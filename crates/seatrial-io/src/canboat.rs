@@ -10,10 +10,10 @@ use jiff::Timestamp;
 
 use crate::bytes::{Bytes, Damage};
 use crate::clock::instant;
+use crate::description::Format;
 use crate::error::Fault;
 use crate::joined::{Kind, Message, Messages};
 use crate::number::number;
-use crate::reader::Format;
 use crate::table::Known;
 use crate::{Quantity, Unit};
 

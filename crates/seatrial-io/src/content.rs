@@ -5,8 +5,8 @@ use std::io::{self, Cursor, Read, Seek};
 use std::path::Path;
 
 use crate::csv::Text;
+use crate::description::Format;
 use crate::error::Fault;
-use crate::reader::Format;
 use crate::table::Table;
 
 /// For messages.

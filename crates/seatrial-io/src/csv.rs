@@ -7,8 +7,8 @@ use sha2::{Digest, Sha256};
 
 use crate::Quantity;
 use crate::clock::instant;
+use crate::description::Format;
 use crate::error::{Fault, Place, clipped};
-use crate::reader::Format;
 use crate::table::{Cell, Table, hexadecimal};
 
 /// Bytes read at once; the delimiter is found in the first of these.

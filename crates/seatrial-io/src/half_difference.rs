@@ -1,8 +1,8 @@
 //! Columns that are half the difference of two others: a pair of fins, or two thrusters.
 
 use crate::Quantity;
+use crate::description::Format;
 use crate::error::{Fault, Place};
-use crate::reader::Format;
 use crate::table::{Cell, Known, Table};
 
 /// The name of half the difference of two columns.

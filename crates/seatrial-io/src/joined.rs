@@ -13,8 +13,8 @@
 use std::collections::VecDeque;
 
 use crate::bytes::Bytes;
+use crate::description::Format;
 use crate::error::{Fault, Place};
-use crate::reader::Format;
 use crate::table::{Cell, Known, KnownChannel, Table};
 use crate::{Quantity, Unit};
 

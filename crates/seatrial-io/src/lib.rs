@@ -48,6 +48,7 @@ mod content;
 mod csv;
 #[cfg(feature = "dataflash")]
 mod dataflash;
+mod description;
 mod error;
 mod half_difference;
 mod infer;
@@ -84,11 +85,12 @@ mod ulog;
 mod unit;
 mod write;
 
+pub use description::{
+    Channel, ChannelChoice, Correction, Counts, Format, LogDescription, UnitSource,
+};
 pub use error::{Fault, Place, ReadError};
 pub use quantity::Quantity;
-pub use reader::{
-    Channel, ChannelChoice, Correction, Counts, Format, LogDescription, LogReader, UnitSource, open,
-};
+pub use reader::{LogReader, open};
 pub use runs::{Run, Runs};
 pub use unit::Unit;
 #[cfg(feature = "foxglove")]

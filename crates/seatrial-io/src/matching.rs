@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use crate::description::ChannelChoice;
 use crate::error::Fault;
 use crate::name::{ColumnName, StatedUnit};
-use crate::reader::ChannelChoice;
 use crate::table::Known;
 use crate::{Quantity, Unit};
 

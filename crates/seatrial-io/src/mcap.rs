@@ -7,10 +7,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::bytes::{Bytes, Damage};
+use crate::description::Format;
 use crate::error::{Fault, clipped};
 use crate::joined::{Kind, Message, Messages};
 use crate::number::number;
-use crate::reader::Format;
 use crate::ros2::Topics;
 use crate::table::Known;
 

@@ -30,6 +30,9 @@ pub(crate) enum StatedUnit {
 /// Rank added where a name only contains the quantity's name.
 const CONTAINED: usize = 10;
 
+/// A name of more words is none of a quantity; looking for one takes time with the cube of their number.
+const MOST_WORDS: usize = 32;
+
 /// Words that make another quantity of a name that contains a quantity's name.
 const OTHER_QUANTITY: [&str; 44] = [
     "desired",
@@ -183,6 +186,9 @@ fn stated(text: &str, dimension: Dimension) -> StatedUnit {
 }
 
 fn rank(words: &[String], quantity: Quantity) -> Option<usize> {
+    if words.len() > MOST_WORDS {
+        return None;
+    }
     let whole = words.concat();
     let exact = quantity
         .names()
@@ -314,5 +320,15 @@ mod tests {
         }
         assert_eq!(fit("roll_counts", Quantity::Roll), None);
         assert_eq!(fit("delta_t", Quantity::Rudder), None);
+    }
+
+    /// Found by fuzzing: a header with a quotation mark left open took seconds for a kB of it.
+    #[test]
+    fn regress_a_long_name_takes_no_time() {
+        let begun = std::time::Instant::now();
+        let name = ColumnName::new(&"heading of ".repeat(20_000));
+        assert_eq!(name.fit(Quantity::Heading), None);
+        // Some ms; hours when all stretches of its words are looked at.
+        assert!(begun.elapsed().as_secs() < 5);
     }
 }

@@ -10,9 +10,9 @@ use jiff::tz::TimeZone;
 
 use crate::bytes::{Bytes, Damage};
 use crate::clock::instant;
+use crate::description::Format;
 use crate::error::Fault;
 use crate::joined::{Kind, Message, Messages};
-use crate::reader::Format;
 use crate::table::Known;
 use crate::{Quantity, Unit};
 

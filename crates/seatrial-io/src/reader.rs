@@ -1,19 +1,18 @@
 //! From the rows of a log to samples in SI units.
 
-use std::collections::{BTreeMap, VecDeque};
-use std::fmt;
+use std::collections::VecDeque;
 use std::fs::File;
 use std::io;
 use std::path::Path;
 
 use seatrial_core::Sample;
-use serde::{Deserialize, Serialize};
 
 use crate::clock::Clock;
 use crate::content;
+use crate::description::{Channel, ChannelChoice, Counts, LogDescription, UnitSource};
 use crate::error::{Fault, Place, ReadError, clipped};
 use crate::half_difference::{self, WithDifferences};
-use crate::infer::{FirstRows, largest_plausible};
+use crate::infer::FirstRows;
 use crate::matching::{Match, Matches, match_columns, pair_of_columns};
 use crate::table::{Cell, Table};
 use crate::unit::{Conversion, Dimension, NEUTRAL_PULSE_US};
@@ -21,159 +20,6 @@ use crate::{Quantity, Unit};
 
 /// Rows on which units are inferred before the first sample is given.
 const LOOK_AHEAD_ROWS: usize = 20_000;
-
-/// Formats that are read, found by content.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Format {
-    /// Delimited text.
-    Csv,
-    /// Apache Parquet.
-    Parquet,
-    /// ArduPilot DataFlash.
-    #[serde(rename = "dataflash")]
-    DataFlash,
-    /// MAVLink telemetry.
-    Tlog,
-    /// PX4 ULog.
-    Ulog,
-    /// NMEA 2000, captured by canboat.
-    Canboat,
-    /// Slocum glider.
-    Slocum,
-    /// NMEA 0183 text.
-    Nmea0183,
-    /// MOOS.
-    Alog,
-    /// MCAP with ROS 2 messages.
-    Mcap,
-    /// rosbag2 in SQLite.
-    Rosbag,
-}
-
-/// What the user said about a log; everything else is found out.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ChannelChoice {
-    /// Column of a quantity; `none` leaves an optional quantity out.
-    pub columns: BTreeMap<Quantity, String>,
-    /// Quantities that are half the difference of two columns: fins of a pair, thrusters of both sides.
-    pub half_differences: BTreeMap<Quantity, [String; 2]>,
-    /// Unit of a quantity's column.
-    pub units: BTreeMap<Quantity, Unit>,
-    /// What is put right before the unit.
-    pub corrections: BTreeMap<Quantity, Correction>,
-    /// Pulse width of the neutral rudder, us; 1500 unless given.
-    pub rudder_trim: Option<f64>,
-    /// Rudder angle at full deflection (400 us from the trim, 100 %, fraction 1), rad.
-    pub full_rudder_rad: Option<f64>,
-    /// Leave rows with text, NaN, a wrong number of cells or reversed time out instead of refusing the log.
-    pub drop_invalid: bool,
-}
-
-/// scale (value - offset), in the unit of the column
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Correction {
-    /// Factor; negative where the column counts the other way.
-    pub scale: f64,
-    /// In the unit of the column; of a pulse in place of its trim.
-    pub offset: Option<f64>,
-}
-
-impl fmt::Display for Correction {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        if let Some(offset) = self.offset {
-            write!(f, "less {offset}, ")?;
-        }
-        write!(f, "times {}", self.scale)
-    }
-}
-
-/// Where a unit comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum UnitSource {
-    /// The user said so.
-    Chosen,
-    /// The log says so.
-    Stated,
-    /// From the values.
-    Assumed,
-}
-
-/// One column and what it feeds.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Channel {
-    /// The quantity it feeds.
-    pub quantity: Quantity,
-    /// Its name in the log.
-    pub column: String,
-    /// Its unit.
-    pub unit: Unit,
-    /// Where the unit comes from.
-    pub unit_source: UnitSource,
-    /// Why the unit was assumed, or why the format takes this column.
-    pub because: Option<String>,
-    /// value in SI = (value - offset) * scale
-    pub scale: f64,
-    /// value in SI = (value - offset) * scale
-    pub offset: f64,
-}
-
-impl Channel {
-    /// A unit that was assumed from the first rows must hold to the last.
-    fn check(&self, value: f64, place: Place) -> Result<(), Fault> {
-        let largest = largest_plausible(self.quantity, self.unit);
-        if self.unit_source == UnitSource::Assumed && value.is_finite() && value.abs() > largest {
-            return Err(Fault::UnitContradicted {
-                place,
-                column: clipped(&self.column),
-                quantity: self.quantity,
-                unit: self.unit,
-                found: value,
-            });
-        }
-        Ok(())
-    }
-}
-
-/// What a log is and how it is read.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct LogDescription {
-    /// Its format.
-    pub format: Format,
-    /// Names of all columns.
-    pub columns: Vec<String>,
-    /// The columns that are read.
-    pub channels: Vec<Channel>,
-    /// Second 0 of the samples in UTC, where the log has an epoch or calendar time.
-    pub start_utc: Option<String>,
-    /// What people should know before they trust the samples.
-    pub warnings: Vec<String>,
-}
-
-/// Rows read and rows left out, by cause.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Counts {
-    /// Rows of the log.
-    pub rows: u64,
-    /// Samples given.
-    pub samples: u64,
-    /// Time, heading or rudder was empty.
-    pub missing: u64,
-    /// Text, NaN, infinity or a wrong number of cells.
-    pub invalid: u64,
-    /// The time of the sample before.
-    pub repeated_time: u64,
-    /// Earlier than the sample before.
-    pub reversed_time: u64,
-}
-
-impl Counts {
-    /// Rows left out, all causes.
-    pub fn dropped(&self) -> u64 {
-        self.missing + self.invalid + self.repeated_time + self.reversed_time
-    }
-}
 
 /// The samples of a log, one by one.
 pub struct LogReader {

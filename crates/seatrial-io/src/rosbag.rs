@@ -8,9 +8,9 @@ use rusqlite::{Connection, OpenFlags, params};
 use tempfile::NamedTempFile;
 
 use crate::bytes::Bytes;
+use crate::description::Format;
 use crate::error::{Fault, clipped};
 use crate::joined::{Kind, Message, Messages};
-use crate::reader::Format;
 use crate::ros2::{Topics, plain};
 use crate::table::Known;
 

@@ -5,8 +5,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::Quantity;
+use crate::description::{ChannelChoice, Format, LogDescription};
 use crate::error::{Fault, Place, ReadError, clipped};
-use crate::reader::{ChannelChoice, Format, LogDescription, LogReader, open, table};
+use crate::reader::{LogReader, open, table};
 use crate::table::{Cell, Table};
 
 /// The most rows of a run that are held in memory: some 100 MB.

@@ -9,9 +9,9 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use crate::bytes::{Bytes, Damage, text_of};
+use crate::description::Format;
 use crate::error::Fault;
 use crate::joined::{Kind, Message, Messages};
-use crate::reader::Format;
 use crate::table::Known;
 use crate::{Quantity, Unit};
 

@@ -7,13 +7,13 @@ use std::fs::File;
 
 use crate::ardupilot::{Parameters, Pulse, Steering};
 use crate::bytes::{Bytes, Damage, text_of};
+use crate::description::Format;
 use crate::error::Fault;
 use crate::joined::{Kind, Message, Messages};
 use crate::mavlink::{
     ATTITUDE, Definition, Frame, HEARTBEAT, LONGEST_FRAME, MESSAGES, MessageClock, Next,
     PARAM_VALUE, PAYLOAD, RC_CHANNELS, RC_CHANNELS_SCALED, SERVO_OUTPUT_RAW, STAMP, Sender,
 };
-use crate::reader::Format;
 use crate::table::{Known, KnownChannel};
 use crate::{Quantity, Unit};
 

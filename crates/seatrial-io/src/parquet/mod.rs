@@ -20,9 +20,9 @@ use sha2::{Digest, Sha256};
 
 use crate::Quantity;
 use crate::clock::instant;
+use crate::description::Format;
 use crate::error::{Fault, Place};
 use crate::number::number;
-use crate::reader::Format;
 use crate::table::{Cell, Table, hexadecimal};
 use pages::{Allowance, Pages, TooMuch};
 

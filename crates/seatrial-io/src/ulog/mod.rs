@@ -11,10 +11,10 @@ use std::fs::File;
 use std::sync::Arc;
 
 use crate::bytes::{Bytes, Damage, text_of};
+use crate::description::Format;
 use crate::error::Fault;
 use crate::joined::{Kind, Message, Messages};
 use crate::number::number;
-use crate::reader::Format;
 use crate::table::Known;
 use crate::ulog::layout::Layout;
 use crate::{Quantity, Unit};

@@ -1,11 +1,11 @@
-"""Writes expected.txt: what the formats' own Python libraries read in every log of the shared data.
+"""Prints what other libraries read in every log of a folder and in those beside this file.
 
 A line is a kind of message: log, kind, messages, and the first 16 digits of the SHA-256 of all numbers of all
 messages as little-endian doubles, in the order of the file. Run with requirements.txt installed:
 
     python expect.py ../../../../../shared/data/native > expected.txt
 
-It also writes ros2.mcap and ros2.db3 beside itself where they are missing.
+It also writes ros2.mcap, ros2.db3 and sentences.nmea beside itself where they are missing.
 """
 
 import hashlib
@@ -263,14 +263,140 @@ def bag(path):
     return kinds
 
 
-def main(native):
+# Parameter groups: our name, does the first byte number instruments, fields.
+NMEA2000 = {
+    127245: ("rudder", True, ["angleOrder", "position"]),
+    127250: ("vessel_heading", False, ["heading"]),
+    127251: ("rate_of_turn", False, ["rate"]),
+    127257: ("attitude", False, ["yaw", "pitch", "roll"]),
+    128259: ("speed", False, ["speedWaterReferenced", "speedGroundReferenced"]),
+    128267: ("water_depth", False, ["depth"]),
+    129026: ("cog_sog", False, ["sog"]),
+}
+
+
+def canboat(path):
+    from nmea2000 import NMEA2000Decoder
+
+    kinds, decoder = Kinds(), NMEA2000Decoder()
+    for line in path.read_text().splitlines():
+        cells = line.split(",")
+        if line.startswith("#") or len(cells) < 7 or int(cells[2]) not in NMEA2000:
+            continue
+        message = decoder.decode(line)
+        if message is None:
+            continue
+        name, has_instance, fields = NMEA2000[message.PGN]
+        kind = f"{name}.{message.source}"
+        if has_instance:
+            kind += f".{int(cells[6], 16)}"
+        values = {field.id.lower(): field.value for field in message.fields}
+        values = [values[field.lower()] for field in fields]
+        kinds.add(kind, [math.nan if value is None else float(value) for value in values])
+    return kinds
+
+
+def is_measured(sensor):
+    """Of some two thousand sensors: attitude, depth, speed, position and fin, and their times."""
+    words = ("heading", "pitch", "roll", "depth", "fin", "speed", "lat", "lon", "time", "rate", "altitude")
+    return sensor.startswith("m_") and any(word in sensor for word in words)
+
+
+def slocum(path):
+    import dbdreader
+
+    kinds = Kinds()
+    cache = str(path.parent / "cac")
+    log = dbdreader.DBD(str(path), cacheDir=cache, skip_initial_line=False)
+    for sensor in filter(is_measured, log.parameterNames):
+        for value in log.get(sensor, decimalLatLon=False, discardBadLatLon=False)[1]:
+            kinds.add(sensor, [value])
+    log.close()
+    return kinds
+
+
+# Attributes of pynmea2; of a pair the second is the letter without which the first does not count.
+NMEA0183 = {
+    "HDT": ["heading"],
+    "HDG": ["heading"],
+    "HDM": ["heading"],
+    "ROT": [("rate_of_turn", "status")],
+    "RSA": [("rsa_starboard", "rsa_starboard_status"), ("rsa_port", "rsa_port_status")],
+    "VHW": ["heading_true", "water_speed_knots"],
+    "VTG": ["spd_over_grnd_kts"],
+    "RMC": ["spd_over_grnd"],
+    "DPT": ["depth"],
+    "DBT": ["depth_meters"],
+}
+
+
+def write_sentences():
+    """A minute of a bridge: every number another, some empty, some not valid, some sentences damaged."""
+    lines = []
+    for k in range(240):
+        sentences = [
+            f"GPRMC,1200{k / 4:05.2f},A,5000.0,N,00100.0,W,{4 + k / 100:.2f},81.0,080626,,,A",
+            f"HEHDT,{80 + k / 7:.3f},T",
+            f"HCHDG,{79.5 + k / 7:.1f},,,1.5,W",
+            f"HCHDM,{79.5 + k / 7:.1f},M",
+            f"TIROT,{12 - k / 3:.2f},{'AV'[k % 5 == 0]}",
+            f"IIRSA,{-3.5 + k / 9:.2f},A,{k / 11:.2f},{'VA'[k % 2]}",
+            f"VWVHW,{81 + k / 7:.2f},T,80.0,M,{4 + k / 50:.2f},N,7.6,K",
+            f"GPVTG,81.0,T,80.0,M,{'' if k % 4 == 0 else f'{4 + k / 100:.2f}'},N,7.6,K",
+            f"SDDPT,{20 + k / 13:.2f},0.5",
+            f"SDDBT,65.6,f,{20 + k / 13:.2f},M,10.9,F",
+        ]
+        for number, sentence in enumerate(sentences):
+            total = 0
+            for character in sentence:
+                total ^= ord(character)
+            total ^= (k + number) % 37 == 20
+            lines.append(f"${sentence}*{total:02X}")
+    (HERE / "sentences.nmea").write_text("\r\n".join(lines) + "\r\n")
+
+
+def nmea0183(path):
+    import pynmea2
+
+    kinds = Kinds()
+    for line in path.read_text().splitlines():
+        try:
+            sentence = pynmea2.parse(line[line.index("$") :], check=True)
+        except pynmea2.ParseError:
+            continue
+        values = []
+        for field in NMEA0183.get(sentence.sentence_type, []):
+            number, flag = field if isinstance(field, tuple) else (field, None)
+            value = getattr(sentence, number)
+            counts = flag is None or getattr(sentence, flag) == "A"
+            values.append(math.nan if value in (None, "") or not counts else float(value))
+        if values:
+            kinds.add(sentence.sentence_type, values)
+    return kinds
+
+
+def main(folder):
     write_ros2()
-    readers = {".BIN": dataflash, ".tlog": tlog, ".ulg": ulog}
-    for path in sorted(native.rglob("*")):
+    if not (HERE / "sentences.nmea").exists():
+        write_sentences()
+    readers = {
+        ".BIN": dataflash,
+        ".tlog": tlog,
+        ".ulg": ulog,
+        ".mcap": mcap,
+        ".db3": bag,
+        ".dbd": slocum,
+        ".nmea": nmea0183,
+    }
+    for path in sorted(folder.rglob("*")):
         if path.suffix in readers:
-            readers[path.suffix](path).show(path.relative_to(native))
-    mcap(HERE / "ros2.mcap").show("ros2.mcap")
-    bag(HERE / "ros2.db3").show("ros2.db3")
+            readers[path.suffix](path).show(path.relative_to(folder))
+        # The times of the third capture are those of a copy: it is refused.
+        elif path.suffix in (".raw", ".all") and not path.name.startswith("raymarine"):
+            canboat(path).show(path.relative_to(folder))
+    for path in sorted(HERE.iterdir()):
+        if path.suffix in readers:
+            readers[path.suffix](path).show(path.name)
 
 
 main(pathlib.Path(sys.argv[1]))
