@@ -203,6 +203,11 @@ impl Bag {
                     break;
                 }
             };
+            // Behind a number a damaged index can lead to it again, and for ever.
+            if id <= self.last {
+                self.what = Some("its messages are out of order".into());
+                break;
+            }
             self.last = id;
             bytes += data.len();
             fetched.push((topic as u64, time, data));

@@ -92,6 +92,22 @@ fn io_every_format_cut_at_every_byte_is_read_up_to_there() {
     }
 }
 
+/// The files in `found` once took for ever, or seconds for each kB.
+#[test]
+fn regress_what_fuzzing_found_is_read_soon() {
+    let folder = tempfile::tempdir().unwrap();
+    let found = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/found");
+    let mut count = 0;
+    for entry in std::fs::read_dir(found).unwrap() {
+        let bytes = std::fs::read(entry.unwrap().path()).unwrap();
+        for drop_invalid in [false, true] {
+            read(folder.path(), &bytes, drop_invalid);
+        }
+        count += 1;
+    }
+    assert!(count >= 2);
+}
+
 /// Samples of a log of these bytes; the fault that ends it.
 fn read(folder: &Path, bytes: &[u8], drop_invalid: bool) -> (usize, Option<Fault>) {
     let path = folder.join("log");
