@@ -49,7 +49,7 @@ fn val_ardupilot_rover_with_a_lagging_rudder() {
         (["125.6", "136", "139.6", "150"], -1.26, 3.71),
     ] {
         let [from, to, validate_from, validate_to] = windows;
-        let identified = |given: &[&str]| {
+        let identified = |given: &[&str], share: f64| {
             let windows = ["--from", from, "--to", to];
             let fresh = [
                 "--validate-from",
@@ -60,18 +60,19 @@ fn val_ardupilot_rover_with_a_lagging_rudder() {
             let range = ["--rudder-range-deg", "35"];
             let (document, code) = identify(&log, &[&windows[..], &fresh, &range, given].concat());
             assert_eq!(code, Some(0));
-            assert_within(&document, "a22_per_s", a22, 0.1);
-            assert_within(&document, "b2_per_s2", b2, 0.1);
+            assert_within(&document, "a22_per_s", a22, share);
+            assert_within(&document, "b2_per_s2", b2, share);
             document
         };
-        let found = identified(&[]);
+        let found = identified(&[], 0.1);
         let lag = found["higher_order"]["model"]["rudder_lag_s"]
             .as_f64()
             .unwrap();
         // Its interval is 0.03 s either side.
         assert!((lag - 0.15).abs() < 0.03, "{lag}");
-        // Given, nothing is left to explain.
-        let given = identified(&["--rudder-lag", "0.15"]);
+        // Given, no order is left to explain. 0.144 and 0.156 s fit best, and the interval of a22 at the faster throttle is 19 %
+        // either side.
+        let given = identified(&["--rudder-lag", "0.15"], 0.15);
         assert!(given["higher_order"].is_null(), "{given}");
         assert_eq!(given["source"]["servo"]["lag_s"], 0.15);
     }
