@@ -15,6 +15,7 @@ use seatrial::report;
 use seatrial_core::heading_control::HeadingGain;
 use seatrial_core::{AbortReason, Outcome, Plan, Trial, Vehicle, YawModel};
 use seatrial_io::{Estimate, Row, RowWriter};
+use seatrial_sim::FaultyVehicle;
 use serde::Serialize;
 
 use crate::autopilot::{LinkArgs, Taken};
@@ -23,7 +24,7 @@ use crate::output::{Exit, Failure, Output, say};
 use crate::pitch::{self, Axis};
 use crate::record::{self, Format, Recording};
 use crate::table::{Table, decimals};
-use crate::vehicle;
+use crate::vehicle::{self, Simulated};
 
 /// Run a whole sea trial: settle, train and validate at each speed, then gains and turning limits.
 #[derive(clap::Args, Debug)]
@@ -139,6 +140,13 @@ impl Args {
     }
 }
 
+/// What the trial is run on.
+enum On<'a> {
+    Simulator(Box<FaultyVehicle<Simulated>>),
+    /// Behind this address.
+    Autopilot(&'a str),
+}
+
 fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let mut plan = load_plan(args.plan.as_deref())?;
     plan.stop_when = args.stop_when.or(plan.stop_when);
@@ -146,12 +154,18 @@ fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let handler = Arc::clone(&stop);
     ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
         .map_err(Failure::internal)?;
-    let address = args.vehicle.strip_prefix("mavlink:");
+    let on = match args.vehicle.strip_prefix("mavlink:") {
+        Some(address) => On::Autopilot(address),
+        None => {
+            let scenario = args.scenario.as_deref();
+            On::Simulator(vehicle::rehearsed(&args.vehicle, scenario, args.seed)?.into())
+        }
+    };
     let about = Campaign {
         software_version: env!("CARGO_PKG_VERSION").into(),
         vehicle: args.vehicle.clone(),
         configuration: args.configuration.clone(),
-        seed: address.is_none().then_some(args.seed),
+        seed: matches!(on, On::Simulator(_)).then_some(args.seed),
         rudder_limit_rad: plan.rudder_limit_rad,
         runs: Vec::new(),
         outcome: None,
@@ -178,16 +192,14 @@ fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
     )
     .map_err(Failure::from)?;
 
-    let (mut campaign, mut unsaved) = match address {
-        None => {
-            let mut vehicle =
-                vehicle::rehearsed(&args.vehicle, args.scenario.as_deref(), args.seed)?;
+    let (mut campaign, mut unsaved) = match on {
+        On::Simulator(mut vehicle) => {
             let mut bridge = Bridge::new(args, recorder, recording, viewer, stop);
-            let campaign = conducted(&mut vehicle, plan, about, &mut bridge)?;
+            let campaign = conducted(vehicle.as_mut(), plan, about, &mut bridge)?;
             let unsaved = bridge.end(&campaign);
             (campaign, unsaved)
         }
-        Some(address) => {
+        On::Autopilot(address) => {
             let mut taken = taken(args, address, &plan, &stop)?;
             let mut bridge = Bridge::new(args, recorder, recording, viewer, stop);
             let campaign = conducted(&mut taken.autopilot, plan, about, &mut bridge)?;

@@ -135,7 +135,7 @@ fn cli_errors_of_a_channels_file_name_file_line_and_field() {
     }
 }
 
-/// Binary formats are read twice, and a database by its name.
+/// Binary formats are read twice.
 #[test]
 fn cli_binary_logs_come_on_standard_input_too() {
     let data = std::env::var_os("SEATRIAL_DATA").map_or_else(
@@ -160,5 +160,8 @@ fn cli_binary_logs_come_on_standard_input_too() {
     let refused = seatrial(&["inspect", "-"], folder.path(), Some(&bag));
     let said = String::from_utf8_lossy(&refused.stderr);
     assert_eq!(refused.status.code(), Some(3));
-    assert!(said.contains("save it and give its name"), "{said}");
+    assert!(
+        said.contains("rosbag2 file in which nothing can be read"),
+        "{said}"
+    );
 }

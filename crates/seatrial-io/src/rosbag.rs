@@ -112,12 +112,15 @@ impl Bag {
             None => damaged(error),
         })?;
         if bag.topics.kinds.is_empty() {
+            let unknown = bag.topics.unknown.join(", ");
+            let found = if unknown.is_empty() {
+                "no topics"
+            } else {
+                &clipped(&unknown)
+            };
             return Err(Fault::NothingToRead {
                 format: "rosbag2",
-                what: format!(
-                    "expected topics in CDR whose definitions it holds, found {}",
-                    clipped(&bag.topics.unknown.join(", "))
-                ),
+                what: format!("expected topics in CDR whose definitions it holds, found {found}"),
             });
         }
         Ok(bag)
