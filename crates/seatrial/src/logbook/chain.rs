@@ -47,8 +47,14 @@ impl Link {
     fn steps(&mut self, steps: &[Step]) -> Result<(), Error> {
         self.length(steps.len());
         for step in steps {
-            for value in step.numbers() {
+            // Logbooks from before the thrust was kept have the hashes that they had.
+            let [before @ .., thrust] = step.numbers();
+            for value in before {
                 self.optional_number(value);
+            }
+            if let Some(thrust) = thrust {
+                self.text("thrust");
+                self.number(thrust);
             }
             self.optional_text(step.stage.map(stage_name));
             let outcome = step.action.outcome.as_ref().map(to_json).transpose()?;

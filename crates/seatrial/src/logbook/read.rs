@@ -334,7 +334,7 @@ fn steps(
         Step::COLUMNS.join(", "),
     );
     collect(connection, &sql, parameter, |row| {
-        Ok((row.get(19)?, Step::from_row(row)?))
+        Ok((row.get(20)?, Step::from_row(row)?))
     })
 }
 

@@ -33,7 +33,7 @@ impl Step {
     }
 
     /// The names of [`numbers`](Step::numbers), with their units.
-    pub const COLUMNS: [&'static str; 17] = [
+    pub const COLUMNS: [&'static str; 18] = [
         "time_s",
         "heading_rad",
         "rudder_rad",
@@ -51,10 +51,11 @@ impl Step {
         "estimate_a22_per_s",
         "estimate_b2_per_s2",
         "estimate_c0_rad_per_s2",
+        "thrust",
     ];
 
     /// Every number of the sample, the action and the estimate, in the order of [`COLUMNS`](Step::COLUMNS).
-    pub fn numbers(&self) -> [Option<f64>; 17] {
+    pub fn numbers(&self) -> [Option<f64>; 18] {
         let s = &self.sample;
         let (rudder, heading) = match self.action.steering {
             Steering::Rudder(angle) => (Some(angle), None),
@@ -82,6 +83,7 @@ impl Step {
             a22,
             b2,
             c0,
+            s.thrust,
         ]
     }
 
@@ -128,16 +130,16 @@ impl Step {
                 yaw_rate_rad_s: optional(8)?,
                 north_m: optional(9)?,
                 east_m: optional(10)?,
-                thrust: None,
+                thrust: optional(17)?,
             },
             stage: row
-                .get::<_, Option<String>>(17)?
-                .map(|name| stage(17, &name))
+                .get::<_, Option<String>>(18)?
+                .map(|name| stage(18, &name))
                 .transpose()?,
             action: Action {
                 steering,
                 thrust: optional(13)?,
-                outcome: json_column(row, 18)?,
+                outcome: json_column(row, 19)?,
             },
             estimate,
         })

@@ -105,13 +105,14 @@ impl Logbook {
             )?;
             let mut insert = transaction.prepare_cached(
                 "INSERT INTO sample
-                 VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                 VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
             )?;
             for (number, (run, step)) in (next..).zip(steps) {
                 insert.raw_bind_parameter(1, campaign.0)?;
                 insert.raw_bind_parameter(2, number)?;
                 insert.raw_bind_parameter(3, run.map(|run| run.0))?;
-                for (column, value) in (4..).zip(step.numbers()) {
+                // The thrust came to the table later.
+                for (column, value) in (4..21).chain([23]).zip(step.numbers()) {
                     insert.raw_bind_parameter(column, value.map(Exact))?;
                 }
                 insert.raw_bind_parameter(21, step.stage.map(stage_name))?;

@@ -32,7 +32,7 @@ impl Draw {
                 yaw_rate_rad_s: self.optional(),
                 north_m: self.optional(),
                 east_m: self.optional(),
-                thrust: None,
+                thrust: self.optional(),
             },
             stage: self.maybe(|draw| {
                 if draw.yes() {

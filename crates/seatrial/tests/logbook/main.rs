@@ -465,3 +465,29 @@ fn io_a_sample_takes_about_150_bytes() {
     let bytes = (size("full.db", 100) - size("empty.db", 0)) as f64 / 2000.0;
     assert!((120.0..170.0).contains(&bytes), "{bytes} bytes a sample");
 }
+
+/// A logbook from before samples had a thrust is read and verified as it is, and goes on when it is written to.
+#[test]
+fn io_a_logbook_of_the_first_schema_opens_and_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("seatrial.db");
+    let campaign = example(&path);
+    let old = Connection::open(&path).unwrap();
+    old.execute_batch("ALTER TABLE sample DROP COLUMN thrust; PRAGMA user_version = 1")
+        .unwrap();
+    drop(old);
+
+    let logbook = Logbook::open_read_only(&path).unwrap();
+    assert_eq!(logbook.verify().unwrap().damage, []);
+    assert_eq!(logbook.campaign(CampaignId(1)).unwrap(), campaign);
+    drop(logbook);
+    let mut recorder = Recorder::begin(Logbook::open(&path).unwrap(), &NEW).unwrap();
+    let mut step = example_step(1);
+    step.sample.thrust = Some(0.6);
+    recorder.step(step).unwrap();
+    recorder.finish(Outcome::Finished).unwrap();
+    let logbook = Logbook::open(&path).unwrap();
+    assert_eq!(logbook.verify().unwrap().damage, []);
+    assert_eq!(logbook.campaign(CampaignId(1)).unwrap(), campaign);
+    assert_eq!(logbook.steps(CampaignId(2)).unwrap(), [(None, step)]);
+}

@@ -1,0 +1,2 @@
+-- The thrust that the vehicle reports with a sample.
+ALTER TABLE sample ADD COLUMN thrust ANY;
