@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use seatrial::compare::{Comparison, MethodResult, compare, split};
-use seatrial::identify::Fresh;
+use seatrial::identify::{Fresh, IdentifySettings};
 use seatrial::verdict::three_figures;
 use seatrial::{Record, Window};
 use serde::Serialize;
@@ -11,14 +11,16 @@ use serde::Serialize;
 use crate::identify::source_text;
 use crate::log::{LogArgs, Source};
 use crate::output::{Exit, Failure, Output};
+use crate::speeds;
 use crate::table::Table;
 use crate::windows::{Logs, WindowArgs, failure};
 
 /// Every method on the identical record, side by side, with time and disagreement.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
-Without a validation window what follows the training window is fresh. Without any a log with several strokes of
-the rudder is split in its middle: the first part is for training, the second one is fresh.
+Without a validation window what follows the training window is fresh. Without any the windows are those of
+`seatrial identify`: of the manoeuvres of its surest model the best excited one trains and another one is fresh.
+A log without such manoeuvres but with several strokes of the rudder is split in its middle.
 
 Example:
   seatrial sim log --seed 1 --out run.csv && seatrial compare run.csv")]
@@ -40,7 +42,7 @@ struct Document {
     source: Source,
     validation_source: Option<Source>,
     /// Which data were fresh, and why these.
-    windows_because: &'static str,
+    windows_because: String,
     #[serde(flatten)]
     comparison: Comparison,
 }
@@ -48,7 +50,7 @@ struct Document {
 /// Compares the methods on a log.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let logs = args.windows.with_the_rest_fresh().open(&args.log)?;
-    let chosen = Chosen::of(&logs);
+    let chosen = Chosen::of(args, &logs)?;
     let comparison = compare(&logs.log.record, chosen.training, chosen.fresh, args.lambda)
         .map_err(|error| failure(&logs.log, error))?;
     let document = Document {
@@ -65,26 +67,34 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 struct Chosen<'a> {
     training: Window,
     fresh: Fresh<'a>,
-    because: &'static str,
+    because: String,
 }
 
 impl<'a> Chosen<'a> {
-    fn of(logs: &'a Logs) -> Self {
+    fn of(args: &Args, logs: &'a Logs) -> Result<Self, Failure> {
         let record: &Record = &logs.log.record;
         let training = logs.training;
-        let on_this_log = |training, window, because| Self {
+        let on_this_log = |training, window, because: &str| Self {
             training,
             fresh: Fresh { record, window },
-            because,
+            because: because.into(),
         };
         if let Some(fresh) = logs.fresh() {
-            return Self {
+            return Ok(Self {
                 training,
                 fresh,
-                because: "as given; without, what follows the training window",
-            };
+                because: "as given; without, what follows the training window".into(),
+            });
         }
-        match split(record).filter(|_| training == Window::ALL) {
+        if !args.windows.are_given()
+            && let Some(models) = speeds::identify(&logs.log, &IdentifySettings::default())?
+        {
+            let windows = &speeds::foremost(&models).windows;
+            if let (Some(training), Some(fresh)) = (windows.training.first(), windows.validation) {
+                return Ok(on_this_log(*training, fresh, &windows.because));
+            }
+        }
+        Ok(match split(record).filter(|_| training == Window::ALL) {
             Some((training, fresh)) => on_this_log(
                 training,
                 fresh,
@@ -95,7 +105,7 @@ impl<'a> Chosen<'a> {
                 training,
                 "NOT FRESH: nothing is left of the log, so the models are judged by the data that they were made from",
             ),
-        }
+        })
     }
 }
 

@@ -4,6 +4,7 @@ mod export;
 
 use std::path::PathBuf;
 
+use seatrial::record::RudderUnit;
 use seatrial_core::heading_loop::{LoopTiming, Poles};
 use seatrial_core::schedule::{Beyond, ScheduleError, ScheduleKey};
 use seatrial_core::{GainSchedule, HeadingGain, HeadingLoop, YawModel};
@@ -74,6 +75,7 @@ struct Document<'a> {
     source: &'a str,
     damping_ratio: f64,
     rudder_limit_rad: f64,
+    rudder_unit: RudderUnit,
     timing: LoopTiming<f64>,
     points: Vec<PointGains>,
     at: Option<InterpolatedGain>,
@@ -134,6 +136,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         source: &source.origin,
         damping_ratio: args.zeta,
         rudder_limit_rad: source.rudder_limit_rad,
+        rudder_unit: source.rudder_unit,
         timing,
         points: points.map(|p| point_gains(p, args.zeta, timing)).collect(),
         at: interpolated(args, &source, timing)?,
@@ -287,6 +290,11 @@ fn interpolated_interval(
 }
 
 fn text(document: &Document) -> String {
+    let (rudder_scale, rudder) = document.rudder_unit.for_people();
+    let per_angle = match document.rudder_unit {
+        RudderUnit::Rad => "rad/rad",
+        RudderUnit::FullRudder => "full/rad",
+    };
     let mut table = Table::new(&[
         ("thrust", "%"),
         ("speed", "m/s"),
@@ -294,8 +302,8 @@ fn text(document: &Document) -> String {
         ("b2", "1/s^2"),
         ("Nomoto T", "s"),
         ("Nomoto K", "1/s"),
-        ("K_p", "rad/rad"),
-        ("feed-forward", "deg"),
+        ("K_p", per_angle),
+        ("feed-forward", rudder),
         ("damping", ""),
         ("frequency", "rad/s"),
         ("overshoot", "%"),
@@ -315,7 +323,7 @@ fn text(document: &Document) -> String {
             estimate(&point.nomoto_t_s, 2, 1.0),
             estimate(&point.nomoto_k_per_s, 2, 1.0),
             estimate(&point.proportional_gain, 3, 1.0),
-            estimate(&point.feed_forward_rudder_rad, 2, 1_f64.to_degrees()),
+            estimate(&point.feed_forward_rudder_rad, 2, rudder_scale),
         ];
         cells.extend(loop_cells(&point.closed_loop));
         table.row(cells);
@@ -327,14 +335,14 @@ fn text(document: &Document) -> String {
         .map(|reason| format!("No gain: {reason}."))
         .collect();
     if let Some(at) = &document.at {
-        notes.push(at_text(at));
+        notes.push(at_text(at, document.rudder_unit));
     }
     format!(
-        "Heading gains of {}, damping ratio {:.4}, rudder limit {:.1} deg\n\
+        "Heading gains of {}, damping ratio {:.4}, rudder limit {:.1} {rudder}\n\
          Margins with {:.3} s delay, {}\n\n{table}\n{}",
         document.source,
         document.damping_ratio,
-        document.rudder_limit_rad.to_degrees(),
+        document.rudder_limit_rad * rudder_scale,
         document.timing.delay_s,
         document
             .timing
@@ -366,7 +374,8 @@ fn loop_cells(closed_loop: &Option<LoopFigures>) -> Vec<String> {
     ]
 }
 
-fn at_text(at: &InterpolatedGain) -> String {
+fn at_text(at: &InterpolatedGain, rudder_unit: RudderUnit) -> String {
+    let (rudder_scale, rudder) = rudder_unit.for_people();
     let place = match at.key {
         ScheduleKey::Thrust => format!("{:.0} % thrust", at.value * 100.0),
         ScheduleKey::Speed => format!("{:.2} m/s", at.value),
@@ -384,8 +393,8 @@ fn at_text(at: &InterpolatedGain) -> String {
         )
     });
     format!(
-        "At {place} ({how}): K_p {}, feed-forward {:.2} deg{figures}.",
+        "At {place} ({how}): K_p {}, feed-forward {:.2} {rudder}{figures}.",
         at.proportional_gain.text(3, 1.0),
-        at.feed_forward_rudder_rad.to_degrees()
+        at.feed_forward_rudder_rad * rudder_scale
     )
 }

@@ -235,7 +235,14 @@ impl Args {
                 started = Some((name.clone(), start.clone()));
             }
             let samples = log.record.window(window).to_vec();
-            watch.read(name, &seatrial::Record { samples });
+            let rudder_unit = log.rudder_unit;
+            watch.read(
+                name,
+                &seatrial::Record {
+                    samples,
+                    rudder_unit,
+                },
+            );
             logs.push(log.source());
         }
         let report = watch.report();

@@ -14,11 +14,12 @@ use seatrial_core::Nomoto;
 use seatrial_core::estimator::Method;
 use serde::Serialize;
 
-use crate::log::{LogArgs, OpenedLog, RudderUnit, Source};
+use crate::log::{LogArgs, OpenedLog, Source};
 use crate::output::{Exit, Failure, Output};
 use crate::pitch::{self, Axis};
 use crate::speeds::{self, SpeedModel};
 use crate::windows::{Logs, WindowArgs, failure};
+use seatrial::record::RudderUnit;
 
 /// Identify a yaw model from a log, validate it on fresh data and judge it.
 #[derive(clap::Args, Debug)]

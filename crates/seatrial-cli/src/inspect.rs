@@ -14,11 +14,12 @@ use seatrial_core::{Real, Sample};
 use seatrial_io::{Channel, Quantity, UnitSource};
 use serde::Serialize;
 
-use crate::log::{self, LogArgs, OpenedLog, RudderUnit, Source};
+use crate::log::{self, LogArgs, OpenedLog, Source};
 use crate::output::{Exit, Failure, Output};
 use crate::report::{save, source};
 use crate::speeds::windows_text;
 use crate::table::Table;
+use seatrial::record::RudderUnit;
 
 /// What is in a log: channels, rates, gaps, units and signs, manoeuvres; is it usable and if not why.
 #[derive(ClapArgs, Debug)]
@@ -128,13 +129,13 @@ impl Inspection {
                 .and_then(|rudder| positive_rudder_turns_up(samples, &rudder.strokes)),
             windows: propose(&opened.record, &manoeuvres),
             manoeuvres,
-            verdict: verdict(samples.len(), &ranges),
+            verdict: verdict(samples.len(), &ranges, opened.rudder_unit),
             ranges,
         }
     }
 }
 
-fn verdict(samples: usize, ranges: &[Range]) -> Verdict {
+fn verdict(samples: usize, ranges: &[Range], rudder_unit: RudderUnit) -> Verdict {
     let spread_rad = |quantity: Quantity| {
         ranges
             .iter()
@@ -144,6 +145,7 @@ fn verdict(samples: usize, ranges: &[Range]) -> Verdict {
     let refusal = refuse_record(
         samples,
         0.5 * spread_rad(Quantity::Rudder),
+        rudder_unit,
         spread_rad(Quantity::Heading),
     );
     Verdict {

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use seatrial::record::RudderUnit;
 use seatrial::servo::Servo;
 use seatrial::{Record, Window};
 use seatrial_core::Sample;
@@ -196,34 +197,6 @@ pub struct OpenedLog {
     pub warnings: Vec<String>,
 }
 
-/// In what the rudder is, as the samples have it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RudderUnit {
-    /// An angle.
-    Rad,
-    /// The log has what the servo was told, and nobody said which angle that is: 1 is full rudder.
-    FullRudder,
-}
-
-impl RudderUnit {
-    /// How many of the unit that people read are 1, and its name.
-    pub fn for_people(self) -> (f64, &'static str) {
-        match self {
-            Self::Rad => (1_f64.to_degrees(), "deg"),
-            Self::FullRudder => (100.0, "% of full"),
-        }
-    }
-
-    /// Behind the unit of what is per rudder angle.
-    pub fn per(self) -> &'static str {
-        match self {
-            Self::Rad => "",
-            Self::FullRudder => " per full rudder",
-        }
-    }
-}
-
 /// `source` in the JSON of every verb that reads a log.
 #[derive(Clone, Debug, Serialize)]
 pub struct Source {
@@ -289,10 +262,11 @@ pub fn open(
     }
     progress.finish();
     let sha256 = reader.sha256().map_err(Failure::input)?;
-    let record = match servo {
+    let mut record = match servo {
         Some(servo) => servo.behind(&stretch.into_record()),
         None => stretch.into_record(),
     };
+    record.rudder_unit = rudder_unit(reader.description(), channels);
 
     let mut late = reader.warnings();
     if let [first, .., last] = record.samples.as_slice()
@@ -307,8 +281,8 @@ pub fn open(
     said.extend(late);
     Ok(OpenedLog {
         path: path.to_path_buf(),
+        rudder_unit: record.rudder_unit,
         record,
-        rudder_unit: rudder_unit(reader.description(), channels),
         servo,
         description: reader.description().clone(),
         sha256,
@@ -417,7 +391,7 @@ impl LivelyStretch {
         for chunk in self.best {
             samples.extend_from_slice(&chunk.samples);
         }
-        Record { samples }
+        samples.into_iter().collect()
     }
 }
 

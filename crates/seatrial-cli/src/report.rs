@@ -11,13 +11,14 @@ use crate::identify::EstimatorArgs;
 use crate::log::{ChannelArgs, LogArgs, OpenedLog, channel_text};
 use crate::logbook::chosen_campaign;
 use crate::output::{Exit, Failure, Output};
+use crate::speeds::{self, windows_text};
 use crate::windows::{WindowArgs, failure};
 
 /// One HTML page that shows a trial of a logbook, or a log with its model.
 #[derive(clap::Args)]
 #[command(after_help = "\
-A log is identified as by `seatrial identify`, with the same options and exit codes; it is drawn whether or
-not it gives a model.
+A log is identified as by `seatrial identify`, with the same windows, options and exit codes; it is drawn whether or
+not it gives a model. Of a log with manoeuvres at several speeds the surest model is drawn and the others are named.
 
 Examples:
   seatrial trial --yes --logbook seatrial.db && seatrial report --logbook seatrial.db
@@ -75,7 +76,21 @@ fn of_log(path: &Path, args: &Args) -> Result<(String, Exit), Failure> {
         channels: args.channels.clone(),
     })?;
     let settings = args.estimator.settings(true);
-    let identified = identify(&logs.log.record, logs.training, logs.fresh(), &settings);
+    let models = match args.windows.are_given() || settings.as_paper {
+        true => None,
+        false => speeds::identify(&logs.log, &settings)?,
+    };
+    let foremost = models.as_deref().map(speeds::foremost);
+    let identified = match foremost {
+        Some(model) => model.identification.clone().ok_or_else(|| {
+            let reason = model.verdict.reasons.first().cloned();
+            reason.map_or_else(
+                || unreachable!("no model without a reason"),
+                IdentifyError::Refused,
+            )
+        }),
+        None => identify(&logs.log.record, logs.training, logs.fresh(), &settings),
+    };
     let exit = match &identified {
         Ok(identification) => Exit::of(&identification.verdict),
         Err(_) => Exit::Rejected,
@@ -86,6 +101,10 @@ fn of_log(path: &Path, args: &Args) -> Result<(String, Exit), Failure> {
         Err(error) => return Err(failure(&logs.log, error.clone())),
     };
     let mut provenance = source("Log", &logs.log);
+    let windows = foremost.map(|model| ("Windows", windows_text(&model.windows)));
+    provenance.extend(windows);
+    let all = models.iter().flatten();
+    provenance.extend(all.map(|model| ("Model", model.line())));
     provenance.extend(
         logs.validation_log
             .iter()

@@ -12,16 +12,18 @@ use seatrial::verdict::{refused, three_figures};
 use serde::Serialize;
 
 use crate::identify::{fresh_text, model_text, training_text, verdict_text};
-use crate::log::{OpenedLog, RudderUnit};
+use crate::log::OpenedLog;
 use crate::output::{Failure, say};
 use crate::windows::failure;
+use seatrial::record::RudderUnit;
 
 /// A model of one speed, or why there is none.
 #[derive(Serialize)]
 pub struct SpeedModel {
     thrust: Option<f64>,
     surge_speed_m_s: Option<f64>,
-    windows: Proposal,
+    /// Where it was found.
+    pub windows: Proposal,
     /// What each manoeuvre says by itself, where several were joined.
     joined: Option<Joined>,
     /// The model.
@@ -97,6 +99,20 @@ impl SpeedModel {
         })
     }
 
+    /// A line for a page about another speed's model.
+    pub fn line(&self) -> String {
+        let speed = speed_text(self.thrust, self.surge_speed_m_s);
+        let verdict = match self.verdict.accepted {
+            true => "accepted",
+            false => "rejected",
+        };
+        let model = self.identification.as_ref().map(|i| i.model().theta());
+        match model.map(|theta| theta.map(three_figures)) {
+            Some([a22, b2, c0]) => format!("{speed}: {verdict}, a22 {a22}, b2 {b2}, C0 {c0}"),
+            None => format!("{speed}: {verdict}"),
+        }
+    }
+
     /// A paragraph of the page.
     fn text(&self, unit: RudderUnit) -> String {
         let mut text = format!("{}: ", speed_text(self.thrust, self.surge_speed_m_s));
@@ -151,8 +167,7 @@ pub fn text(models: &[SpeedModel], unit: RudderUnit) -> String {
 pub fn save_schedule(path: &Path, models: &[SpeedModel], unit: RudderUnit) -> Result<(), Failure> {
     #[derive(Serialize)]
     struct Schedule {
-        /// Full rudder, where that is the unit.
-        rudder_limit_rad: Option<f64>,
+        rudder_unit: RudderUnit,
         point: Vec<Point>,
     }
     #[derive(Serialize)]
@@ -175,7 +190,7 @@ pub fn save_schedule(path: &Path, models: &[SpeedModel], unit: RudderUnit) -> Re
     };
     let accepted = models.iter().filter(|model| model.verdict.accepted);
     let schedule = Schedule {
-        rudder_limit_rad: (unit == RudderUnit::FullRudder).then_some(1.0),
+        rudder_unit: unit,
         point: accepted.filter_map(point).collect(),
     };
     if schedule.point.is_empty() {

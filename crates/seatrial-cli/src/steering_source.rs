@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use seatrial::logbook::Logbook;
 use seatrial::propagation::{covariance_of_intervals, interval_95};
+use seatrial::record::RudderUnit;
 use seatrial_core::schedule::ScheduleKey;
 use seatrial_core::{SchedulePoint, SpeedSchedule, YawModel};
 use serde::{Deserialize, Serialize};
@@ -89,6 +90,8 @@ pub struct Source {
     pub points: Vec<SourcePoint>,
     /// Largest rudder angle, rad.
     pub rudder_limit_rad: f64,
+    /// In what that and the rudder of the models are.
+    pub rudder_unit: RudderUnit,
     /// What the source itself says against its models.
     pub rejected: Vec<String>,
 }
@@ -171,6 +174,8 @@ impl Source {
 #[serde(deny_unknown_fields)]
 struct ScheduleFile {
     rudder_limit_rad: Option<f64>,
+    #[serde(default)]
+    rudder_unit: RudderUnit,
     point: Vec<ScheduleFilePoint>,
 }
 
@@ -256,6 +261,7 @@ impl SourceArgs {
                 noise: None,
             }],
             rudder_limit_rad: DEFAULT_RUDDER_LIMIT_RAD,
+            rudder_unit: RudderUnit::Rad,
             rejected: Vec::new(),
         })
     }
@@ -289,8 +295,17 @@ pub fn from_schedule(path: &Path) -> Result<Source, Failure> {
     Ok(Source {
         origin: path.display().to_string(),
         points: file.point.into_iter().map(point).collect(),
-        rudder_limit_rad: file.rudder_limit_rad.unwrap_or(DEFAULT_RUDDER_LIMIT_RAD),
+        rudder_limit_rad: limit_or_default(file.rudder_limit_rad, file.rudder_unit),
+        rudder_unit: file.rudder_unit,
         rejected: Vec::new(),
+    })
+}
+
+/// Where the rudder is a fraction of full, so is its limit.
+fn limit_or_default(limit: Option<f64>, unit: RudderUnit) -> f64 {
+    limit.unwrap_or(match unit {
+        RudderUnit::Rad => DEFAULT_RUDDER_LIMIT_RAD,
+        RudderUnit::FullRudder => 1.0,
     })
 }
 
@@ -326,6 +341,7 @@ fn from_logbook(path: &Path, number: Option<i64>) -> Result<Source, Failure> {
         origin,
         points,
         rudder_limit_rad: campaign.rudder_limit_rad,
+        rudder_unit: RudderUnit::Rad,
         rejected: Vec::new(),
     })
 }
@@ -337,16 +353,16 @@ pub fn from_document(path: &Path, speed: Option<f64>) -> Result<Source, Failure>
     let document: Value = serde_json::from_str(&read_text(path)?)
         .map_err(|error| Failure::input(format!("{origin}: {error}; {expected}")))?;
     let campaign = document.get("campaign").unwrap_or(&document);
-    // Where the rudder is a fraction of full, so is its limit.
-    let is_fraction = document.pointer("/source/rudder_unit") == Some(&"full_rudder".into());
-    let limit = campaign
-        .get("rudder_limit_rad")
-        .and_then(Value::as_f64)
-        .or(is_fraction.then_some(1.0));
+    let rudder_unit = document.pointer("/source/rudder_unit");
+    let rudder_unit = rudder_unit
+        .and_then(|unit| RudderUnit::deserialize(unit).ok())
+        .unwrap_or_default();
+    let limit = campaign.get("rudder_limit_rad").and_then(Value::as_f64);
     let mut source = Source {
         origin,
         points: Vec::new(),
-        rudder_limit_rad: limit.unwrap_or(DEFAULT_RUDDER_LIMIT_RAD),
+        rudder_limit_rad: limit_or_default(limit, rudder_unit),
+        rudder_unit,
         rejected: Vec::new(),
     };
     let runs = campaign.get("runs").or_else(|| campaign.get("models"));

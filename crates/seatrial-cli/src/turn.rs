@@ -2,6 +2,7 @@
 
 use std::str::FromStr;
 
+use seatrial::record::RudderUnit;
 use seatrial_core::authority::{AuthorityFit, AuthorityForm};
 use seatrial_core::turning::{RadiusMinimum, TurningOverSpeed};
 use seatrial_core::{Hand, SchedulePoint, Turn, YawModel};
@@ -73,6 +74,7 @@ struct Document<'a> {
     schema: &'static str,
     source: &'a str,
     rudder_limit_rad: f64,
+    rudder_unit: RudderUnit,
     heading_change_rad: f64,
     /// Radius of the measured U-turn over the model's steady radius at its speed.
     u_turn_ratio: Option<f64>,
@@ -138,6 +140,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         schema: "seatrial.turn.v1",
         source: &source.origin,
         rudder_limit_rad: source.rudder_limit_rad,
+        rudder_unit: source.rudder_unit,
         heading_change_rad,
         u_turn_ratio,
         points: source.points.iter().map(limits).collect(),
@@ -286,6 +289,7 @@ fn over_speed(source: &Source, up_to: Option<f64>) -> Result<Vec<OverSpeed>, Fai
 }
 
 fn text(document: &Document) -> String {
+    let (rudder_scale, rudder) = document.rudder_unit.for_people();
     let mut table = Table::new(&[
         ("thrust", "%"),
         ("speed", "m/s"),
@@ -294,7 +298,7 @@ fn text(document: &Document) -> String {
         ("Nomoto T", "s"),
         ("Nomoto K", "1/s"),
         ("hand", ""),
-        ("rudder", "deg"),
+        ("rudder", rudder),
         ("yaw rate", "deg/s"),
         ("U-turn", "s"),
         ("mean radius", "m"),
@@ -324,7 +328,7 @@ fn text(document: &Document) -> String {
                 estimate(&point.nomoto_t_s, 2, 1.0),
                 estimate(&point.nomoto_k_per_s, 2, 1.0),
                 hand.into(),
-                optional(limits.rudder_rad, 1_f64.to_degrees(), 1),
+                optional(limits.rudder_rad, rudder_scale, 1),
                 estimate(&limits.yaw_rate_rad_s, 2, 1_f64.to_degrees()),
                 estimate(&limits.u_turn_time_s, 2, 1.0),
                 estimate(&limits.u_turn_mean_radius_m, 2, 1.0),
@@ -340,10 +344,9 @@ fn text(document: &Document) -> String {
     }
     notes.extend(document.over_speed.iter().map(over_speed_text));
     format!(
-        "Turning limits of {}, rudder limit {:.1} deg ({:.3} rad), heading change {:.0} deg\n\n{table}\n{}",
+        "Turning limits of {}, rudder limit {:.1} {rudder}, heading change {:.0} deg\n\n{table}\n{}",
         document.source,
-        document.rudder_limit_rad.to_degrees(),
-        document.rudder_limit_rad,
+        document.rudder_limit_rad * rudder_scale,
         document.heading_change_rad.to_degrees(),
         notes.join("\n")
     )

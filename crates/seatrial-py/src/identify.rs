@@ -7,7 +7,6 @@ use pyo3::types::PyDict;
 use seatrial::identify::filtered_sums::filtered_least_squares;
 use seatrial::identify::{Fresh, IdentifyError, IdentifySettings};
 use seatrial::{Record, Window};
-use seatrial_core::Sample;
 use seatrial_core::estimator::Method;
 use seatrial_io::ChannelChoice;
 
@@ -153,8 +152,7 @@ pub fn least_squares(
 pub fn read_log<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyDict>> {
     let read = py.detach(|| -> Result<Record, seatrial_io::ReadError> {
         let log = seatrial_io::open(&path, &ChannelChoice::default())?;
-        log.collect::<Result<Vec<Sample<f64>>, _>>()
-            .map(|samples| Record { samples })
+        log.collect()
     });
     let record = read.map_err(|found| unread(py, &found))?;
     dictionary(py, &record.samples)

@@ -40,11 +40,43 @@ impl std::fmt::Display for Window {
     }
 }
 
+/// In what the rudder of samples is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RudderUnit {
+    /// An angle.
+    #[default]
+    Rad,
+    /// The log has what the servo was told, and nobody said which angle that is: 1 is full rudder.
+    FullRudder,
+}
+
+impl RudderUnit {
+    /// How many of the unit that people read are 1, and its name.
+    pub fn for_people(self) -> (f64, &'static str) {
+        match self {
+            Self::Rad => (1_f64.to_degrees(), "deg"),
+            Self::FullRudder => (100.0, "% of full"),
+        }
+    }
+
+    /// Behind the unit of what is per rudder angle.
+    pub fn per(self) -> &'static str {
+        match self {
+            Self::Rad => "",
+            Self::FullRudder => " per full rudder",
+        }
+    }
+}
+
 /// Samples in the order in which they were logged.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// The samples.
     pub samples: Vec<Sample<f64>>,
+    /// In what their rudder is.
+    #[serde(default)]
+    pub rudder_unit: RudderUnit,
 }
 
 impl Record {
@@ -98,6 +130,7 @@ impl FromIterator<Sample<f64>> for Record {
     fn from_iter<I: IntoIterator<Item = Sample<f64>>>(samples: I) -> Self {
         Self {
             samples: samples.into_iter().collect(),
+            rudder_unit: RudderUnit::Rad,
         }
     }
 }

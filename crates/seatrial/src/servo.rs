@@ -95,7 +95,10 @@ impl Servo {
                 motion.acting_rad
             };
         }
-        Record { samples }
+        Record {
+            samples,
+            rudder_unit: record.rudder_unit,
+        }
     }
 }
 

@@ -5,6 +5,7 @@ mod contradiction;
 use seatrial_core::{GoodnessOfFit, YawModel};
 
 use crate::identification::{HigherOrder, Reason, Refined, Validation, Verdict};
+use crate::record::RudderUnit;
 use contradiction::Limits;
 
 /// Below this R^2 on fresh data the paper repeats the run (section IV-C).
@@ -56,6 +57,8 @@ pub struct Evidence<'a> {
     pub samples_rejected: u32,
     /// Half of the rudder's range in training, rad.
     pub rudder_amplitude_rad: f64,
+    /// In what that is.
+    pub rudder_unit: RudderUnit,
     /// The heading's range in training, rad.
     pub heading_range_rad: f64,
     /// The step in which the heading is given, rad, where it is coarser than its noise.
@@ -94,6 +97,7 @@ pub struct Evidence<'a> {
 pub fn refuse_record(
     samples: usize,
     rudder_amplitude_rad: f64,
+    rudder_unit: RudderUnit,
     heading_range_rad: f64,
 ) -> Option<Reason> {
     if samples < LEAST_SAMPLES {
@@ -105,15 +109,15 @@ pub fn refuse_record(
         ));
     }
     if rudder_amplitude_rad < LEAST_MOVEMENT_RAD {
-        return Some(rudder_constant(rudder_amplitude_rad));
+        return Some(rudder_constant(rudder_amplitude_rad, rudder_unit));
     }
     if heading_range_rad < LEAST_MOVEMENT_RAD {
         return Some(reason(
             "heading_constant",
             format!(
-                "the heading stays within {} deg while the rudder moves {} deg either side; check that the heading channel is alive",
+                "the heading stays within {} deg while the rudder moves {} either side; check that the heading channel is alive",
                 degrees(heading_range_rad),
-                degrees(rudder_amplitude_rad)
+                rudder(rudder_amplitude_rad, rudder_unit)
             ),
         ));
     }
@@ -121,12 +125,12 @@ pub fn refuse_record(
 }
 
 /// The reason to refuse a record in which the rudder stays where it is.
-pub fn rudder_constant(rudder_amplitude_rad: f64) -> Reason {
+pub fn rudder_constant(rudder_amplitude_rad: f64, rudder_unit: RudderUnit) -> Reason {
     reason(
         "rudder_constant",
         format!(
-            "the rudder stays within {} deg: nothing excites the vehicle; command a doublet, or choose a window with one",
-            degrees(rudder_amplitude_rad)
+            "the rudder stays within {}: nothing excites the vehicle; command a doublet, or choose a window with one",
+            rudder(rudder_amplitude_rad, rudder_unit)
         ),
     )
 }
@@ -348,10 +352,10 @@ impl Weighing {
             self.reject(
                 "under_excited",
                 format!(
-                    "95 % intervals of {} % of b2 (at most {} %) and {} % of a22 (at most {} %) are too wide; at this noise {} times the rudder, {} deg either side, or {} repeats of the manoeuvre would do",
+                    "95 % intervals of {} % of b2 (at most {} %) and {} % of a22 (at most {} %) are too wide; at this noise {} times the rudder, {} either side, or {} repeats of the manoeuvre would do",
                     percent(b2.half_width), percent(WIDEST_B2),
                     percent(a22.half_width), percent(WIDEST_A22),
-                    three_figures(more), degrees(more * evidence.rudder_amplitude_rad), (more * more).ceil()
+                    three_figures(more), rudder(more * evidence.rudder_amplitude_rad, evidence.rudder_unit), (more * more).ceil()
                 ),
             );
         }
@@ -517,9 +521,9 @@ impl Weighing {
             self.note(
                 "extrapolating",
                 format!(
-                    "the fresh data use {} deg of rudder either side, training only {} deg",
-                    degrees(fresh),
-                    degrees(evidence.rudder_amplitude_rad)
+                    "the fresh data use {} of rudder either side, training only {}",
+                    rudder(fresh, evidence.rudder_unit),
+                    rudder(evidence.rudder_amplitude_rad, evidence.rudder_unit)
                 ),
             );
         }
@@ -582,6 +586,12 @@ fn r2_text(r2: Option<f64>) -> String {
 
 fn degrees(angle_rad: f64) -> String {
     three_figures(angle_rad.to_degrees())
+}
+
+/// A rudder as people read it.
+fn rudder(amplitude: f64, unit: RudderUnit) -> String {
+    let (scale, name) = unit.for_people();
+    format!("{} {name}", three_figures(scale * amplitude))
 }
 
 fn percent(share: f64) -> String {

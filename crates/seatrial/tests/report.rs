@@ -2,9 +2,9 @@
 
 mod made_up_trial;
 
+use seatrial::Campaign;
 use seatrial::identification::Reason;
 use seatrial::report::{self, Log};
-use seatrial::{Campaign, Record};
 use seatrial_core::{AbortReason, Outcome};
 
 /// Keeps a page where a person can open it and returns its text.
@@ -287,9 +287,7 @@ fn prop_records_of_none_and_one_sample() {
     for count in [0, 1, 2] {
         let mut campaign = made_up_trial::campaign(&[0.6]);
         let run = &mut campaign.runs[0];
-        run.record = Record {
-            samples: run.record.samples[..count].to_vec(),
-        };
+        run.record.samples.truncate(count);
         let page = report::render(&campaign, &[]);
         assert!(page.contains("id=\"run-1\""), "{count} samples");
     }

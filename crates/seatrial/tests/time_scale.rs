@@ -3,7 +3,6 @@
 use seatrial::campaign::Campaign;
 use seatrial::conduct::{Unwatched, conduct};
 use seatrial::identify::{Fresh, IdentifySettings, identify};
-use seatrial::record::Record;
 use seatrial_core::{Plan, Stage};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
@@ -64,9 +63,7 @@ fn recover_any_time_scale() {
                 );
 
                 // The same run as a log, of which nothing is known.
-                let log = Record {
-                    samples: run.record.samples.clone(),
-                };
+                let log = run.record.clone();
                 let [training, validation] =
                     [Stage::Train, Stage::Validate].map(|s| run.stage(s).unwrap());
                 let fresh = Fresh {

@@ -144,6 +144,7 @@ impl Watch {
     pub fn read(&mut self, name: &str, record: &Record) {
         let record = Record {
             samples: record.usable(Window::ALL),
+            rudder_unit: record.rudder_unit,
         };
         let (Some(first), Some(last)) = (record.samples.first(), record.samples.last()) else {
             return;

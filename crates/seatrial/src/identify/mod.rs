@@ -164,7 +164,7 @@ pub fn identify(
 pub fn time_constant_s(record: &Record, window: Window) -> Option<f64> {
     let samples = record.window(window);
     let heading_range_rad = fresh::heading_range_rad(samples);
-    let manoeuvre = manoeuvre_to_learn_from(samples, heading_range_rad).ok()?;
+    let manoeuvre = manoeuvre_to_learn_from(record, samples).ok()?;
     let settings = IdentifySettings::default();
     let chosen = choose_lambda(record, samples, &manoeuvre, heading_range_rad, &settings);
     Some(chosen.time_constant_s())
@@ -200,8 +200,7 @@ fn assess_with_others(
 ) -> Result<(Identification, Option<Joined>), IdentifyError> {
     let samples = record.window(training);
     let heading_range_rad = fresh::heading_range_rad(samples);
-    let manoeuvre =
-        manoeuvre_to_learn_from(samples, heading_range_rad).map_err(IdentifyError::Refused)?;
+    let manoeuvre = manoeuvre_to_learn_from(record, samples).map_err(IdentifyError::Refused)?;
     let refined = refine
         .then(|| refine::refine(&pass.accepted, Some(pass.online.model)).ok())
         .flatten();
@@ -257,6 +256,7 @@ fn assess_with_others(
         samples_used: pass.samples_used,
         samples_rejected: pass.rejected.total(),
         rudder_amplitude_rad: manoeuvre.amplitude_rad,
+        rudder_unit: record.rudder_unit,
         heading_range_rad,
         heading_step_rad: smallest_heading_step_rad(samples),
         surge_speed_m_s: surge_speeds_m_s(samples),
@@ -365,8 +365,7 @@ impl<'a> Prepared<'a> {
             return Err(IdentifyError::empty_window("training", training, record));
         }
         let heading_range_rad = fresh::heading_range_rad(samples);
-        let manoeuvre =
-            manoeuvre_to_learn_from(samples, heading_range_rad).map_err(IdentifyError::Refused)?;
+        let manoeuvre = manoeuvre_to_learn_from(record, samples).map_err(IdentifyError::Refused)?;
         let chosen = choose_lambda(record, samples, &manoeuvre, heading_range_rad, settings);
         Ok(Self {
             samples,
@@ -384,15 +383,13 @@ impl<'a> Prepared<'a> {
 }
 
 /// The manoeuvre of a record from which a model may be tried, or the reason why none can.
-fn manoeuvre_to_learn_from(
-    samples: &[Sample<f64>],
-    heading_range_rad: f64,
-) -> Result<Manoeuvre, Reason> {
+fn manoeuvre_to_learn_from(record: &Record, samples: &[Sample<f64>]) -> Result<Manoeuvre, Reason> {
     let found = Manoeuvre::find(samples);
-    let amplitude_rad = found.as_ref().map_or(0.0, |m| m.amplitude_rad);
-    match verdict::refuse_record(samples.len(), amplitude_rad, heading_range_rad) {
+    let amplitude = found.as_ref().map_or(0.0, |m| m.amplitude_rad);
+    let (heading_range_rad, unit) = (fresh::heading_range_rad(samples), record.rudder_unit);
+    match verdict::refuse_record(samples.len(), amplitude, unit, heading_range_rad) {
         Some(reason) => Err(reason),
-        None => found.ok_or_else(|| verdict::rudder_constant(amplitude_rad)),
+        None => found.ok_or_else(|| verdict::rudder_constant(amplitude, unit)),
     }
 }
 

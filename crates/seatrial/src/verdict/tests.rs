@@ -56,6 +56,7 @@ fn evidence(refined: &Refined) -> Evidence<'_> {
         samples_used: 330,
         samples_rejected: 0,
         rudder_amplitude_rad: 0.26,
+        rudder_unit: RudderUnit::Rad,
         heading_range_rad: 0.5,
         heading_step_rad: None,
         surge_speed_m_s: None,
@@ -196,18 +197,18 @@ fn exact_notes_do_not_refuse() {
 fn exact_records_without_a_model_are_refused() {
     let code = |reason: Option<Reason>| reason.map(|r| r.code);
     assert_eq!(
-        code(refuse_record(1, 0.2, 0.5)).as_deref(),
+        code(refuse_record(1, 0.2, RudderUnit::Rad, 0.5)).as_deref(),
         Some("too_few_samples")
     );
     assert_eq!(
-        code(refuse_record(330, 0.0, 0.5)).as_deref(),
+        code(refuse_record(330, 0.0, RudderUnit::Rad, 0.5)).as_deref(),
         Some("rudder_constant")
     );
     assert_eq!(
-        code(refuse_record(330, 0.2, 0.0)).as_deref(),
+        code(refuse_record(330, 0.2, RudderUnit::Rad, 0.0)).as_deref(),
         Some("heading_constant")
     );
-    assert_eq!(refuse_record(330, 0.2, 0.5), None);
+    assert_eq!(refuse_record(330, 0.2, RudderUnit::Rad, 0.5), None);
 }
 
 #[test]
@@ -227,4 +228,27 @@ fn exact_a_drifting_speed_and_a_jittering_clock_are_noted() {
     let verdict = judge(&unsteady);
     assert!(verdict.accepted);
     assert_eq!(codes(&verdict), ["ok", "speed_drifted", "clock_jitter"]);
+}
+
+#[test]
+fn exact_a_rudder_of_unknown_angle_is_told_as_a_share_of_full() {
+    let text = |unit| rudder_constant(0.001, unit).text;
+    assert!(text(RudderUnit::Rad).contains("within 0.0573 deg:"));
+    assert!(
+        text(RudderUnit::FullRudder).contains("within 0.1 % of full:"),
+        "{}",
+        text(RudderUnit::FullRudder)
+    );
+    let refined = refined(0.05);
+    let verdict = judge(&Evidence {
+        rudder_unit: RudderUnit::FullRudder,
+        validation_rudder_amplitude_rad: Some(0.5),
+        ..evidence(&refined)
+    });
+    assert_eq!(codes(&verdict), ["ok", "extrapolating"]);
+    assert!(
+        verdict.reasons[1]
+            .text
+            .contains("50.0 % of full of rudder either side, training only 26.0 % of full")
+    );
 }

@@ -8,7 +8,7 @@ use seatrial::identification::{
     Convergence, Identification, Intervals, LeastSquares, Online, Reason, Refined, RejectedSamples,
     Settings, TracePoint, Validation, Verdict,
 };
-use seatrial::record::{Record, Window};
+use seatrial::record::Window;
 use seatrial_core::model::YawState;
 use seatrial_core::{Outcome, Real, Sample, YawModel};
 
@@ -130,7 +130,7 @@ fn run(number: u32, thrust: f64, speed: f64, theta: [f64; 3]) -> Run {
         stages: stages
             .map(|(stage, window)| StageSpan { stage, window })
             .to_vec(),
-        record: Record { samples },
+        record: samples.into_iter().collect(),
         identification: Some(identification(
             theta,
             stages[1].1,
