@@ -69,6 +69,11 @@ fn val_ardupilot_rover_makes_a_schedule_and_an_inspection() {
     let gains = seatrial(&["gains", "--schedule", &schedule, "--json"]);
     assert_eq!(gains.status.code(), Some(0), "{gains:?}");
     assert_eq!(document(&gains)["points"].as_array().map(Vec::len), Some(3));
+    for verb in ["gains", "turn"] {
+        let page = seatrial(&[verb, "--schedule", &schedule]);
+        let page = String::from_utf8_lossy(&page.stdout).into_owned();
+        assert!(page.contains("rudder limit 100.0 % of full"), "{page}");
+    }
 
     let identified = seatrial(&["identify", &log, "--json"]);
     let models = path("models.json");
@@ -88,6 +93,25 @@ fn val_ardupilot_rover_makes_a_schedule_and_an_inspection() {
     let page = String::from_utf8_lossy(&page.stdout).into_owned();
     assert!(page.contains("% of full"), "{page}");
     assert!(page.contains("identify takes"), "{page}");
+}
+
+/// `compare` and `report` look at the manoeuvres that `identify` would take.
+#[test]
+fn cli_every_verb_chooses_the_same_windows() {
+    let Some(log) = rover_log() else { return };
+    let training = |verb: &str| {
+        let document = document(&seatrial(&[verb, &log, "--json"]));
+        assert!(document["training"]["from_s"].is_number(), "{document:#}");
+        document["training"].clone()
+    };
+    assert_eq!(training("compare"), training("identify"));
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("report.html");
+    let output = seatrial(&["report", &log, "--out", page.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let html = std::fs::read_to_string(&page).unwrap();
+    // The first speed is too slow for a model; each of the others has a line of its own.
+    assert_eq!(html.matches(" m/s: accepted, a22").count(), 3, "{html}");
 }
 
 /// Explicit windows win, and a log that is one manoeuvre is used as a whole.
