@@ -112,6 +112,17 @@ fn val_every_fault_ends_in_a_correct_model_or_for_its_own_reason() {
     assert_eq!(refused.status.code(), Some(2));
 }
 
+/// Seeds at which a rudder that is jammed for good once passed for a vehicle with a hundredth of its authority.
+#[test]
+fn regress_a_jammed_rudder_is_no_vehicle() {
+    for (stage, seed) in [("settle", "2002"), ("between", "2007")] {
+        let jam = ["faults", "--kind", "rudder_jam", "--seeds", "1"];
+        let output = study(&[&jam[..], &["--stage", stage, "--seed", seed]].concat());
+        let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(document["failed"], 0, "{document}");
+    }
+}
+
 /// 1.28 times the bound's time is measured over 40 runs: the interval's prior expects more disturbance than there is.
 #[test]
 fn recover_intervals_are_narrow_not_long_after_the_bound_allows() {

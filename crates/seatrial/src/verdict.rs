@@ -322,8 +322,11 @@ impl Weighing {
             );
         }
         // Of a vehicle that is not of first order the interval tells how far the methods are apart; fresh data
-        // tell whether the model holds all the same.
-        let fresh_data_decide = evidence.mismatch.is_some() && evidence.validation.is_some();
+        // tell whether the model holds all the same, unless its yaw rate is worse than none: that of a jammed rudder.
+        let fresh_data_decide = evidence.mismatch.is_some()
+            && evidence
+                .validation
+                .is_some_and(|fresh| fresh.r2_yaw_rate.is_none_or(|r2| r2 >= 0.0));
         if b2.half_width >= 1.0 && !fresh_data_decide {
             return self.reject(
                 "not_identifiable",
