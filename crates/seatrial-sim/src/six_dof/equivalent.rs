@@ -3,6 +3,7 @@
 use seatrial_core::{Event, List, Plan, Trial, Vehicle};
 
 use super::config::SixDofConfig;
+use super::driven::Commands;
 use super::vehicle::SixDofVehicle;
 use crate::config::ConfigError;
 use crate::faults::{Rehearsable, Upset};
@@ -62,13 +63,18 @@ pub fn with_rudder_offset(
     Ok(found)
 }
 
-/// Time in which the speed makes 63 % of its change from the vehicle's own thrust to full thrust, s.
+/// Time in which the speed makes 63 % of its change from the vehicle's own thrust to full thrust at its depth, s.
 pub fn surge_time_constant_s(config: &SixDofConfig) -> Result<f64, ConfigError> {
     let mut body = SixDofVehicle::new(config.clone().noise_free(), 0)?.into_body();
+    let ahead = Commands {
+        thrust: 1.0,
+        rudder_rad: 0.0,
+        elevator_rad: None,
+    };
     let mut speeds_m_s = Vec::new();
     for _ in 0..(SETTLED_AFTER_S / WATCHED_EVERY_S) as u32 {
         speeds_m_s.push(body.motion().surge_speed_m_s);
-        body.advance(0.0, 1.0, 0.0, WATCHED_EVERY_S);
+        body.drive(&ahead, 0.0, WATCHED_EVERY_S);
     }
     let (before, after) = (speeds_m_s[0], body.motion().surge_speed_m_s);
     let reached = before + (1.0 - libm::exp(-1.0)) * (after - before);
