@@ -360,7 +360,7 @@ fn span_text(window: Window) -> String {
 /// Where the samples came from and what was assumed on the way.
 pub fn source_text(title: &str, log: &OpenedLog) -> String {
     let servo = log.servo.map_or_else(String::new, |servo| {
-        format!(", rudder {servo} behind the command")
+        format!(", rudder behind the command by {servo}")
     });
     format!(
         "{title:<11} {}, {} samples read{servo}, sha256 {}\n",

@@ -243,7 +243,7 @@ pub fn open(
     let mut reader = seatrial_io::open(path, &choice).map_err(|error| mapping.failure_of(error))?;
     eprintln!("{}", channel_line(path, reader.description()));
     if let Some(servo) = servo {
-        eprintln!("the rudder acts {servo} behind the logged command");
+        eprintln!("the rudder acts behind the logged command: {servo}");
     }
     let mut said = reader.description().warnings.clone();
     said.iter().for_each(|text| warn(text));

@@ -28,7 +28,7 @@ pub struct Servo {
 
 impl std::fmt::Display for Servo {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        write!(f, "{} s and a lag of {} s", self.delay_s, self.lag_s)
+        write!(f, "{} s of delay and {} s of lag", self.delay_s, self.lag_s)
     }
 }
 

@@ -235,7 +235,7 @@ fn exact_a_rudder_of_unknown_angle_is_told_as_a_share_of_full() {
     let text = |unit| rudder_constant(0.001, unit).text;
     assert!(text(RudderUnit::Rad).contains("within 0.0573 deg:"));
     assert!(
-        text(RudderUnit::FullRudder).contains("within 0.1 % of full:"),
+        text(RudderUnit::FullRudder).contains("within 0.100 % of full:"),
         "{}",
         text(RudderUnit::FullRudder)
     );
