@@ -2,9 +2,9 @@
 
 use super::chart::{Chart, Layer, Panel};
 use super::headline::{Headline, Tone};
-use super::number::{decimals, decimals_or_missing};
+use super::number::{decimals, decimals_or_missing, significant};
 use super::tables::{Table, columns};
-use super::{Figure, Page};
+use super::{Figure, Page, RunSection};
 use crate::study::{Accuracy, Cell, QuantityAccuracy};
 
 /// The page of a study: `title` names what was studied, `runs` those of a cell.
@@ -22,16 +22,23 @@ pub fn render(title: &str, runs: u64, cells: &[Cell]) -> String {
             findings: cells.iter().filter_map(convergence).collect(),
             next: Vec::new(),
         },
-        summary: Some(table(cells)),
-        runs: Vec::new(),
+        summary: None,
+        runs: vec![RunSection {
+            anchor: "against-the-bound".to_owned(),
+            title: "Against the bound".to_owned(),
+            verdict: None,
+            reasons: Vec::new(),
+            facts: Vec::new(),
+            figures: (0..estimators(cells).count())
+                .filter_map(|estimator| figure(cells, estimator))
+                .collect(),
+        }],
         together: Vec::new(),
         methods: Vec::new(),
-        over_speed: (0..estimators(cells).count())
-            .filter_map(|estimator| figure(cells, estimator))
-            .collect(),
+        over_speed: Vec::new(),
         controller: None,
         control: Vec::new(),
-        every_run: None,
+        every_run: Some(table(cells)),
         recorded: Vec::new(),
     };
     page.text()
@@ -76,8 +83,8 @@ fn table(cells: &[Cell]) -> Table {
                     accuracy.estimator.name().to_owned().into(),
                     format!("{}, {}", quantity.name, quantity.unit).into(),
                     decimals(quantity.truth, 4).into(),
-                    format!("{:.1e}", quantity.bias).into(),
-                    format!("{:.1e}", quantity.standard_deviation).into(),
+                    significant(quantity.bias, 2).into(),
+                    significant(quantity.standard_deviation, 2).into(),
                     decimals_or_missing(quantity.efficiency, 2).into(),
                     decimals_or_missing(quantity.coverage, 3).into(),
                 ]
