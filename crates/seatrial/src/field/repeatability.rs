@@ -8,9 +8,7 @@ use serde::Serialize;
 use super::u_turn::mean_radius_m;
 use crate::campaign::{Campaign, Run};
 use crate::identification::Intervals;
-
-/// Half width of a 95 % interval in standard deviations.
-const NORMAL_95: f64 = 1.959_963_984_540_054;
+use crate::propagation::NORMAL_95;
 
 /// The trials at one thrust.
 #[derive(Clone, Debug, PartialEq, Serialize)]

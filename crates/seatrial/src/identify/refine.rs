@@ -9,6 +9,7 @@ use super::peak::{Peak, RefineFailure, Span, liveliest};
 use super::second_order::SecondOrder;
 use super::whitening::{Disturbance, Prepared};
 use crate::identification::{Intervals, Refined};
+use crate::propagation::NORMAL_95;
 
 /// Time constants of the disturbance that are averaged over, in time constants of the vehicle.
 const DISTURBANCE_TIME_CONSTANTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
@@ -34,9 +35,6 @@ const CAUTIOUS: Prior = Prior {
     median_share: 0.03,
     log_deviation: 1.5,
 };
-
-/// Half width of a 95 % interval in standard deviations.
-pub(crate) const NORMAL_95: f64 = 1.959_963_984_540_054;
 
 /// A log likelihood this far below the best has no weight.
 const NEGLIGIBLE: f64 = 8.0;

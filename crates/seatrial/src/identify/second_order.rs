@@ -16,10 +16,8 @@ pub use evidence::{ResidualTest, ResidualTests};
 pub use fresh::{goodness_of_fit, validate};
 pub use model::{SecondOrderNomoto, SwayYawModel, SwayYawState};
 
+use crate::propagation::NORMAL_95;
 use likelihood::{A11, A21, CROSS_FLOW, Comparisons, LAG, PARAMETERS, Summit, Theta, model_of};
-
-/// Half width of a 95 % interval in standard deviations.
-const NORMAL_95: f64 = 1.959_963_984_540_054;
 
 /// Likelihood ratio that each parameter more must bring, in log n. Schwarz's 1 is for one structure whose parameters the
 /// simpler model determines; here the best of seven is taken, and a11 means nothing without sway. Set on simulated

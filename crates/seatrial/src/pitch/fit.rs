@@ -5,9 +5,8 @@ use seatrial_core::{DivingSample, PitchModel, PitchState};
 use serde::Serialize;
 
 use super::simulate;
+use crate::propagation::NORMAL_95;
 
-/// Half width of a 95 % interval in standard deviations.
-const NORMAL_95: f64 = 1.959_963_984_540_054;
 /// Most iterations of the search.
 const ITERATIONS: usize = 60;
 /// Parameters: a, m, b, c and the initial pitch and pitch rate.

@@ -6,11 +6,8 @@ use serde::Serialize;
 
 use super::PriorSpeed;
 use crate::identify::bound::cramer_rao_bound;
-use crate::propagation::interval_95;
+use crate::propagation::{NORMAL_95, interval_95};
 use crate::verdict::{WIDEST_A22, WIDEST_B2};
-
-/// Two-sided 95 % point of the normal distribution.
-const NORMAL_95: f64 = 1.959_963_984_540_054;
 
 /// What a training stage will tell of a22, b2 and C0, in this order, and of what follows from them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
