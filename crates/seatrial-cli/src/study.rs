@@ -10,8 +10,7 @@ use seatrial::study::{
     Accuracy, Cell, Convergence, Estimator, Experiment, Outcome, QuantityAccuracy, Truth, accuracy,
     convergence,
 };
-use seatrial::{Record, Window};
-use seatrial_core::{Event, List, Plan, Stage, Trial, Vehicle};
+use seatrial_core::{List, Plan};
 use serde::Serialize;
 
 use crate::fault_matrix;
@@ -252,7 +251,8 @@ impl Study {
         width: Option<f64>,
     ) -> Vec<Outcome> {
         parallel::each(self.runs, self.threads, &self.progress, |run| {
-            let experiment = self.train(config, self.seed.wrapping_add(run))?;
+            let mut vehicle = config.vehicle(self.seed.wrapping_add(run)).ok()?;
+            let experiment = Experiment::of(&mut vehicle, self.plan)?;
             Some(Outcome::of(
                 &experiment,
                 truth,
@@ -261,44 +261,6 @@ impl Study {
                 width,
             ))
         })
-    }
-
-    /// A trial up to the end of its first training stage; `None` where it was aborted before.
-    fn train(&self, config: &Config, seed: u64) -> Option<Experiment> {
-        let mut vehicle = config.vehicle(seed).ok()?;
-        let mut trial = Trial::new(self.plan).ok()?;
-        let mut record = Record::default();
-        let mut training: Option<Window> = None;
-        while let Ok(Some(sample)) = vehicle.next_sample() {
-            let action = trial.step(&sample);
-            while let Some(event) = trial.take_event() {
-                let Event::StageStarted { stage, time_s } = event else {
-                    continue;
-                };
-                match (stage, &mut training) {
-                    (Stage::Train, training) => {
-                        *training = Some(Window {
-                            from_s: time_s,
-                            to_s: f64::INFINITY,
-                        });
-                    }
-                    (Stage::Validate, Some(training)) => {
-                        training.to_s = time_s;
-                        return Some(Experiment {
-                            record,
-                            training: *training,
-                        });
-                    }
-                    _ => {}
-                }
-            }
-            record.samples.push(sample);
-            let Ok(()) = vehicle.act(&action);
-            if action.outcome.is_some() {
-                return None;
-            }
-        }
-        None
     }
 }
 

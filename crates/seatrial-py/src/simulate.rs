@@ -10,8 +10,7 @@ use seatrial::campaign::Campaign;
 use seatrial::conduct::{Unwatched, conduct};
 use seatrial::identify::bound::Noise;
 use seatrial::study::{Estimator, Experiment, Outcome, Truth, accuracy};
-use seatrial::{Record, Window};
-use seatrial_core::{Event, List, Plan, Sample, Stage, Trial, Vehicle};
+use seatrial_core::{List, Plan, Sample, Vehicle};
 use seatrial_sim::six_dof::{remus100, starfish};
 use seatrial_sim::{FirstOrderVehicle, SixDofConfig, SixDofVehicle, VehicleConfig, VehicleFile};
 
@@ -155,7 +154,9 @@ pub fn study(
             if run >= runs {
                 return outcomes;
             }
-            if let Some(experiment) = train(&config, plan, seed.wrapping_add(run)) {
+            let vehicle = FirstOrderVehicle::new(config.clone(), seed.wrapping_add(run));
+            let experiment = vehicle.ok().and_then(|mut v| Experiment::of(&mut v, plan));
+            if let Some(experiment) = experiment {
                 let has_bound = compass_noise_rad > 0.0;
                 let outcome = Outcome::of(&experiment, &truth, &estimators, has_bound, None);
                 outcomes.push((run, outcome));
@@ -174,45 +175,4 @@ pub fn study(
         accuracy(&outcomes, &truth, &estimators)
     });
     json(py, &accuracy)
-}
-
-/// A trial up to the end of its training stage.
-fn train(config: &VehicleConfig, plan: Plan<f64>, seed: u64) -> Option<Experiment> {
-    let mut vehicle = FirstOrderVehicle::new(config.clone(), seed).ok()?;
-    let mut trial = Trial::new(plan).ok()?;
-    let mut record = Record::default();
-    let mut from_s = None;
-    while let Ok(Some(sample)) = vehicle.next_sample() {
-        let action = trial.step(&sample);
-        while let Some(event) = trial.take_event() {
-            match (event, from_s) {
-                (
-                    Event::StageStarted {
-                        stage: Stage::Train,
-                        time_s,
-                    },
-                    _,
-                ) => from_s = Some(time_s),
-                (
-                    Event::StageStarted {
-                        stage: Stage::Validate,
-                        time_s: to_s,
-                    },
-                    Some(from_s),
-                ) => {
-                    return Some(Experiment {
-                        record,
-                        training: Window { from_s, to_s },
-                    });
-                }
-                _ => {}
-            }
-        }
-        record.samples.push(sample);
-        let Ok(()) = vehicle.act(&action);
-        if action.outcome.is_some() {
-            return None;
-        }
-    }
-    None
 }

@@ -1,14 +1,14 @@
 //! Monte Carlo study: how far estimators are from the truth, from the bound and from their own intervals.
 
 use seatrial_core::turning::{Hand, Turn};
-use seatrial_core::{HeadingGain, Sample, YawModel};
+use seatrial_core::{Event, HeadingGain, Plan, Sample, Stage, Trial, Vehicle, YawModel};
 use serde::Serialize;
 
 use crate::identify::bound::{Noise, cramer_rao_bound};
 use crate::identify::output_error::output_error;
-use crate::identify::refine::{NORMAL_95, refine};
+use crate::identify::refine::refine;
 use crate::identify::{IdentifySettings, identify};
-use crate::propagation::interval_95;
+use crate::propagation::{NORMAL_95, interval_95};
 use crate::record::{Record, Window};
 
 /// Damping ratio of the heading loop whose gain is studied: critical.
@@ -87,6 +87,40 @@ pub struct Experiment {
     pub record: Record,
     /// The training stage.
     pub training: Window,
+}
+
+impl Experiment {
+    /// A trial up to the end of its first training stage; `None` where it was aborted before, or the plan has none.
+    pub fn of<V: Vehicle<f64>>(vehicle: &mut V, plan: Plan<f64>) -> Option<Self> {
+        let mut trial = Trial::new(plan).ok()?;
+        let mut record = Record::default();
+        let mut training_from_s = None;
+        while let Ok(Some(sample)) = vehicle.next_sample() {
+            let action = trial.step(&sample);
+            while let Some(event) = trial.take_event() {
+                let Event::StageStarted { stage, time_s } = event else {
+                    continue;
+                };
+                match (stage, training_from_s) {
+                    (Stage::Train, _) => training_from_s = Some(time_s),
+                    (Stage::Validate, Some(from_s)) => {
+                        let training = Window {
+                            from_s,
+                            to_s: time_s,
+                        };
+                        return Some(Self { record, training });
+                    }
+                    _ => {}
+                }
+            }
+            record.samples.push(sample);
+            vehicle.act(&action).ok()?;
+            if action.outcome.is_some() {
+                return None;
+            }
+        }
+        None
+    }
 }
 
 /// What an estimator made of one run.
