@@ -1,10 +1,13 @@
 //! Small files that unpack to much: what a length says is bounded before it is believed.
 #![cfg(all(feature = "parquet", feature = "mcap"))]
 
+mod memory;
+
 use std::io::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use memory::peak_memory_kb;
 use seatrial_io::{ChannelChoice, Fault, open};
 
 /// A bomb is refused or read in this time, on a busy machine.
@@ -38,15 +41,6 @@ fn read(folder: &Path, bytes: &[u8]) -> (usize, Option<Fault>) {
     }
     assert!(begun.elapsed() < SOON, "{:?}", begun.elapsed());
     (samples, fault)
-}
-
-/// The most memory that this process ever held, where the system says so.
-fn peak_memory_kb() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmHWM:"))?;
-    line.split_whitespace().next()?.parse().ok()
 }
 
 fn record(opcode: u8, body: &[u8]) -> Vec<u8> {

@@ -1,12 +1,14 @@
 //! A short run of what `fuzz/` does at length: seeds of every format, changed at random, on any toolchain.
 #![cfg(all(feature = "parquet", feature = "mcap", feature = "rosbag2"))]
 
+mod memory;
 mod random;
 mod seeds;
 
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use memory::peak_memory_kb;
 use random::Random;
 use seatrial_io::{ChannelChoice, Fault, open};
 
@@ -135,15 +137,6 @@ fn read(folder: &Path, bytes: &[u8], drop_invalid: bool) -> (usize, Option<Fault
     let most = SOON.mul_f64(1.0 + bytes.len() as f64 / 1e6);
     assert!(begun.elapsed() < most, "{:?}", begun.elapsed());
     (samples, fault)
-}
-
-/// The most memory that this process ever held, where the system says so.
-fn peak_memory_kb() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmHWM:"))?;
-    line.split_whitespace().next()?.parse().ok()
 }
 
 /// One test, because memory is that of the process.
