@@ -47,7 +47,8 @@ impl<T: Real> FixedRateSettings<T> {
         }
     }
 
-    fn validate(&self) -> Result<(), InvalidSetting> {
+    /// Is every number in its range?
+    pub fn validate(&self) -> Result<(), InvalidSetting> {
         let positive = |value: T, most: T| value > T::ZERO && value <= most;
         let rules = [
             (

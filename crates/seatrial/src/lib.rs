@@ -24,6 +24,7 @@ pub mod savitzky_golay;
 pub mod segmentation;
 pub mod servo;
 pub mod study;
+pub mod sums;
 pub mod surge;
 pub mod time_scale;
 pub mod verdict;

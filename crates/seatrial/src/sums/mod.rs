@@ -1,0 +1,108 @@
+//! Least squares of the yaw model from sums over evenly sampled records: the recursion's result without the recursion.
+//!
+//! From Theta = 0 and P = p I the recursion of [`FixedRateEstimator`](seatrial_core::FixedRateEstimator) gives, after every sample, the ridge
+//! regression
+//!
+//! ```text
+//! Theta_k = (sum phi phi^T + I/p)^-1 sum phi psi''_f,   phi = [psi'_f, delta_f, 1]       (15), (32)-(34)
+//! ```
+//!
+//! of which nine sums are all that is to be kept: no division a sample, no sample that waits for the one before. One
+//! long record is cut into stretches, many records lie side by side, and a vector register works on eight of them (sixteen in
+//! `f32`). Numbers are added up in stretches of about a hundred and those in `f64`, so that rounding does not grow with the
+//! record.
+//!
+//! The kernels are compiled for several instruction sets and the machine's best is taken at run time. Where it has a
+//! fused multiply-add, that is used: the last bits may differ from a machine that has none.
+//!
+//! Headings are unwrapped and every sample is taken as it is: no guard and no verdict, which
+//! [`identify`](crate::identify) has.
+
+mod every;
+mod lanes;
+mod long;
+mod many;
+
+use nalgebra::{Matrix3, Vector3};
+use seatrial_core::YawModel;
+
+pub use every::every_theta;
+pub use lanes::Lane;
+pub use long::Accumulator;
+pub use many::of_records;
+
+use lanes::Scales;
+
+/// The sums of the filtered signals of a record.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sums {
+    /// Samples.
+    pub count: f64,
+    /// sum psi'_f, rad/s
+    pub rate: f64,
+    /// sum delta_f, rad
+    pub rudder: f64,
+    /// sum psi''_f, rad/s^2
+    pub acceleration: f64,
+    /// sum psi'_f^2
+    pub rate_rate: f64,
+    /// sum psi'_f delta_f
+    pub rate_rudder: f64,
+    /// sum delta_f^2
+    pub rudder_rudder: f64,
+    /// sum psi'_f psi''_f
+    pub rate_acceleration: f64,
+    /// sum delta_f psi''_f
+    pub rudder_acceleration: f64,
+}
+
+impl Sums {
+    fn scaled(sums: [f64; 8], samples: usize, scales: &Scales) -> Self {
+        let [
+            rate,
+            rudder,
+            acceleration,
+            rate2,
+            rate_rudder,
+            rudder2,
+            rate_acc,
+            rudder_acc,
+        ] = sums;
+        Self {
+            count: samples as f64,
+            rate: rate * scales.rate,
+            rudder: rudder * scales.rudder,
+            acceleration: acceleration * scales.acceleration,
+            rate_rate: rate2 * scales.rate * scales.rate,
+            rate_rudder: rate_rudder * scales.rate * scales.rudder,
+            rudder_rudder: rudder2 * scales.rudder * scales.rudder,
+            rate_acceleration: rate_acc * scales.rate * scales.acceleration,
+            rudder_acceleration: rudder_acc * scales.rudder * scales.acceleration,
+        }
+    }
+
+    /// Theta of the recursion from P0 = `initial_covariance` I; infinite for plain least squares (34). `None` where nothing
+    /// excites the vehicle or a sample was not finite.
+    pub fn model(&self, initial_covariance: f64) -> Option<YawModel<f64>> {
+        let ridge = 1.0 / initial_covariance;
+        let information = Matrix3::new(
+            self.rate_rate + ridge,
+            self.rate_rudder,
+            self.rate,
+            self.rate_rudder,
+            self.rudder_rudder + ridge,
+            self.rudder,
+            self.rate,
+            self.rudder,
+            self.count + ridge,
+        );
+        let right = Vector3::new(
+            self.rate_acceleration,
+            self.rudder_acceleration,
+            self.acceleration,
+        );
+        let theta = information.cholesky()?.solve(&right);
+        let is_finite = theta.iter().all(|parameter| parameter.is_finite());
+        is_finite.then(|| YawModel::from_theta(theta.into()))
+    }
+}
