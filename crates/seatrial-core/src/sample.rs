@@ -104,6 +104,24 @@ pub enum AbortReason {
     NotSettled,
     /// The link to the vehicle was lost.
     LinkLost,
+    /// The pilot changed the mode.
+    ModeChanged,
+    /// The pilot moved a stick.
+    StickMoved,
+    /// The vehicle was disarmed.
+    Disarmed,
+    /// The battery was low.
+    LowBattery,
+    /// The autopilot reported a failsafe.
+    Failsafe,
+    /// The autopilot started again.
+    Restarted,
+    /// Somebody else commanded the vehicle under our name.
+    SecondStation,
+    /// The rudder did something else than asked for.
+    RudderNotFollowed,
+    /// The program that conducts the trial was held up.
+    NotAttended,
 }
 
 impl core::fmt::Display for AbortReason {
@@ -123,6 +141,15 @@ impl core::fmt::Display for AbortReason {
             Self::ReversedRudder => "the vehicle turned against the rudder",
             Self::NotSettled => "the vehicle did not settle in the time allowed",
             Self::LinkLost => "the link to the vehicle was lost",
+            Self::ModeChanged => "the pilot changed the mode",
+            Self::StickMoved => "the pilot moved a stick",
+            Self::Disarmed => "the vehicle was disarmed",
+            Self::LowBattery => "the battery was low",
+            Self::Failsafe => "the autopilot reported a failsafe",
+            Self::Restarted => "the autopilot started again",
+            Self::SecondStation => "somebody else commanded the vehicle under our name",
+            Self::RudderNotFollowed => "the rudder did something else than asked for",
+            Self::NotAttended => "the program that conducts the trial was held up",
         })
     }
 }
@@ -141,5 +168,10 @@ pub trait Vehicle<T: Real> {
     /// Has the vehicle's operator taken it over? It then takes no more commands.
     fn is_taken_over(&self) -> bool {
         false
+    }
+
+    /// Why it gives no more samples, where that is not a lost link.
+    fn ended_for(&self) -> Option<AbortReason> {
+        None
     }
 }

@@ -210,6 +210,42 @@ typedef enum SeatrialAbortReason {
    The link to the vehicle was lost.
    */
   SEATRIAL_ABORT_REASON_LINK_LOST = 14,
+  /*
+   The pilot changed the mode.
+   */
+  SEATRIAL_ABORT_REASON_MODE_CHANGED = 15,
+  /*
+   The pilot moved a stick.
+   */
+  SEATRIAL_ABORT_REASON_STICK_MOVED = 16,
+  /*
+   The vehicle was disarmed.
+   */
+  SEATRIAL_ABORT_REASON_DISARMED = 17,
+  /*
+   The battery was low.
+   */
+  SEATRIAL_ABORT_REASON_LOW_BATTERY = 18,
+  /*
+   The autopilot reported a failsafe.
+   */
+  SEATRIAL_ABORT_REASON_FAILSAFE = 19,
+  /*
+   The autopilot started again.
+   */
+  SEATRIAL_ABORT_REASON_RESTARTED = 20,
+  /*
+   Somebody else commanded the vehicle under our name.
+   */
+  SEATRIAL_ABORT_REASON_SECOND_STATION = 21,
+  /*
+   The rudder did something else than asked for.
+   */
+  SEATRIAL_ABORT_REASON_RUDDER_NOT_FOLLOWED = 22,
+  /*
+   The program that conducts the trial was held up.
+   */
+  SEATRIAL_ABORT_REASON_NOT_ATTENDED = 23,
 } SeatrialAbortReason;
 
 /*

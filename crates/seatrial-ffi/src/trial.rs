@@ -126,6 +126,24 @@ pub enum SeatrialAbortReason {
     NotSettled = 13,
     /// The link to the vehicle was lost.
     LinkLost = 14,
+    /// The pilot changed the mode.
+    ModeChanged = 15,
+    /// The pilot moved a stick.
+    StickMoved = 16,
+    /// The vehicle was disarmed.
+    Disarmed = 17,
+    /// The battery was low.
+    LowBattery = 18,
+    /// The autopilot reported a failsafe.
+    Failsafe = 19,
+    /// The autopilot started again.
+    Restarted = 20,
+    /// Somebody else commanded the vehicle under our name.
+    SecondStation = 21,
+    /// The rudder did something else than asked for.
+    RudderNotFollowed = 22,
+    /// The program that conducts the trial was held up.
+    NotAttended = 23,
 }
 
 impl From<AbortReason> for SeatrialAbortReason {
@@ -145,6 +163,15 @@ impl From<AbortReason> for SeatrialAbortReason {
             AbortReason::ReversedRudder => Self::ReversedRudder,
             AbortReason::NotSettled => Self::NotSettled,
             AbortReason::LinkLost => Self::LinkLost,
+            AbortReason::ModeChanged => Self::ModeChanged,
+            AbortReason::StickMoved => Self::StickMoved,
+            AbortReason::Disarmed => Self::Disarmed,
+            AbortReason::LowBattery => Self::LowBattery,
+            AbortReason::Failsafe => Self::Failsafe,
+            AbortReason::Restarted => Self::Restarted,
+            AbortReason::SecondStation => Self::SecondStation,
+            AbortReason::RudderNotFollowed => Self::RudderNotFollowed,
+            AbortReason::NotAttended => Self::NotAttended,
         }
     }
 }

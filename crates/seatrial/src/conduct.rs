@@ -61,8 +61,8 @@ const HAND_BACK_ACTIONS: usize = 2;
 ///
 /// `about` says what the campaign is of; its runs and outcome are filled in. The online estimate of a run is
 /// the one that the trial made live; it is refined on the record of the training stage and validated
-/// again with the refined model when the run is over. A lost link aborts the trial; everything up to then
-/// is kept.
+/// again with the refined model when the run is over. A vehicle that gives no more samples aborts the trial;
+/// everything up to then is kept.
 pub fn conduct<V: Vehicle<f64>>(
     vehicle: &mut V,
     plan: Plan<f64>,
@@ -142,7 +142,7 @@ pub fn conduct<V: Vehicle<f64>>(
         }
     }
     if trial.outcome().is_none() {
-        trial.abort(AbortReason::LinkLost);
+        trial.abort(vehicle.ended_for().unwrap_or(AbortReason::LinkLost));
         // Should only the samples be lost, the vehicle still gets its rudder and heading back.
         for _ in 0..HAND_BACK_ACTIONS {
             let action = trial.step(&Sample::default());

@@ -68,7 +68,10 @@ impl Replay {
             outcome: None,
             ..recording.campaign.clone()
         };
-        let mut vehicle = RecordedVehicle(recording.steps.iter());
+        let mut vehicle = RecordedVehicle {
+            steps: recording.steps.iter(),
+            outcome: recording.campaign.outcome,
+        };
         let mut comparison = Comparison {
             recording,
             replay: Self::default(),
@@ -79,17 +82,27 @@ impl Replay {
 }
 
 /// Measures what was measured, whatever it is told to do.
-struct RecordedVehicle<'a>(std::slice::Iter<'a, (Option<u32>, Step)>);
+struct RecordedVehicle<'a> {
+    steps: std::slice::Iter<'a, (Option<u32>, Step)>,
+    outcome: Option<Outcome>,
+}
 
 impl Vehicle<f64> for RecordedVehicle<'_> {
     type Error = Infallible;
 
     fn next_sample(&mut self) -> Result<Option<Sample<f64>>, Infallible> {
-        Ok(self.0.next().map(|(_, step)| step.sample))
+        Ok(self.steps.next().map(|(_, step)| step.sample))
     }
 
     fn act(&mut self, _: &Action<f64>) -> Result<(), Infallible> {
         Ok(())
+    }
+
+    fn ended_for(&self) -> Option<AbortReason> {
+        match self.outcome {
+            Some(Outcome::Aborted(reason)) => Some(reason),
+            _ => None,
+        }
     }
 }
 
@@ -136,8 +149,9 @@ impl Watch for Comparison<'_> {
     /// The operator's abort is in no sample. It came before the last but one: that was answered with
     /// neutral rudder, and the last with the hand back.
     fn wants_abort(&mut self) -> bool {
-        let by_operator =
-            self.recording.campaign.outcome == Some(Outcome::Aborted(AbortReason::Operator));
+        let last = self.recording.steps.last();
+        let by_operator = last.and_then(|(_, step)| step.action.outcome)
+            == Some(Outcome::Aborted(AbortReason::Operator));
         let is_last_but_one = self.replay.samples + 2 == self.recording.steps.len();
         self.replay.first_difference.is_some() || (by_operator && is_last_but_one)
     }

@@ -227,6 +227,34 @@ fn abort(reason: AbortReason) -> (&'static str, &'static str) {
             "the link to the vehicle was lost",
             "Restore the link and start again; check that the vehicle did what it must on a lost link.",
         ),
+        AbortReason::ModeChanged | AbortReason::StickMoved | AbortReason::Disarmed => (
+            "the pilot took the vehicle over",
+            "Start again when the pilot agrees; the trial takes nothing back by itself.",
+        ),
+        AbortReason::LowBattery => (
+            "the battery was low",
+            "Bring the vehicle home; charge it before the next trial.",
+        ),
+        AbortReason::Failsafe => (
+            "the autopilot reported a failsafe",
+            "Look into the autopilot's own log for what it acted upon before starting again.",
+        ),
+        AbortReason::Restarted => (
+            "the autopilot started again",
+            "Look into its supply of power; what it measured before and after is not one record.",
+        ),
+        AbortReason::SecondStation => (
+            "somebody else commanded the vehicle under our name",
+            "Stop the other ground station, or give one of both another system id.",
+        ),
+        AbortReason::RudderNotFollowed => (
+            "the rudder did something else than asked for",
+            "Look at the rudder and its servo, and at who else may command it: mode, mixer, limits of the outputs.",
+        ),
+        AbortReason::NotAttended => (
+            "the program that conducts the trial was held up",
+            "Look at the load of its computer and at the disk that keeps the logbook.",
+        ),
     }
 }
 
