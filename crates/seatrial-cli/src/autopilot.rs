@@ -8,7 +8,8 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use seatrial_core::{Plan, RudderSense};
 use seatrial_io::autopilot::{
-    Autopilot, Backup, Check, HandBack, Preflight, Profile, Settings, SteeringOutputs,
+    Autopilot, Backup, Check, HandBack, Preflight, Profile, Response, Settings, SteeringOutputs,
+    Tended,
 };
 use seatrial_io::link::{Address, Key, Signing, Transport};
 
@@ -55,7 +56,8 @@ pub struct LinkArgs {
     signing_key: Option<PathBuf>,
 }
 
-fn parse_profile(text: &str) -> Result<Profile, String> {
+/// A kind of autopilot by its name.
+pub fn parse_profile(text: &str) -> Result<Profile, String> {
     match text {
         "rover" => Ok(Profile::Rover),
         "sub" => Ok(Profile::Sub),
@@ -174,8 +176,9 @@ impl LinkArgs {
                 backup.display()
             )));
         }
-        let mut autopilot = self.open(address, Some(plan), is_given, abort)?;
-        let preflight = autopilot.inspect();
+        // The link stays alive while we think, ask and judge.
+        let autopilot = Tended::new(self.open(address, Some(plan), is_given, abort)?);
+        let preflight = autopilot.autopilot().inspect();
         text(&preflight).lines().for_each(say);
         refuse(&preflight.checks)?;
         if !is_agreed && !agrees()? {
@@ -187,6 +190,7 @@ impl LinkArgs {
         };
         let checks = taken
             .autopilot
+            .autopilot()
             .take_control(&preflight.changes, &mut |backup| {
                 keep(&taken.backup, backup)
             });
@@ -202,15 +206,19 @@ impl LinkArgs {
 /// An autopilot that is ours until it is handed back.
 pub struct Taken {
     /// The autopilot.
-    pub autopilot: Autopilot<Transport>,
+    pub autopilot: Tended<Transport>,
     backup: PathBuf,
 }
 
 impl Taken {
     /// Hands it back; what could not be put back.
     pub fn hand_back(&mut self) -> Option<String> {
-        let done = self.autopilot.hand_back();
+        let (done, response) = {
+            let mut autopilot = self.autopilot.autopilot();
+            (autopilot.hand_back(), autopilot.response().clone())
+        };
         say(told(&done));
+        say_response(&response);
         if done.is_complete() {
             // Nothing is left to be restored.
             let removed = std::fs::remove_file(&self.backup);
@@ -222,6 +230,17 @@ impl Taken {
             "not everything was put back; run `seatrial vehicle restore {}`",
             self.backup.display()
         ))
+    }
+}
+
+fn say_response(response: &Response) {
+    if let Some(most_s) = response.quantile_s(0.999) {
+        say(format!(
+            "{} commands, 99.9 % of them within {:.2} ms of their sample, the longest {:.2} ms",
+            response.count(),
+            1e3 * most_s,
+            1e3 * response.longest_s()
+        ));
     }
 }
 

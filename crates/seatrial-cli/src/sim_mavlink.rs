@@ -7,14 +7,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use seatrial_io::autopilot::Speaker;
+use seatrial_io::autopilot::{Profile, Speaker};
 use serde::Serialize;
 
-use crate::autopilot::signing;
+use crate::autopilot::{parse_profile, signing};
 use crate::output::{Exit, Failure, Output, say};
 use crate::vehicle;
 
-/// Play a vehicle that speaks MAVLink as ArduPilot's Rover does, at HOLD until somebody takes it.
+/// Play a vehicle that speaks MAVLink as ArduPilot's Rover, ArduSub or PX4 do, which holds its heading until somebody takes it.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
 Example, in two terminals:
@@ -24,6 +24,9 @@ pub struct Args {
     /// The vehicle: sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml.
     #[arg(long, default_value = "sim:starfish")]
     vehicle: String,
+    /// Kind of autopilot: rover, sub or px4, whose rudder is output 1.
+    #[arg(long, value_name = "KIND", default_value = "rover", value_parser = parse_profile)]
+    profile: Profile,
     /// Seed of noise and disturbance.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -146,12 +149,21 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             "--speed: expected a number above 0, at most 1000",
         ));
     }
+    if args.profile == Profile::Generic {
+        return Err(Failure::usage("--profile: expected rover, sub or px4"));
+    }
     let config = vehicle::config(&args.vehicle)?;
     let helm = config.helm();
     let interval_s = helm.timing.sample_interval_s;
     let simulated = vehicle::simulated(&args.vehicle, args.seed)?;
     let signing = signing(args.signing_key.as_deref(), 1)?;
-    let mut speaker = Speaker::new(simulated, interval_s, helm.rudder_limit_rad, signing);
+    let mut speaker = Speaker::new(
+        simulated,
+        args.profile,
+        interval_s,
+        helm.rudder_limit_rad,
+        signing,
+    );
     let mut station = Station::open(args).map_err(|error| {
         let place = args.tcp.as_ref().unwrap_or(&args.udp);
         Failure::input(format!("{place}: {error}"))

@@ -1,5 +1,7 @@
 //! What a vehicle has said of itself.
 
+use std::collections::VecDeque;
+
 use super::stop::Stop;
 use super::{Profile, Settings};
 use crate::link::message::{
@@ -15,6 +17,8 @@ const ARMED: u8 = 0x80;
 const CRITICAL: u8 = 5;
 /// A stick that is moved by more than this, us, is the pilot's.
 const MOVED_US: u16 = 100;
+/// Questions for the clock that may be under way.
+const UNANSWERED: usize = 8;
 /// Heartbeats that must say disarmed before it is believed: the flag lags.
 const DISARMED_BEATS: u32 = 2;
 
@@ -36,8 +40,10 @@ pub(super) struct Heard {
     /// The mode in which we steer.
     pub our_mode: Option<u32>,
     pub failsafe: Option<String>,
-    /// Round trip, s, and how far the vehicle's clock is ahead of ours, s: the quickest answer.
+    /// Round trip, s, on whichever clock runs faster, and how far the vehicle's clock is ahead of ours, s: the quickest answer.
     pub clock: Option<(f64, f64)>,
+    /// Questions for the clock: our time, ns, and the vehicle's newest, s.
+    asked: VecDeque<(i64, f64)>,
     /// Another ground station has our system id.
     pub has_double: bool,
     /// Messages of the vehicle's that told of a refused command.
@@ -56,7 +62,14 @@ impl Heard {
         self.vehicle == Some(sender)
     }
 
-    pub fn take(&mut self, message: &Message, now_s: f64) {
+    pub fn ask_clock(&mut self, here_ns: i64, clock_s: f64) {
+        self.asked.push_back((here_ns, clock_s));
+        if self.asked.len() > UNANSWERED {
+            self.asked.pop_front();
+        }
+    }
+
+    pub fn take(&mut self, message: &Message, now_s: f64, clock_s: f64) {
         match *message {
             Message::Heartbeat(heartbeat) => {
                 self.heartbeat = Some(heartbeat);
@@ -75,7 +88,9 @@ impl Heard {
             Message::CommandAck(ack) if ack.result > 0 && ack.command == 511 => self.denied += 1,
             Message::Timesync(answer) if answer.there_ns != 0 => {
                 let (there_s, here_s) = (answer.there_ns as f64 / 1e9, answer.here_ns as f64 / 1e9);
-                let round_trip_s = now_s - here_s;
+                let asked = self.asked.iter().find(|(ns, _)| *ns == answer.here_ns);
+                let passed_s = asked.map_or(0.0, |(_, asked_s)| clock_s - asked_s);
+                let round_trip_s = (now_s - here_s).max(passed_s);
                 let is_better = self.clock.is_none_or(|(best_s, _)| round_trip_s < best_s);
                 if (0.0..10.0).contains(&round_trip_s) && is_better {
                     self.clock = Some((round_trip_s, there_s - 0.5 * (here_s + now_s)));

@@ -276,7 +276,6 @@ impl<W: Wire> Autopilot<W> {
                     start_s = sample.time_s;
                 }
                 times_s.push(sample.time_s);
-                self.last = Some(sample);
             }
         }
         times_s.retain(|time_s| *time_s >= start_s);

@@ -19,7 +19,7 @@ const OUTPUTS: usize = 16;
 /// `SERVOn_FUNCTION` of ArduSub's first motor.
 const MOTOR_1: f64 = 33.0;
 /// What the four horizontal motors of ArduSub's vectored frames do about the yaw axis.
-const SUB_YAW: [f64; 4] = [1.0, -1.0, -1.0, 1.0];
+pub(super) const SUB_YAW: [f64; 4] = [1.0, -1.0, -1.0, 1.0];
 
 /// A kind of autopilot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

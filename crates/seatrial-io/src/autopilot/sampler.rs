@@ -41,15 +41,20 @@ pub(super) struct Sampler {
     attitudes: VecDeque<(f64, Attitude)>,
     /// The time from which an output acts, s, and the rudder, rad.
     rudder: VecDeque<(f64, f64)>,
-    ready: VecDeque<Sample<f64>>,
+    /// With the time at which they were complete on our clock, s.
+    ready: VecDeque<(f64, Sample<f64>)>,
     ground_speed_m_s: Latest<f64>,
     velocity_m_s: Latest<[f64; 2]>,
     position_m: Latest<[f64; 2]>,
     depth_m: Latest<f64>,
     /// What is asked for.
     pub thrust: Option<f64>,
-    /// Attitudes in all.
-    pub count: u64,
+    /// No sample is made any more.
+    pub is_closed: bool,
+    /// Our clock, s.
+    pub now_s: f64,
+    /// When the sample taken last was complete, s on our clock.
+    pub arrived_s: f64,
 }
 
 impl Sampler {
@@ -63,6 +68,23 @@ impl Sampler {
         f64::from(time_boot_ms) / 1e3 + RESTART_S < self.clock_s()
     }
 
+    /// Forgets what was measured before the clock started again, except for samples that are complete.
+    pub fn restart(&mut self) {
+        *self = Self {
+            ready: std::mem::take(&mut self.ready),
+            thrust: self.thrust,
+            now_s: self.now_s,
+            is_closed: self.is_closed,
+            ..Self::default()
+        };
+    }
+
+    /// Heading, rad, and yaw rate, rad/s.
+    pub fn newest_heading(&self) -> Option<(f64, f64)> {
+        let (_, attitude) = self.attitudes.back()?;
+        Some((attitude.yaw_rad.into(), attitude.yaw_rate_rad_s.into()))
+    }
+
     /// Takes in an attitude; one that is not newer than the last is passed over.
     pub fn attitude(&mut self, attitude: Attitude) {
         let time_s = f64::from(attitude.time_boot_ms) / 1e3;
@@ -72,7 +94,6 @@ impl Sampler {
             .is_none_or(|(last_s, _)| time_s > *last_s)
         {
             self.attitudes.push_back((time_s, attitude));
-            self.count += 1;
             self.complete();
         }
     }
@@ -123,7 +144,9 @@ impl Sampler {
 
     /// The next sample.
     pub fn take(&mut self) -> Option<Sample<f64>> {
-        self.ready.pop_front()
+        let (arrived_s, sample) = self.ready.pop_front()?;
+        self.arrived_s = arrived_s;
+        Some(sample)
     }
 
     /// Forgets samples that nobody took.
@@ -155,7 +178,7 @@ impl Sampler {
                 north * Real::cos(heading_rad) + east * Real::sin(heading_rad)
             };
             let position_m = self.position_m.at(time_s);
-            self.ready.push_back(Sample {
+            let sample = Sample {
                 time_s,
                 heading_rad,
                 rudder_rad,
@@ -172,7 +195,10 @@ impl Sampler {
                 north_m: position_m.map(|[north, _]| north),
                 east_m: position_m.map(|[_, east]| east),
                 thrust: self.thrust,
-            });
+            };
+            if !self.is_closed {
+                self.ready.push_back((self.now_s, sample));
+            }
             self.attitudes.pop_front();
             if self.ready.len() > MOST_WAITING {
                 self.ready.pop_front();

@@ -1,30 +1,33 @@
-//! A vehicle that speaks MAVLink as ArduPilot's Rover does, so that others can try what they have against it.
+//! A vehicle that speaks MAVLink as ArduPilot's Rover, ArduSub or PX4 do, so that others can try what they have against it.
 
 use std::collections::BTreeMap;
 
 use seatrial_core::{Action, Sample, Steering, Vehicle};
 
+use super::Profile;
+use super::profile::SUB_YAW;
 use crate::link::message::{
-    Attitude, CommandAck, EkfStatusReport, GpsRawInt, Heartbeat, LocalPositionNed, ParamValue,
-    RcChannels, RcChannelsOverride, ServoOutputRaw, Statustext, SysStatus, Text, Timesync, VfrHud,
+    Attitude, CommandAck, EkfStatusReport, EstimatorStatus, GpsRawInt, Heartbeat, LocalPositionNed,
+    ManualControl, ParamValue, RcChannels, RcChannelsOverride, ServoOutputRaw, Statustext,
+    SysStatus, Text, Timesync, VfrHud,
 };
 use crate::link::{Decoder, Encoder, Message, Sender, Signing};
 
-/// `custom_mode` of MANUAL and HOLD.
-const MANUAL: u32 = 0;
-const HOLD: u32 = 4;
 /// Neutral and half the range of every output and input, us.
 const TRIM_US: f64 = 1500.0;
 const HALF_US: f64 = 400.0;
 /// MAV_PARAM_TYPE_REAL32.
 const REAL32: u8 = 9;
 
-/// A vehicle that speaks MAVLink: an autopilot like ArduPilot's Rover around a [`Vehicle`], in the vehicle's own time.
+/// A vehicle that speaks MAVLink: an autopilot like ArduPilot's Rover, ArduSub or PX4 around a [`Vehicle`], in the vehicle's
+/// own time.
 ///
-/// In MANUAL, steering and throttle follow RC_CHANNELS_OVERRIDE of the ground station whose system id is MAV_GCS_SYSID,
-/// RC_OVERRIDE_TIME after the last of which they are neutral; in any other mode the vehicle holds its heading.
+/// In its manual mode, steering and throttle follow RC_CHANNELS_OVERRIDE (Rover) or MANUAL_CONTROL of the ground station
+/// whose system id is MAV_GCS_SYSID (PX4: of any), and are neutral RC_OVERRIDE_TIME (PX4: COM_RC_LOSS_T) after the last of
+/// them; in any other mode the vehicle holds its heading.
 pub struct Speaker<V> {
     vehicle: V,
+    profile: Profile,
     full_rudder_rad: f64,
     interval_s: f64,
     signing: Option<Signing>,
@@ -35,10 +38,12 @@ pub struct Speaker<V> {
     steps: u64,
     clock_s: f64,
     overridden: Option<(f64, [u16; 8])>,
+    /// Steering and thrust of a joystick, as fractions of full, and when.
+    joystick: Option<(f64, [f64; 2])>,
     station_s: Option<f64>,
     held_heading_rad: f64,
     failsafe: bool,
-    /// Its mode: 0 MANUAL, 4 HOLD.
+    /// Its mode, `custom_mode` of its heartbeats.
     pub mode: u32,
     /// Is it armed?
     pub is_armed: bool,
@@ -49,44 +54,18 @@ pub struct Speaker<V> {
 }
 
 impl<V: Vehicle<f64>> Speaker<V> {
-    /// A vehicle whose samples are `interval_s` apart.
+    /// A vehicle of this kind whose samples are `interval_s` apart.
     pub fn new(
         vehicle: V,
+        profile: Profile,
         interval_s: f64,
         full_rudder_rad: f64,
         signing: Option<Signing>,
     ) -> Self {
-        let mut parameters = BTreeMap::new();
-        for (name, value) in [
-            ("MAV_GCS_SYSID", 255.0),
-            ("RC_OVERRIDE_TIME", 3.0),
-            ("FS_GCS_ENABLE", 0.0),
-            ("FS_GCS_TIMEOUT", 5.0),
-            ("FS_ACTION", 2.0),
-            ("SCHED_LOOP_RATE", (1.0 / interval_s) as f32),
-            ("SERVO1_FUNCTION", 26.0),
-            ("SERVO3_FUNCTION", 70.0),
-        ] {
-            parameters.insert(name.into(), value);
-        }
-        for number in 1..=16 {
-            parameters
-                .entry(format!("SERVO{number}_FUNCTION"))
-                .or_insert(0.0);
-        }
-        for prefix in ["RC1", "RC3", "SERVO1", "SERVO3"] {
-            for (what, value) in [
-                ("MIN", TRIM_US - HALF_US),
-                ("TRIM", TRIM_US),
-                ("MAX", TRIM_US + HALF_US),
-                ("REVERSED", 0.0),
-                ("DZ", 30.0),
-            ] {
-                parameters.insert(format!("{prefix}_{what}"), value as f32);
-            }
-        }
+        let parameters = parameters(profile, interval_s);
         Self {
             vehicle,
+            profile,
             full_rudder_rad,
             interval_s,
             signing,
@@ -100,10 +79,11 @@ impl<V: Vehicle<f64>> Speaker<V> {
             steps: 0,
             clock_s: 0.0,
             overridden: None,
+            joystick: None,
             station_s: None,
             held_heading_rad: f64::NAN,
             failsafe: false,
-            mode: HOLD,
+            mode: resting_mode(profile),
             is_armed: true,
             sticks_us: [TRIM_US as u16; 8],
             battery_percent: 90,
@@ -117,7 +97,12 @@ impl<V: Vehicle<f64>> Speaker<V> {
 
     /// Steering that it asks its rudder for, as a fraction of full.
     pub fn steering(&self) -> f64 {
-        self.stick(0)
+        self.fraction(0)
+    }
+
+    /// Does it steer as it is asked to?
+    pub fn is_steered(&self) -> bool {
+        self.is_armed && self.profile.steering_mode() == Some(self.mode)
     }
 
     /// Takes in what was sent to it; what it answers comes with the next step.
@@ -142,14 +127,14 @@ impl<V: Vehicle<f64>> Speaker<V> {
         if !self.held_heading_rad.is_finite() {
             self.held_heading_rad = sample.heading_rad;
         }
-        let is_steered = self.mode == MANUAL && self.is_armed;
+        let is_steered = self.is_steered();
         let steering = if is_steered {
             self.held_heading_rad = sample.heading_rad;
-            Steering::Rudder(self.stick(0) * self.full_rudder_rad)
+            Steering::Rudder(self.steering() * self.full_rudder_rad)
         } else {
             Steering::HoldHeading(self.held_heading_rad)
         };
-        let thrust = self.stick(2);
+        let thrust = self.fraction(2);
         self.vehicle.act(&Action {
             steering,
             thrust: (is_steered && thrust > 0.0).then_some(thrust),
@@ -181,6 +166,21 @@ impl<V: Vehicle<f64>> Speaker<V> {
         }
     }
 
+    /// What is asked for on a channel, 0 steering or 2 thrust, as a fraction of full.
+    fn fraction(&self, channel: usize) -> f64 {
+        if self.profile == Profile::Rover {
+            return self.stick(channel);
+        }
+        let fresh_s = match self.profile {
+            Profile::Px4 => self.number("COM_RC_LOSS_T"),
+            _ => self.number("RC_OVERRIDE_TIME"),
+        };
+        match self.joystick {
+            Some((given_s, asked)) if self.clock_s - given_s <= fresh_s => asked[channel / 2],
+            _ => 0.0,
+        }
+    }
+
     /// A stick as a fraction of full, out of its dead zone, in steps of the pulse that carries it to the output.
     fn stick(&self, channel: usize) -> f64 {
         let dead_us = self.number(if channel == 0 { "RC1_DZ" } else { "RC3_DZ" });
@@ -191,12 +191,23 @@ impl<V: Vehicle<f64>> Speaker<V> {
     }
 
     fn hear(&mut self, sender: Sender, message: &Message) {
-        let is_obeyed = f64::from(sender.system) == self.number("MAV_GCS_SYSID");
+        let is_obeyed = self
+            .parameter("MAV_GCS_SYSID")
+            .is_none_or(|system| f32::from(sender.system) == system);
         match *message {
             Message::Heartbeat(_) if is_obeyed => self.station_s = Some(self.clock_s),
             Message::RcChannelsOverride(RcChannelsOverride { pulses, .. }) if is_obeyed => {
                 self.overridden = Some((self.clock_s, pulses));
                 // An override is a sign of life too.
+                self.station_s = Some(self.clock_s);
+            }
+            Message::ManualControl(ManualControl { x, y, z, r, .. }) if is_obeyed => {
+                let full = |axis: i16| f64::from(axis) / 1000.0;
+                let asked = match self.profile {
+                    Profile::Px4 => [full(y), 2.0 * full(z) - 1.0],
+                    _ => [full(r), full(x)],
+                };
+                self.joystick = Some((self.clock_s, asked));
                 self.station_s = Some(self.clock_s);
             }
             Message::ParamRequestRead(request) => {
@@ -218,7 +229,11 @@ impl<V: Vehicle<f64>> Speaker<V> {
             }
             Message::CommandLong(command) => {
                 if command.command == 176 {
-                    self.mode = command.param2 as u32;
+                    let (main, sub) = (command.param2 as u32, command.param3 as u32);
+                    self.mode = match self.profile {
+                        Profile::Px4 => main << 16 | sub << 24,
+                        _ => main,
+                    };
                     self.failsafe = false;
                     self.beat();
                 }
@@ -259,7 +274,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
             .station_s
             .is_some_and(|heard_s| self.clock_s - heard_s > longest_s);
         if is_lost && self.number("FS_GCS_ENABLE") != 0.0 && !self.failsafe {
-            (self.failsafe, self.mode) = (true, HOLD);
+            (self.failsafe, self.mode) = (true, resting_mode(self.profile));
             self.send(Statustext {
                 severity: 2,
                 text: Text::from("GCS Failsafe"),
@@ -273,8 +288,9 @@ impl<V: Vehicle<f64>> Speaker<V> {
     fn beat(&mut self) {
         self.send(Heartbeat {
             custom_mode: self.mode,
-            kind: 11,
-            autopilot: 3,
+            // A submarine or a boat; PX4 or ArduPilot.
+            kind: if self.profile == Profile::Sub { 12 } else { 11 },
+            autopilot: if self.profile == Profile::Px4 { 12 } else { 3 },
             base_mode: 1 | if self.is_armed { 0x80 } else { 0 },
             system_status: if self.failsafe { 5 } else { 4 },
             mavlink_version: 3,
@@ -285,8 +301,15 @@ impl<V: Vehicle<f64>> Speaker<V> {
         let time_boot_ms = (1e3 * sample.time_s).round() as u32;
         let pulse = |fraction: f64| (TRIM_US + HALF_US * fraction).round() as u16;
         let mut pulses = [0; 8];
-        pulses[0] = pulse(sample.rudder_rad / self.full_rudder_rad);
-        pulses[2] = pulse(self.stick(2));
+        let rudder = sample.rudder_rad / self.full_rudder_rad;
+        if self.profile == Profile::Sub {
+            for (motor, yaw) in pulses.iter_mut().zip(SUB_YAW) {
+                *motor = pulse(yaw * rudder);
+            }
+        } else {
+            pulses[0] = pulse(rudder);
+            pulses[2] = pulse(self.fraction(2));
+        }
         self.send(ServoOutputRaw {
             time_us: (1e6 * sample.time_s).round() as u64 as u32,
             pulses,
@@ -312,7 +335,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
                 altitude_m: 0.0,
                 climb_m_s: 0.0,
                 heading_deg: 0,
-                throttle_percent: (100.0 * self.stick(2)).max(0.0) as u16,
+                throttle_percent: (100.0 * self.fraction(2)).max(0.0) as u16,
             });
             self.send(LocalPositionNed {
                 time_boot_ms,
@@ -365,14 +388,88 @@ impl<V: Vehicle<f64>> Speaker<V> {
             fix_type: 3,
             satellites: 12,
         });
+        // Attitude, velocity and position are known.
+        const FLAGS: u16 = 0x1f;
+        if self.profile == Profile::Px4 {
+            self.send(EstimatorStatus {
+                time_us: (1e6 * self.clock_s) as u64,
+                velocity_ratio: 0.1,
+                horizontal_ratio: 0.1,
+                vertical_ratio: 0.1,
+                compass_ratio: 0.1,
+                terrain_ratio: 0.0,
+                air_speed_ratio: 0.0,
+                horizontal_accuracy_m: 1.0,
+                vertical_accuracy_m: 1.0,
+                flags: FLAGS,
+            });
+            return;
+        }
         self.send(EkfStatusReport {
             velocity_variance: 0.1,
             horizontal_variance: 0.1,
             vertical_variance: 0.1,
             compass_variance: 0.1,
             terrain_variance: 0.0,
-            // Attitude, velocity and position are known.
-            flags: 0x1f,
+            flags: FLAGS,
         });
     }
+}
+
+/// `custom_mode` in which it holds its heading: HOLD, ALT_HOLD, Loiter.
+fn resting_mode(profile: Profile) -> u32 {
+    match profile {
+        Profile::Sub => 2,
+        Profile::Px4 => 4 << 16 | 3 << 24,
+        Profile::Rover | Profile::Generic => 4,
+    }
+}
+
+/// As they are before anybody changes them.
+fn parameters(profile: Profile, interval_s: f64) -> BTreeMap<String, f32> {
+    if profile == Profile::Px4 {
+        return BTreeMap::from([("COM_RC_LOSS_T".into(), 3.0)]);
+    }
+    let is_sub = profile == Profile::Sub;
+    let mut parameters: BTreeMap<String, f32> = [
+        ("MAV_GCS_SYSID", 255.0),
+        ("RC_OVERRIDE_TIME", 3.0),
+        // ArduSub's 2 disarms or what else FS_PILOT_INPUT says.
+        ("FS_GCS_ENABLE", if is_sub { 2.0 } else { 0.0 }),
+        ("FS_GCS_TIMEOUT", 5.0),
+        ("SCHED_LOOP_RATE", (1.0 / interval_s) as f32),
+    ]
+    .map(|(name, value)| (name.into(), value))
+    .into();
+    let ranges = if is_sub {
+        parameters.insert("FS_PILOT_INPUT".into(), 2.0);
+        vec!["SERVO1", "SERVO2", "SERVO3", "SERVO4"]
+    } else {
+        parameters.insert("FS_ACTION".into(), 2.0);
+        vec!["RC1", "RC3", "SERVO1", "SERVO3"]
+    };
+    for number in 1..=16_u8 {
+        let function = match (is_sub, number) {
+            (true, 1..=4) => 32.0 + f32::from(number),
+            (false, 1) => 26.0,
+            (false, 3) => 70.0,
+            _ => 0.0,
+        };
+        parameters.insert(format!("SERVO{number}_FUNCTION"), function);
+        if is_sub && number <= 4 {
+            parameters.insert(format!("MOT_{number}_DIRECTION"), 1.0);
+        }
+    }
+    for prefix in ranges {
+        for (what, value) in [
+            ("MIN", TRIM_US - HALF_US),
+            ("TRIM", TRIM_US),
+            ("MAX", TRIM_US + HALF_US),
+            ("REVERSED", 0.0),
+            ("DZ", 30.0),
+        ] {
+            parameters.insert(format!("{prefix}_{what}"), value as f32);
+        }
+    }
+    parameters
 }

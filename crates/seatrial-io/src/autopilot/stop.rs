@@ -1,5 +1,6 @@
 //! Why a vehicle is given back before the trial is over.
 
+use seatrial_core::AbortReason;
 use thiserror::Error;
 
 /// Why a vehicle is given back before the trial is over.
@@ -32,6 +33,9 @@ pub enum Stop {
     /// Another ground station has our system id: both would steer.
     #[error("another ground station has our system id {0}")]
     SecondStation(u8),
+    /// This program was busy with something else for so long, s, while it had the rudder.
+    #[error("the trial was held up for {0:.1} s")]
+    NotAttended(f64),
     /// The output does something else than we ask for.
     #[error("the rudder output does not follow: asked for {asked:.2} of full, it is at {found:.2}")]
     NotFollowed {
@@ -43,6 +47,23 @@ pub enum Stop {
 }
 
 impl Stop {
+    /// As the trial knows it.
+    pub fn reason(&self) -> AbortReason {
+        match self {
+            Self::Operator => AbortReason::Operator,
+            Self::Silence(_) => AbortReason::LinkLost,
+            Self::Rebooted => AbortReason::Restarted,
+            Self::PilotMode(_) => AbortReason::ModeChanged,
+            Self::PilotStick(_) => AbortReason::StickMoved,
+            Self::Disarmed => AbortReason::Disarmed,
+            Self::Battery(_) => AbortReason::LowBattery,
+            Self::Failsafe(_) => AbortReason::Failsafe,
+            Self::SecondStation(_) => AbortReason::SecondStation,
+            Self::NotAttended(_) => AbortReason::NotAttended,
+            Self::NotFollowed { .. } => AbortReason::RudderNotFollowed,
+        }
+    }
+
     /// Is it the pilot, who now has the vehicle and chose its mode?
     pub fn is_pilot(&self) -> bool {
         matches!(

@@ -1,0 +1,263 @@
+//! What is said to the vehicle and heard from it: heartbeats, questions, parameters, modes.
+
+use std::sync::atomic::Ordering;
+
+use super::profile::Profile;
+use super::{Autopilot, REAL32, REPEAT_S, Stop, Stored};
+use crate::link::message::{self, CommandLong, ParamRequestRead, ParamSet, Text};
+use crate::link::{Message, Sender, Wire};
+
+/// Between our heartbeats, s: one that is late still comes within a second.
+const HEARTBEAT_S: f64 = 0.5;
+/// Silence that ends the trial, s.
+const SILENCE_S: f64 = 0.7;
+/// Longest wait for bytes at a time, s.
+pub(super) const WAIT_S: f64 = 0.02;
+/// Between two questions that are not answered, s.
+const ASK_AGAIN_S: f64 = 0.3;
+/// The most parameters that are kept.
+const MOST_PARAMETERS: usize = 8192;
+
+impl<W: Wire> Autopilot<W> {
+    pub(super) fn send(&mut self, message: impl Into<Message>) {
+        let now_s = self.wire.now_s();
+        let signing = self.signing.as_mut();
+        let frame = self.encoder.encode(&message.into(), signing, now_s);
+        self.wire.send(&frame);
+    }
+
+    /// Sends what is due, waits for bytes until then at most, and hears what has come. `true`: something has.
+    pub(super) fn pump(&mut self, until_s: f64) -> bool {
+        let now_s = self.wire.now_s();
+        if now_s - self.pumped_s > REPEAT_S {
+            // Nobody listened: that is no silence of the vehicle's.
+            self.heard_s = now_s;
+        }
+        if now_s - self.beat_s >= HEARTBEAT_S {
+            self.beat(now_s);
+        }
+        if self.settings.abort.load(Ordering::Relaxed) {
+            self.stop_on_guard(Stop::Operator);
+        }
+        if now_s - self.demanded_s >= REPEAT_S {
+            self.ask_again();
+        }
+        self.wire.receive(&mut self.received, until_s);
+        let has_come = !self.received.is_empty();
+        self.decoder.push(&self.received);
+        self.received.clear();
+        let now_s = self.wire.now_s();
+        self.pumped_s = now_s;
+        self.sampler.now_s = now_s;
+        while let Some(frame) = self.decoder.next(self.signing.as_mut(), now_s) {
+            if let Some(message) = frame.message() {
+                self.hear(frame.sender, &message, now_s);
+            }
+        }
+        if let Some(stop) = self.silence(now_s).or(self.absence(now_s)) {
+            self.stop_on_guard(stop);
+        }
+        has_come
+    }
+
+    fn beat(&mut self, now_s: f64) {
+        self.beat_s = now_s;
+        self.send(message::Heartbeat {
+            custom_mode: 0,
+            // A ground station, without an autopilot.
+            kind: 6,
+            autopilot: 8,
+            base_mode: 0,
+            system_status: 4,
+            mavlink_version: 3,
+        });
+        let here_ns = (now_s * 1e9) as i64;
+        self.heard.ask_clock(here_ns, self.sampler.clock_s());
+        self.send(message::Timesync {
+            there_ns: 0,
+            here_ns,
+        });
+    }
+
+    pub(super) fn silence(&self, now_s: f64) -> Option<Stop> {
+        let silent_s = now_s - self.heard_s;
+        (silent_s > SILENCE_S).then_some(Stop::Silence(silent_s))
+    }
+
+    fn hear(&mut self, sender: Sender, message: &Message, now_s: f64) {
+        if sender.system == self.settings.system_id {
+            if matches!(message, Message::Heartbeat(_)) {
+                self.heard.has_double = true;
+                self.stop_on_guard(Stop::SecondStation(sender.system));
+            }
+            return;
+        }
+        if !self
+            .heard
+            .is_vehicle(sender, message, self.settings.vehicle)
+        {
+            return;
+        }
+        self.wire.is_vehicle();
+        self.heard.take(message, now_s, self.sampler.clock_s());
+        match *message {
+            Message::ParamValue(parameter) => {
+                let is_integer = parameter.kind != REAL32 && self.profile() == Profile::Px4;
+                let value = if is_integer {
+                    f64::from(parameter.value.to_bits() as i32)
+                } else {
+                    f64::from(parameter.value)
+                };
+                let name = parameter.name.text();
+                if self.kinds.len() < MOST_PARAMETERS {
+                    self.kinds.insert(name.clone(), parameter.kind);
+                }
+                self.parameters.insert(name, value);
+            }
+            Message::Attitude(attitude) => {
+                if self.sampler.is_restarted(attitude.time_boot_ms) {
+                    self.stop_on_guard(Stop::Rebooted);
+                    self.sampler.restart();
+                }
+                self.heard_s = now_s;
+                self.sampler.attitude(attitude);
+            }
+            Message::ServoOutputRaw(servo) if servo.port == 0 => self.hear_servo(&servo, now_s),
+            Message::VfrHud(hud) => self.sampler.ground_speed(hud.ground_speed_m_s.into()),
+            Message::GlobalPositionInt(position) => {
+                let velocity = [position.north_cm_s, position.east_cm_s];
+                let velocity = velocity.map(|speed| f64::from(speed) / 100.0);
+                self.sampler.velocity(position.time_boot_ms, velocity);
+            }
+            Message::LocalPositionNed(local) => {
+                let place = [local.north_m.into(), local.east_m.into()];
+                self.sampler.position(local.time_boot_ms, place);
+                if !self.profile().is_boat() {
+                    let depth_m = local.down_m.into();
+                    self.sampler.depth(local.time_boot_ms, depth_m);
+                }
+            }
+            _ => {}
+        }
+        if self.on_guard
+            && let Some(stop) = self.heard.danger(self.profile(), &self.settings)
+        {
+            self.stop_on_guard(stop);
+        }
+    }
+
+    pub(super) fn stop_on_guard(&mut self, stop: Stop) {
+        if self.on_guard && self.stopped.is_none() {
+            self.stopped = Some(stop);
+            self.sampler.is_closed = true;
+            self.let_go();
+        }
+    }
+
+    /// Pumps until `done` or for this long on our clock. `true`: done.
+    pub(super) fn wait(&mut self, longest_s: f64, mut done: impl FnMut(&mut Self) -> bool) -> bool {
+        let end_s = self.wire.now_s() + longest_s;
+        loop {
+            if done(self) {
+                return true;
+            }
+            let now_s = self.wire.now_s();
+            if now_s >= end_s {
+                return false;
+            }
+            // Who waits is not held up.
+            self.attended_s = now_s;
+            self.pump((now_s + WAIT_S).min(end_s));
+        }
+    }
+
+    /// Asks with `question` until `done` or for this long.
+    pub(super) fn insist(
+        &mut self,
+        longest_s: f64,
+        mut question: impl FnMut(&mut Self),
+        mut done: impl FnMut(&mut Self) -> bool,
+    ) -> bool {
+        let mut asked_s = f64::NEG_INFINITY;
+        self.wait(longest_s, |autopilot| {
+            if done(autopilot) {
+                return true;
+            }
+            let now_s = autopilot.wire.now_s();
+            if now_s - asked_s >= ASK_AGAIN_S {
+                asked_s = now_s;
+                question(autopilot);
+            }
+            false
+        })
+    }
+
+    pub(super) fn ask_parameter(&mut self, name: &str) {
+        let (target_system, target_component) = (self.system(), self.component());
+        self.send(ParamRequestRead {
+            index: -1,
+            target_system,
+            target_component,
+            name: Text::from(name),
+        });
+    }
+
+    /// Sets a parameter and reads it back. `true`: it is so.
+    pub(super) fn set_parameter(&mut self, name: &str, stored: Stored, longest_s: f64) -> bool {
+        let wanted = stored.number();
+        self.parameters.insert(name.into(), f64::NAN);
+        self.insist(
+            longest_s,
+            |autopilot| {
+                let (target_system, target_component) = (autopilot.system(), autopilot.component());
+                autopilot.send(ParamSet {
+                    value: stored.value(),
+                    target_system,
+                    target_component,
+                    name: Text::from(name),
+                    kind: stored.kind,
+                });
+            },
+            |autopilot| autopilot.parameters.get(name) == Some(wanted),
+        )
+    }
+
+    pub(super) fn command(&mut self, command: u16, [param1, param2, param3]: [f32; 3]) {
+        let (target_system, target_component) = (self.system(), self.component());
+        self.send(CommandLong {
+            param1,
+            param2,
+            param3,
+            param4: 0.0,
+            param5: 0.0,
+            param6: 0.0,
+            param7: 0.0,
+            command,
+            target_system,
+            target_component,
+            confirmation: 0,
+        });
+    }
+
+    /// Sets a mode and waits until a heartbeat has it. `true`: it is so.
+    pub(super) fn set_mode(&mut self, mode: u32, longest_s: f64) -> bool {
+        // A heartbeat from before may still be on its way, so it is the next one that counts.
+        self.insist(
+            longest_s,
+            |autopilot| {
+                let [main, sub] = match autopilot.profile() {
+                    Profile::Px4 => [(mode >> 16) & 0xff, mode >> 24],
+                    _ => [mode, 0],
+                };
+                // MAV_CMD_DO_SET_MODE, with a mode of the autopilot's own.
+                autopilot.command(176, [1.0, main as f32, sub as f32]);
+            },
+            |autopilot| autopilot.heard.mode() == Some(mode),
+        )
+    }
+
+    /// MAV_CMD_SET_MESSAGE_INTERVAL: 0 is the autopilot's default.
+    pub(super) fn set_interval(&mut self, id: u32, interval_s: f64) {
+        self.command(511, [id as f32, (interval_s * 1e6) as f32, 0.0]);
+    }
+}

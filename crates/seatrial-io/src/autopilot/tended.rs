@@ -1,0 +1,96 @@
+//! A link that is kept alive while nobody waits for it.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use seatrial_core::{AbortReason, Action, Sample, Vehicle};
+
+use super::{Autopilot, Stop};
+use crate::link::Wire;
+
+/// Between two looks at the link.
+const LOOK: Duration = Duration::from_millis(5);
+/// Reads of one look: more than comes between two, and not so many that a trial would have to wait.
+const READS: u32 = 8;
+
+/// An [`Autopilot`] with a thread of its own: heartbeats go out, what is asked for is asked for again, headings are held
+/// and dangers are seen also while a run is judged or the operator is asked. Should the trial not come back in time, the
+/// thread lets go of the vehicle. Dropping it hands the vehicle back.
+pub struct Tended<W: Wire + Send + 'static> {
+    autopilot: Arc<Mutex<Autopilot<W>>>,
+    is_over: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl<W: Wire + Send + 'static> Tended<W> {
+    /// Tends it from now on.
+    pub fn new(autopilot: Autopilot<W>) -> Self {
+        let autopilot = Arc::new(Mutex::new(autopilot));
+        let is_over = Arc::new(AtomicBool::new(false));
+        let thread = std::thread::spawn({
+            let (autopilot, is_over) = (Arc::clone(&autopilot), Arc::clone(&is_over));
+            move || {
+                while !is_over.load(Ordering::Relaxed) {
+                    match autopilot.try_lock() {
+                        Ok(mut autopilot) => autopilot.tend(),
+                        Err(TryLockError::Poisoned(error)) => error.into_inner().tend(),
+                        // Whoever has it pumps.
+                        Err(TryLockError::WouldBlock) => {}
+                    }
+                    std::thread::sleep(LOOK);
+                }
+            }
+        });
+        Self {
+            autopilot,
+            is_over,
+            thread: Some(thread),
+        }
+    }
+
+    /// The autopilot, until the guard is dropped.
+    pub fn autopilot(&self) -> MutexGuard<'_, Autopilot<W>> {
+        self.autopilot
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl<W: Wire> Autopilot<W> {
+    fn tend(&mut self) {
+        for _ in 0..READS {
+            let now_s = self.wire.now_s();
+            if !self.pump(now_s) {
+                break;
+            }
+        }
+    }
+}
+
+impl<W: Wire + Send + 'static> Vehicle<f64> for Tended<W> {
+    type Error = Stop;
+
+    fn next_sample(&mut self) -> Result<Option<Sample<f64>>, Stop> {
+        self.autopilot().next_sample()
+    }
+
+    fn act(&mut self, action: &Action<f64>) -> Result<(), Stop> {
+        self.autopilot().act(action)
+    }
+
+    fn ended_for(&self) -> Option<AbortReason> {
+        self.autopilot().ended_for()
+    }
+}
+
+impl<W: Wire + Send + 'static> Drop for Tended<W> {
+    fn drop(&mut self) {
+        self.is_over.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // A thread that panicked has nothing more to tell; the vehicle is handed back all the same.
+            let _ = thread.join();
+        }
+    }
+}
