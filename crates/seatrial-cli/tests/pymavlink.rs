@@ -1,0 +1,300 @@
+//! Trials on a vehicle written with pymavlink, an implementation of MAVLink other than ours, over UDP and TCP.
+#![cfg(unix)]
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpListener, UdpSocket};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+use serde_json::Value;
+
+/// The vehicle's truth.
+const A22_PER_S: f64 = -0.91;
+const B2_PER_S2: f64 = 1.75;
+
+const PLAN: &str = "thrusts = [0.6]\n";
+const KEY: &str = "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef";
+
+/// The Python that has pymavlink: SEATRIAL_PYTHON, or the one that `.ci/run` has made.
+fn python() -> Option<PathBuf> {
+    let path = std::env::var_os("SEATRIAL_PYTHON").map_or_else(
+        || {
+            PathBuf::from(concat!(
+                env!("CARGO_MANIFEST_DIR"),
+                "/../../target/python/bin/python"
+            ))
+        },
+        PathBuf::from,
+    );
+    if path.exists() {
+        return Some(path);
+    }
+    assert!(std::env::var_os("CI").is_none(), "no {}", path.display());
+    eprintln!(
+        "SKIPPED: no Python with pymavlink at {} (set SEATRIAL_PYTHON)",
+        path.display()
+    );
+    None
+}
+
+/// A vehicle and the folder of a trial on it.
+struct Scene {
+    folder: tempfile::TempDir,
+    boat: Child,
+    address: String,
+    has_key: bool,
+}
+
+/// What a trial came to and what the vehicle tells.
+struct Told {
+    code: Option<i32>,
+    document: Value,
+    errors: String,
+    boat: Value,
+}
+
+impl Scene {
+    /// `None`: there is no pymavlink.
+    fn new(is_tcp: bool, options: &[&str]) -> Option<Self> {
+        let python = python()?;
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("plan.toml"), PLAN).unwrap();
+        let key = folder.path().join("key");
+        std::fs::write(&key, KEY).unwrap();
+        let (kind, port) = if is_tcp {
+            let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+            ("tcp", listener.local_addr().unwrap().port())
+        } else {
+            let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+            ("udp", socket.local_addr().unwrap().port())
+        };
+        let mut boat = Command::new(python)
+            .arg(concat!(
+                env!("CARGO_MANIFEST_DIR"),
+                "/../seatrial-io/tests/vehicle/vehicle.py"
+            ))
+            .args([&format!("--{kind}"), &port.to_string()])
+            .args(options)
+            .current_dir(folder.path())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        if is_tcp {
+            let mut line = String::new();
+            // One byte at a time: what follows is what it tells at its end.
+            let stdout = boat.stdout.as_mut().unwrap();
+            let mut lines = BufReader::with_capacity(1, stdout);
+            lines.read_line(&mut line).unwrap();
+        }
+        Some(Self {
+            folder,
+            boat,
+            address: format!("mavlink:{kind}:127.0.0.1:{port}"),
+            has_key: options.contains(&"--key"),
+        })
+    }
+
+    fn seatrial(&self, arguments: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_seatrial"))
+            .args(arguments)
+            .current_dir(self.folder.path())
+            .output()
+            .unwrap()
+    }
+
+    fn trial(&self) -> Output {
+        let mut arguments = vec!["trial", "--json", "--yes", "--plan", "plan.toml"];
+        arguments.extend(["--vehicle", &self.address]);
+        if self.has_key {
+            arguments.extend(["--signing-key", "key"]);
+        }
+        self.seatrial(&arguments)
+    }
+
+    /// Ends whatever still befalls the vehicle.
+    fn bring_back(&mut self) {
+        let stdin = self.boat.stdin.as_mut().unwrap();
+        stdin.write_all(b"back\n").unwrap();
+    }
+
+    /// Every estimate and action is made again, bit for bit.
+    fn assert_replays(&self) {
+        let replay = self.seatrial(&["replay", "--json", "seatrial.db"]);
+        let replayed: Value = serde_json::from_slice(&replay.stdout).unwrap();
+        assert_eq!(replayed["identical"], true, "{replayed}");
+        assert_ne!(replayed["estimates"], 0, "{replayed}");
+    }
+
+    fn end(mut self, output: &Output) -> Told {
+        drop(self.boat.stdin.take());
+        let mut text = String::new();
+        let stdout = self.boat.stdout.as_mut().unwrap();
+        stdout.read_to_string(&mut text).unwrap();
+        self.boat.wait().unwrap();
+        Told {
+            code: output.status.code(),
+            document: serde_json::from_slice(&output.stdout).unwrap_or_default(),
+            errors: String::from_utf8_lossy(&output.stderr).into_owned(),
+            boat: serde_json::from_str(&text).expect("a line of JSON"),
+        }
+    }
+
+    fn has_backup(&self) -> bool {
+        self.path("seatrial.restore.toml").exists()
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(Path::new(name))
+    }
+}
+
+impl Told {
+    fn assert_as_before(&self) {
+        let (boat, errors) = (&self.boat, &self.errors);
+        assert_eq!(boat["changed"], serde_json::json!({}), "{errors}");
+        let outputs = [&boat["steering"], &boat["throttle"]];
+        assert_eq!(outputs, [1500, 1500], "{errors}");
+    }
+
+    fn assert_heartbeats(&self) {
+        // They are due every half second; the rest is for a busy machine.
+        let gap_s = self.boat["longest_gap_s"].as_f64().unwrap();
+        assert!(gap_s <= 1.0, "{gap_s} s without a heartbeat");
+    }
+
+    /// The 5 %.
+    fn assert_near(&self) {
+        let refined = &self.document["runs"][0]["identification"]["refined"];
+        for (name, truth) in [("a22_per_s", A22_PER_S), ("b2_per_s2", B2_PER_S2)] {
+            let found = refined[name].as_f64().expect(&self.errors);
+            eprintln!("{name}: {found:.4}");
+            assert!(
+                (found / truth - 1.0).abs() < 0.05,
+                "{name}: {found} for {truth}"
+            );
+        }
+    }
+}
+
+/// A whole trial that nothing befalls but weather.
+fn finishes(is_tcp: bool, options: &[&str]) -> Option<Told> {
+    let scene = Scene::new(is_tcp, options)?;
+    let output = scene.trial();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{options:?}: {errors}");
+    scene.assert_replays();
+    assert!(!scene.has_backup(), "{options:?}");
+    let told = scene.end(&output);
+    told.assert_as_before();
+    if !options.contains(&"--loss") {
+        told.assert_heartbeats();
+    }
+    assert_eq!(told.boat["mode"], 4, "it was in HOLD before");
+    told.assert_near();
+    Some(told)
+}
+
+#[test]
+fn val_pymavlink_vehicle_over_udp() {
+    finishes(false, &[]);
+}
+
+#[test]
+fn val_pymavlink_vehicle_over_tcp_with_a_lagging_rudder() {
+    finishes(true, &["--lag", "0.15"]);
+}
+
+/// Neither the forged mode nor the forged heading is believed; the key is in nothing that is told or kept.
+#[test]
+fn val_pymavlink_vehicle_with_signing() {
+    let options = ["--key", "key", "--mishap", "unsigned"];
+    let Some(told) = finishes(true, &options) else {
+        return;
+    };
+    assert!(told.boat["happened_s"].is_number());
+    assert!(!told.errors.contains(&KEY[..16]), "{}", told.errors);
+}
+
+#[test]
+fn val_pymavlink_vehicle_through_disorder() {
+    finishes(false, &["--disorder", "0.1"]);
+}
+
+#[test]
+fn val_pymavlink_vehicle_through_latency() {
+    finishes(false, &["--latency", "0.5"]);
+}
+
+#[test]
+fn val_pymavlink_vehicle_through_loss() {
+    finishes(false, &["--loss", "0.3"]);
+}
+
+/// A mishap in mid doublet ends the trial for this reason; the rudder is asked for no longer than a second.
+fn ends_for(mishap: &str, is_tcp: bool, reason: &str) {
+    let Some(mut scene) = Scene::new(is_tcp, &["--mishap", mishap]) else {
+        return;
+    };
+    let output = scene.trial();
+    let is_cut = mishap == "cut";
+    assert_eq!(scene.has_backup(), is_cut, "{mishap}");
+    if is_cut {
+        scene.bring_back();
+        let restored = scene.seatrial(&[
+            "vehicle",
+            "restore",
+            "seatrial.restore.toml",
+            "--vehicle",
+            &scene.address,
+        ]);
+        let errors = String::from_utf8_lossy(&restored.stderr);
+        assert_eq!(restored.status.code(), Some(0), "{errors}");
+        assert!(!scene.has_backup());
+    }
+    scene.assert_replays();
+    let told = scene.end(&output);
+    assert_eq!(told.code, Some(5), "{mishap}: {}", told.errors);
+    assert_eq!(told.document["outcome"]["reason"], reason, "{mishap}");
+    let held_s = told.boat["held_s"].as_f64().unwrap();
+    assert!(held_s <= 1.0, "{mishap}: held for {held_s} s");
+    assert!(told.boat["happened_s"].is_number(), "{mishap}");
+    if !is_cut {
+        told.assert_as_before();
+        told.assert_heartbeats();
+    }
+    let stages = &told.document["runs"][0]["stages"];
+    assert_eq!(stages[1]["stage"], "train", "{mishap}: {stages}");
+}
+
+#[test]
+fn val_pymavlink_pilots_have_the_last_word() {
+    for (mishap, reason) in [
+        ("mode", "mode_changed"),
+        ("stick", "stick_moved"),
+        ("disarm", "disarmed"),
+        ("station", "second_station"),
+    ] {
+        ends_for(mishap, false, reason);
+    }
+}
+
+#[test]
+fn val_pymavlink_vehicles_in_trouble_are_given_back() {
+    for (mishap, reason) in [
+        ("battery", "low_battery"),
+        ("failsafe", "failsafe"),
+        ("reboot", "restarted"),
+    ] {
+        ends_for(mishap, true, reason);
+    }
+}
+
+#[test]
+fn val_pymavlink_a_link_that_breaks_in_mid_doublet() {
+    std::thread::scope(|scope| {
+        for is_tcp in [false, true] {
+            scope.spawn(move || ends_for("cut", is_tcp, "link_lost"));
+        }
+    });
+}
