@@ -1,5 +1,7 @@
 //! Conducts a trial on a vehicle and makes its campaign.
 
+use std::time::{Duration, Instant};
+
 use seatrial_core::estimator::{Estimator, InvalidSetting};
 use seatrial_core::plan::Target;
 use seatrial_core::progress::{Event, RunResult};
@@ -33,6 +35,32 @@ pub trait Watch {
     /// Does the operator want the vehicle back?
     fn wants_abort(&mut self) -> bool {
         false
+    }
+}
+
+/// Holds a simulated vehicle to a multiple of real time.
+#[derive(Debug)]
+pub struct Pace {
+    factor: f64,
+    begun: Instant,
+    first_s: Option<f64>,
+}
+
+impl Pace {
+    /// So many seconds of the vehicle in one of ours; 1 is real time.
+    pub fn new(factor: f64) -> Self {
+        Self {
+            factor,
+            begun: Instant::now(),
+            first_s: None,
+        }
+    }
+
+    /// Waits until this time of the vehicle is due.
+    pub fn wait(&mut self, time_s: f64) {
+        let first_s = *self.first_s.get_or_insert(time_s);
+        let due = Duration::try_from_secs_f64((time_s - first_s) / self.factor);
+        std::thread::sleep(due.unwrap_or_default().saturating_sub(self.begun.elapsed()));
     }
 }
 

@@ -22,11 +22,16 @@
 //! **Repeatable.** [`Replay`] conducts the trial again on the samples and compares every action,
 //! every estimate and every result bit for bit.
 //!
+//! **Attributable.** What operators commanded over the network is kept, and their word on a run, which goes before its
+//! verdict wherever the run is read; the hash chain and a replay are those of what the program found.
+//!
 //! Reading never writes, but rolls back what a killed process left half written. Several processes
 //! may read while one writes.
 
 mod chain;
 mod error;
+mod keeper;
+mod operators;
 mod read;
 mod recorder;
 mod replay;
@@ -43,6 +48,8 @@ use rusqlite::{Connection, ErrorCode, OpenFlags};
 use serde::Serialize;
 
 pub use error::Error;
+pub use keeper::Keeper;
+pub use operators::{CommandEntry, NewCommand, Review};
 pub use read::{CampaignEntry, RunEntry, State};
 pub use recorder::Recorder;
 pub use replay::{FirstDifference, Recording, Replay};

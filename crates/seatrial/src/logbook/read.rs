@@ -104,8 +104,20 @@ impl Logbook {
             })
     }
 
-    /// A whole campaign with its records and traces. An unfinished run has no model and is not accepted.
+    /// A whole campaign with its records and traces. An unfinished run has no model and is not accepted; of one that an
+    /// operator has reviewed the last review is the verdict.
     pub fn campaign(&self, campaign: CampaignId) -> Result<Campaign, Error> {
+        let mut whole = self.as_found(campaign)?;
+        for (number, review) in self.reviews(campaign)? {
+            for run in whole.runs.iter_mut().filter(|run| run.number == number) {
+                review.decide(run);
+            }
+        }
+        Ok(whole)
+    }
+
+    /// The same with the verdicts that the program found.
+    pub(super) fn as_found(&self, campaign: CampaignId) -> Result<Campaign, Error> {
         let entry = self.entry(campaign)?;
         let runs = self
             .runs(campaign)?
@@ -270,7 +282,10 @@ pub(super) fn campaign_entries(
                 campaign.sha256, head_sha256,
                 (SELECT count(*) FROM run WHERE run.campaign = campaign.id),
                 (SELECT count(sha256) FROM run WHERE run.campaign = campaign.id),
-                (SELECT coalesce(sum(accepted), 0) FROM run WHERE run.campaign = campaign.id)
+                (SELECT coalesce(sum(coalesce(
+                    (SELECT review.accepted FROM review WHERE review.run = run.id
+                     ORDER BY review.id DESC LIMIT 1), run.accepted)), 0)
+                 FROM run WHERE run.campaign = campaign.id)
          FROM campaign JOIN configuration ON configuration.id = campaign.configuration
          WHERE ? ORDER BY campaign.id",
         1,

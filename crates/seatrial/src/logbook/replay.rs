@@ -50,7 +50,7 @@ impl Logbook {
     pub fn recording(&self, campaign: CampaignId) -> Result<Recording, Error> {
         let steps = self.steps(campaign)?;
         let finished = self.runs(campaign)?;
-        let mut campaign = self.campaign(campaign)?;
+        let mut campaign = self.as_found(campaign)?;
         campaign.runs.retain(|run| {
             finished
                 .iter()

@@ -7,8 +7,11 @@ pub(super) const APPLICATION_ID: i32 = i32::from_be_bytes(*b"STLB");
 
 /// Migration k takes schema version k to k + 1. Released ones are never edited: a change of the
 /// schema is a new one at the end.
-pub(super) const MIGRATIONS: &[&str] =
-    &[include_str!("schema_v1.sql"), include_str!("schema_v2.sql")];
+pub(super) const MIGRATIONS: &[&str] = &[
+    include_str!("schema_v1.sql"),
+    include_str!("schema_v2.sql"),
+    include_str!("schema_v3.sql"),
+];
 
 /// What a file says about itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -30,7 +30,7 @@ pub struct NewCampaign<'a> {
 }
 
 /// What is lost with the power.
-enum Durability {
+pub(super) enum Durability {
     /// The last transactions may be.
     Process,
     /// Nothing that was committed.
@@ -170,7 +170,7 @@ impl Logbook {
         })
     }
 
-    fn write<T>(
+    pub(super) fn write<T>(
         &mut self,
         durability: Durability,
         change: impl Fn(&Connection) -> Result<T, rusqlite::Error>,

@@ -9,7 +9,7 @@ use super::number::decimals;
 use super::run_figures::{Source, degrees, present, series, unwrapped, yaw_rate};
 use crate::campaign::Stage;
 use crate::identify::fresh::quiet_lead_in_s;
-use crate::record::Window;
+use crate::record::{Record, Window};
 
 /// Samples that a simulation can be compared with, the heading unwrapped.
 pub(super) fn usable(samples: &[Sample<f64>]) -> Vec<Sample<f64>> {
@@ -48,6 +48,31 @@ fn simulated(samples: &[Sample<f64>], model: &YawModel<f64>) -> Vec<YawState<f64
         states.push(state);
     }
     states
+}
+
+/// Measured and simulated heading of one sample, rad, unwrapped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overlaid {
+    /// Time in the record, s.
+    pub time_s: f64,
+    /// Measured.
+    pub measured_rad: f64,
+    /// Free running simulation.
+    pub simulated_rad: f64,
+}
+
+/// A model's simulation over the measured heading of a record's window, as the report draws it.
+pub fn overlay(record: &Record, window: Window, model: &YawModel<f64>) -> Vec<Overlaid> {
+    let samples = usable(record.window(window));
+    let states = simulated(&samples, model);
+    let pairs = samples.iter().zip(states);
+    pairs
+        .map(|(sample, state)| Overlaid {
+            time_s: sample.time_s,
+            measured_rad: sample.heading_rad,
+            simulated_rad: state.heading_rad,
+        })
+        .collect()
 }
 
 /// Ends of an axis for both: a model that runs away leaves the picture.

@@ -28,6 +28,7 @@ use crate::identification::{Identification, Reason};
 use crate::record::Record;
 use chart::Chart;
 pub use field::render as render_field;
+pub use fit::{Overlaid, overlay};
 use headline::{Headline, Tone};
 use number::{decimals, percent, spoken};
 pub use pitch::render as render_pitch;

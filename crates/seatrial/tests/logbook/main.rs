@@ -473,7 +473,9 @@ fn io_a_logbook_of_the_first_schema_opens_and_goes_on() {
     let path = folder.path().join("seatrial.db");
     let campaign = example(&path);
     let old = Connection::open(&path).unwrap();
-    old.execute_batch("ALTER TABLE sample DROP COLUMN thrust; PRAGMA user_version = 1")
+    old.execute_batch(
+        "DROP TABLE review; DROP TABLE command; ALTER TABLE sample DROP COLUMN thrust; PRAGMA user_version = 1",
+    )
         .unwrap();
     drop(old);
 
