@@ -1,0 +1,371 @@
+//! Who may do what: tokens, hosts and origins, rates, control.
+
+use std::collections::HashMap;
+use std::fs::OpenOptions;
+use std::io::{self, Write};
+use std::net::IpAddr;
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use axum::http::HeaderMap;
+use axum::http::header::{AUTHORIZATION, HOST, ORIGIN};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use subtle::ConstantTimeEq;
+
+use crate::api::{Control, Role};
+use crate::convert::now;
+
+/// After which a lease lapses without a sign of life.
+pub const LEASE: Duration = Duration::from_secs(60);
+/// Addresses whose rate is kept.
+const MOST_ADDRESSES: usize = 4096;
+
+/// A secret of 256 bits, in hexadecimal.
+pub fn secret() -> io::Result<String> {
+    let mut bytes = [0; 32];
+    getrandom::fill(&mut bytes).map_err(io::Error::other)?;
+    Ok(hex(&bytes))
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// SHA-256 of a secret: one of 256 random bits needs no salt and no slow hash.
+fn hash(secret: &str) -> [u8; 32] {
+    Sha256::digest(secret).into()
+}
+
+/// Tokens just made; they are shown once and not kept.
+#[derive(Clone, Debug)]
+pub struct NewTokens {
+    /// Of those who command.
+    pub operator: String,
+    /// Of those who look.
+    pub viewer: String,
+}
+
+/// Hashes of the tokens, in hexadecimal as they are in their file.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tokens {
+    operator_sha256: String,
+    viewer_sha256: String,
+}
+
+impl Tokens {
+    /// Those of a file; new ones where there is none, or where new ones are wanted.
+    pub fn of_file(path: &Path, wants_new: bool) -> io::Result<(Self, Option<NewTokens>)> {
+        if path.exists() && !wants_new {
+            let text = std::fs::read_to_string(path)?;
+            let tokens = serde_json::from_str(&text).map_err(io::Error::other)?;
+            return Ok((tokens, None));
+        }
+        let new = NewTokens {
+            operator: secret()?,
+            viewer: secret()?,
+        };
+        let tokens = Self {
+            operator_sha256: hex(&hash(&new.operator)),
+            viewer_sha256: hex(&hash(&new.viewer)),
+        };
+        let mut options = OpenOptions::new();
+        options.write(true).create(true).truncate(true);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+        let text = serde_json::to_string_pretty(&tokens).map_err(io::Error::other)?;
+        options.open(path)?.write_all(text.as_bytes())?;
+        Ok((tokens, Some(new)))
+    }
+
+    /// What the bearer may do.
+    pub fn role(&self, token: &str) -> Option<Role> {
+        let given = hex(&hash(token));
+        let is = |kept: &str| bool::from(given.as_bytes().ct_eq(kept.as_bytes()));
+        let (operator, viewer) = (is(&self.operator_sha256), is(&self.viewer_sha256));
+        match (operator, viewer) {
+            (true, _) => Some(Role::Operator),
+            (false, true) => Some(Role::Viewer),
+            (false, false) => None,
+        }
+    }
+}
+
+/// The token of a bearer header.
+pub fn bearer(headers: &HeaderMap) -> Option<&str> {
+    headers
+        .get(AUTHORIZATION)?
+        .to_str()
+        .ok()?
+        .strip_prefix("Bearer ")
+}
+
+/// The host that a request names, where the server goes by that name: another one is that of a page that had its name
+/// resolve to us.
+pub fn own_host<'a>(
+    headers: &'a HeaderMap,
+    is_loopback: bool,
+    names: &[String],
+) -> Option<&'a str> {
+    let host = headers.get(HOST)?.to_str().ok()?;
+    let name = match host.strip_prefix('[') {
+        Some(v6) => v6.split_once(']')?.0,
+        None => host.split_once(':').map_or(host, |(name, _)| name),
+    };
+    let is_own = match name.parse::<IpAddr>() {
+        Ok(address) => !is_loopback || address.is_loopback(),
+        Err(_) => {
+            name.eq_ignore_ascii_case("localhost")
+                || names.iter().any(|own| name.eq_ignore_ascii_case(own))
+        }
+    };
+    is_own.then_some(host)
+}
+
+/// Does a request come from our own page, or from no page?
+pub fn is_own_origin(headers: &HeaderMap, host: &str) -> bool {
+    let Some(origin) = headers.get(ORIGIN) else {
+        return true;
+    };
+    let origin = origin.to_str().unwrap_or_default();
+    let of_page = origin
+        .strip_prefix("http://")
+        .or(origin.strip_prefix("https://"));
+    of_page.is_some_and(|of_page| of_page.eq_ignore_ascii_case(host))
+}
+
+/// A bucket of requests for each network address.
+#[derive(Debug)]
+pub struct Rates {
+    per_s: f64,
+    buckets: Mutex<HashMap<IpAddr, (f64, Instant)>>,
+}
+
+impl Rates {
+    /// So many requests a second, four times as many at once.
+    pub fn new(per_s: f64) -> Self {
+        Self {
+            per_s,
+            buckets: Mutex::default(),
+        }
+    }
+
+    /// May this address ask for something of this cost?
+    pub fn allows(&self, address: IpAddr, cost: f64) -> bool {
+        let most = 4.0 * self.per_s;
+        let mut buckets = self.buckets.lock().unwrap_or_else(PoisonError::into_inner);
+        if buckets.len() >= MOST_ADDRESSES && !buckets.contains_key(&address) {
+            // Full buckets are as good as none.
+            buckets.retain(|_, (left, at)| *left + at.elapsed().as_secs_f64() * self.per_s < most);
+            if buckets.len() >= MOST_ADDRESSES {
+                return false;
+            }
+        }
+        let (left, at) = buckets.entry(address).or_insert((most, Instant::now()));
+        *left = (*left + at.elapsed().as_secs_f64() * self.per_s).min(most);
+        *at = Instant::now();
+        if *left < cost {
+            return false;
+        }
+        *left -= cost;
+        true
+    }
+}
+
+/// Who has control.
+#[derive(Debug, Default)]
+pub struct Leases {
+    held: Mutex<Option<Held>>,
+}
+
+#[derive(Debug)]
+struct Held {
+    name: String,
+    lease: String,
+    since: String,
+    seen: Instant,
+}
+
+/// What came of asking for control or of using a lease.
+#[derive(Debug, PartialEq)]
+pub enum Claim {
+    /// It is yours: under this name, by this lease.
+    Yours {
+        /// The name.
+        name: String,
+        /// The secret.
+        lease: String,
+    },
+    /// Somebody has it.
+    Taken {
+        /// Who.
+        by: String,
+        /// Since when, UTC.
+        since: String,
+    },
+    /// Nobody has it.
+    Free,
+}
+
+impl Leases {
+    /// Gives control to a name, where it is free or already his by this lease.
+    pub fn take(&self, name: &str, lease: Option<&str>) -> io::Result<Claim> {
+        match self.claim(lease) {
+            Claim::Free => {
+                let lease = secret()?;
+                *self.lock() = Some(Held {
+                    name: name.into(),
+                    lease: lease.clone(),
+                    since: now(),
+                    seen: Instant::now(),
+                });
+                Ok(Claim::Yours {
+                    name: name.into(),
+                    lease,
+                })
+            }
+            claim => Ok(claim),
+        }
+    }
+
+    /// Whose is control, for the bearer of a lease? A lease that holds is renewed.
+    pub fn claim(&self, lease: Option<&str>) -> Claim {
+        let mut held = self.lock();
+        let Some(holder) = held.as_mut() else {
+            return Claim::Free;
+        };
+        let is_his =
+            lease.is_some_and(|given| given.as_bytes().ct_eq(holder.lease.as_bytes()).into());
+        if is_his {
+            holder.seen = Instant::now();
+            return Claim::Yours {
+                name: holder.name.clone(),
+                lease: holder.lease.clone(),
+            };
+        }
+        Claim::Taken {
+            by: holder.name.clone(),
+            since: holder.since.clone(),
+        }
+    }
+
+    /// Gives control back.
+    pub fn release(&self) {
+        *self.lock() = None;
+    }
+
+    /// Who has it, as everybody may know.
+    pub fn control(&self, lease: Option<&str>) -> Control {
+        let is_you = matches!(self.claim(lease), Claim::Yours { .. });
+        let held = self.lock();
+        Control {
+            holder: held.as_ref().map(|held| held.name.clone()),
+            since: held.as_ref().map(|held| held.since.clone()),
+            is_you,
+        }
+    }
+
+    /// The holder, unless he was not heard for too long.
+    fn lock(&self) -> std::sync::MutexGuard<'_, Option<Held>> {
+        let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
+        if held
+            .as_ref()
+            .is_some_and(|held| held.seen.elapsed() > LEASE)
+        {
+            *held = None;
+        }
+        held
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn headers(name: axum::http::HeaderName, value: &str) -> HeaderMap {
+        HeaderMap::from_iter([(name, value.parse().unwrap())])
+    }
+
+    #[test]
+    fn exact_only_our_own_names_are_ours() {
+        let names = ["boat.local".to_owned()];
+        for (host, is_loopback, is_own) in [
+            ("127.0.0.1:8042", true, true),
+            ("localhost:8042", true, true),
+            ("[::1]:8042", true, true),
+            ("boat.local:8042", true, true),
+            ("192.168.1.5:8042", false, true),
+            ("192.168.1.5:8042", true, false),
+            ("evil.example:8042", true, false),
+            ("evil.example", false, false),
+            ("127.0.0.1.evil.example", true, false),
+            ("[::1", true, false),
+        ] {
+            let found = own_host(&headers(HOST, host), is_loopback, &names).is_some();
+            assert_eq!(found, is_own, "{host}");
+        }
+        assert_eq!(own_host(&HeaderMap::new(), false, &names), None);
+    }
+
+    #[test]
+    fn exact_a_foreign_origin_is_not_ours() {
+        let host = "127.0.0.1:8042";
+        for (origin, is_own) in [
+            ("http://127.0.0.1:8042", true),
+            ("https://127.0.0.1:8042", true),
+            ("http://127.0.0.1:8043", false),
+            ("http://evil.example", false),
+            ("null", false),
+        ] {
+            assert_eq!(
+                is_own_origin(&headers(ORIGIN, origin), host),
+                is_own,
+                "{origin}"
+            );
+        }
+        assert!(is_own_origin(&HeaderMap::new(), host));
+    }
+
+    #[test]
+    fn exact_tokens_are_kept_as_hashes_and_shown_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tokens.json");
+        let (_, new) = Tokens::of_file(&path, false).unwrap();
+        let new = new.unwrap();
+        let kept = std::fs::read_to_string(&path).unwrap();
+        assert!(!kept.contains(&new.operator) && !kept.contains(&new.viewer));
+        let (tokens, again) = Tokens::of_file(&path, false).unwrap();
+        assert!(again.is_none());
+        assert_eq!(tokens.role(&new.operator), Some(Role::Operator));
+        assert_eq!(tokens.role(&new.viewer), Some(Role::Viewer));
+        assert_eq!(tokens.role(""), None);
+        assert_eq!(tokens.role(&tokens.operator_sha256), None);
+    }
+
+    #[test]
+    fn exact_a_bucket_of_four_seconds() {
+        let rates = Rates::new(1e-3);
+        let address = IpAddr::from([127, 0, 0, 1]);
+        assert!(rates.allows(address, 3e-3));
+        assert!(!rates.allows(address, 3e-3));
+        assert!(rates.allows(IpAddr::from([127, 0, 0, 2]), 3e-3));
+    }
+
+    #[test]
+    fn exact_control_is_one_persons() {
+        let leases = Leases::default();
+        let Ok(Claim::Yours { lease, .. }) = leases.take("Anna", None) else {
+            panic!("control was free");
+        };
+        assert!(matches!(leases.take("Ben", None), Ok(Claim::Taken { by, .. }) if by == "Anna"));
+        assert!(matches!(
+            leases.take("Anna", Some(&lease)),
+            Ok(Claim::Yours { .. })
+        ));
+        assert!(!leases.control(None).is_you && leases.control(Some(&lease)).is_you);
+        leases.release();
+        assert_eq!(leases.claim(Some(&lease)), Claim::Free);
+    }
+}

@@ -1,0 +1,114 @@
+//! Who is there, who has control, what was commanded.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{Health, TrialState};
+
+/// Why a request was refused.
+#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+pub struct ErrorBody {
+    /// Short and stable, for programs: `control_taken`, `token_needed`, `not_found`, ...
+    pub code: String,
+    /// For people: what was found, what was expected and what to do.
+    pub message: String,
+}
+
+/// What the bearer of a token may do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// Look.
+    Viewer,
+    /// Look and command.
+    Operator,
+}
+
+/// The server, and who has control.
+#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+pub struct Status {
+    /// The version of seatrial.
+    pub version: String,
+    /// The server's clock, UTC, RFC 3339. Yours may differ.
+    pub now: String,
+    /// What you may do.
+    pub role: Role,
+    /// Is a token needed here?
+    pub token_needed: bool,
+    /// The file that keeps everything.
+    pub logbook: String,
+    /// Who commands.
+    pub control: Control,
+    /// The trial that runs, or the last one since the server began.
+    pub trial: Option<TrialState>,
+    /// The link to the vehicle and its clock, while a trial runs.
+    pub health: Option<Health>,
+    /// Viewers of the live stream.
+    pub viewers: u32,
+}
+
+/// Who commands. Control lapses a minute after its holder was last heard.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+pub struct Control {
+    /// The name that its holder gave; null where nobody has control.
+    pub holder: Option<String>,
+    /// Since when, UTC.
+    pub since: Option<String>,
+    /// Is it you, by the lease of your request?
+    pub is_you: bool,
+}
+
+/// Asks for control.
+#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+pub struct TakeControl {
+    /// Your name, which others are told: 1 to 64 characters.
+    #[schema(min_length = 1, max_length = 64)]
+    pub name: String,
+}
+
+/// Control: commands bear it in the header `seatrial-lease`.
+#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+pub struct Lease {
+    /// The secret that proves it.
+    pub lease: String,
+    /// Seconds without a sign of life after which it lapses. Requests with the header and a live stream that was
+    /// opened with the lease are signs of life.
+    pub lapses_after_s: f64,
+}
+
+/// What the server can be asked to run on.
+#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+pub struct Vehicles {
+    /// Names for `vehicle` of a trial.
+    pub vehicles: Vec<VehicleForm>,
+}
+
+/// A vehicle by name.
+#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+pub struct VehicleForm {
+    /// `sim:starfish`, `mavlink:udp:0.0.0.0:14550`.
+    pub name: String,
+    /// For people.
+    pub description: String,
+    /// A simulator; anything else moves.
+    pub is_simulated: bool,
+}
+
+/// A command as the logbook keeps it.
+#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+pub struct AuditEntry {
+    /// 1 for the first.
+    pub number: i64,
+    /// UTC.
+    pub time: String,
+    /// The name of who had control, or the role.
+    pub actor: String,
+    /// Network address that it came from.
+    pub address: String,
+    /// `start_trial`, `abort_trial`, `review_run`, ...
+    pub command: String,
+    /// What was asked for, JSON as text.
+    pub details: String,
+    /// `done`, or the code of the refusal.
+    pub result: String,
+}

@@ -1,0 +1,673 @@
+//! The live stream. The trial tells and never waits; a herald on a thread of its own makes messages and keeps the picture
+//! for who comes later; viewers that read too slowly lose messages and are told so.
+
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use seatrial::campaign::Run;
+use seatrial::conduct::Watch;
+use seatrial::identification::Refined;
+use seatrial::logbook::Step;
+use seatrial_core::model::YawState;
+use seatrial_core::progress::Status;
+use seatrial_core::{Plan, Real, Sample, Trial, YawModel};
+use tokio::sync::broadcast;
+
+use crate::api::{
+    Control, Envelope, EnvelopeUse, EstimateNow, Figure, Health, LiveEvent, LiveMessage,
+    LiveSample, Outcome, Progress, Snapshot, Stage, StreamSettings, TrialState,
+};
+use crate::convert::{name_of, now, run_summary, validation_of};
+
+/// Between two messages with samples.
+const SAMPLES_EVERY: Duration = Duration::from_millis(50);
+/// Between two heartbeats.
+pub const HEARTBEAT_EVERY: Duration = Duration::from_secs(5);
+/// Between two messages about the link.
+const HEALTH_EVERY: Duration = Duration::from_secs(1);
+/// Steps that may wait for the herald; later ones are not shown.
+const MOST_WAITING: u64 = 16_384;
+/// Messages that a viewer may lie behind.
+const MOST_BEHIND: usize = 256;
+/// Messages that are kept for who comes back.
+const KEPT: usize = 1024;
+/// Samples, estimates and points of the track in a snapshot.
+const MOST_DRAWN: usize = 2048;
+/// Intervals between samples that their mean is taken of.
+const INTERVALS: usize = 64;
+
+/// A message with its number.
+pub type Message = (u64, Arc<str>);
+
+/// What the trial tells.
+enum Told {
+    Started(Box<Start>),
+    RunStarted {
+        run: u32,
+        thrust: f64,
+        attempt: u32,
+    },
+    Step(Box<Moment>),
+    Interval([[f64; 2]; 3]),
+    RunEnded(Box<Run>),
+    Ended {
+        outcome: Option<Outcome>,
+        warnings: Vec<String>,
+    },
+    Control(Control),
+}
+
+struct Start {
+    trial: TrialState,
+    plan: Plan<f64>,
+}
+
+/// A step as it is shown.
+struct Moment {
+    sample: Sample<f64>,
+    status: Status<f64>,
+    estimate: Option<YawModel<f64>>,
+    converged_s: Option<f64>,
+}
+
+/// The trial's end of the stream: what it takes is told, or, where the herald cannot keep up, counted.
+#[derive(Clone, Debug)]
+pub struct Tap {
+    herald: Sender<Told>,
+    waiting: Arc<AtomicU64>,
+    not_shown: Arc<AtomicU64>,
+}
+
+impl Tap {
+    /// A trial begins.
+    pub fn started(&self, trial: TrialState, plan: &Plan<f64>) {
+        self.tell(Told::Started(Box::new(Start { trial, plan: *plan })));
+    }
+
+    /// It is over and the vehicle handed back.
+    pub fn ended(&self, outcome: Option<seatrial_core::Outcome>, warnings: Vec<String>) {
+        self.tell(Told::Ended {
+            outcome: outcome.map(Outcome::from),
+            warnings,
+        });
+    }
+
+    pub(crate) fn control(&self, control: Control) {
+        self.tell(Told::Control(control));
+    }
+
+    fn tell(&self, told: Told) {
+        // Without a herald nobody can be told.
+        let _ = self.herald.send(told);
+    }
+}
+
+impl Watch for Tap {
+    fn run_started(&mut self, run: u32, thrust: f64, attempt: u32) {
+        self.tell(Told::RunStarted {
+            run,
+            thrust,
+            attempt,
+        });
+    }
+
+    fn step(&mut self, step: &Step, trial: &Trial<f64>) {
+        if self.waiting.load(Ordering::Relaxed) >= MOST_WAITING {
+            self.not_shown.fetch_add(1, Ordering::Relaxed);
+            return;
+        }
+        self.waiting.fetch_add(1, Ordering::Relaxed);
+        self.tell(Told::Step(Box::new(Moment {
+            sample: step.sample,
+            status: trial.status(),
+            estimate: step.estimate,
+            converged_s: trial.estimator().converged_s(),
+        })));
+    }
+
+    fn wants_intervals(&self) -> bool {
+        true
+    }
+
+    fn interval(&mut self, refined: &Refined) {
+        let interval = refined.interval_95;
+        self.tell(Told::Interval([
+            interval.a22_per_s,
+            interval.b2_per_s2,
+            interval.c0_rad_per_s2,
+        ]));
+    }
+
+    fn run_ended(&mut self, run: &Run) {
+        self.tell(Told::RunEnded(Box::new(run.clone())));
+    }
+}
+
+/// The viewers' end of the stream.
+#[derive(Clone, Debug)]
+pub struct Live {
+    picture: Arc<Mutex<Picture>>,
+    tap: Tap,
+}
+
+impl Live {
+    /// Starts the herald; it ends with the last tap.
+    pub fn start(stream: String) -> Self {
+        let (to_herald, told) = channel();
+        let tap = Tap {
+            herald: to_herald,
+            waiting: Arc::default(),
+            not_shown: Arc::default(),
+        };
+        let picture = Arc::new(Mutex::new(Picture::new(stream)));
+        let herald = Herald {
+            told,
+            picture: Arc::downgrade(&picture),
+            waiting: Arc::clone(&tap.waiting),
+            not_shown: Arc::clone(&tap.not_shown),
+        };
+        std::thread::spawn(move || herald.run());
+        Self { picture, tap }
+    }
+
+    /// The trial's end.
+    pub fn tap(&self) -> Tap {
+        self.tap.clone()
+    }
+
+    /// The trial that runs, or the last one, and its link.
+    pub fn trial(&self) -> (Option<TrialState>, Option<Health>) {
+        let picture = self.picture();
+        (picture.trial.clone(), picture.health_now())
+    }
+
+    /// What was missed since a message of a stream, or a snapshot; and what comes.
+    pub fn join(
+        &self,
+        stream: Option<&str>,
+        after: Option<u64>,
+    ) -> (Vec<Message>, broadcast::Receiver<Message>) {
+        let picture = self.picture();
+        let receiver = picture.sender.subscribe();
+        let is_same = stream == Some(picture.stream.as_str());
+        let missed = after
+            .filter(|_| is_same)
+            .and_then(|after| picture.after(after));
+        let first = missed.unwrap_or_else(|| vec![picture.snapshot()]);
+        (first, receiver)
+    }
+
+    /// A message outside the count of events.
+    pub fn aside(&self, event: LiveEvent) -> Message {
+        let sequence = self.picture().sequence;
+        (sequence, text(&LiveMessage { sequence, event }))
+    }
+
+    fn picture(&self) -> MutexGuard<'_, Picture> {
+        self.picture.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn text(message: &LiveMessage) -> Arc<str> {
+    serde_json::to_string(message).unwrap_or_default().into()
+}
+
+/// Makes messages of what the trial tells.
+struct Herald {
+    told: Receiver<Told>,
+    picture: std::sync::Weak<Mutex<Picture>>,
+    waiting: Arc<AtomicU64>,
+    not_shown: Arc<AtomicU64>,
+}
+
+impl Herald {
+    fn run(self) {
+        let mut flushed = Instant::now();
+        let mut looked = Instant::now();
+        loop {
+            let told = self
+                .told
+                .recv_timeout(SAMPLES_EVERY.saturating_sub(flushed.elapsed()));
+            // The server is gone where the picture is.
+            let Some(picture) = self.picture.upgrade() else {
+                return;
+            };
+            let mut picture = picture.lock().unwrap_or_else(PoisonError::into_inner);
+            match told {
+                Ok(told) => {
+                    if matches!(told, Told::Step(_)) {
+                        self.waiting.fetch_sub(1, Ordering::Relaxed);
+                    }
+                    picture.take(told);
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return,
+            }
+            if flushed.elapsed() >= SAMPLES_EVERY {
+                picture.flush();
+                flushed = Instant::now();
+            }
+            if looked.elapsed() >= HEALTH_EVERY {
+                picture.health.not_shown = self.not_shown.load(Ordering::Relaxed);
+                picture.tell_health();
+                looked = Instant::now();
+            }
+        }
+    }
+}
+
+/// At most so many values: of more every second, fourth, ... is kept.
+#[derive(Debug)]
+struct Thinned<T> {
+    kept: Vec<T>,
+    stride: usize,
+    seen: usize,
+}
+
+impl<T> Default for Thinned<T> {
+    fn default() -> Self {
+        Self {
+            kept: Vec::new(),
+            stride: 1,
+            seen: 0,
+        }
+    }
+}
+
+impl<T> Thinned<T> {
+    fn push(&mut self, value: T) {
+        if self.seen.is_multiple_of(self.stride) {
+            if self.kept.len() == MOST_DRAWN {
+                let mut place = 0;
+                self.kept.retain(|_| {
+                    place += 1;
+                    place % 2 == 1
+                });
+                self.stride *= 2;
+            }
+            if self.seen.is_multiple_of(self.stride) {
+                self.kept.push(value);
+            }
+        }
+        self.seen += 1;
+    }
+}
+
+/// Everything that a viewer needs to draw.
+#[derive(Debug)]
+struct Picture {
+    stream: String,
+    sequence: u64,
+    sender: broadcast::Sender<Message>,
+    recent: VecDeque<Message>,
+    control: Control,
+    trial: Option<TrialState>,
+    envelope: Option<Envelope>,
+    threshold: f64,
+    intervals: Option<[[f64; 2]; 3]>,
+    simulation: Option<Simulation>,
+    unsent: Vec<LiveSample>,
+    samples: Thinned<LiveSample>,
+    estimates: Thinned<EstimateNow>,
+    track_m: Thinned<[f64; 2]>,
+    health: Health,
+    last: Option<(Sample<f64>, Instant)>,
+    first: Option<(f64, Instant)>,
+    intervals_s: VecDeque<f64>,
+}
+
+/// The validation stage as the model just trained sees it.
+#[derive(Clone, Copy, Debug)]
+struct Simulation {
+    model: YawModel<f64>,
+    state: YawState<f64>,
+    last: Sample<f64>,
+}
+
+impl Picture {
+    fn new(stream: String) -> Self {
+        Self {
+            stream,
+            sequence: 0,
+            sender: broadcast::channel(MOST_BEHIND).0,
+            recent: VecDeque::new(),
+            control: Control {
+                holder: None,
+                since: None,
+                is_you: false,
+            },
+            trial: None,
+            envelope: None,
+            threshold: 0.0,
+            intervals: None,
+            simulation: None,
+            unsent: Vec::new(),
+            samples: Thinned::default(),
+            estimates: Thinned::default(),
+            track_m: Thinned::default(),
+            health: Health::default(),
+            last: None,
+            first: None,
+            intervals_s: VecDeque::new(),
+        }
+    }
+
+    fn publish(&mut self, event: LiveEvent) {
+        self.sequence += 1;
+        let sequence = self.sequence;
+        let message = (sequence, text(&LiveMessage { sequence, event }));
+        self.recent.push_back(message.clone());
+        if self.recent.len() > KEPT {
+            self.recent.pop_front();
+        }
+        // Nobody watches.
+        let _ = self.sender.send(message);
+    }
+
+    /// The messages after that of a number, where all of them are kept.
+    fn after(&self, after: u64) -> Option<Vec<Message>> {
+        let oldest = self.sequence + 1 - self.recent.len() as u64;
+        let is_kept = after <= self.sequence && after + 1 >= oldest;
+        let missed = self.recent.iter().filter(|(sequence, _)| *sequence > after);
+        is_kept.then(|| missed.cloned().collect())
+    }
+
+    fn snapshot(&self) -> Message {
+        let snapshot = Snapshot {
+            stream: self.stream.clone(),
+            now: now(),
+            control: self.control.clone(),
+            trial: self.trial.clone(),
+            samples: self.samples.kept.clone(),
+            estimates: self.estimates.kept.clone(),
+            track_m: self.track_m.kept.clone(),
+            envelope: self.envelope.clone(),
+            health: self.health_now(),
+            settings: StreamSettings {
+                samples_every_s: SAMPLES_EVERY.as_secs_f64(),
+                heartbeat_every_s: HEARTBEAT_EVERY.as_secs_f64(),
+            },
+        };
+        let sequence = self.sequence;
+        let event = LiveEvent::Snapshot(Box::new(snapshot));
+        (sequence, text(&LiveMessage { sequence, event }))
+    }
+
+    fn take(&mut self, told: Told) {
+        match told {
+            Told::Step(moment) => self.step(&moment),
+            Told::Started(start) => self.start(*start),
+            Told::RunStarted {
+                run,
+                thrust,
+                attempt,
+            } => {
+                self.flush();
+                self.begin_run();
+                self.publish(LiveEvent::RunStarted {
+                    run,
+                    thrust,
+                    attempt,
+                });
+            }
+            Told::Interval(intervals) => self.intervals = Some(intervals),
+            Told::RunEnded(run) => {
+                self.flush();
+                let summary = run_summary(&run, None);
+                let validation = validation_of(&run);
+                if let Some(trial) = &mut self.trial {
+                    trial.runs.push(summary.clone());
+                    trial.validation.clone_from(&validation);
+                }
+                self.publish(LiveEvent::RunEnded {
+                    run: Box::new(summary),
+                    validation,
+                });
+            }
+            Told::Ended { outcome, warnings } => {
+                self.flush();
+                if let Some(trial) = &mut self.trial {
+                    trial.running = false;
+                    trial.outcome.clone_from(&outcome);
+                    trial.warnings.clone_from(&warnings);
+                }
+                self.publish(LiveEvent::TrialEnded { outcome, warnings });
+            }
+            Told::Control(control) => {
+                self.control = control.clone();
+                self.publish(LiveEvent::Control { control });
+            }
+        }
+    }
+
+    fn start(&mut self, Start { trial, plan }: Start) {
+        self.flush();
+        let limits = plan.envelope;
+        self.envelope = Some(Envelope {
+            area_m: limits.area.to_vec(),
+            depth_min_m: limits.depth_min_m,
+            depth_max_m: limits.depth_max_m,
+            heading_excursion_max_rad: limits.heading_excursion_max_rad,
+            yaw_rate_max_rad_s: limits.yaw_rate_max_rad_s,
+            rudder_limit_rad: plan.rudder_limit_rad,
+        });
+        self.threshold = plan.estimator_settings().convergence.threshold;
+        self.track_m = Thinned::default();
+        self.health = Health {
+            expected_interval_s: plan.sample_interval_s,
+            ..Health::default()
+        };
+        self.last = None;
+        self.first = None;
+        self.intervals_s.clear();
+        self.begin_run();
+        self.trial = Some(trial.clone());
+        self.publish(LiveEvent::TrialStarted {
+            trial: Box::new(trial),
+        });
+    }
+
+    fn begin_run(&mut self) {
+        self.samples = Thinned::default();
+        self.estimates = Thinned::default();
+        self.intervals = None;
+        self.simulation = None;
+    }
+
+    fn step(&mut self, moment: &Moment) {
+        let Moment { sample, status, .. } = moment;
+        self.clock(sample);
+        let stage = status.stage.map(Stage::from);
+        let stage_before = self.trial.as_ref().and_then(|t| t.progress.as_ref()?.stage);
+        if stage != stage_before {
+            self.flush();
+            self.enter(stage, moment);
+        }
+        let simulated = self
+            .simulation
+            .as_mut()
+            .map(|simulation| simulation.advance(sample));
+        let drawn = self.drawn(sample, stage, simulated);
+        self.unsent.push(drawn);
+        self.samples.push(drawn);
+        if let (Some(north), Some(east)) = (drawn.north_m, drawn.east_m) {
+            self.track_m.push([north, east]);
+        }
+        let estimate = moment.estimate.map(|model| {
+            let theta = model.theta();
+            let figure = |i: usize| Figure {
+                value: theta[i],
+                interval_95: self.intervals.map(|intervals| intervals[i]),
+            };
+            EstimateNow {
+                time_s: sample.time_s,
+                a22_per_s: figure(0),
+                b2_per_s2: figure(1),
+                c0_rad_per_s2: figure(2),
+                step_norm: status.step_norm,
+                threshold: self.threshold,
+                converged_s: moment.converged_s,
+            }
+        });
+        if let Some(estimate) = &estimate {
+            self.estimates.push(estimate.clone());
+        }
+        if let Some(trial) = &mut self.trial {
+            trial.progress = Some(progress(status));
+            trial.estimate = estimate.or(trial
+                .estimate
+                .take()
+                .filter(|_| stage != Some(Stage::Settle)));
+            trial.envelope = envelope_use(status);
+        }
+        self.last = Some((*sample, Instant::now()));
+    }
+
+    fn enter(&mut self, stage: Option<Stage>, moment: &Moment) {
+        let Moment { sample, status, .. } = moment;
+        self.simulation = (stage == Some(Stage::Validate)).then(|| Simulation {
+            model: status.model,
+            state: YawState {
+                heading_rad: sample.heading_rad,
+                yaw_rate_rad_s: sample.yaw_rate_rad_s.unwrap_or(0.0),
+            },
+            last: *sample,
+        });
+        if let Some(stage) = stage {
+            self.publish(LiveEvent::StageStarted {
+                run: status.run,
+                stage,
+                time_s: sample.time_s,
+                at_most_s: status.elapsed_s + status.remaining_s,
+            });
+        }
+    }
+
+    fn drawn(
+        &self,
+        sample: &Sample<f64>,
+        stage: Option<Stage>,
+        simulated: Option<f64>,
+    ) -> LiveSample {
+        let finite = |value: f64| Some(value).filter(|value| value.is_finite());
+        let turned = self.last.as_ref().and_then(|(last, _)| {
+            finite(
+                (sample.heading_rad - last.heading_rad).wrapped() / (sample.time_s - last.time_s),
+            )
+        });
+        LiveSample {
+            time_s: sample.time_s,
+            stage,
+            heading_rad: finite(sample.heading_rad),
+            rudder_rad: finite(sample.rudder_rad),
+            yaw_rate_rad_s: sample.yaw_rate_rad_s.and_then(finite).or(turned),
+            surge_speed_m_s: sample.surge_speed_m_s.and_then(finite),
+            depth_m: sample.depth_m.and_then(finite),
+            north_m: sample.north_m.and_then(finite),
+            east_m: sample.east_m.and_then(finite),
+            simulated_heading_rad: simulated.and_then(finite),
+        }
+    }
+
+    /// The link as of a sample.
+    fn clock(&mut self, sample: &Sample<f64>) {
+        let now = Instant::now();
+        if let Some((last, _)) = self.last {
+            let interval_s = sample.time_s - last.time_s;
+            if interval_s.is_finite() {
+                self.intervals_s.push_back(interval_s);
+                if self.intervals_s.len() > INTERVALS {
+                    self.intervals_s.pop_front();
+                }
+                let longest = self
+                    .health
+                    .longest_interval_s
+                    .map_or(interval_s, |l| l.max(interval_s));
+                self.health.longest_interval_s = Some(longest);
+            }
+        }
+        let (first_s, first) = *self.first.get_or_insert((sample.time_s, now));
+        let wall_s = now.duration_since(first).as_secs_f64();
+        if wall_s >= 1.0 {
+            self.health.clock_rate =
+                Some((sample.time_s - first_s) / wall_s).filter(|r| r.is_finite());
+        }
+        self.health.samples += 1;
+    }
+
+    fn health_now(&self) -> Option<Health> {
+        self.trial.as_ref()?;
+        let count = self.intervals_s.len() as f64;
+        Some(Health {
+            interval_s: (count > 0.0).then(|| self.intervals_s.iter().sum::<f64>() / count),
+            silent_for_s: self.last.map(|(_, at)| at.elapsed().as_secs_f64()),
+            ..self.health.clone()
+        })
+    }
+
+    fn tell_health(&mut self) {
+        let runs = self.trial.as_ref().is_some_and(|trial| trial.running);
+        if let Some(health) = self.health_now().filter(|_| runs) {
+            self.publish(LiveEvent::Health { health });
+        }
+    }
+
+    fn flush(&mut self) {
+        let samples = std::mem::take(&mut self.unsent);
+        let state = self.trial.as_ref().filter(|_| !samples.is_empty());
+        let Some((trial, progress)) = state.and_then(|t| Some((t, t.progress.clone()?))) else {
+            return;
+        };
+        let event = LiveEvent::Samples {
+            samples,
+            progress,
+            estimate: trial.estimate.clone(),
+            envelope: trial.envelope.clone(),
+        };
+        self.publish(event);
+    }
+}
+
+impl Simulation {
+    /// The simulated heading at a sample, rad.
+    fn advance(&mut self, sample: &Sample<f64>) -> f64 {
+        let interval_s = sample.time_s - self.last.time_s;
+        if interval_s > 0.0 && self.last.rudder_rad.is_finite() {
+            self.state = self
+                .model
+                .advance(self.state, self.last.rudder_rad, interval_s);
+        }
+        self.last = *sample;
+        self.state.heading_rad
+    }
+}
+
+fn progress(status: &Status<f64>) -> Progress {
+    Progress {
+        run: status.run,
+        speed: status.speed as u32,
+        speeds: status.speeds as u32,
+        thrust: status.thrust,
+        attempt: status.attempt,
+        stage: status.stage.map(Stage::from),
+        elapsed_s: status.elapsed_s,
+        remaining_s: status.remaining_s,
+    }
+}
+
+fn envelope_use(status: &Status<f64>) -> Vec<EnvelopeUse> {
+    status
+        .envelope
+        .limits()
+        .into_iter()
+        .filter_map(|(limit, used)| {
+            Some(EnvelopeUse {
+                limit: name_of(limit),
+                used: used?,
+            })
+        })
+        .collect()
+}

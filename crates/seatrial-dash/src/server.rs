@@ -1,0 +1,238 @@
+//! Starts and stops serving.
+
+use std::fmt;
+use std::net::{SocketAddr, TcpListener};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use seatrial::Campaign;
+use seatrial::logbook::{CampaignId, Logbook};
+use seatrial_core::{Outcome, Plan};
+use tokio::runtime::{Builder, Runtime};
+use tokio::sync::watch;
+
+use crate::access::{Leases, NewTokens, Rates, Tokens, secret};
+use crate::api::TrialState;
+use crate::live::{Live, Tap};
+use crate::routes::router;
+use crate::shared::Shared;
+use crate::trials::Slot;
+use crate::workshop::Workshop;
+
+/// Requests at a time that may wait for a disk or compute.
+const AT_A_TIME: usize = 4;
+/// How long open requests are waited for at the end.
+const CLOSING: Duration = Duration::from_secs(2);
+
+/// Where and for whom.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Address; port 0 is any that is free.
+    pub listen: SocketAddr,
+    /// The logbook; made where there is none.
+    pub logbook: PathBuf,
+    /// Also this machine's own users need a token. On any other than a loopback address everybody does.
+    pub token_needed: bool,
+    /// Forget the tokens given before.
+    pub new_tokens: bool,
+    /// Names that the server goes by, beside `localhost` and its address.
+    pub hosts: Vec<String>,
+    /// Requests a second from one address, four times as many at once.
+    pub requests_per_s: f64,
+    /// Largest log that may be uploaded, bytes.
+    pub upload_limit: usize,
+}
+
+impl Settings {
+    /// Loopback, without tokens.
+    pub fn new(listen: SocketAddr, logbook: impl Into<PathBuf>) -> Self {
+        Self {
+            listen,
+            logbook: logbook.into(),
+            token_needed: false,
+            new_tokens: false,
+            hosts: Vec::new(),
+            requests_per_s: 100.0,
+            upload_limit: 256 << 20,
+        }
+    }
+}
+
+/// Why nothing is served.
+#[derive(Debug)]
+pub enum StartError {
+    /// The address cannot be listened on.
+    Listen(SocketAddr, std::io::Error),
+    /// The logbook cannot be opened for writing.
+    Logbook(seatrial::logbook::Error),
+    /// The tokens' file cannot be read or written.
+    Tokens(PathBuf, std::io::Error),
+    /// No threads, no random numbers.
+    System(std::io::Error),
+}
+
+impl fmt::Display for StartError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Listen(address, error) => write!(
+                f,
+                "{address}: {error}; choose another address with --listen, or port 0 for any that is free"
+            ),
+            Self::Logbook(error) => error.fmt(f),
+            Self::Tokens(path, error) => write!(
+                f,
+                "{}: {error}; expected the hashes of the tokens, --new-tokens makes new ones",
+                path.display()
+            ),
+            Self::System(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for StartError {}
+
+/// A server that serves.
+pub struct Server {
+    address: SocketAddr,
+    new_tokens: Option<NewTokens>,
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Server {
+    /// Begins to serve. Campaigns that an earlier, killed server left open are closed as interrupted.
+    pub fn start(settings: &Settings, workshop: impl Workshop) -> Result<Self, StartError> {
+        let writer = Logbook::open(&settings.logbook).map_err(StartError::Logbook)?;
+        let is_loopback = settings.listen.ip().is_loopback();
+        let mut new_tokens = None;
+        let tokens = if settings.token_needed || !is_loopback {
+            let path = settings.logbook.with_extension("tokens.json");
+            let (tokens, new) = Tokens::of_file(&path, settings.new_tokens)
+                .map_err(|error| StartError::Tokens(path, error))?;
+            new_tokens = new;
+            Some(tokens)
+        } else {
+            None
+        };
+        let listen = |error| StartError::Listen(settings.listen, error);
+        let listener = TcpListener::bind(settings.listen).map_err(listen)?;
+        listener.set_nonblocking(true).map_err(listen)?;
+        let address = listener.local_addr().map_err(listen)?;
+        let shared = Arc::new(Shared {
+            workshop: Box::new(workshop),
+            logbook: settings.logbook.clone(),
+            writer: Mutex::new(writer),
+            tokens,
+            is_loopback,
+            hosts: settings.hosts.clone(),
+            rates: Rates::new(settings.requests_per_s),
+            leases: Leases::default(),
+            live: Live::start(secret().map_err(StartError::System)?),
+            viewers: AtomicU32::new(0),
+            slot: Mutex::new(Slot::default()),
+            closing: watch::channel(false).0,
+        });
+        let runtime = runtime().map_err(StartError::System)?;
+        let served = Arc::clone(&shared);
+        let upload_limit = settings.upload_limit;
+        let thread = std::thread::Builder::new()
+            .name("dashboard".into())
+            .spawn(move || {
+                runtime.block_on(serve(served, listener, upload_limit));
+                runtime.shutdown_timeout(CLOSING);
+            })
+            .map_err(StartError::System)?;
+        Ok(Self {
+            address,
+            new_tokens,
+            shared,
+            thread: Some(thread),
+        })
+    }
+
+    /// Where it serves.
+    pub fn url(&self) -> String {
+        format!("http://{}/", self.address)
+    }
+
+    /// The tokens, where they were just made: they are known only now.
+    pub fn new_tokens(&self) -> Option<&NewTokens> {
+        self.new_tokens.as_ref()
+    }
+
+    /// Shows a trial that the caller conducts. It is to end when the flag is set. What the tap is told is shown.
+    ///
+    /// `None` where a trial runs already.
+    pub fn attach(
+        &self,
+        campaign: CampaignId,
+        about: &Campaign,
+        plan: &Plan<f64>,
+        stop: Arc<AtomicBool>,
+    ) -> Option<Tap> {
+        self.shared.slot().occupy(Some(campaign.0), stop).ok()?;
+        let tap = self.shared.live.tap();
+        tap.started(TrialState::begun(campaign, about, plan, None), plan);
+        Some(tap)
+    }
+
+    /// The attached trial is over.
+    pub fn detach(&self, tap: &Tap, outcome: Option<Outcome>, warnings: Vec<String>) {
+        tap.ended(outcome, warnings);
+        self.shared.slot().leave();
+    }
+
+    /// Ends the trial that runs, hands the vehicle back, tells the viewers and stops serving.
+    pub fn stop(mut self) {
+        if let Some(stop) = self.shared.slot().stop() {
+            stop.store(true, Ordering::Relaxed);
+        }
+        let trial = self.shared.slot().thread();
+        if let Some(trial) = trial {
+            // It caught its own panics.
+            let _ = trial.join();
+        }
+        self.shared.closing.send_replace(true);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// One core is left to the trial.
+fn runtime() -> std::io::Result<Runtime> {
+    let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
+    Builder::new_multi_thread()
+        .worker_threads(cores.saturating_sub(1).clamp(1, 4))
+        .max_blocking_threads(AT_A_TIME)
+        .enable_all()
+        .build()
+}
+
+async fn serve(shared: Arc<Shared>, listener: TcpListener, upload_limit: usize) {
+    let mut closing = shared.closing.subscribe();
+    let router = router(shared, upload_limit);
+    let service = router.into_make_service_with_connect_info::<SocketAddr>();
+    let listener = match tokio::net::TcpListener::from_std(listener) {
+        Ok(listener) => listener,
+        Err(error) => {
+            eprintln!("seatrial: the dashboard does not serve: {error}");
+            return;
+        }
+    };
+    let serving = axum::serve(listener, service).into_future();
+    tokio::select! {
+        _ = serving => {}
+        _ = closed(&mut closing) => {}
+    }
+}
+
+/// The end, once viewers had a moment to be told.
+async fn closed(closing: &mut watch::Receiver<bool>) {
+    if closing.wait_for(|closing| *closing).await.is_ok() {
+        tokio::time::sleep(Duration::from_millis(200)).await;
+    }
+}

@@ -1,0 +1,182 @@
+//! What every request sees.
+
+use std::net::IpAddr;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use seatrial::logbook::{Logbook, NewCommand};
+use serde::Serialize;
+use tokio::sync::watch;
+
+use crate::access::{Claim, Leases, Rates, Tokens};
+use crate::api::{Role, VehicleForm};
+use crate::convert::name_of;
+use crate::live::Live;
+use crate::refusal::Refusal;
+use crate::trials::Slot;
+use crate::workshop::Workshop;
+use axum::http::StatusCode;
+
+/// What every request sees.
+pub struct Shared {
+    pub workshop: Box<dyn Workshop>,
+    pub logbook: PathBuf,
+    /// For commands and reviews; trials have a writer of their own.
+    pub writer: Mutex<Logbook>,
+    pub tokens: Option<Tokens>,
+    pub is_loopback: bool,
+    pub hosts: Vec<String>,
+    pub rates: Rates,
+    pub leases: Leases,
+    pub live: Live,
+    pub viewers: AtomicU32,
+    pub slot: Mutex<Slot>,
+    pub closing: watch::Sender<bool>,
+}
+
+/// Who asks.
+#[derive(Clone, Debug)]
+pub struct Caller {
+    /// What he may do; `None` of who has not said his token yet.
+    pub role: Option<Role>,
+    pub address: IpAddr,
+    pub lease: Option<String>,
+}
+
+impl Shared {
+    /// The logbook as it is now.
+    pub fn reader(&self) -> Result<Logbook, Refusal> {
+        Ok(Logbook::open_read_only(&self.logbook)?)
+    }
+
+    /// The vehicle of that name.
+    pub fn vehicle(&self, name: &str) -> Result<VehicleForm, Refusal> {
+        let vehicles = self.workshop.vehicles();
+        let known: Vec<&str> = vehicles
+            .iter()
+            .map(|vehicle| vehicle.name.as_str())
+            .collect();
+        let known = known.join(", ");
+        vehicles
+            .into_iter()
+            .find(|vehicle| vehicle.name == name)
+            .ok_or_else(|| {
+                Refusal::unprocessable(
+                    "unknown_vehicle",
+                    format!("vehicle {name:?}: expected one of {known}"),
+                )
+            })
+    }
+
+    /// Takes the trial's place.
+    pub fn slot(&self) -> MutexGuard<'_, Slot> {
+        self.slot.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The name of who may command by this call.
+    pub fn commander(&self, caller: &Caller) -> Result<String, Refusal> {
+        must_be_operator(caller)?;
+        match self.leases.claim(caller.lease.as_deref()) {
+            Claim::Yours { name, .. } => Ok(name),
+            Claim::Taken { by, since } => Err(taken(&by, &since)),
+            Claim::Free => Err(Refusal::conflict(
+                "control_needed",
+                "nobody has control: take it with POST /api/v1/control and send its lease in the header seatrial-lease",
+            )),
+        }
+    }
+
+    /// Enters a command in the audit trail. What cannot be entered is said and does not undo the command.
+    pub fn audit(
+        &self,
+        caller: &Caller,
+        actor: &str,
+        command: &str,
+        details: &impl Serialize,
+        result: Result<(), &Refusal>,
+    ) {
+        let details = serde_json::to_string(details).unwrap_or_default();
+        let mut writer = self.writer.lock().unwrap_or_else(PoisonError::into_inner);
+        let entered = writer.enter_command(&NewCommand {
+            actor,
+            address: &caller.address.to_string(),
+            command,
+            details: &details,
+            result: result.map_or_else(|refusal| refusal.code, |()| "done"),
+        });
+        if let Err(error) = entered {
+            eprintln!("seatrial: the audit trail: {error}");
+        }
+    }
+
+    /// Lets a command be done by who has control, and enters it in the audit trail.
+    pub fn command<T>(
+        &self,
+        caller: &Caller,
+        command: &str,
+        details: &impl Serialize,
+        done: impl FnOnce(&str) -> Result<T, Refusal>,
+    ) -> Result<T, Refusal> {
+        let (actor, result) = match self.commander(caller) {
+            Ok(name) => {
+                let result = done(&name);
+                (name, result)
+            }
+            Err(refusal) => (caller.role.map_or_else(String::new, name_of), Err(refusal)),
+        };
+        self.audit(
+            caller,
+            &actor,
+            command,
+            details,
+            result.as_ref().map(|_| ()),
+        );
+        result
+    }
+
+    /// Lets a viewer in, if there is room.
+    pub fn admit(self: &Arc<Self>) -> Option<Seat> {
+        let seat = Seat(Arc::clone(self));
+        (self.viewers.fetch_add(1, Ordering::Relaxed) < MOST_VIEWERS).then_some(seat)
+    }
+
+    /// Asks a running trial to end; the campaign that was asked.
+    pub fn stop_trial(&self) -> Option<Arc<AtomicBool>> {
+        let stop = self.slot().stop()?;
+        stop.store(true, Ordering::Relaxed);
+        Some(stop)
+    }
+}
+
+/// Viewers at a time.
+pub const MOST_VIEWERS: u32 = 512;
+
+/// A viewer's seat, free again when dropped.
+pub struct Seat(Arc<Shared>);
+
+impl Drop for Seat {
+    fn drop(&mut self) {
+        self.0.viewers.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+/// Refuses who may only look.
+pub fn must_be_operator(caller: &Caller) -> Result<(), Refusal> {
+    match caller.role {
+        Some(Role::Operator) => Ok(()),
+        _ => Err(Refusal::new(
+            StatusCode::FORBIDDEN,
+            "operators_only",
+            "your token is a viewer's; commands need an operator's",
+        )),
+    }
+}
+
+/// Tells who has control.
+pub fn taken(by: &str, since: &str) -> Refusal {
+    Refusal::conflict(
+        "control_taken",
+        format!("{by} has control since {since}; ask for it to be given back"),
+    )
+}
