@@ -16,7 +16,7 @@ use seatrial_io::link::{Address, Key, Signing, Transport};
 use crate::output::{Failure, say};
 
 /// How an autopilot is reached.
-#[derive(clap::Args, Debug)]
+#[derive(clap::Args, Clone, Debug)]
 #[command(next_help_heading = "An autopilot behind MAVLink")]
 pub struct LinkArgs {
     /// Our system id; the autopilot's MAV_GCS_SYSID must be the same.
@@ -79,6 +79,17 @@ pub fn signing(path: Option<&Path>, link_id: u8) -> Result<Option<Signing>, Fail
 }
 
 impl LinkArgs {
+    /// Refuses an address that cannot be one.
+    pub fn check_address(address: &str) -> Result<(), Failure> {
+        Self::address(address).map(drop)
+    }
+
+    fn address(address: &str) -> Result<Address, Failure> {
+        address
+            .parse()
+            .map_err(|error| Failure::usage(format!("--vehicle mavlink:{error}")))
+    }
+
     /// The link to an address, with the settings of a plan where there is one.
     pub fn open(
         &self,
@@ -87,9 +98,7 @@ impl LinkArgs {
         is_given: bool,
         abort: &Arc<AtomicBool>,
     ) -> Result<Autopilot<Transport>, Failure> {
-        let address: Address = address
-            .parse()
-            .map_err(|error| Failure::usage(format!("--vehicle mavlink:{error}")))?;
+        let address = Self::address(address)?;
         let number = |name: &str, value: f64, limit: f64| {
             if value > 0.0 && value < limit {
                 return Ok(value);

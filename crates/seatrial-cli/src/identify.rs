@@ -92,7 +92,7 @@ enum OnlineMethod {
 
 /// `identify --json`.
 #[derive(Serialize)]
-struct Document<'a> {
+pub struct Document<'a> {
     schema: &'static str,
     source: UsedSource,
     /// The other log, where there was one.
@@ -106,7 +106,7 @@ struct Document<'a> {
     higher_order: Option<&'a HigherOrder>,
     verdict: &'a Verdict,
     /// Of a log with several manoeuvres: the model of each speed; the model above is the surest of them.
-    models: Option<&'a [SpeedModel]>,
+    pub models: Option<&'a [SpeedModel]>,
 }
 
 #[derive(Serialize)]
@@ -209,7 +209,8 @@ impl EstimatorArgs {
 }
 
 impl<'a> Document<'a> {
-    fn of(logs: &Logs, identification: &'a Identification) -> Self {
+    /// Of one model.
+    pub fn of(logs: &Logs, identification: &'a Identification) -> Self {
         Self {
             source: UsedSource {
                 source: logs.log.source(),
@@ -228,7 +229,8 @@ impl<'a> Document<'a> {
         }
     }
 
-    fn without_model(logs: &Logs, verdict: &'a Verdict) -> Self {
+    /// Where there is none.
+    pub fn without_model(logs: &Logs, verdict: &'a Verdict) -> Self {
         Self {
             schema: "seatrial.identification.v1",
             source: UsedSource {

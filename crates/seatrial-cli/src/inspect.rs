@@ -45,7 +45,7 @@ const SPARKLINE_WIDTH: usize = 64;
 
 /// `inspect --json`.
 #[derive(Debug, Serialize)]
-struct Inspection {
+pub struct Inspection {
     schema: &'static str,
     source: Source,
     sampling: Sampling,
@@ -110,7 +110,8 @@ fn report_page(opened: &OpenedLog, inspection: &Inspection) -> String {
 }
 
 impl Inspection {
-    fn of(opened: &OpenedLog) -> Self {
+    /// What is in a log.
+    pub fn of(opened: &OpenedLog) -> Self {
         let samples = opened.record.samples.as_slice();
         let channels = &opened.description.channels;
         let ranges: Vec<Range> = channels

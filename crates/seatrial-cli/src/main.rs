@@ -27,6 +27,7 @@ mod record;
 mod recreated;
 mod replay;
 mod report;
+mod serve;
 mod sim;
 mod sim_mavlink;
 mod speeds;
@@ -74,6 +75,7 @@ enum Verb {
     Fleet(fleet::Args),
     Paper(paper::Args),
     Report(report::Args),
+    Serve(Box<serve::Args>),
     Replay(replay::Args),
     Vehicle(vehicle_check::Args),
 }
@@ -96,6 +98,7 @@ impl Verb {
             Self::Fleet(args) => fleet::run(args, output),
             Self::Paper(args) => paper::run(args, output),
             Self::Report(args) => report::run(args, output),
+            Self::Serve(args) => serve::run(args, output),
             Self::Replay(args) => replay::run(args, output),
             Self::Vehicle(args) => vehicle_check::run(args, output),
         }

@@ -207,7 +207,8 @@ fn point_at(source: &Source, thrust: f64) -> Result<SchedulePoint<f64>, Failure>
     Ok(*found.value())
 }
 
-fn of_vehicle(name: &str, plan: &Plan<f64>) -> Result<Named, Failure> {
+/// The prior of a simulated vehicle: what it is made from.
+pub fn of_vehicle(name: &str, plan: &Plan<f64>) -> Result<Named, Failure> {
     let config = vehicle::config(name)?;
     let helm = config.helm();
     let truth = |thrust: f64| {

@@ -4,16 +4,16 @@ use std::fmt::{Display, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
 
 use seatrial::campaign::{Campaign, Run, Stage};
-use seatrial::conduct::{Watch, conduct};
+use seatrial::conduct::{Pace, Watch, conduct};
 use seatrial::identification::Refined;
-use seatrial::logbook::{Logbook, NewCampaign, Recorder, Step};
+use seatrial::logbook::{CampaignId, Keeper, Logbook, NewCampaign, Recorder, Step};
 use seatrial::preview::{Target, parse_target};
 use seatrial::report;
 use seatrial_core::heading_control::HeadingGain;
 use seatrial_core::{AbortReason, Outcome, Plan, Trial, Vehicle, YawModel};
+use seatrial_dash::{Server, Tap};
 use seatrial_io::{Estimate, Row, RowWriter};
 use seatrial_sim::FaultyVehicle;
 use serde::Serialize;
@@ -23,6 +23,7 @@ use crate::live::{Live, Parameter, Picture};
 use crate::output::{Exit, Failure, Output, say};
 use crate::pitch::{self, Axis};
 use crate::record::{self, Format, Recording};
+use crate::serve::{self, AccessArgs, Yard};
 use crate::table::{Table, decimals};
 use crate::vehicle::{self, Simulated};
 
@@ -70,6 +71,11 @@ pub struct Args {
     /// built with --features foxglove.
     #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
     foxglove: Option<String>,
+    /// Serve the dashboard at this address while the trial runs: anybody there may watch, operators may abort.
+    #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = "127.0.0.1:8042")]
+    serve: Option<String>,
+    #[command(flatten)]
+    access: AccessArgs,
     /// Write the report, one HTML file.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -122,6 +128,7 @@ impl Args {
             ("--scenario", self.scenario.is_some()),
             ("--record", self.record.is_some()),
             ("--foxglove", self.foxglove.is_some()),
+            ("--serve", self.serve.is_some()),
         ] {
             if given {
                 return Err(Failure::usage(format!(
@@ -137,6 +144,44 @@ impl Args {
             self.report.as_deref(),
             output,
         )
+    }
+}
+
+impl Args {
+    fn server(&self, listen: &str) -> Result<Server, Failure> {
+        let yard = Yard {
+            vehicles: Vec::new(),
+            link: self.link.clone(),
+            logbook: self.logbook.clone(),
+        };
+        serve::start(&self.access.settings(listen, &self.logbook)?, yard)
+    }
+}
+
+/// The trial on the dashboard.
+struct Shown {
+    server: Server,
+    tap: Tap,
+}
+
+impl Shown {
+    fn begin(
+        server: Server,
+        number: CampaignId,
+        about: &Campaign,
+        plan: &Plan<f64>,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<Self, Failure> {
+        let tap = server.attach(number, about, plan, Arc::clone(stop));
+        let tap =
+            tap.ok_or_else(|| Failure::aborted("the dashboard was used to start another trial"))?;
+        say(format_args!("the dashboard is at {}", server.url()));
+        Ok(Self { server, tap })
+    }
+
+    fn end(self, outcome: Option<Outcome>, unsaved: &[String]) {
+        self.server.detach(&self.tap, outcome, unsaved.to_vec());
+        self.server.stop();
     }
 }
 
@@ -177,6 +222,8 @@ fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
         .transpose()?;
     let viewer = args.foxglove.as_deref().map(record::show).transpose()?;
     let plan_text = toml::to_string_pretty(&plan).map_err(Failure::internal)?;
+    let server = args.serve.as_deref().map(|listen| args.server(listen));
+    let server = server.transpose()?;
     let logbook = Logbook::open(&args.logbook).map_err(Failure::from)?;
     let recorder = Recorder::begin(
         logbook,
@@ -191,17 +238,21 @@ fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
         },
     )
     .map_err(Failure::from)?;
+    let number = recorder.campaign();
+    let shown = server
+        .map(|server| Shown::begin(server, number, &about, &plan, &stop))
+        .transpose()?;
 
     let (mut campaign, mut unsaved) = match on {
         On::Simulator(mut vehicle) => {
-            let mut bridge = Bridge::new(args, recorder, recording, viewer, stop);
+            let mut bridge = Bridge::new(args, recorder, recording, viewer, shown, stop);
             let campaign = conducted(vehicle.as_mut(), plan, about, &mut bridge)?;
             let unsaved = bridge.end(&campaign);
             (campaign, unsaved)
         }
         On::Autopilot(address) => {
             let mut taken = taken(args, address, &plan, &stop)?;
-            let mut bridge = Bridge::new(args, recorder, recording, viewer, stop);
+            let mut bridge = Bridge::new(args, recorder, recording, viewer, shown, stop);
             let campaign = conducted(&mut taken.autopilot, plan, about, &mut bridge)?;
             // The vehicle first: what is told and saved can wait.
             let handed_back = taken.hand_back();
@@ -311,9 +362,10 @@ fn exit(campaign: &Campaign, plan: &Plan<f64>, unsaved: bool) -> Exit {
 
 /// Between the trial and whoever is told of it: the logbook, the live view, the clock, the operator.
 struct Bridge {
-    recorder: Option<Recorder>,
+    keeper: Keeper,
     recording: Option<Recording>,
     viewer: Option<Box<dyn RowWriter>>,
+    shown: Option<Shown>,
     unsaved: Vec<String>,
     live: Live,
     vehicle: String,
@@ -322,46 +374,30 @@ struct Bridge {
     stop: Arc<AtomicBool>,
 }
 
-/// Wall clock against the vehicle's.
-struct Pace {
-    start: Instant,
-    first_s: Option<f64>,
-}
-
 impl Bridge {
     fn new(
         args: &Args,
         recorder: Recorder,
         recording: Option<Recording>,
         viewer: Option<Box<dyn RowWriter>>,
+        shown: Option<Shown>,
         stop: Arc<AtomicBool>,
     ) -> Self {
         Self {
-            recorder: Some(recorder),
+            keeper: Keeper::new(recorder),
             recording,
             viewer,
+            shown,
             unsaved: Vec::new(),
             live: Live::start(),
             vehicle: args.vehicle.clone(),
             intervals: None,
-            pace: args.realtime.then(|| Pace {
-                start: Instant::now(),
-                first_s: None,
-            }),
+            pace: args.realtime.then(|| Pace::new(1.0)),
             stop,
         }
     }
 
-    /// Keeps something; what cannot be kept does not stop the trial.
-    fn keep(&mut self, keep: impl FnOnce(&mut Recorder) -> Result<(), seatrial::logbook::Error>) {
-        if let Some(recorder) = &mut self.recorder
-            && let Err(error) = keep(recorder)
-        {
-            self.note(error.to_string());
-        }
-    }
-
-    /// Records something likewise.
+    /// Records something; what cannot be recorded does not stop the trial.
     fn record(&mut self, record: impl FnOnce(&mut Recording) -> Result<(), Failure>) {
         if let Some(recording) = &mut self.recording
             && let Err(failure) = record(recording)
@@ -379,17 +415,17 @@ impl Bridge {
 
     fn end(mut self, campaign: &Campaign) -> Vec<String> {
         self.live.end();
-        if let (Some(recorder), Some(outcome)) = (self.recorder.take(), campaign.outcome)
-            && let Err(error) = recorder.finish(outcome)
-        {
-            self.unsaved.push(error.to_string());
-        }
         if let Some(recording) = self.recording.take()
             && let Err(failure) = recording.finish()
         {
             self.note(failure.to_string());
         }
-        self.unsaved
+        let mut unsaved = self.keeper.end(campaign.outcome);
+        unsaved.extend(self.unsaved);
+        if let Some(shown) = self.shown {
+            shown.end(campaign.outcome, &unsaved);
+        }
+        unsaved
     }
 
     fn row(&self, step: &Step, trial: &Trial<f64>) -> Row {
@@ -463,11 +499,17 @@ fn short(limit: AbortReason) -> &'static str {
 
 impl Watch for Bridge {
     fn run_started(&mut self, number: u32, thrust: f64, attempt: u32) {
-        self.keep(|recorder| recorder.begin_run(number, thrust, attempt));
+        self.keeper.run_started(number, thrust, attempt);
+        if let Some(shown) = &mut self.shown {
+            shown.tap.run_started(number, thrust, attempt);
+        }
     }
 
     fn step(&mut self, step: &Step, trial: &Trial<f64>) {
-        self.keep(|recorder| recorder.step(*step));
+        self.keeper.step(step, trial);
+        if let Some(shown) = &mut self.shown {
+            shown.tap.step(step, trial);
+        }
         if step.stage == Some(Stage::Settle) {
             self.intervals = None;
         }
@@ -482,17 +524,21 @@ impl Watch for Bridge {
             self.live.draw(&picture);
         }
         if let Some(pace) = &mut self.pace {
-            let first_s = *pace.first_s.get_or_insert(step.sample.time_s);
-            let due = Duration::try_from_secs_f64(step.sample.time_s - first_s).unwrap_or_default();
-            std::thread::sleep(due.saturating_sub(pace.start.elapsed()));
+            pace.wait(step.sample.time_s);
         }
     }
 
     fn wants_intervals(&self) -> bool {
-        self.live.is_terminal() || self.recording.is_some() || self.viewer.is_some()
+        self.live.is_terminal()
+            || self.recording.is_some()
+            || self.viewer.is_some()
+            || self.shown.is_some()
     }
 
     fn interval(&mut self, refined: &Refined) {
+        if let Some(shown) = &mut self.shown {
+            shown.tap.interval(refined);
+        }
         let interval = refined.interval_95;
         self.intervals = Some([
             interval.a22_per_s,
@@ -502,7 +548,10 @@ impl Watch for Bridge {
     }
 
     fn run_ended(&mut self, run: &Run) {
-        self.keep(|recorder| recorder.finish_run(run));
+        self.keeper.run_ended(run);
+        if let Some(shown) = &mut self.shown {
+            shown.tap.run_ended(run);
+        }
         self.record(Recording::run_ended);
         self.live.line(&run_line(run));
     }

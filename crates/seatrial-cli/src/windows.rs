@@ -12,7 +12,7 @@ use crate::output::Failure;
 const KEPT_BEFORE_TRAINING: f64 = 7.0;
 
 /// Training and validation windows, half open, in the log's own seconds.
-#[derive(clap::Args, Clone, Debug)]
+#[derive(clap::Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Windows of time")]
 pub struct WindowArgs {
     /// Start of the training window, s [default: the log's start].
