@@ -3,7 +3,9 @@
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use seatrial::identify::batch::BatchLeastSquares;
-use seatrial::sums::{Accumulator, every_theta, of_records};
+use seatrial::sums::{
+    Accumulator, NoisyRuns, every_theta, monte_carlo, normals_of_run, of_records,
+};
 use seatrial_core::fixed_rate::{FixedRateEstimator, FixedRateSettings};
 use seatrial_core::model::{YawModel, YawState};
 use seatrial_core::state_variable_filter::{FilterStart, FilterStep, Hold, StateVariableFilter};
@@ -195,6 +197,35 @@ fn parity_a_million_samples_stay_with_an_orthogonal_factorisation() {
     );
     // Three roundings of f32, of which those of e^-x do not average out; sums of 128 in f32, those in f64, add nothing to it.
     assert!(apart < 5e-7, "f32 {apart:e}");
+}
+
+#[test]
+fn parity_monte_carlo_runs_are_records_with_that_noise() {
+    let settings = every_setting().nth(1).unwrap();
+    let (heading, rudder) = signals(330, 5);
+    let runs = NoisyRuns {
+        heading_rad: &heading,
+        rudder_rad: &rudder,
+        heading_noise_rad: 0.02,
+        seed: 0x1234_5678_9abc_def0,
+        runs: 11,
+    };
+    let sums = monte_carlo(&settings, &runs).unwrap();
+    assert_eq!(sums.len(), 11);
+    for (run, sums) in sums.iter().enumerate() {
+        let drawn = normals_of_run(runs.seed, run as u64, 330);
+        let noisy: Vec<f64> = heading
+            .iter()
+            .zip(drawn)
+            .map(|(w, z)| w + 0.02 * z)
+            .collect();
+        let mut alone = Accumulator::new(&settings).unwrap();
+        alone.extend(&noisy, &rudder);
+        let p = settings.initial_covariance;
+        let expected = alone.sums().model(p).unwrap().theta();
+        // 330 sums in another order.
+        assert!(distance(sums.model(p).unwrap().theta(), expected) < 1e-12);
+    }
 }
 
 #[test]

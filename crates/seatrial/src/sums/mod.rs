@@ -22,6 +22,8 @@ mod every;
 mod lanes;
 mod long;
 mod many;
+mod monte_carlo;
+mod noise;
 
 use nalgebra::{Matrix3, Vector3};
 use seatrial_core::YawModel;
@@ -30,6 +32,8 @@ pub use every::every_theta;
 pub use lanes::Lane;
 pub use long::Accumulator;
 pub use many::of_records;
+pub use monte_carlo::{NoisyRuns, monte_carlo};
+pub use noise::normals_of_run;
 
 use lanes::Scales;
 
