@@ -12,6 +12,7 @@ pub mod peak;
 pub mod refine;
 pub mod second_order;
 pub mod simplex;
+mod simulation;
 pub mod whitening;
 
 use seatrial_core::estimator::{EstimatorSettings, InvalidSetting, Method};

@@ -1,10 +1,14 @@
 //! Output error: the model whose simulation is nearest to the measured heading.
 
-use nalgebra::{Matrix3, Matrix5, Vector5};
+use nalgebra::{Matrix3, Vector3, Vector5};
 use seatrial_core::{Sample, YawModel};
 
-use super::peak::{Peak, RefineFailure, Span, liveliest};
-use super::whitening::{Disturbance, Fit, Prepared};
+use super::peak::{RefineFailure, Span, liveliest};
+use super::simulation::{Simulation, compare, nearest};
+use super::whitening::{Disturbance, Prepared};
+
+/// A simulation that leaves more than this share of the heading's variance may be a neighbouring minimum.
+const POOR_SHARE: f64 = 0.5;
 
 /// The output error estimate of a record.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,102 +19,128 @@ pub struct OutputError {
     pub covariance: [[f64; 3]; 3],
     /// Root mean square of the residual, rad.
     pub residual_rms_rad: f64,
-    /// Newton steps.
+    /// Passes over the record.
     pub iterations: u32,
 }
 
 /// Minimises sum (psi - psi_sim)^2 over a22, b2, C0, psi0 and r0.
 ///
-/// Given a22 the simulation is linear in the other four, which follow in closed form (variable projection), so
-/// Newton's method runs in a22 alone, with the exact zero-order-hold discretisation. This is the cost (38)
-/// of the paper's offline method with the initial state estimated too.
+/// Levenberg and Marquardt's method with the exact zero-order-hold discretisation and its exact derivatives: three to five
+/// passes over the record from a start such as the online estimate. Without a start, or where it leads to a poor simulation,
+/// the start is the best damping of a grid. This is the cost (38) of the paper's offline method with the initial
+/// state estimated too.
 ///
 /// Efficient for white heading noise; the covariance also holds for residuals correlated in time.
 pub fn output_error(
     samples: &[Sample<f64>],
     start: Option<YawModel<f64>>,
 ) -> Result<OutputError, RefineFailure> {
-    let samples = liveliest(samples);
-    let span = Span::of(samples)?;
-    let damping = span.first_damping(samples, start)?;
-    let record = span.prepare(samples, damping)?;
-    let peak = Peak::find(
-        &record,
-        Disturbance::NONE,
-        damping,
-        span.rate_scale(damping),
-    )
-    .ok_or(RefineFailure::NotExcited)?;
-    let (theta, _) = peak.normal();
-    let scores = Scores::of(&record, &peak);
+    let found = nearest_simulation(samples, start)?;
     Ok(OutputError {
-        model: YawModel::from_theta(theta.into()),
-        covariance: scores.sandwich().ok_or(RefineFailure::NotExcited)?,
-        residual_rms_rad: root_mean_square(&peak.fit, record.blocks()),
-        iterations: peak.iterations,
+        model: found.model(),
+        covariance: found.sandwich().ok_or(RefineFailure::NotExcited)?,
+        residual_rms_rad: found.residual_rms_rad(),
+        iterations: found.passes,
     })
 }
 
-fn root_mean_square(fit: &Fit, comparisons: usize) -> f64 {
-    (fit.residual / comparisons as f64).sqrt()
+/// The simulation nearest to a record.
+#[derive(Clone)]
+pub struct NearestSimulation {
+    record: Prepared,
+    simulation: Simulation,
+    passes: u32,
 }
 
-/// Sensitivities g_k of the simulated heading to [a22, b2, C0, psi0, r0], and residuals e_k.
-struct Scores {
-    sensitivities: Vec<Vector5<f64>>,
-    residuals: Vec<f64>,
-}
-
-impl Scores {
-    fn of(record: &Prepared, peak: &Peak) -> Self {
-        let spread = 1e-4 * peak.a22_per_s.abs().max(1e-3);
-        let at = |a22_per_s: f64| record.residuals(a22_per_s, &peak.fit.linear);
-        let sensitivities = record
-            .columns(peak.a22_per_s)
-            .into_iter()
-            .zip(at(peak.a22_per_s - spread))
-            .zip(at(peak.a22_per_s + spread))
-            .map(|((columns, below), above)| {
-                let to_damping = (below - above) / (2.0 * spread);
-                Vector5::new(to_damping, columns[0], columns[1], columns[2], columns[3])
-            })
-            .collect();
-        Self {
-            sensitivities,
-            residuals: at(peak.a22_per_s),
+/// [`output_error`] without its covariance, which takes longer than the search.
+pub fn nearest_simulation(
+    samples: &[Sample<f64>],
+    start: Option<YawModel<f64>>,
+) -> Result<NearestSimulation, RefineFailure> {
+    let samples = liveliest(samples);
+    let span = Span::of(samples)?;
+    if let Some(start) = start {
+        let record = span.prepare(samples, start.a22_per_s)?;
+        let [a22, b2, c0] = start.theta();
+        if let Some((simulation, passes)) = nearest(&record, Vector5::new(a22, b2, c0, 0.0, 0.0)) {
+            let found = NearestSimulation {
+                record,
+                simulation,
+                passes,
+            };
+            if found.left_share() < POOR_SHARE {
+                return Ok(found);
+            }
         }
+    }
+    let a22_per_s = span.first_damping(samples, start)?;
+    let record = span.prepare(samples, a22_per_s)?;
+    let (simulation, passes) = record
+        .fit(a22_per_s, Disturbance::NONE)
+        .and_then(|fit| {
+            let [b2, c0, heading, rate] = fit.linear.into();
+            nearest(&record, Vector5::new(a22_per_s, b2, c0, heading, rate))
+        })
+        .ok_or(RefineFailure::NotExcited)?;
+    Ok(NearestSimulation {
+        record,
+        simulation,
+        passes,
+    })
+}
+
+impl NearestSimulation {
+    /// Its parameters.
+    pub fn model(&self) -> YawModel<f64> {
+        let [a22, b2, c0, ..]: [f64; 5] = self.simulation.parameters.into();
+        YawModel::from_theta([a22, b2, c0])
+    }
+
+    /// Root mean square of measured less simulated heading, rad.
+    pub fn residual_rms_rad(&self) -> f64 {
+        (self.simulation.residual / self.record.blocks() as f64).sqrt()
+    }
+
+    /// Passes over the record that the search took.
+    pub fn passes(&self) -> u32 {
+        self.passes
+    }
+
+    /// What is left of the heading's variance.
+    fn left_share(&self) -> f64 {
+        let heading = &self.record.heading_rad;
+        let n = heading.len() as f64;
+        let mean = heading.iter().sum::<f64>() / n;
+        let variance = heading.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / n;
+        self.residual_rms_rad().powi(2) / variance
     }
 
     /// Covariance of [a22, b2, C0] for residuals of any correlation (Newey and West 1987):
     /// A^-1 B A^-1 with A = sum g g^T, B = sum over lags |l| <= L of (1 - |l|/(L+1)) sum u_k u_{k+l}^T, u = g e,
     /// L = sqrt(n).
     fn sandwich(&self) -> Option<[[f64; 3]; 3]> {
-        let information: Matrix5<f64> = self.sensitivities.iter().map(|g| g * g.transpose()).sum();
-        let scores: Vec<Vector5<f64>> = self
-            .sensitivities
-            .iter()
-            .zip(&self.residuals)
-            .map(|(g, e)| g * *e)
-            .collect();
-        let lags = (scores.len() as f64).sqrt() as usize;
-        let mut spread = Matrix5::zeros();
-        for lag in 0..=lags.min(scores.len() - 1) {
-            let product: Matrix5<f64> = scores
+        let inverse = self.simulation.information.try_inverse()?;
+        let of_parameters = inverse.fixed_rows::<3>(0).into_owned();
+        let mut influences: Vec<Vector3<f64>> = Vec::with_capacity(self.record.blocks());
+        compare(&self.record, &self.simulation.parameters, |g, e| {
+            influences.push(of_parameters * Vector5::from(g) * e);
+        });
+        let lags = (influences.len() as f64).sqrt() as usize;
+        let mut covariance = Matrix3::zeros();
+        for lag in 0..=lags.min(influences.len() - 1) {
+            let product: Matrix3<f64> = influences
                 .iter()
-                .zip(&scores[lag..])
+                .zip(&influences[lag..])
                 .map(|(now, later)| now * later.transpose())
                 .sum();
             let weight = 1.0 - lag as f64 / (lags + 1) as f64;
-            spread += if lag == 0 {
+            covariance += if lag == 0 {
                 product
             } else {
                 weight * (product + product.transpose())
             };
         }
-        let inverse = information.try_inverse()?;
-        let covariance = inverse * spread * inverse;
-        let parameters: Matrix3<f64> = covariance.fixed_view::<3, 3>(0, 0).into();
-        Some(parameters.into())
+        Some(covariance.into())
     }
 }
 

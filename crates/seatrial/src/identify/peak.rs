@@ -126,8 +126,6 @@ pub(super) struct Peak {
     pub(super) fit: Fit,
     /// d[b2, C0]/d a22.
     slope: [f64; 2],
-    /// Newton steps taken.
-    pub(super) iterations: u32,
 }
 
 /// The log likelihood around one a22, as the parabola through three points of J = exp(-2 l / n).
@@ -171,7 +169,7 @@ impl Peak {
         const MOST_STEPS: u32 = 15;
         let mut a22_per_s = start_per_s;
         let mut spread = 0.02 * scale_per_s;
-        for iterations in 1..=MOST_STEPS {
+        for _ in 0..MOST_STEPS {
             let parabola = Parabola::around(record, disturbance, a22_per_s, spread)?;
             let convex = parabola.curvature > 0.0;
             let step = if convex {
@@ -200,7 +198,6 @@ impl Peak {
                         variance,
                         fit: parabola.centre,
                         slope: parabola.slope,
-                        iterations,
                     });
                 }
                 _ => return None,

@@ -35,10 +35,10 @@ impl Disturbance {
 /// rudder acts exactly whatever the length of a block.
 #[derive(Clone, Debug)]
 pub struct Prepared {
-    interval_s: Vec<f64>,
-    heading_rad: Vec<f64>,
-    rudder_rad: Vec<f64>,
-    block: usize,
+    pub(super) interval_s: Vec<f64>,
+    pub(super) heading_rad: Vec<f64>,
+    pub(super) rudder_rad: Vec<f64>,
+    pub(super) block: usize,
 }
 
 /// What generalised least squares gives at one damping and one disturbance.
@@ -128,25 +128,6 @@ impl Prepared {
             }
         });
         self.solve(&gram, log_variances)
-    }
-
-    /// Measured less simulated heading of each comparison, rad.
-    pub fn residuals(&self, a22_per_s: f64, linear: &Vector4<f64>) -> Vec<f64> {
-        let mut residuals = Vec::with_capacity(self.blocks());
-        self.for_each_comparison(a22_per_s, |means, _| {
-            let simulated: f64 = linear.iter().zip(means).map(|(l, column)| l * column).sum();
-            residuals.push(means[COLUMNS] - simulated);
-        });
-        residuals
-    }
-
-    /// Responses of the heading to b2, C0, psi0 and r0 at each comparison.
-    pub fn columns(&self, a22_per_s: f64) -> Vec<[f64; COLUMNS]> {
-        let mut columns = Vec::with_capacity(self.blocks());
-        self.for_each_comparison(a22_per_s, |means, _| {
-            columns.push([means[0], means[1], means[2], means[3]]);
-        });
-        columns
     }
 
     /// The means of the four columns and of the heading over each block, and the length of the block, s.
