@@ -29,11 +29,12 @@ impl BatchLeastSquares {
         let mut row = [rate, rudder, one, yaw_acceleration];
         for k in 0..4 {
             let pivot = self.triangle[k][k];
-            let radius = pivot.hypot(row[k]);
+            let radius = (pivot * pivot + row[k] * row[k]).sqrt();
             if radius == 0.0 {
                 continue;
             }
-            let (c, s) = (pivot / radius, row[k] / radius);
+            let inverse = 1.0 / radius;
+            let (c, s) = (pivot * inverse, row[k] * inverse);
             for (upper, lower) in self.triangle[k][k..].iter_mut().zip(&mut row[k..]) {
                 (*upper, *lower) = (c * *upper + s * *lower, c * *lower - s * *upper);
             }

@@ -13,7 +13,8 @@ pub(super) const STRETCH: usize = 128;
 #[derive(Clone)]
 pub struct Accumulator<T> {
     filter: Filter<T>,
-    stretches: Stretches<T>,
+    /// Once the record is long enough for them.
+    stretches: Option<Stretches<T>>,
     /// At the last sample, once there is one.
     state: Option<State<T, 1>>,
     total: [f64; 8],
@@ -24,10 +25,9 @@ impl<T: Lane> Accumulator<T> {
     /// No sample yet. An invalid setting is an error.
     pub fn new(settings: &FixedRateSettings<f64>) -> Result<Self, InvalidSetting> {
         settings.validate()?;
-        let filter = Filter::new(settings);
         Ok(Self {
-            filter,
-            stretches: Stretches::new(&filter),
+            filter: Filter::new(settings),
+            stretches: None,
             state: None,
             total: [0.0; 8],
             samples: 0,
@@ -87,6 +87,7 @@ impl<T: Lane> Work<T> for Extension<'_, T> {
         let mut at = 0;
         while at + N * STRETCH < count {
             let tile = at..at + N * STRETCH + 1;
+            let stretches = stretches.get_or_insert_with(|| Stretches::new(filter));
             let start =
                 stretches.states::<N, FUSED>(&now, &heading[tile.clone()], &rudder[tile.clone()]);
             let (end, sums) =
@@ -169,20 +170,24 @@ impl<T: Lane> Stretches<T> {
     pub(super) fn new(filter: &Filter<T>) -> Self {
         let c = &filter.coefficients;
         let e = c.decay.to_f64();
-        let power = |m: usize| e.powi(m as i32);
-        let twice = |ramp: T| {
-            std::array::from_fn(|i| {
-                let m = STRETCH - 1 - i;
-                let slope = if m == 0 { 0.0 } else { m as f64 * power(m - 1) };
-                T::of(slope + ramp.to_f64() * power(m))
-            })
+        // e^m, and m e^(m-1).
+        let mut powers = [(0.0, 0.0); STRETCH + 1];
+        let (mut power, mut slope) = (1.0, 0.0);
+        for at in powers.iter_mut().rev() {
+            *at = (power, slope);
+            slope = e * slope + power;
+            power *= e;
+        }
+        let of = |weight: &dyn Fn((f64, f64)) -> f64| {
+            std::array::from_fn(|i| T::of(weight(powers[i + 1])))
         };
+        let [(decay, coupling), ..] = powers;
         Self {
-            once: std::array::from_fn(|i| T::of(power(STRETCH - 1 - i))),
-            heading: twice(c.heading_ramp),
-            rudder: twice(c.rudder_ramp),
-            decay: T::of(power(STRETCH)),
-            coupling: T::of(STRETCH as f64 * power(STRETCH - 1)),
+            once: of(&|(power, _)| power),
+            heading: of(&|(power, slope)| slope + c.heading_ramp.to_f64() * power),
+            rudder: of(&|(power, slope)| slope + c.rudder_ramp.to_f64() * power),
+            decay: T::of(decay),
+            coupling: T::of(coupling),
         }
     }
 
