@@ -35,7 +35,12 @@ mod alog;
 #[cfg(any(feature = "dataflash", feature = "tlog"))]
 mod ardupilot;
 pub mod ardupilot_json;
-#[cfg(any(feature = "ulog", feature = "mcap", feature = "rosbag2"))]
+#[cfg(any(
+    feature = "ulog",
+    feature = "mcap",
+    feature = "rosbag2",
+    feature = "autopilot"
+))]
 mod attitude;
 #[cfg(feature = "autopilot")]
 pub mod autopilot;
@@ -72,6 +77,8 @@ mod quantity;
 mod reader;
 #[cfg(any(feature = "mcap", feature = "rosbag2"))]
 mod ros2;
+#[cfg(feature = "autopilot")]
+pub mod ros2_vehicle;
 #[cfg(feature = "rosbag2")]
 mod rosbag;
 mod runs;

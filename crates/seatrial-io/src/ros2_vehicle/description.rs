@@ -1,0 +1,437 @@
+//! What a vehicle on ROS 2 is: its topics, types, signs, limits, as a file says them.
+
+use std::collections::BTreeMap;
+use std::net::{IpAddr, Ipv4Addr};
+
+use serde::Deserialize;
+
+use super::Demand;
+
+/// A vehicle on ROS 2.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Description {
+    /// `ROS_DOMAIN_ID`.
+    #[serde(default)]
+    pub domain: u16,
+    /// Addresses of this machine that are announced and on which multicast is used.
+    #[serde(default = "loopback")]
+    pub addresses: Vec<IpAddr>,
+    /// Agreed to: the sockets of DDS take packets on every address of this machine, whatever is announced.
+    #[serde(default)]
+    pub listens_on_all_addresses: bool,
+    /// How the vehicle's middleware carries services.
+    #[serde(default)]
+    pub services: Middleware,
+    /// Axes of attitude and position.
+    #[serde(default)]
+    pub frame: Frame,
+    /// The vehicle itself lets go of its rudder so long after the last command, s.
+    pub command_timeout_s: f64,
+    /// Odometry.
+    pub odometry: Option<Odometry>,
+    /// An attitude sensor; where there is one, a sample is one of its messages.
+    pub imu: Option<Source>,
+    /// The command that steers.
+    pub rudder: RudderCommand,
+    /// The command that drives.
+    pub thrust: ThrustCommand,
+    /// The rudder as it is.
+    pub feedback: Option<Feedback>,
+    /// A service of the vehicle that gives its controls away and takes them back.
+    pub enable: Option<Enable>,
+}
+
+fn loopback() -> Vec<IpAddr> {
+    vec![Ipv4Addr::LOCALHOST.into()]
+}
+
+/// Whose mapping of services.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Middleware {
+    /// `rmw_fastrtps`, the default of most distributions.
+    #[default]
+    FastRtps,
+    /// `rmw_cyclonedds`.
+    CycloneDds,
+}
+
+/// Axes of attitude and position.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Frame {
+    /// East, north, up; body forward, port, up (REP 103).
+    #[default]
+    Enu,
+    /// North, east, down; body forward, starboard, down.
+    Ned,
+}
+
+/// A topic that is listened to.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Source {
+    /// Its name.
+    pub topic: String,
+    /// Is a lost message sent again? Needs a publisher that offers it.
+    #[serde(default)]
+    pub reliable: bool,
+}
+
+/// `nav_msgs/Odometry`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Odometry {
+    /// Its name.
+    pub topic: String,
+    /// Is a lost message sent again?
+    #[serde(default)]
+    pub reliable: bool,
+    /// Is its vertical position the depth?
+    #[serde(default)]
+    pub depth: bool,
+}
+
+/// Types of commands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+pub enum CommandType {
+    /// A number.
+    #[default]
+    #[serde(rename = "std_msgs/Float64")]
+    Float64,
+    /// A number.
+    #[serde(rename = "std_msgs/Float32")]
+    Float32,
+    /// Numbers, as controllers of ros2_control take them.
+    #[serde(rename = "std_msgs/Float64MultiArray")]
+    Float64MultiArray,
+    /// Linear and angular.
+    #[serde(rename = "geometry_msgs/Twist")]
+    Twist,
+    /// Likewise, with a stamp.
+    #[serde(rename = "geometry_msgs/TwistStamped")]
+    TwistStamped,
+}
+
+impl CommandType {
+    const TWIST: [&'static str; 6] = [
+        "linear.x",
+        "linear.y",
+        "linear.z",
+        "angular.x",
+        "angular.y",
+        "angular.z",
+    ];
+    /// The longest array that is published.
+    const MOST_NUMBERS: usize = 16;
+
+    /// Where a field stands among the numbers of a message.
+    fn index(self, field: &str) -> Option<usize> {
+        match self {
+            Self::Float64 | Self::Float32 => (field == "data").then_some(0),
+            Self::Float64MultiArray => {
+                let number = field.strip_prefix("data[")?.strip_suffix(']')?;
+                let index = number.parse().ok()?;
+                (index < Self::MOST_NUMBERS).then_some(index)
+            }
+            Self::Twist | Self::TwistStamped => Self::TWIST.iter().position(|name| *name == field),
+        }
+    }
+
+    fn expected(self) -> &'static str {
+        match self {
+            Self::Float64 | Self::Float32 => "data",
+            Self::Float64MultiArray => "data[0] to data[15]",
+            Self::Twist | Self::TwistStamped => "linear.x to angular.z",
+        }
+    }
+
+    fn default_field(self, of_twist: &'static str) -> &'static str {
+        match self {
+            Self::Float64 | Self::Float32 => "data",
+            Self::Float64MultiArray => "data[0]",
+            Self::Twist | Self::TwistStamped => of_twist,
+        }
+    }
+
+    fn least_numbers(self) -> usize {
+        match self {
+            Self::Twist | Self::TwistStamped => 6,
+            _ => 1,
+        }
+    }
+}
+
+/// The command that steers: `trim_units + units_per_rad rudder`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RudderCommand {
+    /// Its topic.
+    pub topic: String,
+    /// Its type.
+    #[serde(default, rename = "type")]
+    pub kind: CommandType,
+    /// The field of the type [data; data\[0\]; angular.z].
+    pub field: Option<String>,
+    /// Units of the command for a rudder of one radian; negative where the command counts the other way.
+    #[serde(default = "one")]
+    pub units_per_rad: f64,
+    /// The command of a rudder amidships.
+    #[serde(default)]
+    pub trim_units: f64,
+    /// Full rudder, rad.
+    pub limit_rad: f64,
+}
+
+/// The command that drives: `neutral_units + (units_at_full - neutral_units) thrust`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ThrustCommand {
+    /// Its topic.
+    pub topic: String,
+    /// Its type.
+    #[serde(default, rename = "type")]
+    pub kind: CommandType,
+    /// The field of the type [data; data\[0\]; linear.x].
+    pub field: Option<String>,
+    /// The command of full thrust.
+    #[serde(default = "one")]
+    pub units_at_full: f64,
+    /// The command of no thrust.
+    #[serde(default)]
+    pub neutral_units: f64,
+}
+
+/// The rudder as it is.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Feedback {
+    /// Its topic.
+    pub topic: String,
+    /// Its type.
+    #[serde(default, rename = "type")]
+    pub kind: FeedbackType,
+    /// The joint, in `sensor_msgs/JointState` only.
+    pub joint: Option<String>,
+    /// Units for a rudder of one radian.
+    #[serde(default = "one")]
+    pub units_per_rad: f64,
+    /// What it says amidships.
+    #[serde(default)]
+    pub trim_units: f64,
+    /// Is a lost message sent again?
+    #[serde(default)]
+    pub reliable: bool,
+}
+
+impl Feedback {
+    /// Rudder, rad.
+    pub fn rudder_rad(&self, units: f64) -> f64 {
+        (units - self.trim_units) / self.units_per_rad
+    }
+}
+
+/// Types of feedback.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+pub enum FeedbackType {
+    /// Positions of joints, with a stamp.
+    #[default]
+    #[serde(rename = "sensor_msgs/JointState")]
+    JointState,
+    /// A number without a stamp: the time of its arrival counts.
+    #[serde(rename = "std_msgs/Float64")]
+    Float64,
+    /// Likewise.
+    #[serde(rename = "std_msgs/Float32")]
+    Float32,
+}
+
+/// A service of `std_srvs/SetBool`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Enable {
+    /// Its name.
+    pub service: String,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// Numbers on their way to a topic.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Command<'a> {
+    /// The topic.
+    pub topic: &'a str,
+    /// Its type.
+    pub kind: CommandType,
+    /// The fields of the type, one after the other.
+    pub numbers: Vec<f64>,
+}
+
+impl RudderCommand {
+    fn field(&self) -> &str {
+        let default = self.kind.default_field("angular.z");
+        self.field.as_deref().unwrap_or(default)
+    }
+}
+
+impl ThrustCommand {
+    fn field(&self) -> &str {
+        let default = self.kind.default_field("linear.x");
+        self.field.as_deref().unwrap_or(default)
+    }
+}
+
+impl Description {
+    /// Is it one that can be used? What is wrong, and what was expected.
+    pub fn check(&self) -> Result<(), String> {
+        self.check_names()?;
+        self.check_numbers()?;
+        let (rudder, thrust) = (&self.rudder, &self.thrust);
+        for (name, kind, field) in [
+            ("rudder", rudder.kind, rudder.field()),
+            ("thrust", thrust.kind, thrust.field()),
+        ] {
+            if kind.index(field).is_none() {
+                return Err(format!(
+                    "{name}.field is {field:?}: its type has {}",
+                    kind.expected()
+                ));
+            }
+        }
+        if rudder.topic == thrust.topic
+            && (rudder.kind != thrust.kind || rudder.field() == thrust.field())
+        {
+            return Err(format!(
+                "rudder and thrust are both on {}: expected the same type and different fields",
+                rudder.topic
+            ));
+        }
+        if self.odometry.is_none() && self.imu.is_none() {
+            return Err("expected [odometry] or [imu]: the heading comes from one of them".into());
+        }
+        if let Some(feedback) = &self.feedback {
+            let needs_joint = feedback.kind == FeedbackType::JointState;
+            if needs_joint != feedback.joint.is_some() {
+                return Err(
+                    "feedback.joint: expected the name of a joint where its type is sensor_msgs/JointState, and only there"
+                        .into(),
+                );
+            }
+        }
+        Ok(())
+    }
+
+    fn check_names(&self) -> Result<(), String> {
+        let names = [
+            ("rudder.topic", Some(&self.rudder.topic)),
+            ("thrust.topic", Some(&self.thrust.topic)),
+            (
+                "odometry.topic",
+                self.odometry.as_ref().map(|odometry| &odometry.topic),
+            ),
+            ("imu.topic", self.imu.as_ref().map(|imu| &imu.topic)),
+            (
+                "feedback.topic",
+                self.feedback.as_ref().map(|feedback| &feedback.topic),
+            ),
+            (
+                "enable.service",
+                self.enable.as_ref().map(|enable| &enable.service),
+            ),
+        ];
+        for (key, name) in names {
+            if let Some(name) = name.filter(|name| !is_absolute_name(name)) {
+                return Err(format!(
+                    "{key} is {name:?}: expected a whole name of letters, digits and single underscores, as in /boat/rudder"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_numbers(&self) -> Result<(), String> {
+        let feedback = self.feedback.as_ref();
+        for (key, value, low, high) in [
+            // Above it the ports of DDS are no longer outside those that Linux gives to anybody.
+            ("domain", f64::from(self.domain), 0.0, 101.0),
+            ("command_timeout_s", self.command_timeout_s, 0.1, 5.0),
+            ("rudder.limit_rad", self.rudder.limit_rad, 0.01, 1.5),
+            (
+                "rudder.units_per_rad, either way,",
+                self.rudder.units_per_rad.abs(),
+                1e-6,
+                1e6,
+            ),
+            ("rudder.trim_units", self.rudder.trim_units, -1e6, 1e6),
+            (
+                "feedback.units_per_rad, either way,",
+                feedback.map_or(1.0, |feedback| feedback.units_per_rad.abs()),
+                1e-6,
+                1e6,
+            ),
+            ("thrust.units_at_full", self.thrust.units_at_full, -1e9, 1e9),
+            ("thrust.neutral_units", self.thrust.neutral_units, -1e9, 1e9),
+        ] {
+            if !(low..=high).contains(&value) {
+                return Err(format!("{key} is {value}: expected {low} to {high}"));
+            }
+        }
+        if self.thrust.units_at_full == self.thrust.neutral_units {
+            return Err("thrust.units_at_full is the same as neutral_units".into());
+        }
+        Ok(())
+    }
+
+    /// What a demand is on the wire, a message for each topic.
+    pub fn commands(&self, demand: Demand) -> Vec<Command<'_>> {
+        let (rudder, thrust) = (&self.rudder, &self.thrust);
+        let limited = demand.rudder_rad.clamp(-rudder.limit_rad, rudder.limit_rad);
+        let steer = rudder.trim_units + rudder.units_per_rad * limited;
+        let span = thrust.units_at_full - thrust.neutral_units;
+        let drive = thrust.neutral_units + span * demand.thrust.clamp(0.0, 1.0);
+        let mut commands: BTreeMap<&str, Command<'_>> = BTreeMap::new();
+        for (topic, kind, field, value) in [
+            (rudder.topic.as_str(), rudder.kind, rudder.field(), steer),
+            (thrust.topic.as_str(), thrust.kind, thrust.field(), drive),
+        ] {
+            let Some(index) = kind.index(field) else {
+                continue;
+            };
+            let command = commands.entry(topic).or_insert_with(|| Command {
+                topic,
+                kind,
+                numbers: vec![0.0; kind.least_numbers()],
+            });
+            if command.numbers.len() <= index {
+                command.numbers.resize(index + 1, 0.0);
+            }
+            command.numbers[index] = value;
+        }
+        commands.into_values().collect()
+    }
+
+    /// The topics of commands, each once, and their types.
+    pub fn command_topics(&self) -> Vec<(&str, CommandType)> {
+        let commands = self.commands(Demand::default());
+        commands
+            .into_iter()
+            .map(|command| (command.topic, command.kind))
+            .collect()
+    }
+}
+
+/// Is this a whole name, as the rules of ROS 2 for topics and services have it?
+fn is_absolute_name(name: &str) -> bool {
+    let is_token = |token: &str| {
+        token.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+            && token.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+            && !token.contains("__")
+    };
+    name.len() < 256
+        && name
+            .strip_prefix('/')
+            .is_some_and(|rest| rest.split('/').all(is_token))
+}

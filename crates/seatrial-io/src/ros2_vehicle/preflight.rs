@@ -1,0 +1,297 @@
+//! Before the vehicle is taken: what must be so, and the proof that the rudder answers and is let go of.
+
+use seatrial_core::Sample;
+
+use super::{Demand, Graph, NEUTRAL, RosVehicle};
+use crate::autopilot::{Check, Preflight};
+
+/// Longest wait for a vehicle, s.
+const CONNECT_S: f64 = 10.0;
+/// Time over which rates are measured, s.
+const RATES_S: f64 = 2.0;
+/// Samples may come this much slower than the plan's.
+const SLOWER: f64 = 1.5;
+/// The clock of the stamps may run this much faster or slower than ours.
+const CLOCK_RATE: f64 = 0.1;
+/// A measured rudder must come at least so often in a sample: it is held from one message to the next.
+const RUDDERS_PER_SAMPLE: f64 = 2.0;
+/// Longest wait for the vehicle's own service, s.
+const ENABLE_S: f64 = 5.0;
+/// The small wiggle, as a fraction of full rudder.
+const WIGGLE: f64 = 0.2;
+/// A measured rudder may differ from what was asked for by this, as a fraction of full.
+const ECHO: f64 = 0.05;
+/// A yaw rate that tells the rudder's sense, rad/s.
+const TELLING_RATE_RAD_S: f64 = 0.01;
+/// How long each side of the wiggle lasts, and the straight run before, s.
+const WIGGLE_S: f64 = 1.5;
+/// After this and its own timeout the vehicle must have let go, s.
+const LETS_GO_S: f64 = 0.5;
+
+impl<G: Graph> RosVehicle<G> {
+    /// Looks at the vehicle without touching its controls.
+    pub fn inspect(&mut self) -> Preflight {
+        let mut found = Preflight {
+            vehicle: "no vehicle".into(),
+            checks: Vec::new(),
+            changes: Vec::new(),
+        };
+        let source = match (&self.description.imu, &self.description.odometry) {
+            (Some(imu), _) => imu.topic.clone(),
+            (None, Some(odometry)) => odometry.topic.clone(),
+            (None, None) => String::new(),
+        };
+        if !self.wait(CONNECT_S, |vehicle| vehicle.sampler.count > 0) {
+            let text = format!(
+                "nothing came on {source} for {CONNECT_S} s: check its name and type, domain {}, the addresses and whether it is reliable",
+                self.description.domain
+            );
+            push(&mut found, "samples", false, text);
+            return found;
+        }
+        found.vehicle = format!(
+            "ROS 2, domain {}, samples of {source}",
+            self.description.domain
+        );
+        self.check_rates(&mut found);
+        let is_matched = self.wait(CONNECT_S / 2.0, |vehicle| {
+            let matched = vehicle.graph.matched();
+            matched.not_heard.is_empty()
+                && (matched.has_enable || vehicle.description.enable.is_none())
+        });
+        let matched = self.graph.matched();
+        let heard = match matched.not_heard.is_empty() {
+            true => "somebody subscribes to rudder and thrust".into(),
+            false => format!(
+                "nobody subscribes to {} with this type and quality of service",
+                matched.not_heard.join(" and ")
+            ),
+        };
+        push(&mut found, "commands", matched.not_heard.is_empty(), heard);
+        let alone = match matched.shared.is_empty() {
+            true => "nobody else publishes rudder or thrust".into(),
+            false => format!(
+                "somebody else publishes on {}: both would steer; stop it, or wait until a program that was killed is forgotten",
+                matched.shared.join(" and ")
+            ),
+        };
+        push(&mut found, "alone", matched.shared.is_empty(), alone);
+        if let Some(enable) = &self.description.enable {
+            let text = match is_matched || matched.has_enable {
+                true => format!("{} is there", enable.service),
+                false => format!("the service {} is not there", enable.service),
+            };
+            push(&mut found, "enable", matched.has_enable, text);
+        }
+        let envelope = self.settings.envelope.clone();
+        let text = envelope
+            .clone()
+            .unwrap_or_else(|| "no plan was given: its envelope must be yours".into());
+        push(&mut found, "envelope", envelope.is_some(), text);
+        found
+    }
+
+    fn check_rates(&mut self, found: &mut Preflight) {
+        self.sampler.skip();
+        let begin = (
+            self.graph.now_s(),
+            self.sampler.clock_s(),
+            self.sampler.count,
+            self.sampler.rudders,
+        );
+        self.wait(RATES_S, |_| false);
+        let (begin_s, stamp_s, count, rudders) = begin;
+        let span_s = self.graph.now_s() - begin_s;
+        let samples_hz = (self.sampler.count - count) as f64 / span_s;
+        let wanted_hz = 1.0 / self.settings.sample_interval_s;
+        let is_fast = samples_hz * SLOWER >= wanted_hz;
+        let text = format!(
+            "{samples_hz:.1} samples a second{}",
+            match is_fast {
+                true => String::new(),
+                false => format!(
+                    ", the plan has {wanted_hz:.1}: a faster source, or a longer sample_interval_s in the plan"
+                ),
+            }
+        );
+        push(found, "samples", is_fast, text);
+
+        let rate = (self.sampler.clock_s() - stamp_s) / span_s;
+        let is_sane = (rate - 1.0).abs() < CLOCK_RATE && stamp_s > 0.0;
+        let text = match is_sane {
+            true => format!("stamps run {rate:.3} times as fast as our clock"),
+            false => format!(
+                "stamps run {rate:.3} times as fast as our clock, from {stamp_s:.3} s: expected the time of the measurement in header.stamp"
+            ),
+        };
+        push(found, "clock", is_sane, text);
+
+        let mut newest: Option<Sample<f64>> = None;
+        while let Some(sample) = self.sampler.take() {
+            newest = Some(sample);
+        }
+        let is_oriented = newest.is_some_and(|sample| sample.heading_rad.is_finite());
+        let text = match newest.filter(|_| is_oriented) {
+            Some(sample) => format!(
+                "{:.1} degrees, turning {:+.3} rad/s",
+                sample.heading_rad.to_degrees().rem_euclid(360.0),
+                sample.yaw_rate_rad_s.unwrap_or(f64::NAN)
+            ),
+            None => "the orientation is no unit quaternion, or said to be unknown".into(),
+        };
+        push(found, "heading", is_oriented, text);
+
+        let Some(feedback) = &self.description.feedback else {
+            let text = "no feedback: the command is taken to be the rudder, and that the vehicle lets go of it by itself is not proven";
+            push(found, "rudder", true, text.into());
+            return;
+        };
+        let rudders_hz = (self.sampler.rudders - rudders) as f64 / span_s;
+        let is_measured = rudders_hz >= RUDDERS_PER_SAMPLE * samples_hz;
+        let text = match is_measured {
+            true => format!("measured {rudders_hz:.1} times a second"),
+            false => format!(
+                "{} has the rudder {rudders_hz:.1} times a second: expected {RUDDERS_PER_SAMPLE} in a sample, since what acts between two messages is not known; without [feedback] the command is taken",
+                feedback.topic
+            ),
+        };
+        push(found, "rudder", is_measured, text);
+    }
+
+    /// Pumps until somebody calls the enable service, or the operator gives up. `true`: agreed to.
+    pub fn is_agreed_to(&mut self) -> bool {
+        let abort = self.settings.abort.clone();
+        let is_over = |vehicle: &mut Self| {
+            vehicle.is_agreed || abort.load(std::sync::atomic::Ordering::Relaxed)
+        };
+        self.wait(f64::INFINITY, is_over);
+        self.is_agreed
+    }
+
+    /// Takes the vehicle: has it give its controls away, proves that the rudder answers with the right sense, and, where the
+    /// rudder is measured, that the vehicle lets go of it when nothing is heard from us. Unless every check passes the vehicle
+    /// must be handed back.
+    pub fn take_control(&mut self) -> Vec<Check> {
+        let mut found = Preflight {
+            vehicle: String::new(),
+            checks: Vec::new(),
+            changes: Vec::new(),
+        };
+        self.is_taken = true;
+        self.guard();
+        if self.enable(true, ENABLE_S) == Some(false) {
+            let text = "the vehicle's service did not answer, or refused";
+            push(&mut found, "enable", false, text.into());
+            return found.checks;
+        }
+        self.wiggle(&mut found);
+        if found.is_passed() && self.description.feedback.is_some() {
+            self.fall_silent(&mut found);
+        }
+        if let Some(stop) = &self.stopped {
+            push(&mut found, "vehicle", false, stop.to_string());
+        }
+        self.sampler.skip();
+        found.checks
+    }
+
+    fn guard(&mut self) {
+        self.followed_s = self.graph.now_s();
+        self.on_guard = true;
+    }
+
+    /// Asks for the same for so long; the samples of that time.
+    fn drive(&mut self, demand: Demand, duration_s: f64) -> Vec<Sample<f64>> {
+        self.sampler.skip();
+        let mut samples = Vec::new();
+        if self.stopped.is_none() {
+            self.ask(demand);
+        }
+        self.wait(duration_s, |vehicle| {
+            while let Some(sample) = vehicle.sampler.take() {
+                samples.push(sample);
+            }
+            vehicle.stopped.is_some()
+        });
+        samples
+    }
+
+    fn wiggle(&mut self, found: &mut Preflight) {
+        let limit_rad = self.description.rudder.limit_rad;
+        let thrust = self.settings.trying_thrust;
+        let late_half = |samples: &[Sample<f64>], of: &dyn Fn(&Sample<f64>) -> f64| {
+            let late = &samples[samples.len() / 2..];
+            late.iter().map(of).sum::<f64>() / late.len().max(1) as f64
+        };
+        let demand = |rudder_rad: f64| Demand { rudder_rad, thrust };
+        let mut answers = Vec::new();
+        self.drive(demand(0.0), WIGGLE_S);
+        for side in [WIGGLE, -WIGGLE] {
+            let asked_rad = side * limit_rad;
+            let samples = self.drive(demand(asked_rad), WIGGLE_S);
+            let rudder_rad = late_half(&samples, &|sample| sample.rudder_rad);
+            if self.description.feedback.is_some() {
+                let follows = (rudder_rad - asked_rad).abs() < ECHO * limit_rad;
+                let hint = match follows {
+                    true => "",
+                    false => {
+                        ": check units_per_rad and trim_units, and whether somebody else steers"
+                    }
+                };
+                let text = format!("{rudder_rad:+.3} rad for {asked_rad:+.3} rad asked{hint}");
+                push(found, "echo", follows, text);
+            }
+            answers.push(late_half(&samples, &|sample| {
+                sample.yaw_rate_rad_s.unwrap_or(0.0)
+            }));
+        }
+        let turned_rad_s = answers[0] - answers[1];
+        let sense = if self.settings.is_reversed { -1.0 } else { 1.0 };
+        let tells = turned_rad_s.abs() > 2.0 * TELLING_RATE_RAD_S;
+        let is_right = turned_rad_s * sense > 0.0;
+        let text = match (tells, is_right) {
+            (true, true) => format!(
+                "yaw rate {:+.3} and {:+.3} rad/s to the two sides",
+                answers[0], answers[1]
+            ),
+            (true, false) => format!(
+                "yaw rate {:+.3} and {:+.3} rad/s to the two sides, the wrong way round: check the sign of units_per_rad, the frame, or rudder_sense in the plan",
+                answers[0], answers[1]
+            ),
+            (false, _) => "too slow to tell; the trial itself watches it".into(),
+        };
+        push(found, "rudder sense", !tells || is_right, text);
+    }
+
+    /// What a lost process would do: the vehicle must let go of the rudder by itself.
+    fn fall_silent(&mut self, found: &mut Preflight) {
+        let asked_rad = WIGGLE * self.description.rudder.limit_rad;
+        let demand = Demand {
+            rudder_rad: asked_rad,
+            thrust: 0.0,
+        };
+        self.drive(demand, 0.5);
+        self.demand = None;
+        let begin_s = self.graph.now_s();
+        let longest_s = self.description.command_timeout_s + LETS_GO_S;
+        let lets_go = self.wait(longest_s, |vehicle| {
+            vehicle.is_rudder_neutral() || vehicle.stopped.is_some()
+        });
+        let took_s = self.graph.now_s() - begin_s;
+        if self.stopped.is_none() {
+            let text = match lets_go {
+                true => format!("without us the vehicle let go of the rudder within {took_s:.1} s"),
+                false => format!(
+                    "without us the rudder was still above {NEUTRAL} of full after {took_s:.1} s: have the vehicle time out commands, and say how fast in command_timeout_s"
+                ),
+            };
+            push(found, "lost process", lets_go, text);
+            self.ask(Demand::default());
+            self.guard();
+        }
+    }
+}
+
+fn push(found: &mut Preflight, name: &'static str, passed: bool, text: String) {
+    found.checks.push(Check { name, passed, text });
+}
