@@ -1,7 +1,8 @@
 //! The project's own commands.
 //!
 //! `cargo xtask test` runs every check in the order in which they fail fastest; `cargo xtask embedded` the one
-//! on microcontrollers alone, `cargo xtask python` that of the Python package.
+//! on microcontrollers alone, `cargo xtask python` that of the Python package. `cargo xtask ros2` checks what needs the feature
+//! `ros2`.
 
 mod c_library;
 mod embedded;
@@ -19,8 +20,10 @@ fn main() -> ExitCode {
         Some("embedded") => ExitCode::FAILURE,
         Some("python") if in_python() => ExitCode::SUCCESS,
         Some("python") => ExitCode::FAILURE,
+        Some("ros2") if on_ros2() => ExitCode::SUCCESS,
+        Some("ros2") => ExitCode::FAILURE,
         _ => {
-            eprintln!("usage: cargo xtask test|embedded|python");
+            eprintln!("usage: cargo xtask test|embedded|python|ros2");
             ExitCode::from(2)
         }
     }
@@ -91,6 +94,21 @@ fn on_microcontrollers() -> bool {
 
 fn in_python() -> bool {
     passes("Python", python::check)
+}
+
+fn on_ros2() -> bool {
+    let of_feature = |verb: &[&str], rest: &[&str]| {
+        let feature = ["-p", "seatrial-cli", "--features", "ros2"];
+        succeeds(&mut cargo(&[verb, &feature, rest].concat()))
+    };
+    passes("ROS 2", || {
+        let is_clean = of_feature(
+            &["clippy", "-p", "seatrial-io"],
+            &["--all-targets", "--", "-D", "warnings"],
+        );
+        let is_right = is_clean && of_feature(&["nextest", "run"], &["--test", "ros2"]);
+        is_right.then_some(()).ok_or("a trial over DDS".into())
+    })
 }
 
 fn passes(name: &str, check: impl FnOnce() -> Result<(), String>) -> bool {

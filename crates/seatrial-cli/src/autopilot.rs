@@ -262,7 +262,8 @@ fn keep(path: &Path, backup: &Backup) -> std::io::Result<()> {
     file.sync_all()
 }
 
-fn refuse(checks: &[Check]) -> Result<(), Failure> {
+/// Fails where a check has not passed.
+pub fn refuse(checks: &[Check]) -> Result<(), Failure> {
     let refused: Vec<&str> = checks
         .iter()
         .filter(|check| !check.passed)
@@ -294,7 +295,8 @@ fn agrees() -> Result<bool, Failure> {
     Ok(["y", "yes"].contains(&answer.trim().to_lowercase().as_str()))
 }
 
-fn limits(plan: &Plan<f64>) -> String {
+/// The limits of a plan for people.
+pub fn limits(plan: &Plan<f64>) -> String {
     let envelope = &plan.envelope;
     let area = match envelope.area.len() {
         0 => "no area".into(),
@@ -309,7 +311,8 @@ fn limits(plan: &Plan<f64>) -> String {
     )
 }
 
-fn line(check: &Check) -> String {
+/// A check for people.
+pub fn line(check: &Check) -> String {
     let mark = if check.passed { "ok      " } else { "REFUSED " };
     format!("{mark}{:15} {}", check.name, check.text)
 }

@@ -27,6 +27,7 @@ mod record;
 mod recreated;
 mod replay;
 mod report;
+mod ros2;
 mod serve;
 mod sim;
 mod sim_mavlink;

@@ -23,6 +23,7 @@ use crate::live::{Live, Parameter, Picture};
 use crate::output::{Exit, Failure, Output, say};
 use crate::pitch::{self, Axis};
 use crate::record::{self, Format, Recording};
+use crate::ros2;
 use crate::serve::{self, AccessArgs, Yard};
 use crate::table::{Table, decimals};
 use crate::vehicle::{self, Simulated};
@@ -40,7 +41,8 @@ Example:
 pub struct Args {
     /// The vehicle: sim:starfish; sim:starfish-6dof or sim:remus100 of six degrees of freedom; or sim:FILE.toml
     /// for any other; mavlink:udp:HOST:PORT, which listens there, mavlink:udpout:HOST:PORT,
-    /// mavlink:tcp:HOST:PORT or mavlink:serial:DEVICE:BAUD for an autopilot.
+    /// mavlink:tcp:HOST:PORT or mavlink:serial:DEVICE:BAUD for an autopilot; ros2:FILE.toml for a vehicle on ROS 2, which
+    /// needs a seatrial built with --features ros2.
     #[arg(long, value_name = "VEHICLE", default_value = "sim:starfish")]
     vehicle: String,
     /// Faults that befall a simulated vehicle, and sensors and sea that it meets, a TOML file as in scenarios/.
@@ -190,6 +192,8 @@ enum On<'a> {
     Simulator(Box<FaultyVehicle<Simulated>>),
     /// Behind this address.
     Autopilot(&'a str),
+    /// Described by this file.
+    Ros2(&'a Path),
 }
 
 fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
@@ -199,13 +203,17 @@ fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let handler = Arc::clone(&stop);
     ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
         .map_err(Failure::internal)?;
-    let on = match args.vehicle.strip_prefix("mavlink:") {
-        Some(address) => On::Autopilot(address),
-        None => {
+    let on = match args.vehicle.split_once(':') {
+        Some(("mavlink", address)) => On::Autopilot(address),
+        Some(("ros2", path)) => On::Ros2(Path::new(path)),
+        _ => {
             let scenario = args.scenario.as_deref();
             On::Simulator(vehicle::rehearsed(&args.vehicle, scenario, args.seed)?.into())
         }
     };
+    if !matches!(on, On::Simulator(_)) {
+        only_simulated(args)?;
+    }
     let about = Campaign {
         software_version: env!("CARGO_PKG_VERSION").into(),
         vehicle: args.vehicle.clone(),
@@ -221,6 +229,7 @@ fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
         .map(|path| Recording::start(path, Format::of(path, "--record")?))
         .transpose()?;
     let viewer = args.foxglove.as_deref().map(record::show).transpose()?;
+    let mut viewers: Vec<Box<dyn RowWriter>> = viewer.into_iter().collect();
     let plan_text = toml::to_string_pretty(&plan).map_err(Failure::internal)?;
     let server = args.serve.as_deref().map(|listen| args.server(listen));
     let server = server.transpose()?;
@@ -245,17 +254,28 @@ fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
 
     let (mut campaign, mut unsaved) = match on {
         On::Simulator(mut vehicle) => {
-            let mut bridge = Bridge::new(args, recorder, recording, viewer, shown, stop);
+            let mut bridge = Bridge::new(args, recorder, recording, viewers, shown, stop);
             let campaign = conducted(vehicle.as_mut(), plan, about, &mut bridge)?;
             let unsaved = bridge.end(&campaign);
             (campaign, unsaved)
         }
         On::Autopilot(address) => {
             let mut taken = taken(args, address, &plan, &stop)?;
-            let mut bridge = Bridge::new(args, recorder, recording, viewer, shown, stop);
+            let mut bridge = Bridge::new(args, recorder, recording, viewers, shown, stop);
             let campaign = conducted(&mut taken.autopilot, plan, about, &mut bridge)?;
             // The vehicle first: what is told and saved can wait.
             let handed_back = taken.hand_back();
+            let mut unsaved = bridge.end(&campaign);
+            unsaved.extend(handed_back);
+            (campaign, unsaved)
+        }
+        On::Ros2(path) => {
+            let is_given = args.plan.is_some();
+            let (mut vehicle, estimates) = ros2::take(path, &plan, is_given, args.yes, &stop)?;
+            viewers.push(estimates);
+            let mut bridge = Bridge::new(args, recorder, recording, viewers, shown, stop);
+            let campaign = conducted(&mut vehicle, plan, about, &mut bridge)?;
+            let handed_back = ros2::hand_back(&mut vehicle);
             let mut unsaved = bridge.end(&campaign);
             unsaved.extend(handed_back);
             (campaign, unsaved)
@@ -313,13 +333,8 @@ where
     Ok(conducted.campaign)
 }
 
-/// The autopilot at this address, ready for the trial.
-fn taken(
-    args: &Args,
-    address: &str,
-    plan: &Plan<f64>,
-    stop: &Arc<AtomicBool>,
-) -> Result<Taken, Failure> {
+/// Refuses what goes with a simulated vehicle.
+fn only_simulated(args: &Args) -> Result<(), Failure> {
     for (option, given) in [
         ("--scenario", args.scenario.is_some()),
         ("--realtime", args.realtime),
@@ -330,6 +345,16 @@ fn taken(
             )));
         }
     }
+    Ok(())
+}
+
+/// The autopilot at this address, ready for the trial.
+fn taken(
+    args: &Args,
+    address: &str,
+    plan: &Plan<f64>,
+    stop: &Arc<AtomicBool>,
+) -> Result<Taken, Failure> {
     let backup = args.logbook.with_extension("restore.toml");
     args.link
         .take(address, plan, args.plan.is_some(), args.yes, &backup, stop)
@@ -364,7 +389,7 @@ fn exit(campaign: &Campaign, plan: &Plan<f64>, unsaved: bool) -> Exit {
 struct Bridge {
     keeper: Keeper,
     recording: Option<Recording>,
-    viewer: Option<Box<dyn RowWriter>>,
+    viewers: Vec<Box<dyn RowWriter>>,
     shown: Option<Shown>,
     unsaved: Vec<String>,
     live: Live,
@@ -379,14 +404,14 @@ impl Bridge {
         args: &Args,
         recorder: Recorder,
         recording: Option<Recording>,
-        viewer: Option<Box<dyn RowWriter>>,
+        viewers: Vec<Box<dyn RowWriter>>,
         shown: Option<Shown>,
         stop: Arc<AtomicBool>,
     ) -> Self {
         Self {
             keeper: Keeper::new(recorder),
             recording,
-            viewer,
+            viewers,
             shown,
             unsaved: Vec::new(),
             live: Live::start(),
@@ -515,7 +540,7 @@ impl Watch for Bridge {
         }
         let row = self.row(step, trial);
         self.record(|recording| recording.take(row));
-        if let Some(viewer) = &mut self.viewer {
+        for viewer in &mut self.viewers {
             // A row without a time cannot be shown; the logbook has it.
             let _ = viewer.write(&row);
         }
@@ -531,7 +556,7 @@ impl Watch for Bridge {
     fn wants_intervals(&self) -> bool {
         self.live.is_terminal()
             || self.recording.is_some()
-            || self.viewer.is_some()
+            || !self.viewers.is_empty()
             || self.shown.is_some()
     }
 

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use crate::autopilot::{self, LinkArgs};
 use crate::output::{Exit, Failure, Output};
+use crate::ros2;
 use crate::trial::load_plan;
 
 /// Look at an autopilot before a trial, or put it back after a trial that was cut short.
@@ -34,7 +35,8 @@ enum What {
 
 #[derive(clap::Args, Debug)]
 struct CheckArgs {
-    /// The vehicle: mavlink:udp:HOST:PORT, mavlink:udpout:HOST:PORT, mavlink:tcp:HOST:PORT or mavlink:serial:DEVICE:BAUD.
+    /// The vehicle: mavlink:udp:HOST:PORT, mavlink:udpout:HOST:PORT, mavlink:tcp:HOST:PORT, mavlink:serial:DEVICE:BAUD
+    /// or ros2:FILE.toml.
     #[arg(long, value_name = "VEHICLE")]
     vehicle: String,
     /// The plan, a TOML file as `seatrial plan` writes it.
@@ -93,10 +95,13 @@ fn check(args: &CheckArgs, output: &Output) -> Result<Exit, Failure> {
     Trial::new(plan).map_err(Failure::input)?;
     let abort = Arc::new(AtomicBool::new(false));
     let is_given = args.plan.is_some();
-    let mut autopilot = args
-        .link
-        .open(address(&args.vehicle)?, Some(&plan), is_given, &abort)?;
-    let preflight = autopilot.inspect();
+    let preflight = match args.vehicle.strip_prefix("ros2:") {
+        Some(path) => ros2::inspect(Path::new(path), &plan, is_given)?,
+        None => args
+            .link
+            .open(address(&args.vehicle)?, Some(&plan), is_given, &abort)?
+            .inspect(),
+    };
     let checked = Checked {
         schema: "seatrial.preflight.v1",
         ready: preflight.is_passed(),

@@ -1,0 +1,295 @@
+//! Whole trials on a vehicle that another implementation of DDS plays, over the loopback alone.
+#![cfg(all(feature = "ros2", unix))]
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, Output, Stdio};
+use std::sync::mpsc;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use seatrial::logbook::Logbook;
+use serde_json::Value;
+
+/// What the vehicle is; see vehicle.py.
+const TRUTH: [f64; 3] = [-1.3, 1.5, 0.02];
+
+const PLAN: &str = "\
+thrusts = [0.7]
+max_repeats = 0
+[settle]
+at_least_s = 1.5
+steady_for_s = 1.0
+at_most_s = 6.0
+[training]
+lead_in_s = 1.0
+observe_s = 6.0
+[training.excitation.doublet]
+amplitude_rad = 0.26
+period_s = 3.0
+[validation]
+lead_in_s = 1.0
+observe_s = 5.0
+[validation.excitation.doublet]
+amplitude_rad = 0.15
+period_s = 3.0
+";
+
+const VEHICLE: &str = "\
+listens_on_all_addresses = true
+services = 'cyclonedds'
+command_timeout_s = 0.5
+[odometry]
+topic = '/odom'
+[rudder]
+topic = '/rudder/command'
+units_per_rad = -57.29577951308232
+limit_rad = 0.35
+[thrust]
+topic = '/thrust/command'
+[feedback]
+topic = '/joint_states'
+joint = 'rudder'
+units_per_rad = -57.29577951308232
+[enable]
+service = '/boat/enable'
+";
+
+/// The Python that has cyclonedds: SEATRIAL_PYTHON, or the one that `.ci/run` has made.
+fn python() -> Option<PathBuf> {
+    let made = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../target/python/bin/python"
+    );
+    let path = std::env::var_os("SEATRIAL_PYTHON").map_or_else(|| made.into(), PathBuf::from);
+    let import = Command::new(&path)
+        .args(["-c", "import cyclonedds"])
+        .output();
+    if import.is_ok_and(|output| output.status.success()) {
+        return Some(path);
+    }
+    let missing = format!("no Python with cyclonedds at {}", path.display());
+    assert!(std::env::var_os("CI").is_none(), "{missing}");
+    eprintln!("SKIPPED: {missing} (set SEATRIAL_PYTHON)");
+    None
+}
+
+/// A vehicle of another process.
+struct Peer {
+    process: Child,
+    input: ChildStdin,
+    lines: mpsc::Receiver<String>,
+}
+
+impl Peer {
+    fn start(python: &Path, domain: u16, mishap: &str) -> Self {
+        let mut process = Command::new(python)
+            .arg(concat!(
+                env!("CARGO_MANIFEST_DIR"),
+                "/tests/ros2/vehicle.py"
+            ))
+            .args([&domain.to_string(), mishap, "0.5"])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let (sender, lines) = mpsc::channel();
+        let output = BufReader::new(process.stdout.take().unwrap());
+        std::thread::spawn(move || {
+            for line in output.lines().map_while(Result::ok) {
+                let _ = sender.send(line);
+            }
+        });
+        let peer = Self {
+            input: process.stdin.take().unwrap(),
+            process,
+            lines,
+        };
+        peer.wait_for("ready");
+        peer
+    }
+
+    fn wait_for(&self, line: &str) {
+        // Settling may take a while on a machine that has other things to do.
+        let wait = Duration::from_secs(60);
+        while self.lines.recv_timeout(wait).unwrap() != line {}
+    }
+
+    /// Ends it; what it saw.
+    fn seen(mut self) -> Value {
+        let _ = writeln!(self.input);
+        let _ = self.process.wait();
+        let last = self.lines.iter().last().unwrap();
+        serde_json::from_str(&last).unwrap()
+    }
+}
+
+/// A trial in a folder of its own.
+struct Trial {
+    folder: tempfile::TempDir,
+    process: Child,
+}
+
+impl Trial {
+    fn start(domain: u16, plan: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            path
+        };
+        let vehicle = file("boat.toml", &format!("domain = {domain}\n{VEHICLE}"));
+        let process = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+            .args(["trial", "--json", "--yes", "--vehicle"])
+            .arg(format!("ros2:{}", vehicle.display()))
+            .arg("--plan")
+            .arg(file("plan.toml", plan))
+            .arg("--logbook")
+            .arg(folder.path().join("seatrial.db"))
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        Self { folder, process }
+    }
+
+    fn logbook(folder: &Path) -> PathBuf {
+        folder.join("seatrial.db")
+    }
+
+    fn end(self) -> (tempfile::TempDir, Output) {
+        (self.folder, self.process.wait_with_output().unwrap())
+    }
+}
+
+fn now_s() -> f64 {
+    SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .unwrap()
+        .as_secs_f64()
+}
+
+/// Aborted with every sample kept, rudder and thrust neutral on the wire within a second, the controls taken back.
+fn is_handed_back(trial: Trial, peer: Peer, at_s: Option<f64>, reason: &str) {
+    let (folder, output) = trial.end();
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(5), "{told}");
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(document["outcome"]["state"], "aborted", "{told}");
+    assert!(told.contains(reason), "{told}");
+    assert!(told.contains("rudder seen neutral"), "{told}");
+    let logbook = Logbook::open_read_only(&Trial::logbook(folder.path())).unwrap();
+    let verified = logbook.verify().unwrap();
+    assert_eq!(verified.damage, []);
+    let seen = peer.seen();
+    assert_eq!(seen["last_rudder"].as_f64().unwrap(), 0.0, "{seen}");
+    assert_eq!(seen["last_thrust"].as_f64().unwrap(), 0.0, "{seen}");
+    assert_eq!(seen["enables"], serde_json::json!([true, false]), "{seen}");
+    let at_s = at_s.unwrap_or_else(|| seen["mishap_at"].as_f64().unwrap());
+    let steered_s = seen["steered_at"].as_f64().unwrap() - at_s;
+    assert!(steered_s < 1.0, "steered for {steered_s} s after it");
+}
+
+#[test]
+fn recover_a_vehicle_played_by_cyclonedds() {
+    let Some(python) = python() else {
+        return;
+    };
+    let peer = Peer::start(&python, 41, "none");
+    let (folder, output) = Trial::start(41, PLAN).end();
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{told}");
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let found = &document["runs"][0]["identification"]["refined"];
+    for (name, truth) in ["a22_per_s", "b2_per_s2"].into_iter().zip(TRUTH) {
+        let error = found[name].as_f64().unwrap() / truth - 1.0;
+        eprintln!("{name}: {:+.2} %", 100.0 * error);
+        // What the issue asks for; sleeps of the machine are what it is made of.
+        assert!(error.abs() < 0.05, "{name} {found}");
+    }
+    let replay = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        .args(["replay", "--json"])
+        .arg(Trial::logbook(folder.path()))
+        .output()
+        .unwrap();
+    assert_eq!(replay.status.code(), Some(0), "{replay:?}");
+    let replay: Value = serde_json::from_slice(&replay.stdout).unwrap();
+    assert_eq!(replay["identical"], true);
+    let seen = peer.seen();
+    assert_eq!(seen["enables"], serde_json::json!([true, false]), "{seen}");
+    assert_eq!(seen["last_rudder"].as_f64().unwrap(), 0.0, "{seen}");
+    assert_eq!(seen["last_thrust"].as_f64().unwrap(), 0.0, "{seen}");
+    assert!(seen["estimates"].as_u64().unwrap() > 50, "{seen}");
+    let last = seen["estimate"]["a22_per_s"].as_f64().unwrap();
+    assert!(last < 0.0, "{seen}");
+    let diagnoses = seen["diagnoses"].to_string();
+    assert!(diagnoses.contains("the trial has rudder"), "{diagnoses}");
+}
+
+#[test]
+fn io_a_service_ends_the_trial() {
+    let Some(python) = python() else {
+        return;
+    };
+    for (domain, mishap, service) in [
+        (42, "abort", "/seatrial/abort"),
+        (43, "disable", "/seatrial/enable"),
+    ] {
+        let peer = Peer::start(&python, domain, mishap);
+        let trial = Trial::start(domain, PLAN);
+        is_handed_back(trial, peer, None, &format!("{service} was called"));
+    }
+}
+
+#[test]
+fn io_a_second_publisher_ends_the_trial() {
+    let Some(python) = python() else {
+        return;
+    };
+    let peer = Peer::start(&python, 44, "second");
+    is_handed_back(
+        Trial::start(44, PLAN),
+        peer,
+        None,
+        "somebody else publishes",
+    );
+}
+
+#[test]
+fn io_sigterm_leaves_a_neutral_rudder_on_the_wire() {
+    let Some(python) = python() else {
+        return;
+    };
+    let peer = Peer::start(&python, 45, "none");
+    let trial = Trial::start(45, PLAN);
+    peer.wait_for("training");
+    std::thread::sleep(Duration::from_millis(300));
+    let at_s = now_s();
+    let killed = Command::new("kill")
+        .args(["-TERM", &trial.process.id().to_string()])
+        .status();
+    assert!(killed.unwrap().success());
+    is_handed_back(trial, peer, Some(at_s), "handed back");
+}
+
+/// The vehicle's process is gone in the doublet: the trial ends, and everything up to then is kept.
+#[test]
+fn io_a_vehicle_that_is_gone_ends_the_trial() {
+    let Some(python) = python() else {
+        return;
+    };
+    let peer = Peer::start(&python, 46, "killed");
+    let (folder, output) = Trial::start(46, PLAN).end();
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(5), "{told}");
+    assert!(told.contains("no sample has come"), "{told}");
+    assert!(told.contains("NOT SEEN NEUTRAL"), "{told}");
+    let seen = peer.seen();
+    let logbook = Logbook::open_read_only(&Trial::logbook(folder.path())).unwrap();
+    assert_eq!(logbook.verify().unwrap().damage, []);
+    let replay = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        .arg("replay")
+        .arg(Trial::logbook(folder.path()))
+        .status();
+    assert!(replay.unwrap().success());
+    assert!(seen["rudders"].as_u64().unwrap() > 50, "{seen}");
+}

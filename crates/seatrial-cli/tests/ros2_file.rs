@@ -1,0 +1,55 @@
+//! Files that describe a vehicle on ROS 2.
+
+use std::process::{Command, Output};
+
+const VEHICLE: &str = "\
+command_timeout_s = 0.5
+[odometry]
+topic = '/odom'
+[rudder]
+topic = '/rudder/command'
+limit_rad = 0.35
+[thrust]
+topic = '/thrust/command'
+";
+
+fn check(description: &str) -> Output {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("boat.toml");
+    std::fs::write(&path, description).unwrap();
+    Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        .args(["vehicle", "check", "--vehicle"])
+        .arg(format!("ros2:{}", path.display()))
+        .output()
+        .unwrap()
+}
+
+#[test]
+fn cli_a_file_that_describes_no_vehicle_is_told_where() {
+    for (from, to, expected) in [
+        ("'/odom'", "'odom'", "odometry.topic is \"odom\""),
+        ("0.35", "0.35\ntype = 'std_msgs/Int8'", "std_msgs/Int8"),
+        ("0.35", "0.1", "more than rudder.limit_rad"),
+        ("[thrust]", "[trust]", "trust"),
+        ("0.5", "50.0", "command_timeout_s is 50: expected 0.1 to 5"),
+    ] {
+        let output = check(&VEHICLE.replace(from, to));
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert!(told.contains("boat.toml"), "{told}");
+        assert!(told.contains(expected), "{expected}: {told}");
+        assert!(matches!(output.status.code(), Some(2 | 3)), "{told}");
+    }
+}
+
+/// Without the feature it is said how to get it; with it, that DDS listens everywhere must be agreed to first.
+#[test]
+fn cli_ros_2_is_never_joined_unasked() {
+    let output = check(VEHICLE);
+    let told = String::from_utf8_lossy(&output.stderr);
+    let (code, expected) = match cfg!(feature = "ros2") {
+        true => (3, "listens_on_all_addresses"),
+        false => (2, "--features ros2"),
+    };
+    assert_eq!(output.status.code(), Some(code), "{told}");
+    assert!(told.contains(expected), "{told}");
+}
