@@ -62,6 +62,11 @@ impl Heard {
         self.vehicle == Some(sender)
     }
 
+    /// The sticks are the pilot's as they are now.
+    pub fn note_sticks(&mut self) {
+        self.sticks = self.remote_control.map(|channels| channels.pulses);
+    }
+
     pub fn ask_clock(&mut self, here_ns: i64, clock_s: f64) {
         self.asked.push_back((here_ns, clock_s));
         if self.asked.len() > UNANSWERED {

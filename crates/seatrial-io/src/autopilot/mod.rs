@@ -125,20 +125,25 @@ pub struct Autopilot<W: Wire> {
     demands: VecDeque<(f64, f64)>,
     followed_s: f64,
     beat_s: f64,
-    /// When bytes were last looked for.
+    /// When bytes were last looked for, and since when without a break.
     pumped_s: f64,
+    resumed_s: f64,
     /// When an attitude last came.
     heard_s: f64,
     response: Response,
     /// Are the vehicle's doings a reason to give it back?
     on_guard: bool,
     stopped: Option<Stop>,
+    /// Do we keep silent to prove what becomes of the rudder then? What would stop a trial waits until that is over.
+    is_proving: bool,
+    missed: Option<Stop>,
     backup: Option<Backup>,
 }
 
 impl<W: Wire> Autopilot<W> {
     /// Behind this wire.
     pub fn new(wire: W, settings: Settings, signing: Option<Signing>) -> Self {
+        let heard_s = wire.now_s();
         let sender = Sender {
             system: settings.system_id,
             // MAV_COMP_ID_MISSIONPLANNER, as ground stations have.
@@ -164,10 +169,13 @@ impl<W: Wire> Autopilot<W> {
             followed_s: 0.0,
             beat_s: f64::NEG_INFINITY,
             pumped_s: f64::NEG_INFINITY,
-            heard_s: 0.0,
+            resumed_s: 0.0,
+            heard_s,
             response: Response::default(),
             on_guard: false,
             stopped: None,
+            is_proving: false,
+            missed: None,
             backup: None,
             settings,
         }

@@ -117,7 +117,7 @@ impl<W: Wire> Autopilot<W> {
 impl<W: Wire> Vehicle<f64> for Autopilot<W> {
     type Error = Stop;
 
-    /// What came before a stop still comes after it.
+    /// What came before a stop still comes after it. `None`: the vehicle is not ours.
     fn next_sample(&mut self) -> Result<Option<Sample<f64>>, Stop> {
         loop {
             let now_s = self.wire.now_s();
@@ -125,8 +125,11 @@ impl<W: Wire> Vehicle<f64> for Autopilot<W> {
             if let Some(sample) = self.sampler.take() {
                 return Ok(Some(sample));
             }
-            if let Some(stop) = self.stopped.clone().or_else(|| self.silence(now_s)) {
-                return Err(stop);
+            if let Some(stop) = &self.stopped {
+                return Err(stop.clone());
+            }
+            if !self.on_guard {
+                return Ok(None);
             }
             self.pump(now_s + WAIT_S);
         }

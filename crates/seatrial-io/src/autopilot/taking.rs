@@ -7,7 +7,7 @@ use seatrial_core::Sample;
 use super::hand_back::NEUTRAL;
 use super::preflight::LONGEST_OVERRIDE_S;
 use super::profile::Demand;
-use super::{Autopilot, Backup, Change, Check, Preflight, Stored};
+use super::{Autopilot, Backup, Change, Check, Preflight, Stop, Stored};
 use crate::link::Wire;
 
 /// Longest wait for one change, s.
@@ -80,6 +80,7 @@ impl<W: Wire> Autopilot<W> {
     fn enter_mode(&mut self, found: &mut Preflight) -> bool {
         let Some(mode) = self.profile().steering_mode() else {
             self.heard.our_mode = self.heard.mode();
+            self.heard.note_sticks();
             self.guard();
             return true;
         };
@@ -96,6 +97,7 @@ impl<W: Wire> Autopilot<W> {
         );
         if is_set {
             self.heard.our_mode = Some(mode);
+            self.heard.note_sticks();
             self.guard();
         }
         is_set
@@ -103,7 +105,6 @@ impl<W: Wire> Autopilot<W> {
 
     fn guard(&mut self) {
         self.heard.failsafe = None;
-        self.heard.sticks = self.heard.remote_control.map(|channels| channels.pulses);
         self.followed_s = self.wire.now_s();
         self.on_guard = true;
     }
@@ -112,6 +113,9 @@ impl<W: Wire> Autopilot<W> {
     fn drive(&mut self, steer: f64, thrust: f64, duration_s: f64) -> Vec<Sample<f64>> {
         self.sampler.skip();
         let mut samples: Vec<Sample<f64>> = Vec::new();
+        if self.stopped.is_some() {
+            return samples;
+        }
         let end_s = self.wire.now_s() + 2.0 * duration_s + 3.0;
         self.ask(Demand { steer, thrust });
         while self.wire.now_s() < end_s && self.stopped.is_none() {
@@ -188,7 +192,10 @@ impl<W: Wire> Autopilot<W> {
             .clock
             .map_or(0.0, |(round_trip_s, _)| round_trip_s);
         self.drive(WIGGLE, 0.0, 1.0 + 2.0 * late_s);
-        self.on_guard = false;
+        if self.stopped.is_some() {
+            return;
+        }
+        (self.on_guard, self.is_proving) = (false, true);
         self.demand = None;
         let start_s = self.sampler.clock_s();
         let longest_s = LONGEST_OVERRIDE_S + late_s + 0.3;
@@ -208,18 +215,24 @@ impl<W: Wire> Autopilot<W> {
                 ),
             },
         );
-        // Its failsafe may have changed the mode, as it should.
         self.ask(Demand::default());
-        let is_back = match self.heard.our_mode {
-            Some(mode) => {
-                self.wait(1.2, |autopilot| autopilot.heard.is_critical());
-                self.set_mode(mode, CHANGE_S)
+        // Its failsafe may have changed the mode, as it should; a heartbeat tells.
+        self.wait(1.2, |autopilot| autopilot.heard.is_critical());
+        self.is_proving = false;
+        let is_failsafe = self.heard.is_critical() || self.heard.failsafe.is_some();
+        let moved = self.heard.mode().filter(|_| !is_failsafe);
+        let moved = moved.filter(|mode| self.heard.our_mode.is_some_and(|ours| ours != *mode));
+        if let Some(stop) = self.missed.take().or(moved.map(Stop::PilotMode)) {
+            self.on_guard = true;
+            self.stop_on_guard(stop);
+            return;
+        }
+        if let Some(mode) = self.heard.our_mode.filter(|_| is_failsafe) {
+            let is_back = self.set_mode(mode, CHANGE_S)
+                && self.wait(CHANGE_S, |autopilot| !autopilot.heard.is_critical());
+            if !is_back {
+                found.check("mode", false, "it did not come back from its failsafe");
             }
-            None => true,
-        };
-        let is_well = self.wait(CHANGE_S, |autopilot| !autopilot.heard.is_critical());
-        if !is_back || !is_well {
-            found.check("mode", false, "it did not come back from its failsafe");
         }
         self.guard();
     }

@@ -30,8 +30,7 @@ impl<W: Wire> Autopilot<W> {
     pub(super) fn pump(&mut self, until_s: f64) -> bool {
         let now_s = self.wire.now_s();
         if now_s - self.pumped_s > REPEAT_S {
-            // Nobody listened: that is no silence of the vehicle's.
-            self.heard_s = now_s;
+            self.resumed_s = now_s;
         }
         if now_s - self.beat_s >= HEARTBEAT_S {
             self.beat(now_s);
@@ -54,7 +53,7 @@ impl<W: Wire> Autopilot<W> {
                 self.hear(frame.sender, &message, now_s);
             }
         }
-        if let Some(stop) = self.silence(now_s).or(self.absence(now_s)) {
+        if let Some(stop) = self.silence(has_come).or(self.absence(now_s)) {
             self.stop_on_guard(stop);
         }
         has_come
@@ -79,8 +78,13 @@ impl<W: Wire> Autopilot<W> {
         });
     }
 
-    pub(super) fn silence(&self, now_s: f64) -> Option<Stop> {
-        let silent_s = now_s - self.heard_s;
+    /// What came while nobody listened waits to be read; until it is, the silence begins when we listen again.
+    fn silence(&self, has_come: bool) -> Option<Stop> {
+        let since_s = match has_come {
+            true => self.heard_s.max(self.resumed_s),
+            false => self.heard_s,
+        };
+        let silent_s = self.pumped_s - since_s;
         (silent_s > SILENCE_S).then_some(Stop::Silence(silent_s))
     }
 
@@ -147,7 +151,9 @@ impl<W: Wire> Autopilot<W> {
     }
 
     pub(super) fn stop_on_guard(&mut self, stop: Stop) {
-        if self.on_guard && self.stopped.is_none() {
+        if self.is_proving {
+            self.missed.get_or_insert(stop);
+        } else if self.on_guard && self.stopped.is_none() {
             self.stopped = Some(stop);
             self.sampler.is_closed = true;
             self.let_go();
