@@ -168,7 +168,6 @@ impl Told {
         let refined = &self.document["runs"][0]["identification"]["refined"];
         for (name, truth) in [("a22_per_s", A22_PER_S), ("b2_per_s2", B2_PER_S2)] {
             let found = refined[name].as_f64().expect(&self.errors);
-            eprintln!("{name}: {found:.4}");
             assert!(
                 (found / truth - 1.0).abs() < 0.05,
                 "{name}: {found} for {truth}"
@@ -178,8 +177,10 @@ impl Told {
 }
 
 /// A whole trial that nothing befalls but weather.
-fn finishes(is_tcp: bool, options: &[&str]) -> Option<Told> {
-    let scene = Scene::new(is_tcp, options)?;
+fn finishes(is_tcp: bool, options: &[&str]) {
+    let Some(scene) = Scene::new(is_tcp, options) else {
+        return;
+    };
     let output = scene.trial();
     let errors = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{options:?}: {errors}");
@@ -187,48 +188,33 @@ fn finishes(is_tcp: bool, options: &[&str]) -> Option<Told> {
     assert!(!scene.has_backup(), "{options:?}");
     let told = scene.end(&output);
     told.assert_as_before();
+    // Of heartbeats that are lost none is told.
     if !options.contains(&"--loss") {
         told.assert_heartbeats();
     }
     assert_eq!(told.boat["mode"], 4, "it was in HOLD before");
+    // Neither the forged mode nor the forged heading was believed.
+    let is_forged = options.contains(&"unsigned");
+    assert_eq!(told.boat["happened_s"].is_number(), is_forged);
     told.assert_near();
-    Some(told)
 }
 
 #[test]
-fn val_pymavlink_vehicle_over_udp() {
-    finishes(false, &[]);
-}
-
-#[test]
-fn val_pymavlink_vehicle_over_tcp_with_a_lagging_rudder() {
-    finishes(true, &["--lag", "0.15"]);
-}
-
-/// Neither the forged mode nor the forged heading is believed; the key is in nothing that is told or kept.
-#[test]
-fn val_pymavlink_vehicle_with_signing() {
-    let options = ["--key", "key", "--mishap", "unsigned"];
-    let Some(told) = finishes(true, &options) else {
-        return;
-    };
-    assert!(told.boat["happened_s"].is_number());
-    assert!(!told.errors.contains(&KEY[..16]), "{}", told.errors);
-}
-
-#[test]
-fn val_pymavlink_vehicle_through_disorder() {
-    finishes(false, &["--disorder", "0.1"]);
-}
-
-#[test]
-fn val_pymavlink_vehicle_through_latency() {
-    finishes(false, &["--latency", "0.5"]);
-}
-
-#[test]
-fn val_pymavlink_vehicle_through_loss() {
-    finishes(false, &["--loss", "0.3"]);
+fn val_pymavlink_whole_trials_find_the_truth() {
+    let trials: [(bool, &[&str]); 6] = [
+        (false, &[]),
+        (true, &["--lag", "0.15"]),
+        (true, &["--key", "key", "--mishap", "unsigned"]),
+        (false, &["--disorder", "0.1"]),
+        (false, &["--latency", "0.5"]),
+        (false, &["--loss", "0.3"]),
+    ];
+    // They wait most of the time.
+    std::thread::scope(|scope| {
+        for (is_tcp, options) in trials {
+            scope.spawn(move || finishes(is_tcp, options));
+        }
+    });
 }
 
 /// A mishap in mid doublet ends the trial for this reason; the rudder is asked for no longer than a second.
@@ -241,13 +227,8 @@ fn ends_for(mishap: &str, is_tcp: bool, reason: &str) {
     assert_eq!(scene.has_backup(), is_cut, "{mishap}");
     if is_cut {
         scene.bring_back();
-        let restored = scene.seatrial(&[
-            "vehicle",
-            "restore",
-            "seatrial.restore.toml",
-            "--vehicle",
-            &scene.address,
-        ]);
+        let backup = "seatrial.restore.toml";
+        let restored = scene.seatrial(&["vehicle", "restore", backup, "--vehicle", &scene.address]);
         let errors = String::from_utf8_lossy(&restored.stderr);
         assert_eq!(restored.status.code(), Some(0), "{errors}");
         assert!(!scene.has_backup());
@@ -259,8 +240,8 @@ fn ends_for(mishap: &str, is_tcp: bool, reason: &str) {
     let held_s = told.boat["held_s"].as_f64().unwrap();
     assert!(held_s <= 1.0, "{mishap}: held for {held_s} s");
     assert!(told.boat["happened_s"].is_number(), "{mishap}");
+    told.assert_as_before();
     if !is_cut {
-        told.assert_as_before();
         told.assert_heartbeats();
     }
     let stages = &told.document["runs"][0]["stages"];
@@ -268,33 +249,21 @@ fn ends_for(mishap: &str, is_tcp: bool, reason: &str) {
 }
 
 #[test]
-fn val_pymavlink_pilots_have_the_last_word() {
-    for (mishap, reason) in [
-        ("mode", "mode_changed"),
-        ("stick", "stick_moved"),
-        ("disarm", "disarmed"),
-        ("station", "second_station"),
-    ] {
-        ends_for(mishap, false, reason);
-    }
-}
-
-#[test]
-fn val_pymavlink_vehicles_in_trouble_are_given_back() {
-    for (mishap, reason) in [
-        ("battery", "low_battery"),
-        ("failsafe", "failsafe"),
-        ("reboot", "restarted"),
-    ] {
-        ends_for(mishap, true, reason);
-    }
-}
-
-#[test]
-fn val_pymavlink_a_link_that_breaks_in_mid_doublet() {
+fn val_pymavlink_mishaps_in_mid_doublet_give_the_vehicle_back() {
+    let mishaps = [
+        ("mode", false, "mode_changed"),
+        ("stick", false, "stick_moved"),
+        ("disarm", false, "disarmed"),
+        ("station", false, "second_station"),
+        ("battery", true, "low_battery"),
+        ("failsafe", true, "failsafe"),
+        ("reboot", true, "restarted"),
+        ("cut", false, "link_lost"),
+        ("cut", true, "link_lost"),
+    ];
     std::thread::scope(|scope| {
-        for is_tcp in [false, true] {
-            scope.spawn(move || ends_for("cut", is_tcp, "link_lost"));
+        for (mishap, is_tcp, reason) in mishaps {
+            scope.spawn(move || ends_for(mishap, is_tcp, reason));
         }
     });
 }

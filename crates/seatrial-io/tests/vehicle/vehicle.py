@@ -25,8 +25,9 @@ STEP = 0.01
 PER_ATTITUDE = 5
 PER_OUTPUT = 2
 MANUAL, HOLD = 0, 4
-# Wall time in which a command must answer an attitude, s.
+# Wall time in which a command must answer an attitude, s: while there are commands, and otherwise.
 ANSWER = 0.02
+ALONE = 0.004
 # Of full rudder: beyond this it is a doublet.
 DOUBLET = 0.4
 
@@ -39,7 +40,6 @@ options.add_argument("--loss", type=float, default=0.0)
 options.add_argument("--disorder", type=float, default=0.0, help="share of datagrams doubled or followed by garbage, then shuffled")
 options.add_argument("--latency", type=float, default=0.0, help="there and back together, s")
 options.add_argument("--mishap", default="none")
-options.add_argument("--pace", type=float, default=0.0, help="wall time of an attitude at least, s")
 options = options.parse_args()
 
 draw = random.Random(5)
@@ -155,7 +155,6 @@ class Boat:
         self.override, self.override_time = None, -9.0
         self.heading, self.rate, self.fin, self.speed = 0.3, 0.0, 0.0, 0.0
         self.aux, self.battery = 1500, 80
-        self.is_heard = False
 
     def refuse(self, link, message_id):
         self.refused += 1
@@ -180,7 +179,6 @@ class Boat:
     def hear(self, message):
         kind = message.get_type()
         link = self.link
-        self.is_heard = True
         if kind == "HEARTBEAT":
             now = time.monotonic()
             if self.beat_wall:
@@ -311,11 +309,12 @@ class Boat:
 
     def answer(self):
         """Waits for the command that answers the attitude, not for ever."""
-        end = time.monotonic() + max(ANSWER, options.pace)
+        is_commanded = self.time - self.override_time < 0.5
+        end = time.monotonic() + (ANSWER if is_commanded else ALONE)
         self.commanded = False
         while not self.over:
             left = end - time.monotonic()
-            if left <= 0 or (self.commanded and not options.pace):
+            if left <= 0 or self.commanded:
                 return
             self.listen(left)
 
