@@ -18,8 +18,9 @@ const PLAN: &str = "thrusts = [0.6]\n";
 /// Injections where nobody says how many, and how many are under way at a time.
 const INJECTIONS: u32 = 26;
 const WORKERS: u32 = 26;
-/// From the first command of the preflight's wiggle until a little before the trial's end, s of the vehicle.
-const LIFE_S: f64 = 52.0;
+/// From the first command of the preflight's wiggle until so long before the trial's end that whatever comes ends it, s of the
+/// vehicle.
+const LIFE_S: f64 = 49.0;
 /// The logbook is written once in a second; a sample is complete with the next, and one may be under way.
 const KILLED_LOSES_S: f64 = 1.2;
 const STOPPED_LOSES_S: f64 = 0.2;
