@@ -1,11 +1,12 @@
 //! The project's own commands.
 //!
 //! `cargo xtask test` runs every check in the order in which they fail fastest; `cargo xtask embedded` the one
-//! on microcontrollers alone, `cargo xtask python` that of the Python package. `cargo xtask ros2` checks what needs the feature
-//! `ros2`.
+//! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask instructions` that of the kernels'
+//! speed. `cargo xtask ros2` checks what needs the feature `ros2`.
 
 mod c_library;
 mod embedded;
+mod instructions;
 mod python;
 
 use std::process::{Command, ExitCode};
@@ -22,8 +23,10 @@ fn main() -> ExitCode {
         Some("python") => ExitCode::FAILURE,
         Some("ros2") if on_ros2() => ExitCode::SUCCESS,
         Some("ros2") => ExitCode::FAILURE,
+        Some("instructions") if in_few_instructions() => ExitCode::SUCCESS,
+        Some("instructions") => ExitCode::FAILURE,
         _ => {
-            eprintln!("usage: cargo xtask test|embedded|python|ros2");
+            eprintln!("usage: cargo xtask test|embedded|python|ros2|instructions");
             ExitCode::from(2)
         }
     }
@@ -81,7 +84,7 @@ fn test() -> ExitCode {
         }
         eprintln!("== {name} passed in {:.0} s", start.elapsed().as_secs_f64());
     }
-    if !on_microcontrollers() || !in_python() {
+    if !in_few_instructions() || !on_microcontrollers() || !in_python() {
         return ExitCode::FAILURE;
     }
     eprintln!("== all passed in {:.0} s", begin.elapsed().as_secs_f64());
@@ -90,6 +93,10 @@ fn test() -> ExitCode {
 
 fn on_microcontrollers() -> bool {
     passes("microcontrollers", embedded::check)
+}
+
+fn in_few_instructions() -> bool {
+    passes("instructions", instructions::check)
 }
 
 fn in_python() -> bool {
