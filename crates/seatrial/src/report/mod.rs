@@ -262,7 +262,7 @@ struct Page {
 }
 
 impl Page {
-    const STYLE: &'static str = include_str!("style.css");
+    const STYLE: &'static str = concat!(include_str!("tokens.css"), include_str!("style.css"));
     const SCRIPT: &'static str = include_str!("theme.js");
 
     fn text(&self) -> String {
