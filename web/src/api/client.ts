@@ -1,0 +1,136 @@
+//! Requests to the server. The types come from its OpenAPI document.
+
+import type { components } from "./schema.ts";
+
+type Schemas = components["schemas"];
+export type Status = Schemas["Status"];
+export type Control = Schemas["Control"];
+export type Vehicles = Schemas["Vehicles"];
+export type PlanOrder = Schemas["PlanOrder"];
+export type PlanPreview = Schemas["PlanPreview"];
+export type Preflight = Schemas["Preflight"];
+export type TrialOrder = Schemas["TrialOrder"];
+export type TrialState = Schemas["TrialState"];
+export type RepeatOrder = Schemas["RepeatOrder"];
+export type RunSummary = Schemas["RunSummary"];
+export type Figure = Schemas["Figure"];
+export type Stage = Schemas["Stage"];
+export type CampaignSummary = Schemas["CampaignSummary"];
+export type CampaignDetail = Schemas["CampaignDetail"];
+export type Comparison = Schemas["Comparison"];
+export type Difference = Schemas["Difference"];
+export type Schedule = Schemas["Schedule"];
+export type Series = Schemas["LogSeries"];
+export type IdentifiedLog = Schemas["IdentifiedLog"];
+export type Plan = Record<string, unknown> & { thrusts: number[] };
+
+const ROOT = "api/v1";
+const TOKEN = "seatrial.token";
+const LEASE = "seatrial.lease";
+
+/** The server said no, or could not be reached: `code` is then `unreachable`. */
+export class Refused extends Error {
+  constructor(
+    readonly code: string,
+    message: string,
+  ) {
+    super(message);
+  }
+}
+
+/** What proves who asks; kept until the tab is closed. */
+export const secrets = {
+  get token(): string | null {
+    return sessionStorage.getItem(TOKEN);
+  },
+  set token(to: string | null) {
+    keep(TOKEN, to);
+  },
+  get lease(): string | null {
+    return sessionStorage.getItem(LEASE);
+  },
+  set lease(to: string | null) {
+    keep(LEASE, to);
+  },
+};
+
+function keep(key: string, value: string | null): void {
+  if (value === null) sessionStorage.removeItem(key);
+  else sessionStorage.setItem(key, value);
+}
+
+async function respond(method: string, path: string, body?: BodyInit, type?: string): Promise<Response> {
+  const { token, lease } = secrets;
+  const headers: Record<string, string> = { accept: "application/json" };
+  if (token !== null) headers["authorization"] = `Bearer ${token}`;
+  if (lease !== null) headers["seatrial-lease"] = lease;
+  if (type !== undefined) headers["content-type"] = type;
+  let response: Response;
+  try {
+    response = await fetch(`${ROOT}/${path}`, { method, headers, body: body ?? null, cache: "no-store" });
+  } catch {
+    throw new Refused("unreachable", "The server does not answer. Is it running, and is this device on its network?");
+  }
+  if (response.ok) return response;
+  const refusal: unknown = await response.json().catch(() => null);
+  if (typeof refusal === "object" && refusal !== null && "code" in refusal && "message" in refusal)
+    throw new Refused(String(refusal.code), String(refusal.message));
+  throw new Refused("refused", `The server answered ${response.status} ${response.statusText}.`);
+}
+
+async function ask<Answer>(method: string, path: string, body?: unknown): Promise<Answer> {
+  const response = await (body === undefined
+    ? respond(method, path)
+    : respond(method, path, JSON.stringify(body), "application/json"));
+  return response.status === 204 ? (undefined as Answer) : ((await response.json()) as Answer);
+}
+
+export const status = (): Promise<Status> => ask("GET", "status");
+export const vehicles = (): Promise<Vehicles> => ask("GET", "vehicles");
+export const defaultPlan = (): Promise<Plan> => ask("GET", "plans/default");
+export const previewPlan = (order: PlanOrder): Promise<PlanPreview> => ask("POST", "plans/preview", order);
+export const preflight = (order: PlanOrder): Promise<Preflight> => ask("POST", "preflight", order);
+export const startTrial = (order: TrialOrder): Promise<TrialState> => ask("POST", "trial", order);
+export const abortTrial = (): Promise<TrialState> => ask("POST", "trial/abort");
+export const repeatSpeed = (order: RepeatOrder): Promise<TrialState> => ask("POST", "trial/repeat", order);
+export const campaigns = (): Promise<CampaignSummary[]> => ask("GET", "campaigns");
+export const campaign = (id: number): Promise<CampaignDetail> => ask("GET", `campaigns/${id}`);
+export const seriesOf = (id: number, run: number): Promise<Series> => ask("GET", `campaigns/${id}/runs/${run}/series`);
+export const compare = (a: number, b: number): Promise<Comparison> => ask("GET", `compare?a=${a}&b=${b}`);
+export const reviewRun = (id: number, run: number, accepted: boolean, note: string): Promise<RunSummary> =>
+  ask("POST", `campaigns/${id}/runs/${run}/review`, { accepted, note });
+
+export function schedule(id: number, speed_m_s: number | null): Promise<Schedule> {
+  return ask("GET", `campaigns/${id}/schedule${speed_m_s === null ? "" : `?speed_m_s=${speed_m_s}`}`);
+}
+
+export async function takeControl(name: string): Promise<void> {
+  const { lease } = await ask<Schemas["Lease"]>("POST", "control", { name });
+  secrets.lease = lease;
+}
+
+export async function giveControlBack(): Promise<void> {
+  await ask<void>("DELETE", "control");
+  secrets.lease = null;
+}
+
+/** Identifies a log that a person has opened. */
+export async function identify(log: File): Promise<IdentifiedLog> {
+  const response = await respond(
+    "POST",
+    `logs/identify?name=${encodeURIComponent(log.name)}`,
+    log,
+    "application/octet-stream",
+  );
+  return (await response.json()) as IdentifiedLog;
+}
+
+/** Saves a file of the server's under its name there. */
+export async function download(path: string, name: string): Promise<void> {
+  const response = await respond("GET", path);
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(await response.blob());
+  link.download = name;
+  link.click();
+  URL.revokeObjectURL(link.href);
+}

@@ -1,0 +1,306 @@
+//! Campaigns of the logbook, two of them compared, models over speed, and logs opened in the page.
+
+import {
+  type CampaignSummary,
+  campaign,
+  campaigns,
+  type Comparison,
+  compare,
+  type Difference,
+  download,
+} from "../api/client.ts";
+import type { Live } from "../api/live.ts";
+import { pair } from "../charts/pair.ts";
+import { element, fill } from "../element.ts";
+import { Complaints } from "../notice.ts";
+import type { View } from "../shell.ts";
+import { onUnits, scale, shown, significant } from "../units.ts";
+import { percent, QUANTITIES, sentence } from "../words.ts";
+import { openLogView } from "./log.ts";
+import { figureCell, runsTable } from "./runs.ts";
+import { explorer } from "./schedule.ts";
+
+const STATES: Record<CampaignSummary["state"], string> = {
+  running: "running",
+  finished: "finished",
+  aborted: "aborted",
+  interrupted: "interrupted",
+};
+
+/** `#/history`, `#/history/campaign/3`, `#/history/compare/3/4`, `#/history/log`. */
+export function openHistory(_live: Live): View {
+  const [, , tab = "", first, second] = location.hash.split("/");
+  const complaints = new Complaints();
+  const place = element("div", {});
+  const drops: (() => void)[] = [];
+  const link = (name: string, to: string, here: boolean): HTMLElement => {
+    const anchor = element("a", { href: to }, name);
+    if (here) anchor.setAttribute("aria-current", "page");
+    return anchor;
+  };
+  const root = element(
+    "div",
+    {},
+    element(
+      "nav",
+      { class: "tabs", "aria-label": "History" },
+      link("Campaigns", "#/history", tab === "" || tab === "campaign" || tab === "compare"),
+      link("Open a log", "#/history/log", tab === "log"),
+    ),
+    complaints.root,
+    place,
+  );
+  const show = (): void => {
+    if (tab === "campaign") void openCampaign(Number(first), place, complaints, drops);
+    else if (tab === "compare") void openComparison(Number(first), Number(second), place, complaints);
+    else void openList(place, complaints);
+  };
+  if (tab === "log") {
+    const log = openLogView();
+    fill(place, log.root);
+    return { root, drop: log.drop };
+  }
+  show();
+  const forget = onUnits(show);
+  return {
+    root,
+    drop: () => {
+      forget();
+      drops.forEach((drop) => drop());
+    },
+  };
+}
+
+async function openList(place: HTMLElement, complaints: Complaints): Promise<void> {
+  const all = await complaints.hear(campaigns);
+  if (all === null) return;
+  if (all.length === 0) {
+    fill(place, element("p", {}, "The logbook holds no campaign yet."));
+    return;
+  }
+  const [newest, before] = [...all].reverse();
+  const chosen: [number, number] = [before?.id ?? 0, newest?.id ?? 0];
+  const pick = (side: 0 | 1, name: string, entry: CampaignSummary): HTMLElement => {
+    const radio = element("input", {
+      type: "radio",
+      name,
+      value: entry.id,
+      checked: chosen[side] === entry.id,
+      "aria-label": `${name} campaign ${entry.id}`,
+      onchange: () => (chosen[side] = entry.id),
+    });
+    return element("td", {}, element("label", { class: "pick" }, radio));
+  };
+  const configurations = [...new Set(all.map((entry) => entry.configuration))];
+  const heads = ["campaign", "vehicle", "began (UTC)", "state", "runs accepted", "A", "B"].map((name, at) =>
+    element("th", { scope: "col", class: at < 4 ? "words" : "" }, name),
+  );
+  const groups = configurations.map((configuration) =>
+    element(
+      "tbody",
+      {},
+      element(
+        "tr",
+        {},
+        element("th", { scope: "rowgroup", class: "words group", colspan: 7 }, `Configuration ${configuration}`),
+      ),
+      ...all
+        .filter((entry) => entry.configuration === configuration)
+        .reverse()
+        .map((entry) =>
+          element(
+            "tr",
+            {},
+            element(
+              "th",
+              { scope: "row", class: "words" },
+              element("a", { class: "touch", href: `#/history/campaign/${entry.id}` }, `No. ${entry.id}`),
+            ),
+            element("td", { class: "words" }, entry.vehicle),
+            element("td", { class: "words" }, entry.started.replace("T", " ").replace(/\.\d+|Z/g, "")),
+            element(
+              "td",
+              { class: "words" },
+              STATES[entry.state],
+              entry.outcome && !entry.outcome.finished
+                ? element("span", { class: "hint" }, ` ${entry.outcome.text}`)
+                : null,
+            ),
+            element("td", {}, `${entry.runs_accepted} of ${entry.runs}`),
+            pick(0, "A", entry),
+            pick(1, "B", entry),
+          ),
+        ),
+    ),
+  );
+  fill(
+    place,
+    element(
+      "section",
+      { class: "panel stack" },
+      element("h2", {}, "Campaigns by configuration"),
+      element(
+        "div",
+        { class: "table-box", tabindex: 0, role: "region", "aria-label": "Campaigns" },
+        element("table", {}, element("thead", {}, element("tr", {}, ...heads)), ...groups),
+      ),
+      element(
+        "div",
+        { class: "row" },
+        element(
+          "button",
+          {
+            class: "main",
+            type: "button",
+            disabled: all.length < 2,
+            onclick: () => (location.hash = `#/history/compare/${chosen[0]}/${chosen[1]}`),
+          },
+          "Compare A with B",
+        ),
+        element("p", { class: "hint" }, "What changed with the payload?"),
+      ),
+    ),
+  );
+}
+
+async function openCampaign(
+  id: number,
+  place: HTMLElement,
+  complaints: Complaints,
+  drops: (() => void)[],
+): Promise<void> {
+  const detail = await complaints.hear(() => campaign(id));
+  if (detail === null) return;
+  const { campaign: about } = detail;
+  drops.splice(0).forEach((drop) => drop());
+  const runs = runsTable(id, detail.runs, () => void openCampaign(id, place, complaints, drops));
+  const facts: [string, string][] = [
+    ["vehicle", about.vehicle],
+    ["configuration", `${about.configuration}${about.notes ? `: ${about.notes}` : ""}`],
+    ["began", about.started],
+    ["state", `${STATES[about.state]}${about.outcome ? `: ${about.outcome.text}` : ""}`],
+    ["largest rudder", shown(about.rudder_limit_rad, "angle")],
+    ["seatrial", about.software_version],
+    ["SHA-256", about.head_sha256],
+  ];
+  const file = (name: string, path: string, as: string): HTMLElement =>
+    element(
+      "button",
+      { type: "button", onclick: () => void complaints.hear(() => download(`campaigns/${id}/${path}`, as)) },
+      name,
+    );
+  const scheduled = explorer(id, complaints);
+  drops.push(scheduled.drop, runs.drop);
+  fill(
+    place,
+    element(
+      "div",
+      { class: "panels two" },
+      element("section", { class: "panel wide stack" }, element("h2", {}, `Campaign ${id}`), runs.root),
+      scheduled.root,
+      element(
+        "section",
+        { class: "panel stack" },
+        element("h2", {}, "Files"),
+        element(
+          "div",
+          { class: "row" },
+          file("Report, HTML", "report.html", `campaign-${id}.html`),
+          file("Samples, CSV", "samples.csv", `campaign-${id}.csv`),
+          file("Samples, MCAP", "samples.mcap", `campaign-${id}.mcap`),
+          file("ArduPilot, .param", "gains.param", `campaign-${id}.param`),
+        ),
+        element("h3", {}, "About"),
+        element(
+          "dl",
+          { class: "facts" },
+          ...facts.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]),
+        ),
+        element("details", {}, element("summary", {}, "Plan"), element("pre", {}, detail.plan)),
+      ),
+    ),
+  );
+}
+
+async function openComparison(a: number, b: number, place: HTMLElement, complaints: Complaints): Promise<void> {
+  const found = await complaints.hear(() => compare(a, b));
+  if (found === null) return;
+  const changed = found.what_changed?.changed ?? null;
+  const loud =
+    changed === true
+      ? "The vehicle has changed"
+      : changed === false
+        ? "No change that these data can tell"
+        : "These data cannot tell whether the vehicle has changed";
+  const only = [
+    ...found.only_in_a.map((thrust) => `${percent(thrust)} thrust only in A`),
+    ...found.only_in_b.map((thrust) => `${percent(thrust)} thrust only in B`),
+  ];
+  fill(
+    place,
+    element(
+      "section",
+      { class: `notice ${changed === true ? "partly" : changed === false ? "good" : ""}` },
+      element("p", { class: "loud" }, loud),
+      ...(found.what_changed?.reasons ?? []).map((reason) => element("p", {}, sentence(reason.text))),
+      only.length === 0 ? null : element("p", { class: "hint" }, `${only.join(", ")}.`),
+    ),
+    element(
+      "p",
+      {},
+      element("b", {}, "A"),
+      ` is campaign ${found.a.id}, ${found.a.configuration}; `,
+      element("b", {}, "B"),
+      ` is campaign ${found.b.id}, ${found.b.configuration}. Brackets are 95 % intervals.`,
+    ),
+    element("div", { class: "panels" }, ...found.thrusts.map((at) => thrustPanel(at))),
+  );
+}
+
+function thrustPanel(at: Comparison["thrusts"][number]): HTMLElement {
+  const [a = null, b = null] = at.surge_speed_m_s;
+  const heads = [
+    element("td", {}),
+    element("th", { scope: "col" }, element("span", { class: "key key-a" }, "A")),
+    element("th", { scope: "col" }, element("span", { class: "key key-b key-dashed" }, "B")),
+    element("td", {}),
+    element("th", { scope: "col" }, "B − A"),
+    element("th", { scope: "col" }, "in intervals"),
+  ];
+  return element(
+    "section",
+    { class: "panel stack" },
+    element("h2", {}, `${percent(at.thrust)} thrust, ${shown(a, "speed")} and ${shown(b, "speed")}`),
+    element(
+      "div",
+      { class: "table-box", tabindex: 0, role: "region", "aria-label": `Differences at ${percent(at.thrust)} thrust` },
+      element(
+        "table",
+        {},
+        element("thead", {}, element("tr", {}, ...heads)),
+        element("tbody", {}, ...at.differences.map(differenceRow)),
+      ),
+    ),
+  );
+}
+
+/** Beyond 1 the difference is larger than chance makes it once in twenty times. */
+function differenceRow(of: Difference): HTMLElement {
+  const { name, quantity, unit } = QUANTITIES[of.quantity] ?? { name: of.quantity, quantity: "plain" };
+  const { factor, unit: scaled } = scale(quantity);
+  const isClear = Math.abs(of.ratio ?? 0) > 1;
+  return element(
+    "tr",
+    {},
+    element("th", { scope: "row" }, name, element("span", { class: "interval" }, unit ?? scaled)),
+    figureCell(of.a, factor),
+    figureCell(of.b, factor),
+    element("td", {}, pair(of.a, of.b)),
+    element("td", { class: isClear ? "strong" : "" }, significant(of.difference * factor)),
+    element(
+      "td",
+      { class: isClear ? "strong" : "" },
+      of.ratio === null || of.ratio === undefined ? "–" : `${significant(of.ratio, 2)}${isClear ? " ▲" : ""}`,
+    ),
+  );
+}

@@ -1,0 +1,171 @@
+//! A log that a person drops on the page, identified and drawn.
+
+import { identify, type IdentifiedLog } from "../api/client.ts";
+import { recordStrips } from "../charts/record.ts";
+import type { Span, Strip } from "../charts/strip.ts";
+import { element, fill } from "../element.ts";
+import { Complaints } from "../notice.ts";
+import { shown, significant, withInterval } from "../units.ts";
+import { percent, sentence } from "../words.ts";
+
+type Pair = readonly [number, number];
+
+/** What is read here of the document `seatrial.identification.v1`. */
+interface Identification {
+  readonly samples_used?: number;
+  readonly training: { readonly from_s: number; readonly to_s: number } | null;
+  readonly online: { readonly a22_per_s: number; readonly b2_per_s2: number; readonly c0_rad_per_s2: number } | null;
+  readonly refined: {
+    readonly method: string;
+    readonly a22_per_s: number;
+    readonly b2_per_s2: number;
+    readonly c0_rad_per_s2: number;
+    readonly interval_95: { readonly a22_per_s: Pair; readonly b2_per_s2: Pair; readonly c0_rad_per_s2: Pair };
+  } | null;
+  readonly nomoto: { readonly t_s: number | null; readonly k_per_s: number | null } | null;
+  readonly validation: {
+    readonly r2_heading: number | null;
+    readonly r2_yaw_rate: number | null;
+    readonly window?: { readonly from_s: number; readonly to_s: number };
+  } | null;
+  readonly verdict: {
+    readonly accepted: boolean;
+    readonly reasons: readonly { readonly code: string; readonly text: string }[];
+  };
+}
+
+interface Document extends Identification {
+  readonly source: {
+    readonly format: string;
+    readonly samples_read: number;
+    readonly rudder_unit?: string;
+    readonly warnings?: readonly string[];
+  };
+  readonly models?: readonly {
+    readonly thrust: number | null;
+    readonly surge_speed_m_s: number | null;
+    readonly identification: Identification | null;
+  }[];
+}
+
+export function openLogView(): { root: HTMLElement; drop(): void } {
+  const complaints = new Complaints();
+  const place = element("div", { "aria-live": "polite" });
+  const charts: Strip[] = [];
+  const open = async (log: File | undefined): Promise<void> => {
+    if (log === undefined) return;
+    fill(place, element("p", {}, `Reading ${log.name} …`));
+    for (const chart of charts.splice(0)) chart.drop();
+    const found = await complaints.hear(() => identify(log));
+    if (found === null) fill(place);
+    else fill(place, ...drawLog(log.name, found, charts));
+  };
+  const button = element("input", { class: "unseen", type: "file", onchange: () => void open(button.files?.[0]) });
+  const zone = element(
+    "section",
+    { class: "drop", "aria-label": "Open a log" },
+    element(
+      "p",
+      {},
+      element("b", {}, "Drop a log here"),
+      ": CSV, Parquet, DataFlash .bin, ULog, tlog, MCAP, rosbag, …",
+    ),
+    element("label", { class: "file" }, "Choose a file", button),
+    element("p", { class: "hint" }, "It is identified by this server and goes nowhere else."),
+  );
+  const over =
+    (is: boolean) =>
+    (event: DragEvent): void => {
+      event.preventDefault();
+      zone.classList.toggle("over", is);
+    };
+  zone.addEventListener("dragover", over(true));
+  zone.addEventListener("dragleave", over(false));
+  zone.addEventListener("drop", (event) => {
+    over(false)(event);
+    void open(event.dataTransfer?.files[0]);
+  });
+  return {
+    root: element("div", { class: "stack" }, zone, complaints.root, place),
+    drop: () => charts.forEach((chart) => chart.drop()),
+  };
+}
+
+function drawLog(name: string, found: IdentifiedLog, charts: Strip[]): HTMLElement[] {
+  const document = found.document as unknown as Document;
+  const { series } = found;
+  const { verdict, validation } = document;
+  const model = document.refined ?? document.online;
+  const facts: [string, string][] = [
+    ["a₂₂, 1/s", withInterval(model?.a22_per_s, document.refined?.interval_95.a22_per_s)],
+    ["b₂, 1/s²", withInterval(model?.b2_per_s2, document.refined?.interval_95.b2_per_s2)],
+    ["C₀, rad/s²", withInterval(model?.c0_rad_per_s2, document.refined?.interval_95.c0_rad_per_s2)],
+    ["Nomoto T, K", `${shown(document.nomoto?.t_s, "time")}, ${significant(document.nomoto?.k_per_s ?? NaN)} 1/s`],
+    ["R² of heading", validation && validation.r2_heading !== null ? significant(validation.r2_heading) : "–"],
+    ["samples", `${document.source.samples_read} read as ${document.source.format}`],
+  ];
+  const spans: Span[] = [];
+  if (document.training) spans.push({ ...document.training, shade: "train" });
+  if (validation?.window) spans.push({ ...validation.window, shade: "validate" });
+  const isShare = document.source.rudder_unit !== undefined && document.source.rudder_unit !== "rad";
+  const strips = recordStrips(series, spans, isShare);
+  charts.push(...strips);
+  return [
+    element(
+      "section",
+      { class: `notice ${verdict.accepted ? "good" : "bad"}` },
+      element(
+        "p",
+        { class: "loud" },
+        `${name}: ${verdict.accepted ? "✓ the model may be used" : "✗ the model is rejected"}`,
+      ),
+      ...verdict.reasons.map((reason) => element("p", {}, sentence(reason.text))),
+      ...(document.source.warnings ?? []).map((warning) => element("p", { class: "hint" }, warning)),
+    ),
+    element(
+      "div",
+      { class: "panels" },
+      element(
+        "section",
+        { class: "panel stack" },
+        element("h2", {}, "Model"),
+        element(
+          "dl",
+          { class: "facts" },
+          ...facts.flatMap(([term, value]) => [element("dt", {}, term), element("dd", {}, value)]),
+        ),
+        speedsTable(document),
+      ),
+      element("section", { class: "panel stack" }, element("h2", {}, "Record"), ...strips.map((strip) => strip.figure)),
+    ),
+  ];
+}
+
+function speedsTable(document: Document): HTMLElement | null {
+  const models = document.models ?? [];
+  if (models.length < 2) return null;
+  const rows = models.map((one) => {
+    const model = one.identification?.refined ?? one.identification?.online;
+    const accepted = one.identification?.verdict.accepted === true;
+    return element(
+      "tr",
+      {},
+      element(
+        "th",
+        { scope: "row" },
+        one.thrust === null
+          ? shown(one.surge_speed_m_s, "speed")
+          : `${percent(one.thrust)}, ${shown(one.surge_speed_m_s, "speed")}`,
+      ),
+      element("td", {}, significant(model?.a22_per_s ?? NaN)),
+      element("td", {}, significant(model?.b2_per_s2 ?? NaN)),
+      element("td", { class: accepted ? "good" : "bad" }, accepted ? "✓" : "✗"),
+    );
+  });
+  const heads = ["speed", "a₂₂, 1/s", "b₂, 1/s²", "verdict"].map((name) => element("th", { scope: "col" }, name));
+  return element(
+    "div",
+    { class: "table-box", tabindex: 0, role: "region", "aria-label": "Every speed of the log" },
+    element("table", {}, element("thead", {}, element("tr", {}, ...heads)), element("tbody", {}, ...rows)),
+  );
+}

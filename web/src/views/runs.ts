@@ -1,0 +1,171 @@
+//! Runs of a campaign, with the operator's word on each.
+
+import { type Figure, repeatSpeed, reviewRun, type RunSummary, seriesOf } from "../api/client.ts";
+import { recordStrips } from "../charts/record.ts";
+import type { Strip } from "../charts/strip.ts";
+import { element, fill } from "../element.ts";
+import { Complaints } from "../notice.ts";
+import { shown, significant } from "../units.ts";
+import { percent, verdict } from "../words.ts";
+
+/** A value over its interval. */
+export function figureCell(figure: Figure | null | undefined, factor = 1): HTMLElement {
+  const [low, high] = figure?.interval_95 ?? [];
+  const isKnown = low !== undefined && high !== undefined;
+  return element(
+    "td",
+    {},
+    figure ? significant(figure.value * factor) : "–",
+    isKnown && element("span", { class: "interval" }, `[${significant(low * factor)}, ${significant(high * factor)}]`),
+  );
+}
+
+/** The runs as a table; `changed` is called after a review or a repeat. */
+export function runsTable(
+  campaign: number,
+  runs: readonly RunSummary[],
+  changed: () => void,
+): { root: HTMLElement; drop(): void } {
+  const desk = new Desk(campaign, changed);
+  const rows = runs.map((run) => {
+    const title = `run ${run.number}`;
+    return element(
+      "tr",
+      {},
+      element("th", { scope: "row" }, `${run.number}`),
+      element("td", {}, percent(run.thrust)),
+      element("td", {}, shown(run.surge_speed_m_s, "speed")),
+      figureCell(run.model?.a22_per_s),
+      figureCell(run.model?.b2_per_s2),
+      figureCell(run.model?.c0_rad_per_s2),
+      element("td", {}, typeof run.model?.r2_heading === "number" ? significant(run.model.r2_heading) : "–"),
+      element(
+        "td",
+        { class: `words ${run.accepted ? "good" : "bad"}` },
+        `${run.accepted ? "✓ accepted" : "✗ rejected"}${run.review ? ` by ${run.review.by}` : ""}`,
+      ),
+      element(
+        "td",
+        { class: "words" },
+        element(
+          "button",
+          { type: "button", "aria-label": `Review ${title}`, onclick: () => desk.open(run) },
+          "Review …",
+        ),
+      ),
+    );
+  });
+  const heads = ["run", "thrust", "speed", "a₂₂, 1/s", "b₂, 1/s²", "C₀, rad/s²", "R²"].map((name) =>
+    element("th", { scope: "col" }, name),
+  );
+  const root = element(
+    "div",
+    { class: "stack" },
+    element(
+      "div",
+      { class: "table-box", tabindex: 0, role: "region", "aria-label": "Runs" },
+      element(
+        "table",
+        {},
+        element(
+          "thead",
+          {},
+          element(
+            "tr",
+            {},
+            ...heads,
+            element("th", { class: "words", scope: "col" }, "verdict"),
+            element("th", { class: "words", scope: "col" }, "review"),
+          ),
+        ),
+        element("tbody", {}, ...rows),
+      ),
+    ),
+    desk.root,
+  );
+  return { root, drop: () => desk.close() };
+}
+
+/** Where one run is looked at and judged. */
+class Desk {
+  readonly root = element("div", {});
+  private strips: Strip[] = [];
+
+  constructor(
+    private readonly campaign: number,
+    private readonly changed: () => void,
+  ) {}
+
+  close(): void {
+    for (const strip of this.strips.splice(0)) strip.drop();
+    fill(this.root);
+  }
+
+  open(run: RunSummary): void {
+    this.close();
+    const { campaign, changed } = this;
+    const complaints = new Complaints();
+    const record = element("div", { class: "stack" });
+    const note = element("textarea", { rows: 2, maxlength: 4000, required: true });
+    note.value = run.review?.note ?? "";
+    const agreed = element("input", { type: "checkbox" });
+    const review = async (accepted: boolean): Promise<void> => {
+      if (!form.reportValidity()) return;
+      if ((await complaints.hear(() => reviewRun(campaign, run.number, accepted, note.value))) === null) return;
+      this.close();
+      changed();
+    };
+    const again = async (): Promise<void> => {
+      const started = await complaints.hear(() =>
+        repeatSpeed({ campaign, thrust: run.thrust, realtime_factor: 1, agreed: agreed.checked }),
+      );
+      if (started !== null) location.hash = "#/live";
+    };
+    const form = element(
+      "form",
+      { class: "notice stack", onsubmit: (event: Event) => event.preventDefault() },
+      element("h3", {}, `Run ${run.number}, ${percent(run.thrust)} thrust`),
+      element("p", {}, verdict(run)),
+      run.model
+        ? element(
+            "p",
+            { class: "hint" },
+            `Nomoto T = ${shown(run.model.nomoto_t_s, "time")}, K = ${significant(run.model.nomoto_k_per_s ?? NaN)} 1/s. Method: ${run.model.method.replaceAll("_", " ")}.`,
+          )
+        : null,
+      record,
+      element("label", { class: "field" }, "Note: why?", note),
+      complaints.root,
+      element(
+        "div",
+        { class: "row" },
+        element(
+          "button",
+          { type: "button", disabled: !run.model, onclick: () => void review(true) },
+          "✓ Accept this run",
+        ),
+        element("button", { type: "button", onclick: () => void review(false) }, "✗ Reject this run"),
+        element("button", { type: "button", onclick: () => void again() }, "Repeat this speed now"),
+        element("button", { type: "button", onclick: () => this.close() }, "Close"),
+      ),
+      element("label", { class: "choice" }, agreed, "A repeat may move a vehicle that is not simulated"),
+    );
+    fill(this.root, form);
+    note.focus();
+    void complaints
+      .hear(() => seriesOf(campaign, run.number))
+      .then((series) => {
+        if (series === null || !form.isConnected) return;
+        this.strips = recordStrips(
+          series,
+          run.stages.map(({ stage, from_s, to_s }) => ({
+            shade: stage,
+            from_s,
+            to_s: to_s ?? series.time_s.at(-1) ?? from_s,
+          })),
+          false,
+        );
+        fill(record, ...this.strips.map((strip) => strip.figure));
+      });
+  }
+}

@@ -1,0 +1,132 @@
+//! What is going on, in plain words.
+
+import type { RunSummary, Stage, TrialState } from "./api/client.ts";
+import type { Live } from "./api/live.ts";
+import { clock, type Quantity, significant } from "./units.ts";
+
+export type Tone = "plain" | "good" | "partly" | "bad";
+
+export interface Said {
+  readonly tone: Tone;
+  readonly loud: string;
+  readonly details: readonly string[];
+}
+
+export const STAGES: readonly [Stage, string][] = [
+  ["settle", "Settle"],
+  ["train", "Train"],
+  ["validate", "Validate"],
+];
+
+const DOING: Record<Stage, string> = {
+  settle: "Settling: waiting for steady heading, rate and depth",
+  train: "Training: the doublet teaches the model",
+  validate: "Validating: a second doublet tests the model",
+};
+
+export const LIMITS: Record<string, string> = {
+  depth: "depth",
+  altitude: "altitude",
+  roll: "roll",
+  pitch: "pitch",
+  yaw_rate: "yaw rate",
+  heading_excursion: "heading",
+  area: "area",
+  speed_drift: "speed drift",
+  stale_samples: "silence",
+  stage_time_limit: "stage time",
+};
+
+interface Quantified {
+  readonly name: string;
+  readonly quantity: Quantity;
+  /** Of a plain quantity. */
+  readonly unit?: string;
+}
+
+export const QUANTITIES: Record<string, Quantified> = {
+  a22_per_s: { name: "a₂₂", quantity: "plain", unit: "1/s" },
+  b2_per_s2: { name: "b₂", quantity: "plain", unit: "1/s²" },
+  c0_rad_per_s2: { name: "C₀", quantity: "plain", unit: "rad/s²" },
+  delta0_rad: { name: "δ₀", quantity: "angle" },
+  proportional_gain: { name: "Kₚ", quantity: "plain" },
+  steady_turning_radius_starboard_m: { name: "turning radius to starboard", quantity: "distance" },
+  steady_turning_radius_port_m: { name: "turning radius to port", quantity: "distance" },
+};
+
+export const percent = (fraction: number): string => `${+(100 * fraction).toPrecision(3)}\u00a0%`;
+
+export function situation(live: Live): Said {
+  const { trial } = live;
+  if (live.connection === "refused")
+    return { tone: "bad", loud: "The server wants a token", details: [live.refusal ?? ""] };
+  if (trial === null)
+    return {
+      tone: "plain",
+      loud: live.connection === "open" ? "No trial is running" : "Looking for the server",
+      details: ["Prepare one under Control."],
+    };
+  return trial.running ? underWay(trial) : ended(trial);
+}
+
+function underWay(trial: TrialState): Said {
+  const { progress, estimate } = trial;
+  const last = trial.runs.at(-1);
+  const details: string[] = [];
+  if (estimate && progress?.stage === "train") {
+    details.push(
+      estimate.converged_s === null || estimate.converged_s === undefined
+        ? "The estimate still moves."
+        : `The estimate converged ${significant(estimate.converged_s)} s into training.`,
+    );
+  }
+  if (last !== undefined) details.push(verdict(last));
+  if (!progress?.stage) return { tone: "plain", loud: "The trial begins", details };
+  const again = progress.attempt > 1 ? `, attempt ${progress.attempt}` : "";
+  return {
+    tone: "plain",
+    loud: `${DOING[progress.stage]}. Speed ${progress.speed} of ${progress.speeds}, ${percent(progress.thrust)} thrust${again}`,
+    details,
+  };
+}
+
+function ended(trial: TrialState): Said {
+  const thrusts = new Set(planned(trial));
+  const accepted = new Set(trial.runs.filter((run) => run.accepted).map((run) => run.thrust));
+  const count = `${accepted.size} of ${thrusts.size} speeds have a model that may be used.`;
+  const details = [count, ...trial.warnings];
+  if (trial.outcome?.finished === true)
+    return { tone: accepted.size === thrusts.size ? "good" : "partly", loud: "The trial is finished", details };
+  return { tone: "bad", loud: `The trial ended early: ${trial.outcome?.text ?? "it met a fault"}`, details };
+}
+
+export function verdict(run: RunSummary): string {
+  const word = run.accepted ? "accepted" : "rejected";
+  const who = run.review ? ` by ${run.review.by}: ${run.review.note}` : "";
+  const why = run.reasons.map((reason) => sentence(reason.text)).join(" ");
+  return `Run ${run.number} at ${percent(run.thrust)} thrust is ${word}${who}. ${why}`;
+}
+
+export function sentence(text: string): string {
+  const begun = /^[a-z]{2}/.test(text) ? text.charAt(0).toUpperCase() + text.slice(1) : text;
+  return /[.!?]$/.test(begun) ? begun : `${begun}.`;
+}
+
+/** The thrusts of the plan in its order. */
+export function planned(trial: TrialState): number[] {
+  const thrusts: unknown = (trial.plan as Record<string, unknown>)["thrusts"];
+  return Array.isArray(thrusts) ? thrusts.filter((thrust): thrust is number => typeof thrust === "number") : [];
+}
+
+/** What a screen reader is told as it happens. */
+export function news(live: Live): string {
+  const { trial } = live;
+  if (trial === null) return "";
+  if (!trial.running) return situation(live).loud;
+  const stage = STAGES.find(([name]) => name === trial.progress?.stage)?.[1];
+  const last = trial.runs.at(-1);
+  const result = last === undefined ? "" : `Run ${last.number} ${last.accepted ? "accepted" : "rejected"}. `;
+  return stage === undefined
+    ? result
+    : `${result}${stage}, speed ${trial.progress?.speed} of ${trial.progress?.speeds}, at most ${clock((trial.progress?.elapsed_s ?? 0) + (trial.progress?.remaining_s ?? 0))}.`;
+}

@@ -1,0 +1,263 @@
+//! The page in a browser, over a real server that conducts real trials on the simulator.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import type { Browser, BrowserContext, Page } from "playwright-core";
+import { forget, openBrowser, scratch, seatrial, serve, type Server } from "./server.ts";
+
+const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+const VIEWS = ["#/live", "#/control", "#/history", "#/history/campaign/1", "#/history/compare/2/3", "#/history/log"];
+const THEMES = ["light", "dark", "sunlight"];
+/** Enough for the slowest step on two busy cores. */
+const PATIENCE_MS = 30_000;
+
+let server: Server;
+let browser: Browser;
+let context: BrowserContext;
+let page: Page;
+const faults: string[] = [];
+
+before(async () => {
+  server = await serve("page.db", "--listen", "127.0.0.1:0");
+  browser = await openBrowser();
+  context = await browser.newContext({ viewport: { width: 1440, height: 1000 } });
+  context.setDefaultTimeout(PATIENCE_MS);
+  page = await context.newPage();
+  page.on("console", (message) => message.type() === "error" && faults.push(message.text()));
+  page.on("pageerror", (error) => faults.push(error.message));
+});
+
+after(async () => {
+  await browser?.close();
+  await server?.stop();
+  forget();
+});
+
+async function visit(hash: string, on: Page = page): Promise<void> {
+  await on.goto(`${server.url}${hash}`);
+}
+
+interface Progress {
+  stage: string | null;
+  elapsed_s: number;
+}
+
+async function trial(): Promise<{
+  running: boolean;
+  outcome: { finished: boolean; reason: string | null } | null;
+  progress: Progress | null;
+  runs: { accepted: boolean }[];
+}> {
+  const answer = await fetch(`${server.url}api/v1/status`);
+  return ((await answer.json()) as { trial: never }).trial;
+}
+
+async function until(what: string, is: () => Promise<boolean>): Promise<void> {
+  const end = Date.now() + PATIENCE_MS;
+  while (!(await is())) {
+    assert.ok(Date.now() < end, `waited too long until ${what}`);
+    await new Promise((resolve) => setTimeout(resolve, 25));
+  }
+}
+
+async function start(thrusts: string, configuration: string, pace: string): Promise<void> {
+  await visit("#/control");
+  await page.getByLabel("Speeds, thrust").fill(thrusts);
+  await page.getByLabel("Configuration").fill(configuration);
+  await page.getByLabel("Pace").selectOption(pace);
+  await page.getByRole("button", { name: /^Check/ }).click();
+  await page.getByText("✓ ready").waitFor();
+  await page.getByRole("button", { name: "Start the trial" }).click();
+  await page.waitForURL(/#\/live$/);
+}
+
+test("first chart within 1 s, page below 300 kB compressed", async () => {
+  await page.addInitScript(() => {
+    new MutationObserver((_, observer) => {
+      if (document.querySelector("canvas") === null) return;
+      observer.disconnect();
+      document.documentElement.setAttribute("data-charted", String(performance.now()));
+    }).observe(document, { childList: true, subtree: true });
+  });
+  let bytes = 0;
+  page.on("response", async (response) => {
+    if (!response.url().includes("/api/")) bytes += (await response.request().sizes()).responseBodySize;
+  });
+  await visit("#/live");
+  await page.locator("[data-charted]").waitFor();
+  const charted = Number(await page.locator("html").getAttribute("data-charted"));
+  await page.waitForLoadState("networkidle");
+  page.removeAllListeners("response");
+  console.log(`first chart after ${charted.toFixed(0)} ms, page of ${(bytes / 1000).toFixed(1)} kB compressed`);
+  assert.ok(charted < 1000);
+  assert.ok(bytes > 10_000 && bytes < 300_000);
+});
+
+test("take control, start, watch, abort in mid doublet by key, with a wrong clock", async () => {
+  // The page may use no time but the server's and the vehicle's.
+  await page.addInitScript(() => (Date.now = () => 0));
+  await visit("#/control");
+  await page.getByLabel("Your name").fill("Ada");
+  await page.getByRole("button", { name: "Take control" }).click();
+  await page.getByText("You have control, as Ada.").waitFor();
+  await start("60, 80", "default", "real time × 10");
+  await page.locator(".stages .train.now").waitFor();
+  // Both deflections of the paper's doublet lie between 2 and 6 s.
+  await until("the doublet", async () => ((await trial()).progress?.elapsed_s ?? 0) > 2.5);
+  await page.keyboard.press(".");
+  await page.getByText("The trial ended early").waitFor();
+  const ended = await trial();
+  assert.equal(ended.outcome?.reason, "operator");
+  assert.equal(ended.running, false);
+});
+
+test("two trials are validated, compared and looked at over speed", async () => {
+  await start("60, 80", "bare", "as fast as it can");
+  await page.getByText("The trial is finished").waitFor();
+  await page.getByText(/the model explains \d/).waitFor();
+  assert.ok((await trial()).runs.every((run) => run.accepted));
+  await start("60, 80", "sonar", "as fast as it can");
+  await page.getByText("sim:starfish · sonar · ended").waitFor();
+
+  await visit("#/history");
+  await page.getByRole("button", { name: "Compare A with B" }).click();
+  await page.getByRole("heading", { name: "60 % thrust" }).waitFor();
+  assert.equal(await page.locator("tbody th", { hasText: "Kₚ" }).count(), 2);
+
+  await visit("#/history/campaign/3");
+  const slider = page.getByRole("slider");
+  await page.getByText("phase margin").waitFor();
+  const middle = await slider.getAttribute("aria-valuetext");
+  await slider.press("End");
+  await until("the slider is answered", async () => (await slider.getAttribute("aria-valuetext")) !== middle);
+  const file = page.waitForEvent("download");
+  await page.getByRole("button", { name: "Report, HTML" }).click();
+  assert.equal((await file).suggestedFilename(), "campaign-3.html");
+});
+
+test("a run is rejected with a note and accepted again", async () => {
+  await visit("#/history/campaign/3");
+  for (const [verb, word] of [
+    ["Reject", "✗ rejected by Ada"],
+    ["Accept", "✓ accepted by Ada"],
+  ] as const) {
+    await page.getByRole("button", { name: "Review run 1" }).click();
+    await page.locator("form canvas").first().waitFor();
+    await page.getByLabel("Note").fill("a wave");
+    await page.getByRole("button", { name: `${verb} this run` }).click();
+    await page.getByText(word).waitFor();
+  }
+});
+
+test("a log is dropped on the page and identified; what is no log is refused in words", async () => {
+  const log = join(scratch, "run.csv");
+  seatrial("sim", "log", "--seed", "3", "--out", log);
+  await visit("#/history/log");
+  const dropped = await page.evaluateHandle(
+    (text) => {
+      const transfer = new DataTransfer();
+      transfer.items.add(new File([text], "run.csv"));
+      return transfer;
+    },
+    readFileSync(log, "utf8"),
+  );
+  await page.locator(".drop").dispatchEvent("drop", { dataTransfer: dropped });
+  await page.getByText("run.csv: ✓ the model may be used").waitFor();
+  await page.locator("figure canvas").first().waitFor();
+  const before = faults.length;
+  await page
+    .locator("input[type=file]")
+    .setInputFiles({ name: "poem.csv", mimeType: "text/csv", buffer: Buffer.from("no,numbers\nare,here\n") });
+  await page.getByRole("alert").getByText("poem.csv").waitFor();
+  // The browser itself reports the refusal.
+  faults.splice(before);
+});
+
+test("no violation of axe-core, nothing cut, no target below 48 px, in each view and theme", async () => {
+  for (const [width, themes] of [
+    [1440, THEMES],
+    [360, ["light"]],
+    [3840, ["dark"]],
+  ] as const) {
+    await page.setViewportSize({ width, height: Math.min(width, 1000) });
+    for (const theme of themes) {
+      await visit("#/live");
+      await page.getByLabel("Theme").selectOption(theme);
+      for (const view of VIEWS) {
+        await visit(view);
+        await page.waitForLoadState("networkidle");
+        const where = `${view} ${theme} ${width}`;
+        await page.evaluate(AXE);
+        const found = await page.evaluate(async () => {
+          const axe = (
+            window as never as { axe: { run(): Promise<{ violations: { id: string; nodes: { html: string }[] }[] }> } }
+          ).axe;
+          return (await axe.run()).violations.map(
+            ({ id, nodes }) => `${id}: ${nodes.map((node) => node.html).join(" ")}`,
+          );
+        });
+        assert.deepEqual(found, [], where);
+        const [needed, small] = await page.evaluate(() => [
+          document.documentElement.scrollWidth,
+          [
+            ...document.querySelectorAll<HTMLElement>(
+              "button, select, nav a, .touch, .file, input:not([type=radio], [type=checkbox], .unseen)",
+            ),
+          ]
+            .filter((target) => target.offsetParent !== null && target.offsetHeight < 48)
+            .map((target) => target.outerHTML),
+        ]);
+        assert.ok(Number(needed) <= width, `${where} needs ${needed} px`);
+        assert.deepEqual(small, [], where);
+      }
+    }
+  }
+  await page.setViewportSize({ width: 1440, height: 1000 });
+});
+
+test("the keyboard alone reaches every view", async () => {
+  await visit("#/live");
+  await page.keyboard.press("Tab");
+  assert.equal(await page.evaluate(() => document.activeElement?.textContent), "Skip to the view");
+  for (const view of ["Live", "Control", "History"]) {
+    await page.keyboard.press("Tab");
+    assert.equal(await page.evaluate(() => document.activeElement?.textContent), view);
+  }
+  await page.keyboard.press("Enter");
+  await page.waitForURL(/#\/history$/);
+});
+
+test("a wrong token is refused, the right one is not", async () => {
+  const guarded = await serve("guarded.db", "--listen", "127.0.0.1:0", "--require-token");
+  try {
+    const own = await (await browser.newContext()).newPage();
+    await own.goto(guarded.url);
+    await own.getByRole("heading", { name: "Token needed" }).waitFor();
+    await own.getByLabel("Token").fill("guess");
+    await own.getByRole("button", { name: "Enter" }).click();
+    await own.getByText("The token was refused").waitFor();
+    const [token] = /[0-9a-f]{64}/.exec(guarded.said) ?? [];
+    assert.ok(token, guarded.said);
+    await own.getByLabel("Token").fill(token);
+    await own.getByRole("button", { name: "Enter" }).click();
+    await own.getByText("No trial is running").waitFor();
+  } finally {
+    await guarded.stop();
+  }
+});
+
+test("no error in the console", () => assert.deepEqual(faults, []));
+
+test("a lost connection is said and mended when the server is back", async () => {
+  await visit("#/live");
+  await page.getByText("sim:starfish · sonar · ended").waitFor();
+  const { port } = new URL(server.url);
+  await server.stop();
+  await page.getByText("Connection lost").waitFor();
+  server = await serve("page.db", "--listen", `127.0.0.1:${port}`);
+  await page.getByText("Connection lost").waitFor({ state: "hidden" });
+  await page.getByText("No trial is running").waitFor();
+});
