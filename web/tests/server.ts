@@ -53,6 +53,7 @@ export function openBrowser(): Promise<Browser> {
     "--no-sandbox",
     "--disable-gpu",
     "--no-first-run",
+    "--disable-dev-shm-usage",
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",

@@ -143,7 +143,7 @@ export class Strip {
       grid: { stroke: token("--grid"), width: 1 },
       ticks: { show: false },
     };
-    const weight = document.documentElement.dataset["theme"] === "sunlight" ? 3 : 2;
+    const weight = Number(token("--weight"));
     const shade = token("--band");
     return {
       width,
