@@ -81,6 +81,7 @@ export function openShell(body: HTMLElement): void {
   show();
 
   let gate: HTMLElement | null = null;
+  let refusal: string | null = null;
   const draw = (): void => {
     const { trial, control } = live;
     say(
@@ -96,7 +97,8 @@ export function openShell(body: HTMLElement): void {
     const isLost = live.connection === "lost";
     lost.hidden = !isLost;
     main.classList.toggle("old", isLost);
-    if (live.connection === "refused" && gate === null) {
+    if (live.connection === "refused" && (gate === null || refusal !== live.refusal)) {
+      refusal = live.refusal;
       gate = tokenGate(live);
       fill(main, gate);
       gate.querySelector("input")?.focus();
@@ -178,7 +180,6 @@ function tokenGate(live: Live): HTMLElement {
   const enterToken = (event: Event): void => {
     event.preventDefault();
     secrets.token = input.value.trim();
-    live.refusal = null;
     void enter(live);
   };
   return element(

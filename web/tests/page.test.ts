@@ -12,7 +12,7 @@ const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.mi
 const VIEWS = ["#/live", "#/control", "#/history", "#/history/campaign/1", "#/history/compare/2/3", "#/history/log"];
 const THEMES = ["light", "dark", "sunlight"];
 /** Enough for the slowest step on two busy cores. */
-const PATIENCE_MS = 30_000;
+const PATIENCE_MS = 20_000;
 
 let server: Server;
 let browser: Browser;
@@ -108,7 +108,7 @@ test("take control, start, watch, abort in mid doublet by key, with a wrong cloc
   // Both deflections of the paper's doublet lie between 2 and 6 s.
   await until("the doublet", async () => ((await trial()).progress?.elapsed_s ?? 0) > 2.5);
   await page.keyboard.press(".");
-  await page.getByText("The trial ended early").waitFor();
+  await page.locator(".loud", { hasText: "The trial ended early" }).waitFor();
   const ended = await trial();
   assert.equal(ended.outcome?.reason, "operator");
   assert.equal(ended.running, false);
@@ -116,8 +116,8 @@ test("take control, start, watch, abort in mid doublet by key, with a wrong cloc
 
 test("two trials are validated, compared and looked at over speed", async () => {
   await start("60, 80", "bare", "as fast as it can");
-  await page.getByText("The trial is finished").waitFor();
-  await page.getByText(/the model explains \d/).waitFor();
+  await page.locator(".loud", { hasText: "The trial is finished" }).waitFor();
+  await page.locator("p", { hasText: /the model explains \d/ }).waitFor();
   assert.ok((await trial()).runs.every((run) => run.accepted));
   await start("60, 80", "sonar", "as fast as it can");
   await page.getByText("sim:starfish · sonar · ended").waitFor();
@@ -243,7 +243,7 @@ test("a wrong token is refused, the right one is not", async () => {
     assert.ok(token, guarded.said);
     await own.getByLabel("Token").fill(token);
     await own.getByRole("button", { name: "Enter" }).click();
-    await own.getByText("No trial is running").waitFor();
+    await own.locator(".loud", { hasText: "No trial is running" }).waitFor();
   } finally {
     await guarded.stop();
   }
@@ -259,5 +259,5 @@ test("a lost connection is said and mended when the server is back", async () =>
   await page.getByText("Connection lost").waitFor();
   server = await serve("page.db", "--listen", `127.0.0.1:${port}`);
   await page.getByText("Connection lost").waitFor({ state: "hidden" });
-  await page.getByText("No trial is running").waitFor();
+  await page.locator(".loud", { hasText: "No trial is running" }).waitFor();
 });

@@ -82,7 +82,10 @@ export class Live {
       const resume = this.stream === null ? {} : { stream: this.stream, after: this.sequence };
       socket.send(JSON.stringify({ token: secrets.token, lease: secrets.lease, ...resume }));
       // A stream that goes on where it was has nothing to say until something happens.
-      if (this.stream !== null) this.connection = "open";
+      if (this.stream !== null) {
+        this.connection = "open";
+        if (this.control !== null) this.learnControl(this.control);
+      }
       this.tell();
       this.listen();
     };
