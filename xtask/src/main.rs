@@ -1,21 +1,13 @@
 //! The project's own commands.
 //!
 //! `cargo xtask test` runs every check in the order in which they fail fastest; `cargo xtask embedded` the one
-<<<<<<< HEAD
 //! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask instructions` that of the kernels'
-//! speed. `cargo xtask ros2` checks what needs the feature `ros2`.
+//! speed, `cargo xtask web` that of the dashboard's page. `cargo xtask ros2` checks what needs the feature `ros2`.
 
 mod c_library;
 mod embedded;
 mod instructions;
-=======
-//! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask web` that of the dashboard's page.
-//! `cargo xtask ros2` checks what needs the feature `ros2`.
-
-mod c_library;
-mod embedded;
 mod page;
->>>>>>> 06c7603 ([web] the page of the dashboard: live view, control, history)
 mod python;
 
 use std::process::{Command, ExitCode};
@@ -32,17 +24,12 @@ fn main() -> ExitCode {
         Some("python") => ExitCode::FAILURE,
         Some("ros2") if on_ros2() => ExitCode::SUCCESS,
         Some("ros2") => ExitCode::FAILURE,
-<<<<<<< HEAD
         Some("instructions") if in_few_instructions() => ExitCode::SUCCESS,
         Some("instructions") => ExitCode::FAILURE,
-        _ => {
-            eprintln!("usage: cargo xtask test|embedded|python|ros2|instructions");
-=======
         Some("web") if in_browser() => ExitCode::SUCCESS,
         Some("web") => ExitCode::FAILURE,
         _ => {
-            eprintln!("usage: cargo xtask test|embedded|python|ros2|web");
->>>>>>> 06c7603 ([web] the page of the dashboard: live view, control, history)
+            eprintln!("usage: cargo xtask test|embedded|python|ros2|instructions|web");
             ExitCode::from(2)
         }
     }
@@ -100,11 +87,7 @@ fn test() -> ExitCode {
         }
         eprintln!("== {name} passed in {:.0} s", start.elapsed().as_secs_f64());
     }
-<<<<<<< HEAD
-    if !in_few_instructions() || !on_microcontrollers() || !in_python() {
-=======
-    if !on_microcontrollers() || !in_python() || !in_browser() {
->>>>>>> 06c7603 ([web] the page of the dashboard: live view, control, history)
+    if !in_few_instructions() || !on_microcontrollers() || !in_python() || !in_browser() {
         return ExitCode::FAILURE;
     }
     eprintln!("== all passed in {:.0} s", begin.elapsed().as_secs_f64());
