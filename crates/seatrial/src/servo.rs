@@ -56,33 +56,39 @@ impl Servo {
         Ok(Self { delay_s, lag_s })
     }
 
-    /// The same record with the rudder that acts in place of the command. Samples that are not finite, or whose time does
-    /// not increase, stay as they are.
+    /// The same record with the rudder that acts in place of the command.
     pub fn behind(&self, record: &Record) -> Record {
-        let usual_interval_s = median_interval_s(&record.samples).unwrap_or(0.0);
-        let mut samples = record.samples.clone();
-        let usable: Vec<usize> = increasing(&record.samples);
+        Record {
+            samples: self.acting(&record.samples),
+            rudder_unit: record.rudder_unit,
+        }
+    }
+
+    /// The same samples with the rudder that acts in place of the command. Samples that are not finite, or whose time does
+    /// not increase, stay as they are.
+    pub fn acting(&self, commanded: &[Sample<f64>]) -> Vec<Sample<f64>> {
+        let usual_interval_s = median_interval_s(commanded).unwrap_or(0.0);
+        let mut samples = commanded.to_vec();
+        let usable: Vec<usize> = increasing(commanded);
         let Some(&first) = usable.first() else {
-            return record.clone();
+            return samples;
         };
         let mut motion = Motion {
             servo: self,
-            time_s: record.samples[first].time_s,
-            commanded_rad: record.samples[first].rudder_rad,
-            acting_rad: record.samples[first].rudder_rad,
+            time_s: commanded[first].time_s,
+            commanded_rad: commanded[first].rudder_rad,
+            acting_rad: commanded[first].rudder_rad,
         };
         let mut commands = usable
             .iter()
-            .map(|&i| &record.samples[i])
+            .map(|&i| &commanded[i])
             .map(|sample| (sample.time_s + self.delay_s, sample.rudder_rad))
             .peekable();
         for (position, &i) in usable.iter().enumerate() {
-            let from_s = record.samples[i].time_s;
+            let from_s = commanded[i].time_s;
             let until_s = usable
                 .get(position + 1)
-                .map_or(from_s + usual_interval_s, |&next| {
-                    record.samples[next].time_s
-                });
+                .map_or(from_s + usual_interval_s, |&next| commanded[next].time_s);
             let mut turned_rad_s = 0.0;
             while let Some((at_s, rudder_rad)) = commands.next_if(|(at_s, _)| *at_s < until_s) {
                 turned_rad_s += motion.until(at_s);
@@ -95,10 +101,7 @@ impl Servo {
                 motion.acting_rad
             };
         }
-        Record {
-            samples,
-            rudder_unit: record.rudder_unit,
-        }
+        samples
     }
 }
 
