@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use seatrial::Identification;
 use seatrial::identification::{
-    HigherOrder, Online, Refined, RejectedSamples, Settings, Validation, Verdict,
+    HigherOrder, LagEffect, Online, Refined, RejectedSamples, Settings, Validation, Verdict,
 };
 use seatrial::identify::{IdentifyError, IdentifySettings};
 use seatrial::record::Window;
@@ -104,6 +104,7 @@ pub struct Document<'a> {
     nomoto: Option<Nomoto<f64>>,
     validation: Option<Validation>,
     higher_order: Option<&'a HigherOrder>,
+    lag_effect: Option<LagEffect>,
     verdict: &'a Verdict,
     /// Of a log with several manoeuvres: the model of each speed; the model above is the surest of them.
     pub models: Option<&'a [SpeedModel]>,
@@ -225,6 +226,7 @@ impl<'a> Document<'a> {
             nomoto: identification.nomoto,
             validation: identification.validation,
             higher_order: identification.higher_order.as_ref(),
+            lag_effect: identification.lag_effect,
             ..Self::without_model(logs, &identification.verdict)
         }
     }
@@ -247,6 +249,7 @@ impl<'a> Document<'a> {
             nomoto: None,
             validation: None,
             higher_order: None,
+            lag_effect: None,
             verdict,
             models: None,
         }

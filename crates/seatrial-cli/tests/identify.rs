@@ -99,12 +99,13 @@ fn cli_identify_gives_the_promised_document_and_validate_takes_it() {
         "/validation/r2_yaw_rate",
         "/validation/samples",
         "/verdict/reasons/0/text",
+        "/lag_effect/a22_per_s",
     ] {
         let found = document.pointer(pointer).unwrap_or(&Value::Null);
         assert!(!found.is_null(), "{pointer} of {document:#}");
     }
     assert_eq!(document["online"].get("trace"), None);
-    assert_eq!(codes(&document), ["ok"]);
+    assert_eq!(codes(&document), ["ok", "lag_unknown"]);
     let a22 = document["online"]["a22_per_s"].as_f64().expect("a number");
     // 1 %, as the README states.
     assert!((a22 / -1.07 - 1.0).abs() < 0.01, "{a22}");

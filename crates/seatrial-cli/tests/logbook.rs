@@ -94,6 +94,7 @@ fn identification(model: YawModel<f64>) -> Identification {
         nomoto: model.nomoto(),
         validation: None,
         higher_order: None,
+        lag_effect: None,
         verdict,
     }
 }

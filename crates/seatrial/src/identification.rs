@@ -33,6 +33,9 @@ pub struct Identification {
     /// The model of the order that the record supports, where a first-order one misses something.
     #[serde(default)]
     pub higher_order: Option<HigherOrder>,
+    /// What a lag of the rudder that the log does not tell would do to the refined model.
+    #[serde(default)]
+    pub lag_effect: Option<LagEffect>,
     /// May the model be used?
     pub verdict: Verdict,
 }
@@ -52,6 +55,17 @@ pub struct HigherOrder {
     pub estimate: SecondOrder,
     /// Its simulation of fresh data.
     pub validation: Option<Validation>,
+}
+
+/// The model if the rudder lagged behind what the log says.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LagEffect {
+    /// Time constant of the lag, s.
+    pub lag_s: f64,
+    /// a22 then, 1/s.
+    pub a22_per_s: f64,
+    /// b2 then, 1/s^2.
+    pub b2_per_s2: f64,
 }
 
 /// Counts of samples that never reached the estimator.

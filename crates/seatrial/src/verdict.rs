@@ -4,7 +4,7 @@ mod contradiction;
 
 use seatrial_core::{GoodnessOfFit, YawModel};
 
-use crate::identification::{HigherOrder, Reason, Refined, Validation, Verdict};
+use crate::identification::{HigherOrder, LagEffect, Reason, Refined, Validation, Verdict};
 use crate::record::RudderUnit;
 use contradiction::Limits;
 
@@ -41,6 +41,11 @@ const NOTED_JITTER: f64 = 1.5;
 /// which it is noted, and from which the model is refused.
 const NOTED_DISAGREEMENT: f64 = 0.25;
 const LARGEST_DISAGREEMENT: f64 = 0.75;
+
+/// Effect of a lag that nobody told of, in half widths of the 95 % interval, from which it is noted.
+const NOTED_LAG_EFFECT: f64 = 0.5;
+/// And the share of the parameter under which it is not, whatever the interval.
+const LEAST_LAG_EFFECT: f64 = 0.02;
 
 /// Fresh rudder angles beyond the trained ones by this factor are an extrapolation.
 const NOTED_EXTRAPOLATION: f64 = 1.2;
@@ -81,6 +86,8 @@ pub struct Evidence<'a> {
     pub disturbed: Option<f64>,
     /// The model beyond the first order that explains it.
     pub higher_order: Option<&'a HigherOrder>,
+    /// What a lag of the rudder that the log does not tell would do.
+    pub lag_effect: Option<&'a LagEffect>,
     /// Times that the rudder moved far while samples were lost.
     pub hidden_edges: usize,
     /// R^2 on the training record itself.
@@ -143,6 +150,9 @@ pub fn judge(evidence: &Evidence) -> Verdict {
         Some(refined) => {
             weighing.intervals(refined, evidence);
             weighing.agreement(evidence.online, refined);
+            if let Some(effect) = evidence.lag_effect {
+                weighing.lag(refined, effect);
+            }
         }
         None if evidence.needs_interval => weighing.reject(
             "not_identifiable",
@@ -395,6 +405,31 @@ impl Weighing {
             } else if difference > NOTED_DISAGREEMENT.max(2.0 * half_width) {
                 self.note("disagreement", text());
             }
+        }
+    }
+
+    fn lag(&mut self, refined: &Refined, effect: &LagEffect) {
+        let (model, intervals) = (&refined.model, &refined.interval_95);
+        let parameters = [
+            (model.a22_per_s, effect.a22_per_s, intervals.a22_per_s),
+            (model.b2_per_s2, effect.b2_per_s2, intervals.b2_per_s2),
+        ];
+        let matters = parameters.iter().any(|(model, lagging, interval)| {
+            let half_width = 0.5 * (interval[1] - interval[0]);
+            (lagging - model).abs()
+                > (NOTED_LAG_EFFECT * half_width).max(LEAST_LAG_EFFECT * model.abs())
+        });
+        if matters {
+            let [a22, b2] = parameters.map(|(model, lagging, _)| 100.0 * (lagging / model - 1.0));
+            self.note(
+                "lag_unknown",
+                format!(
+                    "if the rudder lagged {} s behind what the log says, a22 would be {} 1/s ({a22:+.0} %) and b2 {} 1/s^2 ({b2:+.0} %), for which the intervals do not allow: log the rudder's own angle, or give the servo's lag with --rudder-lag",
+                    effect.lag_s,
+                    three_figures(effect.a22_per_s),
+                    three_figures(effect.b2_per_s2)
+                ),
+            );
         }
     }
 

@@ -9,6 +9,7 @@ use seatrial::identify::bound::Noise;
 use seatrial::identify::second_order::{
     self, SecondOrder, Structure, SwayYawModel, SwayYawState, goodness_of_fit,
 };
+use seatrial::identify::{IdentifySettings, identify};
 use seatrial::{Record, Window};
 use seatrial_core::Sample;
 
@@ -261,6 +262,34 @@ fn recover_rudder_lag() {
         ..Structure::FIRST_ORDER
     };
     assert_recovered(&truth, structure, 0.3);
+}
+
+/// A weak rudder behind a slow servo: the lag passes for so small a disturbance that first order was not doubted.
+#[test]
+fn regress_a_lag_under_a_weak_rudder_is_no_damping() {
+    let truth = SwayYawModel {
+        a22_per_s: -0.91,
+        b2_per_s2: 0.5,
+        c0_rad_per_s2: 0.005,
+        rudder_lag_s: 0.15,
+        ..first_order()
+    };
+    for (heading_deg, least_named) in [(0.17, 4), (0.5, 4), (1.0, 0), (2.0, 0)] {
+        let mut named = 0;
+        for seed in 0..4 {
+            let samples = training_stage(&truth, noise(heading_deg, 0.0, 1.0), 300 + seed);
+            let record: Record = samples.into_iter().collect();
+            let found = identify(&record, Window::ALL, None, &IdentifySettings::default()).unwrap();
+            let refined = found.refined.unwrap();
+            let interval = refined.interval_95.a22_per_s;
+            named += usize::from(refined.method == "rudder_lag");
+            let is_told = ["lag_unknown", "model_order"]
+                .iter()
+                .any(|code| found.verdict.reasons.iter().any(|r| r.code == *code));
+            assert!(inside(Some(interval), truth.a22_per_s) || is_told);
+        }
+        assert!(named >= least_named, "{heading_deg} deg: {named} of 4");
+    }
 }
 
 /// Without noise nothing but the truth is found, and nothing more.

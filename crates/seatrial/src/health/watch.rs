@@ -13,7 +13,7 @@ use super::{
     degrees_of_freedom,
 };
 use crate::identification::{Refined, Verdict};
-use crate::identify::refine::{large_disturbance_share, refine};
+use crate::identify::refine::{disturbance_share, is_large_share, refine};
 use crate::identify::whitening::{Disturbance, Prepared};
 use crate::identify::{IdentifySettings, identify};
 use crate::manoeuvre::Manoeuvre;
@@ -262,9 +262,10 @@ impl Watch {
             model: expected.model,
             ..refined.clone()
         };
-        let refined = match large_disturbance_share(&as_expected, rudder_amplitude_rad) {
-            Some(_) => accepted_estimate(record, window, &refined)?,
-            None => refined,
+        let refined = if is_large_share(disturbance_share(&as_expected, rudder_amplitude_rad)) {
+            accepted_estimate(record, window, &refined)?
+        } else {
+            refined
         };
         let now = SpeedModel {
             thrust: None,

@@ -6,6 +6,7 @@ mod compass;
 pub mod filtered_sums;
 pub mod fresh;
 pub mod joined;
+pub mod lag;
 pub mod online;
 pub mod output_error;
 pub mod peak;
@@ -24,8 +25,9 @@ use crate::record::{Record, Window, median_interval_s};
 use crate::time_scale::{ChosenLambda, TimeScale};
 use crate::verdict::{self, Evidence};
 use joined::Joined;
+use lag::LagTest;
 use online::{Pass, Stretch};
-use second_order::{SecondOrder, Structure, SwayYawModel};
+use second_order::{SecondOrder, SwayYawModel};
 
 /// The filters are warmed on the data before the window, up to this many of their time constants: what
 /// remains of their start is then below rounding.
@@ -41,6 +43,10 @@ const LARGEST_WARMING_SHARE: f64 = 0.1;
 /// at least this over the square of a typical rate, lambda times the heading's range. The paper's vehicle
 /// keeps the 1e6 of the core.
 const COVARIANCE_TIMES_SQUARED_RATE: f64 = 1e4;
+
+/// Evidence, over what names a structure, that a lag must have which passes for a small disturbance: among many sound
+/// records the price that names a structure is now and then exceeded by chance.
+const PRICE_OF_A_HIDDEN_LAG: f64 = 1.5;
 
 /// How to identify.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -205,12 +211,15 @@ fn assess_with_others(
     let refined = refine
         .then(|| refine::refine(&pass.accepted, Some(pass.online.model)).ok())
         .flatten();
+    let lag = refined
+        .as_ref()
+        .and_then(|refined| LagTest::of(&pass.accepted, refined));
     let unexplained = refined
         .as_ref()
-        .and_then(|refined| Unexplained::of(&pass.accepted, refined, manoeuvre.amplitude_rad));
+        .and_then(|refined| Unexplained::of(&pass.accepted, refined, manoeuvre.amplitude_rad, lag));
     let (mismatch, disturbed) = match &unexplained {
         Some(unexplained) if unexplained.is_structural() => (Some(unexplained.share), None),
-        Some(unexplained) => (None, Some(unexplained.share)),
+        Some(unexplained) => (None, unexplained.is_large().then_some(unexplained.share)),
         None => (None, None),
     };
     let higher_order = higher_order(unexplained, fresh)?;
@@ -220,7 +229,8 @@ fn assess_with_others(
         .flatten();
     let lagging = higher_order
         .as_ref()
-        .filter(|h| h.estimate.order.structure == Structure::LAGGING_RUDDER && hidden_edges == 0);
+        .filter(|h| h.estimate.is_first_order_behind_a_lag())
+        .filter(|_| mismatch.is_some() && hidden_edges == 0);
     let alone = refined.map(|refined| match (lagging, simulated) {
         (Some(lagging), _) => refine::behind_the_lag(&refined, &lagging.estimate),
         (None, Some(simulated)) => refine::around_online(&refined, pass.online.model, &simulated),
@@ -253,6 +263,9 @@ fn assess_with_others(
     let of_fresh = fresh
         .filter(|fresh| refine && mismatch.is_none() && fresh.window != training)
         .and_then(fresh_estimate);
+    let lag_effect = lag
+        .filter(|_| mismatch.is_none() && hidden_edges == 0)
+        .map(|lag| lag.effect);
     let verdict = verdict::judge(&Evidence {
         samples_used: pass.samples_used,
         samples_rejected: pass.rejected.total(),
@@ -269,6 +282,7 @@ fn assess_with_others(
         mismatch,
         disturbed,
         higher_order: higher_order.as_ref(),
+        lag_effect: lag_effect.as_ref(),
         hidden_edges,
         training_fit,
         validation,
@@ -287,6 +301,7 @@ fn assess_with_others(
         refined,
         validation,
         higher_order,
+        lag_effect,
         verdict,
     };
     Ok((identification, joined))
@@ -297,12 +312,14 @@ pub fn fresh_estimate(fresh: Fresh) -> Option<Refined> {
     let samples = fresh.record.usable(fresh.window);
     let manoeuvre = Manoeuvre::find(&samples)?;
     let refined = refine::refine(&samples, None).ok()?;
-    let is_structural = Unexplained::of(&samples, &refined, manoeuvre.amplitude_rad)
+    let lag = LagTest::of(&samples, &refined);
+    let is_structural = Unexplained::of(&samples, &refined, manoeuvre.amplitude_rad, lag)
         .is_some_and(|unexplained| unexplained.is_structural());
     (!is_structural).then_some(refined)
 }
 
-/// Much that a first-order model leaves unexplained: a strong disturbance, or a vehicle that is not of first order.
+/// What a first-order model leaves unexplained, where it is much or looks like a lagging rudder: a strong disturbance,
+/// or a vehicle that is not of first order.
 struct Unexplained {
     /// The share of the rudder's own effect.
     share: f64,
@@ -311,18 +328,35 @@ struct Unexplained {
 }
 
 impl Unexplained {
-    fn of(samples: &[Sample<f64>], refined: &Refined, rudder_amplitude_rad: f64) -> Option<Self> {
-        let share = refine::large_disturbance_share(refined, rudder_amplitude_rad)?;
-        Some(Self {
+    fn of(
+        samples: &[Sample<f64>],
+        refined: &Refined,
+        rudder_amplitude_rad: f64,
+        lag: Option<LagTest>,
+    ) -> Option<Self> {
+        let share = refine::disturbance_share(refined, rudder_amplitude_rad);
+        let worth_a_look =
+            refine::is_large_share(share) || lag.is_some_and(|lag| lag.is_suspicious());
+        worth_a_look.then(|| Self {
             share,
             second_order: second_order::fit(samples).ok(),
         })
     }
 
+    fn is_large(&self) -> bool {
+        refine::is_large_share(self.share)
+    }
+
+    /// A small disturbance passes for structure only where a lag explains it beyond doubt.
     fn is_structural(&self) -> bool {
-        self.second_order
-            .as_ref()
-            .is_none_or(|estimate| estimate.order.leans_beyond_first_order())
+        match &self.second_order {
+            Some(estimate) if self.is_large() => estimate.order.leans_beyond_first_order(),
+            Some(estimate) => {
+                estimate.is_first_order_behind_a_lag()
+                    && estimate.order.evidence() > PRICE_OF_A_HIDDEN_LAG * estimate.order.threshold
+            }
+            None => self.is_large(),
+        }
     }
 }
 

@@ -86,16 +86,18 @@ pub fn prediction_error(
 /// A disturbance of more than this share of the rudder's own effect may be none: the model may miss something.
 const LARGE_DISTURBANCE_SHARE: f64 = 0.1;
 
-/// The share of the rudder's effect, b2 times its amplitude, that the disturbance would have to have, where it is
-/// large.
+/// The share of the rudder's effect, b2 times its amplitude, that the disturbance would have to have.
 ///
 /// Sway or a slow servo pass for a disturbance that follows the rudder, against the assumption of the
 /// interval, and the likelihood fits the next instant rather than the manoeuvre. [`second_order::fit`](super::second_order::fit) tells them
 /// from a strong disturbance.
-pub fn large_disturbance_share(refined: &Refined, rudder_amplitude_rad: f64) -> Option<f64> {
-    let rudder_effect = refined.model.b2_per_s2.abs() * rudder_amplitude_rad;
-    let share = refined.disturbance_rad_s2 / rudder_effect;
-    (share > LARGE_DISTURBANCE_SHARE).then_some(share)
+pub fn disturbance_share(refined: &Refined, rudder_amplitude_rad: f64) -> f64 {
+    refined.disturbance_rad_s2 / (refined.model.b2_per_s2.abs() * rudder_amplitude_rad)
+}
+
+/// Is a [`disturbance_share`] so large that the model may miss something?
+pub fn is_large_share(share: f64) -> bool {
+    share > LARGE_DISTURBANCE_SHARE
 }
 
 /// The yaw model of a first-order vehicle whose rudder lags, in place of the refined one, which takes the lag for

@@ -135,13 +135,18 @@ impl ModelOrder {
 
     /// Is the first order not to be relied upon, even if what it misses cannot be named? Schwarz's price decides.
     pub fn leans_beyond_first_order(&self) -> bool {
-        self.likelihood_ratio.min(self.cautious_likelihood_ratio) > self.threshold / PRICE
+        self.evidence() > self.threshold / PRICE
+    }
+
+    /// The likelihood ratio that counts: the smaller one.
+    pub fn evidence(&self) -> f64 {
+        self.likelihood_ratio.min(self.cautious_likelihood_ratio)
     }
 }
 
 impl std::fmt::Display for ModelOrder {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        let ratio = self.likelihood_ratio.min(self.cautious_likelihood_ratio);
+        let ratio = self.evidence();
         let threshold = self.threshold;
         if self.exceeds_first_order() {
             write!(
@@ -314,6 +319,15 @@ impl Candidate {
 }
 
 impl SecondOrder {
+    /// Is the vehicle of first order behind a lag that the record determines? Of two equal poles neither is known.
+    pub fn is_first_order_behind_a_lag(&self) -> bool {
+        self.order.structure == Structure::LAGGING_RUDDER
+            && self
+                .interval_95
+                .rudder_lag_s
+                .is_some_and(|[shortest_s, _]| shortest_s > 0.0)
+    }
+
     fn decide(
         record: &Comparisons,
         candidates: &[Candidate],

@@ -68,6 +68,7 @@ fn evidence(refined: &Refined) -> Evidence<'_> {
         mismatch: None,
         disturbed: None,
         higher_order: None,
+        lag_effect: None,
         hidden_edges: 0,
         training_fit: training_fit(0.95, 0.95),
         validation: Some(validation(0.9, 0.95, 0.96)),

@@ -141,6 +141,7 @@ impl Draw {
                 samples: draw.count() as usize,
             }),
             higher_order: None,
+            lag_effect: None,
             verdict: self.verdict(),
         }
     }

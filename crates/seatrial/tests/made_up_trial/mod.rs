@@ -234,6 +234,7 @@ fn identification(
             samples: 330,
         }),
         higher_order: None,
+        lag_effect: None,
         verdict,
     }
 }

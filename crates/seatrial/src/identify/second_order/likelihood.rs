@@ -9,6 +9,7 @@ use crate::identify::whitening::{Disturbance, mean_rudder_rad};
 /// Parameters: a22, b2, C0, a21, a11, k, T_d, psi0, r0.
 pub(super) const PARAMETERS: usize = 9;
 pub(super) const A22: usize = 0;
+pub(super) const B2: usize = 1;
 pub(super) const C0: usize = 2;
 pub(super) const A21: usize = 3;
 pub(super) const A11: usize = 4;
@@ -23,7 +24,7 @@ pub(super) type Theta = [f64; PARAMETERS];
 pub(super) fn model_of(theta: &Theta) -> SwayYawModel {
     SwayYawModel {
         a22_per_s: theta[A22],
-        b2_per_s2: theta[1],
+        b2_per_s2: theta[B2],
         c0_rad_per_s2: theta[C0],
         a21_per_s2: theta[A21],
         a11_per_s: theta[A11],

@@ -1,6 +1,6 @@
 //! The largest likelihood of every structure, without a disturbance and with the likeliest.
 
-use super::likelihood::{A11, A21, A22, CROSS_FLOW, Comparisons, LAG, Summit, Theta};
+use super::likelihood::{A11, A21, A22, B2, C0, CROSS_FLOW, Comparisons, LAG, Summit, Theta};
 use super::{Candidate, Structure};
 use crate::identify::whitening::Disturbance;
 
@@ -102,11 +102,37 @@ impl Search<'_> {
             self.record
                 .climb(&start, &structure.free(), summit.disturbance, CLIMB)
         });
+        let calm = self.calm(structure, &starts)?;
+        if structure.has_sway() {
+            return Some(Candidate {
+                structure,
+                calm,
+                disturbed,
+            });
+        }
         Some(Candidate {
             structure,
-            calm: self.calm(structure, &starts)?,
-            disturbed,
+            calm: self.slower_than_the_servo(calm)?,
+            disturbed: disturbed.and_then(|summit| self.slower_than_the_servo(summit)),
         })
+    }
+
+    /// Of the two poles of a first-order vehicle behind a lag the rudder's response hardly tells which is whose: the
+    /// slower one is the vehicle's.
+    fn slower_than_the_servo(&self, summit: Summit) -> Option<Summit> {
+        let is_slower = |theta: &Theta| theta[LAG] * theta[A22].abs() <= 1.0;
+        if is_slower(&summit.theta) {
+            return Some(summit);
+        }
+        let mut swapped = summit.theta;
+        let ratio = 1.0 / (summit.theta[A22].abs() * summit.theta[LAG]);
+        for parameter in [A22, B2, C0, LAG] {
+            swapped[parameter] *= ratio;
+        }
+        let free = Structure::LAGGING_RUDDER.free();
+        self.record
+            .climb(&swapped, &free, summit.disturbance, CLIMB)
+            .filter(|summit| is_slower(&summit.theta))
     }
 
     fn couplings(&self, first: &Theta) -> Vec<Theta> {

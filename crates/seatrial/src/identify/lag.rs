@@ -1,0 +1,82 @@
+//! A rudder that lags without the log saying so: is there a sign of it, and what would it do to the model?
+
+use seatrial_core::Sample;
+
+use super::peak::{Peak, Span, liveliest};
+use super::whitening::Disturbance;
+use crate::identification::{LagEffect, Refined};
+use crate::servo::Servo;
+
+/// The lag whose effect is told, s: that of an ordinary servo.
+const ORDINARY_LAG_S: f64 = 0.1;
+
+/// Lags looked for, and time constants of the disturbance that may explain the record in their place, in time
+/// constants of the vehicle.
+const LAGS: [f64; 3] = [0.05, 0.15, 0.4];
+const DISTURBANCE_TIME_CONSTANTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
+
+/// What a record says of a lag of the rudder.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LagTest {
+    /// Twice the log likelihood of the likeliest lag looked for, less that of none.
+    pub likelihood_ratio: f64,
+    /// Schwarz's price of a parameter, log n.
+    pub price: f64,
+    /// What a lag of 0.1 s would do to the model, by output error, which fits the whole manoeuvre.
+    pub effect: LagEffect,
+}
+
+impl LagTest {
+    /// Holds the record of a training against a rudder that lags.
+    ///
+    /// ```text
+    /// LR = 2 max over T_d, D of l(a22_hat; D, T_d) - 2 max over D of l(a22_hat; D, 0)
+    /// ```
+    ///
+    /// with l the restricted log likelihood of [`Prepared::fit`](super::whitening::Prepared::fit), T_d the lag of a
+    /// [`Servo`] and D a disturbance: none, or one of the strength that the refined estimate found, because a lag that is
+    /// taken for a disturbance needs none. `None` where there is no peak.
+    pub fn of(samples: &[Sample<f64>], refined: &Refined) -> Option<Self> {
+        let samples = liveliest(samples);
+        let span = Span::of(samples).ok()?;
+        let start_per_s = refined.model.a22_per_s;
+        let scale = span.rate_scale(start_per_s);
+        let likeliest = |lag_s: f64, disturbances: &[Disturbance]| -> Option<Peak> {
+            let acting = Servo::new(0.0, lag_s).ok()?.acting(samples);
+            let record = span.prepare(&acting, start_per_s).ok()?;
+            disturbances
+                .iter()
+                .filter_map(|disturbance| Peak::find(&record, *disturbance, start_per_s, scale))
+                .max_by(|a, b| a.fit.log_likelihood.total_cmp(&b.fit.log_likelihood))
+        };
+        let relative = refined.disturbance_rad_s2 / refined.heading_noise_rad;
+        let mut disturbances = vec![Disturbance::NONE];
+        disturbances.extend(DISTURBANCE_TIME_CONSTANTS.map(|ratio| Disturbance {
+            relative,
+            time_constant_s: ratio / scale,
+        }));
+        let none = likeliest(0.0, &disturbances)?;
+        let or_none = [none.disturbance, Disturbance::NONE];
+        let lagging = LAGS
+            .iter()
+            .filter_map(|lag| likeliest(lag / scale, &or_none))
+            .map(|peak| peak.fit.log_likelihood)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let calm = |lag_s| likeliest(lag_s, &[Disturbance::NONE]);
+        let (prompt, ordinary) = (calm(0.0)?, calm(ORDINARY_LAG_S)?);
+        Some(Self {
+            likelihood_ratio: 2.0 * (lagging - none.fit.log_likelihood),
+            price: (span.prepare(samples, start_per_s).ok()?.blocks() as f64).ln(),
+            effect: LagEffect {
+                lag_s: ORDINARY_LAG_S,
+                a22_per_s: refined.model.a22_per_s + ordinary.a22_per_s - prompt.a22_per_s,
+                b2_per_s2: refined.model.b2_per_s2 + ordinary.fit.linear[0] - prompt.fit.linear[0],
+            },
+        })
+    }
+
+    /// Is a lag worth looking for with the models of a higher order?
+    pub fn is_suspicious(&self) -> bool {
+        self.likelihood_ratio > self.price
+    }
+}
