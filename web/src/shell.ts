@@ -76,7 +76,8 @@ export function openShell(body: HTMLElement): void {
   };
   addEventListener("hashchange", () => {
     show();
-    main.focus();
+    main.focus({ preventScroll: true });
+    scrollTo(0, 0);
   });
   show();
 

@@ -50,8 +50,8 @@ export const QUANTITIES: Record<string, Quantified> = {
   c0_rad_per_s2: { name: "C₀", quantity: "plain", unit: "rad/s²" },
   delta0_rad: { name: "δ₀", quantity: "angle" },
   proportional_gain: { name: "Kₚ", quantity: "plain" },
-  steady_turning_radius_starboard_m: { name: "turning radius to starboard", quantity: "distance" },
-  steady_turning_radius_port_m: { name: "turning radius to port", quantity: "distance" },
+  steady_turning_radius_starboard_m: { name: "radius to starboard", quantity: "distance" },
+  steady_turning_radius_port_m: { name: "radius to port", quantity: "distance" },
 };
 
 export const percent = (fraction: number): string => `${+(100 * fraction).toPrecision(3)}\u00a0%`;

@@ -253,7 +253,7 @@ async function openComparison(a: number, b: number, place: HTMLElement, complain
       element("b", {}, "B"),
       ` is campaign ${found.b.id}, ${found.b.configuration}. Brackets are 95 % intervals.`,
     ),
-    element("div", { class: "panels" }, ...found.thrusts.map((at) => thrustPanel(at))),
+    element("div", { class: "panels two" }, ...found.thrusts.map((at) => thrustPanel(at))),
   );
 }
 
@@ -265,7 +265,7 @@ function thrustPanel(at: Comparison["thrusts"][number]): HTMLElement {
     element("th", { scope: "col" }, element("span", { class: "key key-b key-dashed" }, "B")),
     element("td", {}),
     element("th", { scope: "col" }, "B − A"),
-    element("th", { scope: "col" }, "in intervals"),
+    element("th", { scope: "col" }, "÷ interval"),
   ];
   return element(
     "section",
@@ -296,7 +296,7 @@ function differenceRow(of: Difference): HTMLElement {
     figureCell(of.a, factor),
     figureCell(of.b, factor),
     element("td", {}, pair(of.a, of.b)),
-    element("td", { class: isClear ? "strong" : "" }, significant(of.difference * factor)),
+    element("td", { class: isClear ? "strong" : "" }, significant(of.difference * factor, 2)),
     element(
       "td",
       { class: isClear ? "strong" : "" },

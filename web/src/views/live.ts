@@ -302,9 +302,9 @@ function drawLink(list: HTMLElement, live: Live): void {
       : [
           [
             "last sample",
-            health.silent_for_s === null || health.silent_for_s === undefined
+            typeof health.silent_for_s !== "number"
               ? "none yet"
-              : `${shown(health.silent_for_s, "time", 2)} ago`,
+              : `${health.silent_for_s < 0.1 ? "less than 0.1 s" : shown(health.silent_for_s, "time", 2)} ago`,
           ],
           [
             "time between samples",
