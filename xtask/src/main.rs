@@ -2,9 +2,11 @@
 //!
 //! `cargo xtask test` runs every check in the order in which they fail fastest; `cargo xtask embedded` the one
 //! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask instructions` that of the kernels'
-//! speed, `cargo xtask web` that of the dashboard's page. `cargo xtask ros2` checks what needs the feature `ros2`.
+//! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page. `cargo xtask ros2` checks what
+//! needs the feature `ros2`.
 
 mod c_library;
+mod dash;
 mod embedded;
 mod instructions;
 mod page;
@@ -22,6 +24,8 @@ fn main() -> ExitCode {
         Some("embedded") => ExitCode::FAILURE,
         Some("python") if in_python() => ExitCode::SUCCESS,
         Some("python") => ExitCode::FAILURE,
+        Some("dash") if in_dash() => ExitCode::SUCCESS,
+        Some("dash") => ExitCode::FAILURE,
         Some("ros2") if on_ros2() => ExitCode::SUCCESS,
         Some("ros2") => ExitCode::FAILURE,
         Some("instructions") if in_few_instructions() => ExitCode::SUCCESS,
@@ -29,7 +33,7 @@ fn main() -> ExitCode {
         Some("web") if in_browser() => ExitCode::SUCCESS,
         Some("web") => ExitCode::FAILURE,
         _ => {
-            eprintln!("usage: cargo xtask test|embedded|python|ros2|instructions|web");
+            eprintln!("usage: cargo xtask test|embedded|python|dash|ros2|instructions|web");
             ExitCode::from(2)
         }
     }
@@ -87,7 +91,14 @@ fn test() -> ExitCode {
         }
         eprintln!("== {name} passed in {:.0} s", start.elapsed().as_secs_f64());
     }
-    if !in_few_instructions() || !on_microcontrollers() || !in_python() || !in_browser() {
+    let all = [
+        in_few_instructions,
+        on_microcontrollers,
+        in_python,
+        in_dash,
+        in_browser,
+    ];
+    if !all.iter().all(|passes| passes()) {
         return ExitCode::FAILURE;
     }
     eprintln!("== all passed in {:.0} s", begin.elapsed().as_secs_f64());
@@ -123,6 +134,10 @@ fn on_ros2() -> bool {
 
 fn in_browser() -> bool {
     passes("the page", page::check)
+}
+
+fn in_dash() -> bool {
+    passes("the dashboard's interface", dash::check)
 }
 
 fn passes(name: &str, check: impl FnOnce() -> Result<(), String>) -> bool {

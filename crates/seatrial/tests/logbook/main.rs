@@ -9,7 +9,9 @@ use proptest::prelude::*;
 use rusqlite::Connection;
 use seatrial::campaign::{Campaign, Run, Stage};
 use seatrial::identification::Identification;
-use seatrial::logbook::{CampaignId, Error, Logbook, NewCampaign, Recorder, State, Step};
+use seatrial::logbook::{
+    CampaignId, Error, Logbook, NewCampaign, NewCommand, Recorder, State, Step,
+};
 use seatrial_core::{Action, Outcome, Sample, Steering, YawModel};
 
 use draw::Draw;
@@ -492,4 +494,66 @@ fn io_a_logbook_of_the_first_schema_opens_and_goes_on() {
     assert_eq!(logbook.verify().unwrap().damage, []);
     assert_eq!(logbook.campaign(CampaignId(1)).unwrap(), campaign);
     assert_eq!(logbook.steps(CampaignId(2)).unwrap(), [(None, step)]);
+}
+
+/// The operator's word counts wherever the run is read, and leaves what the program found provable.
+#[test]
+fn io_a_review_goes_before_the_verdict() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("seatrial.db");
+    let found = example(&path);
+    let id = CampaignId(1);
+    let mut logbook = Logbook::open(&path).unwrap();
+    let counted = |logbook: &Logbook| {
+        let read = logbook.campaign(id).unwrap();
+        let accepted = read.runs.iter().filter(|run| run.verdict.accepted).count();
+        assert_eq!(logbook.entry(id).unwrap().runs_accepted as usize, accepted);
+        read.runs
+    };
+    counted(&logbook);
+    for (run, place) in found.runs.iter().zip(0..) {
+        let entered = logbook.review(id, run.number, false, "a ferry passed", "Anna");
+        assert_eq!(entered.unwrap(), Some(()));
+        let rejected = counted(&logbook)[place].verdict.clone();
+        assert!(!rejected.accepted);
+        assert_eq!(rejected.reasons[0].code, "rejected_by_operator");
+        assert_eq!(rejected.reasons[1..], run.verdict.reasons);
+        // Only what has a model can be used.
+        let entered = logbook
+            .review(id, run.number, true, "it was far away", "Ben")
+            .unwrap();
+        assert_eq!(entered.is_some(), run.identification.is_some());
+        assert_eq!(counted(&logbook)[place].verdict.accepted, entered.is_some());
+    }
+    assert_eq!(
+        logbook
+            .review(id, 99, false, "no such run", "Anna")
+            .unwrap(),
+        None
+    );
+    assert_eq!(logbook.reviews(id).unwrap().len(), found.runs.len());
+    assert_eq!(logbook.recording(id).unwrap().campaign, found);
+    assert_eq!(logbook.verify().unwrap().damage, []);
+}
+
+#[test]
+fn io_commands_are_read_newest_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut logbook = Logbook::open(folder.path().join("seatrial.db")).unwrap();
+    for command in ["take_control", "start_trial", "abort_trial"] {
+        let new = NewCommand {
+            actor: "Anna",
+            address: "127.0.0.1",
+            command,
+            details: "{}",
+            result: "done",
+        };
+        logbook.enter_command(&new).unwrap();
+    }
+    let read = logbook.commands(2).unwrap();
+    let names: Vec<(i64, &str)> = read
+        .iter()
+        .map(|c| (c.number, c.command.as_str()))
+        .collect();
+    assert_eq!(names, [(3, "abort_trial"), (2, "start_trial")]);
 }

@@ -1,0 +1,135 @@
+//! The dashboard's programming interface under schemathesis, which makes requests from its OpenAPI document.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+use crate::succeeds;
+
+const ENVIRONMENT: &str = "target/python-dash";
+const REQUIREMENTS: &str = "crates/seatrial-dash/tests/schemathesis/requirements.txt";
+const CONFIG: &str = "crates/seatrial-dash/tests/schemathesis/schemathesis.toml";
+const BINARY: &str = "target/release/seatrial";
+const LOGBOOK: &str = "target/schemathesis.db";
+
+/// Makes the environment where it is missing and tries the server of the release binary. Where there is no Python that
+/// can, this is said and skipped; with `CI=true` it is a failure.
+pub fn check() -> Result<(), String> {
+    if !is_made() && !make() {
+        let what = "python3 with venv, or what requirements.txt names, is missing";
+        return match std::env::var("CI").as_deref() {
+            Ok("true") => Err(what.into()),
+            _ => {
+                eprintln!("== schemathesis skipped: {what}");
+                Ok(())
+            }
+        };
+    }
+    for suffix in ["", "-wal", "-shm"] {
+        let _ = std::fs::remove_file(format!("{LOGBOOK}{suffix}"));
+    }
+    let mut trial = Command::new(BINARY);
+    trial
+        .args(["trial", "--logbook", LOGBOOK])
+        .stdout(Stdio::null());
+    if !succeeds(&mut trial) {
+        return Err(format!("{BINARY} trial"));
+    }
+    let mut server = Served::start()?;
+    let schema = format!("http://{}/api/v1/openapi.json", server.address);
+    let lease = format!("seatrial-lease: {}", server.control()?);
+    let mut tries = Command::new(Path::new(ENVIRONMENT).join("bin/schemathesis"));
+    tries.args([
+        "--config-file",
+        CONFIG,
+        "run",
+        &schema,
+        "--header",
+        &lease,
+        "--warnings",
+        "off",
+    ]);
+    if !succeeds(&mut tries) {
+        return Err("schemathesis".into());
+    }
+    match server.process.try_wait() {
+        Ok(None) => Ok(()),
+        ended => Err(format!("the server did not outlive it: {ended:?}")),
+    }
+}
+
+/// A server of the release binary, ended when dropped.
+struct Served {
+    process: Child,
+    address: String,
+}
+
+impl Served {
+    fn start() -> Result<Self, String> {
+        let mut process = Command::new(BINARY)
+            .args(["serve", "--listen", "127.0.0.1:0", "--logbook", LOGBOOK])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .map_err(|error| format!("{BINARY}: {error}; build it first"))?;
+        let mut url = String::new();
+        if let Some(stdout) = &mut process.stdout {
+            BufReader::new(stdout)
+                .read_line(&mut url)
+                .map_err(|error| error.to_string())?;
+        }
+        let address = url
+            .trim()
+            .trim_start_matches("http://")
+            .trim_end_matches('/');
+        Ok(Self {
+            process,
+            address: address.into(),
+        })
+    }
+
+    /// Takes control, so that commands are looked at; the lease.
+    fn control(&self) -> Result<String, String> {
+        let body = r#"{"name":"schemathesis"}"#;
+        let mut answer = String::new();
+        let mut stream = TcpStream::connect(&self.address).map_err(|error| error.to_string())?;
+        write!(
+            stream,
+            "POST /api/v1/control HTTP/1.1\r\nHost: {}\r\nConnection: close\r\nContent-Type: application/json\r\n\
+             Content-Length: {}\r\n\r\n{body}",
+            self.address,
+            body.len()
+        )
+        .and_then(|()| stream.read_to_string(&mut answer))
+        .map_err(|error| error.to_string())?;
+        let lease = answer
+            .split("\"lease\":\"")
+            .nth(1)
+            .and_then(|rest| rest.split('"').next());
+        lease.map(String::from).ok_or(answer)
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// Has the environment what the requirements name today?
+fn is_made() -> bool {
+    let installed = std::fs::read(Path::new(ENVIRONMENT).join("installed.txt"));
+    installed.is_ok_and(|installed| std::fs::read(REQUIREMENTS).is_ok_and(|now| now == installed))
+}
+
+fn make() -> bool {
+    let mut venv = Command::new("python3");
+    venv.args(["-m", "venv", ENVIRONMENT]);
+    let mut install = Command::new(Path::new(ENVIRONMENT).join("bin/python"));
+    install.args(["-m", "pip", "install", "--quiet", "-r", REQUIREMENTS]);
+    succeeds(&mut venv)
+        && succeeds(&mut install)
+        && std::fs::copy(REQUIREMENTS, Path::new(ENVIRONMENT).join("installed.txt")).is_ok()
+}
