@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use seatrial::Campaign;
 use seatrial::logbook::{CampaignId, Logbook};
@@ -24,6 +24,8 @@ use crate::workshop::Workshop;
 
 /// Requests at a time that may wait for a disk or compute.
 const AT_A_TIME: usize = 4;
+/// How long the end of a trial is waited for.
+const HANDED_BACK_WITHIN: Duration = Duration::from_secs(60);
 /// How long open requests are waited for at the end.
 const CLOSING: Duration = Duration::from_secs(2);
 
@@ -190,10 +192,9 @@ impl Server {
         if let Some(stop) = self.shared.slot().stop() {
             stop.store(true, Ordering::Relaxed);
         }
-        let trial = self.shared.slot().thread();
-        if let Some(trial) = trial {
-            // It caught its own panics.
-            let _ = trial.join();
+        let begun = Instant::now();
+        while self.shared.slot().stop().is_some() && begun.elapsed() < HANDED_BACK_WITHIN {
+            std::thread::sleep(Duration::from_millis(10));
         }
         self.shared.closing.send_replace(true);
         if let Some(thread) = self.thread.take() {

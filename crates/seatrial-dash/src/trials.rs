@@ -3,7 +3,6 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
 
 use seatrial::campaign::Run;
 use seatrial::conduct::{Pace, Watch};
@@ -30,7 +29,6 @@ pub const LONGEST_NOTE: usize = 4000;
 #[derive(Debug, Default)]
 pub struct Slot {
     running: Option<Running>,
-    thread: Option<JoinHandle<()>>,
 }
 
 #[derive(Debug)]
@@ -67,10 +65,21 @@ impl Slot {
     pub fn leave(&mut self) {
         self.running = None;
     }
+}
 
-    /// The thread of the last trial.
-    pub fn thread(&mut self) -> Option<JoinHandle<()>> {
-        self.thread.take()
+/// The place while a trial of the server has it; free again when dropped, whatever ends the trial.
+struct Place(Arc<Shared>);
+
+impl Place {
+    fn take(shared: &Arc<Shared>, stop: &Arc<AtomicBool>) -> Result<Self, Refusal> {
+        shared.slot().occupy(None, Arc::clone(stop))?;
+        Ok(Self(Arc::clone(shared)))
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.0.slot().leave();
     }
 }
 
@@ -150,12 +159,11 @@ pub fn preflight(shared: &Shared, order: PlanOrder) -> Result<Preflight, Refusal
 }
 
 /// The order that runs one speed of a campaign again.
-pub fn repeat(shared: &Shared, order: RepeatOrder) -> Result<(TrialOrder, Plan<f64>), Refusal> {
+pub fn repeat(shared: &Shared, order: RepeatOrder) -> Result<TrialOrder, Refusal> {
     let entry = shared.reader()?.entry(CampaignId(order.campaign))?;
-    let unreadable = |error: &dyn std::fmt::Display| {
+    let mut plan: Plan<f64> = toml::from_str(&entry.plan).map_err(|error| {
         Refusal::unprocessable("plan_refused", format!("the campaign's plan: {error}"))
-    };
-    let mut plan: Plan<f64> = toml::from_str(&entry.plan).map_err(|error| unreadable(&error))?;
+    })?;
     if !plan.thrusts.contains(&order.thrust) {
         return Err(Refusal::unprocessable(
             "no_such_thrust",
@@ -166,33 +174,82 @@ pub fn repeat(shared: &Shared, order: RepeatOrder) -> Result<(TrialOrder, Plan<f
         ));
     }
     plan.thrusts = List::from_slice(&[order.thrust]).unwrap_or_default();
-    let again = TrialOrder {
+    Ok(TrialOrder {
         vehicle: entry.vehicle,
-        plan: None,
+        plan: Some(serde_json::to_value(plan).map_err(Refusal::internal)?),
         seed: order.seed.or(entry.seed.map(|seed| seed.wrapping_add(1))),
         realtime_factor: order.realtime_factor,
         configuration: Some(entry.configuration),
         note: None,
         agreed: order.agreed,
-    };
-    Ok((again, plan))
+    })
 }
 
 /// Starts a trial: takes the vehicle, enters the campaign, conducts it on a thread of its own.
-pub fn start(
-    shared: &Arc<Shared>,
-    order: TrialOrder,
-    plan: Plan<f64>,
-) -> Result<TrialState, Refusal> {
+pub fn start(shared: &Arc<Shared>, order: TrialOrder) -> Result<TrialState, Refusal> {
+    let plan_is_given = order.plan.is_some();
+    let plan = plan_of(order.plan.clone())?;
     let vehicle = shared.vehicle(&order.vehicle)?;
     check(&order, vehicle.is_simulated)?;
     let stop = Arc::new(AtomicBool::new(false));
-    shared.slot().occupy(None, Arc::clone(&stop))?;
-    let started = taken(shared, &order, plan, &stop, vehicle.is_simulated);
-    if started.is_err() {
-        shared.slot().leave();
+    let place = Place::take(shared, &stop)?;
+    let seed = order.seed.unwrap_or(1);
+    let craft = shared.workshop.take(&Take {
+        vehicle: order.vehicle.clone(),
+        plan,
+        plan_is_given,
+        seed,
+        stop: Arc::clone(&stop),
+    });
+    let mut craft = craft.map_err(|why| Refusal::unprocessable("vehicle_refused", why))?;
+    let about = Campaign {
+        software_version: env!("CARGO_PKG_VERSION").into(),
+        vehicle: order.vehicle,
+        configuration: order.configuration.unwrap_or_else(|| "default".into()),
+        seed: vehicle.is_simulated.then_some(seed),
+        rudder_limit_rad: plan.rudder_limit_rad,
+        runs: Vec::new(),
+        outcome: None,
+    };
+    let recorder = begun(shared, &about, order.note.as_deref(), &plan).inspect_err(|_| {
+        craft.hand_back();
+    })?;
+    let state = TrialState::begun(recorder.campaign(), &about, &plan, order.realtime_factor);
+    if let Some(running) = &mut shared.slot().running {
+        running.campaign = Some(state.campaign);
     }
-    started
+    let tap = shared.live.tap();
+    tap.started(state.clone(), &plan);
+    let watched = Watched {
+        keeper: Keeper::new(recorder),
+        tap,
+        pace: order.realtime_factor.map(Pace::new),
+        stop,
+    };
+    std::thread::spawn(move || {
+        conduct(craft, plan, about, watched);
+        drop(place);
+    });
+    Ok(state)
+}
+
+fn begun(
+    shared: &Shared,
+    about: &Campaign,
+    note: Option<&str>,
+    plan: &Plan<f64>,
+) -> Result<Recorder, Refusal> {
+    let plan = toml::to_string_pretty(plan).map_err(Refusal::internal)?;
+    let new = NewCampaign {
+        configuration: &about.configuration,
+        notes: note,
+        software_version: &about.software_version,
+        vehicle: &about.vehicle,
+        seed: about.seed,
+        rudder_limit_rad: about.rudder_limit_rad,
+        plan: &plan,
+    };
+    Ok(Recorder::begin(Logbook::open(&shared.logbook)?, &new)?)
 }
 
 fn check(order: &TrialOrder, is_simulated: bool) -> Result<(), Refusal> {
@@ -229,72 +286,6 @@ fn check(order: &TrialOrder, is_simulated: bool) -> Result<(), Refusal> {
         return refused("out_of_range", "note: expected at most 4000 characters");
     }
     Ok(())
-}
-
-fn taken(
-    shared: &Arc<Shared>,
-    order: &TrialOrder,
-    plan: Plan<f64>,
-    stop: &Arc<AtomicBool>,
-    is_simulated: bool,
-) -> Result<TrialState, Refusal> {
-    let seed = order.seed.unwrap_or(1);
-    let craft = shared.workshop.take(&Take {
-        vehicle: order.vehicle.clone(),
-        plan,
-        plan_is_given: order.plan.is_some(),
-        seed,
-        stop: Arc::clone(stop),
-    });
-    let mut craft = craft.map_err(|why| Refusal::unprocessable("vehicle_refused", why))?;
-    let about = Campaign {
-        software_version: env!("CARGO_PKG_VERSION").into(),
-        vehicle: order.vehicle.clone(),
-        configuration: order
-            .configuration
-            .clone()
-            .unwrap_or_else(|| "default".into()),
-        seed: is_simulated.then_some(seed),
-        rudder_limit_rad: plan.rudder_limit_rad,
-        runs: Vec::new(),
-        outcome: None,
-    };
-    let plan_text = toml::to_string_pretty(&plan).map_err(Refusal::internal)?;
-    let recorder = Recorder::begin(
-        Logbook::open(&shared.logbook)?,
-        &NewCampaign {
-            configuration: &about.configuration,
-            notes: order.note.as_deref(),
-            software_version: &about.software_version,
-            vehicle: &about.vehicle,
-            seed: about.seed,
-            rudder_limit_rad: about.rudder_limit_rad,
-            plan: &plan_text,
-        },
-    )
-    .inspect_err(|_| {
-        craft.hand_back();
-    })?;
-    let state = TrialState::begun(recorder.campaign(), &about, &plan, order.realtime_factor);
-    let tap = shared.live.tap();
-    tap.started(state.clone(), &plan);
-    let watched = Watched {
-        keeper: Keeper::new(recorder),
-        tap,
-        pace: order.realtime_factor.map(Pace::new),
-        stop: Arc::clone(stop),
-    };
-    let place = Arc::clone(shared);
-    let thread = std::thread::spawn(move || {
-        conduct(craft, plan, about, watched);
-        place.slot().leave();
-    });
-    let mut slot = shared.slot();
-    if let Some(running) = &mut slot.running {
-        running.campaign = Some(state.campaign);
-    }
-    slot.thread = Some(thread);
-    Ok(state)
 }
 
 /// Conducts a trial to its end, whatever that is.

@@ -71,8 +71,7 @@ pub async fn start(
 ) -> Result<(StatusCode, Json<TrialState>), Refusal> {
     let started = blocking(shared, move |shared| {
         shared.command(&caller, "start_trial", &order, |_| {
-            let plan = trials::plan_of(order.plan.clone())?;
-            trials::start(shared, order.clone(), plan)
+            trials::start(shared, order.clone())
         })
     });
     Ok((StatusCode::CREATED, Json(started.await?)))
@@ -89,8 +88,7 @@ pub async fn repeat(
 ) -> Result<(StatusCode, Json<TrialState>), Refusal> {
     let started = blocking(shared, move |shared| {
         shared.command(&caller, "repeat_speed", &order, |_| {
-            let (again, plan) = trials::repeat(shared, order.clone())?;
-            trials::start(shared, again, plan)
+            trials::start(shared, trials::repeat(shared, order.clone())?)
         })
     });
     Ok((StatusCode::CREATED, Json(started.await?)))
@@ -117,8 +115,12 @@ pub async fn abort(
         shared.audit(&caller, &actor, "abort_trial", &(), told);
         result?;
         let (trial, _) = shared.live.trial();
-        trial.ok_or_else(|| {
-            Refusal::conflict("no_trial", "the trial has not begun yet; it is not begun")
+        let begun = trial.filter(|trial| trial.running);
+        begun.ok_or_else(|| {
+            Refusal::conflict(
+                "not_begun",
+                "the vehicle was still being taken; it is given back",
+            )
         })
     });
     Ok((StatusCode::ACCEPTED, Json(stopped.await?)))
