@@ -282,7 +282,8 @@ class Vehicle:
             self.enable_response.write(SetBoolResponse(request.client, request.number, True, "done"))
         for estimate in self.taken(self.estimates):
             self.seen["estimates"] += 1
-            self.seen["estimate"] = dict(zip(estimate.layout.dim[0].label.split(","), estimate.data))
+            numbers = (number if math.isfinite(number) else None for number in estimate.data)
+            self.seen["estimate"] = dict(zip(estimate.layout.dim[0].label.split(","), numbers))
         for diagnosis in self.taken(self.diagnostics):
             text = diagnosis.status[0].message
             if [text] != self.seen["diagnoses"][-1:]:
