@@ -68,18 +68,29 @@ impl Slot {
 }
 
 /// The place while a trial of the server has it; free again when dropped, whatever ends the trial.
-struct Place(Arc<Shared>);
+struct Place {
+    shared: Arc<Shared>,
+    /// Tells of the end while nobody can take the place yet: who is told of it may begin the next trial.
+    last_word: Option<Box<dyn FnOnce() + Send>>,
+}
 
 impl Place {
     fn take(shared: &Arc<Shared>, stop: &Arc<AtomicBool>) -> Result<Self, Refusal> {
         shared.slot().occupy(None, Arc::clone(stop))?;
-        Ok(Self(Arc::clone(shared)))
+        Ok(Self {
+            shared: Arc::clone(shared),
+            last_word: None,
+        })
     }
 }
 
 impl Drop for Place {
     fn drop(&mut self) {
-        self.0.slot().leave();
+        let mut slot = self.shared.slot();
+        if let Some(tell) = self.last_word.take() {
+            tell();
+        }
+        slot.leave();
     }
 }
 
@@ -226,10 +237,7 @@ pub fn start(shared: &Arc<Shared>, order: TrialOrder) -> Result<TrialState, Refu
         pace: order.realtime_factor.map(Pace::new),
         stop,
     };
-    std::thread::spawn(move || {
-        conduct(craft, plan, about, watched);
-        drop(place);
-    });
+    std::thread::spawn(move || conduct(craft, plan, about, watched, place));
     Ok(state)
 }
 
@@ -289,7 +297,13 @@ fn check(order: &TrialOrder, is_simulated: bool) -> Result<(), Refusal> {
 }
 
 /// Conducts a trial to its end, whatever that is.
-fn conduct(mut craft: Box<dyn Craft>, plan: Plan<f64>, about: Campaign, mut watched: Watched) {
+fn conduct(
+    mut craft: Box<dyn Craft>,
+    plan: Plan<f64>,
+    about: Campaign,
+    mut watched: Watched,
+    mut place: Place,
+) {
     let conducted = catch_unwind(AssertUnwindSafe(|| {
         craft.conduct(plan, about, &mut watched)
     }));
@@ -317,7 +331,8 @@ fn conduct(mut craft: Box<dyn Craft>, plan: Plan<f64>, about: Campaign, mut watc
     };
     warnings.extend(not_put_back.unwrap_or_else(|_| Some("the hand-back failed".into())));
     warnings.extend(watched.keeper.end(outcome));
-    watched.tap.ended(outcome, warnings);
+    let tap = watched.tap;
+    place.last_word = Some(Box::new(move || tap.ended(outcome, warnings)));
 }
 
 impl TrialState {
