@@ -217,7 +217,6 @@ fn val_pymavlink_whole_trials_find_the_truth() {
 }
 
 #[test]
-#[ignore = "in one trial of eight the order is taken for the first, see validation/2026-11-21-mavlink"]
 fn val_pymavlink_a_lagging_rudder() {
     finishes(true, &["--lag", "0.15"]);
 }
