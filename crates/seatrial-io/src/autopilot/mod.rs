@@ -1,4 +1,4 @@
-//! Autopilots that speak MAVLink, as a [`Vehicle`].
+//! Autopilots that speak MAVLink, as a [`Vehicle`](seatrial_core::Vehicle).
 //!
 //! Everything passes through a [`Wire`], which also gives the time: a link to the world, or a made-up vehicle in made-up
 //! time. [`Autopilot::inspect`] looks without touching, [`Autopilot::take_control`] takes the rudder and proves that it
