@@ -143,7 +143,8 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
   const about = element("span", { class: "hint" });
   const planFile = element("input", { class: "unseen", type: "file", accept: ".json,application/json" });
   const planName = element("p", { class: "hint", role: "status" });
-  const thrusts = element("input", { inputmode: "text", required: true });
+  // Until there is a plan to change.
+  const thrusts = element("input", { inputmode: "text", required: true, disabled: true });
   const repeats = element("input", { type: "number", min: 0, max: 10, required: true });
   const configuration = element("input", { maxlength: 200, value: "default", required: true });
   const note = element("textarea", { rows: 2, maxlength: 4000 });
@@ -192,7 +193,11 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
       element(
         "div",
         { class: "row" },
-        element("button", { type: "button", onclick: () => void check() }, "Check the vehicle"),
+        element(
+          "button",
+          { type: "button", disabled: plan === null, onclick: () => void check() },
+          "Check the vehicle",
+        ),
       ),
     );
     draw();
@@ -220,6 +225,7 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
   };
   const adopt = (adopted: Plan, name: string): void => {
     plan = adopted;
+    thrusts.disabled = false;
     thrusts.value = adopted.thrusts.map((thrust) => `${+(100 * thrust).toPrecision(3)}`).join(", ");
     repeats.valueAsNumber = Number(adopted["max_repeats"] ?? 2);
     say(planName, name);
