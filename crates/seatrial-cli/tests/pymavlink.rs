@@ -163,13 +163,12 @@ impl Told {
         assert!(gap_s <= 1.0, "{gap_s} s without a heartbeat");
     }
 
-    /// The 5 %.
-    fn assert_near(&self) {
+    fn assert_near(&self, share: f64) {
         let refined = &self.document["runs"][0]["identification"]["refined"];
         for (name, truth) in [("a22_per_s", A22_PER_S), ("b2_per_s2", B2_PER_S2)] {
             let found = refined[name].as_f64().expect(&self.errors);
             assert!(
-                (found / truth - 1.0).abs() < 0.05,
+                (found / truth - 1.0).abs() < share,
                 "{name}: {found} for {truth}"
             );
         }
@@ -196,7 +195,12 @@ fn finishes(is_tcp: bool, options: &[&str]) {
     // Neither the forged mode nor the forged heading was believed.
     let is_forged = options.contains(&"unsigned");
     assert_eq!(told.boat["happened_s"].is_number(), is_forged);
-    told.assert_near();
+    // Where the instants at which the rudder moved are lost, 16 trials scattered by 2.5 %, the farthest was 7 % off.
+    told.assert_near(if options.contains(&"--loss") {
+        0.12
+    } else {
+        0.05
+    });
 }
 
 #[test]
