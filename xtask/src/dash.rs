@@ -2,13 +2,15 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
-use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
+use crate::environment::{Environment, NO_PYTHON, skipped};
 use crate::succeeds;
 
-const ENVIRONMENT: &str = "target/python-dash";
-const REQUIREMENTS: &str = "crates/seatrial-dash/tests/schemathesis/requirements.txt";
+const ENVIRONMENT: Environment = Environment {
+    folder: "target/python-dash",
+    requirements: "crates/seatrial-dash/tests/schemathesis/requirements.txt",
+};
 const CONFIG: &str = "crates/seatrial-dash/tests/schemathesis/schemathesis.toml";
 const BINARY: &str = "target/release/seatrial";
 const LOGBOOK: &str = "target/schemathesis.db";
@@ -16,15 +18,8 @@ const LOGBOOK: &str = "target/schemathesis.db";
 /// Makes the environment where it is missing and tries the server of the release binary. Where there is no Python that
 /// can, this is said and skipped; with `CI=true` it is a failure.
 pub fn check() -> Result<(), String> {
-    if !is_made() && !make() {
-        let what = "python3 with venv, or what requirements.txt names, is missing";
-        return match std::env::var("CI").as_deref() {
-            Ok("true") => Err(what.into()),
-            _ => {
-                eprintln!("== schemathesis skipped: {what}");
-                Ok(())
-            }
-        };
+    if !ENVIRONMENT.is_ready() {
+        return skipped("schemathesis", NO_PYTHON);
     }
     for suffix in ["", "-wal", "-shm"] {
         let _ = std::fs::remove_file(format!("{LOGBOOK}{suffix}"));
@@ -39,8 +34,7 @@ pub fn check() -> Result<(), String> {
     let mut server = Served::start()?;
     let schema = format!("http://{}/api/v1/openapi.json", server.address);
     let lease = format!("seatrial-lease: {}", server.control()?);
-    let mut tries = Command::new(Path::new(ENVIRONMENT).join("bin/schemathesis"));
-    tries.args([
+    let arguments = [
         "--config-file",
         CONFIG,
         "run",
@@ -49,7 +43,8 @@ pub fn check() -> Result<(), String> {
         &lease,
         "--warnings",
         "off",
-    ]);
+    ];
+    let mut tries = ENVIRONMENT.program("schemathesis", &arguments);
     if !succeeds(&mut tries) {
         return Err("schemathesis".into());
     }
@@ -116,20 +111,4 @@ impl Drop for Served {
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
-}
-
-/// Has the environment what the requirements name today?
-fn is_made() -> bool {
-    let installed = std::fs::read(Path::new(ENVIRONMENT).join("installed.txt"));
-    installed.is_ok_and(|installed| std::fs::read(REQUIREMENTS).is_ok_and(|now| now == installed))
-}
-
-fn make() -> bool {
-    let mut venv = Command::new("python3");
-    venv.args(["-m", "venv", ENVIRONMENT]);
-    let mut install = Command::new(Path::new(ENVIRONMENT).join("bin/python"));
-    install.args(["-m", "pip", "install", "--quiet", "-r", REQUIREMENTS]);
-    succeeds(&mut venv)
-        && succeeds(&mut install)
-        && std::fs::copy(REQUIREMENTS, Path::new(ENVIRONMENT).join("installed.txt")).is_ok()
 }

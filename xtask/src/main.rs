@@ -8,6 +8,7 @@
 mod c_library;
 mod dash;
 mod embedded;
+mod environment;
 mod instructions;
 mod page;
 mod python;

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::environment::skipped;
 use crate::succeeds;
 
 const SOURCE: &str = "web";
@@ -14,7 +15,10 @@ const BROWSER: &str = "/usr/bin/chromium";
 /// Where npm or the browser is missing, this is said and skipped; with `CI=true` it is a failure.
 pub fn check() -> Result<(), String> {
     if !is_installed() && !install() {
-        return skipped("npm, or what package-lock.json names, is missing");
+        return skipped(
+            "the page",
+            "npm, or what package-lock.json names, is missing",
+        );
     }
     run(
         "prettier/bin/prettier.cjs",
@@ -29,7 +33,7 @@ pub fn check() -> Result<(), String> {
     )?;
     compare(&rebuilt, Path::new(COMMITTED))?;
     if !Path::new(BROWSER).exists() {
-        return skipped("chromium is missing");
+        return skipped("the page", "chromium is missing");
     }
     let binary = std::path::absolute("target/release/seatrial").map_err(|e| e.to_string())?;
     let mut tests = node();
@@ -40,16 +44,6 @@ pub fn check() -> Result<(), String> {
         return Err("tests of the page in the browser".into());
     }
     Ok(())
-}
-
-fn skipped(what: &str) -> Result<(), String> {
-    match std::env::var("CI").as_deref() {
-        Ok("true") => Err(what.into()),
-        _ => {
-            eprintln!("== the page skipped: {what}");
-            Ok(())
-        }
-    }
 }
 
 /// Has `node_modules` what the lock names today?
