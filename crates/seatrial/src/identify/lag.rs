@@ -2,18 +2,16 @@
 
 use seatrial_core::Sample;
 
-use super::peak::{Peak, Span, liveliest};
-use super::whitening::Disturbance;
+use super::peak::{DISTURBANCE_TIME_CONSTANTS, Peak, Span, liveliest};
+use super::whitening::{Disturbance, Prepared};
 use crate::identification::{LagEffect, Refined};
 use crate::servo::Servo;
 
 /// The lag whose effect is told, s: that of an ordinary servo.
 const ORDINARY_LAG_S: f64 = 0.1;
 
-/// Lags looked for, and time constants of the disturbance that may explain the record in their place, in time
-/// constants of the vehicle.
+/// Lags looked for, in time constants of the vehicle.
 const LAGS: [f64; 3] = [0.05, 0.15, 0.4];
-const DISTURBANCE_TIME_CONSTANTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
 
 /// What a record says of a lag of the rudder.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,32 +39,42 @@ impl LagTest {
         let span = Span::of(samples).ok()?;
         let start_per_s = refined.model.a22_per_s;
         let scale = span.rate_scale(start_per_s);
-        let likeliest = |lag_s: f64, disturbances: &[Disturbance]| -> Option<Peak> {
+        let behind = |lag_s: f64| {
             let acting = Servo::new(0.0, lag_s).ok()?.acting(samples);
-            let record = span.prepare(&acting, start_per_s).ok()?;
-            disturbances
-                .iter()
-                .filter_map(|disturbance| Peak::find(&record, *disturbance, start_per_s, scale))
+            span.prepare(&acting, start_per_s).ok()
+        };
+        let peak = |record: &Prepared, disturbance: Disturbance| {
+            Peak::find(record, disturbance, start_per_s, scale)
+        };
+        let likelier = |a: Option<Peak>, b: Option<Peak>| {
+            a.into_iter()
+                .chain(b)
                 .max_by(|a, b| a.fit.log_likelihood.total_cmp(&b.fit.log_likelihood))
         };
+        let record = behind(0.0)?;
+        let prompt = peak(&record, Disturbance::NONE)?;
         let relative = refined.disturbance_rad_s2 / refined.heading_noise_rad;
-        let mut disturbances = vec![Disturbance::NONE];
-        disturbances.extend(DISTURBANCE_TIME_CONSTANTS.map(|ratio| Disturbance {
-            relative,
-            time_constant_s: ratio / scale,
-        }));
-        let none = likeliest(0.0, &disturbances)?;
-        let or_none = [none.disturbance, Disturbance::NONE];
+        let none = DISTURBANCE_TIME_CONSTANTS
+            .map(|ratio| Disturbance {
+                relative,
+                time_constant_s: ratio / scale,
+            })
+            .iter()
+            .map(|disturbance| peak(&record, *disturbance))
+            .fold(Some(prompt), likelier)?;
         let lagging = LAGS
             .iter()
-            .filter_map(|lag| likeliest(lag / scale, &or_none))
+            .filter_map(|lag| {
+                let record = behind(lag / scale)?;
+                let calm = peak(&record, Disturbance::NONE);
+                likelier(peak(&record, none.disturbance), calm)
+            })
             .map(|peak| peak.fit.log_likelihood)
             .fold(f64::NEG_INFINITY, f64::max);
-        let calm = |lag_s| likeliest(lag_s, &[Disturbance::NONE]);
-        let (prompt, ordinary) = (calm(0.0)?, calm(ORDINARY_LAG_S)?);
+        let ordinary = peak(&behind(ORDINARY_LAG_S)?, Disturbance::NONE)?;
         Some(Self {
             likelihood_ratio: 2.0 * (lagging - none.fit.log_likelihood),
-            price: (span.prepare(samples, start_per_s).ok()?.blocks() as f64).ln(),
+            price: (record.blocks() as f64).ln(),
             effect: LagEffect {
                 lag_s: ORDINARY_LAG_S,
                 a22_per_s: refined.model.a22_per_s + ordinary.a22_per_s - prompt.a22_per_s,

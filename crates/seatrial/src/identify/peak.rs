@@ -9,6 +9,9 @@ use super::whitening::{Disturbance, Fit, Prepared};
 /// Comparisons per time constant of the vehicle: more tell nothing new.
 const COMPARISONS_PER_TIME_CONSTANT: f64 = 20.0;
 
+/// Time constants of a disturbance that are looked at, in time constants of the vehicle.
+pub(super) const DISTURBANCE_TIME_CONSTANTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
+
 /// Of a longer record only the stretch of this many samples in which the rudder moves most is refined: about
 /// a second of work.
 const MOST_SAMPLES: usize = 10_000;

@@ -5,14 +5,11 @@ use seatrial_core::{Sample, YawModel};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::output_error::OutputError;
-use super::peak::{Peak, RefineFailure, Span, liveliest};
+use super::peak::{DISTURBANCE_TIME_CONSTANTS, Peak, RefineFailure, Span, liveliest};
 use super::second_order::SecondOrder;
 use super::whitening::{Disturbance, Prepared};
 use crate::identification::{Intervals, Refined};
 use crate::propagation::NORMAL_95;
-
-/// Time constants of the disturbance that are averaged over, in time constants of the vehicle.
-const DISTURBANCE_TIME_CONSTANTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
 
 /// Ratio between neighbouring strengths of the disturbance.
 const STRENGTH_RATIO: f64 = 2.0;

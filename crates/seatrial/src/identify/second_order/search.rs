@@ -2,6 +2,7 @@
 
 use super::likelihood::{A11, A21, A22, B2, C0, CROSS_FLOW, Comparisons, LAG, Summit, Theta};
 use super::{Candidate, Structure};
+use crate::identify::peak::DISTURBANCE_TIME_CONSTANTS;
 use crate::identify::whitening::Disturbance;
 
 /// Where searches start, over the first-order rate: a11, a21, and the rudder lag times it.
@@ -9,8 +10,7 @@ const DECAYS: [f64; 3] = [-0.15, -0.5, -1.0];
 const COUPLINGS: [f64; 2] = [-0.1, 0.1];
 const LAGS: [f64; 2] = [0.05, 0.2];
 
-/// Time constants of the disturbance, in time constants of the vehicle, and the ratio of neighbouring strengths.
-const DISTURBANCE_TIME_CONSTANTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
+/// Ratio of neighbouring strengths of the disturbance.
 const STRENGTH_RATIO: f64 = 2.0;
 const MOST_OCTAVES: u32 = 16;
 
