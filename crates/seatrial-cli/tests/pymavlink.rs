@@ -1,11 +1,15 @@
 //! Trials on a vehicle written with pymavlink, an implementation of MAVLink other than ours, over UDP and TCP.
 #![cfg(unix)]
 
+#[path = "../../seatrial-io/tests/vehicle/python.rs"]
+mod python;
+
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
+use python::python;
 use serde_json::Value;
 
 /// The vehicle's truth.
@@ -14,28 +18,6 @@ const B2_PER_S2: f64 = 1.75;
 
 const PLAN: &str = "thrusts = [0.6]\n";
 const KEY: &str = "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef";
-
-/// The Python that has pymavlink: SEATRIAL_PYTHON, or the one that `.ci/run` has made.
-fn python() -> Option<PathBuf> {
-    let path = std::env::var_os("SEATRIAL_PYTHON").map_or_else(
-        || {
-            PathBuf::from(concat!(
-                env!("CARGO_MANIFEST_DIR"),
-                "/../../target/python/bin/python"
-            ))
-        },
-        PathBuf::from,
-    );
-    if path.exists() {
-        return Some(path);
-    }
-    assert!(std::env::var_os("CI").is_none(), "no {}", path.display());
-    eprintln!(
-        "SKIPPED: no Python with pymavlink at {} (set SEATRIAL_PYTHON)",
-        path.display()
-    );
-    None
-}
 
 /// A vehicle and the folder of a trial on it.
 struct Scene {

@@ -1,9 +1,12 @@
 //! Frames of MAVLink: as pymavlink writes them, in garbage, cut, forged and repeated.
 
-use std::path::PathBuf;
+#[path = "vehicle/python.rs"]
+mod python;
+
 use std::process::Command;
 
 use proptest::prelude::*;
+use python::python;
 use seatrial_io::link::message::{Heartbeat, ParamValue, RcChannelsOverride, Text};
 use seatrial_io::link::{Decoder, Encoder, Frame, Key, Message, Refused, Sender, Signing};
 
@@ -43,28 +46,6 @@ fn decoded(bytes: &[u8]) -> Vec<Frame> {
     let mut decoder = Decoder::default();
     decoder.push(bytes);
     std::iter::from_fn(|| decoder.next(None, 0.0)).collect()
-}
-
-/// The Python that has pymavlink: SEATRIAL_PYTHON, or the one that `.ci/run` has made.
-fn python() -> Option<PathBuf> {
-    let path = std::env::var_os("SEATRIAL_PYTHON").map_or_else(
-        || {
-            PathBuf::from(concat!(
-                env!("CARGO_MANIFEST_DIR"),
-                "/../../target/python/bin/python"
-            ))
-        },
-        PathBuf::from,
-    );
-    if path.exists() {
-        return Some(path);
-    }
-    assert!(std::env::var_os("CI").is_none(), "no {}", path.display());
-    eprintln!(
-        "SKIPPED: no Python with pymavlink at {} (set SEATRIAL_PYTHON)",
-        path.display()
-    );
-    None
 }
 
 fn bytes(hexadecimal: &str) -> Vec<u8> {
