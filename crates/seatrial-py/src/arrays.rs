@@ -21,7 +21,19 @@ pub struct Columns<'a, 'py> {
     pub thrust: Option<&'a Column<'py>>,
 }
 
-impl Columns<'_, '_> {
+impl<'a, 'py> Columns<'a, 'py> {
+    /// Without the columns that may be missing.
+    pub fn of(time: &'a Column<'py>, heading: &'a Column<'py>, rudder: &'a Column<'py>) -> Self {
+        Self {
+            time,
+            heading,
+            rudder,
+            speed: None,
+            yaw_rate: None,
+            thrust: None,
+        }
+    }
+
     /// The samples, read from the arrays without copying these first. NaN in an optional column is a missing value.
     pub fn record(&self, py: Python<'_>) -> PyResult<Record> {
         let time = self.time.as_array();

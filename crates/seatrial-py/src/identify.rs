@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use seatrial::identify::filtered_sums::filtered_least_squares;
-use seatrial::identify::{Fresh, IdentifyError, IdentifySettings};
+use seatrial::identify::evenly_sampled::{BatchError, EvenlySampled};
+use seatrial::identify::{Fresh, IdentifyError, IdentifySettings, lambda_of};
 use seatrial::{Record, Window};
 use seatrial_core::estimator::Method;
 use seatrial_io::ChannelChoice;
@@ -40,7 +40,7 @@ pub fn settings(
         other => {
             return Err(usage(
                 py,
-                format!("estimate={other:?}: expected 'refined', 'online' or 'paper'"),
+                format!("estimate={other:?}: expected 'refined', 'online', 'batch' or 'paper'"),
             ));
         }
     };
@@ -111,39 +111,58 @@ pub fn identify(
     });
     match found {
         Ok(found) => json(py, &found),
-        Err(IdentifyError::EmptyWindow(message)) => Err(error(py, "InputError", message)),
-        Err(IdentifyError::Setting(invalid)) => Err(usage(py, invalid)),
-        Err(IdentifyError::Refused(reason)) => {
+        Err(found) => Err(no_model(py, found)),
+    }
+}
+
+fn no_model(py: Python<'_>, found: IdentifyError) -> PyErr {
+    match found {
+        IdentifyError::EmptyWindow(message) => error(py, "InputError", message),
+        IdentifyError::Setting(invalid) => usage(py, invalid),
+        IdentifyError::Refused(reason) => {
             let refused = error(py, "RejectedError", reason.text);
-            refused.value(py).setattr("reason", reason.code)?;
-            Err(refused)
+            match refused.value(py).setattr("reason", reason.code) {
+                Ok(()) => refused,
+                Err(failed) => failed,
+            }
         }
     }
 }
 
-/// a22, b2 and C0 by filtering and batch least squares, in one pass over the arrays where they lie.
+/// a22, b2 and C0 by filtering and batch least squares, in one pass over the arrays where they lie; JSON.
 #[pyfunction]
 pub fn least_squares(
     py: Python<'_>,
-    interval_s: f64,
+    time: Column<'_>,
     heading: Column<'_>,
     rudder: Column<'_>,
-    lambda_rad_s: f64,
-) -> PyResult<[f64; 3]> {
-    let contiguous = |_| usage(py, "heading and rudder: expected contiguous arrays");
-    let heading = heading.as_slice().map_err(contiguous)?;
-    let rudder = rudder
-        .as_slice()
-        .map_err(|_| usage(py, "rudder: expected a contiguous array"))?;
-    let found = py.detach(|| filtered_least_squares(interval_s, heading, rudder, lambda_rad_s));
+    training: Span,
+    lambda_rad_s: Option<f64>,
+) -> PyResult<String> {
+    let contiguous = |_| usage(py, "time, heading and rudder: expected contiguous arrays");
+    let whole = EvenlySampled {
+        time_s: time.as_slice().map_err(contiguous)?,
+        heading_rad: heading.as_slice().map_err(contiguous)?,
+        rudder_rad: rudder.as_slice().map_err(contiguous)?,
+    };
+    let lambda_rad_s = match lambda_rad_s {
+        Some(given) => given,
+        None => {
+            let record = Columns::of(&time, &heading, &rudder).record(py)?;
+            let chosen = py.detach(|| lambda_of(&record, window(training)));
+            chosen.map_err(|found| no_model(py, found))?.lambda_rad_s
+        }
+    };
+    let found = py.detach(|| {
+        whole
+            .within(window(training))
+            .and_then(|part| part.least_squares(lambda_rad_s))
+    });
     match found {
-        Ok(Some(model)) => Ok(model.theta()),
-        Ok(None) => Err(error(
-            py,
-            "RejectedError",
-            "nothing excites the vehicle: heading and rudder do not determine the three parameters",
-        )),
-        Err(invalid) => Err(usage(py, invalid)),
+        Ok(found) => json(py, &found),
+        Err(BatchError::Record(message)) => Err(error(py, "InputError", message)),
+        Err(BatchError::Setting(invalid)) => Err(usage(py, invalid)),
+        Err(unexcited @ BatchError::Unexcited) => Err(error(py, "RejectedError", unexcited)),
     }
 }
 

@@ -32,12 +32,12 @@ from ._native import read_log
 __all__ = [
     "AbortedError", "Estimator", "Gain", "Identification", "InputError", "Model", "NotSavedError",
     "Point", "RejectedError", "Schedule", "SeatrialError", "TrialResult", "Turn", "UsageError",
-    "filtered_least_squares", "fleet", "gains", "identify", "identify_table", "paper_claims",
+    "fleet", "gains", "identify", "identify_table", "paper_claims",
     "read_log", "study", "trial", "turning",
 ]
 
 Span = tuple[Optional[float], Optional[float]]
-Estimate = Literal["refined", "online", "paper"]
+Estimate = Literal["refined", "online", "batch", "paper"]
 Method = Literal["least_squares", "instrumental_variable"]
 
 
@@ -77,14 +77,14 @@ class Identification:
     @property
     def model(self) -> Model:
         """The model that goes to the controller: the refined one where there is one."""
-        part = self.document["refined"] or self.document["online"]
+        part = self.document["refined"] or self.document["online"] or self.document["batch"]
         return Model(part["a22_per_s"], part["b2_per_s2"], part["c0_rad_per_s2"])
 
     @property
-    def online(self) -> Model:
-        """The estimate made sample by sample."""
+    def online(self) -> Optional[Model]:
+        """The estimate made sample by sample; None of a batch estimate."""
         part = self.document["online"]
-        return Model(part["a22_per_s"], part["b2_per_s2"], part["c0_rad_per_s2"])
+        return None if part is None else Model(part["a22_per_s"], part["b2_per_s2"], part["c0_rad_per_s2"])
 
     @property
     def interval_95(self) -> Optional[dict[str, Any]]:
@@ -132,15 +132,33 @@ def identify(
 
     time: s, increasing. heading: rad, wrapped or not. rudder: rad, each angle acting from its time on. speed: m/s.
     yaw_rate: rad/s. thrust: fraction of full. training, validation: windows (from, to), s, half open; None is the
-    record's end. estimate: ``refined`` with intervals, ``online`` as on the vehicle, ``paper`` to the letter.
+    record's end. estimate: ``refined`` with intervals, ``online`` as on the vehicle, ``paper`` to the letter; ``batch``
+    is the paper's filters and least squares, (16)-(34), in one pass over evenly sampled arrays, for records of a million
+    samples: a damaged sample is an error, and nothing is judged.
     lambda_rad_s: pole of the state variable filter, derived from the data where None. Float64 arrays are
     read where they lie. Raises RejectedError where nothing can be estimated; look at ``accepted`` elsewhere.
     """
+    if estimate == "batch":
+        if validation is not None or method not in (None, "least_squares") or trace:
+            raise UsageError("estimate='batch' takes no validation, instrument or trace")
+        return _batch(array(time), array(heading), array(rudder), training, lambda_rad_s)
     text = _native.identify(
         array(time), array(heading), array(rudder), optional(speed), optional(yaw_rate),
         optional(thrust), training, validation, estimate, method, lambda_rad_s, trace,
     )
     return Identification(json.loads(text))
+
+
+def _batch(
+    time: Array, heading: Array, rudder: Array, training: Span, lambda_rad_s: Optional[float]
+) -> Identification:
+    t, psi, delta = (np.ascontiguousarray(column) for column in (time, heading, rudder))
+    batch = json.loads(_native.least_squares(t, psi, delta, training, lambda_rad_s))
+    why = "batch least squares has no interval and nothing was validated"
+    verdict = {"accepted": False, "reasons": [{"code": "not_judged", "text": why}]}
+    return Identification(
+        {"batch": batch, "online": None, "refined": None, "validation": None, "verdict": verdict}
+    )
 
 
 def identify_table(
@@ -159,20 +177,6 @@ def identify_table(
         time=time, heading=heading, rudder=rudder, speed=speed, yaw_rate=yaw_rate, thrust=thrust
     )
     return identify(**columns(table, names), **settings)  # type: ignore[arg-type]
-
-
-def filtered_least_squares(
-    interval_s: float, heading: ArrayLike, rudder: ArrayLike, lambda_rad_s: float
-) -> Model:
-    """Filter and solve batch least squares in one pass: equations (16)-(34) on an evenly sampled record.
-
-    interval_s: s. heading: rad, unwrapped. rudder: rad. For very long records: no guard against bad samples, no
-    interval and no verdict, which ``identify`` has.
-    """
-    psi, delta = np.ascontiguousarray(array(heading)), np.ascontiguousarray(array(rudder))
-    if len(psi) != len(delta):
-        raise UsageError(f"{len(psi)} headings and {len(delta)} rudder angles; expected as many")
-    return Model(*_native.least_squares(interval_s, psi, delta, lambda_rad_s))
 
 
 class Estimator:

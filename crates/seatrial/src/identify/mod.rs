@@ -3,7 +3,7 @@
 pub mod batch;
 pub mod bound;
 mod compass;
-pub mod filtered_sums;
+pub mod evenly_sampled;
 pub mod fresh;
 pub mod joined;
 pub mod lag;
@@ -167,14 +167,19 @@ pub fn identify(
         .map(|(alone, _)| alone)
 }
 
-/// The time constant 1/|a22| of the vehicle by a first estimate, s. `None` where a window gives none.
-pub fn time_constant_s(record: &Record, window: Window) -> Option<f64> {
+/// The pole of the state variable filter by a first estimate from a window; an error where it gives none.
+pub fn lambda_of(record: &Record, window: Window) -> Result<ChosenLambda, IdentifyError> {
     let samples = record.window(window);
     let heading_range_rad = fresh::heading_range_rad(samples);
-    let manoeuvre = manoeuvre_to_learn_from(record, samples).ok()?;
+    let manoeuvre = manoeuvre_to_learn_from(record, samples).map_err(IdentifyError::Refused)?;
     let settings = IdentifySettings::default();
-    let chosen = choose_lambda(record, samples, &manoeuvre, heading_range_rad, &settings);
-    Some(chosen.time_constant_s())
+    Ok(choose_lambda(
+        record,
+        samples,
+        &manoeuvre,
+        heading_range_rad,
+        &settings,
+    ))
 }
 
 /// Refines an online estimate on its training record, validates it on fresh data and gives the verdict.

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::trace::mean;
 use super::{Kind, Segment};
-use crate::identify::time_constant_s;
+use crate::identify::lambda_of;
 use crate::record::{Record, Window};
 use crate::verdict::three_figures;
 
@@ -187,7 +187,8 @@ impl<'a> Speed<'a> {
             manoeuvres,
             time_constant_s: None,
         };
-        speed.time_constant_s = time_constant_s(record, speed.window(&speed.manoeuvres[0]));
+        let chosen = lambda_of(record, speed.window(&speed.manoeuvres[0]));
+        speed.time_constant_s = chosen.ok().map(|chosen| chosen.time_constant_s());
         speed
     }
 
