@@ -281,6 +281,12 @@ fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
             (campaign, unsaved)
         }
     };
+    if (args.report.is_some() || args.trace)
+        && let Err(error) = Logbook::open_read_only(&args.logbook)
+            .and_then(|logbook| logbook.fill(number, &mut campaign))
+    {
+        unsaved.push(error.to_string());
+    }
     let mut report = args.report.as_deref();
     if let Some(path) = report {
         let provenance = [
@@ -572,11 +578,12 @@ impl Watch for Bridge {
         ]);
     }
 
-    fn run_ended(&mut self, run: &Run) {
-        self.keeper.run_ended(run);
+    fn run_ended(&mut self, run: &mut Run) {
         if let Some(shown) = &mut self.shown {
             shown.tap.run_ended(run);
         }
+        // After the viewers, because it takes the record out.
+        self.keeper.run_ended(run);
         self.record(Recording::run_ended);
         self.live.line(&run_line(run));
     }

@@ -40,7 +40,7 @@ impl Watch for Record {
         self.recorder.step(step).unwrap();
         self.samples += 1;
     }
-    fn run_ended(&mut self, run: &Run) {
+    fn run_ended(&mut self, run: &mut Run) {
         self.recorder.finish_run(run).unwrap();
     }
     fn wants_abort(&mut self) -> bool {

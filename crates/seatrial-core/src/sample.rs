@@ -165,6 +165,11 @@ pub trait Vehicle<T: Real> {
     /// Carries out an action.
     fn act(&mut self, action: &Action<T>) -> Result<(), Self::Error>;
 
+    /// Does it go on while nobody asks for its next sample? Time stands still for any other, as in a simulator or a log.
+    fn is_live(&self) -> bool {
+        false
+    }
+
     /// Has the vehicle's operator taken it over? It then takes no more commands.
     fn is_taken_over(&self) -> bool {
         false

@@ -141,7 +141,7 @@ impl Watch for Tap {
         ]));
     }
 
-    fn run_ended(&mut self, run: &Run) {
+    fn run_ended(&mut self, run: &mut Run) {
         self.tell(Told::RunEnded(Box::new(run.clone())));
     }
 }

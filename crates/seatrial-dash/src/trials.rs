@@ -393,9 +393,10 @@ impl Watch for Watched {
         self.tap.interval(refined);
     }
 
-    fn run_ended(&mut self, run: &Run) {
-        self.keeper.run_ended(run);
+    fn run_ended(&mut self, run: &mut Run) {
         self.tap.run_ended(run);
+        // After the viewers, because it takes the record out.
+        self.keeper.run_ended(run);
     }
 
     fn wants_abort(&mut self) -> bool {

@@ -98,9 +98,10 @@ impl Watch for Watched {
         self.tap.interval(refined);
     }
 
-    fn run_ended(&mut self, run: &Run) {
-        self.keeper.run_ended(run);
+    fn run_ended(&mut self, run: &mut Run) {
+        // Last, because it takes the record out.
         self.tap.run_ended(run);
+        self.keeper.run_ended(run);
     }
 }
 

@@ -383,7 +383,7 @@ impl Watch for AfterActions<'_> {
         self.always &= self.actions.get() == self.steps;
     }
 
-    fn run_ended(&mut self, _: &Run) {
+    fn run_ended(&mut self, _: &mut Run) {
         self.always &= self.actions.get() == self.steps + 1;
     }
 }

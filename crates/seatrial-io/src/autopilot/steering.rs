@@ -158,6 +158,10 @@ impl<W: Wire> Vehicle<f64> for Autopilot<W> {
         Ok(())
     }
 
+    fn is_live(&self) -> bool {
+        true
+    }
+
     fn ended_for(&self) -> Option<AbortReason> {
         self.stopped.as_ref().map(Stop::reason)
     }

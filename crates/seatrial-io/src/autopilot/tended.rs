@@ -16,7 +16,7 @@ const LOOK: Duration = Duration::from_millis(5);
 const READS: u32 = 8;
 
 /// An [`Autopilot`] with a thread of its own: heartbeats go out, what is asked for is asked for again, headings are held
-/// and dangers are seen also while a run is judged or the operator is asked. Should the trial not come back in time, the
+/// and dangers are seen also while the operator is asked or the logbook's disk is slow. Should the trial not come back in time, the
 /// thread lets go of the vehicle. Dropping it hands the vehicle back.
 pub struct Tended<W: Wire + Send + 'static> {
     autopilot: Arc<Mutex<Autopilot<W>>>,
@@ -78,6 +78,10 @@ impl<W: Wire + Send + 'static> Vehicle<f64> for Tended<W> {
 
     fn act(&mut self, action: &Action<f64>) -> Result<(), Stop> {
         self.autopilot().act(action)
+    }
+
+    fn is_live(&self) -> bool {
+        true
     }
 
     fn ended_for(&self) -> Option<AbortReason> {

@@ -550,6 +550,10 @@ impl<G: Graph> Vehicle<f64> for RosVehicle<G> {
         Ok(())
     }
 
+    fn is_live(&self) -> bool {
+        true
+    }
+
     fn is_taken_over(&self) -> bool {
         self.stopped.as_ref().is_some_and(Stop::is_asked)
     }

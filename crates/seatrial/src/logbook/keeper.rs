@@ -7,6 +7,9 @@ use crate::campaign::Run;
 use crate::conduct::Watch;
 
 /// Writes what it watches into the logbook. What cannot be kept is noted and does not stop the trial.
+///
+/// The record and the trace of a run that the logbook has are taken out of the run, so that memory does not grow with a
+/// trial's runs; [`Logbook::fill`] puts them back.
 #[derive(Debug)]
 pub struct Keeper {
     recorder: Recorder,
@@ -36,13 +39,16 @@ impl Keeper {
         unsaved
     }
 
-    fn keep(&mut self, keep: impl FnOnce(&mut Recorder) -> Result<(), Error>) {
-        if let Err(error) = keep(&mut self.recorder) {
+    /// `true`: it is kept.
+    fn keep(&mut self, keep: impl FnOnce(&mut Recorder) -> Result<(), Error>) -> bool {
+        let kept = keep(&mut self.recorder);
+        if let Err(error) = &kept {
             let unsaved = error.to_string();
             if !self.unsaved.contains(&unsaved) {
                 self.unsaved.push(unsaved);
             }
         }
+        kept.is_ok()
     }
 }
 
@@ -55,7 +61,12 @@ impl Watch for Keeper {
         self.keep(|recorder| recorder.step(*step));
     }
 
-    fn run_ended(&mut self, run: &Run) {
-        self.keep(|recorder| recorder.finish_run(run));
+    fn run_ended(&mut self, run: &mut Run) {
+        if self.keep(|recorder| recorder.finish_run(run)) {
+            run.record.samples = Vec::new();
+            if let Some(identification) = &mut run.identification {
+                identification.online.trace = Vec::new();
+            }
+        }
     }
 }

@@ -138,6 +138,26 @@ impl Logbook {
         })
     }
 
+    /// Puts back the records and traces that a [`Keeper`](super::Keeper) has taken out of a campaign's runs.
+    pub fn fill(&self, id: CampaignId, campaign: &mut Campaign) -> Result<(), Error> {
+        for entry in self.runs(id)?.iter().filter(|entry| entry.finished) {
+            let run = campaign
+                .runs
+                .iter_mut()
+                .find(|run| run.number == entry.number && run.record.samples.is_empty());
+            if let Some(run) = run {
+                let kept = self.run(entry.id)?;
+                run.record.samples = kept.record.samples;
+                if let (Some(identification), Some(kept)) =
+                    (&mut run.identification, kept.identification)
+                {
+                    identification.online.trace = kept.online.trace;
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// The runs of a campaign in the order in which they were made.
     pub fn runs(&self, campaign: CampaignId) -> Result<Vec<RunEntry>, Error> {
         self.reading(collect(

@@ -1,5 +1,7 @@
 //! Writes a running trial into its logbook, about once a second.
 
+use std::collections::BTreeMap;
+
 use seatrial_core::Outcome;
 
 use super::{CampaignId, Error, Logbook, NewCampaign, RunId, Step};
@@ -14,6 +16,8 @@ pub struct Recorder {
     logbook: Logbook,
     campaign: CampaignId,
     run: Option<RunId>,
+    /// Runs that have begun and have no result yet, by number.
+    unfinished: BTreeMap<u32, RunId>,
     unwritten: Vec<(Option<RunId>, Step)>,
     /// Steps to wait for after a failed attempt, so that trying again costs little.
     patience: usize,
@@ -27,6 +31,7 @@ impl Recorder {
             logbook,
             campaign,
             run: None,
+            unfinished: BTreeMap::new(),
             unwritten: Vec::new(),
             patience: 0,
         })
@@ -44,6 +49,7 @@ impl Recorder {
             .logbook
             .begin_run(self.campaign, number, thrust, attempt)?;
         self.run = Some(run);
+        self.unfinished.insert(number, run);
         Ok(())
     }
 
@@ -63,9 +69,10 @@ impl Recorder {
         }
     }
 
-    /// Writes what is left of the run and its result, and seals it.
+    /// Writes what is left of the run and its result, and seals it. The next one may have begun.
     pub fn finish_run(&mut self, result: &Run) -> Result<(), Error> {
-        let run = self.run.take();
+        let run = self.unfinished.remove(&result.number);
+        self.run = self.run.filter(|newest| Some(*newest) != run);
         self.flush()?;
         match run {
             Some(run) => self.logbook.finish_run(run, result),

@@ -135,7 +135,7 @@ impl Watch for Comparison<'_> {
         }
     }
 
-    fn run_ended(&mut self, run: &Run) {
+    fn run_ended(&mut self, run: &mut Run) {
         let mut recorded = self.recording.campaign.runs.iter();
         let Some(recorded) = recorded.find(|recorded| recorded.number == run.number) else {
             return;
