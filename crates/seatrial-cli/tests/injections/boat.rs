@@ -5,9 +5,10 @@ use std::process::{Child, Command, ExitStatus};
 use std::time::{Duration, Instant};
 
 use seatrial_io::autopilot::{Profile, Speaker};
-use seatrial_io::link::message::Heartbeat;
-use seatrial_io::link::{Decoder, Encoder, Message, Sender};
+use seatrial_io::link::{Decoder, Message};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
+
+use crate::second_station;
 
 pub const INTERVAL_S: f64 = 0.05;
 const FULL_RUDDER_RAD: f64 = 0.26;
@@ -278,19 +279,7 @@ impl Boat {
             Injection::Disarmed => self.speaker.is_armed = false,
             Injection::Restarted => self.speaker = speaker(),
             Injection::SecondStation => {
-                let station = Sender {
-                    system: 255,
-                    component: 1,
-                };
-                let heartbeat = Message::from(Heartbeat {
-                    custom_mode: 0,
-                    kind: 6,
-                    autopilot: 8,
-                    base_mode: 0,
-                    system_status: 4,
-                    mavlink_version: 3,
-                });
-                let frame = Encoder::new(station).encode(&heartbeat, None, 0.0);
+                let frame = second_station::heartbeat();
                 self.socket.send_to(&frame, self.station.unwrap()).unwrap();
                 self.seen_s = self.injected_s;
             }

@@ -3,6 +3,8 @@
 #![cfg(unix)]
 
 mod boat;
+#[path = "../../../seatrial-io/tests/autopilot/second_station.rs"]
+mod second_station;
 
 use std::collections::BTreeMap;
 use std::io::Read;

@@ -4,6 +4,7 @@ mod links;
 mod mishaps;
 mod preflight;
 mod sea;
+mod second_station;
 
 use seatrial::campaign::Campaign;
 use seatrial::conduct::{Conducted, Watch, conduct};

@@ -3,9 +3,10 @@
 use std::collections::VecDeque;
 
 use seatrial_io::autopilot::{Profile, Speaker};
-use seatrial_io::link::message::Heartbeat;
-use seatrial_io::link::{Decoder, Encoder, Message, Sender, Wire};
+use seatrial_io::link::{Decoder, Message, Wire};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
+
+use crate::second_station;
 
 pub const INTERVAL_S: f64 = 0.05;
 pub const FULL_RUDDER_RAD: f64 = 0.26;
@@ -174,22 +175,7 @@ impl Sea {
             Mishap::Battery => self.boat.battery_percent = 5,
             Mishap::Disarmed => self.boat.is_armed = false,
             Mishap::Reboot => self.boat = boat(&self.config, Profile::Rover),
-            Mishap::SecondStation => {
-                let station = Sender {
-                    system: 255,
-                    component: 1,
-                };
-                let heartbeat = Message::from(Heartbeat {
-                    custom_mode: 0,
-                    kind: 6,
-                    autopilot: 8,
-                    base_mode: 0,
-                    system_status: 4,
-                    mavlink_version: 3,
-                });
-                let frame = Encoder::new(station).encode(&heartbeat, None, 0.0);
-                self.throw(frame, true);
-            }
+            Mishap::SecondStation => self.throw(second_station::heartbeat(), true),
             _ => self.seen_s = Some(self.now_s),
         }
     }
