@@ -9,7 +9,7 @@ use std::net::{TcpListener, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
-use python::python;
+use python::python_with;
 use serde_json::Value;
 
 /// The vehicle's truth.
@@ -38,7 +38,7 @@ struct Told {
 impl Scene {
     /// `None`: there is no pymavlink.
     fn new(is_tcp: bool, options: &[&str]) -> Option<Self> {
-        let python = python()?;
+        let python = python_with("pymavlink")?;
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("plan.toml"), PLAN).unwrap();
         let key = folder.path().join("key");

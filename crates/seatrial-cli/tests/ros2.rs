@@ -1,12 +1,16 @@
 //! Whole trials on a vehicle that another implementation of DDS plays, over the loopback alone.
 #![cfg(all(feature = "ros2", unix))]
 
+#[path = "../../seatrial-io/tests/vehicle/python.rs"]
+mod python;
+
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Output, Stdio};
 use std::sync::mpsc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use python::python_with;
 use seatrial::logbook::Logbook;
 use serde_json::Value;
 
@@ -53,25 +57,6 @@ units_per_rad = -57.29577951308232
 [enable]
 service = '/boat/enable'
 ";
-
-/// The Python that has cyclonedds: SEATRIAL_PYTHON, or the one that `.ci/run` has made.
-fn python() -> Option<PathBuf> {
-    let made = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../target/python/bin/python"
-    );
-    let path = std::env::var_os("SEATRIAL_PYTHON").map_or_else(|| made.into(), PathBuf::from);
-    let import = Command::new(&path)
-        .args(["-c", "import cyclonedds"])
-        .output();
-    if import.is_ok_and(|output| output.status.success()) {
-        return Some(path);
-    }
-    let missing = format!("no Python with cyclonedds at {}", path.display());
-    assert!(std::env::var_os("CI").is_none(), "{missing}");
-    eprintln!("SKIPPED: {missing} (set SEATRIAL_PYTHON)");
-    None
-}
 
 /// A vehicle of another process.
 struct Peer {
@@ -191,7 +176,7 @@ fn is_handed_back(trial: Trial, peer: Peer, at_s: Option<f64>, reason: &str) {
 
 #[test]
 fn recover_a_vehicle_played_by_cyclonedds() {
-    let Some(python) = python() else {
+    let Some(python) = python_with("cyclonedds") else {
         return;
     };
     let peer = Peer::start(&python, 41, "none");
@@ -227,7 +212,7 @@ fn recover_a_vehicle_played_by_cyclonedds() {
 
 #[test]
 fn io_a_service_ends_the_trial() {
-    let Some(python) = python() else {
+    let Some(python) = python_with("cyclonedds") else {
         return;
     };
     for (domain, mishap, service) in [
@@ -242,7 +227,7 @@ fn io_a_service_ends_the_trial() {
 
 #[test]
 fn io_a_second_publisher_ends_the_trial() {
-    let Some(python) = python() else {
+    let Some(python) = python_with("cyclonedds") else {
         return;
     };
     let peer = Peer::start(&python, 44, "second");
@@ -256,7 +241,7 @@ fn io_a_second_publisher_ends_the_trial() {
 
 #[test]
 fn io_sigterm_leaves_a_neutral_rudder_on_the_wire() {
-    let Some(python) = python() else {
+    let Some(python) = python_with("cyclonedds") else {
         return;
     };
     let peer = Peer::start(&python, 45, "none");
@@ -274,7 +259,7 @@ fn io_sigterm_leaves_a_neutral_rudder_on_the_wire() {
 /// The vehicle's process is gone in the doublet: the trial ends, and everything up to then is kept.
 #[test]
 fn io_a_vehicle_that_is_gone_ends_the_trial() {
-    let Some(python) = python() else {
+    let Some(python) = python_with("cyclonedds") else {
         return;
     };
     let peer = Peer::start(&python, 46, "killed");

@@ -6,7 +6,7 @@ mod python;
 use std::process::Command;
 
 use proptest::prelude::*;
-use python::python;
+use python::python_with;
 use seatrial_io::link::message::{Heartbeat, ParamValue, RcChannelsOverride, Text};
 use seatrial_io::link::{Decoder, Encoder, Frame, Key, Message, Refused, Sender, Signing};
 
@@ -57,7 +57,7 @@ fn bytes(hexadecimal: &str) -> Vec<u8> {
 /// Every message, 40 times with random fields: byte by byte the same in version 2 and signed, read from version 1.
 #[test]
 fn val_pymavlink_writes_and_reads_the_same_bytes() {
-    let Some(python) = python() else {
+    let Some(python) = python_with("pymavlink") else {
         return;
     };
     let ids = [

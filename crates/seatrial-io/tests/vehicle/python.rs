@@ -1,25 +1,23 @@
-//! Where the Python with pymavlink is.
+//! Where the Python is that plays vehicles.
 
 use std::path::PathBuf;
+use std::process::Command;
 
-/// The Python that has pymavlink: SEATRIAL_PYTHON, or the one that `.ci/run` has made.
-pub fn python() -> Option<PathBuf> {
-    let path = std::env::var_os("SEATRIAL_PYTHON").map_or_else(
-        || {
-            PathBuf::from(concat!(
-                env!("CARGO_MANIFEST_DIR"),
-                "/../../target/python/bin/python"
-            ))
-        },
-        PathBuf::from,
+/// The Python that has this package: SEATRIAL_PYTHON, or the one that `.ci/run` has made.
+pub fn python_with(package: &str) -> Option<PathBuf> {
+    let made = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../target/python/bin/python"
     );
-    if path.exists() {
+    let path = std::env::var_os("SEATRIAL_PYTHON").map_or_else(|| made.into(), PathBuf::from);
+    let import = Command::new(&path)
+        .args(["-c", &format!("import {package}")])
+        .output();
+    if import.is_ok_and(|output| output.status.success()) {
         return Some(path);
     }
-    assert!(std::env::var_os("CI").is_none(), "no {}", path.display());
-    eprintln!(
-        "SKIPPED: no Python with pymavlink at {} (set SEATRIAL_PYTHON)",
-        path.display()
-    );
+    let missing = format!("no Python with {package} at {}", path.display());
+    assert!(std::env::var_os("CI").is_none(), "{missing}");
+    eprintln!("SKIPPED: {missing} (set SEATRIAL_PYTHON)");
     None
 }
