@@ -235,6 +235,7 @@ fn measure(folder: &Path, table: &Path) -> Outcome<()> {
     let sum_of = |heading: &[f64], rudder: &[f64]| -> (f64, f64) {
         timed(|| machine::read(black_box(heading), black_box(rudder)))
     };
+    let mut thetas = Vec::new();
     let mut entries = vec![
         entry("chain of multiplications", || Ok(machine::multiply_s())),
         entry("chain of additions", || Ok(machine::add_s())),
@@ -292,11 +293,20 @@ fn measure(folder: &Path, table: &Path) -> Outcome<()> {
             per(LONG, sum_of(&long.heading, &long.rudder))
         }),
         entry("every Theta", || {
+            let (seconds, done) = timed(|| {
+                every_theta(&settings, &long.heading, &long.rudder, black_box(&mut thetas))
+            });
+            done?;
+            agree("every Theta", &thetas[LONG - 1], expected)?;
+            Ok(seconds / LONG as f64)
+        }),
+        entry("every Theta, new memory", || {
             per(
                 LONG,
                 timed(|| {
-                    let thetas = every_theta(&settings, &long.heading, &long.rudder);
-                    thetas.map_or(f64::NAN, |thetas| thetas[LONG - 1][0])
+                    let mut thetas = Vec::new();
+                    let _ = every_theta(&settings, &long.heading, &long.rudder, &mut thetas);
+                    thetas[LONG - 1][0]
                 }),
             )
         }),

@@ -97,7 +97,9 @@ fn sums(settings: &FixedRateSettings<f64>, heading: &[f64], rudder: &[f64]) {
 
 #[inline(never)]
 fn kernel_every(settings: &FixedRateSettings<f64>, heading: &[f64], rudder: &[f64]) {
-    let _ = black_box(every_theta(settings, heading, rudder));
+    let mut thetas = Vec::new();
+    let _ = every_theta(settings, heading, rudder, &mut thetas);
+    black_box(thetas);
 }
 
 #[inline(never)]

@@ -111,7 +111,11 @@ fn parity_every_theta_equals_the_recursion() {
         for samples in LENGTHS {
             let (heading, rudder) = signals(samples, 3);
             let expected = recursion(&settings, &heading, &rudder);
-            let found = every_theta(&settings, &heading, &rudder).unwrap();
+            let found = {
+                let mut thetas = Vec::new();
+                every_theta(&settings, &heading, &rudder, &mut thetas).unwrap();
+                thetas
+            };
             assert_eq!(found.len(), samples);
             // From where the rudder has been laid to both hands; before, the ridge of 1e-6 decides, and rounding.
             for (k, (found, expected)) in found.iter().zip(expected).enumerate().skip(160) {

@@ -1,26 +1,38 @@
 //! Theta after every sample of a long record.
 
+use pulp::{Arch, Scalar, Simd, WithSimd};
 use seatrial_core::estimator::InvalidSetting;
 use seatrial_core::fixed_rate::FixedRateSettings;
 
-use super::lanes::{Filter, Lane, Products, Scales, State, Work, multiply_add, transpose};
-use super::long::{STRETCH, Stretches, side_by_side};
+use super::lanes::{Filter, Lanes, MOST_LANES, Products, Scales, State};
+use super::long::{Stretches, Tile, stretch_length};
+
+/// Samples of a stretch: what is read twice stays in the first cache.
+const LONGEST: usize = 128;
 
 /// Theta_k = [a22, b2, C0] of the recursion after every sample: what
 /// [`FixedRateEstimator`](seatrial_core::FixedRateEstimator) gives from the sums so far, eight instants at a time. Until the vehicle is excited it
 /// is what the ridge 1/P0 makes of it, as in the recursion, and rounding has its say.
+///
+/// They take the place of what `thetas` holds: a vector that is used again costs half as much as a new one, whose memory
+/// the machine has to clear.
 pub fn every_theta(
     settings: &FixedRateSettings<f64>,
     heading_rad: &[f64],
     rudder_rad: &[f64],
-) -> Result<Vec<[f64; 3]>, InvalidSetting> {
+    thetas: &mut Vec<[f64; 3]>,
+) -> Result<(), InvalidSetting> {
     settings.validate()?;
-    Ok(f64::dispatch(Every {
+    let count = heading_rad.len().min(rudder_rad.len());
+    thetas.resize(count, [0.0; 3]);
+    Arch::new().dispatch(Every {
         filter: Filter::new(settings),
         ridge: 1.0 / settings.initial_covariance,
-        heading_rad,
-        rudder_rad,
-    }))
+        heading_rad: &heading_rad[..count],
+        rudder_rad: &rudder_rad[..count],
+        thetas,
+    });
+    Ok(())
 }
 
 struct Every<'a> {
@@ -28,168 +40,183 @@ struct Every<'a> {
     ridge: f64,
     heading_rad: &'a [f64],
     rudder_rad: &'a [f64],
+    thetas: &'a mut [[f64; 3]],
 }
 
-impl Work<f64> for Every<'_> {
-    type Output = Vec<[f64; 3]>;
+impl WithSimd for Every<'_> {
+    type Output = ();
 
     #[inline(always)]
-    fn run<const N: usize, const FUSED: bool>(self) -> Vec<[f64; 3]> {
-        let count = self.heading_rad.len().min(self.rudder_rad.len());
-        let (heading, rudder) = (&self.heading_rad[..count], &self.rudder_rad[..count]);
-        let mut thetas = vec![[0.0; 3]; count];
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self {
+            filter,
+            heading_rad: heading,
+            rudder_rad: rudder,
+            thetas,
+            ..
+        } = self;
         let (Some(&first_heading), Some(&first_rudder)) = (heading.first(), rudder.first()) else {
-            return thetas;
+            return;
         };
-        let c = &self.filter.coefficients;
-        let ridge = Ridge::new(self.ridge, &self.filter.scales);
-        let stretches = Stretches::new(&self.filter);
-        let mut now = self.filter.started(&[first_heading], &[first_rudder]);
-        let mut sums = Products::<f64, 1>::ZERO;
-        sums.add::<FUSED>(&now, c);
-        let solved = ridge.solve::<1, FUSED>(&sums, &[1.0]);
-        thetas[0] = solved.map(|lane| lane[0]);
+        let single = |number| Lanes::splat(Scalar, number);
+        let c = filter.coefficients(Scalar);
+        let of_one = Ridge::new(Scalar, self.ridge, &filter.scales);
+        let ridge = Ridge::new(simd, self.ridge, &filter.scales);
+        let mut now = filter.started(Scalar, single(first_heading), single(first_rudder));
+        let mut sums = Products::zero(Scalar);
+        sums.add(now.outputs(&c));
+        let theta_at = |k: usize, sums: &Products<Lanes<Scalar, f64>>| {
+            let theta = of_one.solve(sums, single((k + 1) as f64));
+            theta.map(|parameter| parameter.register)
+        };
+        thetas[0] = theta_at(0, &sums);
 
+        let mut known = None;
         let mut at = 0;
-        while at + N * STRETCH < count {
-            let tile = at..at + N * STRETCH + 1;
+        while let Some(length) = stretch_length::<S, f64>(heading.len() - 1 - at, LONGEST) {
+            let tile = at..at + Lanes::<S, f64>::COUNT * length + 1;
             let (heading, rudder) = (&heading[tile.clone()], &rudder[tile.clone()]);
-            let start = stretches.states::<N, FUSED>(&now, heading, rudder);
-            let (end, whole) = side_by_side::<f64, N, FUSED>(start, heading, rudder, &self.filter);
-            let before = sums_before(&sums, &whole);
-            for (sum, lanes) in sums.0.iter_mut().zip(&whole.0) {
-                sum[0] += lanes.iter().sum::<f64>();
-            }
-            ridge.stretches::<N, FUSED>(
-                Begin {
-                    state: start,
-                    sums: before,
-                    samples: std::array::from_fn(|j| (at + 1 + j * STRETCH) as f64),
-                },
-                (heading, rudder),
-                c,
-                &mut thetas[tile][1..],
-            );
-            now = end.last();
-            at += N * STRETCH;
+            let stretches = Stretches::of(&mut known, &filter, length);
+            let tile_begin = at + 1;
+            let thetas = &mut thetas[tile][1..];
+            let tile = stretches.tile(simd, &filter, &now, heading, rudder);
+            let begin = Begin {
+                order: tile.order,
+                state: tile.begin,
+                sums: sums_before(simd, &mut sums, &tile),
+                samples: tile_begin,
+            };
+            ridge.stretches(simd, &filter, begin, (&heading[1..], &rudder[1..]), thetas);
+            now = tile.end;
+            at += heading.len() - 1;
         }
-        for k in at + 1..count {
-            now.advance::<FUSED>(&[heading[k]], &[rudder[k]], c);
-            sums.add::<FUSED>(&now, c);
-            let solved = ridge.solve::<1, FUSED>(&sums, &[(k + 1) as f64]);
-            thetas[k] = solved.map(|lane| lane[0]);
+        for k in at + 1..heading.len() {
+            sums.add(now.advance(single(heading[k]), single(rudder[k]), &c));
+            thetas[k] = theta_at(k, &sums);
         }
-        thetas
     }
 }
 
-/// The sums before each stretch from those before the tile and those of each stretch.
+/// The sums before each stretch of a tile from those before it, which become those after it.
 #[inline(always)]
-fn sums_before<const N: usize>(
-    before: &Products<f64, 1>,
-    whole: &Products<f64, N>,
-) -> Products<f64, N> {
-    let mut sums = Products::ZERO;
-    for ((sums, before), whole) in sums.0.iter_mut().zip(&before.0).zip(&whole.0) {
-        let mut sum = before[0];
-        for (lane, whole) in sums.iter_mut().zip(whole) {
-            *lane = sum;
-            sum += whole;
-        }
+fn sums_before<S: Simd>(
+    simd: S,
+    sums: &mut Products<Lanes<Scalar, f64>>,
+    tile: &Tile<S, f64>,
+) -> Products<Lanes<S, f64>> {
+    let mut lane_of = [0; MOST_LANES];
+    for (lane, row) in tile.order.iter().enumerate().take(S::F64_LANES) {
+        lane_of[*row] = lane;
     }
-    sums
+    let mut before = Products::zero(simd);
+    for ((before, sum), added) in before.0.iter_mut().zip(&mut sums.0).zip(&tile.sums) {
+        let mut lanes = [0.0; MOST_LANES];
+        for lane in &lane_of[..S::F64_LANES] {
+            lanes[*lane] = sum.register;
+            sum.register += added[*lane];
+        }
+        *before = Lanes::first_of(simd, &lanes);
+    }
+    before
 }
 
 /// Where the stretches of a tile begin.
-struct Begin<const N: usize> {
-    state: State<f64, N>,
-    sums: Products<f64, N>,
-    samples: [f64; N],
+struct Begin<S: Simd> {
+    /// Which stretch each lane holds.
+    order: [usize; MOST_LANES],
+    state: State<Lanes<S, f64>>,
+    sums: Products<Lanes<S, f64>>,
+    /// Before the first.
+    samples: usize,
 }
 
 /// The ridge regression from scaled sums.
-struct Ridge {
-    rate: f64,
-    rudder: f64,
-    one: f64,
-    theta: [f64; 3],
+struct Ridge<V> {
+    rate: V,
+    rudder: V,
+    one: V,
+    theta: [V; 3],
 }
 
-impl Ridge {
-    fn new(ridge: f64, scales: &Scales) -> Self {
+impl<S: Simd> Ridge<Lanes<S, f64>> {
+    #[inline(always)]
+    fn new(simd: S, ridge: f64, scales: &Scales) -> Self {
+        let lanes = |number| Lanes::splat(simd, number);
         Self {
-            rate: ridge / (scales.rate * scales.rate),
-            rudder: ridge / (scales.rudder * scales.rudder),
-            one: ridge,
+            rate: lanes(ridge / (scales.rate * scales.rate)),
+            rudder: lanes(ridge / (scales.rudder * scales.rudder)),
+            one: lanes(ridge),
             theta: [
                 scales.acceleration / scales.rate,
                 scales.acceleration / scales.rudder,
                 scales.acceleration,
-            ],
+            ]
+            .map(lanes),
         }
     }
 
     /// Goes through the stretches again, now with the sums before them.
     #[inline(always)]
-    fn stretches<const N: usize, const FUSED: bool>(
+    fn stretches(
         &self,
-        begin: Begin<N>,
-        (heading, rudder): (&[f64], &[f64]),
-        c: &super::lanes::Coefficients<f64>,
+        simd: S,
+        filter: &Filter<f64>,
+        begin: Begin<S>,
+        (mut heading, mut rudder): (&[f64], &[f64]),
         thetas: &mut [[f64; 3]],
     ) {
+        let length = thetas.len() / S::F64_LANES;
+        let c = filter.coefficients(simd);
         let Begin {
+            order,
             mut state,
             mut sums,
-            mut samples,
+            samples,
         } = begin;
-        let mut headings = [[0.0; N]; STRETCH];
-        let mut rudders = [[0.0; N]; STRETCH];
-        transpose(heading[1..].chunks_exact(STRETCH), &mut headings);
-        transpose(rudder[1..].chunks_exact(STRETCH), &mut rudders);
-        for (i, (heading, rudder)) in headings.iter().zip(&rudders).enumerate() {
-            state.advance::<FUSED>(heading, rudder, c);
-            sums.add::<FUSED>(&state, c);
-            for n in &mut samples {
-                *n += 1.0;
+        let mut samples = Lanes::from_fn(simd, |lane| (samples + order[lane] * length) as f64);
+        let one = Lanes::splat(simd, 1.0);
+        let numbers = thetas.as_flattened_mut();
+        for at in (0..length).step_by(4) {
+            let headings = Lanes::columns(simd, |row| &heading[row * length..]);
+            let rudders = Lanes::columns(simd, |row| &rudder[row * length..]);
+            (heading, rudder) = (&heading[4..], &rudder[4..]);
+            let mut solved = [one; 12];
+            let columns = headings.into_iter().zip(rudders);
+            for ((heading, rudder), solved) in columns.zip(solved.as_chunks_mut().0) {
+                sums.add(state.advance(heading, rudder, &c));
+                samples = samples + one;
+                *solved = self.solve(&sums, samples);
             }
-            let [a22, b2, c0] = self.solve::<N, FUSED>(&sums, &samples);
-            for j in 0..N {
-                thetas[j * STRETCH + i] = [a22[j], b2[j], c0[j]];
+            for (i, four) in solved.as_chunks().0.iter().enumerate() {
+                let from = 3 * at + 4 * i;
+                Lanes::rows(*four, |row, four| {
+                    numbers[3 * row * length + from..][..4].copy_from_slice(four);
+                });
             }
         }
     }
 
     /// The normal equations with the constant eliminated first, which centres the sums, and one division.
     #[inline(always)]
-    fn solve<const N: usize, const FUSED: bool>(
-        &self,
-        sums: &Products<f64, N>,
-        samples: &[f64; N],
-    ) -> [[f64; N]; 3] {
-        let [r, d, y, rr, rd, dd, ry, dy] = &sums.0;
-        let mut theta = [[0.0; N]; 3];
-        let [a22, b2, c0] = &mut theta;
-        for j in 0..N {
-            let n = samples[j] + self.one;
-            let centred =
-                |product: f64, a: f64, b: f64| multiply_add::<f64, FUSED>(n, product, -(a * b));
-            let a = centred(rr[j] + self.rate, r[j], r[j]);
-            let b = centred(rd[j], r[j], d[j]);
-            let c = centred(dd[j] + self.rudder, d[j], d[j]);
-            let p = centred(ry[j], r[j], y[j]);
-            let q = centred(dy[j], d[j], y[j]);
-            let determinant = multiply_add::<f64, FUSED>(a, c, -(b * b));
-            let inverse = 1.0 / (determinant * n);
-            let over_determinant = inverse * n;
-            let of_rate = multiply_add::<f64, FUSED>(p, c, -(q * b)) * over_determinant;
-            let of_rudder = multiply_add::<f64, FUSED>(q, a, -(p * b)) * over_determinant;
-            let rest = multiply_add::<f64, FUSED>(-of_rate, r[j], y[j]);
-            let rest = multiply_add::<f64, FUSED>(-of_rudder, d[j], rest);
-            a22[j] = of_rate * self.theta[0];
-            b2[j] = of_rudder * self.theta[1];
-            c0[j] = rest * (inverse * determinant) * self.theta[2];
-        }
-        theta
+    fn solve(&self, sums: &Products<Lanes<S, f64>>, samples: Lanes<S, f64>) -> [Lanes<S, f64>; 3] {
+        let [r, d, y, rr, rd, dd, ry, dy] = sums.0;
+        let n = samples + self.one;
+        let a = (n * (rr + self.rate)).less(r, r);
+        let b = (n * rd).less(r, d);
+        let c = (n * (dd + self.rudder)).less(d, d);
+        let p = (n * ry).less(r, y);
+        let q = (n * dy).less(d, y);
+        let determinant = (a * c).less(b, b);
+        let inverse = (determinant * n).inverse();
+        let over_determinant = inverse * n;
+        let of_rate = (p * c).less(q, b) * over_determinant;
+        let of_rudder = (q * a).less(p, b) * over_determinant;
+        let rest = y.less(of_rate, r).less(of_rudder, d);
+        let [to_rate, to_rudder, to_one] = self.theta;
+        [
+            of_rate * to_rate,
+            of_rudder * to_rudder,
+            rest * (inverse * determinant) * to_one,
+        ]
     }
 }

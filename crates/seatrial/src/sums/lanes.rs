@@ -1,63 +1,261 @@
 //! Several stretches of signals filtered and summed side by side.
 
-use pulp::{Simd, WithSimd};
+use core::ops::{Add, Mul, Sub};
+
+use pulp::bytemuck::{self, Pod};
+use pulp::{Scalar, Simd};
 use seatrial_core::Real;
 use seatrial_core::fixed_rate::FixedRateSettings;
 use seatrial_core::model::phi;
 use seatrial_core::state_variable_filter::{FilterStart, Hold};
 
 /// A number of which a vector register holds several.
-pub trait Lane: Real {
-    /// a b + c, rounded once.
-    fn fused(a: Self, b: Self, c: Self) -> Self;
-    /// Runs `work` with as many lanes as suit this number and with the widest instructions that this machine has.
-    fn dispatch<W: Work<Self>>(work: W) -> W::Output;
-}
-
-/// Something to be done in lanes.
-pub trait Work<T> {
-    /// What it gives.
-    type Output;
-    /// `FUSED`: the machine has a fused multiply-add, without which it would be slow.
-    fn run<const N: usize, const FUSED: bool>(self) -> Self::Output;
+pub trait Lane: Real + Pod {
+    /// A register full of them.
+    type Register<S: Simd>: Pod;
+    /// One number in every lane.
+    fn splat<S: Simd>(simd: S, value: Self) -> Self::Register<S>;
+    /// a + b
+    fn plus<S: Simd>(simd: S, a: Self::Register<S>, b: Self::Register<S>) -> Self::Register<S>;
+    /// a - b
+    fn minus<S: Simd>(simd: S, a: Self::Register<S>, b: Self::Register<S>) -> Self::Register<S>;
+    /// a b
+    fn times<S: Simd>(simd: S, a: Self::Register<S>, b: Self::Register<S>) -> Self::Register<S>;
+    /// a b + c, rounded once where that is as fast.
+    fn fused<S: Simd>(
+        simd: S,
+        a: Self::Register<S>,
+        b: Self::Register<S>,
+        c: Self::Register<S>,
+    ) -> Self::Register<S>;
+    /// Fours that lie one behind the other, as their first, second, third and last numbers.
+    fn columns<S: Simd>(simd: S, fours: [Self::Register<S>; 4]) -> [Self::Register<S>; 4];
+    /// The way back from [`columns`](Self::columns).
+    fn fours<S: Simd>(simd: S, columns: [Self::Register<S>; 4]) -> [Self::Register<S>; 4];
 }
 
 macro_rules! lane {
-    ($type:ident, $lanes:literal) => {
+    ($type:ident, $register:ident, $splat:ident, $add:ident, $sub:ident, $mul:ident, $fused:ident, $columns:ident, $fours:ident) => {
         impl Lane for $type {
+            type Register<S: Simd> = S::$register;
+
             #[inline(always)]
-            fn fused(a: Self, b: Self, c: Self) -> Self {
-                a.mul_add(b, c)
+            fn splat<S: Simd>(simd: S, value: Self) -> S::$register {
+                simd.$splat(value)
             }
 
-            fn dispatch<W: Work<Self>>(work: W) -> W::Output {
-                struct Dispatched<W>(W);
+            #[inline(always)]
+            fn plus<S: Simd>(simd: S, a: S::$register, b: S::$register) -> S::$register {
+                simd.$add(a, b)
+            }
 
-                impl<W: Work<$type>> WithSimd for Dispatched<W> {
-                    type Output = W::Output;
+            #[inline(always)]
+            fn minus<S: Simd>(simd: S, a: S::$register, b: S::$register) -> S::$register {
+                simd.$sub(a, b)
+            }
 
-                    #[inline(always)]
-                    fn with_simd<S: Simd>(self, _simd: S) -> W::Output {
-                        if S::IS_SCALAR {
-                            self.0.run::<$lanes, false>()
-                        } else {
-                            self.0.run::<$lanes, true>()
-                        }
-                    }
-                }
-                pulp::Arch::new().dispatch(Dispatched(work))
+            #[inline(always)]
+            fn times<S: Simd>(simd: S, a: S::$register, b: S::$register) -> S::$register {
+                simd.$mul(a, b)
+            }
+
+            #[inline(always)]
+            fn fused<S: Simd>(
+                simd: S,
+                a: S::$register,
+                b: S::$register,
+                c: S::$register,
+            ) -> S::$register {
+                simd.$fused(a, b, c)
+            }
+
+            #[inline(always)]
+            fn columns<S: Simd>(simd: S, fours: [S::$register; 4]) -> [S::$register; 4] {
+                simd.$columns(fours)
+            }
+
+            #[inline(always)]
+            fn fours<S: Simd>(simd: S, columns: [S::$register; 4]) -> [S::$register; 4] {
+                simd.$fours(columns)
             }
         }
     };
 }
 
-lane!(f64, 8);
-lane!(f32, 16);
+lane!(
+    f64,
+    f64s,
+    splat_f64s,
+    add_f64s,
+    sub_f64s,
+    mul_f64s,
+    mul_add_e_f64s,
+    deinterleave_shfl_f64s,
+    interleave_shfl_f64s
+);
+lane!(
+    f32,
+    f32s,
+    splat_f32s,
+    add_f32s,
+    sub_f32s,
+    mul_f32s,
+    mul_add_e_f32s,
+    deinterleave_shfl_f32s,
+    interleave_shfl_f32s
+);
 
-/// a b + c, rounded once where that is as fast.
-#[inline(always)]
-pub(super) fn multiply_add<T: Lane, const FUSED: bool>(a: T, b: T, c: T) -> T {
-    if FUSED { T::fused(a, b, c) } else { a * b + c }
+/// The most lanes that a register has, sixteen `f32` in 512 bits.
+pub(super) const MOST_LANES: usize = 16;
+
+/// Samples whose products are added up in the signals' own precision.
+pub(super) const BLOCK: usize = 128;
+
+/// Numbers side by side in a register of the machine `S`; [`Scalar`] has one lane.
+#[derive(Clone, Copy)]
+pub(super) struct Lanes<S: Simd, T: Lane> {
+    pub simd: S,
+    pub register: T::Register<S>,
+}
+
+impl<S: Simd, T: Lane> Lanes<S, T> {
+    pub const COUNT: usize = size_of::<T::Register<S>>() / size_of::<T>();
+
+    #[inline(always)]
+    pub fn splat(simd: S, value: T) -> Self {
+        Self {
+            simd,
+            register: T::splat(simd, value),
+        }
+    }
+
+    /// Number j of what is asked for in lane j.
+    #[inline(always)]
+    pub fn from_fn(simd: S, number: impl Fn(usize) -> T) -> Self {
+        let mut lanes = Self::splat(simd, T::ZERO);
+        let numbers = bytemuck::cast_slice_mut(core::slice::from_mut(&mut lanes.register));
+        for (j, lane) in numbers.iter_mut().enumerate() {
+            *lane = number(j);
+        }
+        lanes
+    }
+
+    #[inline(always)]
+    pub fn numbers(&self) -> &[T] {
+        bytemuck::cast_slice(core::slice::from_ref(&self.register))
+    }
+
+    /// The first numbers of a row.
+    #[inline(always)]
+    pub fn first_of(simd: S, row: &[T]) -> Self {
+        let register = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&row[..Self::COUNT]));
+        Self { simd, register }
+    }
+
+    /// a b + c, a = self.
+    #[inline(always)]
+    pub fn fused(self, b: Self, c: Self) -> Self {
+        self.with(T::fused(self.simd, self.register, b.register, c.register))
+    }
+
+    #[inline(always)]
+    fn with(self, register: T::Register<S>) -> Self {
+        Self { register, ..self }
+    }
+
+    /// The next four numbers of every row: the first, second, third and last of each, with the rows in lanes of the [`order`](Self::order)
+    /// that the machine can do best.
+    #[inline(always)]
+    pub fn columns<'a>(simd: S, row: impl Fn(usize) -> &'a [T]) -> [Self; 4] {
+        let mut fours = [T::splat(simd, T::ZERO); 4];
+        let numbers: &mut [T] = bytemuck::cast_slice_mut(&mut fours);
+        for (j, four) in numbers.chunks_exact_mut(4).enumerate() {
+            let row = &row(j)[..4];
+            for (number, next) in four.iter_mut().zip(row) {
+                *number = *next;
+            }
+        }
+        let [a, b, c, d] = T::columns(simd, fours);
+        let lanes = |register| Self { simd, register };
+        [lanes(a), lanes(b), lanes(c), lanes(d)]
+    }
+
+    /// The way back from [`columns`](Self::columns): four numbers of every row.
+    #[inline(always)]
+    pub fn rows(columns: [Self; 4], mut row: impl FnMut(usize, &[T])) {
+        let [a, b, c, d] = columns;
+        let registers = [a.register, b.register, c.register, d.register];
+        let fours = T::fours(a.simd, registers);
+        for (j, four) in bytemuck::cast_slice(&fours).chunks_exact(4).enumerate() {
+            row(j, four);
+        }
+    }
+
+    /// Which row each lane holds.
+    #[inline(always)]
+    pub fn order(simd: S) -> [usize; MOST_LANES] {
+        let mut numbered = [[T::ZERO; 4]; MOST_LANES];
+        for (j, row) in numbered.iter_mut().enumerate() {
+            *row = [T::of(j as f64); 4];
+        }
+        let [rows, ..] = Self::columns(simd, |j| &numbered[j]);
+        let mut order = [0; MOST_LANES];
+        for (place, row) in order.iter_mut().zip(rows.numbers()) {
+            *place = row.to_f64() as usize;
+        }
+        order
+    }
+}
+
+impl<S: Simd, T: Lane> Add for Lanes<S, T> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.with(T::plus(self.simd, self.register, other.register))
+    }
+}
+
+impl<S: Simd, T: Lane> Sub for Lanes<S, T> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.with(T::minus(self.simd, self.register, other.register))
+    }
+}
+
+impl<S: Simd, T: Lane> Mul for Lanes<S, T> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.with(T::times(self.simd, self.register, other.register))
+    }
+}
+
+impl<T: Lane> Lanes<Scalar, T> {
+    /// The only one.
+    #[inline(always)]
+    pub fn number(self) -> T {
+        self.numbers()[0]
+    }
+}
+
+impl<S: Simd> Lanes<S, f64> {
+    /// a - b c, a = self.
+    #[inline(always)]
+    pub fn less(self, b: Self, c: Self) -> Self {
+        let simd = self.simd;
+        self.with(simd.negate_mul_add_e_f64s(b.register, c.register, self.register))
+    }
+
+    /// 1/a
+    #[inline(always)]
+    pub fn inverse(self) -> Self {
+        let simd = self.simd;
+        self.with(simd.div_f64s(simd.splat_f64s(1.0), self.register))
+    }
 }
 
 /// The filter (16)-(31) for signals scaled so that one step takes the fewest operations.
@@ -72,11 +270,12 @@ pub(super) fn multiply_add<T: Lane, const FUSED: bool>(a: T, b: T, c: T) -> T {
 /// g = 0 where the heading is held, b = phi1 and g = k where it runs on straight lines. Up to scale these are u, v of
 /// [`StateVariableFilter`](seatrial_core::StateVariableFilter) for the heading and its two lags themselves for the rudder.
 #[derive(Clone, Copy)]
-pub(super) struct Coefficients<T> {
-    pub decay: T,
-    pub coupling: T,
-    pub heading_ramp: T,
-    pub rudder_ramp: T,
+pub(super) struct Coefficients<V> {
+    pub decay: V,
+    /// -c
+    pub coupling: V,
+    pub heading_ramp: V,
+    pub rudder_ramp: V,
 }
 
 /// What takes the scaled signals to those of the model.
@@ -87,38 +286,26 @@ pub(super) struct Scales {
     pub rudder: f64,
 }
 
-impl Scales {
-    fn of(settings: &FixedRateSettings<f64>) -> Self {
-        let lambda = settings.lambda_rad_s;
-        let x = lambda * settings.sample_interval_s;
-        let (phi1, _) = phi(-x);
-        let held = match settings.heading_hold {
-            Hold::ZeroOrder => 1.0,
-            Hold::FirstOrder => phi1,
-        };
-        let coupling = x * Real::exp(-x);
-        Self {
-            acceleration: lambda * lambda * held,
-            rate: lambda * coupling * held,
-            rudder: coupling * x * phi1,
-        }
-    }
-}
-
 /// The filters' state, scaled, in every lane.
 #[derive(Clone, Copy)]
-pub(super) struct State<T, const N: usize> {
-    pub heading: [T; N],
-    pub deviation: [T; N],
-    pub lag: [T; N],
-    pub rudder: [T; N],
-    pub rudder_once: [T; N],
-    pub rudder_twice: [T; N],
+pub(super) struct State<V> {
+    pub heading: V,
+    pub deviation: V,
+    pub lag: V,
+    pub rudder: V,
+    pub rudder_once: V,
+    pub rudder_twice: V,
 }
 
-/// Sums of u', v, p and their products, u' = u - c v, in every lane.
+/// The state of one record.
+pub(super) type Single<T> = State<Lanes<Scalar, T>>;
+
+/// Of v, p and u' those whose products are summed.
+pub(super) const PAIRS: [(usize, usize); 5] = [(0, 0), (0, 1), (1, 1), (0, 2), (1, 2)];
+
+/// Sums of v, p, u' = u - c v and of their products in [`PAIRS`], in every lane.
 #[derive(Clone, Copy)]
-pub(super) struct Products<T, const N: usize>(pub [[T; N]; 8]);
+pub(super) struct Products<V>(pub [V; 8]);
 
 /// Filters for one setting: coefficients, scales and where they start.
 #[derive(Clone, Copy)]
@@ -133,9 +320,11 @@ pub(super) struct Filter<T> {
 impl<T: Lane> Filter<T> {
     /// `settings` are valid.
     pub fn new(settings: &FixedRateSettings<f64>) -> Self {
-        let x = settings.lambda_rad_s * settings.sample_interval_s;
+        let lambda = settings.lambda_rad_s;
+        let x = lambda * settings.sample_interval_s;
         let (phi1, phi2) = phi(-x);
         let decay = Real::exp(-x);
+        let coupling = x * decay;
         let ramp = (phi1 - phi2) / (decay * phi1);
         let (held, heading_ramp) = match settings.heading_hold {
             Hold::ZeroOrder => (1.0, 0.0),
@@ -144,113 +333,150 @@ impl<T: Lane> Filter<T> {
         Self {
             coefficients: Coefficients {
                 decay: T::of(decay),
-                coupling: T::of(x * decay),
+                coupling: T::of(-coupling),
                 heading_ramp: T::of(heading_ramp),
                 rudder_ramp: T::of(ramp),
             },
-            scales: Scales::of(settings),
+            scales: Scales {
+                acceleration: lambda * lambda * held,
+                rate: lambda * coupling * held,
+                rudder: coupling * x * phi1,
+            },
             start: settings.filter_start,
             held_inverse: T::of(1.0 / held),
         }
     }
 
+    /// The coefficients in every lane.
+    #[inline(always)]
+    pub fn coefficients<S: Simd>(&self, simd: S) -> Coefficients<Lanes<S, T>> {
+        let c = &self.coefficients;
+        Coefficients {
+            decay: Lanes::splat(simd, c.decay),
+            coupling: Lanes::splat(simd, c.coupling),
+            heading_ramp: Lanes::splat(simd, c.heading_ramp),
+            rudder_ramp: Lanes::splat(simd, c.rudder_ramp),
+        }
+    }
+
     /// At the first samples.
     #[inline(always)]
-    pub fn started<const N: usize>(&self, heading: &[T; N], rudder: &[T; N]) -> State<T, N> {
-        let zero = [T::ZERO; N];
-        let (once, twice) = (
-            T::of(1.0 / (1.0 - self.coefficients.decay.to_f64())),
-            T::of(1.0 / self.scales.rudder),
-        );
+    pub fn started<S: Simd>(
+        &self,
+        simd: S,
+        heading: Lanes<S, T>,
+        rudder: Lanes<S, T>,
+    ) -> State<Lanes<S, T>> {
+        let factor = |factor: f64| Lanes::splat(simd, T::of(factor));
+        let at_rest = State::at_rest(simd, heading, rudder);
         match self.start {
             FilterStart::Zero => State {
-                heading: *heading,
-                deviation: heading.map(|w| w * self.held_inverse),
-                lag: zero,
-                rudder: *rudder,
-                rudder_once: zero,
-                rudder_twice: zero,
+                deviation: heading * Lanes::splat(simd, self.held_inverse),
+                ..at_rest
             },
             FilterStart::Equilibrium => State {
-                heading: *heading,
-                deviation: zero,
-                lag: zero,
-                rudder: *rudder,
-                rudder_once: rudder.map(|d| d * once),
-                rudder_twice: rudder.map(|d| d * twice),
+                rudder_once: rudder * factor(1.0 / (1.0 - self.coefficients.decay.to_f64())),
+                rudder_twice: rudder * factor(1.0 / self.scales.rudder),
+                ..at_rest
             },
         }
     }
 }
 
-impl<T: Lane, const N: usize> Products<T, N> {
-    pub const ZERO: Self = Self([[T::ZERO; N]; 8]);
+impl<S: Simd, T: Lane> Products<Lanes<S, T>> {
+    #[inline(always)]
+    pub fn zero(simd: S) -> Self {
+        Self([Lanes::splat(simd, T::ZERO); 8])
+    }
 
     /// Adds what the filters of every lane give now.
     #[inline(always)]
-    pub fn add<const FUSED: bool>(&mut self, state: &State<T, N>, c: &Coefficients<T>) {
+    pub fn add(&mut self, [v, p, u]: [Lanes<S, T>; 3]) {
         let [
             rate,
             rudder,
-            acceleration,
+            acc,
             rate2,
             rate_rudder,
             rudder2,
             rate_acc,
             rudder_acc,
-        ] = &mut self.0;
-        for j in 0..N {
-            let (v, p) = (state.lag[j], state.rudder_twice[j]);
-            let u = multiply_add::<T, FUSED>(-c.coupling, v, state.deviation[j]);
-            rate[j] += v;
-            rudder[j] += p;
-            acceleration[j] += u;
-            rate2[j] = multiply_add::<T, FUSED>(v, v, rate2[j]);
-            rate_rudder[j] = multiply_add::<T, FUSED>(v, p, rate_rudder[j]);
-            rudder2[j] = multiply_add::<T, FUSED>(p, p, rudder2[j]);
-            rate_acc[j] = multiply_add::<T, FUSED>(v, u, rate_acc[j]);
-            rudder_acc[j] = multiply_add::<T, FUSED>(p, u, rudder_acc[j]);
-        }
+        ] = self.0;
+        self.0 = [
+            rate + v,
+            rudder + p,
+            acc + u,
+            v.fused(v, rate2),
+            v.fused(p, rate_rudder),
+            p.fused(p, rudder2),
+            v.fused(u, rate_acc),
+            p.fused(u, rudder_acc),
+        ];
     }
 
-    /// The sums of all lanes together, in double precision.
-    pub fn total(&self) -> [f64; 8] {
-        self.0.map(|sums| sums.map(Real::to_f64).iter().sum())
-    }
-}
-
-impl<T: Lane, const N: usize> State<T, N> {
-    /// Takes in the next sample of every lane.
+    /// Adds the sums of each lane to those in double precision, and begins again.
     #[inline(always)]
-    pub fn advance<const FUSED: bool>(
-        &mut self,
-        heading: &[T; N],
-        rudder: &[T; N],
-        c: &Coefficients<T>,
-    ) {
-        for (j, (heading, laid)) in heading.iter().zip(&self.rudder).enumerate() {
-            let turned = *heading - self.heading[j];
-            let lag = multiply_add::<T, FUSED>(c.heading_ramp, turned, self.deviation[j]);
-            self.lag[j] = multiply_add::<T, FUSED>(c.decay, self.lag[j], lag);
-            self.deviation[j] = multiply_add::<T, FUSED>(c.decay, self.deviation[j], turned);
-            let twice = multiply_add::<T, FUSED>(c.rudder_ramp, *laid, self.rudder_once[j]);
-            self.rudder_twice[j] = multiply_add::<T, FUSED>(c.decay, self.rudder_twice[j], twice);
-            self.rudder_once[j] = multiply_add::<T, FUSED>(c.decay, self.rudder_once[j], *laid);
+    pub fn move_to(&mut self, sums: &mut [[f64; MOST_LANES]; 8]) {
+        for (sums, products) in sums.iter_mut().zip(&mut self.0) {
+            for (sum, product) in sums.iter_mut().zip(products.numbers()) {
+                *sum += product.to_f64();
+            }
+            *products = Lanes::splat(products.simd, T::ZERO);
         }
-        self.heading = *heading;
-        self.rudder = *rudder;
     }
 }
 
-/// Rows side by side: `columns[i][j]` is the sample i of row j.
-#[inline(always)]
-pub(super) fn transpose<'a, T: Lane, const N: usize>(
-    rows: impl Iterator<Item = &'a [T]>,
-    columns: &mut [[T; N]],
-) {
-    for (j, row) in rows.enumerate().take(N) {
-        for (column, value) in columns.iter_mut().zip(row) {
-            column[j] = *value;
+impl<S: Simd, T: Lane> State<Lanes<S, T>> {
+    /// Filters that have seen nothing before these samples.
+    #[inline(always)]
+    pub fn at_rest(simd: S, heading: Lanes<S, T>, rudder: Lanes<S, T>) -> Self {
+        let zero = Lanes::splat(simd, T::ZERO);
+        Self {
+            heading,
+            deviation: zero,
+            lag: zero,
+            rudder,
+            rudder_once: zero,
+            rudder_twice: zero,
         }
+    }
+
+    /// Takes in the next sample of every lane and gives v, p and u'.
+    #[inline(always)]
+    pub fn advance(
+        &mut self,
+        heading: Lanes<S, T>,
+        rudder: Lanes<S, T>,
+        c: &Coefficients<Lanes<S, T>>,
+    ) -> [Lanes<S, T>; 3] {
+        self.turn(heading, c);
+        self.lay(rudder, c);
+        self.outputs(c)
+    }
+
+    /// Takes in the next headings.
+    #[inline(always)]
+    pub fn turn(&mut self, heading: Lanes<S, T>, c: &Coefficients<Lanes<S, T>>) {
+        let turned = heading - self.heading;
+        let lag = c.heading_ramp.fused(turned, self.deviation);
+        self.lag = c.decay.fused(self.lag, lag);
+        self.deviation = c.decay.fused(self.deviation, turned);
+        self.heading = heading;
+    }
+
+    /// Takes in the next rudder angles.
+    #[inline(always)]
+    pub fn lay(&mut self, rudder: Lanes<S, T>, c: &Coefficients<Lanes<S, T>>) {
+        let twice = c.rudder_ramp.fused(self.rudder, self.rudder_once);
+        self.rudder_twice = c.decay.fused(self.rudder_twice, twice);
+        self.rudder_once = c.decay.fused(self.rudder_once, self.rudder);
+        self.rudder = rudder;
+    }
+
+    /// v, p and u' = u - c v.
+    #[inline(always)]
+    pub fn outputs(&self, c: &Coefficients<Lanes<S, T>>) -> [Lanes<S, T>; 3] {
+        let accelerating = c.coupling.fused(self.lag, self.deviation);
+        [self.lag, self.rudder_twice, accelerating]
     }
 }

@@ -1,22 +1,27 @@
 //! One long record, cut into stretches that are filtered side by side.
 
+use pulp::{Arch, Scalar, Simd, WithSimd};
 use seatrial_core::estimator::InvalidSetting;
 use seatrial_core::fixed_rate::FixedRateSettings;
 
 use super::Sums;
-use super::lanes::{Filter, Lane, Products, State, Work, multiply_add, transpose};
+use super::lanes::{
+    BLOCK, Coefficients, Filter, Lane, Lanes, MOST_LANES, PAIRS, Products, Single, State,
+};
 
-/// Samples of a stretch. Eight of them, of heading and rudder, and what they are copied into fit the first cache.
-pub(super) const STRETCH: usize = 128;
+/// Samples of a stretch: from two pages of memory on, the processor reads ahead in every stretch.
+const LONGEST: usize = 1024;
+/// Shorter stretches take longer than one sample after the other.
+const SHORTEST: usize = 16;
 
 /// The sums of one record that comes in pieces of any length.
 #[derive(Clone)]
-pub struct Accumulator<T> {
+pub struct Accumulator<T: Lane> {
     filter: Filter<T>,
     /// Once the record is long enough for them.
     stretches: Option<Stretches<T>>,
     /// At the last sample, once there is one.
-    state: Option<State<T, 1>>,
+    state: Option<Single<T>>,
     total: [f64; 8],
     samples: usize,
 }
@@ -36,7 +41,7 @@ impl<T: Lane> Accumulator<T> {
 
     /// Takes in the next samples: headings, unwrapped, and the rudder angles, rad; of the longer of the two the rest is ignored.
     pub fn extend(&mut self, heading_rad: &[T], rudder_rad: &[T]) {
-        T::dispatch(Extension {
+        Arch::new().dispatch(Extension {
             accumulator: self,
             heading_rad,
             rudder_rad,
@@ -49,17 +54,17 @@ impl<T: Lane> Accumulator<T> {
     }
 }
 
-struct Extension<'a, T> {
+struct Extension<'a, T: Lane> {
     accumulator: &'a mut Accumulator<T>,
     heading_rad: &'a [T],
     rudder_rad: &'a [T],
 }
 
-impl<T: Lane> Work<T> for Extension<'_, T> {
+impl<T: Lane> WithSimd for Extension<'_, T> {
     type Output = ();
 
     #[inline(always)]
-    fn run<const N: usize, const FUSED: bool>(self) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let Accumulator {
             filter,
             stretches,
@@ -72,194 +77,286 @@ impl<T: Lane> Work<T> for Extension<'_, T> {
         let (Some(&first_heading), Some(&first_rudder)) = (heading.first(), rudder.first()) else {
             return;
         };
-        let c = &filter.coefficients;
-        let mut products = Products::ZERO;
+        let c = filter.coefficients(Scalar);
+        let single = |number| Lanes::splat(Scalar, number);
+        let mut products = Products::zero(Scalar);
+        let (first_heading, first_rudder) = (single(first_heading), single(first_rudder));
         let mut now = match *state {
             Some(mut now) => {
-                now.advance::<FUSED>(&[first_heading], &[first_rudder], c);
+                now.advance(first_heading, first_rudder, &c);
                 now
             }
-            None => filter.started(&[first_heading], &[first_rudder]),
+            None => filter.started(Scalar, first_heading, first_rudder),
         };
-        products.add::<FUSED>(&now, c);
+        products.add(now.outputs(&c));
 
         // Every tile begins with the last sample before it.
         let mut at = 0;
-        while at + N * STRETCH < count {
-            let tile = at..at + N * STRETCH + 1;
-            let stretches = stretches.get_or_insert_with(|| Stretches::new(filter));
-            let start =
-                stretches.states::<N, FUSED>(&now, &heading[tile.clone()], &rudder[tile.clone()]);
-            let (end, sums) =
-                side_by_side::<T, N, FUSED>(start, &heading[tile.clone()], &rudder[tile], filter);
-            for (total, sum) in total.iter_mut().zip(sums.total()) {
-                *total += sum;
+        while let Some(length) = stretch_length::<S, T>(count - 1 - at, LONGEST) {
+            let stretches = Stretches::of(stretches, filter, length);
+            let tile = at..at + Lanes::<S, T>::COUNT * length + 1;
+            let tile = stretches.tile(simd, filter, &now, &heading[tile.clone()], &rudder[tile]);
+            for (total, sums) in total.iter_mut().zip(&tile.sums) {
+                *total += sums.iter().sum::<f64>();
             }
-            now = end.last();
-            at += N * STRETCH;
+            now = tile.end;
+            at += Lanes::<S, T>::COUNT * length;
         }
         for (heading, rudder) in heading[at + 1..].iter().zip(&rudder[at + 1..]) {
-            now.advance::<FUSED>(&[*heading], &[*rudder], c);
-            products.add::<FUSED>(&now, c);
+            products.add(now.advance(single(*heading), single(*rudder), &c));
         }
-        for (total, sum) in total.iter_mut().zip(products.total()) {
-            *total += sum;
+        for (total, sum) in total.iter_mut().zip(products.0) {
+            *total += sum.number().to_f64();
         }
         *state = Some(now);
         *samples += count;
     }
 }
 
-/// Filters and sums the stretches of a tile, which begins with the sample before it.
+/// Samples of the stretches that so many samples are cut into, one stretch a lane.
 #[inline(always)]
-pub(super) fn side_by_side<T: Lane, const N: usize, const FUSED: bool>(
-    mut state: State<T, N>,
-    heading: &[T],
-    rudder: &[T],
-    filter: &Filter<T>,
-) -> (State<T, N>, Products<T, N>) {
-    let mut headings = [[T::ZERO; N]; STRETCH];
-    let mut rudders = [[T::ZERO; N]; STRETCH];
-    transpose(heading[1..].chunks_exact(STRETCH), &mut headings);
-    transpose(rudder[1..].chunks_exact(STRETCH), &mut rudders);
-    let mut products = Products::ZERO;
-    for (heading, rudder) in headings.iter().zip(&rudders) {
-        state.advance::<FUSED>(heading, rudder, &filter.coefficients);
-        products.add::<FUSED>(&state, &filter.coefficients);
-    }
-    (state, products)
+pub(super) fn stretch_length<S: Simd, T: Lane>(samples: usize, longest: usize) -> Option<usize> {
+    let length = (samples / Lanes::<S, T>::COUNT).min(longest) / 4 * 4;
+    (!S::IS_SCALAR && length >= SHORTEST).then_some(length)
 }
 
-impl<T: Lane, const N: usize> State<T, N> {
-    /// That of the last lane.
-    #[inline(always)]
-    pub(super) fn last(&self) -> State<T, 1> {
-        let last = |lanes: &[T; N]| [lanes[N - 1]];
-        State {
-            heading: last(&self.heading),
-            deviation: last(&self.deviation),
-            lag: last(&self.lag),
-            rudder: last(&self.rudder),
-            rudder_once: last(&self.rudder_once),
-            rudder_twice: last(&self.rudder_twice),
-        }
-    }
-}
-
-/// What a stretch makes of the state before it.
+/// What the state before a stretch of L samples adds to what the filters give from rest.
 ///
 /// ```text
-/// u_L = e^L u_0 + sum e^m w'        m = L-1, ..., 0
-/// v_L = e^L v_0 + L e^(L-1) u_0 + sum (m e^(m-1) + g e^m) w'
+/// u_k + e^k u_0,   v_k + e^k v_0 + k e^(k-1) u_0,   likewise q and p,   k = 1, ..., L
+/// y z = (y_k + y_a e^k + y_b k e^(k-1)) (z_k + z_a e^k + z_b k e^(k-1))     for y, z of v, p, u'
 /// ```
 ///
-/// where w' are the increments of the heading, or the angles of the rudder with its k instead of g: sums of products that wait
-/// for nothing, after which the states at the ends of all stretches follow one from the other.
+/// so that the sums of a stretch from any state follow from those from rest, and no stretch waits for the one before.
 #[derive(Clone)]
 pub(super) struct Stretches<T> {
-    once: [T; STRETCH],
-    heading: [T; STRETCH],
-    rudder: [T; STRETCH],
-    /// e^L
-    decay: T,
-    /// L e^(L-1)
-    coupling: T,
+    /// e^k and k e^(k-1).
+    decays: Vec<[T; 2]>,
+    /// sum e^k, sum k e^(k-1)
+    sums: [T; 2],
+    /// sum e^2k, sum k e^(2k-1), sum k^2 e^(2k-2)
+    products: [T; 3],
+    /// e^L, L e^(L-1)
+    whole: [T; 2],
+}
+
+/// Stretches side by side.
+pub(super) struct Tile<S: Simd, T: Lane> {
+    /// Which stretch each lane holds.
+    pub order: [usize; MOST_LANES],
+    /// Before each stretch.
+    pub begin: State<Lanes<S, T>>,
+    /// Of each stretch.
+    pub sums: [[f64; MOST_LANES]; 8],
+    /// After the last one.
+    pub end: Single<T>,
+}
+
+/// What stretches give from rest.
+struct FromRest<S: Simd, T: Lane> {
+    end: State<Lanes<S, T>>,
+    sums: [[f64; MOST_LANES]; 8],
+    /// sum y e^k and sum y k e^(k-1) for v, p, u'.
+    decaying: [[Lanes<S, T>; 2]; 3],
 }
 
 impl<T: Lane> Stretches<T> {
-    pub(super) fn new(filter: &Filter<T>) -> Self {
-        let c = &filter.coefficients;
-        let e = c.decay.to_f64();
-        // e^m, and m e^(m-1).
-        let mut powers = [(0.0, 0.0); STRETCH + 1];
-        let (mut power, mut slope) = (1.0, 0.0);
-        for at in powers.iter_mut().rev() {
-            *at = (power, slope);
-            slope = e * slope + power;
+    /// Those of this length.
+    #[inline(always)]
+    pub fn of<'a>(known: &'a mut Option<Self>, filter: &Filter<T>, length: usize) -> &'a Self {
+        if known.as_ref().is_none_or(|of| of.decays.len() != length) {
+            *known = Some(Self::new(filter, length));
+        }
+        known.get_or_insert_with(|| Self::new(filter, length))
+    }
+
+    fn new(filter: &Filter<T>, length: usize) -> Self {
+        let e = filter.coefficients.decay.to_f64();
+        let mut decays = Vec::with_capacity(length);
+        let (mut sums, mut products) = ([0.0; 2], [0.0; 3]);
+        let [mut power, mut slope] = [1.0, 0.0];
+        for k in 1..=length {
+            slope = k as f64 * power;
             power *= e;
+            decays.push([T::of(power), T::of(slope)]);
+            sums = [sums[0] + power, sums[1] + slope];
+            products[0] += power * power;
+            products[1] += power * slope;
+            products[2] += slope * slope;
         }
-        let of = |weight: &dyn Fn((f64, f64)) -> f64| {
-            std::array::from_fn(|i| T::of(weight(powers[i + 1])))
-        };
-        let [(decay, coupling), ..] = powers;
         Self {
-            once: of(&|(power, _)| power),
-            heading: of(&|(power, slope)| slope + c.heading_ramp.to_f64() * power),
-            rudder: of(&|(power, slope)| slope + c.rudder_ramp.to_f64() * power),
-            decay: T::of(decay),
-            coupling: T::of(coupling),
+            decays,
+            sums: sums.map(T::of),
+            products: products.map(T::of),
+            whole: [power, slope].map(T::of),
         }
     }
 
-    /// The states before the stretches of a tile, which begins with the sample before it.
+    /// Filters and sums a tile, which begins with the sample before it, where the state is `before`.
     #[inline(always)]
-    pub(super) fn states<const N: usize, const FUSED: bool>(
+    pub fn tile<S: Simd>(
         &self,
-        before: &State<T, 1>,
+        simd: S,
+        filter: &Filter<T>,
+        before: &Single<T>,
         heading: &[T],
         rudder: &[T],
-    ) -> State<T, N> {
-        let lanes = |of: &[T; 1]| [of[0]; N];
-        let mut states = State {
-            heading: lanes(&before.heading),
-            deviation: lanes(&before.deviation),
-            lag: lanes(&before.lag),
-            rudder: lanes(&before.rudder),
-            rudder_once: lanes(&before.rudder_once),
-            rudder_twice: lanes(&before.rudder_twice),
+    ) -> Tile<S, T> {
+        let order = Lanes::<S, T>::order(simd);
+        let length = self.decays.len();
+        let first = |signal: &[T]| Lanes::from_fn(simd, |lane| signal[order[lane] * length]);
+        let at_rest = State::at_rest(simd, first(heading), first(rudder));
+        let from_rest =
+            self.filtered_from_rest(simd, filter, at_rest, (&heading[1..], &rudder[1..]));
+        let ends = &from_rest.end;
+        let (deviation, lag, end_deviation, end_lag) = self.follow(
+            &order,
+            before.deviation,
+            before.lag,
+            ends.deviation,
+            ends.lag,
+        );
+        let (once, twice, end_once, end_twice) = self.follow(
+            &order,
+            before.rudder_once,
+            before.rudder_twice,
+            ends.rudder_once,
+            ends.rudder_twice,
+        );
+        let begin = State {
+            deviation,
+            lag,
+            rudder_once: once,
+            rudder_twice: twice,
+            ..at_rest
         };
-        for j in 1..N {
-            let from = (j - 1) * STRETCH;
-            let heading = &heading[from..=from + STRETCH];
-            let rudder = &rudder[from..=from + STRETCH];
-            let (turned_once, turned_twice, laid_once, laid_twice) =
-                self.forced::<N, FUSED>(heading, rudder);
-            let follow = |once: T, twice: T, forced: T| {
-                let coupled = multiply_add::<T, FUSED>(self.coupling, once, forced);
-                multiply_add::<T, FUSED>(self.decay, twice, coupled)
-            };
-            states.heading[j] = heading[STRETCH];
-            states.rudder[j] = rudder[STRETCH];
-            states.lag[j] = follow(states.deviation[j - 1], states.lag[j - 1], turned_twice);
-            states.rudder_twice[j] = follow(
-                states.rudder_once[j - 1],
-                states.rudder_twice[j - 1],
-                laid_twice,
-            );
-            states.deviation[j] =
-                multiply_add::<T, FUSED>(self.decay, states.deviation[j - 1], turned_once);
-            states.rudder_once[j] =
-                multiply_add::<T, FUSED>(self.decay, states.rudder_once[j - 1], laid_once);
+        let mut sums = from_rest.sums;
+        self.left_by(&begin, &from_rest.decaying, &filter.coefficients(simd))
+            .move_to(&mut sums);
+        let end = State {
+            heading: Lanes::splat(Scalar, heading[heading.len() - 1]),
+            deviation: Lanes::splat(Scalar, end_deviation),
+            lag: Lanes::splat(Scalar, end_lag),
+            rudder: Lanes::splat(Scalar, rudder[rudder.len() - 1]),
+            rudder_once: Lanes::splat(Scalar, end_once),
+            rudder_twice: Lanes::splat(Scalar, end_twice),
+        };
+        Tile {
+            order,
+            begin,
+            sums,
+            end,
         }
-        states
     }
 
-    /// The four sums over one stretch.
     #[inline(always)]
-    fn forced<const N: usize, const FUSED: bool>(
+    fn filtered_from_rest<S: Simd>(
         &self,
-        heading: &[T],
-        rudder: &[T],
-    ) -> (T, T, T, T) {
-        let mut sums = [[T::ZERO; N]; 4];
-        let [turned_once, turned_twice, laid_once, laid_twice] = &mut sums;
-        let before = heading[..STRETCH].chunks_exact(N);
-        let after = heading[1..].chunks_exact(N);
-        let laid = rudder[..STRETCH].chunks_exact(N);
-        let weights = (self.once.chunks_exact(N).zip(self.heading.chunks_exact(N)))
-            .zip(self.rudder.chunks_exact(N));
-        for (((before, after), laid), ((once, of_heading), of_rudder)) in
-            before.zip(after).zip(laid).zip(weights)
-        {
-            for j in 0..N {
-                let turned = after[j] - before[j];
-                turned_once[j] = multiply_add::<T, FUSED>(once[j], turned, turned_once[j]);
-                turned_twice[j] = multiply_add::<T, FUSED>(of_heading[j], turned, turned_twice[j]);
-                laid_once[j] = multiply_add::<T, FUSED>(once[j], laid[j], laid_once[j]);
-                laid_twice[j] = multiply_add::<T, FUSED>(of_rudder[j], laid[j], laid_twice[j]);
+        simd: S,
+        filter: &Filter<T>,
+        mut state: State<Lanes<S, T>>,
+        (mut heading, mut rudder): (&[T], &[T]),
+    ) -> FromRest<S, T> {
+        let length = self.decays.len();
+        let c = filter.coefficients(simd);
+        let mut products = Products::zero(simd);
+        let mut sums = [[0.0; MOST_LANES]; 8];
+        let mut decaying = [[Lanes::splat(simd, T::ZERO); 2]; 3];
+        for block in self.decays.chunks(BLOCK) {
+            for four in block.chunks_exact(4) {
+                let headings = Lanes::columns(simd, |row| &heading[row * length..]);
+                let rudders = Lanes::columns(simd, |row| &rudder[row * length..]);
+                (heading, rudder) = (&heading[4..], &rudder[4..]);
+                for ((heading, rudder), decays) in headings.into_iter().zip(rudders).zip(four) {
+                    let outputs = state.advance(heading, rudder, &c);
+                    products.add(outputs);
+                    let [once, twice] = *decays;
+                    let (once, twice) = (Lanes::splat(simd, once), Lanes::splat(simd, twice));
+                    for (sums, output) in decaying.iter_mut().zip(outputs) {
+                        let [of_once, of_twice] = *sums;
+                        *sums = [output.fused(once, of_once), output.fused(twice, of_twice)];
+                    }
+                }
             }
+            products.move_to(&mut sums);
         }
-        let [a, b, c, d] = sums.map(|lanes| lanes.into_iter().sum());
-        (a, b, c, d)
+        FromRest {
+            end: state,
+            sums,
+            decaying,
+        }
     }
+
+    /// The two states of a signal's poles before each stretch, and after the last, from those before the first and those that the
+    /// stretches give from rest.
+    #[inline(always)]
+    fn follow<S: Simd>(
+        &self,
+        order: &[usize; MOST_LANES],
+        once: Lanes<Scalar, T>,
+        twice: Lanes<Scalar, T>,
+        once_from_rest: Lanes<S, T>,
+        twice_from_rest: Lanes<S, T>,
+    ) -> (Lanes<S, T>, Lanes<S, T>, T, T) {
+        let [decay, coupling] = self.whole;
+        let (mut once, mut twice) = (once.number(), twice.number());
+        let mut before = [[T::ZERO; MOST_LANES]; 2];
+        let mut from_rest = [[T::ZERO; MOST_LANES]; 2];
+        for (lane, row) in order.iter().enumerate().take(Lanes::<S, T>::COUNT) {
+            from_rest[0][*row] = once_from_rest.numbers()[lane];
+            from_rest[1][*row] = twice_from_rest.numbers()[lane];
+        }
+        for row in 0..Lanes::<S, T>::COUNT {
+            before[0][row] = once;
+            before[1][row] = twice;
+            twice = from_rest[1][row] + decay * twice + coupling * once;
+            once = from_rest[0][row] + decay * once;
+        }
+        let simd = once_from_rest.simd;
+        let before_once = Lanes::from_fn(simd, |lane| before[0][order[lane]]);
+        let before_twice = Lanes::from_fn(simd, |lane| before[1][order[lane]]);
+        (before_once, before_twice, once, twice)
+    }
+
+    /// What the states before the stretches add to the sums.
+    #[inline(always)]
+    fn left_by<S: Simd>(
+        &self,
+        begin: &State<Lanes<S, T>>,
+        decaying: &[[Lanes<S, T>; 2]; 3],
+        c: &Coefficients<Lanes<S, T>>,
+    ) -> Products<Lanes<S, T>> {
+        let simd = begin.lag.simd;
+        // y_a and y_b of v, p and u'.
+        let left = [
+            [begin.lag, begin.deviation],
+            [begin.rudder_twice, begin.rudder_once],
+            [
+                c.coupling.fused(begin.lag, begin.deviation),
+                c.coupling * begin.deviation,
+            ],
+        ];
+        let mut added = Products::zero(simd);
+        let (of_one, of_two) = added.0.split_at_mut(left.len());
+        let [once, twice] = self.sums;
+        let sums = [Lanes::splat(simd, once), Lanes::splat(simd, twice)];
+        for (added, left) in of_one.iter_mut().zip(left) {
+            *added = dot(left, sums);
+        }
+        let [once, mixed, twice] = self.products;
+        let mixed = Lanes::splat(simd, mixed);
+        let once = [Lanes::splat(simd, once), mixed];
+        let twice = [mixed, Lanes::splat(simd, twice)];
+        for (added, (y, z)) in of_two.iter_mut().zip(PAIRS) {
+            let own = [dot(once, left[z]), dot(twice, left[z])];
+            let beside = dot(left[z], decaying[y]) + dot(left[y], decaying[z]);
+            *added = beside + dot(left[y], own);
+        }
+        added
+    }
+}
+
+#[inline(always)]
+fn dot<S: Simd, T: Lane>(a: [Lanes<S, T>; 2], b: [Lanes<S, T>; 2]) -> Lanes<S, T> {
+    a[0].fused(b[0], a[1] * b[1])
 }

@@ -1,13 +1,13 @@
 //! Many records of equal length, side by side.
 
+use core::hint::black_box;
+
+use pulp::{Arch, Simd, WithSimd};
 use seatrial_core::estimator::InvalidSetting;
 use seatrial_core::fixed_rate::FixedRateSettings;
 
 use super::Sums;
-use super::lanes::{Filter, Lane, Products, State, Work, transpose};
-
-/// Samples that are put side by side at a time.
-const BLOCK: usize = 64;
+use super::lanes::{BLOCK, Filter, Lane, Lanes, MOST_LANES, Products};
 
 /// The sums of many records of `samples_per_record` each, one behind the other: unwrapped headings and rudder angles, rad. What
 /// is left of an incomplete record is ignored.
@@ -24,7 +24,7 @@ pub fn of_records<T: Lane>(
             requirement: "at least 1",
         });
     }
-    Ok(T::dispatch(Records {
+    Ok(Arch::new().dispatch(Records {
         filter: Filter::new(settings),
         samples_per_record,
         heading_rad,
@@ -39,71 +39,88 @@ struct Records<'a, T> {
     rudder_rad: &'a [T],
 }
 
-impl<T: Lane> Work<T> for Records<'_, T> {
+impl<T: Lane> WithSimd for Records<'_, T> {
     type Output = Vec<Sums>;
 
     #[inline(always)]
-    fn run<const N: usize, const FUSED: bool>(self) -> Vec<Sums> {
+    fn with_simd<S: Simd>(self, simd: S) -> Vec<Sums> {
         let samples = self.samples_per_record;
         let records = (self.heading_rad.len() / samples).min(self.rudder_rad.len() / samples);
-        let group = N * samples;
+        let whole = records * samples;
+        let group = Lanes::<S, T>::COUNT * samples;
+        let order = Lanes::<S, T>::order(simd);
         let mut all = Vec::with_capacity(records);
-        let mut headings = [[T::ZERO; N]; BLOCK];
-        let mut rudders = [[T::ZERO; N]; BLOCK];
-        for (heading, rudder) in (self.heading_rad[..records * samples].chunks(group))
-            .zip(self.rudder_rad[..records * samples].chunks(group))
-        {
-            let mut totals = [[0.0; N]; 8];
-            let mut state = None;
-            for from in (0..samples).step_by(BLOCK) {
-                let block = from..samples.min(from + BLOCK);
-                for (signal, columns) in [(heading, &mut headings), (rudder, &mut rudders)] {
-                    let records = signal.chunks_exact(samples);
-                    transpose(records.map(|record| &record[block.clone()]), columns);
-                }
-                let pairs = headings.iter().zip(&rudders).take(block.len());
-                let products = self.sums_of_block::<N, FUSED>(&mut state, pairs);
-                for (totals, products) in totals.iter_mut().zip(&products.0) {
-                    for (total, product) in totals.iter_mut().zip(products) {
-                        *total += product.to_f64();
-                    }
+        let headings = self.heading_rad[..whole].chunks(group);
+        let rudders = self.rudder_rad[..whole].chunks(group);
+        let nothing: &[T] = &[];
+        let next = headings.clone().zip(rudders.clone()).skip(1);
+        let next = next.chain([(nothing, nothing)]);
+        for ((heading, rudder), next) in headings.zip(rudders).zip(next) {
+            let sums = self.sums_of_group(simd, &order, heading, rudder, next);
+            let here = heading.len() / samples;
+            all.resize(all.len() + here, Sums::default());
+            let from = all.len() - here;
+            for (lane, row) in order.iter().enumerate().take(Lanes::<S, T>::COUNT) {
+                if *row < here {
+                    let sums = sums.map(|lanes| lanes[lane]);
+                    all[from + row] = Sums::scaled(sums, samples, &self.filter.scales);
                 }
             }
-            all.extend(
-                (0..heading.len() / samples).map(|j| {
-                    Sums::scaled(totals.map(|total| total[j]), samples, &self.filter.scales)
-                }),
-            );
         }
         all
     }
 }
 
 impl<T: Lane> Records<'_, T> {
+    /// Of as many records as there are lanes, in their order, or of fewer, of which the last is taken again.
+    ///
+    /// Meanwhile the group after it is read in order, as the processor expects: records side by side are more streams
+    /// than it reads ahead in.
     #[inline(always)]
-    fn sums_of_block<'b, const N: usize, const FUSED: bool>(
+    fn sums_of_group<S: Simd>(
         &self,
-        state: &mut Option<State<T, N>>,
-        mut pairs: impl Iterator<Item = (&'b [T; N], &'b [T; N])>,
-    ) -> Products<T, N> {
-        let c = &self.filter.coefficients;
-        let mut products = Products::ZERO;
-        let mut now = match *state {
-            Some(now) => now,
-            None => {
-                let Some((heading, rudder)) = pairs.next() else {
-                    return products;
-                };
-                let now = self.filter.started(heading, rudder);
-                products.add::<FUSED>(&now, c);
-                now
-            }
+        simd: S,
+        order: &[usize; MOST_LANES],
+        heading: &[T],
+        rudder: &[T],
+        next: (&[T], &[T]),
+    ) -> [[f64; MOST_LANES]; 8] {
+        let lanes = Lanes::<S, T>::COUNT;
+        let (mut heading_ahead, mut rudder_ahead) =
+            (next.0.chunks_exact(lanes), next.1.chunks_exact(lanes));
+        let mut ahead = Lanes::splat(simd, T::ZERO);
+        let samples = self.samples_per_record;
+        let last = heading.len() / samples - 1;
+        let c = self.filter.coefficients(simd);
+        let at = |signal: &[T], k: usize| {
+            Lanes::from_fn(simd, |lane| signal[order[lane].min(last) * samples + k])
         };
-        for (heading, rudder) in pairs {
-            now.advance::<FUSED>(heading, rudder, c);
-            products.add::<FUSED>(&now, c);
+        let mut sums = [[0.0; MOST_LANES]; 8];
+        let mut products = Products::zero(simd);
+        let mut state = self.filter.started(simd, at(heading, 0), at(rudder, 0));
+        products.add(state.outputs(&c));
+        let mut k = 1;
+        while k + 4 <= samples {
+            let headings = Lanes::columns(simd, |row| &heading[row.min(last) * samples + k..]);
+            let rudders = Lanes::columns(simd, |row| &rudder[row.min(last) * samples + k..]);
+            for (heading, rudder) in headings.into_iter().zip(rudders) {
+                products.add(state.advance(heading, rudder, &c));
+                for signal in [&mut heading_ahead, &mut rudder_ahead] {
+                    if let Some(line) = signal.next() {
+                        ahead = ahead + Lanes::first_of(simd, line);
+                    }
+                }
+            }
+            k += 4;
+            if k % BLOCK < 4 {
+                products.move_to(&mut sums);
+            }
         }
-        *state = Some(now);
-        products
+        for k in k..samples {
+            products.add(state.advance(at(heading, k), at(rudder, k), &c));
+        }
+        products.move_to(&mut sums);
+        black_box(ahead);
+        sums
     }
 }

@@ -1,11 +1,12 @@
 //! Many noisy runs of one manoeuvre, drawn, filtered and summed without being stored.
 
+use pulp::{Arch, Scalar, Simd, WithSimd};
 use seatrial_core::estimator::InvalidSetting;
 use seatrial_core::fixed_rate::FixedRateSettings;
 
 use super::Sums;
-use super::lanes::{Filter, Lane, Products, State, Work, multiply_add};
-use super::noise::{self, normals};
+use super::lanes::{Filter, Lanes, Products, Single, State};
+use super::noise::{BLOCK, COUNTERS, normals};
 
 /// A manoeuvre whose heading is seen with white noise.
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +30,7 @@ pub fn monte_carlo(
 ) -> Result<Vec<Sums>, InvalidSetting> {
     settings.validate()?;
     let samples = runs.heading_rad.len().min(runs.rudder_rad.len());
-    Ok(f64::dispatch(Study {
+    Ok(Arch::new().dispatch(Study {
         filter: Filter::new(settings),
         heading_rad: &runs.heading_rad[..samples],
         rudder_rad: &runs.rudder_rad[..samples],
@@ -44,44 +45,62 @@ struct Study<'a> {
     runs: &'a NoisyRuns<'a>,
 }
 
-impl Work<f64> for Study<'_> {
+impl WithSimd for Study<'_> {
     type Output = Vec<Sums>;
 
     #[inline(always)]
-    fn run<const N: usize, const FUSED: bool>(self) -> Vec<Sums> {
-        let samples = self.heading_rad.len();
-        let c = &self.filter.coefficients;
+    fn with_simd<S: Simd>(self, simd: S) -> Vec<Sums> {
+        let lanes = Lanes::<S, f64>::COUNT;
+        let blocks_at_once = COUNTERS / lanes;
+        let c = self.filter.coefficients(simd);
+        let deviation = Lanes::splat(simd, self.runs.heading_noise_rad);
+        let samples = self.rudder_filtered();
         let mut all = Vec::new();
-        for first_run in (0..self.runs.runs).step_by(N) {
-            let run = core::array::from_fn(|j| first_run + j as u64);
-            let mut products = Products::<f64, N>::ZERO;
-            let mut state: Option<State<f64, N>> = None;
-            let blocks = (self.heading_rad.chunks(noise::BLOCK))
-                .zip(self.rudder_rad.chunks(noise::BLOCK))
-                .enumerate();
-            for (block, (headings, rudders)) in blocks {
-                let drawn = normals::<N, FUSED>(self.runs.seed, &run, &[block as u64; N]);
-                for ((drawn, heading), rudder) in drawn.iter().zip(headings).zip(rudders) {
-                    let heading = drawn.map(|z| {
-                        multiply_add::<f64, FUSED>(z, self.runs.heading_noise_rad, *heading)
+        for first_run in (0..self.runs.runs).step_by(lanes) {
+            let run = core::array::from_fn(|j| first_run + (j % lanes) as u64);
+            let mut products = Products::zero(simd);
+            let mut state: Option<State<Lanes<S, f64>>> = None;
+            for (at, samples) in samples.chunks(blocks_at_once * BLOCK).enumerate() {
+                let block = core::array::from_fn(|j| (at * blocks_at_once + j / lanes) as u64);
+                let drawn = normals(simd, self.runs.seed, &run, &block);
+                for (k, (heading, rudder_filtered)) in samples.iter().enumerate() {
+                    let drawn = &drawn[k % BLOCK][k / BLOCK * lanes..];
+                    let heading =
+                        Lanes::first_of(simd, drawn).fused(deviation, Lanes::splat(simd, *heading));
+                    let now = state.get_or_insert_with(|| {
+                        let rudder = Lanes::splat(simd, 0.0);
+                        self.filter.started(simd, heading, rudder)
                     });
-                    let rudder = [*rudder; N];
-                    let now = state.insert(match state {
-                        None => self.filter.started(&heading, &rudder),
-                        Some(mut now) => {
-                            now.advance::<FUSED>(&heading, &rudder, c);
-                            now
-                        }
-                    });
-                    products.add::<FUSED>(now, c);
+                    now.turn(heading, &c);
+                    now.rudder_twice = Lanes::splat(simd, *rudder_filtered);
+                    products.add(now.outputs(&c));
                 }
             }
-            let here = (self.runs.runs - first_run).min(N as u64) as usize;
+            let here = (self.runs.runs - first_run).min(lanes as u64) as usize;
             all.extend((0..here).map(|j| {
-                let lane = products.0.map(|sums| sums[j]);
-                Sums::scaled(lane, samples, &self.filter.scales)
+                let sums = products.0.map(|lanes| lanes.numbers()[j]);
+                Sums::scaled(sums, samples.len(), &self.filter.scales)
             }));
         }
         all
+    }
+}
+
+impl Study<'_> {
+    /// The heading without noise and the filtered rudder, which is that of every run, at each sample.
+    fn rudder_filtered(&self) -> Vec<(f64, f64)> {
+        let c = self.filter.coefficients(Scalar);
+        let mut state: Option<Single<f64>> = None;
+        (self.heading_rad.iter().zip(self.rudder_rad))
+            .map(|(heading, rudder)| {
+                let rudder = Lanes::splat(Scalar, *rudder);
+                match &mut state {
+                    Some(now) => now.lay(rudder, &c),
+                    None => state = Some(self.filter.started(Scalar, rudder, rudder)),
+                }
+                let filtered = state.map_or(0.0, |now| now.rudder_twice.register);
+                (*heading, filtered)
+            })
+            .collect()
     }
 }
