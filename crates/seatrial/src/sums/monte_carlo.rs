@@ -62,7 +62,11 @@ impl WithSimd for Study<'_> {
             let mut state: Option<State<Lanes<S, f64>>> = None;
             for (at, samples) in samples.chunks(blocks_at_once * BLOCK).enumerate() {
                 let block = core::array::from_fn(|j| (at * blocks_at_once + j / lanes) as u64);
-                let drawn = normals(simd, self.runs.seed, &run, &block);
+                let drawn = if S::IS_SCALAR {
+                    normals::<false>(self.runs.seed, &run, &block)
+                } else {
+                    normals::<true>(self.runs.seed, &run, &block)
+                };
                 for (k, (heading, rudder_filtered)) in samples.iter().enumerate() {
                     let drawn = &drawn[k % BLOCK][k / BLOCK * lanes..];
                     let heading =
