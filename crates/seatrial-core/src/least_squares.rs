@@ -144,14 +144,15 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
     }
 
     fn trace(&self) -> T {
-        (0..N)
-            .map(|j| {
-                let above: T = (0..j)
-                    .map(|i| self.factors[i][j] * self.factors[i][j])
-                    .sum();
-                self.factors[j][j] * (T::ONE + above)
-            })
-            .sum()
+        let mut trace = T::ZERO;
+        for j in 0..N {
+            let mut above = T::ZERO;
+            for i in 0..j {
+                above += self.factors[i][j] * self.factors[i][j];
+            }
+            trace += self.factors[j][j] * (T::ONE + above);
+        }
+        trace
     }
 }
 
