@@ -61,11 +61,9 @@ export function situation(live: Live): Said {
   if (live.connection === "refused")
     return { tone: "bad", loud: "The server wants a token", details: [live.refusal ?? ""] };
   if (trial === null)
-    return {
-      tone: "plain",
-      loud: live.connection === "open" ? "No trial is running" : "Looking for the server",
-      details: ["Prepare one under Control."],
-    };
+    return live.connection === "open"
+      ? { tone: "plain", loud: "No trial is running", details: ["Prepare one under Control."] }
+      : { tone: "plain", loud: "Looking for the server", details: [] };
   return trial.running ? underWay(trial) : ended(trial);
 }
 
@@ -105,6 +103,13 @@ export function verdict(run: RunSummary): string {
   const who = run.review ? ` by ${run.review.by}: ${run.review.note}` : "";
   const why = run.reasons.map((reason) => sentence(reason.text)).join(" ");
   return `Run ${run.number} at ${percent(run.thrust)} thrust is ${word}${who}. ${why}`;
+}
+
+/** R² of heading on fresh data; with the offset estimated again where it drifted and the model explains more so. */
+export function explained(run: RunSummary): { readonly r2: number | null; readonly isOffsetAgain: boolean } {
+  const [plain, again] = [run.model?.r2_heading ?? null, run.model?.r2_heading_offset_refit ?? null];
+  const isOffsetAgain = plain !== null && again !== null ? again > Math.max(plain, 0) + 0.05 : again !== null;
+  return { r2: isOffsetAgain ? again : plain, isOffsetAgain };
 }
 
 export function sentence(text: string): string {

@@ -107,7 +107,7 @@ pub struct Document<'a> {
     lag_effect: Option<LagEffect>,
     verdict: &'a Verdict,
     /// Of a log with several manoeuvres: the model of each speed; the model above is the surest of them.
-    pub models: Option<&'a [SpeedModel]>,
+    models: Option<&'a [SpeedModel]>,
 }
 
 #[derive(Serialize)]
@@ -125,64 +125,88 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         return pitch::identify(&args.log, &args.windows, output);
     }
     let logs = args.windows.open(&args.log)?;
-    if !args.windows.are_given()
-        && !args.estimator.as_paper
-        && let Some(models) = speeds::identify(&logs.log, &args.estimator.settings(args.trace))?
-    {
-        return print_models(args, &logs, &models, output);
-    }
-    if args.schedule.is_some() {
+    let looks_for_manoeuvres = !args.windows.are_given() && !args.estimator.as_paper;
+    let settings = args.estimator.settings(args.trace);
+    let found = Found::of(&logs, &settings, looks_for_manoeuvres)?;
+    if args.schedule.is_some() && found.models.is_none() {
         return Err(Failure::rejected(format!(
             "{}: --schedule: no manoeuvres to both hands were found in it, or it is a single one",
             logs.log.path.display()
         )));
     }
-    match seatrial::identify::identify(
-        &logs.log.record,
-        logs.training,
-        logs.fresh(),
-        &args.estimator.settings(args.trace),
-    ) {
-        Ok(identification) => {
-            let document = Document::of(&logs, &identification);
-            output.print(&document, || page(&logs, &identification))?;
-            Ok(Exit::of(&identification.verdict))
-        }
-        Err(IdentifyError::Refused(reason)) => {
-            let verdict = refused(reason);
-            let document = Document::without_model(&logs, &verdict);
-            output.print(&document, || {
-                verdict_text(&verdict) + &source_text("Log", &logs.log)
-            })?;
-            Ok(Exit::of(&verdict))
-        }
-        Err(error) => Err(failure(&logs.log, error)),
-    }
-}
-
-/// Prints the models of several speeds.
-fn print_models(
-    args: &Args,
-    logs: &Logs,
-    models: &[SpeedModel],
-    output: &Output,
-) -> Result<Exit, Failure> {
-    let foremost = speeds::foremost(models);
-    let document = match &foremost.identification {
-        Some(identification) => Document::of(logs, identification),
-        None => Document::without_model(logs, &foremost.verdict),
-    };
-    let document = Document {
-        models: Some(models),
-        ..document
-    };
-    output.print(&document, || {
-        speeds::text(models, logs.log.rudder_unit) + &source_text("Log", &logs.log)
-    })?;
-    if let Some(path) = &args.schedule {
+    output.print(&found.document(&logs), || found.text(&logs))?;
+    if let Some((path, models)) = args.schedule.as_ref().zip(found.models.as_ref()) {
         speeds::save_schedule(path, models, logs.log.rudder_unit)?;
     }
-    Ok(Exit::of(&foremost.verdict))
+    Ok(Exit::of(found.verdict()))
+}
+
+/// What was found in a log: a model of each speed, or one of the whole, or why there is none.
+pub struct Found {
+    models: Option<Vec<SpeedModel>>,
+    single: Result<Box<Identification>, Verdict>,
+}
+
+impl Found {
+    /// Looks for manoeuvres, where that is wanted, and for one model where there are none.
+    pub fn of(
+        logs: &Logs,
+        settings: &IdentifySettings,
+        looks_for_manoeuvres: bool,
+    ) -> Result<Self, Failure> {
+        if looks_for_manoeuvres && let Some(models) = speeds::identify(&logs.log, settings)? {
+            let foremost = speeds::foremost(&models);
+            let single = foremost.identification.clone();
+            return Ok(Self {
+                single: single.map(Box::new).ok_or_else(|| foremost.verdict.clone()),
+                models: Some(models),
+            });
+        }
+        let record = &logs.log.record;
+        let single =
+            match seatrial::identify::identify(record, logs.training, logs.fresh(), settings) {
+                Ok(identification) => Ok(Box::new(identification)),
+                Err(IdentifyError::Refused(reason)) => Err(refused(reason)),
+                Err(error) => return Err(failure(&logs.log, error)),
+            };
+        Ok(Self {
+            models: None,
+            single,
+        })
+    }
+
+    /// The model, or the surest of several.
+    pub fn identification(&self) -> Option<&Identification> {
+        self.single.as_deref().ok()
+    }
+
+    fn verdict(&self) -> &Verdict {
+        match &self.single {
+            Ok(identification) => &identification.verdict,
+            Err(verdict) => verdict,
+        }
+    }
+
+    /// As `--json` prints it.
+    pub fn document(&self, logs: &Logs) -> Document<'_> {
+        let document = match &self.single {
+            Ok(identification) => Document::of(logs, identification),
+            Err(verdict) => Document::without_model(logs, verdict),
+        };
+        Document {
+            models: self.models.as_deref(),
+            ..document
+        }
+    }
+
+    fn text(&self, logs: &Logs) -> String {
+        let source = || source_text("Log", &logs.log);
+        match (&self.models, &self.single) {
+            (Some(models), _) => speeds::text(models, logs.log.rudder_unit) + &source(),
+            (None, Ok(identification)) => page(logs, identification),
+            (None, Err(verdict)) => verdict_text(verdict) + &source(),
+        }
+    }
 }
 
 impl EstimatorArgs {
@@ -211,7 +235,7 @@ impl EstimatorArgs {
 
 impl<'a> Document<'a> {
     /// Of one model.
-    pub fn of(logs: &Logs, identification: &'a Identification) -> Self {
+    fn of(logs: &Logs, identification: &'a Identification) -> Self {
         Self {
             source: UsedSource {
                 source: logs.log.source(),
@@ -232,7 +256,7 @@ impl<'a> Document<'a> {
     }
 
     /// Where there is none.
-    pub fn without_model(logs: &Logs, verdict: &'a Verdict) -> Self {
+    fn without_model(logs: &Logs, verdict: &'a Verdict) -> Self {
         Self {
             schema: "seatrial.identification.v1",
             source: UsedSource {

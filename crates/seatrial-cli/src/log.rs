@@ -106,7 +106,8 @@ pub struct ChannelArgs {
     pub drop_invalid: bool,
 }
 
-fn quantity_and_unit(text: &str) -> Result<(Quantity, Unit), String> {
+/// `heading=deg`.
+pub fn quantity_and_unit(text: &str) -> Result<(Quantity, Unit), String> {
     let (quantity, unit) = text
         .split_once('=')
         .ok_or_else(|| format!("`{text}`: expected QUANTITY=UNIT, such as heading=deg"))?;

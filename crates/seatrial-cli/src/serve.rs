@@ -5,24 +5,23 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::channel;
 
+use seatrial::Campaign;
 use seatrial::conduct::{Conducted, Watch, conduct};
-use seatrial::identify::{IdentifyError, IdentifySettings};
+use seatrial::identify::IdentifySettings;
 use seatrial::preview::{self, Preview};
-use seatrial::verdict::refused;
-use seatrial::{Campaign, Identification};
 use seatrial_core::{Plan, Vehicle};
-use seatrial_dash::api;
+use seatrial_dash::api::{self, LogReading};
 use seatrial_dash::{Craft, ReadLog, Server, Settings, StartError, Take, Workshop};
 use seatrial_sim::FaultyVehicle;
 use serde::Serialize;
 
 use crate::autopilot::{LinkArgs, Taken};
-use crate::identify::Document;
+use crate::identify::Found;
 use crate::inspect::Inspection;
-use crate::log::{ChannelArgs, LogArgs, OpenedLog};
+use crate::log::{ChannelArgs, LogArgs, quantity_and_unit};
 use crate::output::{Exit, Failure, Output, say};
 use crate::windows::{Logs, WindowArgs};
-use crate::{prior, speeds, vehicle};
+use crate::{prior, vehicle};
 
 /// The simulators that need no file.
 const BUILT_IN: [(&str, &str); 3] = [
@@ -267,24 +266,19 @@ impl Workshop for Yard {
         taken.map_err(|failure| failure.to_string())
     }
 
-    fn identify(&self, log: &Path, name: &str) -> Result<ReadLog, String> {
-        identified(log, name)
-            .map_err(|failure| failure.to_string().replace(&*log.to_string_lossy(), name))
+    fn identify(&self, log: &Path, reading: &LogReading) -> Result<ReadLog, String> {
+        identified(log, reading).map_err(|failure| said_of(log, reading, &failure))
     }
 
-    fn inspect(&self, log: &Path, name: &str) -> Result<ReadLog, String> {
-        let inspected = || -> Result<ReadLog, Failure> {
-            let opened = opened(log, name)?.log;
-            let document =
-                serde_json::to_value(Inspection::of(&opened)).map_err(Failure::internal)?;
-            Ok(ReadLog {
-                document,
-                record: opened.record,
-                validated: None,
-            })
-        };
-        inspected().map_err(|failure| failure.to_string().replace(&*log.to_string_lossy(), name))
+    fn inspect(&self, log: &Path, reading: &LogReading) -> Result<ReadLog, String> {
+        inspected(log, reading).map_err(|failure| said_of(log, reading, &failure))
     }
+}
+
+/// A failure with the log by its name, not by that of the file that it was put into.
+fn said_of(log: &Path, reading: &LogReading, failure: &Failure) -> String {
+    let said = failure.to_string();
+    said.replace(&*log.to_string_lossy(), reading.name())
 }
 
 struct Simulator(FaultyVehicle<vehicle::Simulated>);
@@ -337,57 +331,66 @@ where
 }
 
 /// An uploaded log, which goes by the name that it was given.
-fn opened(log: &Path, name: &str) -> Result<Logs, Failure> {
+fn opened(log: &Path, reading: &LogReading) -> Result<Logs, Failure> {
     let mut logs = WindowArgs::default().open(&LogArgs {
         log: log.into(),
-        channels: ChannelArgs::default(),
+        channels: channels(reading)?,
     })?;
-    logs.log.path = name.into();
+    logs.log.path = reading.name().into();
     Ok(logs)
 }
 
-/// As `seatrial identify LOG` without options.
-fn identified(log: &Path, name: &str) -> Result<ReadLog, Failure> {
-    let logs = opened(log, name)?;
-    let settings = IdentifySettings::default();
-    let models = speeds::identify(&logs.log, &settings)?;
-    let foremost = models.as_deref().map(speeds::foremost);
-    let single = match foremost {
-        Some(_) => None,
-        None => {
-            let record = &logs.log.record;
-            let found =
-                seatrial::identify::identify(record, logs.training, logs.fresh(), &settings);
-            Some(found)
-        }
-    };
-    let (identification, verdict) = match (&single, foremost) {
-        (Some(Ok(identification)), _) => (Some(identification), identification.verdict.clone()),
-        (Some(Err(IdentifyError::Refused(reason))), _) => (None, refused(reason.clone())),
-        (Some(Err(error)), _) => return Err(crate::windows::failure(&logs.log, error.clone())),
-        (None, Some(model)) => (model.identification.as_ref(), model.verdict.clone()),
-        (None, None) => return Err(Failure::internal("neither one model nor several")),
-    };
-    let mut document = match identification {
-        Some(identification) => Document::of(&logs, identification),
-        None => Document::without_model(&logs, &verdict),
-    };
-    document.models = models.as_deref();
-    let document = serde_json::to_value(document).map_err(Failure::internal)?;
-    let validated = identification.and_then(validated);
-    let Logs {
-        log: OpenedLog { record, .. },
-        ..
-    } = logs;
-    Ok(ReadLog {
-        document,
-        record,
-        validated,
+/// The options that were asked for over the network.
+fn channels(reading: &LogReading) -> Result<ChannelArgs, Failure> {
+    let reading = reading.clone();
+    let units = reading.units.unwrap_or_default();
+    let units = units.split(',').filter(|unit| !unit.trim().is_empty());
+    Ok(ChannelArgs {
+        time: reading.time,
+        heading: reading.heading,
+        rudder: reading.rudder,
+        speed: reading.speed,
+        depth: reading.depth,
+        altitude: None,
+        roll: reading.roll,
+        pitch: reading.pitch,
+        yaw_rate: reading.yaw_rate,
+        north: reading.north,
+        east: reading.east,
+        thrust: reading.thrust,
+        mapping: None,
+        units: units
+            .map(|unit| quantity_and_unit(unit.trim()))
+            .collect::<Result<_, _>>()
+            .map_err(|why| Failure::usage(format!("units: {why}")))?,
+        rudder_trim: reading.rudder_trim_us,
+        rudder_range_deg: reading.rudder_range_deg,
+        rudder_delay: reading.rudder_delay_s.unwrap_or(0.0),
+        rudder_lag: reading.rudder_lag_s.unwrap_or(0.0),
+        drop_invalid: reading.drop_invalid.unwrap_or(false),
     })
 }
 
-fn validated(
-    identification: &Identification,
-) -> Option<(seatrial_core::YawModel<f64>, seatrial::Window)> {
-    Some((identification.model(), identification.validation?.window))
+/// As `seatrial identify` of a log without windows.
+fn identified(log: &Path, reading: &LogReading) -> Result<ReadLog, Failure> {
+    let logs = opened(log, reading)?;
+    let found = Found::of(&logs, &IdentifySettings::default(), true)?;
+    let validated = found
+        .identification()
+        .and_then(|found| Some((found.model(), found.validation?.window)));
+    Ok(ReadLog {
+        document: serde_json::to_value(found.document(&logs)).map_err(Failure::internal)?,
+        validated,
+        record: logs.log.record,
+    })
+}
+
+/// As `seatrial inspect` of a log.
+fn inspected(log: &Path, reading: &LogReading) -> Result<ReadLog, Failure> {
+    let opened = opened(log, reading)?.log;
+    Ok(ReadLog {
+        document: serde_json::to_value(Inspection::of(&opened)).map_err(Failure::internal)?,
+        record: opened.record,
+        validated: None,
+    })
 }

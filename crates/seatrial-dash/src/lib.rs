@@ -10,6 +10,8 @@
 pub mod api;
 
 mod access;
+mod background;
+mod connections;
 mod convert;
 mod guard;
 mod history;

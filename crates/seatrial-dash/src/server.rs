@@ -16,10 +16,12 @@ use tokio::sync::watch;
 
 use crate::access::{Leases, NewTokens, Rates, Tokens, secret};
 use crate::api::TrialState;
+use crate::background::go_last;
+use crate::connections;
 use crate::live::{Live, Tap};
 use crate::routes::router;
 use crate::shared::Shared;
-use crate::trials::Slot;
+use crate::trials::{Slot, conductor};
 use crate::workshop::Workshop;
 
 /// Requests at a time that may wait for a disk or compute.
@@ -135,6 +137,7 @@ impl Server {
             live: Live::start(secret().map_err(StartError::System)?),
             viewers: AtomicU32::new(0),
             slot: Mutex::new(Slot::default()),
+            conductor: conductor(),
             closing: watch::channel(false).0,
         });
         let runtime = runtime().map_err(StartError::System)?;
@@ -143,6 +146,7 @@ impl Server {
         let thread = std::thread::Builder::new()
             .name("dashboard".into())
             .spawn(move || {
+                go_last();
                 runtime.block_on(serve(served, listener, upload_limit));
                 runtime.shutdown_timeout(CLOSING);
             })
@@ -209,6 +213,7 @@ fn runtime() -> std::io::Result<Runtime> {
     Builder::new_multi_thread()
         .worker_threads(cores.saturating_sub(1).clamp(1, 4))
         .max_blocking_threads(AT_A_TIME)
+        .on_thread_start(go_last)
         .enable_all()
         .build()
 }
@@ -216,7 +221,6 @@ fn runtime() -> std::io::Result<Runtime> {
 async fn serve(shared: Arc<Shared>, listener: TcpListener, upload_limit: usize) {
     let mut closing = shared.closing.subscribe();
     let router = router(shared, upload_limit);
-    let service = router.into_make_service_with_connect_info::<SocketAddr>();
     let listener = match tokio::net::TcpListener::from_std(listener) {
         Ok(listener) => listener,
         Err(error) => {
@@ -224,10 +228,9 @@ async fn serve(shared: Arc<Shared>, listener: TcpListener, upload_limit: usize) 
             return;
         }
     };
-    let serving = axum::serve(listener, service).into_future();
     tokio::select! {
-        _ = serving => {}
-        _ = closed(&mut closing) => {}
+        () = connections::serve(listener, router) => {}
+        () = closed(&mut closing) => {}
     }
 }
 

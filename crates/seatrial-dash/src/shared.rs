@@ -2,7 +2,8 @@
 
 use std::net::IpAddr;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use seatrial::logbook::{Logbook, NewCommand};
@@ -14,7 +15,7 @@ use crate::api::{Role, VehicleForm};
 use crate::convert::name_of;
 use crate::live::Live;
 use crate::refusal::Refusal;
-use crate::trials::Slot;
+use crate::trials::{Slot, Work};
 use crate::workshop::Workshop;
 use axum::http::StatusCode;
 
@@ -32,6 +33,8 @@ pub struct Shared {
     pub live: Live,
     pub viewers: AtomicU32,
     pub slot: Mutex<Slot>,
+    /// Where trials are conducted.
+    pub conductor: Sender<Work>,
     pub closing: watch::Sender<bool>,
 }
 
@@ -141,11 +144,14 @@ impl Shared {
         (self.viewers.fetch_add(1, Ordering::Relaxed) < MOST_VIEWERS).then_some(seat)
     }
 
-    /// Asks a running trial to end; the campaign that was asked.
-    pub fn stop_trial(&self) -> Option<Arc<AtomicBool>> {
-        let stop = self.slot().stop()?;
+    /// Asks a running trial to end; its campaign, which it does not have while the vehicle is being taken.
+    pub fn stop_trial(&self) -> Result<Option<i64>, Refusal> {
+        let slot = self.slot();
+        let stop = slot
+            .stop()
+            .ok_or_else(|| Refusal::conflict("no_trial", "no trial runs"))?;
         stop.store(true, Ordering::Relaxed);
-        Some(stop)
+        Ok(slot.campaign())
     }
 }
 

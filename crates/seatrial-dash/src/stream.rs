@@ -105,7 +105,7 @@ async fn hello(
 }
 
 async fn send(socket: &mut WebSocket, (_, text): Message) -> bool {
-    let sent = socket.send(Frame::Text((*text).into()));
+    let sent = socket.send(Frame::Text(text));
     matches!(timeout(SENT_WITHIN, sent).await, Ok(Ok(())))
 }
 

@@ -3,16 +3,19 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Sender, channel};
 
 use seatrial::campaign::Run;
 use seatrial::conduct::{Pace, Watch};
 use seatrial::identification::Refined;
-use seatrial::logbook::{CampaignId, Keeper, Logbook, NewCampaign, Recorder, Step};
+use seatrial::logbook::{CampaignEntry, CampaignId, Keeper, Logbook, NewCampaign, Recorder, Step};
 use seatrial::{Campaign, preview};
 use seatrial_core::{List, Outcome, Plan, Trial};
 use serde_json::Value;
 
-use crate::api::{Check, PlanOrder, PlanPreview, Preflight, RepeatOrder, TrialOrder, TrialState};
+use crate::api::{
+    Check, GoOnOrder, PlanOrder, PlanPreview, Preflight, RepeatOrder, TrialOrder, TrialState,
+};
 use crate::convert::now;
 use crate::live::Tap;
 use crate::refusal::Refusal;
@@ -172,9 +175,7 @@ pub fn preflight(shared: &Shared, order: PlanOrder) -> Result<Preflight, Refusal
 /// The order that runs one speed of a campaign again.
 pub fn repeat(shared: &Shared, order: RepeatOrder) -> Result<TrialOrder, Refusal> {
     let entry = shared.reader()?.entry(CampaignId(order.campaign))?;
-    let mut plan: Plan<f64> = toml::from_str(&entry.plan).map_err(|error| {
-        Refusal::unprocessable("plan_refused", format!("the campaign's plan: {error}"))
-    })?;
+    let mut plan = entered_plan(&entry)?;
     if !plan.thrusts.contains(&order.thrust) {
         return Err(Refusal::unprocessable(
             "no_such_thrust",
@@ -185,30 +186,125 @@ pub fn repeat(shared: &Shared, order: RepeatOrder) -> Result<TrialOrder, Refusal
         ));
     }
     plan.thrusts = List::from_slice(&[order.thrust]).unwrap_or_default();
+    let like = order_like(entry, &plan)?;
     Ok(TrialOrder {
-        vehicle: entry.vehicle,
-        plan: Some(serde_json::to_value(plan).map_err(Refusal::internal)?),
-        seed: order.seed.or(entry.seed.map(|seed| seed.wrapping_add(1))),
+        seed: order.seed.or(like.seed),
         realtime_factor: order.realtime_factor,
-        configuration: Some(entry.configuration),
-        note: None,
         agreed: order.agreed,
+        ..like
     })
 }
 
-/// Starts a trial: takes the vehicle, enters the campaign, conducts it on a thread of its own.
+/// The order that goes on with a campaign that ended early, at the first speed that is not done.
+pub fn go_on(shared: &Shared, order: GoOnOrder) -> Result<TrialOrder, Refusal> {
+    let id = order.campaign;
+    let logbook = shared.reader()?;
+    let entry = logbook.entry(CampaignId(id))?;
+    let plan = entered_plan(&entry)?;
+    let campaign = logbook.campaign(entry.id)?;
+    let thrusts = List::from_slice(speeds_left(&plan, &campaign.runs)).unwrap_or_default();
+    if thrusts.is_empty() {
+        return Err(Refusal::unprocessable(
+            "nothing_left",
+            format!("campaign {id} has been at every speed of its plan; repeat one of them"),
+        ));
+    }
+    let like = order_like(entry, &Plan { thrusts, ..plan })?;
+    Ok(TrialOrder {
+        seed: order.seed.or(like.seed),
+        realtime_factor: order.realtime_factor,
+        agreed: order.agreed,
+        ..like
+    })
+}
+
+/// The speeds of a plan from the first that is not done: that of the last run, unless it was accepted or used up the attempts.
+fn speeds_left<'a>(plan: &'a Plan<f64>, runs: &[Run]) -> &'a [f64] {
+    let begun = runs.iter().filter(|run| run.attempt == 1).count();
+    let is_done = runs.last().is_none_or(|last| {
+        let mut reasons = last.verdict.reasons.iter();
+        let broke_off = reasons.any(|r| matches!(r.code.as_str(), "aborted" | "interrupted"));
+        last.verdict.accepted || (!broke_off && last.attempt > plan.max_repeats)
+    });
+    let done = if is_done {
+        begun
+    } else {
+        begun.saturating_sub(1)
+    };
+    plan.thrusts.get(done..).unwrap_or_default()
+}
+
+fn entered_plan(entry: &CampaignEntry) -> Result<Plan<f64>, Refusal> {
+    toml::from_str(&entry.plan).map_err(|error| {
+        Refusal::unprocessable("plan_refused", format!("the campaign's plan: {error}"))
+    })
+}
+
+/// The order of a trial on the same vehicle in the same configuration, another time.
+fn order_like(entry: CampaignEntry, plan: &Plan<f64>) -> Result<TrialOrder, Refusal> {
+    Ok(TrialOrder {
+        vehicle: entry.vehicle,
+        plan: Some(serde_json::to_value(plan).map_err(Refusal::internal)?),
+        seed: entry.seed.map(|seed| seed.wrapping_add(1)),
+        realtime_factor: None,
+        configuration: Some(entry.configuration),
+        note: None,
+        agreed: false,
+    })
+}
+
+/// What the conductor does.
+pub type Work = Box<dyn FnOnce() + Send>;
+
+/// A thread for the one trial. It is there before the server's own threads, which let it go first, as a thread is as nice as the
+/// one that started it.
+pub fn conductor() -> Sender<Work> {
+    let (works, work) = channel::<Work>();
+    std::thread::spawn(move || {
+        for work in work {
+            // The next trial needs the thread, too.
+            let _ = catch_unwind(AssertUnwindSafe(work));
+        }
+    });
+    works
+}
+
+/// Starts a trial: takes the vehicle, enters the campaign, conducts it on the conductor's thread.
 pub fn start(shared: &Arc<Shared>, order: TrialOrder) -> Result<TrialState, Refusal> {
-    let plan_is_given = order.plan.is_some();
     let plan = plan_of(order.plan.clone())?;
     let vehicle = shared.vehicle(&order.vehicle)?;
     check(&order, vehicle.is_simulated)?;
     let stop = Arc::new(AtomicBool::new(false));
     let place = Place::take(shared, &stop)?;
+    let (answer, answered) = channel();
+    let work = move || match begin(order, plan, vehicle.is_simulated, stop, place) {
+        Ok((state, under_way)) => {
+            // The trial goes on also where nobody waits for the answer any more.
+            let _ = answer.send(Ok(state));
+            under_way.conduct();
+        }
+        Err(refusal) => {
+            let _ = answer.send(Err(refusal));
+        }
+    };
+    let gone = || Refusal::internal("a bug: the trial could not be begun");
+    shared.conductor.send(Box::new(work)).map_err(|_| gone())?;
+    answered.recv().unwrap_or_else(|_| Err(gone()))
+}
+
+fn begin(
+    order: TrialOrder,
+    plan: Plan<f64>,
+    is_simulated: bool,
+    stop: Arc<AtomicBool>,
+    place: Place,
+) -> Result<(TrialState, UnderWay), Refusal> {
+    let shared = Arc::clone(&place.shared);
     let seed = order.seed.unwrap_or(1);
     let craft = shared.workshop.take(&Take {
         vehicle: order.vehicle.clone(),
         plan,
-        plan_is_given,
+        plan_is_given: order.plan.is_some(),
         seed,
         stop: Arc::clone(&stop),
     });
@@ -217,12 +313,12 @@ pub fn start(shared: &Arc<Shared>, order: TrialOrder) -> Result<TrialState, Refu
         software_version: env!("CARGO_PKG_VERSION").into(),
         vehicle: order.vehicle,
         configuration: order.configuration.unwrap_or_else(|| "default".into()),
-        seed: vehicle.is_simulated.then_some(seed),
+        seed: is_simulated.then_some(seed),
         rudder_limit_rad: plan.rudder_limit_rad,
         runs: Vec::new(),
         outcome: None,
     };
-    let recorder = begun(shared, &about, order.note.as_deref(), &plan).inspect_err(|_| {
+    let recorder = begun(&shared, &about, order.note.as_deref(), &plan).inspect_err(|_| {
         craft.hand_back();
     })?;
     let state = TrialState::begun(recorder.campaign(), &about, &plan, order.realtime_factor);
@@ -237,8 +333,14 @@ pub fn start(shared: &Arc<Shared>, order: TrialOrder) -> Result<TrialState, Refu
         pace: order.realtime_factor.map(Pace::new),
         stop,
     };
-    std::thread::spawn(move || conduct(craft, plan, about, watched, place));
-    Ok(state)
+    let under_way = UnderWay {
+        craft,
+        plan,
+        about,
+        watched,
+        place,
+    };
+    Ok((state, under_way))
 }
 
 fn begun(
@@ -296,43 +398,55 @@ fn check(order: &TrialOrder, is_simulated: bool) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Conducts a trial to its end, whatever that is.
-fn conduct(
-    mut craft: Box<dyn Craft>,
+/// A trial that has begun.
+struct UnderWay {
+    craft: Box<dyn Craft>,
     plan: Plan<f64>,
     about: Campaign,
-    mut watched: Watched,
-    mut place: Place,
-) {
-    let conducted = catch_unwind(AssertUnwindSafe(|| {
-        craft.conduct(plan, about, &mut watched)
-    }));
-    // The vehicle first: what is told and saved can wait.
-    let not_put_back = catch_unwind(AssertUnwindSafe(|| craft.hand_back()));
-    let mut warnings = Vec::new();
-    let outcome = match conducted {
-        Ok(Ok(conducted)) => {
-            let fault = conducted
-                .fault
-                .map(|fault| format!("the vehicle was given back: {fault}"));
-            warnings.extend(fault);
-            conducted.campaign.outcome
-        }
-        Ok(Err(why)) => {
-            warnings.push(why);
-            None
-        }
-        Err(_) => {
-            warnings.push(
-                "the trial ended by a fault of the program; the vehicle was given back".into(),
-            );
-            None
-        }
-    };
-    warnings.extend(not_put_back.unwrap_or_else(|_| Some("the hand-back failed".into())));
-    warnings.extend(watched.keeper.end(outcome));
-    let tap = watched.tap;
-    place.last_word = Some(Box::new(move || tap.ended(outcome, warnings)));
+    watched: Watched,
+    place: Place,
+}
+
+impl UnderWay {
+    /// Conducts it to its end, whatever that is.
+    fn conduct(self) {
+        let Self {
+            mut craft,
+            plan,
+            about,
+            mut watched,
+            mut place,
+        } = self;
+        let conducted = catch_unwind(AssertUnwindSafe(|| {
+            craft.conduct(plan, about, &mut watched)
+        }));
+        // The vehicle first: what is told and saved can wait.
+        let not_put_back = catch_unwind(AssertUnwindSafe(|| craft.hand_back()));
+        let mut warnings = Vec::new();
+        let outcome = match conducted {
+            Ok(Ok(conducted)) => {
+                let fault = conducted
+                    .fault
+                    .map(|fault| format!("the vehicle was given back: {fault}"));
+                warnings.extend(fault);
+                conducted.campaign.outcome
+            }
+            Ok(Err(why)) => {
+                warnings.push(why);
+                None
+            }
+            Err(_) => {
+                warnings.push(
+                    "the trial ended by a fault of the program; the vehicle was given back".into(),
+                );
+                None
+            }
+        };
+        warnings.extend(not_put_back.unwrap_or_else(|_| Some("the hand-back failed".into())));
+        warnings.extend(watched.keeper.end(outcome));
+        let tap = watched.tap;
+        place.last_word = Some(Box::new(move || tap.ended(outcome, warnings)));
+    }
 }
 
 impl TrialState {
@@ -401,5 +515,51 @@ impl Watch for Watched {
 
     fn wants_abort(&mut self) -> bool {
         self.stop.load(Ordering::Relaxed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use seatrial::Record;
+    use seatrial::identification::{Reason, Verdict};
+
+    fn run(attempt: u32, accepted: bool, code: &str) -> Run {
+        Run {
+            number: 1,
+            thrust: 0.6,
+            attempt,
+            surge_speed_m_s: None,
+            stages: Vec::new(),
+            record: Record::default(),
+            identification: None,
+            verdict: Verdict {
+                accepted,
+                reasons: vec![Reason {
+                    code: code.into(),
+                    text: String::new(),
+                }],
+            },
+        }
+    }
+
+    #[test]
+    fn exact_a_campaign_goes_on_at_the_first_speed_that_is_not_done() {
+        let plan = Plan {
+            thrusts: List::from_slice(&[0.6, 0.7, 0.8]).unwrap(),
+            max_repeats: 1,
+            ..Plan::paper()
+        };
+        let good = || run(1, true, "explains");
+        let left = |runs: &[Run]| speeds_left(&plan, runs).to_vec();
+        assert_eq!(left(&[]), [0.6, 0.7, 0.8]);
+        assert_eq!(left(&[good()]), [0.7, 0.8]);
+        assert_eq!(left(&[good(), run(1, false, "interrupted")]), [0.7, 0.8]);
+        assert_eq!(left(&[good(), run(1, false, "low_r2")]), [0.7, 0.8]);
+        let twice = [good(), run(1, false, "low_r2"), run(2, false, "low_r2")];
+        assert_eq!(left(&twice), [0.8]);
+        let aborted = [good(), run(1, false, "low_r2"), run(2, false, "aborted")];
+        assert_eq!(left(&aborted), [0.7, 0.8]);
+        assert!(left(&[good(), good(), good()]).is_empty());
     }
 }

@@ -10,7 +10,7 @@ use seatrial::{Campaign, Record, Window};
 use seatrial_core::{Plan, YawModel};
 use serde_json::Value;
 
-use crate::api::{Preflight, VehicleForm};
+use crate::api::{LogReading, Preflight, VehicleForm};
 
 /// Vehicles by name and logs of any format. Each failure is a sentence for the operator.
 pub trait Workshop: Send + Sync + 'static {
@@ -22,10 +22,10 @@ pub trait Workshop: Send + Sync + 'static {
     fn preflight(&self, vehicle: &str, plan: &Plan<f64>) -> Result<Preflight, String>;
     /// Takes one of them for a trial.
     fn take(&self, order: &Take) -> Result<Box<dyn Craft>, String>;
-    /// Identifies a model from a log that is called `name`.
-    fn identify(&self, log: &Path, name: &str) -> Result<ReadLog, String>;
-    /// Says what is in a log that is called `name`.
-    fn inspect(&self, log: &Path, name: &str) -> Result<ReadLog, String>;
+    /// Identifies a model from a log, read as asked for.
+    fn identify(&self, log: &Path, reading: &LogReading) -> Result<ReadLog, String>;
+    /// Says what is in a log, read as asked for.
+    fn inspect(&self, log: &Path, reading: &LogReading) -> Result<ReadLog, String>;
 }
 
 /// What a vehicle is taken for.

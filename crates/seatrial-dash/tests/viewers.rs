@@ -1,23 +1,31 @@
 //! What a hundred viewers cost the trial. `cargo nextest run -p seatrial-dash --test viewers --run-ignored all --no-capture`
 
+use std::io;
 use std::net::{SocketAddr, TcpStream};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use rustix::process::setpriority_process;
+use rustix::thread::gettid;
+use rustix::time::{ClockId, clock_gettime};
 use seatrial::conduct::{Conducted, Pace, Watch, conduct};
 use seatrial::identification::Refined;
 use seatrial::logbook::{Keeper, Logbook, NewCampaign, Recorder, Step};
 use seatrial::preview::Preview;
 use seatrial::{Campaign, Run};
 use seatrial_core::{Action, Plan, Sample, Trial, Vehicle};
-use seatrial_dash::api::{Preflight, VehicleForm};
+use seatrial_dash::api::{LogReading, Preflight, VehicleForm};
 use seatrial_dash::{Craft, ReadLog, Server, Settings, Take, Tap, Workshop};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 use tungstenite::{Message, WebSocket};
 
 const VIEWERS: usize = 100;
+const ROUNDS: usize = 4;
+const NOISE: Duration = Duration::from_micros(20);
+/// Between two looks of the viewers at their sockets, as often as messages come.
+const LOOKS_EVERY: Duration = Duration::from_millis(50);
 /// The vehicle samples at 20 Hz; ten times as fast there are enough steps for a 99.9th percentile in some 20 s.
 const FASTER: f64 = 10.0;
 
@@ -41,20 +49,94 @@ impl Workshop for NoWorkshop {
         Err("none".into())
     }
 
-    fn identify(&self, _: &Path, _: &str) -> Result<ReadLog, String> {
+    fn identify(&self, _: &Path, _: &LogReading) -> Result<ReadLog, String> {
         Err("none".into())
     }
 
-    fn inspect(&self, _: &Path, _: &str) -> Result<ReadLog, String> {
+    fn inspect(&self, _: &Path, _: &LogReading) -> Result<ReadLog, String> {
         Err("none".into())
+    }
+}
+
+/// By the clock on the wall and by that of the thread, which stands while others have the core.
+#[derive(Clone, Copy)]
+struct Now {
+    wall: Instant,
+    thread: Duration,
+}
+
+impl Now {
+    fn read() -> Self {
+        let thread = clock_gettime(ClockId::ThreadCPUTime);
+        Self {
+            wall: Instant::now(),
+            thread: thread.try_into().unwrap(),
+        }
+    }
+}
+
+/// Times by both clocks.
+#[derive(Default)]
+struct Times {
+    wall: Vec<Duration>,
+    thread: Vec<Duration>,
+}
+
+impl Times {
+    fn since(&mut self, begun: Now) {
+        let now = Now::read();
+        self.wall.push(now.wall - begun.wall);
+        self.thread.push(now.thread - begun.thread);
+    }
+
+    fn append(&mut self, mut other: Self) {
+        self.wall.append(&mut other.wall);
+        self.thread.append(&mut other.thread);
+    }
+}
+
+/// What was measured with so many viewers.
+#[derive(Default)]
+struct Measured {
+    /// From a sample to the command that answers it.
+    step: Times,
+    /// What telling the viewers takes after that.
+    telling: Times,
+}
+
+/// Percentiles of a time.
+struct Row {
+    median: Duration,
+    p99_9: Duration,
+}
+
+impl Measured {
+    /// Step and telling, each by the wall and by the thread.
+    fn rows(&mut self) -> [(&'static str, Row); 4] {
+        let Self { step, telling } = self;
+        [
+            ("step, wall", &mut step.wall),
+            ("step, thread", &mut step.thread),
+            ("telling, wall", &mut telling.wall),
+            ("telling, thread", &mut telling.thread),
+        ]
+        .map(|(what, times)| {
+            times.sort_unstable();
+            let at = |permille: usize| times[times.len() * permille / 1000];
+            let row = Row {
+                median: at(500),
+                p99_9: at(999),
+            };
+            (what, row)
+        })
     }
 }
 
 /// Measures from a sample to the command that answers it.
 struct Timed {
     vehicle: FirstOrderVehicle,
-    sampled: Instant,
-    steps: Vec<Duration>,
+    sampled: Now,
+    steps: Times,
 }
 
 impl Vehicle<f64> for Timed {
@@ -62,12 +144,12 @@ impl Vehicle<f64> for Timed {
 
     fn next_sample(&mut self) -> Result<Option<Sample<f64>>, Self::Error> {
         let sample = self.vehicle.next_sample();
-        self.sampled = Instant::now();
+        self.sampled = Now::read();
         sample
     }
 
     fn act(&mut self, action: &Action<f64>) -> Result<(), Self::Error> {
-        self.steps.push(self.sampled.elapsed());
+        self.steps.since(self.sampled);
         self.vehicle.act(action)
     }
 }
@@ -77,7 +159,7 @@ struct Watched {
     tap: Tap,
     pace: Pace,
     /// From the command to the end of telling.
-    told: Vec<Duration>,
+    told: Times,
 }
 
 impl Watch for Watched {
@@ -88,9 +170,9 @@ impl Watch for Watched {
 
     fn step(&mut self, step: &Step, trial: &Trial<f64>) {
         self.keeper.step(step, trial);
-        let begun = Instant::now();
+        let begun = Now::read();
         self.tap.step(step, trial);
-        self.told.push(begun.elapsed());
+        self.told.since(begun);
         self.pace.wait(step.sample.time_s);
     }
 
@@ -113,23 +195,40 @@ fn viewer(address: &str) -> WebSocket<TcpStream> {
     socket
 }
 
-/// Reads until the trial is over; how many messages.
-fn read(mut socket: WebSocket<TcpStream>) -> usize {
-    let mut messages = 0;
-    while let Ok(message) = socket.read() {
-        messages += 1;
-        if message
-            .to_text()
-            .is_ok_and(|text| text.contains("\"trial_ended\""))
-        {
-            break;
+/// All of them on a thread that lets others go first, as viewers have machines of their own: each reads what has come until the
+/// trial is over; how many messages.
+fn read(mut sockets: Vec<WebSocket<TcpStream>>) -> Vec<usize> {
+    setpriority_process(Some(gettid()), 19).unwrap();
+    for socket in &sockets {
+        socket.get_ref().set_nonblocking(true).unwrap();
+    }
+    let mut messages = vec![0; sockets.len()];
+    let mut watching = sockets.len();
+    while watching > 0 {
+        std::thread::sleep(LOOKS_EVERY);
+        for (socket, messages) in sockets.iter_mut().zip(&mut messages) {
+            loop {
+                match socket.read() {
+                    Ok(message) => {
+                        *messages += 1;
+                        let text = message.to_text().unwrap_or_default();
+                        watching -= usize::from(text.contains("\"trial_ended\""));
+                    }
+                    Err(tungstenite::Error::Io(error))
+                        if error.kind() == io::ErrorKind::WouldBlock =>
+                    {
+                        break;
+                    }
+                    Err(error) => panic!("{error}"),
+                }
+            }
         }
     }
     messages
 }
 
-/// The 99.9th percentiles of the step and of telling.
-fn trial(viewers: usize) -> [Duration; 2] {
+/// A trial under the eyes of so many viewers.
+fn trial(viewers: usize, measured: &mut Measured) {
     let folder = tempfile::tempdir().unwrap();
     let logbook = folder.path().join("seatrial.db");
     let listen = SocketAddr::from(([127, 0, 0, 1], 0));
@@ -165,46 +264,52 @@ fn trial(viewers: usize) -> [Duration; 2] {
     let url = server.url();
     let address = url.trim_start_matches("http://").trim_end_matches('/');
     let idle: Vec<_> = (0..viewers / 10).map(|_| viewer(address)).collect();
-    let reading: Vec<_> = (idle.len()..viewers)
-        .map(|_| viewer(address))
-        .map(|socket| std::thread::spawn(move || read(socket)))
-        .collect();
+    let sockets: Vec<_> = (idle.len()..viewers).map(|_| viewer(address)).collect();
+    let reading = std::thread::spawn(move || read(sockets));
     let mut vehicle = Timed {
         vehicle: FirstOrderVehicle::new(VehicleConfig::starfish(), 1).unwrap(),
-        sampled: Instant::now(),
-        steps: Vec::new(),
+        sampled: Now::read(),
+        steps: Times::default(),
     };
     let mut watched = Watched {
         keeper: Keeper::new(recorder),
         tap: tap.clone(),
         pace: Pace::new(FASTER),
-        told: Vec::new(),
+        told: Times::default(),
     };
     let Conducted { campaign, .. } = conduct(&mut vehicle, plan, about, &mut watched).unwrap();
     assert!(campaign.runs.len() >= 5 && !stop.load(Ordering::Relaxed));
     server.detach(&tap, campaign.outcome, Vec::new());
-    for reader in reading {
-        let messages = reader.join().unwrap();
+    for messages in reading.join().unwrap() {
         assert!(messages > 100, "{messages} messages");
     }
     drop(idle);
     server.stop();
-    [percentile(vehicle.steps), percentile(watched.told)]
-}
-
-fn percentile(mut times: Vec<Duration>) -> Duration {
-    times.sort_unstable();
-    times[times.len() * 999 / 1000]
+    measured.step.append(vehicle.steps);
+    measured.telling.append(watched.told);
 }
 
 #[test]
-#[ignore = "measures time: some 2 min of a quiet machine"]
+#[ignore = "measures time: some 3 min of a quiet machine"]
 fn val_a_hundred_viewers_cost_the_trial_nothing() {
-    let ([alone, told_alone], [watched, told_watched]) = (trial(0), trial(VIEWERS));
+    let (mut alone, mut watched) = (Measured::default(), Measured::default());
+    // In turns, as what else the machine does changes.
+    for _ in 0..ROUNDS {
+        trial(0, &mut alone);
+        trial(VIEWERS, &mut watched);
+    }
     println!(
-        "99.9th percentile of the step: {alone:?} alone, {watched:?} with {VIEWERS} viewers, a tenth of which never reads; \
-         of telling: {told_alone:?}, {told_watched:?}"
+        "{} samples each, 99.9 % (median)  alone  {VIEWERS} viewers, a tenth of which never reads",
+        alone.step.wall.len()
     );
-    // A tenth, and what a timer of this machine can tell.
-    assert!(watched <= alone.mul_f64(1.1) + Duration::from_micros(100));
+    let rows = alone.rows().into_iter().zip(watched.rows());
+    for ((what, alone), (_, watched)) in rows {
+        println!(
+            "{what:15}  {:8.1?} ({:.1?})  {:8.1?} ({:.1?})",
+            alone.p99_9, alone.median, watched.p99_9, watched.median
+        );
+        // A tenth; and what the caches and interrupts of a machine that others use, too, make of some microseconds.
+        let most = alone.p99_9.mul_f64(1.1) + NOISE;
+        assert!(watched.p99_9 <= most, "{what}: at most {most:?}");
+    }
 }

@@ -12,6 +12,7 @@ export type Preflight = Schemas["Preflight"];
 export type TrialOrder = Schemas["TrialOrder"];
 export type TrialState = Schemas["TrialState"];
 export type RepeatOrder = Schemas["RepeatOrder"];
+export type GoOnOrder = Schemas["GoOnOrder"];
 export type RunSummary = Schemas["RunSummary"];
 export type Figure = Schemas["Figure"];
 export type Stage = Schemas["Stage"];
@@ -93,6 +94,7 @@ export const preflight = (order: PlanOrder): Promise<Preflight> => ask("POST", "
 export const startTrial = (order: TrialOrder): Promise<TrialState> => ask("POST", "trial", order);
 export const abortTrial = (): Promise<TrialState> => ask("POST", "trial/abort");
 export const repeatSpeed = (order: RepeatOrder): Promise<TrialState> => ask("POST", "trial/repeat", order);
+export const goOn = (order: GoOnOrder): Promise<TrialState> => ask("POST", "trial/go-on", order);
 export const campaigns = (): Promise<CampaignSummary[]> => ask("GET", "campaigns");
 export const campaign = (id: number): Promise<CampaignDetail> => ask("GET", `campaigns/${id}`);
 export const seriesOf = (id: number, run: number): Promise<Series> => ask("GET", `campaigns/${id}/runs/${run}/series`);
@@ -114,14 +116,10 @@ export async function giveControlBack(): Promise<void> {
   secrets.lease = null;
 }
 
-/** Identifies a log that a person has opened. */
-export async function identify(log: File): Promise<IdentifiedLog> {
-  const response = await respond(
-    "POST",
-    `logs/identify?name=${encodeURIComponent(log.name)}`,
-    log,
-    "application/octet-stream",
-  );
+/** Identifies a log that a person has opened; `reading` are options of `seatrial identify` by name. */
+export async function identify(log: File, reading: Readonly<Record<string, string>>): Promise<IdentifiedLog> {
+  const query = new URLSearchParams({ name: log.name, ...reading });
+  const response = await respond("POST", `logs/identify?${query}`, log, "application/octet-stream");
   return (await response.json()) as IdentifiedLog;
 }
 

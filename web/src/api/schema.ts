@@ -379,6 +379,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/trial/go-on": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Goes on with a campaign that was aborted or interrupted, at the first speed that is not done. */
+        post: operations["go_on"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/trial/repeat": {
         parameters: {
             query?: never;
@@ -666,6 +683,26 @@ export interface components {
              * @description The value.
              */
             value: number;
+        };
+        /** @description Goes on with a campaign that ended early, as a campaign of its own with the speeds that are left. */
+        GoOnOrder: {
+            /** @description As of a trial. */
+            agreed?: boolean;
+            /**
+             * Format: int64
+             * @description Number of the campaign.
+             */
+            campaign: number;
+            /**
+             * Format: double
+             * @description As of a trial.
+             */
+            realtime_factor?: number | null;
+            /**
+             * Format: int64
+             * @description Seed of a simulated vehicle [default: the campaign's plus one].
+             */
+            seed?: number | null;
         };
         /** @description The link to the vehicle and its clock. */
         Health: {
@@ -1922,6 +1959,40 @@ export interface operations {
             query?: {
                 /** @description What the log is called; its format is found by its content. */
                 name?: string;
+                /** @description Column with the time. */
+                time?: string;
+                /** @description Column with the heading. */
+                heading?: string;
+                /** @description Column with the rudder: measured angle, command, PWM or percent. */
+                rudder?: string;
+                /** @description Column with the forward speed; `none` leaves it out, as for all that follow. */
+                speed?: string;
+                /** @description Column with the depth. */
+                depth?: string;
+                /** @description Column with the roll angle. */
+                roll?: string;
+                /** @description Column with the pitch angle. */
+                pitch?: string;
+                /** @description Column with the measured yaw rate. */
+                yaw_rate?: string;
+                /** @description Column with the position north. */
+                north?: string;
+                /** @description Column with the position east. */
+                east?: string;
+                /** @description Column with the thrust that is asked for. */
+                thrust?: string;
+                /** @description Units of columns, as in `heading=deg,rudder=pwm`. */
+                units?: string;
+                /** @description Pulse width of the neutral rudder, us [default: 1500]. */
+                rudder_trim_us?: number;
+                /** @description Rudder angle at full deflection, degrees. */
+                rudder_range_deg?: number;
+                /** @description Dead time of the rudder behind the logged command, s. */
+                rudder_delay_s?: number;
+                /** @description Time constant with which the rudder follows the logged command, s. */
+                rudder_lag_s?: number;
+                /** @description Leave rows out that have text, no number or a time that goes back, instead of refusing the log. */
+                drop_invalid?: boolean;
             };
             header?: never;
             path?: never;
@@ -1958,6 +2029,40 @@ export interface operations {
             query?: {
                 /** @description What the log is called; its format is found by its content. */
                 name?: string;
+                /** @description Column with the time. */
+                time?: string;
+                /** @description Column with the heading. */
+                heading?: string;
+                /** @description Column with the rudder: measured angle, command, PWM or percent. */
+                rudder?: string;
+                /** @description Column with the forward speed; `none` leaves it out, as for all that follow. */
+                speed?: string;
+                /** @description Column with the depth. */
+                depth?: string;
+                /** @description Column with the roll angle. */
+                roll?: string;
+                /** @description Column with the pitch angle. */
+                pitch?: string;
+                /** @description Column with the measured yaw rate. */
+                yaw_rate?: string;
+                /** @description Column with the position north. */
+                north?: string;
+                /** @description Column with the position east. */
+                east?: string;
+                /** @description Column with the thrust that is asked for. */
+                thrust?: string;
+                /** @description Units of columns, as in `heading=deg,rudder=pwm`. */
+                units?: string;
+                /** @description Pulse width of the neutral rudder, us [default: 1500]. */
+                rudder_trim_us?: number;
+                /** @description Rudder angle at full deflection, degrees. */
+                rudder_range_deg?: number;
+                /** @description Dead time of the rudder behind the logged command, s. */
+                rudder_delay_s?: number;
+                /** @description Time constant with which the rudder follows the logged command, s. */
+                rudder_lag_s?: number;
+                /** @description Leave rows out that have text, no number or a time that goes back, instead of refusing the log. */
+                drop_invalid?: boolean;
             };
             header?: never;
             path?: never;
@@ -2188,6 +2293,41 @@ export interface operations {
         responses: {
             /** @description Asked for; the live stream tells the end */
             202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TrialState"];
+                };
+            };
+            /** @description Refused */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ErrorBody"];
+                };
+            };
+        };
+    };
+    go_on: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description The lease of control */
+                "seatrial-lease"?: string | null;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["GoOnOrder"];
+            };
+        };
+        responses: {
+            201: {
                 headers: {
                     [name: string]: unknown;
                 };

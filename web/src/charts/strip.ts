@@ -212,7 +212,10 @@ function label(value: number): string {
 }
 
 function spread(low: number | null, high: number | null, least: number): [number, number] {
-  if (low === null || high === null) return [-Math.max(least / 2, 1), Math.max(least / 2, 1)];
+  if (low === null || high === null) {
+    const half = 1.2 * Math.max(least / 2, 1);
+    return [-half, half];
+  }
   const room = Math.max(0.06 * (high - low), 0.5 * (least - (high - low)), 1e-6);
   return [low - room, high + room];
 }

@@ -48,7 +48,7 @@ export function openControl(live: Live): View {
       shownRuns = key;
       runs.hidden = now === null || now.runs.length === 0;
       table?.drop();
-      table = now === null ? null : runsTable(now.campaign, now.runs, () => void refresh(now));
+      table = now === null ? null : runsTable(now, now.runs, () => void refresh(now));
       fill(runs, element("h2", {}, "Runs of this trial"), table?.root);
     }
   };

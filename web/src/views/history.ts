@@ -8,6 +8,7 @@ import {
   compare,
   type Difference,
   download,
+  goOn,
 } from "../api/client.ts";
 import type { Live } from "../api/live.ts";
 import { pair } from "../charts/pair.ts";
@@ -17,7 +18,7 @@ import type { View } from "../shell.ts";
 import { onUnits, scale, shown, significant } from "../units.ts";
 import { percent, QUANTITIES, sentence } from "../words.ts";
 import { openLogView } from "./log.ts";
-import { figureCell, runsTable } from "./runs.ts";
+import { figureCell, type Origin, paceAgain, runsTable } from "./runs.ts";
 import { explorer } from "./schedule.ts";
 
 const STATES: Record<CampaignSummary["state"], string> = {
@@ -173,7 +174,11 @@ async function openCampaign(
   if (detail === null) return;
   const { campaign: about } = detail;
   drops.splice(0).forEach((drop) => drop());
-  const runs = runsTable(id, detail.runs, () => void openCampaign(id, place, complaints, drops));
+  const runs = runsTable(
+    { campaign: id, seed: about.seed },
+    detail.runs,
+    () => void openCampaign(id, place, complaints, drops),
+  );
   const facts: [string, string][] = [
     ["vehicle", about.vehicle],
     ["configuration", `${about.configuration}${about.notes ? `: ${about.notes}` : ""}`],
@@ -190,13 +195,20 @@ async function openCampaign(
       name,
     );
   const scheduled = explorer(id, complaints);
+  const endedEarly = about.state === "interrupted" || about.state === "aborted";
   drops.push(scheduled.drop, runs.drop);
   fill(
     place,
     element(
       "div",
       { class: "panels two" },
-      element("section", { class: "panel wide stack" }, element("h2", {}, `Campaign ${id}`), runs.root),
+      element(
+        "section",
+        { class: "panel wide stack" },
+        element("h2", {}, `Campaign ${id}`),
+        endedEarly && resume({ campaign: id, seed: about.seed }, complaints),
+        runs.root,
+      ),
       scheduled.root,
       element(
         "section",
@@ -218,6 +230,29 @@ async function openCampaign(
         ),
         element("details", {}, element("summary", {}, "Plan"), element("pre", {}, detail.plan)),
       ),
+    ),
+  );
+}
+
+/** What is left of a campaign that ended early. */
+function resume(origin: Origin, complaints: Complaints): HTMLElement {
+  const agreed = element("input", { type: "checkbox" });
+  const start = async (): Promise<void> => {
+    const { campaign } = origin;
+    const started = await complaints.hear(() =>
+      goOn({ campaign, realtime_factor: paceAgain(origin), agreed: agreed.checked }),
+    );
+    if (started !== null) location.hash = "#/live";
+  };
+  return element(
+    "div",
+    { class: "notice partly stack" },
+    element("p", {}, "It ended early. What is left of its plan can be done as a campaign of its own."),
+    element("label", { class: "choice" }, agreed, "A vehicle that is not simulated moves again"),
+    element(
+      "div",
+      { class: "row" },
+      element("button", { class: "main", type: "button", onclick: () => void start() }, "Go on at the next speed"),
     ),
   );
 }

@@ -8,10 +8,12 @@ import { Track } from "../charts/track.ts";
 import { element, fill, say } from "../element.ts";
 import type { View } from "../shell.ts";
 import { clock, shown, significant, withInterval } from "../units.ts";
-import { LIMITS, percent, planned, situation, STAGES } from "../words.ts";
+import { explained, LIMITS, percent, planned, situation, STAGES } from "../words.ts";
 
 const REDRAW_MS = 100;
 const CALM_REDRAW_MS = 500;
+/** Intervals that were so many times as wide as the latest are cut. */
+const MOST_WIDTHS = 8;
 
 type Parameter = "a22_per_s" | "b2_per_s2" | "c0_rad_per_s2";
 const PARAMETERS: readonly [Parameter, string, string][] = [
@@ -196,11 +198,14 @@ export function openLive(live: Live): View {
   };
 }
 
-/** The latest interval and the latest half of the estimates: the first ones are off by orders of magnitude. */
+/** What is told next to the latest interval: the first estimates and intervals are off by orders of magnitude. */
 function frame(figures: readonly Figure[]): [number, number] | null {
+  const intervals = figures.flatMap(({ interval_95 }) => (interval_95 ? [interval_95] : []));
+  const width = ([low = 0, high = 0]: readonly number[]): number => high - low;
+  const latest = intervals.at(-1);
+  const comparable = intervals.filter((one) => latest !== undefined && width(one) <= MOST_WIDTHS * width(latest));
   const settled = figures.slice(Math.floor(figures.length / 2)).map((figure) => figure.value);
-  const known = figures.filter((figure) => figure.interval_95).at(-1)?.interval_95 ?? [];
-  const seen = [...settled, ...known];
+  const seen = [...settled, ...comparable.flat()];
   if (seen.length === 0) return null;
   const [low, high] = [Math.min(...seen), Math.max(...seen)];
   const room = 0.25 * (high - low) || 0.1 * Math.abs(high) || 1e-3;
@@ -217,8 +222,9 @@ function sureness(trial: TrialState | null): string {
 
 function predicts(run: RunSummary | undefined): string {
   if (run === undefined) return "Measured and simulated heading appear here when a run has been validated.";
-  const r2 = run.model?.r2_heading ?? run.model?.r2_heading_offset_refit;
-  return `Run ${run.number}: the model explains ${r2 === null || r2 === undefined ? "an unknown part" : percent(Math.max(r2, 0))} of the heading it has not seen (R²).`;
+  const { r2, isOffsetAgain } = explained(run);
+  const part = r2 === null ? "an unknown part" : percent(Math.max(r2, 0));
+  return `Run ${run.number}: the model explains ${part} of the heading it has not seen (R²${isOffsetAgain ? ", its offset estimated again" : ""}).`;
 }
 
 function drawSpeeds(list: HTMLElement, trial: TrialState | null): void {

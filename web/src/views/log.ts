@@ -52,11 +52,16 @@ export function openLogView(): { root: HTMLElement; drop(): void } {
   const complaints = new Complaints();
   const place = element("div", { "aria-live": "polite" });
   const charts: Strip[] = [];
+  let last: File | undefined;
+  const how = readingForm(() => void open(last));
   const open = async (log: File | undefined): Promise<void> => {
     if (log === undefined) return;
+    last = log;
     fill(place, element("p", {}, `Reading ${log.name} …`));
     for (const chart of charts.splice(0)) chart.drop();
-    const found = await complaints.hear(() => identify(log));
+    const found = await complaints.hear(() => identify(log, how.reading()));
+    how.root.open ||= found === null;
+    how.allow();
     if (found === null) fill(place);
     else fill(place, ...drawLog(log.name, found, charts));
   };
@@ -86,8 +91,64 @@ export function openLogView(): { root: HTMLElement; drop(): void } {
     void open(event.dataTransfer?.files[0]);
   });
   return {
-    root: element("div", { class: "stack" }, zone, complaints.root, place),
+    root: element("div", { class: "stack" }, zone, how.root, complaints.root, place),
     drop: () => charts.forEach((chart) => chart.drop()),
+  };
+}
+
+/** Columns, topics or fields of messages that a log may need to be told. */
+const COLUMNS: readonly (readonly [name: string, label: string])[] = [
+  ["time", "Time"],
+  ["heading", "Heading"],
+  ["rudder", "Rudder"],
+  ["speed", "Forward speed"],
+  ["yaw_rate", "Yaw rate"],
+  ["thrust", "Thrust"],
+];
+
+/** How the log is to be read, where its names do not say it. */
+function readingForm(again: () => void): {
+  root: HTMLDetailsElement;
+  reading(): Record<string, string>;
+  allow(): void;
+} {
+  const field = (name: string, label: string, attributes: Record<string, string | number>, hint?: string) => {
+    const input = element("input", { name, ...attributes });
+    return element("label", { class: "field" }, label, input, hint ? element("span", { class: "hint" }, hint) : null);
+  };
+  const button = element("button", { type: "submit", disabled: true }, "Read the log again");
+  const form = element(
+    "form",
+    {
+      class: "stack",
+      onsubmit: (event: Event) => {
+        event.preventDefault();
+        again();
+      },
+    },
+    element(
+      "p",
+      { class: "hint" },
+      "What is left empty is found by its name. The refusal says which columns there are.",
+    ),
+    element(
+      "div",
+      { class: "fields" },
+      ...COLUMNS.map(([name, label]) => field(name, `${label} from column`, { maxlength: 200 })),
+      field("units", "Units", { maxlength: 200, placeholder: "heading=deg,rudder=pwm" }),
+      field("rudder_range_deg", "Rudder angle at full deflection, °", { type: "number", min: 0, max: 90, step: "any" }),
+      field("rudder_trim_us", "Pulse width of the neutral rudder, µs", { type: "number", min: 0, step: "any" }),
+      field("rudder_lag_s", "Time constant of the servo, s", { type: "number", min: 0, step: "any" }),
+    ),
+    element("div", { class: "row" }, button),
+  );
+  return {
+    root: element("details", { class: "panel" }, element("summary", {}, "Columns and units"), form),
+    reading: () => {
+      const given = [...new FormData(form)].map(([name, value]) => [name, String(value).trim()] as const);
+      return Object.fromEntries(given.filter(([, value]) => value !== ""));
+    },
+    allow: () => (button.disabled = false),
   };
 }
 

@@ -6,7 +6,7 @@ import type { Strip } from "../charts/strip.ts";
 import { element, fill } from "../element.ts";
 import { Complaints } from "../notice.ts";
 import { shown, significant } from "../units.ts";
-import { percent, verdict } from "../words.ts";
+import { explained, percent, verdict } from "../words.ts";
 
 /** A value over its interval. */
 export function figureCell(figure: Figure | null | undefined, factor = 1): HTMLElement {
@@ -20,13 +20,33 @@ export function figureCell(figure: Figure | null | undefined, factor = 1): HTMLE
   );
 }
 
+function r2Cell(run: RunSummary): HTMLElement {
+  const { r2, isOffsetAgain } = explained(run);
+  return element(
+    "td",
+    {},
+    significant(r2 ?? NaN),
+    isOffsetAgain && element("span", { class: "interval" }, "offset again"),
+  );
+}
+
+/** Where runs are from. */
+export interface Origin {
+  readonly campaign: number;
+  /** Only a simulated vehicle has one. */
+  readonly seed?: number | null | undefined;
+}
+
+/** The pace of another trial on the same vehicle: a real one has its own. */
+export const paceAgain = ({ seed }: Origin): number | null => (typeof seed === "number" ? 1 : null);
+
 /** The runs as a table; `changed` is called after a review or a repeat. */
 export function runsTable(
-  campaign: number,
+  origin: Origin,
   runs: readonly RunSummary[],
   changed: () => void,
 ): { root: HTMLElement; drop(): void } {
-  const desk = new Desk(campaign, changed);
+  const desk = new Desk(origin, changed);
   const rows = runs.map((run) => {
     const title = `run ${run.number}`;
     return element(
@@ -38,7 +58,7 @@ export function runsTable(
       figureCell(run.model?.a22_per_s),
       figureCell(run.model?.b2_per_s2),
       figureCell(run.model?.c0_rad_per_s2),
-      element("td", {}, typeof run.model?.r2_heading === "number" ? significant(run.model.r2_heading) : "–"),
+      r2Cell(run),
       element(
         "td",
         { class: `words ${run.accepted ? "good" : "bad"}` },
@@ -92,7 +112,7 @@ class Desk {
   private strips: Strip[] = [];
 
   constructor(
-    private readonly campaign: number,
+    private readonly origin: Origin,
     private readonly changed: () => void,
   ) {}
 
@@ -103,7 +123,8 @@ class Desk {
 
   open(run: RunSummary): void {
     this.close();
-    const { campaign, changed } = this;
+    const { origin, changed } = this;
+    const { campaign } = origin;
     const complaints = new Complaints();
     const record = element("div", { class: "stack" });
     const note = element("textarea", { rows: 2, maxlength: 4000, required: true });
@@ -117,7 +138,7 @@ class Desk {
     };
     const again = async (): Promise<void> => {
       const started = await complaints.hear(() =>
-        repeatSpeed({ campaign, thrust: run.thrust, realtime_factor: 1, agreed: agreed.checked }),
+        repeatSpeed({ campaign, thrust: run.thrust, realtime_factor: paceAgain(origin), agreed: agreed.checked }),
       );
       if (started !== null) location.hash = "#/live";
     };

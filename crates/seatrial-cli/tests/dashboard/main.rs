@@ -1,6 +1,11 @@
 //! `seatrial serve` and `trial --serve` at the process boundary, over trials on the simulator.
 
+mod broken_off;
+mod logs;
+mod mavlink;
 mod server;
+mod slow;
+mod soak;
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -306,54 +311,6 @@ fn cli_only_who_may_does() {
 }
 
 #[test]
-fn cli_a_log_is_read_and_a_large_one_is_not() {
-    let folder = tempfile::tempdir().unwrap();
-    let log = folder.path().join("run.csv");
-    let made = Command::new(env!("CARGO_BIN_EXE_seatrial"))
-        .args(["sim", "log", "--seed", "1", "--out"])
-        .arg(&log)
-        .output()
-        .unwrap();
-    assert!(made.status.success());
-    let server = Server::start(folder.path(), &["--largest-log", "1"]);
-    let log = std::fs::read(log).unwrap();
-    let (status, found) = server
-        .ask("POST", "/logs/identify?name=run.csv")
-        .bytes(log.clone())
-        .send();
-    assert_eq!(status, 200, "{found}");
-    assert_eq!(found["document"]["schema"], "seatrial.identification.v1");
-    assert_eq!(found["document"]["source"]["path"], "run.csv");
-    let rows = found["series"]["time_s"].as_array().unwrap().len();
-    assert_eq!(
-        found["series"]["heading_rad"].as_array().unwrap().len(),
-        rows
-    );
-    assert!(rows > 100);
-    let (status, found) = server
-        .ask("POST", "/logs/inspect?name=run.csv")
-        .bytes(log)
-        .send();
-    assert_eq!(
-        (status, &found["document"]["schema"]),
-        (200, &json!("seatrial.inspection.v1"))
-    );
-
-    let (status, refused) = server
-        .ask("POST", "/logs/identify")
-        .bytes(b"not a log".to_vec())
-        .send();
-    assert_eq!((status, &refused["code"]), (422, &json!("log_refused")));
-    let said = refused["message"].as_str().unwrap();
-    assert!(!said.contains("/tmp"), "no path of the server: {said}");
-    let (status, refused) = server
-        .ask("POST", "/logs/identify")
-        .bytes(vec![b'1'; 1_000_001])
-        .send();
-    assert_eq!((status, &refused["code"]), (413, &json!("too_large")));
-}
-
-#[test]
 fn cli_nonsense_is_refused_in_words() {
     let folder = tempfile::tempdir().unwrap();
     let server = Server::start(folder.path(), &[]);
@@ -449,39 +406,15 @@ fn cli_slow_viewers_hold_up_nobody() {
     let (stream, after) = (&snapshot["stream"], &snapshot["sequence"]);
     let mut back = server.viewer(&json!({"stream": stream, "after": after}));
     let first = back.next();
-    assert_eq!(
-        (kind(&first), &first["sequence"]),
-        ("trial_started", &json!(after.as_u64().unwrap() + 1))
+    assert_eq!(first["sequence"], json!(after.as_u64().unwrap() + 1));
+    assert!(
+        ["control", "trial_started"].contains(&kind(&first)),
+        "{first}"
     );
     back.until(|message| kind(message) == "trial_ended");
     let mut stranger = server.viewer(&json!({"stream": "another", "after": after}));
     assert_eq!(kind(&stranger.next()), "snapshot");
     drop(slow);
-}
-
-/// Killed in mid campaign: the next server closes it, and tells viewers that it is another stream.
-#[test]
-fn cli_a_killed_server_leaves_a_campaign_that_is_closed() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut server = Server::start(folder.path(), &[]);
-    let lease = server.control("Anna");
-    let mut order = starfish(1);
-    order["realtime_factor"] = json!(20);
-    server.start_trial(&lease, &order);
-    let mut viewer = server.viewer(&json!({}));
-    let snapshot = viewer.next();
-    viewer.until(|message| kind(message) == "samples");
-    assert_eq!(server.get("/campaigns")[0]["state"], "running");
-    server.child.kill().unwrap();
-    server.child.wait().unwrap();
-
-    let server = Server::start(folder.path(), &[]);
-    assert_eq!(server.get("/campaigns")[0]["state"], "interrupted");
-    let hello = json!({"stream": snapshot["stream"], "after": snapshot["sequence"]});
-    let again = server.viewer(&hello).next();
-    assert_eq!(kind(&again), "snapshot");
-    assert_ne!(again["stream"], snapshot["stream"]);
-    server.control("Ben");
 }
 
 #[test]

@@ -2,7 +2,58 @@
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use utoipa::ToSchema;
+use utoipa::{IntoParams, ToSchema};
+
+/// A log's name and how to read it, as the options of `seatrial identify`. Everything has a default.
+#[derive(Clone, Debug, Default, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct LogReading {
+    /// What the log is called; its format is found by its content.
+    #[param(max_length = 200)]
+    pub name: Option<String>,
+    /// Column with the time.
+    pub time: Option<String>,
+    /// Column with the heading.
+    pub heading: Option<String>,
+    /// Column with the rudder: measured angle, command, PWM or percent.
+    pub rudder: Option<String>,
+    /// Column with the forward speed; `none` leaves it out, as for all that follow.
+    pub speed: Option<String>,
+    /// Column with the depth.
+    pub depth: Option<String>,
+    /// Column with the roll angle.
+    pub roll: Option<String>,
+    /// Column with the pitch angle.
+    pub pitch: Option<String>,
+    /// Column with the measured yaw rate.
+    pub yaw_rate: Option<String>,
+    /// Column with the position north.
+    pub north: Option<String>,
+    /// Column with the position east.
+    pub east: Option<String>,
+    /// Column with the thrust that is asked for.
+    pub thrust: Option<String>,
+    /// Units of columns, as in `heading=deg,rudder=pwm`.
+    pub units: Option<String>,
+    /// Pulse width of the neutral rudder, us [default: 1500].
+    pub rudder_trim_us: Option<f64>,
+    /// Rudder angle at full deflection, degrees.
+    pub rudder_range_deg: Option<f64>,
+    /// Dead time of the rudder behind the logged command, s.
+    pub rudder_delay_s: Option<f64>,
+    /// Time constant with which the rudder follows the logged command, s.
+    pub rudder_lag_s: Option<f64>,
+    /// Leave rows out that have text, no number or a time that goes back, instead of refusing the log.
+    pub drop_invalid: Option<bool>,
+}
+
+impl LogReading {
+    /// What the log is called.
+    pub fn name(&self) -> &str {
+        self.name.as_deref().unwrap_or("log")
+    }
+}
 
 /// What was made of a log.
 #[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]

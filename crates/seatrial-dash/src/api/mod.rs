@@ -18,11 +18,11 @@ pub use history::{
 pub use live::{
     Envelope, EnvelopeUse, Hello, LiveEvent, LiveMessage, LiveSample, Snapshot, StreamSettings,
 };
-pub use log::{IdentifiedLog, InspectedLog, LogSeries};
+pub use log::{IdentifiedLog, InspectedLog, LogReading, LogSeries};
 pub use trial::{
-    Change, Check, EstimateNow, ExpectedIntervals, Figure, Health, Model, Outcome, PlanOrder,
-    PlanPreview, Preflight, Progress, Reason, RepeatOrder, RunSummary, SpeedPreview, Stage,
-    StageSpan, TrialOrder, TrialState, ValidationOverlay,
+    Change, Check, EstimateNow, ExpectedIntervals, Figure, GoOnOrder, Health, Model, Outcome,
+    PlanOrder, PlanPreview, Preflight, Progress, Reason, RepeatOrder, RunSummary, SpeedPreview,
+    Stage, StageSpan, TrialOrder, TrialState, ValidationOverlay,
 };
 
 use utoipa::OpenApi;

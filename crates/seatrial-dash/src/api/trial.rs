@@ -89,6 +89,24 @@ pub struct RepeatOrder {
     pub agreed: bool,
 }
 
+/// Goes on with a campaign that ended early, as a campaign of its own with the speeds that are left.
+#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GoOnOrder {
+    /// Number of the campaign.
+    pub campaign: i64,
+    /// Seed of a simulated vehicle [default: the campaign's plus one].
+    #[serde(default)]
+    pub seed: Option<u64>,
+    /// As of a trial.
+    #[serde(default)]
+    #[schema(exclusive_minimum = 0.0)]
+    pub realtime_factor: Option<f64>,
+    /// As of a trial.
+    #[serde(default)]
+    pub agreed: bool,
+}
+
 /// What a plan will do on the vehicle expected.
 #[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
 pub struct PlanPreview {

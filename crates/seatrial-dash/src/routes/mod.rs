@@ -8,6 +8,7 @@ mod trial;
 
 use std::any::Any;
 use std::sync::Arc;
+use std::time::Duration;
 
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -19,6 +20,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get, post};
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
+use tower_http::timeout::RequestBodyTimeoutLayer;
 use utoipa::OpenApi;
 
 use crate::api;
@@ -29,6 +31,8 @@ use crate::shared::Shared;
 
 /// Largest body of a command, bytes.
 const COMMAND_LIMIT: usize = 64 * 1024;
+/// How long a body may stand still.
+const BODY_WITHIN: Duration = Duration::from_secs(5);
 
 /// The OpenAPI document.
 #[derive(OpenApi)]
@@ -54,6 +58,7 @@ and send its lease in the header `seatrial-lease`; aborting a trial needs none."
         trial::start,
         trial::abort,
         trial::repeat,
+        trial::go_on,
         history::campaigns,
         history::campaign,
         history::review,
@@ -90,6 +95,7 @@ pub fn router(shared: Arc<Shared>, upload_limit: usize) -> Router {
         .route("/trial", post(trial::start))
         .route("/trial/abort", post(trial::abort))
         .route("/trial/repeat", post(trial::repeat))
+        .route("/trial/go-on", post(trial::go_on))
         .route("/campaigns", get(history::campaigns))
         .route("/campaigns/{id}", get(history::campaign))
         .route("/campaigns/{id}/runs/{run}/review", post(history::review))
@@ -106,6 +112,7 @@ pub fn router(shared: Arc<Shared>, upload_limit: usize) -> Router {
         .fallback(get(page::file))
         .method_not_allowed_fallback(not_allowed)
         .with_state(Arc::clone(&shared))
+        .layer(RequestBodyTimeoutLayer::new(BODY_WITHIN))
         .layer(CatchPanicLayer::custom(panicked))
         .layer(from_fn_with_state(shared, guard))
         .layer(CompressionLayer::new())

@@ -12,7 +12,8 @@ use super::asked::Body;
 use super::blocking;
 use super::control::role_name;
 use crate::api::{
-    ErrorBody, PlanOrder, PlanPreview, Preflight, RepeatOrder, TrialOrder, TrialState, Vehicles,
+    ErrorBody, GoOnOrder, PlanOrder, PlanPreview, Preflight, RepeatOrder, TrialOrder, TrialState,
+    Vehicles,
 };
 use crate::refusal::Refusal;
 use crate::shared::{Caller, Shared, must_be_operator};
@@ -94,6 +95,23 @@ pub async fn repeat(
     Ok((StatusCode::CREATED, Json(started.await?)))
 }
 
+/// Goes on with a campaign that was aborted or interrupted, at the first speed that is not done.
+#[utoipa::path(post, path = "/api/v1/trial/go-on", tag = "trial", request_body = GoOnOrder,
+    params(("seatrial-lease" = Option<String>, Header, description = "The lease of control")),
+    responses((status = 201, body = TrialState), (status = "4XX", description = "Refused", body = ErrorBody)))]
+pub async fn go_on(
+    State(shared): State<Arc<Shared>>,
+    Extension(caller): Extension<Caller>,
+    Body(order): Body<GoOnOrder>,
+) -> Result<(StatusCode, Json<TrialState>), Refusal> {
+    let started = blocking(shared, move |shared| {
+        shared.command(&caller, "go_on", &order, |_| {
+            trials::start(shared, trials::go_on(shared, order.clone())?)
+        })
+    });
+    Ok((StatusCode::CREATED, Json(started.await?)))
+}
+
 /// Aborts the trial: neutral rudder, heading hold, the vehicle handed back. Every operator may, with control or without.
 #[utoipa::path(post, path = "/api/v1/trial/abort", tag = "trial",
     responses((status = 202, description = "Asked for; the live stream tells the end", body = TrialState),
@@ -103,19 +121,16 @@ pub async fn abort(
     Extension(caller): Extension<Caller>,
 ) -> Result<(StatusCode, Json<TrialState>), Refusal> {
     // First of all, and not behind anything that waits for a disk.
-    let result = must_be_operator(&caller).and_then(|()| {
-        let stopped = shared.stop_trial();
-        stopped.ok_or_else(|| Refusal::conflict("no_trial", "no trial runs"))
-    });
+    let result = must_be_operator(&caller).and_then(|()| shared.stop_trial());
     let stopped = blocking(shared, move |shared| {
         let actor = shared
             .commander(&caller)
             .unwrap_or_else(|_| role_name(&caller));
         let told = result.as_ref().map(|_| ());
         shared.audit(&caller, &actor, "abort_trial", &(), told);
-        result?;
+        let campaign = result?;
         let (trial, _) = shared.live.trial();
-        let begun = trial.filter(|trial| trial.running);
+        let begun = trial.filter(|trial| Some(trial.campaign) == campaign);
         begun.ok_or_else(|| {
             Refusal::conflict(
                 "not_begun",

@@ -1,308 +1,37 @@
-//! The live stream. The trial tells and never waits; a herald on a thread of its own makes messages and keeps the picture
-//! for who comes later; viewers that read too slowly lose messages and are told so.
+//! The picture of a trial, and the messages that are made of it.
 
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use seatrial::campaign::Run;
-use seatrial::conduct::Watch;
-use seatrial::identification::Refined;
-use seatrial::logbook::Step;
 use seatrial_core::model::YawState;
 use seatrial_core::progress::Status;
-use seatrial_core::{Plan, Real, Sample, Trial, YawModel};
+use seatrial_core::{Real, Sample, YawModel};
 use tokio::sync::broadcast;
 
+use super::tap::{Moment, Start, Told};
+use super::thinned::Thinned;
+use super::{HEARTBEAT_EVERY, Message, SAMPLES_EVERY, text};
 use crate::api::{
     Control, Envelope, EnvelopeUse, EstimateNow, Figure, Health, LiveEvent, LiveMessage,
-    LiveSample, Outcome, Progress, Snapshot, Stage, StreamSettings, TrialState,
+    LiveSample, Progress, Snapshot, Stage, StreamSettings, TrialState,
 };
 use crate::convert::{name_of, now, run_summary, validation_of};
 
-/// Between two messages with samples.
-const SAMPLES_EVERY: Duration = Duration::from_millis(50);
-/// Between two heartbeats.
-pub const HEARTBEAT_EVERY: Duration = Duration::from_secs(5);
-/// Between two messages about the link.
-const HEALTH_EVERY: Duration = Duration::from_secs(1);
-/// Steps that may wait for the herald; later ones are not shown.
-const MOST_WAITING: u64 = 16_384;
 /// Messages that a viewer may lie behind.
 const MOST_BEHIND: usize = 256;
-/// Messages that are kept for who comes back.
-const KEPT: usize = 1024;
-/// Samples, estimates and points of the track in a snapshot.
-const MOST_DRAWN: usize = 2048;
+/// Messages that are kept for who comes back, bytes: of a trial in real time those of some minutes.
+const KEPT_BYTES: usize = 4 << 20;
 /// Intervals between samples that their mean is taken of.
 const INTERVALS: usize = 64;
 
-/// A message with its number.
-pub type Message = (u64, Arc<str>);
-
-/// What the trial tells.
-enum Told {
-    Started(Box<Start>),
-    RunStarted {
-        run: u32,
-        thrust: f64,
-        attempt: u32,
-    },
-    Step(Box<Moment>),
-    Interval([[f64; 2]; 3]),
-    RunEnded(Box<Run>),
-    Ended {
-        outcome: Option<Outcome>,
-        warnings: Vec<String>,
-    },
-    Control(Control),
-}
-
-struct Start {
-    trial: TrialState,
-    plan: Plan<f64>,
-}
-
-/// A step as it is shown.
-struct Moment {
-    sample: Sample<f64>,
-    status: Status<f64>,
-    estimate: Option<YawModel<f64>>,
-    converged_s: Option<f64>,
-}
-
-/// The trial's end of the stream: what it takes is told, or, where the herald cannot keep up, counted.
-#[derive(Clone, Debug)]
-pub struct Tap {
-    herald: Sender<Told>,
-    waiting: Arc<AtomicU64>,
-    not_shown: Arc<AtomicU64>,
-}
-
-impl Tap {
-    /// A trial begins.
-    pub fn started(&self, trial: TrialState, plan: &Plan<f64>) {
-        self.tell(Told::Started(Box::new(Start { trial, plan: *plan })));
-    }
-
-    /// It is over and the vehicle handed back.
-    pub fn ended(&self, outcome: Option<seatrial_core::Outcome>, warnings: Vec<String>) {
-        self.tell(Told::Ended {
-            outcome: outcome.map(Outcome::from),
-            warnings,
-        });
-    }
-
-    pub(crate) fn control(&self, control: Control) {
-        self.tell(Told::Control(control));
-    }
-
-    fn tell(&self, told: Told) {
-        // Without a herald nobody can be told.
-        let _ = self.herald.send(told);
-    }
-}
-
-impl Watch for Tap {
-    fn run_started(&mut self, run: u32, thrust: f64, attempt: u32) {
-        self.tell(Told::RunStarted {
-            run,
-            thrust,
-            attempt,
-        });
-    }
-
-    fn step(&mut self, step: &Step, trial: &Trial<f64>) {
-        if self.waiting.load(Ordering::Relaxed) >= MOST_WAITING {
-            self.not_shown.fetch_add(1, Ordering::Relaxed);
-            return;
-        }
-        self.waiting.fetch_add(1, Ordering::Relaxed);
-        self.tell(Told::Step(Box::new(Moment {
-            sample: step.sample,
-            status: trial.status(),
-            estimate: step.estimate,
-            converged_s: trial.estimator().converged_s(),
-        })));
-    }
-
-    fn wants_intervals(&self) -> bool {
-        true
-    }
-
-    fn interval(&mut self, refined: &Refined) {
-        let interval = refined.interval_95;
-        self.tell(Told::Interval([
-            interval.a22_per_s,
-            interval.b2_per_s2,
-            interval.c0_rad_per_s2,
-        ]));
-    }
-
-    fn run_ended(&mut self, run: &mut Run) {
-        self.tell(Told::RunEnded(Box::new(run.clone())));
-    }
-}
-
-/// The viewers' end of the stream.
-#[derive(Clone, Debug)]
-pub struct Live {
-    picture: Arc<Mutex<Picture>>,
-    tap: Tap,
-}
-
-impl Live {
-    /// Starts the herald; it ends with the last tap.
-    pub fn start(stream: String) -> Self {
-        let (to_herald, told) = channel();
-        let tap = Tap {
-            herald: to_herald,
-            waiting: Arc::default(),
-            not_shown: Arc::default(),
-        };
-        let picture = Arc::new(Mutex::new(Picture::new(stream)));
-        let herald = Herald {
-            told,
-            picture: Arc::downgrade(&picture),
-            waiting: Arc::clone(&tap.waiting),
-            not_shown: Arc::clone(&tap.not_shown),
-        };
-        std::thread::spawn(move || herald.run());
-        Self { picture, tap }
-    }
-
-    /// The trial's end.
-    pub fn tap(&self) -> Tap {
-        self.tap.clone()
-    }
-
-    /// The trial that runs, or the last one, and its link.
-    pub fn trial(&self) -> (Option<TrialState>, Option<Health>) {
-        let picture = self.picture();
-        (picture.trial.clone(), picture.health_now())
-    }
-
-    /// What was missed since a message of a stream, or a snapshot; and what comes.
-    pub fn join(
-        &self,
-        stream: Option<&str>,
-        after: Option<u64>,
-    ) -> (Vec<Message>, broadcast::Receiver<Message>) {
-        let picture = self.picture();
-        let receiver = picture.sender.subscribe();
-        let is_same = stream == Some(picture.stream.as_str());
-        let missed = after
-            .filter(|_| is_same)
-            .and_then(|after| picture.after(after));
-        let first = missed.unwrap_or_else(|| vec![picture.snapshot()]);
-        (first, receiver)
-    }
-
-    /// A message outside the count of events.
-    pub fn aside(&self, event: LiveEvent) -> Message {
-        let sequence = self.picture().sequence;
-        (sequence, text(&LiveMessage { sequence, event }))
-    }
-
-    fn picture(&self) -> MutexGuard<'_, Picture> {
-        self.picture.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-fn text(message: &LiveMessage) -> Arc<str> {
-    serde_json::to_string(message).unwrap_or_default().into()
-}
-
-/// Makes messages of what the trial tells.
-struct Herald {
-    told: Receiver<Told>,
-    picture: std::sync::Weak<Mutex<Picture>>,
-    waiting: Arc<AtomicU64>,
-    not_shown: Arc<AtomicU64>,
-}
-
-impl Herald {
-    fn run(self) {
-        let mut flushed = Instant::now();
-        let mut looked = Instant::now();
-        loop {
-            let told = self
-                .told
-                .recv_timeout(SAMPLES_EVERY.saturating_sub(flushed.elapsed()));
-            // The server is gone where the picture is.
-            let Some(picture) = self.picture.upgrade() else {
-                return;
-            };
-            let mut picture = picture.lock().unwrap_or_else(PoisonError::into_inner);
-            match told {
-                Ok(told) => {
-                    if matches!(told, Told::Step(_)) {
-                        self.waiting.fetch_sub(1, Ordering::Relaxed);
-                    }
-                    picture.take(told);
-                }
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return,
-            }
-            if flushed.elapsed() >= SAMPLES_EVERY {
-                picture.flush();
-                flushed = Instant::now();
-            }
-            if looked.elapsed() >= HEALTH_EVERY {
-                picture.health.not_shown = self.not_shown.load(Ordering::Relaxed);
-                picture.tell_health();
-                looked = Instant::now();
-            }
-        }
-    }
-}
-
-/// At most so many values: of more every second, fourth, ... is kept.
-#[derive(Debug)]
-struct Thinned<T> {
-    kept: Vec<T>,
-    stride: usize,
-    seen: usize,
-}
-
-impl<T> Default for Thinned<T> {
-    fn default() -> Self {
-        Self {
-            kept: Vec::new(),
-            stride: 1,
-            seen: 0,
-        }
-    }
-}
-
-impl<T> Thinned<T> {
-    fn push(&mut self, value: T) {
-        if self.seen.is_multiple_of(self.stride) {
-            if self.kept.len() == MOST_DRAWN {
-                let mut place = 0;
-                self.kept.retain(|_| {
-                    place += 1;
-                    place % 2 == 1
-                });
-                self.stride *= 2;
-            }
-            if self.seen.is_multiple_of(self.stride) {
-                self.kept.push(value);
-            }
-        }
-        self.seen += 1;
-    }
-}
-
 /// Everything that a viewer needs to draw.
 #[derive(Debug)]
-struct Picture {
+pub struct Picture {
     stream: String,
     sequence: u64,
     sender: broadcast::Sender<Message>,
     recent: VecDeque<Message>,
+    recent_bytes: usize,
     control: Control,
     trial: Option<TrialState>,
     envelope: Option<Envelope>,
@@ -328,12 +57,13 @@ struct Simulation {
 }
 
 impl Picture {
-    fn new(stream: String) -> Self {
+    pub fn new(stream: String) -> Self {
         Self {
             stream,
             sequence: 0,
             sender: broadcast::channel(MOST_BEHIND).0,
             recent: VecDeque::new(),
+            recent_bytes: 0,
             control: Control {
                 holder: None,
                 since: None,
@@ -359,23 +89,42 @@ impl Picture {
         self.sequence += 1;
         let sequence = self.sequence;
         let message = (sequence, text(&LiveMessage { sequence, event }));
+        self.recent_bytes += message.1.len();
         self.recent.push_back(message.clone());
-        if self.recent.len() > KEPT {
-            self.recent.pop_front();
+        while self.recent_bytes > KEPT_BYTES
+            && let Some((_, oldest)) = self.recent.pop_front()
+        {
+            self.recent_bytes -= oldest.len();
         }
         // Nobody watches.
         let _ = self.sender.send(message);
     }
 
-    /// The messages after that of a number, where all of them are kept.
-    fn after(&self, after: u64) -> Option<Vec<Message>> {
+    /// The trial that runs, or the last one.
+    pub fn trial(&self) -> Option<&TrialState> {
+        self.trial.as_ref()
+    }
+
+    /// The number of the newest message.
+    pub fn sequence(&self) -> u64 {
+        self.sequence
+    }
+
+    /// What comes from now on.
+    pub fn subscribe(&self) -> broadcast::Receiver<Message> {
+        self.sender.subscribe()
+    }
+
+    /// The messages of this stream after that of a number, where all of them are kept.
+    pub fn missed(&self, stream: &str, after: u64) -> Option<Vec<Message>> {
         let oldest = self.sequence + 1 - self.recent.len() as u64;
-        let is_kept = after <= self.sequence && after + 1 >= oldest;
+        let is_kept =
+            stream == self.stream && after <= self.sequence && after.saturating_add(1) >= oldest;
         let missed = self.recent.iter().filter(|(sequence, _)| *sequence > after);
         is_kept.then(|| missed.cloned().collect())
     }
 
-    fn snapshot(&self) -> Message {
+    pub fn snapshot(&self) -> Message {
         let snapshot = Snapshot {
             stream: self.stream.clone(),
             now: now(),
@@ -396,7 +145,7 @@ impl Picture {
         (sequence, text(&LiveMessage { sequence, event }))
     }
 
-    fn take(&mut self, told: Told) {
+    pub fn take(&mut self, told: Told) {
         match told {
             Told::Step(moment) => self.step(&moment),
             Told::Started(start) => self.start(*start),
@@ -443,7 +192,7 @@ impl Picture {
         }
     }
 
-    fn start(&mut self, Start { trial, plan }: Start) {
+    fn start(&mut self, Start { trial, plan, shown }: Start) {
         self.flush();
         let limits = plan.envelope;
         self.envelope = Some(Envelope {
@@ -468,6 +217,8 @@ impl Picture {
         self.publish(LiveEvent::TrialStarted {
             trial: Box::new(trial),
         });
+        // Who waits for it sees the picture when it is let go.
+        let _ = shown.send(());
     }
 
     fn begin_run(&mut self) {
@@ -598,7 +349,7 @@ impl Picture {
         self.health.samples += 1;
     }
 
-    fn health_now(&self) -> Option<Health> {
+    pub fn health_now(&self) -> Option<Health> {
         self.trial.as_ref()?;
         let count = self.intervals_s.len() as f64;
         Some(Health {
@@ -608,14 +359,20 @@ impl Picture {
         })
     }
 
-    fn tell_health(&mut self) {
+    /// So many steps were not shown.
+    pub fn not_shown(&mut self, steps: u64) {
+        self.health.not_shown = steps;
+    }
+
+    /// Tells of the link.
+    pub fn tell_health(&mut self) {
         let runs = self.trial.as_ref().is_some_and(|trial| trial.running);
         if let Some(health) = self.health_now().filter(|_| runs) {
             self.publish(LiveEvent::Health { health });
         }
     }
 
-    fn flush(&mut self) {
+    pub fn flush(&mut self) {
         let samples = std::mem::take(&mut self.unsent);
         let state = self.trial.as_ref().filter(|_| !samples.is_empty());
         let Some((trial, progress)) = state.and_then(|t| Some((t, t.progress.clone()?))) else {

@@ -1,0 +1,129 @@
+//! Logs that are opened in the page.
+
+use std::process::Command;
+
+use serde_json::json;
+
+use crate::server::Server;
+
+#[test]
+fn cli_a_log_is_read_and_a_large_one_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("run.csv");
+    let made = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        .args(["sim", "log", "--seed", "1", "--out"])
+        .arg(&log)
+        .output()
+        .unwrap();
+    assert!(made.status.success());
+    let server = Server::start(folder.path(), &["--largest-log", "1"]);
+    let log = std::fs::read(log).unwrap();
+    let (status, found) = server
+        .ask("POST", "/logs/identify?name=run.csv")
+        .bytes(log.clone())
+        .send();
+    assert_eq!(status, 200, "{found}");
+    assert_eq!(found["document"]["schema"], "seatrial.identification.v1");
+    assert_eq!(found["document"]["source"]["path"], "run.csv");
+    let rows = found["series"]["time_s"].as_array().unwrap().len();
+    assert_eq!(
+        found["series"]["heading_rad"].as_array().unwrap().len(),
+        rows
+    );
+    assert!(rows > 100);
+    let (status, found) = server
+        .ask("POST", "/logs/inspect?name=run.csv")
+        .bytes(log)
+        .send();
+    assert_eq!(
+        (status, &found["document"]["schema"]),
+        (200, &json!("seatrial.inspection.v1"))
+    );
+
+    let (status, refused) = server
+        .ask("POST", "/logs/identify")
+        .bytes(b"not a log".to_vec())
+        .send();
+    assert_eq!((status, &refused["code"]), (422, &json!("log_refused")));
+    let said = refused["message"].as_str().unwrap();
+    assert!(!said.contains("/tmp"), "no path of the server: {said}");
+    let (status, refused) = server
+        .ask("POST", "/logs/identify")
+        .bytes(vec![b'1'; 1_000_001])
+        .send();
+    assert_eq!((status, &refused["code"]), (413, &json!("too_large")));
+}
+
+/// As the command does with options: columns, units and the rudder's range.
+#[test]
+fn cli_a_log_with_names_of_its_own_is_read_as_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let seatrial = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_seatrial"));
+        command.args(arguments).current_dir(folder.path());
+        command.output().unwrap()
+    };
+    assert!(
+        seatrial(&["sim", "log", "--seed", "1", "--out", "run.csv"])
+            .status
+            .success()
+    );
+    let log = std::fs::read_to_string(folder.path().join("run.csv")).unwrap();
+    let (head, rows) = log.split_once('\n').unwrap();
+    let head = head
+        .replace("heading_rad", "alpha")
+        .replace("rudder_rad", "beta");
+    let log = format!("{head}\n{rows}");
+    std::fs::write(folder.path().join("odd.csv"), &log).unwrap();
+
+    let server = Server::start(folder.path(), &[]);
+    let identify = |query: &str| {
+        server
+            .ask("POST", &format!("/logs/identify?name=odd.csv{query}"))
+            .bytes(log.clone().into_bytes())
+            .send()
+    };
+    let (status, refused) = identify("");
+    assert_eq!((status, &refused["code"]), (422, &json!("log_refused")));
+    let said = refused["message"].as_str().unwrap();
+    assert!(
+        said.contains("heading") && said.contains("`alpha`"),
+        "{said}"
+    );
+    let (status, refused) = identify("&heading=alpha&rudder=beta&units=heading=furlong");
+    assert_eq!(status, 422);
+    assert!(
+        refused["message"].as_str().unwrap().contains("furlong"),
+        "{refused}"
+    );
+
+    let told = "&heading=alpha&rudder=beta&units=heading=rad,rudder=fraction&rudder_range_deg=57.3";
+    let (status, found) = identify(told);
+    assert_eq!(status, 200, "{found}");
+    let output = seatrial(&[
+        "--json",
+        "identify",
+        "odd.csv",
+        "--heading",
+        "alpha",
+        "--rudder",
+        "beta",
+        "--unit",
+        "heading=rad",
+        "--unit",
+        "rudder=fraction",
+        "--rudder-range-deg",
+        "57.3",
+    ]);
+    let same: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["document"], same);
+    let (status, found) = server
+        .ask(
+            "POST",
+            "/logs/inspect?heading=alpha&rudder=beta&units=heading=rad,rudder=rad",
+        )
+        .bytes(log.clone().into_bytes())
+        .send();
+    assert_eq!(status, 200, "{found}");
+    assert!(found["series"]["heading_rad"][0].is_number());
+}

@@ -1,0 +1,67 @@
+//! Clients that take their time on purpose.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
+
+use crate::server::Server;
+
+/// Connections that one address may have, and how long a head or a body may stand still.
+const MOST: usize = 128;
+const AT_MOST: Duration = Duration::from_secs(5);
+
+fn is_closed_within(mut stream: &TcpStream, limit: Duration) -> bool {
+    stream.set_read_timeout(Some(limit)).unwrap();
+    let mut said = Vec::new();
+    // A reset is an end, too.
+    match stream.read_to_end(&mut said) {
+        Ok(_) => true,
+        Err(error) => error.kind() == std::io::ErrorKind::ConnectionReset,
+    }
+}
+
+/// They are turned away when there are too many of them, and cut off; who watches goes on watching.
+#[test]
+fn cli_who_dawdles_does_not_hold_the_server() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::start(folder.path(), &[]);
+    let mut viewer = server.viewer(&serde_json::json!({}));
+    viewer.next();
+    let begun = Instant::now();
+    let connect = || TcpStream::connect(&server.address).unwrap();
+    let mut slow: Vec<TcpStream> = (0..MOST)
+        .map(|k| {
+            let mut stream = connect();
+            let said: &[u8] = if k % 2 == 0 {
+                b"GET / HTTP/1.1\r\nHost: "
+            } else {
+                b""
+            };
+            stream.write_all(said).unwrap();
+            stream
+        })
+        .collect();
+    let one_more = connect();
+    assert!(is_closed_within(&one_more, AT_MOST / 2), "too many");
+    assert!(begun.elapsed() < AT_MOST, "before the first are cut off");
+
+    // A byte now and then does not help.
+    std::thread::sleep(AT_MOST / 2);
+    for stream in slow.iter_mut().step_by(2) {
+        let _ = stream.write_all(b"a");
+    }
+    for stream in &slow {
+        assert!(is_closed_within(stream, 2 * AT_MOST));
+    }
+    assert!(begun.elapsed() < 3 * AT_MOST, "{:?}", begun.elapsed());
+    assert_eq!(server.get("/status")["viewers"], 1);
+
+    // A log that stops coming.
+    let mut stalled = connect();
+    let head = format!(
+        "POST /api/v1/logs/identify HTTP/1.1\r\nHost: {}\r\nContent-Length: 1000\r\n\r\nt,",
+        server.address
+    );
+    stalled.write_all(head.as_bytes()).unwrap();
+    assert!(is_closed_within(&stalled, 2 * AT_MOST));
+}

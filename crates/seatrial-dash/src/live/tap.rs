@@ -1,0 +1,140 @@
+//! The trial's end of the stream.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Sender, channel};
+use std::time::Duration;
+
+use seatrial::campaign::Run;
+use seatrial::conduct::Watch;
+use seatrial::identification::Refined;
+use seatrial::logbook::Step;
+use seatrial_core::progress::Status;
+use seatrial_core::{Plan, Sample, Trial, YawModel};
+
+use crate::api::{Control, Outcome, TrialState};
+
+/// Steps that may wait for the herald; later ones are not shown.
+const MOST_WAITING: u64 = 16_384;
+/// How long the beginning of a trial waits for being shown.
+const SHOWN_WITHIN: Duration = Duration::from_secs(1);
+
+/// What the trial tells.
+pub enum Told {
+    Started(Box<Start>),
+    RunStarted {
+        run: u32,
+        thrust: f64,
+        attempt: u32,
+    },
+    Step(Box<Moment>),
+    Interval([[f64; 2]; 3]),
+    RunEnded(Box<Run>),
+    Ended {
+        outcome: Option<Outcome>,
+        warnings: Vec<String>,
+    },
+    Control(Control),
+}
+
+pub struct Start {
+    pub trial: TrialState,
+    pub plan: Plan<f64>,
+    /// For the word that it is shown.
+    pub shown: Sender<()>,
+}
+
+/// A step as it is shown.
+pub struct Moment {
+    pub sample: Sample<f64>,
+    pub status: Status<f64>,
+    pub estimate: Option<YawModel<f64>>,
+    pub converged_s: Option<f64>,
+}
+
+/// The trial's end of the stream: what it takes is told, or, where the herald cannot keep up, counted.
+#[derive(Clone, Debug)]
+pub struct Tap {
+    pub(super) herald: Sender<Told>,
+    pub(super) counts: Arc<Counts>,
+}
+
+/// Steps on their way.
+#[derive(Debug, Default)]
+pub struct Counts {
+    /// Told, but not looked at yet.
+    pub waiting: AtomicU64,
+    /// Not told: too many waited.
+    pub not_shown: AtomicU64,
+}
+
+impl Tap {
+    /// A trial begins; returns when whoever asks is told so.
+    pub fn started(&self, trial: TrialState, plan: &Plan<f64>) {
+        let (shown, is_shown) = channel();
+        self.tell(Told::Started(Box::new(Start {
+            trial,
+            plan: *plan,
+            shown,
+        })));
+        let _ = is_shown.recv_timeout(SHOWN_WITHIN);
+    }
+
+    /// It is over and the vehicle handed back.
+    pub fn ended(&self, outcome: Option<seatrial_core::Outcome>, warnings: Vec<String>) {
+        self.tell(Told::Ended {
+            outcome: outcome.map(Outcome::from),
+            warnings,
+        });
+    }
+
+    pub(crate) fn control(&self, control: Control) {
+        self.tell(Told::Control(control));
+    }
+
+    fn tell(&self, told: Told) {
+        // Without a herald nobody can be told.
+        let _ = self.herald.send(told);
+    }
+}
+
+impl Watch for Tap {
+    fn run_started(&mut self, run: u32, thrust: f64, attempt: u32) {
+        self.tell(Told::RunStarted {
+            run,
+            thrust,
+            attempt,
+        });
+    }
+
+    fn step(&mut self, step: &Step, trial: &Trial<f64>) {
+        if self.counts.waiting.load(Ordering::Relaxed) >= MOST_WAITING {
+            self.counts.not_shown.fetch_add(1, Ordering::Relaxed);
+            return;
+        }
+        self.counts.waiting.fetch_add(1, Ordering::Relaxed);
+        self.tell(Told::Step(Box::new(Moment {
+            sample: step.sample,
+            status: trial.status(),
+            estimate: step.estimate,
+            converged_s: trial.estimator().converged_s(),
+        })));
+    }
+
+    fn wants_intervals(&self) -> bool {
+        true
+    }
+
+    fn interval(&mut self, refined: &Refined) {
+        let interval = refined.interval_95;
+        self.tell(Told::Interval([
+            interval.a22_per_s,
+            interval.b2_per_s2,
+            interval.c0_rad_per_s2,
+        ]));
+    }
+
+    fn run_ended(&mut self, run: &mut Run) {
+        self.tell(Told::RunEnded(Box::new(run.clone())));
+    }
+}
