@@ -6,13 +6,11 @@ import { createRequire } from "node:module";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import type { Browser, BrowserContext, Page } from "playwright-core";
-import { forget, openBrowser, scratch, seatrial, serve, type Server } from "./server.ts";
+import { forget, openBrowser, PATIENCE_MS, scratch, seatrial, serve, type Server, until } from "./server.ts";
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const VIEWS = ["#/live", "#/control", "#/history", "#/history/campaign/1", "#/history/compare/2/3", "#/history/log"];
 const THEMES = ["light", "dark", "sunlight"];
-/** Enough for the slowest step on two busy cores. */
-const PATIENCE_MS = 20_000;
 
 let server: Server;
 let browser: Browser;
@@ -38,29 +36,6 @@ after(async () => {
 
 async function visit(hash: string, on: Page = page): Promise<void> {
   await on.goto(`${server.url}${hash}`);
-}
-
-interface Progress {
-  stage: string | null;
-  elapsed_s: number;
-}
-
-async function trial(): Promise<{
-  running: boolean;
-  outcome: { finished: boolean; reason: string | null } | null;
-  progress: Progress | null;
-  runs: { accepted: boolean }[];
-}> {
-  const answer = await fetch(`${server.url}api/v1/status`);
-  return ((await answer.json()) as { trial: never }).trial;
-}
-
-async function until(what: string, is: () => Promise<boolean>): Promise<void> {
-  const end = Date.now() + PATIENCE_MS;
-  while (!(await is())) {
-    assert.ok(Date.now() < end, `waited too long until ${what}`);
-    await new Promise((resolve) => setTimeout(resolve, 25));
-  }
 }
 
 async function start(thrusts: string, configuration: string, pace: string): Promise<void> {
@@ -107,10 +82,10 @@ test("take control, start, watch, abort in mid doublet by key, with a wrong cloc
   await start("60, 80", "default", "real time × 10");
   await page.locator(".stages .train.now").waitFor();
   // Both deflections of the paper's doublet lie between 2 and 6 s.
-  await until("the doublet", async () => ((await trial()).progress?.elapsed_s ?? 0) > 2.5);
+  await until("the doublet", async () => ((await server.trial()).progress?.elapsed_s ?? 0) > 2.5);
   await page.keyboard.press(".");
   await page.locator(".loud", { hasText: "The trial ended early" }).waitFor();
-  const ended = await trial();
+  const ended = await server.trial();
   assert.equal(ended.outcome?.reason, "operator");
   assert.equal(ended.running, false);
 });
@@ -119,7 +94,7 @@ test("two trials are validated, compared and looked at over speed", async () => 
   await start("60, 80", "bare", "as fast as it can");
   await page.locator(".loud", { hasText: "The trial is finished" }).waitFor();
   await page.locator("p", { hasText: /the model explains \d/ }).waitFor();
-  assert.ok((await trial()).runs.every((run) => run.accepted));
+  assert.ok((await server.trial()).runs.every((run) => run.accepted));
   await start("60, 80", "sonar", "as fast as it can");
   await page.getByText("sim:starfish · sonar · ended").waitFor();
 
@@ -175,6 +150,32 @@ test("a log is dropped on the page and identified; what is no log is refused in 
   await page.getByRole("alert").getByText("poem.csv").waitFor();
   // The browser itself reports the refusal.
   faults.splice(before);
+});
+
+test("a log with names of its own is read as told", async () => {
+  const log = join(scratch, "run.csv");
+  const odd = readFileSync(log, "utf8").replace("heading_rad", "alpha");
+  await visit("#/history/log");
+  const before = faults.length;
+  await page
+    .locator("input[type=file]")
+    .setInputFiles({ name: "odd.csv", mimeType: "text/csv", buffer: Buffer.from(odd) });
+  await page.getByRole("alert").getByText("no column for heading").waitFor();
+  await page.getByLabel("Heading from column").fill("alpha");
+  await page.getByLabel("Units").last().fill("heading=rad");
+  await page.getByRole("button", { name: "Read the log again" }).click();
+  await page.getByText("odd.csv: ✓ the model may be used").waitFor();
+  faults.splice(before);
+});
+
+test("a campaign that ended early goes on at the speed that was broken off", async () => {
+  await visit("#/history/campaign/1");
+  await page.getByRole("button", { name: "Go on at the next speed" }).click();
+  await page.waitForURL(/#\/live$/);
+  await page.locator(".stages .now").waitFor();
+  assert.deepEqual(await page.locator(".speeds b").allInnerTexts(), ["60\u00a0%", "80\u00a0%"]);
+  await page.keyboard.press(".");
+  await page.locator(".loud", { hasText: "The trial ended early" }).waitFor();
 });
 
 test("no violation of axe-core, nothing cut, no target below 48 px, in each view and theme", async () => {
@@ -254,7 +255,7 @@ test("no error in the console", () => assert.deepEqual(faults, []));
 
 test("a lost connection is said and mended when the server is back", async () => {
   await visit("#/live");
-  await page.getByText("sim:starfish · sonar · ended").waitFor();
+  await page.getByText("sim:starfish · default · ended").waitFor();
   const { port } = new URL(server.url);
   await server.stop();
   await page.getByText("Connection lost").waitFor();

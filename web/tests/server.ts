@@ -10,11 +10,31 @@ const BINARY = process.env["SEATRIAL"] ?? "../target/release/seatrial";
 
 export const scratch = mkdtempSync(join(tmpdir(), "seatrial-page-"));
 
+/** Enough for the slowest step on two busy cores. */
+export const PATIENCE_MS = 20_000;
+
+export interface Trial {
+  readonly running: boolean;
+  readonly outcome: { readonly finished: boolean; readonly reason: string | null } | null;
+  readonly progress: { readonly stage: string | null; readonly elapsed_s: number } | null;
+  readonly runs: readonly { readonly accepted: boolean }[];
+}
+
 export interface Server {
   readonly url: string;
   /** All that it printed until it served. */
   readonly said: string;
+  /** The trial that runs, or the last one. */
+  trial(): Promise<Trial>;
   stop(): Promise<void>;
+}
+
+export async function until(what: string, is: () => Promise<boolean>): Promise<void> {
+  const end = Date.now() + PATIENCE_MS;
+  while (!(await is())) {
+    if (Date.now() > end) throw new Error(`waited too long until ${what}`);
+    await new Promise((resolve) => setTimeout(resolve, 25));
+  }
 }
 
 /** Starts `seatrial serve` and waits until it says where. */
@@ -37,6 +57,10 @@ export async function serve(logbook: string, ...options: string[]): Promise<Serv
     url,
     get said() {
       return said;
+    },
+    trial: async () => {
+      const answer = await fetch(`${url}api/v1/status`);
+      return ((await answer.json()) as { trial: Trial }).trial;
     },
     stop: () => ended(serving),
   };

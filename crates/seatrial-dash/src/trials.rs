@@ -218,19 +218,18 @@ pub fn go_on(shared: &Shared, order: GoOnOrder) -> Result<TrialOrder, Refusal> {
     })
 }
 
-/// The speeds of a plan from the first that is not done: that of the last run, unless it was accepted or used up the attempts.
+/// The speeds of a plan from the first that is not done. One is done when its last run was accepted or used up the attempts; a run
+/// that was not judged yet when the next one began is neither.
 fn speeds_left<'a>(plan: &'a Plan<f64>, runs: &[Run]) -> &'a [f64] {
-    let begun = runs.iter().filter(|run| run.attempt == 1).count();
-    let is_done = runs.last().is_none_or(|last| {
-        let mut reasons = last.verdict.reasons.iter();
-        let broke_off = reasons.any(|r| matches!(r.code.as_str(), "aborted" | "interrupted"));
-        last.verdict.accepted || (!broke_off && last.attempt > plan.max_repeats)
-    });
-    let done = if is_done {
-        begun
-    } else {
-        begun.saturating_sub(1)
+    let is_done = |tries: &[Run]| {
+        tries.last().is_some_and(|last| {
+            let mut reasons = last.verdict.reasons.iter();
+            let broke_off = reasons.any(|r| matches!(r.code.as_str(), "aborted" | "interrupted"));
+            last.verdict.accepted || (!broke_off && last.attempt > plan.max_repeats)
+        })
     };
+    let speeds = runs.chunk_by(|_, next| next.attempt > 1);
+    let done = speeds.take_while(|tries| is_done(tries)).count();
     plan.thrusts.get(done..).unwrap_or_default()
 }
 
@@ -560,6 +559,8 @@ mod tests {
         assert_eq!(left(&twice), [0.8]);
         let aborted = [good(), run(1, false, "low_r2"), run(2, false, "aborted")];
         assert_eq!(left(&aborted), [0.7, 0.8]);
+        let unjudged = [run(1, false, "interrupted"), run(1, false, "interrupted")];
+        assert_eq!(left(&unjudged), [0.6, 0.7, 0.8]);
         assert!(left(&[good(), good(), good()]).is_empty());
     }
 }

@@ -377,16 +377,11 @@ function drawExpectation(place: HTMLElement, track: Track, found: PlanPreview): 
       `${clock(found.duration_s)} min, at most ${clock(found.longest_s)} min without repeats. ${found.is_enough ? "Every speed tells enough for its model to be accepted." : "Some speeds tell too little for their model to be accepted."}`,
     ),
     found.track_box_m ? track.figure : null,
+    element("p", { class: "hint" }, "Half widths of the 95 % intervals to expect at best"),
     element(
       "div",
       { class: "table-box", tabindex: 0, role: "region", "aria-label": "Expected intervals" },
-      element(
-        "table",
-        {},
-        element("caption", {}, "Half widths of the 95 % intervals to expect at best"),
-        element("thead", {}, element("tr", {}, ...heads)),
-        element("tbody", {}, ...rows),
-      ),
+      element("table", {}, element("thead", {}, element("tr", {}, ...heads)), element("tbody", {}, ...rows)),
     ),
   );
 }

@@ -288,7 +288,7 @@ async function openComparison(a: number, b: number, place: HTMLElement, complain
       element("b", {}, "B"),
       ` is campaign ${found.b.id}, ${found.b.configuration}. Brackets are 95 % intervals.`,
     ),
-    element("div", { class: "panels two" }, ...found.thrusts.map((at) => thrustPanel(at))),
+    element("div", { class: "panels compared" }, ...found.thrusts.map((at) => thrustPanel(at))),
   );
 }
 

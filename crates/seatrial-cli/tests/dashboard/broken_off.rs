@@ -15,7 +15,7 @@ fn cli_a_killed_campaign_is_closed_and_goes_on() {
     let lease = server.control("Anna");
     let mut viewer = server.viewer(&json!({}));
     let snapshot = viewer.next();
-    let order = json!({"vehicle": "sim:starfish", "seed": 1, "realtime_factor": 20, "configuration": "payload"});
+    let order = json!({"vehicle": "sim:starfish", "seed": 1, "realtime_factor": 10, "configuration": "payload"});
     server.start_trial(&lease, &order);
     viewer.until(|message| kind(message) == "run_ended");
     viewer.until(|message| message["stage"] == "train");

@@ -91,7 +91,7 @@ fn cli_campaigns_leave_nothing_behind() {
     let server = Server::start(folder.path(), &[]);
     let mut plan = server.get("/plans/default");
     plan["thrusts"] = json!([0.6]);
-    let after = operate(&server, &plan, 24.0 * 45.0, |_, _| {});
+    let after = operate(&server, &plan, 30.0 * 45.0, |_, _| {});
     is_bounded(&after, 2000.0);
 }
 

@@ -1,0 +1,185 @@
+//! The page as it is used on deck: gloves, sunlight, two operators, a phone, a large screen.
+
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import type { Browser, BrowserContextOptions, Page } from "playwright-core";
+import { forget, openBrowser, PATIENCE_MS, serve, type Server } from "./server.ts";
+
+/** Contrast that WCAG asks of text at level AAA. */
+const CONTRAST_AAA = 7;
+/** Longer than Esc must be held. */
+const HELD_MS = 900;
+
+let server: Server;
+let browser: Browser;
+
+before(async () => {
+  server = await serve("deck.db", "--listen", "127.0.0.1:0");
+  browser = await openBrowser();
+});
+
+after(async () => {
+  await browser?.close();
+  await server?.stop();
+  forget();
+});
+
+async function opened(hash: string, options: BrowserContextOptions = {}): Promise<Page> {
+  const context = await browser.newContext({ viewport: { width: 1440, height: 1000 }, ...options });
+  context.setDefaultTimeout(PATIENCE_MS);
+  const page = await context.newPage();
+  await page.goto(`${server.url}${hash}`);
+  return page;
+}
+
+async function takeControl(page: Page, name: string): Promise<void> {
+  await page.getByLabel("Your name").fill(name);
+  await page.getByRole("button", { name: "Take control" }).click();
+}
+
+const holder = (page: Page, text: string): Promise<void> => page.locator(".bar .badge", { hasText: text }).waitFor();
+
+test("the second operator is told who has control, and has it when it is given back", async () => {
+  const [ada, ben] = [await opened("#/control"), await opened("#/control")];
+  await takeControl(ada, "Ada");
+  await ada.getByText("You have control, as Ada.").waitFor();
+  await holder(ben, "Ada has control");
+  await takeControl(ben, "Ben");
+  await ben.getByRole("alert").getByText("Ada has control since").waitFor();
+  assert.ok(await ben.getByRole("button", { name: "Start the trial" }).isDisabled());
+
+  await ada.getByRole("button", { name: "Give control back" }).click();
+  await holder(ben, "nobody has control");
+  await ben.getByRole("button", { name: "Take control" }).click();
+  await ben.getByText("You have control, as Ben.").waitFor();
+  await holder(ada, "Ben has control");
+  await ben.getByRole("button", { name: "Give control back" }).click();
+  await ada.context().close();
+  await ben.context().close();
+});
+
+test("units are metric or nautical, and stay as chosen", async () => {
+  const page = await opened("#/control");
+  const speed = page.locator("table tbody tr").first().locator("td").first();
+  await speed.getByText("m/s").waitFor();
+  const metric = parseFloat(await speed.innerText());
+  await page.getByLabel("Units").selectOption("nautical");
+  await speed.getByText("kn").waitFor();
+  const ratio = parseFloat(await speed.innerText()) / metric;
+  // Both are rounded to three digits.
+  assert.ok(Math.abs(ratio - 3600 / 1852) < 0.01, `${ratio}`);
+  await page.locator(".track", { hasText: "ft" }).waitFor();
+  await page.reload();
+  await speed.getByText("kn").waitFor();
+  await page.context().close();
+});
+
+test("nothing moves by itself for who wants reduced motion", async () => {
+  for (const [reducedMotion, seconds] of [
+    ["reduce", "0s"],
+    ["no-preference", "0.2s"],
+  ] as const) {
+    const page = await opened("#/live", { reducedMotion });
+    const filled = page.locator(".stages .filled").first();
+    await filled.waitFor({ state: "attached" });
+    assert.equal(await filled.evaluate((bar) => getComputedStyle(bar).transitionDuration), seconds);
+    await page.context().close();
+  }
+});
+
+test("the sunlight theme has the contrast, weight and lines for it", async () => {
+  const page = await opened("#/live");
+  await page.getByLabel("Theme").selectOption("sunlight");
+  await page.reload();
+  const seen = await page.evaluate(() => {
+    const style = getComputedStyle(document.documentElement);
+    const luminance = (name: string): number => {
+      const short = style.getPropertyValue(name).trim().slice(1);
+      const digits = short.length === 3 ? [...short].map((digit) => digit + digit).join("") : short;
+      const [red = 0, green = 0, blue = 0] = [0, 2, 4]
+        .map((at) => parseInt(digits.slice(at, at + 2), 16) / 255)
+        .map((part) => (part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4));
+      return 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+    };
+    const contrast = (a: string, b: string): number => {
+      const [dark = 0, light = 0] = [luminance(a), luminance(b)].sort((x, y) => x - y);
+      return (light + 0.05) / (dark + 0.05);
+    };
+    return {
+      contrasts: ["--ink", "--soft", "--a", "--b", "--c", "--d", "--bad"].map((ink) => [ink, contrast(ink, "--paper")]),
+      weight: getComputedStyle(document.body).fontWeight,
+      line: Number(style.getPropertyValue("--weight")),
+      size: parseFloat(style.fontSize),
+    };
+  });
+  for (const [ink, contrast] of seen.contrasts) assert.ok(Number(contrast) >= CONTRAST_AAA, `${ink} ${contrast}`);
+  assert.equal(seen.weight, "600");
+  assert.ok(seen.line >= 3 && seen.size >= 18);
+  await page.context().close();
+});
+
+/** Takes control and starts a trial of some minutes. */
+async function underWay(): Promise<Page> {
+  const page = await opened("#/control");
+  await takeControl(page, "Ada");
+  await page.getByLabel("Pace").selectOption("real time × 10");
+  await page.getByRole("button", { name: /^Check/ }).click();
+  await page.getByRole("button", { name: "Start the trial" }).click();
+  await page.waitForURL(/#\/live$/);
+  await page.locator(".stages .now").waitFor();
+  return page;
+}
+
+async function landed(page: Page): Promise<void> {
+  await page.locator(".loud", { hasText: "The trial ended early" }).waitFor();
+  assert.equal((await server.trial()).outcome?.reason, "operator");
+  await page.goto(`${server.url}#/control`);
+  await page.getByRole("button", { name: "Give control back" }).click();
+  await page.getByText("Nobody has control.").waitFor();
+  await page.context().close();
+}
+
+test("Esc aborts when it is held, and only then", async () => {
+  const page = await underWay();
+  await page.keyboard.press("Escape");
+  await page.waitForTimeout(HELD_MS);
+  assert.ok((await server.trial()).running);
+  await page.keyboard.down("Escape");
+  await page.waitForTimeout(HELD_MS);
+  await page.keyboard.up("Escape");
+  await landed(page);
+});
+
+test("a phone has the red button under the thumb; a tap aborts", async () => {
+  const pilot = await underWay();
+  const phone = await opened("#/live", { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
+  await phone.locator(".stages .now").waitFor();
+  const abort = phone.getByRole("button", { name: /ABORT/ });
+  for (const at of [0, 1e6]) {
+    await phone.evaluate((y) => scrollTo(0, y), at);
+    const box = await abort.boundingBox();
+    assert.ok(box !== null && box.height >= 64 && box.width >= 300, JSON.stringify(box));
+    assert.ok(box.y > 844 / 2 && box.y + box.height <= 844, JSON.stringify(box));
+  }
+  const [lowest, button] = [await phone.locator("main .panel").last().boundingBox(), await abort.boundingBox()];
+  assert.ok(
+    lowest !== null && button !== null && lowest.y + lowest.height <= button.y,
+    "something is under the button",
+  );
+  assert.ok((await phone.evaluate(() => document.documentElement.scrollWidth)) <= 390);
+  await abort.tap();
+  await phone.context().close();
+  await landed(pilot);
+});
+
+test("4K: everything live on one screen, in letters that can be read from afar", async () => {
+  const page = await opened("#/live", { viewport: { width: 3840, height: 2160 } });
+  await page.locator("canvas").first().waitFor();
+  const [height, size] = await page.evaluate(() => [
+    document.documentElement.scrollHeight,
+    parseFloat(getComputedStyle(document.documentElement).fontSize),
+  ]);
+  assert.ok(Number(height) <= 2160, `${height} px high`);
+  assert.ok(Number(size) >= 20, `${size} px`);
+  await page.context().close();
+});
