@@ -14,7 +14,7 @@ const LONGEST: usize = 128;
 /// [`FixedRateEstimator`](seatrial_core::FixedRateEstimator) gives from the sums so far, eight instants at a time. Until the vehicle is excited it
 /// is what the ridge 1/P0 makes of it, as in the recursion, and rounding has its say.
 ///
-/// They take the place of what `thetas` holds: a vector that is used again costs half as much as a new one, whose memory
+/// They take the place of what `thetas` holds: a vector that is used again takes two thirds of the time of a new one, whose memory
 /// the machine has to clear.
 pub fn every_theta(
     settings: &FixedRateSettings<f64>,

@@ -14,6 +14,9 @@ const LONGEST: usize = 1024;
 /// Shorter stretches take longer than one sample after the other.
 const SHORTEST: usize = 16;
 
+/// What is left of a state is nothing beside its rounding; much smaller numbers would be denormal, which takes time.
+const NEGLIGIBLE: f64 = 1e-30;
+
 /// The sums of one record that comes in pieces of any length.
 #[derive(Clone)]
 pub struct Accumulator<T: Lane> {
@@ -177,7 +180,7 @@ impl<T: Lane> Stretches<T> {
         let [mut power, mut slope] = [1.0, 0.0];
         for k in 1..=length {
             slope = k as f64 * power;
-            power *= e;
+            power = if power > NEGLIGIBLE { e * power } else { 0.0 };
             decays.push([T::of(power), T::of(slope)]);
             sums = [sums[0] + power, sums[1] + slope];
             products[0] += power * power;

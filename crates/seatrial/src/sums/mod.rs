@@ -25,7 +25,6 @@ mod many;
 mod monte_carlo;
 mod noise;
 
-use nalgebra::{Matrix3, Vector3};
 use seatrial_core::YawModel;
 
 pub use every::every_theta;
@@ -89,24 +88,24 @@ impl Sums {
     /// excites the vehicle or a sample was not finite.
     pub fn model(&self, initial_covariance: f64) -> Option<YawModel<f64>> {
         let ridge = 1.0 / initial_covariance;
-        let information = Matrix3::new(
-            self.rate_rate + ridge,
-            self.rate_rudder,
-            self.rate,
-            self.rate_rudder,
-            self.rudder_rudder + ridge,
-            self.rudder,
-            self.rate,
-            self.rudder,
-            self.count + ridge,
-        );
-        let right = Vector3::new(
-            self.rate_acceleration,
-            self.rudder_acceleration,
-            self.acceleration,
-        );
-        let theta = information.cholesky()?.solve(&right);
+        // The constant is eliminated first, which centres the sums, then the rate.
+        let of_one = 1.0 / (self.count + ridge);
+        let (mean_rate, mean_rudder) = (self.rate * of_one, self.rudder * of_one);
+        let rate = self.rate_rate + ridge - mean_rate * self.rate;
+        let mixed = self.rate_rudder - mean_rate * self.rudder;
+        let slope = mixed / rate;
+        let rudder = self.rudder_rudder + ridge - mean_rudder * self.rudder - slope * mixed;
+        let is_excited = of_one > 0.0 && rate > 0.0 && rudder > 0.0;
+        if !is_excited {
+            return None;
+        }
+        let by_rate = self.rate_acceleration - mean_rate * self.acceleration;
+        let by_rudder = self.rudder_acceleration - mean_rudder * self.acceleration;
+        let b2 = (by_rudder - slope * by_rate) / rudder;
+        let a22 = (by_rate - mixed * b2) / rate;
+        let c0 = (self.acceleration - a22 * self.rate - b2 * self.rudder) * of_one;
+        let theta = [a22, b2, c0];
         let is_finite = theta.iter().all(|parameter| parameter.is_finite());
-        is_finite.then(|| YawModel::from_theta(theta.into()))
+        is_finite.then(|| YawModel::from_theta(theta))
     }
 }
