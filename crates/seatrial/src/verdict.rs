@@ -454,7 +454,7 @@ impl Weighing {
             self.note(
                 "samples_missing",
                 format!(
-                    "the rudder moved far {} times while samples were missing; the online estimate, which allows for it, is used and its interval widened; log without losses",
+                    "the rudder moved far {} times while samples were missing; when, is what the heading makes most likely; log without losses",
                     evidence.hidden_edges
                 ),
             );

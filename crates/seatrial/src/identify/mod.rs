@@ -3,6 +3,7 @@
 pub mod batch;
 pub mod bound;
 mod compass;
+mod edges;
 pub mod evenly_sampled;
 pub mod fresh;
 pub mod joined;
@@ -15,6 +16,8 @@ pub mod second_order;
 pub mod simplex;
 mod simulation;
 pub mod whitening;
+
+use std::borrow::Cow;
 
 use seatrial_core::estimator::{EstimatorSettings, InvalidSetting, Method};
 use seatrial_core::{Sample, YawModel};
@@ -47,6 +50,9 @@ const COVARIANCE_TIMES_SQUARED_RATE: f64 = 1e4;
 /// Evidence, over what names a structure, that a lag must have which passes for a small disturbance: among many sound
 /// records the price that names a structure is now and then exceeded by chance.
 const PRICE_OF_A_HIDDEN_LAG: f64 = 1.5;
+
+/// What a likeliest model leaves of the error of a mean rudder: the rest passes for its initial state and its offset.
+const LEFT_OF_A_MEAN: f64 = 0.25;
 
 /// How to identify.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -186,9 +192,9 @@ pub fn lambda_of(record: &Record, window: Window) -> Result<ChosenLambda, Identi
 ///
 /// The refined model, where there is one, is the one that is validated and goes to the controller: it uses
 /// every sample at its true weight and states how sure it is. Where the record shows more than a first-order
-/// model, or the rudder moved far while samples were lost, which only the online estimator allows for, the
-/// online estimate takes its place with a wider interval; where a lagging rudder explains all of it, the model
-/// behind the lag.
+/// model, the online estimate takes its place with a wider interval; where a lagging rudder explains all of it, the
+/// model behind the lag. Where the rudder moved far while samples were lost, the heading tells when ([`edges`]); where there is so
+/// little noise that the mean of the rudder over such an interval is not enough, the online estimate is used as well.
 pub fn assess(
     record: &Record,
     training: Window,
@@ -213,29 +219,36 @@ fn assess_with_others(
     let samples = record.window(training);
     let heading_range_rad = fresh::heading_range_rad(samples);
     let manoeuvre = manoeuvre_to_learn_from(record, samples).map_err(IdentifyError::Refused)?;
+    let known = match refine {
+        true => edges::placed(&pass.accepted, Some(pass.online.model)),
+        false => Cow::Borrowed(&*pass.accepted),
+    };
     let refined = refine
-        .then(|| refine::refine(&pass.accepted, Some(pass.online.model)).ok())
+        .then(|| refine::refine(&known, Some(pass.online.model)).ok())
         .flatten();
-    let lag = refined
-        .as_ref()
-        .and_then(|refined| LagTest::of(&pass.accepted, refined));
-    let unexplained = refined
-        .as_ref()
-        .and_then(|refined| Unexplained::of(&pass.accepted, refined, manoeuvre.amplitude_rad, lag));
+    let coarseness_rad_s2 = edges::coarseness_rad_s2(&pass.accepted);
+    let is_blurred = |refined: &Refined| {
+        let wrong_rad = refined.model.b2_per_s2.abs() * coarseness_rad_s2;
+        refined.heading_noise_rad < LEFT_OF_A_MEAN * wrong_rad
+    };
+    let blurred = refined.as_ref().is_some_and(is_blurred);
+    let sharp = refined.as_ref().filter(|_| !blurred);
+    let lag = sharp.and_then(|refined| LagTest::of(&known, refined));
+    let unexplained =
+        sharp.and_then(|refined| Unexplained::of(&known, refined, manoeuvre.amplitude_rad, lag));
     let (mismatch, disturbed) = match &unexplained {
         Some(unexplained) if unexplained.is_structural() => (Some(unexplained.share), None),
         Some(unexplained) => (None, unexplained.is_large().then_some(unexplained.share)),
         None => (None, None),
     };
     let higher_order = higher_order(unexplained, fresh)?;
-    let hidden_edges = whitening::hidden_edges(&pass.accepted);
-    let simulated = (mismatch.is_some() || hidden_edges > 0)
-        .then(|| output_error::output_error(&pass.accepted, Some(pass.online.model)).ok())
+    let simulated = (mismatch.is_some() || blurred)
+        .then(|| output_error::output_error(&known, Some(pass.online.model)).ok())
         .flatten();
     let lagging = higher_order
         .as_ref()
         .filter(|h| h.estimate.is_first_order_behind_a_lag())
-        .filter(|_| mismatch.is_some() && hidden_edges == 0);
+        .filter(|_| mismatch.is_some());
     let alone = refined.map(|refined| match (lagging, simulated) {
         (Some(lagging), _) => refine::behind_the_lag(&refined, &lagging.estimate),
         (None, Some(simulated)) => refine::around_online(&refined, pass.online.model, &simulated),
@@ -268,9 +281,7 @@ fn assess_with_others(
     let of_fresh = fresh
         .filter(|fresh| refine && mismatch.is_none() && fresh.window != training)
         .and_then(fresh_estimate);
-    let lag_effect = lag
-        .filter(|_| mismatch.is_none() && hidden_edges == 0)
-        .map(|lag| lag.effect);
+    let lag_effect = lag.filter(|_| mismatch.is_none()).map(|lag| lag.effect);
     let verdict = verdict::judge(&Evidence {
         samples_used: pass.samples_used,
         samples_rejected: pass.rejected.total(),
@@ -288,7 +299,7 @@ fn assess_with_others(
         disturbed,
         higher_order: higher_order.as_ref(),
         lag_effect: lag_effect.as_ref(),
-        hidden_edges,
+        hidden_edges: edges::hidden_edges(&pass.accepted),
         training_fit,
         validation,
         fresh: of_fresh.as_ref(),
@@ -316,6 +327,7 @@ fn assess_with_others(
 pub fn fresh_estimate(fresh: Fresh) -> Option<Refined> {
     let samples = fresh.record.usable(fresh.window);
     let manoeuvre = Manoeuvre::find(&samples)?;
+    let samples = edges::placed(&samples, None);
     let refined = refine::refine(&samples, None).ok()?;
     let lag = LagTest::of(&samples, &refined);
     let is_structural = Unexplained::of(&samples, &refined, manoeuvre.amplitude_rad, lag)

@@ -130,6 +130,13 @@ impl Prepared {
         self.solve(&gram, log_variances)
     }
 
+    /// The means over each block of the responses to b2, C0, psi0 and r0, and of the heading.
+    pub(super) fn comparisons(&self, a22_per_s: f64) -> Vec<[f64; COLUMNS + 1]> {
+        let mut rows = Vec::with_capacity(self.blocks());
+        self.for_each_comparison(a22_per_s, |means, _| rows.push(means));
+        rows
+    }
+
     /// The means of the four columns and of the heading over each block, and the length of the block, s.
     fn for_each_comparison(
         &self,
@@ -179,19 +186,6 @@ impl Prepared {
                 * (degrees_of_freedom * residual.ln() + log_variances + log_determinant),
         })
     }
-}
-
-/// Times that the rudder moved far while samples were lost, at instants that nobody knows.
-pub fn hidden_edges(samples: &[Sample<f64>]) -> usize {
-    let usual_s = median_interval_s(samples).unwrap_or(0.0);
-    let hides_edge = |pair: &&[Sample<f64>]| {
-        LostRudder::Interpolated.hides_edge(
-            pair[1].time_s - pair[0].time_s,
-            usual_s,
-            pair[1].rudder_rad - pair[0].rudder_rad,
-        )
-    };
-    samples.windows(2).filter(hides_edge).count()
 }
 
 /// The rudder over each interval, rad: held, or, where samples were lost and it moved a little, the mean of what

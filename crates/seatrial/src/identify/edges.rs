@@ -1,0 +1,250 @@
+//! Edges of the rudder that fell between two samples, placed where the heading says.
+
+use std::borrow::Cow;
+
+use nalgebra::{DMatrix, DVector};
+use seatrial_core::{LostRudder, Sample, YawModel};
+
+use super::peak::{Peak, Span};
+use super::whitening::{Disturbance, Prepared};
+use crate::record::median_interval_s;
+use crate::servo::Servo;
+
+/// With more edges than this each matters little.
+const MOST_EDGES: usize = 32;
+
+/// Steps in a22, the largest of them, and the difference over which its effect is taken; over a22.
+const STEPS: usize = 6;
+const LARGEST_STEP: f64 = 0.4;
+const NUDGE: f64 = 1e-4;
+
+/// Lags that the rudder may have, in time constants of the vehicle, and the ratios to the likeliest at which a likelier one is
+/// looked for: a share is told only where the lag is right within a fraction of the lost interval.
+const LAGS: [f64; 7] = [0.05, 0.075, 0.11, 0.17, 0.25, 0.38, 0.57];
+const FINER_LAGS: [f64; 2] = [1.15, 1.05];
+
+/// A rudder movement that nobody saw.
+struct Edge {
+    /// Index of the sample before it.
+    before: usize,
+    /// In how many usual intervals it may have been.
+    steps: u32,
+}
+
+impl Edge {
+    /// The samples with the rudder moved for this share of the interval.
+    fn moved(&self, samples: &[Sample<f64>], share: f64) -> Vec<Sample<f64>> {
+        let mut moved = samples.to_vec();
+        let (before, after) = (samples[self.before], samples[self.before + 1]);
+        moved[self.before].rudder_rad += share * (after.rudder_rad - before.rudder_rad);
+        moved
+    }
+
+    /// By how much the mean over the interval leaves the heading wrong, over b2, rad s^2.
+    fn coarseness_rad_s2(&self, samples: &[Sample<f64>]) -> f64 {
+        let (before, after) = (samples[self.before], samples[self.before + 1]);
+        let interval_s = after.time_s - before.time_s;
+        (after.rudder_rad - before.rudder_rad).abs() * interval_s * interval_s / 8.0
+    }
+
+    /// The nearest share that can be.
+    fn possible(&self, share: f64) -> f64 {
+        match f64::from(self.steps) {
+            1.0 => share.clamp(0.0, 1.0),
+            steps => (share * steps).round().clamp(0.0, steps - 1.0) / steps,
+        }
+    }
+}
+
+fn edges(samples: &[Sample<f64>]) -> Vec<Edge> {
+    let usual_s = median_interval_s(samples).unwrap_or(0.0);
+    let lost = LostRudder::Interpolated;
+    samples
+        .windows(2)
+        .enumerate()
+        .filter_map(|(before, pair)| {
+            let interval_s = pair[1].time_s - pair[0].time_s;
+            let moved_rad = pair[1].rudder_rad - pair[0].rudder_rad;
+            lost.hides_edge(interval_s, usual_s, moved_rad)
+                .then(|| Edge {
+                    before,
+                    steps: lost.steps(interval_s, usual_s),
+                })
+        })
+        .collect()
+}
+
+/// Times that the rudder moved far while samples were lost.
+pub fn hidden_edges(samples: &[Sample<f64>]) -> usize {
+    edges(samples).len()
+}
+
+/// By how much the headings are wrong where only the mean of the rudder over an interval is known, over b2, rad s^2.
+pub fn coarseness_rad_s2(samples: &[Sample<f64>]) -> f64 {
+    edges(samples)
+        .iter()
+        .map(|edge| edge.coarseness_rad_s2(samples))
+        .fold(0.0, f64::max)
+}
+
+/// The samples with the mean of the rudder over the intervals that hide an edge.
+///
+/// ```text
+/// psi = b2 (psi_b + sum over edges s_e (psi_e - psi_b)) + C0 psi_c + psi0 + r0 psi_r      least squares in b2, b2 s_e, C0, psi0, r0
+/// mean = delta_before + s_e (delta_after - delta_before)
+/// ```
+///
+/// with psi_b the response to the rudder that moves at the end of every such interval, psi_e to the one that moves at the start
+/// of interval e. An edge that is a lost sample late turns the vehicle by b2 times its step times the interval less for
+/// good, which many headings tell. Lost rows of an even record hide the edge at one of their own instants: s_e is one of the
+/// shares that these allow. The vehicle is of first order, and its rudder acts at once or lags, whatever is likelier by more
+/// than Schwarz's price.
+pub fn placed(samples: &[Sample<f64>], start: Option<YawModel<f64>>) -> Cow<'_, [Sample<f64>]> {
+    likeliest(samples, start).map_or(Cow::Borrowed(samples), Cow::Owned)
+}
+
+fn likeliest(samples: &[Sample<f64>], start: Option<YawModel<f64>>) -> Option<Vec<Sample<f64>>> {
+    let edges = edges(samples);
+    if edges.is_empty() || edges.len() > MOST_EDGES {
+        return None;
+    }
+    let span = Span::of(samples).ok()?;
+    let start_per_s = span.first_damping(samples, start).ok()?;
+    let scale = span.rate_scale(start_per_s);
+    let behind = |lag_s: f64| Placing::new(&span, samples, &edges, start_per_s, lag_s);
+    let prompt = behind(0.0);
+    let mut lagging = likelier(None, LAGS.map(|lag| behind(lag / scale)));
+    for ratio in FINER_LAGS {
+        let around = lagging.as_ref().map_or(0.0, |placing| placing.lag_s);
+        lagging = likelier(lagging, [around / ratio, around * ratio].map(behind));
+    }
+    let price = (samples.len() as f64).ln();
+    let pays = |lagging: &Placing| {
+        prompt
+            .as_ref()
+            .is_none_or(|prompt| 2.0 * (lagging.log_likelihood - prompt.log_likelihood) > price)
+    };
+    lagging
+        .filter(pays)
+        .or(prompt)
+        .map(|placing| placing.samples)
+}
+
+fn likelier<const N: usize>(
+    best: Option<Placing>,
+    others: [Option<Placing>; N],
+) -> Option<Placing> {
+    best.into_iter()
+        .chain(others.into_iter().flatten())
+        .max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood))
+}
+
+/// Edges placed for a rudder of some lag.
+struct Placing {
+    lag_s: f64,
+    samples: Vec<Sample<f64>>,
+    /// Of output error, with what the means leave wrong counted as noise.
+    log_likelihood: f64,
+}
+
+impl Placing {
+    /// `None` where the record does not determine them.
+    fn new(
+        span: &Span,
+        samples: &[Sample<f64>],
+        edges: &[Edge],
+        start_per_s: f64,
+        lag_s: f64,
+    ) -> Option<Self> {
+        let servo = Servo::new(0.0, lag_s).ok()?;
+        let prepared =
+            |samples: &[Sample<f64>]| span.prepare(&servo.acting(samples), start_per_s).ok();
+        let responses = Responses {
+            at_the_end: prepared(samples)?,
+            at_the_start: edges
+                .iter()
+                .map(|edge| prepared(&edge.moved(samples, 1.0)))
+                .collect::<Option<_>>()?,
+        };
+        let (a22_per_s, shares) = responses.likeliest(start_per_s)?;
+        let mut placed = samples.to_vec();
+        for (edge, share) in edges.iter().zip(shares) {
+            placed[edge.before] = edge.moved(samples, edge.possible(share))[edge.before];
+        }
+        let record = prepared(&placed)?;
+        let scale = span.rate_scale(a22_per_s);
+        let peak = Peak::find(&record, Disturbance::NONE, a22_per_s, scale)?;
+        let comparisons = record.blocks() as f64;
+        let floor_rad2 = (peak.fit.linear[0] * coarseness_rad_s2(samples)).powi(2);
+        let mean_square_rad2 = peak.fit.residual / comparisons + floor_rad2;
+        Some(Self {
+            lag_s,
+            samples: placed,
+            log_likelihood: -0.5 * comparisons * mean_square_rad2.ln(),
+        })
+    }
+}
+
+/// The record with every edge at the end of its interval, and with one of them at the start.
+struct Responses {
+    at_the_end: Prepared,
+    at_the_start: Vec<Prepared>,
+}
+
+impl Responses {
+    /// a22 and the shares s_e, by steps of Gauss and Newton in a22 with the rest solved for at each (variable projection).
+    fn likeliest(&self, start_per_s: f64) -> Option<(f64, Vec<f64>)> {
+        let mut a22_per_s = start_per_s;
+        let mut shares = Vec::new();
+        for _ in 0..STEPS {
+            let (now, heading) = self.columns(a22_per_s);
+            let nudge_per_s = NUDGE * a22_per_s;
+            let (nudged, _) = self.columns(a22_per_s + nudge_per_s);
+            let linear = least_squares(&now, &heading)?;
+            let slope = (nudged - &now) * &linear / nudge_per_s;
+            let known = now.ncols();
+            let mut extended = now.insert_column(known, 0.0);
+            extended.set_column(known, &slope);
+            let solution = least_squares(&extended, &heading)?;
+            shares = (4..known)
+                .map(|edge| solution[edge] / solution[0])
+                .collect();
+            let largest = LARGEST_STEP * a22_per_s.abs();
+            a22_per_s += solution[known].clamp(-largest, largest);
+        }
+        Some((a22_per_s, shares))
+    }
+
+    /// Columns psi_b, psi_c, 1, psi_r and psi_e - psi_b of each edge, and the heading.
+    fn columns(&self, a22_per_s: f64) -> (DMatrix<f64>, DVector<f64>) {
+        let at_the_end = self.at_the_end.comparisons(a22_per_s);
+        let at_the_start: Vec<_> = self
+            .at_the_start
+            .iter()
+            .map(|r| r.comparisons(a22_per_s))
+            .collect();
+        let matrix =
+            DMatrix::from_fn(
+                at_the_end.len(),
+                4 + at_the_start.len(),
+                |row, column| match column {
+                    0..4 => at_the_end[row][column],
+                    edge => at_the_start[edge - 4][row][0] - at_the_end[row][0],
+                },
+            );
+        let heading = DVector::from_fn(at_the_end.len(), |row, _| at_the_end[row][4]);
+        (matrix, heading)
+    }
+}
+
+fn least_squares(columns: &DMatrix<f64>, heading: &DVector<f64>) -> Option<DVector<f64>> {
+    let scale = DVector::from_fn(columns.ncols(), |column, _| columns.column(column).norm());
+    if !scale.iter().all(|length| *length > 0.0) {
+        return None;
+    }
+    let scaled = DMatrix::from_fn(columns.nrows(), columns.ncols(), |row, column| {
+        columns[(row, column)] / scale[column]
+    });
+    let normal = scaled.tr_mul(&scaled).cholesky()?;
+    Some(normal.solve(&scaled.tr_mul(heading)).component_div(&scale))
+}
