@@ -1,7 +1,6 @@
 //! The simulated heading with its derivatives to the parameters, and the parameters of the nearest simulation.
 
 use nalgebra::{Matrix5, Vector5};
-use pulp::{Arch, Simd, WithSimd};
 use seatrial_core::model::{Discretisation, phi};
 
 use super::whitening::Prepared;
@@ -79,7 +78,6 @@ pub(super) struct Simulation {
 /// psi+ = psi + G r + H u        r+ = E r + G u            u = b2 delta + C0; to b2: u = delta; to C0: u = 1
 /// psi_a+ = psi_a + G r_a + G' r + H' u      r_a+ = E r_a + E' r + G' u      the derivative to a22
 /// ```
-#[inline(always)]
 pub(super) fn compare(
     record: &Prepared,
     parameters: &Vector5<f64>,
@@ -148,40 +146,28 @@ pub(super) fn compare(
     }
 }
 
-/// One pass over a record, compiled for what the machine has; no product is fused with a sum, so that every machine gives the
-/// same bits.
-struct Pass<'a> {
-    record: &'a Prepared,
-    parameters: Vector5<f64>,
-}
-
-impl WithSimd for Pass<'_> {
-    type Output = Simulation;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) -> Simulation {
-        // Of [g, e] with itself.
-        let mut products = [[0.0; 6]; 6];
-        compare(self.record, &self.parameters, |[a, b, c, d, f], e| {
-            let seen = [a, b, c, d, f, e];
-            for (row, one) in products.iter_mut().zip(seen) {
-                for (sum, other) in row.iter_mut().zip(seen) {
-                    *sum += one * other;
-                }
-            }
-        });
-        Simulation {
-            parameters: self.parameters,
-            residual: products[5][5],
-            information: Matrix5::from_fn(|i, j| products[i][j]),
-            gradient: Vector5::from_fn(|i, _| products[i][5]),
-        }
-    }
-}
-
 impl Simulation {
     fn new(record: &Prepared, parameters: Vector5<f64>) -> Self {
-        Arch::new().dispatch(Pass { record, parameters })
+        let mut gram = [[0.0; 5]; 5];
+        let mut gradient = [0.0; 5];
+        let mut residual = 0.0;
+        compare(record, &parameters, |g, e| {
+            for (i, row) in gram.iter_mut().enumerate() {
+                for (element, g_j) in row[..=i].iter_mut().zip(g) {
+                    *element += g[i] * g_j;
+                }
+            }
+            for (sum, g) in gradient.iter_mut().zip(g) {
+                *sum += g * e;
+            }
+            residual += e * e;
+        });
+        Self {
+            parameters,
+            residual,
+            information: Matrix5::from_fn(|i, j| gram[i.max(j)][i.min(j)]),
+            gradient: gradient.into(),
+        }
     }
 
     /// Levenberg and Marquardt's step: (A + damping diag A) step = sum g e.
