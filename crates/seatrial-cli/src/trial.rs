@@ -579,11 +579,11 @@ impl Watch for Bridge {
     }
 
     fn run_ended(&mut self, run: &mut Run) {
+        self.keeper.run_ended(run);
         if let Some(shown) = &mut self.shown {
             shown.tap.run_ended(run);
         }
-        // After the viewers, because it takes the record out.
-        self.keeper.run_ended(run);
+        self.keeper.release(run);
         self.record(Recording::run_ended);
         self.live.line(&run_line(run));
     }

@@ -507,9 +507,9 @@ impl Watch for Watched {
     }
 
     fn run_ended(&mut self, run: &mut Run) {
-        self.tap.run_ended(run);
-        // After the viewers, because it takes the record out.
         self.keeper.run_ended(run);
+        self.tap.run_ended(run);
+        self.keeper.release(run);
     }
 
     fn wants_abort(&mut self) -> bool {

@@ -182,8 +182,8 @@ impl Watch for Watched {
 
     fn run_ended(&mut self, run: &mut Run) {
         // Last, because it takes the record out.
-        self.tap.run_ended(run);
         self.keeper.run_ended(run);
+        self.tap.run_ended(run);
     }
 }
 

@@ -123,6 +123,23 @@ fn recover_a_verdict_that_is_still_waited_for_when_the_link_is_lost() {
     assert_eq!(told.ended, [1, 2]);
 }
 
+struct Released(Keeper);
+
+impl Watch for Released {
+    fn run_started(&mut self, number: u32, thrust: f64, attempt: u32) {
+        self.0.run_started(number, thrust, attempt);
+    }
+
+    fn step(&mut self, step: &Step, trial: &Trial<f64>) {
+        self.0.step(step, trial);
+    }
+
+    fn run_ended(&mut self, run: &mut Run) {
+        self.0.run_ended(run);
+        self.0.release(run);
+    }
+}
+
 /// What the logbook has is not held in memory, and can be had back.
 #[test]
 fn io_a_late_verdict_is_kept_with_its_run() {
@@ -139,12 +156,12 @@ fn io_a_late_verdict_is_kept_with_its_run() {
     };
     let recorder = Recorder::begin(Logbook::open(&path).unwrap(), &new).unwrap();
     let number = recorder.campaign();
-    let mut keeper = Keeper::new(recorder);
+    let mut keeper = Released(Keeper::new(recorder));
     let mut vehicle = Live::until(f64::INFINITY);
     let mut campaign = conduct(&mut vehicle, plan(), about(), &mut keeper)
         .unwrap()
         .campaign;
-    assert_eq!(keeper.end(campaign.outcome), [""; 0]);
+    assert_eq!(keeper.0.end(campaign.outcome), [""; 0]);
     for run in &campaign.runs {
         let identification = run.identification.as_ref().unwrap();
         assert_eq!(run.record.samples.capacity(), 0);

@@ -7,13 +7,12 @@ use crate::campaign::Run;
 use crate::conduct::Watch;
 
 /// Writes what it watches into the logbook. What cannot be kept is noted and does not stop the trial.
-///
-/// The record and the trace of a run that the logbook has are taken out of the run, so that memory does not grow with a
-/// trial's runs; [`Logbook::fill`] puts them back.
 #[derive(Debug)]
 pub struct Keeper {
     recorder: Recorder,
     unsaved: Vec<String>,
+    /// Number of the run kept last.
+    kept: Option<u32>,
 }
 
 impl Keeper {
@@ -22,6 +21,18 @@ impl Keeper {
         Self {
             recorder,
             unsaved: Vec::new(),
+            kept: None,
+        }
+    }
+
+    /// Takes record and trace out of the run that was kept last, so that memory does not grow with a trial's runs;
+    /// [`Logbook::fill`](super::Logbook::fill) puts them back. A run that the logbook does not have is left whole.
+    pub fn release(&self, run: &mut Run) {
+        if self.kept == Some(run.number) {
+            run.record.samples = Vec::new();
+            if let Some(identification) = &mut run.identification {
+                identification.online.trace = Vec::new();
+            }
         }
     }
 
@@ -30,6 +41,7 @@ impl Keeper {
         let Self {
             recorder,
             mut unsaved,
+            ..
         } = self;
         if let Some(outcome) = outcome
             && let Err(error) = recorder.finish(outcome)
@@ -63,10 +75,7 @@ impl Watch for Keeper {
 
     fn run_ended(&mut self, run: &mut Run) {
         if self.keep(|recorder| recorder.finish_run(run)) {
-            run.record.samples = Vec::new();
-            if let Some(identification) = &mut run.identification {
-                identification.online.trace = Vec::new();
-            }
+            self.kept = Some(run.number);
         }
     }
 }

@@ -138,7 +138,7 @@ impl Logbook {
         })
     }
 
-    /// Puts back the records and traces that a [`Keeper`](super::Keeper) has taken out of a campaign's runs.
+    /// Puts back the records and traces that were [taken out](super::Keeper::release) of a campaign's runs.
     pub fn fill(&self, id: CampaignId, campaign: &mut Campaign) -> Result<(), Error> {
         for entry in self.runs(id)?.iter().filter(|entry| entry.finished) {
             let run = campaign
