@@ -90,6 +90,7 @@ mod tlog;
 #[cfg(feature = "ulog")]
 mod ulog;
 mod unit;
+mod wiggle;
 mod write;
 
 pub use description::{

@@ -15,8 +15,10 @@ const PARAMETERS_S: f64 = 15.0;
 const ASKED_AT_ONCE: usize = 16;
 /// Time over which rates are measured, s of the vehicle.
 const RATES_S: f64 = 3.0;
-/// Outputs per second where the autopilot does not say how often it computes them.
+/// Outputs per second that are asked for at most.
 const OUTPUT_RATE_HZ: f64 = 50.0;
+/// ArduPilot denies messages that are to come more often than in this share of its loops.
+const SHARE_OF_LOOPS: f64 = 0.8;
 /// Samples may come this much slower than asked for.
 const SLOWER: f64 = 1.5;
 /// A round trip so long, s, is no link to steer through.
@@ -227,30 +229,35 @@ impl<W: Wire> Autopilot<W> {
     /// The messages that are asked for, by number, and their intervals, s.
     pub(super) fn wanted_messages(&self) -> Vec<(u32, f64)> {
         let sample_s = self.settings.sample_interval_s;
-        let mut wanted = vec![(30, sample_s), (36, self.output_interval_s())];
-        wanted.extend([1, 24, 193, 230].map(|id| (id, 1.0)));
+        let mut wanted = vec![
+            (30, sample_s.max(self.loop_s() / SHARE_OF_LOOPS)),
+            (36, self.output_interval_s()),
+        ];
+        let estimator: &[u32] = match self.profile() {
+            Profile::Rover | Profile::Sub => &[193],
+            Profile::Px4 => &[230],
+            Profile::Generic => &[193, 230],
+        };
+        wanted.extend([1, 24].iter().chain(estimator).map(|id| (*id, 1.0)));
         wanted.extend([32, 33, 65, 74].map(|id| (id, 0.2_f64.max(sample_s))));
         wanted
     }
 
-    /// Outputs are asked for as often as they are computed, up to [`OUTPUT_RATE_HZ`]; more is denied.
+    /// Time between two of the autopilot's loops, s; 0 where it does not say.
+    fn loop_s(&self) -> f64 {
+        let rate_hz = self.parameters.get("SCHED_LOOP_RATE");
+        rate_hz
+            .filter(|rate| *rate >= 1.0)
+            .map_or(0.0, |rate| 1.0 / rate)
+    }
+
     fn output_interval_s(&self) -> f64 {
-        let loop_hz = self
-            .parameters
-            .get("SCHED_LOOP_RATE")
-            .filter(|rate| *rate >= 1.0);
-        let rate_hz = loop_hz.unwrap_or(OUTPUT_RATE_HZ).min(OUTPUT_RATE_HZ);
-        (1.0 / rate_hz).min(self.settings.sample_interval_s)
+        output_interval_s(self.loop_s(), self.settings.sample_interval_s)
     }
 
     fn check_rates(&mut self, found: &mut Preflight) {
         // An output changes half of what lies between two messages before the one that shows it.
-        let loop_hz = self
-            .parameters
-            .get("SCHED_LOOP_RATE")
-            .filter(|rate| *rate >= 1.0);
-        let computed_s = loop_hz.map_or(0.0, |rate| 1.0 / rate);
-        self.earlier_s = 0.5 * (self.output_interval_s() - computed_s).max(0.0);
+        self.earlier_s = 0.5 * (self.output_interval_s() - self.loop_s()).max(0.0);
         let wanted = self.wanted_messages();
         let mut times_s: Vec<f64> = Vec::new();
         self.sampler.skip();
@@ -480,5 +487,27 @@ fn check_health(
             true,
             "not measured; the autopilot's own failsafe is all there is",
         ),
+    }
+}
+
+/// Between two messages with outputs, s, of an autopilot with this time between its loops.
+fn output_interval_s(loop_s: f64, sample_s: f64) -> f64 {
+    (1.0 / OUTPUT_RATE_HZ)
+        .max(loop_s / SHARE_OF_LOOPS)
+        .min(sample_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// ArduPilot's Rover has 50 loops a second as it comes; its outputs then came at 1 Hz, the rate from before we asked.
+    #[test]
+    fn regress_no_more_outputs_are_asked_for_than_are_given() {
+        for (loop_hz, interval_s) in [(50.0, 0.025), (100.0, 0.02), (400.0, 0.02), (20.0, 0.05)] {
+            let found_s = output_interval_s(1.0 / loop_hz, 0.05);
+            // The last bit of a quotient.
+            assert!((found_s - interval_s).abs() < 1e-15, "{found_s}");
+        }
     }
 }

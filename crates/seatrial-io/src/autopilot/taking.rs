@@ -9,6 +9,7 @@ use super::preflight::LONGEST_OVERRIDE_S;
 use super::profile::Demand;
 use super::{Autopilot, Backup, Change, Check, Preflight, Stop, Stored};
 use crate::link::Wire;
+use crate::wiggle::late_mean;
 
 /// Longest wait for one change, s.
 const CHANGE_S: f64 = 6.0;
@@ -147,16 +148,12 @@ impl<W: Wire> Autopilot<W> {
             .heard
             .clock
             .map_or(0.0, |(round_trip_s, _)| round_trip_s);
-        let late_half = |samples: &[Sample<f64>], of: &dyn Fn(&Sample<f64>) -> f64| {
-            let late = &samples[samples.len() / 2..];
-            late.iter().map(of).sum::<f64>() / late.len().max(1) as f64
-        };
         let mut answers = Vec::new();
         self.drive(0.0, thrust, 3.0);
         for steer in [WIGGLE, -WIGGLE] {
             let samples = self.drive(steer, thrust, 2.0 + 2.0 * late_s);
-            let echo = late_half(&samples, &|sample| sample.rudder_rad / full_rad);
-            let rate_rad_s = late_half(&samples, &|sample| sample.yaw_rate_rad_s.unwrap_or(0.0));
+            let echo = late_mean(&samples, |sample| sample.rudder_rad / full_rad);
+            let rate_rad_s = late_mean(&samples, |sample| sample.yaw_rate_rad_s.unwrap_or(0.0));
             let follows = (echo - steer).abs() < ECHO;
             found.check(
                 "echo",

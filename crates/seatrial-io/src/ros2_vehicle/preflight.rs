@@ -4,6 +4,7 @@ use seatrial_core::Sample;
 
 use super::{Demand, Graph, NEUTRAL, RosVehicle};
 use crate::autopilot::{Check, Preflight};
+use crate::wiggle::late_mean;
 
 /// Longest wait for a vehicle, s.
 const CONNECT_S: f64 = 10.0;
@@ -219,17 +220,13 @@ impl<G: Graph> RosVehicle<G> {
     fn wiggle(&mut self, found: &mut Preflight) {
         let limit_rad = self.description.rudder.limit_rad;
         let thrust = self.settings.trying_thrust;
-        let late_half = |samples: &[Sample<f64>], of: &dyn Fn(&Sample<f64>) -> f64| {
-            let late = &samples[samples.len() / 2..];
-            late.iter().map(of).sum::<f64>() / late.len().max(1) as f64
-        };
         let demand = |rudder_rad: f64| Demand { rudder_rad, thrust };
         let mut answers = Vec::new();
         self.drive(demand(0.0), WIGGLE_S);
         for side in [WIGGLE, -WIGGLE] {
             let asked_rad = side * limit_rad;
             let samples = self.drive(demand(asked_rad), WIGGLE_S);
-            let rudder_rad = late_half(&samples, &|sample| sample.rudder_rad);
+            let rudder_rad = late_mean(&samples, |sample| sample.rudder_rad);
             if self.description.feedback.is_some() {
                 let follows = (rudder_rad - asked_rad).abs() < ECHO * limit_rad;
                 let hint = match follows {
@@ -241,7 +238,7 @@ impl<G: Graph> RosVehicle<G> {
                 let text = format!("{rudder_rad:+.3} rad for {asked_rad:+.3} rad asked{hint}");
                 push(found, "echo", follows, text);
             }
-            answers.push(late_half(&samples, &|sample| {
+            answers.push(late_mean(&samples, |sample| {
                 sample.yaw_rate_rad_s.unwrap_or(0.0)
             }));
         }
