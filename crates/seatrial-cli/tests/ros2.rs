@@ -168,7 +168,10 @@ fn is_handed_back(trial: Trial, peer: Peer, at_s: Option<f64>, reason: &str) {
     let seen = peer.seen();
     assert_eq!(seen["last_rudder"].as_f64().unwrap(), 0.0, "{seen}");
     assert_eq!(seen["last_thrust"].as_f64().unwrap(), 0.0, "{seen}");
-    assert_eq!(seen["enables"], serde_json::json!([true, false]), "{seen}");
+    // A question that is not answered in time is asked again.
+    let mut enables = seen["enables"].as_array().unwrap().clone();
+    enables.dedup();
+    assert_eq!(enables, [true, false], "{seen}");
     let at_s = at_s.unwrap_or_else(|| seen["mishap_at"].as_f64().unwrap());
     let steered_s = seen["steered_at"].as_f64().unwrap() - at_s;
     assert!(steered_s < 1.0, "steered for {steered_s} s after it");
@@ -200,7 +203,10 @@ fn recover_a_vehicle_played_by_cyclonedds() {
     let replay: Value = serde_json::from_slice(&replay.stdout).unwrap();
     assert_eq!(replay["identical"], true);
     let seen = peer.seen();
-    assert_eq!(seen["enables"], serde_json::json!([true, false]), "{seen}");
+    // A question that is not answered in time is asked again.
+    let mut enables = seen["enables"].as_array().unwrap().clone();
+    enables.dedup();
+    assert_eq!(enables, [true, false], "{seen}");
     assert_eq!(seen["last_rudder"].as_f64().unwrap(), 0.0, "{seen}");
     assert_eq!(seen["last_thrust"].as_f64().unwrap(), 0.0, "{seen}");
     assert!(seen["estimates"].as_u64().unwrap() > 50, "{seen}");
