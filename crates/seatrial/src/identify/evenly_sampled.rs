@@ -239,15 +239,14 @@ mod tests {
             *heading = heading.wrapped();
         }
         let wrapped = record(&columns).least_squares(1.5).unwrap();
-        for k in 0..3 {
-            let (found, truth) = (wrapped.model.theta()[k], TRUTH[k]);
+        let turned = as_it_turned.model.theta();
+        for ((found, turned), truth) in wrapped.model.theta().into_iter().zip(turned).zip(TRUTH) {
             // The heading is held between samples, as in the paper: lambda h/2 = 4 %.
             assert!(
                 (found - truth).abs() < 0.06 * truth.abs().max(0.2),
                 "{found}"
             );
             // The same record to rounding.
-            let turned = as_it_turned.model.theta()[k];
             assert!(
                 (found - turned).abs() < 1e-7 * turned.abs(),
                 "{found} {turned}"
