@@ -78,7 +78,7 @@ function underWay(trial: TrialState): Said {
         : `The estimate converged ${significant(estimate.converged_s)} s into training.`,
     );
   }
-  if (last !== undefined) details.push(verdict(last));
+  if (last !== undefined) details.push(last.accepted ? judged(last) : verdict(last));
   if (!progress?.stage) return { tone: "plain", loud: "The trial begins", details };
   const again = progress.attempt > 1 ? `, attempt ${progress.attempt}` : "";
   return {
@@ -99,10 +99,13 @@ function ended(trial: TrialState): Said {
 }
 
 export function verdict(run: RunSummary): string {
+  return [judged(run), ...run.reasons.map((reason) => sentence(reason.text))].join(" ");
+}
+
+function judged(run: RunSummary): string {
   const word = run.accepted ? "accepted" : "rejected";
   const who = run.review ? ` by ${run.review.by}: ${run.review.note}` : "";
-  const why = run.reasons.map((reason) => sentence(reason.text)).join(" ");
-  return `Run ${run.number} at ${percent(run.thrust)} thrust is ${word}${who}. ${why}`;
+  return `Run ${run.number} at ${percent(run.thrust)} thrust is ${word}${who}.`;
 }
 
 /** R² of heading on fresh data; with the offset estimated again where it drifted and the model explains more so. */
