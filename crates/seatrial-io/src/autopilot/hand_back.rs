@@ -11,6 +11,8 @@ use crate::link::Wire;
 
 /// Longest wait for a mode or a parameter, s.
 const RESTORE_S: f64 = 6.0;
+/// Longest wait for a failsafe to end now that we are heard again, s.
+const FAILSAFE_S: f64 = 4.0;
 /// Longest wait for a vehicle that is silent, s.
 const RECONNECT_S: f64 = 10.0;
 /// Times that a release is sent: each may be lost.
@@ -184,6 +186,10 @@ impl<W: Wire> Autopilot<W> {
     }
 
     fn restore_parameters(&mut self, backup: &Backup, done: &mut HandBack) {
+        // ArduPilot's Rover does not look whether its failsafe is over once that is disabled, and stays critical.
+        if backup.parameters.contains_key("FS_GCS_ENABLE") {
+            self.wait(FAILSAFE_S, |autopilot| !autopilot.heard.is_critical());
+        }
         for (name, stored) in &backup.parameters {
             if self.set_parameter(name, *stored, RESTORE_S) {
                 done.restored.push(name.clone());
