@@ -169,10 +169,9 @@ impl<S: Simd, T: Lane> Lanes<S, T> {
     pub fn columns<'a>(simd: S, row: impl Fn(usize) -> &'a [T]) -> [Self; 4] {
         let mut fours = [T::splat(simd, T::ZERO); 4];
         let numbers: &mut [T] = bytemuck::cast_slice_mut(&mut fours);
-        for (j, four) in numbers.chunks_exact_mut(4).enumerate() {
-            let row = &row(j)[..4];
-            for (number, next) in four.iter_mut().zip(row) {
-                *number = *next;
+        for (j, four) in numbers.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+            if let Some(next) = row(j).first_chunk::<4>() {
+                *four = *next;
             }
         }
         let [a, b, c, d] = T::columns(simd, fours);

@@ -266,18 +266,32 @@ impl<T: Lane> Stretches<T> {
         let mut sums = [[0.0; MOST_LANES]; 8];
         let mut decaying = [[Lanes::splat(simd, T::ZERO); 2]; 3];
         for block in self.decays.chunks(BLOCK) {
-            for four in block.chunks_exact(4) {
-                let headings = Lanes::columns(simd, |row| &heading[row * length..]);
-                let rudders = Lanes::columns(simd, |row| &rudder[row * length..]);
-                (heading, rudder) = (&heading[4..], &rudder[4..]);
-                for ((heading, rudder), decays) in headings.into_iter().zip(rudders).zip(four) {
-                    let outputs = state.advance(heading, rudder, &c);
-                    products.add(outputs);
-                    let [once, twice] = *decays;
-                    let (once, twice) = (Lanes::splat(simd, once), Lanes::splat(simd, twice));
-                    for (sums, output) in decaying.iter_mut().zip(outputs) {
-                        let [of_once, of_twice] = *sums;
-                        *sums = [output.fused(once, of_once), output.fused(twice, of_twice)];
+            let here = (
+                rows_of::<S, T>(heading, length),
+                rows_of::<S, T>(rudder, length),
+            );
+            let whole = block.first_chunk::<BLOCK>();
+            if let (Some(block), (Some(headings), Some(rudders))) = (whole, here) {
+                // Of a length that is known none of the rows is checked for its end.
+                for (k, four) in block.as_chunks::<4>().0.iter().enumerate() {
+                    let headings = Lanes::columns(simd, |row| &headings[row][4 * k..4 * k + 4]);
+                    let rudders = Lanes::columns(simd, |row| &rudders[row][4 * k..4 * k + 4]);
+                    for ((heading, rudder), decays) in headings.into_iter().zip(rudders).zip(four) {
+                        let outputs = state.advance(heading, rudder, &c);
+                        products.add(outputs);
+                        add_decaying(simd, &mut decaying, outputs, *decays);
+                    }
+                }
+                (heading, rudder) = (&heading[BLOCK..], &rudder[BLOCK..]);
+            } else {
+                for four in block.chunks_exact(4) {
+                    let headings = Lanes::columns(simd, |row| &heading[row * length..]);
+                    let rudders = Lanes::columns(simd, |row| &rudder[row * length..]);
+                    (heading, rudder) = (&heading[4..], &rudder[4..]);
+                    for ((heading, rudder), decays) in headings.into_iter().zip(rudders).zip(four) {
+                        let outputs = state.advance(heading, rudder, &c);
+                        products.add(outputs);
+                        add_decaying(simd, &mut decaying, outputs, *decays);
                     }
                 }
             }
@@ -356,6 +370,30 @@ impl<T: Lane> Stretches<T> {
             *added = beside + dot(left[y], own);
         }
         added
+    }
+}
+
+/// The next samples of every row.
+#[inline(always)]
+fn rows_of<S: Simd, T: Lane>(signal: &[T], length: usize) -> Option<[&[T; BLOCK]; MOST_LANES]> {
+    let mut rows = [signal.first_chunk()?; MOST_LANES];
+    for (row, place) in rows.iter_mut().enumerate().take(Lanes::<S, T>::COUNT) {
+        *place = signal.get(row * length..)?.first_chunk()?;
+    }
+    Some(rows)
+}
+
+#[inline(always)]
+fn add_decaying<S: Simd, T: Lane>(
+    simd: S,
+    decaying: &mut [[Lanes<S, T>; 2]; 3],
+    outputs: [Lanes<S, T>; 3],
+    [once, twice]: [T; 2],
+) {
+    let (once, twice) = (Lanes::splat(simd, once), Lanes::splat(simd, twice));
+    for (sums, output) in decaying.iter_mut().zip(outputs) {
+        let [of_once, of_twice] = *sums;
+        *sums = [output.fused(once, of_once), output.fused(twice, of_twice)];
     }
 }
 
