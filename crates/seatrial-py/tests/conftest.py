@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,13 @@ def command(*arguments: str) -> subprocess.CompletedProcess[str]:
     """The command seatrial of this tree."""
     binary = os.environ.get("SEATRIAL", str(ROOT / "target/release/seatrial"))
     return subprocess.run([binary, *arguments], capture_output=True, text=True)
+
+
+def code_of(page: str, with_text: str) -> str:
+    """The Python on a page of the documentation that holds this text."""
+    text = (ROOT / "docs" / page).read_text()
+    [code] = [part for part in re.findall(r"```python\n(.*?)```", text, re.S) if with_text in part]
+    return str(code)
 
 
 @pytest.fixture(scope="session")

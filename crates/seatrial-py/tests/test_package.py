@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import seatrial
-from conftest import ROOT, command
+from conftest import ROOT, code_of, command
 
 PACKAGE = ROOT / "crates/seatrial-py"
 
@@ -121,3 +121,24 @@ def test_val_the_notebook_runs() -> None:
     cells = [cell for cell in done.cells if cell.cell_type == "code"]
     pictures = [o for cell in cells for o in cell.outputs if "image/png" in o.get("data", {})]
     assert len(pictures) == 3
+
+
+def test_io_drift_by_vehicle_and_payload(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for payload, seeds in [("none", (1, 2)), ("sonar", (3,))]:
+        folder = tmp_path / f"logs/vehicle=alpha/payload={payload}"
+        folder.mkdir(parents=True)
+        for seed in seeds:
+            log = folder / f"{seed}.csv"
+            made = command("sim", "log", "--seed", str(seed), "--thrust", "0.8", "--out", str(log))
+            assert made.returncode == 0, made.stderr
+    seatrial.fleet(tmp_path / "logs", tmp_path / "fleet.parquet")
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    exec(code_of("fleet.md", "drift = ("), names)
+    drift = names["drift"]
+    assert drift["vehicle"].to_list() == ["alpha", "alpha"]
+    assert drift["payload"].to_list() == ["none", "sonar"]
+    assert drift["manoeuvres"].to_list() == [4, 2]
+    # The same vehicle: b2 over speed squared within the intervals of both, and a bit.
+    difference = abs(drift["authority"][0] - drift["authority"][1])
+    assert 0 < difference < 2.0 * drift["half_width"].max()
