@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 import secrets
+import shutil
 import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from pathlib import Path
@@ -86,9 +88,11 @@ def test_io_the_job_of_the_documentation_is_submitted(tmp_path: Path) -> None:
         return done.stdout
 
     dashboard = free_port()
+    # The paths of its sockets must be short.
+    sessions = tempfile.mkdtemp(prefix="ray")
     head = subprocess.Popen(
         ["ray", "start", "--head", "--block", "--num-cpus=2", f"--port={free_port()}",
-         f"--dashboard-port={dashboard}", f"--temp-dir=/tmp/ray{dashboard}"],
+         f"--dashboard-port={dashboard}", f"--temp-dir={sessions}"],
         env=environment, stdout=subprocess.DEVNULL,
     )
     try:
@@ -105,6 +109,7 @@ def test_io_the_job_of_the_documentation_is_submitted(tmp_path: Path) -> None:
         for process in [*psutil.Process(head.pid).children(recursive=True), head]:
             process.kill()
         head.wait()
+        shutil.rmtree(sessions)
     assert "'logs': 3" in said and "succeeded" in said, said
     alone = seatrial.fleet(logs, tmp_path / "alone.parquet")
     assert alone["logs"] == 3
