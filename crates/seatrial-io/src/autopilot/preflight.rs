@@ -230,7 +230,7 @@ impl<W: Wire> Autopilot<W> {
     pub(super) fn wanted_messages(&self) -> Vec<(u32, f64)> {
         let sample_s = self.settings.sample_interval_s;
         let mut wanted = vec![
-            (30, sample_s.max(self.loop_s() / SHARE_OF_LOOPS)),
+            (30, attitude_interval_s(self.loop_s(), sample_s)),
             (36, self.output_interval_s()),
         ];
         let estimator: &[u32] = match self.profile() {
@@ -490,6 +490,18 @@ fn check_health(
     }
 }
 
+/// Between two attitudes, s, of an autopilot with this time between its loops: whole loops, or they would come unevenly.
+fn attitude_interval_s(loop_s: f64, sample_s: f64) -> f64 {
+    // 0.05 s may be a last bit less than five times 0.01 s.
+    let loops = (sample_s / loop_s + 1e-6).floor();
+    let even_s = if loops.is_finite() && loops >= 1.0 {
+        loops * loop_s
+    } else {
+        sample_s
+    };
+    even_s.max(loop_s / SHARE_OF_LOOPS)
+}
+
 /// Between two messages with outputs, s, of an autopilot with this time between its loops.
 fn output_interval_s(loop_s: f64, sample_s: f64) -> f64 {
     (1.0 / OUTPUT_RATE_HZ)
@@ -500,6 +512,16 @@ fn output_interval_s(loop_s: f64, sample_s: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// At 50 loops a second samples of 20 Hz came 40 and 60 ms apart in turn, which looks like samples lost.
+    #[test]
+    fn regress_attitudes_come_evenly() {
+        for (loop_s, interval_s) in [(0.02, 0.04), (0.01, 0.05), (0.0025, 0.05), (0.0, 0.05)] {
+            let found_s = attitude_interval_s(loop_s, 0.05);
+            // The last bit of a product.
+            assert!((found_s - interval_s).abs() < 1e-15, "{found_s}");
+        }
+    }
 
     /// ArduPilot's Rover has 50 loops a second as it comes; its outputs then came at 1 Hz, the rate from before we asked.
     #[test]
