@@ -193,7 +193,7 @@ pub fn lambda_of(record: &Record, window: Window) -> Result<ChosenLambda, Identi
 /// The refined model, where there is one, is the one that is validated and goes to the controller: it uses
 /// every sample at its true weight and states how sure it is. Where the record shows more than a first-order
 /// model, the online estimate takes its place with a wider interval; where a lagging rudder explains all of it, the
-/// model behind the lag. Where the rudder moved far while samples were lost, the heading tells when ([`edges`]); where there is so
+/// model behind the lag. Where the rudder moved far while samples were lost, the heading tells when; where there is so
 /// little noise that the mean of the rudder over such an interval is not enough, the online estimate is used as well.
 pub fn assess(
     record: &Record,
