@@ -32,12 +32,10 @@ struct Edge {
 }
 
 impl Edge {
-    /// The samples with the rudder moved for this share of the interval.
-    fn moved(&self, samples: &[Sample<f64>], share: f64) -> Vec<Sample<f64>> {
-        let mut moved = samples.to_vec();
+    /// The mean of the rudder over the interval when it has moved for this share of it, rad.
+    fn mean_rad(&self, samples: &[Sample<f64>], share: f64) -> f64 {
         let (before, after) = (samples[self.before], samples[self.before + 1]);
-        moved[self.before].rudder_rad += share * (after.rudder_rad - before.rudder_rad);
-        moved
+        before.rudder_rad + share * (after.rudder_rad - before.rudder_rad)
     }
 
     /// By how much the mean over the interval leaves the heading wrong, over b2, rad s^2.
@@ -56,78 +54,87 @@ impl Edge {
     }
 }
 
-fn edges(samples: &[Sample<f64>]) -> Vec<Edge> {
-    let usual_s = median_interval_s(samples).unwrap_or(0.0);
-    let lost = LostRudder::Interpolated;
-    samples
-        .windows(2)
-        .enumerate()
-        .filter_map(|(before, pair)| {
+/// The edges that a record hides.
+pub struct Edges<'a> {
+    samples: &'a [Sample<f64>],
+    all: Vec<Edge>,
+}
+
+impl<'a> Edges<'a> {
+    /// Looks for the intervals in which the rudder moved far while samples were lost.
+    pub fn of(samples: &'a [Sample<f64>]) -> Self {
+        let usual_s = median_interval_s(samples).unwrap_or(0.0);
+        let lost = LostRudder::Interpolated;
+        let hidden = |(before, pair): (usize, &[Sample<f64>])| {
             let interval_s = pair[1].time_s - pair[0].time_s;
             let moved_rad = pair[1].rudder_rad - pair[0].rudder_rad;
-            lost.hides_edge(interval_s, usual_s, moved_rad)
-                .then(|| Edge {
-                    before,
-                    steps: lost.steps(interval_s, usual_s),
-                })
-        })
-        .collect()
-}
-
-/// Times that the rudder moved far while samples were lost.
-pub fn hidden_edges(samples: &[Sample<f64>]) -> usize {
-    edges(samples).len()
-}
-
-/// By how much the headings are wrong where only the mean of the rudder over an interval is known, over b2, rad s^2.
-pub fn coarseness_rad_s2(samples: &[Sample<f64>]) -> f64 {
-    edges(samples)
-        .iter()
-        .map(|edge| edge.coarseness_rad_s2(samples))
-        .fold(0.0, f64::max)
-}
-
-/// The samples with the mean of the rudder over the intervals that hide an edge.
-///
-/// ```text
-/// psi = b2 (psi_b + sum over edges s_e (psi_e - psi_b)) + C0 psi_c + psi0 + r0 psi_r      least squares in b2, b2 s_e, C0, psi0, r0
-/// mean = delta_before + s_e (delta_after - delta_before)
-/// ```
-///
-/// with psi_b the response to the rudder that moves at the end of every such interval, psi_e to the one that moves at the start
-/// of interval e. An edge that is a lost sample late turns the vehicle by b2 times its step times the interval less for
-/// good, which many headings tell. Lost rows of an even record hide the edge at one of their own instants: s_e is one of the
-/// shares that these allow. The vehicle is of first order, and its rudder acts at once or lags, whatever is likelier by more
-/// than Schwarz's price.
-pub fn placed(samples: &[Sample<f64>], start: Option<YawModel<f64>>) -> Cow<'_, [Sample<f64>]> {
-    likeliest(samples, start).map_or(Cow::Borrowed(samples), Cow::Owned)
-}
-
-fn likeliest(samples: &[Sample<f64>], start: Option<YawModel<f64>>) -> Option<Vec<Sample<f64>>> {
-    let edges = edges(samples);
-    if edges.is_empty() || edges.len() > MOST_EDGES {
-        return None;
+            let hides_edge = lost.hides_edge(interval_s, usual_s, moved_rad);
+            hides_edge.then(|| Edge {
+                before,
+                steps: lost.steps(interval_s, usual_s),
+            })
+        };
+        Self {
+            samples,
+            all: samples.windows(2).enumerate().filter_map(hidden).collect(),
+        }
     }
-    let span = Span::of(samples).ok()?;
-    let start_per_s = span.first_damping(samples, start).ok()?;
-    let scale = span.rate_scale(start_per_s);
-    let behind = |lag_s: f64| Placing::new(&span, samples, &edges, start_per_s, lag_s);
-    let prompt = behind(0.0);
-    let mut lagging = likelier(None, LAGS.map(|lag| behind(lag / scale)));
-    for ratio in FINER_LAGS {
-        let around = lagging.as_ref().map_or(0.0, |placing| placing.lag_s);
-        lagging = likelier(lagging, [around / ratio, around * ratio].map(behind));
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.all.len()
     }
-    let price = (samples.len() as f64).ln();
-    let pays = |lagging: &Placing| {
-        prompt
-            .as_ref()
-            .is_none_or(|prompt| 2.0 * (lagging.log_likelihood - prompt.log_likelihood) > price)
-    };
-    lagging
-        .filter(pays)
-        .or(prompt)
-        .map(|placing| placing.samples)
+
+    /// By how much the headings are wrong where only the mean of the rudder over an interval is known, over b2, rad s^2.
+    pub fn coarseness_rad_s2(&self) -> f64 {
+        self.all
+            .iter()
+            .map(|edge| edge.coarseness_rad_s2(self.samples))
+            .fold(0.0, f64::max)
+    }
+
+    /// The samples with the mean of the rudder over the intervals that hide an edge.
+    ///
+    /// ```text
+    /// psi = b2 (psi_b + sum over edges s_e (psi_e - psi_b)) + C0 psi_c + psi0 + r0 psi_r      least squares in b2, b2 s_e, C0, psi0, r0
+    /// mean = delta_before + s_e (delta_after - delta_before)
+    /// ```
+    ///
+    /// with psi_b the response to the rudder that moves at the end of every such interval, psi_e to the one that moves at the start
+    /// of interval e. An edge that is a lost sample late turns the vehicle by b2 times its step times the interval less for
+    /// good, which many headings tell. Lost rows of an even record hide the edge at one of their own instants: s_e is one of the
+    /// shares that these allow. The vehicle is of first order, and its rudder acts at once or lags, whatever is likelier by more
+    /// than Schwarz's price.
+    pub fn placed(&self, start: Option<YawModel<f64>>) -> Cow<'a, [Sample<f64>]> {
+        self.likeliest(start)
+            .map_or(Cow::Borrowed(self.samples), Cow::Owned)
+    }
+
+    fn likeliest(&self, start: Option<YawModel<f64>>) -> Option<Vec<Sample<f64>>> {
+        if self.all.is_empty() || self.all.len() > MOST_EDGES {
+            return None;
+        }
+        let span = Span::of(self.samples).ok()?;
+        let start_per_s = span.first_damping(self.samples, start).ok()?;
+        let scale = span.rate_scale(start_per_s);
+        let behind = |lag_s: f64| Placing::new(&span, self, start_per_s, lag_s);
+        let prompt = behind(0.0);
+        let mut lagging = likelier(None, LAGS.map(|lag| behind(lag / scale)));
+        for ratio in FINER_LAGS {
+            let around = lagging.as_ref().map_or(0.0, |placing| placing.lag_s);
+            lagging = likelier(lagging, [around / ratio, around * ratio].map(behind));
+        }
+        let price = (self.samples.len() as f64).ln();
+        let pays = |lagging: &Placing| {
+            prompt
+                .as_ref()
+                .is_none_or(|prompt| 2.0 * (lagging.log_likelihood - prompt.log_likelihood) > price)
+        };
+        lagging
+            .filter(pays)
+            .or(prompt)
+            .map(|placing| placing.samples)
+    }
 }
 
 fn likelier<const N: usize>(
@@ -149,33 +156,30 @@ struct Placing {
 
 impl Placing {
     /// `None` where the record does not determine them.
-    fn new(
-        span: &Span,
-        samples: &[Sample<f64>],
-        edges: &[Edge],
-        start_per_s: f64,
-        lag_s: f64,
-    ) -> Option<Self> {
+    fn new(span: &Span, edges: &Edges, start_per_s: f64, lag_s: f64) -> Option<Self> {
         let servo = Servo::new(0.0, lag_s).ok()?;
         let prepared =
             |samples: &[Sample<f64>]| span.prepare(&servo.acting(samples), start_per_s).ok();
+        let samples = edges.samples;
+        let at_the_start = |edge: &Edge| {
+            let mut moved = samples.to_vec();
+            moved[edge.before].rudder_rad = edge.mean_rad(samples, 1.0);
+            prepared(&moved)
+        };
         let responses = Responses {
             at_the_end: prepared(samples)?,
-            at_the_start: edges
-                .iter()
-                .map(|edge| prepared(&edge.moved(samples, 1.0)))
-                .collect::<Option<_>>()?,
+            at_the_start: edges.all.iter().map(at_the_start).collect::<Option<_>>()?,
         };
         let (a22_per_s, shares) = responses.likeliest(start_per_s)?;
         let mut placed = samples.to_vec();
-        for (edge, share) in edges.iter().zip(shares) {
-            placed[edge.before] = edge.moved(samples, edge.possible(share))[edge.before];
+        for (edge, share) in edges.all.iter().zip(shares) {
+            placed[edge.before].rudder_rad = edge.mean_rad(samples, edge.possible(share));
         }
         let record = prepared(&placed)?;
         let scale = span.rate_scale(a22_per_s);
         let peak = Peak::find(&record, Disturbance::NONE, a22_per_s, scale)?;
         let comparisons = record.blocks() as f64;
-        let floor_rad2 = (peak.fit.linear[0] * coarseness_rad_s2(samples)).powi(2);
+        let floor_rad2 = (peak.fit.linear[0] * edges.coarseness_rad_s2()).powi(2);
         let mean_square_rad2 = peak.fit.residual / comparisons + floor_rad2;
         Some(Self {
             lag_s,

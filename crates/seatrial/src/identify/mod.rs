@@ -27,6 +27,7 @@ use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window, median_interval_s};
 use crate::time_scale::{ChosenLambda, TimeScale};
 use crate::verdict::{self, Evidence};
+use edges::Edges;
 use joined::Joined;
 use lag::LagTest;
 use online::{Pass, Stretch};
@@ -219,16 +220,16 @@ fn assess_with_others(
     let samples = record.window(training);
     let heading_range_rad = fresh::heading_range_rad(samples);
     let manoeuvre = manoeuvre_to_learn_from(record, samples).map_err(IdentifyError::Refused)?;
+    let edges = Edges::of(&pass.accepted);
     let known = match refine {
-        true => edges::placed(&pass.accepted, Some(pass.online.model)),
+        true => edges.placed(Some(pass.online.model)),
         false => Cow::Borrowed(&*pass.accepted),
     };
     let refined = refine
         .then(|| refine::refine(&known, Some(pass.online.model)).ok())
         .flatten();
-    let coarseness_rad_s2 = edges::coarseness_rad_s2(&pass.accepted);
     let is_blurred = |refined: &Refined| {
-        let wrong_rad = refined.model.b2_per_s2.abs() * coarseness_rad_s2;
+        let wrong_rad = refined.model.b2_per_s2.abs() * edges.coarseness_rad_s2();
         refined.heading_noise_rad < LEFT_OF_A_MEAN * wrong_rad
     };
     let blurred = refined.as_ref().is_some_and(is_blurred);
@@ -299,7 +300,7 @@ fn assess_with_others(
         disturbed,
         higher_order: higher_order.as_ref(),
         lag_effect: lag_effect.as_ref(),
-        hidden_edges: edges::hidden_edges(&pass.accepted),
+        hidden_edges: edges.count(),
         training_fit,
         validation,
         fresh: of_fresh.as_ref(),
@@ -327,7 +328,7 @@ fn assess_with_others(
 pub fn fresh_estimate(fresh: Fresh) -> Option<Refined> {
     let samples = fresh.record.usable(fresh.window);
     let manoeuvre = Manoeuvre::find(&samples)?;
-    let samples = edges::placed(&samples, None);
+    let samples = Edges::of(&samples).placed(None);
     let refined = refine::refine(&samples, None).ok()?;
     let lag = LagTest::of(&samples, &refined);
     let is_structural = Unexplained::of(&samples, &refined, manoeuvre.amplitude_rad, lag)
