@@ -186,13 +186,13 @@ pub fn repeat(shared: &Shared, order: RepeatOrder) -> Result<TrialOrder, Refusal
         ));
     }
     plan.thrusts = List::from_slice(&[order.thrust]).unwrap_or_default();
-    let like = order_like(entry, &plan)?;
-    Ok(TrialOrder {
-        seed: order.seed.or(like.seed),
-        realtime_factor: order.realtime_factor,
-        agreed: order.agreed,
-        ..like
-    })
+    another(
+        entry,
+        &plan,
+        order.seed,
+        order.realtime_factor,
+        order.agreed,
+    )
 }
 
 /// The order that goes on with a campaign that ended early, at the first speed that is not done.
@@ -209,13 +209,14 @@ pub fn go_on(shared: &Shared, order: GoOnOrder) -> Result<TrialOrder, Refusal> {
             format!("campaign {id} has been at every speed of its plan; repeat one of them"),
         ));
     }
-    let like = order_like(entry, &Plan { thrusts, ..plan })?;
-    Ok(TrialOrder {
-        seed: order.seed.or(like.seed),
-        realtime_factor: order.realtime_factor,
-        agreed: order.agreed,
-        ..like
-    })
+    let plan = Plan { thrusts, ..plan };
+    another(
+        entry,
+        &plan,
+        order.seed,
+        order.realtime_factor,
+        order.agreed,
+    )
 }
 
 /// The speeds of a plan from the first that is not done. One is done when its last run was accepted or used up the attempts; a run
@@ -239,16 +240,22 @@ fn entered_plan(entry: &CampaignEntry) -> Result<Plan<f64>, Refusal> {
     })
 }
 
-/// The order of a trial on the same vehicle in the same configuration, another time.
-fn order_like(entry: CampaignEntry, plan: &Plan<f64>) -> Result<TrialOrder, Refusal> {
+/// The order of another trial on the same vehicle in the same configuration, with the next seed where none is asked for.
+fn another(
+    entry: CampaignEntry,
+    plan: &Plan<f64>,
+    seed: Option<u64>,
+    realtime_factor: Option<f64>,
+    agreed: bool,
+) -> Result<TrialOrder, Refusal> {
     Ok(TrialOrder {
         vehicle: entry.vehicle,
         plan: Some(serde_json::to_value(plan).map_err(Refusal::internal)?),
-        seed: entry.seed.map(|seed| seed.wrapping_add(1)),
-        realtime_factor: None,
+        seed: seed.or(entry.seed.map(|seed| seed.wrapping_add(1))),
+        realtime_factor,
         configuration: Some(entry.configuration),
         note: None,
-        agreed: false,
+        agreed,
     })
 }
 

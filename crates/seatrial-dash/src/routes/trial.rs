@@ -6,6 +6,7 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use axum::{Extension, Json};
 use seatrial_core::Plan;
+use serde::Serialize;
 use serde_json::Value;
 
 use super::asked::Body;
@@ -61,6 +62,22 @@ pub async fn preflight(
     ))
 }
 
+/// Carries out a command that starts a trial.
+async fn begun<Order: Clone + Serialize + Send + 'static>(
+    shared: Arc<Shared>,
+    caller: Caller,
+    command: &'static str,
+    order: Order,
+    trial_of: fn(&Shared, Order) -> Result<TrialOrder, Refusal>,
+) -> Result<(StatusCode, Json<TrialState>), Refusal> {
+    let started = blocking(shared, move |shared| {
+        shared.command(&caller, command, &order, |_| {
+            trials::start(shared, trial_of(shared, order.clone())?)
+        })
+    });
+    Ok((StatusCode::CREATED, Json(started.await?)))
+}
+
 /// Starts a trial.
 #[utoipa::path(post, path = "/api/v1/trial", tag = "trial", request_body = TrialOrder,
     params(("seatrial-lease" = Option<String>, Header, description = "The lease of control")),
@@ -70,12 +87,7 @@ pub async fn start(
     Extension(caller): Extension<Caller>,
     Body(order): Body<TrialOrder>,
 ) -> Result<(StatusCode, Json<TrialState>), Refusal> {
-    let started = blocking(shared, move |shared| {
-        shared.command(&caller, "start_trial", &order, |_| {
-            trials::start(shared, order.clone())
-        })
-    });
-    Ok((StatusCode::CREATED, Json(started.await?)))
+    begun(shared, caller, "start_trial", order, |_, order| Ok(order)).await
 }
 
 /// Runs one speed of a campaign again.
@@ -87,12 +99,7 @@ pub async fn repeat(
     Extension(caller): Extension<Caller>,
     Body(order): Body<RepeatOrder>,
 ) -> Result<(StatusCode, Json<TrialState>), Refusal> {
-    let started = blocking(shared, move |shared| {
-        shared.command(&caller, "repeat_speed", &order, |_| {
-            trials::start(shared, trials::repeat(shared, order.clone())?)
-        })
-    });
-    Ok((StatusCode::CREATED, Json(started.await?)))
+    begun(shared, caller, "repeat_speed", order, trials::repeat).await
 }
 
 /// Goes on with a campaign that was aborted or interrupted, at the first speed that is not done.
@@ -104,12 +111,7 @@ pub async fn go_on(
     Extension(caller): Extension<Caller>,
     Body(order): Body<GoOnOrder>,
 ) -> Result<(StatusCode, Json<TrialState>), Refusal> {
-    let started = blocking(shared, move |shared| {
-        shared.command(&caller, "go_on", &order, |_| {
-            trials::start(shared, trials::go_on(shared, order.clone())?)
-        })
-    });
-    Ok((StatusCode::CREATED, Json(started.await?)))
+    begun(shared, caller, "go_on", order, trials::go_on).await
 }
 
 /// Aborts the trial: neutral rudder, heading hold, the vehicle handed back. Every operator may, with control or without.
