@@ -61,15 +61,7 @@ impl<W: Wire> Autopilot<W> {
 
     fn beat(&mut self, now_s: f64) {
         self.beat_s = now_s;
-        self.send(message::Heartbeat {
-            custom_mode: 0,
-            // A ground station, without an autopilot.
-            kind: 6,
-            autopilot: 8,
-            base_mode: 0,
-            system_status: 4,
-            mavlink_version: 3,
-        });
+        self.send(message::Heartbeat::GROUND_STATION);
         let here_ns = (now_s * 1e9) as i64;
         self.heard.ask_clock(here_ns, self.sampler.clock_s());
         self.send(message::Timesync {

@@ -326,3 +326,15 @@ messages! {
         text: Text<50>,
     }
 }
+
+impl Heartbeat {
+    /// Of a ground station, which has no autopilot.
+    pub const GROUND_STATION: Self = Self {
+        custom_mode: 0,
+        kind: 6,
+        autopilot: 8,
+        base_mode: 0,
+        system_status: 4,
+        mavlink_version: 3,
+    };
+}

@@ -9,13 +9,6 @@ pub fn heartbeat() -> Vec<u8> {
         system: 255,
         component: 1,
     };
-    let heartbeat = Message::from(Heartbeat {
-        custom_mode: 0,
-        kind: 6,
-        autopilot: 8,
-        base_mode: 0,
-        system_status: 4,
-        mavlink_version: 3,
-    });
+    let heartbeat = Message::from(Heartbeat::GROUND_STATION);
     Encoder::new(station).encode(&heartbeat, None, 0.0)
 }
