@@ -19,15 +19,14 @@ const CRITICAL: u8 = 5;
 const MOVED_US: u16 = 100;
 /// Questions for the clock that may be under way.
 const UNANSWERED: usize = 8;
-/// Heartbeats that must say disarmed before it is believed: the flag lags.
-const DISARMED_BEATS: u32 = 2;
 
 #[derive(Debug, Default)]
 pub(super) struct Heard {
     pub vehicle: Option<Sender>,
     pub heartbeat: Option<Heartbeat>,
     pub heartbeats: u32,
-    disarmed_beats: u32,
+    /// A heartbeat has said so. Before, the flag may lag behind the arming.
+    has_been_armed: bool,
     pub sys_status: Option<SysStatus>,
     pub ekf: Option<EkfStatusReport>,
     pub estimator: Option<EstimatorStatus>,
@@ -79,10 +78,7 @@ impl Heard {
             Message::Heartbeat(heartbeat) => {
                 self.heartbeat = Some(heartbeat);
                 self.heartbeats += 1;
-                self.disarmed_beats = match self.is_armed() {
-                    true => 0,
-                    false => self.disarmed_beats + 1,
-                };
+                self.has_been_armed |= self.is_armed();
             }
             Message::SysStatus(status) => self.sys_status = Some(status),
             Message::EkfStatusReport(report) => self.ekf = Some(report),
@@ -140,7 +136,7 @@ impl Heard {
         {
             return Some(Stop::PilotMode(mode));
         }
-        if self.disarmed_beats >= DISARMED_BEATS {
+        if self.has_been_armed && !self.is_armed() {
             return Some(Stop::Disarmed);
         }
         if let Some(channel) = self.moved_stick(profile) {
