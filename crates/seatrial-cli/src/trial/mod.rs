@@ -1,32 +1,33 @@
 //! `seatrial trial`: a whole sea trial.
 
-use std::fmt::{Display, Write as _};
+mod bridge;
+mod text;
+
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use seatrial::campaign::{Campaign, Run, Stage};
-use seatrial::conduct::{Pace, Watch, conduct};
-use seatrial::identification::Refined;
-use seatrial::logbook::{CampaignId, Keeper, Logbook, NewCampaign, Recorder, Step};
+use seatrial::campaign::Campaign;
+use seatrial::conduct::conduct;
+use seatrial::logbook::{Logbook, NewCampaign, Recorder};
 use seatrial::preview::{Target, parse_target};
 use seatrial::report;
-use seatrial_core::heading_control::HeadingGain;
-use seatrial_core::{AbortReason, Outcome, Plan, Trial, Vehicle, YawModel};
-use seatrial_dash::{Server, Tap};
-use seatrial_io::{Estimate, Row, RowWriter};
+use seatrial_core::{Outcome, Plan, Trial, Vehicle};
+use seatrial_dash::Server;
+use seatrial_io::RowWriter;
 use seatrial_sim::FaultyVehicle;
 use serde::Serialize;
 
 use crate::autopilot::{LinkArgs, Taken};
-use crate::live::{Live, Parameter, Picture};
 use crate::output::{Exit, Failure, Output, say};
 use crate::pitch::{self, Axis};
 use crate::record::{self, Format, Recording};
 use crate::ros2;
 use crate::serve::{self, AccessArgs, Yard};
-use crate::table::{Table, decimals};
 use crate::vehicle::{self, Simulated};
+use bridge::{Bridge, Shown};
+use text::text;
 
 /// Run a whole sea trial: settle, train and validate at each speed, then gains and turning limits.
 #[derive(clap::Args, Debug)]
@@ -147,9 +148,7 @@ impl Args {
             output,
         )
     }
-}
 
-impl Args {
     fn server(&self, listen: &str) -> Result<Server, Failure> {
         let yard = Yard {
             vehicles: Vec::new(),
@@ -157,33 +156,6 @@ impl Args {
             logbook: self.logbook.clone(),
         };
         serve::start(&self.access.settings(listen, &self.logbook)?, yard)
-    }
-}
-
-/// The trial on the dashboard.
-struct Shown {
-    server: Server,
-    tap: Tap,
-}
-
-impl Shown {
-    fn begin(
-        server: Server,
-        number: CampaignId,
-        about: &Campaign,
-        plan: &Plan<f64>,
-        stop: &Arc<AtomicBool>,
-    ) -> Result<Self, Failure> {
-        let tap = server.attach(number, about, plan, Arc::clone(stop));
-        let tap =
-            tap.ok_or_else(|| Failure::aborted("the dashboard was used to start another trial"))?;
-        say(format_args!("the dashboard is at {}", server.url()));
-        Ok(Self { server, tap })
-    }
-
-    fn end(self, outcome: Option<Outcome>, unsaved: &[String]) {
-        self.server.detach(&self.tap, outcome, unsaved.to_vec());
-        self.server.stop();
     }
 }
 
@@ -332,9 +304,7 @@ where
     let conducted = conduct(vehicle, plan, about, bridge)
         .map_err(|error| Failure::input(format!("the plan: {error}")))?;
     if let Some(fault) = &conducted.fault {
-        bridge
-            .live
-            .line(&format!("the vehicle was given back: {fault}"));
+        bridge.tell(&format!("the vehicle was given back: {fault}"));
     }
     Ok(conducted.campaign)
 }
@@ -389,315 +359,4 @@ fn exit(campaign: &Campaign, plan: &Plan<f64>, unsaved: bool) -> Exit {
         Some(Outcome::Finished) => Exit::Rejected,
         _ => Exit::Aborted,
     }
-}
-
-/// Between the trial and whoever is told of it: the logbook, the live view, the clock, the operator.
-struct Bridge {
-    keeper: Keeper,
-    recording: Option<Recording>,
-    viewers: Vec<Box<dyn RowWriter>>,
-    shown: Option<Shown>,
-    unsaved: Vec<String>,
-    live: Live,
-    vehicle: String,
-    intervals: Option<[[f64; 2]; 3]>,
-    pace: Option<Pace>,
-    stop: Arc<AtomicBool>,
-}
-
-impl Bridge {
-    fn new(
-        args: &Args,
-        recorder: Recorder,
-        recording: Option<Recording>,
-        viewers: Vec<Box<dyn RowWriter>>,
-        shown: Option<Shown>,
-        stop: Arc<AtomicBool>,
-    ) -> Self {
-        Self {
-            keeper: Keeper::new(recorder),
-            recording,
-            viewers,
-            shown,
-            unsaved: Vec::new(),
-            live: Live::start(),
-            vehicle: args.vehicle.clone(),
-            intervals: None,
-            pace: args.realtime.then(|| Pace::new(1.0)),
-            stop,
-        }
-    }
-
-    /// Records something; what cannot be recorded does not stop the trial.
-    fn record(&mut self, record: impl FnOnce(&mut Recording) -> Result<(), Failure>) {
-        if let Some(recording) = &mut self.recording
-            && let Err(failure) = record(recording)
-        {
-            self.note(failure.to_string());
-        }
-    }
-
-    /// Notes what could not be kept.
-    fn note(&mut self, unsaved: String) {
-        if !self.unsaved.contains(&unsaved) {
-            self.unsaved.push(unsaved);
-        }
-    }
-
-    fn end(mut self, campaign: &Campaign) -> Vec<String> {
-        self.live.end();
-        if let Some(recording) = self.recording.take()
-            && let Err(failure) = recording.finish()
-        {
-            self.note(failure.to_string());
-        }
-        let mut unsaved = self.keeper.end(campaign.outcome);
-        unsaved.extend(self.unsaved);
-        if let Some(shown) = self.shown {
-            shown.end(campaign.outcome, &unsaved);
-        }
-        unsaved
-    }
-
-    fn row(&self, step: &Step, trial: &Trial<f64>) -> Row {
-        let half_width = |[low, high]: [f64; 2]| 0.5 * (high - low);
-        Row {
-            sample: step.sample,
-            stage: step.stage,
-            estimate: step.estimate.map(|model| Estimate {
-                model,
-                half_widths: self.intervals.map(|intervals| intervals.map(half_width)),
-                step_norm: trial.estimator().step_norm(),
-            }),
-        }
-    }
-
-    fn picture(&self, trial: &Trial<f64>) -> Picture {
-        let status = trial.status();
-        let parameter = |index: usize, name, unit| Parameter {
-            name,
-            value: status.model.theta()[index],
-            interval: self.intervals.map(|intervals| intervals[index]),
-            unit,
-        };
-        Picture {
-            title: format!(
-                "{}   run {}, speed {} of {}, {:.0} % thrust, try {}",
-                self.vehicle,
-                status.run,
-                status.speed,
-                status.speeds,
-                100.0 * status.thrust,
-                status.attempt
-            ),
-            stage: status.stage,
-            elapsed_s: status.elapsed_s,
-            remaining_s: status.remaining_s,
-            parameters: [
-                parameter(0, "a22", "1/s"),
-                parameter(1, "b2", "1/s^2"),
-                parameter(2, "C0", "rad/s^2"),
-            ],
-            step_norm: status.step_norm,
-            threshold: trial.estimator().settings().convergence.threshold,
-            converged_s: trial.estimator().converged_s(),
-            envelope: status
-                .envelope
-                .limits()
-                .into_iter()
-                .filter_map(|(limit, used)| Some((short(limit), used?)))
-                .collect(),
-        }
-    }
-}
-
-/// The limit that a reason is about, in a word.
-fn short(limit: AbortReason) -> &'static str {
-    match limit {
-        AbortReason::Depth => "depth",
-        AbortReason::Altitude => "altitude",
-        AbortReason::Roll => "roll",
-        AbortReason::Pitch => "pitch",
-        AbortReason::YawRate => "rate",
-        AbortReason::HeadingExcursion => "heading",
-        AbortReason::Area => "area",
-        AbortReason::SpeedDrift => "speed",
-        AbortReason::StaleSamples => "silence",
-        AbortReason::StageTimeLimit => "time",
-        _ => "other",
-    }
-}
-
-impl Watch for Bridge {
-    fn run_started(&mut self, number: u32, thrust: f64, attempt: u32) {
-        self.keeper.run_started(number, thrust, attempt);
-        if let Some(shown) = &mut self.shown {
-            shown.tap.run_started(number, thrust, attempt);
-        }
-    }
-
-    fn step(&mut self, step: &Step, trial: &Trial<f64>) {
-        self.keeper.step(step, trial);
-        if let Some(shown) = &mut self.shown {
-            shown.tap.step(step, trial);
-        }
-        if step.stage == Some(Stage::Settle) {
-            self.intervals = None;
-        }
-        let row = self.row(step, trial);
-        self.record(|recording| recording.take(row));
-        for viewer in &mut self.viewers {
-            // A row without a time cannot be shown; the logbook has it.
-            let _ = viewer.write(&row);
-        }
-        if self.live.due() {
-            let picture = self.picture(trial);
-            self.live.draw(&picture);
-        }
-        if let Some(pace) = &mut self.pace {
-            pace.wait(step.sample.time_s);
-        }
-    }
-
-    fn wants_intervals(&self) -> bool {
-        self.live.is_terminal()
-            || self.recording.is_some()
-            || !self.viewers.is_empty()
-            || self.shown.is_some()
-    }
-
-    fn interval(&mut self, refined: &Refined) {
-        if let Some(shown) = &mut self.shown {
-            shown.tap.interval(refined);
-        }
-        let interval = refined.interval_95;
-        self.intervals = Some([
-            interval.a22_per_s,
-            interval.b2_per_s2,
-            interval.c0_rad_per_s2,
-        ]);
-    }
-
-    fn run_ended(&mut self, run: &mut Run) {
-        self.keeper.run_ended(run);
-        if let Some(shown) = &mut self.shown {
-            shown.tap.run_ended(run);
-        }
-        self.keeper.release(run);
-        self.record(Recording::run_ended);
-        self.live.line(&run_line(run));
-    }
-
-    fn wants_abort(&mut self) -> bool {
-        self.stop.load(Ordering::Relaxed)
-    }
-}
-
-fn run_line(run: &Run) -> String {
-    let judged = if run.verdict.accepted {
-        "accepted"
-    } else {
-        "rejected"
-    };
-    let reason = run.verdict.reasons.first().map_or("", |r| r.text.as_str());
-    format!(
-        "run {} at {:.0} % thrust {judged}: {reason}",
-        run.number,
-        100.0 * run.thrust
-    )
-}
-
-fn text(campaign: &Campaign, logbook: &Path, report: Option<&Path>) -> String {
-    let mut text = String::new();
-    let accepted = campaign.accepted_runs();
-    let _ = match campaign.outcome {
-        Some(Outcome::Aborted(reason)) => writeln!(
-            text,
-            "ABORTED: {reason}. The vehicle was handed back; everything up to then is kept."
-        ),
-        _ => writeln!(
-            text,
-            "{} of {} runs accepted, {} speeds with a model.",
-            campaign.runs.iter().filter(|r| r.verdict.accepted).count(),
-            campaign.runs.len(),
-            accepted.len()
-        ),
-    };
-    if !accepted.is_empty() {
-        let _ = writeln!(text, "\n{}", models(&accepted));
-        let _ = writeln!(
-            text,
-            "a22, b2 and C0 with 95 % half widths; K_p for a damping ratio of 0.7071; the rudder that holds a heading is -delta0."
-        );
-    }
-    for run in campaign.runs.iter().filter(|run| !run.verdict.accepted) {
-        let _ = writeln!(text, "{}", run_line(run));
-    }
-    let _ = writeln!(text, "\nlogbook  {}", logbook.display());
-    if let Some(report) = report {
-        let _ = writeln!(text, "report   {}", report.display());
-    }
-    text
-}
-
-fn models(runs: &[&Run]) -> String {
-    let mut table = Table::new(&[
-        ("thrust", "%"),
-        ("speed", "m/s"),
-        ("a22", "1/s"),
-        ("b2", "1/s^2"),
-        ("C0", "rad/s^2"),
-        ("delta0", "deg"),
-        ("T", "s"),
-        ("K", "1/s"),
-        ("R^2", ""),
-        ("K_p", ""),
-    ]);
-    for run in runs {
-        let Some(identification) = &run.identification else {
-            continue;
-        };
-        let model = identification.model();
-        let half_widths = identification.refined.as_ref().map(|refined| {
-            let interval = &refined.interval_95;
-            [
-                interval.a22_per_s,
-                interval.b2_per_s2,
-                interval.c0_rad_per_s2,
-            ]
-            .map(|[low, high]| 0.5 * (high - low))
-        });
-        let with_width = |index: usize, digits: usize| {
-            let value = model.theta()[index];
-            let digits = decimals(value, digits);
-            half_widths.map_or_else(
-                || format!("{value:.digits$}"),
-                |widths| format!("{value:.digits$} ±{:.digits$}", widths[index]),
-            )
-        };
-        let number = |value: Option<f64>, digits: usize| {
-            value.map_or_else(String::new, |value| {
-                format!("{value:.*}", decimals(value, digits))
-            })
-        };
-        table.row(vec![
-            format!("{:.0}", 100.0 * run.thrust),
-            number(run.surge_speed_m_s, 2),
-            with_width(0, 3),
-            with_width(1, 3),
-            with_width(2, 4),
-            number(model.delta0_rad().map(f64::to_degrees), 2),
-            number(identification.nomoto.map(|n| n.t_s), 2),
-            number(identification.nomoto.map(|n| n.k_per_s), 3),
-            number(identification.validation.and_then(|v| v.r2_heading), 3),
-            number(gain(model), 2),
-        ]);
-    }
-    table.to_string()
-}
-
-fn gain(model: YawModel<f64>) -> Option<f64> {
-    HeadingGain::design(&model, core::f64::consts::FRAC_1_SQRT_2)
-        .ok()
-        .map(|gain| gain.proportional_gain)
 }
