@@ -136,8 +136,8 @@ fn failure(error: JournalError) -> Failure {
 fn text(document: &Document) -> String {
     let summary = &document.summary;
     let mut text = format!(
-        "{} manoeuvres of {} logs, {} accepted; {} logs could not be read\n",
-        summary.manoeuvres, summary.logs, summary.accepted, summary.errors
+        "Logs      {}, {} of which could not be read\nFound     {} manoeuvres, {} of which are accepted\n",
+        summary.logs, summary.errors, summary.manoeuvres, summary.accepted
     );
     for (title, counts) in [
         ("Verdicts", &summary.verdicts),

@@ -334,7 +334,7 @@ fn begin(
     let tap = shared.live.tap();
     tap.started(state.clone(), &plan);
     let watched = Watched {
-        keeper: Keeper::new(recorder),
+        keeper: Keeper::new(recorder, !is_simulated),
         tap,
         pace: order.realtime_factor.map(Pace::new),
         stop,
@@ -449,7 +449,7 @@ impl UnderWay {
             }
         };
         warnings.extend(not_put_back.unwrap_or_else(|_| Some("the hand-back failed".into())));
-        warnings.extend(watched.keeper.end(outcome));
+        warnings.extend(watched.keeper.end(outcome).unsaved);
         let tap = watched.tap;
         place.last_word = Some(Box::new(move || tap.ended(outcome, warnings)));
     }

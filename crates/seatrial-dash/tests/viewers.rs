@@ -272,7 +272,7 @@ fn trial(viewers: usize, measured: &mut Measured) {
         steps: Times::default(),
     };
     let mut watched = Watched {
-        keeper: Keeper::new(recorder),
+        keeper: Keeper::new(recorder, false),
         tap: tap.clone(),
         pace: Pace::new(FASTER),
         told: Times::default(),

@@ -156,12 +156,12 @@ fn io_a_late_verdict_is_kept_with_its_run() {
     };
     let recorder = Recorder::begin(Logbook::open(&path).unwrap(), &new).unwrap();
     let number = recorder.campaign();
-    let mut keeper = Released(Keeper::new(recorder));
+    let mut keeper = Released(Keeper::new(recorder, true));
     let mut vehicle = Live::until(f64::INFINITY);
     let mut campaign = conduct(&mut vehicle, plan(), about(), &mut keeper)
         .unwrap()
         .campaign;
-    assert_eq!(keeper.0.end(campaign.outcome), [""; 0]);
+    assert_eq!(keeper.0.end(campaign.outcome).unsaved, [""; 0]);
     for run in &campaign.runs {
         let identification = run.identification.as_ref().unwrap();
         assert_eq!(run.record.samples.capacity(), 0);

@@ -61,6 +61,7 @@ pub(super) struct Bridge {
 impl Bridge {
     pub(super) fn new(
         args: &Args,
+        is_live: bool,
         recorder: Recorder,
         recording: Option<Recording>,
         viewers: Vec<Box<dyn RowWriter>>,
@@ -68,7 +69,7 @@ impl Bridge {
         stop: Arc<AtomicBool>,
     ) -> Self {
         Self {
-            keeper: Keeper::new(recorder),
+            keeper: Keeper::new(recorder, is_live),
             recording,
             viewers,
             shown,
@@ -103,14 +104,15 @@ impl Bridge {
     }
 
     /// What could not be kept.
-    pub(super) fn end(mut self, campaign: &Campaign) -> Vec<String> {
+    pub(super) fn end(mut self, campaign: &mut Campaign) -> Vec<String> {
         self.live.end();
         if let Some(recording) = self.recording.take()
             && let Err(failure) = recording.finish()
         {
             self.note(failure.to_string());
         }
-        let mut unsaved = self.keeper.end(campaign.outcome);
+        let kept = self.keeper.end(campaign.outcome);
+        let mut unsaved = kept.put_back(&mut campaign.runs);
         unsaved.extend(self.unsaved);
         if let Some(shown) = self.shown {
             shown.end(campaign.outcome, &unsaved);

@@ -226,18 +226,18 @@ fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
 
     let (mut campaign, mut unsaved) = match on {
         On::Simulator(mut vehicle) => {
-            let mut bridge = Bridge::new(args, recorder, recording, viewers, shown, stop);
-            let campaign = conducted(vehicle.as_mut(), plan, about, &mut bridge)?;
-            let unsaved = bridge.end(&campaign);
+            let mut bridge = Bridge::new(args, false, recorder, recording, viewers, shown, stop);
+            let mut campaign = conducted(vehicle.as_mut(), plan, about, &mut bridge)?;
+            let unsaved = bridge.end(&mut campaign);
             (campaign, unsaved)
         }
         On::Autopilot(address) => {
             let mut taken = taken(args, address, &plan, &stop)?;
-            let mut bridge = Bridge::new(args, recorder, recording, viewers, shown, stop);
-            let campaign = conducted(&mut taken.autopilot, plan, about, &mut bridge)?;
+            let mut bridge = Bridge::new(args, true, recorder, recording, viewers, shown, stop);
+            let mut campaign = conducted(&mut taken.autopilot, plan, about, &mut bridge)?;
             // The vehicle first: what is told and saved can wait.
             let handed_back = taken.hand_back();
-            let mut unsaved = bridge.end(&campaign);
+            let mut unsaved = bridge.end(&mut campaign);
             unsaved.extend(handed_back);
             (campaign, unsaved)
         }
@@ -245,10 +245,10 @@ fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
             let is_given = args.plan.is_some();
             let (mut vehicle, estimates) = ros2::take(path, &plan, is_given, args.yes, &stop)?;
             viewers.push(estimates);
-            let mut bridge = Bridge::new(args, recorder, recording, viewers, shown, stop);
-            let campaign = conducted(&mut vehicle, plan, about, &mut bridge)?;
+            let mut bridge = Bridge::new(args, true, recorder, recording, viewers, shown, stop);
+            let mut campaign = conducted(&mut vehicle, plan, about, &mut bridge)?;
             let handed_back = ros2::hand_back(&mut vehicle);
-            let mut unsaved = bridge.end(&campaign);
+            let mut unsaved = bridge.end(&mut campaign);
             unsaved.extend(handed_back);
             (campaign, unsaved)
         }

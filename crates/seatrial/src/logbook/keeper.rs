@@ -1,81 +1,231 @@
 //! Keeps a trial in the logbook while it is conducted.
 
+use std::mem::take;
+use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+use std::thread::JoinHandle;
+
 use seatrial_core::{Outcome, Trial};
 
 use super::{Error, Recorder, Step};
 use crate::campaign::Run;
 use crate::conduct::Watch;
 
-/// Writes what it watches into the logbook. What cannot be kept is noted and does not stop the trial.
+/// Entries that may wait for the disk: 50 s of a trial at 20 Hz. Then the trial waits, too.
+const WAITING: usize = 1000;
+
+/// Writes what it watches into the logbook, on a thread of its own, because a disk takes longer than a rudder may wait.
+/// What cannot be kept is noted and does not stop the trial. Dropped, it writes what has come.
 #[derive(Debug)]
 pub struct Keeper {
-    recorder: Recorder,
-    unsaved: Vec<String>,
-    /// Number of the run kept last.
-    kept: Option<u32>,
+    entries: Option<SyncSender<Entry>>,
+    /// An answer to each run that has ended: it has been seen to.
+    seen_to: Receiver<()>,
+    thread: Option<JoinHandle<Kept>>,
+    is_live: bool,
+}
+
+#[derive(Debug)]
+enum Entry {
+    RunStarted {
+        number: u32,
+        thrust: f64,
+        attempt: u32,
+    },
+    Step(Box<Step>),
+    RunEnded(Box<Run>),
+    Ended(Outcome),
+}
+
+/// What came of keeping a trial.
+#[derive(Debug, Default)]
+pub struct Kept {
+    /// Why something could not be kept.
+    pub unsaved: Vec<String>,
+    /// Runs that the logbook does not have, whole.
+    pub runs: Vec<Run>,
 }
 
 impl Keeper {
-    /// Keeps with this recorder.
-    pub fn new(recorder: Recorder) -> Self {
+    /// Keeps with this recorder. On a vehicle that is [live](seatrial_core::Vehicle::is_live) the trial does not wait for a
+    /// run to be sealed; any other does, so that what is told of a run is in the logbook.
+    pub fn new(recorder: Recorder, is_live: bool) -> Self {
+        let (entries, to_keep) = sync_channel(WAITING);
+        let (tell, seen_to) = channel();
+        let thread = std::thread::spawn(move || keep(recorder, &to_keep, &tell));
         Self {
-            recorder,
-            unsaved: Vec::new(),
-            kept: None,
+            entries: Some(entries),
+            seen_to,
+            thread: Some(thread),
+            is_live,
         }
     }
 
-    /// Takes record and trace out of the run that was kept last, so that memory does not grow with a trial's runs;
-    /// [`Logbook::fill`](super::Logbook::fill) puts them back. A run that the logbook does not have is left whole.
+    /// Takes record and trace out of a run that has ended, so that memory does not grow with a trial's runs;
+    /// [`Logbook::fill`](super::Logbook::fill) puts them back, and [`end`](Self::end) gives those that the logbook does not have.
     pub fn release(&self, run: &mut Run) {
-        if self.kept == Some(run.number) {
-            run.record.samples = Vec::new();
-            if let Some(identification) = &mut run.identification {
-                identification.online.trace = Vec::new();
-            }
+        run.record.samples = Vec::new();
+        if let Some(identification) = &mut run.identification {
+            identification.online.trace = Vec::new();
         }
     }
 
-    /// Enters how the campaign ended; what could not be kept.
-    pub fn end(self, outcome: Option<Outcome>) -> Vec<String> {
-        let Self {
-            recorder,
-            mut unsaved,
-            ..
-        } = self;
-        if let Some(outcome) = outcome
-            && let Err(error) = recorder.finish(outcome)
-        {
-            unsaved.push(error.to_string());
+    /// Enters how the campaign ended, and waits until all is written.
+    pub fn end(mut self, outcome: Option<Outcome>) -> Kept {
+        if let Some(outcome) = outcome {
+            self.enter(Entry::Ended(outcome));
         }
-        unsaved
+        self.finish()
     }
 
-    /// `true`: it is kept.
-    fn keep(&mut self, keep: impl FnOnce(&mut Recorder) -> Result<(), Error>) -> bool {
-        let kept = keep(&mut self.recorder);
-        if let Err(error) = &kept {
-            let unsaved = error.to_string();
-            if !self.unsaved.contains(&unsaved) {
-                self.unsaved.push(unsaved);
-            }
+    fn enter(&self, entry: Entry) {
+        if let Some(entries) = &self.entries {
+            // The thread ends before its entries only by a panic, which `finish` tells.
+            let _ = entries.send(entry);
         }
-        kept.is_ok()
+    }
+
+    fn finish(&mut self) -> Kept {
+        self.entries = None;
+        let kept = self.thread.take().map(JoinHandle::join);
+        kept.unwrap_or_else(|| Ok(Kept::default()))
+            .unwrap_or_else(|_| Kept {
+                unsaved: vec![
+                    "the logbook was not written to its end: a fault of the program".into(),
+                ],
+                runs: Vec::new(),
+            })
+    }
+}
+
+impl Drop for Keeper {
+    fn drop(&mut self) {
+        self.finish();
     }
 }
 
 impl Watch for Keeper {
     fn run_started(&mut self, number: u32, thrust: f64, attempt: u32) {
-        self.keep(|recorder| recorder.begin_run(number, thrust, attempt));
+        self.enter(Entry::RunStarted {
+            number,
+            thrust,
+            attempt,
+        });
     }
 
     fn step(&mut self, step: &Step, _trial: &Trial<f64>) {
-        self.keep(|recorder| recorder.step(*step));
+        self.enter(Entry::Step(Box::new(*step)));
     }
 
     fn run_ended(&mut self, run: &mut Run) {
-        if self.keep(|recorder| recorder.finish_run(run)) {
-            self.kept = Some(run.number);
+        self.enter(Entry::RunEnded(Box::new(run.clone())));
+        if !self.is_live {
+            let _ = self.seen_to.recv();
         }
+    }
+}
+
+/// Enters one after the other until nobody has any more.
+fn keep(mut recorder: Recorder, entries: &Receiver<Entry>, seen_to: &Sender<()>) -> Kept {
+    let mut kept = Kept::default();
+    for entry in entries {
+        let entered = match entry {
+            Entry::RunStarted {
+                number,
+                thrust,
+                attempt,
+            } => recorder.begin_run(number, thrust, attempt),
+            Entry::Step(step) => recorder.step(*step),
+            Entry::RunEnded(run) => {
+                let sealed = recorder.finish_run(&run);
+                if sealed.is_err() {
+                    kept.runs.push(*run);
+                }
+                let _ = seen_to.send(());
+                sealed
+            }
+            Entry::Ended(outcome) => {
+                kept.note(recorder.finish(outcome));
+                break;
+            }
+        };
+        kept.note(entered);
+    }
+    kept
+}
+
+impl Kept {
+    fn note(&mut self, entered: Result<(), Error>) {
+        if let Err(error) = entered {
+            let unsaved = error.to_string();
+            if !self.unsaved.contains(&unsaved) {
+                self.unsaved.push(unsaved);
+            }
+        }
+    }
+
+    /// Puts the runs that the logbook does not have back among those of a campaign; why they were not kept.
+    pub fn put_back(mut self, runs: &mut [Run]) -> Vec<String> {
+        for whole in take(&mut self.runs) {
+            if let Some(run) = runs.iter_mut().find(|run| run.number == whole.number) {
+                *run = whole;
+            }
+        }
+        self.unsaved
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use rusqlite::Connection;
+    use seatrial_core::Plan;
+
+    use super::*;
+    use crate::logbook::recorder::tests::{begun, run, step};
+    use crate::logbook::{CampaignId, Logbook};
+
+    /// Each of the steps is a second long, so that each is written for itself.
+    #[test]
+    fn io_a_disk_that_is_held_up_holds_up_no_rudder() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("seatrial.db");
+        let mut keeper = Keeper::new(begun(&path), true);
+        let trial = Trial::new(Plan::paper()).unwrap();
+        let run = run(100);
+        let holder = Connection::open(&path).unwrap();
+        holder.execute_batch("BEGIN IMMEDIATE").unwrap();
+        let begun = Instant::now();
+        keeper.run_started(1, 0.6, 1);
+        for second in 0..100 {
+            keeper.step(&step(second), &trial);
+        }
+        let mut told = run.clone();
+        keeper.run_ended(&mut told);
+        keeper.release(&mut told);
+        // The lock is waited for 5 s.
+        assert!(begun.elapsed() < Duration::from_secs(1));
+        assert!(told.record.samples.is_empty());
+        holder.execute_batch("ROLLBACK").unwrap();
+        assert_eq!(keeper.end(Some(Outcome::Finished)).unsaved, [""; 0]);
+        let logbook = Logbook::open_read_only(&path).unwrap();
+        assert_eq!(logbook.campaign(CampaignId(1)).unwrap().runs, [run]);
+    }
+
+    #[test]
+    fn io_a_run_that_the_logbook_refused_comes_back_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("seatrial.db");
+        let mut keeper = Keeper::new(begun(&path), true);
+        keeper.run_started(1, 0.6, 1);
+        // Its record has a sample that never came.
+        let run = run(1);
+        let mut told = run.clone();
+        keeper.run_ended(&mut told);
+        keeper.release(&mut told);
+        let mut runs = [told];
+        let unsaved = keeper.end(Some(Outcome::Finished)).put_back(&mut runs);
+        assert_eq!(unsaved.len(), 1, "{unsaved:?}");
+        assert_eq!(runs, [run]);
     }
 }

@@ -48,7 +48,7 @@ use rusqlite::{Connection, ErrorCode, OpenFlags};
 use serde::Serialize;
 
 pub use error::Error;
-pub use keeper::Keeper;
+pub use keeper::{Keeper, Kept};
 pub use operators::{CommandEntry, NewCommand, Review};
 pub use read::{CampaignEntry, RunEntry, State};
 pub use recorder::Recorder;

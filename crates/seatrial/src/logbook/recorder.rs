@@ -101,13 +101,15 @@ impl Recorder {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
+    use std::path::Path;
+
     use seatrial_core::{Action, Sample, Steering};
 
     use super::*;
     use crate::identification::Verdict;
 
-    fn step(second: u32) -> Step {
+    pub(in crate::logbook) fn step(second: u32) -> Step {
         Step {
             sample: Sample {
                 time_s: f64::from(second),
@@ -123,11 +125,25 @@ mod tests {
         }
     }
 
-    /// A disk that fills up and is then given space loses nothing.
-    #[test]
-    fn io_steps_that_a_full_disk_refused_are_written_later() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("seatrial.db");
+    /// The first run, with this many steps.
+    pub(in crate::logbook) fn run(steps: u32) -> Run {
+        Run {
+            number: 1,
+            thrust: 0.6,
+            attempt: 1,
+            surge_speed_m_s: None,
+            stages: Vec::new(),
+            record: (0..steps).map(|second| step(second).sample).collect(),
+            identification: None,
+            verdict: Verdict {
+                accepted: false,
+                reasons: Vec::new(),
+            },
+        }
+    }
+
+    /// A campaign has begun in the logbook there.
+    pub(in crate::logbook) fn begun(path: &Path) -> Recorder {
         let new = NewCampaign {
             configuration: "bare hull",
             notes: None,
@@ -137,7 +153,15 @@ mod tests {
             rudder_limit_rad: 0.26,
             plan: "",
         };
-        let mut recorder = Recorder::begin(Logbook::open(&path).unwrap(), &new).unwrap();
+        Recorder::begin(Logbook::open(path).unwrap(), &new).unwrap()
+    }
+
+    /// A disk that fills up and is then given space loses nothing.
+    #[test]
+    fn io_steps_that_a_full_disk_refused_are_written_later() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("seatrial.db");
+        let mut recorder = begun(&path);
         recorder.begin_run(1, 0.6, 1).unwrap();
         let limit_pages = |recorder: &Recorder, pages: u32| {
             let connection = &recorder.logbook.connection;
@@ -155,19 +179,7 @@ mod tests {
         assert!(first.to_string().contains("free some space"), "{first}");
 
         limit_pages(&recorder, 10_000);
-        let run = Run {
-            number: 1,
-            thrust: 0.6,
-            attempt: 1,
-            surge_speed_m_s: None,
-            stages: Vec::new(),
-            record: (0..400).map(|second| step(second).sample).collect(),
-            identification: None,
-            verdict: Verdict {
-                accepted: false,
-                reasons: Vec::new(),
-            },
-        };
+        let run = run(400);
         recorder.finish_run(&run).unwrap();
         recorder.finish(Outcome::Finished).unwrap();
         let logbook = Logbook::open_read_only(&path).unwrap();
