@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use crate::heading_loop::{HeadingLoop, LoopTiming};
 use crate::schedule::{Beyond, ScheduleError, Scheduled, SpeedSchedule};
 use crate::{Real, YawModel};
 
@@ -94,6 +95,38 @@ impl<T: Real> HeadingGain<T> {
         Ok(Self {
             proportional_gain: gain,
             feed_forward_rudder_rad: -delta0,
+        })
+    }
+
+    /// The gain whose loop, with its delays, keeps the phase margin that the damping ratio gives it without.
+    ///
+    /// ```text
+    /// tan(phi_m) = 2 zeta/sqrt(sqrt(1 + 4 zeta^4) - 2 zeta^2)
+    /// atan(-a22/omega_c) - omega_c (tau + h/2) = phi_m
+    /// K_p = omega_c sqrt(omega_c^2 + a22^2)/b2
+    /// ```
+    ///
+    /// | symbol | identifier | unit |
+    /// |---|---|---|
+    /// | phi_m | phase margin of [`HeadingGain::design`]'s loop | rad |
+    /// | omega_c | frequency at which the open loop is 1 | rad/s |
+    /// | tau | `timing.delay_s`: dead time and the time constant of a rudder that lags | s |
+    /// | h | `timing.sample_interval_s`, of which a hold delays by half | s |
+    ///
+    /// Without delay it is (57). A delay turns omega_c tau of the margin into overshoot, about 1 % of the step for each
+    /// degree.
+    pub fn design_delayed(
+        model: &YawModel<T>,
+        damping_ratio: T,
+        timing: LoopTiming<T>,
+    ) -> Result<Self, NoGain> {
+        let prompt = Self::design(model, damping_ratio)?;
+        let closed = HeadingLoop::new(model, prompt.proportional_gain)?;
+        let omega = closed.crossover_delayed_rad_s(timing)?;
+        let a22 = model.a22_per_s;
+        Ok(Self {
+            proportional_gain: omega * (omega * omega + a22 * a22).sqrt() / model.b2_per_s2,
+            ..prompt
         })
     }
 
@@ -263,6 +296,37 @@ mod tests {
             // "approximately 5 %" in the paper; e^-pi = 4.32 %.
             assert!((closed.overshoot() - (-core::f64::consts::PI).exp()).abs() < 1e-15);
         }
+    }
+
+    /// Without delay it is (57), with a delay the loop keeps the phase margin of (57).
+    #[test]
+    fn exact_a_delay_counted_leaves_the_phase_margin() {
+        let model = YawModel::from_theta([-1.07, -1.08, 0.012]);
+        let prompt = HeadingGain::design(&model, ZETA_OF_57).unwrap();
+        let same = HeadingGain::design_delayed(&model, ZETA_OF_57, LoopTiming::default()).unwrap();
+        // Rounding of the bisection.
+        assert!((same.proportional_gain / prompt.proportional_gain - 1.0).abs() < 1e-14);
+        let margin = |gain: HeadingGain<f64>, timing| {
+            let closed = HeadingLoop::new(&model, gain.proportional_gain).unwrap();
+            closed.margins(timing).unwrap().phase_margin_rad.unwrap()
+        };
+        let expected = margin(prompt, LoopTiming::default());
+        for (delay_s, sample_interval_s) in [(0.3, None), (0.05, Some(0.05)), (0.0, Some(0.1))] {
+            let timing = LoopTiming {
+                delay_s,
+                sample_interval_s,
+            };
+            let gain = HeadingGain::design_delayed(&model, ZETA_OF_57, timing).unwrap();
+            assert!(gain.proportional_gain / prompt.proportional_gain < 0.95);
+            // A hold is a delay of half an interval but for (omega h)^2 of it, 1e-3 rad here.
+            assert!((margin(gain, timing) - expected).abs() < 1e-3);
+        }
+        let late = LoopTiming {
+            delay_s: f64::NAN,
+            sample_interval_s: None,
+        };
+        let refused = HeadingGain::design_delayed(&model, ZETA_OF_57, late);
+        assert_eq!(refused, Err(NoGain::Timing));
     }
 
     /// The free-running loop at a small sample interval overshoots by the theoretical 4.3 %.

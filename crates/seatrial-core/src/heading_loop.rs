@@ -40,6 +40,19 @@ pub struct LoopTiming<T> {
     pub sample_interval_s: Option<T>,
 }
 
+impl<T: Real> LoopTiming<T> {
+    fn check(&self) -> Result<(), NoGain> {
+        let interval_is_valid = self
+            .sample_interval_s
+            .is_none_or(|h| h.is_finite() && h > T::ZERO);
+        if interval_is_valid && self.delay_s.is_finite() && self.delay_s >= T::ZERO {
+            Ok(())
+        } else {
+            Err(NoGain::Timing)
+        }
+    }
+}
+
 /// How far a loop is from instability.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -116,26 +129,37 @@ impl<T: Real> HeadingLoop<T> {
     /// (at one sample) of the Nyquist frequency is taken to be there, which changes the gain margin
     /// by less than 1e-6 of itself. With sampling, the delay margin is exact in whole intervals.
     pub fn margins(&self, timing: LoopTiming<T>) -> Result<Margins<T>, NoGain> {
-        let valid = |x: T| x.is_finite() && x >= T::ZERO;
-        if !valid(timing.delay_s) {
-            return Err(NoGain::Timing);
-        }
-        match timing.sample_interval_s {
-            None => Ok(self.continuous_margins(timing.delay_s)),
-            Some(h) if valid(h) && h > T::ZERO => {
-                Ok(SampledLoop::new(self, timing.delay_s, h).margins())
-            }
-            Some(_) => Err(NoGain::Timing),
-        }
+        timing.check()?;
+        Ok(match timing.sample_interval_s {
+            None => self.continuous_margins(timing.delay_s),
+            Some(h) => SampledLoop::new(self, timing.delay_s, h).margins(),
+        })
+    }
+
+    /// The frequency at which a loop of the same vehicle with these delays has the phase margin that this loop has
+    /// without, rad/s. A hold counts as a delay of half an interval.
+    pub(crate) fn crossover_delayed_rad_s(&self, timing: LoopTiming<T>) -> Result<T, NoGain> {
+        timing.check()?;
+        let half_interval = timing.sample_interval_s.unwrap_or(T::ZERO) / T::of(2.0);
+        let delay_s = timing.delay_s + half_interval;
+        let prompt = self.prompt_crossover_rad_s();
+        let margin = (-self.a22_per_s).atan2(prompt);
+        Ok(bisect(T::ZERO, prompt, |omega| {
+            (-self.a22_per_s).atan2(omega) - omega * delay_s - margin
+        }))
+    }
+
+    /// The positive root of omega^4 + a^2 omega^2 - g^2, without cancellation.
+    fn prompt_crossover_rad_s(&self) -> T {
+        let (a, g) = (self.a22_per_s, self.stiffness_per_s2);
+        (T::of(2.0) * g * g / (a * a + (a * a * a * a + T::of(4.0) * g * g).sqrt())).sqrt()
     }
 
     /// |L| = g/(omega sqrt(omega^2 + a^2)), arg L = -pi/2 - atan(omega/-a) - omega tau.
     fn continuous_margins(&self, delay_s: T) -> Margins<T> {
         let (a, g) = (self.a22_per_s, self.stiffness_per_s2);
         let two = T::of(2.0);
-        // The positive root of omega^4 + a^2 omega^2 - g^2, without cancellation.
-        let crossover =
-            (two * g * g / (a * a + (a * a * a * a + T::of(4.0) * g * g).sqrt())).sqrt();
+        let crossover = self.prompt_crossover_rad_s();
         let phase_above_minus_pi = |omega: T| (-a).atan2(omega) - omega * delay_s;
         let gain_margin = (delay_s > T::ZERO).then(|| {
             let omega = bisect(T::ZERO, T::PI / (two * delay_s), phase_above_minus_pi);
