@@ -45,6 +45,24 @@ impl Identification {
     pub fn model(&self) -> YawModel<f64> {
         self.refined.as_ref().map_or(self.online.model, |r| r.model)
     }
+
+    /// The least damped model that the record allows: a22 at the end of its 95 % interval nearer to 0.
+    ///
+    /// A gain designed for it keeps its damping over the whole interval. Where a first-order model misses something (sway,
+    /// cross-flow drag) the interval is wide, and the gain more cautious. The model itself where there is no interval,
+    /// or where the interval holds 0.
+    pub fn least_damped_model(&self) -> YawModel<f64> {
+        let model = self.model();
+        let least_per_s = self
+            .refined
+            .as_ref()
+            .map(|refined| refined.interval_95.a22_per_s[1])
+            .filter(|a22_per_s| *a22_per_s < 0.0);
+        YawModel {
+            a22_per_s: least_per_s.unwrap_or(model.a22_per_s),
+            ..model
+        }
+    }
 }
 
 /// What a model beyond the first order makes of a record, beside the model that goes to the controller.

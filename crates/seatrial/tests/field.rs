@@ -84,9 +84,11 @@ fn steers_as_designed(field: &Field) {
         steps.map(SteeredSteps::overshoot).collect()
     };
     let (constant, scheduled) = (of(Control::Constant), of(Control::Scheduled));
-    // 4.3 % by the design; servo, dead time and drift add 3 % at 60 and 8 % at 100 % thrust.
-    assert!(scheduled.iter().all(|o| *o < 0.14), "{scheduled:?}");
-    assert!(scheduled[..2].iter().all(|o| *o < 0.10), "{scheduled:?}");
+    // The paper's 5 to 10 %; 5.1 to 10.1 % over six seeds, a step being known to 0.1 degrees of compass noise, 0.5 %.
+    assert!(
+        scheduled.iter().all(|o| (0.045..0.105).contains(o)),
+        "{scheduled:?}"
+    );
     // The constant gain suits the lowest thrust only.
     assert!(constant[4] > 0.15, "{constant:?}");
     assert!(constant[4] > 1.8 * constant[0], "{constant:?}");

@@ -1,6 +1,7 @@
 //! The heading steps of Figs. 17 and 18 on the vehicle itself.
 
 use seatrial_core::heading_control::GainSchedule;
+use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 use seatrial_core::{
     HeadingController, HeadingGain, Real, Sample, SchedulePoint, SpeedSchedule, Steering, Vehicle,
@@ -83,12 +84,14 @@ impl GainFromEnds {
 pub(super) fn make<V: Vehicle<f64>>(
     pilot: &mut Pilot<V>,
     schedule: &SpeedSchedule<f64>,
+    cautious: &SpeedSchedule<f64>,
     steps: &HeadingSteps,
     settle_s: f64,
 ) -> Result<Vec<SteeredSteps>, FieldError> {
     let mut runs = Vec::new();
-    for point in schedule.points() {
-        for (control, gain) in controllers(schedule, point, steps.damping_ratio)? {
+    for (point, least_damped) in schedule.points().iter().zip(cautious.points()) {
+        let slowest = &schedule.points()[0];
+        for (control, gain) in controllers(slowest, least_damped, cautious, steps)? {
             let controller = HeadingController::new(gain, steps.rudder_limit_rad)
                 .map_err(NoExperiment::NoGain)?;
             let (series, measures, swings) =
@@ -107,25 +110,45 @@ pub(super) fn make<V: Vehicle<f64>>(
 }
 
 /// The constant gain, the scheduled one, and between the ends of the schedule the one on the line between them.
+///
+/// The constant gain is (57) for the slowest speed, which stands for the paper's tuning by hand. The others are designed
+/// for the least damped model of each interval and for the loop that is there: a rudder asked for acts from the next
+/// sample on and is held over one.
 fn controllers(
-    schedule: &SpeedSchedule<f64>,
+    slowest: &SchedulePoint<f64>,
     point: &SchedulePoint<f64>,
-    damping_ratio: f64,
+    cautious: &SpeedSchedule<f64>,
+    steps: &HeadingSteps,
 ) -> Result<Vec<(Control, HeadingGain<f64>)>, FieldError> {
-    let points = schedule.points();
-    let (first, last) = (points[0], points[points.len() - 1]);
-    let design = |point: &SchedulePoint<f64>| {
-        HeadingGain::design(&point.model, damping_ratio).map_err(NoExperiment::NoGain)
+    let timing = LoopTiming {
+        delay_s: steps.sample_interval_s,
+        sample_interval_s: Some(steps.sample_interval_s),
     };
+    let design = |point: &SchedulePoint<f64>| {
+        HeadingGain::design_delayed(&point.model, steps.damping_ratio, timing)
+            .map_err(NoExperiment::NoGain)
+    };
+    let constant = HeadingGain::design(&slowest.model, steps.damping_ratio)
+        .map_err(NoExperiment::NoGain)?
+        .without_feed_forward();
     let mut controllers = vec![
-        (Control::Constant, design(&first)?.without_feed_forward()),
+        (Control::Constant, constant),
         (Control::Scheduled, design(point)?),
     ];
-    if *point != first && *point != last {
-        let ends = SpeedSchedule::new(ScheduleKey::Thrust, &[first, last])?;
-        let gains = GainSchedule::design(ends, damping_ratio).map_err(NoExperiment::NoGainAt)?;
-        let thrust = point.thrust.ok_or(FieldError::Missing("thrust"))?;
-        let gain = *gains.lookup(thrust, Beyond::Refuse)?.value();
+    let points = cautious.points();
+    let (first, last) = (&points[0], &points[points.len() - 1]);
+    if point != first && point != last {
+        let thrust = |point: &SchedulePoint<f64>| point.thrust.ok_or(FieldError::Missing("thrust"));
+        let fraction = (thrust(point)? - thrust(first)?) / (thrust(last)? - thrust(first)?);
+        let (first, last) = (design(first)?, design(last)?);
+        let between = |first: f64, last: f64| first + fraction * (last - first);
+        let gain = HeadingGain {
+            proportional_gain: between(first.proportional_gain, last.proportional_gain),
+            feed_forward_rudder_rad: between(
+                first.feed_forward_rudder_rad,
+                last.feed_forward_rudder_rad,
+            ),
+        };
         controllers.push((Control::Interpolated, gain));
     }
     Ok(controllers)

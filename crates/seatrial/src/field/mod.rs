@@ -9,12 +9,13 @@ mod u_turn;
 
 use seatrial_core::schedule::{ScheduleError, ScheduleKey};
 use seatrial_core::turning::{Hand, NoTurn};
-use seatrial_core::{SchedulePoint, SpeedSchedule, Vehicle};
+use seatrial_core::{SchedulePoint, SpeedSchedule, Vehicle, YawModel};
 use serde::Serialize;
 
 use crate::campaign::Campaign;
 use crate::circle_fit::NoCircle;
 use crate::heading_step::{HeadingSteps, NoExperiment};
+use crate::identification::Identification;
 use crate::savitzky_golay::NoDerivative;
 use crate::surge::SurgeModel;
 
@@ -131,8 +132,14 @@ impl Field {
     ) -> Result<Self, FieldError> {
         let first = trials.first();
         let rudder_limit_rad = first.map_or(0.0, |campaign| campaign.rudder_limit_rad);
-        let points = first.map_or(Vec::new(), schedule_points);
+        let points = first.map_or(Vec::new(), |campaign| {
+            schedule_points(campaign, Identification::model)
+        });
+        let cautious = first.map_or(Vec::new(), |campaign| {
+            schedule_points(campaign, Identification::least_damped_model)
+        });
         let schedule = SpeedSchedule::new(ScheduleKey::Thrust, &points)?;
+        let cautious = SpeedSchedule::new(ScheduleKey::Thrust, &cautious)?;
         let points = schedule.points().to_vec();
         let mut pilot = Pilot::new(vehicle);
         let mut u_turns = Vec::new();
@@ -148,7 +155,13 @@ impl Field {
             rudder_limit_rad,
             settings,
             u_turns,
-            heading_steps: heading_steps::make(&mut pilot, &schedule, &steps, settings.settle_s)?,
+            heading_steps: heading_steps::make(
+                &mut pilot,
+                &schedule,
+                &cautious,
+                &steps,
+                settings.settle_s,
+            )?,
             gains_from_ends: GainFromEnds::of(&schedule, steps.damping_ratio)?,
             trials: points
                 .iter()
@@ -168,13 +181,16 @@ impl Field {
     }
 }
 
-fn schedule_points(campaign: &Campaign) -> Vec<SchedulePoint<f64>> {
+fn schedule_points(
+    campaign: &Campaign,
+    model: fn(&Identification) -> YawModel<f64>,
+) -> Vec<SchedulePoint<f64>> {
     let runs = campaign.accepted_runs();
     let points = runs.iter().filter_map(|run| {
         Some(SchedulePoint {
             thrust: Some(run.thrust),
             surge_speed_m_s: run.surge_speed_m_s,
-            model: run.identification.as_ref()?.model(),
+            model: model(run.identification.as_ref()?),
         })
     });
     points.collect()

@@ -1,5 +1,7 @@
 //! The page of the field experiments.
 
+use seatrial_core::{HeadingGain, SchedulePoint};
+
 use super::chart::{Chart, Layer, PLOT_WIDTH, Panel};
 use super::headline::{Headline, Tone};
 use super::number::{decimals, percent, spoken};
@@ -385,8 +387,8 @@ fn heading_steps(field: &Field) -> Option<Figure> {
     (!chart.panels.is_empty()).then(|| {
         Figure::new(
             &chart,
-            "Heading steps on the vehicle itself (Fig. 17), without the compass noise. The constant gain is that of the lowest thrust without \
-             feed-forward."
+            "Heading steps on the vehicle itself (Fig. 17), without the compass noise. The constant gain is (57) for the lowest thrust, without \
+             feed-forward. The scheduled gain is designed for the least damped model of each interval and counts the sample of delay."
                 .to_owned(),
         )
     })
@@ -394,13 +396,11 @@ fn heading_steps(field: &Field) -> Option<Figure> {
 
 /// Gains over thrust: designed at every thrust, and from the two end points (Fig. 18).
 fn gains(field: &Field) -> Option<Figure> {
-    let scheduled = |s: &&SteeredSteps| s.control == Control::Scheduled;
-    let designed: Vec<[f64; 2]> = field
-        .heading_steps
-        .iter()
-        .filter(scheduled)
-        .filter_map(|s| Some([100.0 * s.point.thrust?, s.gain.proportional_gain]))
-        .collect();
+    let design = |point: &SchedulePoint<f64>| {
+        let gain = HeadingGain::design(&point.model, field.settings.steps.damping_ratio).ok()?;
+        Some([100.0 * point.thrust?, gain.proportional_gain])
+    };
+    let designed: Vec<[f64; 2]> = field.points.iter().filter_map(design).collect();
     let (first, last) = (*designed.first()?, *designed.last()?);
     let margin = 0.08 * (last[0] - first[0]);
     let inner = field.gains_from_ends.iter();
@@ -424,7 +424,7 @@ fn gains(field: &Field) -> Option<Figure> {
     };
     Some(Figure::new(
         &chart,
-        "Gains designed at each thrust, and those that the lowest and the highest alone give (Fig. 18): on the line between the two gains, and \
+        "Gains (57) designed at each thrust, and those that the lowest and the highest alone give (Fig. 18): on the line between the two gains, and \
          designed from the model between the two models."
             .to_owned(),
     ))
