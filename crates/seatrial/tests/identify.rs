@@ -297,6 +297,70 @@ fn recover_a_vehicle_behind_a_lag_from_logs_with_missing_rows() {
     }
 }
 
+/// The same vehicle heard by outputs every 20 ms and attitudes every 50 ms, of which three in ten are lost, each by itself:
+/// the rudder of a sample is the mean of the last outputs heard, which is late where one at an edge was lost.
+#[test]
+fn recover_a_vehicle_behind_a_lag_from_messages_lost_apart() {
+    let truth = [-0.91, 1.75, 0.02];
+    let model = YawModel::from_theta(truth);
+    let noise = Normal::new(0.0, 0.002).unwrap();
+    let step_s = 0.01;
+    let mut covered = 0;
+    for seed in 0..8 {
+        let mut chance = Pcg64::seed_from_u64(seed);
+        let mut is_heard = || chance.random_bool(0.7);
+        let commanded: Vec<Sample<f64>> = (0..1650)
+            .map(|k| Sample {
+                time_s: f64::from(k) * step_s,
+                rudder_rad: match k {
+                    206..406 => 0.26,
+                    406..606 => -0.26,
+                    _ => 0.0,
+                },
+                ..Sample::default()
+            })
+            .collect();
+        let heard = commanded.iter().enumerate().scan(0.0, |heard, (k, c)| {
+            if k == 0 || k % 2 == 0 && is_heard() {
+                *heard = c.rudder_rad;
+            }
+            Some(*heard)
+        });
+        let heard: Vec<f64> = heard.collect();
+        let acting = Servo::new(0.0, 0.15).unwrap().acting(&commanded);
+        let mut state = YawState::default();
+        let mut attitudes: Vec<(usize, f64)> = Vec::new();
+        for (k, acting) in acting.iter().enumerate() {
+            if k % 5 == 0 && chance.random_bool(0.7) {
+                attitudes.push((k, state.heading_rad + noise.sample(&mut chance)));
+            }
+            state = model.advance(state, acting.rudder_rad, step_s);
+        }
+        let sample = |pair: &[(usize, f64)]| {
+            let ((from, heading_rad), (to, _)) = (pair[0], pair[1]);
+            let sum: f64 = heard[from..to].iter().sum();
+            Sample {
+                heading_rad,
+                rudder_rad: sum / (to - from) as f64,
+                ..commanded[from]
+            }
+        };
+        let record: Record = attitudes.windows(2).map(sample).collect();
+        let found = identify(&record, Window::ALL, None, &IdentifySettings::default()).unwrap();
+        let refined = found.refined.unwrap();
+        assert_eq!(refined.method, "rudder_lag", "seed {seed}");
+        for (estimate, truth) in refined.model.theta().iter().zip(truth).take(2) {
+            // The lag taken for damping would be 20 %; an edge 20 ms late is 3 % of a22.
+            let off = estimate / truth - 1.0;
+            assert!(off.abs() < 0.06, "seed {seed} {:?}", refined.model);
+        }
+        let [low, high] = refined.interval_95.a22_per_s;
+        covered += usize::from((low..high).contains(&truth[0]));
+    }
+    // Late edges that no gap between attitudes hides are not in the intervals.
+    assert!(covered >= 5, "{covered} of 8 intervals hold a22");
+}
+
 /// A log from which every fifth row was lost at random, edges of the doublet among them.
 #[test]
 fn exact_first_order_plants_are_recovered_from_logs_with_missing_rows() {

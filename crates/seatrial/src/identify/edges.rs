@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Matrix3};
 use seatrial_core::{LostRudder, Sample, YawModel};
 
 use super::peak::{Peak, Span};
@@ -52,6 +52,14 @@ impl Edge {
             steps => (share * steps).round().clamp(0.0, steps - 1.0) / steps,
         }
     }
+}
+
+/// A record with its edges placed.
+pub struct Placed<'a> {
+    /// The samples.
+    pub samples: Cow<'a, [Sample<f64>]>,
+    /// What the placing leaves uncertain of a22, b2 and C0.
+    pub covariance: Matrix3<f64>,
 }
 
 /// The edges that a record hides.
@@ -105,12 +113,14 @@ impl<'a> Edges<'a> {
     /// good, which many headings tell. Lost rows of an even record hide the edge at one of their own instants: s_e is one of the
     /// shares that these allow. The vehicle is of first order, and its rudder acts at once or lags, whatever is likelier by more
     /// than Schwarz's price.
-    pub fn placed(&self, start: Option<YawModel<f64>>) -> Cow<'a, [Sample<f64>]> {
-        self.likeliest(start)
-            .map_or(Cow::Borrowed(self.samples), Cow::Owned)
+    pub fn placed(&self, start: Option<YawModel<f64>>) -> Placed<'a> {
+        self.likeliest(start).unwrap_or_else(|| Placed {
+            samples: Cow::Borrowed(self.samples),
+            covariance: Matrix3::zeros(),
+        })
     }
 
-    fn likeliest(&self, start: Option<YawModel<f64>>) -> Option<Vec<Sample<f64>>> {
+    fn likeliest(&self, start: Option<YawModel<f64>>) -> Option<Placed<'a>> {
         if self.all.is_empty() || self.all.len() > MOST_EDGES {
             return None;
         }
@@ -130,10 +140,11 @@ impl<'a> Edges<'a> {
                 .as_ref()
                 .is_none_or(|prompt| 2.0 * (lagging.log_likelihood - prompt.log_likelihood) > price)
         };
-        lagging
-            .filter(pays)
-            .or(prompt)
-            .map(|placing| placing.samples)
+        let likeliest = lagging.filter(pays).or(prompt)?;
+        Some(Placed {
+            covariance: likeliest.covariance(&span, self)?,
+            samples: Cow::Owned(likeliest.samples),
+        })
     }
 }
 
@@ -149,6 +160,7 @@ fn likelier<const N: usize>(
 /// Edges placed for a rudder of some lag.
 struct Placing {
     lag_s: f64,
+    peak: Peak,
     samples: Vec<Sample<f64>>,
     /// Of output error, with what the means leave wrong counted as noise.
     log_likelihood: f64,
@@ -176,17 +188,46 @@ impl Placing {
             placed[edge.before].rudder_rad = edge.mean_rad(samples, edge.possible(share));
         }
         let record = prepared(&placed)?;
-        let scale = span.rate_scale(a22_per_s);
-        let peak = Peak::find(&record, Disturbance::NONE, a22_per_s, scale)?;
+        let peak = output_error(span, &record, a22_per_s)?;
         let comparisons = record.blocks() as f64;
         let floor_rad2 = (peak.fit.linear[0] * edges.coarseness_rad_s2()).powi(2);
         let mean_square_rad2 = peak.fit.residual / comparisons + floor_rad2;
         Some(Self {
             lag_s,
+            peak,
             samples: placed,
             log_likelihood: -0.5 * comparisons * mean_square_rad2.ln(),
         })
     }
+
+    /// ```text
+    /// V = sum over edges (theta_e - theta)(theta_e - theta)^T
+    /// ```
+    ///
+    /// with theta_e by output error when edge e comes h/sqrt(12) sooner: it is known to a usual interval h, because rudder and
+    /// heading may come in messages of their own.
+    fn covariance(&self, span: &Span, edges: &Edges) -> Option<Matrix3<f64>> {
+        let servo = Servo::new(0.0, self.lag_s).ok()?;
+        let (theta, _) = self.peak.normal();
+        let mut covariance = Matrix3::zeros();
+        for edge in &edges.all {
+            let sooner = 1.0 / (f64::from(edge.steps) * 12_f64.sqrt());
+            let (before, after) = (edges.samples[edge.before], edges.samples[edge.before + 1]);
+            let mut samples = self.samples.clone();
+            samples[edge.before].rudder_rad += sooner * (after.rudder_rad - before.rudder_rad);
+            let acting = servo.acting(&samples);
+            let record = span.prepare(&acting, self.peak.a22_per_s).ok()?;
+            let moved = output_error(span, &record, self.peak.a22_per_s)?;
+            let off = moved.normal().0 - theta;
+            covariance += off * off.transpose();
+        }
+        Some(covariance)
+    }
+}
+
+fn output_error(span: &Span, record: &Prepared, start_per_s: f64) -> Option<Peak> {
+    let scale = span.rate_scale(start_per_s);
+    Peak::find(record, Disturbance::NONE, start_per_s, scale)
 }
 
 /// The record with every edge at the end of its interval, and with one of them at the start.

@@ -17,8 +17,6 @@ pub mod simplex;
 mod simulation;
 pub mod whitening;
 
-use std::borrow::Cow;
-
 use seatrial_core::estimator::{EstimatorSettings, InvalidSetting, Method};
 use seatrial_core::{Sample, YawModel};
 
@@ -221,12 +219,12 @@ fn assess_with_others(
     let heading_range_rad = fresh::heading_range_rad(samples);
     let manoeuvre = manoeuvre_to_learn_from(record, samples).map_err(IdentifyError::Refused)?;
     let edges = Edges::of(&pass.accepted);
-    let known = match refine {
-        true => edges.placed(Some(pass.online.model)),
-        false => Cow::Borrowed(&*pass.accepted),
-    };
+    let placed = refine.then(|| edges.placed(Some(pass.online.model)));
+    let known = placed
+        .as_ref()
+        .map_or(&*pass.accepted, |placed| &*placed.samples);
     let refined = refine
-        .then(|| refine::refine(&known, Some(pass.online.model)).ok())
+        .then(|| refine::refine(known, Some(pass.online.model)).ok())
         .flatten();
     let is_blurred = |refined: &Refined| {
         let wrong_rad = refined.model.b2_per_s2.abs() * edges.coarseness_rad_s2();
@@ -234,9 +232,9 @@ fn assess_with_others(
     };
     let blurred = refined.as_ref().is_some_and(is_blurred);
     let sharp = refined.as_ref().filter(|_| !blurred);
-    let lag = sharp.and_then(|refined| LagTest::of(&known, refined));
+    let lag = sharp.and_then(|refined| LagTest::of(known, refined));
     let unexplained =
-        sharp.and_then(|refined| Unexplained::of(&known, refined, manoeuvre.amplitude_rad, lag));
+        sharp.and_then(|refined| Unexplained::of(known, refined, manoeuvre.amplitude_rad, lag));
     let (mismatch, disturbed) = match &unexplained {
         Some(unexplained) if unexplained.is_structural() => (Some(unexplained.share), None),
         Some(unexplained) => (None, unexplained.is_large().then_some(unexplained.share)),
@@ -244,7 +242,7 @@ fn assess_with_others(
     };
     let higher_order = higher_order(unexplained, fresh)?;
     let simulated = (mismatch.is_some() || blurred)
-        .then(|| output_error::output_error(&known, Some(pass.online.model)).ok())
+        .then(|| output_error::output_error(known, Some(pass.online.model)).ok())
         .flatten();
     let lagging = higher_order
         .as_ref()
@@ -255,6 +253,10 @@ fn assess_with_others(
         (None, Some(simulated)) => refine::around_online(&refined, pass.online.model, &simulated),
         (None, None) => refined,
     });
+    let alone = match &placed {
+        Some(placed) => alone.map(|alone| refine::widened(&alone, &placed.covariance)),
+        None => alone,
+    };
     let together = alone
         .as_ref()
         .and_then(|alone| joined::join(training, alone, others));
@@ -328,12 +330,14 @@ fn assess_with_others(
 pub fn fresh_estimate(fresh: Fresh) -> Option<Refined> {
     let samples = fresh.record.usable(fresh.window);
     let manoeuvre = Manoeuvre::find(&samples)?;
-    let samples = Edges::of(&samples).placed(None);
-    let refined = refine::refine(&samples, None).ok()?;
-    let lag = LagTest::of(&samples, &refined);
-    let is_structural = Unexplained::of(&samples, &refined, manoeuvre.amplitude_rad, lag)
+    let edges = Edges::of(&samples);
+    let placed = edges.placed(None);
+    let samples = &*placed.samples;
+    let refined = refine::refine(samples, None).ok()?;
+    let lag = LagTest::of(samples, &refined);
+    let is_structural = Unexplained::of(samples, &refined, manoeuvre.amplitude_rad, lag)
         .is_some_and(|unexplained| unexplained.is_structural());
-    (!is_structural).then_some(refined)
+    (!is_structural).then(|| refine::widened(&refined, &placed.covariance))
 }
 
 /// What a first-order model leaves unexplained, where it is much or looks like a lagging rudder: a strong disturbance,

@@ -120,6 +120,32 @@ pub fn around_online(refined: &Refined, online: YawModel<f64>, simulated: &Outpu
     around(refined, online, covariance, "instrumental_variable")
 }
 
+/// The same model when something else leaves it uncertain, too.
+pub(super) fn widened(refined: &Refined, more: &Matrix3<f64>) -> Refined {
+    let interval = |[low, high]: [f64; 2], variance: f64| {
+        let (middle, half_width) = (0.5 * (low + high), 0.5 * (high - low));
+        let half_width = half_width.hypot(NORMAL_95 * variance.sqrt());
+        [middle - half_width, middle + half_width]
+    };
+    let Intervals {
+        a22_per_s,
+        b2_per_s2,
+        c0_rad_per_s2,
+        delta0_rad,
+    } = refined.interval_95;
+    let (_, of_delta0) = offset_angle(&refined.model.theta().into(), more);
+    Refined {
+        interval_95: Intervals {
+            a22_per_s: interval(a22_per_s, more[(0, 0)]),
+            b2_per_s2: interval(b2_per_s2, more[(1, 1)]),
+            c0_rad_per_s2: interval(c0_rad_per_s2, more[(2, 2)]),
+            delta0_rad: delta0_rad.map(|delta0| interval(delta0, of_delta0)),
+        },
+        covariance: (Matrix3::from(refined.covariance) + more).into(),
+        ..refined.clone()
+    }
+}
+
 /// Another model with normal intervals in place of the refined one.
 pub(super) fn around(
     refined: &Refined,

@@ -110,10 +110,16 @@ impl Search<'_> {
                 disturbed,
             });
         }
+        // Without the lag the disturbance found is one that stands for it.
+        let calm = self.slower_than_the_servo(calm)?;
+        let likeliest = [disturbed, self.disturbed(structure, &calm)]
+            .into_iter()
+            .flatten()
+            .max_by(|a, b| a.likelihood.log.total_cmp(&b.likelihood.log));
         Some(Candidate {
             structure,
-            calm: self.slower_than_the_servo(calm)?,
-            disturbed: disturbed.and_then(|summit| self.slower_than_the_servo(summit)),
+            calm,
+            disturbed: likeliest.and_then(|summit| self.slower_than_the_servo(summit)),
         })
     }
 
