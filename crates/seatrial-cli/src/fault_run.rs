@@ -428,6 +428,7 @@ impl Expected {
                     "unstable",
                     // What changed between training and fresh data gives another model.
                     "contradicted",
+                    "rudder_saturated",
                 ],
             },
         }

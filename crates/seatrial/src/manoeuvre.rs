@@ -102,6 +102,26 @@ impl Manoeuvre {
             .map(|stroke| stroke.window.to_s)
     }
 
+    /// How far the rudder was laid to the positive and to the negative hand from where it rested before, rad: the medians of all
+    /// strokes. `None` without a rest, or where it was laid to one hand only.
+    pub fn hands_rad(&self, samples: &[Sample<f64>]) -> Option<[f64; 2]> {
+        let within = |window: Window| {
+            let inside = samples.iter().filter(move |s| window.contains(s.time_s));
+            inside.map(|s| s.rudder_rad).filter(|r| r.is_finite())
+        };
+        let before = Window {
+            from_s: f64::NEG_INFINITY,
+            to_s: self.starts_s,
+        };
+        let rest_rad = median(within(before).collect())?;
+        let hand = |positive: bool| {
+            let strokes = self.strokes.iter().filter(|s| s.positive == positive);
+            let laid_rad = median(strokes.flat_map(|s| within(s.window)).collect())?;
+            Some((laid_rad - rest_rad).abs())
+        };
+        Some([hand(true)?, hand(false)?])
+    }
+
     /// The median time from one hand to the other, s; the longest stroke where there is no change of
     /// hands.
     pub fn half_period_s(&self) -> Option<f64> {
@@ -123,6 +143,11 @@ impl Manoeuvre {
         halves.sort_by(f64::total_cmp);
         Some(halves[halves.len() / 2])
     }
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
 }
 
 /// m and A of [`Manoeuvre`]. `None` of what does not vary.
@@ -191,6 +216,9 @@ mod tests {
         assert!((found.half_period_s().unwrap() - 2.0).abs() < 1e-9);
         // The controller's smaller angles take their part in the amplitude.
         assert!((found.amplitude_rad - 0.26).abs() < 0.02);
+        let [positive, negative] = found.hands_rad(&samples(doublet)).unwrap();
+        // From the rest at -0.011; rounding.
+        assert!((positive - 0.271).abs() < 1e-12 && (negative - 0.249).abs() < 1e-12);
     }
 
     /// The controller takes over with more rudder than the doublet had, and passes compass noise on.

@@ -5,6 +5,7 @@ mod contradiction;
 use seatrial_core::{GoodnessOfFit, YawModel};
 
 use crate::identification::{HigherOrder, LagEffect, Reason, Refined, Validation, Verdict};
+use crate::identify::second_order::ResidualTests;
 use crate::record::RudderUnit;
 use contradiction::Limits;
 
@@ -47,6 +48,14 @@ const NOTED_LAG_EFFECT: f64 = 0.5;
 /// And the share of the parameter under which it is not, whatever the interval.
 const LEAST_LAG_EFFECT: f64 = 0.02;
 
+/// One hand of the rudder this share short of the other is noted.
+const NOTED_SHORT_HAND: f64 = 0.25;
+
+/// Chance explains as much in one sound record of a thousand.
+const NOTED_CHANCE: f64 = 0.001;
+/// Noise under this share of the heading's range is the arithmetic's own.
+const LEAST_NOISE: f64 = 1e-3;
+
 /// Fresh rudder angles beyond the trained ones by this factor are an extrapolation.
 const NOTED_EXTRAPOLATION: f64 = 1.2;
 
@@ -62,7 +71,9 @@ pub struct Evidence<'a> {
     pub samples_rejected: u32,
     /// Half of the rudder's range in training, rad.
     pub rudder_amplitude_rad: f64,
-    /// In what that is.
+    /// How far the rudder went to either hand from rest in training, rad, where it was laid to both.
+    pub rudder_hands_rad: Option<[f64; 2]>,
+    /// In what these are.
     pub rudder_unit: RudderUnit,
     /// The heading's range in training, rad.
     pub heading_range_rad: f64,
@@ -88,6 +99,8 @@ pub struct Evidence<'a> {
     pub higher_order: Option<&'a HigherOrder>,
     /// What a lag of the rudder that the log does not tell would do.
     pub lag_effect: Option<&'a LagEffect>,
+    /// What a first-order model with the likeliest disturbance leaves unexplained.
+    pub residual: Option<ResidualTests>,
     /// Times that the rudder moved far while samples were lost.
     pub hidden_edges: usize,
     /// R^2 on the training record itself.
@@ -153,6 +166,9 @@ pub fn judge(evidence: &Evidence) -> Verdict {
             if let Some(effect) = evidence.lag_effect {
                 weighing.lag(refined, effect);
             }
+            if let (Some(residual), None) = (&evidence.residual, evidence.mismatch) {
+                weighing.residual(residual, refined, evidence.heading_range_rad);
+            }
         }
         None if evidence.needs_interval => weighing.reject(
             "not_identifiable",
@@ -164,7 +180,9 @@ pub fn judge(evidence: &Evidence) -> Verdict {
     weighing.fresh_data(evidence.validation);
     if let (Some(refined), Some(fresh)) = (evidence.refined, evidence.fresh) {
         let covariance = Some(&refined.covariance);
-        weighing.contradiction(&refined.model, covariance, fresh, &contradiction::TRAINED);
+        let saturated = saturated(refined, fresh, evidence);
+        let limits = &contradiction::TRAINED;
+        weighing.contradiction(&refined.model, covariance, fresh, limits, saturated);
     }
     weighing.extrapolation(evidence);
     weighing.verdict(evidence.validation)
@@ -179,7 +197,7 @@ pub fn judge_fresh_data(
     let mut weighing = Weighing::default();
     weighing.fresh_data(Some(validation));
     if let Some(fresh) = fresh {
-        weighing.contradiction(model, None, fresh, &contradiction::GIVEN);
+        weighing.contradiction(model, None, fresh, &contradiction::GIVEN, None);
     }
     weighing.verdict(Some(validation))
 }
@@ -219,6 +237,22 @@ pub fn not_taken(
         accepted: false,
         reasons: std::iter::once(low_r2).chain(others).collect(),
     }
+}
+
+/// Where a larger angle in training than in the fresh data turned the vehicle less per degree, at which angle the rudder
+/// seems to stop, in words.
+fn saturated(trained: &Refined, fresh: &Refined, evidence: &Evidence) -> Option<String> {
+    let fresh_rad = evidence.validation_rudder_amplitude_rad?;
+    let share = trained.model.b2_per_s2 / fresh.model.b2_per_s2;
+    let is_larger = evidence.rudder_amplitude_rad > NOTED_EXTRAPOLATION * fresh_rad;
+    (is_larger && (0.0..1.0).contains(&share)).then(|| {
+        format!(
+            "in training, with {} either side, the rudder did less per degree than with {}, as if it stopped at {}; look at its own angle, and train with less than that",
+            rudder(evidence.rudder_amplitude_rad, evidence.rudder_unit),
+            rudder(fresh_rad, evidence.rudder_unit),
+            rudder(share * evidence.rudder_amplitude_rad, evidence.rudder_unit)
+        )
+    })
 }
 
 /// What the higher order is, in words.
@@ -294,6 +328,19 @@ impl Weighing {
                     three_figures(usual)
                 ),
             );
+        }
+
+        if let Some(hands @ [positive, negative]) = evidence.rudder_hands_rad {
+            let (less, more) = (positive.min(negative), positive.max(negative));
+            if less < (1.0 - NOTED_SHORT_HAND) * more {
+                let [positive, negative] = hands.map(|hand| rudder(hand, evidence.rudder_unit));
+                self.note(
+                    "rudder_saturated",
+                    format!(
+                        "from rest the rudder went {positive} to the positive hand and {negative} to the other: if it was asked for the same, it stops at the lesser; train with less than that, or trim the rudder"
+                    ),
+                );
+            }
         }
 
         if let Some(error) = evidence.compass_error_rad {
@@ -433,6 +480,30 @@ impl Weighing {
         }
     }
 
+    fn residual(&mut self, tests: &ResidualTests, refined: &Refined, heading_range_rad: f64) {
+        let (white, rudder) = (&tests.whiteness, &tests.rudder_correlation);
+        let chance = white.p_value.min(rudder.p_value);
+        if chance > NOTED_CHANCE || refined.heading_noise_rad < LEAST_NOISE * heading_range_rad {
+            return;
+        }
+        let advice = if rudder.p_value < NOTED_CHANCE {
+            "what is left follows the rudder: a slow servo, sway, or a rudder that does not do what the log says; log the rudder's own angle, or give the servo's lag with --rudder-lag"
+        } else {
+            "what is left has a rhythm of its own: waves, or a heading that was filtered; log the compass unfiltered, in calmer water, and take the intervals for too narrow"
+        };
+        self.note(
+            "residual_not_white",
+            format!(
+                "of the prediction errors of the first-order model the whiteness statistic is {:.0} where {:.0} is expected, their correlation with earlier rudder angles {:.0} where {:.0} is; chance gives that in {:.1e} of sound records: {advice}",
+                white.statistic,
+                white.degrees_of_freedom,
+                rudder.statistic,
+                rudder.degrees_of_freedom,
+                chance
+            ),
+        );
+    }
+
     fn model(&mut self, evidence: &Evidence) {
         let model = evidence.refined.map_or(evidence.online, |r| r.model);
         if !model.theta().iter().all(|p| p.is_finite()) {
@@ -539,15 +610,22 @@ impl Weighing {
         covariance: Option<&[[f64; 3]; 3]>,
         fresh: &Refined,
         limits: &Limits,
+        saturated: Option<String>,
     ) {
-        let found = contradiction::contradiction(model, covariance, fresh, limits);
-        if let Some(found) = found {
-            self.reject(
+        let Some(found) = contradiction::contradiction(model, covariance, fresh, limits) else {
+            return;
+        };
+        match saturated {
+            Some(saturated) => self.reject(
+                "rudder_saturated",
+                format!("the fresh data by themselves give {found}: {saturated}"),
+            ),
+            None => self.reject(
                 "contradicted",
                 format!(
                     "the fresh data by themselves give {found}: a rudder that saturates or jammed, another speed, or a vehicle that changed; look at the rudder's own angle, then train again"
                 ),
-            );
+            ),
         }
     }
 

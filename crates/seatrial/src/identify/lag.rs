@@ -3,6 +3,7 @@
 use seatrial_core::Sample;
 
 use super::peak::{DISTURBANCE_TIME_CONSTANTS, Peak, Span, liveliest};
+use super::second_order::ResidualTests;
 use super::whitening::{Disturbance, Prepared};
 use crate::identification::{LagEffect, Refined};
 use crate::servo::Servo;
@@ -20,8 +21,8 @@ pub struct LagTest {
     pub likelihood_ratio: f64,
     /// Schwarz's price of a parameter, log n.
     pub price: f64,
-    /// What a lag of 0.1 s would do to the model, by output error, which fits the whole manoeuvre.
-    pub effect: LagEffect,
+    /// What the rudder that acts at once leaves unexplained.
+    pub residual: Option<ResidualTests>,
 }
 
 impl LagTest {
@@ -39,10 +40,7 @@ impl LagTest {
         let span = Span::of(samples).ok()?;
         let start_per_s = refined.model.a22_per_s;
         let scale = span.rate_scale(start_per_s);
-        let behind = |lag_s: f64| {
-            let acting = Servo::new(0.0, lag_s).ok()?.acting(samples);
-            span.prepare(&acting, start_per_s).ok()
-        };
+        let behind = |lag_s| behind(&span, samples, lag_s, start_per_s);
         let peak = |record: &Prepared, disturbance: Disturbance| {
             Peak::find(record, disturbance, start_per_s, scale)
         };
@@ -71,15 +69,13 @@ impl LagTest {
             })
             .map(|peak| peak.fit.log_likelihood)
             .fold(f64::NEG_INFINITY, f64::max);
-        let ordinary = peak(&behind(ORDINARY_LAG_S)?, Disturbance::NONE)?;
         Some(Self {
             likelihood_ratio: 2.0 * (lagging - none.fit.log_likelihood),
             price: (record.blocks() as f64).ln(),
-            effect: LagEffect {
-                lag_s: ORDINARY_LAG_S,
-                a22_per_s: refined.model.a22_per_s + ordinary.a22_per_s - prompt.a22_per_s,
-                b2_per_s2: refined.model.b2_per_s2 + ordinary.fit.linear[0] - prompt.fit.linear[0],
-            },
+            residual: ResidualTests::of(
+                &record.innovations(none.a22_per_s, none.disturbance, &none.fit),
+                &record.mean_rudder_rad(),
+            ),
         })
     }
 
@@ -87,4 +83,29 @@ impl LagTest {
     pub fn is_suspicious(&self) -> bool {
         self.likelihood_ratio > self.price
     }
+}
+
+/// What a lag of 0.1 s would do to the model, by output error, which fits the whole manoeuvre.
+pub fn effect_of_an_ordinary_lag(samples: &[Sample<f64>], refined: &Refined) -> Option<LagEffect> {
+    let samples = liveliest(samples);
+    let span = Span::of(samples).ok()?;
+    let start_per_s = refined.model.a22_per_s;
+    let scale = span.rate_scale(start_per_s);
+    let theta = |lag_s: f64| {
+        let record = behind(&span, samples, lag_s, start_per_s)?;
+        let peak = Peak::find(&record, Disturbance::NONE, start_per_s, scale)?;
+        Some([peak.a22_per_s, peak.fit.linear[0]])
+    };
+    let (prompt, lagging) = (theta(0.0)?, theta(ORDINARY_LAG_S)?);
+    Some(LagEffect {
+        lag_s: ORDINARY_LAG_S,
+        a22_per_s: refined.model.a22_per_s + lagging[0] - prompt[0],
+        b2_per_s2: refined.model.b2_per_s2 + lagging[1] - prompt[1],
+    })
+}
+
+/// The record of a rudder that lags by so much, s.
+fn behind(span: &Span, samples: &[Sample<f64>], lag_s: f64, a22_per_s: f64) -> Option<Prepared> {
+    let acting = Servo::new(0.0, lag_s).ok()?.acting(samples);
+    span.prepare(&acting, a22_per_s).ok()
 }

@@ -240,6 +240,9 @@ fn assess_with_others(
         Some(unexplained) => (None, unexplained.is_large().then_some(unexplained.share)),
         None => (None, None),
     };
+    let lag_effect = sharp
+        .filter(|_| mismatch.is_none())
+        .and_then(|refined| lag::effect_of_an_ordinary_lag(known, refined));
     let higher_order = higher_order(unexplained, fresh)?;
     let simulated = (mismatch.is_some() || blurred)
         .then(|| output_error::output_error(known, Some(pass.online.model)).ok())
@@ -284,11 +287,11 @@ fn assess_with_others(
     let of_fresh = fresh
         .filter(|fresh| refine && mismatch.is_none() && fresh.window != training)
         .and_then(fresh_estimate);
-    let lag_effect = lag.filter(|_| mismatch.is_none()).map(|lag| lag.effect);
     let verdict = verdict::judge(&Evidence {
         samples_used: pass.samples_used,
         samples_rejected: pass.rejected.total(),
         rudder_amplitude_rad: manoeuvre.amplitude_rad,
+        rudder_hands_rad: manoeuvre.hands_rad(samples),
         rudder_unit: record.rudder_unit,
         heading_range_rad,
         heading_step_rad: smallest_heading_step_rad(samples),
@@ -302,6 +305,7 @@ fn assess_with_others(
         disturbed,
         higher_order: higher_order.as_ref(),
         lag_effect: lag_effect.as_ref(),
+        residual: lag.and_then(|lag| lag.residual),
         hidden_edges: edges.count(),
         training_fit,
         validation,

@@ -130,6 +130,29 @@ impl Prepared {
         self.solve(&gram, log_variances)
     }
 
+    /// The whitened residual of each comparison, rad: white noise where nothing is left to explain.
+    pub(super) fn innovations(
+        &self,
+        a22_per_s: f64,
+        disturbance: Disturbance,
+        fit: &Fit,
+    ) -> Vec<f64> {
+        let mut whitening = Whitening::new(a22_per_s, disturbance, self.block);
+        let mut innovations = Vec::with_capacity(self.blocks());
+        self.for_each_comparison(a22_per_s, |means, block_s| {
+            let (white, _) = whitening.update(means, block_s);
+            let explained: f64 = white.iter().zip(&fit.linear).map(|(w, l)| w * l).sum();
+            innovations.push(white[COLUMNS] - explained);
+        });
+        innovations
+    }
+
+    /// Mean rudder of each comparison, rad.
+    pub(super) fn mean_rudder_rad(&self) -> Vec<f64> {
+        let mean = |block: &[f64]| block.iter().sum::<f64>() / block.len() as f64;
+        self.rudder_rad.chunks_exact(self.block).map(mean).collect()
+    }
+
     /// The means over each block of the responses to b2, C0, psi0 and r0, and of the heading.
     pub(super) fn comparisons(&self, a22_per_s: f64) -> Vec<[f64; COLUMNS + 1]> {
         let mut rows = Vec::with_capacity(self.blocks());

@@ -1,5 +1,6 @@
 use super::*;
 use crate::identification::Intervals;
+use crate::identify::second_order::ResidualTest;
 use crate::record::Window;
 
 fn refined(half_width: f64) -> Refined {
@@ -56,6 +57,7 @@ fn evidence(refined: &Refined) -> Evidence<'_> {
         samples_used: 330,
         samples_rejected: 0,
         rudder_amplitude_rad: 0.26,
+        rudder_hands_rad: Some([0.27, 0.25]),
         rudder_unit: RudderUnit::Rad,
         heading_range_rad: 0.5,
         heading_step_rad: None,
@@ -69,6 +71,7 @@ fn evidence(refined: &Refined) -> Evidence<'_> {
         disturbed: None,
         higher_order: None,
         lag_effect: None,
+        residual: None,
         hidden_edges: 0,
         training_fit: training_fit(0.95, 0.95),
         validation: Some(validation(0.9, 0.95, 0.96)),
@@ -252,4 +255,87 @@ fn exact_a_rudder_of_unknown_angle_is_told_as_a_share_of_full() {
             .text
             .contains("50.0 % of full of rudder either side, training only 26.0 % of full")
     );
+}
+
+/// A rudder that stops at half of the training's angle gives half of b2 there, and all of it at the validation's.
+#[test]
+fn exact_a_rudder_that_stops_is_told_with_its_angle() {
+    let trained = refined_at([-1.07, 0.54, 0.012], 0.05);
+    let fresh = refined_at([-1.07, 1.08, 0.012], 0.05);
+    let stopped = Evidence {
+        fresh: Some(&fresh),
+        ..evidence(&trained)
+    };
+    let verdict = judge(&stopped);
+    assert!(!verdict.accepted);
+    assert_eq!(codes(&verdict), ["rudder_saturated"]);
+    let text = &verdict.reasons[0].text;
+    // Half of 0.26 rad.
+    assert!(text.contains("as if it stopped at 7.45 deg"), "{text}");
+    // More per degree where there was more of it is something else.
+    let other = refined_at([-1.07, 0.27, 0.012], 0.05);
+    let verdict = judge(&Evidence {
+        fresh: Some(&other),
+        ..stopped
+    });
+    assert_eq!(codes(&verdict), ["contradicted"]);
+}
+
+#[test]
+fn exact_a_hand_that_falls_short_is_noted() {
+    let refined = refined(0.05);
+    let short = Evidence {
+        rudder_hands_rad: Some([0.26, 0.15]),
+        ..evidence(&refined)
+    };
+    let verdict = judge(&short);
+    assert!(verdict.accepted);
+    assert_eq!(codes(&verdict), ["ok", "rudder_saturated"]);
+    let text = &verdict.reasons[1].text;
+    assert!(
+        text.contains("14.9 deg") && text.contains("8.59 deg"),
+        "{text}"
+    );
+}
+
+#[test]
+fn exact_a_residual_that_chance_does_not_explain_is_noted() {
+    let refined = Refined {
+        heading_noise_rad: 0.01,
+        ..refined(0.05)
+    };
+    let tests = |whiteness: f64, rudder: f64| {
+        let test = |p_value, degrees_of_freedom| ResidualTest {
+            statistic: 40.0,
+            degrees_of_freedom,
+            p_value,
+        };
+        Some(ResidualTests {
+            whiteness: test(whiteness, 20.0),
+            rudder_correlation: test(rudder, 6.0),
+        })
+    };
+    let judged = |residual, mismatch| {
+        judge(&Evidence {
+            residual,
+            mismatch,
+            ..evidence(&refined)
+        })
+    };
+    assert_eq!(codes(&judged(tests(0.01, 0.01), None)), ["ok"]);
+    for (residual, said) in [
+        (tests(0.5, 1e-5), "follows the rudder"),
+        (tests(1e-5, 0.5), "a rhythm of its own"),
+    ] {
+        let verdict = judged(residual, None);
+        assert!(verdict.accepted);
+        assert_eq!(codes(&verdict), ["ok", "residual_not_white"]);
+        let text = &verdict.reasons[1].text;
+        assert!(
+            text.contains(said) && text.contains("is 40 where 20"),
+            "{text}"
+        );
+    }
+    // A higher order has been named already.
+    assert!(!codes(&judged(tests(0.5, 1e-5), Some(0.2))).contains(&"residual_not_white"));
 }
