@@ -229,6 +229,8 @@ fn u_turns(field: &Field) -> Table {
         ("R (50)", "m"),
         ("in turn", "m"),
         ("error", "%"),
+        ("by trial", "m"),
+        ("error", "%"),
         ("steady", "m"),
         ("V/rate", "m"),
         ("one turn", "m"),
@@ -250,6 +252,12 @@ fn u_turns(field: &Field) -> Table {
             format!("{:.2}", predicted.u_turn_mean_radius_m),
             format!("{:.2}", predicted.at_speed_in_turn_m),
             error(predicted.at_speed_in_turn_m, measured.u_turn_radius_m),
+            predicted
+                .from_trial_m
+                .map_or("-".into(), |radius_m| format!("{radius_m:.2}")),
+            predicted.from_trial_m.map_or("-".into(), |radius_m| {
+                error(radius_m, measured.u_turn_radius_m)
+            }),
             format!("{:.2}", measured.steady_turning_radius_m),
             format!("{:.2}", predicted.steady_turning_radius_m),
             format!("{:.2}", predicted.from_one_u_turn_m),

@@ -142,9 +142,17 @@ impl Field {
         let cautious = SpeedSchedule::new(ScheduleKey::Thrust, &cautious)?;
         let points = schedule.points().to_vec();
         let mut pilot = Pilot::new(vehicle);
+        let surge = first.and_then(SurgeModel::of);
         let mut u_turns = Vec::new();
         for point in &points {
-            u_turns.push(UTurn::make(&mut pilot, point, rudder_limit_rad, &settings)?);
+            let turn = UTurn::make(
+                &mut pilot,
+                point,
+                rudder_limit_rad,
+                surge.as_ref(),
+                &settings,
+            )?;
+            u_turns.push(turn);
         }
         u_turn::transfer(&mut u_turns);
         let steps = HeadingSteps {
@@ -167,7 +175,7 @@ impl Field {
                 .iter()
                 .filter_map(|point| TrialsAtThrust::of(trials, point.thrust?))
                 .collect(),
-            surge: first.and_then(SurgeModel::of),
+            surge,
             authority_r2: repeatability::authority_r2(&points),
             repeatability: Repeatability::of(
                 trials,

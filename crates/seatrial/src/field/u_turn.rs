@@ -11,6 +11,7 @@ use super::pilot::{Pilot, mean, turned_rad};
 use super::{FieldError, FieldSettings};
 use crate::circle_fit::CircleFit;
 use crate::savitzky_golay::SavitzkyGolay;
+use crate::surge::SurgeModel;
 
 /// Heading change of the whole manoeuvre, rad: the U-turn and a full circle after it.
 const WHOLE_RAD: f64 = 3.0 * PI;
@@ -25,7 +26,7 @@ const HALF_WINDOW: usize = 10;
 ///
 /// ```text
 /// R_50     = V T_pi/pi                  (50), V straight ahead
-/// R_50,t   = V_t T_pi/pi                (50), V_t in the turn
+/// R_50,t   = V_t T_pi/pi                (50), V_t in the turn, measured there or by [`SurgeModel`]
 /// R_steady = V/psi_dot_max
 /// R_1      = R_steady R_ref/R_steady,ref
 /// ```
@@ -33,7 +34,7 @@ const HALF_WINDOW: usize = 10;
 /// | symbol | identifier | unit |
 /// |---|---|---|
 /// | V, V_t | `straight_speed_m_s`, `speed_in_turn_m_s` | m/s |
-/// | R_50, R_50,t | `u_turn_mean_radius_m`, `at_speed_in_turn_m` | m |
+/// | R_50, R_50,t | `u_turn_mean_radius_m`, `at_speed_in_turn_m` and `from_trial_m` | m |
 /// | R_steady | `steady_turning_radius_m` | m |
 /// | R_ref | steady circle measured at the reference thrust | m |
 /// | R_1 | `from_one_u_turn_m` | m |
@@ -71,8 +72,12 @@ pub struct PredictedTurn {
     pub u_turn_time_s: f64,
     /// R (50) with the speed straight ahead, m.
     pub u_turn_mean_radius_m: f64,
-    /// R (50) with the mean speed in the turn, m.
+    /// R (50) with the mean speed in the turn as measured there, m.
     pub at_speed_in_turn_m: f64,
+    /// Mean speed in the turn by the speed that doublets of the trial cost, m/s.
+    pub speed_in_turn_m_s: Option<f64>,
+    /// R (50) with that speed, m: from the trial alone.
+    pub from_trial_m: Option<f64>,
     /// V/psi_dot_max, m.
     pub steady_turning_radius_m: f64,
     /// The steady radius by the shortfall measured at the reference thrust, m.
@@ -115,6 +120,7 @@ impl UTurn {
         pilot: &mut Pilot<V>,
         point: &SchedulePoint<f64>,
         rudder_limit_rad: f64,
+        surge: Option<&SurgeModel>,
         settings: &FieldSettings,
     ) -> Result<Self, FieldError> {
         let thrust = point.thrust.ok_or(FieldError::Missing("thrust"))?;
@@ -154,6 +160,13 @@ impl UTurn {
         let speed_in_turn_m_s = mean(u_turn, "forward speed", speed)?;
         let lasted_s = |part: &[Sample<f64>]| part[part.len() - 1].time_s - part[0].time_s;
         let steady_turning_radius_m = turn.steady_turning_radius_m(straight_speed_m_s);
+        let predicted_speed_m_s = surge.and_then(|surge| {
+            surge.mean_speed_in_turn_m_s(
+                straight_speed_m_s,
+                steady_turning_radius_m,
+                turn.u_turn_time_s(),
+            )
+        });
         Ok(Self {
             thrust,
             model: point.model,
@@ -162,6 +175,8 @@ impl UTurn {
                 u_turn_time_s: turn.u_turn_time_s(),
                 u_turn_mean_radius_m: turn.u_turn_mean_radius_m(straight_speed_m_s),
                 at_speed_in_turn_m: turn.u_turn_mean_radius_m(speed_in_turn_m_s),
+                speed_in_turn_m_s: predicted_speed_m_s,
+                from_trial_m: predicted_speed_m_s.map(|speed| turn.u_turn_mean_radius_m(speed)),
                 steady_turning_radius_m,
                 from_one_u_turn_m: steady_turning_radius_m,
             },
