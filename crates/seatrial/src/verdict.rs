@@ -1,10 +1,12 @@
 //! May a model be used? What was measured, what it means and what to do next.
 
+mod compass;
 mod contradiction;
 
 use seatrial_core::{GoodnessOfFit, YawModel};
 
 use crate::identification::{HigherOrder, LagEffect, Reason, Refined, Validation, Verdict};
+use crate::identify::compass::CompassError;
 use crate::identify::second_order::ResidualTests;
 use crate::record::RudderUnit;
 use contradiction::Limits;
@@ -87,8 +89,8 @@ pub struct Evidence<'a> {
     pub online: YawModel<f64>,
     /// Must there be an estimate from the whole record with its interval?
     pub needs_interval: bool,
-    /// The largest jump of the compass against the gyro, rad, where it is more than both can make.
-    pub compass_error_rad: Option<f64>,
+    /// How the compass parts from the gyro.
+    pub compass: CompassError,
     /// The estimate made from the whole record.
     pub refined: Option<&'a Refined>,
     /// The share of the rudder's effect that a disturbance would have to have, where the vehicle is not of first order.
@@ -343,15 +345,7 @@ impl Weighing {
             }
         }
 
-        if let Some(error) = evidence.compass_error_rad {
-            self.reject(
-                "compass_error",
-                format!(
-                    "within a second the heading parts by {} deg from where the yaw rate takes it, which no vehicle does: the compass jumped, stuck or was disturbed, or the clock jumped; repeat the run, away from iron and electric currents",
-                    degrees(error)
-                ),
-            );
-        }
+        self.compass(&evidence.compass, evidence.online.a22_per_s);
 
         let Some(step) = evidence.heading_step_rad else {
             return;

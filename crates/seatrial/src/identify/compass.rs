@@ -9,67 +9,100 @@ const MEAN_OVER_S: f64 = 0.5;
 const LEAST_ERROR_RAD: f64 = 0.03;
 /// Standard deviations of their difference that are noise.
 const SIGNIFICANCE: f64 = 6.0;
+/// alpha, beta, kappa and tau.
+const TERMS: usize = 4;
 /// A gyro whose scale fits the compass so far, jumps included, is in the right unit and sense.
 const SCALE: [f64; 2] = [0.5, 2.0];
 
-/// The largest jump of the heading from where the measured yaw rate takes it, rad, where it is more than noise.
-///
-/// ```text
-/// psi = alpha + beta t + kappa int r dt + tau r + e
-/// ```
-///
-/// | symbol | meaning |
-/// |---|---|
-/// | psi, r | measured heading and yaw rate |
-/// | alpha, beta | first heading; bias of the gyro and drift of the compass |
-/// | kappa, tau | scale of the gyro; lag of the compass |
-/// | e | what is left: a jump from its mean over 0.5 s to that of the next 0.5 s counts beyond 0.03 rad, six deviations of its noise and a step of the compass |
-///
-/// Least squares over the record. `None`: they agree, or there is no gyro in the right unit and sense to compare
-/// with. A jump or a short standstill of the compass that is too small for the guard is found here.
-pub fn largest_error_rad(samples: &[Sample<f64>]) -> Option<f64> {
-    let (first, last) = (samples.first()?, samples.last()?);
-    let rates: Vec<f64> = samples
-        .iter()
-        .map(|s| s.yaw_rate_rad_s.filter(|r| r.is_finite()))
-        .collect::<Option<_>>()?;
-    let (mut heading, mut turned) = (vec![0.0], vec![0.0]);
-    let mut step_rad = f64::INFINITY;
-    for (pair, rate) in samples.windows(2).zip(rates.windows(2)) {
-        let interval_s = pair[1].time_s - pair[0].time_s;
-        let increment = Real::wrapped(pair[1].heading_rad - pair[0].heading_rad);
-        if increment != 0.0 {
-            step_rad = step_rad.min(increment.abs());
+/// How the compass parts from the gyro: each `None` where it is no more than noise, or where there is no gyro in the
+/// right unit and sense to compare with.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CompassError {
+    /// The largest jump of the heading from where the measured yaw rate takes it, rad.
+    pub largest_jump_rad: Option<f64>,
+    /// Heading changes are larger by this share than the yaw rate says.
+    pub scale_error: Option<f64>,
+    /// The heading is this much later than the yaw rate, s; negative where it is earlier.
+    pub late_s: Option<f64>,
+}
+
+impl CompassError {
+    /// Compares heading and yaw rate over a record.
+    ///
+    /// ```text
+    /// psi = alpha + beta t + kappa int r dt + tau r + e
+    /// ```
+    ///
+    /// | symbol | meaning |
+    /// |---|---|
+    /// | psi, r | measured heading and yaw rate |
+    /// | alpha, beta | first heading; bias of the gyro and drift of the compass |
+    /// | kappa | 1 and the slope of the compass's deviation at its headings, over the scale of the gyro |
+    /// | tau | -kappa times the time by which the compass is later than the gyro |
+    /// | e | what is left: a jump from its mean over 0.5 s to that of the next 0.5 s counts beyond 0.03 rad, six deviations of its noise and a step of the compass |
+    ///
+    /// Least squares over the record. kappa and tau count beyond six standard errors, and where nothing jumped: a jump
+    /// passes in part for both. A jump or a short standstill of the compass that is too small for the guard is found
+    /// here, and what fresh data through the same compass cannot show: that it turns too far or too late.
+    pub fn of(samples: &[Sample<f64>]) -> Self {
+        Self::compare(samples).unwrap_or_default()
+    }
+
+    fn compare(samples: &[Sample<f64>]) -> Option<Self> {
+        let (first, last) = (samples.first()?, samples.last()?);
+        let rates: Vec<f64> = samples
+            .iter()
+            .map(|s| s.yaw_rate_rad_s.filter(|r| r.is_finite()))
+            .collect::<Option<_>>()?;
+        let (mut heading, mut turned) = (vec![0.0], vec![0.0]);
+        let mut step_rad = f64::INFINITY;
+        for (pair, rate) in samples.windows(2).zip(rates.windows(2)) {
+            let interval_s = pair[1].time_s - pair[0].time_s;
+            let increment = Real::wrapped(pair[1].heading_rad - pair[0].heading_rad);
+            if increment != 0.0 {
+                step_rad = step_rad.min(increment.abs());
+            }
+            heading.push(heading[heading.len() - 1] + increment);
+            turned.push(turned[turned.len() - 1] + 0.5 * (rate[0] + rate[1]) * interval_s);
         }
-        heading.push(heading[heading.len() - 1] + increment);
-        turned.push(turned[turned.len() - 1] + 0.5 * (rate[0] + rate[1]) * interval_s);
+        let terms = DMatrix::from_fn(samples.len(), TERMS, |row, column| match column {
+            0 => 1.0,
+            1 => samples[row].time_s - first.time_s,
+            2 => turned[row],
+            _ => rates[row],
+        });
+        let heading = DVector::from_vec(heading);
+        let normal = (terms.transpose() * &terms).cholesky()?;
+        let found = normal.solve(&(terms.transpose() * &heading));
+        if !(SCALE[0]..=SCALE[1]).contains(&found[2]) {
+            return None;
+        }
+        let error = heading - terms * &found;
+        let interval_s = (last.time_s - first.time_s) / (samples.len() - 1) as f64;
+        let count = ((MEAN_OVER_S / interval_s).ceil() as usize).max(1);
+        let noise_rad = noise(error.as_slice());
+        let limit = LEAST_ERROR_RAD
+            .max(SIGNIFICANCE * noise_rad * (2.0 / count as f64).sqrt())
+            .max(step_rad);
+        let mean = |part: &[f64]| part.iter().sum::<f64>() / count as f64;
+        let largest_jump_rad = error
+            .as_slice()
+            .windows(2 * count)
+            .map(|window| (mean(&window[count..]) - mean(&window[..count])).abs())
+            .max_by(f64::total_cmp)
+            .filter(|largest| *largest > limit);
+        let variance = error.norm_squared() / samples.len().checked_sub(TERMS)? as f64;
+        let covariance = variance * normal.inverse();
+        let significant = |value: f64, term: usize| {
+            let limit = SIGNIFICANCE * covariance[(term, term)].sqrt();
+            (largest_jump_rad.is_none() && value.abs() > limit).then_some(value)
+        };
+        Some(Self {
+            largest_jump_rad,
+            scale_error: significant(found[2] - 1.0, 2),
+            late_s: significant(-found[3], 3).map(|late| late / found[2]),
+        })
     }
-    let terms = DMatrix::from_fn(samples.len(), 4, |row, column| match column {
-        0 => 1.0,
-        1 => samples[row].time_s - first.time_s,
-        2 => turned[row],
-        _ => rates[row],
-    });
-    let heading = DVector::from_vec(heading);
-    let normal = (terms.transpose() * &terms).cholesky()?;
-    let found = normal.solve(&(terms.transpose() * &heading));
-    if !(SCALE[0]..=SCALE[1]).contains(&found[2]) {
-        return None;
-    }
-    let error = heading - terms * found;
-    let interval_s = (last.time_s - first.time_s) / (samples.len() - 1) as f64;
-    let count = ((MEAN_OVER_S / interval_s).ceil() as usize).max(1);
-    let noise_rad = noise(error.as_slice());
-    let limit = LEAST_ERROR_RAD
-        .max(SIGNIFICANCE * noise_rad * (2.0 / count as f64).sqrt())
-        .max(step_rad);
-    let mean = |part: &[f64]| part.iter().sum::<f64>() / count as f64;
-    error
-        .as_slice()
-        .windows(2 * count)
-        .map(|window| (mean(&window[count..]) - mean(&window[..count])).abs())
-        .max_by(f64::total_cmp)
-        .filter(|largest| *largest > limit)
 }
 
 /// The standard deviation of white noise from the median of its differences.
@@ -106,27 +139,54 @@ mod tests {
             .collect()
     }
 
+    fn largest_jump_rad(samples: &[Sample<f64>]) -> Option<f64> {
+        CompassError::of(samples).largest_jump_rad
+    }
+
+    #[test]
+    fn exact_deviation_and_lateness_are_measured() {
+        let deviating = |_: f64, psi: f64| psi + 0.087 * psi.sin();
+        let found = CompassError::of(&record(deviating, |r| r + 0.01));
+        // The slope of the deviation about 0.4 rad of turn, 0.087 and a little less.
+        assert!(
+            (found.scale_error.unwrap() - 0.085).abs() < 0.003,
+            "{found:?}"
+        );
+        assert_eq!(found.largest_jump_rad, None);
+        let turn = |t: f64| {
+            let phase = (t - 4.0).clamp(0.0, 4.0) * core::f64::consts::FRAC_PI_2;
+            0.3 * (1.0 - phase.cos()) / core::f64::consts::FRAC_PI_2
+        };
+        let found = CompassError::of(&record(|t, _| turn(t - 0.2), |r| r));
+        // The next term of the Taylor series, late^2/2 r', is orthogonal to r but at its ends.
+        assert!((found.late_s.unwrap() - 0.2).abs() < 0.01, "{found:?}");
+        assert_eq!(
+            CompassError::of(&record(|_, psi| psi, |_| f64::NAN)),
+            CompassError::default()
+        );
+    }
+
     #[test]
     fn exact_what_instruments_do_is_left_alone() {
         // Drift, a wrap, deviation, and a gyro with bias and scale.
         let drift = |t: f64, psi: f64| 3.1 + psi + 0.02 * t + 0.03 * psi.sin();
-        assert_eq!(largest_error_rad(&record(drift, |r| 1.1 * r + 0.01)), None);
+        assert_eq!(largest_jump_rad(&record(drift, |r| 1.1 * r + 0.01)), None);
         // Steps of 2 degrees.
         let coarse = |_: f64, psi: f64| (psi / 0.035).round() * 0.035;
-        assert_eq!(largest_error_rad(&record(coarse, |r| r)), None);
+        assert_eq!(largest_jump_rad(&record(coarse, |r| r)), None);
         // A gyro in degrees tells nothing, nor does none.
         let jump = |t: f64, psi: f64| psi + if t > 6.0 { 0.1 } else { 0.0 };
-        assert_eq!(largest_error_rad(&record(jump, |r| r.to_degrees())), None);
-        assert_eq!(largest_error_rad(&record(jump, |_| f64::NAN)), None);
+        assert_eq!(largest_jump_rad(&record(jump, |r| r.to_degrees())), None);
+        assert_eq!(largest_jump_rad(&record(jump, |_| f64::NAN)), None);
     }
 
     #[test]
     fn exact_a_small_jump_and_a_short_standstill_are_found() {
         let jump = |t: f64, psi: f64| psi + if t > 6.0 { 0.12 } else { 0.0 };
         // Part of the jump passes for scale, drift and lag.
-        let found = largest_error_rad(&record(jump, |r| r)).unwrap();
+        let found = largest_jump_rad(&record(jump, |r| r)).unwrap();
         assert!((0.05..0.12).contains(&found), "{found}");
         let still = |t: f64, psi: f64| if (5.5..6.4).contains(&t) { 0.28 } else { psi };
-        assert!(largest_error_rad(&record(still, |r| r)).is_some());
+        assert!(largest_jump_rad(&record(still, |r| r)).is_some());
     }
 }

@@ -2,7 +2,7 @@
 
 pub mod batch;
 pub mod bound;
-mod compass;
+pub(crate) mod compass;
 mod edges;
 pub mod evenly_sampled;
 pub mod fresh;
@@ -25,6 +25,7 @@ use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window, median_interval_s};
 use crate::time_scale::{ChosenLambda, TimeScale};
 use crate::verdict::{self, Evidence};
+use compass::CompassError;
 use edges::Edges;
 use joined::Joined;
 use lag::LagTest;
@@ -299,7 +300,7 @@ fn assess_with_others(
         interval_s: usual_and_long_interval_s(samples),
         online: pass.online.model,
         needs_interval: refine,
-        compass_error_rad: compass::largest_error_rad(&pass.accepted),
+        compass: CompassError::of(&pass.accepted),
         refined: refined.as_ref(),
         mismatch,
         disturbed,

@@ -65,7 +65,7 @@ fn evidence(refined: &Refined) -> Evidence<'_> {
         interval_s: None,
         online: refined.model,
         needs_interval: true,
-        compass_error_rad: None,
+        compass: CompassError::default(),
         refined: Some(refined),
         mismatch: None,
         disturbed: None,
@@ -148,7 +148,30 @@ fn exact_each_defect_is_refused_under_its_own_code() {
         (
             "compass_error",
             Evidence {
-                compass_error_rad: Some(0.1),
+                compass: CompassError {
+                    largest_jump_rad: Some(0.1),
+                    ..CompassError::default()
+                },
+                ..base
+            },
+        ),
+        (
+            "compass_deviation",
+            Evidence {
+                compass: CompassError {
+                    scale_error: Some(-0.06),
+                    ..CompassError::default()
+                },
+                ..base
+            },
+        ),
+        (
+            "compass_late",
+            Evidence {
+                compass: CompassError {
+                    late_s: Some(0.1),
+                    ..CompassError::default()
+                },
                 ..base
             },
         ),
