@@ -226,10 +226,18 @@ fn rows(document: &Document, stages: &[Moment]) -> Vec<Vec<String>> {
                 .iter()
                 .map(|(reason, count)| format!("{reason} {count}"))
                 .collect();
+            let largest = |of: fn(&Cell) -> Option<f64>, digits: usize| {
+                let largest = cells.iter().filter_map(of).max_by(f64::total_cmp);
+                largest.map_or("-".into(), |value| format!("{value:.digits$}"))
+            };
             let name = cells.first().map_or("", |cell| cell.kind.name());
             std::iter::once(name.to_owned())
                 .chain(cells.iter().map(Cell::counts))
-                .chain([reasons.join(", ")])
+                .chain([
+                    largest(|cell| cell.farthest, 1),
+                    largest(|cell| cell.handed_back_after_s, 2),
+                    reasons.join(", "),
+                ])
                 .collect()
         })
         .collect()
@@ -239,14 +247,17 @@ fn headings(stages: &[Moment]) -> Vec<&'static str> {
     let names = stages.iter().map(|stage| stage.name());
     std::iter::once("fault")
         .chain(names)
-        .chain(["reasons"])
+        .chain(["farthest", "back, s", "reasons"])
         .collect()
 }
 
 fn text(document: &Document, stages: &[Moment]) -> String {
     let mut text = summary(document);
-    text += "Trials with models at every speed / rejected / aborted:\n\n";
-    let widths = [18].into_iter().chain(vec![10; stages.len()]).chain([0]);
+    text += "Trials with models at every speed / rejected / aborted, the farthest accepted model, the longest to hand back, and why:\n\n";
+    let widths = [18]
+        .into_iter()
+        .chain(vec![10; stages.len()])
+        .chain([8, 7, 0]);
     let widths: Vec<usize> = widths.collect();
     let headings: Vec<String> = headings(stages).into_iter().map(String::from).collect();
     for row in std::iter::once(headings).chain(rows(document, stages)) {

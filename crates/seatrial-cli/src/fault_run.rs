@@ -410,6 +410,8 @@ impl Expected {
                 | Kind::CompassDrift
                 | Kind::ClockJump => &[
                     "compass_error",
+                    "compass_deviation",
+                    "compass_late",
                     "rejected_samples",
                     "low_r2",
                     "does_not_fit",
