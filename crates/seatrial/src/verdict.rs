@@ -183,7 +183,10 @@ pub fn judge(evidence: &Evidence) -> Verdict {
     if let (Some(refined), Some(fresh)) = (evidence.refined, evidence.fresh) {
         let covariance = Some(&refined.covariance);
         let saturated = saturated(refined, fresh, evidence);
-        let limits = &contradiction::TRAINED;
+        let limits = match saturated {
+            Some(_) => &contradiction::STOPPED,
+            None => &contradiction::TRAINED,
+        };
         weighing.contradiction(&refined.model, covariance, fresh, limits, saturated);
     }
     weighing.extrapolation(evidence);
@@ -607,6 +610,16 @@ impl Weighing {
         saturated: Option<String>,
     ) {
         let Some(found) = contradiction::contradiction(model, covariance, fresh, limits) else {
+            if let Some(times) = contradiction::weakness(model, covariance, fresh, limits) {
+                self.note(
+                    "weakly_validated",
+                    format!(
+                        "the fresh data by themselves are too uncertain to tell a model that is 30 % wrong, as one trained with a rudder that stops: validate with {} times the rudder, or with {} manoeuvres, or in calmer water",
+                        three_figures(times),
+                        (times * times).ceil()
+                    ),
+                );
+            }
             return;
         };
         match saturated {

@@ -4,7 +4,7 @@
 #[path = "false_acceptance/cases.rs"]
 mod cases;
 
-use cases::{Kind, Sea, is_accepted};
+use cases::{Kind, Sea, verdict};
 
 const CALM: Sea = Sea {
     noise_deg: 0.2,
@@ -17,7 +17,7 @@ const ROUGH: Sea = Sea {
 
 fn accepted(kind: Kind, sea: Sea, cases: u64) -> usize {
     (1..=cases)
-        .filter(|seed| is_accepted(kind, sea, *seed))
+        .filter(|seed| verdict(kind, sea, *seed).is_some_and(|v| v.accepted))
         .count()
 }
 
@@ -38,4 +38,18 @@ fn prop_a_wrong_model_is_contradicted_in_a_calm_sea() {
     // The verdict is no wall: 99 % certainty for each of two parameters, and R^2 with the trained offset.
     assert!(accepted(Kind::TrueModel, CALM, 20) >= 19);
     assert!(accepted(Kind::SoundRun, CALM, 20) >= 18);
+}
+
+/// What the data of a rough sea do not tell, the verdict does.
+#[test]
+fn prop_a_wrong_model_is_not_accepted_without_a_word() {
+    for kind in [Kind::ThirtyPercentWrong, Kind::Saturated] {
+        let is_sure = |seed: &u64| {
+            verdict(kind, ROUGH, *seed).is_some_and(|verdict| {
+                let is_weak = verdict.reasons.iter().any(|r| r.code == "weakly_validated");
+                verdict.accepted && !is_weak
+            })
+        };
+        assert_eq!((1..=10).filter(is_sure).count(), 0, "{kind:?}");
+    }
 }

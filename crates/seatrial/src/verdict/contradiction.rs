@@ -42,12 +42,52 @@ pub(super) const TRAINED: Limits = Limits {
     parameters: &[Parameter::Authority],
 };
 
+/// Of a rudder that did less per degree at the larger angle of the training, as one that stops does: 99 % to that side.
+pub(super) const STOPPED: Limits = Limits {
+    certainty: 2.33,
+    ..TRAINED
+};
+
+/// An error that fresh data should tell, as a fraction of the parameter, and how surely: 99 %, in standard deviations.
+const ERROR_TO_TELL: f64 = 0.3;
+const POWER: f64 = 2.33;
+
+/// How many times more certain the fresh data would have to be to tell an error of 30 %, where they are not.
+///
+/// ```text
+/// (certainty + 2.33) sqrt(P' + P) / (0.3 |theta|),   the largest of all parameters
+/// ```
+pub(super) fn weakness(
+    model: &YawModel<f64>,
+    covariance: Option<&[[f64; 3]; 3]>,
+    fresh: &Refined,
+    limits: &Limits,
+) -> Option<f64> {
+    let of = |parameter: &Parameter| {
+        let i = parameter.index();
+        let variance = fresh.covariance[i][i] + covariance.map_or(0.0, |c| c[i][i]);
+        (limits.certainty + POWER) * variance.sqrt() / (ERROR_TO_TELL * model.theta()[i].abs())
+    };
+    let weakness = limits.parameters.iter().map(of).fold(0.0, f64::max);
+    (weakness > 1.0).then_some(weakness)
+}
+
 /// A parameter that can be contradicted.
 enum Parameter {
     /// a22.
     Damping,
     /// b2.
     Authority,
+}
+
+impl Parameter {
+    /// Its place in [a22, b2, C0].
+    fn index(&self) -> usize {
+        match self {
+            Self::Damping => 0,
+            Self::Authority => 1,
+        }
+    }
 }
 
 /// What contradicts a model, in words.
@@ -61,10 +101,8 @@ pub(super) fn contradiction(
         .parameters
         .iter()
         .filter_map(|parameter| {
-            let (i, name, unit) = match parameter {
-                Parameter::Damping => (0, "a22", "1/s"),
-                Parameter::Authority => (1, "b2", "1/s^2"),
-            };
+            let i = parameter.index();
+            let (name, unit) = [("a22", "1/s"), ("b2", "1/s^2")][i];
             let (given, own) = (model.theta()[i], fresh.model.theta()[i]);
             let variance = fresh.covariance[i][i] + covariance.map_or(0.0, |c| c[i][i]);
             let is_certain = (own - given).abs() > limits.certainty * variance.sqrt();
@@ -99,6 +137,13 @@ mod tests {
         assert_eq!(contradiction(None, &vague), None);
         let near = refined_at([-1.1, 1.1, 0.0], 0.01);
         assert_eq!(contradiction(None, &near), None);
+        // 2.58 + 2.33 standard deviations of 0.1/1.96 are 25 %, of 0.5/1.96 they are four times 30 %.
+        assert_eq!(
+            weakness(&model, None, &refined_at([-1.0, 1.0, 0.0], 0.1), &GIVEN),
+            None
+        );
+        let times = weakness(&model, None, &refined_at([-1.0, 1.0, 0.0], 0.5), &GIVEN).unwrap();
+        assert!((times - 4.91 * 0.5 / 1.96 / 0.3).abs() < 1e-9, "{times}");
         let as_unsure = [[0.04, 0.0, 0.0], [0.0, 0.04, 0.0], [0.0; 3]];
         assert_eq!(contradiction(Some(&as_unsure), &sharp), None);
     }

@@ -6,6 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use seatrial::campaign::Campaign;
 use seatrial::conduct::{Unwatched, conduct};
+use seatrial::identification::Verdict;
 use seatrial::identify::{Fresh, IdentifySettings, fresh, fresh_estimate, identify};
 use seatrial::record::{Record, Window};
 use seatrial::verdict::judge_fresh_data;
@@ -36,8 +37,8 @@ pub struct Sea {
     pub disturbance: (f64, f64),
 }
 
-/// Is a model accepted?
-pub fn is_accepted(kind: Kind, sea: Sea, seed: u64) -> bool {
+/// The verdict on a model; `None` where there is none to judge.
+pub fn verdict(kind: Kind, sea: Sea, seed: u64) -> Option<Verdict> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut config = VehicleConfig::starfish();
     config.sensors.compass.noise_rad = sea.noise_deg.to_radians();
@@ -63,14 +64,14 @@ pub fn is_accepted(kind: Kind, sea: Sea, seed: u64) -> bool {
         .model
         .theta();
     match kind {
-        Kind::SoundRun | Kind::Reversed => trial_accepts(config, plan, f64::INFINITY, seed),
-        Kind::Saturated => trial_accepts(config, plan, 0.26 * random.random_range(0.4..0.7), seed),
-        Kind::Unexcited => heading_keeping_is_accepted(config, thrust, seed),
-        Kind::TrueModel => is_valid(config, plan, truth, seed),
+        Kind::SoundRun | Kind::Reversed => trial_verdict(config, plan, f64::INFINITY, seed),
+        Kind::Saturated => trial_verdict(config, plan, 0.26 * random.random_range(0.4..0.7), seed),
+        Kind::Unexcited => heading_keeping(config, thrust, seed),
+        Kind::TrueModel => fresh_verdict(config, plan, truth, seed),
         Kind::ThirtyPercentWrong => {
             let mut wrong = truth;
             wrong[random.random_range(0..2_usize)] *= if random.random() { 0.7 } else { 1.3 };
-            is_valid(config, plan, wrong, seed)
+            fresh_verdict(config, plan, wrong, seed)
         }
     }
 }
@@ -124,31 +125,38 @@ fn trial(config: VehicleConfig, plan: Plan<f64>, limit_rad: f64, seed: u64) -> C
         .campaign
 }
 
-fn trial_accepts(config: VehicleConfig, plan: Plan<f64>, limit_rad: f64, seed: u64) -> bool {
+/// The verdict on the run, where the trial took it.
+fn trial_verdict(
+    config: VehicleConfig,
+    plan: Plan<f64>,
+    limit_rad: f64,
+    seed: u64,
+) -> Option<Verdict> {
     let campaign = trial(config, plan, limit_rad, seed);
-    !campaign.accepted_runs().is_empty()
+    let accepted = campaign.accepted_runs().into_iter().next()?;
+    Some(accepted.identification.as_ref()?.verdict.clone())
 }
 
 /// A given model on the training stage of a trial.
-fn is_valid(config: VehicleConfig, plan: Plan<f64>, theta: [f64; 3], seed: u64) -> bool {
+fn fresh_verdict(
+    config: VehicleConfig,
+    plan: Plan<f64>,
+    theta: [f64; 3],
+    seed: u64,
+) -> Option<Verdict> {
     let campaign = trial(config, plan, f64::INFINITY, seed);
-    let Some((run, window)) = campaign
-        .runs
-        .first()
-        .and_then(|run| Some((run, run.stage(Stage::Train)?)))
-    else {
-        return false;
-    };
+    let run = campaign.runs.first()?;
+    let window = run.stage(Stage::Train)?;
     let model = YawModel::from_theta(theta);
     let validation = fresh::validate(model, &run.record, window).unwrap();
     let own = fresh_estimate(Fresh {
         record: &run.record,
         window,
     });
-    judge_fresh_data(&model, validation, own.as_ref()).accepted
+    Some(judge_fresh_data(&model, validation, own.as_ref()))
 }
 
-fn heading_keeping_is_accepted(config: VehicleConfig, thrust: f64, seed: u64) -> bool {
+fn heading_keeping(config: VehicleConfig, thrust: f64, seed: u64) -> Option<Verdict> {
     let mut vehicle = FirstOrderVehicle::new(config, seed).unwrap();
     let hold = Action {
         steering: Steering::HoldHeading(0.0),
@@ -172,5 +180,6 @@ fn heading_keeping_is_accepted(config: VehicleConfig, thrust: f64, seed: u64) ->
         Some(fresh),
         &IdentifySettings::default(),
     )
-    .is_ok_and(|found| found.verdict.accepted)
+    .ok()
+    .map(|found| found.verdict)
 }
