@@ -11,6 +11,8 @@ use crate::link::Wire;
 
 /// Longest wait for a mode or a parameter, s.
 const RESTORE_S: f64 = 6.0;
+/// Some looks of a vehicle at whether it hears us, s. Rover's are 0.1 s apart.
+const LOOKS_S: f64 = 0.6;
 /// Longest wait for a failsafe to end now that we are heard again, s.
 const FAILSAFE_S: f64 = 4.0;
 /// Longest wait for a vehicle that is silent, s.
@@ -155,7 +157,7 @@ impl<W: Wire> Autopilot<W> {
                 done.mode_restored = Some(self.set_mode(mode, RESTORE_S));
             }
         }
-        self.restore_parameters(&backup, &mut done);
+        self.restore_parameters(&backup, self.stopped.is_some(), &mut done);
         for (id, _) in self.wanted_messages() {
             self.set_interval(id, 0.0);
         }
@@ -175,7 +177,7 @@ impl<W: Wire> Autopilot<W> {
         if !is_there {
             return HandBack::nothing(backup);
         }
-        self.restore_parameters(backup, &mut done);
+        self.restore_parameters(backup, true, &mut done);
         let steering_mode = self.profile().steering_mode();
         // Only from the mode that a trial left behind: any other is somebody's choice since.
         let is_left_behind = self.heard.mode() == steering_mode;
@@ -185,9 +187,11 @@ impl<W: Wire> Autopilot<W> {
         done
     }
 
-    fn restore_parameters(&mut self, backup: &Backup, done: &mut HandBack) {
-        // ArduPilot's Rover does not look whether its failsafe is over once that is disabled, and stays critical.
-        if backup.parameters.contains_key("FS_GCS_ENABLE") {
+    fn restore_parameters(&mut self, backup: &Backup, was_away: bool, done: &mut HandBack) {
+        // ArduPilot's Rover does not look whether we are back once that failsafe is disabled, and stays critical, or
+        // becomes it where it has taken note of our absence.
+        if was_away && backup.parameters.contains_key("FS_GCS_ENABLE") {
+            self.wait(LOOKS_S, |_| false);
             self.wait(FAILSAFE_S, |autopilot| !autopilot.heard.is_critical());
         }
         for (name, stored) in &backup.parameters {

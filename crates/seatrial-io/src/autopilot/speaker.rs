@@ -41,6 +41,8 @@ pub struct Speaker<V> {
     /// Steering and thrust of a joystick, as fractions of full, and when.
     joystick: Option<(f64, [f64; 2])>,
     station_s: Option<f64>,
+    looks_for_station_s: f64,
+    station_lost_s: Option<f64>,
     held_heading_rad: f64,
     failsafe: bool,
     /// Its mode, `custom_mode` of its heartbeats.
@@ -81,6 +83,8 @@ impl<V: Vehicle<f64>> Speaker<V> {
             overridden: None,
             joystick: None,
             station_s: None,
+            looks_for_station_s: 0.0,
+            station_lost_s: None,
             held_heading_rad: f64::NAN,
             failsafe: false,
             mode: resting_mode(profile),
@@ -98,6 +102,11 @@ impl<V: Vehicle<f64>> Speaker<V> {
     /// Steering that it asks its rudder for, as a fraction of full.
     pub fn steering(&self) -> f64 {
         self.fraction(0)
+    }
+
+    /// Is a failsafe on?
+    pub fn is_critical(&self) -> bool {
+        self.failsafe
     }
 
     /// Does it steer as it is asked to?
@@ -268,20 +277,27 @@ impl<V: Vehicle<f64>> Speaker<V> {
         });
     }
 
+    /// Like ArduPilot's Rover: ten times a second while that is enabled; once it is not, what was lost last stays lost.
     fn watch_station(&mut self) {
-        let longest_s = self.number("FS_GCS_TIMEOUT");
-        let is_lost = self
-            .station_s
-            .is_some_and(|heard_s| self.clock_s - heard_s > longest_s);
-        if is_lost && self.number("FS_GCS_ENABLE") != 0.0 && !self.failsafe {
+        if self.number("FS_GCS_ENABLE") != 0.0 && self.clock_s >= self.looks_for_station_s {
+            self.looks_for_station_s = self.clock_s + 0.1;
+            let longest_s = self.number("FS_GCS_TIMEOUT");
+            let is_lost = self
+                .station_s
+                .is_some_and(|heard_s| self.clock_s - heard_s > longest_s);
+            self.station_lost_s = is_lost.then(|| self.station_lost_s.unwrap_or(self.clock_s));
+            self.failsafe &= is_lost;
+        }
+        let is_due = self
+            .station_lost_s
+            .is_some_and(|lost_s| self.clock_s - lost_s > self.number("FS_TIMEOUT"));
+        if is_due && !self.failsafe {
             (self.failsafe, self.mode) = (true, resting_mode(self.profile));
             self.send(Statustext {
                 severity: 2,
                 text: Text::from("GCS Failsafe"),
             });
             self.beat();
-        } else if !is_lost {
-            self.failsafe = false;
         }
     }
 
@@ -446,6 +462,7 @@ fn parameters(profile: Profile, interval_s: f64) -> BTreeMap<String, f32> {
         vec!["SERVO1", "SERVO2", "SERVO3", "SERVO4"]
     } else {
         parameters.insert("FS_ACTION".into(), 2.0);
+        parameters.insert("FS_TIMEOUT".into(), 1.5);
         vec!["RC1", "RC3", "SERVO1", "SERVO3"]
     };
     for number in 1..=16_u8 {

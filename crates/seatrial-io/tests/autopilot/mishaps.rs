@@ -36,7 +36,8 @@ fn suffer(mishap: Mishap, after_s: f64, seed: u64) {
         }));
         std::panic::set_hook(hook);
         assert!(gone.is_err(), "{told}");
-        let end_s = autopilot.wire().now_s + 5.0;
+        // Before, while and after the vehicle's own failsafe takes note.
+        let end_s = autopilot.wire().now_s + 4.0 + 0.5 * (seed / 12 % 8) as f64;
         while autopilot.wire().pass(end_s).is_some() {}
         assert_held(autopilot.wire(), &told);
         let sea = std::mem::ManuallyDrop::into_inner(autopilot);
@@ -113,6 +114,10 @@ fn restore_later(mut autopilot: Autopilot<Sea>, backup: &Backup, told: &str) {
     let done = autopilot.restore(backup);
     assert!(done.is_complete(), "{told}: {done:?}");
     assert_as_before(autopilot.wire());
+    let sea = autopilot.wire();
+    let end_s = sea.now_s + 3.0;
+    while sea.pass(end_s).is_some() {}
+    assert!(!sea.boat.is_critical(), "{told}: its failsafe stays");
     std::mem::forget(autopilot);
 }
 
