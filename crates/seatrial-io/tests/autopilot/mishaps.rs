@@ -130,8 +130,8 @@ fn prop_every_mishap_ends_with_the_rudder_released() {
     let mut suffered = BTreeMap::new();
     for seed in 0..count {
         let mishap = MISHAPS[seed as usize % MISHAPS.len()];
-        // Settling takes 10 to 40 s, then 33 s of manoeuvres.
-        suffer(mishap, 0.5 + 40.0 * draw.next(), seed);
+        // Settling takes 10 to 40 s, then 33 s of manoeuvres; a deaf vehicle is noticed after 7 s.
+        suffer(mishap, 0.5 + 35.0 * draw.next(), seed);
         *suffered.entry(format!("{mishap:?}")).or_insert(0) += 1;
     }
     println!("{suffered:?}");
