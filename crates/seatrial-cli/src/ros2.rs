@@ -8,7 +8,7 @@ use seatrial_core::{Plan, RudderSense};
 use seatrial_io::RowWriter;
 use seatrial_io::autopilot::Preflight;
 use seatrial_io::ros2_vehicle::{
-    Description, ENABLE_SERVICE, Graph, HandBack, RosVehicle, Settings,
+    Description, ENABLE_SERVICE, Graph, HandBack, RosVehicle, Settings, Zenoh,
 };
 
 use crate::autopilot::{limits, line, refuse, text};
@@ -60,21 +60,48 @@ fn open(
 }
 
 /// Joins the domain of a vehicle.
-#[cfg(feature = "ros2")]
 fn join(path: &Path, description: &Description) -> Result<Joined, Failure> {
-    let wrong = |error: String| Failure::input(format!("{}: {error}", path.display()));
-    let mut graph = seatrial_io::ros2_vehicle::Dds::open(description.clone()).map_err(wrong)?;
-    let estimates = graph.estimates().map_err(wrong)?;
-    Ok((Box::new(graph), Box::new(estimates)))
+    let (feature, joined) = match &description.zenoh {
+        None => ("ros2", over_dds(description)),
+        Some(zenoh) => ("ros2-zenoh", over_zenoh(description, zenoh)),
+    };
+    let missing = || {
+        Failure::usage(format!(
+            "--vehicle ros2:{}: this seatrial was built without; build it with --features {feature}",
+            path.display()
+        ))
+    };
+    let joined = joined.ok_or_else(missing)?;
+    joined.map_err(|error| Failure::input(format!("{}: {error}", path.display())))
 }
 
-/// Without ROS 2.
+#[cfg(feature = "ros2")]
+fn over_dds(description: &Description) -> Option<Result<Joined, String>> {
+    let joined = seatrial_io::ros2_vehicle::Dds::open(description.clone()).and_then(|mut graph| {
+        let estimates = graph.estimates()?;
+        Ok((Box::new(graph) as _, Box::new(estimates) as _))
+    });
+    Some(joined)
+}
+
 #[cfg(not(feature = "ros2"))]
-fn join(path: &Path, _description: &Description) -> Result<Joined, Failure> {
-    Err(Failure::usage(format!(
-        "--vehicle ros2:{}: this seatrial was built without; build it with --features ros2",
-        path.display()
-    )))
+fn over_dds(_description: &Description) -> Option<Result<Joined, String>> {
+    None
+}
+
+#[cfg(feature = "ros2-zenoh")]
+fn over_zenoh(description: &Description, zenoh: &Zenoh) -> Option<Result<Joined, String>> {
+    let opened = seatrial_io::ros2_vehicle::OverZenoh::open(description.clone(), zenoh);
+    let joined = opened.and_then(|mut graph| {
+        let estimates = graph.estimates()?;
+        Ok((Box::new(graph) as _, Box::new(estimates) as _))
+    });
+    Some(joined)
+}
+
+#[cfg(not(feature = "ros2-zenoh"))]
+fn over_zenoh(_description: &Description, _zenoh: &Zenoh) -> Option<Result<Joined, String>> {
+    None
 }
 
 /// Looks at the vehicle of a file.

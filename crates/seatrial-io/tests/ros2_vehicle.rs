@@ -212,6 +212,7 @@ fn description() -> Description {
     Description {
         domain: 0,
         addresses: Vec::new(),
+        zenoh: None,
         listens_on_all_addresses: false,
         services: Middleware::FastRtps,
         frame: Frame::Enu,

@@ -43,7 +43,7 @@ pub struct Args {
     /// The vehicle: sim:starfish; sim:starfish-6dof or sim:remus100 of six degrees of freedom; or sim:FILE.toml
     /// for any other; mavlink:udp:HOST:PORT, which listens there, mavlink:udpout:HOST:PORT,
     /// mavlink:tcp:HOST:PORT or mavlink:serial:DEVICE:BAUD for an autopilot; ros2:FILE.toml for a vehicle on ROS 2, which
-    /// needs a seatrial built with --features ros2.
+    /// needs a seatrial built with --features ros2, or ros2-zenoh.
     #[arg(long, value_name = "VEHICLE", default_value = "sim:starfish")]
     vehicle: String,
     /// Faults that befall a simulated vehicle, and sensors and sea that it meets, a TOML file as in scenarios/.

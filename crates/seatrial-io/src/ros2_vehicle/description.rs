@@ -17,6 +17,8 @@ pub struct Description {
     /// Addresses of this machine that are announced and on which multicast is used.
     #[serde(default = "loopback")]
     pub addresses: Vec<IpAddr>,
+    /// Where there is one, the vehicle is reached over zenoh instead of DDS.
+    pub zenoh: Option<Zenoh>,
     /// Agreed to: the sockets of DDS take packets on every address of this machine, whatever is announced.
     #[serde(default)]
     pub listens_on_all_addresses: bool,
@@ -44,6 +46,40 @@ pub struct Description {
 
 fn loopback() -> Vec<IpAddr> {
     vec![Ipv4Addr::LOCALHOST.into()]
+}
+
+/// How a vehicle is reached over zenoh. Nothing here listens: all links are called.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Zenoh {
+    /// The router, or a vehicle that listens.
+    #[serde(default = "router")]
+    pub endpoint: String,
+    /// How links are used.
+    #[serde(default)]
+    pub mode: ZenohMode,
+    /// Do names end with hashes of their types? They do since Iron, on Humble they do not.
+    #[serde(default = "yes")]
+    pub type_hashes: bool,
+}
+
+/// How links of zenoh are used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ZenohMode {
+    /// Everything passes through the endpoint.
+    #[default]
+    Client,
+    /// Others, of whom the endpoint tells, are called, too.
+    Peer,
+}
+
+fn router() -> String {
+    "tcp/127.0.0.1:7447".into()
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// Whose mapping of services.
@@ -289,6 +325,9 @@ impl Description {
     pub fn check(&self) -> Result<(), String> {
         self.check_names()?;
         self.check_numbers()?;
+        if let Some(zenoh) = &self.zenoh {
+            self.check_zenoh(zenoh)?;
+        }
         let (rudder, thrust) = (&self.rudder, &self.thrust);
         for (name, kind, field) in [
             ("rudder", rudder.kind, rudder.field()),
@@ -322,6 +361,30 @@ impl Description {
             }
         }
         Ok(())
+    }
+
+    fn check_zenoh(&self, zenoh: &Zenoh) -> Result<(), String> {
+        let address = zenoh.endpoint.strip_prefix("tcp/");
+        let parts = address.and_then(|address| address.rsplit_once(':'));
+        let is_host = |host: &str| {
+            !host.is_empty()
+                && host
+                    .chars()
+                    .all(|c| c.is_ascii_alphanumeric() || "[]:.-_".contains(c))
+        };
+        if !parts.is_some_and(|(host, port)| is_host(host) && port.parse::<u16>().is_ok()) {
+            return Err(format!(
+                "zenoh.endpoint is {:?}: expected tcp/HOST:PORT, as in tcp/127.0.0.1:7447",
+                zenoh.endpoint
+            ));
+        }
+        let is_of_dds = self.listens_on_all_addresses
+            || self.addresses != loopback()
+            || self.services != Middleware::default();
+        match is_of_dds {
+            true => Err("addresses, listens_on_all_addresses and services are about DDS: leave them out where there is [zenoh]".into()),
+            false => Ok(()),
+        }
     }
 
     fn check_names(&self) -> Result<(), String> {

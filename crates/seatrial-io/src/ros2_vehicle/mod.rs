@@ -1,6 +1,6 @@
 //! Vehicles on ROS 2, as a [`Vehicle`].
 //!
-//! Everything passes through a [`Graph`], which also gives the time: DDS, or a made-up vehicle in made-up time.
+//! Everything passes through a [`Graph`], which also gives the time: DDS, zenoh, or a made-up vehicle in made-up time.
 //! [`RosVehicle::inspect`] looks without touching, [`RosVehicle::take_control`] takes the rudder and proves that it answers,
 //! [`RosVehicle::hand_back`] undoes it; so does dropping it. Whatever ends the trial from the vehicle's side, a [`Stop`], makes
 //! rudder and thrust neutral as soon as it is known.
@@ -8,9 +8,15 @@
 #[cfg(feature = "ros2")]
 mod dds;
 mod description;
+#[cfg(any(feature = "ros2", feature = "ros2-zenoh"))]
+mod estimates;
 mod preflight;
 mod sampler;
 mod stop;
+#[cfg(any(feature = "ros2", feature = "ros2-zenoh"))]
+mod wire;
+#[cfg(feature = "ros2-zenoh")]
+mod zenoh;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -19,12 +25,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use seatrial_core::{Action, Real, Sample, Steering, Vehicle};
 use serde::Serialize;
 
+#[cfg(feature = "ros2-zenoh")]
+pub use self::zenoh::OverZenoh;
 #[cfg(feature = "ros2")]
-pub use dds::{Dds, EstimateTopic};
+pub use dds::Dds;
 pub use description::{
     Command, CommandType, Description, Enable, Feedback, FeedbackType, Frame, Middleware, Odometry,
-    RudderCommand, Source, ThrustCommand,
+    RudderCommand, Source, ThrustCommand, Zenoh, ZenohMode,
 };
+#[cfg(any(feature = "ros2", feature = "ros2-zenoh"))]
+pub use estimates::EstimateTopic;
 pub use stop::Stop;
 
 use sampler::Sampler;
@@ -33,6 +43,8 @@ use sampler::Sampler;
 pub const ENABLE_SERVICE: &str = "/seatrial/enable";
 /// Name of the service that ends the trial.
 pub const ABORT_SERVICE: &str = "/seatrial/abort";
+#[cfg(any(feature = "ros2", feature = "ros2-zenoh"))]
+const DIAGNOSTICS_TOPIC: &str = "/diagnostics";
 
 /// Longest wait for something to come at a time, s.
 const WAIT_S: f64 = 0.02;

@@ -43,8 +43,12 @@ impl<G: Graph> RosVehicle<G> {
             (None, None) => String::new(),
         };
         if !self.wait(CONNECT_S, |vehicle| vehicle.sampler.count > 0) {
+            let way = match &self.description.zenoh {
+                Some(zenoh) => format!("what is connected to {}", zenoh.endpoint),
+                None => "the addresses and whether it is reliable".into(),
+            };
             let text = format!(
-                "nothing came on {source} for {CONNECT_S} s: check its name and type, domain {}, the addresses and whether it is reliable",
+                "nothing came on {source} for {CONNECT_S} s: check its name and type, domain {}, {way}",
                 self.description.domain
             );
             push(&mut found, "samples", false, text);

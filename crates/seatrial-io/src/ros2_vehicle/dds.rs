@@ -1,12 +1,9 @@
 //! The graph over DDS, as `rmw_fastrtps` and `rmw_cyclonedds` use it: no ROS installation is needed.
 
-mod wire;
-
 use std::future::ready;
-use std::io;
 use std::sync::mpsc;
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use futures::channel::oneshot;
 use futures::executor::block_on;
@@ -17,37 +14,25 @@ use ros2_client::dds::rustdds::{DomainParticipant, DomainParticipantBuilder, RTP
 use ros2_client::dds::{Client, Context, Node, Publisher, Server, ServiceMapping, Subscription};
 use ros2_client::node_options::NodeOptions;
 use ros2_client::qos::{History, QosProfile, WhenFull};
-use ros2_client::{MessageTypeName, Name, NodeName, ServiceTypeName};
+use ros2_client::{Message, MessageTypeName, Name, NodeName, ServiceTypeName};
 use serde::Serialize;
 
+use super::estimates::{self, EstimateTopic};
+use super::wire::{self, Answer, CommandMessage, Kind, Request, SetBoolRequest, TriggerRequest};
 use super::{
-    ABORT_SERVICE, CommandType, Demand, Description, Diagnosis, ENABLE_SERVICE, FeedbackType,
+    ABORT_SERVICE, DIAGNOSTICS_TOPIC, Demand, Description, Diagnosis, ENABLE_SERVICE, FeedbackType,
     Graph, Heard, Matched, Middleware,
 };
-use crate::{Row, RowWriter};
-use wire::{Answer, SetBoolRequest, TriggerRequest};
 
-/// The topic of estimates and what its numbers are.
-const ESTIMATE_TOPIC: &str = "/seatrial/estimate";
-const ESTIMATE_LABEL: &str = "time_s,a22_per_s,b2_per_s2,c0_rad_per_s2,half_width_a22_per_s,half_width_b2_per_s2,half_width_c0_rad_per_s2,step_norm";
 /// Messages of one topic that may wait to be read.
 const WAITING: usize = 64;
-
-/// A publisher of commands.
-enum CommandPublisher {
-    Float64(Publisher<wire::Float64>),
-    Float32(Publisher<wire::Float32>),
-    Float64MultiArray(Publisher<wire::Float64MultiArray>),
-    Twist(Publisher<wire::Twist>),
-    TwistStamped(Publisher<wire::TwistStamped>),
-}
 
 /// A vehicle's topics and services over DDS.
 pub struct Dds {
     description: Description,
     begin: Instant,
     participant: DomainParticipant,
-    publishers: Vec<(String, CommandPublisher)>,
+    publishers: Vec<(String, Publisher<CommandMessage>)>,
     diagnostics: Publisher<wire::DiagnosticArray>,
     client: Option<Client<SetBoolRequest, Answer>>,
     heard: mpsc::Receiver<(Instant, Heard)>,
@@ -55,7 +40,7 @@ pub struct Dds {
     hang_up: Option<oneshot::Sender<()>>,
     listening: Option<JoinHandle<()>>,
     // After everything that it has made.
-    node: Node,
+    maker: Maker,
 }
 
 /// What is listened to.
@@ -98,7 +83,7 @@ impl Maker {
     fn topic(
         &self,
         name: &str,
-        [package, kind]: [&str; 2],
+        [package, kind]: Kind,
         qos: &QosProfile,
     ) -> Result<ros2_client::dds::rustdds::Topic, String> {
         let parsed = Name::parse(name).map_err(failed(name))?;
@@ -110,7 +95,7 @@ impl Maker {
     fn publisher<M: Serialize>(
         &mut self,
         name: &str,
-        kind: [&str; 2],
+        kind: Kind,
         qos: QosProfile,
     ) -> Result<Publisher<M>, String> {
         let topic = self.topic(name, kind, &qos)?;
@@ -121,7 +106,7 @@ impl Maker {
     fn subscription<M: 'static>(
         &mut self,
         name: &str,
-        kind: [&str; 2],
+        kind: Kind,
         is_reliable: bool,
     ) -> Result<Subscription<M>, String> {
         let qos = qos(is_reliable);
@@ -130,38 +115,17 @@ impl Maker {
         subscription.map_err(failed(name))
     }
 
-    fn server<R: ros2_client::Message + Clone + 'static>(
+    fn server<R: Message + Clone + 'static>(
         &mut self,
         name: &str,
-        kind: &str,
+        [package, kind]: Kind,
     ) -> Result<Server<R, Answer>, String> {
         let parsed = Name::parse(name).map_err(failed(name))?;
-        let kind = ServiceTypeName::new("std_srvs", kind);
+        let kind = ServiceTypeName::new(package, kind);
         let server = self
             .node
             .create_server(self.mapping, &parsed, &kind, qos(true), qos(true));
         server.map_err(failed(name))
-    }
-
-    fn command(&mut self, name: &str, kind: CommandType) -> Result<CommandPublisher, String> {
-        let type_name = type_name(kind);
-        Ok(match kind {
-            CommandType::Float64 => {
-                CommandPublisher::Float64(self.publisher(name, type_name, newest())?)
-            }
-            CommandType::Float32 => {
-                CommandPublisher::Float32(self.publisher(name, type_name, newest())?)
-            }
-            CommandType::Float64MultiArray => {
-                CommandPublisher::Float64MultiArray(self.publisher(name, type_name, newest())?)
-            }
-            CommandType::Twist => {
-                CommandPublisher::Twist(self.publisher(name, type_name, newest())?)
-            }
-            CommandType::TwistStamped => {
-                CommandPublisher::TwistStamped(self.publisher(name, type_name, newest())?)
-            }
-        })
     }
 
     fn ears(&mut self, description: &Description) -> Result<Ears, String> {
@@ -171,31 +135,28 @@ impl Maker {
             joints: None,
             float64: None,
             float32: None,
-            abort: self.server(ABORT_SERVICE, "Trigger")?,
-            enable: self.server(ENABLE_SERVICE, "SetBool")?,
+            abort: self.server(ABORT_SERVICE, wire::TRIGGER)?,
+            enable: self.server(ENABLE_SERVICE, wire::SET_BOOL)?,
         };
         if let Some(imu) = &description.imu {
-            let kind = ["sensor_msgs", "Imu"];
-            ears.imu = Some(self.subscription(&imu.topic, kind, imu.reliable)?);
+            ears.imu = Some(self.subscription(&imu.topic, wire::IMU, imu.reliable)?);
         }
         if let Some(odometry) = &description.odometry {
-            let kind = ["nav_msgs", "Odometry"];
-            ears.odometry = Some(self.subscription(&odometry.topic, kind, odometry.reliable)?);
+            let (topic, is_reliable) = (&odometry.topic, odometry.reliable);
+            ears.odometry = Some(self.subscription(topic, wire::ODOMETRY, is_reliable)?);
         }
         if let Some(feedback) = &description.feedback {
             let (topic, is_reliable) = (&feedback.topic, feedback.reliable);
+            let kind = wire::kind_of_feedback(feedback.kind);
             match feedback.kind {
                 FeedbackType::JointState => {
-                    let kind = ["sensor_msgs", "JointState"];
                     let joint = feedback.joint.clone().unwrap_or_default();
                     ears.joints = Some((self.subscription(topic, kind, is_reliable)?, joint));
                 }
                 FeedbackType::Float64 => {
-                    let kind = ["std_msgs", "Float64"];
                     ears.float64 = Some(self.subscription(topic, kind, is_reliable)?);
                 }
                 FeedbackType::Float32 => {
-                    let kind = ["std_msgs", "Float32"];
                     ears.float32 = Some(self.subscription(topic, kind, is_reliable)?);
                 }
             }
@@ -204,16 +165,9 @@ impl Maker {
     }
 }
 
-/// Package and name of a type.
-fn type_name(kind: CommandType) -> [&'static str; 2] {
-    match kind {
-        CommandType::Float64 => ["std_msgs", "Float64"],
-        CommandType::Float32 => ["std_msgs", "Float32"],
-        CommandType::Float64MultiArray => ["std_msgs", "Float64MultiArray"],
-        CommandType::Twist => ["geometry_msgs", "Twist"],
-        CommandType::TwistStamped => ["geometry_msgs", "TwistStamped"],
-    }
-}
+impl Message for TriggerRequest {}
+impl Message for SetBoolRequest {}
+impl Message for Answer {}
 
 impl Dds {
     /// Joins the domain of a description and makes what it names.
@@ -247,14 +201,15 @@ impl Dds {
         };
         let mut publishers = Vec::new();
         for (topic, kind) in description.command_topics() {
-            publishers.push((topic.to_string(), maker.command(topic, kind)?));
+            let kind = wire::kind_of_command(kind);
+            publishers.push((topic.into(), maker.publisher(topic, kind, newest())?));
         }
-        let kind = ["diagnostic_msgs", "DiagnosticArray"];
-        let diagnostics = maker.publisher("/diagnostics", kind, qos(true))?;
+        let diagnostics = maker.publisher(DIAGNOSTICS_TOPIC, wire::DIAGNOSTIC_ARRAY, qos(true))?;
         let client = match &description.enable {
             Some(enable) => {
                 let name = Name::parse(&enable.service).map_err(failed(&enable.service))?;
-                let kind = ServiceTypeName::new("std_srvs", "SetBool");
+                let [package, kind] = wire::SET_BOOL;
+                let kind = ServiceTypeName::new(package, kind);
                 let client =
                     maker
                         .node
@@ -280,20 +235,18 @@ impl Dds {
             heard,
             hang_up: Some(hang_up),
             listening: Some(listening),
-            node: maker.node,
+            maker,
         })
     }
 
     /// Shows rows of a trial as messages.
     pub fn estimates(&mut self) -> Result<EstimateTopic, String> {
-        let parsed = Name::parse(ESTIMATE_TOPIC).map_err(failed(ESTIMATE_TOPIC))?;
-        let kind = MessageTypeName::new("std_msgs", "Float64MultiArray");
         let topic = self
-            .node
-            .create_topic(&parsed, kind, &qos(true))
-            .map_err(failed(ESTIMATE_TOPIC))?;
-        let publisher = self.node.create_publisher(&topic, Some(qos(true)));
-        Ok(EstimateTopic(publisher.map_err(failed(ESTIMATE_TOPIC))?))
+            .maker
+            .publisher(estimates::TOPIC, wire::FLOAT64_MULTI_ARRAY, qos(true))?;
+        Ok(EstimateTopic::new(move |numbers| {
+            topic.publish(numbers).map_err(|error| error.to_string())
+        }))
     }
 
     fn is_ours(&self, guid: ros2_client::dds::rustdds::GUID) -> bool {
@@ -305,6 +258,20 @@ impl Dds {
         let (_, answer) = self.client.as_ref()?.receive_response().ok()??;
         Some(Heard::Answered(answer.success))
     }
+}
+
+/// Calls of one of our services, which are answered.
+fn calls<R: Request + Message + Clone + 'static>(
+    server: &Server<R, Answer>,
+) -> LocalBoxStream<'_, Option<Heard>> {
+    let calls = server.receive_request_stream().map(|read| {
+        let (id, request) = read.ok()?;
+        let (heard, answer) = request.obeyed();
+        // One that cannot be answered is obeyed all the same.
+        let _ = server.send_response(id, answer);
+        Some(heard)
+    });
+    calls.boxed_local()
 }
 
 /// Hands on what comes until the other end hangs up.
@@ -327,29 +294,18 @@ fn listen(ears: &Ears, sender: &mpsc::Sender<(Instant, Heard)>, until: oneshot::
         );
     }
     if let Some((joints, joint)) = &ears.joints {
-        let heard = move |state: wire::JointState| {
-            let (stamp_s, units) = state.position(joint)?;
-            Some(Heard::Rudder {
-                stamp_s: Some(stamp_s),
-                units,
-            })
-        };
         let stream = joints.async_stream();
         streams.push(
             stream
-                .map(move |read| read.ok().and_then(|(state, _)| heard(state)))
+                .map(move |read| read.ok().and_then(|(state, _)| state.rudder(joint)))
                 .boxed_local(),
         );
     }
-    let unstamped = |units: f64| Heard::Rudder {
-        stamp_s: None,
-        units,
-    };
     if let Some(float64) = &ears.float64 {
         let stream = float64.async_stream();
         streams.push(
             stream
-                .map(move |read| read.ok().map(|(number, _)| unstamped(number.data)))
+                .map(|read| read.ok().map(|(number, _)| number.rudder()))
                 .boxed_local(),
         );
     }
@@ -357,31 +313,12 @@ fn listen(ears: &Ears, sender: &mpsc::Sender<(Instant, Heard)>, until: oneshot::
         let stream = float32.async_stream();
         streams.push(
             stream
-                .map(move |read| read.ok().map(|(number, _)| unstamped(number.data.into())))
+                .map(|read| read.ok().map(|(number, _)| number.rudder()))
                 .boxed_local(),
         );
     }
-    let answer = |text: &str| Answer {
-        success: true,
-        message: text.into(),
-    };
-    let aborts = ears.abort.receive_request_stream().map(|read| {
-        let (id, _) = read.ok()?;
-        // One that cannot be answered is obeyed all the same.
-        let _ = ears.abort.send_response(id, answer("the trial ends"));
-        Some(Heard::Abort)
-    });
-    streams.push(aborts.boxed_local());
-    let enables = ears.enable.receive_request_stream().map(|read| {
-        let (id, request) = read.ok()?;
-        let text = match request.data {
-            true => "the trial may take the vehicle",
-            false => "the trial gives the vehicle back",
-        };
-        let _ = ears.enable.send_response(id, answer(text));
-        Some(Heard::Enable(request.data))
-    });
-    streams.push(enables.boxed_local());
+    streams.push(calls(&ears.abort));
+    streams.push(calls(&ears.enable));
     let heard = select_all(streams).for_each(|heard| {
         if let Some(heard) = heard {
             // Nobody takes it once the trial is over.
@@ -417,31 +354,9 @@ impl Graph for Dds {
                 .publishers
                 .iter()
                 .find(|(topic, _)| topic == command.topic);
-            let Some((_, publisher)) = publisher else {
-                continue;
-            };
-            let first = command.numbers.first().copied().unwrap_or(0.0);
-            // What cannot be published now is sent again soon.
-            match publisher {
-                CommandPublisher::Float64(publisher) => {
-                    let _ = publisher.publish(wire::Float64 { data: first });
-                }
-                CommandPublisher::Float32(publisher) => {
-                    let data = first as f32;
-                    let _ = publisher.publish(wire::Float32 { data });
-                }
-                CommandPublisher::Float64MultiArray(publisher) => {
-                    let _ = publisher.publish(array("", command.numbers));
-                }
-                CommandPublisher::Twist(publisher) => {
-                    let _ = publisher.publish(wire::Twist::of(&command.numbers));
-                }
-                CommandPublisher::TwistStamped(publisher) => {
-                    let _ = publisher.publish(wire::TwistStamped {
-                        header: header(),
-                        twist: wire::Twist::of(&command.numbers),
-                    });
-                }
+            if let Some((_, publisher)) = publisher {
+                // What cannot be published now is sent again soon.
+                let _ = publisher.publish(command.into());
             }
         }
     }
@@ -459,7 +374,7 @@ impl Graph for Dds {
         let mut matched = Matched::default();
         for (topic, kind) in self.description.command_topics() {
             let name = format!("rt{topic}");
-            let [package, type_name] = type_name(kind);
+            let [package, type_name] = wire::kind_of_command(kind);
             let type_name = format!("{package}::msg::dds_::{type_name}_");
             let is_heard = readers.iter().any(|reader| {
                 let data = &reader.subscription_topic_data;
@@ -490,21 +405,8 @@ impl Graph for Dds {
     }
 
     fn diagnose(&mut self, diagnosis: &Diagnosis) {
-        let values = diagnosis.values.iter().map(|(key, value)| wire::KeyValue {
-            key: (*key).into(),
-            value: value.clone(),
-        });
         // A diagnosis that cannot be published is followed by the next.
-        let _ = self.diagnostics.publish(wire::DiagnosticArray {
-            header: header(),
-            status: vec![wire::DiagnosticStatus {
-                level: if diagnosis.is_error { 2 } else { 0 },
-                name: "seatrial".into(),
-                message: diagnosis.message.clone(),
-                hardware_id: String::new(),
-                values: values.collect(),
-            }],
-        });
+        let _ = self.diagnostics.publish(diagnosis.into());
     }
 }
 
@@ -515,55 +417,5 @@ impl Drop for Dds {
         if let Some(listening) = self.listening.take() {
             let _ = listening.join();
         }
-    }
-}
-
-fn header() -> wire::Header {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
-    let now = now.unwrap_or_default();
-    wire::Header {
-        stamp: wire::Stamp {
-            sec: i32::try_from(now.as_secs()).unwrap_or(i32::MAX),
-            nanosec: now.subsec_nanos(),
-        },
-        frame_id: String::new(),
-    }
-}
-
-fn array(label: &str, data: Vec<f64>) -> wire::Float64MultiArray {
-    let size = u32::try_from(data.len()).unwrap_or(u32::MAX);
-    wire::Float64MultiArray {
-        dim: vec![wire::Dimension {
-            label: label.into(),
-            size,
-            stride: size,
-        }],
-        data_offset: 0,
-        data,
-    }
-}
-
-/// Estimates as messages of `std_msgs/Float64MultiArray`; what is missing is no number.
-pub struct EstimateTopic(Publisher<wire::Float64MultiArray>);
-
-impl RowWriter for EstimateTopic {
-    fn write(&mut self, row: &Row) -> io::Result<()> {
-        let Some(estimate) = row.estimate else {
-            return Ok(());
-        };
-        let mut data = vec![row.sample.time_s];
-        data.extend(estimate.model.theta());
-        data.extend(estimate.half_widths.unwrap_or([f64::NAN; 3]));
-        data.push(estimate.step_norm);
-        let published = self.0.publish(array(ESTIMATE_LABEL, data));
-        published.map_err(|error| io::Error::other(format!("{ESTIMATE_TOPIC}: {error}")))
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-
-    fn finish(self: Box<Self>) -> io::Result<()> {
-        Ok(())
     }
 }
