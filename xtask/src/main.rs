@@ -3,7 +3,7 @@
 //! `cargo xtask test` runs every check in the order in which they fail fastest; `cargo xtask embedded` the one
 //! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask instructions` that of the kernels'
 //! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page. `cargo xtask ros2` checks what
-//! needs the feature `ros2`.
+//! needs the features `ros2` and `ros2-zenoh`.
 
 mod c_library;
 mod dash;
@@ -119,22 +119,40 @@ fn in_python() -> bool {
 }
 
 fn on_ros2() -> bool {
-    let of_feature = |verb: &[&str], rest: &[&str]| {
-        let feature = ["-p", "seatrial-cli", "--features", "ros2"];
-        succeeds(&mut cargo(&[verb, &feature, rest].concat()))
+    let of_features = |verb: &[&str], features: &str, rest: &[&str]| {
+        succeeds(&mut cargo(
+            &[verb, &["--features", features], rest].concat(),
+        ))
     };
+    let lint = ["clippy", "-p", "seatrial-io", "-p", "seatrial-cli"];
+    let strict = ["--", "-D", "warnings"];
+    let test = ["nextest", "run", "--test-threads", "1"];
     passes("ROS 2", || {
-        let is_clean = of_feature(
-            &["clippy", "-p", "seatrial-io"],
-            &["--all-targets", "--", "-D", "warnings"],
-        );
-        // One at a time: the vehicles are played in real time, and one that the machine holds up for long is a lost one.
-        let is_right = is_clean
-            && of_feature(
-                &["nextest", "run"],
-                &["--test", "ros2", "--test-threads", "1"],
+        let both = "ros2,ros2-zenoh";
+        // One test at a time: the vehicles are played in real time, and one that the machine holds up for long is a lost one.
+        let is_right = of_features(&[&lint[..], &["--all-targets"]].concat(), both, &strict)
+            && of_features(&lint, "ros2", &strict)
+            && of_features(&lint, "ros2-zenoh", &strict)
+            && of_features(
+                &test,
+                "ros2-zenoh",
+                &["-p", "seatrial-io", "--lib", "ros2_vehicle"],
+            )
+            && of_features(
+                &test,
+                both,
+                &[
+                    "-p",
+                    "seatrial-cli",
+                    "--test",
+                    "ros2",
+                    "--test",
+                    "ros2_file",
+                ],
             );
-        is_right.then_some(()).ok_or("a trial over DDS".into())
+        is_right
+            .then_some(())
+            .ok_or("vehicles over DDS or zenoh".into())
     })
 }
 

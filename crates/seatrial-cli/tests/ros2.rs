@@ -1,5 +1,5 @@
-//! Whole trials on a vehicle that another implementation of DDS plays, over the loopback alone.
-#![cfg(all(feature = "ros2", unix))]
+//! Whole trials on a vehicle that another implementation of DDS or zenoh plays, over the loopback alone.
+#![cfg(all(any(feature = "ros2", feature = "ros2-zenoh"), target_os = "linux"))]
 
 #[path = "../../seatrial-io/tests/vehicle/python.rs"]
 mod python;
@@ -39,8 +39,6 @@ period_s = 3.0
 ";
 
 const VEHICLE: &str = "\
-listens_on_all_addresses = true
-services = 'cyclonedds'
 command_timeout_s = 0.5
 [odometry]
 topic = '/odom'
@@ -58,6 +56,20 @@ units_per_rad = -57.29577951308232
 service = '/boat/enable'
 ";
 
+/// A vehicle's middleware.
+#[derive(Clone, Copy)]
+struct Over {
+    /// What vehicle.py calls it.
+    name: &'static str,
+    /// The Python package that speaks it.
+    package: &'static str,
+    domain: u16,
+    /// What the description says of it.
+    description: fn(u16) -> String,
+    /// Why a trial ends whose vehicle's process is gone.
+    gone: &'static str,
+}
+
 /// A vehicle of another process.
 struct Peer {
     process: Child,
@@ -66,13 +78,16 @@ struct Peer {
 }
 
 impl Peer {
-    fn start(python: &Path, domain: u16, mishap: &str) -> Self {
+    /// `None`: there is no Python for it.
+    fn start(over: Over, mishap: &str) -> Option<Self> {
+        let python = python_with(over.package)?;
         let mut process = Command::new(python)
+            .arg("-B")
             .arg(concat!(
                 env!("CARGO_MANIFEST_DIR"),
                 "/tests/ros2/vehicle.py"
             ))
-            .args([&domain.to_string(), mishap, "0.5"])
+            .args([over.name, &over.domain.to_string(), mishap, "0.5"])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
@@ -90,7 +105,7 @@ impl Peer {
             lines,
         };
         peer.wait_for("ready");
-        peer
+        Some(peer)
     }
 
     fn wait_for(&self, line: &str) {
@@ -115,19 +130,20 @@ struct Trial {
 }
 
 impl Trial {
-    fn start(domain: u16, plan: &str) -> Self {
+    fn start(over: Over) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let file = |name: &str, text: &str| {
             let path = folder.path().join(name);
             std::fs::write(&path, text).unwrap();
             path
         };
-        let vehicle = file("boat.toml", &format!("domain = {domain}\n{VEHICLE}"));
+        let description = (over.description)(over.domain);
+        let vehicle = file("boat.toml", &format!("{description}{VEHICLE}"));
         let process = Command::new(env!("CARGO_BIN_EXE_seatrial"))
             .args(["trial", "--json", "--yes", "--vehicle"])
             .arg(format!("ros2:{}", vehicle.display()))
             .arg("--plan")
-            .arg(file("plan.toml", plan))
+            .arg(file("plan.toml", PLAN))
             .arg("--logbook")
             .arg(folder.path().join("seatrial.db"))
             .stdout(Stdio::piped())
@@ -177,20 +193,18 @@ fn is_handed_back(trial: Trial, peer: Peer, at_s: Option<f64>, reason: &str) {
     assert!(steered_s < 1.0, "steered for {steered_s} s after it");
 }
 
-#[test]
-fn recover_a_vehicle_played_by_cyclonedds() {
-    let Some(python) = python_with("cyclonedds") else {
+fn recovers_the_model(over: Over) {
+    let Some(peer) = Peer::start(over, "none") else {
         return;
     };
-    let peer = Peer::start(&python, 41, "none");
-    let (folder, output) = Trial::start(41, PLAN).end();
+    let (folder, output) = Trial::start(over).end();
     let told = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{told}");
     let document: Value = serde_json::from_slice(&output.stdout).unwrap();
     let found = &document["runs"][0]["identification"]["refined"];
     for (name, truth) in ["a22_per_s", "b2_per_s2"].into_iter().zip(TRUTH) {
         let error = found[name].as_f64().unwrap() / truth - 1.0;
-        eprintln!("{name}: {:+.2} %", 100.0 * error);
+        eprintln!("{} {name}: {:+.2} %", over.name, 100.0 * error);
         // What the issue asks for; sleeps of the machine are what it is made of.
         assert!(error.abs() < 0.05, "{name} {found}");
     }
@@ -216,43 +230,19 @@ fn recover_a_vehicle_played_by_cyclonedds() {
     assert!(diagnoses.contains("the trial has rudder"), "{diagnoses}");
 }
 
-#[test]
-fn io_a_service_ends_the_trial() {
-    let Some(python) = python_with("cyclonedds") else {
-        return;
-    };
-    for (domain, mishap, service) in [
-        (42, "abort", "/seatrial/abort"),
-        (43, "disable", "/seatrial/enable"),
-    ] {
-        let peer = Peer::start(&python, domain, mishap);
-        let trial = Trial::start(domain, PLAN);
-        is_handed_back(trial, peer, None, &format!("{service} was called"));
+fn a_mishap_ends_it(over: Over, mishap: &str, reason: &str) {
+    if let Some(peer) = Peer::start(over, mishap) {
+        is_handed_back(Trial::start(over), peer, None, reason);
     }
 }
 
-#[test]
-fn io_a_second_publisher_ends_the_trial() {
-    let Some(python) = python_with("cyclonedds") else {
+fn sigterm_leaves_a_neutral_rudder(over: Over, meanwhile: fn(&Trial)) {
+    let Some(peer) = Peer::start(over, "none") else {
         return;
     };
-    let peer = Peer::start(&python, 44, "second");
-    is_handed_back(
-        Trial::start(44, PLAN),
-        peer,
-        None,
-        "somebody else publishes",
-    );
-}
-
-#[test]
-fn io_sigterm_leaves_a_neutral_rudder_on_the_wire() {
-    let Some(python) = python_with("cyclonedds") else {
-        return;
-    };
-    let peer = Peer::start(&python, 45, "none");
-    let trial = Trial::start(45, PLAN);
+    let trial = Trial::start(over);
     peer.wait_for("training");
+    meanwhile(&trial);
     std::thread::sleep(Duration::from_millis(300));
     let at_s = now_s();
     let killed = Command::new("kill")
@@ -263,16 +253,14 @@ fn io_sigterm_leaves_a_neutral_rudder_on_the_wire() {
 }
 
 /// The vehicle's process is gone in the doublet: the trial ends, and everything up to then is kept.
-#[test]
-fn io_a_vehicle_that_is_gone_ends_the_trial() {
-    let Some(python) = python_with("cyclonedds") else {
+fn a_vehicle_that_is_gone_ends_it(over: Over) {
+    let Some(peer) = Peer::start(over, "killed") else {
         return;
     };
-    let peer = Peer::start(&python, 46, "killed");
-    let (folder, output) = Trial::start(46, PLAN).end();
+    let (folder, output) = Trial::start(over).end();
     let told = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(5), "{told}");
-    assert!(told.contains("no sample has come"), "{told}");
+    assert!(told.contains(over.gone), "{told}");
     assert!(told.contains("NOT SEEN NEUTRAL"), "{told}");
     let seen = peer.seen();
     let logbook = Logbook::open_read_only(&Trial::logbook(folder.path())).unwrap();
@@ -283,4 +271,126 @@ fn io_a_vehicle_that_is_gone_ends_the_trial() {
         .status();
     assert!(replay.unwrap().success());
     assert!(seen["rudders"].as_u64().unwrap() > 50, "{seen}");
+}
+
+#[cfg(feature = "ros2")]
+mod dds {
+    use super::*;
+
+    fn over(domain: u16) -> Over {
+        Over {
+            name: "dds",
+            package: "cyclonedds",
+            domain,
+            description: |domain| {
+                format!(
+                    "domain = {domain}\nlistens_on_all_addresses = true\nservices = 'cyclonedds'\n"
+                )
+            },
+            gone: "no sample has come",
+        }
+    }
+
+    #[test]
+    fn recover_a_vehicle_played_by_cyclonedds() {
+        recovers_the_model(over(41));
+    }
+
+    #[test]
+    fn io_a_service_ends_the_trial() {
+        a_mishap_ends_it(over(42), "abort", "/seatrial/abort was called");
+        a_mishap_ends_it(over(43), "disable", "/seatrial/enable was called");
+    }
+
+    #[test]
+    fn io_a_second_publisher_ends_the_trial() {
+        a_mishap_ends_it(over(44), "second", "somebody else publishes");
+    }
+
+    #[test]
+    fn io_sigterm_leaves_a_neutral_rudder_on_the_wire() {
+        sigterm_leaves_a_neutral_rudder(over(45), |_| ());
+    }
+
+    #[test]
+    fn io_a_vehicle_that_is_gone_ends_the_trial() {
+        a_vehicle_that_is_gone_ends_it(over(46));
+    }
+}
+
+#[cfg(feature = "ros2-zenoh")]
+mod zenoh {
+    use super::*;
+
+    fn over(domain: u16) -> Over {
+        Over {
+            name: "zenoh",
+            package: "zenoh",
+            domain,
+            description: |domain| {
+                let port = 7447 + domain;
+                format!("domain = {domain}\nzenoh.endpoint = 'tcp/127.0.0.1:{port}'\n")
+            },
+            // The end of its link takes its subscriptions with it.
+            gone: "nobody subscribes to",
+        }
+    }
+
+    #[test]
+    fn recover_a_vehicle_played_by_eclipse_zenoh() {
+        recovers_the_model(over(51));
+    }
+
+    #[test]
+    fn io_a_service_ends_the_trial() {
+        a_mishap_ends_it(over(52), "abort", "/seatrial/abort was called");
+        a_mishap_ends_it(over(53), "disable", "/seatrial/enable was called");
+    }
+
+    #[test]
+    fn io_a_second_publisher_ends_the_trial() {
+        a_mishap_ends_it(over(54), "second", "somebody else publishes");
+    }
+
+    #[test]
+    fn io_sigterm_leaves_a_neutral_rudder_on_the_wire() {
+        sigterm_leaves_a_neutral_rudder(over(55), listens_nowhere);
+    }
+
+    /// As one of several peers, too.
+    #[test]
+    fn io_a_vehicle_that_is_gone_ends_the_trial() {
+        let mut over = over(56);
+        over.description = |domain| {
+            let port = 7447 + domain;
+            format!(
+                "domain = {domain}\nzenoh = {{ mode = 'peer', endpoint = 'tcp/127.0.0.1:{port}' }}\n"
+            )
+        };
+        a_vehicle_that_is_gone_ends_it(over);
+    }
+
+    /// None of a trial's sockets waits for strangers.
+    fn listens_nowhere(trial: &Trial) {
+        let process = PathBuf::from(format!("/proc/{}", trial.process.id()));
+        let files = std::fs::read_dir(process.join("fd")).unwrap();
+        let links = files.filter_map(|file| std::fs::read_link(file.unwrap().path()).ok());
+        let ours: Vec<String> = links.map(|link| link.display().to_string()).collect();
+        let mut of_tcp = 0;
+        for kind in ["tcp", "tcp6", "udp", "udp6"] {
+            let sockets = std::fs::read_to_string(process.join("net").join(kind)).unwrap();
+            for socket in sockets.lines().skip(1) {
+                let fields: Vec<&str> = socket.split_whitespace().collect();
+                if ours.contains(&format!("socket:[{}]", fields[9])) {
+                    of_tcp += usize::from(kind.starts_with("tcp"));
+                    // 0A is LISTEN; a socket of UDP takes what comes.
+                    assert!(
+                        kind.starts_with("tcp") && fields[3] != "0A",
+                        "{kind} {socket}"
+                    );
+                }
+            }
+        }
+        assert!(of_tcp > 0, "the vehicle's link was not found");
+    }
 }

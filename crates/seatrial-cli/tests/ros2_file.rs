@@ -32,6 +32,16 @@ fn cli_a_file_that_describes_no_vehicle_is_told_where() {
         ("0.35", "0.1", "more than rudder.limit_rad"),
         ("[thrust]", "[trust]", "trust"),
         ("0.5", "50.0", "command_timeout_s is 50: expected 0.1 to 5"),
+        (
+            "0.5",
+            "0.5\nzenoh.endpoint = 'udp/127.0.0.1:7447'",
+            "expected tcp/HOST:PORT",
+        ),
+        (
+            "0.5",
+            "0.5\nservices = 'cyclonedds'\n[zenoh]",
+            "services are about DDS",
+        ),
     ] {
         let output = check(&VEHICLE.replace(from, to));
         let told = String::from_utf8_lossy(&output.stderr);
@@ -41,15 +51,33 @@ fn cli_a_file_that_describes_no_vehicle_is_told_where() {
     }
 }
 
-/// Without the feature it is said how to get it; with it, that DDS listens everywhere must be agreed to first.
+/// Without the feature it is said how to get it; with it, that DDS listens everywhere must be agreed to first, and where nobody
+/// answers.
 #[test]
 fn cli_ros_2_is_never_joined_unasked() {
-    let output = check(VEHICLE);
-    let told = String::from_utf8_lossy(&output.stderr);
-    let (code, expected) = match cfg!(feature = "ros2") {
-        true => (3, "listens_on_all_addresses"),
-        false => (2, "--features ros2"),
-    };
-    assert_eq!(output.status.code(), Some(code), "{told}");
-    assert!(told.contains(expected), "{told}");
+    let nobody = "0.5\nzenoh.endpoint = 'tcp/127.0.0.1:9'";
+    let over_zenoh = VEHICLE.replace("0.5", nobody);
+    for (description, is_built, refused, feature) in [
+        (
+            VEHICLE,
+            cfg!(feature = "ros2"),
+            "listens_on_all_addresses",
+            "--features ros2",
+        ),
+        (
+            &over_zenoh,
+            cfg!(feature = "ros2-zenoh"),
+            "nobody answers at tcp/127.0.0.1:9",
+            "--features ros2-zenoh",
+        ),
+    ] {
+        let output = check(description);
+        let told = String::from_utf8_lossy(&output.stderr);
+        let (code, expected) = match is_built {
+            true => (3, refused),
+            false => (2, feature),
+        };
+        assert_eq!(output.status.code(), Some(code), "{told}");
+        assert!(told.contains(expected), "{told}");
+    }
 }
