@@ -348,7 +348,7 @@ impl Weighing {
             }
         }
 
-        self.compass(&evidence.compass, evidence.online.a22_per_s);
+        self.compass(evidence);
 
         let Some(step) = evidence.heading_step_rad else {
             return;

@@ -3,19 +3,21 @@
 //! Fresh data pass through the same compass, so that no validation shows these. Without a gyro in the record nothing does:
 //! swing the compass, and read it with its own time.
 
-use super::{Weighing, degrees, percent, three_figures};
-use crate::identify::compass::CompassError;
+use crate::identification::Refined;
 
-/// Share by which the heading may change more or less than the yaw rate says: b2 is wrong by as much, and the
-/// scale of a gyro is good to 3 %.
-const LARGEST_SCALE_ERROR: f64 = 0.05;
+use super::{Evidence, Share, Weighing, degrees, percent, three_figures};
 
-/// Time by which the heading may be later than the yaw rate, in time constants of the vehicle: a22 is wrong by some
-/// twice that.
-const LATEST: f64 = 0.075;
+/// Half widths of the 95 % interval that an error of the compass may take of a parameter, of which 3 are never to be exceeded.
+const HALF_WIDTHS: f64 = 1.5;
+/// And the share of b2 that it may take whatever the interval, and never: a gyro's scale is good to 3 %.
+const SCALE_ERROR: [f64; 2] = [0.03, 0.05];
+/// The same of a22 by a late heading: one sample late is 8 to 11 %.
+const LATE_EFFECT: [f64; 2] = [0.08, 0.15];
 
 impl Weighing {
-    pub(super) fn compass(&mut self, found: &CompassError, a22_per_s: f64) {
+    /// A heading that is late by a share of the vehicle's time constant makes a22 smaller by some twice that share.
+    pub(super) fn compass(&mut self, evidence: &Evidence) {
+        let found = &evidence.compass;
         if let Some(jump_rad) = found.largest_jump_rad {
             self.reject(
                 "compass_error",
@@ -25,7 +27,20 @@ impl Weighing {
                 ),
             );
         }
-        if let Some(scale) = found.scale_error.filter(|x| x.abs() > LARGEST_SCALE_ERROR) {
+        let half_width = |of: fn(&Refined) -> (f64, [f64; 2])| {
+            evidence.refined.map_or(f64::INFINITY, |refined| {
+                let (value, interval) = of(refined);
+                Share::new(value, interval).half_width
+            })
+        };
+        let limit = |half_width: f64, [least, most]: [f64; 2]| {
+            (HALF_WIDTHS * half_width).max(least).min(most)
+        };
+        let b2 = half_width(|refined| (refined.model.b2_per_s2, refined.interval_95.b2_per_s2));
+        if let Some(scale) = found
+            .scale_error
+            .filter(|x| x.abs() > limit(b2, SCALE_ERROR))
+        {
             let (share, more) = (
                 percent(scale.abs()),
                 if scale > 0.0 { "more" } else { "less" },
@@ -37,7 +52,12 @@ impl Weighing {
                 ),
             );
         }
-        if let Some(late_s) = found.late_s.filter(|x| x * a22_per_s.abs() > LATEST) {
+        let a22 = half_width(|refined| (refined.model.a22_per_s, refined.interval_95.a22_per_s));
+        let effect = |late_s: f64| 2.0 * late_s * evidence.online.a22_per_s.abs();
+        if let Some(late_s) = found
+            .late_s
+            .filter(|x| effect(*x) > limit(a22, LATE_EFFECT))
+        {
             self.reject(
                 "compass_late",
                 format!(
