@@ -336,12 +336,18 @@ fn prop_same_seed_same_samples() {
 #[test]
 fn regress_a_second_costs_less_than_a_millisecond() {
     let mut vehicle = SixDofVehicle::new(starfish::config(), 1).unwrap();
-    let start = Instant::now();
-    for _ in 0..20 * 200 {
-        let Ok(_) = vehicle.next_sample();
-    }
-    let per_second_ms = start.elapsed().as_secs_f64() * 1e3 / 200.0;
-    // 0.1 ms measured; the rest is for a busy machine.
+    // The quickest of short stretches: on a busy machine others run in between.
+    let per_second_ms = (0..40)
+        .map(|_| {
+            let start = Instant::now();
+            for _ in 0..20 * 5 {
+                let Ok(_) = vehicle.next_sample();
+            }
+            start.elapsed().as_secs_f64() * 1e3 / 5.0
+        })
+        .fold(f64::INFINITY, f64::min);
+    println!("{per_second_ms:.3} ms");
+    // 0.15 ms measured; the rest is for a slow machine.
     assert!(per_second_ms < 1.0, "{per_second_ms} ms");
 }
 
