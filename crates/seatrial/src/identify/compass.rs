@@ -41,8 +41,8 @@ impl CompassError {
     /// | tau | -kappa times the time by which the compass is later than the gyro |
     /// | e | what is left: a jump from its mean over 0.5 s to that of the next 0.5 s counts beyond 0.03 rad, six deviations of its noise and a step of the compass |
     ///
-    /// Least squares over the record. kappa and tau count beyond six standard errors, and where nothing jumped: a jump
-    /// passes in part for both. A jump or a short standstill of the compass that is too small for the guard is found
+    /// Least squares over the record. kappa and tau count beyond six standard errors, and where nothing jumped and no
+    /// half second is missing: a jump, and a turn that nobody saw, pass in part for both. A jump or a short standstill of the compass that is too small for the guard is found
     /// here, and what fresh data through the same compass cannot show: that it turns too far or too late.
     pub fn of(samples: &[Sample<f64>]) -> Self {
         Self::compare(samples).unwrap_or_default()
@@ -56,8 +56,10 @@ impl CompassError {
             .collect::<Option<_>>()?;
         let (mut heading, mut turned) = (vec![0.0], vec![0.0]);
         let mut step_rad = f64::INFINITY;
+        let mut longest_s: f64 = 0.0;
         for (pair, rate) in samples.windows(2).zip(rates.windows(2)) {
             let interval_s = pair[1].time_s - pair[0].time_s;
+            longest_s = longest_s.max(interval_s);
             let increment = Real::wrapped(pair[1].heading_rad - pair[0].heading_rad);
             if increment != 0.0 {
                 step_rad = step_rad.min(increment.abs());
@@ -95,7 +97,8 @@ impl CompassError {
         let covariance = variance * normal.inverse();
         let significant = |value: f64, term: usize| {
             let limit = SIGNIFICANCE * covariance[(term, term)].sqrt();
-            (largest_jump_rad.is_none() && value.abs() > limit).then_some(value)
+            let is_whole = largest_jump_rad.is_none() && longest_s < MEAN_OVER_S;
+            (is_whole && value.abs() > limit).then_some(value)
         };
         Some(Self {
             largest_jump_rad,
@@ -160,6 +163,9 @@ mod tests {
         let found = CompassError::of(&record(|t, _| turn(t - 0.2), |r| r));
         // The next term of the Taylor series, late^2/2 r', is orthogonal to r but at its ends.
         assert!((found.late_s.unwrap() - 0.2).abs() < 0.01, "{found:?}");
+        let mut torn = record(deviating, |r| r);
+        torn.retain(|s| !(5.0..6.0).contains(&s.time_s));
+        assert_eq!(CompassError::of(&torn).scale_error, None);
         assert_eq!(
             CompassError::of(&record(|_, psi| psi, |_| f64::NAN)),
             CompassError::default()
