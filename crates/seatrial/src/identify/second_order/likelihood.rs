@@ -1,10 +1,11 @@
 //! The likelihood of a record under a sway-yaw model and a yaw acceleration disturbance, and its peak.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, SMatrix, Vector3, Vector4};
-use seatrial_core::{Real, Sample};
+use seatrial_core::{LostRudder, Real, Sample};
 
 use super::model::{Rudder, SwayYawModel, SwayYawState};
 use crate::identify::whitening::{Disturbance, mean_rudder_rad};
+use crate::record::median_interval_s;
 
 /// Parameters: a22, b2, C0, a21, a11, k, T_d, psi0, r0.
 pub(super) const PARAMETERS: usize = 9;
@@ -39,6 +40,8 @@ pub(super) struct Comparisons {
     heading_rad: Vec<f64>,
     rudder_rad: Vec<f64>,
     block: usize,
+    /// Were samples lost?
+    pub(super) has_gaps: bool,
     floor_rad2: f64,
     /// Sway decays at these rates, 1/s.
     slowest_sway_per_s: f64,
@@ -84,6 +87,11 @@ impl Comparisons {
                 heading
             })
             .collect();
+        let usual_s = median_interval_s(samples).unwrap_or(0.0);
+        let is_gap = |pair: &[Sample<f64>]| {
+            let interval_s = pair[1].time_s - pair[0].time_s;
+            LostRudder::Interpolated.steps(interval_s, usual_s) > 1
+        };
         let duration_s = samples.last().map_or(0.0, |s| s.time_s) - samples[0].time_s;
         Self {
             slowest_sway_per_s: 1.0 / (LONGEST_MEMORY_SHARE * duration_s),
@@ -93,6 +101,7 @@ impl Comparisons {
                 .map(|pair| pair[1].time_s - pair[0].time_s)
                 .chain([0.0])
                 .collect(),
+            has_gaps: samples.windows(2).any(is_gap),
             floor_rad2: (FLOOR_SHARE * range(&heading_rad)).powi(2),
             heading_rad,
             rudder_rad: mean_rudder_rad(samples),

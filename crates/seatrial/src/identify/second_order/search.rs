@@ -110,16 +110,20 @@ impl Search<'_> {
                 disturbed,
             });
         }
-        // Without the lag the disturbance found is one that stands for it.
         let calm = self.slower_than_the_servo(calm)?;
-        let likeliest = [disturbed, self.disturbed(structure, &calm)]
+        // Edges that come late where messages are lost are another disturbance than the one that stands for the lag.
+        let own = self
+            .record
+            .has_gaps
+            .then(|| self.disturbed(structure, &calm));
+        let disturbed = disturbed
             .into_iter()
-            .flatten()
+            .chain(own.flatten())
             .max_by(|a, b| a.likelihood.log.total_cmp(&b.likelihood.log));
         Some(Candidate {
             structure,
             calm,
-            disturbed: likeliest.and_then(|summit| self.slower_than_the_servo(summit)),
+            disturbed: disturbed.and_then(|summit| self.slower_than_the_servo(summit)),
         })
     }
 
