@@ -178,7 +178,7 @@ fn is_handed_back(trial: Trial, peer: Peer, at_s: Option<f64>, reason: &str) {
     assert_eq!(document["outcome"]["state"], "aborted", "{told}");
     assert!(told.contains(reason), "{told}");
     assert!(told.contains("rudder seen neutral"), "{told}");
-    let logbook = Logbook::open_read_only(&Trial::logbook(folder.path())).unwrap();
+    let logbook = Logbook::open_read_only(Trial::logbook(folder.path())).unwrap();
     let verified = logbook.verify().unwrap();
     assert_eq!(verified.damage, []);
     let seen = peer.seen();
@@ -263,7 +263,7 @@ fn a_vehicle_that_is_gone_ends_it(over: Over) {
     assert!(told.contains(over.gone), "{told}");
     assert!(told.contains("NOT SEEN NEUTRAL"), "{told}");
     let seen = peer.seen();
-    let logbook = Logbook::open_read_only(&Trial::logbook(folder.path())).unwrap();
+    let logbook = Logbook::open_read_only(Trial::logbook(folder.path())).unwrap();
     assert_eq!(logbook.verify().unwrap().damage, []);
     let replay = Command::new(env!("CARGO_BIN_EXE_seatrial"))
         .arg("replay")
