@@ -79,6 +79,8 @@ const WRITE: Duration = Duration::from_millis(100);
 const PEER_SILENCE: Duration = Duration::from_secs(2);
 /// The longest datagram.
 const DATAGRAM: usize = 1 << 16;
+/// The shortest wait that can be asked for.
+const SHORTEST: Duration = Duration::from_micros(100);
 
 /// A link to the world.
 pub struct Transport {
@@ -169,23 +171,31 @@ impl Channel {
         })
     }
 
-    fn receive(&mut self, buffer: &mut [u8], timeout: Duration) -> std::io::Result<usize> {
+    /// Waits so long at most. `None`: not at all; the shortest wait is a tick of the system's clock, 4 ms and more.
+    fn receive(&mut self, buffer: &mut [u8], wait: Option<Duration>) -> std::io::Result<usize> {
         match self {
             Self::Udp { socket, last, .. } => {
-                socket.set_read_timeout(Some(timeout))?;
+                socket.set_nonblocking(wait.is_none())?;
+                socket.set_read_timeout(wait)?;
                 let (length, sender) = socket.recv_from(buffer)?;
                 *last = Some(sender);
                 Ok(length)
             }
             Self::Tcp(stream) => {
-                stream.set_read_timeout(Some(timeout))?;
-                match stream.read(buffer)? {
+                stream.set_nonblocking(wait.is_none())?;
+                stream.set_read_timeout(wait)?;
+                let read = stream.read(buffer);
+                stream.set_nonblocking(false)?;
+                match read? {
                     0 => Err(ErrorKind::ConnectionReset.into()),
                     length => Ok(length),
                 }
             }
             Self::Serial(port) => {
-                port.set_timeout(timeout)?;
+                if wait.is_none() && port.bytes_to_read()? == 0 {
+                    return Err(ErrorKind::WouldBlock.into());
+                }
+                port.set_timeout(wait.unwrap_or(SHORTEST))?;
                 match port.read(buffer)? {
                     0 => Err(ErrorKind::ConnectionReset.into()),
                     length => Ok(length),
@@ -225,22 +235,22 @@ impl Wire for Transport {
 
     fn receive(&mut self, bytes: &mut Vec<u8>, until_s: f64) {
         let left = Duration::try_from_secs_f64(until_s - self.now_s()).unwrap_or_default();
-        let timeout = left.max(Duration::from_micros(100));
+        let wait = (!left.is_zero()).then(|| left.max(SHORTEST));
         let Some(channel) = &mut self.channel else {
             let now = Instant::now();
             if now >= self.next_attempt {
                 self.next_attempt = now + RETRY;
                 self.channel = Channel::open(&self.address).ok();
             } else {
-                std::thread::sleep(timeout.min(self.next_attempt - now));
+                std::thread::sleep(left.min(self.next_attempt - now));
             }
             return;
         };
-        match channel.receive(&mut self.buffer, timeout) {
+        match channel.receive(&mut self.buffer, wait) {
             Ok(length) => bytes.extend_from_slice(&self.buffer[..length]),
             Err(error) if is_passing(error.kind()) => {}
             Err(_) if matches!(channel, Channel::Udp { .. }) => {
-                std::thread::sleep(timeout.min(Duration::from_millis(10)));
+                std::thread::sleep(left.min(Duration::from_millis(10)));
             }
             Err(_) => self.channel = None,
         }
@@ -275,6 +285,39 @@ impl Wire for Transport {
             }
             Some(_) => {}
             None => *peer = Some((*last, now)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::TcpListener;
+
+    use super::*;
+
+    /// A look of the thread that tends a link keeps a sample waiting.
+    #[test]
+    fn io_a_look_at_a_silent_link_does_not_wait() {
+        let silent = TcpListener::bind("127.0.0.1:0").unwrap();
+        for address in [
+            Address::UdpIn("127.0.0.1:0".into()),
+            Address::Tcp(silent.local_addr().unwrap().to_string()),
+        ] {
+            let mut link = Transport::open(&address).unwrap();
+            let mut bytes = Vec::new();
+            let mut looks: Vec<Duration> = (0..21)
+                .map(|_| {
+                    let begun = Instant::now();
+                    link.receive(&mut bytes, link.now_s());
+                    begun.elapsed()
+                })
+                .collect();
+            looks.sort();
+            // A tick of the system's clock is 1 ms and more.
+            assert!(looks[10] < Duration::from_micros(500), "{looks:?}");
+            let begun = Instant::now();
+            link.receive(&mut bytes, link.now_s() + 0.03);
+            assert!(begun.elapsed() > Duration::from_millis(29));
         }
     }
 }
