@@ -41,7 +41,8 @@ impl CompassError {
     /// | tau | -kappa times the time by which the compass is later than the gyro |
     /// | e | what is left: a jump from its mean over 0.5 s to that of the next 0.5 s counts beyond 0.03 rad, six deviations of its noise and a step of the compass |
     ///
-    /// Least squares over the record. kappa and tau count beyond six standard errors, and where nothing jumped and no
+    /// Least squares over the record. Noise of the compass is white, that of the gyro walks in its integral, most in long records of slow
+    /// vehicles. kappa and tau count beyond six standard errors of both, and where nothing jumped and no
     /// half second is missing: a jump, and a turn that nobody saw, pass in part for both. A jump or a short standstill of the compass that is too small for the guard is found
     /// here, and what fresh data through the same compass cannot show: that it turns too far or too late.
     pub fn of(samples: &[Sample<f64>]) -> Self {
@@ -79,7 +80,7 @@ impl CompassError {
         if !(SCALE[0]..=SCALE[1]).contains(&found[2]) {
             return None;
         }
-        let error = heading - terms * &found;
+        let error = heading - &terms * &found;
         let interval_s = (last.time_s - first.time_s) / (samples.len() - 1) as f64;
         let count = ((MEAN_OVER_S / interval_s).ceil() as usize).max(1);
         let noise_rad = noise(error.as_slice());
@@ -94,7 +95,11 @@ impl CompassError {
             .max_by(f64::total_cmp)
             .filter(|largest| *largest > limit);
         let variance = error.norm_squared() / samples.len().checked_sub(TERMS)? as f64;
-        let covariance = variance * normal.inverse();
+        let walk_rad = noise(&rates) * interval_s;
+        let steps = sums_from_here(terms);
+        let inverse = normal.inverse();
+        let covariance = variance * &inverse
+            + walk_rad * walk_rad * &inverse * (steps.transpose() * &steps) * &inverse;
         let significant = |value: f64, term: usize| {
             let limit = SIGNIFICANCE * covariance[(term, term)].sqrt();
             let is_whole = largest_jump_rad.is_none() && longest_s < MEAN_OVER_S;
@@ -106,6 +111,15 @@ impl CompassError {
             late_s: significant(-found[3], 3).map(|late| late / found[2]),
         })
     }
+}
+
+/// What a step of the heading at each row adds to the products of the heading with the terms.
+fn sums_from_here(mut terms: DMatrix<f64>) -> DMatrix<f64> {
+    for row in (1..terms.nrows()).rev() {
+        let sum = terms.row(row - 1) + terms.row(row);
+        terms.set_row(row - 1, &sum);
+    }
+    terms
 }
 
 /// The standard deviation of white noise from the median of its differences.
