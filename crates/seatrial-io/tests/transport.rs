@@ -66,7 +66,7 @@ fn io_a_serial_line_carries_both_ways() {
         transport.receive(&mut bytes, until_s);
         transport.send(&all);
     }
-    assert_eq!(bytes, []);
+    assert!(bytes.is_empty());
 }
 
 /// Where it is told to and nowhere else; where it only sends to this machine, it can be reached from this machine only.
