@@ -201,37 +201,26 @@ fn doublets(run: &Run) -> Vec<Vec<Turning>> {
 
 /// d by least squares over the stages with one u(0) and u_s^2/l each, m.
 fn turning_drag_m(stages: &[Vec<Turning>], drag_length_m: f64) -> Option<f64> {
-    let rows: usize = stages.iter().map(Vec::len).sum();
-    let columns = 2 * stages.len() + 1;
-    if stages.is_empty() || rows <= columns {
-        return None;
-    }
-    let mut regressors = DMatrix::zeros(rows, columns);
-    let mut speeds = DVector::zeros(rows);
-    let mut row = 0;
-    for (k, stage) in stages.iter().enumerate() {
+    let rows = |stage: &Vec<Turning>| {
         let mut last = stage.first()?;
         let start_s = last.time_s;
         let (mut drag, mut turned) = (0.0, 0.0);
-        for now in stage {
+        let rows = stage.iter().map(|now| {
             let half_s = 0.5 * (now.time_s - last.time_s);
             let sum = |of: fn(&Turning) -> f64| of(now).powi(2) + of(last).powi(2);
             drag += half_s * sum(|at| at.surge_speed_m_s);
             turned += half_s * sum(|at| at.yaw_rate_rad_s);
             last = now;
-            regressors[(row, 2 * k)] = 1.0;
-            regressors[(row, 2 * k + 1)] = now.time_s - start_s;
-            regressors[(row, columns - 1)] = -turned;
-            speeds[row] = now.surge_speed_m_s + drag / drag_length_m;
-            row += 1;
-        }
-    }
-    let transposed = regressors.transpose();
-    let solution = (&transposed * &regressors)
-        .cholesky()?
-        .solve(&(transposed * speeds));
-    let found = solution[columns - 1];
-    (found.is_finite() && found > 0.0).then_some(found)
+            Row {
+                after_s: now.time_s - start_s,
+                regressor: -turned,
+                observed: now.surge_speed_m_s + drag / drag_length_m,
+            }
+        });
+        Some(rows.collect())
+    };
+    let stages: Vec<Vec<Row>> = stages.iter().map(rows).collect::<Option<_>>()?;
+    common_slope(&stages).filter(|found| found.is_finite() && *found > 0.0)
 }
 
 /// Time and speed in the settling stage of a run.
@@ -264,36 +253,59 @@ fn begins_with_a_change(stage: &[[f64; 2]]) -> bool {
 
 /// l by least squares over the stages, m.
 fn drag_length_m(stages: &[Vec<[f64; 2]>]) -> Option<f64> {
+    let rows = |stage: &Vec<[f64; 2]>| {
+        let [start_s, mut last_m_s] = *stage.first()?;
+        let mut last_s = start_s;
+        let mut integral = 0.0;
+        let row = |&[time_s, speed_m_s]: &[f64; 2]| {
+            let interval_s = time_s - last_s;
+            integral += 0.5 * interval_s * (speed_m_s * speed_m_s + last_m_s * last_m_s);
+            (last_s, last_m_s) = (time_s, speed_m_s);
+            Row {
+                after_s: time_s - start_s,
+                regressor: -integral,
+                observed: speed_m_s,
+            }
+        };
+        Some(stage.iter().map(row).collect())
+    };
+    let stages: Vec<Vec<Row>> = stages.iter().map(rows).collect::<Option<_>>()?;
+    let length = 1.0 / common_slope(&stages)?;
+    (length.is_finite() && length > 0.0).then_some(length)
+}
+
+/// An instant of a stage: `observed` is a constant and a slope over time, both the stage's own, and a slope over
+/// `regressor` that all stages share.
+struct Row {
+    after_s: f64,
+    regressor: f64,
+    observed: f64,
+}
+
+/// The slope that all stages share, by least squares.
+fn common_slope(stages: &[Vec<Row>]) -> Option<f64> {
     let rows: usize = stages.iter().map(Vec::len).sum();
-    // u(0) and u_s^2/l of each stage, 1/l.
     let columns = 2 * stages.len() + 1;
     if stages.is_empty() || rows <= columns {
         return None;
     }
     let mut regressors = DMatrix::zeros(rows, columns);
-    let mut speeds = DVector::zeros(rows);
-    let mut row = 0;
-    for (k, stage) in stages.iter().enumerate() {
-        let [start_s, mut last_m_s] = stage[0];
-        let mut last_s = start_s;
-        let mut integral = 0.0;
-        for [time_s, speed_m_s] in stage {
-            let interval_s = time_s - last_s;
-            integral += 0.5 * interval_s * (speed_m_s * speed_m_s + last_m_s * last_m_s);
-            (last_s, last_m_s) = (*time_s, *speed_m_s);
-            regressors[(row, 2 * k)] = 1.0;
-            regressors[(row, 2 * k + 1)] = time_s - start_s;
-            regressors[(row, columns - 1)] = -integral;
-            speeds[row] = *speed_m_s;
-            row += 1;
-        }
+    let mut observed = DVector::zeros(rows);
+    let of_stage = stages
+        .iter()
+        .enumerate()
+        .flat_map(|(k, stage)| stage.iter().map(move |row| (k, row)));
+    for (at, (k, row)) in of_stage.enumerate() {
+        regressors[(at, 2 * k)] = 1.0;
+        regressors[(at, 2 * k + 1)] = row.after_s;
+        regressors[(at, columns - 1)] = row.regressor;
+        observed[at] = row.observed;
     }
     let transposed = regressors.transpose();
     let solution = (&transposed * &regressors)
         .cholesky()?
-        .solve(&(transposed * speeds));
-    let length = 1.0 / solution[columns - 1];
-    (length.is_finite() && length > 0.0).then_some(length)
+        .solve(&(transposed * observed));
+    Some(solution[columns - 1])
 }
 
 #[cfg(test)]
