@@ -1,6 +1,5 @@
 //! Keeps a trial in the logbook while it is conducted.
 
-use std::mem::take;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::thread::JoinHandle;
 
@@ -164,8 +163,8 @@ impl Kept {
     }
 
     /// Puts the runs that the logbook does not have back among those of a campaign; why they were not kept.
-    pub fn put_back(mut self, runs: &mut [Run]) -> Vec<String> {
-        for whole in take(&mut self.runs) {
+    pub fn put_back(self, runs: &mut [Run]) -> Vec<String> {
+        for whole in self.runs {
             if let Some(run) = runs.iter_mut().find(|run| run.number == whole.number) {
                 *run = whole;
             }
