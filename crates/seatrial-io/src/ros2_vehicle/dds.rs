@@ -3,7 +3,7 @@
 use std::future::ready;
 use std::sync::mpsc;
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use futures::channel::oneshot;
 use futures::executor::block_on;
@@ -21,7 +21,7 @@ use super::estimates::{self, EstimateTopic};
 use super::wire::{self, Answer, CommandMessage, Kind, Request, SetBoolRequest, TriggerRequest};
 use super::{
     ABORT_SERVICE, DIAGNOSTICS_TOPIC, Demand, Description, Diagnosis, ENABLE_SERVICE, FeedbackType,
-    Graph, Heard, Matched, Middleware,
+    Graph, Heard, Matched, Middleware, next_heard,
 };
 
 /// Messages of one topic that may wait to be read.
@@ -338,14 +338,7 @@ impl Graph for Dds {
         if let Some(answer) = self.answer() {
             return Some((self.now_s(), answer));
         }
-        let wait_s = until_s - self.now_s();
-        let received = match Duration::try_from_secs_f64(wait_s) {
-            Ok(wait) => self.heard.recv_timeout(wait).ok(),
-            Err(_) => self.heard.try_recv().ok(),
-        };
-        let (came, heard) = received?;
-        let came_s = came.saturating_duration_since(self.begin).as_secs_f64();
-        Some((came_s, heard))
+        next_heard(&self.heard, self.begin, until_s - self.now_s())
     }
 
     fn command(&mut self, demand: Demand) {

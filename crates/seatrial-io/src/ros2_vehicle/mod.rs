@@ -138,6 +138,21 @@ pub struct Diagnosis {
     pub values: Vec<(&'static str, String)>,
 }
 
+/// The next of what threads of a middleware have heard, with the time since the beginning when it came, s; waited for so long, s.
+#[cfg(any(feature = "ros2", feature = "ros2-zenoh"))]
+fn next_heard(
+    heard: &std::sync::mpsc::Receiver<(std::time::Instant, Heard)>,
+    begin: std::time::Instant,
+    wait_s: f64,
+) -> Option<(f64, Heard)> {
+    let received = match std::time::Duration::try_from_secs_f64(wait_s) {
+        Ok(wait) => heard.recv_timeout(wait).ok(),
+        Err(_) => heard.try_recv().ok(),
+    };
+    let (came, heard) = received?;
+    Some((came.saturating_duration_since(begin).as_secs_f64(), heard))
+}
+
 /// The topics and services of a vehicle.
 pub trait Graph {
     /// Our clock, s.

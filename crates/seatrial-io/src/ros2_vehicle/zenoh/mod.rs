@@ -26,7 +26,7 @@ use super::wire::{
 };
 use super::{
     ABORT_SERVICE, DIAGNOSTICS_TOPIC, Demand, Description, Diagnosis, ENABLE_SERVICE, FeedbackType,
-    Graph, Heard, Matched, Zenoh, ZenohMode,
+    Graph, Heard, Matched, Zenoh, ZenohMode, next_heard,
 };
 use names::{Announced, Entity, Role};
 
@@ -388,13 +388,7 @@ impl Graph for OverZenoh {
     }
 
     fn receive(&mut self, until_s: f64) -> Option<(f64, Heard)> {
-        let received = match Duration::try_from_secs_f64(until_s - self.now_s()) {
-            Ok(wait) => self.heard.recv_timeout(wait).ok(),
-            Err(_) => self.heard.try_recv().ok(),
-        };
-        let (came, heard) = received?;
-        let came_s = came.saturating_duration_since(self.begin).as_secs_f64();
-        Some((came_s, heard))
+        next_heard(&self.heard, self.begin, until_s - self.now_s())
     }
 
     fn command(&mut self, demand: Demand) {
