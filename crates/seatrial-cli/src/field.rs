@@ -144,6 +144,11 @@ fn text(document: &Document) -> String {
         field.settings.steps.step_rad.to_degrees(),
         heading_steps(field)
     );
+    let _ = write!(
+        text,
+        "\nK_p (57) between the ends of the schedule (Fig. 18), from the models there and from those of the two ends alone\n{}",
+        gains_from_ends(field)
+    );
     if let Some(repeated) = &field.repeatability {
         let _ = writeln!(
             text,
@@ -308,6 +313,29 @@ fn heading_steps(field: &Field) -> Table {
                 away.final_error_rad.to_degrees(),
                 back.final_error_rad.to_degrees()
             ),
+        ]);
+    }
+    table
+}
+
+fn gains_from_ends(field: &Field) -> Table {
+    let mut table = Table::new(&[
+        ("thrust", "%"),
+        ("K_p", ""),
+        ("model between", ""),
+        ("error", "%"),
+        ("straight line", ""),
+        ("error", "%"),
+    ]);
+    for gain in &field.gains_from_ends {
+        let error = |found: f64| format!("{:+.1}", 100.0 * (found / gain.designed - 1.0));
+        table.row(vec![
+            format!("{:.0}", 100.0 * gain.thrust),
+            format!("{:.3}", gain.designed),
+            format!("{:.3}", gain.of_the_model_between),
+            error(gain.of_the_model_between),
+            format!("{:.3}", gain.on_the_line),
+            error(gain.on_the_line),
         ]);
     }
     table

@@ -235,7 +235,7 @@ fn interpolated(
     };
     let schedule = source.schedule(key)?;
     let refused = |error| no_such_place(args, key, value, error);
-    let gains = GainSchedule::design(schedule, args.zeta)
+    let gains = GainSchedule::design(schedule, args.zeta, timing)
         .map_err(|error| Failure::input(format!("{}: {} {error}", source.origin, key.name())))?;
     let gain = gains.lookup(value, beyond(args)).map_err(refused)?;
     let model = schedule.lookup(value, beyond(args)).map_err(refused)?;

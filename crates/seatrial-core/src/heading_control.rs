@@ -175,12 +175,15 @@ impl<T: Real> HeadingController<T> {
     }
 }
 
-/// Gains over speed or thrust: designed at every point of a schedule, linear in the key between
-/// them (Fig. 18).
+/// Gains over speed or thrust, designed for the models of a schedule and for the models between them.
+///
+/// The paper draws a straight line between gains (Fig. 18). a22 and b2 run as forces do, V and V^2, and a22^2/b2 falls
+/// along a curve below that line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GainSchedule<T> {
     schedule: SpeedSchedule<T>,
     damping_ratio: T,
+    timing: LoopTiming<T>,
 }
 
 /// The point of a schedule for which there is no gain.
@@ -201,15 +204,20 @@ impl fmt::Display for NoGainAt {
 impl core::error::Error for NoGainAt {}
 
 impl<T: Real> GainSchedule<T> {
-    /// Designs a gain at every point; all must turn the vehicle the same way.
-    pub fn design(schedule: SpeedSchedule<T>, damping_ratio: T) -> Result<Self, NoGainAt> {
+    /// Designs a gain at every point with [`HeadingGain::design_delayed`]; all must turn the vehicle the same way.
+    pub fn design(
+        schedule: SpeedSchedule<T>,
+        damping_ratio: T,
+        timing: LoopTiming<T>,
+    ) -> Result<Self, NoGainAt> {
         let mut sign = T::ZERO;
         for point in schedule.points() {
             let refused = |reason| NoGainAt {
                 key: point.key(schedule.key()).unwrap_or_default().to_f64(),
                 reason,
             };
-            let gain = HeadingGain::design(&point.model, damping_ratio).map_err(refused)?;
+            let gain = HeadingGain::design_delayed(&point.model, damping_ratio, timing)
+                .map_err(refused)?;
             if sign * gain.proportional_gain < T::ZERO {
                 return Err(refused(NoGain::WrongSign));
             }
@@ -218,6 +226,7 @@ impl<T: Real> GainSchedule<T> {
         Ok(Self {
             schedule,
             damping_ratio,
+            timing,
         })
     }
 
@@ -226,27 +235,17 @@ impl<T: Real> GainSchedule<T> {
         &self.schedule
     }
 
-    /// The gain at a key, refused where extrapolation would change its sign.
+    /// The gain for the model at a key, refused where extrapolation leaves no model that has one.
     pub fn lookup(
         &self,
         at: T,
         beyond: Beyond,
     ) -> Result<Scheduled<HeadingGain<T>>, ScheduleError> {
-        let segment = self.schedule.segment(at, beyond)?;
-        let too_far = ScheduleError::TooFar { at: at.to_f64() };
-        let design = |model| HeadingGain::design(model, self.damping_ratio).map_err(|_| too_far);
-        let lower = design(&segment.lower.model)?;
-        let upper = design(&segment.upper.model)?;
-        let gain = HeadingGain {
-            proportional_gain: segment
-                .interpolate(lower.proportional_gain, upper.proportional_gain),
-            feed_forward_rudder_rad: segment
-                .interpolate(lower.feed_forward_rudder_rad, upper.feed_forward_rudder_rad),
-        };
-        if gain.proportional_gain * lower.proportional_gain <= T::ZERO {
-            return Err(too_far);
-        }
-        Ok(Scheduled::marked(gain, segment.inside))
+        let point = self.schedule.lookup(at, beyond)?;
+        let gain =
+            HeadingGain::design_delayed(&point.value().model, self.damping_ratio, self.timing)
+                .map_err(|_| ScheduleError::TooFar { at: at.to_f64() })?;
+        Ok(Scheduled::marked(gain, !point.is_extrapolated()))
     }
 }
 
@@ -383,21 +382,19 @@ mod tests {
         assert_eq!(HeadingLoop::new(&model, -1.0), Err(NoGain::WrongSign));
     }
 
-    /// Fig. 18: with 60 % and 100 % alone the gain at 65 % is read off the straight line.
     #[test]
-    fn val_paper_gain_by_interpolation_in_thrust() {
-        let ends = [(0.6, TABLE_V[0]), (1.0, TABLE_V[5])].map(|(thrust, (theta, _))| {
-            crate::SchedulePoint {
-                thrust: Some(thrust),
-                surge_speed_m_s: None,
-                model: YawModel::from_theta(theta),
-            }
-        });
-        let schedule = SpeedSchedule::new(ScheduleKey::Thrust, &ends).unwrap();
-        let gains = GainSchedule::design(schedule, ZETA_OF_57).unwrap();
-        let at = |thrust| gains.lookup(thrust, Beyond::Refuse).unwrap();
-        // From the two printed ends, 1.26 and 0.54, with their half units.
-        assert!((at(0.65).value().proportional_gain - 1.17).abs() < 0.005);
+    fn exact_a_gain_between_points_is_that_of_the_model_there() {
+        let table = points::<f64>(&crate::schedule::tests::TABLE_II);
+        let schedule = SpeedSchedule::new(ScheduleKey::Thrust, &[table[0], table[4]]).unwrap();
+        let timing = LoopTiming {
+            delay_s: 0.1,
+            sample_interval_s: Some(0.05),
+        };
+        let gains = GainSchedule::design(schedule, ZETA_OF_57, timing).unwrap();
+        let model = schedule.lookup(0.8, Beyond::Refuse).unwrap().value().model;
+        let designed = HeadingGain::design_delayed(&model, ZETA_OF_57, timing).unwrap();
+        let found = gains.lookup(0.8, Beyond::Refuse).unwrap();
+        assert_eq!(found, Scheduled::Interpolated(designed));
         assert!(matches!(
             gains.lookup(0.5, Beyond::Refuse),
             Err(ScheduleError::Outside { .. })
@@ -408,8 +405,9 @@ mod tests {
                 .unwrap()
                 .is_extrapolated()
         );
+        // b2 would be negative.
         assert!(matches!(
-            gains.lookup(1.4, Beyond::Extrapolate),
+            gains.lookup(0.1, Beyond::Extrapolate),
             Err(ScheduleError::TooFar { .. })
         ));
     }
@@ -420,7 +418,7 @@ mod tests {
         table[2].model.a22_per_s = 0.1;
         let schedule = SpeedSchedule::new(ScheduleKey::Thrust, &table).unwrap();
         assert_eq!(
-            GainSchedule::design(schedule, 0.7).unwrap_err(),
+            GainSchedule::design(schedule, 0.7, LoopTiming::default()).unwrap_err(),
             NoGainAt {
                 key: 0.8,
                 reason: NoGain::CourseUnstable
@@ -429,7 +427,7 @@ mod tests {
         table[2].model.a22_per_s = -1.0;
         table[2].model.b2_per_s2 = -1.0;
         let schedule = SpeedSchedule::new(ScheduleKey::Thrust, &table).unwrap();
-        let error = GainSchedule::design(schedule, 0.7).unwrap_err();
+        let error = GainSchedule::design(schedule, 0.7, LoopTiming::default()).unwrap_err();
         assert_eq!(error.reason, NoGain::WrongSign);
     }
 }

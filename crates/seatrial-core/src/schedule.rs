@@ -216,15 +216,15 @@ pub struct SpeedSchedule<T> {
 }
 
 /// The two points around a key and how far it lies from the first to the second.
-pub(crate) struct Segment<T> {
-    pub(crate) lower: SchedulePoint<T>,
-    pub(crate) upper: SchedulePoint<T>,
-    pub(crate) fraction: T,
-    pub(crate) inside: bool,
+struct Segment<T> {
+    lower: SchedulePoint<T>,
+    upper: SchedulePoint<T>,
+    fraction: T,
+    inside: bool,
 }
 
 impl<T: Real> Segment<T> {
-    pub(crate) fn interpolate(&self, lower: T, upper: T) -> T {
+    fn interpolate(&self, lower: T, upper: T) -> T {
         lower + self.fraction * (upper - lower)
     }
 
@@ -344,7 +344,7 @@ impl<T: Real> SpeedSchedule<T> {
         Ok(Scheduled::marked(point, segment.inside))
     }
 
-    pub(crate) fn segment(&self, at: T, beyond: Beyond) -> Result<Segment<T>, ScheduleError> {
+    fn segment(&self, at: T, beyond: Beyond) -> Result<Segment<T>, ScheduleError> {
         if !at.is_finite() || at < T::ZERO {
             return Err(ScheduleError::InvalidKey);
         }

@@ -342,7 +342,7 @@ fn at_speed(
     let found = schedule
         .lookup(speed_m_s, Beyond::Extrapolate)
         .map_err(|e| refused(&e))?;
-    let gain = GainSchedule::design(schedule, damping_ratio)
+    let gain = GainSchedule::design(schedule, damping_ratio, LoopTiming::default())
         .map_err(|e| e.to_string())
         .and_then(|gains| {
             let gain = gains.lookup(speed_m_s, Beyond::Extrapolate);

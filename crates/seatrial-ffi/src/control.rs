@@ -1,6 +1,7 @@
 //! Gains and turning limits from models, and models over speed.
 
 use seatrial_core::heading_control::NoGain;
+use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::schedule::{Beyond, ScheduleError, ScheduleKey, Scheduled};
 use seatrial_core::turning::NoTurn;
 use seatrial_core::{GainSchedule, Hand, HeadingGain, SchedulePoint, SpeedSchedule, Turn};
@@ -216,7 +217,7 @@ pub unsafe extern "C" fn seatrial_schedule_gain(
 ) -> SeatrialStatus {
     // SAFETY: the caller's promise.
     let looked_up = unsafe { schedule(points, count, key) }.and_then(|schedule| {
-        let gains = GainSchedule::design(schedule, damping_ratio)
+        let gains = GainSchedule::design(schedule, damping_ratio, LoopTiming::default())
             .map_err(|refused| no_gain(refused.reason))?;
         gains.lookup(at, beyond(extrapolate)).map_err(refused)
     });

@@ -1,6 +1,7 @@
 //! The heading-step experiment of Fig. 17 on identified models: a constant gain against a scheduled one.
 
 use seatrial_core::heading_control::{NoGain, NoGainAt};
+use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::model::YawState;
 use seatrial_core::{
     GainSchedule, HeadingController, HeadingGain, SchedulePoint, SpeedSchedule, YawModel,
@@ -70,7 +71,7 @@ pub enum Control {
     Constant,
     /// The gain of the speed, with feed-forward.
     Scheduled,
-    /// Gain and feed-forward on the line between the lowest and the highest speed.
+    /// Gain and feed-forward of the model between those of the lowest and the highest speed.
     Interpolated,
 }
 
@@ -122,7 +123,7 @@ impl HeadingSteps {
     pub fn run(&self, schedule: &SpeedSchedule<f64>) -> Result<Vec<HeadingStepRun>, NoExperiment> {
         self.check()?;
         // Refuses schedules with a point for which there is no gain, or one of the other sign.
-        GainSchedule::design(*schedule, self.damping_ratio)?;
+        GainSchedule::design(*schedule, self.damping_ratio, LoopTiming::default())?;
         let design =
             |point: &SchedulePoint<f64>| HeadingGain::design(&point.model, self.damping_ratio);
         let mut runs = Vec::new();

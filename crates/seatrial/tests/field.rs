@@ -98,7 +98,7 @@ fn steers_as_designed(field: &Field) {
     for (constant, scheduled) in constant.iter().zip(&scheduled).skip(2) {
         assert!(constant > scheduled, "{constant} {scheduled}");
     }
-    // 2.5 % measured; 12 % is what the paper's own line between gains misses.
+    // 6.9 % the largest of 16 seeds; 12 % is what the paper's own line between gains misses.
     for gain in &field.gains_from_ends {
         assert!((gain.of_the_model_between / gain.designed - 1.0).abs() < 0.12);
     }

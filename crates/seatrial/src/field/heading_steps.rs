@@ -2,7 +2,7 @@
 
 use seatrial_core::heading_control::GainSchedule;
 use seatrial_core::heading_loop::LoopTiming;
-use seatrial_core::schedule::{Beyond, ScheduleKey};
+use seatrial_core::schedule::Beyond;
 use seatrial_core::{
     HeadingController, HeadingGain, Real, Sample, SchedulePoint, SpeedSchedule, Steering, Vehicle,
 };
@@ -36,7 +36,7 @@ pub struct SteeredSteps {
     pub series: Vec<HeadingStepSample>,
 }
 
-/// K_p between the ends of the schedule from the two end points alone (Fig. 18).
+/// K_p (57) between the ends of the schedule from the two end points alone (Fig. 18).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct GainFromEnds {
     /// Thrust as a fraction of full.
@@ -57,41 +57,96 @@ impl GainFromEnds {
         let [first, inner @ .., last] = schedule.points() else {
             return Ok(Vec::new());
         };
-        let ends = SpeedSchedule::new(ScheduleKey::Thrust, &[*first, *last])?;
-        let gains = GainSchedule::design(ends, damping_ratio).map_err(NoExperiment::NoGainAt)?;
-        let design = |point: &SchedulePoint<f64>| {
+        let (from, to) = (thrust_of(first)?, thrust_of(last)?);
+        let ends = ends_of(schedule)?;
+        let gain = |point: &SchedulePoint<f64>| {
             HeadingGain::design(&point.model, damping_ratio)
                 .map(|gain| gain.proportional_gain)
                 .map_err(NoExperiment::NoGain)
         };
+        let (slow, fast) = (gain(first)?, gain(last)?);
         let at = |point: &SchedulePoint<f64>| {
-            let thrust = point.thrust.ok_or(FieldError::Missing("thrust"))?;
+            let thrust = thrust_of(point)?;
             Ok(Self {
                 thrust,
-                designed: design(point)?,
-                on_the_line: gains
-                    .lookup(thrust, Beyond::Refuse)?
-                    .value()
-                    .proportional_gain,
-                of_the_model_between: design(ends.lookup(thrust, Beyond::Refuse)?.value())?,
+                designed: gain(point)?,
+                on_the_line: slow + (thrust - from) / (to - from) * (fast - slow),
+                of_the_model_between: gain(ends.lookup(thrust, Beyond::Refuse)?.value())?,
             })
         };
         inner.iter().map(at).collect()
     }
 }
 
+/// The gains of a schedule and those that its first and last point alone give.
+pub(super) struct Gains {
+    scheduled: GainSchedule<f64>,
+    from_ends: GainSchedule<f64>,
+}
+
+impl Gains {
+    /// Designed for the loop that is there: a rudder asked for acts from the next sample on and is held over one.
+    pub(super) fn design(
+        models: SpeedSchedule<f64>,
+        steps: &HeadingSteps,
+    ) -> Result<Self, FieldError> {
+        let timing = LoopTiming {
+            delay_s: steps.sample_interval_s,
+            sample_interval_s: Some(steps.sample_interval_s),
+        };
+        let design = |models| {
+            GainSchedule::design(models, steps.damping_ratio, timing)
+                .map_err(NoExperiment::NoGainAt)
+        };
+        Ok(Self {
+            scheduled: design(models)?,
+            from_ends: design(ends_of(&models)?)?,
+        })
+    }
+
+    /// The scheduled gain, and between the ends the one that these alone give.
+    fn at(&self, thrust: f64) -> Result<Vec<(Control, HeadingGain<f64>)>, FieldError> {
+        let gain = |gains: &GainSchedule<f64>| {
+            Ok::<_, FieldError>(*gains.lookup(thrust, Beyond::Refuse)?.value())
+        };
+        let mut controllers = vec![(Control::Scheduled, gain(&self.scheduled)?)];
+        let ends = self.from_ends.models().points();
+        if ends.iter().all(|end| end.thrust != Some(thrust)) {
+            controllers.push((Control::Interpolated, gain(&self.from_ends)?));
+        }
+        Ok(controllers)
+    }
+}
+
+/// The first and the last point alone.
+fn ends_of(schedule: &SpeedSchedule<f64>) -> Result<SpeedSchedule<f64>, FieldError> {
+    let points = schedule.points();
+    let ends = [points[0], points[points.len() - 1]];
+    Ok(SpeedSchedule::new(schedule.key(), &ends)?)
+}
+
+fn thrust_of(point: &SchedulePoint<f64>) -> Result<f64, FieldError> {
+    point.thrust.ok_or(FieldError::Missing("thrust"))
+}
+
 /// Steps at every point of a schedule with every controller that it has there.
+///
+/// The constant gain is (57) for the slowest speed, which stands for the paper's tuning by hand.
 pub(super) fn make<V: Vehicle<f64>>(
     pilot: &mut Pilot<V>,
     schedule: &SpeedSchedule<f64>,
-    cautious: &SpeedSchedule<f64>,
+    gains: &Gains,
     steps: &HeadingSteps,
     settle_s: f64,
 ) -> Result<Vec<SteeredSteps>, FieldError> {
+    let constant = HeadingGain::design(&schedule.points()[0].model, steps.damping_ratio)
+        .map_err(NoExperiment::NoGain)?
+        .without_feed_forward();
     let mut runs = Vec::new();
-    for (point, least_damped) in schedule.points().iter().zip(cautious.points()) {
-        let slowest = &schedule.points()[0];
-        for (control, gain) in controllers(slowest, least_damped, cautious, steps)? {
+    for point in schedule.points() {
+        let mut controllers = vec![(Control::Constant, constant)];
+        controllers.extend(gains.at(thrust_of(point)?)?);
+        for (control, gain) in controllers {
             let controller = HeadingController::new(gain, steps.rudder_limit_rad)
                 .map_err(NoExperiment::NoGain)?;
             let (series, measures, swings) =
@@ -109,51 +164,6 @@ pub(super) fn make<V: Vehicle<f64>>(
     Ok(runs)
 }
 
-/// The constant gain, the scheduled one, and between the ends of the schedule the one on the line between them.
-///
-/// The constant gain is (57) for the slowest speed, which stands for the paper's tuning by hand. The others are designed
-/// for the least damped model of each interval and for the loop that is there: a rudder asked for acts from the next
-/// sample on and is held over one.
-fn controllers(
-    slowest: &SchedulePoint<f64>,
-    point: &SchedulePoint<f64>,
-    cautious: &SpeedSchedule<f64>,
-    steps: &HeadingSteps,
-) -> Result<Vec<(Control, HeadingGain<f64>)>, FieldError> {
-    let timing = LoopTiming {
-        delay_s: steps.sample_interval_s,
-        sample_interval_s: Some(steps.sample_interval_s),
-    };
-    let design = |point: &SchedulePoint<f64>| {
-        HeadingGain::design_delayed(&point.model, steps.damping_ratio, timing)
-            .map_err(NoExperiment::NoGain)
-    };
-    let constant = HeadingGain::design(&slowest.model, steps.damping_ratio)
-        .map_err(NoExperiment::NoGain)?
-        .without_feed_forward();
-    let mut controllers = vec![
-        (Control::Constant, constant),
-        (Control::Scheduled, design(point)?),
-    ];
-    let points = cautious.points();
-    let (first, last) = (&points[0], &points[points.len() - 1]);
-    if point != first && point != last {
-        let thrust = |point: &SchedulePoint<f64>| point.thrust.ok_or(FieldError::Missing("thrust"));
-        let fraction = (thrust(point)? - thrust(first)?) / (thrust(last)? - thrust(first)?);
-        let (first, last) = (design(first)?, design(last)?);
-        let between = |first: f64, last: f64| first + fraction * (last - first);
-        let gain = HeadingGain {
-            proportional_gain: between(first.proportional_gain, last.proportional_gain),
-            feed_forward_rudder_rad: between(
-                first.feed_forward_rudder_rad,
-                last.feed_forward_rudder_rad,
-            ),
-        };
-        controllers.push((Control::Interpolated, gain));
-    }
-    Ok(controllers)
-}
-
 type Steered = (Vec<HeadingStepSample>, [StepMeasure; 2], [u32; 2]);
 
 fn step_and_back<V: Vehicle<f64>>(
@@ -163,7 +173,7 @@ fn step_and_back<V: Vehicle<f64>>(
     steps: &HeadingSteps,
     settle_s: f64,
 ) -> Result<Steered, FieldError> {
-    let thrust = point.thrust.ok_or(FieldError::Missing("thrust"))?;
+    let thrust = thrust_of(point)?;
     let course = pilot.hold(settle_s, thrust)?;
     let base_rad = course.last().map_or(0.0, |s| s.heading_rad);
     let mut held = |command_rad: f64, seconds: f64| {

@@ -20,6 +20,7 @@ use crate::savitzky_golay::NoDerivative;
 use crate::surge::SurgeModel;
 
 pub use claims::Claim;
+use heading_steps::Gains;
 pub use heading_steps::{GainFromEnds, SteeredSteps};
 use pilot::Pilot;
 pub use repeatability::{Repeat, Repeatability, Spread, TrialsAtThrust};
@@ -159,6 +160,7 @@ impl Field {
             rudder_limit_rad,
             ..settings.steps
         };
+        let gains = Gains::design(cautious, &steps)?;
         Ok(Self {
             rudder_limit_rad,
             settings,
@@ -166,7 +168,7 @@ impl Field {
             heading_steps: heading_steps::make(
                 &mut pilot,
                 &schedule,
-                &cautious,
+                &gains,
                 &steps,
                 settings.settle_s,
             )?,

@@ -1,7 +1,5 @@
 //! The page of the field experiments.
 
-use seatrial_core::{HeadingGain, SchedulePoint};
-
 use super::chart::{Chart, Layer, PLOT_WIDTH, Panel};
 use super::headline::{Headline, Tone};
 use super::number::{decimals, percent, spoken};
@@ -10,6 +8,7 @@ use super::{Figure, Page, recorded, speed_figures};
 use crate::campaign::Campaign;
 use crate::field::{Field, SteeredSteps, UTurn};
 use crate::heading_step::{Control, HeadingStepSample};
+use seatrial_core::{HeadingGain, SchedulePoint};
 
 /// The page of the field experiments after a trial.
 pub fn render(campaign: &Campaign, field: &Field) -> String {
