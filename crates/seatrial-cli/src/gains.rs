@@ -258,7 +258,7 @@ fn interpolated(
     }))
 }
 
-/// The half widths of the two neighbours, weighted as the gains are; their runs err independently.
+/// The half widths of the two neighbours, weighted by their distance; their runs err independently.
 fn interpolated_interval(
     zeta: f64,
     source: &Source,
