@@ -15,6 +15,8 @@ pub mod refine;
 pub mod second_order;
 pub mod simplex;
 mod simulation;
+#[cfg(test)]
+mod two_seas;
 pub mod whitening;
 
 use seatrial_core::estimator::{EstimatorSettings, InvalidSetting, Method};
@@ -286,7 +288,7 @@ fn assess_with_others(
         None => fresh::fit_by_the_clearer_rate(model, &pass.accepted),
     };
     let of_fresh = fresh
-        .filter(|fresh| refine && mismatch.is_none() && fresh.window != training)
+        .filter(|fresh| refine && fresh.window != training)
         .and_then(fresh_estimate);
     let verdict = verdict::judge(&Evidence {
         samples_used: pass.samples_used,

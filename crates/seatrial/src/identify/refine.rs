@@ -18,19 +18,19 @@ const STRENGTH_RATIO: f64 = 2.0;
 /// whatever its strength.
 const MOST_STRENGTHS: usize = 24;
 
-/// The prior that the estimate is the mean under: half of the records hold no disturbance, the others one of
-/// 2 % of the rudder's effect, within a factor of e.
+/// The prior that the estimate is the mean under: seven of ten records hold no disturbance, the others one of
+/// 2 % of the rudder's effect, within a factor of two.
 const EXPECTED: Prior = Prior {
-    none: 0.5,
+    none: 0.7,
     median_share: 0.02,
-    log_deviation: 1.0,
+    log_deviation: 0.7,
 };
 
 /// The prior of the interval, which should also hold for a record that is worse than expected.
 const CAUTIOUS: Prior = Prior {
     none: 0.3,
-    median_share: 0.03,
-    log_deviation: 1.5,
+    median_share: 0.05,
+    log_deviation: 1.0,
 };
 
 /// A log likelihood this far below the best has no weight.
