@@ -1,0 +1,134 @@
+//! Does the model hold on data that it was not made from?
+
+use seatrial_core::YawModel;
+
+use super::contradiction::{BLIND, GIVEN, STOPPED, TRAINED, contradiction, weakness};
+use super::{Evidence, Weighing, r2_text, rudder, three_figures};
+use crate::identification::{Refined, Validation};
+
+/// Below this R^2 on fresh data the paper repeats the run (section IV-C).
+pub const LEAST_VALIDATION_R2: f64 = 0.60;
+
+/// Fresh rudder angles beyond the trained ones by this factor are an extrapolation.
+const NOTED_EXTRAPOLATION: f64 = 1.2;
+
+impl Weighing {
+    pub(super) fn fresh_data(&mut self, validation: Option<Validation>) {
+        let Some(validation) = validation else {
+            return self.note(
+                "not_validated",
+                "no fresh data were given; validate with --validate-from and --validate-to, or --validate-on another log".into(),
+            );
+        };
+        let good = |r2: Option<f64>| r2.is_some_and(|r2| r2 >= LEAST_VALIDATION_R2);
+        if good(validation.r2_heading) {
+        } else if good(validation.r2_heading_offset_refit) && good(validation.r2_yaw_rate) {
+            self.note(
+                "offset_drifted",
+                format!(
+                    "R^2 of heading on fresh data is {} with the trained offset and {} with the offset estimated again: the model steers right, but wind, current or trim changed",
+                    r2_text(validation.r2_heading), r2_text(validation.r2_heading_offset_refit)
+                ),
+            );
+        } else {
+            self.reject(
+                "low_r2",
+                format!(
+                    "R^2 on fresh data is {} for heading, {} with the offset estimated again, {} for yaw rate; at least {LEAST_VALIDATION_R2} is needed: repeat the run",
+                    r2_text(validation.r2_heading), r2_text(validation.r2_heading_offset_refit), r2_text(validation.r2_yaw_rate)
+                ),
+            );
+        }
+    }
+
+    /// A model that is given against the one that fresh data by themselves give.
+    pub(super) fn given(&mut self, model: &YawModel<f64>, fresh: &Refined) {
+        if let Some(found) = contradiction(model, None, fresh, &GIVEN) {
+            self.contradicted(&found);
+        } else if let Some(times) = weakness(model, None, fresh, &GIVEN) {
+            self.weakly_validated(times, "a model that is 30 % wrong", times > BLIND);
+        }
+    }
+
+    /// A model just trained against the one that fresh data by themselves give.
+    ///
+    /// Where the training shows more than first order, the fresh R^2 is the judge, however uncertain the fresh model.
+    pub(super) fn trained(&mut self, refined: &Refined, fresh: &Refined, evidence: &Evidence) {
+        let (model, covariance) = (&refined.model, Some(&refined.covariance));
+        let saturated = saturated(refined, fresh, evidence);
+        let limits = match saturated {
+            Some(_) => &STOPPED,
+            None => &TRAINED,
+        };
+        match (contradiction(model, covariance, fresh, limits), saturated) {
+            (Some(found), Some(saturated)) => self.reject(
+                "rudder_saturated",
+                format!("the fresh data by themselves give {found}: {saturated}"),
+            ),
+            (Some(found), None) => self.contradicted(&found),
+            (None, _) => {
+                if let Some(times) = weakness(model, covariance, fresh, &STOPPED) {
+                    self.weakly_validated(
+                        times,
+                        "a rudder that stops at 70 % of the training's angle",
+                        times > BLIND && evidence.mismatch.is_none(),
+                    );
+                }
+            }
+        }
+    }
+
+    fn contradicted(&mut self, found: &str) {
+        self.reject(
+            "contradicted",
+            format!(
+                "the fresh data by themselves give {found}: a rudder that saturates or jammed, another speed, or a vehicle that changed; look at the rudder's own angle, then train again"
+            ),
+        );
+    }
+
+    fn weakly_validated(&mut self, times: f64, wrong: &str, refuses: bool) {
+        let text = format!(
+            "the fresh data by themselves are too uncertain to tell {wrong}: validate with {} times the rudder, or with {} manoeuvres, or in calmer water",
+            three_figures(times),
+            (times * times).ceil()
+        );
+        if refuses {
+            self.reject("weakly_validated", text);
+        } else {
+            self.note("weakly_validated", text);
+        }
+    }
+
+    pub(super) fn extrapolation(&mut self, evidence: &Evidence) {
+        if let Some(fresh) = evidence
+            .validation_rudder_amplitude_rad
+            .filter(|fresh| *fresh > NOTED_EXTRAPOLATION * evidence.rudder_amplitude_rad)
+        {
+            self.note(
+                "extrapolating",
+                format!(
+                    "the fresh data use {} of rudder either side, training only {}",
+                    rudder(fresh, evidence.rudder_unit),
+                    rudder(evidence.rudder_amplitude_rad, evidence.rudder_unit)
+                ),
+            );
+        }
+    }
+}
+
+/// Where a larger angle in training than in the fresh data turned the vehicle less per degree, at which angle the rudder
+/// seems to stop, in words.
+fn saturated(trained: &Refined, fresh: &Refined, evidence: &Evidence) -> Option<String> {
+    let fresh_rad = evidence.validation_rudder_amplitude_rad?;
+    let share = trained.model.b2_per_s2 / fresh.model.b2_per_s2;
+    let is_larger = evidence.rudder_amplitude_rad > NOTED_EXTRAPOLATION * fresh_rad;
+    (is_larger && (0.0..1.0).contains(&share)).then(|| {
+        format!(
+            "in training, with {} either side, the rudder did less per degree than with {}, as if it stopped at {}; look at its own angle, and train with less than that",
+            rudder(evidence.rudder_amplitude_rad, evidence.rudder_unit),
+            rudder(fresh_rad, evidence.rudder_unit),
+            rudder(share * evidence.rudder_amplitude_rad, evidence.rudder_unit)
+        )
+    })
+}

@@ -1,0 +1,269 @@
+//! Are the parameters known well enough, and does the model describe its own record?
+
+use seatrial_core::YawModel;
+
+use super::{Evidence, Share, Weighing, percent, r2_text, rudder, three_figures};
+use crate::identification::{HigherOrder, LagEffect, Refined};
+use crate::identify::second_order::ResidualTests;
+
+/// Below this R^2 of heading or yaw rate a model does not even describe the record that it was made from.
+const LEAST_TRAINING_R2: f64 = 0.60;
+
+/// Largest half width of the 95 % interval of a22, as a fraction of it, with which a model is accepted.
+pub const WIDEST_A22: f64 = 0.5;
+
+/// The same of b2.
+pub const WIDEST_B2: f64 = 0.3;
+
+/// Difference between two methods, as a fraction of the parameter and beyond both intervals, from
+/// which it is noted, and from which the model is refused.
+const NOTED_DISAGREEMENT: f64 = 0.25;
+const LARGEST_DISAGREEMENT: f64 = 0.75;
+
+/// Effect of a lag that nobody told of, in half widths of the 95 % interval, from which it is noted.
+const NOTED_LAG_EFFECT: f64 = 0.5;
+
+/// And the share of the parameter under which it is not, whatever the interval.
+const LEAST_LAG_EFFECT: f64 = 0.02;
+
+/// Chance explains as much in one sound record of a thousand.
+const NOTED_CHANCE: f64 = 0.001;
+
+/// Noise under this share of the heading's range is the arithmetic's own.
+const LEAST_NOISE: f64 = 1e-3;
+
+impl Weighing {
+    pub(super) fn intervals(&mut self, refined: &Refined, evidence: &Evidence) {
+        let b2 = Share::new(refined.model.b2_per_s2, refined.interval_95.b2_per_s2);
+        let a22 = Share::new(refined.model.a22_per_s, refined.interval_95.a22_per_s);
+        if !(b2.half_width.is_finite() && a22.half_width.is_finite()) {
+            return self.reject(
+                "not_identifiable",
+                "the record does not determine the parameters; excite the rudder to both hands"
+                    .into(),
+            );
+        }
+        // Of a vehicle that is not of first order the interval tells how far the methods are apart; fresh data
+        // tell whether the model holds all the same, unless its yaw rate is worse than none: that of a jammed rudder.
+        let fresh_data_decide = evidence.mismatch.is_some()
+            && evidence
+                .validation
+                .is_some_and(|fresh| fresh.r2_yaw_rate.is_none_or(|r2| r2 >= 0.0));
+        if b2.half_width >= 1.0 && !fresh_data_decide {
+            return self.reject(
+                "not_identifiable",
+                format!(
+                    "the 95 % interval of b2, {} to {} 1/s^2, holds 0: the heading does not follow the rudder measurably; check that the two channels belong together, then excite with more rudder",
+                    three_figures(b2.interval[0]), three_figures(b2.interval[1])
+                ),
+            );
+        }
+        if a22.half_width >= 1.0 && !fresh_data_decide {
+            return self.reject(
+                "not_identifiable",
+                format!(
+                    "the 95 % interval of a22, {} to {} 1/s, holds 0: whether the vehicle is course-stable is not known; excite longer or to larger headings",
+                    three_figures(a22.interval[0]), three_figures(a22.interval[1])
+                ),
+            );
+        }
+        if evidence.mismatch.is_some() {
+            // More rudder does not make the vehicle a first-order one.
+            return;
+        }
+        // The interval is inversely proportional to the rudder amplitude at equal noise.
+        let more = (b2.half_width / WIDEST_B2).max(a22.half_width / WIDEST_A22);
+        if more > 1.0 {
+            self.reject(
+                "under_excited",
+                format!(
+                    "95 % intervals of {} % of b2 (at most {} %) and {} % of a22 (at most {} %) are too wide; at this noise {} times the rudder, {} either side, or {} repeats of the manoeuvre would do",
+                    percent(b2.half_width), percent(WIDEST_B2),
+                    percent(a22.half_width), percent(WIDEST_A22),
+                    three_figures(more), rudder(more * evidence.rudder_amplitude_rad, evidence.rudder_unit), (more * more).ceil()
+                ),
+            );
+        }
+    }
+
+    pub(super) fn agreement(&mut self, online: YawModel<f64>, refined: &Refined) {
+        let parameters = [
+            (
+                "a22",
+                online.a22_per_s,
+                refined.model.a22_per_s,
+                refined.interval_95.a22_per_s,
+            ),
+            (
+                "b2",
+                online.b2_per_s2,
+                refined.model.b2_per_s2,
+                refined.interval_95.b2_per_s2,
+            ),
+        ];
+        for (name, online, model, interval) in parameters {
+            let difference = ((online - model) / model).abs();
+            let half_width = Share::new(model, interval).half_width;
+            let text = || {
+                format!(
+                    "{name} is {} by the online estimator and {} by the refined one, {} % apart; the vehicle may not be of first order here, or something else turned it",
+                    three_figures(online),
+                    three_figures(model),
+                    percent(difference)
+                )
+            };
+            if difference > LARGEST_DISAGREEMENT.max(2.0 * half_width) {
+                self.reject("disagreement", text());
+            } else if difference > NOTED_DISAGREEMENT.max(2.0 * half_width) {
+                self.note("disagreement", text());
+            }
+        }
+    }
+
+    pub(super) fn lag(&mut self, refined: &Refined, effect: &LagEffect) {
+        let (model, intervals) = (&refined.model, &refined.interval_95);
+        let parameters = [
+            (model.a22_per_s, effect.a22_per_s, intervals.a22_per_s),
+            (model.b2_per_s2, effect.b2_per_s2, intervals.b2_per_s2),
+        ];
+        let matters = parameters.iter().any(|(model, lagging, interval)| {
+            let half_width = 0.5 * (interval[1] - interval[0]);
+            (lagging - model).abs()
+                > (NOTED_LAG_EFFECT * half_width).max(LEAST_LAG_EFFECT * model.abs())
+        });
+        if matters {
+            let [a22, b2] = parameters.map(|(model, lagging, _)| 100.0 * (lagging / model - 1.0));
+            self.note(
+                "lag_unknown",
+                format!(
+                    "if the rudder lagged {} s behind what the log says, a22 would be {} 1/s ({a22:+.0} %) and b2 {} 1/s^2 ({b2:+.0} %), for which the intervals do not allow: log the rudder's own angle, or give the servo's lag with --rudder-lag",
+                    effect.lag_s,
+                    three_figures(effect.a22_per_s),
+                    three_figures(effect.b2_per_s2)
+                ),
+            );
+        }
+    }
+
+    pub(super) fn residual(
+        &mut self,
+        tests: &ResidualTests,
+        refined: &Refined,
+        heading_range_rad: f64,
+    ) {
+        let (white, rudder) = (&tests.whiteness, &tests.rudder_correlation);
+        let chance = white.p_value.min(rudder.p_value);
+        if chance > NOTED_CHANCE || refined.heading_noise_rad < LEAST_NOISE * heading_range_rad {
+            return;
+        }
+        let advice = if rudder.p_value < NOTED_CHANCE {
+            "what is left follows the rudder: a slow servo, sway, or a rudder that does not do what the log says; log the rudder's own angle, or give the servo's lag with --rudder-lag"
+        } else {
+            "what is left has a rhythm of its own: waves, or a heading that was filtered; log the compass unfiltered, in calmer water, and take the intervals for too narrow"
+        };
+        self.note(
+            "residual_not_white",
+            format!(
+                "of the prediction errors of the first-order model the whiteness statistic is {:.0} where {:.0} is expected, their correlation with earlier rudder angles {:.0} where {:.0} is; chance gives that in {:.1e} of sound records: {advice}",
+                white.statistic,
+                white.degrees_of_freedom,
+                rudder.statistic,
+                rudder.degrees_of_freedom,
+                chance
+            ),
+        );
+    }
+
+    pub(super) fn model(&mut self, evidence: &Evidence) {
+        let model = evidence.refined.map_or(evidence.online, |r| r.model);
+        if !model.theta().iter().all(|p| p.is_finite()) {
+            return self.reject(
+                "not_identifiable",
+                "the estimate did not stay finite".into(),
+            );
+        }
+        if model.a22_per_s >= 0.0 {
+            self.reject(
+                "unstable",
+                format!(
+                    "a22 = {} 1/s is not negative: the vehicle does not stop turning by itself, or the record does not show it; gains and turning limits need a stable model",
+                    three_figures(model.a22_per_s)
+                ),
+            );
+        }
+        if evidence.hidden_edges > 0 {
+            self.note(
+                "samples_missing",
+                format!(
+                    "the rudder moved far {} times while samples were missing; when, is what the heading makes most likely; log without losses",
+                    evidence.hidden_edges
+                ),
+            );
+        }
+        if let Some(share) = evidence.mismatch {
+            self.note(
+                "model_order",
+                format!(
+                    "what a first-order model does not explain is {} % of the rudder's own effect: {}; {}",
+                    percent(share),
+                    evidence.higher_order.map_or_else(|| "sway or a slow servo".into(), beyond_first_order),
+                    if evidence.refined.is_some_and(|r| r.method == "rudder_lag") {
+                        "a22, b2 and C0 are those behind the lag, which gains must allow for as a delay"
+                    } else {
+                        "the online estimate is used and its interval widened"
+                    }
+                ),
+            );
+        }
+        if let Some(share) = evidence.disturbed {
+            self.note(
+                "disturbed",
+                format!(
+                    "something other than the rudder turned the vehicle with {} % of the rudder's own effect, and not as sway or a slow servo would: waves, gusts or a current; the intervals allow for it, calmer water or more rudder narrows them",
+                    percent(share)
+                ),
+            );
+        }
+        if model.b2_per_s2 < 0.0 {
+            self.note(
+                "sign_reversed",
+                "b2 is negative: a positive rudder angle turns towards decreasing heading in this log; keep this sign, or negate the rudder channel".into(),
+            );
+        }
+        let heading = evidence.training_fit.r2_heading_offset_refit;
+        let yaw_rate = evidence.training_fit.r2_yaw_rate;
+        // A heading that cannot be simulated is not described; a yaw rate may be unknown.
+        if heading.unwrap_or(0.0) < LEAST_TRAINING_R2
+            || yaw_rate.is_some_and(|r2| r2 < LEAST_TRAINING_R2)
+        {
+            self.reject(
+                "does_not_fit",
+                format!(
+                    "R^2 on the training record itself is {} for heading and {} for yaw rate (at least {LEAST_TRAINING_R2:.2} expected of both): noise, waves, current or an autopilot rather than the rudder turned the vehicle; excite more, in calmer water",
+                    r2_text(heading), r2_text(yaw_rate)
+                ),
+            );
+        }
+    }
+}
+
+/// What the higher order is, in words.
+fn beyond_first_order(higher: &HigherOrder) -> String {
+    let estimate = &higher.estimate;
+    let mut text = estimate.order.to_string();
+    if let Some([low, high]) = estimate.interval_95.rudder_lag_s {
+        text += &format!(
+            "; the rudder lags by {} s ({} to {} s): log the measured angle rather than the command",
+            three_figures(estimate.model.rudder_lag_s),
+            three_figures(low),
+            three_figures(high)
+        );
+    }
+    if let Some(validation) = &higher.validation {
+        text += &format!(
+            "; R^2 of heading on fresh data is then {}",
+            r2_text(validation.r2_heading)
+        );
+    }
+    text
+}
