@@ -1,5 +1,6 @@
 //! Monte Carlo study: how far estimators are from the truth, from the bound and from their own intervals.
 
+use seatrial_core::heading_loop::{HeadingLoop, LoopTiming};
 use seatrial_core::turning::{Hand, Turn};
 use seatrial_core::{Event, HeadingGain, Plan, Sample, Stage, Trial, Vehicle, YawModel};
 use serde::Serialize;
@@ -153,11 +154,12 @@ pub struct Outcome {
 }
 
 /// Names and units of what is studied: the parameters, and what is computed from them.
-pub const QUANTITIES: [(&str, &str); 5] = [
+pub const QUANTITIES: [(&str, &str); 6] = [
     ("a22", "1/s"),
     ("b2", "1/s^2"),
     ("C0", "rad/s^2"),
     ("K_p", "rad/rad"),
+    ("delay margin with that K_p", "s"),
     ("yaw rate at full rudder", "rad/s"),
 ];
 
@@ -165,12 +167,17 @@ pub const QUANTITIES: [(&str, &str); 5] = [
 fn quantities(model: &YawModel<f64>, rudder_limit_rad: f64) -> [Option<f64>; QUANTITIES.len()] {
     let [a22, b2, c0] = model.theta();
     let gain = HeadingGain::design(model, DAMPING_RATIO).ok();
+    let margins = gain.and_then(|gain| {
+        let steered = HeadingLoop::new(model, gain.proportional_gain).ok()?;
+        steered.margins(LoopTiming::default()).ok()
+    });
     let turn = Turn::new(model, rudder_limit_rad, Hand::Starboard).ok();
     [
         Some(a22),
         Some(b2),
         Some(c0),
         gain.map(|g| g.proportional_gain),
+        margins.and_then(|m| m.delay_margin_s),
         turn.map(|t| t.yaw_rate_rad_s),
     ]
 }
