@@ -26,11 +26,14 @@ const PACKET_BYTES: usize = 1024;
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
 Time goes on by one frame for every new frame of ArduPilot, however long that takes. A channel is written as
-NUMBER[:MIN:TRIM:MAX] in us; MIN above MAX reverses it. A pulse of 0 is the trim. Without --elevator the vehicle holds its depth
-itself. Ends with Ctrl-C.
+NUMBER[:MIN:TRIM:MAX] in us; MIN above MAX reverses it. A pulse of 0 is the trim. Several, with commas between them, are
+thrusters that share it: it is their mean. Without --elevator the vehicle holds its depth itself. Ends with Ctrl-C.
 
 ArduPilot sends to port 9002 of the address after JSON:, here as a rover that steers with channel 1 and drives with 3:
   sim_vehicle.py -v Rover --model JSON:127.0.0.1
+and as ArduSub's vectored frame, with the options
+  --rudder 1:1100:1500:1900,2:1900:1500:1100,3:1900:1500:1100,4:1100:1500:1900
+  --throttle 1:1900:1500:1100,2:1900:1500:1100,3:1100:1500:1900,4:1100:1500:1900
 
 Example:
   seatrial sim ardupilot-json --vehicle sim:remus100 --rudder 4 --elevator 2 --throttle 3:1000:1000:2000 --frames 0")]
@@ -44,15 +47,25 @@ pub struct Args {
     /// Where to listen.
     #[arg(long, value_name = "ADDR:PORT", default_value = "127.0.0.1:9002")]
     listen: String,
-    /// Channel of the rudder.
-    #[arg(long, value_name = "CHANNEL", default_value = "1")]
-    rudder: Channel,
-    /// Channel of the throttle; below its trim the propeller stands still.
-    #[arg(long, value_name = "CHANNEL", default_value = "3")]
-    throttle: Channel,
-    /// Channel of the elevator.
-    #[arg(long, value_name = "CHANNEL")]
-    elevator: Option<Channel>,
+    /// Channel of the rudder, or several.
+    #[arg(
+        long,
+        value_name = "CHANNELS",
+        value_delimiter = ',',
+        default_value = "1"
+    )]
+    rudder: Vec<Channel>,
+    /// Channel of the throttle, or several; below the trim the propeller stands still.
+    #[arg(
+        long,
+        value_name = "CHANNELS",
+        value_delimiter = ',',
+        default_value = "3"
+    )]
+    throttle: Vec<Channel>,
+    /// Channel of the elevator, or several.
+    #[arg(long, value_name = "CHANNELS", value_delimiter = ',')]
+    elevator: Vec<Channel>,
     /// Steps a second instead of ArduPilot's SIM_RATE_HZ.
     #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u16).range(1..))]
     rate: Option<u16>,
@@ -117,6 +130,13 @@ impl Channel {
             false => (-off / (min - trim)).max(-1.0),
         })
     }
+}
+
+/// What thrusters do together, -1 to 1; `None` where the frame does not have one of them.
+fn mean_deflection(channels: &[Channel], frame: &ServoFrame) -> Option<f64> {
+    let deflections = channels.iter().map(|channel| channel.deflection(frame));
+    let sum = deflections.sum::<Option<f64>>()?;
+    Some(sum / channels.len() as f64)
 }
 
 /// What was exchanged.
@@ -251,12 +271,12 @@ impl Simulation<'_> {
     fn commands(&self, frame: &ServoFrame) -> Option<Commands> {
         let [rudder_rad, elevator_rad] = self.limits_rad;
         Some(Commands {
-            rudder_rad: rudder_rad * self.args.rudder.deflection(frame)?,
-            elevator_rad: match &self.args.elevator {
-                Some(channel) => Some(elevator_rad * channel.deflection(frame)?),
-                None => None,
+            rudder_rad: rudder_rad * mean_deflection(&self.args.rudder, frame)?,
+            elevator_rad: match self.args.elevator[..] {
+                [] => None,
+                ref channels => Some(elevator_rad * mean_deflection(channels, frame)?),
             },
-            thrust: self.args.throttle.deflection(frame)?.max(0.0),
+            thrust: mean_deflection(&self.args.throttle, frame)?.max(0.0),
         })
     }
 
@@ -334,6 +354,24 @@ mod tests {
             );
         }
         assert_eq!(of("17", 1500), None);
+    }
+
+    /// ArduSub's horizontal thrusters at a yaw of 0.2 and a thrust of 0.3.
+    #[test]
+    fn exact_thrusters_that_share_rudder_and_throttle() {
+        let mut words = [1500_u16; 20];
+        words[..4].copy_from_slice(&[18458, 50, 0, 0]);
+        words[4..8].copy_from_slice(&[1460, 1300, 1540, 1700]);
+        let packet: Vec<u8> = words.into_iter().flat_map(u16::to_le_bytes).collect();
+        let frame = ServoFrame::parse(&packet).unwrap();
+        let shared = |text: &str| {
+            let channels: Vec<Channel> = text.split(',').map(|c| c.parse().unwrap()).collect();
+            mean_deflection(&channels, &frame).unwrap()
+        };
+        let yaw = shared("1:1100:1500:1900,2:1900:1500:1100,3:1900:1500:1100,4:1100:1500:1900");
+        let forward = shared("1:1900:1500:1100,2:1900:1500:1100,3:1100:1500:1900,4:1100:1500:1900");
+        // Few roundings.
+        assert!((yaw - 0.2).abs() < 1e-12 && (forward - 0.3).abs() < 1e-12);
     }
 
     #[test]
