@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::profile::Demand;
-use super::{Autopilot, REAL32};
+use super::{Autopilot, Profile, REAL32};
 use crate::ardupilot::Pulse;
 use crate::link::Wire;
 
@@ -21,8 +21,9 @@ const RECONNECT_S: f64 = 10.0;
 const RELEASES: u32 = 5;
 /// An output this near to its trim is neutral, as a fraction of full.
 pub(super) const NEUTRAL: f64 = 0.05;
-/// `SERVOn_FUNCTION` of the throttle.
-const THROTTLE: f64 = 70.0;
+/// `SERVOn_FUNCTION` of the throttle, and of the horizontal thrusters of ArduSub's vectored frames.
+const THROTTLE: &[f64] = &[70.0];
+const SUB_THRUSTERS: &[f64] = &[33.0, 34.0, 35.0, 36.0];
 
 /// A parameter as it was.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -211,14 +212,24 @@ impl<W: Wire> Autopilot<W> {
     }
 
     fn wait_for_throttle(&mut self) -> Option<bool> {
-        let number = self.parameters.output_with(THROTTLE, 8)?;
-        let pulse = Pulse::of(&self.parameters, &format!("SERVO{number}"));
+        let functions = match self.profile() {
+            Profile::Sub => SUB_THRUSTERS,
+            _ => THROTTLE,
+        };
+        let thrusters = functions.iter().map(|function| {
+            let number = self.parameters.output_with(*function, 8)?;
+            let pulse = Pulse::of(&self.parameters, &format!("SERVO{number}"));
+            Some((number, pulse))
+        });
+        let thrusters = thrusters.collect::<Option<Vec<_>>>()?;
         self.heard.outputs?;
         Some(self.wait(2.0, |autopilot| {
             let outputs = autopilot.heard.outputs.unwrap_or_default();
-            let pulse_us = f64::from(outputs[number - 1]);
-            // No pulse is no thrust.
-            pulse_us == 0.0 || pulse.fraction(pulse_us).abs() < NEUTRAL
+            thrusters.iter().all(|(number, pulse)| {
+                let pulse_us = f64::from(outputs[number - 1]);
+                // No pulse is no thrust.
+                pulse_us == 0.0 || pulse.fraction(pulse_us).abs() < NEUTRAL
+            })
         }))
     }
 
@@ -228,7 +239,7 @@ impl<W: Wire> Autopilot<W> {
         Some(Stored {
             number: self.parameters.get(name)?,
             kind,
-            is_bits: kind != REAL32 && self.profile() == super::Profile::Px4,
+            is_bits: kind != REAL32 && self.profile() == Profile::Px4,
         })
     }
 }

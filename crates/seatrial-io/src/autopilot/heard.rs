@@ -34,6 +34,8 @@ pub(super) struct Heard {
     /// Pulses of the first eight outputs, us.
     pub outputs: Option<[u16; 8]>,
     pub remote_control: Option<RcChannels>,
+    /// What ArduSub makes of a full stick, as a fraction of full thrust.
+    pub pilot_gain: Option<f64>,
     /// The sticks when the vehicle was taken.
     pub sticks: Option<[u16; 18]>,
     /// The mode in which we steer.
@@ -66,6 +68,11 @@ impl Heard {
         self.sticks = self.remote_control.map(|channels| channels.pulses);
     }
 
+    /// Does the vehicle hear a remote control?
+    pub fn has_sticks(&self) -> bool {
+        self.remote_control.is_some_and(|rc| rc.count > 0)
+    }
+
     pub fn ask_clock(&mut self, here_ns: i64, clock_s: f64) {
         self.asked.push_back((here_ns, clock_s));
         if self.asked.len() > UNANSWERED {
@@ -86,6 +93,9 @@ impl Heard {
             Message::GpsRawInt(fix) => self.gps = Some(fix),
             Message::ServoOutputRaw(servo) if servo.port == 0 => self.outputs = Some(servo.pulses),
             Message::RcChannels(channels) => self.remote_control = Some(channels),
+            Message::NamedValueFloat(number) if number.name.text() == "PilotGain" => {
+                self.pilot_gain = Some(number.value.into());
+            }
             Message::CommandAck(ack) if ack.result > 0 && ack.command == 511 => self.denied += 1,
             Message::Timesync(answer) if answer.there_ns != 0 => {
                 let (there_s, here_s) = (answer.there_ns as f64 / 1e9, answer.here_ns as f64 / 1e9);

@@ -112,6 +112,8 @@ pub struct Autopilot<W: Wire> {
     kinds: BTreeMap<String, u8>,
     sampler: Sampler,
     rudder: Option<Rudder>,
+    /// Output of a full stick, as a fraction of the outputs' full.
+    stick_gain: f64,
     /// Outputs act this much earlier than they say, s.
     earlier_s: f64,
     /// What is asked for while the controls are ours.
@@ -160,6 +162,7 @@ impl<W: Wire> Autopilot<W> {
             kinds: BTreeMap::new(),
             sampler: Sampler::default(),
             rudder: None,
+            stick_gain: 1.0,
             earlier_s: 0.0,
             demand: None,
             demanded_s: f64::NEG_INFINITY,

@@ -11,6 +11,8 @@ use crate::link::Wire;
 const CONNECT_S: f64 = 10.0;
 /// Longest wait for all parameters, s.
 const PARAMETERS_S: f64 = 15.0;
+/// Longest wait for parameters that not every firmware has, s.
+const OPTIONAL_S: f64 = 3.0;
 /// Parameters asked for at a time.
 const ASKED_AT_ONCE: usize = 16;
 /// Time over which rates are measured, s of the vehicle.
@@ -117,7 +119,9 @@ impl<W: Wire> Autopilot<W> {
         );
         self.find_rudder(&mut found);
         self.check_rates(&mut found);
+        self.check_gain(&mut found);
         self.wait(CONNECT_S, |autopilot| autopilot.heard.heartbeats > 1);
+        self.check_pilot(&mut found);
         check_health(&self.heard, self.profile(), &self.settings, &mut found);
         self.check_failsafes(&mut found);
         self.check_station(&mut found);
@@ -182,6 +186,10 @@ impl<W: Wire> Autopilot<W> {
             }
             read(self, &more, PARAMETERS_S);
             names.extend(more);
+            if profile == Profile::Sub {
+                let optional = ["JS_GAIN_DEFAULT", "FS_PILOT_TIMEOUT"].map(String::from);
+                read(self, &optional, OPTIONAL_S);
+            }
             // One of them, by the age of the firmware.
             let station = ["MAV_GCS_SYSID", "SYSID_MYGCS"];
             self.insist(
@@ -325,6 +333,47 @@ impl<W: Wire> Autopilot<W> {
         }
     }
 
+    /// ArduSub makes less of a stick than its full, by a gain that the pilot's buttons change.
+    fn check_gain(&mut self, found: &mut Preflight) {
+        if self.profile() != Profile::Sub {
+            return;
+        }
+        let told = self.heard.pilot_gain.map(|gain| ("PilotGain", gain));
+        let set = self.parameters.get("JS_GAIN_DEFAULT");
+        let Some((name, gain)) = told.or(set.map(|gain| ("JS_GAIN_DEFAULT", gain))) else {
+            return;
+        };
+        let is_gain = gain > 0.0 && gain <= 1.0;
+        if is_gain {
+            self.stick_gain = gain;
+        }
+        found.check(
+            "stick gain",
+            is_gain,
+            format!(
+                "{name} is {gain:.2}: full steering and full thrust are that much of the thrusters'"
+            ),
+        );
+    }
+
+    /// ArduSub without a remote control is in a failsafe whenever nobody steers it.
+    fn check_pilot(&mut self, found: &mut Preflight) {
+        let is_alone = self.profile() == Profile::Sub && !self.heard.has_sticks();
+        let action = self.parameters.get("FS_PILOT_INPUT").filter(|_| is_alone);
+        if action == Some(2.0) && !self.heard.is_armed() {
+            let text = "FS_PILOT_INPUT is 2, which disarms it when nobody steers: 1 makes its controls neutral and leaves it armed";
+            found.check("pilot", false, text);
+        }
+        let failsafe = self.heard.failsafe.clone();
+        if failsafe.is_none() && self.heard.is_critical() && action == Some(1.0) {
+            let text = "its state is critical, as FS_PILOT_INPUT makes it while nobody steers; it must be over when we do";
+            found.check("state", true, text);
+        } else if failsafe.is_some() || self.heard.is_critical() {
+            let text = failsafe.unwrap_or("its state is critical".into());
+            found.check("state", false, text);
+        }
+    }
+
     fn check_failsafes(&mut self, found: &mut Preflight) {
         let profile = self.profile();
         let change = |name: &str, to: f64, why: &'static str| {
@@ -357,6 +406,19 @@ impl<W: Wire> Autopilot<W> {
             }
         }
         if profile == Profile::Sub {
+            // Without a remote control it is not the override's end that makes the sticks neutral.
+            let has_sticks = self.heard.has_sticks();
+            let seconds = self.parameters.get("FS_PILOT_TIMEOUT");
+            if !has_sticks && seconds.is_some_and(|seconds| seconds > LONGEST_OVERRIDE_S) {
+                let why = "without a remote control it is this that lets go of the rudder";
+                found
+                    .changes
+                    .extend(change("FS_PILOT_TIMEOUT", OVERRIDE_S, why));
+            }
+            if !has_sticks && self.parameters.get("FS_PILOT_INPUT") != Some(1.0) {
+                let why = "1 makes the controls neutral after FS_PILOT_TIMEOUT and does not disarm";
+                found.changes.extend(change("FS_PILOT_INPUT", 1.0, why));
+            }
             let action = self.parameters.get("FS_GCS_ENABLE").unwrap_or(0.0);
             found.check(
                 "failsafe",
@@ -434,14 +496,6 @@ fn check_health(
             false => "disarmed: arm it; the trial never does",
         },
     );
-    let critical = heard.is_critical();
-    if critical || heard.failsafe.is_some() {
-        let text = heard
-            .failsafe
-            .clone()
-            .unwrap_or("its state is critical".into());
-        found.check("state", false, text);
-    }
     let (is_healthy, compass, text) = match (heard.ekf, heard.estimator) {
         (Some(ekf), _) => {
             let flags = ekf.flags;

@@ -8,14 +8,16 @@ use super::Profile;
 use super::profile::SUB_YAW;
 use crate::link::message::{
     Attitude, CommandAck, EkfStatusReport, EstimatorStatus, GpsRawInt, Heartbeat, LocalPositionNed,
-    ManualControl, ParamValue, RcChannels, RcChannelsOverride, ServoOutputRaw, Statustext,
-    SysStatus, Text, Timesync, VfrHud,
+    ManualControl, NamedValueFloat, ParamValue, RcChannels, RcChannelsOverride, ServoOutputRaw,
+    Statustext, SysStatus, Text, Timesync, VfrHud,
 };
 use crate::link::{Decoder, Encoder, Message, Sender, Signing};
 
 /// Neutral and half the range of every output and input, us.
 const TRIM_US: f64 = 1500.0;
 const HALF_US: f64 = 400.0;
+/// What ArduSub makes of a full stick, as a fraction of full thrust.
+const SUB_GAIN: f64 = 0.5;
 /// MAV_PARAM_TYPE_REAL32.
 const REAL32: u8 = 9;
 
@@ -24,7 +26,8 @@ const REAL32: u8 = 9;
 ///
 /// In its manual mode, steering and throttle follow RC_CHANNELS_OVERRIDE (Rover) or MANUAL_CONTROL of the ground station
 /// whose system id is MAV_GCS_SYSID (PX4: of any), and are neutral RC_OVERRIDE_TIME (PX4: COM_RC_LOSS_T) after the last of
-/// them; in any other mode the vehicle holds its heading.
+/// them; in any other mode the vehicle holds its heading. ArduSub without a remote control keeps the last of them until FS_PILOT_TIMEOUT,
+/// and does then what FS_PILOT_INPUT says.
 pub struct Speaker<V> {
     vehicle: V,
     profile: Profile,
@@ -51,6 +54,8 @@ pub struct Speaker<V> {
     pub is_armed: bool,
     /// The remote control's sticks, us.
     pub sticks_us: [u16; 8],
+    /// Does it hear one?
+    pub has_remote_control: bool,
     /// Charge of its battery, percent.
     pub battery_percent: i8,
 }
@@ -90,6 +95,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
             mode: resting_mode(profile),
             is_armed: true,
             sticks_us: [TRIM_US as u16; 8],
+            has_remote_control: true,
             battery_percent: 90,
         }
     }
@@ -97,6 +103,11 @@ impl<V: Vehicle<f64>> Speaker<V> {
     /// One of its parameters.
     pub fn parameter(&self, name: &str) -> Option<f32> {
         self.parameters.get(name).copied()
+    }
+
+    /// As its owner sets it.
+    pub fn set_parameter(&mut self, name: &str, value: f32) {
+        self.parameters.insert(name.into(), value);
     }
 
     /// Steering that it asks its rudder for, as a fraction of full.
@@ -131,6 +142,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
         };
         self.clock_s = sample.time_s;
         self.watch_station();
+        self.watch_pilot();
         self.report(&sample);
         self.steps += 1;
         if !self.held_heading_rad.is_finite() {
@@ -182,6 +194,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
         }
         let fresh_s = match self.profile {
             Profile::Px4 => self.number("COM_RC_LOSS_T"),
+            Profile::Sub if !self.has_remote_control => self.number("FS_PILOT_TIMEOUT"),
             _ => self.number("RC_OVERRIDE_TIME"),
         };
         match self.joystick {
@@ -301,6 +314,17 @@ impl<V: Vehicle<f64>> Speaker<V> {
         }
     }
 
+    /// Like ArduSub, whose remote control counts as a pilot.
+    fn watch_pilot(&mut self) {
+        let given_s = self.joystick.map_or(0.0, |(given_s, _)| given_s);
+        let is_lost = self.clock_s - given_s > self.number("FS_PILOT_TIMEOUT");
+        let action = self.number("FS_PILOT_INPUT");
+        if self.profile == Profile::Sub && !self.has_remote_control && is_lost && action != 0.0 {
+            self.failsafe = true;
+            self.is_armed &= action != 2.0;
+        }
+    }
+
     fn beat(&mut self) {
         self.send(Heartbeat {
             custom_mode: self.mode,
@@ -320,7 +344,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
         let rudder = sample.rudder_rad / self.full_rudder_rad;
         if self.profile == Profile::Sub {
             for (motor, yaw) in pulses.iter_mut().zip(SUB_YAW) {
-                *motor = pulse(yaw * rudder);
+                *motor = pulse(yaw * SUB_GAIN * rudder);
             }
         } else {
             pulses[0] = pulse(rudder);
@@ -369,7 +393,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
             self.send(RcChannels {
                 time_boot_ms,
                 pulses: channels,
-                count: 8,
+                count: if self.has_remote_control { 8 } else { 0 },
                 rssi: 255,
             });
         }
@@ -404,6 +428,13 @@ impl<V: Vehicle<f64>> Speaker<V> {
             fix_type: 3,
             satellites: 12,
         });
+        if self.profile == Profile::Sub {
+            self.send(NamedValueFloat {
+                time_boot_ms: (1e3 * self.clock_s) as u32,
+                value: SUB_GAIN as f32,
+                name: Text::from("PilotGain"),
+            });
+        }
         // Attitude, velocity and position are known.
         const FLAGS: u16 = 0x1f;
         if self.profile == Profile::Px4 {
@@ -459,6 +490,8 @@ fn parameters(profile: Profile, interval_s: f64) -> BTreeMap<String, f32> {
     .into();
     let ranges = if is_sub {
         parameters.insert("FS_PILOT_INPUT".into(), 2.0);
+        parameters.insert("FS_PILOT_TIMEOUT".into(), 3.0);
+        parameters.insert("JS_GAIN_DEFAULT".into(), SUB_GAIN as f32);
         vec!["SERVO1", "SERVO2", "SERVO3", "SERVO4"]
     } else {
         parameters.insert("FS_ACTION".into(), 2.0);

@@ -79,7 +79,7 @@ impl<W: Wire> Autopilot<W> {
             9..=16 => f64::from(servo.more_pulses[number - 9]),
             _ => f64::NAN,
         };
-        let found = rudder.fraction(pulse);
+        let found = rudder.fraction(pulse) / self.stick_gain;
         let rudder_rad = found * self.settings.full_rudder_rad;
         self.sampler
             .rudder(servo.time_us, self.earlier_s, rudder_rad);

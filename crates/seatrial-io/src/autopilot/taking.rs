@@ -99,6 +99,11 @@ impl<W: Wire> Autopilot<W> {
         if is_set {
             self.heard.our_mode = Some(mode);
             self.heard.note_sticks();
+            if self.heard.is_critical() {
+                // The failsafe of a vehicle that nobody steers ends with that.
+                self.ask(Demand::default());
+                self.wait(CHANGE_S, |autopilot| !autopilot.heard.is_critical());
+            }
             self.guard();
         }
         is_set

@@ -320,6 +320,12 @@ messages! {
         vertical_accuracy_m: f32,
         flags: u16,
     }
+    /// A number with a name.
+    NamedValueFloat = 251 {
+        time_boot_ms: u32,
+        value: f32,
+        name: Text<10>,
+    }
     /// A text for the operator.
     Statustext = 253 {
         severity: u8,

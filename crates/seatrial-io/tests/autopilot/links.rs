@@ -112,6 +112,8 @@ fn recover_on_other_kinds_of_autopilots() {
         let done = autopilot.hand_back();
         assert!(done.is_complete(), "{profile:?}: {done:?}");
         assert_eq!(done.mode_restored, Some(true), "{profile:?}");
+        let is_thrust_known = profile == Profile::Sub;
+        assert_eq!(done.throttle_neutral, is_thrust_known.then_some(true));
         assert_eq!(autopilot.wire().boat.mode, before);
         for (name, stored) in &backup.parameters {
             let now = autopilot.wire().boat.parameter(name).map(f64::from);

@@ -1,10 +1,10 @@
 //! What refuses a trial before it begins.
 
-use seatrial_io::autopilot::{Autopilot, Settings};
+use seatrial_io::autopilot::{Autopilot, Profile, Settings};
 use seatrial_sim::VehicleConfig;
 
-use crate::sea::{Sea, Weather};
-use crate::{assert_as_before, failures, settings, starfish};
+use crate::sea::{Sea, Weather, boat};
+use crate::{assert_as_before, failures, settings, starfish, taken_with};
 
 #[test]
 fn io_a_preflight_refuses_and_says_why() {
@@ -73,4 +73,48 @@ fn io_no_backup_no_change() {
     assert!(failures(&checks).join("").contains("full"));
     assert_as_before(autopilot.wire());
     assert_eq!(autopilot.wire().boat.mode, 4);
+}
+
+/// On its firmware half of the stick's way is what a submarine's outputs do unless a button of the pilot's changes it.
+#[test]
+fn regress_a_submarine_makes_less_of_its_stick() {
+    let mut sea = Sea::new(starfish(), Weather::default(), 1);
+    sea.boat = boat(&starfish(), Profile::Sub);
+    let mut autopilot = Autopilot::new(sea, settings(), None);
+    let preflight = autopilot.inspect();
+    let gain = preflight.checks.iter().find(|c| c.name == "stick gain");
+    assert!(gain.is_some_and(|gain| gain.text.starts_with("PilotGain is 0.50")));
+    let checks = autopilot.take_control(&preflight.changes, &mut |_| Ok(()));
+    assert_eq!(failures(&checks), [""; 0]);
+}
+
+/// A submarine without a remote control keeps the last stick until a failsafe, whose default disarms it: before a trial too.
+#[test]
+fn regress_a_submarine_without_a_remote_control() {
+    let sea_with = |action: f32| {
+        let mut sea = Sea::new(starfish(), Weather::default(), 1);
+        sea.boat = boat(&starfish(), Profile::Sub);
+        sea.boat.has_remote_control = false;
+        sea.boat.set_parameter("FS_PILOT_INPUT", action);
+        sea
+    };
+    let settings = Settings {
+        without_remote_control: true,
+        ..settings()
+    };
+    let mut disarmed = Autopilot::new(sea_with(2.0), settings.clone(), None);
+    let refused = failures(&disarmed.inspect().checks).join("; ");
+    assert!(refused.contains("FS_PILOT_INPUT is 2"), "{refused}");
+    for action in [0.0, 1.0] {
+        let (mut autopilot, backup) = taken_with(sea_with(action), settings.clone());
+        assert!(autopilot.wire().boat.is_armed);
+        assert_eq!(autopilot.wire().boat.parameter("FS_PILOT_INPUT"), Some(1.0));
+        let done = autopilot.hand_back();
+        assert!(done.is_complete(), "{done:?}");
+        for (name, stored) in &backup.parameters {
+            let now = autopilot.wire().boat.parameter(name).map(f64::from);
+            assert_eq!(now, Some(stored.number), "{name}");
+        }
+        assert_eq!(backup.parameters["FS_PILOT_TIMEOUT"].number, 3.0);
+    }
 }
