@@ -109,6 +109,14 @@ impl<W: Wire> Autopilot<W> {
         found.vehicle = format!("{}, system {}", self.profile().name(), self.system());
         found.check("heartbeat", true, found.vehicle.clone());
         let missing = self.read_parameters();
+        if !missing.is_empty() && self.damage().unchecked_frames > 0 {
+            found.check(
+                "signature",
+                false,
+                "it signs its frames and does not answer ours, which are not signed: give its key with --signing-key",
+            );
+            return found;
+        }
         found.check(
             "parameters",
             missing.is_empty(),

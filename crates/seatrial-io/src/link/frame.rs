@@ -57,6 +57,8 @@ pub struct Damage {
     pub garbage_bytes: u64,
     /// Frames that signing refuses.
     pub refused_frames: u64,
+    /// Signed frames that were taken without a key to check them with.
+    pub unchecked_frames: u64,
 }
 
 /// Bytes in, frames out. Garbage is passed over byte by byte: a sound frame behind it is found.
@@ -114,6 +116,9 @@ impl Decoder {
                         signing.check(head.sender, &whole[..signed], &whole[signed..], now_s)
                     });
                     at += length;
+                    if signing.is_none() && head.is_signed {
+                        self.damage.unchecked_frames += 1;
+                    }
                     if accepted.is_err() {
                         self.damage.refused_frames += 1;
                         continue;

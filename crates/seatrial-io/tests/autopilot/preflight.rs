@@ -1,9 +1,10 @@
 //! What refuses a trial before it begins.
 
-use seatrial_io::autopilot::{Autopilot, Profile, Settings};
-use seatrial_sim::VehicleConfig;
+use seatrial_io::autopilot::{Autopilot, Profile, Settings, Speaker};
+use seatrial_io::link::{Key, Signing};
+use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
-use crate::sea::{Sea, Weather, boat};
+use crate::sea::{FULL_RUDDER_RAD, INTERVAL_S, Sea, Weather, boat};
 use crate::{assert_as_before, failures, settings, starfish, taken_with};
 
 #[test]
@@ -117,4 +118,22 @@ fn regress_a_submarine_without_a_remote_control() {
         }
         assert_eq!(backup.parameters["FS_PILOT_TIMEOUT"].number, 3.0);
     }
+}
+
+/// A vehicle that signs and hears nobody who does not: its frames are understood, nothing is answered.
+#[test]
+fn regress_a_vehicle_that_wants_a_key() {
+    let mut sea = Sea::new(starfish(), Weather::default(), 1);
+    let key = Signing::new(Key::new([7; 32]), 0, 0.0);
+    let vehicle = FirstOrderVehicle::new(starfish(), 1).unwrap();
+    sea.boat = Speaker::new(
+        vehicle,
+        Profile::Rover,
+        INTERVAL_S,
+        FULL_RUDDER_RAD,
+        Some(key),
+    );
+    let refused = failures(&Autopilot::new(sea, settings(), None).inspect().checks);
+    assert_eq!(refused.len(), 1, "{refused:?}");
+    assert!(refused[0].contains("--signing-key"), "{refused:?}");
 }
