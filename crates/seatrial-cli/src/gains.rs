@@ -4,10 +4,12 @@ mod export;
 
 use std::path::PathBuf;
 
+use seatrial::GainAllowance;
+use seatrial::gain_allowance::longest;
 use seatrial::record::RudderUnit;
 use seatrial_core::heading_loop::{LoopTiming, Poles};
 use seatrial_core::schedule::{Beyond, ScheduleError, ScheduleKey};
-use seatrial_core::{GainSchedule, HeadingGain, HeadingLoop, YawModel};
+use seatrial_core::{GainSchedule, HeadingGain, HeadingLoop, SpeedSchedule, YawModel};
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};
@@ -18,8 +20,10 @@ const SCHEMA: &str = "seatrial.gains.v1";
 
 /// Heading controller gains from a model or a schedule, with margins.
 ///
-/// rudder = K_p (desired heading - heading) - delta0, limited. Damping and margins are those of the
-/// loop with K_p as given here; their intervals say what the uncertainty of the model makes of it.
+/// rudder = K_p (desired heading - heading) - delta0, limited. K_p allows for the delays of the loop, as
+/// far as the record tells or as given, and for the least damped model of the 95 % interval; the
+/// paper's (57) beside it for neither. Damping and margins are those of the loop with K_p; their
+/// intervals say what the uncertainty of the model makes of it.
 #[derive(clap::Args)]
 #[command(after_help = help())]
 pub struct Args {
@@ -28,10 +32,11 @@ pub struct Args {
     /// Damping ratio of the closed loop.
     #[arg(long, value_name = "RATIO", default_value_t = std::f64::consts::FRAC_1_SQRT_2)]
     zeta: f64,
-    /// Dead time of compass, computer and rudder for the margins, s.
-    #[arg(long, value_name = "S", default_value_t = 0.0)]
-    delay: f64,
-    /// Interval of a sampled controller for the margins, s. Continuous without.
+    /// Dead time of compass, computer and rudder, s. Without: a sample of the record and the lag of its
+    /// rudder, where they are known.
+    #[arg(long, value_name = "S")]
+    delay: Option<f64>,
+    /// Interval of a sampled controller, s; 0 is continuous. Without: that of the record, where it is known.
     #[arg(long, value_name = "S")]
     interval: Option<f64>,
     /// Gain at this thrust, a fraction of full, interpolated.
@@ -76,6 +81,7 @@ struct Document<'a> {
     damping_ratio: f64,
     rudder_limit_rad: f64,
     rudder_unit: RudderUnit,
+    /// The longest of the points.
     timing: LoopTiming<f64>,
     points: Vec<PointGains>,
     at: Option<InterpolatedGain>,
@@ -91,7 +97,12 @@ struct PointGains {
     nomoto_k_per_s: Option<Estimate>,
     /// Why there is no gain.
     refused: Option<String>,
+    /// To load.
     proportional_gain: Option<Estimate>,
+    /// What it allows for.
+    allowance: GainAllowance,
+    /// The paper's gain, which allows for nothing.
+    gain_of_57: Option<Estimate>,
     feed_forward_rudder_rad: Option<Estimate>,
     #[serde(rename = "loop")]
     closed_loop: Option<LoopFigures>,
@@ -123,12 +134,16 @@ struct InterpolatedGain {
 
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let source = args.source.read()?;
+    let mut source = args.source.read()?;
     source.warn();
-    let timing = LoopTiming {
-        delay_s: args.delay,
-        sample_interval_s: args.interval,
-    };
+    for point in &mut source.points {
+        let timing = &mut point.allowance.timing;
+        timing.delay_s = args.delay.unwrap_or(timing.delay_s);
+        if let Some(interval_s) = args.interval {
+            timing.sample_interval_s = (interval_s != 0.0).then_some(interval_s);
+        }
+    }
+    let timing = longest(source.points.iter().map(|point| point.allowance));
     check(args.zeta, timing)?;
     let points = source.points.iter();
     let document = Document {
@@ -138,7 +153,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         rudder_limit_rad: source.rudder_limit_rad,
         rudder_unit: source.rudder_unit,
         timing,
-        points: points.map(|p| point_gains(p, args.zeta, timing)).collect(),
+        points: points.map(|p| point_gains(p, args.zeta)).collect(),
         at: interpolated(args, &source, timing)?,
     };
     if let Some(format) = args.export {
@@ -166,12 +181,14 @@ fn check(zeta: f64, timing: LoopTiming<f64>) -> Result<(), Failure> {
     Ok(())
 }
 
-fn point_gains(point: &SourcePoint, zeta: f64, timing: LoopTiming<f64>) -> PointGains {
+fn point_gains(point: &SourcePoint, zeta: f64) -> PointGains {
     let model = point.point.model;
-    let gain = HeadingGain::design(&model, zeta);
+    let design = |model: &YawModel<f64>| point.allowance.design(model, zeta);
+    let gain = design(&model);
     let of = |quantity: fn(HeadingGain<f64>) -> f64| {
-        point.estimate(|model| Some(quantity(HeadingGain::design(model, zeta).ok()?)))
+        point.estimate(|model| Some(quantity(design(model).ok()?)))
     };
+    let of_57 = |model: &YawModel<f64>| HeadingGain::design(model, zeta).ok();
     PointGains {
         thrust: point.point.thrust,
         surge_speed_m_s: point.point.surge_speed_m_s,
@@ -180,10 +197,12 @@ fn point_gains(point: &SourcePoint, zeta: f64, timing: LoopTiming<f64>) -> Point
         nomoto_k_per_s: point.estimate(|model| Some(model.nomoto()?.k_per_s)),
         refused: gain.err().map(|reason| reason.to_string()),
         proportional_gain: of(|gain| gain.proportional_gain),
+        allowance: point.allowance,
+        gain_of_57: point.estimate(|model| Some(of_57(model)?.proportional_gain)),
         feed_forward_rudder_rad: of(|gain| gain.feed_forward_rudder_rad),
         closed_loop: gain
             .ok()
-            .and_then(|gain| loop_figures(point, gain.proportional_gain, timing)),
+            .and_then(|gain| loop_figures(point, gain.proportional_gain, point.allowance.timing)),
     }
 }
 
@@ -225,6 +244,16 @@ fn no_such_place(args: &Args, key: ScheduleKey, value: f64, error: ScheduleError
     Failure::usage(format!("{} {value}: {error}{hint}", key.name()))
 }
 
+/// The least damped models, for which gains are designed.
+fn cautious(source: &Source, key: ScheduleKey) -> Result<SpeedSchedule<f64>, Failure> {
+    let points = source.points.iter();
+    let points: Vec<_> = points
+        .map(|p| p.allowance.least_damped_point(&p.point))
+        .collect();
+    SpeedSchedule::new(key, &points)
+        .map_err(|error| Failure::input(format!("{}: {error}", source.origin)))
+}
+
 fn interpolated(
     args: &Args,
     source: &Source,
@@ -235,7 +264,7 @@ fn interpolated(
     };
     let schedule = source.schedule(key)?;
     let refused = |error| no_such_place(args, key, value, error);
-    let gains = GainSchedule::design(schedule, args.zeta, timing)
+    let gains = GainSchedule::design(cautious(source, key)?, args.zeta, timing)
         .map_err(|error| Failure::input(format!("{}: {} {error}", source.origin, key.name())))?;
     let gain = gains.lookup(value, beyond(args)).map_err(refused)?;
     let model = schedule.lookup(value, beyond(args)).map_err(refused)?;
@@ -243,6 +272,7 @@ fn interpolated(
     let here = SourcePoint {
         point: *model.value(),
         covariance: None,
+        allowance: GainAllowance::default(),
         noise: None,
     };
     Ok(Some(InterpolatedGain {
@@ -270,7 +300,7 @@ fn interpolated_interval(
         .points
         .iter()
         .filter_map(|point| {
-            let design = |model: &YawModel<f64>| HeadingGain::design(model, zeta).ok();
+            let design = |model: &YawModel<f64>| point.allowance.design(model, zeta).ok();
             let estimate = point.estimate(|model| Some(design(model)?.proportional_gain))?;
             let [low, high] = estimate.interval_95?;
             Some((point.point.key(key)?, (high - low) / 2.0))
@@ -303,6 +333,7 @@ fn text(document: &Document) -> String {
         ("Nomoto T", "s"),
         ("Nomoto K", "1/s"),
         ("K_p", per_angle),
+        ("(57)", per_angle),
         ("feed-forward", rudder),
         ("damping", ""),
         ("frequency", "rad/s"),
@@ -323,6 +354,7 @@ fn text(document: &Document) -> String {
             estimate(&point.nomoto_t_s, 2, 1.0),
             estimate(&point.nomoto_k_per_s, 2, 1.0),
             estimate(&point.proportional_gain, 3, 1.0),
+            estimate(&point.gain_of_57, 3, 1.0),
             estimate(&point.feed_forward_rudder_rad, 2, rudder_scale),
         ];
         cells.extend(loop_cells(&point.closed_loop));
@@ -339,7 +371,7 @@ fn text(document: &Document) -> String {
     }
     format!(
         "Heading gains of {}, damping ratio {:.4}, rudder limit {:.1} {rudder}\n\
-         Margins with {:.3} s delay, {}\n\n{table}\n{}",
+         K_p and margins with {:.3} s delay, {}\n\n{table}\n{}",
         document.source,
         document.damping_ratio,
         document.rudder_limit_rad * rudder_scale,

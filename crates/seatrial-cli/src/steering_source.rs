@@ -3,9 +3,11 @@
 
 use std::path::{Path, PathBuf};
 
+use seatrial::GainAllowance;
 use seatrial::logbook::Logbook;
 use seatrial::propagation::{covariance_of_intervals, interval_95};
 use seatrial::record::RudderUnit;
+use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::schedule::ScheduleKey;
 use seatrial_core::{SchedulePoint, SpeedSchedule, YawModel};
 use serde::{Deserialize, Serialize};
@@ -102,6 +104,8 @@ pub struct SourcePoint {
     pub point: SchedulePoint<f64>,
     /// Covariance of [a22, b2, C0].
     pub covariance: Option<[[f64; 3]; 3]>,
+    /// What a gain for this model allows for.
+    pub allowance: GainAllowance,
     /// Heading noise, rad, and yaw acceleration disturbance, rad/s^2, found on its record.
     pub noise: Option<[f64; 2]>,
 }
@@ -258,6 +262,7 @@ impl SourceArgs {
                     model: YawModel::from_theta([a22, b2, self.c0.unwrap_or(0.0)]),
                 },
                 covariance: None,
+                allowance: GainAllowance::default(),
                 noise: None,
             }],
             rudder_limit_rad: DEFAULT_RUDDER_LIMIT_RAD,
@@ -290,6 +295,7 @@ pub fn from_schedule(path: &Path) -> Result<Source, Failure> {
             model: YawModel::from_theta([p.a22_per_s, p.b2_per_s2, p.c0_rad_per_s2]),
         },
         covariance: None,
+        allowance: GainAllowance::default(),
         noise: None,
     };
     Ok(Source {
@@ -328,6 +334,7 @@ fn from_logbook(path: &Path, number: Option<i64>) -> Result<Source, Failure> {
                     model: identification.model(),
                 },
                 covariance: refined.map(|refined| refined.covariance),
+                allowance: GainAllowance::of(identification),
                 noise: refined.map(|r| [r.heading_noise_rad, r.disturbance_rad_s2]),
             })
         })
@@ -385,6 +392,7 @@ pub fn from_document(path: &Path, speed: Option<f64>) -> Result<Source, Failure>
                     model,
                 },
                 covariance,
+                allowance: allowance_of(identification, &model),
                 noise: noise_of(identification),
             });
         }
@@ -418,10 +426,25 @@ pub fn from_document(path: &Path, speed: Option<f64>) -> Result<Source, Failure>
                 model,
             },
             covariance,
+            allowance: allowance_of(identification, &model),
             noise: noise_of(identification),
         });
     }
     Ok(source)
+}
+
+fn allowance_of(identification: &Value, model: &YawModel<f64>) -> GainAllowance {
+    let interval = identification.pointer("/refined/interval_95/a22_per_s");
+    let interval = interval.and_then(|interval| <[f64; 2]>::deserialize(interval).ok());
+    let timing = identification.get("loop_timing");
+    GainAllowance {
+        damping_per_s: interval.map_or(0.0, |interval| {
+            GainAllowance::damping_per_s(model.a22_per_s, interval)
+        }),
+        timing: timing
+            .and_then(|timing| LoopTiming::deserialize(timing).ok())
+            .unwrap_or_default(),
+    }
 }
 
 fn noise_of(identification: &Value) -> Option<[f64; 2]> {

@@ -95,6 +95,7 @@ fn identification(model: YawModel<f64>) -> Identification {
         validation: None,
         higher_order: None,
         lag_effect: None,
+        loop_timing: None,
         verdict,
     }
 }

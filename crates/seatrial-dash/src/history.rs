@@ -4,12 +4,12 @@ use std::fmt::Display;
 
 use seatrial::difference::{Difference as ModelDifference, ParameterDifference};
 use seatrial::export::{OperatingPoint as ExportPoint, VehicleType, ardupilot};
+use seatrial::gain_allowance::{GainAllowance, longest};
 use seatrial::health::{HealthSettings, Reference, SpeedModel, compare};
 use seatrial::logbook::{CampaignEntry, CampaignId, Logbook};
 use seatrial::propagation::interval_95;
 use seatrial::report::{self, Fact};
 use seatrial::{Campaign, Run};
-use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 use seatrial_core::{
     GainSchedule, Hand, HeadingGain, HeadingLoop, SchedulePoint as ModelAt, SpeedSchedule, Turn,
@@ -207,6 +207,7 @@ fn what_changed(a: &Campaign, b: &Campaign) -> Option<WhatChanged> {
 /// A model of a run with its uncertainty.
 struct Identified {
     at: ModelAt<f64>,
+    allowance: GainAllowance,
     covariance: Option<[[f64; 3]; 3]>,
 }
 
@@ -219,6 +220,7 @@ impl Identified {
                 surge_speed_m_s: run.surge_speed_m_s,
                 model: identification.model(),
             },
+            allowance: GainAllowance::of(identification),
             covariance: identification
                 .refined
                 .as_ref()
@@ -237,15 +239,12 @@ impl Identified {
 
     /// Gains, margins and turning limits of the model, with the gain that is designed for it.
     fn point(&self, damping_ratio: f64, rudder_limit_rad: f64) -> OperatingPoint {
-        let gain = HeadingGain::design(&self.at.model, damping_ratio);
+        let gain = self.allowance.design(&self.at.model, damping_ratio);
         let mut point = self.with_gain(gain.as_ref().ok(), rudder_limit_rad);
         point.no_gain = gain.err().map(|reason| reason.to_string());
         point.proportional_gain = self.figure(|model| {
-            Some(
-                HeadingGain::design(model, damping_ratio)
-                    .ok()?
-                    .proportional_gain,
-            )
+            let gain = self.allowance.design(model, damping_ratio).ok()?;
+            Some(gain.proportional_gain)
         });
         point
     }
@@ -253,7 +252,7 @@ impl Identified {
     fn with_gain(&self, gain: Option<&HeadingGain<f64>>, rudder_limit_rad: f64) -> OperatingPoint {
         let model = &self.at.model;
         let closed = gain.and_then(|gain| HeadingLoop::new(model, gain.proportional_gain).ok());
-        let margins = closed.and_then(|closed| closed.margins(LoopTiming::default()).ok());
+        let margins = closed.and_then(|closed| closed.margins(self.allowance.timing).ok());
         let turn = |model: &YawModel<f64>, hand| Turn::new(model, rudder_limit_rad, hand).ok();
         OperatingPoint {
             surge_speed_m_s: self.at.surge_speed_m_s,
@@ -308,10 +307,12 @@ pub fn schedule(
                 .unwrap_or(std::cmp::Ordering::Equal)
         });
     }
-    let models: Vec<ModelAt<f64>> = points.iter().map(|point| point.3.at).collect();
     let speeds: Option<Vec<f64>> = points.iter().map(speed).collect();
     let at = speed_m_s
-        .map(|speed_m_s| at_speed(&models, speed_m_s, damping_ratio, limit))
+        .map(|speed_m_s| {
+            let identified: Vec<_> = points.iter().map(|(.., identified)| identified).collect();
+            at_speed(&identified, speed_m_s, damping_ratio, limit)
+        })
         .transpose()?;
     Ok(Schedule {
         campaign: id,
@@ -332,17 +333,22 @@ pub fn schedule(
 }
 
 fn at_speed(
-    models: &[ModelAt<f64>],
+    identified: &[&Identified],
     speed_m_s: f64,
     damping_ratio: f64,
     rudder_limit_rad: f64,
 ) -> Result<OperatingPoint, Refusal> {
     let refused = |error: &dyn Display| Refusal::unprocessable("no_schedule", error);
-    let schedule = SpeedSchedule::new(ScheduleKey::Speed, models).map_err(|e| refused(&e))?;
-    let found = schedule
+    let schedule = |point: fn(&Identified) -> ModelAt<f64>| {
+        let points: Vec<_> = identified.iter().map(|i| point(i)).collect();
+        SpeedSchedule::new(ScheduleKey::Speed, &points).map_err(|e| refused(&e))
+    };
+    let found = schedule(|i| i.at)?
         .lookup(speed_m_s, Beyond::Extrapolate)
         .map_err(|e| refused(&e))?;
-    let gain = GainSchedule::design(schedule, damping_ratio, LoopTiming::default())
+    let timing = longest(identified.iter().map(|i| i.allowance));
+    let cautious = schedule(|i| i.allowance.least_damped_point(&i.at))?;
+    let gain = GainSchedule::design(cautious, damping_ratio, timing)
         .map_err(|e| e.to_string())
         .and_then(|gains| {
             let gain = gains.lookup(speed_m_s, Beyond::Extrapolate);
@@ -350,6 +356,10 @@ fn at_speed(
         });
     let here = Identified {
         at: *found.value(),
+        allowance: GainAllowance {
+            damping_per_s: 0.0,
+            timing,
+        },
         covariance: None,
     };
     Ok(OperatingPoint {
@@ -424,13 +434,16 @@ pub fn param_file(logbook: &Logbook, id: i64, vehicle: VehicleType) -> Result<St
     let fastest = fastest.ok_or_else(|| {
         Refusal::unprocessable("no_model", format!("campaign {id} has no accepted model"))
     })?;
-    HeadingGain::design(&fastest.at.model, DAMPING_RATIO)
+    fastest
+        .allowance
+        .design(&fastest.at.model, DAMPING_RATIO)
         .map_err(|reason| Refusal::unprocessable("no_gain", format!("campaign {id}: {reason}")))?;
     let point = ExportPoint {
         source: format!("{}, campaign {id}", logbook.path().display()),
         at: fastest.at,
         damping_ratio: DAMPING_RATIO,
         rudder_limit_rad: campaign.rudder_limit_rad,
+        allowance: fastest.allowance,
         covariance: fastest.covariance,
     };
     Ok(ardupilot::param_file(&point, vehicle))

@@ -1,8 +1,8 @@
 //! The heading-step experiment of Fig. 17 on identified models: a constant gain against a scheduled one.
 
 use seatrial_core::heading_control::{NoGain, NoGainAt};
-use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::model::YawState;
+use seatrial_core::schedule::{Beyond, ScheduleError};
 use seatrial_core::{
     GainSchedule, HeadingController, HeadingGain, SchedulePoint, SpeedSchedule, YawModel,
 };
@@ -61,6 +61,9 @@ pub enum NoExperiment {
     /// No controller.
     #[error(transparent)]
     NoGain(#[from] NoGain),
+    /// The gains do not cover the points.
+    #[error(transparent)]
+    NotCovered(#[from] ScheduleError),
 }
 
 /// Which controller.
@@ -119,17 +122,22 @@ pub struct StepMeasure {
 }
 
 impl HeadingSteps {
-    /// Runs the experiment at every point of a schedule with both controllers.
-    pub fn run(&self, schedule: &SpeedSchedule<f64>) -> Result<Vec<HeadingStepRun>, NoExperiment> {
+    /// Runs the experiment at every point of a schedule with both controllers. The gains are looked up by the key of their own
+    /// schedule.
+    pub fn run(
+        &self,
+        schedule: &SpeedSchedule<f64>,
+        gains: &GainSchedule<f64>,
+    ) -> Result<Vec<HeadingStepRun>, NoExperiment> {
         self.check()?;
-        // Refuses schedules with a point for which there is no gain, or one of the other sign.
-        GainSchedule::design(*schedule, self.damping_ratio, LoopTiming::default())?;
-        let design =
-            |point: &SchedulePoint<f64>| HeadingGain::design(&point.model, self.damping_ratio);
         let mut runs = Vec::new();
         let mut lowest = None;
-        for point in schedule.points() {
-            let scheduled = design(point)?;
+        for (index, point) in schedule.points().iter().enumerate() {
+            let key = gains.models().key();
+            let at = point
+                .key(key)
+                .ok_or(ScheduleError::MissingKey { index, key })?;
+            let scheduled = *gains.lookup(at, Beyond::Refuse)?.value();
             let constant = lowest.get_or_insert(scheduled).without_feed_forward();
             for (control, gain) in [
                 (Control::Constant, constant),
@@ -279,6 +287,7 @@ impl Steered {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use seatrial_core::heading_loop::LoopTiming;
     use seatrial_core::schedule::ScheduleKey;
 
     /// Table V with the first of its two 80 % runs.
@@ -298,6 +307,12 @@ mod tests {
         SpeedSchedule::new(ScheduleKey::Thrust, &points).unwrap()
     }
 
+    /// With the gains (57).
+    fn on_table_v(steps: &HeadingSteps) -> Result<Vec<HeadingStepRun>, NoExperiment> {
+        let gains = GainSchedule::design(table_v(), steps.damping_ratio, LoopTiming::default())?;
+        steps.run(&table_v(), &gains)
+    }
+
     fn overshoots(runs: &[HeadingStepRun], control: Control) -> Vec<f64> {
         runs.iter()
             .filter(|run| run.control == control)
@@ -309,7 +324,7 @@ mod tests {
     /// scheduled gain performs well over the whole range.
     #[test]
     fn val_paper_constant_gain_oscillates_at_high_speed_only() {
-        let runs = HeadingSteps::default().run(&table_v()).unwrap();
+        let runs = on_table_v(&HeadingSteps::default()).unwrap();
         assert_eq!(runs.len(), 10);
         let constant = overshoots(&runs, Control::Constant);
         let scheduled = overshoots(&runs, Control::Scheduled);
@@ -336,7 +351,7 @@ mod tests {
             sample_interval_s: 0.005,
             ..HeadingSteps::default()
         };
-        for overshoot in overshoots(&steps.run(&table_v()).unwrap(), Control::Scheduled) {
+        for overshoot in overshoots(&on_table_v(&steps).unwrap(), Control::Scheduled) {
             // The hold delays by 2.5 ms, which takes 0.2 degrees of phase: 0.3 % of overshoot.
             assert!((overshoot - (-std::f64::consts::PI).exp()).abs() < 3e-3);
         }
@@ -344,14 +359,14 @@ mod tests {
 
     #[test]
     fn prop_lag_and_delay_make_every_step_overshoot_more() {
-        let ideal = HeadingSteps::default().run(&table_v()).unwrap();
+        let ideal = on_table_v(&HeadingSteps::default()).unwrap();
         for (servo_time_constant_s, delay_s) in [(0.1, 0.0), (0.0, 0.12)] {
             let slower = HeadingSteps {
                 servo_time_constant_s,
                 delay_s,
                 ..HeadingSteps::default()
             };
-            for (run, ideal) in slower.run(&table_v()).unwrap().iter().zip(&ideal) {
+            for (run, ideal) in on_table_v(&slower).unwrap().iter().zip(&ideal) {
                 assert!(run.measures[0].overshoot > ideal.measures[0].overshoot);
             }
         }
@@ -359,7 +374,7 @@ mod tests {
 
     #[test]
     fn exact_without_feed_forward_the_offset_stays() {
-        let runs = HeadingSteps::default().run(&table_v()).unwrap();
+        let runs = on_table_v(&HeadingSteps::default()).unwrap();
         let run = &runs[0];
         let expected = -0.0129 / 0.65 / run.gain.proportional_gain;
         // The rest of the transient after 15 s.
@@ -372,7 +387,7 @@ mod tests {
             sample_interval_s: 0.0,
             ..HeadingSteps::default()
         };
-        let error = steps.run(&table_v()).unwrap_err().to_string();
+        let error = on_table_v(&steps).unwrap_err().to_string();
         assert!(error.contains("sample_interval_s"), "{error}");
     }
 }

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use seatrial_core::estimator::EstimatorSettings;
+use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::state_variable_filter::Hold;
 use seatrial_core::{Nomoto, RejectedCounts, YawModel};
 use serde::{Deserialize, Serialize};
@@ -36,6 +37,10 @@ pub struct Identification {
     /// What a lag of the rudder that the log does not tell would do to the refined model.
     #[serde(default)]
     pub lag_effect: Option<LagEffect>,
+    /// What a heading loop of this vehicle waits for, as far as the record tells: a rudder asked for acts a sample later, through the lag
+    /// that the model is behind, and is held over a sample. `None` for the paper's equations to the letter.
+    #[serde(default)]
+    pub loop_timing: Option<LoopTiming<f64>>,
     /// May the model be used?
     pub verdict: Verdict,
 }
@@ -44,24 +49,6 @@ impl Identification {
     /// The model that goes to the controller: the refined one where there is one.
     pub fn model(&self) -> YawModel<f64> {
         self.refined.as_ref().map_or(self.online.model, |r| r.model)
-    }
-
-    /// The least damped model that the record allows: a22 at the end of its 95 % interval nearer to 0.
-    ///
-    /// A gain designed for it keeps its damping over the whole interval. Where a first-order model misses something (sway,
-    /// cross-flow drag) the interval is wide, and the gain more cautious. The model itself where there is no interval,
-    /// or where the interval holds 0.
-    pub fn least_damped_model(&self) -> YawModel<f64> {
-        let model = self.model();
-        let least_per_s = self
-            .refined
-            .as_ref()
-            .map(|refined| refined.interval_95.a22_per_s[1])
-            .filter(|a22_per_s| *a22_per_s < 0.0);
-        YawModel {
-            a22_per_s: least_per_s.unwrap_or(model.a22_per_s),
-            ..model
-        }
     }
 }
 

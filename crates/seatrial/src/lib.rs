@@ -8,6 +8,7 @@ pub mod conduct;
 pub mod difference;
 pub mod export;
 pub mod field;
+pub mod gain_allowance;
 pub mod heading_step;
 pub mod health;
 pub mod identification;
@@ -30,5 +31,6 @@ pub mod time_scale;
 pub mod verdict;
 
 pub use campaign::{Campaign, Run};
+pub use gain_allowance::GainAllowance;
 pub use identification::Identification;
 pub use record::{Record, Window};

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::process::Command;
 
+use seatrial::GainAllowance;
 use seatrial::export::{OperatingPoint, Schedule, VehicleType, ardupilot, px4};
 use seatrial_core::{SchedulePoint, YawModel};
 use yaml_rust2::{Yaml, YamlLoader};
@@ -25,8 +26,17 @@ fn easy(speed: Option<f64>) -> OperatingPoint {
         at: point(Some(0.5), speed, [-1.0, -2.0, 0.1]),
         damping_ratio: ZETA,
         rudder_limit_rad: 0.25,
+        allowance: GainAllowance::default(),
         covariance: None,
     }
+}
+
+/// Models whose gains allow for nothing: (57).
+fn for_nothing(models: &[SchedulePoint<f64>]) -> Vec<(SchedulePoint<f64>, GainAllowance)> {
+    let models = models.iter();
+    models
+        .map(|model| (*model, GainAllowance::default()))
+        .collect()
 }
 
 fn named(parameters: Vec<seatrial::export::Parameter>) -> BTreeMap<&'static str, f64> {
@@ -115,6 +125,37 @@ fn exact_parameters_by_hand() {
         &named(px4::parameters(&easy(None), VehicleType::Underwater)),
         &[("UUV_YAW_P", 1.0), ("UUV_YAW_D", 0.0)],
     );
+}
+
+/// Half the damping is not certain: w^2 = (1/2)^2/2 instead of 1/2, so K_p and A are a quarter.
+#[test]
+fn exact_every_export_allows_for_less_damping() {
+    let mut point = easy(Some(2.0));
+    point.allowance.damping_per_s = 0.5;
+    let gain = |point: &OperatingPoint, vehicle, name: &str| {
+        let mut found = named(ardupilot::parameters(point, vehicle));
+        found.extend(named(px4::parameters(point, vehicle)));
+        found[name]
+    };
+    for (vehicle, name) in [
+        (VehicleType::Underwater, "ATC_ANG_YAW_P"),
+        (VehicleType::Underwater, "UUV_YAW_P"),
+        // The pole of the integral goes with w^2.
+        (VehicleType::Surface, "ATC_STR_RAT_P"),
+        (VehicleType::Surface, "RO_YAW_RATE_P"),
+    ] {
+        let whole = gain(&easy(Some(2.0)), vehicle, name);
+        // A few roundings and the bisection.
+        assert!(
+            (gain(&point, vehicle, name) / whole - 0.25).abs() < 1e-13,
+            "{name}"
+        );
+    }
+    let models = [(point.at, point.allowance)];
+    let schedule = Schedule::design("model", &models, ZETA, 0.25).unwrap();
+    let schedule = serde_json::to_value(schedule).unwrap();
+    let found = schedule["points"][0]["proportional_gain"].as_f64().unwrap();
+    assert!((found / -0.0625 - 1.0).abs() < 1e-13, "{found}");
 }
 
 /// ATC_RAT_YAW_P = -4 a22/|b2| and ATC_ANG_YAW_P = -a22/2: a tenth of a22 is a tenth of both.
@@ -220,7 +261,7 @@ fn schedule() -> Schedule {
         point(Some(1.0), Some(2.13), [-1.48, 2.02, 0.0312]),
         point(Some(0.6), Some(1.05), [-1.28, 0.65, 0.0129]),
     ];
-    Schedule::design("a */ \"log\": #1\n", &models, ZETA, 0.26).unwrap()
+    Schedule::design("a */ \"log\": #1\n", &for_nothing(&models), ZETA, 0.26).unwrap()
 }
 
 /// Speed, thrust, K_p = a22^2/(2 b2), -delta0, r_max = (b2 limit - C0)/-a22 and V/r_max, slowest first.
@@ -282,7 +323,7 @@ fn io_ros2_parameters_are_numbers_of_one_node() {
         },
     );
     let unknown = [point(None, None, [-1.0, 1.0, 0.0])];
-    let single = Schedule::design("model", &unknown, ZETA, 0.26)
+    let single = Schedule::design("model", &for_nothing(&unknown), ZETA, 0.26)
         .unwrap()
         .ros2_yaml();
     let yaml = YamlLoader::load_from_str(&single).unwrap();

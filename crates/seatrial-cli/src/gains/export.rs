@@ -1,9 +1,11 @@
 //! `gains --export`: gains and limits as files that controllers read.
 
+use seatrial::GainAllowance;
 use seatrial::export::{OperatingPoint, Schedule, ardupilot, px4};
-use seatrial_core::{HeadingGain, SchedulePoint};
+use seatrial::gain_allowance::longest;
+use seatrial_core::SchedulePoint;
 
-use super::{Args, asked, beyond, no_such_place};
+use super::{Args, asked, beyond, cautious, no_such_place};
 use crate::output::{Failure, Output, say};
 use crate::steering_source::{Source, SourcePoint};
 
@@ -63,20 +65,31 @@ fn schedule(args: &Args, source: &Source) -> Result<Schedule, Failure> {
     for point in &source.points {
         check(args, source, point)?;
     }
-    let models: Vec<SchedulePoint<f64>> = source.points.iter().map(|p| p.point).collect();
+    let models: Vec<(SchedulePoint<f64>, GainAllowance)> = source
+        .points
+        .iter()
+        .map(|p| (p.point, p.allowance))
+        .collect();
     Schedule::design(&source.origin, &models, args.zeta, source.rudder_limit_rad)
         .map_err(Failure::internal)
 }
 
 /// The model at the place asked for, else the fastest.
 fn operating_point(args: &Args, source: &Source) -> Result<OperatingPoint, Failure> {
-    let (at, covariance) = match (asked(args), source.points.as_slice()) {
+    let (at, allowance, covariance) = match (asked(args), source.points.as_slice()) {
         (Some((key, value)), _) => {
-            let schedule = source.schedule(key)?;
-            let model = schedule
+            let model = source
+                .schedule(key)?
                 .lookup(value, beyond(args))
                 .map_err(|error| no_such_place(args, key, value, error))?;
-            (*model.value(), None)
+            let cautious = cautious(source, key)?
+                .lookup(value, beyond(args))
+                .map_err(|error| no_such_place(args, key, value, error))?;
+            let allowance = GainAllowance {
+                damping_per_s: cautious.value().model.a22_per_s - model.value().model.a22_per_s,
+                timing: longest(source.points.iter().map(|p| p.allowance)),
+            };
+            (*model.value(), allowance, None)
         }
         (None, [.., fastest]) => {
             check(args, source, fastest)?;
@@ -87,7 +100,7 @@ fn operating_point(args: &Args, source: &Source) -> Result<OperatingPoint, Failu
                     fastest.name()
                 ));
             }
-            (fastest.point, fastest.covariance)
+            (fastest.point, fastest.allowance, fastest.covariance)
         }
         (None, []) => return Err(Failure::input(format!("{}: no model", source.origin))),
     };
@@ -96,13 +109,14 @@ fn operating_point(args: &Args, source: &Source) -> Result<OperatingPoint, Failu
         at,
         damping_ratio: args.zeta,
         rudder_limit_rad: source.rudder_limit_rad,
+        allowance,
         covariance,
     })
 }
 
 /// Refuses a model without a gain.
 fn check(args: &Args, source: &Source, point: &SourcePoint) -> Result<(), Failure> {
-    match HeadingGain::design(&point.point.model, args.zeta) {
+    match point.allowance.design(&point.point.model, args.zeta) {
         Ok(_) => Ok(()),
         Err(reason) => Err(Failure::input(format!(
             "{}: no gain for {}: {reason}",

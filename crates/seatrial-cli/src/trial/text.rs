@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use seatrial::campaign::{Campaign, Run};
-use seatrial_core::heading_control::HeadingGain;
-use seatrial_core::{Outcome, YawModel};
+use seatrial::{GainAllowance, Identification};
+use seatrial_core::Outcome;
 
 use crate::table::{Table, decimals};
 
@@ -107,14 +107,15 @@ fn models(runs: &[&Run]) -> String {
             number(identification.nomoto.map(|n| n.t_s), 2),
             number(identification.nomoto.map(|n| n.k_per_s), 3),
             number(identification.validation.and_then(|v| v.r2_heading), 3),
-            number(gain(model), 2),
+            number(gain(identification), 2),
         ]);
     }
     table.to_string()
 }
 
-fn gain(model: YawModel<f64>) -> Option<f64> {
-    HeadingGain::design(&model, core::f64::consts::FRAC_1_SQRT_2)
+fn gain(identification: &Identification) -> Option<f64> {
+    GainAllowance::of(identification)
+        .design(&identification.model(), core::f64::consts::FRAC_1_SQRT_2)
         .ok()
         .map(|gain| gain.proportional_gain)
 }

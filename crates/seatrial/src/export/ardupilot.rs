@@ -36,8 +36,9 @@ pub fn param_file(point: &OperatingPoint, vehicle: VehicleType) -> String {
 fn rover(point: &OperatingPoint) -> Vec<Parameter> {
     let speed = point.at.surge_speed_m_s;
     let scaling = speed.map_or(1.0, |speed| (SCALING_SPEED_M_S / speed).min(1.0));
-    let steering = point.steering(point.rudder_limit_rad * scaling);
-    let cascade = steering.and_then(|s| Cascade::with_feed_forward(s, point.damping_ratio));
+    let cascade = point
+        .cascade(point.rudder_limit_rad * scaling, Cascade::with_feed_forward)
+        .flatten();
     let base = speed.map_or(0.0, |_| SCALING_SPEED_M_S);
     let yaw_rate = point.yaw_rate_limit_rad_s();
     let turn = yaw_rate.zip(speed);
@@ -58,13 +59,13 @@ fn rover(point: &OperatingPoint) -> Vec<Parameter> {
             "ATC_STR_RAT_P",
             cascade.map(|c| c.rate_gain_s),
             "1/(rad/s)",
-            "p/B with the pole of the integral p = alpha/(20 zeta^2)",
+            "p/B with the pole of the integral p = w^2/(5 alpha)",
         ),
         (
             "ATC_STR_RAT_I",
             cascade.map(|c| c.rate_integral_gain),
             "1/rad",
-            "x/B with x the smaller root of x^2 - (w^2 + p alpha) x + p w^2 (alpha + p), w = alpha/(2 zeta)",
+            "x/B with x the smaller root of x^2 - (w^2 + p alpha) x + p w^2 (alpha + p)",
         ),
         (
             "ATC_STR_RAT_D",
@@ -76,7 +77,7 @@ fn rover(point: &OperatingPoint) -> Vec<Parameter> {
             "ATC_STR_ANG_P",
             cascade.map(|c| c.angle_gain_per_s),
             "1/s",
-            "p w^2/x: heading poles s^2 + alpha s + w^2, those of K_p = alpha^2/(4 zeta^2 b2)",
+            "p w^2/x: heading poles s^2 + alpha s + w^2, those of K_p",
         ),
         (
             "ATC_STR_RAT_MAX",
@@ -107,8 +108,7 @@ fn rover(point: &OperatingPoint) -> Vec<Parameter> {
 
 /// steering = P (r_d - r) + I integral: Sub takes no feed-forward.
 fn sub(point: &OperatingPoint) -> Vec<Parameter> {
-    let steering = point.steering(point.rudder_limit_rad);
-    let cascade = steering.map(|s| Cascade::without_feed_forward(s, point.damping_ratio));
+    let cascade = point.cascade(point.rudder_limit_rad, Cascade::without_feed_forward);
     let acceleration = point.yaw_acceleration_limit_rad_s2();
     Parameter::determined(&[
         (
@@ -133,7 +133,7 @@ fn sub(point: &OperatingPoint) -> Vec<Parameter> {
             "ATC_ANG_YAW_P",
             cascade.map(|c| c.angle_gain_per_s),
             "1/s",
-            "alpha/(4 zeta^2): heading poles those of K_p = alpha^2/(4 zeta^2 b2)",
+            "w^2/alpha: heading poles s^2 + alpha s + w^2, those of K_p",
         ),
         (
             "ATC_RATE_Y_MAX",

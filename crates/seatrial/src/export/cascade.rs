@@ -26,7 +26,7 @@ pub struct Steering {
 /// | P | `rate_gain_s` | s/rad |
 /// | I | `rate_integral_gain` | 1/rad |
 ///
-/// Both designs keep the poles that (57) gives the heading, s^2 + alpha s + alpha^2/(4 zeta^2), and add an
+/// Both designs keep the poles that K_p gives the heading, s^2 + alpha s + alpha^2/(4 zeta^2), and add an
 /// integral that takes out the offset C0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cascade {

@@ -10,9 +10,12 @@ mod operating_point;
 pub mod px4;
 mod ros2;
 
+use seatrial_core::SchedulePoint;
 use seatrial_core::heading_control::NoGain;
-use seatrial_core::{HeadingGain, SchedulePoint};
+use seatrial_core::heading_loop::LoopTiming;
 use serde::Serialize;
+
+use crate::gain_allowance::{GainAllowance, longest};
 
 use operating_point::yaw_rate_limit_rad_s;
 pub use operating_point::{OperatingPoint, Parameter};
@@ -36,6 +39,8 @@ pub struct Schedule {
     law: &'static str,
     source: String,
     damping_ratio: f64,
+    /// What the gains allow for.
+    timing: LoopTiming<f64>,
     rudder_limit_rad: f64,
     points: Vec<Point>,
 }
@@ -57,12 +62,12 @@ impl Schedule {
     /// The gains of each model for this damping ratio, in order of speed, or of thrust where a speed is missing.
     pub fn design(
         source: &str,
-        models: &[SchedulePoint<f64>],
+        models: &[(SchedulePoint<f64>, GainAllowance)],
         damping_ratio: f64,
         rudder_limit_rad: f64,
     ) -> Result<Self, NoGain> {
-        let point = |at: &SchedulePoint<f64>| {
-            let gain = HeadingGain::design(&at.model, damping_ratio)?;
+        let point = |(at, allowance): &(SchedulePoint<f64>, GainAllowance)| {
+            let gain = allowance.design(&at.model, damping_ratio)?;
             let yaw_rate_limit_rad_s = yaw_rate_limit_rad_s(&at.model, rudder_limit_rad);
             Ok(Point {
                 thrust: at.thrust,
@@ -92,9 +97,22 @@ impl Schedule {
             law: LAW,
             source: source.into(),
             damping_ratio,
+            timing: longest(models.iter().map(|(_, allowance)| *allowance)),
             rudder_limit_rad,
             points,
         })
+    }
+
+    /// What the gains allow for, for a comment.
+    fn allows_for(&self) -> String {
+        let hold = self.timing.sample_interval_s.map_or_else(
+            || "a continuous controller".into(),
+            |interval_s| format!("a rudder held over {interval_s} s"),
+        );
+        format!(
+            "The gains allow for {} s of delay, {hold} and the least damped model of each 95 % interval",
+            self.timing.delay_s
+        )
     }
 
     /// The columns that every point has: name, unit and values.

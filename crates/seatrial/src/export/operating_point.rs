@@ -2,10 +2,11 @@
 
 use std::fmt::Write as _;
 
-use seatrial_core::{Hand, HeadingGain, SchedulePoint, Turn, YawModel};
+use seatrial_core::{Hand, HeadingGain, HeadingLoop, SchedulePoint, Turn, YawModel};
 
 use super::cascade::Steering;
 use super::comment;
+use crate::gain_allowance::GainAllowance;
 use crate::propagation::interval_95;
 
 /// A model and what is wanted of it.
@@ -19,6 +20,8 @@ pub struct OperatingPoint {
     pub damping_ratio: f64,
     /// The rudder angle at full steering, rad.
     pub rudder_limit_rad: f64,
+    /// What the gains allow for.
+    pub allowance: GainAllowance,
     /// Covariance of [a22, b2, C0], where known.
     pub covariance: Option<[[f64; 3]; 3]>,
 }
@@ -100,14 +103,25 @@ impl OperatingPoint {
         parameters
     }
 
-    /// alpha and B, where the full steering moves the rudder by `rudder_rad`. `None` for a vehicle that is
-    /// course unstable or does not steer.
-    pub(super) fn steering(&self, rudder_rad: f64) -> Option<Steering> {
-        HeadingGain::design(&self.at.model, self.damping_ratio).ok()?;
-        Some(Steering {
-            damping_per_s: -self.at.model.a22_per_s,
-            authority_rad_s2: self.at.model.b2_per_s2.abs() * rudder_rad,
-        })
+    /// K_p, for the damping ratio and what it allows for. `None` for a vehicle that is course unstable or does not steer.
+    pub(super) fn gain(&self) -> Option<HeadingGain<f64>> {
+        let gain = self.allowance.design(&self.at.model, self.damping_ratio);
+        gain.ok()
+    }
+
+    /// A cascade where the full steering moves the rudder by `rudder_rad`, with the poles that K_p gives the heading.
+    pub(super) fn cascade<C>(
+        &self,
+        rudder_rad: f64,
+        design: impl FnOnce(Steering, f64) -> C,
+    ) -> Option<C> {
+        let model = &self.at.model;
+        let closed = HeadingLoop::new(model, self.gain()?.proportional_gain).ok()?;
+        let steering = Steering {
+            damping_per_s: -model.a22_per_s,
+            authority_rad_s2: model.b2_per_s2.abs() * rudder_rad,
+        };
+        Some(design(steering, closed.damping_ratio()))
     }
 
     /// r_max, rad/s.
@@ -133,12 +147,18 @@ impl OperatingPoint {
         let _ = writeln!(
             text,
             "\n# Model r' = a22 r + b2 delta + C0: a22 {} 1/s, b2 {} 1/s^2, C0 {} rad/s^2\n\
-             # Rudder limit {} rad, damping ratio {}; alpha = -a22; r_max: steady yaw rate under full rudder, weaker hand",
+             # Rudder limit {} rad; alpha = -a22; r_max: steady yaw rate under full rudder, weaker hand\n\
+             # w^2 = K_p |b2|; K_p is for a damping ratio of {} with {} s of delay, {} and the least damped model of the 95 % interval",
             model.a22_per_s,
             model.b2_per_s2,
             model.c0_rad_per_s2,
             self.rudder_limit_rad,
-            self.damping_ratio
+            self.damping_ratio,
+            self.allowance.timing.delay_s,
+            self.allowance.timing.sample_interval_s.map_or_else(
+                || "a continuous controller".into(),
+                |interval_s| format!("a rudder held over {interval_s} s")
+            )
         );
         if let Some(offset) = model.delta0_rad() {
             let _ = writeln!(

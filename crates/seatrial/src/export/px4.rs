@@ -2,8 +2,6 @@
 
 use std::fmt::Write as _;
 
-use seatrial_core::HeadingGain;
-
 use super::cascade::Cascade;
 use super::{OperatingPoint, Parameter, VehicleType};
 
@@ -40,8 +38,9 @@ pub fn params_file(point: &OperatingPoint, vehicle: VehicleType) -> String {
 fn rover(point: &OperatingPoint) -> Vec<Parameter> {
     let speed = point.at.surge_speed_m_s;
     // Steering is an angle here, so B is the acceleration of 1 rad.
-    let steering = speed.and_then(|_| point.steering(1.0));
-    let cascade = steering.and_then(|s| Cascade::with_feed_forward(s, point.damping_ratio));
+    let cascade = speed
+        .and_then(|_| point.cascade(1.0, Cascade::with_feed_forward))
+        .flatten();
     Parameter::determined(&[
         (
             "RA_MAX_STR_ANG",
@@ -69,19 +68,19 @@ fn rover(point: &OperatingPoint) -> Vec<Parameter> {
             "RO_YAW_RATE_P",
             cascade.map(|c| c.rate_gain_s),
             "rad/(rad/s)",
-            "p/|b2| with the pole of the integral p = alpha/(20 zeta^2)",
+            "p/|b2| with the pole of the integral p = w^2/(5 alpha)",
         ),
         (
             "RO_YAW_RATE_I",
             cascade.map(|c| c.rate_integral_gain),
             "rad/rad",
-            "x/|b2| with x the smaller root of x^2 - (w^2 + p alpha) x + p w^2 (alpha + p), w = alpha/(2 zeta)",
+            "x/|b2| with x the smaller root of x^2 - (w^2 + p alpha) x + p w^2 (alpha + p)",
         ),
         (
             "RO_YAW_P",
             cascade.map(|c| c.angle_gain_per_s),
             "1/s",
-            "p w^2/x: heading poles s^2 + alpha s + w^2, those of K_p = alpha^2/(4 zeta^2 b2)",
+            "p w^2/x: heading poles s^2 + alpha s + w^2, those of K_p",
         ),
         (
             "RO_YAW_RATE_LIM",
@@ -100,13 +99,13 @@ fn rover(point: &OperatingPoint) -> Vec<Parameter> {
 
 /// steering = P sin(psi_d - psi) - D r.
 fn underwater(point: &OperatingPoint) -> Vec<Parameter> {
-    let gain = HeadingGain::design(&point.at.model, point.damping_ratio).ok();
+    let gain = point.gain();
     Parameter::determined(&[
         (
             "UUV_YAW_P",
             gain.map(|gain| gain.proportional_gain.abs() / point.rudder_limit_rad),
             "1/rad",
-            "|K_p|/rudder limit with K_p = alpha^2/(4 zeta^2 b2)",
+            "|K_p|/rudder limit",
         ),
         (
             "UUV_YAW_D",

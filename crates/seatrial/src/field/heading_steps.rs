@@ -85,18 +85,13 @@ pub(super) struct Gains {
 }
 
 impl Gains {
-    /// Designed for the loop that is there: a rudder asked for acts from the next sample on and is held over one.
     pub(super) fn design(
         models: SpeedSchedule<f64>,
-        steps: &HeadingSteps,
+        damping_ratio: f64,
+        timing: LoopTiming<f64>,
     ) -> Result<Self, FieldError> {
-        let timing = LoopTiming {
-            delay_s: steps.sample_interval_s,
-            sample_interval_s: Some(steps.sample_interval_s),
-        };
         let design = |models| {
-            GainSchedule::design(models, steps.damping_ratio, timing)
-                .map_err(NoExperiment::NoGainAt)
+            GainSchedule::design(models, damping_ratio, timing).map_err(NoExperiment::NoGainAt)
         };
         Ok(Self {
             scheduled: design(models)?,

@@ -9,11 +9,12 @@ mod u_turn;
 
 use seatrial_core::schedule::{ScheduleError, ScheduleKey};
 use seatrial_core::turning::{Hand, NoTurn};
-use seatrial_core::{SchedulePoint, SpeedSchedule, Vehicle, YawModel};
+use seatrial_core::{SchedulePoint, SpeedSchedule, Vehicle};
 use serde::Serialize;
 
 use crate::campaign::Campaign;
 use crate::circle_fit::NoCircle;
+use crate::gain_allowance::{GainAllowance, longest};
 use crate::heading_step::{HeadingSteps, NoExperiment};
 use crate::identification::Identification;
 use crate::savitzky_golay::NoDerivative;
@@ -133,12 +134,8 @@ impl Field {
     ) -> Result<Self, FieldError> {
         let first = trials.first();
         let rudder_limit_rad = first.map_or(0.0, |campaign| campaign.rudder_limit_rad);
-        let points = first.map_or(Vec::new(), |campaign| {
-            schedule_points(campaign, Identification::model)
-        });
-        let cautious = first.map_or(Vec::new(), |campaign| {
-            schedule_points(campaign, Identification::least_damped_model)
-        });
+        let points = first.map_or(Vec::new(), schedule_points);
+        let (cautious, allowances) = first.map_or_else(Default::default, cautious_points);
         let schedule = SpeedSchedule::new(ScheduleKey::Thrust, &points)?;
         let cautious = SpeedSchedule::new(ScheduleKey::Thrust, &cautious)?;
         let points = schedule.points().to_vec();
@@ -160,7 +157,7 @@ impl Field {
             rudder_limit_rad,
             ..settings.steps
         };
-        let gains = Gains::design(cautious, &steps)?;
+        let gains = Gains::design(cautious, steps.damping_ratio, longest(allowances))?;
         Ok(Self {
             rudder_limit_rad,
             settings,
@@ -191,17 +188,32 @@ impl Field {
     }
 }
 
-fn schedule_points(
+fn schedule_points(campaign: &Campaign) -> Vec<SchedulePoint<f64>> {
+    identified_points(campaign)
+        .map(|(point, _)| point)
+        .collect()
+}
+
+/// The least damped model of each point, and what its gain allows for.
+fn cautious_points(campaign: &Campaign) -> (Vec<SchedulePoint<f64>>, Vec<GainAllowance>) {
+    identified_points(campaign)
+        .map(|(point, identification)| {
+            let allowance = GainAllowance::of(identification);
+            (allowance.least_damped_point(&point), allowance)
+        })
+        .unzip()
+}
+
+fn identified_points(
     campaign: &Campaign,
-    model: fn(&Identification) -> YawModel<f64>,
-) -> Vec<SchedulePoint<f64>> {
-    let runs = campaign.accepted_runs();
-    let points = runs.iter().filter_map(|run| {
-        Some(SchedulePoint {
+) -> impl Iterator<Item = (SchedulePoint<f64>, &Identification)> {
+    campaign.accepted_runs().into_iter().filter_map(|run| {
+        let identification = run.identification.as_ref()?;
+        let point = SchedulePoint {
             thrust: Some(run.thrust),
             surge_speed_m_s: run.surge_speed_m_s,
-            model: model(run.identification.as_ref()?),
-        })
-    });
-    points.collect()
+            model: identification.model(),
+        };
+        Some((point, identification))
+    })
 }

@@ -20,6 +20,7 @@ mod two_seas;
 pub mod whitening;
 
 use seatrial_core::estimator::{EstimatorSettings, InvalidSetting, Method};
+use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::{Sample, YawModel};
 
 use crate::identification::{HigherOrder, Identification, Reason, Refined, Settings};
@@ -290,6 +291,12 @@ fn assess_with_others(
     let of_fresh = fresh
         .filter(|fresh| refine && fresh.window != training)
         .and_then(fresh_estimate);
+    let loop_timing = median_interval_s(samples)
+        .filter(|_| !settings.as_paper)
+        .map(|interval_s| LoopTiming {
+            delay_s: interval_s + lagging.as_ref().map_or(0.0, |l| l.rudder_lag_s),
+            sample_interval_s: Some(interval_s),
+        });
     let verdict = verdict::judge(&Evidence {
         samples_used: pass.samples_used,
         samples_rejected: pass.rejected.total(),
@@ -328,6 +335,7 @@ fn assess_with_others(
         validation,
         higher_order,
         lag_effect,
+        loop_timing,
         verdict,
     };
     Ok((identification, joined))

@@ -21,9 +21,9 @@ mod study;
 mod tables;
 
 use askama::Template;
-use seatrial_core::heading_control::HeadingGain;
 
 use crate::campaign::{Campaign, Run, Stage, StageSpan};
+use crate::gain_allowance::GainAllowance;
 use crate::identification::{Identification, Reason};
 use crate::record::Record;
 use chart::Chart;
@@ -117,7 +117,8 @@ pub fn render_log(log: &Log) -> String {
         is_trial: false,
     };
     let gain = identification.and_then(|i| {
-        HeadingGain::design(&i.model(), speed_figures::DAMPING_RATIO)
+        GainAllowance::of(i)
+            .design(&i.model(), speed_figures::DAMPING_RATIO)
             .ok()
             .filter(|_| i.verdict.accepted)
     });

@@ -4,8 +4,8 @@ use std::cmp::Ordering;
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use seatrial_core::authority::{AuthorityFit, AuthorityForm};
-use seatrial_core::heading_control::HeadingGain;
-use seatrial_core::heading_loop::{HeadingLoop, LoopTiming, Margins};
+use seatrial_core::heading_control::{GainSchedule, HeadingGain};
+use seatrial_core::heading_loop::{HeadingLoop, Margins};
 use seatrial_core::schedule::{ScheduleKey, SchedulePoint, SpeedSchedule};
 use seatrial_core::turning::{Hand, Turn, TurningOverSpeed};
 
@@ -13,11 +13,12 @@ use super::Figure;
 use super::chart::{Chart, Layer, Mark, Panel, Span};
 use super::number::{decimals, percent, significant};
 use crate::campaign::{Campaign, Run};
+use crate::gain_allowance::{GainAllowance, longest};
 use crate::heading_step::{Control, HeadingStepRun, HeadingStepSample, HeadingSteps};
 use crate::identification::Identification;
 use crate::propagation::interval_95;
 
-/// The damping ratio of every gain here, equation (57): about 5 % overshoot.
+/// The damping ratio of every gain here, that of equation (57): about 5 % overshoot.
 pub(super) const DAMPING_RATIO: f64 = FRAC_1_SQRT_2;
 
 /// An accepted run with its model and gain.
@@ -25,6 +26,8 @@ pub(super) struct Speed<'a> {
     pub run: &'a Run,
     pub identification: &'a Identification,
     pub point: SchedulePoint<f64>,
+    pub allowance: GainAllowance,
+    /// The gain to load.
     pub gain: Option<HeadingGain<f64>>,
     pub margins: Option<Margins<f64>>,
 }
@@ -35,14 +38,11 @@ pub(super) fn accepted(campaign: &Campaign) -> Vec<Speed<'_>> {
     runs.filter_map(|run| {
         let identification = run.identification.as_ref()?;
         let model = identification.model();
-        let gain = HeadingGain::design(&model, DAMPING_RATIO).ok();
-        let timing = LoopTiming {
-            delay_s: 0.0,
-            sample_interval_s: run.record.median_interval_s(),
-        };
+        let allowance = GainAllowance::of(identification);
+        let gain = allowance.design(&model, DAMPING_RATIO).ok();
         let margins = gain
             .and_then(|gain| HeadingLoop::new(&model, gain.proportional_gain).ok())
-            .and_then(|closed| closed.margins(timing).ok());
+            .and_then(|closed| closed.margins(allowance.timing).ok());
         Some(Speed {
             run,
             identification,
@@ -51,6 +51,7 @@ pub(super) fn accepted(campaign: &Campaign) -> Vec<Speed<'_>> {
                 surge_speed_m_s: run.surge_speed_m_s,
                 model,
             },
+            allowance,
             gain,
             margins,
         })
@@ -62,7 +63,7 @@ pub(super) fn accepted(campaign: &Campaign) -> Vec<Speed<'_>> {
 pub(super) fn gain_interval(speed: &Speed) -> Option<[f64; 2]> {
     let refined = speed.identification.refined.as_ref()?;
     interval_95(&refined.model, &refined.covariance, |model| {
-        let gain = HeadingGain::design(model, DAMPING_RATIO).ok()?;
+        let gain = speed.allowance.design(model, DAMPING_RATIO).ok()?;
         Some(gain.proportional_gain)
     })
 }
@@ -349,9 +350,9 @@ pub(super) fn gains(speeds: &[Speed]) -> Option<Figure> {
     };
     Some(Figure::new(
         &chart,
-        "The gain for about 5 % overshoot at each thrust with its 95 % interval, the rudder that holds a straight course, and how much \
-         phase and dead time the sampled loop has to spare. Between thrusts the gain is read off the schedule; the dashed line shows what the two \
-         end points alone would have given."
+        "The gain at each thrust with its 95 % interval, the rudder that holds a straight course, and how much \
+         phase and dead time the sampled loop has to spare. Between thrusts the gain is that of the model between; the dashed line, as in the paper, joins \
+         the gains of the two end points."
             .to_owned(),
     ))
 }
@@ -360,12 +361,22 @@ pub(super) fn gains(speeds: &[Speed]) -> Option<Figure> {
 /// schedule (Fig. 17).
 pub(super) fn heading_steps(speeds: &[Speed], rudder_limit_rad: f64) -> Option<Figure> {
     let schedule = SpeedSchedule::new(ScheduleKey::Thrust, &points(speeds)).ok()?;
+    let cautious: Vec<_> = speeds
+        .iter()
+        .map(|speed| speed.allowance.least_damped_point(&speed.point))
+        .collect();
+    let cautious = SpeedSchedule::new(ScheduleKey::Thrust, &cautious).ok()?;
+    let timing = longest(speeds.iter().map(|speed| speed.allowance));
+    let gains = GainSchedule::design(cautious, DAMPING_RATIO, timing).ok()?;
+    let paper = HeadingSteps::default();
     let experiment = HeadingSteps {
         rudder_limit_rad,
         damping_ratio: DAMPING_RATIO,
-        ..HeadingSteps::default()
+        delay_s: timing.delay_s,
+        sample_interval_s: timing.sample_interval_s.unwrap_or(paper.sample_interval_s),
+        ..paper
     };
-    let runs = experiment.run(&schedule).ok()?;
+    let runs = experiment.run(&schedule, &gains).ok()?;
     let degrees = |run: &HeadingStepRun, of: fn(&HeadingStepSample) -> f64| -> Vec<[f64; 2]> {
         let samples = run.series.iter();
         samples.map(|s| [s.time_s, of(s).to_degrees()]).collect()
@@ -414,7 +425,7 @@ pub(super) fn heading_steps(speeds: &[Speed], rudder_limit_rad: f64) -> Option<F
     Some(Figure::new(
         &chart,
         format!(
-            "What the gains would do: heading steps of 20° and back, simulated with the identified models. The constant gain is that of the lowest \
+            "What the gains would do: heading steps of 20° and back, simulated with the identified models and the delays of the loop. The constant gain is that of the lowest \
              thrust without feed-forward. Worst overshoot {} with the constant gain, {} with the schedule.",
             percent(constant),
             percent(scheduled)

@@ -1,11 +1,11 @@
 //! The tables: summary, Tables II, III and V of the paper, every run.
 
 use seatrial_core::heading_loop::HeadingLoop;
-use seatrial_core::{Nomoto, YawModel};
+use seatrial_core::{HeadingGain, Nomoto, YawModel};
 
 use super::fit::usable;
 use super::number::{MISSING, decimals, decimals_or_missing, joined, percent, significant};
-use super::speed_figures::{Speed, gain_interval};
+use super::speed_figures::{DAMPING_RATIO, Speed, gain_interval};
 use crate::campaign::{Campaign, Run, Stage};
 use crate::identification::{Identification, Intervals};
 use crate::identify::fresh::goodness_of_fit;
@@ -316,6 +316,8 @@ pub(super) fn controller(speeds: &[Speed]) -> Table {
             class: "strong",
             ..gain_cell(speed, g.proportional_gain)
         }));
+        let paper = HeadingGain::design(model, DAMPING_RATIO).ok();
+        row.push(decimals_or_missing(paper.map(|g| g.proportional_gain), 2).into());
         let feed_forward = gain.map(|g| g.feed_forward_rudder_rad.to_degrees());
         row.push(Cell {
             class: "strong",
@@ -334,7 +336,8 @@ pub(super) fn controller(speeds: &[Speed]) -> Table {
     Table {
         title: "Controller",
         note: "As Table V of the paper: the final model of each speed and what to load. Rudder = Kₚ (wanted heading − heading) + feed-forward, within the \
-               rudder limit. Margins are those of the loop sampled at the record's rate: the gain may grow by the gain margin before the loop is unstable."
+               rudder limit. Kₚ allows for a sample of delay, the hold over a sample and a rudder lag that the record tells, and for the least damped \
+               model of the 95 % interval; the paper's (57) for none of these. Margins count the same delays: the gain may grow by the gain margin before the loop is unstable."
             .to_owned(),
         rows: rows.collect(),
         columns: columns(
@@ -343,6 +346,7 @@ pub(super) fn controller(speeds: &[Speed]) -> Table {
                 &[
                     ("R²", "fresh data"),
                     ("Kₚ", "°/°"),
+                    ("Kₚ (57)", "°/°"),
                     ("Feed-forward −δ₀", "°"),
                     ("Phase margin", "°"),
                     ("Gain margin", "×"),

@@ -7,6 +7,7 @@ use seatrial::identification::{
 };
 use seatrial::logbook::Step;
 use seatrial::record::Window;
+use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::{AbortReason, Action, Outcome, Sample, Steering, YawModel};
 
 /// Numbers drawn one after the other, to fill a structure with.
@@ -142,6 +143,10 @@ impl Draw {
             }),
             higher_order: None,
             lag_effect: None,
+            loop_timing: self.maybe(|draw| LoopTiming {
+                delay_s: draw.number(),
+                sample_interval_s: draw.maybe(Self::number),
+            }),
             verdict: self.verdict(),
         }
     }

@@ -235,6 +235,7 @@ fn identification(
         }),
         higher_order: None,
         lag_effect: None,
+        loop_timing: None,
         verdict,
     }
 }

@@ -1,0 +1,135 @@
+//! What the recommended heading gain allows for besides the model: the delays of the loop and an uncertain damping.
+
+use seatrial_core::heading_control::NoGain;
+use seatrial_core::heading_loop::LoopTiming;
+use seatrial_core::{HeadingGain, SchedulePoint, YawModel};
+use serde::{Deserialize, Serialize};
+
+use crate::identification::Identification;
+
+/// What a gain must allow for so that the vehicle, not only its model, is damped as designed.
+///
+/// ```text
+/// K_p = HeadingGain::design_delayed([a22 + damping_per_s, b2, C0], zeta, timing)
+/// ```
+///
+/// Nothing to allow for gives (57). A gain designed for the end of the 95 % interval of a22 nearer to 0 keeps its damping
+/// over the whole interval; where a first-order model misses something (sway, cross-flow drag) the interval is wide, and the
+/// gain more cautious.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GainAllowance {
+    /// How much less damped than its model the vehicle may be, 1/s.
+    pub damping_per_s: f64,
+    /// What the loop waits for.
+    pub timing: LoopTiming<f64>,
+}
+
+impl GainAllowance {
+    /// What an identification tells. No allowance for damping where its interval holds 0 or is not known.
+    pub fn of(identification: &Identification) -> Self {
+        let refined = identification.refined.as_ref();
+        Self {
+            damping_per_s: refined.map_or(0.0, |refined| {
+                Self::damping_per_s(refined.model.a22_per_s, refined.interval_95.a22_per_s)
+            }),
+            timing: identification.loop_timing.unwrap_or_default(),
+        }
+    }
+
+    /// From a22 to the end of its 95 % interval nearer to 0, 1/s; 0 where the interval holds 0.
+    pub fn damping_per_s(a22_per_s: f64, [_, least_damped_per_s]: [f64; 2]) -> f64 {
+        if least_damped_per_s < 0.0 {
+            (least_damped_per_s - a22_per_s).max(0.0)
+        } else {
+            0.0
+        }
+    }
+
+    /// The gain.
+    pub fn design(
+        &self,
+        model: &YawModel<f64>,
+        damping_ratio: f64,
+    ) -> Result<HeadingGain<f64>, NoGain> {
+        HeadingGain::design_delayed(&self.least_damped(model), damping_ratio, self.timing)
+    }
+
+    /// The point of a schedule with its least damped model, for a [`GainSchedule`](seatrial_core::GainSchedule).
+    pub fn least_damped_point(&self, point: &SchedulePoint<f64>) -> SchedulePoint<f64> {
+        SchedulePoint {
+            model: self.least_damped(&point.model),
+            ..*point
+        }
+    }
+
+    fn least_damped(&self, model: &YawModel<f64>) -> YawModel<f64> {
+        YawModel {
+            a22_per_s: model.a22_per_s + self.damping_per_s,
+            ..*model
+        }
+    }
+}
+
+/// What a loop over several points waits for: the longest of theirs.
+pub fn longest(allowances: impl IntoIterator<Item = GainAllowance>) -> LoopTiming<f64> {
+    let timings = allowances.into_iter().map(|allowance| allowance.timing);
+    timings.fold(LoopTiming::default(), |longest, timing| LoopTiming {
+        delay_s: longest.delay_s.max(timing.delay_s),
+        sample_interval_s: [longest.sample_interval_s, timing.sample_interval_s]
+            .into_iter()
+            .flatten()
+            .reduce(f64::max),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_an_interval_that_holds_no_damping_allows_for_none() {
+        assert_eq!(GainAllowance::damping_per_s(-1.0, [-1.25, -0.75]), 0.25);
+        assert_eq!(GainAllowance::damping_per_s(-1.0, [-2.25, 0.25]), 0.0);
+    }
+
+    /// The gain is smaller for each thing that it allows for, and (57) for none.
+    #[test]
+    fn exact_nothing_to_allow_for_is_57() {
+        let model = YawModel::from_theta([-1.07, 1.08, 0.012]);
+        let zeta = std::f64::consts::FRAC_1_SQRT_2;
+        let gain = |allowance: GainAllowance| allowance.design(&model, zeta).unwrap();
+        let none = GainAllowance::default();
+        let paper = 1.07 * 1.07 / (2.0 * 1.08);
+        // Rounding of the bisection.
+        assert!((gain(none).proportional_gain / paper - 1.0).abs() < 1e-14);
+        let damping = GainAllowance {
+            damping_per_s: 0.07,
+            ..none
+        };
+        assert!((gain(damping).proportional_gain / (1.0 / 2.16) - 1.0).abs() < 1e-14);
+        let delay = GainAllowance {
+            timing: LoopTiming {
+                delay_s: 0.1,
+                sample_interval_s: Some(0.05),
+            },
+            ..none
+        };
+        assert!(gain(delay).proportional_gain < 0.95 * paper);
+        assert_eq!(gain(delay).feed_forward_rudder_rad, -0.012 / 1.08);
+    }
+
+    #[test]
+    fn exact_the_longest_of_each_counts() {
+        let of = |delay_s, sample_interval_s| GainAllowance {
+            damping_per_s: 0.0,
+            timing: LoopTiming {
+                delay_s,
+                sample_interval_s,
+            },
+        };
+        assert_eq!(
+            longest([of(0.2, None), of(0.1, Some(0.05)), of(0.0, Some(0.02))]),
+            of(0.2, Some(0.05)).timing
+        );
+    }
+}
