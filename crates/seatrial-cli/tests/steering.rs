@@ -178,11 +178,16 @@ fn cli_gains_carry_intervals_of_the_refined_estimate() {
     ]);
     assert_eq!(code, Some(0));
     assert_eq!(number(&document, "/points/0/a22_per_s"), -1.07);
-    let gain = number(&document, "/points/0/proportional_gain/value");
-    let half_width = number(&document, "/points/0/proportional_gain/interval_95/1") - gain;
+    let paper = number(&document, "/points/0/gain_of_57/value");
+    let half_width = number(&document, "/points/0/gain_of_57/interval_95/1") - paper;
     // K_p = a22^2/(2 b2): relative variances add, twice that of a22 and once that of b2.
-    let expected = gain * (2.0 * 0.03 / 1.07_f64).hypot(0.04 / 1.08);
+    let expected = paper * (2.0 * 0.03 / 1.07_f64).hypot(0.04 / 1.08);
     assert!((half_width / expected - 1.0).abs() < 1e-3);
+    // To load: for a22 at -1.04, 5.5 % less, and for 0.125 s of delay.
+    let gain = number(&document, "/points/0/proportional_gain/value");
+    assert!((0.75..0.90).contains(&(gain / paper)), "{gain} {paper}");
+    assert_eq!(number(&document, "/points/0/allowance/timing/delay_s"), 0.1);
+    assert!((number(&document, "/points/0/allowance/damping_per_s") - 0.03).abs() < 1e-15);
     assert!(number(&document, "/points/0/loop/gain_margin/value") > 1.0);
 }
 
@@ -361,7 +366,7 @@ fn cli_bad_sources_say_what_is_wrong() {
             "--zeta",
         ),
         (
-            ["gains", "--a22", "-1", "--b2", "1", "--interval", "0"]
+            ["gains", "--a22", "-1", "--b2", "1", "--interval=-0.1"]
                 .map(String::from)
                 .to_vec(),
             2,
