@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use seatrial::GainAllowance;
 use seatrial::gain_allowance::longest;
 use seatrial::record::RudderUnit;
+use seatrial::verdict::three_figures;
 use seatrial_core::heading_loop::{LoopTiming, Poles};
 use seatrial_core::schedule::{Beyond, ScheduleError, ScheduleKey};
 use seatrial_core::{GainSchedule, HeadingGain, HeadingLoop, SpeedSchedule, YawModel};
@@ -380,7 +381,8 @@ fn text(document: &Document) -> String {
             .timing
             .sample_interval_s
             .map_or("continuous controller".into(), |h| format!(
-                "sampled every {h} s"
+                "sampled every {} s",
+                three_figures(h)
             )),
         notes.join("\n")
     )

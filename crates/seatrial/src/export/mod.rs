@@ -16,6 +16,7 @@ use seatrial_core::heading_loop::LoopTiming;
 use serde::Serialize;
 
 use crate::gain_allowance::{GainAllowance, longest};
+use crate::verdict::three_figures;
 
 use operating_point::yaw_rate_limit_rad_s;
 pub use operating_point::{OperatingPoint, Parameter};
@@ -105,13 +106,9 @@ impl Schedule {
 
     /// What the gains allow for, for a comment.
     fn allows_for(&self) -> String {
-        let hold = self.timing.sample_interval_s.map_or_else(
-            || "a continuous controller".into(),
-            |interval_s| format!("a rudder held over {interval_s} s"),
-        );
         format!(
-            "The gains allow for {} s of delay, {hold} and the least damped model of each 95 % interval",
-            self.timing.delay_s
+            "The gains allow for {} and the least damped model of each 95 % interval",
+            delays(&self.timing)
         )
     }
 
@@ -153,6 +150,15 @@ fn decimal(value: f64) -> String {
     } else {
         text + ".0"
     }
+}
+
+/// What a loop waits for, in words.
+fn delays(timing: &LoopTiming<f64>) -> String {
+    let hold = timing.sample_interval_s.map_or_else(
+        || "a continuous controller".into(),
+        |interval_s| format!("a rudder held over {} s", three_figures(interval_s)),
+    );
+    format!("{} s of delay, {hold}", three_figures(timing.delay_s))
 }
 
 /// Text for a comment of one line, in C too.

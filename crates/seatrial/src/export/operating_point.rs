@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use seatrial_core::{Hand, HeadingGain, HeadingLoop, SchedulePoint, Turn, YawModel};
 
 use super::cascade::Steering;
-use super::comment;
+use super::{comment, delays};
 use crate::gain_allowance::GainAllowance;
 use crate::propagation::interval_95;
 
@@ -148,17 +148,13 @@ impl OperatingPoint {
             text,
             "\n# Model r' = a22 r + b2 delta + C0: a22 {} 1/s, b2 {} 1/s^2, C0 {} rad/s^2\n\
              # Rudder limit {} rad; alpha = -a22; r_max: steady yaw rate under full rudder, weaker hand\n\
-             # w^2 = K_p |b2|; K_p is for a damping ratio of {} with {} s of delay, {} and the least damped model of the 95 % interval",
+             # w^2 = K_p |b2|; K_p is for a damping ratio of {} with {} and the least damped model of the 95 % interval",
             model.a22_per_s,
             model.b2_per_s2,
             model.c0_rad_per_s2,
             self.rudder_limit_rad,
             self.damping_ratio,
-            self.allowance.timing.delay_s,
-            self.allowance.timing.sample_interval_s.map_or_else(
-                || "a continuous controller".into(),
-                |interval_s| format!("a rudder held over {interval_s} s")
-            )
+            delays(&self.allowance.timing)
         );
         if let Some(offset) = model.delta0_rad() {
             let _ = writeln!(
