@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::profile::Demand;
 use super::{Autopilot, Profile, REAL32};
 use crate::ardupilot::Pulse;
-use crate::link::Wire;
+use crate::link::{Message, Wire};
 
 /// Longest wait for a mode or a parameter, s.
 const RESTORE_S: f64 = 6.0;
@@ -118,16 +118,26 @@ impl<W: Wire> Autopilot<W> {
     }
 
     fn release(&mut self) {
-        let (profile, system) = (self.profile(), self.system());
-        // Without a remote control the last override would stay; a pilot has his own.
-        if self.stopped.as_ref().is_none_or(|stop| !stop.is_pilot()) {
+        // Without a release, or a remote control to release to, the last demand would stay; a pilot who has one has his own.
+        let is_pilots = self.stopped.as_ref().is_some_and(super::Stop::is_pilot);
+        let release = self.give_to_sticks();
+        if release.is_none() || !is_pilots {
+            let (profile, system) = (self.profile(), self.system());
             self.send(profile.demand(Demand::default(), &self.parameters, system));
         }
-        if let Some(release) = profile.release(system) {
+        if let Some(release) = release {
             self.send(release);
         }
         self.demand = None;
         self.sampler.thrust = None;
+    }
+
+    /// What gives the controls to the remote control. ArduSub without one keeps the last stick that it has seen, which must
+    /// be a neutral one.
+    fn give_to_sticks(&self) -> Option<Message> {
+        let profile = self.profile();
+        let has_effect = profile != Profile::Sub || self.heard.has_sticks();
+        profile.release(self.system()).filter(|_| has_effect)
     }
 
     /// Releases the controls, puts back mode and parameters, and reads everything back.
@@ -177,6 +187,13 @@ impl<W: Wire> Autopilot<W> {
         });
         if !is_there {
             return HandBack::nothing(backup);
+        }
+        // The last override of a trial that was killed would live again with a longer RC_OVERRIDE_TIME.
+        for _ in 0..RELEASES {
+            if let Some(release) = self.profile().release(self.system()) {
+                self.send(release);
+            }
+            self.wait(0.1, |_| false);
         }
         self.restore_parameters(backup, true, &mut done);
         let steering_mode = self.profile().steering_mode();

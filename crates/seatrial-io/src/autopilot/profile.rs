@@ -143,9 +143,14 @@ impl Profile {
         }
     }
 
-    /// The message that gives the controls back; `None` where nothing but silence does.
+    /// The message that gives the controls back to a remote control; `None` where nothing but silence does.
     pub(super) fn release(self, system: u8) -> Option<Message> {
-        (self == Self::Rover).then(|| override_of(0, 0, system))
+        match self {
+            Self::Rover => Some(override_of(0, 0, system)),
+            // ArduSub makes overrides of the first eight out of MANUAL_CONTROL.
+            Self::Sub => Some(override_with([0; 8], system)),
+            Self::Px4 | Self::Generic => None,
+        }
     }
 
     /// Channels of the remote control that we hold, from 0.
@@ -161,6 +166,10 @@ impl Profile {
 fn override_of(steer_us: u16, throttle_us: u16, system: u8) -> Message {
     let mut pulses = [IGNORE; 8];
     (pulses[0], pulses[2]) = (steer_us, throttle_us);
+    override_with(pulses, system)
+}
+
+fn override_with(pulses: [u16; 8], system: u8) -> Message {
     Message::from(RcChannelsOverride {
         pulses,
         target_system: system,

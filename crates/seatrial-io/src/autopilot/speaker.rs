@@ -220,6 +220,9 @@ impl<V: Vehicle<f64>> Speaker<V> {
             Message::Heartbeat(_) if is_obeyed => self.station_s = Some(self.clock_s),
             Message::RcChannelsOverride(RcChannelsOverride { pulses, .. }) if is_obeyed => {
                 self.overridden = Some((self.clock_s, pulses));
+                if self.profile == Profile::Sub && pulses[3] == 0 {
+                    self.joystick = None;
+                }
                 // An override is a sign of life too.
                 self.station_s = Some(self.clock_s);
             }

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use seatrial::conduct::conduct;
-use seatrial_core::{AbortReason, Outcome};
-use seatrial_io::autopilot::{Autopilot, Backup, Stop};
+use seatrial_core::{AbortReason, Action, Outcome, Steering, Vehicle};
+use seatrial_io::autopilot::{Autopilot, Backup, Profile, Stop};
 use seatrial_io::link::Wire;
 
-use crate::sea::{Draw, INTERVAL_S, MISHAPS, Mishap, Sea, Weather};
+use crate::sea::{Draw, FULL_RUDDER_RAD, INTERVAL_S, MISHAPS, Mishap, Sea, Weather, boat};
 use crate::{
     Witness, about, assert_as_before, assert_replays, failures, plan, run, settings, starfish,
     taken,
@@ -173,4 +173,54 @@ fn io_a_panic_hands_the_vehicle_back() {
     assert_as_before(&sea.borrow());
     assert_eq!(sea.borrow().boat.mode, 4);
     assert_eq!(sea.borrow().boat.steering(), 0.0);
+}
+
+/// ArduSub's other modes take the sticks too, also overrides that RC_OVERRIDE_TIME makes fresh again as it is put back: after a
+/// hand-back to a pilot, or a process that is gone, nothing of ours is left in them.
+#[test]
+fn regress_no_stick_of_a_submarine_is_left_deflected() {
+    let taken_sub = || {
+        let mut sea = Sea::new(starfish(), Weather::default(), 1);
+        sea.boat = boat(&starfish(), Profile::Sub);
+        taken(sea)
+    };
+    let mut deflected = 0;
+    for tenths in (120..200).step_by(7) {
+        for mishap in [Mishap::PilotMode, Mishap::Disarmed, Mishap::Killed] {
+            let (mut autopilot, backup) = taken_sub();
+            let at_s = autopilot.wire().now_s + 0.1 * f64::from(tenths);
+            autopilot.wire().mishap = Some((at_s, mishap));
+            while autopilot.wire().now_s < at_s {
+                let Ok(Some(_)) = autopilot.next_sample() else {
+                    break;
+                };
+                autopilot.act(&full_rudder()).unwrap();
+            }
+            deflected += u32::from(autopilot.wire().boat.steering() != 0.0);
+            let done = if mishap == Mishap::Killed {
+                let gone = Sea::new(starfish(), Weather::default(), 1);
+                let sea = std::mem::replace(autopilot.wire(), gone);
+                let killed =
+                    std::mem::replace(&mut autopilot, Autopilot::new(sea, settings(), None));
+                std::mem::forget(killed);
+                autopilot.restore(&backup)
+            } else {
+                while autopilot.next_sample().is_ok() {}
+                autopilot.hand_back()
+            };
+            assert!(done.not_restored.is_empty(), "{mishap:?}: {done:?}");
+            let boat = &autopilot.wire().boat;
+            assert_eq!(boat.parameter("RC_OVERRIDE_TIME"), Some(3.0));
+            assert_eq!(boat.steering(), 0.0, "{mishap:?} after {tenths}");
+        }
+    }
+    assert_eq!(deflected, 36);
+}
+
+fn full_rudder() -> Action<f64> {
+    Action {
+        steering: Steering::Rudder(FULL_RUDDER_RAD),
+        thrust: Some(0.6),
+        outcome: None,
+    }
 }
