@@ -7,11 +7,14 @@ use clap::Subcommand;
 use seatrial::campaign::{Campaign, Run};
 use seatrial::difference::{Difference, ThrustDifference};
 use seatrial::identification::Identification;
-use seatrial::logbook::{CampaignEntry, CampaignId, Error, Logbook, State, Step, Verification};
+use seatrial::logbook::{
+    CampaignEntry, CampaignId, Error, Logbook, PitchEntry, State, Step, Verification,
+};
 use seatrial_core::Outcome;
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};
+use crate::pitch::{self, Axis};
 use crate::table::decimals;
 
 /// Results of earlier trials: list, show, compare, export, verify.
@@ -34,12 +37,15 @@ pub struct Args {
 
 #[derive(Subcommand)]
 enum LogbookAction {
-    /// Every campaign: when, on what, how many runs were accepted.
+    /// Every campaign and pitch trial: when, on what, how many runs were accepted.
     List,
     /// One campaign: every run with its model, its intervals and its verdict.
     Show {
-        /// Number of the campaign; the last one where it is left out.
+        /// Number of the campaign, or of the pitch trial; the last one where it is left out.
         campaign: Option<i64>,
+        /// A campaign, or a trial of the pitch axis.
+        #[arg(long, value_name = "AXIS", default_value = "yaw")]
+        axis: Axis,
     },
     /// Two campaigns side by side, thrust by thrust: has the vehicle changed?
     Diff {
@@ -50,11 +56,19 @@ enum LogbookAction {
     },
     /// Samples and actions as CSV; with --json the results.
     Export {
-        /// Number of the campaign; the last one where it is left out.
+        /// Number of the campaign, or of the pitch trial; the last one where it is left out.
         campaign: Option<i64>,
         /// Only this run.
         #[arg(long, value_name = "NUMBER")]
         run: Option<u32>,
+        /// A campaign, or the log of a trial of the pitch axis.
+        #[arg(
+            long,
+            value_name = "AXIS",
+            default_value = "yaw",
+            conflicts_with = "run"
+        )]
+        axis: Axis,
         /// Write to this file instead of standard output.
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
@@ -68,11 +82,20 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let logbook = Logbook::open_read_only(&args.logbook)?;
     match &args.action {
         LogbookAction::List => list(&logbook, output),
-        LogbookAction::Show { campaign } => show(&logbook, *campaign, output),
+        LogbookAction::Show { campaign, axis } => match axis {
+            Axis::Yaw => show(&logbook, *campaign, output),
+            Axis::Pitch => pitch::show(&logbook, *campaign, output),
+        },
         LogbookAction::Diff { a, b } => diff(&logbook, a, b, output),
-        LogbookAction::Export { campaign, run, out } => {
-            export(&logbook, *campaign, *run, out.as_ref(), output)
-        }
+        LogbookAction::Export {
+            campaign,
+            run,
+            axis,
+            out,
+        } => match axis {
+            Axis::Yaw => export(&logbook, *campaign, *run, out.as_ref(), output),
+            Axis::Pitch => pitch::export(&logbook, *campaign, out.as_deref(), output),
+        },
         LogbookAction::Verify => verify(&logbook, output),
     }
 }
@@ -104,15 +127,17 @@ pub fn chosen_campaign(logbook: &Logbook, number: Option<i64>) -> Result<Campaig
 struct List {
     schema: &'static str,
     campaigns: Vec<CampaignEntry>,
+    pitch_trials: Vec<PitchEntry>,
 }
 
 fn list(logbook: &Logbook, output: &Output) -> Result<Exit, Failure> {
     let list = List {
         schema: "seatrial.logbook_list.v1",
         campaigns: logbook.campaigns()?,
+        pitch_trials: logbook.pitch_trials()?,
     };
     output.print(&list, || {
-        if list.campaigns.is_empty() {
+        if list.campaigns.is_empty() && list.pitch_trials.is_empty() {
             return "no campaign yet".into();
         }
         let mut text = String::from(
@@ -127,6 +152,23 @@ fn list(logbook: &Logbook, output: &Output) -> Result<Exit, Failure> {
                 entry.runs_accepted,
                 entry.runs,
                 state_word(entry.state),
+                entry.vehicle,
+                entry.configuration,
+            );
+        }
+        for entry in &list.pitch_trials {
+            let accepted = entry.runs.iter().filter(|run| run.is_accepted());
+            let state = match entry.aborted {
+                Some(_) => "aborted",
+                None => "finished",
+            };
+            let _ = writeln!(
+                text,
+                "{:>8}  {}  {:>3} of {:<2} {state:<14} {}, {}",
+                format!("pitch {}", entry.number),
+                entry.entered,
+                accepted.count(),
+                entry.runs.len(),
                 entry.vehicle,
                 entry.configuration,
             );
@@ -441,12 +483,13 @@ fn verify(logbook: &Logbook, output: &Output) -> Result<Exit, Failure> {
     output.print(&verified, || {
         let found = &verified.verification;
         let mut text = format!(
-            "{}: {} campaigns ({} not finished), {} finished runs, {} unfinished, {} samples: {}\n",
+            "{}: {} campaigns ({} not finished), {} finished runs, {} unfinished, {} pitch trials, {} samples: {}\n",
             logbook.path().display(),
             found.campaigns,
             found.campaigns_unfinished,
             found.runs_finished,
             found.runs_unfinished,
+            found.pitch_trials,
             found.samples,
             if verified.whole { "whole" } else { "DAMAGED" },
         );

@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use seatrial::pitch::{self, PitchIdentification, PitchPlan, PitchRun};
+use seatrial::logbook::{Logbook, NewPitchTrial, PitchEntry};
+use seatrial::pitch::{self, PitchIdentification, PitchPlan, PitchRun, PitchTrial};
 use seatrial::record::Window;
 use seatrial::report;
 use seatrial::verdict::three_figures;
@@ -12,6 +13,7 @@ use serde::Serialize;
 
 use crate::log::{LogArgs, Source};
 use crate::output::{Exit, Failure, Output};
+use crate::report::save;
 use crate::table::Table;
 use crate::vehicle::{self, Simulated};
 use crate::windows::WindowArgs;
@@ -38,10 +40,151 @@ pub enum Axis {
 struct TrialDocument<'a> {
     schema: &'static str,
     vehicle: &'a str,
-    seed: u64,
+    seed: Option<u64>,
     plan: &'a PitchPlan,
     runs: &'a [PitchRun],
     aborted: Option<&'a str>,
+}
+
+impl<'a> TrialDocument<'a> {
+    fn of(
+        schema: &'static str,
+        vehicle: &'a str,
+        seed: Option<u64>,
+        trial: &'a PitchTrial,
+    ) -> Self {
+        Self {
+            schema,
+            vehicle,
+            seed,
+            plan: &trial.plan,
+            runs: &trial.runs,
+            aborted: trial.aborted.as_deref(),
+        }
+    }
+}
+
+/// The pitch trial of that number, or the last one.
+fn chosen(logbook: &Logbook, number: Option<i64>) -> Result<(PitchEntry, PitchTrial), Failure> {
+    let last = || Ok(logbook.pitch_trials()?.last().map(|entry| entry.number));
+    let number = number.map_or_else(last, |number| Ok::<_, Failure>(Some(number)))?;
+    let number = number.ok_or_else(|| {
+        Failure::input(format!(
+            "{}: the logbook holds no pitch trial yet; `seatrial trial --axis pitch` runs one",
+            logbook.path().display()
+        ))
+    })?;
+    Ok(logbook.pitch_trial(number)?)
+}
+
+/// `logbook show --axis pitch`.
+pub fn show(logbook: &Logbook, number: Option<i64>, output: &Output) -> Result<Exit, Failure> {
+    let (entry, trial) = chosen(logbook, number)?;
+    output.print(&entry, || {
+        let document = TrialDocument::of("", &entry.vehicle, entry.seed, &trial);
+        format!(
+            "pitch trial {}, {}, configuration {}, seatrial {}\n{}",
+            entry.number,
+            entry.entered,
+            entry.configuration,
+            entry.software_version,
+            trial_text(&document)
+        )
+    })?;
+    Ok(Exit::Done)
+}
+
+/// `logbook export --axis pitch`: the log, which `identify --axis pitch` reads.
+pub fn export(
+    logbook: &Logbook,
+    number: Option<i64>,
+    out: Option<&Path>,
+    output: &Output,
+) -> Result<Exit, Failure> {
+    let (entry, trial) = chosen(logbook, number)?;
+    match out {
+        Some(path) => save_log(path, &trial)?,
+        None => output.print(&entry, || csv(&trial.samples))?,
+    }
+    Ok(Exit::Done)
+}
+
+fn save_log(path: &Path, trial: &PitchTrial) -> Result<(), Failure> {
+    std::fs::write(path, csv(&trial.samples))
+        .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))
+}
+
+/// `report --axis pitch`.
+pub fn page(logbook: &Logbook, number: Option<i64>) -> Result<String, Failure> {
+    let (entry, _) = chosen(logbook, number)?;
+    page_of(logbook, entry.number)
+}
+
+fn page_of(logbook: &Logbook, number: i64) -> Result<String, Failure> {
+    let (entry, trial) = logbook.pitch_trial(number)?;
+    let plan = toml::to_string_pretty(&trial.plan).map_err(Failure::internal)?;
+    let place = format!("{}, pitch trial {number}", logbook.path().display());
+    let mut provenance = vec![
+        ("Logbook", place),
+        ("Entered (UTC)", entry.entered),
+        ("SHA-256 of the trial", entry.sha256),
+        ("Plan", plan),
+    ];
+    provenance.extend(entry.seed.map(|seed| ("Seed", seed.to_string())));
+    Ok(report::render_pitch(&entry.vehicle, &trial, &provenance))
+}
+
+#[derive(Serialize)]
+struct ReplayDocument<'a> {
+    schema: &'static str,
+    pitch_trial: i64,
+    recorded_by: &'a str,
+    replayed_by: &'static str,
+    identical: bool,
+    samples: usize,
+}
+
+/// `replay --axis pitch`.
+pub fn replay(logbook: &Logbook, number: Option<i64>, output: &Output) -> Result<Exit, Failure> {
+    let (entry, trial) = chosen(logbook, number)?;
+    let identical = trial.again() == trial;
+    let document = ReplayDocument {
+        schema: "seatrial.pitch_replay.v1",
+        pitch_trial: entry.number,
+        recorded_by: &entry.software_version,
+        replayed_by: env!("CARGO_PKG_VERSION"),
+        identical,
+        samples: trial.samples.len(),
+    };
+    output.print(&document, || {
+        format!(
+            "pitch trial {}: {} results of {} samples {}",
+            entry.number,
+            trial.runs.len(),
+            document.samples,
+            if identical {
+                "replayed, every one the same bit for bit".into()
+            } else {
+                format!(
+                    "differ; recorded by seatrial {}, replayed by {}",
+                    document.recorded_by, document.replayed_by
+                )
+            }
+        )
+    })?;
+    Ok(if identical {
+        Exit::Done
+    } else {
+        Exit::Rejected
+    })
+}
+
+/// Where a pitch trial goes.
+pub struct Kept<'a> {
+    pub logbook: &'a Path,
+    pub configuration: &'a str,
+    pub log: Option<&'a Path>,
+    pub page: Option<&'a Path>,
 }
 
 /// A pitch trial on a simulated vehicle.
@@ -49,40 +192,41 @@ pub fn trial(
     name: &str,
     seed: u64,
     plan: Option<&Path>,
-    log: Option<&Path>,
-    page: Option<&Path>,
+    kept: &Kept,
     output: &Output,
 ) -> Result<Exit, Failure> {
     let plan = plan.map_or(Ok(PitchPlan::default()), load_plan)?;
+    let mut logbook = Logbook::open(kept.logbook)?;
     let Simulated::SixDof(mut vehicle) = vehicle::simulated(name, seed)? else {
         return Err(Failure::usage(format!(
             "--axis pitch: {name} has no pitch, it only turns; take sim:starfish-6dof or sim:remus100"
         )));
     };
     let trial = pitch::trial(vehicle.as_mut(), plan);
-    if let Some(path) = log {
-        std::fs::write(path, csv(&trial.samples))
-            .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))?;
-    }
-    if let Some(path) = page {
-        let plan = toml::to_string_pretty(&trial.plan).map_err(Failure::internal)?;
-        let provenance = [("Plan", plan), ("Seed", seed.to_string())];
-        std::fs::write(path, report::render_pitch(name, &trial, &provenance))
-            .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))?;
-    }
-    let document = TrialDocument {
-        schema: "seatrial.pitch_trial.v1",
+    let about = NewPitchTrial {
+        configuration: kept.configuration,
+        software_version: env!("CARGO_PKG_VERSION"),
         vehicle: name,
-        seed,
-        plan: &trial.plan,
-        runs: &trial.runs,
-        aborted: trial.aborted.as_deref(),
+        seed: Some(seed),
     };
-    output.print(&document, || trial_text(&document))?;
-    let accepted = |run: &PitchRun| run.identification.as_ref().is_some_and(|i| i.accepted);
+    let number = logbook.enter_pitch_trial(&about, &trial)?;
+    if let Some(path) = kept.log {
+        save_log(path, &trial)?;
+    }
+    if let Some(path) = kept.page {
+        save(path, &page_of(&logbook, number)?)?;
+    }
+    let document = TrialDocument::of("seatrial.pitch_trial.v1", name, Some(seed), &trial);
+    output.print(&document, || {
+        format!(
+            "{}\nlogbook  {}, pitch trial {number}",
+            trial_text(&document),
+            kept.logbook.display()
+        )
+    })?;
     Ok(if trial.aborted.is_some() {
         Exit::Aborted
-    } else if trial.runs.iter().all(accepted) {
+    } else if trial.runs.iter().all(PitchRun::is_accepted) {
         Exit::Done
     } else {
         Exit::Rejected

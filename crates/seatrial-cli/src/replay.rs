@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::logbook::chosen_campaign;
 use crate::output::{Exit, Failure, Output};
+use crate::pitch::{self, Axis};
 
 /// Takes a recorded trial through the same trial again and proves that every action, every
 /// estimate and every result is the same, bit for bit. Exit 0: identical; 4: not.
@@ -19,9 +20,12 @@ pub struct Args {
     /// The logbook that holds the recording.
     #[arg(value_name = "REC")]
     logbook: PathBuf,
-    /// Number of the campaign; the last one where it is left out.
+    /// Number of the campaign, or of the pitch trial; the last one where it is left out.
     #[arg(long, value_name = "NUMBER")]
     campaign: Option<i64>,
+    /// A campaign, or a trial of the pitch axis.
+    #[arg(long, value_name = "AXIS", default_value = "yaw")]
+    axis: Axis,
 }
 
 #[derive(Serialize)]
@@ -38,6 +42,9 @@ struct Document<'a> {
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let logbook = Logbook::open_read_only(&args.logbook)?;
+    if args.axis == Axis::Pitch {
+        return pitch::replay(&logbook, args.campaign, output);
+    }
     let entry = chosen_campaign(&logbook, args.campaign)?;
     let recording = logbook.recording(entry.id)?;
     if recording.steps.is_empty() {

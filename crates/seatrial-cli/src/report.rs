@@ -11,6 +11,7 @@ use crate::identify::EstimatorArgs;
 use crate::log::{ChannelArgs, LogArgs, OpenedLog, channel_text};
 use crate::logbook::chosen_campaign;
 use crate::output::{Exit, Failure, Output};
+use crate::pitch::{self, Axis};
 use crate::speeds::{self, windows_text};
 use crate::windows::{WindowArgs, failure};
 
@@ -33,9 +34,17 @@ pub struct Args {
         conflicts_with_all = ["log", "ChannelArgs", "WindowArgs", "EstimatorArgs"]
     )]
     logbook: Option<PathBuf>,
-    /// Number of the campaign; the last one where it is left out.
+    /// Number of the campaign, or of the pitch trial; the last one where it is left out.
     #[arg(long, value_name = "NUMBER", requires = "logbook")]
     campaign: Option<i64>,
+    /// Of the logbook: a campaign, or a trial of the pitch axis.
+    #[arg(
+        long,
+        value_name = "AXIS",
+        default_value = "yaw",
+        conflicts_with = "log"
+    )]
+    axis: Axis,
     /// The page.
     #[arg(long, default_value = "report.html", value_name = "FILE")]
     out: PathBuf,
@@ -51,7 +60,7 @@ pub struct Args {
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let (page, exit) = match (&args.log, &args.logbook) {
         (Some(log), _) => of_log(log, args)?,
-        (None, Some(logbook)) => (of_logbook(logbook, args.campaign)?, Exit::Done),
+        (None, Some(logbook)) => (of_logbook(logbook, args)?, Exit::Done),
         (None, None) => {
             return Err(Failure::usage(
                 "nothing to report: name a log, or a logbook as in --logbook seatrial.db",
@@ -63,9 +72,12 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     Ok(exit)
 }
 
-fn of_logbook(path: &Path, campaign: Option<i64>) -> Result<String, Failure> {
+fn of_logbook(path: &Path, args: &Args) -> Result<String, Failure> {
     let logbook = Logbook::open_read_only(path)?;
-    let entry = chosen_campaign(&logbook, campaign)?;
+    if args.axis == Axis::Pitch {
+        return pitch::page(&logbook, args.campaign);
+    }
+    let entry = chosen_campaign(&logbook, args.campaign)?;
     let campaign = logbook.campaign(entry.id)?;
     Ok(report::render(&campaign, &provenance(&logbook, &entry)))
 }

@@ -49,8 +49,7 @@ pub struct Args {
     /// Faults that befall a simulated vehicle, and sensors and sea that it meets, a TOML file as in scenarios/.
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
-    /// The axis: yaw, or pitch with elevator doublets on a vehicle of six degrees of freedom, which the
-    /// logbook does not keep.
+    /// The axis: yaw, or pitch with elevator doublets on a vehicle of six degrees of freedom.
     #[arg(long, value_name = "AXIS", default_value = "yaw")]
     axis: Axis,
     /// Write the log of a pitch trial, CSV, for `identify --axis pitch`.
@@ -143,8 +142,12 @@ impl Args {
             &self.vehicle,
             self.seed,
             self.plan.as_deref(),
-            self.log.as_deref(),
-            self.report.as_deref(),
+            &pitch::Kept {
+                logbook: &self.logbook,
+                configuration: &self.configuration,
+                log: self.log.as_deref(),
+                page: self.report.as_deref(),
+            },
             output,
         )
     }

@@ -3,6 +3,7 @@
 //! ```text
 //! configuration (payload) -> campaign (plan, software) -> run -> estimate, trace, stage
 //!                                                    \-> sample, action, live estimate
+//! pitch trial -> sample
 //! ```
 //!
 //! **Exact.** Every number comes back with the bits it had. Samples are one row each, not packed,
@@ -20,7 +21,7 @@
 //! in part, not that nobody rewrote the whole chain.
 //!
 //! **Repeatable.** [`Replay`] conducts the trial again on the samples and compares every action,
-//! every estimate and every result bit for bit.
+//! every estimate and every result bit for bit; [`PitchTrial::again`](crate::pitch::PitchTrial::again) does so with a trial of the pitch axis.
 //!
 //! **Attributable.** What operators commanded over the network is kept, and their word on a run, which goes before its
 //! verdict wherever the run is read; the hash chain and a replay are those of what the program found.
@@ -32,6 +33,7 @@ mod chain;
 mod error;
 mod keeper;
 mod operators;
+mod pitch;
 mod read;
 mod recorder;
 mod replay;
@@ -50,6 +52,7 @@ use serde::Serialize;
 pub use error::Error;
 pub use keeper::{Keeper, Kept};
 pub use operators::{CommandEntry, NewCommand, Review};
+pub use pitch::{NewPitchTrial, PitchEntry};
 pub use read::{CampaignEntry, RunEntry, State};
 pub use recorder::Recorder;
 pub use replay::{FirstDifference, Recording, Replay};

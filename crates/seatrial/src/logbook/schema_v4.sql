@@ -15,10 +15,10 @@ CREATE TABLE pitch_trial (
 CREATE TABLE pitch_sample (
     trial           INTEGER NOT NULL REFERENCES pitch_trial (id),
     number          INTEGER NOT NULL,
-    time_s          REAL NOT NULL,
-    pitch_rad       REAL NOT NULL,
-    elevator_rad    REAL NOT NULL,
-    depth_m         REAL,
-    surge_speed_m_s REAL,
+    time_s          ANY NOT NULL,
+    pitch_rad       ANY NOT NULL,
+    elevator_rad    ANY NOT NULL,
+    depth_m         ANY,
+    surge_speed_m_s ANY,
     PRIMARY KEY (trial, number)
 ) STRICT, WITHOUT ROWID;

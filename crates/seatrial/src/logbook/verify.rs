@@ -28,6 +28,8 @@ pub struct Verification {
     pub runs_finished: u32,
     /// Runs without a result.
     pub runs_unfinished: u32,
+    /// Trials of the pitch axis checked.
+    pub pitch_trials: u32,
     /// Samples read.
     pub samples: usize,
     /// Nothing, in a whole logbook.
@@ -49,6 +51,7 @@ impl Logbook {
             }
             Err(error) => found.add("campaigns", error),
         }
+        self.verify_pitch_trials(&mut found);
         self.reading(view.finish())?;
         Ok(found)
     }
@@ -189,7 +192,7 @@ fn sealed_runs(
 }
 
 impl Verification {
-    fn add(&mut self, place: &str, found: impl ToString) {
+    pub(super) fn add(&mut self, place: &str, found: impl ToString) {
         self.damage.push(Damage {
             place: place.into(),
             found: found.to_string(),

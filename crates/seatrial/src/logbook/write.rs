@@ -2,13 +2,14 @@
 
 use rusqlite::{Connection, ErrorCode, Transaction, TransactionBehavior, params};
 use seatrial_core::Outcome;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use super::chain::{campaign_link, outcome_link, run_link, sha256};
 use super::read::{campaign_entries, steps_of_run, steps_outside, stored_run};
 use super::step::{Exact, Step, from_json, stage_name, to_json};
 use super::{CampaignId, Error, Logbook, RunId};
 use crate::campaign::Run;
-use crate::identification::Identification;
 
 /// What a campaign runs on, known before its first sample.
 #[derive(Clone, Copy, Debug)]
@@ -135,7 +136,11 @@ impl Logbook {
         let identification = result
             .identification
             .as_ref()
-            .map(|identification| exact_json(identification).map_err(inexact))
+            .map(|identification| {
+                let mut summary = identification.clone();
+                summary.online.trace.clear();
+                exact_json(&summary).map_err(inexact)
+            })
             .transpose()?;
         let appended = self.reading(steps_of_run(&self.connection, run.0))?;
         let differs = appended.len() != result.record.samples.len()
@@ -283,14 +288,14 @@ fn set_head(transaction: &Connection, campaign: i64, link: &str) -> Result<(), r
     Ok(())
 }
 
-/// The identification as JSON, without its trace; refused where JSON cannot give it back exactly
+/// A result as JSON; refused where JSON cannot give it back exactly
 /// (a number that is not finite).
-fn exact_json(identification: &Identification) -> Result<String, String> {
-    let mut summary = identification.clone();
-    summary.online.trace.clear();
-    let text = to_json(&summary).map_err(|error| error.to_string())?;
-    match from_json::<Identification>(0, &text) {
-        Ok(read) if read == summary => Ok(text),
+pub(super) fn exact_json<T: Serialize + DeserializeOwned + PartialEq>(
+    result: &T,
+) -> Result<String, String> {
+    let text = to_json(result).map_err(|error| error.to_string())?;
+    match from_json::<T>(0, &text) {
+        Ok(read) if read == *result => Ok(text),
         _ => Err(format!("a number of its result is not finite: {text}")),
     }
 }

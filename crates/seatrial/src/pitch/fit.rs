@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use seatrial_core::{DivingSample, PitchModel, PitchState};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::simulate;
 use crate::propagation::NORMAL_95;
@@ -15,7 +15,7 @@ const PARAMETERS: usize = 6;
 const FIRST_SAMPLES: usize = 10;
 
 /// A pitch model fitted to a record.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fit {
     /// The model.
     pub model: PitchModel<f64>,

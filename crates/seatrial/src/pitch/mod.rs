@@ -4,7 +4,7 @@ mod fit;
 mod trial;
 
 use seatrial_core::{DivingSample, PitchEstimator, PitchModel, PitchState};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::record::Window;
 
@@ -19,7 +19,7 @@ pub const ACCEPT_FROM_R2: f64 = 0.6;
 const EXCITED_RAD: f64 = 0.02;
 
 /// A pitch model with what is known of it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PitchIdentification {
     /// The training window, s.
     pub training: Window,
@@ -38,7 +38,7 @@ pub struct PitchIdentification {
 }
 
 /// How the refined model does on fresh data.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FreshPitch {
     /// The window, s.
     pub window: Window,

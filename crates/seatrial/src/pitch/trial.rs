@@ -1,5 +1,9 @@
 //! The pitch trial: settle, elevator doublet to train on, a smaller one to validate on, at each thrust.
 
+use std::convert::Infallible;
+use std::iter::Copied;
+use std::slice::Iter;
+
 use seatrial_core::{Diving, DivingSample, DivingVehicle};
 use serde::{Deserialize, Serialize};
 
@@ -91,7 +95,7 @@ pub struct PitchTrial {
 }
 
 /// One thrust of a pitch trial.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PitchRun {
     /// Thrust as a fraction of full.
     pub thrust: f64,
@@ -103,6 +107,13 @@ pub struct PitchRun {
     pub identification: Option<PitchIdentification>,
     /// Why there is none.
     pub refused: Option<String>,
+}
+
+impl PitchRun {
+    /// Does it have a model that is accepted?
+    pub fn is_accepted(&self) -> bool {
+        self.identification.as_ref().is_some_and(|i| i.accepted)
+    }
 }
 
 /// Runs a pitch trial. The vehicle holds its own depth before, between and after the doublets, and its
@@ -128,7 +139,30 @@ pub fn trial<V: DivingVehicle<f64>>(vehicle: &mut V, plan: PitchPlan) -> PitchTr
     trial
 }
 
+/// A vehicle that only says what it said before.
+struct Recorded<'a>(Copied<Iter<'a, DivingSample<f64>>>);
+
+impl DivingVehicle<f64> for Recorded<'_> {
+    type Error = Infallible;
+
+    fn next_diving_sample(&mut self) -> Result<Option<DivingSample<f64>>, Infallible> {
+        Ok(self.0.next())
+    }
+
+    fn dive(&mut self, _: Diving<f64>, _: f64) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
 impl PitchTrial {
+    /// The trial once more on the samples that it took: equal, bit for bit, if nothing was changed.
+    pub fn again(&self) -> Self {
+        trial(
+            &mut Recorded(self.samples.iter().copied()),
+            self.plan.clone(),
+        )
+    }
+
     fn run<V: DivingVehicle<f64>>(
         &mut self,
         vehicle: &mut V,

@@ -11,7 +11,7 @@ use crate::pitch::{PitchRun, PitchTrial, simulate};
 
 /// The page of a pitch trial on a vehicle.
 pub fn render(vehicle: &str, trial: &PitchTrial, provenance: &[Fact]) -> String {
-    let accepted = trial.runs.iter().filter(|run| is_accepted(run)).count();
+    let accepted = trial.runs.iter().filter(|run| run.is_accepted()).count();
     let (tone, verdict) = match &trial.aborted {
         Some(reason) => (Tone::Bad, format!("Aborted: {reason}")),
         None if accepted == trial.plan.thrusts.len() => (
@@ -50,12 +50,6 @@ pub fn render(vehicle: &str, trial: &PitchTrial, provenance: &[Fact]) -> String 
         recorded: provenance.to_vec(),
     };
     page.text()
-}
-
-fn is_accepted(run: &PitchRun) -> bool {
-    run.identification
-        .as_ref()
-        .is_some_and(|found| found.accepted)
 }
 
 /// Why a thrust has no accepted model.
