@@ -115,12 +115,13 @@ pub fn check(vectors: &str) -> Checked {
     Ok(())
 }
 
-/// One file for every table and type: name of the table, name of the type, file.
+/// One file for every table and type that C computes: name of the table, name of the type, file.
 fn write_tables(vectors: &str) -> Result<Vec<(String, String, PathBuf)>, String> {
     let folder = root().join("target/firmware/vectors");
     fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
     let mut tables = Vec::new();
-    for table in vectors.split("# ").filter(|table| !table.is_empty()) {
+    let of_c = |table: &&str| !table.is_empty() && !table.starts_with("refined");
+    for table in vectors.split("# ").filter(of_c) {
         let (title, rows) = table.split_once('\n').ok_or("a table without rows")?;
         let (name, precision) = title.split_once(' ').ok_or("a table without a type")?;
         let file = folder.join(format!("{name}.{precision}.csv"));

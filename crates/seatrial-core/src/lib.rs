@@ -28,6 +28,7 @@ pub mod pitch;
 pub mod plan;
 pub mod progress;
 pub mod real;
+pub mod refine;
 pub mod rudder_sense;
 pub mod sample;
 pub mod schedule;

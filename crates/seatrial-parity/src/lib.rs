@@ -6,12 +6,14 @@
 
 mod estimator;
 mod fixed_rate;
+mod refined;
 mod row;
 mod trial;
 mod vehicle;
 
 use core::fmt;
 
+pub use refined::write_refined;
 pub use row::Bits;
 pub use trial::rehearse;
 
@@ -62,7 +64,7 @@ pub fn write<T: Bits>(table: Table, out: &mut impl fmt::Write) -> fmt::Result {
     }
 }
 
-/// Writes every table for `f32` and `f64`, each under a line with its name and type.
+/// Writes every table for `f32` and `f64`, each under a line with its name and type, and the refined estimate.
 pub fn write_all(out: &mut impl fmt::Write) -> fmt::Result {
     for table in Table::ALL {
         out.write_str("# ")?;
@@ -74,5 +76,6 @@ pub fn write_all(out: &mut impl fmt::Write) -> fmt::Result {
         out.write_str(" f64\n")?;
         write::<f64>(table, out)?;
     }
-    Ok(())
+    out.write_str("# refined f64\n")?;
+    write_refined(out)
 }

@@ -236,7 +236,7 @@ impl Watch {
         let fit = Prepared::new(samples, 1)
             .fit(expected.model.a22_per_s, Disturbance::NONE)
             .ok_or(NOT_EXCITED)?;
-        let deviation = (fit.noise_variance_rad2 * fit.scaled_covariance[(0, 0)]).sqrt();
+        let deviation = (fit.noise_variance_rad2 * fit.scaled_covariance[0][0]).sqrt();
         let promise = 2.0 * deviation / expected.model.b2_per_s2.abs();
         if promise < WIDEST_PROMISE {
             Ok(promise)

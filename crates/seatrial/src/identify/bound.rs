@@ -49,7 +49,7 @@ pub fn cramer_rao_bound(
     let mut bound = damping * along * along.transpose();
     for i in 0..2 {
         for j in 0..2 {
-            bound[(i + 1, j + 1)] += variance * fit.scaled_covariance[(i, j)];
+            bound[(i + 1, j + 1)] += variance * fit.scaled_covariance[i][j];
         }
     }
     Some(bound)

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use nalgebra::{DMatrix, DVector, Matrix3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use seatrial_core::{LostRudder, Sample, YawModel};
 
 use super::peak::{Peak, Span};
@@ -208,7 +208,7 @@ impl Placing {
     /// heading may come in messages of their own.
     fn covariance(&self, span: &Span, edges: &Edges) -> Option<Matrix3<f64>> {
         let servo = Servo::new(0.0, self.lag_s).ok()?;
-        let (theta, _) = self.peak.normal();
+        let theta = Vector3::from(self.peak.normal().0);
         let mut covariance = Matrix3::zeros();
         for edge in &edges.all {
             let sooner = 1.0 / (f64::from(edge.steps) * 12_f64.sqrt());
@@ -218,7 +218,7 @@ impl Placing {
             let acting = servo.acting(&samples);
             let record = span.prepare(&acting, self.peak.a22_per_s).ok()?;
             let moved = output_error(span, &record, self.peak.a22_per_s)?;
-            let off = moved.normal().0 - theta;
+            let off = Vector3::from(moved.normal().0) - theta;
             covariance += off * off.transpose();
         }
         Some(covariance)
@@ -227,7 +227,7 @@ impl Placing {
 
 fn output_error(span: &Span, record: &Prepared, start_per_s: f64) -> Option<Peak> {
     let scale = span.rate_scale(start_per_s);
-    Peak::find(record, Disturbance::NONE, start_per_s, scale)
+    Peak::find(&record.series(), Disturbance::NONE, start_per_s, scale)
 }
 
 /// The record with every edge at the end of its interval, and with one of them at the start.

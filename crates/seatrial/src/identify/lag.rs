@@ -42,7 +42,7 @@ impl LagTest {
         let scale = span.rate_scale(start_per_s);
         let behind = |lag_s| behind(&span, samples, lag_s, start_per_s);
         let peak = |record: &Prepared, disturbance: Disturbance| {
-            Peak::find(record, disturbance, start_per_s, scale)
+            Peak::find(&record.series(), disturbance, start_per_s, scale)
         };
         let likelier = |a: Option<Peak>, b: Option<Peak>| {
             a.into_iter()
@@ -93,7 +93,7 @@ pub fn effect_of_an_ordinary_lag(samples: &[Sample<f64>], refined: &Refined) -> 
     let scale = span.rate_scale(start_per_s);
     let theta = |lag_s: f64| {
         let record = behind(&span, samples, lag_s, start_per_s)?;
-        let peak = Peak::find(&record, Disturbance::NONE, start_per_s, scale)?;
+        let peak = Peak::find(&record.series(), Disturbance::NONE, start_per_s, scale)?;
         Some([peak.a22_per_s, peak.fit.linear[0]])
     };
     let (prompt, lagging) = (theta(0.0)?, theta(ORDINARY_LAG_S)?);

@@ -78,7 +78,7 @@ pub fn nearest_simulation(
     let (simulation, passes) = record
         .fit(a22_per_s, Disturbance::NONE)
         .and_then(|fit| {
-            let [b2, c0, heading, rate] = fit.linear.into();
+            let [b2, c0, heading, rate] = fit.linear;
             nearest(&record, Vector5::new(a22_per_s, b2, c0, heading, rate))
         })
         .ok_or(RefineFailure::NotExcited)?;

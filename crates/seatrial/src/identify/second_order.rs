@@ -217,7 +217,7 @@ pub fn fit(samples: &[Sample<f64>]) -> Result<SecondOrder, RefineFailure> {
     let damping = span.first_damping(samples, None)?;
     let prepared = span.prepare(samples, damping)?;
     let output_error = Peak::find(
-        &prepared,
+        &prepared.series(),
         Disturbance::NONE,
         damping,
         span.rate_scale(damping),
@@ -226,7 +226,7 @@ pub fn fit(samples: &[Sample<f64>]) -> Result<SecondOrder, RefineFailure> {
     let scale = span.rate_scale(output_error.a22_per_s);
     let block = samples.len() / prepared.blocks();
     let record = Comparisons::new(samples, block);
-    let [b2, c0, heading, yaw_rate] = output_error.fit.linear.into();
+    let [b2, c0, heading, yaw_rate] = output_error.fit.linear;
     let a11 = -scale;
     let first: Theta = [
         output_error.a22_per_s,

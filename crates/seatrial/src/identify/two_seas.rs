@@ -11,7 +11,6 @@
 
 use std::thread;
 
-use nalgebra::Vector3;
 use seatrial_core::{List, Plan};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
@@ -69,7 +68,7 @@ fn run(noise_deg: f64, sea: (f64, f64), other: (f64, f64), seed: u64) -> Option<
             relative: strength_rad_s2 / noise.heading_rad,
             time_constant_s,
         };
-        Peak::find(&record, disturbance, damping_per_s, scale)
+        Peak::find(&record.series(), disturbance, damping_per_s, scale)
     };
     let (calm, disturbed) = match sea == CALM {
         true => (peak_in(sea)?, peak_in(other)?),
@@ -77,12 +76,13 @@ fn run(noise_deg: f64, sea: (f64, f64), other: (f64, f64), seed: u64) -> Option<
     };
     let evidence = |peak: &Peak| peak.fit.log_likelihood + 0.5 * peak.variance.ln();
     let odds = (evidence(&disturbed) - evidence(&calm)).exp();
+    let ((in_calm, _), (in_disturbed, _)) = (calm.normal(), disturbed.normal());
     let square_error = CALM_SHARES.map(|share| {
         let calm_probability = share / (share + (1.0 - share) * odds);
-        let best =
-            calm_probability * calm.normal().0 + (1.0 - calm_probability) * disturbed.normal().0;
-        let off = best - Vector3::from(truth.theta());
-        [off[0] * off[0], off[1] * off[1]]
+        [0, 1].map(|i| {
+            let best = calm_probability * in_calm[i] + (1.0 - calm_probability) * in_disturbed[i];
+            (best - truth.theta()[i]).powi(2)
+        })
     });
     Some(Run {
         bound: [bound[(0, 0)], bound[(1, 1)]],

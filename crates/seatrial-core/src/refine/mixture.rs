@@ -1,0 +1,346 @@
+//! The average over all disturbances.
+
+use core::f64::consts::{FRAC_1_SQRT_2, TAU};
+
+use libm::{erfc, exp, log, sqrt};
+
+use super::{DISTURBANCE_TIME_CONSTANTS, Disturbance, Peak, RefineFailure, Series, Span};
+use crate::{List, YawModel};
+
+/// Ratio between neighbouring strengths of the disturbance.
+const STRENGTH_RATIO: f64 = 2.0;
+
+/// Most strengths looked at either way: beyond, a disturbance explains a record such as one with spikes equally well
+/// whatever its strength.
+const MOST_STRENGTHS: usize = 24;
+
+/// No disturbance, and for each time constant the strongest and those to either side.
+const MOST_HYPOTHESES: usize = 1 + DISTURBANCE_TIME_CONSTANTS.len() * (1 + 2 * MOST_STRENGTHS);
+
+/// The prior that the estimate is the mean under: seven of ten records hold no disturbance, the others one of
+/// 2 % of the rudder's effect, within a factor of two.
+const EXPECTED: Prior = Prior {
+    none: 0.7,
+    median_share: 0.02,
+    log_deviation: 0.7,
+};
+
+/// The prior of the interval, which should also hold for a record that is worse than expected.
+const CAUTIOUS: Prior = Prior {
+    none: 0.3,
+    median_share: 0.05,
+    log_deviation: 1.0,
+};
+
+/// A log likelihood this far below the best has no weight.
+const NEGLIGIBLE: f64 = 8.0;
+
+/// The refined estimate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Refinement {
+    /// The model: the mean of the mixture.
+    pub model: YawModel<f64>,
+    /// 95 % interval of a22, 1/s.
+    pub a22_per_s: [f64; 2],
+    /// 95 % interval of b2, 1/s^2.
+    pub b2_per_s2: [f64; 2],
+    /// 95 % interval of C0, rad/s^2.
+    pub c0_rad_per_s2: [f64; 2],
+    /// 95 % interval of the offset angle, rad; `None` where that of b2 holds 0.
+    pub delta0_rad: Option<[f64; 2]>,
+    /// Covariance of [a22, b2, C0].
+    pub covariance: [[f64; 3]; 3],
+    /// Standard deviation of the heading noise, rad.
+    pub heading_noise_rad: f64,
+    /// Standard deviation of the yaw acceleration disturbance, rad/s^2.
+    pub disturbance_rad_s2: f64,
+}
+
+/// A disturbance and what the record says if it is the true one.
+#[derive(Clone, Copy, Debug, Default)]
+struct Hypothesis {
+    /// Its standard deviation over the rudder's effect, b2 times the rudder's amplitude; 0 for none.
+    share: f64,
+    /// Log of the probability of the record.
+    log_evidence: f64,
+    disturbance_rad_s2: f64,
+    heading_noise_rad: f64,
+    mean: [f64; 3],
+    covariance: [[f64; 3]; 3],
+}
+
+impl Hypothesis {
+    fn of(peak: &Peak, rudder_amplitude_rad: f64) -> Self {
+        let heading_noise_rad = sqrt(peak.fit.noise_variance_rad2);
+        let disturbance_rad_s2 = peak.disturbance.relative * heading_noise_rad;
+        let [b2, ..] = peak.fit.linear;
+        let (mean, covariance) = peak.normal();
+        Self {
+            share: disturbance_rad_s2 / (b2.abs() * rudder_amplitude_rad),
+            log_evidence: peak.fit.log_likelihood + 0.5 * log(peak.variance),
+            disturbance_rad_s2,
+            heading_noise_rad,
+            mean,
+            covariance,
+        }
+    }
+
+    /// Mean and variance of the I-th of [a22, b2, C0].
+    fn parameter<const I: usize>(&self) -> (f64, f64) {
+        (self.mean[I], self.covariance[I][I])
+    }
+
+    /// Mean and variance of delta0 = C0/b2 by the delta method.
+    fn offset_angle(&self) -> (f64, f64) {
+        let [_, b2, c0] = self.mean;
+        let gradient = [0.0, -c0 / (b2 * b2), 1.0 / b2];
+        let rows = self.covariance.iter().zip(gradient);
+        let variance = rows.map(|(row, g)| {
+            let row: f64 = row.iter().zip(gradient).map(|(c, h)| c * h).sum();
+            g * row
+        });
+        (c0 / b2, variance.sum())
+    }
+}
+
+/// What is believed of the disturbance before a record is seen.
+struct Prior {
+    /// Probability of none.
+    none: f64,
+    /// Median of its standard deviation over the rudder's effect.
+    median_share: f64,
+    /// Standard deviation of the logarithm of that share.
+    log_deviation: f64,
+}
+
+impl Prior {
+    /// The log prior among octaves of strength and [`DISTURBANCE_TIME_CONSTANTS`].
+    fn log_of(&self, hypothesis: &Hypothesis) -> f64 {
+        if hypothesis.share == 0.0 {
+            return log(self.none);
+        }
+        let off = log(hypothesis.share / self.median_share) / self.log_deviation;
+        let octave = log(STRENGTH_RATIO) / (self.log_deviation * sqrt(TAU));
+        log((1.0 - self.none) * octave / DISTURBANCE_TIME_CONSTANTS.len() as f64) - 0.5 * off * off
+    }
+}
+
+/// The likelihood's peaks over all disturbances.
+#[derive(Clone, Copy, Debug)]
+pub struct Hypotheses {
+    all: List<Hypothesis, MOST_HYPOTHESES>,
+    likeliest: Peak,
+}
+
+impl Hypotheses {
+    /// Of a record; `start` is any model of the vehicle.
+    pub fn of(record: Series<'_>, start: Option<YawModel<f64>>) -> Result<Self, RefineFailure> {
+        let span = Span::of(record.heading_rad.len(), record.interval_s.iter().sum())?;
+        let damping_per_s = span.first_damping(record, start)?;
+        let record = span.prepare(record, damping_per_s)?;
+        let scale = span.rate_scale(damping_per_s);
+        let none = Peak::find(&record, Disturbance::NONE, damping_per_s, scale)
+            .ok_or(RefineFailure::NotExcited)?;
+        let scale = span.rate_scale(none.a22_per_s);
+        let rudder_amplitude_rad = record.rudder_amplitude_rad();
+        let mut hypotheses = Self {
+            all: List::default(),
+            likeliest: none,
+        };
+        hypotheses.add(&none, rudder_amplitude_rad);
+        for ratio in DISTURBANCE_TIME_CONSTANTS {
+            let search = StrengthSearch {
+                record: &record,
+                scale,
+                time_constant_s: ratio / scale,
+                none,
+            };
+            search.for_each_peak(|peak| hypotheses.add(peak, rudder_amplitude_rad));
+        }
+        Ok(hypotheses)
+    }
+
+    fn add(&mut self, peak: &Peak, rudder_amplitude_rad: f64) {
+        if peak.fit.log_likelihood > self.likeliest.fit.log_likelihood {
+            self.likeliest = *peak;
+        }
+        // The search looks at no more than there is room for.
+        let _ = self.all.push(Hypothesis::of(peak, rudder_amplitude_rad));
+    }
+
+    /// The one most likely disturbance.
+    pub fn likeliest(&self) -> &Peak {
+        &self.likeliest
+    }
+
+    /// The average over all.
+    pub fn refinement(&self) -> Refinement {
+        let mean = self.under(&EXPECTED).mean();
+        let cautious = self.under(&CAUTIOUS);
+        let a22_per_s = cautious.interval_95(Hypothesis::parameter::<0>);
+        let b2_per_s2 = cautious.interval_95(Hypothesis::parameter::<1>);
+        let c0_rad_per_s2 = cautious.interval_95(Hypothesis::parameter::<2>);
+        let has_authority = b2_per_s2[0] * b2_per_s2[1] > 0.0;
+        Refinement {
+            model: YawModel::from_theta(mean),
+            a22_per_s,
+            b2_per_s2,
+            c0_rad_per_s2,
+            delta0_rad: has_authority.then(|| cautious.interval_95(Hypothesis::offset_angle)),
+            covariance: cautious.covariance_about(mean),
+            heading_noise_rad: cautious.mean_of(|h| h.heading_noise_rad),
+            disturbance_rad_s2: cautious.mean_of(|h| h.disturbance_rad_s2),
+        }
+    }
+
+    /// From priors and likelihoods to probabilities.
+    fn under(&self, prior: &Prior) -> Mixture<'_> {
+        let log_of = |h: &Hypothesis| prior.log_of(h) + h.log_evidence;
+        let best = self
+            .all
+            .iter()
+            .map(log_of)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let total: f64 = self.all.iter().map(|h| exp(log_of(h) - best)).sum();
+        let mut weights = [0.0; MOST_HYPOTHESES];
+        for (weight, hypothesis) in weights.iter_mut().zip(self.all.iter()) {
+            *weight = exp(log_of(hypothesis) - best) / total;
+        }
+        Mixture {
+            weights,
+            hypotheses: &self.all,
+        }
+    }
+}
+
+/// The hypotheses with their probabilities.
+struct Mixture<'a> {
+    weights: [f64; MOST_HYPOTHESES],
+    hypotheses: &'a [Hypothesis],
+}
+
+impl Mixture<'_> {
+    fn weighted(&self) -> impl Iterator<Item = (f64, &Hypothesis)> {
+        self.weights.iter().copied().zip(self.hypotheses)
+    }
+
+    fn mean_of(&self, value: impl Fn(&Hypothesis) -> f64) -> f64 {
+        self.weighted().map(|(weight, h)| weight * value(h)).sum()
+    }
+
+    /// Mean of [a22, b2, C0].
+    fn mean(&self) -> [f64; 3] {
+        core::array::from_fn(|i| self.mean_of(|h| h.mean[i]))
+    }
+
+    /// Mean square distance of [a22, b2, C0] from an estimate.
+    fn covariance_about(&self, estimate: [f64; 3]) -> [[f64; 3]; 3] {
+        core::array::from_fn(|i| {
+            core::array::from_fn(|j| {
+                self.mean_of(|h| {
+                    let off = |k: usize| h.mean[k] - estimate[k];
+                    h.covariance[i][j] + off(i) * off(j)
+                })
+            })
+        })
+    }
+
+    /// The 2.5 and 97.5 % points of a quantity whose mean and variance each hypothesis gives.
+    fn interval_95(&self, moments: impl Fn(&Hypothesis) -> (f64, f64)) -> [f64; 2] {
+        let normals = || {
+            self.weighted().map(|(weight, h)| {
+                let (mean, variance) = moments(h);
+                (weight, mean, sqrt(variance))
+            })
+        };
+        let lowest = normals()
+            .map(|(_, mean, deviation)| mean - 8.0 * deviation)
+            .fold(f64::INFINITY, f64::min);
+        let highest = normals()
+            .map(|(_, mean, deviation)| mean + 8.0 * deviation)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let quantile = |share: f64| {
+            let (mut low, mut high) = (lowest, highest);
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                let below: f64 = normals()
+                    .map(|(weight, mean, deviation)| {
+                        weight * standard_normal_below((middle - mean) / deviation)
+                    })
+                    .sum();
+                if below < share {
+                    low = middle;
+                } else {
+                    high = middle;
+                }
+            }
+            0.5 * (low + high)
+        };
+        [quantile(0.025), quantile(0.975)]
+    }
+}
+
+fn standard_normal_below(x: f64) -> f64 {
+    0.5 * erfc(-x * FRAC_1_SQRT_2)
+}
+
+/// All strengths of a disturbance of one time constant that carry weight.
+struct StrengthSearch<'a> {
+    record: &'a Series<'a>,
+    scale: f64,
+    time_constant_s: f64,
+    none: Peak,
+}
+
+impl StrengthSearch<'_> {
+    fn for_each_peak(&self, mut take: impl FnMut(&Peak)) {
+        let Some(first) = self.strongest() else {
+            return;
+        };
+        take(&first);
+        for ratio in [STRENGTH_RATIO, 1.0 / STRENGTH_RATIO] {
+            let mut last = first;
+            for _ in 0..MOST_STRENGTHS {
+                let relative = last.disturbance.relative * ratio;
+                let Some(peak) = self.at(relative, last.a22_per_s) else {
+                    break;
+                };
+                let lost = first.fit.log_likelihood - peak.fit.log_likelihood;
+                let vanished = ratio < 1.0
+                    && (peak.fit.log_likelihood - self.none.fit.log_likelihood).abs() < 0.02;
+                if lost > NEGLIGIBLE || vanished {
+                    break;
+                }
+                take(&peak);
+                last = peak;
+            }
+        }
+    }
+
+    /// The most likely strength on a grid of octaves, by climbing from where disturbance and noise move the
+    /// heading alike over a time constant of the vehicle.
+    fn strongest(&self) -> Option<Peak> {
+        let mut best = self.at(0.1 * self.scale * self.scale, self.none.a22_per_s)?;
+        for ratio in [STRENGTH_RATIO, 1.0 / STRENGTH_RATIO] {
+            for _ in 0..MOST_STRENGTHS {
+                let relative = best.disturbance.relative * ratio;
+                let Some(peak) = self.at(relative, best.a22_per_s) else {
+                    break;
+                };
+                if peak.fit.log_likelihood < best.fit.log_likelihood + 1e-3 {
+                    break;
+                }
+                best = peak;
+            }
+        }
+        Some(best)
+    }
+
+    fn at(&self, relative: f64, start_per_s: f64) -> Option<Peak> {
+        let disturbance = Disturbance {
+            relative,
+            time_constant_s: self.time_constant_s,
+        };
+        Peak::find(self.record, disturbance, start_per_s, self.scale)
+    }
+}

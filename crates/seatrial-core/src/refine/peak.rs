@@ -1,0 +1,198 @@
+//! The likelihood of a record at one disturbance, largest in the damping: what output error and the
+//! refinement share.
+
+use libm::{exp, log, sqrt};
+
+use super::{Disturbance, Fit, LEAST_COMPARISONS, RefineFailure, Series};
+use crate::{Real, YawModel};
+
+/// Comparisons per time constant of the vehicle: more tell nothing new.
+const COMPARISONS_PER_TIME_CONSTANT: f64 = 20.0;
+
+/// Time constants of a disturbance that are looked at, in time constants of the vehicle.
+pub const DISTURBANCE_TIME_CONSTANTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
+
+/// Length and sampling of a record, s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Span {
+    duration_s: f64,
+    interval_s: f64,
+}
+
+impl Span {
+    /// Of so many samples over such a time, s.
+    pub fn of(samples: usize, duration_s: f64) -> Result<Self, RefineFailure> {
+        if samples < LEAST_COMPARISONS {
+            return Err(RefineFailure::TooShort { found: samples });
+        }
+        Ok(Self {
+            duration_s,
+            interval_s: duration_s / (samples - 1) as f64,
+        })
+    }
+
+    /// The record in blocks of a twentieth of the vehicle's time constant.
+    pub fn prepare<'a>(
+        &self,
+        record: Series<'a>,
+        a22_per_s: f64,
+    ) -> Result<Series<'a>, RefineFailure> {
+        let per_time_constant = 1.0 / (self.rate_scale(a22_per_s) * self.interval_s);
+        let block = per_time_constant / COMPARISONS_PER_TIME_CONSTANT;
+        let record = Series {
+            block: (block as usize).max(1),
+            ..record
+        };
+        if record.blocks() < LEAST_COMPARISONS {
+            return Err(RefineFailure::TooShort {
+                found: record.blocks(),
+            });
+        }
+        Ok(record)
+    }
+
+    /// |a22|, but no slower than what the record can show, 1/s.
+    pub fn rate_scale(&self, a22_per_s: f64) -> f64 {
+        a22_per_s.abs().max(2.0 / self.duration_s)
+    }
+
+    /// The damping that output error prefers among a logarithmic grid and the start, 1/s.
+    pub fn first_damping(
+        &self,
+        record: Series<'_>,
+        start: Option<YawModel<f64>>,
+    ) -> Result<f64, RefineFailure> {
+        const POINTS: u32 = 16;
+        let slowest = 0.5 / self.duration_s;
+        let fastest = 0.3 / self.interval_s;
+        let ratio = exp(log(fastest / slowest) / f64::from(POINTS - 1));
+        let grid = (0..POINTS).scan(-slowest, |damping, _| {
+            let now = *damping;
+            *damping *= ratio;
+            Some(now)
+        });
+        let coarse = self.prepare(record, start.map_or(0.0, |m| m.a22_per_s.min(0.0)))?;
+        grid.chain(start.map(|m| m.a22_per_s))
+            .chain([slowest])
+            .filter_map(|a22| {
+                let fit = coarse.fit(a22, Disturbance::NONE)?;
+                Some((a22, fit.log_likelihood))
+            })
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(a22, _)| a22)
+            .ok_or(RefineFailure::NotExcited)
+    }
+}
+
+/// The likelihood at one disturbance, largest in a22.
+#[derive(Clone, Copy, Debug)]
+pub struct Peak {
+    /// The disturbance.
+    pub disturbance: Disturbance,
+    /// Where it is largest, 1/s.
+    pub a22_per_s: f64,
+    /// -1 / second derivative of the log likelihood.
+    pub variance: f64,
+    /// The other parameters there.
+    pub fit: Fit,
+    /// d[b2, C0]/d a22.
+    slope: [f64; 2],
+}
+
+/// The log likelihood around one a22, as the parabola through three points of J = exp(-2 l / n).
+struct Parabola {
+    centre: Fit,
+    gradient: f64,
+    curvature: f64,
+    slope: [f64; 2],
+}
+
+impl Parabola {
+    fn around(
+        record: &Series<'_>,
+        disturbance: Disturbance,
+        a22_per_s: f64,
+        spread: f64,
+    ) -> Option<Self> {
+        let centre = record.fit(a22_per_s, disturbance)?;
+        let below = record.fit(a22_per_s - spread, disturbance)?;
+        let above = record.fit(a22_per_s + spread, disturbance)?;
+        let n = record.blocks() as f64;
+        let cost = |fit: &Fit| exp(-2.0 * (fit.log_likelihood - centre.log_likelihood) / n);
+        Some(Self {
+            centre,
+            gradient: (cost(&above) - cost(&below)) / (2.0 * spread),
+            curvature: (cost(&above) - 2.0 + cost(&below)) / (spread * spread),
+            slope: core::array::from_fn(|i| (above.linear[i] - below.linear[i]) / (2.0 * spread)),
+        })
+    }
+}
+
+impl Peak {
+    /// Newton's method on J(a22) = exp(-2 l / n), which is nearly quadratic also where noise-free data make l
+    /// the logarithm of almost nothing.
+    pub fn find(
+        record: &Series<'_>,
+        disturbance: Disturbance,
+        start_per_s: f64,
+        scale_per_s: f64,
+    ) -> Option<Self> {
+        const MOST_STEPS: u32 = 15;
+        let mut a22_per_s = start_per_s;
+        let mut spread = 0.02 * scale_per_s;
+        for _ in 0..MOST_STEPS {
+            let parabola = Parabola::around(record, disturbance, a22_per_s, spread)?;
+            let convex = parabola.curvature > 0.0;
+            let step = if convex {
+                -parabola.gradient / parabola.curvature
+            } else {
+                -0.3 * scale_per_s * parabola.gradient.signum()
+            };
+            let variance = 2.0 / (record.blocks() as f64 * parabola.curvature);
+            let better = |step: &f64| {
+                record
+                    .fit(a22_per_s + step, disturbance)
+                    .is_some_and(|fit| fit.log_likelihood > parabola.centre.log_likelihood)
+            };
+            let limited = step.limited_to(0.5 * scale_per_s);
+            let helpful = [1.0, 0.5, 0.25, 0.06]
+                .map(|part| part * limited)
+                .into_iter()
+                .find(better);
+            let arrived = convex && step.abs() < 0.02 * sqrt(variance);
+            match helpful {
+                Some(step) if !arrived => a22_per_s += step,
+                _ if convex => {
+                    return Some(Self {
+                        disturbance,
+                        a22_per_s,
+                        variance,
+                        fit: parabola.centre,
+                        slope: parabola.slope,
+                    });
+                }
+                _ => return None,
+            }
+            if convex {
+                spread = (0.5 * sqrt(variance))
+                    .max(1e-6 * scale_per_s)
+                    .min(0.1 * scale_per_s);
+            }
+        }
+        None
+    }
+
+    /// Mean and covariance of [a22, b2, C0] here: those of (b2, C0) given a22, and a22's own.
+    pub fn normal(&self) -> ([f64; 3], [[f64; 3]; 3]) {
+        let [b2, c0, ..] = self.fit.linear;
+        let along = [1.0, self.slope[0], self.slope[1]];
+        let mut covariance = along.map(|a| along.map(|b| self.variance * a * b));
+        for i in 0..2 {
+            for j in 0..2 {
+                covariance[i + 1][j + 1] +=
+                    self.fit.noise_variance_rad2 * self.fit.scaled_covariance[i][j];
+            }
+        }
+        ([self.a22_per_s, b2, c0], covariance)
+    }
+}

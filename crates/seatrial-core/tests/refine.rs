@@ -1,0 +1,84 @@
+//! The refined estimate of a stage kept without a heap.
+
+use seatrial_core::model::YawState;
+use seatrial_core::refine::{Full, Hypotheses, RefineFailure, StageRecord, refine};
+use seatrial_core::{Sample, YawModel};
+
+const INTERVAL_S: f64 = 0.05;
+const TRUTH: [f64; 3] = [-1.07, 1.08, 0.012];
+
+/// A doublet of 16.5 s with a compass that reads in steps.
+fn doublet(step_rad: f64, rudder_rad: f64) -> Vec<Sample<f64>> {
+    let model = YawModel::from_theta(TRUTH);
+    let mut state = YawState {
+        heading_rad: 3.0,
+        yaw_rate_rad_s: 0.0,
+    };
+    (0..330)
+        .map(|k| {
+            let rudder_rad = match k {
+                60..130 => rudder_rad,
+                130..200 => -rudder_rad,
+                _ => 0.0,
+            };
+            let sample = Sample {
+                time_s: INTERVAL_S * f64::from(k),
+                heading_rad: (state.heading_rad / step_rad).round() * step_rad,
+                rudder_rad,
+                ..Sample::default()
+            };
+            state = model.advance(state, rudder_rad, INTERVAL_S);
+            sample
+        })
+        .collect()
+}
+
+fn kept(samples: &[Sample<f64>]) -> StageRecord<330> {
+    let mut record = StageRecord::new(INTERVAL_S);
+    for sample in samples {
+        record.push(sample).unwrap();
+    }
+    record
+}
+
+#[test]
+fn recover_the_model_of_a_stage_with_the_truth_in_its_intervals() {
+    let samples = doublet(0.01, 0.26);
+    let found = refine(kept(&samples).series(), None).unwrap();
+    let intervals = [found.a22_per_s, found.b2_per_s2, found.c0_rad_per_s2];
+    for ((truth, found), [low, high]) in TRUTH.into_iter().zip(found.model.theta()).zip(intervals) {
+        assert!(low < truth && truth < high, "{low} {truth} {high}");
+        // Steps of 0.01 rad are a noise of 0.003 rad, by which C0 is known to a twelfth.
+        assert!((found / truth - 1.0).abs() < 0.1, "{found} {truth}");
+    }
+    // 0.01 rad over sqrt(12), to the accuracy of a variance from 330 residuals that are no normal noise.
+    assert!((found.heading_noise_rad / 0.0029 - 1.0).abs() < 0.2);
+}
+
+#[test]
+fn exact_a_stage_fits_where_it_is_told_to() {
+    let samples = doublet(0.01, 0.26);
+    let mut record = kept(&samples);
+    assert_eq!(record.push(&samples[0]), Err(Full));
+    assert_eq!(record.series().heading_rad.len(), 330);
+    // 25 kB are promised.
+    assert!(size_of::<Hypotheses>() < 26_000);
+    assert_eq!(size_of_val(&record) / 330, 24);
+}
+
+#[test]
+fn prop_what_gives_no_model_is_refused() {
+    let still = doublet(0.01, 0.0);
+    assert_eq!(
+        refine(kept(&still).series(), None),
+        Err(RefineFailure::NotExcited)
+    );
+    let mut short = StageRecord::<14>::new(INTERVAL_S);
+    for sample in &doublet(0.01, 0.26)[60..74] {
+        short.push(sample).unwrap();
+    }
+    assert_eq!(
+        refine(short.series(), None),
+        Err(RefineFailure::TooShort { found: 14 })
+    );
+}
