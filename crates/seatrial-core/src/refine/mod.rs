@@ -2,7 +2,7 @@
 //!
 //! Like the trial it needs no heap: a [`StageRecord`] keeps the stage, 24 bytes a sample, and [`refine`] its
 //! [`Hypotheses`], 25 kB, on the stack. It computes in double precision, since the likelihoods of neighbouring dampings
-//! cannot be told apart in single precision, and takes as long as some thousand passes over the record: some 10 ms for 330 samples on
+//! cannot be told apart in single precision, and takes as long as some thousand passes over the record: some 15 ms for 330 samples on
 //! a companion computer. It belongs behind the stage, not into the control loop.
 
 mod mixture;
