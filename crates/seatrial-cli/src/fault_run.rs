@@ -381,7 +381,8 @@ impl Expected {
             Kind::DuplicatedSamples | Kind::ReorderedSamples => &[],
             // A vehicle lighter than water cannot hold its depth without speed.
             Kind::ThrustLoss => &[SpeedDrift, Depth],
-            Kind::CurrentStep => &[SpeedDrift, HeadingExcursion],
+            // Water from the side turns the hull, against its rudder too: that is what was seen, whatever the cause.
+            Kind::CurrentStep => &[SpeedDrift, HeadingExcursion, ReversedRudder],
             Kind::CompassSpike | Kind::CompassStep | Kind::CompassDrift => {
                 &[HeadingExcursion, ReversedRudder, StaleSamples]
             }
@@ -401,9 +402,11 @@ impl Expected {
             },
             aborts,
             codes: match fault.kind {
-                // Noise alone may make the trial repeat a run.
-                Kind::OperatorTakeover | Kind::DepthLoss => &["low_r2"],
-                Kind::DuplicatedSamples | Kind::ReorderedSamples => &["low_r2", "rejected_samples"],
+                // Noise alone may make the trial repeat a run, or leave the fresh data too uncertain.
+                Kind::OperatorTakeover | Kind::DepthLoss => &["low_r2", "weakly_validated"],
+                Kind::DuplicatedSamples | Kind::ReorderedSamples => {
+                    &["low_r2", "weakly_validated", "rejected_samples"]
+                }
                 Kind::CompassFreeze
                 | Kind::CompassStep
                 | Kind::CompassSpike
@@ -414,6 +417,7 @@ impl Expected {
                     "compass_late",
                     "rejected_samples",
                     "low_r2",
+                    "weakly_validated",
                     "does_not_fit",
                     "disagreement",
                     "not_identifiable",
@@ -423,6 +427,7 @@ impl Expected {
                 _ => &[
                     "rejected_samples",
                     "low_r2",
+                    "weakly_validated",
                     "does_not_fit",
                     "disagreement",
                     "not_identifiable",

@@ -44,7 +44,7 @@ pub(super) fn text(campaign: &Campaign, logbook: &Path, report: Option<&Path>) -
         let _ = writeln!(text, "\n{}", models(&accepted));
         let _ = writeln!(
             text,
-            "a22, b2 and C0 with 95 % half widths; K_p for a damping ratio of 0.7071; the rudder that holds a heading is -delta0."
+            "a22, b2 and C0 with 95 % half widths; K_p for a damping ratio of 0.7071 with the delays of the loop and the least damped model of the interval; the rudder that holds a heading is -delta0."
         );
     }
     for run in campaign.runs.iter().filter(|run| !run.verdict.accepted) {
