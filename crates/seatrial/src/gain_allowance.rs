@@ -70,6 +70,15 @@ impl GainAllowance {
     }
 }
 
+/// What a loop waits for that is as fast as the samples: one until a rudder asked for acts, the lag of the rudder, and the
+/// hold over one.
+pub fn sampled(interval_s: f64, rudder_lag_s: f64) -> LoopTiming<f64> {
+    LoopTiming {
+        delay_s: interval_s + rudder_lag_s,
+        sample_interval_s: Some(interval_s),
+    }
+}
+
 /// What a loop over several points waits for: the longest of theirs.
 pub fn longest(allowances: impl IntoIterator<Item = GainAllowance>) -> LoopTiming<f64> {
     let timings = allowances.into_iter().map(|allowance| allowance.timing);

@@ -20,9 +20,9 @@ mod two_seas;
 pub mod whitening;
 
 use seatrial_core::estimator::{EstimatorSettings, InvalidSetting, Method};
-use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::{Sample, YawModel};
 
+use crate::gain_allowance::sampled;
 use crate::identification::{HigherOrder, Identification, Reason, Refined, Settings};
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window, median_interval_s};
@@ -293,10 +293,7 @@ fn assess_with_others(
         .and_then(fresh_estimate);
     let loop_timing = median_interval_s(samples)
         .filter(|_| !settings.as_paper)
-        .map(|interval_s| LoopTiming {
-            delay_s: interval_s + lagging.as_ref().map_or(0.0, |l| l.rudder_lag_s),
-            sample_interval_s: Some(interval_s),
-        });
+        .map(|interval_s| sampled(interval_s, lagging.as_ref().map_or(0.0, |l| l.rudder_lag_s)));
     let verdict = verdict::judge(&Evidence {
         samples_used: pass.samples_used,
         samples_rejected: pass.rejected.total(),

@@ -1,12 +1,14 @@
 //! What a record of a training stage can tell.
 
 use nalgebra::Matrix3;
-use seatrial_core::{Hand, HeadingGain, Sample, Turn, YawModel};
+use seatrial_core::{Hand, Sample, Turn, YawModel};
 use serde::Serialize;
 
 use super::PriorSpeed;
+use crate::gain_allowance::{GainAllowance, sampled};
 use crate::identify::bound::cramer_rao_bound;
 use crate::propagation::{NORMAL_95, interval_95};
+use crate::record::median_interval_s;
 use crate::verdict::{WIDEST_A22, WIDEST_B2};
 
 /// What a training stage will tell of a22, b2 and C0, in this order, and of what follows from them.
@@ -18,7 +20,7 @@ pub struct Expected {
     pub half_width_95: [f64; 3],
     /// The half widths as fractions of the parameters; `None` of a parameter that is 0.
     pub relative_half_width_95: [Option<f64>; 3],
-    /// K_p for a damping ratio of 1/sqrt(2).
+    /// K_p for a damping ratio of 1/sqrt(2), with what it will have to allow for.
     pub proportional_gain: Option<Predicted>,
     /// Radius of the steady circle under the full rudder to starboard and to port, m.
     pub steady_turning_radius_m: [Option<Predicted>; 2],
@@ -41,6 +43,14 @@ impl Expected {
         let standard_deviation = core::array::from_fn(|i| covariance[(i, i)].sqrt());
         let half_width_95 = standard_deviation.map(|deviation| NORMAL_95 * deviation);
         let theta = model.theta();
+        let least_damped_per_s = model.a22_per_s + half_width_95[0];
+        let allowance = GainAllowance {
+            damping_per_s: GainAllowance::damping_per_s(
+                model.a22_per_s,
+                [model.a22_per_s, least_damped_per_s],
+            ),
+            timing: sampled(median_interval_s(samples)?, 0.0),
+        };
         let predicted = |quantity: &dyn Fn(&YawModel<f64>) -> Option<f64>| {
             predicted(&model, &covariance, quantity)
         };
@@ -52,8 +62,8 @@ impl Expected {
                 relative.is_finite().then_some(relative)
             }),
             proportional_gain: predicted(&|model| {
-                let gain = HeadingGain::design(model, core::f64::consts::FRAC_1_SQRT_2).ok()?;
-                Some(gain.proportional_gain)
+                let gain = allowance.design(model, core::f64::consts::FRAC_1_SQRT_2);
+                Some(gain.ok()?.proportional_gain)
             }),
             steady_turning_radius_m: [Hand::Starboard, Hand::Port].map(|hand| {
                 predicted(&|model| {
