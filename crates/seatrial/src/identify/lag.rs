@@ -21,6 +21,8 @@ pub struct LagTest {
     pub likelihood_ratio: f64,
     /// Schwarz's price of a parameter, log n.
     pub price: f64,
+    /// a22 and b2 by output error of a rudder that acts at once.
+    prompt: [f64; 2],
     /// What the rudder that acts at once leaves unexplained.
     pub residual: Option<ResidualTests>,
 }
@@ -72,6 +74,7 @@ impl LagTest {
         Some(Self {
             likelihood_ratio: 2.0 * (lagging - none.fit.log_likelihood),
             price: (record.blocks() as f64).ln(),
+            prompt: [prompt.a22_per_s, prompt.fit.linear[0]],
             residual: ResidualTests::of(
                 &record.innovations(none.a22_per_s, none.disturbance, &none.fit),
                 &record.mean_rudder_rad(),
@@ -79,29 +82,30 @@ impl LagTest {
         })
     }
 
+    /// What a lag of 0.1 s would do to the model, by output error, which fits the whole manoeuvre.
+    pub fn effect_of_an_ordinary_lag(
+        &self,
+        samples: &[Sample<f64>],
+        refined: &Refined,
+    ) -> Option<LagEffect> {
+        let samples = liveliest(samples);
+        let span = Span::of(samples).ok()?;
+        let start_per_s = refined.model.a22_per_s;
+        let record = behind(&span, samples, ORDINARY_LAG_S, start_per_s)?;
+        let scale = span.rate_scale(start_per_s);
+        let lagging = Peak::find(&record.series(), Disturbance::NONE, start_per_s, scale)?;
+        let [a22_per_s, b2_per_s2] = self.prompt;
+        Some(LagEffect {
+            lag_s: ORDINARY_LAG_S,
+            a22_per_s: refined.model.a22_per_s + lagging.a22_per_s - a22_per_s,
+            b2_per_s2: refined.model.b2_per_s2 + lagging.fit.linear[0] - b2_per_s2,
+        })
+    }
+
     /// Is a lag worth looking for with the models of a higher order?
     pub fn is_suspicious(&self) -> bool {
         self.likelihood_ratio > self.price
     }
-}
-
-/// What a lag of 0.1 s would do to the model, by output error, which fits the whole manoeuvre.
-pub fn effect_of_an_ordinary_lag(samples: &[Sample<f64>], refined: &Refined) -> Option<LagEffect> {
-    let samples = liveliest(samples);
-    let span = Span::of(samples).ok()?;
-    let start_per_s = refined.model.a22_per_s;
-    let scale = span.rate_scale(start_per_s);
-    let theta = |lag_s: f64| {
-        let record = behind(&span, samples, lag_s, start_per_s)?;
-        let peak = Peak::find(&record.series(), Disturbance::NONE, start_per_s, scale)?;
-        Some([peak.a22_per_s, peak.fit.linear[0]])
-    };
-    let (prompt, lagging) = (theta(0.0)?, theta(ORDINARY_LAG_S)?);
-    Some(LagEffect {
-        lag_s: ORDINARY_LAG_S,
-        a22_per_s: refined.model.a22_per_s + lagging[0] - prompt[0],
-        b2_per_s2: refined.model.b2_per_s2 + lagging[1] - prompt[1],
-    })
 }
 
 /// The record of a rudder that lags by so much, s.

@@ -246,7 +246,7 @@ fn assess_with_others(
     };
     let lag_effect = sharp
         .filter(|_| mismatch.is_none())
-        .and_then(|refined| lag::effect_of_an_ordinary_lag(known, refined));
+        .and_then(|refined| lag?.effect_of_an_ordinary_lag(known, refined));
     let higher_order = higher_order(unexplained, fresh)?;
     let simulated = (mismatch.is_some() || blurred)
         .then(|| output_error::output_error(known, Some(pass.online.model)).ok())
