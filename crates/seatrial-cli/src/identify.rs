@@ -12,6 +12,7 @@ use seatrial::record::Window;
 use seatrial::verdict::{refused, three_figures};
 use seatrial_core::Nomoto;
 use seatrial_core::estimator::Method;
+use seatrial_core::heading_loop::LoopTiming;
 use serde::Serialize;
 
 use crate::log::{LogArgs, OpenedLog, Source};
@@ -105,6 +106,7 @@ pub struct Document<'a> {
     validation: Option<Validation>,
     higher_order: Option<&'a HigherOrder>,
     lag_effect: Option<LagEffect>,
+    loop_timing: Option<LoopTiming<f64>>,
     verdict: &'a Verdict,
     /// Of a log with several manoeuvres: the model of each speed; the model above is the surest of them.
     models: Option<&'a [SpeedModel]>,
@@ -251,6 +253,7 @@ impl<'a> Document<'a> {
             validation: identification.validation,
             higher_order: identification.higher_order.as_ref(),
             lag_effect: identification.lag_effect,
+            loop_timing: identification.loop_timing,
             ..Self::without_model(logs, &identification.verdict)
         }
     }
@@ -274,6 +277,7 @@ impl<'a> Document<'a> {
             validation: None,
             higher_order: None,
             lag_effect: None,
+            loop_timing: None,
             verdict,
             models: None,
         }

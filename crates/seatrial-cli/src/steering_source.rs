@@ -430,6 +430,13 @@ pub fn from_document(path: &Path, speed: Option<f64>) -> Result<Source, Failure>
             noise: noise_of(identification),
         });
     }
+    // The models are behind a servo that was given.
+    let servo = |time| document["source"]["servo"][time].as_f64();
+    for time in ["delay_s", "lag_s"] {
+        for point in &mut source.points {
+            point.allowance.timing.delay_s += servo(time).unwrap_or(0.0);
+        }
+    }
     Ok(source)
 }
 

@@ -17,6 +17,21 @@ fn identify(log: &Path, arguments: &[&str]) -> (Value, Option<i32>) {
     (document, output.status.code())
 }
 
+/// The delay that a gain allows for, less a sample.
+fn allowed_lag_s(document: &Value) -> f64 {
+    let folder = tempfile::tempdir().unwrap();
+    let model = folder.path().join("model.json");
+    std::fs::write(&model, document.to_string()).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        .args(["gains", "--json", "--model"])
+        .arg(&model)
+        .output()
+        .unwrap();
+    let gains: Value = serde_json::from_slice(&output.stdout).expect("one JSON document");
+    let timing = &gains["points"][0]["allowance"]["timing"];
+    timing["delay_s"].as_f64().unwrap() - timing["sample_interval_s"].as_f64().unwrap()
+}
+
 fn assert_within(document: &Value, name: &str, truth: f64, share: f64) {
     let found = document["refined"][name].as_f64().unwrap();
     assert!(
@@ -75,6 +90,11 @@ fn val_ardupilot_rover_with_a_lagging_rudder() {
         let given = identified(&["--rudder-lag", "0.15"], 0.15);
         assert!(given["higher_order"].is_null(), "{given}");
         assert_eq!(given["source"]["servo"]["lag_s"], 0.15);
+        // Found or given, the gain allows for it beside a sample.
+        for document in [found, given] {
+            let lag_s = allowed_lag_s(&document);
+            assert!((lag_s - 0.15).abs() < 0.03, "{lag_s}");
+        }
     }
 }
 
