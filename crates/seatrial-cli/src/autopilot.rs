@@ -123,6 +123,10 @@ impl LinkArgs {
             trying_thrust: plan
                 .and_then(|plan| plan.thrusts.first().copied())
                 .unwrap_or(defaults.trying_thrust),
+            most_asked: plan.map_or(defaults.most_asked, |plan| {
+                let highest = plan.thrusts.iter().copied().fold(0.0, f64::max);
+                highest + plan.rudder_limit_rad / self.full_rudder_deg.to_radians()
+            }),
             is_reversed: plan
                 .is_some_and(|plan| plan.envelope.rudder_sense == RudderSense::Negative),
             envelope: plan.filter(|_| is_given).map(limits),

@@ -68,6 +68,8 @@ pub struct Settings {
     pub heading_rudder_rad: f64,
     /// Thrust while the rudder's sense is tried, as a fraction of full.
     pub trying_thrust: f64,
+    /// The most steering and thrust that are asked for together, fractions of full added up.
+    pub most_asked: f64,
     /// b2 is expected to be negative.
     pub is_reversed: bool,
     /// Limits that the trial has been given, for the preflight; `None` refuses it.
@@ -91,6 +93,7 @@ impl Default for Settings {
             yaw_rate_gain_s: 0.4,
             heading_rudder_rad: 0.2,
             trying_thrust: 0.5,
+            most_asked: 1.5,
             is_reversed: false,
             envelope: None,
             abort: Arc::default(),

@@ -355,11 +355,21 @@ impl<W: Wire> Autopilot<W> {
         if is_gain {
             self.stick_gain = gain;
         }
+        let most_asked = self.settings.most_asked;
+        // Each horizontal thruster does both.
+        let fits = gain * most_asked <= 1.0 || self.settings.outputs.is_some();
         found.check(
             "stick gain",
-            is_gain,
+            is_gain && fits,
             format!(
-                "{name} is {gain:.2}: full steering and full thrust are that much of the thrusters'"
+                "{name} is {gain:.2}: full steering and full thrust are that much of the thrusters'{}",
+                match fits {
+                    true => String::new(),
+                    false => format!(
+                        ", too much for the {most_asked:.2} that the plan asks for together: {:.2} would do",
+                        1.0 / most_asked
+                    ),
+                }
             ),
         );
     }

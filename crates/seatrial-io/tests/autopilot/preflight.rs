@@ -87,6 +87,17 @@ fn regress_a_submarine_makes_less_of_its_stick() {
     assert!(gain.is_some_and(|gain| gain.text.starts_with("PilotGain is 0.50")));
     let checks = autopilot.take_control(&preflight.changes, &mut |_| Ok(()));
     assert_eq!(failures(&checks), [""; 0]);
+    autopilot.hand_back();
+    // A thruster would be at its end.
+    let mut sea = Sea::new(starfish(), Weather::default(), 1);
+    sea.boat = boat(&starfish(), Profile::Sub);
+    let greedy = Settings {
+        most_asked: 2.2,
+        ..settings()
+    };
+    let refused = failures(&Autopilot::new(sea, greedy, None).inspect().checks);
+    assert_eq!(refused.len(), 1, "{refused:?}");
+    assert!(refused[0].contains("0.45 would do"), "{refused:?}");
 }
 
 /// A submarine without a remote control keeps the last stick until a failsafe, whose default disarms it: before a trial too.
