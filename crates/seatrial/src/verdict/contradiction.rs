@@ -55,8 +55,8 @@ pub(super) const STOPPED: Limits = Limits {
 /// How surely such an error should be told: 99 %, in standard deviations.
 const POWER: f64 = 2.33;
 
-/// From a [`weakness`] of this one such error in twelve is missed.
-pub(super) const BLIND: f64 = 1.25;
+/// From a [`weakness`] of this one such error in five is missed.
+pub(super) const BLIND: f64 = 1.4;
 
 /// How many times more certain the fresh data would have to be to tell the error that they should, where they are not.
 ///
