@@ -197,7 +197,8 @@ pub fn lambda_of(record: &Record, window: Window) -> Result<ChosenLambda, Identi
 /// every sample at its true weight and states how sure it is. Where the record shows more than a first-order
 /// model, the online estimate takes its place with a wider interval; where a lagging rudder explains all of it, the
 /// model behind the lag. Where the rudder moved far while samples were lost, the heading tells when; where there is so
-/// little noise that the mean of the rudder over such an interval is not enough, the online estimate is used as well.
+/// little noise that the mean of the rudder over such an interval is not enough, the online estimate is used as well. Under a
+/// large disturbance the intervals reach the online estimate.
 pub fn assess(
     record: &Record,
     training: Window,
@@ -262,6 +263,10 @@ fn assess_with_others(
     });
     let alone = match &placed {
         Some(placed) => alone.map(|alone| refine::widened(&alone, &placed.covariance)),
+        None => alone,
+    };
+    let alone = match disturbed {
+        Some(_) => alone.map(|alone| refine::reaching(&alone, pass.online.model)),
         None => alone,
     };
     let together = alone

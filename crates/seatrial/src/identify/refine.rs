@@ -120,6 +120,16 @@ pub(super) fn widened(refined: &Refined, more: &Matrix3<f64>) -> Refined {
     }
 }
 
+/// The same model with intervals that reach the online estimate, where something turned the vehicle with a large share of
+/// the rudder's effect: it may be what a first-order model misses, and then the online estimate is less wrong.
+pub(super) fn reaching(refined: &Refined, online: YawModel<f64>) -> Refined {
+    let away = Vector3::from(online.theta()) - Vector3::from(refined.model.theta());
+    widened(
+        refined,
+        &(away * away.transpose() / (NORMAL_95 * NORMAL_95)),
+    )
+}
+
 /// Another model with normal intervals in place of the refined one.
 pub(super) fn around(
     refined: &Refined,
@@ -172,27 +182,33 @@ mod tests {
 
     use super::*;
 
+    /// A doublet of 16 s, sampled every 0.15 s, in which two rows are lost.
+    fn doublet() -> Vec<Sample<f64>> {
+        let model = YawModel::from_theta([-0.9, 0.7, 0.01]);
+        let mut state = YawState::default();
+        (0..110_u32)
+            .map(|k| {
+                let sample = Sample {
+                    time_s: 0.15 * f64::from(k),
+                    heading_rad: (3.0 + f64::round(state.heading_rad * 100.0) / 100.0).wrapped(),
+                    rudder_rad: [0.0, 0.2, -0.2, 0.0][(k / 28) as usize],
+                    ..Sample::default()
+                };
+                state = model.advance(state, sample.rudder_rad, 0.15);
+                sample
+            })
+            .enumerate()
+            .filter_map(|(k, sample)| (!(60..62).contains(&k)).then_some(sample))
+            .collect()
+    }
+
     /// A vehicle keeps its stage as it comes; a log is looked at as a whole.
     #[test]
     fn parity_a_stage_kept_as_it_comes_refines_alike() {
-        let model = YawModel::from_theta([-0.9, 0.7, 0.01]);
-        let mut state = YawState::default();
+        let samples = doublet();
         let mut record = StageRecord::<110>::new(0.15);
-        let mut samples = Vec::new();
-        for k in 0..110_u32 {
-            let rudder_rad = [0.0, 0.2, -0.2, 0.0][(k / 28) as usize];
-            let sample = Sample {
-                time_s: 0.15 * f64::from(k),
-                heading_rad: (3.0 + f64::round(state.heading_rad * 100.0) / 100.0).wrapped(),
-                rudder_rad,
-                ..Sample::default()
-            };
-            state = model.advance(state, rudder_rad, 0.15);
-            // Two rows are lost.
-            if !(60..62).contains(&k) {
-                record.push(&sample).unwrap();
-                samples.push(sample);
-            }
+        for sample in &samples {
+            record.push(sample).unwrap();
         }
         let (stage, log) = (
             refine_stage(record.series(), None).unwrap(),
@@ -204,5 +220,30 @@ mod tests {
             close(a, b);
         }
         close(stage.covariance[0][0], log.covariance[0][0]);
+    }
+
+    #[test]
+    fn exact_the_intervals_reach_the_online_estimate() {
+        let refined = refine(&doublet(), None).unwrap();
+        let there = reaching(&refined, refined.model).interval_95.a22_per_s;
+        // Rounding of a middle and a half width.
+        assert!((there[1] - refined.interval_95.a22_per_s[1]).abs() < 1e-12);
+        let online = YawModel {
+            a22_per_s: 0.5 * refined.model.a22_per_s,
+            b2_per_s2: 0.7 * refined.model.b2_per_s2,
+            ..refined.model
+        };
+        let reached = reaching(&refined, online);
+        assert_eq!(reached.model, refined.model);
+        // Its own interval is not quite symmetric.
+        let reaches = |[low, high]: [f64; 2], online: f64| {
+            let skew = 0.05 * online.abs();
+            assert!(
+                low - skew < online && online < high + skew,
+                "{low} {online} {high}"
+            );
+        };
+        reaches(reached.interval_95.a22_per_s, online.a22_per_s);
+        reaches(reached.interval_95.b2_per_s2, online.b2_per_s2);
     }
 }
