@@ -5,7 +5,7 @@ mod export;
 use std::path::PathBuf;
 
 use seatrial::GainAllowance;
-use seatrial::gain_allowance::longest;
+use seatrial::gain_allowance::{least_damped_schedule, longest};
 use seatrial::record::RudderUnit;
 use seatrial::verdict::three_figures;
 use seatrial_core::heading_loop::{LoopTiming, Poles};
@@ -155,7 +155,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         rudder_unit: source.rudder_unit,
         timing,
         points: points.map(|p| point_gains(p, args.zeta)).collect(),
-        at: interpolated(args, &source, timing)?,
+        at: interpolated(args, &source)?,
     };
     if let Some(format) = args.export {
         export::write(format, args, &source, output)?;
@@ -245,27 +245,24 @@ fn no_such_place(args: &Args, key: ScheduleKey, value: f64, error: ScheduleError
     Failure::usage(format!("{} {value}: {error}{hint}", key.name()))
 }
 
-/// The least damped models, for which gains are designed.
-fn cautious(source: &Source, key: ScheduleKey) -> Result<SpeedSchedule<f64>, Failure> {
-    let points = source.points.iter();
-    let points: Vec<_> = points
-        .map(|p| p.allowance.least_damped_point(&p.point))
-        .collect();
-    SpeedSchedule::new(key, &points)
+/// The least damped models, for which gains are designed, and what their loops wait for.
+fn cautious(
+    source: &Source,
+    key: ScheduleKey,
+) -> Result<(SpeedSchedule<f64>, LoopTiming<f64>), Failure> {
+    let points = source.points.iter().map(|p| (p.point, p.allowance));
+    least_damped_schedule(key, points)
         .map_err(|error| Failure::input(format!("{}: {error}", source.origin)))
 }
 
-fn interpolated(
-    args: &Args,
-    source: &Source,
-    timing: LoopTiming<f64>,
-) -> Result<Option<InterpolatedGain>, Failure> {
+fn interpolated(args: &Args, source: &Source) -> Result<Option<InterpolatedGain>, Failure> {
     let Some((key, value)) = asked(args) else {
         return Ok(None);
     };
     let schedule = source.schedule(key)?;
     let refused = |error| no_such_place(args, key, value, error);
-    let gains = GainSchedule::design(cautious(source, key)?, args.zeta, timing)
+    let (cautious, timing) = cautious(source, key)?;
+    let gains = GainSchedule::design(cautious, args.zeta, timing)
         .map_err(|error| Failure::input(format!("{}: {} {error}", source.origin, key.name())))?;
     let gain = gains.lookup(value, beyond(args)).map_err(refused)?;
     let model = schedule.lookup(value, beyond(args)).map_err(refused)?;

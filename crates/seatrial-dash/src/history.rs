@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use seatrial::difference::{Difference as ModelDifference, ParameterDifference};
 use seatrial::export::{OperatingPoint as ExportPoint, VehicleType, ardupilot};
-use seatrial::gain_allowance::{GainAllowance, longest};
+use seatrial::gain_allowance::{GainAllowance, least_damped_schedule};
 use seatrial::health::{HealthSettings, Reference, SpeedModel, compare};
 use seatrial::logbook::{CampaignEntry, CampaignId, Logbook};
 use seatrial::propagation::interval_95;
@@ -339,15 +339,13 @@ fn at_speed(
     rudder_limit_rad: f64,
 ) -> Result<OperatingPoint, Refusal> {
     let refused = |error: &dyn Display| Refusal::unprocessable("no_schedule", error);
-    let schedule = |point: fn(&Identified) -> ModelAt<f64>| {
-        let points: Vec<_> = identified.iter().map(|i| point(i)).collect();
-        SpeedSchedule::new(ScheduleKey::Speed, &points).map_err(|e| refused(&e))
-    };
-    let found = schedule(|i| i.at)?
-        .lookup(speed_m_s, Beyond::Extrapolate)
+    let models: Vec<_> = identified.iter().map(|i| i.at).collect();
+    let found = SpeedSchedule::new(ScheduleKey::Speed, &models)
+        .and_then(|schedule| schedule.lookup(speed_m_s, Beyond::Extrapolate))
         .map_err(|e| refused(&e))?;
-    let timing = longest(identified.iter().map(|i| i.allowance));
-    let cautious = schedule(|i| i.allowance.least_damped_point(&i.at))?;
+    let allowed = identified.iter().map(|i| (i.at, i.allowance));
+    let (cautious, timing) =
+        least_damped_schedule(ScheduleKey::Speed, allowed).map_err(|e| refused(&e))?;
     let gain = GainSchedule::design(cautious, damping_ratio, timing)
         .map_err(|e| e.to_string())
         .and_then(|gains| {

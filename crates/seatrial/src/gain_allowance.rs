@@ -2,7 +2,8 @@
 
 use seatrial_core::heading_control::NoGain;
 use seatrial_core::heading_loop::LoopTiming;
-use seatrial_core::{HeadingGain, SchedulePoint, YawModel};
+use seatrial_core::schedule::{ScheduleError, ScheduleKey};
+use seatrial_core::{HeadingGain, SchedulePoint, SpeedSchedule, YawModel};
 use serde::{Deserialize, Serialize};
 
 use crate::identification::Identification;
@@ -54,14 +55,6 @@ impl GainAllowance {
         HeadingGain::design_delayed(&self.least_damped(model), damping_ratio, self.timing)
     }
 
-    /// The point of a schedule with its least damped model, for a [`GainSchedule`](seatrial_core::GainSchedule).
-    pub fn least_damped_point(&self, point: &SchedulePoint<f64>) -> SchedulePoint<f64> {
-        SchedulePoint {
-            model: self.least_damped(&point.model),
-            ..*point
-        }
-    }
-
     fn least_damped(&self, model: &YawModel<f64>) -> YawModel<f64> {
         YawModel {
             a22_per_s: model.a22_per_s + self.damping_per_s,
@@ -77,6 +70,20 @@ pub fn sampled(interval_s: f64, rudder_lag_s: f64) -> LoopTiming<f64> {
         delay_s: interval_s + rudder_lag_s,
         sample_interval_s: Some(interval_s),
     }
+}
+
+/// The least damped models of a schedule and the longest that its loops wait, for a
+/// [`GainSchedule`](seatrial_core::GainSchedule).
+pub fn least_damped_schedule(
+    key: ScheduleKey,
+    points: impl IntoIterator<Item = (SchedulePoint<f64>, GainAllowance)>,
+) -> Result<(SpeedSchedule<f64>, LoopTiming<f64>), ScheduleError> {
+    let least_damped = |(point, allowance): (SchedulePoint<f64>, GainAllowance)| {
+        let model = allowance.least_damped(&point.model);
+        (SchedulePoint { model, ..point }, allowance)
+    };
+    let (points, allowances): (Vec<_>, Vec<_>) = points.into_iter().map(least_damped).unzip();
+    Ok((SpeedSchedule::new(key, &points)?, longest(allowances)))
 }
 
 /// What a loop over several points waits for: the longest of theirs.

@@ -2,7 +2,6 @@
 
 use seatrial::GainAllowance;
 use seatrial::export::{OperatingPoint, Schedule, ardupilot, px4};
-use seatrial::gain_allowance::longest;
 use seatrial_core::SchedulePoint;
 
 use super::{Args, asked, beyond, cautious, no_such_place};
@@ -82,12 +81,13 @@ fn operating_point(args: &Args, source: &Source) -> Result<OperatingPoint, Failu
                 .schedule(key)?
                 .lookup(value, beyond(args))
                 .map_err(|error| no_such_place(args, key, value, error))?;
-            let cautious = cautious(source, key)?
+            let (cautious, timing) = cautious(source, key)?;
+            let cautious = cautious
                 .lookup(value, beyond(args))
                 .map_err(|error| no_such_place(args, key, value, error))?;
             let allowance = GainAllowance {
                 damping_per_s: cautious.value().model.a22_per_s - model.value().model.a22_per_s,
-                timing: longest(source.points.iter().map(|p| p.allowance)),
+                timing,
             };
             (*model.value(), allowance, None)
         }

@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use crate::campaign::Campaign;
 use crate::circle_fit::NoCircle;
-use crate::gain_allowance::{GainAllowance, longest};
+use crate::gain_allowance::{GainAllowance, least_damped_schedule};
 use crate::heading_step::{HeadingSteps, NoExperiment};
 use crate::identification::Identification;
 use crate::savitzky_golay::NoDerivative;
@@ -135,9 +135,10 @@ impl Field {
         let first = trials.first();
         let rudder_limit_rad = first.map_or(0.0, |campaign| campaign.rudder_limit_rad);
         let points = first.map_or(Vec::new(), schedule_points);
-        let (cautious, allowances) = first.map_or_else(Default::default, cautious_points);
         let schedule = SpeedSchedule::new(ScheduleKey::Thrust, &points)?;
-        let cautious = SpeedSchedule::new(ScheduleKey::Thrust, &cautious)?;
+        let allowed = first.into_iter().flat_map(identified_points);
+        let allowed = allowed.map(|(point, found)| (point, GainAllowance::of(found)));
+        let (cautious, timing) = least_damped_schedule(ScheduleKey::Thrust, allowed)?;
         let points = schedule.points().to_vec();
         let mut pilot = Pilot::new(vehicle);
         let surge = first.and_then(SurgeModel::of);
@@ -157,7 +158,7 @@ impl Field {
             rudder_limit_rad,
             ..settings.steps
         };
-        let gains = Gains::design(cautious, steps.damping_ratio, longest(allowances))?;
+        let gains = Gains::design(cautious, steps.damping_ratio, timing)?;
         Ok(Self {
             rudder_limit_rad,
             settings,
@@ -192,16 +193,6 @@ fn schedule_points(campaign: &Campaign) -> Vec<SchedulePoint<f64>> {
     identified_points(campaign)
         .map(|(point, _)| point)
         .collect()
-}
-
-/// The least damped model of each point, and what its gain allows for.
-fn cautious_points(campaign: &Campaign) -> (Vec<SchedulePoint<f64>>, Vec<GainAllowance>) {
-    identified_points(campaign)
-        .map(|(point, identification)| {
-            let allowance = GainAllowance::of(identification);
-            (allowance.least_damped_point(&point), allowance)
-        })
-        .unzip()
 }
 
 fn identified_points(

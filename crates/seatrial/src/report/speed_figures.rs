@@ -13,7 +13,7 @@ use super::Figure;
 use super::chart::{Chart, Layer, Mark, Panel, Span};
 use super::number::{decimals, percent, significant};
 use crate::campaign::{Campaign, Run};
-use crate::gain_allowance::{GainAllowance, longest};
+use crate::gain_allowance::{GainAllowance, least_damped_schedule};
 use crate::heading_step::{Control, HeadingStepRun, HeadingStepSample, HeadingSteps};
 use crate::identification::Identification;
 use crate::propagation::interval_95;
@@ -361,12 +361,8 @@ pub(super) fn gains(speeds: &[Speed]) -> Option<Figure> {
 /// schedule (Fig. 17).
 pub(super) fn heading_steps(speeds: &[Speed], rudder_limit_rad: f64) -> Option<Figure> {
     let schedule = SpeedSchedule::new(ScheduleKey::Thrust, &points(speeds)).ok()?;
-    let cautious: Vec<_> = speeds
-        .iter()
-        .map(|speed| speed.allowance.least_damped_point(&speed.point))
-        .collect();
-    let cautious = SpeedSchedule::new(ScheduleKey::Thrust, &cautious).ok()?;
-    let timing = longest(speeds.iter().map(|speed| speed.allowance));
+    let allowed = speeds.iter().map(|speed| (speed.point, speed.allowance));
+    let (cautious, timing) = least_damped_schedule(ScheduleKey::Thrust, allowed).ok()?;
     let gains = GainSchedule::design(cautious, DAMPING_RATIO, timing).ok()?;
     let paper = HeadingSteps::default();
     let experiment = HeadingSteps {

@@ -147,7 +147,7 @@ fn summary_note<'a>(mut identifications: impl Iterator<Item = &'a Identification
     } else {
         "These are live estimates without intervals."
     };
-    format!("{intervals} Kₚ gives about 5 % overshoot (damping ratio 0.71).")
+    format!("{intervals} Kₚ gives no more than about 5 % overshoot (damping ratio 0.71).")
 }
 
 /// One line per thrust: the accepted run, or the last one where none was accepted.
