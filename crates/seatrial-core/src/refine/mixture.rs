@@ -126,7 +126,7 @@ impl Prior {
 }
 
 /// The likelihood's peaks over all disturbances.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Hypotheses {
     all: List<Hypothesis, MOST_HYPOTHESES>,
     likeliest: Peak,
