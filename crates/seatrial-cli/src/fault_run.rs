@@ -381,8 +381,7 @@ impl Expected {
             Kind::DuplicatedSamples | Kind::ReorderedSamples => &[],
             // A vehicle lighter than water cannot hold its depth without speed.
             Kind::ThrustLoss => &[SpeedDrift, Depth],
-            // Water from the side turns the hull, against its rudder too: that is what was seen, whatever the cause.
-            Kind::CurrentStep => &[SpeedDrift, HeadingExcursion, ReversedRudder],
+            Kind::CurrentStep => &[SpeedDrift, HeadingExcursion],
             Kind::CompassSpike | Kind::CompassStep | Kind::CompassDrift => {
                 &[HeadingExcursion, ReversedRudder, StaleSamples]
             }
