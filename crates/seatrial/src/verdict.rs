@@ -13,6 +13,7 @@ use crate::identify::compass::CompassError;
 use crate::identify::second_order::ResidualTests;
 use crate::record::RudderUnit;
 use fresh_data::LEAST_VALIDATION_R2;
+pub use fresh_data::offset_drifted;
 pub use parameters::{WIDEST_A22, WIDEST_B2};
 
 /// Three parameters, two initial conditions and a noise level need some samples each.
@@ -66,6 +67,9 @@ pub struct Evidence<'a> {
     pub training_fit: GoodnessOfFit<f64>,
     /// R^2 on fresh data.
     pub validation: Option<Validation>,
+    /// The largest jump of the heading from where the measured yaw rate takes it, rad, in fresh data that are not those
+    /// of the training.
+    pub fresh_jump_rad: Option<f64>,
     /// The estimate made from the fresh data alone, where they are not those of the training and give one.
     pub fresh: Option<&'a Refined>,
     /// Half of the rudder's range in validation, rad.

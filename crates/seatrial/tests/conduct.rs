@@ -155,6 +155,9 @@ enum Fault {
     None,
 }
 
+/// How fast a drifting compass turns.
+const DRIFT_RAD_S: f64 = 0.03;
+
 /// Duration of a validation stage of the paper's plan: 2 + 4 + 10.5 s.
 const VALIDATION_S: f64 = 16.5;
 
@@ -174,7 +177,7 @@ impl Vehicle<f64> for Faulty {
             Fault::Garbage if late_s >= 0.0 => sample.heading_rad = f64::NAN,
             Fault::Bursts if late_s.rem_euclid(2.0) < 0.14 => sample.heading_rad = f64::NAN,
             Fault::Drift | Fault::DriftWithoutGyro if (0.0..VALIDATION_S).contains(&late_s) => {
-                sample.heading_rad += 0.03 * late_s;
+                sample.heading_rad += DRIFT_RAD_S * late_s;
             }
             _ => {}
         }
@@ -288,6 +291,27 @@ fn exact_a_drift_that_a_gyro_sees_through_repeats_nothing() {
         .map(|r| r.code.as_str())
         .collect();
     assert_eq!(codes, ["ok", "lag_unknown", "offset_drifted"]);
+    // It looks like a turn of its own, C0/-a22, and the interval of C0 covers either.
+    let c0_half_width = |run: &Run| {
+        let refined = run.identification.as_ref().unwrap().refined.as_ref();
+        let [low, high] = refined.unwrap().interval_95.c0_rad_per_s2;
+        0.5 * (high - low)
+    };
+    let away = -runs[0]
+        .identification
+        .as_ref()
+        .unwrap()
+        .online
+        .model
+        .a22_per_s
+        * DRIFT_RAD_S;
+    let half_width = c0_half_width(&runs[0]);
+    assert!(
+        (0.9..1.3).contains(&(half_width / away)),
+        "{half_width} {away}"
+    );
+    let undisturbed = c0_half_width(&runs[1]);
+    assert!(undisturbed < 0.5 * half_width, "{undisturbed} {half_width}");
 }
 
 /// Without a gyro nothing tells a drift of heading from a wrong model while the trial runs.

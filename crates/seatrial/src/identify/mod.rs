@@ -198,7 +198,7 @@ pub fn lambda_of(record: &Record, window: Window) -> Result<ChosenLambda, Identi
 /// model, the online estimate takes its place with a wider interval; where a lagging rudder explains all of it, the
 /// model behind the lag. Where the rudder moved far while samples were lost, the heading tells when; where there is so
 /// little noise that the mean of the rudder over such an interval is not enough, the online estimate is used as well. Under a
-/// large disturbance the intervals reach the online estimate.
+/// large disturbance the intervals reach the online estimate; where the offset drifted, C0's reaches that of the fresh data.
 pub fn assess(
     record: &Record,
     training: Window,
@@ -293,9 +293,16 @@ fn assess_with_others(
         Some(lagging) => second_order::goodness_of_fit(lagging, &pass.accepted),
         None => fresh::fit_by_the_clearer_rate(model, &pass.accepted),
     };
-    let of_fresh = fresh
-        .filter(|fresh| refine && fresh.window != training)
-        .and_then(fresh_estimate);
+    let other = fresh.filter(|fresh| fresh.window != training);
+    let of_fresh = other.filter(|_| refine).and_then(fresh_estimate);
+    let refined = match (refined, &of_fresh) {
+        (Some(refined), Some(fresh))
+            if validation.as_ref().is_some_and(verdict::offset_drifted) =>
+        {
+            Some(refine::reaching_offset(&refined, fresh.model.c0_rad_per_s2))
+        }
+        (refined, _) => refined,
+    };
     let loop_timing = median_interval_s(samples)
         .filter(|_| !settings.as_paper)
         .map(|interval_s| sampled(interval_s, lagging.as_ref().map_or(0.0, |l| l.rudder_lag_s)));
@@ -321,6 +328,9 @@ fn assess_with_others(
         hidden_edges: edges.count(),
         training_fit,
         validation,
+        fresh_jump_rad: other.and_then(|fresh| {
+            CompassError::of(&fresh.record.usable(fresh.window)).largest_jump_rad
+        }),
         fresh: of_fresh.as_ref(),
         validation_rudder_amplitude_rad: fresh
             .and_then(|fresh| Manoeuvre::find(fresh.record.window(fresh.window)))

@@ -130,6 +130,15 @@ pub(super) fn reaching(refined: &Refined, online: YawModel<f64>) -> Refined {
     )
 }
 
+/// The same model with an interval of C0 that reaches another, where wind, current or trim changed between the two.
+pub(super) fn reaching_offset(refined: &Refined, c0_rad_per_s2: f64) -> Refined {
+    let away = (c0_rad_per_s2 - refined.model.c0_rad_per_s2) / NORMAL_95;
+    widened(
+        refined,
+        &Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, away * away)),
+    )
+}
+
 /// Another model with normal intervals in place of the refined one.
 pub(super) fn around(
     refined: &Refined,

@@ -15,17 +15,21 @@ const SCALE_ERROR: [f64; 2] = [0.03, 0.05];
 const LATE_EFFECT: [f64; 2] = [0.08, 0.15];
 
 impl Weighing {
+    pub(super) fn jump(&mut self, jump_rad: f64, at: &str) {
+        self.reject(
+            "compass_error",
+            format!(
+                "within a second {at} the heading parts by {} deg from where the yaw rate takes it, which no vehicle does: the compass jumped, stuck or was disturbed, or the clock jumped; repeat the run, away from iron and electric currents",
+                degrees(jump_rad)
+            ),
+        );
+    }
+
     /// A heading that is late by a share of the vehicle's time constant makes a22 smaller by some twice that share.
     pub(super) fn compass(&mut self, evidence: &Evidence) {
         let found = &evidence.compass;
         if let Some(jump_rad) = found.largest_jump_rad {
-            self.reject(
-                "compass_error",
-                format!(
-                    "within a second the heading parts by {} deg from where the yaw rate takes it, which no vehicle does: the compass jumped, stuck or was disturbed, or the clock jumped; repeat the run, away from iron and electric currents",
-                    degrees(jump_rad)
-                ),
-            );
+            self.jump(jump_rad, "in training");
         }
         let half_width = |of: fn(&Refined) -> (f64, [f64; 2])| {
             evidence.refined.map_or(f64::INFINITY, |refined| {

@@ -12,6 +12,17 @@ pub const LEAST_VALIDATION_R2: f64 = 0.60;
 /// Fresh rudder angles beyond the trained ones by this factor are an extrapolation.
 const NOTED_EXTRAPOLATION: f64 = 1.2;
 
+/// Does the model steer right on fresh data, but with another offset?
+pub fn offset_drifted(validation: &Validation) -> bool {
+    !is_good(validation.r2_heading)
+        && is_good(validation.r2_heading_offset_refit)
+        && is_good(validation.r2_yaw_rate)
+}
+
+fn is_good(r2: Option<f64>) -> bool {
+    r2.is_some_and(|r2| r2 >= LEAST_VALIDATION_R2)
+}
+
 impl Weighing {
     pub(super) fn fresh_data(&mut self, validation: Option<Validation>) {
         let Some(validation) = validation else {
@@ -20,9 +31,8 @@ impl Weighing {
                 "no fresh data were given; validate with --validate-from and --validate-to, or --validate-on another log".into(),
             );
         };
-        let good = |r2: Option<f64>| r2.is_some_and(|r2| r2 >= LEAST_VALIDATION_R2);
-        if good(validation.r2_heading) {
-        } else if good(validation.r2_heading_offset_refit) && good(validation.r2_yaw_rate) {
+        if is_good(validation.r2_heading) {
+        } else if offset_drifted(&validation) {
             self.note(
                 "offset_drifted",
                 format!(
@@ -61,6 +71,9 @@ impl Weighing {
             None => &TRAINED,
         };
         match (contradiction(model, covariance, fresh, limits), saturated) {
+            (Some(_), _) if let Some(jump_rad) = evidence.fresh_jump_rad => {
+                self.jump(jump_rad, "in the fresh data");
+            }
             (Some(found), Some(saturated)) => self.reject(
                 "rudder_saturated",
                 format!("the fresh data by themselves give {found}: {saturated}"),

@@ -75,6 +75,7 @@ fn evidence(refined: &Refined) -> Evidence<'_> {
         hidden_edges: 0,
         training_fit: training_fit(0.95, 0.95),
         validation: Some(validation(0.9, 0.95, 0.96)),
+        fresh_jump_rad: None,
         fresh: None,
         validation_rudder_amplitude_rad: Some(0.15),
     }
@@ -302,6 +303,17 @@ fn exact_a_rudder_that_stops_is_told_with_its_angle() {
         ..stopped
     });
     assert_eq!(codes(&verdict), ["contradicted"]);
+    // Fresh data through a compass that jumped say nothing of the rudder.
+    let verdict = judge(&Evidence {
+        fresh_jump_rad: Some(0.06),
+        ..stopped
+    });
+    assert_eq!(codes(&verdict), ["compass_error"]);
+    let text = &verdict.reasons[0].text;
+    assert!(
+        text.contains("in the fresh data the heading parts by 3.44 deg"),
+        "{text}"
+    );
 }
 
 #[test]
