@@ -313,20 +313,7 @@ fn write_text(text: &mut String, opened: &OpenedLog, inspection: &Inspection) ->
     }
     writeln!(text, "\n")?;
 
-    for channel in &opened.description.channels {
-        let range = inspection
-            .ranges
-            .iter()
-            .find(|range| range.quantity == channel.quantity);
-        writeln!(
-            text,
-            "{:9} {:16} {:34} {}",
-            channel.quantity.name(),
-            channel.column,
-            unit_text(channel),
-            range.map_or(String::new(), |range| range_text(range, opened.rudder_unit))
-        )?;
-    }
+    text.push_str(&channels_text(opened, inspection));
     let samples = &opened.record.samples;
     writeln!(text)?;
     for quantity in [Quantity::Rudder, Quantity::Heading] {
@@ -363,6 +350,31 @@ fn write_text(text: &mut String, opened: &OpenedLog, inspection: &Inspection) ->
         writeln!(text, "  {}", reason.text)?;
     }
     Ok(())
+}
+
+/// Quantity, column, range and unit of every channel, each beneath the other.
+fn channels_text(opened: &OpenedLog, inspection: &Inspection) -> String {
+    let ranges = &inspection.ranges;
+    let range = |channel: &Channel| {
+        let range = ranges.iter().find(|r| r.quantity == channel.quantity);
+        range.map_or(String::new(), |range| range_text(range, opened.rudder_unit))
+    };
+    let channels = &opened.description.channels;
+    let rows = || channels.iter().map(|channel| (channel, range(channel)));
+    let column_width = rows()
+        .map(|(channel, _)| channel.column.chars().count())
+        .max();
+    let range_width = rows().map(|(_, range)| range.chars().count()).max();
+    let (column_width, range_width) = (column_width.unwrap_or(0), range_width.unwrap_or(0));
+    let line = |(channel, range): (&Channel, String)| {
+        format!(
+            "{:9} {:column_width$}  {range:range_width$}  {}\n",
+            channel.quantity.name(),
+            channel.column,
+            unit_text(channel)
+        )
+    };
+    rows().map(line).collect()
 }
 
 fn unit_text(channel: &Channel) -> String {

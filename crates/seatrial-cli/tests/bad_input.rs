@@ -82,6 +82,15 @@ fn cli_unreadable_logs_say_what_is_wrong_and_exit_3() {
             b"t,yaw,rudder\n0,0\n1,0,0\n",
             "line 2: found 2 cells, expected 3",
         ),
+        (
+            b"\x1f\x8b\x08\0",
+            "is packed by gzip: unpack it, or give it on standard input: gzip -dc FILE |",
+        ),
+        (b"\x28\xb5\x2f\xfd", "zstd -dc FILE | seatrial"),
+        (
+            b"s: T    0    0 4 m_heading rad\n",
+            "cache file of a Slocum glider",
+        ),
         (b"\x7fELF\x02\x01\x01\x00", "byte 0 is 0x7f"),
         (
             b"PAR1 and nothing more",

@@ -32,6 +32,29 @@ macro_rules! built {
     }};
 }
 
+/// What packs files, the bytes it begins them with, and the command that unpacks to standard output.
+const PACKERS: [(&str, &[u8], &str); 5] = [
+    ("gzip", b"\x1f\x8b\x08", "gzip -dc"),
+    ("zstd", b"\x28\xb5\x2f\xfd", "zstd -dc"),
+    ("bzip2", b"BZh", "bzip2 -dc"),
+    ("xz", b"\xfd7zXZ\0", "xz -dc"),
+    ("zip", b"PK\x03\x04", "unzip -p"),
+];
+
+/// Refuses what holds a log, or belongs to one, and is none itself.
+fn check_is_log(start: &[u8]) -> Result<(), Fault> {
+    if let Some((packer, _, unpack)) = PACKERS
+        .iter()
+        .find(|(_, bytes, _)| start.starts_with(bytes))
+    {
+        return Err(Fault::Packed { packer, unpack });
+    }
+    if start.starts_with(b"s: T ") || start.starts_with(b"s: F ") {
+        return Err(Fault::SlocumCache);
+    }
+    Ok(())
+}
+
 /// What these first bytes are the start of; text where they are nothing else.
 fn format(start: &[u8]) -> Format {
     if start.starts_with(b"PAR1") {
@@ -65,6 +88,7 @@ fn start(input: impl Read) -> Result<Vec<u8>, Fault> {
         .take(START)
         .read_to_end(&mut start)
         .map_err(Fault::read)?;
+    check_is_log(&start)?;
     Ok(start)
 }
 
@@ -194,4 +218,33 @@ fn is_canboat(start: &[u8]) -> bool {
         && is_date(cells[0])
         && cells[1..6].iter().all(is_number)
         && cells[6..].iter().all(is_byte)
+}
+
+#[cfg(all(test, feature = "parquet", feature = "mcap", feature = "rosbag2"))]
+#[path = "../tests/seeds/mod.rs"]
+mod seeds;
+
+#[cfg(all(test, feature = "parquet", feature = "mcap", feature = "rosbag2"))]
+mod tests {
+    use super::*;
+    use crate::{ChannelChoice, LogReader};
+
+    #[test]
+    fn io_every_format_comes_on_standard_input_too() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log");
+        let samples = |table| {
+            let reader = LogReader::new(String::new(), table, &ChannelChoice::default()).unwrap();
+            reader.collect::<Result<Vec<_>, _>>().unwrap()
+        };
+        for format in seeds::FORMATS {
+            for seed in seeds::of(format) {
+                std::fs::write(&path, &seed).unwrap();
+                let named = samples(open(File::open(&path).unwrap(), &path).unwrap());
+                let piped = samples(open_stream(Cursor::new(seed)).unwrap());
+                assert!(!piped.is_empty(), "{format}");
+                assert_eq!(named, piped, "{format}");
+            }
+        }
+    }
 }

@@ -47,6 +47,21 @@ pub enum Fault {
     /// Not a file.
     #[error("is a folder; expected a log file: name one of the files in it")]
     Folder,
+    /// A log within another format.
+    #[error(
+        "is packed by {packer}: unpack it, or give it on standard input: {unpack} FILE | seatrial identify -"
+    )]
+    Packed {
+        /// What packs such files.
+        packer: &'static str,
+        /// What unpacks them to standard output.
+        unpack: &'static str,
+    },
+    /// A list of sensors.
+    #[error(
+        "is a cache file of a Slocum glider, which names the sensors of logs and holds no samples: give the log itself (.dbd, .sbd or .mbd)"
+    )]
+    SlocumCache,
     /// No bytes, or nothing but blank and comment lines.
     #[error(
         "is empty; expected a header line with column names and one line per sample: was the logger running?"

@@ -212,6 +212,7 @@ impl Bag {
                 break;
             }
             self.last = id;
+            let data = unpacked(data);
             bytes += data.len();
             fetched.push((topic as u64, time, data));
             if bytes > BATCH_BYTES {
@@ -258,6 +259,16 @@ fn copy_of(file: &mut File, length: u64) -> std::io::Result<NamedTempFile> {
     std::io::copy(&mut file.take(length), &mut copy)?;
     file.rewind()?;
     Ok(copy)
+}
+
+/// A message of a bag that packs each by zstd. No message in CDR begins like that; what cannot be unpacked is left as it is,
+/// and counted as one that cannot be decoded.
+fn unpacked(data: Vec<u8>) -> Vec<u8> {
+    const ZSTD: &[u8] = b"\x28\xb5\x2f\xfd";
+    match data.starts_with(ZSTD) {
+        true => zstd::bulk::decompress(&data, LONGEST_MESSAGE as usize).unwrap_or(data),
+        false => data,
+    }
 }
 
 fn damaged(error: rusqlite::Error) -> Fault {

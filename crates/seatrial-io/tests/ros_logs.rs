@@ -269,6 +269,19 @@ fn io_rosbag2_with_and_without_definitions() {
     }
 }
 
+#[test]
+fn io_rosbag2_whose_messages_are_packed_one_by_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("packed");
+    let mut topics = run();
+    for (_, data) in topics.iter_mut().flat_map(|topic| &mut topic.3) {
+        *data = zstd::bulk::compress(data, 3).unwrap();
+    }
+    bag_file(&path, &topics, true);
+    let (reader, samples) = read(&path, &ChannelChoice::default()).unwrap();
+    assert_is_the_run(&reader, &samples);
+}
+
 /// A field of a message that rosbags wrote, through the channels of heading and rudder.
 fn value(topics: &[Topic], column: &str) -> f64 {
     let folder = tempfile::tempdir().unwrap();

@@ -217,7 +217,7 @@ fn abort(reason: AbortReason) -> (&'static str, &'static str) {
         ),
         AbortReason::ReversedRudder => (
             "the vehicle turned against the rudder",
-            "Check the sign of the rudder and of the heading before anything else: with this sign the heading controller is unstable too.",
+            "Check the sign of the rudder and of the heading before anything else: with this sign the heading controller is unstable too. A current that sets in from the side turns a vehicle so as well.",
         ),
         AbortReason::NotSettled => (
             "the vehicle did not settle in the time allowed",
