@@ -51,7 +51,7 @@ const M4F_LIMITS: [(&str, &str, u64); 20] = [
     ("timed_step", "stack_bytes", 64),
     ("timed_step", "state_bytes", 96),
     ("timed_step", "code_bytes", 1000),
-    ("fixed_rate_step_f64", "instructions", 8500),
+    ("fixed_rate_step_f64", "instructions", 9000),
     ("fixed_rate_step_f64", "state_bytes", 192),
     ("estimator_step_f32", "instructions", 1900),
     ("estimator_step_f32", "state_bytes", 528),

@@ -244,7 +244,7 @@ fn measure(folder: &Path, table: &Path) -> Outcome<()> {
             machine::fused_s().ok_or_else(|| "no fused multiply-add".into())
         }),
         entry("bound of the online step", || {
-            Ok(3.0 * machine::multiply_s() + 5.0 * machine::add_s() + machine::divide_s())
+            Ok(2.0 * machine::multiply_s() + 4.0 * machine::add_s() + machine::divide_s())
         }),
         entry("online", || {
             step("online", &mut || {

@@ -4,7 +4,8 @@ use crate::estimator::{EstimatorSettings, InvalidSetting};
 use crate::state_variable_filter::{FilterStart, FilterStep, Hold, StateVariableFilter};
 use crate::{Real, YawModel};
 
-/// Filtered signals add up to less (in 1/s^2, 1/s and 1) on any vehicle; with larger ones `f32` would overflow.
+/// Filtered signals are less together (in 1/s^2, 1/s and 1, root of the sum of squares) on any vehicle; with larger ones `f32` would
+/// overflow.
 const LARGEST_SIGNAL: f64 = 1e6;
 /// With a larger P0 it would, too.
 const LARGEST_INITIAL_COVARIANCE: f64 = 1e9;
@@ -101,7 +102,7 @@ impl<T: Real> FixedRateSettings<T> {
 /// too large to compute with, changes nothing, as if its instant had not been. Where P has lost its sign to rounding
 /// (d < 1) nothing is learnt; in `f32` that is why p stays at the paper's 100, while `f64` bears 1e6.
 ///
-/// Cost on a Cortex-M4F in `f32`: 126 instructions, 96 bytes of state, 64 of stack, 0.5 kB of code;
+/// Cost on a Cortex-M4F in `f32`: 127 instructions, 96 bytes of state, 64 of stack, 0.5 kB of code;
 /// `cargo xtask embedded` counts them.
 ///
 /// Use this one where every sample arrives, on time, and processor time or memory is scarce. Use
@@ -203,7 +204,7 @@ impl<T: Real> FixedRateEstimator<T> {
         heading.advance_by(turned_rad, self.heading_hold, &self.step);
         rudder.advance_by(rudder_rad - rudder.signal(), Hold::ZeroOrder, &self.step);
         let [y, phi1, phi2] = signals(&heading, &rudder, &self.step);
-        let usable = y.abs() + phi1.abs() + phi2.abs() < T::of(LARGEST_SIGNAL);
+        let usable = y * y + (phi1 * phi1 + phi2 * phi2) < T::of(LARGEST_SIGNAL * LARGEST_SIGNAL);
         if !usable {
             return None;
         }
@@ -217,9 +218,12 @@ impl<T: Real> FixedRateEstimator<T> {
         let [a22, b2, c0] = self.theta;
         let e = y - phi1 * a22 - phi2 * b2 - c0;
         let [p11, p12, p13, p22, p23, p33] = self.covariance;
-        // The next sample waits for d: of the products in Phi^T P Phi only one is by P.
-        let beside = p12 * (phi1 * phi2) + (p13 * phi1 + p23 * phi2);
-        let d = (p11 * (phi1 * phi1) + p22 * (phi2 * phi2)) + (p33 + T::ONE) + (beside + beside);
+        // The next sample waits from P to P for a product, three sums, the division, a product and a sum: what can be
+        // done beside that is.
+        let across = p13 * phi1 + p23 * phi2;
+        let d = (p11 * (phi1 * phi1) + p22 * (phi2 * phi2))
+            + (p12 * ((phi1 + phi1) * phi2) + (p33 + T::ONE))
+            + (across + across);
         let has_its_sign = d >= T::ONE;
         if !has_its_sign {
             return false;
@@ -227,16 +231,16 @@ impl<T: Real> FixedRateEstimator<T> {
         let inverse = T::ONE / d;
         let g1 = p11 * phi1 + p12 * phi2 + p13;
         let g2 = p12 * phi1 + p22 * phi2 + p23;
-        let g3 = p13 * phi1 + p23 * phi2 + p33;
-        let (k1, k2, k3) = (g1 * inverse, g2 * inverse, g3 * inverse);
-        self.theta = [a22 + k1 * e, b2 + k2 * e, c0 + k3 * e];
+        let g3 = across + p33;
+        let step = e * inverse;
+        self.theta = [a22 + g1 * step, b2 + g2 * step, c0 + g3 * step];
         self.covariance = [
-            p11 - k1 * g1,
-            p12 - k1 * g2,
-            p13 - k1 * g3,
-            p22 - k2 * g2,
-            p23 - k2 * g3,
-            p33 - k3 * g3,
+            p11 - g1 * g1 * inverse,
+            p12 - g1 * g2 * inverse,
+            p13 - g1 * g3 * inverse,
+            p22 - g2 * g2 * inverse,
+            p23 - g2 * g3 * inverse,
+            p33 - g3 * g3 * inverse,
         ];
         true
     }
