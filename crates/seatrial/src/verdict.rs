@@ -13,7 +13,6 @@ use crate::identify::compass::CompassError;
 use crate::identify::second_order::ResidualTests;
 use crate::record::RudderUnit;
 use fresh_data::LEAST_VALIDATION_R2;
-pub use fresh_data::offset_drifted;
 pub use parameters::{WIDEST_A22, WIDEST_B2};
 
 /// Three parameters, two initial conditions and a noise level need some samples each.

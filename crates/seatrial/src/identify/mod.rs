@@ -198,7 +198,7 @@ pub fn lambda_of(record: &Record, window: Window) -> Result<ChosenLambda, Identi
 /// model, the online estimate takes its place with a wider interval; where a lagging rudder explains all of it, the
 /// model behind the lag. Where the rudder moved far while samples were lost, the heading tells when; where there is so
 /// little noise that the mean of the rudder over such an interval is not enough, the online estimate is used as well. Under a
-/// large disturbance the intervals reach the online estimate; where the offset drifted, C0's reaches that of the fresh data.
+/// large disturbance the intervals reach the online estimate; where fresh data give another C0, that of C0 reaches it.
 pub fn assess(
     record: &Record,
     training: Window,
@@ -296,11 +296,7 @@ fn assess_with_others(
     let other = fresh.filter(|fresh| fresh.window != training);
     let of_fresh = other.filter(|_| refine).and_then(fresh_estimate);
     let refined = match (refined, &of_fresh) {
-        (Some(refined), Some(fresh))
-            if validation.as_ref().is_some_and(verdict::offset_drifted) =>
-        {
-            Some(refine::reaching_offset(&refined, fresh.model.c0_rad_per_s2))
-        }
+        (Some(refined), Some(fresh)) => Some(refine::reaching_offset(&refined, fresh)),
         (refined, _) => refined,
     };
     let loop_timing = median_interval_s(samples)

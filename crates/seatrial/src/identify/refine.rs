@@ -130,13 +130,16 @@ pub(super) fn reaching(refined: &Refined, online: YawModel<f64>) -> Refined {
     )
 }
 
-/// The same model with an interval of C0 that reaches another, where wind, current or trim changed between the two.
-pub(super) fn reaching_offset(refined: &Refined, c0_rad_per_s2: f64) -> Refined {
-    let away = (c0_rad_per_s2 - refined.model.c0_rad_per_s2) / NORMAL_95;
-    widened(
-        refined,
-        &Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, away * away)),
-    )
+/// The same model, with an interval of C0 that reaches that of fresh data where chance does not explain the difference: wind,
+/// current or trim changed, and may again.
+pub(super) fn reaching_offset(refined: &Refined, fresh: &Refined) -> Refined {
+    let away = fresh.model.c0_rad_per_s2 - refined.model.c0_rad_per_s2;
+    let variance = refined.covariance[2][2] + fresh.covariance[2][2];
+    if away.abs() <= NORMAL_95 * variance.sqrt() {
+        return refined.clone();
+    }
+    let more = Vector3::new(0.0, 0.0, (away / NORMAL_95).powi(2));
+    widened(refined, &Matrix3::from_diagonal(&more))
 }
 
 /// Another model with normal intervals in place of the refined one.

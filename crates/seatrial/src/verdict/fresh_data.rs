@@ -13,7 +13,7 @@ pub const LEAST_VALIDATION_R2: f64 = 0.60;
 const NOTED_EXTRAPOLATION: f64 = 1.2;
 
 /// Does the model steer right on fresh data, but with another offset?
-pub fn offset_drifted(validation: &Validation) -> bool {
+fn offset_drifted(validation: &Validation) -> bool {
     !is_good(validation.r2_heading)
         && is_good(validation.r2_heading_offset_refit)
         && is_good(validation.r2_yaw_rate)
