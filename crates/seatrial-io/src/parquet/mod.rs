@@ -24,6 +24,7 @@ use crate::description::Format;
 use crate::error::{Fault, Place};
 use crate::number::number;
 use crate::table::{Cell, Table, hexadecimal};
+use page_header::is_structure;
 use pages::{Allowance, Pages, TooMuch};
 
 /// Rows read at once.
@@ -360,7 +361,7 @@ fn damaged(error: ParquetError) -> Fault {
     }
 }
 
-/// The library makes all of the footer before anything can be looked at.
+/// The library makes all of the footer before anything can be looked at, and counts through lists that say they are any length.
 fn check_footer(mut file: &File, length: u64) -> Result<(), Fault> {
     let mut end = [0; 8];
     if length < end.len() as u64 {
@@ -369,14 +370,25 @@ fn check_footer(mut file: &File, length: u64) -> Result<(), Fault> {
     file.seek(SeekFrom::End(-(end.len() as i64)))
         .and_then(|_| file.read_exact(&mut end))
         .map_err(Fault::read)?;
-    let footer = u64::from(number::<u32>(&end, 0).unwrap_or(0));
+    let footer = number::<u32>(&end, 0).unwrap_or(0);
+    let before = length - end.len() as u64;
     // Where it is cut off, these are no length: the library says so.
-    if end.ends_with(b"PAR1") && (MOST_FOOTER + length / 32..length).contains(&footer) {
+    if !end.ends_with(b"PAR1") || u64::from(footer) > before {
+        return Ok(());
+    }
+    if u64::from(footer) >= MOST_FOOTER + length / 32 {
         return Err(too_much(format!(
             "its footer has {footer} bytes of {length}"
         )));
     }
-    Ok(())
+    let mut structure = vec![0; footer as usize];
+    file.seek(SeekFrom::Start(before - u64::from(footer)))
+        .and_then(|_| file.read_exact(&mut structure))
+        .map_err(Fault::read)?;
+    match is_structure(&structure) {
+        true => Ok(()),
+        false => Err(broken("its footer is damaged")),
+    }
 }
 
 fn too_much(what: String) -> Fault {

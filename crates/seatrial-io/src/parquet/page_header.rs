@@ -1,4 +1,4 @@
-//! The header of a Parquet page: a structure of Thrift's compact protocol.
+//! Structures of Thrift's compact protocol, as the header of a Parquet page is one.
 
 use std::collections::BTreeMap;
 
@@ -81,6 +81,16 @@ impl PageHeader {
             kind,
         })
     }
+}
+
+/// Are these bytes a structure, none of whose lists and texts is longer than what is left of them?
+pub(super) fn is_structure(bytes: &[u8]) -> bool {
+    let mut thrift = Thrift {
+        bytes,
+        at: 0,
+        numbers: BTreeMap::new(),
+    };
+    thrift.structure(0, 0).is_some()
 }
 
 /// A reader of structures. It keeps their whole numbers and truth values, and passes over the rest.
@@ -222,6 +232,7 @@ mod tests {
         let deep = [0x1c; 100_000];
         for bytes in [&long_text[..], &long_list, &deep, &[0x05, 0xff]] {
             assert_eq!(PageHeader::read(bytes), None);
+            assert!(!is_structure(bytes));
         }
     }
 }
