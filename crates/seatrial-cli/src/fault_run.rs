@@ -141,11 +141,11 @@ impl Rehearsal {
             let Some(identification) = &run.identification else {
                 continue;
             };
-            let distance = self.distance(run, identification, seen);
+            let (parameter, distance) = self.distance(run, identification, seen);
             farthest = Some(farthest.map_or(distance, |other| other.max(distance)));
             if distance > INTERVALS {
                 faults.push(format!(
-                    "run {} accepted {distance:.1} intervals from the truth",
+                    "run {} accepted with {parameter} {distance:.1} half widths from the truth",
                     run.number
                 ));
             }
@@ -173,12 +173,12 @@ impl Rehearsal {
         }
     }
 
-    /// How far a model is from what was true during its training, in half widths of its intervals.
+    /// The parameter that is farthest from what was true during the training, and how far, in half widths of its interval.
     ///
     /// A truth that changed in that time is every value in between.
-    fn distance(&self, run: &Run, found: &Identification, seen: &Observed) -> f64 {
+    fn distance(&self, run: &Run, found: &Identification, seen: &Observed) -> (&'static str, f64) {
         let (Some(training), Some(refined)) = (run.stage(Stage::Train), &found.refined) else {
-            return f64::INFINITY;
+            return ("every parameter", f64::INFINITY);
         };
         let mut least = [f64::INFINITY; 3];
         let mut greatest = [f64::NEG_INFINITY; 3];
@@ -213,7 +213,9 @@ impl Rehearsal {
             let outside = (least[k] - value).max(value - greatest[k]).max(0.0);
             outside / (0.5 * (intervals[k][1] - intervals[k][0]))
         };
-        off(0).max(off(1)).max(off(2))
+        let all = [("a22", off(0)), ("b2", off(1)), ("C0", off(2))];
+        let farther = |a: (_, f64), b: (_, f64)| if b.1 > a.1 { b } else { a };
+        all.into_iter().fold(("a22", 0.0), farther)
     }
 
     /// The truth of a damaged vehicle of six degrees of freedom as its samples show it.
