@@ -1,7 +1,7 @@
 //! Every number of every message of every native log, against what other libraries read.
 
 #[path = "../tests/seeds/mod.rs"]
-mod seeds;
+pub(crate) mod seeds;
 
 use std::collections::BTreeMap;
 use std::fs::File;

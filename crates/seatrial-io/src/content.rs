@@ -220,13 +220,17 @@ fn is_canboat(start: &[u8]) -> bool {
         && cells[6..].iter().all(is_byte)
 }
 
-#[cfg(all(test, feature = "parquet", feature = "mcap", feature = "rosbag2"))]
-#[path = "../tests/seeds/mod.rs"]
-mod seeds;
-
-#[cfg(all(test, feature = "parquet", feature = "mcap", feature = "rosbag2"))]
+#[cfg(all(
+    test,
+    feature = "dataflash",
+    feature = "tlog",
+    feature = "ulog",
+    feature = "mcap",
+    feature = "rosbag2"
+))]
 mod tests {
     use super::*;
+    use crate::agreement::seeds;
     use crate::{ChannelChoice, LogReader};
 
     #[test]
