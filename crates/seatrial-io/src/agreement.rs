@@ -1,17 +1,20 @@
-//! Every number of every message of every native log, against what other libraries read.
+//! Every number of every message of every native log, against what other libraries read; every log as a stream, against the file.
 
 #[path = "../tests/seeds/mod.rs"]
-pub(crate) mod seeds;
+mod seeds;
 
 use std::collections::BTreeMap;
 use std::fs::File;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use sha2::{Digest, Sha256};
 
+use crate::content::{open, open_stream};
 use crate::joined::{Kind, Message, Messages};
-use crate::table::hexadecimal;
+use crate::table::{Table, hexadecimal};
+use crate::{ChannelChoice, LogReader};
 
 /// Made by `expect.py` beside it: log, kind, messages, hash of all numbers.
 const EXPECTED: &str = include_str!("../tests/agreement/expected.txt");
@@ -164,5 +167,24 @@ fn val_the_python_libraries_read_the_same_today() {
             false => agreement().join(log),
         };
         assert_agrees(&path, &expected);
+    }
+}
+
+#[test]
+fn io_every_format_comes_on_standard_input_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log");
+    let samples = |table: Box<dyn Table>| {
+        let reader = LogReader::new(String::new(), table, &ChannelChoice::default()).unwrap();
+        reader.collect::<Result<Vec<_>, _>>().unwrap()
+    };
+    for format in seeds::FORMATS {
+        for seed in seeds::of(format) {
+            std::fs::write(&path, &seed).unwrap();
+            let named = samples(open(File::open(&path).unwrap(), &path).unwrap());
+            let piped = samples(open_stream(Cursor::new(seed)).unwrap());
+            assert!(!piped.is_empty(), "{format}");
+            assert_eq!(named, piped, "{format}");
+        }
     }
 }

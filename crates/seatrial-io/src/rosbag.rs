@@ -8,6 +8,7 @@ use rusqlite::{Connection, OpenFlags, params};
 use tempfile::NamedTempFile;
 
 use crate::bytes::Bytes;
+use crate::content::ZSTD;
 use crate::description::Format;
 use crate::error::{Fault, clipped};
 use crate::joined::{Kind, Message, Messages};
@@ -264,7 +265,6 @@ fn copy_of(file: &mut File, length: u64) -> std::io::Result<NamedTempFile> {
 /// A message of a bag that packs each by zstd. No message in CDR begins like that; what cannot be unpacked is left as it is,
 /// and counted as one that cannot be decoded.
 fn unpacked(data: Vec<u8>) -> Vec<u8> {
-    const ZSTD: &[u8] = b"\x28\xb5\x2f\xfd";
     match data.starts_with(ZSTD) {
         true => zstd::bulk::decompress(&data, LONGEST_MESSAGE as usize).unwrap_or(data),
         false => data,

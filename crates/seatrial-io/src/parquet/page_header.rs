@@ -44,12 +44,7 @@ pub(super) enum PageKind {
 impl PageHeader {
     /// The header at the start of these bytes; `None` where it is none or goes on behind them.
     pub fn read(bytes: &[u8]) -> Option<Self> {
-        let mut thrift = Thrift {
-            bytes,
-            at: 0,
-            numbers: BTreeMap::new(),
-        };
-        thrift.structure(0, 0)?;
+        let thrift = Thrift::walked(bytes)?;
         let number = |structure: i64, field: i64| thrift.numbers.get(&(structure, field)).copied();
         let count = |structure, field| u32::try_from(number(structure, field)?).ok();
         let kind = match number(0, 1)? {
@@ -85,12 +80,7 @@ impl PageHeader {
 
 /// Are these bytes a structure, none of whose lists and texts is longer than what is left of them?
 pub(super) fn is_structure(bytes: &[u8]) -> bool {
-    let mut thrift = Thrift {
-        bytes,
-        at: 0,
-        numbers: BTreeMap::new(),
-    };
-    thrift.structure(0, 0).is_some()
+    Thrift::walked(bytes).is_some()
 }
 
 /// A reader of structures. It keeps their whole numbers and truth values, and passes over the rest.
@@ -101,7 +91,18 @@ struct Thrift<'a> {
     numbers: BTreeMap<(i64, i64), i64>,
 }
 
-impl Thrift<'_> {
+impl<'a> Thrift<'a> {
+    /// At the end of the structure that these bytes begin with.
+    fn walked(bytes: &'a [u8]) -> Option<Self> {
+        let mut thrift = Self {
+            bytes,
+            at: 0,
+            numbers: BTreeMap::new(),
+        };
+        thrift.structure(0, 0)?;
+        Some(thrift)
+    }
+
     fn byte(&mut self) -> Option<u8> {
         let byte = *self.bytes.get(self.at)?;
         self.at += 1;

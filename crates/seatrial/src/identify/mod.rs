@@ -293,8 +293,8 @@ fn assess_with_others(
         Some(lagging) => second_order::goodness_of_fit(lagging, &pass.accepted),
         None => fresh::fit_by_the_clearer_rate(model, &pass.accepted),
     };
-    let other = fresh.filter(|fresh| fresh.window != training);
-    let of_fresh = other.filter(|_| refine).and_then(fresh_estimate);
+    let other = fresh.filter(|fresh| refine && fresh.window != training);
+    let of_fresh = other.and_then(fresh_estimate);
     let refined = match (refined, &of_fresh) {
         (Some(refined), Some(fresh)) => Some(refine::reaching_offset(&refined, fresh)),
         (refined, _) => refined,

@@ -12,17 +12,6 @@ pub const LEAST_VALIDATION_R2: f64 = 0.60;
 /// Fresh rudder angles beyond the trained ones by this factor are an extrapolation.
 const NOTED_EXTRAPOLATION: f64 = 1.2;
 
-/// Does the model steer right on fresh data, but with another offset?
-fn offset_drifted(validation: &Validation) -> bool {
-    !is_good(validation.r2_heading)
-        && is_good(validation.r2_heading_offset_refit)
-        && is_good(validation.r2_yaw_rate)
-}
-
-fn is_good(r2: Option<f64>) -> bool {
-    r2.is_some_and(|r2| r2 >= LEAST_VALIDATION_R2)
-}
-
 impl Weighing {
     pub(super) fn fresh_data(&mut self, validation: Option<Validation>) {
         let Some(validation) = validation else {
@@ -31,8 +20,9 @@ impl Weighing {
                 "no fresh data were given; validate with --validate-from and --validate-to, or --validate-on another log".into(),
             );
         };
-        if is_good(validation.r2_heading) {
-        } else if offset_drifted(&validation) {
+        let good = |r2: Option<f64>| r2.is_some_and(|r2| r2 >= LEAST_VALIDATION_R2);
+        if good(validation.r2_heading) {
+        } else if good(validation.r2_heading_offset_refit) && good(validation.r2_yaw_rate) {
             self.note(
                 "offset_drifted",
                 format!(
