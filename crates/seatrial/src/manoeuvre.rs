@@ -103,11 +103,11 @@ impl Manoeuvre {
     }
 
     /// How far the rudder was laid to the positive and to the negative hand from where it rested before, rad: the medians of all
-    /// strokes. `None` without a rest, or where it was laid to one hand only.
+    /// strokes. `None` without a rest, or where it was laid to one hand only. Time must not go back in the samples.
     pub fn hands_rad(&self, samples: &[Sample<f64>]) -> Option<[f64; 2]> {
         let within = |window: Window| {
-            let inside = samples.iter().filter(move |s| window.contains(s.time_s));
-            inside.map(|s| s.rudder_rad).filter(|r| r.is_finite())
+            let inside = window.of(samples).iter().map(|s| s.rudder_rad);
+            inside.filter(|r| r.is_finite())
         };
         let before = Window {
             from_s: f64::NEG_INFINITY,

@@ -25,6 +25,13 @@ impl Window {
     pub fn contains(&self, time_s: f64) -> bool {
         time_s >= self.from_s - 1e-9 && time_s < self.to_s - 1e-9
     }
+
+    /// The samples inside. Time must not go back in them.
+    pub fn of(self, samples: &[Sample<f64>]) -> &[Sample<f64>] {
+        let from = samples.partition_point(|s| s.time_s < self.from_s - 1e-9);
+        let to = samples.partition_point(|s| s.time_s < self.to_s - 1e-9);
+        &samples[from..to.max(from)]
+    }
 }
 
 impl std::fmt::Display for Window {
@@ -82,13 +89,7 @@ pub struct Record {
 impl Record {
     /// The samples inside a window. Time must not go back in the record.
     pub fn window(&self, window: Window) -> &[Sample<f64>] {
-        let from = self
-            .samples
-            .partition_point(|s| s.time_s < window.from_s - 1e-9);
-        let to = self
-            .samples
-            .partition_point(|s| s.time_s < window.to_s - 1e-9);
-        &self.samples[from..to.max(from)]
+        window.of(&self.samples)
     }
 
     /// The samples of a window whose time, heading and rudder are finite and whose time increases.

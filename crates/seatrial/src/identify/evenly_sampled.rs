@@ -134,7 +134,7 @@ impl<'a> EvenlySampled<'a> {
         let tolerance_s = LARGEST_UNEVENNESS * interval_s;
         let is_even =
             |(now, before): (&f64, &f64)| (now - before - interval_s).abs() <= tolerance_s;
-        let steps = || self.time_s.iter().skip(1).zip(self.time_s);
+        let steps = || self.time_s[1..].iter().zip(self.time_s);
         // Without a way out in the middle, so that several samples are looked at at a time.
         let are_finite = |column: &[f64]| column.iter().fold(true, |all, v| all & v.is_finite());
         let are_even = steps().fold(true, |all, step| all & is_even(step));
@@ -174,7 +174,7 @@ impl Continued {
     fn of<'a>(&'a mut self, piece: &'a [f64]) -> &'a [f64] {
         let last_rad = self.last_rad.unwrap_or(piece[0]);
         self.last_rad = piece.last().copied();
-        let steps = piece.iter().skip(1).zip(piece);
+        let steps = piece[1..].iter().zip(piece);
         let within = steps.fold(true, |all, (now, before)| {
             all & ((now - before).abs() <= PI)
         });
