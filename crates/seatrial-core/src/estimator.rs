@@ -209,7 +209,7 @@ impl<T: Real> Default for EstimatorSettings<T> {
 pub enum Intake {
     /// The estimate learnt from it.
     Used,
-    /// It only moved the filters.
+    /// It only moved the filters, or the instrument could not learn from it.
     Warming,
     /// It was refused.
     Rejected(Cause),
@@ -297,9 +297,9 @@ impl<T: Real> Estimator<T> {
         if self.unsettled_s > T::ZERO {
             return Intake::Warming;
         }
-        if !self.learn(&now) {
-            self.guard.count(Cause::NonFinite);
-            return Intake::Rejected(Cause::NonFinite);
+        let learnt = self.learn(&now);
+        if learnt != Intake::Used {
+            return learnt;
         }
         let settings = &self.settings.convergence;
         let pace = Pace::new(settings, lambda_rad_s, passed_s);
@@ -461,7 +461,7 @@ impl<T: Real> Estimator<T> {
         }
     }
 
-    fn learn(&mut self, now: &FilteredSignals<T>) -> bool {
+    fn learn(&mut self, now: &FilteredSignals<T>) -> Intake {
         let forgetting = Forgetting {
             factor: self.settings.forgetting_factor,
             trace_limit: T::of(4.0) * self.settings.initial_covariance,
@@ -469,17 +469,21 @@ impl<T: Real> Estimator<T> {
         let pulse_rad = self.unseen.pulse_rad();
         let regressor = [pulse_rad, now.yaw_rate_rad_s, now.rudder_rad, T::ONE];
         let observation = now.yaw_acceleration_rad_s2 - self.unseen.settled_rad_s2();
-        let learnt = self
+        if !self
             .least_squares
-            .update(regressor, observation, forgetting);
-        match (&mut self.instrument, &self.auxiliary) {
-            (Some(recursion), Some(auxiliary)) => {
-                let rate_rad_s = auxiliary.yaw_rate_rad_s();
-                let instrument = [pulse_rad, rate_rad_s, now.rudder_rad, T::ONE];
-                recursion.update(regressor, instrument, observation) && learnt
-            }
-            _ => learnt,
+            .update(regressor, observation, forgetting)
+        {
+            self.guard.count(Cause::NonFinite);
+            return Intake::Rejected(Cause::NonFinite);
         }
+        if let (Some(recursion), Some(auxiliary)) = (&mut self.instrument, &self.auxiliary) {
+            let rate_rad_s = auxiliary.yaw_rate_rad_s();
+            let instrument = [pulse_rad, rate_rad_s, now.rudder_rad, T::ONE];
+            if !recursion.update(regressor, instrument, observation) {
+                return Intake::Warming;
+            }
+        }
+        Intake::Used
     }
 }
 

@@ -175,6 +175,31 @@ fn exact_gap_pauses_the_recursion() {
     assert_ne!(estimator.model(), model);
 }
 
+/// A vehicle that turns against its rudder as soon as the instrument has taken over: where the instrument cannot learn from a
+/// sample, the sample is not to blame.
+#[test]
+fn prop_an_instrument_that_cannot_learn_refuses_no_sample() {
+    let mut unlearnt = 0;
+    for takes_over in 20..80 {
+        let mut estimator = estimator(EstimatorSettings::default());
+        let turned_rad = |k: u32| sample(k).1;
+        for k in 0..400 {
+            let (t, _, rudder) = sample(k);
+            if k == takes_over {
+                estimator.excitation_ended();
+            }
+            let back_rad = 3.0 * (turned_rad(k) - turned_rad(takes_over));
+            let heading = match k < takes_over {
+                true => turned_rad(k),
+                false => turned_rad(takes_over) - back_rad,
+            };
+            unlearnt += u32::from(estimator.update(t, heading, rudder) == Intake::Warming);
+        }
+        assert_eq!(estimator.rejected().samples(), 0);
+    }
+    assert!(unlearnt > 0);
+}
+
 /// The same manoeuvre a hundred times slower: everything follows the time scale.
 #[test]
 fn prop_settings_follow_the_time_scale() {

@@ -105,7 +105,7 @@ typedef enum SeatrialIntake {
    */
   SEATRIAL_INTAKE_USED = 0,
   /*
-   It only moved the filters.
+   It only moved the filters, or the instrument could not learn from it.
    */
   SEATRIAL_INTAKE_WARMING = 1,
   /*

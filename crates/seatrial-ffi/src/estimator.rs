@@ -52,7 +52,7 @@ const LOST_RUDDERS: [LostRudder; 2] = [LostRudder::Held, LostRudder::Interpolate
 pub enum SeatrialIntake {
     /// The estimate learnt from it.
     Used = 0,
-    /// It only moved the filters.
+    /// It only moved the filters, or the instrument could not learn from it.
     Warming = 1,
     /// It was refused.
     Rejected = 2,
