@@ -198,7 +198,8 @@ pub fn lambda_of(record: &Record, window: Window) -> Result<ChosenLambda, Identi
 /// model, the online estimate takes its place with a wider interval; where a lagging rudder explains all of it, the
 /// model behind the lag. Where the rudder moved far while samples were lost, the heading tells when; where there is so
 /// little noise that the mean of the rudder over such an interval is not enough, the online estimate is used as well. Under a
-/// large disturbance the intervals reach the online estimate; where fresh data give another C0, that of C0 reaches it.
+/// large disturbance the intervals reach the online estimate; where fresh data give another
+/// model, they reach it, and that of C0 takes the sea of the fresh data into account.
 pub fn assess(
     record: &Record,
     training: Window,
@@ -295,10 +296,6 @@ fn assess_with_others(
     };
     let other = fresh.filter(|fresh| refine && fresh.window != training);
     let of_fresh = other.and_then(fresh_estimate);
-    let refined = match (refined, &of_fresh) {
-        (Some(refined), Some(fresh)) => Some(refine::reaching_offset(&refined, fresh)),
-        (refined, _) => refined,
-    };
     let loop_timing = median_interval_s(samples)
         .filter(|_| !settings.as_paper)
         .map(|interval_s| sampled(interval_s, lagging.as_ref().map_or(0.0, |l| l.rudder_lag_s)));
@@ -332,6 +329,13 @@ fn assess_with_others(
             .and_then(|fresh| Manoeuvre::find(fresh.record.window(fresh.window)))
             .map(|manoeuvre| manoeuvre.amplitude_rad),
     });
+    let refined = match (refined, other, &of_fresh) {
+        (Some(refined), Some(other), Some(fresh)) => {
+            let length = duration_s(&other.record.usable(other.window)) / duration_s(known);
+            Some(refine::reaching_fresh(&refined, fresh, length))
+        }
+        (refined, ..) => refined,
+    };
     let identification = Identification {
         training,
         samples_used: pass.samples_used,

@@ -130,15 +130,33 @@ pub(super) fn reaching(refined: &Refined, online: YawModel<f64>) -> Refined {
     )
 }
 
-/// The same model, with an interval of C0 that reaches that of fresh data where chance does not explain the difference: wind,
-/// current or trim changed, and may again.
-pub(super) fn reaching_offset(refined: &Refined, fresh: &Refined) -> Refined {
-    let away = fresh.model.c0_rad_per_s2 - refined.model.c0_rad_per_s2;
-    let variance = refined.covariance[2][2] + fresh.covariance[2][2];
-    if away.abs() <= NORMAL_95 * variance.sqrt() {
-        return refined.clone();
-    }
-    let more = Vector3::new(0.0, 0.0, (away / NORMAL_95).powi(2));
+/// Chance explains a difference of C0 up to so many standard deviations (95 %), of a22 and b2 up to so many (99.9 %).
+const CHANCE: [f64; 3] = [3.29, 3.29, NORMAL_95];
+
+/// Fresh data of at least this part of the training's length have a say in what the sea does to C0.
+const LONG_ENOUGH: f64 = 0.5;
+
+/// The same model, with intervals that reach the model of fresh data, `length` times as long, where chance does not explain
+/// the difference: wind, current, trim or something of the vehicle changed, and may again.
+///
+/// How far the sea turns the vehicle in the mean of a run is little known from that run alone: the interval of C0 is no narrower
+/// than the same sea makes it in the fresh data, with a variance that falls with the length.
+pub(super) fn reaching_fresh(refined: &Refined, fresh: &Refined, length: f64) -> Refined {
+    let both_of_first_order = refined.method == fresh.method;
+    let reach = |k: usize| {
+        let away = fresh.model.theta()[k] - refined.model.theta()[k];
+        let variance = refined.covariance[k][k] + fresh.covariance[k][k];
+        match away.abs() > CHANCE[k] * variance.sqrt() {
+            true => (away / NORMAL_95).powi(2),
+            false => 0.0,
+        }
+    };
+    let [of_a22, of_b2] = [0, 1].map(|k| if both_of_first_order { reach(k) } else { 0.0 });
+    let of_the_sea = match length >= LONG_ENOUGH {
+        true => length * fresh.covariance[2][2] - refined.covariance[2][2],
+        false => 0.0,
+    };
+    let more = Vector3::new(of_a22, of_b2, reach(2).max(of_the_sea));
     widened(refined, &Matrix3::from_diagonal(&more))
 }
 
@@ -257,5 +275,56 @@ mod tests {
         };
         reaches(reached.interval_95.a22_per_s, online.a22_per_s);
         reaches(reached.interval_95.b2_per_s2, online.b2_per_s2);
+    }
+
+    #[test]
+    fn exact_the_intervals_reach_fresh_data_beyond_chance() {
+        let refined = around(
+            &refine(&doublet(), None).unwrap(),
+            YawModel::from_theta([-1.0, 1.0, 0.01]),
+            Matrix3::from_diagonal(&Vector3::new(0.02, 0.02, 0.001).map(|s: f64| s * s)),
+            "averaged_restricted_likelihood",
+        );
+        let half_widths = |found: &Refined| {
+            let Intervals {
+                a22_per_s,
+                b2_per_s2,
+                c0_rad_per_s2,
+                ..
+            } = found.interval_95;
+            [a22_per_s, b2_per_s2, c0_rad_per_s2].map(|[low, high]| 0.5 * (high - low))
+        };
+        let own = half_widths(&refined);
+        let fresh = |theta, of_c0: f64, method: &str| {
+            let deviations = Vector3::new(0.02, 0.02, of_c0);
+            let covariance = Matrix3::from_diagonal(&deviations.map(|s| s * s));
+            around(&refined, YawModel::from_theta(theta), covariance, method)
+        };
+        let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+        let reached =
+            |fresh: &Refined, length| half_widths(&reaching_fresh(&refined, fresh, length));
+
+        // 3.5 standard deviations of 0.02 sqrt 2 from a22, 3.2 from b2; the same C0.
+        let away = 3.5 * 0.02 * 2_f64.sqrt();
+        let theta = [-1.0 - away, 1.0 + 3.2 / 3.5 * away, 0.01];
+        let same = fresh(theta, 0.001, &refined.method);
+        let [a22, b2, c0] = reached(&same, 1.0);
+        close(a22, own[0].hypot(away));
+        close(b2, own[1]);
+        close(c0, own[2]);
+        // A model behind a lag has another a22 by nature, but no other C0.
+        let lagging = fresh([theta[0], theta[1], 0.02], 0.001, "rudder_lag");
+        let [a22, _, c0] = reached(&lagging, 1.0);
+        close(a22, own[0]);
+        close(c0, own[2].hypot(0.01));
+        // A sea that the training knew nothing of: its variance falls with the length, and a short run says nothing.
+        let rough = fresh([-1.0, 1.0, 0.01], 0.01, &refined.method);
+        for (length, times) in [(1.0, 10.0), (0.5, 10.0 * 0.5_f64.sqrt()), (0.49, 1.0)] {
+            let [.., c0] = reached(&rough, length);
+            close(c0, times * own[2]);
+        }
+        // A calm one narrows nothing.
+        let [.., c0] = reached(&fresh([-1.0, 1.0, 0.01], 0.0001, &refined.method), 1.0);
+        close(c0, own[2]);
     }
 }
