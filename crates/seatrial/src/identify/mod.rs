@@ -12,11 +12,11 @@ pub mod online;
 pub mod output_error;
 pub mod peak;
 pub mod refine;
+#[cfg(test)]
+mod seas;
 pub mod second_order;
 pub mod simplex;
 mod simulation;
-#[cfg(test)]
-mod two_seas;
 pub mod whitening;
 
 use seatrial_core::estimator::{EstimatorSettings, InvalidSetting, Method};
