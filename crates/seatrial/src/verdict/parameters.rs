@@ -15,6 +15,9 @@ pub const WIDEST_A22: f64 = 0.5;
 /// The same of b2.
 pub const WIDEST_B2: f64 = 0.3;
 
+/// From this R^2 of the fresh yaw rate it follows the rudder: one that jams leaves the heading to drift, and nothing of its rate.
+const FOLLOWS_THE_RUDDER: f64 = 0.5;
+
 /// Difference between two methods, as a fraction of the parameter and beyond both intervals, from
 /// which it is noted, and from which the model is refused.
 const NOTED_DISAGREEMENT: f64 = 0.25;
@@ -44,11 +47,11 @@ impl Weighing {
             );
         }
         // Of a vehicle that is not of first order the interval tells how far the methods are apart; fresh data
-        // tell whether the model holds all the same, unless its yaw rate is worse than none: that of a jammed rudder.
+        // tell whether the model holds all the same, unless their yaw rate does not follow the rudder.
         let fresh_data_decide = evidence.mismatch.is_some()
             && evidence
                 .validation
-                .is_some_and(|fresh| fresh.r2_yaw_rate.is_none_or(|r2| r2 >= 0.0));
+                .is_some_and(|fresh| fresh.r2_yaw_rate.is_none_or(|r2| r2 >= FOLLOWS_THE_RUDDER));
         if b2.half_width >= 1.0 && !fresh_data_decide {
             return self.reject(
                 "not_identifiable",

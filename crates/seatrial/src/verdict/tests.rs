@@ -316,6 +316,23 @@ fn exact_a_rudder_that_stops_is_told_with_its_angle() {
     );
 }
 
+/// Of a rudder that jams, a slow drift of the heading can be simulated, and no yaw rate.
+#[test]
+fn exact_fresh_data_decide_where_their_yaw_rate_follows_the_rudder() {
+    let vague = refined(1.2);
+    let judged = |yaw_rate: f64| {
+        judge(&Evidence {
+            mismatch: Some(0.2),
+            validation: Some(validation(0.9, 0.95, yaw_rate)),
+            ..evidence(&vague)
+        })
+    };
+    assert!(judged(0.96).accepted);
+    let jammed = judged(0.06);
+    assert!(!jammed.accepted);
+    assert_eq!(codes(&jammed)[0], "not_identifiable");
+}
+
 #[test]
 fn exact_a_hand_that_falls_short_is_noted() {
     let refined = refined(0.05);
