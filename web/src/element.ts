@@ -1,7 +1,7 @@
 //! Makes elements. Styles are set through the style object only, because the page's content security policy refuses style attributes.
 
 type Child = Node | string | null | undefined | false;
-type Attributes = Record<string, string | number | boolean | EventListener | undefined>;
+type Attributes = Record<string, string | number | boolean | ((event: never) => void) | undefined>;
 
 export function element<K extends keyof HTMLElementTagNameMap>(
   tag: K,
@@ -22,7 +22,7 @@ export function svg<K extends keyof SVGElementTagNameMap>(
 /** An attribute that starts with `on` is a listener; one that is `false` or `undefined` is left out. */
 function furnished<E extends Element>(made: E, attributes: Attributes, children: Child[]): E {
   for (const [name, value] of Object.entries(attributes)) {
-    if (typeof value === "function") made.addEventListener(name.slice(2), value);
+    if (typeof value === "function") made.addEventListener(name.slice(2), value as EventListener);
     else if (value !== undefined && value !== false) made.setAttribute(name, value === true ? "" : String(value));
   }
   fill(made, ...children);

@@ -130,10 +130,24 @@ async function enter(live: Live): Promise<void> {
   live.open();
 }
 
-/** The one large red button. It asks for the abort also where the page does not know whether a trial runs. */
+/**
+ * The one large red button. It asks for the abort also where the page does not know whether a trial runs, and as soon
+ * as it is touched: a thumb that slips off before it is lifted makes no click.
+ */
 function abortButton(live: Live, tell: (text: string | null) => void): HTMLElement {
   const hint = element("small", { class: "key-hint" });
-  const button = element("button", { class: "abort", type: "button", onclick: () => void press() }, "ABORT", hint);
+  const button = element(
+    "button",
+    {
+      class: "abort",
+      type: "button",
+      onpointerdown: (event: PointerEvent) => void (event.button === 0 && press()),
+      // Without a pointer: by keyboard or screen reader.
+      onclick: (event: MouseEvent) => void (event.detail === 0 && press()),
+    },
+    "ABORT",
+    hint,
+  );
   let busy = false;
   const press = async (): Promise<void> => {
     if (busy || (live.connection === "open" && live.trial?.running !== true)) return;

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 import type { Browser, BrowserContextOptions, Page } from "playwright-core";
-import { forget, openBrowser, PATIENCE_MS, serve, type Server } from "./server.ts";
+import { forget, openBrowser, PATIENCE_MS, serve, type Server, until } from "./server.ts";
 
 /** Contrast that WCAG asks of text at level AAA. */
 const CONTRAST_AAA = 7;
@@ -131,6 +131,7 @@ async function underWay(): Promise<Page> {
 }
 
 async function landed(page: Page): Promise<void> {
+  await until("the trial has ended", async () => !(await server.trial()).running);
   await page.locator(".loud", { hasText: "The trial ended early" }).waitFor();
   assert.equal((await server.trial()).outcome?.reason, "operator");
   await page.goto(`${server.url}#/control`);
@@ -150,7 +151,7 @@ test("Esc aborts when it is held, and only then", async () => {
   await landed(page);
 });
 
-test("a phone has the red button under the thumb; a tap aborts", async () => {
+test("a phone has the red button under the thumb; a touch aborts, also by a thumb that slips off", async () => {
   const pilot = await underWay();
   const phone = await opened("#/live", { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
   await phone.locator(".stages .now").waitFor();
@@ -167,7 +168,14 @@ test("a phone has the red button under the thumb; a tap aborts", async () => {
     "something is under the button",
   );
   assert.ok((await phone.evaluate(() => document.documentElement.scrollWidth)) <= 390);
-  await abort.tap();
+  const touch = await phone.context().newCDPSession(phone);
+  const thumb = { x: button.x + button.width / 2, y: button.y + button.height / 2 };
+  const away = { x: thumb.x, y: 100 };
+  const arrived = phone.waitForResponse(/trial\/abort$/);
+  await touch.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: [thumb] });
+  await touch.send("Input.dispatchTouchEvent", { type: "touchMove", touchPoints: [away] });
+  await touch.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
+  assert.equal((await arrived).status(), 202);
   await phone.context().close();
   await landed(pilot);
 });
