@@ -1,6 +1,6 @@
 //! The likelihood of a record under a sway-yaw model and a yaw acceleration disturbance, and its peak.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, SMatrix, Vector3, Vector4};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, SMatrix, SVector, Vector3, Vector4};
 use seatrial_core::{LostRudder, Real, Sample};
 
 use super::model::{Rudder, SwayYawModel, SwayYawState};
@@ -150,7 +150,7 @@ impl Comparisons {
             }
             let (white, variance) = whitening.update(&(row / self.block as f64), &passage);
             log_variances += variance.ln();
-            gram += white.transpose() * white;
+            gram.ger(1.0, &white, &white, 1.0);
             innovations.push(white[PARAMETERS]);
         }
         let residual = gram[(PARAMETERS, PARAMETERS)];
@@ -261,21 +261,22 @@ impl Likelihood {
 
 /// Sensitivities of the heading to all parameters, and what is left of the measured heading.
 const COLUMNS: usize = PARAMETERS + 1;
-type Row = SMatrix<f64, 1, COLUMNS>;
+type Row = SVector<f64, COLUMNS>;
 
 /// The simulation of a record with its sensitivities.
 struct Simulation {
     model: SwayYawModel,
     rudder: Rudder,
     state: SwayYawState,
-    sensitivities: SMatrix<f64, 3, PARAMETERS>,
+    /// Of heading, yaw rate and drift, a column each.
+    sensitivities: SMatrix<f64, PARAMETERS, 3>,
 }
 
 impl Simulation {
     fn new(theta: &Theta, rudder_rad: &[f64]) -> Self {
         let mut sensitivities = SMatrix::zeros();
-        sensitivities[(0, HEADING)] = 1.0;
-        sensitivities[(1, YAW_RATE)] = 1.0;
+        sensitivities[(HEADING, 0)] = 1.0;
+        sensitivities[(YAW_RATE, 1)] = 1.0;
         Self {
             model: model_of(theta),
             rudder: Rudder::at(rudder_rad.first().copied().unwrap_or(0.0)),
@@ -289,9 +290,9 @@ impl Simulation {
     }
 
     fn row(&self, measured_rad: f64) -> Row {
-        Row::from_fn(|_, column| match column {
+        Row::from_fn(|column, _| match column {
             PARAMETERS => measured_rad - self.state.heading_rad,
-            parameter => self.sensitivities[(0, parameter)],
+            parameter => self.sensitivities[(parameter, 0)],
         })
     }
 
@@ -305,7 +306,7 @@ impl Simulation {
         let step = self.model.step(self.state, mean.angle_rad, interval_s);
         let to_input = step.to_input();
         let [to_a22, to_a21, to_a11, to_cross_flow] = step.to_dynamics();
-        self.sensitivities = step.to_state() * self.sensitivities;
+        self.sensitivities *= step.to_state().transpose();
         for (parameter, column) in [
             to_a22,
             mean.angle_rad * to_input,
@@ -318,8 +319,8 @@ impl Simulation {
         .into_iter()
         .enumerate()
         {
-            let mut total = self.sensitivities.column_mut(parameter);
-            total += column;
+            let mut total = self.sensitivities.row_mut(parameter);
+            total += column.transpose();
         }
         self.state = step.state;
         Passage {
@@ -361,7 +362,8 @@ struct Whitening {
     disturbance: Disturbance,
     noise: f64,
     covariance: Matrix4<f64>,
-    states: SMatrix<f64, 4, COLUMNS>,
+    /// psi, r, w and d of every column, a column each.
+    states: SMatrix<f64, COLUMNS, 4>,
 }
 
 impl Whitening {
@@ -379,10 +381,10 @@ impl Whitening {
     /// Whitens one comparison and predicts the next. Gives the white row and the innovation variance.
     fn update(&mut self, row: &Row, passage: &Passage) -> (Row, f64) {
         let variance = self.covariance[(0, 0)] + self.noise;
-        let innovation = row - self.states.row(0);
+        let innovation = row - self.states.column(0);
         if self.disturbance.relative > 0.0 {
             let gain: Vector4<f64> = self.covariance.column(0) / variance;
-            self.states += gain * innovation;
+            self.states.ger(1.0, &innovation, &gain, 1.0);
             self.covariance -= gain * self.covariance.row(0);
             self.predict(passage);
         }
@@ -399,7 +401,7 @@ impl Whitening {
             .fixed_view_mut::<3, 1>(0, 3)
             .copy_from(&passage.to_input);
         transition[(3, 3)] = memory;
-        self.states = transition * self.states;
+        self.states *= transition.transpose();
         self.covariance = transition * self.covariance * transition.transpose();
         self.covariance[(3, 3)] += self.disturbance.relative.powi(2) * (1.0 - memory * memory);
     }

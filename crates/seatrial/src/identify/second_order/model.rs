@@ -153,25 +153,24 @@ impl SwayYawModel {
             damping * r + self.a21_per_s2 * w + input,
             self.a11_per_s * w - r,
         );
-        let mut tangent = Tangent::zeros();
-        for column in 0..Tangent::identity().ncols() {
-            let (to_r, to_w) = (m[(1, column)], m[(2, column)]);
-            tangent[(0, column)] = to_r;
-            tangent[(1, column)] = damping * to_r + coupling * to_w;
-            tangent[(2, column)] = self.a11_per_s * to_w - to_r;
-        }
-        tangent[(1, TO_INPUT)] += 1.0;
-        tangent[(1, TO_A22)] += r;
-        tangent[(1, TO_A21)] += w;
-        tangent[(2, TO_A11)] += w;
-        tangent[(1, TO_CROSS_FLOW)] += w.abs() * r;
+        let (to_r, to_w) = (m.column(1), m.column(2));
+        let mut tangent = Tangent::from_columns(&[
+            to_r.into(),
+            damping * to_r + coupling * to_w,
+            self.a11_per_s * to_w - to_r,
+        ]);
+        tangent[(TO_INPUT, 1)] += 1.0;
+        tangent[(TO_A22, 1)] += r;
+        tangent[(TO_A21, 1)] += w;
+        tangent[(TO_A11, 2)] += w;
+        tangent[(TO_CROSS_FLOW, 1)] += w.abs() * r;
         (rate, tangent)
     }
 }
 
-/// Derivatives of the state after an interval: to the state before (three columns), the yaw acceleration
+/// Derivatives of the state after an interval, a column each: to the state before (three rows), the yaw acceleration
 /// b2 delta + C0, a22, a21, a11 and k.
-type Tangent = SMatrix<f64, 3, 8>;
+type Tangent = SMatrix<f64, 8, 3>;
 const TO_INPUT: usize = 3;
 const TO_A22: usize = 4;
 const TO_A21: usize = 5;
@@ -187,17 +186,17 @@ pub(super) struct Step {
 impl Step {
     /// Of the state after the interval, to the state before.
     pub(super) fn to_state(&self) -> Matrix3<f64> {
-        self.tangent.fixed_view::<3, 3>(0, 0).into()
+        self.tangent.fixed_rows::<3>(0).transpose()
     }
 
     /// To a yaw acceleration that is constant over the interval.
     pub(super) fn to_input(&self) -> Vector3<f64> {
-        self.tangent.column(TO_INPUT).into()
+        self.tangent.row(TO_INPUT).transpose()
     }
 
     /// To a22, a21, a11 and k.
     pub(super) fn to_dynamics(&self) -> [Vector3<f64>; 4] {
-        [TO_A22, TO_A21, TO_A11, TO_CROSS_FLOW].map(|column| self.tangent.column(column).into())
+        [TO_A22, TO_A21, TO_A11, TO_CROSS_FLOW].map(|row| self.tangent.row(row).transpose())
     }
 }
 
