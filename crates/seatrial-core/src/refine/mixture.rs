@@ -293,11 +293,15 @@ struct StrengthSearch<'a> {
 }
 
 impl StrengthSearch<'_> {
+    /// By octaves from where disturbance and noise move the heading alike over a time constant of the vehicle: first to the
+    /// stronger ones, then to the weaker ones.
     fn for_each_peak(&self, mut take: impl FnMut(&Peak)) {
-        let Some(first) = self.strongest() else {
+        let middle = 0.1 * self.scale * self.scale;
+        let Some(first) = self.at(middle, self.none.a22_per_s) else {
             return;
         };
         take(&first);
+        let mut likeliest = first.fit.log_likelihood;
         for ratio in [STRENGTH_RATIO, 1.0 / STRENGTH_RATIO] {
             let mut last = first;
             for _ in 0..MOST_STRENGTHS {
@@ -305,35 +309,17 @@ impl StrengthSearch<'_> {
                 let Some(peak) = self.at(relative, last.a22_per_s) else {
                     break;
                 };
-                let lost = first.fit.log_likelihood - peak.fit.log_likelihood;
-                let vanished = ratio < 1.0
-                    && (peak.fit.log_likelihood - self.none.fit.log_likelihood).abs() < 0.02;
-                if lost > NEGLIGIBLE || vanished {
+                let log_likelihood = peak.fit.log_likelihood;
+                likeliest = likeliest.max(log_likelihood);
+                let vanished =
+                    ratio < 1.0 && (log_likelihood - self.none.fit.log_likelihood).abs() < 0.02;
+                if likeliest - log_likelihood > NEGLIGIBLE || vanished {
                     break;
                 }
                 take(&peak);
                 last = peak;
             }
         }
-    }
-
-    /// The most likely strength on a grid of octaves, by climbing from where disturbance and noise move the
-    /// heading alike over a time constant of the vehicle.
-    fn strongest(&self) -> Option<Peak> {
-        let mut best = self.at(0.1 * self.scale * self.scale, self.none.a22_per_s)?;
-        for ratio in [STRENGTH_RATIO, 1.0 / STRENGTH_RATIO] {
-            for _ in 0..MOST_STRENGTHS {
-                let relative = best.disturbance.relative * ratio;
-                let Some(peak) = self.at(relative, best.a22_per_s) else {
-                    break;
-                };
-                if peak.fit.log_likelihood < best.fit.log_likelihood + 1e-3 {
-                    break;
-                }
-                best = peak;
-            }
-        }
-        Some(best)
     }
 
     fn at(&self, relative: f64, start_per_s: f64) -> Option<Peak> {

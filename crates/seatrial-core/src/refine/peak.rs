@@ -114,9 +114,11 @@ impl Parabola {
         a22_per_s: f64,
         spread: f64,
     ) -> Option<Self> {
-        let centre = record.fit(a22_per_s, disturbance)?;
-        let below = record.fit(a22_per_s - spread, disturbance)?;
-        let above = record.fit(a22_per_s + spread, disturbance)?;
+        // Three would do: four fill the processor's vector.
+        let dampings = [a22_per_s - spread, a22_per_s, a22_per_s + spread, a22_per_s];
+        let [Some(below), Some(centre), Some(above), _] = record.fits(dampings, disturbance) else {
+            return None;
+        };
         let n = record.blocks() as f64;
         let cost = |fit: &Fit| exp(-2.0 * (fit.log_likelihood - centre.log_likelihood) / n);
         Some(Self {
@@ -140,43 +142,42 @@ impl Peak {
         const MOST_STEPS: u32 = 15;
         let mut a22_per_s = start_per_s;
         let mut spread = 0.02 * scale_per_s;
+        let mut here = Parabola::around(record, disturbance, a22_per_s, spread)?;
         for _ in 0..MOST_STEPS {
-            let parabola = Parabola::around(record, disturbance, a22_per_s, spread)?;
-            let convex = parabola.curvature > 0.0;
+            let variance = 2.0 / (record.blocks() as f64 * here.curvature);
+            let convex = here.curvature > 0.0;
             let step = if convex {
-                -parabola.gradient / parabola.curvature
+                spread = (0.5 * sqrt(variance))
+                    .max(1e-6 * scale_per_s)
+                    .min(0.1 * scale_per_s);
+                -here.gradient / here.curvature
             } else {
-                -0.3 * scale_per_s * parabola.gradient.signum()
-            };
-            let variance = 2.0 / (record.blocks() as f64 * parabola.curvature);
-            let better = |step: &f64| {
-                record
-                    .fit(a22_per_s + step, disturbance)
-                    .is_some_and(|fit| fit.log_likelihood > parabola.centre.log_likelihood)
+                -0.3 * scale_per_s * here.gradient.signum()
             };
             let limited = step.limited_to(0.5 * scale_per_s);
-            let helpful = [1.0, 0.5, 0.25, 0.06]
-                .map(|part| part * limited)
-                .into_iter()
-                .find(better);
+            let better = |part: f64| {
+                let a22_per_s = a22_per_s + part * limited;
+                let there = Parabola::around(record, disturbance, a22_per_s, spread)?;
+                (there.centre.log_likelihood > here.centre.log_likelihood)
+                    .then_some((a22_per_s, there))
+            };
             let arrived = convex && step.abs() < 0.02 * sqrt(variance);
-            match helpful {
-                Some(step) if !arrived => a22_per_s += step,
-                _ if convex => {
+            let next = match arrived {
+                true => None,
+                false => [1.0, 0.5, 0.25, 0.06].into_iter().find_map(better),
+            };
+            match next {
+                Some(next) => (a22_per_s, here) = next,
+                None if convex => {
                     return Some(Self {
                         disturbance,
                         a22_per_s,
                         variance,
-                        fit: parabola.centre,
-                        slope: parabola.slope,
+                        fit: here.centre,
+                        slope: here.slope,
                     });
                 }
-                _ => return None,
-            }
-            if convex {
-                spread = (0.5 * sqrt(variance))
-                    .max(1e-6 * scale_per_s)
-                    .min(0.1 * scale_per_s);
+                None => return None,
             }
         }
         None

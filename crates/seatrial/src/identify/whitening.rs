@@ -87,7 +87,7 @@ impl Prepared {
     pub(super) fn comparisons(&self, a22_per_s: f64) -> Vec<[f64; 5]> {
         let mut rows = Vec::with_capacity(self.blocks());
         self.series()
-            .for_each_comparison(a22_per_s, |means, _| rows.push(means));
+            .for_each_comparison(a22_per_s, |means| rows.push(means));
         rows
     }
 }

@@ -1,0 +1,127 @@
+//! How the heading answers rudder, offset and initial yaw rate.
+
+use super::lanes::Lanes;
+use crate::model::Discretisation;
+
+/// [`Discretisation`] of one interval for several dampings.
+#[derive(Clone, Copy, Debug)]
+pub struct Step<const N: usize> {
+    pub decay: Lanes<N>,
+    pub rate_gain_s: Lanes<N>,
+    pub heading_gain_s2: Lanes<N>,
+}
+
+impl<const N: usize> Step<N> {
+    fn new(a22_per_s: [f64; N], interval_s: f64) -> Self {
+        let steps = a22_per_s.map(|a22| Discretisation::new(a22, interval_s));
+        Self {
+            decay: Lanes(steps.map(|step| step.decay)),
+            rate_gain_s: Lanes(steps.map(|step| step.rate_gain_s)),
+            heading_gain_s2: Lanes(steps.map(|step| step.heading_gain_s2)),
+        }
+    }
+
+    /// This interval and then another one.
+    pub fn then(&self, next: &Self) -> Self {
+        Self {
+            decay: self.decay * next.decay,
+            rate_gain_s: self.rate_gain_s * next.decay + next.rate_gain_s,
+            heading_gain_s2: self.heading_gain_s2
+                + self.rate_gain_s * next.rate_gain_s
+                + next.heading_gain_s2,
+        }
+    }
+}
+
+/// The responses of the heading to b2, C0 and r0; that to psi0 is 1.
+///
+/// The yaw rate that a unit offset has given is the heading that a unit initial yaw rate has: both are the integral of
+/// `exp(a22 t)`.
+#[derive(Clone, Copy, Debug)]
+pub struct Responses<const N: usize> {
+    a22_per_s: [f64; N],
+    interval_s: f64,
+    step: Step<N>,
+    pub to_rudder_rad: Lanes<N>,
+    rate_to_rudder_rad_s: Lanes<N>,
+    pub to_offset_rad: Lanes<N>,
+    pub to_rate_rad: Lanes<N>,
+}
+
+impl<const N: usize> Responses<N> {
+    pub fn new(a22_per_s: [f64; N]) -> Self {
+        Self {
+            a22_per_s,
+            interval_s: 0.0,
+            step: Step::new(a22_per_s, 0.0),
+            to_rudder_rad: Lanes::ZERO,
+            rate_to_rudder_rad_s: Lanes::ZERO,
+            to_offset_rad: Lanes::ZERO,
+            to_rate_rad: Lanes::ZERO,
+        }
+    }
+
+    /// One interval on, with the rudder held; the step that it took.
+    pub fn advance(&mut self, interval_s: f64, rudder_rad: f64) -> &Step<N> {
+        if interval_s != self.interval_s {
+            self.step = Step::new(self.a22_per_s, interval_s);
+            self.interval_s = interval_s;
+        }
+        let Step {
+            decay,
+            rate_gain_s,
+            heading_gain_s2,
+        } = self.step;
+        self.to_rudder_rad +=
+            rate_gain_s * self.rate_to_rudder_rad_s + heading_gain_s2 * rudder_rad;
+        self.rate_to_rudder_rad_s = decay * self.rate_to_rudder_rad_s + rate_gain_s * rudder_rad;
+        self.to_offset_rad += rate_gain_s * self.to_rate_rad + heading_gain_s2;
+        self.to_rate_rad = decay * self.to_rate_rad + rate_gain_s;
+        &self.step
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::YawModel;
+
+    #[test]
+    fn exact_responses_are_the_models() {
+        let a22_per_s = [-1.07, -0.02, 0.3];
+        let mut responses = Responses::new(a22_per_s);
+        let models =
+            |theta: [f64; 2]| a22_per_s.map(|a22| YawModel::from_theta([a22, theta[0], theta[1]]));
+        let mut states = [models([1.0, 0.0]), models([0.0, 1.0]), models([0.0, 0.0])]
+            .map(|models| models.map(|model| (model, crate::model::YawState::default())));
+        for (_, state) in &mut states[2] {
+            state.yaw_rate_rad_s = 1.0;
+        }
+        let mut whole = Step::new(a22_per_s, 0.0);
+        let mut time_s = 0.0;
+        for (interval_s, rudder_rad) in [(0.05, 0.26), (0.07, -0.26), (1.3, 0.1), (0.05, 0.0)] {
+            whole = whole.then(responses.advance(interval_s, rudder_rad));
+            time_s += interval_s;
+            for (model, state) in states.iter_mut().flatten() {
+                *state = model.advance(*state, rudder_rad, interval_s);
+            }
+        }
+        let found = [
+            responses.to_rudder_rad,
+            responses.to_offset_rad,
+            responses.to_rate_rad,
+        ];
+        let at_once = Step::new(a22_per_s, time_s);
+        for lane in 0..3 {
+            for (found, expected) in found.iter().zip(&states) {
+                // Rounding of a dozen operations on numbers of order 1.
+                assert!((found.0[lane] - expected[lane].1.heading_rad).abs() < 1e-15);
+            }
+            assert!((whole.decay.0[lane] - at_once.decay.0[lane]).abs() < 1e-15);
+            assert!((whole.rate_gain_s.0[lane] - at_once.rate_gain_s.0[lane]).abs() < 1e-15);
+            assert!(
+                (whole.heading_gain_s2.0[lane] - at_once.heading_gain_s2.0[lane]).abs() < 1e-15
+            );
+        }
+    }
+}
