@@ -3,6 +3,7 @@
 use std::hint::black_box;
 
 use seatrial::identify::output_error::nearest_simulation;
+use seatrial::identify::refine::refine;
 use seatrial::sums::{Accumulator, NoisyRuns, every_theta, monte_carlo, of_records};
 use seatrial_core::model::{YawModel, YawState};
 use seatrial_core::{Estimator, EstimatorSettings, FixedRateEstimator, FixedRateSettings, Sample};
@@ -28,6 +29,7 @@ fn main() {
     kernel_many(&settings, &heading, &rudder);
     kernel_monte_carlo(&settings, &heading[..SHORT], &rudder[..SHORT]);
     kernel_refined(&samples[..SHORT]);
+    kernel_averaged(&samples[..SHORT]);
 }
 
 fn signals() -> Vec<Sample<f64>> {
@@ -123,4 +125,9 @@ fn kernel_monte_carlo(settings: &FixedRateSettings<f64>, heading: &[f64], rudder
 fn kernel_refined(samples: &[Sample<f64>]) {
     let start = YawModel::from_theta([-1.0, 1.0, 0.01]);
     let _ = black_box(nearest_simulation(samples, Some(start)).ok());
+}
+
+#[inline(never)]
+fn kernel_averaged(samples: &[Sample<f64>]) {
+    let _ = black_box(refine(samples, None).ok());
 }
