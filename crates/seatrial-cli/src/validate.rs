@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use seatrial::Window;
 use seatrial::identification::{Validation, Verdict};
-use seatrial::identify::{Fresh, fresh, fresh_estimate};
+use seatrial::identify::{fresh, fresh_estimate};
 use seatrial::verdict::judge_fresh_data;
 use seatrial_core::YawModel;
 use serde::Serialize;
@@ -86,10 +86,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let log = open_inside(&args.log, window)?;
     let validation =
         fresh::validate(model, &log.record, window).map_err(|error| failure(&log, error))?;
-    let own = fresh_estimate(Fresh {
-        record: &log.record,
-        window,
-    });
+    let own = fresh_estimate(&log.record.usable(window));
     let document = Document {
         schema: "seatrial.validation.v1",
         source: log.source(),

@@ -11,7 +11,7 @@ use crate::identify::refine::{normal_intervals, prediction_error, refine};
 use crate::identify::second_order;
 use crate::identify::simplex;
 use crate::identify::{
-    Fresh, IdentifyError, IdentifySettings, Prepared, fresh, known_part, online,
+    Fresh, IdentifyError, IdentifySettings, Training, fresh, known_part, online,
 };
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window};
@@ -79,11 +79,11 @@ pub fn compare(
         lambda_rad_s,
         ..IdentifySettings::default()
     };
-    let prepared = Prepared::new(record, training, &settings)?;
-    let paper = Prepared::new(record, training, &IdentifySettings::paper())?;
+    let prepared = Training::new(record, training, &settings)?;
+    let paper = Training::new(record, training, &IdentifySettings::paper())?;
     let pass = prepared.estimate()?;
     let samples = pass.accepted.as_slice();
-    let run = |prepared: &Prepared| {
+    let run = |prepared: &Training| {
         online::run(&prepared.stretch, prepared.estimator, |_, _, _| {})
             .map_err(|error| error.to_string())
     };

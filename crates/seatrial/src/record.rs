@@ -127,6 +127,14 @@ pub fn median_interval_s(samples: &[Sample<f64>]) -> Option<f64> {
     Some(*median)
 }
 
+/// From the first sample to the last, s.
+pub fn duration_s(samples: &[Sample<f64>]) -> f64 {
+    match samples {
+        [first, .., last] => last.time_s - first.time_s,
+        _ => 0.0,
+    }
+}
+
 impl FromIterator<Sample<f64>> for Record {
     fn from_iter<I: IntoIterator<Item = Sample<f64>>>(samples: I) -> Self {
         Self {

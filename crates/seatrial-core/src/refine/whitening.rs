@@ -238,7 +238,7 @@ impl<const N: usize> LogOfProduct<N> {
 
     #[inline(always)]
     fn multiply(&mut self, factor: Lanes<N>) {
-        self.product = self.product * factor;
+        self.product *= factor;
         let near = |product: &f64| Self::FAR_FROM_OVERFLOW.contains(product);
         if !self.product.0.iter().all(near) {
             *self = Self {

@@ -7,7 +7,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::refine::around;
 use super::{
-    Fresh, IdentifyError, IdentifySettings, Prepared, assess_with_others, identify, known_part,
+    Fresh, IdentifyError, IdentifySettings, Training, assess_with_others, identify, known_part,
 };
 use crate::identification::{Identification, Reason, Refined, Settings};
 use crate::record::{Record, Window};
@@ -74,7 +74,7 @@ pub fn identify_joined(
             Some((*window, alone.refined?))
         })
         .collect();
-    let prepared = Prepared::new(record, first, settings)?;
+    let prepared = Training::new(record, first, settings)?;
     let pass = prepared.estimate()?;
     let used = Settings {
         as_paper: settings.as_paper,

@@ -8,6 +8,7 @@ pub mod evenly_sampled;
 pub mod fresh;
 pub mod joined;
 pub mod lag;
+mod measured;
 pub mod online;
 pub mod output_error;
 pub mod peak;
@@ -17,42 +18,33 @@ mod seas;
 pub mod second_order;
 pub mod simplex;
 mod simulation;
+mod training;
+mod unexplained;
 pub mod whitening;
 
+use seatrial_core::Sample;
 use seatrial_core::estimator::{EstimatorSettings, InvalidSetting, Method};
-use seatrial_core::{Sample, YawModel};
 
 use crate::gain_allowance::sampled;
-use crate::identification::{HigherOrder, Identification, Reason, Refined, Settings};
+use crate::identification::{Identification, Reason, Refined, Settings};
 use crate::manoeuvre::Manoeuvre;
-use crate::record::{Record, Window, median_interval_s};
-use crate::time_scale::{ChosenLambda, TimeScale};
+use crate::record::{Record, Window, duration_s, median_interval_s};
+use crate::time_scale::ChosenLambda;
 use crate::verdict::{self, Evidence};
 use compass::CompassError;
 use edges::Edges;
 use joined::Joined;
 use lag::LagTest;
-use online::{Pass, Stretch};
-use second_order::{SecondOrder, SwayYawModel};
-
-/// The filters are warmed on the data before the window, up to this many of their time constants: what
-/// remains of their start is then below rounding.
-const SETTLING_TIME_CONSTANTS: f64 = 40.0;
-
-/// Without such data the filters start at the equilibrium of the window's first sample, and this many of
-/// their time constants, (1 + 5) e^-5 = 4 % of a wrong start left, pass before anything is learnt,
-/// but at most this share of the window.
-const WARMING_TIME_CONSTANTS: f64 = 5.0;
-const LARGEST_WARMING_SHARE: f64 = 0.1;
+use online::Pass;
+use second_order::SwayYawModel;
+pub(crate) use training::Training;
+use training::{choose_lambda, manoeuvre_to_learn_from};
+use unexplained::{Unexplained, higher_order};
 
 /// 1/P0 is a ridge against the sum of squared yaw rates, which are small numbers in a slow vehicle: P0 is
 /// at least this over the square of a typical rate, lambda times the heading's range. The paper's vehicle
 /// keeps the 1e6 of the core.
 const COVARIANCE_TIMES_SQUARED_RATE: f64 = 1e4;
-
-/// Evidence, over what names a structure, that a lag must have which passes for a small disturbance: among many sound
-/// records the price that names a structure is now and then exceeded by chance.
-const PRICE_OF_A_HIDDEN_LAG: f64 = 1.5;
 
 /// What a likeliest model leaves of the error of a mean rudder: the rest passes for its initial state and its offset.
 const LEFT_OF_A_MEAN: f64 = 0.25;
@@ -164,7 +156,7 @@ pub fn identify(
     fresh: Option<Fresh>,
     settings: &IdentifySettings,
 ) -> Result<Identification, IdentifyError> {
-    let prepared = Prepared::new(record, training, settings)?;
+    let prepared = Training::new(record, training, settings)?;
     let pass = prepared.estimate()?;
     let used = Settings {
         as_paper: settings.as_paper,
@@ -295,7 +287,8 @@ fn assess_with_others(
         None => fresh::fit_by_the_clearer_rate(model, &pass.accepted),
     };
     let other = fresh.filter(|fresh| refine && fresh.window != training);
-    let of_fresh = other.and_then(fresh_estimate);
+    let fresh_samples = other.map(|fresh| fresh.record.usable(fresh.window));
+    let of_fresh = fresh_samples.as_deref().and_then(fresh_estimate);
     let loop_timing = median_interval_s(samples)
         .filter(|_| !settings.as_paper)
         .map(|interval_s| sampled(interval_s, lagging.as_ref().map_or(0.0, |l| l.rudder_lag_s)));
@@ -306,9 +299,9 @@ fn assess_with_others(
         rudder_hands_rad: manoeuvre.hands_rad(samples),
         rudder_unit: record.rudder_unit,
         heading_range_rad,
-        heading_step_rad: smallest_heading_step_rad(samples),
-        surge_speed_m_s: surge_speeds_m_s(samples),
-        interval_s: usual_and_long_interval_s(samples),
+        heading_step_rad: measured::smallest_heading_step_rad(samples),
+        surge_speed_m_s: measured::surge_speeds_m_s(samples),
+        interval_s: measured::usual_and_long_interval_s(samples),
         online: pass.online.model,
         needs_interval: refine,
         compass: CompassError::of(&pass.accepted),
@@ -321,17 +314,17 @@ fn assess_with_others(
         hidden_edges: edges.count(),
         training_fit,
         validation,
-        fresh_jump_rad: other.and_then(|fresh| {
-            CompassError::of(&fresh.record.usable(fresh.window)).largest_jump_rad
-        }),
+        fresh_jump_rad: fresh_samples
+            .as_deref()
+            .and_then(|samples| CompassError::of(samples).largest_jump_rad),
         fresh: of_fresh.as_ref(),
         validation_rudder_amplitude_rad: fresh
             .and_then(|fresh| Manoeuvre::find(fresh.record.window(fresh.window)))
             .map(|manoeuvre| manoeuvre.amplitude_rad),
     });
-    let refined = match (refined, other, &of_fresh) {
-        (Some(refined), Some(other), Some(fresh)) => {
-            let length = duration_s(&other.record.usable(other.window)) / duration_s(known);
+    let refined = match (refined, fresh_samples, &of_fresh) {
+        (Some(refined), Some(samples), Some(fresh)) => {
+            let length = duration_s(&samples) / duration_s(known);
             Some(refine::reaching_fresh(&refined, fresh, length))
         }
         (refined, ..) => refined,
@@ -354,10 +347,9 @@ fn assess_with_others(
 }
 
 /// The refined estimate from fresh data alone, where a first-order model explains them.
-pub fn fresh_estimate(fresh: Fresh) -> Option<Refined> {
-    let samples = fresh.record.usable(fresh.window);
-    let manoeuvre = Manoeuvre::find(&samples)?;
-    let edges = Edges::of(&samples);
+pub fn fresh_estimate(samples: &[Sample<f64>]) -> Option<Refined> {
+    let manoeuvre = Manoeuvre::find(samples)?;
+    let edges = Edges::of(samples);
     let placed = edges.placed(None);
     let samples = &*placed.samples;
     let refined = refine::refine(samples, None).ok()?;
@@ -365,232 +357,6 @@ pub fn fresh_estimate(fresh: Fresh) -> Option<Refined> {
     let is_structural = Unexplained::of(samples, &refined, manoeuvre.amplitude_rad, lag)
         .is_some_and(|unexplained| unexplained.is_structural());
     (!is_structural).then(|| refine::widened(&refined, &placed.covariance))
-}
-
-/// What a first-order model leaves unexplained, where it is much or looks like a lagging rudder: a strong disturbance,
-/// or a vehicle that is not of first order.
-struct Unexplained {
-    /// The share of the rudder's own effect.
-    share: f64,
-    /// The model of the order that the record supports.
-    second_order: Option<SecondOrder>,
-}
-
-impl Unexplained {
-    fn of(
-        samples: &[Sample<f64>],
-        refined: &Refined,
-        rudder_amplitude_rad: f64,
-        lag: Option<LagTest>,
-    ) -> Option<Self> {
-        let share = refine::disturbance_share(refined, rudder_amplitude_rad);
-        let worth_a_look =
-            refine::is_large_share(share) || lag.is_some_and(|lag| lag.is_suspicious());
-        worth_a_look.then(|| Self {
-            share,
-            second_order: second_order::fit(samples).ok(),
-        })
-    }
-
-    fn is_large(&self) -> bool {
-        refine::is_large_share(self.share)
-    }
-
-    /// A small disturbance passes for structure only where a lag explains it beyond doubt.
-    fn is_structural(&self) -> bool {
-        match &self.second_order {
-            Some(estimate) if self.is_large() => estimate.order.leans_beyond_first_order(),
-            Some(estimate) => {
-                estimate.is_first_order_behind_a_lag()
-                    && estimate.order.evidence() > PRICE_OF_A_HIDDEN_LAG * estimate.order.threshold
-            }
-            None => self.is_large(),
-        }
-    }
-}
-
-/// The model beyond the first order, where the record supports one, validated like the other.
-fn higher_order(
-    unexplained: Option<Unexplained>,
-    fresh: Option<Fresh>,
-) -> Result<Option<HigherOrder>, IdentifyError> {
-    let Some(estimate) = unexplained
-        .and_then(|unexplained| unexplained.second_order)
-        .filter(|estimate| estimate.order.exceeds_first_order())
-    else {
-        return Ok(None);
-    };
-    let validation = fresh
-        .map(|fresh| second_order::validate(&estimate.model, fresh.record, fresh.window))
-        .transpose()?;
-    Ok(Some(HigherOrder {
-        estimate,
-        validation,
-    }))
-}
-
-/// A training window, looked at: what every method begins from.
-pub(crate) struct Prepared<'a> {
-    pub samples: &'a [Sample<f64>],
-    pub estimator: EstimatorSettings<f64>,
-    pub lambda_because: String,
-    pub stretch: Stretch<'a>,
-    pub keep_trace: bool,
-}
-
-impl<'a> Prepared<'a> {
-    pub fn new(
-        record: &'a Record,
-        training: Window,
-        settings: &IdentifySettings,
-    ) -> Result<Self, IdentifyError> {
-        let samples = record.window(training);
-        if samples.is_empty() {
-            return Err(IdentifyError::empty_window("training", training, record));
-        }
-        let heading_range_rad = fresh::heading_range_rad(samples);
-        let manoeuvre = manoeuvre_to_learn_from(record, samples).map_err(IdentifyError::Refused)?;
-        let chosen = choose_lambda(record, samples, &manoeuvre, heading_range_rad, settings);
-        Ok(Self {
-            samples,
-            estimator: settings.estimator(chosen.lambda_rad_s, heading_range_rad),
-            lambda_because: chosen.because,
-            stretch: stretch(record, samples, &manoeuvre, settings, chosen.lambda_rad_s),
-            keep_trace: settings.trace,
-        })
-    }
-
-    pub fn estimate(&self) -> Result<Pass, IdentifyError> {
-        online::estimate(&self.stretch, self.estimator, self.keep_trace)
-            .map_err(IdentifyError::Setting)
-    }
-}
-
-/// The manoeuvre of a record from which a model may be tried, or the reason why none can.
-fn manoeuvre_to_learn_from(record: &Record, samples: &[Sample<f64>]) -> Result<Manoeuvre, Reason> {
-    let found = Manoeuvre::find(samples);
-    let amplitude = found.as_ref().map_or(0.0, |m| m.amplitude_rad);
-    let (heading_range_rad, unit) = (fresh::heading_range_rad(samples), record.rudder_unit);
-    match verdict::refuse_record(samples.len(), amplitude, unit, heading_range_rad) {
-        Some(reason) => Err(reason),
-        None => found.ok_or_else(|| verdict::rudder_constant(amplitude, unit)),
-    }
-}
-
-/// What the estimator is given for a filter of this lambda.
-fn stretch<'a>(
-    record: &'a Record,
-    samples: &'a [Sample<f64>],
-    manoeuvre: &Manoeuvre,
-    settings: &IdentifySettings,
-    lambda_rad_s: f64,
-) -> Stretch<'a> {
-    let from_s = samples.first().map_or(0.0, |s| s.time_s);
-    let settling = if settings.as_paper {
-        &[]
-    } else {
-        record.window(Window {
-            from_s: from_s - SETTLING_TIME_CONSTANTS / lambda_rad_s,
-            to_s: from_s,
-        })
-    };
-    let warming_s = if settings.as_paper || !settling.is_empty() {
-        0.0
-    } else {
-        (WARMING_TIME_CONSTANTS / lambda_rad_s).min(LARGEST_WARMING_SHARE * duration_s(samples))
-    };
-    Stretch {
-        settling,
-        training: samples,
-        learns_from_s: from_s + warming_s,
-        excited_by_s: manoeuvre.both_hands_used_s(),
-    }
-}
-
-fn choose_lambda(
-    record: &Record,
-    samples: &[Sample<f64>],
-    manoeuvre: &Manoeuvre,
-    heading_range_rad: f64,
-    settings: &IdentifySettings,
-) -> ChosenLambda {
-    if let Some(lambda_rad_s) = settings.lambda_rad_s {
-        return ChosenLambda {
-            lambda_rad_s,
-            because: "given".into(),
-        };
-    }
-    if settings.as_paper {
-        return ChosenLambda {
-            lambda_rad_s: 1.0,
-            because: "the paper's".into(),
-        };
-    }
-    let interval_s = median_interval_s(samples).unwrap_or(0.0);
-    let time_scale = TimeScale {
-        half_period_s: manoeuvre.half_period_s().unwrap_or(interval_s),
-        interval_s,
-        duration_s: duration_s(samples),
-    };
-    time_scale.choose_lambda(|lambda_rad_s| -> Option<YawModel<f64>> {
-        let stretch = stretch(record, samples, manoeuvre, settings, lambda_rad_s);
-        online::run(
-            &stretch,
-            settings.estimator(lambda_rad_s, heading_range_rad),
-            |_, _, _| {},
-        )
-        .ok()
-        .map(|estimator| estimator.model())
-    })
-}
-
-/// The smallest change of heading from one sample to the next: the step in which a compass reads, or
-/// very little.
-fn smallest_heading_step_rad(samples: &[Sample<f64>]) -> Option<f64> {
-    samples
-        .windows(2)
-        .map(|pair| (pair[1].heading_rad - pair[0].heading_rad).abs())
-        .filter(|step| *step > 0.0)
-        .reduce(f64::min)
-}
-
-/// Mean speed of the first and of the last quarter of the samples that tell it, m/s.
-fn surge_speeds_m_s(samples: &[Sample<f64>]) -> Option<[f64; 2]> {
-    let speeds: Vec<f64> = samples
-        .iter()
-        .filter_map(|s| s.surge_speed_m_s.filter(|speed| *speed > 0.0))
-        .collect();
-    let quarter = speeds.len() / 4;
-    let mean = |part: &[f64]| part.iter().sum::<f64>() / quarter as f64;
-    (quarter > 0).then(|| {
-        [
-            mean(&speeds[..quarter]),
-            mean(&speeds[speeds.len() - quarter..]),
-        ]
-    })
-}
-
-/// The median interval and the one that one in twenty exceeds, s.
-fn usual_and_long_interval_s(samples: &[Sample<f64>]) -> Option<[f64; 2]> {
-    let mut intervals: Vec<f64> = samples
-        .windows(2)
-        .map(|pair| pair[1].time_s - pair[0].time_s)
-        .filter(|interval| *interval > 0.0)
-        .collect();
-    intervals.sort_by(f64::total_cmp);
-    let at = |share: f64| {
-        intervals
-            .get((share * intervals.len() as f64) as usize)
-            .copied()
-    };
-    Some([at(0.5)?, at(0.95)?])
-}
-
-fn duration_s(samples: &[Sample<f64>]) -> f64 {
-    match samples {
-        [first, .., last] => last.time_s - first.time_s,
-        _ => 0.0,
-    }
 }
 
 /// The window as far as there are samples: no end is infinite.

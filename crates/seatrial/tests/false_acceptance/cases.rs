@@ -149,10 +149,7 @@ fn fresh_verdict(
     let window = run.stage(Stage::Train)?;
     let model = YawModel::from_theta(theta);
     let validation = fresh::validate(model, &run.record, window).unwrap();
-    let own = fresh_estimate(Fresh {
-        record: &run.record,
-        window,
-    });
+    let own = fresh_estimate(&run.record.usable(window));
     Some(judge_fresh_data(&model, validation, own.as_ref()))
 }
 

@@ -1,0 +1,140 @@
+//! A training window made ready for the online estimator.
+
+use seatrial_core::estimator::EstimatorSettings;
+use seatrial_core::{Sample, YawModel};
+
+use super::online::{self, Pass, Stretch};
+use super::{IdentifyError, IdentifySettings, fresh};
+use crate::identification::Reason;
+use crate::manoeuvre::Manoeuvre;
+use crate::record::{Record, Window, duration_s, median_interval_s};
+use crate::time_scale::{ChosenLambda, TimeScale};
+use crate::verdict;
+
+/// The filters are warmed on the data before the window, up to this many of their time constants: what
+/// remains of their start is then below rounding.
+const SETTLING_TIME_CONSTANTS: f64 = 40.0;
+
+/// Without such data the filters start at the equilibrium of the window's first sample, and this many of
+/// their time constants, (1 + 5) e^-5 = 4 % of a wrong start left, pass before anything is learnt,
+/// but at most this share of the window.
+const WARMING_TIME_CONSTANTS: f64 = 5.0;
+const LARGEST_WARMING_SHARE: f64 = 0.1;
+
+/// A training window, looked at: what every method begins from.
+pub struct Training<'a> {
+    pub samples: &'a [Sample<f64>],
+    pub estimator: EstimatorSettings<f64>,
+    pub lambda_because: String,
+    pub stretch: Stretch<'a>,
+    pub keep_trace: bool,
+}
+
+impl<'a> Training<'a> {
+    pub fn new(
+        record: &'a Record,
+        training: Window,
+        settings: &IdentifySettings,
+    ) -> Result<Self, IdentifyError> {
+        let samples = record.window(training);
+        if samples.is_empty() {
+            return Err(IdentifyError::empty_window("training", training, record));
+        }
+        let heading_range_rad = fresh::heading_range_rad(samples);
+        let manoeuvre = manoeuvre_to_learn_from(record, samples).map_err(IdentifyError::Refused)?;
+        let chosen = choose_lambda(record, samples, &manoeuvre, heading_range_rad, settings);
+        Ok(Self {
+            samples,
+            estimator: settings.estimator(chosen.lambda_rad_s, heading_range_rad),
+            lambda_because: chosen.because,
+            stretch: stretch(record, samples, &manoeuvre, settings, chosen.lambda_rad_s),
+            keep_trace: settings.trace,
+        })
+    }
+
+    pub fn estimate(&self) -> Result<Pass, IdentifyError> {
+        online::estimate(&self.stretch, self.estimator, self.keep_trace)
+            .map_err(IdentifyError::Setting)
+    }
+}
+
+/// The manoeuvre of a record from which a model may be tried, or the reason why none can.
+pub fn manoeuvre_to_learn_from(
+    record: &Record,
+    samples: &[Sample<f64>],
+) -> Result<Manoeuvre, Reason> {
+    let found = Manoeuvre::find(samples);
+    let amplitude = found.as_ref().map_or(0.0, |m| m.amplitude_rad);
+    let (heading_range_rad, unit) = (fresh::heading_range_rad(samples), record.rudder_unit);
+    match verdict::refuse_record(samples.len(), amplitude, unit, heading_range_rad) {
+        Some(reason) => Err(reason),
+        None => found.ok_or_else(|| verdict::rudder_constant(amplitude, unit)),
+    }
+}
+
+/// What the estimator is given for a filter of this lambda.
+fn stretch<'a>(
+    record: &'a Record,
+    samples: &'a [Sample<f64>],
+    manoeuvre: &Manoeuvre,
+    settings: &IdentifySettings,
+    lambda_rad_s: f64,
+) -> Stretch<'a> {
+    let from_s = samples.first().map_or(0.0, |s| s.time_s);
+    let settling = if settings.as_paper {
+        &[]
+    } else {
+        record.window(Window {
+            from_s: from_s - SETTLING_TIME_CONSTANTS / lambda_rad_s,
+            to_s: from_s,
+        })
+    };
+    let warming_s = if settings.as_paper || !settling.is_empty() {
+        0.0
+    } else {
+        (WARMING_TIME_CONSTANTS / lambda_rad_s).min(LARGEST_WARMING_SHARE * duration_s(samples))
+    };
+    Stretch {
+        settling,
+        training: samples,
+        learns_from_s: from_s + warming_s,
+        excited_by_s: manoeuvre.both_hands_used_s(),
+    }
+}
+
+pub fn choose_lambda(
+    record: &Record,
+    samples: &[Sample<f64>],
+    manoeuvre: &Manoeuvre,
+    heading_range_rad: f64,
+    settings: &IdentifySettings,
+) -> ChosenLambda {
+    if let Some(lambda_rad_s) = settings.lambda_rad_s {
+        return ChosenLambda {
+            lambda_rad_s,
+            because: "given".into(),
+        };
+    }
+    if settings.as_paper {
+        return ChosenLambda {
+            lambda_rad_s: 1.0,
+            because: "the paper's".into(),
+        };
+    }
+    let interval_s = median_interval_s(samples).unwrap_or(0.0);
+    let time_scale = TimeScale {
+        half_period_s: manoeuvre.half_period_s().unwrap_or(interval_s),
+        interval_s,
+        duration_s: duration_s(samples),
+    };
+    time_scale.choose_lambda(|lambda_rad_s| -> Option<YawModel<f64>> {
+        let stretch = stretch(record, samples, manoeuvre, settings, lambda_rad_s);
+        online::run(
+            &stretch,
+            settings.estimator(lambda_rad_s, heading_range_rad),
+            |_, _, _| {},
+        )
+        .ok()
+        .map(|estimator| estimator.model())
+    })
+}

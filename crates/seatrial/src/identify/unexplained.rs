@@ -1,0 +1,74 @@
+//! What a first-order model leaves unexplained: the sea, a lagging rudder, or a vehicle of higher order.
+
+use seatrial_core::Sample;
+
+use super::lag::LagTest;
+use super::second_order::{self, SecondOrder};
+use super::{Fresh, IdentifyError, refine};
+use crate::identification::{HigherOrder, Refined};
+
+/// Evidence, over what names a structure, that a lag must have which passes for a small disturbance: among many sound
+/// records the price that names a structure is now and then exceeded by chance.
+const PRICE_OF_A_HIDDEN_LAG: f64 = 1.5;
+
+/// What a first-order model leaves unexplained, where it is much or looks like a lagging rudder: a strong disturbance,
+/// or a vehicle that is not of first order.
+pub struct Unexplained {
+    /// The share of the rudder's own effect.
+    pub share: f64,
+    /// The model of the order that the record supports.
+    second_order: Option<SecondOrder>,
+}
+
+impl Unexplained {
+    pub fn of(
+        samples: &[Sample<f64>],
+        refined: &Refined,
+        rudder_amplitude_rad: f64,
+        lag: Option<LagTest>,
+    ) -> Option<Self> {
+        let share = refine::disturbance_share(refined, rudder_amplitude_rad);
+        let worth_a_look =
+            refine::is_large_share(share) || lag.is_some_and(|lag| lag.is_suspicious());
+        worth_a_look.then(|| Self {
+            share,
+            second_order: second_order::fit(samples).ok(),
+        })
+    }
+
+    pub fn is_large(&self) -> bool {
+        refine::is_large_share(self.share)
+    }
+
+    /// A small disturbance passes for structure only where a lag explains it beyond doubt.
+    pub fn is_structural(&self) -> bool {
+        match &self.second_order {
+            Some(estimate) if self.is_large() => estimate.order.leans_beyond_first_order(),
+            Some(estimate) => {
+                estimate.is_first_order_behind_a_lag()
+                    && estimate.order.evidence() > PRICE_OF_A_HIDDEN_LAG * estimate.order.threshold
+            }
+            None => self.is_large(),
+        }
+    }
+}
+
+/// The model beyond the first order, where the record supports one, validated like the other.
+pub fn higher_order(
+    unexplained: Option<Unexplained>,
+    fresh: Option<Fresh>,
+) -> Result<Option<HigherOrder>, IdentifyError> {
+    let Some(estimate) = unexplained
+        .and_then(|unexplained| unexplained.second_order)
+        .filter(|estimate| estimate.order.exceeds_first_order())
+    else {
+        return Ok(None);
+    };
+    let validation = fresh
+        .map(|fresh| second_order::validate(&estimate.model, fresh.record, fresh.window))
+        .transpose()?;
+    Ok(Some(HigherOrder {
+        estimate,
+        validation,
+    }))
+}
