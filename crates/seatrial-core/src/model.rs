@@ -116,15 +116,9 @@ impl<T: Real> Discretisation<T> {
     /// For damping `a22_per_s` and an interval of `interval_s`.
     pub fn new(a22_per_s: T, interval_s: T) -> Self {
         let x = a22_per_s * interval_s;
-        let (decay, phi1, phi2) = if x.abs() < T::of(PHI_SERIES_BELOW) {
-            let (phi1, phi2) = phi_series(x);
-            (T::ONE + x * phi1, phi1, phi2)
-        } else {
-            let (phi1, phi2) = phi(x);
-            (x.exp(), phi1, phi2)
-        };
+        let (phi1, phi2) = phi(x);
         Self {
-            decay,
+            decay: x.exp(),
             rate_gain_s: interval_s * phi1,
             heading_gain_s2: interval_s * interval_s * phi2,
         }
@@ -154,25 +148,16 @@ pub fn phi<T: Real>(x: T) -> (T, T) {
 /// Below this |x| [`phi`] is its series.
 pub(crate) const PHI_SERIES_BELOW: f64 = 0.5;
 
-/// 1/15!, 1/14!, ..., 1/2!: the series of phi2, the highest power first.
-const PHI2_SERIES: [f64; 14] = {
-    let mut series = [0.0; 14];
-    let mut factorial = 1.0;
-    let mut k = 2;
-    while k <= 15 {
-        factorial *= k as f64;
-        series[15 - k] = 1.0 / factorial;
-        k += 1;
-    }
-    series
-};
-
 /// [`phi`] for |x| below [`PHI_SERIES_BELOW`], where the Taylor series of phi2 to x^13 is exact to rounding in f64 (next term
 /// under 1e-17), and phi1 = 1 + x phi2.
 #[inline]
 pub(crate) fn phi_series<T: Real>(x: T) -> (T, T) {
-    let horner = |sum, coefficient: &f64| T::of(*coefficient) + x * sum;
-    let phi2 = PHI2_SERIES.iter().fold(T::ZERO, horner);
+    let mut phi2 = T::ZERO;
+    let mut k = 15.0;
+    while k >= 2.0 {
+        phi2 = (T::ONE + x * phi2) / T::of(k);
+        k -= 1.0;
+    }
     (T::ONE + x * phi2, phi2)
 }
 

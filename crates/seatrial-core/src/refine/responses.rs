@@ -1,7 +1,7 @@
 //! How the heading answers rudder, offset and initial yaw rate.
 
 use super::lanes::Lanes;
-use crate::model::Discretisation;
+use crate::model::{Discretisation, PHI_SERIES_BELOW};
 
 /// [`Discretisation`] of one interval for several dampings.
 #[derive(Clone, Copy, Debug)]
@@ -11,13 +11,43 @@ pub struct Step<const N: usize> {
     pub heading_gain_s2: Lanes<N>,
 }
 
+/// 1/15!, 1/14!, ..., 1/2!: the series of phi2, the highest power first.
+const PHI2_SERIES: [f64; 14] = {
+    let mut series = [0.0; 14];
+    let mut factorial = 1.0;
+    let mut k = 2;
+    while k <= 15 {
+        factorial *= k as f64;
+        series[15 - k] = 1.0 / factorial;
+        k += 1;
+    }
+    series
+};
+
 impl<const N: usize> Step<N> {
     fn new(a22_per_s: [f64; N], interval_s: f64) -> Self {
+        if (a22_per_s.iter()).all(|a22| (a22 * interval_s).abs() < PHI_SERIES_BELOW) {
+            return Self::short(a22_per_s, interval_s);
+        }
         let steps = a22_per_s.map(|a22| Discretisation::new(a22, interval_s));
         Self {
             decay: Lanes(steps.map(|step| step.decay)),
             rate_gain_s: Lanes(steps.map(|step| step.rate_gain_s)),
             heading_gain_s2: Lanes(steps.map(|step| step.heading_gain_s2)),
+        }
+    }
+
+    /// The same by the series of phi2, without a division: phi1 = 1 + x phi2, e^x = 1 + x phi1.
+    fn short(a22_per_s: [f64; N], interval_s: f64) -> Self {
+        let one = Lanes::all(1.0);
+        let x = Lanes(a22_per_s) * interval_s;
+        let horner = |sum, coefficient: &f64| Lanes::all(*coefficient) + x * sum;
+        let phi2 = PHI2_SERIES.iter().fold(Lanes::ZERO, horner);
+        let phi1 = one + x * phi2;
+        Self {
+            decay: one + x * phi1,
+            rate_gain_s: phi1 * interval_s,
+            heading_gain_s2: phi2 * (interval_s * interval_s),
         }
     }
 
