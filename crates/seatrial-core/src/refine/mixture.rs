@@ -14,7 +14,7 @@ const STRENGTH_RATIO: f64 = 2.0;
 /// whatever its strength.
 const MOST_STRENGTHS: usize = 24;
 
-/// No disturbance, and for each time constant the strongest and those to either side.
+/// No disturbance, and for each time constant the one in the middle and those to either side.
 const MOST_HYPOTHESES: usize = 1 + DISTURBANCE_TIME_CONSTANTS.len() * (1 + 2 * MOST_STRENGTHS);
 
 /// The prior that the estimate is the mean under: seven of ten records hold no disturbance, the others one of

@@ -172,7 +172,7 @@ pub fn identify(
 pub fn lambda_of(record: &Record, window: Window) -> Result<ChosenLambda, IdentifyError> {
     let samples = record.window(window);
     let heading_range_rad = fresh::heading_range_rad(samples);
-    let manoeuvre = manoeuvre_to_learn_from(record, samples).map_err(IdentifyError::Refused)?;
+    let manoeuvre = manoeuvre_to_learn_from(record, samples)?;
     let settings = IdentifySettings::default();
     Ok(choose_lambda(
         record,
@@ -215,7 +215,7 @@ fn assess_with_others(
 ) -> Result<(Identification, Option<Joined>), IdentifyError> {
     let samples = record.window(training);
     let heading_range_rad = fresh::heading_range_rad(samples);
-    let manoeuvre = manoeuvre_to_learn_from(record, samples).map_err(IdentifyError::Refused)?;
+    let manoeuvre = manoeuvre_to_learn_from(record, samples)?;
     let edges = Edges::of(&pass.accepted);
     let placed = refine.then(|| edges.placed(Some(pass.online.model)));
     let known = placed

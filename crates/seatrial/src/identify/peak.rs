@@ -3,6 +3,7 @@
 use seatrial_core::{Sample, YawModel};
 
 use super::whitening::Prepared;
+use crate::record::duration_s;
 use seatrial_core::refine;
 pub use seatrial_core::refine::{DISTURBANCE_TIME_CONSTANTS, Peak, RefineFailure};
 
@@ -33,11 +34,7 @@ pub(super) struct Span(refine::Span);
 
 impl Span {
     pub(super) fn of(samples: &[Sample<f64>]) -> Result<Self, RefineFailure> {
-        let duration_s = match samples {
-            [first, .., last] => last.time_s - first.time_s,
-            _ => 0.0,
-        };
-        refine::Span::of(samples.len(), duration_s).map(Self)
+        refine::Span::of(samples.len(), duration_s(samples)).map(Self)
     }
 
     /// In blocks of a twentieth of the vehicle's time constant.

@@ -5,7 +5,6 @@ use seatrial_core::{Sample, YawModel};
 
 use super::online::{self, Pass, Stretch};
 use super::{IdentifyError, IdentifySettings, fresh};
-use crate::identification::Reason;
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window, duration_s, median_interval_s};
 use crate::time_scale::{ChosenLambda, TimeScale};
@@ -41,7 +40,7 @@ impl<'a> Training<'a> {
             return Err(IdentifyError::empty_window("training", training, record));
         }
         let heading_range_rad = fresh::heading_range_rad(samples);
-        let manoeuvre = manoeuvre_to_learn_from(record, samples).map_err(IdentifyError::Refused)?;
+        let manoeuvre = manoeuvre_to_learn_from(record, samples)?;
         let chosen = choose_lambda(record, samples, &manoeuvre, heading_range_rad, settings);
         Ok(Self {
             samples,
@@ -62,14 +61,15 @@ impl<'a> Training<'a> {
 pub fn manoeuvre_to_learn_from(
     record: &Record,
     samples: &[Sample<f64>],
-) -> Result<Manoeuvre, Reason> {
+) -> Result<Manoeuvre, IdentifyError> {
     let found = Manoeuvre::find(samples);
     let amplitude = found.as_ref().map_or(0.0, |m| m.amplitude_rad);
     let (heading_range_rad, unit) = (fresh::heading_range_rad(samples), record.rudder_unit);
-    match verdict::refuse_record(samples.len(), amplitude, unit, heading_range_rad) {
+    let found = match verdict::refuse_record(samples.len(), amplitude, unit, heading_range_rad) {
         Some(reason) => Err(reason),
         None => found.ok_or_else(|| verdict::rudder_constant(amplitude, unit)),
-    }
+    };
+    found.map_err(IdentifyError::Refused)
 }
 
 /// What the estimator is given for a filter of this lambda.
