@@ -84,16 +84,16 @@ fn is_bounded(after: &[Held], most_memory_kb: f64) {
     }
 }
 
-/// Were the messages of each campaign kept, those of a third of them would be 4.5 MB. Caches and the ring of messages fill for 25 campaigns, by
-/// 0.7 MB from the middle third to the last, and what the allocator keeps varies by 1 MB.
+/// Were the messages of each campaign kept, those of a third of them would be 9 MB. Caches and the ring of messages fill for 50 campaigns, and what
+/// the allocator keeps varies: on busy cores the last third has held up to 2.5 MB more than the middle one.
 #[test]
 fn cli_campaigns_leave_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();
     let server = Server::start(folder.path(), &[]);
     let mut plan = server.get("/plans/default");
     plan["thrusts"] = json!([0.6]);
-    let after = operate(&server, &plan, 45.0 * 45.0, |_, _| {});
-    is_bounded(&after, 3000.0);
+    let after = operate(&server, &plan, 90.0 * 45.0, |_, _| {});
+    is_bounded(&after, 4500.0);
 }
 
 /// `cargo nextest run -p seatrial-cli --test dashboard --run-ignored all --no-capture val_a_day`
