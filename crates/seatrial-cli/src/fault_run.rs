@@ -416,6 +416,8 @@ impl Expected {
                     "compass_error",
                     "compass_deviation",
                     "compass_late",
+                    // A compass that errs in the fresh data alone gives another model.
+                    "contradicted",
                     "rejected_samples",
                     "low_r2",
                     "weakly_validated",

@@ -346,7 +346,7 @@ fn assess_with_others(
     Ok((identification, joined))
 }
 
-/// The refined estimate from fresh data alone, where a first-order model explains them.
+/// The estimate from fresh data alone: the refined one where a first-order model explains them, or else output error's.
 pub fn fresh_estimate(samples: &[Sample<f64>]) -> Option<Refined> {
     let manoeuvre = Manoeuvre::find(samples)?;
     let edges = Edges::of(samples);
@@ -356,7 +356,15 @@ pub fn fresh_estimate(samples: &[Sample<f64>]) -> Option<Refined> {
     let lag = LagTest::of(samples, &refined);
     let is_structural = Unexplained::of(samples, &refined, manoeuvre.amplitude_rad, lag)
         .is_some_and(|unexplained| unexplained.is_structural());
-    (!is_structural).then(|| refine::widened(&refined, &placed.covariance))
+    let estimate = match is_structural {
+        true => {
+            let nearest = output_error::output_error(samples, Some(refined.model)).ok()?;
+            let covariance = nearest.covariance.into();
+            refine::around(&refined, nearest.model, covariance, "output_error")
+        }
+        false => refined,
+    };
+    Some(refine::widened(&estimate, &placed.covariance))
 }
 
 /// The window as far as there are samples: no end is infinite.

@@ -85,7 +85,7 @@ impl Weighing {
         self.reject(
             "contradicted",
             format!(
-                "the fresh data by themselves give {found}: a rudder that saturates or jammed, another speed, or a vehicle that changed; look at the rudder's own angle, then train again"
+                "the fresh data by themselves give {found}: a rudder that saturates or jammed, another speed, a compass that errs, or a vehicle that changed; look at the rudder's own angle and at the compass, then train again"
             ),
         );
     }
