@@ -74,6 +74,9 @@ pub trait Real:
 
     /// An angle taken to (-pi, pi].
     fn wrapped(self) -> Self {
+        if self.abs() < Self::PI {
+            return self;
+        }
         let turn = Self::PI + Self::PI;
         let remainder = self - turn * (self / turn).round();
         if remainder <= -Self::PI {

@@ -80,6 +80,11 @@ pub fn mean_rudder_rad(sample: &Sample<f64>, next: &Sample<f64>, usual_interval_
     if lost.hides_edge(interval_s, usual_interval_s, moved_rad) {
         return sample.rudder_rad;
     }
-    let steps = f64::from(lost.steps(interval_s, usual_interval_s));
-    sample.rudder_rad + moved_rad * (steps - 1.0) / (2.0 * steps)
+    match lost.steps(interval_s, usual_interval_s) {
+        1 => sample.rudder_rad,
+        steps => {
+            let steps = f64::from(steps);
+            sample.rudder_rad + moved_rad * (steps - 1.0) / (2.0 * steps)
+        }
+    }
 }

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3, Vector5};
 use seatrial_core::{Sample, YawModel};
 
 use super::peak::{RefineFailure, Span, liveliest};
-use super::simulation::{Simulation, compare, nearest};
+use super::simulation::{Comparisons, Simulation, nearest};
 use super::whitening::{Disturbance, Prepared};
 
 /// A simulation that leaves more than this share of the heading's variance may be a neighbouring minimum.
@@ -121,10 +121,11 @@ impl NearestSimulation {
     fn sandwich(&self) -> Option<[[f64; 3]; 3]> {
         let inverse = self.simulation.information.try_inverse()?;
         let of_parameters = inverse.fixed_rows::<3>(0).into_owned();
-        let mut influences: Vec<Vector3<f64>> = Vec::with_capacity(self.record.blocks());
-        compare(&self.record, &self.simulation.parameters, |g, e| {
-            influences.push(of_parameters * Vector5::from(g) * e);
-        });
+        let influences: Vec<Vector3<f64>> =
+            Comparisons::of(&self.record, &self.simulation.parameters)
+                .rows()
+                .map(|(g, e)| of_parameters * Vector5::from(g) * e)
+                .collect();
         let lags = (influences.len() as f64).sqrt() as usize;
         let mut covariance = Matrix3::zeros();
         for lag in 0..=lags.min(influences.len() - 1) {

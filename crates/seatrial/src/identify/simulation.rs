@@ -1,5 +1,7 @@
 //! The simulated heading with its derivatives to the parameters, and the parameters of the nearest simulation.
 
+use std::ops::Range;
+
 use nalgebra::{Matrix5, Vector5};
 use seatrial_core::model::{Discretisation, phi};
 
@@ -20,7 +22,6 @@ const FIRST_DAMPING: f64 = 1e-3;
 /// x = a22 h,  d e^x/dx = e^x,  phi1' = phi1 - phi2,  phi2' = phi2 - 2 phi3,  phi3(x) = (phi2(x) - 1/2)/x
 /// ```
 struct Step {
-    interval_s: f64,
     now: Discretisation<f64>,
     decay_s: f64,
     rate_gain_s2: f64,
@@ -43,7 +44,6 @@ impl Step {
         let now = Discretisation::new(a22_per_s, interval_s);
         let squared = interval_s * interval_s;
         Self {
-            interval_s,
             decay_s: interval_s * now.decay,
             rate_gain_s2: squared * (phi1 - phi2),
             heading_gain_s3: squared * interval_s * (phi2 - 2.0 * phi3),
@@ -59,6 +59,182 @@ struct Response {
     rate: f64,
 }
 
+impl Response {
+    /// Free, after an interval.
+    fn after(self, step: &Discretisation<f64>) -> Self {
+        Self {
+            heading: self.heading + step.rate_gain_s * self.rate,
+            rate: step.decay * self.rate,
+        }
+    }
+
+    /// After an interval of the acceleration u.
+    fn forced(self, step: &Discretisation<f64>, u: f64) -> Self {
+        let free = self.after(step);
+        Self {
+            heading: free.heading + step.heading_gain_s2 * u,
+            rate: free.rate + step.rate_gain_s * u,
+        }
+    }
+}
+
+/// Numbers that are added up beside one another.
+const LANES: usize = 8;
+
+/// What a record is compared with: the derivatives of the simulated heading to [a22, b2, C0, r0] and e, measured less
+/// simulated heading, at every comparison. The derivative to psi0 is one.
+///
+/// ```text
+/// psi+ = psi + G r + H u        r+ = E r + G u            u = b2 delta + C0; to b2: u = delta; to C0: u = 1; to r0: u = 0
+/// psi_a+ = psi_a + G r_a + G' r + H' u      r_a+ = E r_a + E' r + G' u      the derivative to a22
+/// ```
+///
+/// The yaw rate that C0 causes is the heading that r0 causes.
+pub(super) struct Comparisons<'a> {
+    record: &'a Prepared,
+    /// Samples after one another that come in equal intervals.
+    runs: Vec<Range<usize>>,
+    /// Behind the last comparison zeros, to a multiple of [`LANES`].
+    columns: [Vec<f64>; 5],
+}
+
+impl<'a> Comparisons<'a> {
+    /// Not simulated yet.
+    fn new(record: &'a Prepared) -> Self {
+        let intervals = &record.interval_s[..record.heading_rad.len() - 1];
+        let mut runs: Vec<Range<usize>> = Vec::new();
+        for (k, interval_s) in intervals.iter().enumerate() {
+            match runs.last_mut() {
+                // A clock's rounding of a billionth is no other interval.
+                Some(run) if (interval_s - intervals[run.start]).abs() <= 1e-9 * interval_s => {
+                    run.end = k + 1;
+                }
+                _ => runs.push(k..k + 1),
+            }
+        }
+        Self {
+            record,
+            runs,
+            columns: Default::default(),
+        }
+    }
+
+    /// With the simulation of [a22, b2, C0, psi0, r0].
+    pub fn of(record: &'a Prepared, parameters: &Vector5<f64>) -> Self {
+        let mut comparisons = Self::new(record);
+        comparisons.simulate(parameters);
+        comparisons
+    }
+
+    fn simulate(&mut self, parameters: &Vector5<f64>) {
+        let [a22, b2, c0, heading0, rate0]: [f64; 5] = (*parameters).into();
+        let Prepared {
+            interval_s,
+            heading_rad,
+            rudder_rad,
+            block,
+        } = self.record;
+        for column in &mut self.columns {
+            column.resize(heading_rad.len(), 0.0);
+            column[0] = 0.0;
+        }
+        self.columns[4][0] = heading_rad[0] - heading0;
+        let (mut to_a22, mut to_b2) = (Response::default(), Response::default());
+        let mut heading_to_c0 = 0.0;
+        let mut to_r0 = Response {
+            heading: 0.0,
+            rate: 1.0,
+        };
+        let mut simulated = Response {
+            heading: heading0,
+            rate: rate0,
+        };
+        for run in &self.runs {
+            let step = Step::new(a22, interval_s[run.start]);
+            let now = &step.now;
+            let after = run.start + 1..run.end + 1;
+            let columns = self.columns.each_mut();
+            let [of_a22, of_b2, of_c0, of_r0, errors] = columns.map(|c| &mut c[after.clone()]);
+            let signals = rudder_rad[run.clone()].iter().zip(&heading_rad[after]);
+            let derivatives = of_a22.iter_mut().zip(of_b2).zip(of_c0).zip(of_r0);
+            for (((rudder, heading), (((of_a22, of_b2), of_c0), of_r0)), error) in
+                signals.zip(derivatives).zip(errors)
+            {
+                let u = b2 * rudder + c0;
+                let free = to_a22.after(now);
+                to_a22 = Response {
+                    heading: free.heading
+                        + (step.rate_gain_s2 * simulated.rate + step.heading_gain_s3 * u),
+                    rate: free.rate + (step.decay_s * simulated.rate + step.rate_gain_s2 * u),
+                };
+                simulated = simulated.forced(now, u);
+                to_b2 = to_b2.forced(now, *rudder);
+                heading_to_c0 += now.rate_gain_s * to_r0.heading + now.heading_gain_s2;
+                to_r0 = to_r0.after(now);
+                *of_a22 = to_a22.heading;
+                *of_b2 = to_b2.heading;
+                *of_c0 = heading_to_c0;
+                *of_r0 = to_r0.heading;
+                *error = heading - simulated.heading;
+            }
+        }
+        for column in &mut self.columns {
+            if *block > 1 {
+                average(column, *block);
+            }
+            column.resize(column.len().next_multiple_of(LANES), 0.0);
+        }
+    }
+
+    /// g, the derivatives to [a22, b2, C0, psi0, r0], and e of each comparison.
+    pub fn rows(&self) -> impl Iterator<Item = ([f64; 5], f64)> {
+        (0..self.record.blocks()).map(|k| {
+            let [to_a22, to_b2, to_c0, to_r0, error] = self.columns.each_ref().map(|c| c[k]);
+            ([to_a22, to_b2, to_c0, 1.0, to_r0], error)
+        })
+    }
+}
+
+/// The mean of each block of numbers in place of them; what is left of an incomplete one is dropped.
+fn average(numbers: &mut Vec<f64>, block: usize) {
+    let blocks = numbers.len() / block;
+    for k in 0..blocks {
+        numbers[k] = numbers[k * block..][..block].iter().sum::<f64>() / block as f64;
+    }
+    numbers.truncate(blocks);
+}
+
+/// Of columns whose length is a multiple of [`LANES`].
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; LANES];
+    for (a, b) in a
+        .as_chunks::<LANES>()
+        .0
+        .iter()
+        .zip(b.as_chunks::<LANES>().0)
+    {
+        for k in 0..LANES {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    total_of_lanes(sums)
+}
+
+/// Of a column whose length is a multiple of [`LANES`].
+fn total(a: &[f64]) -> f64 {
+    let mut sums = [0.0; LANES];
+    for a in a.as_chunks::<LANES>().0 {
+        for k in 0..LANES {
+            sums[k] += a[k];
+        }
+    }
+    total_of_lanes(sums)
+}
+
+fn total_of_lanes([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
+    ((a + e) + (c + g)) + ((b + f) + (d + h))
+}
+
 /// What one pass over a record with [a22, b2, C0, psi0, r0] gives.
 #[derive(Clone, Copy)]
 pub(super) struct Simulation {
@@ -71,102 +247,30 @@ pub(super) struct Simulation {
     gradient: Vector5<f64>,
 }
 
-/// Sees g, the derivatives of the simulated heading to [a22, b2, C0, psi0, r0], and e, measured less simulated heading, at
-/// every comparison.
-///
-/// ```text
-/// psi+ = psi + G r + H u        r+ = E r + G u            u = b2 delta + C0; to b2: u = delta; to C0: u = 1
-/// psi_a+ = psi_a + G r_a + G' r + H' u      r_a+ = E r_a + E' r + G' u      the derivative to a22
-/// ```
-pub(super) fn compare(
-    record: &Prepared,
-    parameters: &Vector5<f64>,
-    mut see: impl FnMut([f64; 5], f64),
-) {
-    let [a22, b2, c0, heading0, rate0]: [f64; 5] = (*parameters).into();
-    let mut step = Step::new(a22, 0.0);
-    let (mut to_damping, mut to_rudder, mut to_offset) = (
-        Response::default(),
-        Response::default(),
-        Response::default(),
-    );
-    let mut to_rate = Response {
-        heading: 0.0,
-        rate: 1.0,
-    };
-    let intervals = record.interval_s.chunks_exact(record.block);
-    let headings = record.heading_rad.chunks_exact(record.block);
-    let rudders = record.rudder_rad.chunks_exact(record.block);
-    let share = 1.0 / record.block as f64;
-    for ((intervals, headings), rudders) in intervals.zip(headings).zip(rudders) {
-        let mut sums = [0.0; 5];
-        for ((&interval_s, &heading), &rudder) in intervals.iter().zip(headings).zip(rudders) {
-            let now = [
-                to_damping.heading,
-                to_rudder.heading,
-                to_offset.heading,
-                to_rate.heading,
-                heading,
-            ];
-            for (sum, now) in sums.iter_mut().zip(now) {
-                *sum += now;
-            }
-            // A clock's rounding of a billionth is no other interval.
-            if (interval_s - step.interval_s).abs() > 1e-9 * interval_s {
-                step = Step::new(a22, interval_s);
-            }
-            let Discretisation {
-                decay,
-                rate_gain_s,
-                heading_gain_s2,
-            } = step.now;
-            let u = b2 * rudder + c0;
-            let rate = b2 * to_rudder.rate + c0 * to_offset.rate + rate0 * to_rate.rate;
-            to_damping = Response {
-                heading: to_damping.heading
-                    + rate_gain_s * to_damping.rate
-                    + step.rate_gain_s2 * rate
-                    + step.heading_gain_s3 * u,
-                rate: decay * to_damping.rate + step.decay_s * rate + step.rate_gain_s2 * u,
-            };
-            let forced = |of: Response, u: f64| Response {
-                heading: of.heading + rate_gain_s * of.rate + heading_gain_s2 * u,
-                rate: decay * of.rate + rate_gain_s * u,
-            };
-            to_rudder = forced(to_rudder, rudder);
-            to_offset = forced(to_offset, 1.0);
-            to_rate = Response {
-                heading: to_rate.heading + rate_gain_s * to_rate.rate,
-                rate: decay * to_rate.rate,
-            };
-        }
-        let [to_a22, to_b2, to_c0, to_r0, heading] = sums.map(|sum| sum * share);
-        let simulated = heading0 + b2 * to_b2 + c0 * to_c0 + rate0 * to_r0;
-        see([to_a22, to_b2, to_c0, 1.0, to_r0], heading - simulated);
-    }
-}
-
 impl Simulation {
-    fn new(record: &Prepared, parameters: Vector5<f64>) -> Self {
-        let mut gram = [[0.0; 5]; 5];
-        let mut gradient = [0.0; 5];
-        let mut residual = 0.0;
-        compare(record, &parameters, |g, e| {
-            for (i, row) in gram.iter_mut().enumerate() {
-                for (element, g_j) in row[..=i].iter_mut().zip(g) {
-                    *element += g[i] * g_j;
-                }
-            }
-            for (sum, g) in gradient.iter_mut().zip(g) {
-                *sum += g * e;
-            }
-            residual += e * e;
-        });
+    fn new(comparisons: &mut Comparisons, parameters: Vector5<f64>) -> Self {
+        comparisons.simulate(&parameters);
+        let [to_a22, to_b2, to_c0, to_r0, error] = &comparisons.columns;
+        let aa = dot(to_a22, to_a22);
+        let [ab, bb] = [to_a22, to_b2].map(|c| dot(c, to_b2));
+        let [ac, bc, cc] = [to_a22, to_b2, to_c0].map(|c| dot(c, to_c0));
+        let [ar, br, cr, rr] = [to_a22, to_b2, to_c0, to_r0].map(|c| dot(c, to_r0));
+        let [ap, bp, cp, rp] = [to_a22, to_b2, to_c0, to_r0].map(|c| total(c));
+        let [ae, be, ce, re] = [to_a22, to_b2, to_c0, to_r0].map(|c| dot(c, error));
+        let pp = comparisons.record.blocks() as f64;
+        #[rustfmt::skip]
+        let information = Matrix5::new(
+            aa, ab, ac, ap, ar,
+            ab, bb, bc, bp, br,
+            ac, bc, cc, cp, cr,
+            ap, bp, cp, pp, rp,
+            ar, br, cr, rp, rr,
+        );
         Self {
             parameters,
-            residual,
-            information: Matrix5::from_fn(|i, j| gram[i.max(j)][i.min(j)]),
-            gradient: gradient.into(),
+            residual: dot(error, error),
+            information,
+            gradient: Vector5::new(ae, be, ce, total(error), re),
         }
     }
 
@@ -189,7 +293,8 @@ impl Simulation {
 pub(super) fn nearest(record: &Prepared, start: Vector5<f64>) -> Option<(Simulation, u32)> {
     let total: f64 = record.heading_rad.iter().map(|w| w * w).sum();
     let rounding = f64::EPSILON * f64::EPSILON * total * record.heading_rad.len() as f64;
-    let mut at = Simulation::new(record, start);
+    let mut comparisons = Comparisons::new(record);
+    let mut at = Simulation::new(&mut comparisons, start);
     let mut damping = 0.0;
     for passes in 1..MOST_PASSES {
         let step = at.step(damping)?;
@@ -197,7 +302,7 @@ pub(super) fn nearest(record: &Prepared, start: Vector5<f64>) -> Option<(Simulat
         if promised <= NEGLIGIBLE_GAIN * at.residual + rounding {
             return Some((at, passes));
         }
-        let next = Simulation::new(record, at.parameters + step);
+        let next = Simulation::new(&mut comparisons, at.parameters + step);
         if next.residual < at.residual {
             at = next;
             damping = if damping > FIRST_DAMPING {
@@ -235,16 +340,16 @@ mod tests {
             let record = record(block);
             for a22 in [-1.07, -1e-3, 0.0, 0.4, -6.0] {
                 let at = Vector5::new(a22, 1.08, 0.012, 0.1, -0.02);
-                let residuals = |parameters: Vector5<f64>| {
-                    let mut residuals = Vec::new();
-                    compare(&record, &parameters, |_, e| residuals.push(e));
-                    residuals
+                let residuals = |parameters: Vector5<f64>| -> Vec<f64> {
+                    let rows = Comparisons::of(&record, &parameters);
+                    rows.rows().map(|(_, e)| e).collect()
                 };
-                let mut sensitivities = Vec::new();
-                compare(&record, &at, |g, _| sensitivities.push(g));
+                let comparisons = Comparisons::of(&record, &at);
+                let sensitivities: Vec<[f64; 5]> = comparisons.rows().map(|(g, _)| g).collect();
                 for i in 0..5 {
                     let spread = 1e-5 * Vector5::ith(i, 1.0);
-                    let differences = (residuals(at - spread).into_iter())
+                    let differences = residuals(at - spread)
+                        .into_iter()
                         .zip(residuals(at + spread))
                         .map(|(below, above)| (below - above) / 2e-5);
                     for (found, expected) in sensitivities.iter().map(|g| g[i]).zip(differences) {
