@@ -68,8 +68,8 @@ fn distance(found: [f64; 3], expected: [f64; 3]) -> f64 {
     pairs.fold(0.0, |m: f64, (f, e)| m.max((f - e).abs())) / scale
 }
 
-/// Lengths below, at and above a tile of 8 x 128, and in several tiles.
-const LENGTHS: [usize; 7] = [1, 2, 330, 1024, 1025, 1026, 5000];
+/// Lengths below, at and above a tile of 8 x 128, in several tiles, and in stretches over which the state before them decays to nothing.
+const LENGTHS: [usize; 8] = [1, 2, 330, 1024, 1025, 1026, 5000, 40_000];
 
 #[test]
 fn parity_sums_of_one_record_equal_the_recursion() {

@@ -108,8 +108,34 @@ lane!(
 /// The most lanes that a register has, sixteen `f32` in 512 bits.
 pub(super) const MOST_LANES: usize = 16;
 
+/// Samples of every row that are taken together where there are as many.
+pub(super) const TOGETHER: usize = 16;
+
 /// Samples whose products are added up in the signals' own precision.
 pub(super) const BLOCK: usize = 128;
+
+/// The next `N` numbers of every row: of a length that is known none is checked for its end.
+pub(super) type Rows<'a, T, const N: usize> = [&'a [T; N]; MOST_LANES];
+
+/// From number `from` on the next `N` of rows of `length`, one behind the other; of fewer rows than lanes the last is taken again.
+#[inline(always)]
+pub(super) fn rows<S: Simd, T: Lane, const N: usize>(
+    numbers: &[T],
+    length: usize,
+    from: usize,
+) -> Option<Rows<'_, T, N>> {
+    if from + N > length {
+        return None;
+    }
+    let last = (numbers.len() / length).checked_sub(1)?;
+    let mut rows = [numbers.get(from..)?.first_chunk()?; MOST_LANES];
+    for (row, place) in rows.iter_mut().enumerate().take(Lanes::<S, T>::COUNT) {
+        *place = numbers
+            .get(row.min(last) * length + from..)?
+            .first_chunk()?;
+    }
+    Some(rows)
+}
 
 /// Numbers side by side in a register of the machine `S`; [`Scalar`] has one lane.
 #[derive(Clone, Copy)]
@@ -451,6 +477,25 @@ impl<S: Simd, T: Lane> State<Lanes<S, T>> {
         self.turn(heading, c);
         self.lay(rudder, c);
         self.outputs(c)
+    }
+
+    /// Takes in the next samples of every row and shows the place in the row and v, p and u' of each.
+    #[inline(always)]
+    pub fn follow<const N: usize>(
+        &mut self,
+        headings: &Rows<T, N>,
+        rudders: &Rows<T, N>,
+        c: &Coefficients<Lanes<S, T>>,
+        mut see: impl FnMut(usize, [Lanes<S, T>; 3]),
+    ) {
+        let simd = self.lag.simd;
+        for k in (0..N).step_by(4) {
+            let headings = Lanes::columns(simd, |row| &headings[row][k..k + 4]);
+            let rudders = Lanes::columns(simd, |row| &rudders[row][k..k + 4]);
+            for (i, (heading, rudder)) in headings.into_iter().zip(rudders).enumerate() {
+                see(k + i, self.advance(heading, rudder, c));
+            }
+        }
     }
 
     /// Takes in the next headings.

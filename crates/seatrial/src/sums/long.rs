@@ -6,16 +6,18 @@ use seatrial_core::fixed_rate::FixedRateSettings;
 
 use super::Sums;
 use super::lanes::{
-    BLOCK, Coefficients, Filter, Lane, Lanes, MOST_LANES, PAIRS, Products, Single, State,
+    BLOCK, Coefficients, Filter, Lane, Lanes, MOST_LANES, PAIRS, Products, Single, State, TOGETHER,
+    rows,
 };
 
-/// Samples of a stretch: from two pages of memory on, the processor reads ahead in every stretch.
-const LONGEST: usize = 1024;
+/// Samples of a stretch: from two pages of memory on, the processor reads ahead in every stretch, and what the state before it adds is
+/// soon over.
+const LONGEST: usize = 4096;
 /// Shorter stretches take longer than one sample after the other.
 const SHORTEST: usize = 16;
 
-/// What is left of a state is nothing beside its rounding; much smaller numbers would be denormal, which takes time.
-const NEGLIGIBLE: f64 = 1e-30;
+/// What is left of a state is nothing beside its rounding.
+const NEGLIGIBLE: f64 = 1e-20;
 
 /// The sums of one record that comes in pieces of any length.
 #[derive(Clone)]
@@ -133,7 +135,9 @@ pub(super) fn stretch_length<S: Simd, T: Lane>(samples: usize, longest: usize) -
 /// so that the sums of a stretch from any state follow from those from rest, and no stretch waits for the one before.
 #[derive(Clone)]
 pub(super) struct Stretches<T> {
-    /// e^k and k e^(k-1).
+    /// L.
+    length: usize,
+    /// e^k and k e^(k-1), as long as they are not negligible, and zeros to the end of what is taken together.
     decays: Vec<[T; 2]>,
     /// sum e^k, sum k e^(k-1)
     sums: [T; 2],
@@ -167,7 +171,7 @@ impl<T: Lane> Stretches<T> {
     /// Those of this length.
     #[inline(always)]
     pub fn of<'a>(known: &'a mut Option<Self>, filter: &Filter<T>, length: usize) -> &'a Self {
-        if known.as_ref().is_none_or(|of| of.decays.len() != length) {
+        if known.as_ref().is_none_or(|of| of.length != length) {
             *known = Some(Self::new(filter, length));
         }
         known.get_or_insert_with(|| Self::new(filter, length))
@@ -175,23 +179,33 @@ impl<T: Lane> Stretches<T> {
 
     fn new(filter: &Filter<T>, length: usize) -> Self {
         let e = filter.coefficients.decay.to_f64();
-        let mut decays = Vec::with_capacity(length);
+        let mut decays = Vec::new();
         let (mut sums, mut products) = ([0.0; 2], [0.0; 3]);
-        let [mut power, mut slope] = [1.0, 0.0];
+        let mut whole = [0.0; 2];
+        let mut power = 1.0;
         for k in 1..=length {
-            slope = k as f64 * power;
-            power = if power > NEGLIGIBLE { e * power } else { 0.0 };
+            let slope = k as f64 * power;
+            power *= e;
+            if slope < NEGLIGIBLE {
+                break;
+            }
             decays.push([T::of(power), T::of(slope)]);
             sums = [sums[0] + power, sums[1] + slope];
             products[0] += power * power;
             products[1] += power * slope;
             products[2] += slope * slope;
+            if k == length {
+                whole = [power, slope];
+            }
         }
+        let end = decays.len().next_multiple_of(TOGETHER).min(length);
+        decays.resize(end, [T::ZERO; 2]);
         Self {
+            length,
             decays,
             sums: sums.map(T::of),
             products: products.map(T::of),
-            whole: [power, slope].map(T::of),
+            whole: whole.map(T::of),
         }
     }
 
@@ -206,7 +220,7 @@ impl<T: Lane> Stretches<T> {
         rudder: &[T],
     ) -> Tile<S, T> {
         let order = Lanes::<S, T>::order(simd);
-        let length = self.decays.len();
+        let length = self.length;
         let first = |signal: &[T]| Lanes::from_fn(simd, |lane| signal[order[lane] * length]);
         let at_rest = State::at_rest(simd, first(heading), first(rudder));
         let from_rest =
@@ -258,45 +272,64 @@ impl<T: Lane> Stretches<T> {
         simd: S,
         filter: &Filter<T>,
         mut state: State<Lanes<S, T>>,
-        (mut heading, mut rudder): (&[T], &[T]),
+        (heading, rudder): (&[T], &[T]),
     ) -> FromRest<S, T> {
-        let length = self.decays.len();
         let c = filter.coefficients(simd);
         let mut products = Products::zero(simd);
         let mut sums = [[0.0; MOST_LANES]; 8];
         let mut decaying = [[Lanes::splat(simd, T::ZERO); 2]; 3];
-        for block in self.decays.chunks(BLOCK) {
-            let here = (
-                rows_of::<S, T>(heading, length),
-                rows_of::<S, T>(rudder, length),
-            );
-            let whole = block.first_chunk::<BLOCK>();
-            if let (Some(block), (Some(headings), Some(rudders))) = (whole, here) {
-                // Of a length that is known none of the rows is checked for its end.
-                for (k, four) in block.as_chunks::<4>().0.iter().enumerate() {
-                    let headings = Lanes::columns(simd, |row| &headings[row][4 * k..4 * k + 4]);
-                    let rudders = Lanes::columns(simd, |row| &rudders[row][4 * k..4 * k + 4]);
-                    for ((heading, rudder), decays) in headings.into_iter().zip(rudders).zip(four) {
-                        let outputs = state.advance(heading, rudder, &c);
+        let mut at = 0;
+        while let (Some(headings), Some(rudders)) = (
+            rows::<S, T, TOGETHER>(heading, self.length, at),
+            rows::<S, T, TOGETHER>(rudder, self.length, at),
+        ) {
+            match self
+                .decays
+                .get(at..)
+                .and_then(<[_]>::first_chunk::<TOGETHER>)
+            {
+                Some(decays) => state.follow(
+                    &headings,
+                    &rudders,
+                    &c,
+                    #[inline(always)]
+                    |k, outputs| {
                         products.add(outputs);
-                        add_decaying(simd, &mut decaying, outputs, *decays);
-                    }
-                }
-                (heading, rudder) = (&heading[BLOCK..], &rudder[BLOCK..]);
-            } else {
-                for four in block.chunks_exact(4) {
-                    let headings = Lanes::columns(simd, |row| &heading[row * length..]);
-                    let rudders = Lanes::columns(simd, |row| &rudder[row * length..]);
-                    (heading, rudder) = (&heading[4..], &rudder[4..]);
-                    for ((heading, rudder), decays) in headings.into_iter().zip(rudders).zip(four) {
-                        let outputs = state.advance(heading, rudder, &c);
-                        products.add(outputs);
-                        add_decaying(simd, &mut decaying, outputs, *decays);
-                    }
-                }
+                        add_decaying(simd, &mut decaying, outputs, decays[k]);
+                    },
+                ),
+                None => state.follow(
+                    &headings,
+                    &rudders,
+                    &c,
+                    #[inline(always)]
+                    |_, outputs| products.add(outputs),
+                ),
             }
-            products.move_to(&mut sums);
+            at += TOGETHER;
+            if at % BLOCK == 0 {
+                products.move_to(&mut sums);
+            }
         }
+        while let (Some(headings), Some(rudders)) = (
+            rows::<S, T, 4>(heading, self.length, at),
+            rows::<S, T, 4>(rudder, self.length, at),
+        ) {
+            let decays = self.decays.get(at..).and_then(<[_]>::first_chunk::<4>);
+            let decays = decays.copied().unwrap_or([[T::ZERO; 2]; 4]);
+            state.follow(
+                &headings,
+                &rudders,
+                &c,
+                #[inline(always)]
+                |k, outputs| {
+                    products.add(outputs);
+                    add_decaying(simd, &mut decaying, outputs, decays[k]);
+                },
+            );
+            at += 4;
+        }
+        products.move_to(&mut sums);
         FromRest {
             end: state,
             sums,
@@ -371,16 +404,6 @@ impl<T: Lane> Stretches<T> {
         }
         added
     }
-}
-
-/// The next samples of every row.
-#[inline(always)]
-fn rows_of<S: Simd, T: Lane>(signal: &[T], length: usize) -> Option<[&[T; BLOCK]; MOST_LANES]> {
-    let mut rows = [signal.first_chunk()?; MOST_LANES];
-    for (row, place) in rows.iter_mut().enumerate().take(Lanes::<S, T>::COUNT) {
-        *place = signal.get(row * length..)?.first_chunk()?;
-    }
-    Some(rows)
 }
 
 #[inline(always)]

@@ -1,13 +1,17 @@
 //! Many records of equal length, side by side.
 
 use core::hint::black_box;
+use core::slice::ChunksExact;
 
 use pulp::{Arch, Simd, WithSimd};
 use seatrial_core::estimator::InvalidSetting;
 use seatrial_core::fixed_rate::FixedRateSettings;
 
 use super::Sums;
-use super::lanes::{BLOCK, Filter, Lane, Lanes, MOST_LANES, Products};
+use super::lanes::{BLOCK, Filter, Lane, Lanes, MOST_LANES, Products, TOGETHER, rows};
+
+/// Bytes.
+const CACHE_LINE: usize = 64;
 
 /// The sums of many records of `samples_per_record` each, one behind the other: unwrapped headings and rudder angles, rad. What
 /// is left of an incomplete record is ignored.
@@ -73,9 +77,6 @@ impl<T: Lane> WithSimd for Records<'_, T> {
 
 impl<T: Lane> Records<'_, T> {
     /// Of as many records as there are lanes, in their order, or of fewer, of which the last is taken again.
-    ///
-    /// Meanwhile the group after it is read in order, as the processor expects: records side by side are more streams
-    /// than it reads ahead in.
     #[inline(always)]
     fn sums_of_group<S: Simd>(
         &self,
@@ -85,40 +86,88 @@ impl<T: Lane> Records<'_, T> {
         rudder: &[T],
         next: (&[T], &[T]),
     ) -> [[f64; MOST_LANES]; 8] {
-        let lanes = Lanes::<S, T>::COUNT;
-        let (mut heading_ahead, mut rudder_ahead) =
-            (next.0.chunks_exact(lanes), next.1.chunks_exact(lanes));
         let samples = self.samples_per_record;
         let last = heading.len() / samples - 1;
-        let c = self.filter.coefficients(simd);
         let at = |signal: &[T], k: usize| {
             Lanes::from_fn(simd, |lane| signal[order[lane].min(last) * samples + k])
         };
-        let mut sums = [[0.0; MOST_LANES]; 8];
-        let mut products = Products::zero(simd);
+        let c = self.filter.coefficients(simd);
         let mut state = self.filter.started(simd, at(heading, 0), at(rudder, 0));
+        let mut products = Products::zero(simd);
         products.add(state.outputs(&c));
+        let mut sums = [[0.0; MOST_LANES]; 8];
+        let mut ahead = Ahead::new::<S>(next);
         let mut k = 1;
-        while k + 4 <= samples {
-            let headings = Lanes::columns(simd, |row| &heading[row.min(last) * samples + k..]);
-            let rudders = Lanes::columns(simd, |row| &rudder[row.min(last) * samples + k..]);
-            for (heading, rudder) in headings.into_iter().zip(rudders) {
-                products.add(state.advance(heading, rudder, &c));
-                for signal in [&mut heading_ahead, &mut rudder_ahead] {
-                    if let Some(line) = signal.next() {
-                        black_box(line[0]);
+        while let (Some(headings), Some(rudders)) = (
+            rows::<S, T, TOGETHER>(heading, samples, k),
+            rows::<S, T, TOGETHER>(rudder, samples, k),
+        ) {
+            state.follow(
+                &headings,
+                &rudders,
+                &c,
+                #[inline(always)]
+                |k, outputs| {
+                    if k % 4 == 0 {
+                        ahead.read();
                     }
-                }
-            }
-            k += 4;
-            if k % BLOCK < 4 {
+                    products.add(outputs);
+                },
+            );
+            k += TOGETHER;
+            if k % BLOCK < TOGETHER {
                 products.move_to(&mut sums);
             }
+        }
+        while let (Some(headings), Some(rudders)) = (
+            rows::<S, T, 4>(heading, samples, k),
+            rows::<S, T, 4>(rudder, samples, k),
+        ) {
+            state.follow(
+                &headings,
+                &rudders,
+                &c,
+                #[inline(always)]
+                |k, outputs| {
+                    if k % 4 == 0 {
+                        ahead.read();
+                    }
+                    products.add(outputs);
+                },
+            );
+            k += 4;
         }
         for k in k..samples {
             products.add(state.advance(at(heading, k), at(rudder, k), &c));
         }
         products.move_to(&mut sums);
         sums
+    }
+}
+
+/// The group after the one at work, which is read in order meanwhile, as the processor expects: records side by side are more streams
+/// than it reads ahead in.
+struct Ahead<'a, T> {
+    signals: [ChunksExact<'a, T>; 2],
+}
+
+impl<'a, T: Lane> Ahead<'a, T> {
+    #[inline(always)]
+    fn new<S: Simd>((heading, rudder): (&'a [T], &'a [T])) -> Self {
+        Self {
+            signals: [heading, rudder].map(|signal| signal.chunks_exact(4 * Lanes::<S, T>::COUNT)),
+        }
+    }
+
+    /// As much as four samples of each row.
+    #[inline(always)]
+    fn read(&mut self) {
+        for signal in &mut self.signals {
+            if let Some(four) = signal.next() {
+                for line in four.chunks_exact(CACHE_LINE / size_of::<T>()) {
+                    black_box(line[0]);
+                }
+            }
+        }
     }
 }
