@@ -2,7 +2,7 @@
 
 use seatrial_core::Sample;
 
-use crate::record::Window;
+use crate::record::{Window, median};
 
 /// Shorter strokes than this share of the second longest are noise. (The longest may be the rest between two
 /// pulses to one hand.)
@@ -143,11 +143,6 @@ impl Manoeuvre {
         halves.sort_by(f64::total_cmp);
         Some(halves[halves.len() / 2])
     }
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }
 
 /// m and A of [`Manoeuvre`]. `None` of what does not vary.

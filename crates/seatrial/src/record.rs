@@ -114,16 +114,20 @@ impl Record {
 
 /// The median of the intervals between samples, s. `None` under two samples.
 pub fn median_interval_s(samples: &[Sample<f64>]) -> Option<f64> {
-    let mut intervals: Vec<f64> = samples
+    let intervals = samples
         .windows(2)
         .map(|pair| pair[1].time_s - pair[0].time_s)
-        .filter(|h| h.is_finite())
-        .collect();
-    if intervals.is_empty() {
+        .filter(|h| h.is_finite());
+    median(intervals.collect())
+}
+
+/// The upper one of two in the middle. `None` without numbers.
+pub(crate) fn median(mut numbers: Vec<f64>) -> Option<f64> {
+    if numbers.is_empty() {
         return None;
     }
-    let middle = intervals.len() / 2;
-    let (_, median, _) = intervals.select_nth_unstable_by(middle, f64::total_cmp);
+    let middle = numbers.len() / 2;
+    let (_, median, _) = numbers.select_nth_unstable_by(middle, f64::total_cmp);
     Some(*median)
 }
 

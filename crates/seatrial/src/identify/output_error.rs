@@ -110,8 +110,9 @@ impl NearestSimulation {
     fn left_share(&self) -> f64 {
         let heading = &self.record.heading_rad;
         let n = heading.len() as f64;
-        let mean = heading.iter().sum::<f64>() / n;
-        let variance = heading.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / n;
+        let add = |(sum, squares), w: &f64| (sum + w, squares + w * w);
+        let (sum, squares) = heading.iter().fold((0.0, 0.0), add);
+        let variance = squares / n - (sum / n).powi(2);
         self.residual_rms_rad().powi(2) / variance
     }
 

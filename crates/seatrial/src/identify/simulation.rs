@@ -31,24 +31,43 @@ struct Step {
 impl Step {
     fn new(a22_per_s: f64, interval_s: f64) -> Self {
         let x = a22_per_s * interval_s;
-        let (phi1, phi2) = phi(x);
-        let phi3 = if x.abs() < 0.1 {
-            // To x^8/11!, 2e-16.
-            (4..=11)
-                .rev()
-                .fold(1.0, |sum, k| 1.0 + x / f64::from(k) * sum)
-                / 6.0
-        } else {
-            (phi2 - 0.5) / x
-        };
-        let now = Discretisation::new(a22_per_s, interval_s);
+        let [phi1, phi2, phi3] = phis(x);
+        let decay = x.exp();
         let squared = interval_s * interval_s;
         Self {
-            decay_s: interval_s * now.decay,
+            now: Discretisation {
+                decay,
+                rate_gain_s: interval_s * phi1,
+                heading_gain_s2: squared * phi2,
+            },
+            decay_s: interval_s * decay,
             rate_gain_s2: squared * (phi1 - phi2),
             heading_gain_s3: squared * interval_s * (phi2 - 2.0 * phi3),
-            now,
         }
+    }
+}
+
+/// 1/4, ..., 1/16.
+const INVERSES: [f64; 13] = {
+    let mut inverses = [0.0; 13];
+    let mut k = 0;
+    while k < inverses.len() {
+        inverses[k] = 1.0 / (k + 4) as f64;
+        k += 1;
+    }
+    inverses
+};
+
+/// phi1, phi2 and phi3; for a small x from the series of phi3 to x^13, 1e-17, without the cancellation of the others.
+fn phis(x: f64) -> [f64; 3] {
+    if x.abs() < 0.5 {
+        let series = |sum, inverse: &f64| 1.0 + x * inverse * sum;
+        let phi3 = INVERSES.iter().rev().fold(1.0, series) / 6.0;
+        let phi2 = 0.5 + x * phi3;
+        [1.0 + x * phi2, phi2, phi3]
+    } else {
+        let (phi1, phi2) = phi(x);
+        [phi1, phi2, (phi2 - 0.5) / x]
     }
 }
 

@@ -3,7 +3,7 @@
 use seatrial_core::refine::{self, Series};
 use seatrial_core::{Real, Sample};
 
-use crate::record::median_interval_s;
+use crate::record::median;
 pub use seatrial_core::refine::{Disturbance, Fit};
 
 /// A training record made ready: intervals, headings relative to the first, rudder, in blocks.
@@ -31,14 +31,16 @@ impl Prepared {
 
     /// The same with other headings, unwrapped, than those of the samples.
     pub fn from_headings(samples: &[Sample<f64>], heading_rad: Vec<f64>, block: usize) -> Self {
+        let intervals = samples
+            .windows(2)
+            .map(|pair| pair[1].time_s - pair[0].time_s);
+        let mut interval_s: Vec<f64> = intervals.collect();
+        let usual_s = median(interval_s.clone()).unwrap_or(0.0);
+        interval_s.push(0.0);
         Self {
-            interval_s: samples
-                .windows(2)
-                .map(|pair| pair[1].time_s - pair[0].time_s)
-                .chain([0.0])
-                .collect(),
+            interval_s,
             heading_rad,
-            rudder_rad: mean_rudder_rad(samples),
+            rudder_rad: mean_rudder_rad(samples, usual_s),
             block: block.max(1),
         }
     }
@@ -93,8 +95,7 @@ impl Prepared {
 }
 
 /// The rudder over each interval, rad: [`refine::mean_rudder_rad`].
-pub(super) fn mean_rudder_rad(samples: &[Sample<f64>]) -> Vec<f64> {
-    let usual_s = median_interval_s(samples).unwrap_or(0.0);
+pub(super) fn mean_rudder_rad(samples: &[Sample<f64>], usual_s: f64) -> Vec<f64> {
     let over = |pair: &[Sample<f64>]| refine::mean_rudder_rad(&pair[0], &pair[1], usual_s);
     let last = samples.last().map(|s| s.rudder_rad);
     samples.windows(2).map(over).chain(last).collect()

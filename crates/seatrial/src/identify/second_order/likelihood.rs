@@ -104,7 +104,7 @@ impl Comparisons {
             has_gaps: samples.windows(2).any(is_gap),
             floor_rad2: (FLOOR_SHARE * range(&heading_rad)).powi(2),
             heading_rad,
-            rudder_rad: mean_rudder_rad(samples),
+            rudder_rad: mean_rudder_rad(samples, usual_s),
             block,
         }
     }
