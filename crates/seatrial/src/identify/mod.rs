@@ -288,7 +288,12 @@ fn assess_with_others(
     };
     let other = fresh.filter(|fresh| refine && fresh.window != training);
     let fresh_samples = other.map(|fresh| fresh.record.usable(fresh.window));
-    let of_fresh = fresh_samples.as_deref().and_then(fresh_estimate);
+    // What a lagging rudder leaves of a first-order model is no match for the model behind the lag.
+    let is_comparable = |fresh: &Refined| lagging.is_none() || fresh.method != NEAREST;
+    let of_fresh = fresh_samples
+        .as_deref()
+        .and_then(fresh_estimate)
+        .filter(is_comparable);
     let loop_timing = median_interval_s(samples)
         .filter(|_| !settings.as_paper)
         .map(|interval_s| sampled(interval_s, lagging.as_ref().map_or(0.0, |l| l.rudder_lag_s)));
@@ -346,6 +351,9 @@ fn assess_with_others(
     Ok((identification, joined))
 }
 
+/// The method of output error: of the model nearest to data that are not of first order.
+const NEAREST: &str = "output_error";
+
 /// The estimate from fresh data alone: the refined one where a first-order model explains them, or else output error's.
 pub fn fresh_estimate(samples: &[Sample<f64>]) -> Option<Refined> {
     let manoeuvre = Manoeuvre::find(samples)?;
@@ -360,7 +368,7 @@ pub fn fresh_estimate(samples: &[Sample<f64>]) -> Option<Refined> {
         true => {
             let nearest = output_error::output_error(samples, Some(refined.model)).ok()?;
             let covariance = nearest.covariance.into();
-            refine::around(&refined, nearest.model, covariance, "output_error")
+            refine::around(&refined, nearest.model, covariance, NEAREST)
         }
         false => refined,
     };
