@@ -9,7 +9,7 @@ use seatrial::identify::bound::Noise;
 use seatrial::identify::second_order::{
     self, SecondOrder, Structure, SwayYawModel, SwayYawState, goodness_of_fit,
 };
-use seatrial::identify::{IdentifySettings, identify};
+use seatrial::identify::{IdentifySettings, fresh_estimate, identify};
 use seatrial::{Record, Window};
 use seatrial_core::Sample;
 
@@ -290,6 +290,21 @@ fn regress_a_lag_under_a_weak_rudder_is_no_damping() {
         }
         assert!(named >= least_named, "{heading_deg} deg: {named} of 4");
     }
+}
+
+/// A rudder that saturates in the training is found by fresh data, also where these are not of first order.
+#[test]
+fn regress_fresh_data_of_higher_order_have_an_estimate() {
+    let method = |truth: &SwayYawModel| {
+        let samples = training_stage(truth, noise(0.1, 0.0, 1.0), 3);
+        fresh_estimate(&samples).map(|estimate| estimate.method)
+    };
+    let lagging = SwayYawModel {
+        rudder_lag_s: 0.4,
+        ..first_order()
+    };
+    let found = [&first_order(), &lagging].map(|truth| method(truth).unwrap());
+    assert_eq!(found, ["averaged_restricted_likelihood", "output_error"]);
 }
 
 /// Without noise nothing but the truth is found, and nothing more.
