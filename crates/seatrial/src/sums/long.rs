@@ -6,8 +6,7 @@ use seatrial_core::fixed_rate::FixedRateSettings;
 
 use super::Sums;
 use super::lanes::{
-    BLOCK, Coefficients, Filter, Lane, Lanes, MOST_LANES, PAIRS, Products, Single, State, TOGETHER,
-    rows,
+    BLOCK, Coefficients, Filter, Lane, Lanes, MOST_LANES, PAIRS, Products, Single, State, rows,
 };
 
 /// Samples of a stretch: from two pages of memory on, the processor reads ahead in every stretch, and what the state before it adds is
@@ -137,7 +136,7 @@ pub(super) fn stretch_length<S: Simd, T: Lane>(samples: usize, longest: usize) -
 pub(super) struct Stretches<T> {
     /// L.
     length: usize,
-    /// e^k and k e^(k-1), as long as they are not negligible, and zeros to the end of what is taken together.
+    /// e^k and k e^(k-1), as long as they are not negligible, and zeros to the end of that block or stretch.
     decays: Vec<[T; 2]>,
     /// sum e^k, sum k e^(k-1)
     sums: [T; 2],
@@ -179,33 +178,30 @@ impl<T: Lane> Stretches<T> {
 
     fn new(filter: &Filter<T>, length: usize) -> Self {
         let e = filter.coefficients.decay.to_f64();
-        let mut decays = Vec::new();
+        let mut decays = Vec::with_capacity(length);
         let (mut sums, mut products) = ([0.0; 2], [0.0; 3]);
-        let mut whole = [0.0; 2];
-        let mut power = 1.0;
+        let [mut power, mut slope] = [1.0, 0.0];
         for k in 1..=length {
-            let slope = k as f64 * power;
-            power *= e;
+            slope = k as f64 * power;
             if slope < NEGLIGIBLE {
+                [power, slope] = [0.0; 2];
                 break;
             }
+            power *= e;
             decays.push([T::of(power), T::of(slope)]);
             sums = [sums[0] + power, sums[1] + slope];
             products[0] += power * power;
             products[1] += power * slope;
             products[2] += slope * slope;
-            if k == length {
-                whole = [power, slope];
-            }
         }
-        let end = decays.len().next_multiple_of(TOGETHER).min(length);
+        let end = decays.len().next_multiple_of(BLOCK).min(length);
         decays.resize(end, [T::ZERO; 2]);
         Self {
             length,
             decays,
             sums: sums.map(T::of),
             products: products.map(T::of),
-            whole: whole.map(T::of),
+            whole: [power, slope].map(T::of),
         }
     }
 
@@ -278,17 +274,16 @@ impl<T: Lane> Stretches<T> {
         let mut products = Products::zero(simd);
         let mut sums = [[0.0; MOST_LANES]; 8];
         let mut decaying = [[Lanes::splat(simd, T::ZERO); 2]; 3];
+        let whole = |at| {
+            let headings = rows::<S, T, BLOCK>(heading, self.length, at)?;
+            Some((headings, rows::<S, T, BLOCK>(rudder, self.length, at)?))
+        };
+        let four = |rows: &[T]| Lanes::<S, T>::columns(simd, |row| &rows[row * self.length..]);
         let mut at = 0;
-        while let (Some(headings), Some(rudders)) = (
-            rows::<S, T, TOGETHER>(heading, self.length, at),
-            rows::<S, T, TOGETHER>(rudder, self.length, at),
-        ) {
-            match self
-                .decays
-                .get(at..)
-                .and_then(<[_]>::first_chunk::<TOGETHER>)
-            {
-                Some(decays) => state.follow(
+        for block in self.decays.chunks(BLOCK) {
+            if let (Some(decays), Some((headings, rudders))) = (block.first_chunk(), whole(at)) {
+                let decays: &[_; BLOCK] = decays;
+                state.follow(
                     &headings,
                     &rudders,
                     &c,
@@ -297,37 +292,38 @@ impl<T: Lane> Stretches<T> {
                         products.add(outputs);
                         add_decaying(simd, &mut decaying, outputs, decays[k]);
                     },
-                ),
-                None => state.follow(
-                    &headings,
-                    &rudders,
-                    &c,
-                    #[inline(always)]
-                    |_, outputs| products.add(outputs),
-                ),
+                );
+            } else {
+                let (mut headings, mut rudders) = (&heading[at..], &rudder[at..]);
+                for decays in block.as_chunks::<4>().0 {
+                    let columns = four(headings).into_iter().zip(four(rudders));
+                    (headings, rudders) = (&headings[4..], &rudders[4..]);
+                    for ((heading, rudder), decays) in columns.zip(decays) {
+                        let outputs = state.advance(heading, rudder, &c);
+                        products.add(outputs);
+                        add_decaying(simd, &mut decaying, outputs, *decays);
+                    }
+                }
             }
-            at += TOGETHER;
-            if at % BLOCK == 0 {
-                products.move_to(&mut sums);
-            }
+            at += block.len();
+            products.move_to(&mut sums);
         }
-        while let (Some(headings), Some(rudders)) = (
-            rows::<S, T, 4>(heading, self.length, at),
-            rows::<S, T, 4>(rudder, self.length, at),
-        ) {
-            let decays = self.decays.get(at..).and_then(<[_]>::first_chunk::<4>);
-            let decays = decays.copied().unwrap_or([[T::ZERO; 2]; 4]);
+        while let Some((headings, rudders)) = whole(at) {
             state.follow(
                 &headings,
                 &rudders,
                 &c,
                 #[inline(always)]
-                |k, outputs| {
-                    products.add(outputs);
-                    add_decaying(simd, &mut decaying, outputs, decays[k]);
-                },
+                |_, outputs| products.add(outputs),
             );
-            at += 4;
+            at += BLOCK;
+            products.move_to(&mut sums);
+        }
+        for at in (at..self.length).step_by(4) {
+            let headings = four(&heading[at..]);
+            for (heading, rudder) in headings.into_iter().zip(four(&rudder[at..])) {
+                products.add(state.advance(heading, rudder, &c));
+            }
         }
         products.move_to(&mut sums);
         FromRest {
