@@ -8,7 +8,9 @@ use seatrial_core::estimator::InvalidSetting;
 use seatrial_core::fixed_rate::FixedRateSettings;
 
 use super::Sums;
-use super::lanes::{BLOCK, Filter, Lane, Lanes, MOST_LANES, Products, TOGETHER, rows};
+use super::lanes::{
+    BLOCK, Coefficients, Filter, Lane, Lanes, MOST_LANES, Products, Rows, State, TOGETHER, rows,
+};
 
 /// Bytes.
 const CACHE_LINE: usize = 64;
@@ -102,17 +104,12 @@ impl<T: Lane> Records<'_, T> {
             rows::<S, T, TOGETHER>(heading, samples, k),
             rows::<S, T, TOGETHER>(rudder, samples, k),
         ) {
-            state.follow(
-                &headings,
-                &rudders,
+            take(
+                &mut state,
+                &mut products,
+                &mut ahead,
+                (&headings, &rudders),
                 &c,
-                #[inline(always)]
-                |k, outputs| {
-                    if k % 4 == 0 {
-                        ahead.read();
-                    }
-                    products.add(outputs);
-                },
             );
             k += TOGETHER;
             if k % BLOCK < TOGETHER {
@@ -123,17 +120,12 @@ impl<T: Lane> Records<'_, T> {
             rows::<S, T, 4>(heading, samples, k),
             rows::<S, T, 4>(rudder, samples, k),
         ) {
-            state.follow(
-                &headings,
-                &rudders,
+            take(
+                &mut state,
+                &mut products,
+                &mut ahead,
+                (&headings, &rudders),
                 &c,
-                #[inline(always)]
-                |k, outputs| {
-                    if k % 4 == 0 {
-                        ahead.read();
-                    }
-                    products.add(outputs);
-                },
             );
             k += 4;
         }
@@ -143,6 +135,29 @@ impl<T: Lane> Records<'_, T> {
         products.move_to(&mut sums);
         sums
     }
+}
+
+/// Takes in the next samples of every record of a group, and reads on in the next one.
+#[inline(always)]
+fn take<S: Simd, T: Lane, const N: usize>(
+    state: &mut State<Lanes<S, T>>,
+    products: &mut Products<Lanes<S, T>>,
+    ahead: &mut Ahead<T>,
+    (headings, rudders): (&Rows<T, N>, &Rows<T, N>),
+    c: &Coefficients<Lanes<S, T>>,
+) {
+    state.follow(
+        headings,
+        rudders,
+        c,
+        #[inline(always)]
+        |k, outputs| {
+            if k % 4 == 0 {
+                ahead.read();
+            }
+            products.add(outputs);
+        },
+    );
 }
 
 /// The group after the one at work, which is read in order meanwhile, as the processor expects: records side by side are more streams
