@@ -145,13 +145,16 @@ impl Told {
         assert!(gap_s <= 1.0, "{gap_s} s without a heartbeat");
     }
 
-    fn assert_near(&self, share: f64) {
+    /// No farther from the truth than this share of it and these half widths of the interval together.
+    fn assert_near(&self, share: f64, half_widths: f64) {
         let refined = &self.document["runs"][0]["identification"]["refined"];
         for (name, truth) in [("a22_per_s", A22_PER_S), ("b2_per_s2", B2_PER_S2)] {
             let found = refined[name].as_f64().expect(&self.errors);
+            let [low, high] = [0, 1].map(|end| &refined["interval_95"][name][end]);
+            let half_width = (high.as_f64().unwrap() - low.as_f64().unwrap()) / 2.0;
             assert!(
-                (found / truth - 1.0).abs() < share,
-                "{name}: {found} for {truth}"
+                (found - truth).abs() < share * truth.abs() + half_widths * half_width,
+                "{name}: {found} +- {half_width} for {truth}"
             );
         }
     }
@@ -177,12 +180,13 @@ fn finishes(is_tcp: bool, options: &[&str]) {
     // Neither the forged mode nor the forged heading was believed.
     let is_forged = options.contains(&"unsigned");
     assert_eq!(told.boat["happened_s"].is_number(), is_forged);
-    // Where the instants at which the rudder moved are lost, 16 trials scattered by 2.5 %, the farthest was 7 % off.
-    told.assert_near(if options.contains(&"--loss") {
-        0.12
+    // Where the instants at which the rudder moved are lost, the interval says what that leaves: of 100 trials the farthest
+    // were 19 % off with an interval of 24 %, and 9 % with one of 5 %.
+    if options.contains(&"--loss") {
+        told.assert_near(0.03, 2.0);
     } else {
-        0.05
-    });
+        told.assert_near(0.05, 0.0);
+    }
 }
 
 #[test]
