@@ -254,9 +254,10 @@ fn total_of_lanes([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
     ((a + e) + (c + g)) + ((b + f) + (d + h))
 }
 
-/// What one pass over a record with [a22, b2, C0, psi0, r0] gives.
+/// What one pass over a record gives.
 #[derive(Clone, Copy)]
 pub(super) struct Simulation {
+    /// [a22, b2, C0, psi0, r0]
     pub parameters: Vector5<f64>,
     /// sum e^2 over the comparisons, rad^2.
     pub residual: f64,
@@ -309,18 +310,30 @@ impl Simulation {
 
 /// The parameters with the least sum of squared heading errors, from a start that is near, and the passes it took (D. W.
 /// Marquardt, SIAM Journal on Applied Mathematics 11, 1963). `None` where none is found.
+///
+/// The last step is taken without another pass: what a step promises shrinks at least in geometric progression, and the one
+/// after it would promise nothing.
 pub(super) fn nearest(record: &Prepared, start: Vector5<f64>) -> Option<(Simulation, u32)> {
-    let total: f64 = record.heading_rad.iter().map(|w| w * w).sum();
+    // In parts that need not wait for one another.
+    let parts = record.heading_rad.chunks(LANES);
+    let total: f64 = parts.map(|w| w.iter().map(|w| w * w).sum::<f64>()).sum();
     let rounding = f64::EPSILON * f64::EPSILON * total * record.heading_rad.len() as f64;
     let mut comparisons = Comparisons::new(record);
     let mut at = Simulation::new(&mut comparisons, start);
     let mut damping = 0.0;
+    let mut promised_before = f64::INFINITY;
     for passes in 1..MOST_PASSES {
         let step = at.step(damping)?;
         let promised = step.dot(&at.gradient);
-        if promised <= NEGLIGIBLE_GAIN * at.residual + rounding {
+        let left = (at.residual - promised).max(0.0);
+        let next_promised = promised * promised / promised_before.min(left);
+        let negligible = NEGLIGIBLE_GAIN * left + rounding;
+        if promised <= negligible || damping == 0.0 && next_promised <= negligible {
+            at.parameters += step;
+            at.residual = left;
             return Some((at, passes));
         }
+        promised_before = promised;
         let next = Simulation::new(&mut comparisons, at.parameters + step);
         if next.residual < at.residual {
             at = next;
@@ -381,6 +394,33 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn exact_the_step_without_a_pass_arrives() {
+        let mut record = record(1);
+        let truth = Vector5::new(-1.07, 1.08, 0.012, 0.1, -0.02);
+        let noise = |k: usize| 0.01 * (7.7 * k as f64).sin();
+        let errors: Vec<f64> = Comparisons::of(&record, &truth)
+            .rows()
+            .map(|(_, e)| e)
+            .collect();
+        for (k, error) in errors.iter().enumerate() {
+            record.heading_rad[k] += noise(k) - error;
+        }
+        for start in [
+            [-1.0, 1.0, 0.01, 0.0, 0.0],
+            [-0.5, 1.0, 0.0, 0.0, 0.0],
+            [-2.0, 2.0, 0.1, 1.0, 0.2],
+        ] {
+            let (found, passes) = nearest(&record, Vector5::from(start)).unwrap();
+            assert!(passes <= 5, "{passes}");
+            let again = Simulation::new(&mut Comparisons::new(&record), found.parameters);
+            let off = found.residual / again.residual - 1.0;
+            assert!(off.abs() < 1e-9, "{passes}: {off:e}");
+            let promised = again.step(0.0).unwrap().dot(&again.gradient) / again.residual;
+            assert!(promised < NEGLIGIBLE_GAIN, "{passes}: {promised:e}");
         }
     }
 }
