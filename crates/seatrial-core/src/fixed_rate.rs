@@ -202,7 +202,7 @@ impl<T: Real> FixedRateEstimator<T> {
         let (mut heading, mut rudder) = (self.heading, self.rudder);
         let turned_rad = less_than_half_a_turn(heading_rad - self.last_heading_rad);
         heading.advance_by(turned_rad, self.heading_hold, &self.step);
-        rudder.advance_by(rudder_rad - rudder.signal(), Hold::ZeroOrder, &self.step);
+        rudder.advance(rudder_rad, Hold::ZeroOrder, &self.step);
         let [y, phi1, phi2] = signals(&heading, &rudder, &self.step);
         let usable = y * y + (phi1 * phi1 + phi2 * phi2) < T::of(LARGEST_SIGNAL * LARGEST_SIGNAL);
         if !usable {
