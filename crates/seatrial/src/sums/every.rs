@@ -4,7 +4,7 @@ use pulp::{Arch, Scalar, Simd, WithSimd};
 use seatrial_core::estimator::InvalidSetting;
 use seatrial_core::fixed_rate::FixedRateSettings;
 
-use super::lanes::{Filter, Lanes, MOST_LANES, Products, Scales, State};
+use super::lanes::{Filter, Lanes, MOST_LANES, Products, Scales, Single, State};
 use super::long::{Stretches, Tile, stretch_length};
 
 /// Samples of a stretch: what is read twice stays in the first cache.
@@ -63,13 +63,15 @@ impl WithSimd for Every<'_> {
         let of_one = Ridge::new(Scalar, self.ridge, &filter.scales);
         let ridge = Ridge::new(simd, self.ridge, &filter.scales);
         let mut now = filter.started(Scalar, single(first_heading), single(first_rudder));
+        let first = now.turning(0);
         let mut sums = Products::zero(Scalar);
         sums.add(now.outputs(&c));
-        let theta_at = |k: usize, sums: &Products<Lanes<Scalar, f64>>| {
-            let theta = of_one.solve(sums, single((k + 1) as f64));
+        let theta_at = |k: usize, now: &Single<f64>, sums: &Products<Lanes<Scalar, f64>>| {
+            let turned = filter.turned(first, now.turning(0)).map(single);
+            let theta = of_one.solve(turned, sums, single((k + 1) as f64));
             theta.map(|parameter| parameter.register)
         };
-        thetas[0] = theta_at(0, &sums);
+        thetas[0] = theta_at(0, &now, &sums);
 
         let mut known = None;
         let mut at = 0;
@@ -83,6 +85,7 @@ impl WithSimd for Every<'_> {
             let begin = Begin {
                 order: tile.order,
                 state: tile.begin,
+                turned: turned_before(simd, &filter, first, &tile.begin),
                 sums: sums_before(simd, &mut sums, &tile),
                 samples: tile_begin,
             };
@@ -92,12 +95,24 @@ impl WithSimd for Every<'_> {
         }
         for k in at + 1..heading.len() {
             sums.add(now.advance(single(heading[k]), single(rudder[k]), &c));
-            thetas[k] = theta_at(k, &sums);
+            thetas[k] = theta_at(k, &now, &sums);
         }
     }
 }
 
-/// The sums before each stretch of a tile from those before it, which become those after it.
+/// The sums of v and u' before each stretch.
+#[inline(always)]
+fn turned_before<S: Simd>(
+    simd: S,
+    filter: &Filter<f64>,
+    first: [f64; 3],
+    begin: &State<Lanes<S, f64>>,
+) -> [Lanes<S, f64>; 2] {
+    let turned = |lane| filter.turned(first, begin.turning(lane));
+    [0, 1].map(|i| Lanes::from_fn(simd, |lane| turned(lane)[i]))
+}
+
+/// The other sums before each stretch of a tile from those before it, which become those after it.
 #[inline(always)]
 fn sums_before<S: Simd>(
     simd: S,
@@ -125,6 +140,7 @@ struct Begin<S: Simd> {
     /// Which stretch each lane holds.
     order: [usize; MOST_LANES],
     state: State<Lanes<S, f64>>,
+    turned: [Lanes<S, f64>; 2],
     sums: Products<Lanes<S, f64>>,
     /// Before the first.
     samples: usize,
@@ -170,6 +186,7 @@ impl<S: Simd> Ridge<Lanes<S, f64>> {
         let Begin {
             order,
             mut state,
+            turned: [mut rate, mut acceleration],
             mut sums,
             samples,
         } = begin;
@@ -183,9 +200,12 @@ impl<S: Simd> Ridge<Lanes<S, f64>> {
             let mut solved = [one; 12];
             let columns = headings.into_iter().zip(rudders);
             for ((heading, rudder), solved) in columns.zip(solved.as_chunks_mut().0) {
-                sums.add(state.advance(heading, rudder, &c));
+                let outputs = state.advance(heading, rudder, &c);
+                let [v, _, accelerating] = outputs;
+                sums.add(outputs);
+                (rate, acceleration) = (rate + v, acceleration + accelerating);
                 samples = samples + one;
-                *solved = self.solve(&sums, samples);
+                *solved = self.solve([rate, acceleration], &sums, samples);
             }
             for (i, four) in solved.as_chunks().0.iter().enumerate() {
                 let from = 3 * at + 4 * i;
@@ -198,8 +218,13 @@ impl<S: Simd> Ridge<Lanes<S, f64>> {
 
     /// The normal equations with the constant eliminated first, which centres the sums, and one division.
     #[inline(always)]
-    fn solve(&self, sums: &Products<Lanes<S, f64>>, samples: Lanes<S, f64>) -> [Lanes<S, f64>; 3] {
-        let [r, d, y, rr, rd, dd, ry, dy] = sums.0;
+    fn solve(
+        &self,
+        [r, y]: [Lanes<S, f64>; 2],
+        sums: &Products<Lanes<S, f64>>,
+        samples: Lanes<S, f64>,
+    ) -> [Lanes<S, f64>; 3] {
+        let [d, rr, rd, dd, ry, dy] = sums.0;
         let n = samples + self.one;
         let a = (n * (rr + self.rate)).less(r, r);
         let b = (n * rd).less(r, d);

@@ -109,7 +109,7 @@ lane!(
 pub(super) const MOST_LANES: usize = 16;
 
 /// Samples of every row that are taken together where there are as many.
-pub(super) const TOGETHER: usize = 16;
+pub(super) const TOGETHER: usize = 32;
 
 /// Samples whose products are added up in the signals' own precision.
 pub(super) const BLOCK: usize = 128;
@@ -328,9 +328,10 @@ pub(super) type Single<T> = State<Lanes<Scalar, T>>;
 /// Of v, p and u' those whose products are summed.
 pub(super) const PAIRS: [(usize, usize); 5] = [(0, 0), (0, 1), (1, 1), (0, 2), (1, 2)];
 
-/// Sums of v, p, u' = u - c v and of their products in [`PAIRS`], in every lane.
+/// Sums of p and of the products in [`PAIRS`], in every lane; those of v and u' = u - c v follow from the states:
+/// [`Filter::turned`].
 #[derive(Clone, Copy)]
-pub(super) struct Products<V>(pub [V; 8]);
+pub(super) struct Products<V>(pub [V; 6]);
 
 /// Filters for one setting: coefficients, scales and where they start.
 #[derive(Clone, Copy)]
@@ -372,6 +373,23 @@ impl<T: Lane> Filter<T> {
         }
     }
 
+    /// Sums of v and u' from a first sample to a last, from the [`turning`](State::turning) at both.
+    ///
+    /// ```text
+    /// sum u = u_0 + (w - e u)/(1 - e),    sum v = v_0 + ((w - e u)/(1 - e) - u - e v + g w)/(1 - e)
+    /// ```
+    ///
+    /// with w, u and v less those at the first: the filters' equations, added up.
+    pub fn turned(&self, first: [f64; 3], last: [f64; 3]) -> [f64; 2] {
+        let c = &self.coefficients;
+        let [e, coupling, g] = [c.decay, c.coupling, c.heading_ramp].map(T::to_f64);
+        let [w, u, v] = core::array::from_fn(|i| last[i] - first[i]);
+        let [_, first_u, first_v] = first;
+        let of_u = (w - e * u) / (1.0 - e);
+        let sum_v = first_v + (of_u - u - e * v + g * w) / (1.0 - e);
+        [sum_v, first_u + of_u + coupling * sum_v]
+    }
+
     /// The coefficients in every lane.
     #[inline(always)]
     pub fn coefficients<S: Simd>(&self, simd: S) -> Coefficients<Lanes<S, T>> {
@@ -411,26 +429,15 @@ impl<T: Lane> Filter<T> {
 impl<S: Simd, T: Lane> Products<Lanes<S, T>> {
     #[inline(always)]
     pub fn zero(simd: S) -> Self {
-        Self([Lanes::splat(simd, T::ZERO); 8])
+        Self([Lanes::splat(simd, T::ZERO); 6])
     }
 
     /// Adds what the filters of every lane give now.
     #[inline(always)]
     pub fn add(&mut self, [v, p, u]: [Lanes<S, T>; 3]) {
-        let [
-            rate,
-            rudder,
-            acc,
-            rate2,
-            rate_rudder,
-            rudder2,
-            rate_acc,
-            rudder_acc,
-        ] = self.0;
+        let [rudder, rate2, rate_rudder, rudder2, rate_acc, rudder_acc] = self.0;
         self.0 = [
-            rate + v,
             rudder + p,
-            acc + u,
             v.fused(v, rate2),
             v.fused(p, rate_rudder),
             p.fused(p, rudder2),
@@ -441,7 +448,7 @@ impl<S: Simd, T: Lane> Products<Lanes<S, T>> {
 
     /// Adds the sums of each lane to those in double precision, and begins again.
     #[inline(always)]
-    pub fn move_to(&mut self, sums: &mut [[f64; MOST_LANES]; 8]) {
+    pub fn move_to(&mut self, sums: &mut [[f64; MOST_LANES]; 6]) {
         for (sums, products) in sums.iter_mut().zip(&mut self.0) {
             for (sum, product) in sums.iter_mut().zip(products.numbers()) {
                 *sum += product.to_f64();
@@ -496,6 +503,11 @@ impl<S: Simd, T: Lane> State<Lanes<S, T>> {
                 see(k + i, self.advance(heading, rudder, c));
             }
         }
+    }
+
+    /// w, u and v of a lane.
+    pub fn turning(&self, lane: usize) -> [f64; 3] {
+        [self.heading, self.deviation, self.lag].map(|lanes| lanes.numbers()[lane].to_f64())
     }
 
     /// Takes in the next headings.

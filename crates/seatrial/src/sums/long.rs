@@ -24,9 +24,9 @@ pub struct Accumulator<T: Lane> {
     filter: Filter<T>,
     /// Once the record is long enough for them.
     stretches: Option<Stretches<T>>,
-    /// At the last sample, once there is one.
-    state: Option<Single<T>>,
-    total: [f64; 8],
+    /// At the first and at the last sample, once there is one.
+    ends: Option<[Single<T>; 2]>,
+    total: [f64; 6],
     samples: usize,
 }
 
@@ -37,8 +37,8 @@ impl<T: Lane> Accumulator<T> {
         Ok(Self {
             filter: Filter::new(settings),
             stretches: None,
-            state: None,
-            total: [0.0; 8],
+            ends: None,
+            total: [0.0; 6],
             samples: 0,
         })
     }
@@ -54,7 +54,11 @@ impl<T: Lane> Accumulator<T> {
 
     /// The sums so far.
     pub fn sums(&self) -> Sums {
-        Sums::scaled(self.total, self.samples, &self.filter.scales)
+        let Some([first, last]) = &self.ends else {
+            return Sums::default();
+        };
+        let turned = self.filter.turned(first.turning(0), last.turning(0));
+        Sums::scaled(turned, self.total, self.samples, &self.filter.scales)
     }
 }
 
@@ -72,7 +76,7 @@ impl<T: Lane> WithSimd for Extension<'_, T> {
         let Accumulator {
             filter,
             stretches,
-            state,
+            ends,
             total,
             samples,
         } = self.accumulator;
@@ -85,12 +89,12 @@ impl<T: Lane> WithSimd for Extension<'_, T> {
         let single = |number| Lanes::splat(Scalar, number);
         let mut products = Products::zero(Scalar);
         let (first_heading, first_rudder) = (single(first_heading), single(first_rudder));
-        let mut now = match *state {
-            Some(mut now) => {
+        let [first, mut now] = match *ends {
+            Some([first, mut now]) => {
                 now.advance(first_heading, first_rudder, &c);
-                now
+                [first, now]
             }
-            None => filter.started(Scalar, first_heading, first_rudder),
+            None => [filter.started(Scalar, first_heading, first_rudder); 2],
         };
         products.add(now.outputs(&c));
 
@@ -112,7 +116,7 @@ impl<T: Lane> WithSimd for Extension<'_, T> {
         for (total, sum) in total.iter_mut().zip(products.0) {
             *total += sum.number().to_f64();
         }
-        *state = Some(now);
+        *ends = Some([first, now]);
         *samples += count;
     }
 }
@@ -153,7 +157,7 @@ pub(super) struct Tile<S: Simd, T: Lane> {
     /// Before each stretch.
     pub begin: State<Lanes<S, T>>,
     /// Of each stretch.
-    pub sums: [[f64; MOST_LANES]; 8],
+    pub sums: [[f64; MOST_LANES]; 6],
     /// After the last one.
     pub end: Single<T>,
 }
@@ -161,7 +165,7 @@ pub(super) struct Tile<S: Simd, T: Lane> {
 /// What stretches give from rest.
 struct FromRest<S: Simd, T: Lane> {
     end: State<Lanes<S, T>>,
-    sums: [[f64; MOST_LANES]; 8],
+    sums: [[f64; MOST_LANES]; 6],
     /// sum y e^k and sum y k e^(k-1) for v, p, u'.
     decaying: [[Lanes<S, T>; 2]; 3],
 }
@@ -272,7 +276,7 @@ impl<T: Lane> Stretches<T> {
     ) -> FromRest<S, T> {
         let c = filter.coefficients(simd);
         let mut products = Products::zero(simd);
-        let mut sums = [[0.0; MOST_LANES]; 8];
+        let mut sums = [[0.0; MOST_LANES]; 6];
         let mut decaying = [[Lanes::splat(simd, T::ZERO); 2]; 3];
         let whole = |at| {
             let headings = rows::<S, T, BLOCK>(heading, self.length, at)?;
@@ -383,12 +387,9 @@ impl<T: Lane> Stretches<T> {
             ],
         ];
         let mut added = Products::zero(simd);
-        let (of_one, of_two) = added.0.split_at_mut(left.len());
-        let [once, twice] = self.sums;
-        let sums = [Lanes::splat(simd, once), Lanes::splat(simd, twice)];
-        for (added, left) in of_one.iter_mut().zip(left) {
-            *added = dot(left, sums);
-        }
+        let [rudder, of_two @ ..] = &mut added.0;
+        let [_, of_rudder, _] = left;
+        *rudder = dot(of_rudder, self.sums.map(|sum| Lanes::splat(simd, sum)));
         let [once, mixed, twice] = self.products;
         let mixed = Lanes::splat(simd, mixed);
         let once = [Lanes::splat(simd, once), mixed];

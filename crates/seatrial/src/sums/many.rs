@@ -62,14 +62,16 @@ impl<T: Lane> WithSimd for Records<'_, T> {
         let next = headings.clone().zip(rudders.clone()).skip(1);
         let next = next.chain([(nothing, nothing)]);
         for ((heading, rudder), next) in headings.zip(rudders).zip(next) {
-            let sums = self.sums_of_group(simd, &order, heading, rudder, next);
+            let (ends, sums) = self.sums_of_group(simd, &order, heading, rudder, next);
             let here = heading.len() / samples;
             all.resize(all.len() + here, Sums::default());
             let from = all.len() - here;
             for (lane, row) in order.iter().enumerate().take(Lanes::<S, T>::COUNT) {
                 if *row < here {
                     let sums = sums.map(|lanes| lanes[lane]);
-                    all[from + row] = Sums::scaled(sums, samples, &self.filter.scales);
+                    let [first, last] = ends.map(|state| state.turning(lane));
+                    let turned = self.filter.turned(first, last);
+                    all[from + row] = Sums::scaled(turned, sums, samples, &self.filter.scales);
                 }
             }
         }
@@ -78,7 +80,8 @@ impl<T: Lane> WithSimd for Records<'_, T> {
 }
 
 impl<T: Lane> Records<'_, T> {
-    /// Of as many records as there are lanes, in their order, or of fewer, of which the last is taken again.
+    /// Of as many records as there are lanes, in their order, or of fewer, of which the last is taken again: the states at the first
+    /// and the last sample, and the sums.
     #[inline(always)]
     fn sums_of_group<S: Simd>(
         &self,
@@ -87,17 +90,18 @@ impl<T: Lane> Records<'_, T> {
         heading: &[T],
         rudder: &[T],
         next: (&[T], &[T]),
-    ) -> [[f64; MOST_LANES]; 8] {
+    ) -> ([State<Lanes<S, T>>; 2], [[f64; MOST_LANES]; 6]) {
         let samples = self.samples_per_record;
         let last = heading.len() / samples - 1;
         let at = |signal: &[T], k: usize| {
             Lanes::from_fn(simd, |lane| signal[order[lane].min(last) * samples + k])
         };
         let c = self.filter.coefficients(simd);
-        let mut state = self.filter.started(simd, at(heading, 0), at(rudder, 0));
+        let first = self.filter.started(simd, at(heading, 0), at(rudder, 0));
+        let mut state = first;
         let mut products = Products::zero(simd);
         products.add(state.outputs(&c));
-        let mut sums = [[0.0; MOST_LANES]; 8];
+        let mut sums = [[0.0; MOST_LANES]; 6];
         let mut ahead = Ahead::new::<S>(next);
         let mut k = 1;
         while let (Some(headings), Some(rudders)) = (
@@ -133,7 +137,7 @@ impl<T: Lane> Records<'_, T> {
             products.add(state.advance(at(heading, k), at(rudder, k), &c));
         }
         products.move_to(&mut sums);
-        sums
+        ([first, state], sums)
     }
 }
 

@@ -60,17 +60,13 @@ pub struct Sums {
 }
 
 impl Sums {
-    fn scaled(sums: [f64; 8], samples: usize, scales: &Scales) -> Self {
-        let [
-            rate,
-            rudder,
-            acceleration,
-            rate2,
-            rate_rudder,
-            rudder2,
-            rate_acc,
-            rudder_acc,
-        ] = sums;
+    fn scaled(
+        [rate, acceleration]: [f64; 2],
+        products: [f64; 6],
+        samples: usize,
+        scales: &Scales,
+    ) -> Self {
+        let [rudder, rate2, rate_rudder, rudder2, rate_acc, rudder_acc] = products;
         Self {
             count: samples as f64,
             rate: rate * scales.rate,

@@ -59,7 +59,7 @@ impl WithSimd for Study<'_> {
         for first_run in (0..self.runs.runs).step_by(lanes) {
             let run = core::array::from_fn(|j| first_run + (j % lanes) as u64);
             let mut products = Products::zero(simd);
-            let mut state: Option<State<Lanes<S, f64>>> = None;
+            let mut ends: Option<[State<Lanes<S, f64>>; 2]> = None;
             for (at, samples) in samples.chunks(blocks_at_once * BLOCK).enumerate() {
                 let block = core::array::from_fn(|j| (at * blocks_at_once + j / lanes) as u64);
                 let drawn = if S::IS_SCALAR {
@@ -71,9 +71,9 @@ impl WithSimd for Study<'_> {
                     let drawn = &drawn[k % BLOCK][k / BLOCK * lanes..];
                     let heading =
                         Lanes::first_of(simd, drawn).fused(deviation, Lanes::splat(simd, *heading));
-                    let now = state.get_or_insert_with(|| {
+                    let [_, now] = ends.get_or_insert_with(|| {
                         let rudder = Lanes::splat(simd, 0.0);
-                        self.filter.started(simd, heading, rudder)
+                        [self.filter.started(simd, heading, rudder); 2]
                     });
                     now.turn(heading, &c);
                     now.rudder_twice = Lanes::splat(simd, *rudder_filtered);
@@ -83,7 +83,11 @@ impl WithSimd for Study<'_> {
             let here = (self.runs.runs - first_run).min(lanes as u64) as usize;
             all.extend((0..here).map(|j| {
                 let sums = products.0.map(|lanes| lanes.numbers()[j]);
-                Sums::scaled(sums, samples.len(), &self.filter.scales)
+                let turned = ends.map_or([0.0; 2], |ends| {
+                    let [first, last] = ends.map(|state| state.turning(j));
+                    self.filter.turned(first, last)
+                });
+                Sums::scaled(turned, sums, samples.len(), &self.filter.scales)
             }));
         }
         all
