@@ -16,12 +16,12 @@ const MARGIN: f64 = 1.05;
 const KERNELS: [(&str, &str, f64, f64); 9] = [
     ("kernel_online", "sample", 32_768.0, 160.0),
     ("kernel_trial", "sample", 32_768.0, 1026.6),
-    ("kernel_short", "sample", 330.0, 33.7),
-    ("kernel_long", "sample", 32_768.0, 12.8),
-    ("kernel_every", "sample", 32_768.0, 52.7),
-    ("kernel_many", "sample", 32_670.0, 12.3),
-    ("kernel_monte_carlo", "sample", 64.0 * 330.0, 31.6),
-    ("kernel_refined", "fit", 1.0, 204_525.0),
+    ("kernel_short", "sample", 330.0, 33.2),
+    ("kernel_long", "sample", 32_768.0, 11.2),
+    ("kernel_every", "sample", 32_768.0, 52.6),
+    ("kernel_many", "sample", 32_670.0, 11.3),
+    ("kernel_monte_carlo", "sample", 64.0 * 330.0, 31.0),
+    ("kernel_refined", "fit", 1.0, 169_000.0),
     ("kernel_averaged", "record", 1.0, 47_912_765.0),
 ];
 
