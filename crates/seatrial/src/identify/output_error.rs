@@ -25,7 +25,7 @@ pub struct OutputError {
 
 /// Minimises sum (psi - psi_sim)^2 over a22, b2, C0, psi0 and r0.
 ///
-/// Levenberg and Marquardt's method with the exact zero-order-hold discretisation and its exact derivatives: three to five
+/// Levenberg and Marquardt's method with the exact zero-order-hold discretisation and its exact derivatives: three or four
 /// passes over the record from a start such as the online estimate. Without a start, or where it leads to a poor simulation,
 /// the start is the best damping of a grid. This is the cost (38) of the paper's offline method with the initial
 /// state estimated too.
