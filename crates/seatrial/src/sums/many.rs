@@ -53,25 +53,25 @@ impl<T: Lane> WithSimd for Records<'_, T> {
         let samples = self.samples_per_record;
         let records = (self.heading_rad.len() / samples).min(self.rudder_rad.len() / samples);
         let whole = records * samples;
-        let group = Lanes::<S, T>::COUNT * samples;
+        let together = Lanes::<S, T>::COUNT * samples;
         let order = Lanes::<S, T>::order(simd);
         let mut all = Vec::with_capacity(records);
-        let headings = self.heading_rad[..whole].chunks(group);
-        let rudders = self.rudder_rad[..whole].chunks(group);
+        let headings = self.heading_rad[..whole].chunks(together);
+        let rudders = self.rudder_rad[..whole].chunks(together);
         let nothing: &[T] = &[];
         let next = headings.clone().zip(rudders.clone()).skip(1);
         let next = next.chain([(nothing, nothing)]);
         for ((heading, rudder), next) in headings.zip(rudders).zip(next) {
-            let (ends, sums) = self.sums_of_group(simd, &order, heading, rudder, next);
+            let group = self.group(simd, &order, heading, rudder, next);
             let here = heading.len() / samples;
             all.resize(all.len() + here, Sums::default());
             let from = all.len() - here;
             for (lane, row) in order.iter().enumerate().take(Lanes::<S, T>::COUNT) {
                 if *row < here {
-                    let sums = sums.map(|lanes| lanes[lane]);
-                    let [first, last] = ends.map(|state| state.turning(lane));
+                    let [first, last] = [group.first, group.last].map(|state| state.turning(lane));
                     let turned = self.filter.turned(first, last);
-                    all[from + row] = Sums::scaled(turned, sums, samples, &self.filter.scales);
+                    let products = group.products.map(|lanes| lanes[lane]);
+                    all[from + row] = Sums::scaled(turned, products, samples, &self.filter.scales);
                 }
             }
         }
@@ -79,22 +79,33 @@ impl<T: Lane> WithSimd for Records<'_, T> {
     }
 }
 
+/// What records side by side give.
+struct Group<S: Simd, T: Lane> {
+    /// At the first sample.
+    first: State<Lanes<S, T>>,
+    /// At the last.
+    last: State<Lanes<S, T>>,
+    /// As in [`Products`].
+    products: [[f64; MOST_LANES]; 6],
+}
+
 impl<T: Lane> Records<'_, T> {
-    /// Of as many records as there are lanes, in their order, or of fewer, of which the last is taken again: the states at the first
-    /// and the last sample, and the sums.
+    /// Of as many records as there are lanes, in their order, or of fewer, of which the last is taken again.
     #[inline(always)]
-    fn sums_of_group<S: Simd>(
+    fn group<S: Simd>(
         &self,
         simd: S,
         order: &[usize; MOST_LANES],
         heading: &[T],
         rudder: &[T],
         next: (&[T], &[T]),
-    ) -> ([State<Lanes<S, T>>; 2], [[f64; MOST_LANES]; 6]) {
+    ) -> Group<S, T> {
         let samples = self.samples_per_record;
-        let last = heading.len() / samples - 1;
+        let last_record = heading.len() / samples - 1;
         let at = |signal: &[T], k: usize| {
-            Lanes::from_fn(simd, |lane| signal[order[lane].min(last) * samples + k])
+            Lanes::from_fn(simd, |lane| {
+                signal[order[lane].min(last_record) * samples + k]
+            })
         };
         let c = self.filter.coefficients(simd);
         let first = self.filter.started(simd, at(heading, 0), at(rudder, 0));
@@ -137,7 +148,11 @@ impl<T: Lane> Records<'_, T> {
             products.add(state.advance(at(heading, k), at(rudder, k), &c));
         }
         products.move_to(&mut sums);
-        ([first, state], sums)
+        Group {
+            first,
+            last: state,
+            products: sums,
+        }
     }
 }
 
