@@ -108,8 +108,12 @@ fn turned_before<S: Simd>(
     first: [f64; 3],
     begin: &State<Lanes<S, f64>>,
 ) -> [Lanes<S, f64>; 2] {
-    let turned = |lane| filter.turned(first, begin.turning(lane));
-    [0, 1].map(|i| Lanes::from_fn(simd, |lane| turned(lane)[i]))
+    let [mut rates, mut accelerations] = [[0.0; MOST_LANES]; 2];
+    let lanes = rates.iter_mut().zip(&mut accelerations);
+    for (lane, (rate, acceleration)) in lanes.enumerate().take(S::F64_LANES) {
+        [*rate, *acceleration] = filter.turned(first, begin.turning(lane));
+    }
+    [rates, accelerations].map(|lanes| Lanes::first_of(simd, &lanes))
 }
 
 /// The other sums before each stretch of a tile from those before it, which become those after it.
@@ -140,6 +144,7 @@ struct Begin<S: Simd> {
     /// Which stretch each lane holds.
     order: [usize; MOST_LANES],
     state: State<Lanes<S, f64>>,
+    /// Sums of v and u'.
     turned: [Lanes<S, f64>; 2],
     sums: Products<Lanes<S, f64>>,
     /// Before the first.
