@@ -145,8 +145,8 @@ fn cli_a_signal_hands_the_vehicle_back() {
         let sent = Command::new("kill").args([signal, &process]).status();
         assert!(sent.unwrap().success());
         let output = trial.wait_with_output().unwrap();
-        // Two samples of 0.05 s; the rest is for a busy machine.
-        assert!(start.elapsed() < Duration::from_secs(1), "{signal}");
+        // Two samples of 0.05 s; the rest is for a busy machine and its disk. Undisturbed, the trial goes on for minutes.
+        assert!(start.elapsed() < Duration::from_secs(5), "{signal}");
         assert_eq!(output.status.code(), Some(5), "{}", message(&output));
         let document: Value = serde_json::from_slice(&output.stdout).unwrap();
         assert_eq!(document["outcome"]["state"], "aborted");

@@ -97,10 +97,15 @@ fn recover_default_vehicle_over_seeds() {
 
 #[test]
 fn regress_a_trial_of_five_speeds_is_fast() {
-    let start = Instant::now();
-    let _ = run(Plan::paper(), VehicleConfig::starfish(), 1);
-    // 10 ms measured; the rest is for a busy machine.
-    assert!(start.elapsed().as_secs_f64() < 0.3, "{:?}", start.elapsed());
+    // The quickest of several: on a busy machine others run in between.
+    let quickest = (0..5).map(|_| {
+        let start = Instant::now();
+        let _ = run(Plan::paper(), VehicleConfig::starfish(), 1);
+        start.elapsed().as_secs_f64()
+    });
+    let quickest_s = quickest.fold(f64::INFINITY, f64::min);
+    // 10 ms measured; the rest is for a slow machine.
+    assert!(quickest_s < 0.3, "{quickest_s} s");
 }
 
 /// Every speed with this share of the rudder authority, and a heading loop that stays stable.
