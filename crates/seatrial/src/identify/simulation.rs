@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{Matrix5, Vector5};
 use seatrial_core::model::{Discretisation, phi};
 
-use super::whitening::Prepared;
+use super::whitening::{Prepared, is_same};
 
 /// A search that needs more passes over the record than this finds nothing.
 const MOST_PASSES: u32 = 40;
@@ -124,10 +124,7 @@ impl<'a> Comparisons<'a> {
         let mut runs: Vec<Range<usize>> = Vec::new();
         for (k, interval_s) in intervals.iter().enumerate() {
             match runs.last_mut() {
-                // A clock's rounding of a billionth is no other interval.
-                Some(run) if (interval_s - intervals[run.start]).abs() <= 1e-9 * interval_s => {
-                    run.end = k + 1;
-                }
+                Some(run) if is_same(*interval_s, intervals[run.start]) => run.end = k + 1,
                 _ => runs.push(k..k + 1),
             }
         }

@@ -35,7 +35,7 @@ impl Prepared {
             .windows(2)
             .map(|pair| pair[1].time_s - pair[0].time_s);
         let mut interval_s: Vec<f64> = intervals.collect();
-        let usual_s = median(interval_s.clone()).unwrap_or(0.0);
+        let usual_s = usual(&interval_s);
         interval_s.push(0.0);
         Self {
             interval_s,
@@ -91,6 +91,19 @@ impl Prepared {
         self.series()
             .for_each_comparison(a22_per_s, |means| rows.push(means));
         rows
+    }
+}
+
+/// Are these the same interval? A clock's rounding of a billionth makes no other.
+pub(super) fn is_same(interval_s: f64, other_s: f64) -> bool {
+    (interval_s - other_s).abs() <= 1e-9 * interval_s
+}
+
+/// The median, which needs no search where all are the same. 0 without intervals.
+fn usual(interval_s: &[f64]) -> f64 {
+    match interval_s {
+        [first, rest @ ..] if rest.iter().all(|interval_s| is_same(*interval_s, *first)) => *first,
+        _ => median(interval_s.to_vec()).unwrap_or(0.0),
     }
 }
 
