@@ -21,7 +21,7 @@ const KERNELS: [(&str, &str, f64, f64); 9] = [
     ("kernel_every", "sample", 32_768.0, 52.6),
     ("kernel_many", "sample", 32_670.0, 11.3),
     ("kernel_monte_carlo", "sample", 64.0 * 330.0, 31.0),
-    ("kernel_refined", "fit", 1.0, 169_000.0),
+    ("kernel_refined", "fit", 1.0, 156_722.0),
     ("kernel_averaged", "record", 1.0, 47_912_765.0),
 ];
 
