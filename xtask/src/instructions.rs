@@ -18,7 +18,7 @@ const KERNELS: [(&str, &str, f64, f64); 9] = [
     ("kernel_trial", "sample", 32_768.0, 1026.6),
     ("kernel_short", "sample", 330.0, 33.2),
     ("kernel_long", "sample", 32_768.0, 11.2),
-    ("kernel_every", "sample", 32_768.0, 52.6),
+    ("kernel_every", "sample", 32_768.0, 42.2),
     ("kernel_many", "sample", 32_670.0, 11.3),
     ("kernel_monte_carlo", "sample", 64.0 * 330.0, 31.0),
     ("kernel_refined", "fit", 1.0, 156_722.0),

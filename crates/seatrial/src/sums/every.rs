@@ -1,17 +1,16 @@
 //! Theta after every sample of a long record.
 
-use pulp::{Arch, Scalar, Simd, WithSimd};
+use pulp::{Arch, Simd, WithSimd};
 use seatrial_core::estimator::InvalidSetting;
 use seatrial_core::fixed_rate::FixedRateSettings;
 
-use super::lanes::{Filter, Lanes, MOST_LANES, Products, Scales, Single, State};
-use super::long::{Stretches, Tile, stretch_length};
+use super::lanes::{Coefficients, Filter, Lanes, MOST_LANES, Products, State};
 
-/// Samples of a stretch: what is read twice stays in the first cache.
-const LONGEST: usize = 128;
+/// Samples that are filtered before their instants are solved.
+const BLOCK: usize = 32;
 
 /// Theta_k = [a22, b2, C0] of the recursion after every sample: what
-/// [`FixedRateEstimator`](seatrial_core::FixedRateEstimator) gives from the sums so far, eight instants at a time. Until the vehicle is excited it
+/// [`FixedRateEstimator`](seatrial_core::FixedRateEstimator) gives from the sums so far, a register full of instants at a time. Until the vehicle is excited it
 /// is what the ridge 1/P0 makes of it, as in the recursion, and rounding has its say.
 ///
 /// They take the place of what `thetas` holds: a vector that is used again takes two thirds of the time of a new one, whose memory
@@ -50,203 +49,247 @@ impl WithSimd for Every<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self {
             filter,
-            heading_rad: heading,
-            rudder_rad: rudder,
-            thetas,
-            ..
-        } = self;
-        let (Some(&first_heading), Some(&first_rudder)) = (heading.first(), rudder.first()) else {
+            ridge,
+            heading_rad: [first_heading, heading @ ..],
+            rudder_rad: [first_rudder, rudder @ ..],
+            thetas: [first_theta, thetas @ ..],
+        } = self
+        else {
             return;
         };
-        let single = |number| Lanes::splat(Scalar, number);
-        let c = filter.coefficients(Scalar);
-        let of_one = Ridge::new(Scalar, self.ridge, &filter.scales);
-        let ridge = Ridge::new(simd, self.ridge, &filter.scales);
-        let mut now = filter.started(Scalar, single(first_heading), single(first_rudder));
-        let first = now.turning(0);
-        let mut sums = Products::zero(Scalar);
-        sums.add(now.outputs(&c));
-        let theta_at = |k: usize, now: &Single<f64>, sums: &Products<Lanes<Scalar, f64>>| {
-            let turned = filter.turned(first, now.turning(0)).map(single);
-            let theta = of_one.solve(turned, sums, single((k + 1) as f64));
-            theta.map(|parameter| parameter.register)
+        let all = |number| Lanes::splat(simd, number);
+        let mut running = Running {
+            state: filter.started(simd, all(*first_heading), all(*first_rudder)),
+            coefficients: filter.coefficients(simd),
         };
-        thetas[0] = theta_at(0, &now, &sums);
+        let ridge = Ridge::new(simd, &filter, ridge);
+        let mut sums = ridge.before_all;
+        sums.add(running.state.outputs(&running.coefficients));
+        let solved = ridge.solve(&sums, all(1.0) + ridge.one);
+        for (theta, solved) in first_theta.iter_mut().zip(solved) {
+            *theta = solved.numbers()[0];
+        }
 
-        let mut known = None;
-        let mut at = 0;
-        while let Some(length) = stretch_length::<S, f64>(heading.len() - 1 - at, LONGEST) {
-            let tile = at..at + Lanes::<S, f64>::COUNT * length + 1;
-            let (heading, rudder) = (&heading[tile.clone()], &rudder[tile.clone()]);
-            let stretches = Stretches::of(&mut known, &filter, length);
-            let tile_begin = at + 1;
-            let thetas = &mut thetas[tile][1..];
-            let tile = stretches.tile(simd, &filter, &now, heading, rudder);
-            let begin = Begin {
-                order: tile.order,
-                state: tile.begin,
-                turned: turned_before(simd, &filter, first, &tile.begin),
-                sums: sums_before(simd, &mut sums, &tile),
-                samples: tile_begin,
-            };
-            ridge.stretches(simd, &filter, begin, (&heading[1..], &rudder[1..]), thetas);
-            now = tile.end;
-            at += heading.len() - 1;
+        let mut before = sums.first_lane();
+        let mut samples = 1;
+        let mut filtered = Filtered([[0.0; BLOCK]; 3]);
+        let (headings, last_heading) = heading.as_chunks();
+        let (rudders, last_rudder) = rudder.as_chunks();
+        let (blocks, last) = thetas.as_chunks_mut();
+        for ((heading, rudder), thetas) in headings.iter().zip(rudders).zip(blocks) {
+            running.filter(simd, heading, rudder, &mut filtered);
+            ridge.solve_block(simd, &filtered, &mut before, samples, thetas);
+            samples += BLOCK;
         }
-        for k in at + 1..heading.len() {
-            sums.add(now.advance(single(heading[k]), single(rudder[k]), &c));
-            thetas[k] = theta_at(k, &now, &sums);
-        }
+        let [mut heading, mut rudder] = [[0.0; BLOCK]; 2];
+        heading[..last.len()].copy_from_slice(last_heading);
+        rudder[..last.len()].copy_from_slice(last_rudder);
+        let mut thetas = [[0.0; 3]; BLOCK];
+        running.filter(simd, &heading, &rudder, &mut filtered);
+        ridge.solve_block(simd, &filtered, &mut before, samples, &mut thetas);
+        last.copy_from_slice(&thetas[..last.len()]);
     }
 }
 
-/// The sums of v and u' before each stretch.
+/// The filters of one record, the same in every lane.
+struct Running<V> {
+    state: State<V>,
+    coefficients: Coefficients<V>,
+}
+
+/// u, v and p after each sample of a block, one behind the other.
+#[repr(align(64))]
+struct Filtered([[f64; BLOCK]; 3]);
+
+impl<S: Simd> Running<Lanes<S, f64>> {
+    #[inline(always)]
+    fn filter(
+        &mut self,
+        simd: S,
+        heading: &[f64; BLOCK],
+        rudder: &[f64; BLOCK],
+        Filtered([deviations, lags, rudders]): &mut Filtered,
+    ) {
+        let mut state = self.state;
+        for four in (0..BLOCK).step_by(4) {
+            for k in four..four + 4 {
+                state.turn(Lanes::splat(simd, heading[k]), &self.coefficients);
+                state.lay(Lanes::splat(simd, rudder[k]), &self.coefficients);
+                deviations[k] = state.deviation.numbers()[0];
+                lags[k] = state.lag.numbers()[0];
+                rudders[k] = state.rudder_twice.numbers()[0];
+            }
+        }
+        self.state = state;
+    }
+}
+
+/// Sums of v and u', of p and v^2, then of v p, p^2, v u' and p u'.
+type Fours<T> = [[T; 4]; 2];
+
+/// The sums in every lane.
+#[derive(Clone, Copy)]
+struct Sums<V> {
+    /// Of v and u'.
+    turned: [V; 2],
+    products: Products<V>,
+}
+
+impl<S: Simd> Sums<Lanes<S, f64>> {
+    #[inline(always)]
+    fn new([[v, u, p, vv], [vp, pp, vu, pu]]: Fours<Lanes<S, f64>>) -> Self {
+        Self {
+            turned: [v, u],
+            products: Products([p, vv, vp, pp, vu, pu]),
+        }
+    }
+
+    #[inline(always)]
+    fn fours(&self) -> Fours<Lanes<S, f64>> {
+        let ([v, u], [p, vv, vp, pp, vu, pu]) = (self.turned, self.products.0);
+        [[v, u, p, vv], [vp, pp, vu, pu]]
+    }
+
+    #[inline(always)]
+    fn first_lane(&self) -> Fours<f64> {
+        let mut first = [[0.0; 4]; 2];
+        for (first, sums) in first.iter_mut().zip(self.fours()) {
+            for (first, sum) in first.iter_mut().zip(sums) {
+                *first = sum.numbers()[0];
+            }
+        }
+        first
+    }
+
+    /// Adds what the filters of every lane give now.
+    #[inline(always)]
+    fn add(&mut self, outputs: [Lanes<S, f64>; 3]) {
+        let [v, _, u] = outputs;
+        let [sum_v, sum_u] = self.turned;
+        self.turned = [sum_v + v, sum_u + u];
+        self.products.add(outputs);
+    }
+
+    /// From the sums of each row, one a lane, and those before the first row, which become those after the last: those before
+    /// each row.
+    #[inline(always)]
+    fn before(&self, simd: S, [first, second]: &mut Fours<f64>) -> Self {
+        let [first_sums, second_sums] = self.fours();
+        Self::new([
+            four_before(simd, first_sums, first),
+            four_before(simd, second_sums, second),
+        ])
+    }
+}
+
+/// Four of the sums of [`Sums::before`].
 #[inline(always)]
-fn turned_before<S: Simd>(
+fn four_before<S: Simd>(
     simd: S,
-    filter: &Filter<f64>,
-    first: [f64; 3],
-    begin: &State<Lanes<S, f64>>,
-) -> [Lanes<S, f64>; 2] {
-    let [mut rates, mut accelerations] = [[0.0; MOST_LANES]; 2];
-    let lanes = rates.iter_mut().zip(&mut accelerations);
-    for (lane, (rate, acceleration)) in lanes.enumerate().take(S::F64_LANES) {
-        [*rate, *acceleration] = filter.turned(first, begin.turning(lane));
-    }
-    [rates, accelerations].map(|lanes| Lanes::first_of(simd, &lanes))
-}
-
-/// The other sums before each stretch of a tile from those before it, which become those after it.
-#[inline(always)]
-fn sums_before<S: Simd>(
-    simd: S,
-    sums: &mut Products<Lanes<Scalar, f64>>,
-    tile: &Tile<S, f64>,
-) -> Products<Lanes<S, f64>> {
-    let mut lane_of = [0; MOST_LANES];
-    for (lane, row) in tile.order.iter().enumerate().take(S::F64_LANES) {
-        lane_of[*row] = lane;
-    }
-    let mut before = Products::zero(simd);
-    for ((before, sum), added) in before.0.iter_mut().zip(&mut sums.0).zip(&tile.sums) {
-        let mut lanes = [0.0; MOST_LANES];
-        for lane in &lane_of[..S::F64_LANES] {
-            lanes[*lane] = sum.register;
-            sum.register += added[*lane];
+    sums: [Lanes<S, f64>; 4],
+    before: &mut [f64; 4],
+) -> [Lanes<S, f64>; 4] {
+    let mut rows = [[0.0; 4]; MOST_LANES];
+    Lanes::rows(sums, |row, four| {
+        rows[row] = *before;
+        for (before, sum) in before.iter_mut().zip(four) {
+            *before += sum;
         }
-        *before = Lanes::first_of(simd, &lanes);
-    }
-    before
-}
-
-/// Where the stretches of a tile begin.
-struct Begin<S: Simd> {
-    /// Which stretch each lane holds.
-    order: [usize; MOST_LANES],
-    state: State<Lanes<S, f64>>,
-    /// Sums of v and u'.
-    turned: [Lanes<S, f64>; 2],
-    sums: Products<Lanes<S, f64>>,
-    /// Before the first.
-    samples: usize,
+    });
+    Lanes::columns(simd, |row| &rows[row])
 }
 
 /// The ridge regression from scaled sums.
 struct Ridge<V> {
-    rate: V,
-    rudder: V,
     one: V,
+    /// The sums before the first sample.
+    before_all: Sums<V>,
+    /// -c
+    coupling: V,
+    /// What takes scaled parameters to those of the model.
     theta: [V; 3],
 }
 
 impl<S: Simd> Ridge<Lanes<S, f64>> {
     #[inline(always)]
-    fn new(simd: S, ridge: f64, scales: &Scales) -> Self {
+    fn new(simd: S, filter: &Filter<f64>, ridge: f64) -> Self {
         let lanes = |number| Lanes::splat(simd, number);
+        let scales = &filter.scales;
+        let mut before_all = Sums::new([[lanes(0.0); 4]; 2]);
+        let [_, of_rate, _, of_rudder, ..] = &mut before_all.products.0;
+        *of_rate = lanes(ridge / (scales.rate * scales.rate));
+        *of_rudder = lanes(ridge / (scales.rudder * scales.rudder));
         Self {
-            rate: lanes(ridge / (scales.rate * scales.rate)),
-            rudder: lanes(ridge / (scales.rudder * scales.rudder)),
             one: lanes(ridge),
+            before_all,
+            coupling: lanes(filter.coefficients.coupling),
             theta: [
-                scales.acceleration / scales.rate,
-                scales.acceleration / scales.rudder,
-                scales.acceleration,
-            ]
-            .map(lanes),
+                lanes(scales.acceleration / scales.rate),
+                lanes(scales.acceleration / scales.rudder),
+                lanes(scales.acceleration),
+            ],
         }
     }
 
-    /// Goes through the stretches again, now with the sums before them.
+    /// Rows of four samples side by side, one a lane; before the first there are `samples`, whose sums are `before`.
     #[inline(always)]
-    fn stretches(
+    fn solve_block(
         &self,
         simd: S,
-        filter: &Filter<f64>,
-        begin: Begin<S>,
-        (mut heading, mut rudder): (&[f64], &[f64]),
-        thetas: &mut [[f64; 3]],
+        Filtered([deviations, lags, rudders]): &Filtered,
+        before: &mut Fours<f64>,
+        samples: usize,
+        thetas: &mut [[f64; 3]; BLOCK],
     ) {
-        let length = thetas.len() / S::F64_LANES;
-        let c = filter.coefficients(simd);
-        let Begin {
-            order,
-            mut state,
-            turned: [mut rate, mut acceleration],
-            mut sums,
-            samples,
-        } = begin;
-        let mut samples = Lanes::from_fn(simd, |lane| (samples + order[lane] * length) as f64);
-        let one = Lanes::splat(simd, 1.0);
-        let numbers = thetas.as_flattened_mut();
-        for at in (0..length).step_by(4) {
-            let headings = Lanes::columns(simd, |row| &heading[row * length..]);
-            let rudders = Lanes::columns(simd, |row| &rudder[row * length..]);
-            (heading, rudder) = (&heading[4..], &rudder[4..]);
-            let mut solved = [one; 12];
-            let columns = headings.into_iter().zip(rudders);
-            for ((heading, rudder), solved) in columns.zip(solved.as_chunks_mut().0) {
-                let outputs = state.advance(heading, rudder, &c);
-                let [v, _, accelerating] = outputs;
-                sums.add(outputs);
-                (rate, acceleration) = (rate + v, acceleration + accelerating);
-                samples = samples + one;
-                *solved = self.solve([rate, acceleration], &sums, samples);
+        let order = Lanes::<S, f64>::order(simd);
+        let all = |number| Lanes::splat(simd, number);
+        let mut n = Lanes::from_fn(simd, |lane| (samples + 4 * order[lane]) as f64) + self.one;
+        let together = 4 * S::F64_LANES;
+        for (at, thetas) in thetas.chunks_exact_mut(together).enumerate() {
+            let from = |row: usize| at * together + 4 * row;
+            let u = Lanes::columns(simd, |row| &deviations[from(row)..][..4]);
+            let v = Lanes::columns(simd, |row| &lags[from(row)..][..4]);
+            let p = Lanes::columns(simd, |row| &rudders[from(row)..][..4]);
+            let mut outputs = [[all(0.0); 3]; 4];
+            let mut rows = Sums::new([[all(0.0); 4]; 2]);
+            for (k, outputs) in outputs.iter_mut().enumerate() {
+                *outputs = [v[k], p[k], self.coupling.fused(v[k], u[k])];
+                rows.add(*outputs);
             }
+            let mut sums = rows.before(simd, before);
+            let mut now = n;
+            let mut solved = [all(0.0); 12];
+            for (outputs, solved) in outputs.into_iter().zip(solved.as_chunks_mut().0) {
+                sums.add(outputs);
+                now = now + all(1.0);
+                *solved = self.solve(&sums, now);
+            }
+            let numbers = thetas.as_flattened_mut();
             for (i, four) in solved.as_chunks().0.iter().enumerate() {
-                let from = 3 * at + 4 * i;
                 Lanes::rows(*four, |row, four| {
-                    numbers[3 * row * length + from..][..4].copy_from_slice(four);
+                    numbers[12 * row + 4 * i..][..4].copy_from_slice(four);
                 });
             }
+            n = n + all(together as f64);
         }
     }
 
-    /// The normal equations with the constant eliminated first, which centres the sums, and one division.
+    /// The normal equations with the constant eliminated first, which centres the sums.
     #[inline(always)]
-    fn solve(
-        &self,
-        [r, y]: [Lanes<S, f64>; 2],
-        sums: &Products<Lanes<S, f64>>,
-        samples: Lanes<S, f64>,
-    ) -> [Lanes<S, f64>; 3] {
-        let [d, rr, rd, dd, ry, dy] = sums.0;
-        let n = samples + self.one;
-        let a = (n * (rr + self.rate)).less(r, r);
-        let b = (n * rd).less(r, d);
-        let c = (n * (dd + self.rudder)).less(d, d);
-        let p = (n * ry).less(r, y);
-        let q = (n * dy).less(d, y);
-        let determinant = (a * c).less(b, b);
-        let inverse = (determinant * n).inverse();
-        let over_determinant = inverse * n;
-        let of_rate = (p * c).less(q, b) * over_determinant;
-        let of_rudder = (q * a).less(p, b) * over_determinant;
-        let rest = y.less(of_rate, r).less(of_rudder, d);
+    fn solve(&self, sums: &Sums<Lanes<S, f64>>, n: Lanes<S, f64>) -> [Lanes<S, f64>; 3] {
+        let ([v, u], [p, vv, vp, pp, vu, pu]) = (sums.turned, sums.products.0);
+        let over_n = n.inverse();
+        let (rate, rudder, acceleration) = (v * over_n, p * over_n, u * over_n);
+        let a = vv.less(rate, v);
+        let b = vp.less(rate, p);
+        let c = pp.less(rudder, p);
+        let y = vu.less(rate, u);
+        let z = pu.less(rudder, u);
+        let over_determinant = (a * c).less(b, b).inverse();
+        let of_rate = (y * c).less(z, b) * over_determinant;
+        let of_rudder = (z * a).less(y, b) * over_determinant;
+        let rest = acceleration.less(of_rate, rate).less(of_rudder, rudder);
         let [to_rate, to_rudder, to_one] = self.theta;
-        [
-            of_rate * to_rate,
-            of_rudder * to_rudder,
-            rest * (inverse * determinant) * to_one,
-        ]
+        [of_rate * to_rate, of_rudder * to_rudder, rest * to_one]
     }
 }

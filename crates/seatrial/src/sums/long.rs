@@ -100,7 +100,7 @@ impl<T: Lane> WithSimd for Extension<'_, T> {
 
         // Every tile begins with the last sample before it.
         let mut at = 0;
-        while let Some(length) = stretch_length::<S, T>(count - 1 - at, LONGEST) {
+        while let Some(length) = stretch_length::<S, T>(count - 1 - at) {
             let stretches = Stretches::of(stretches, filter, length);
             let tile = at..at + Lanes::<S, T>::COUNT * length + 1;
             let tile = stretches.tile(simd, filter, &now, &heading[tile.clone()], &rudder[tile]);
@@ -123,8 +123,8 @@ impl<T: Lane> WithSimd for Extension<'_, T> {
 
 /// Samples of the stretches that so many samples are cut into, one stretch a lane.
 #[inline(always)]
-pub(super) fn stretch_length<S: Simd, T: Lane>(samples: usize, longest: usize) -> Option<usize> {
-    let length = (samples / Lanes::<S, T>::COUNT).min(longest) / 4 * 4;
+fn stretch_length<S: Simd, T: Lane>(samples: usize) -> Option<usize> {
+    let length = (samples / Lanes::<S, T>::COUNT).min(LONGEST) / 4 * 4;
     (!S::IS_SCALAR && length >= SHORTEST).then_some(length)
 }
 
@@ -137,7 +137,7 @@ pub(super) fn stretch_length<S: Simd, T: Lane>(samples: usize, longest: usize) -
 ///
 /// so that the sums of a stretch from any state follow from those from rest, and no stretch waits for the one before.
 #[derive(Clone)]
-pub(super) struct Stretches<T> {
+struct Stretches<T> {
     /// L.
     length: usize,
     /// e^k and k e^(k-1), as long as they are not negligible, and zeros to the end of that block or stretch.
@@ -151,15 +151,11 @@ pub(super) struct Stretches<T> {
 }
 
 /// Stretches side by side.
-pub(super) struct Tile<S: Simd, T: Lane> {
-    /// Which stretch each lane holds.
-    pub order: [usize; MOST_LANES],
-    /// Before each stretch.
-    pub begin: State<Lanes<S, T>>,
+struct Tile<T: Lane> {
     /// Of each stretch.
-    pub sums: [[f64; MOST_LANES]; 6],
+    sums: [[f64; MOST_LANES]; 6],
     /// After the last one.
-    pub end: Single<T>,
+    end: Single<T>,
 }
 
 /// What stretches give from rest.
@@ -173,7 +169,7 @@ struct FromRest<S: Simd, T: Lane> {
 impl<T: Lane> Stretches<T> {
     /// Those of this length.
     #[inline(always)]
-    pub fn of<'a>(known: &'a mut Option<Self>, filter: &Filter<T>, length: usize) -> &'a Self {
+    fn of<'a>(known: &'a mut Option<Self>, filter: &Filter<T>, length: usize) -> &'a Self {
         if known.as_ref().is_none_or(|of| of.length != length) {
             *known = Some(Self::new(filter, length));
         }
@@ -211,14 +207,14 @@ impl<T: Lane> Stretches<T> {
 
     /// Filters and sums a tile, which begins with the sample before it, where the state is `before`.
     #[inline(always)]
-    pub fn tile<S: Simd>(
+    fn tile<S: Simd>(
         &self,
         simd: S,
         filter: &Filter<T>,
         before: &Single<T>,
         heading: &[T],
         rudder: &[T],
-    ) -> Tile<S, T> {
+    ) -> Tile<T> {
         let order = Lanes::<S, T>::order(simd);
         let length = self.length;
         let first = |signal: &[T]| Lanes::from_fn(simd, |lane| signal[order[lane] * length]);
@@ -258,12 +254,7 @@ impl<T: Lane> Stretches<T> {
             rudder_once: Lanes::splat(Scalar, end_once),
             rudder_twice: Lanes::splat(Scalar, end_twice),
         };
-        Tile {
-            order,
-            begin,
-            sums,
-            end,
-        }
+        Tile { sums, end }
     }
 
     #[inline(always)]
