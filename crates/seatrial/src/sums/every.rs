@@ -293,3 +293,32 @@ impl<S: Simd> Ridge<Lanes<S, f64>> {
         [of_rate * to_rate, of_rudder * to_rudder, rest * to_one]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parity_a_machine_without_registers_for_several_numbers_finds_the_same() {
+        let settings = FixedRateSettings::paper(0.05);
+        let heading: Vec<f64> = (0..300).map(|k| (f64::from(k) / 31.0).sin()).collect();
+        let rudder: Vec<f64> = (0..300).map(|k| (f64::from(k) / 17.0).cos()).collect();
+        let mut expected = Vec::new();
+        every_theta(&settings, &heading, &rudder, &mut expected).unwrap();
+        let mut thetas = vec![[0.0; 3]; 300];
+        let every = Every {
+            filter: Filter::new(&settings),
+            ridge: 1.0 / settings.initial_covariance,
+            heading_rad: &heading,
+            rudder_rad: &rudder,
+            thetas: &mut thetas,
+        };
+        every.with_simd(pulp::Scalar);
+        for (k, (found, expected)) in thetas.iter().zip(expected).enumerate().skip(60) {
+            for (found, expected) in found.iter().zip(expected) {
+                let apart = (found - expected).abs();
+                assert!(apart < 1e-9, "{k}: {found} {expected}");
+            }
+        }
+    }
+}
