@@ -4,14 +4,14 @@ use pulp::{Arch, Simd, WithSimd};
 use seatrial_core::estimator::InvalidSetting;
 use seatrial_core::fixed_rate::FixedRateSettings;
 
-use super::lanes::{Coefficients, Filter, Lanes, MOST_LANES, Products, State};
+use super::lanes::{Coefficients, Filter, Lanes, MOST_LANES, Products, Scales, State};
 
 /// Samples that are filtered before their instants are solved.
 const BLOCK: usize = 32;
 
 /// Theta_k = [a22, b2, C0] of the recursion after every sample: what
-/// [`FixedRateEstimator`](seatrial_core::FixedRateEstimator) gives from the sums so far, a register full of instants at a time. Until the vehicle is excited it
-/// is what the ridge 1/P0 makes of it, as in the recursion, and rounding has its say.
+/// [`FixedRateEstimator`](seatrial_core::FixedRateEstimator) gives from the sums so far, a register full of instants at a time.
+/// Until the vehicle is excited it is what the ridge 1/P0 makes of it, as in the recursion, and rounding has its say.
 ///
 /// They take the place of what `thetas` holds: a vector that is used again takes two thirds of the time of a new one, whose memory
 /// the machine has to clear.
@@ -62,8 +62,8 @@ impl WithSimd for Every<'_> {
             state: filter.started(simd, all(*first_heading), all(*first_rudder)),
             coefficients: filter.coefficients(simd),
         };
-        let ridge = Ridge::new(simd, &filter, ridge);
-        let mut sums = ridge.before_all;
+        let mut sums = Sums::of_ridge(simd, ridge, &filter.scales);
+        let ridge = Ridge::new(simd, ridge, &filter.scales);
         sums.add(running.state.outputs(&running.coefficients));
         let solved = ridge.solve(&sums, all(1.0) + ridge.one);
         for (theta, solved) in first_theta.iter_mut().zip(solved) {
@@ -78,7 +78,14 @@ impl WithSimd for Every<'_> {
         let (blocks, last) = thetas.as_chunks_mut();
         for ((heading, rudder), thetas) in headings.iter().zip(rudders).zip(blocks) {
             running.filter(simd, heading, rudder, &mut filtered);
-            ridge.solve_block(simd, &filtered, &mut before, samples, thetas);
+            ridge.solve_block(
+                simd,
+                &running.coefficients,
+                &filtered,
+                &mut before,
+                samples,
+                thetas,
+            );
             samples += BLOCK;
         }
         let [mut heading, mut rudder] = [[0.0; BLOCK]; 2];
@@ -86,7 +93,14 @@ impl WithSimd for Every<'_> {
         rudder[..last.len()].copy_from_slice(last_rudder);
         let mut thetas = [[0.0; 3]; BLOCK];
         running.filter(simd, &heading, &rudder, &mut filtered);
-        ridge.solve_block(simd, &filtered, &mut before, samples, &mut thetas);
+        ridge.solve_block(
+            simd,
+            &running.coefficients,
+            &filtered,
+            &mut before,
+            samples,
+            &mut thetas,
+        );
         last.copy_from_slice(&thetas[..last.len()]);
     }
 }
@@ -142,6 +156,16 @@ impl<S: Simd> Sums<Lanes<S, f64>> {
             turned: [v, u],
             products: Products([p, vv, vp, pp, vu, pu]),
         }
+    }
+
+    /// Before the first sample.
+    #[inline(always)]
+    fn of_ridge(simd: S, ridge: f64, scales: &Scales) -> Self {
+        let lanes = |number| Lanes::splat(simd, number);
+        let zero = lanes(0.0);
+        let of_rate = lanes(ridge / (scales.rate * scales.rate));
+        let of_rudder = lanes(ridge / (scales.rudder * scales.rudder));
+        Self::new([[zero, zero, zero, of_rate], [zero, of_rudder, zero, zero]])
     }
 
     #[inline(always)]
@@ -202,27 +226,16 @@ fn four_before<S: Simd>(
 /// The ridge regression from scaled sums.
 struct Ridge<V> {
     one: V,
-    /// The sums before the first sample.
-    before_all: Sums<V>,
-    /// -c
-    coupling: V,
     /// What takes scaled parameters to those of the model.
     theta: [V; 3],
 }
 
 impl<S: Simd> Ridge<Lanes<S, f64>> {
     #[inline(always)]
-    fn new(simd: S, filter: &Filter<f64>, ridge: f64) -> Self {
+    fn new(simd: S, ridge: f64, scales: &Scales) -> Self {
         let lanes = |number| Lanes::splat(simd, number);
-        let scales = &filter.scales;
-        let mut before_all = Sums::new([[lanes(0.0); 4]; 2]);
-        let [_, of_rate, _, of_rudder, ..] = &mut before_all.products.0;
-        *of_rate = lanes(ridge / (scales.rate * scales.rate));
-        *of_rudder = lanes(ridge / (scales.rudder * scales.rudder));
         Self {
             one: lanes(ridge),
-            before_all,
-            coupling: lanes(filter.coefficients.coupling),
             theta: [
                 lanes(scales.acceleration / scales.rate),
                 lanes(scales.acceleration / scales.rudder),
@@ -236,6 +249,7 @@ impl<S: Simd> Ridge<Lanes<S, f64>> {
     fn solve_block(
         &self,
         simd: S,
+        coefficients: &Coefficients<Lanes<S, f64>>,
         Filtered([deviations, lags, rudders]): &Filtered,
         before: &mut Fours<f64>,
         samples: usize,
@@ -253,7 +267,7 @@ impl<S: Simd> Ridge<Lanes<S, f64>> {
             let mut outputs = [[all(0.0); 3]; 4];
             let mut rows = Sums::new([[all(0.0); 4]; 2]);
             for (k, outputs) in outputs.iter_mut().enumerate() {
-                *outputs = [v[k], p[k], self.coupling.fused(v[k], u[k])];
+                *outputs = [v[k], p[k], coefficients.accelerating(u[k], v[k])];
                 rows.add(*outputs);
             }
             let mut sums = rows.before(simd, before);

@@ -426,6 +426,14 @@ impl<T: Lane> Filter<T> {
     }
 }
 
+impl<S: Simd, T: Lane> Coefficients<Lanes<S, T>> {
+    /// u' = u - c v.
+    #[inline(always)]
+    pub fn accelerating(&self, u: Lanes<S, T>, v: Lanes<S, T>) -> Lanes<S, T> {
+        self.coupling.fused(v, u)
+    }
+}
+
 impl<S: Simd, T: Lane> Products<Lanes<S, T>> {
     #[inline(always)]
     pub fn zero(simd: S) -> Self {
@@ -532,7 +540,10 @@ impl<S: Simd, T: Lane> State<Lanes<S, T>> {
     /// v, p and u' = u - c v.
     #[inline(always)]
     pub fn outputs(&self, c: &Coefficients<Lanes<S, T>>) -> [Lanes<S, T>; 3] {
-        let accelerating = c.coupling.fused(self.lag, self.deviation);
-        [self.lag, self.rudder_twice, accelerating]
+        [
+            self.lag,
+            self.rudder_twice,
+            c.accelerating(self.deviation, self.lag),
+        ]
     }
 }

@@ -373,7 +373,7 @@ impl<T: Lane> Stretches<T> {
             [begin.lag, begin.deviation],
             [begin.rudder_twice, begin.rudder_once],
             [
-                c.coupling.fused(begin.lag, begin.deviation),
+                c.accelerating(begin.deviation, begin.lag),
                 c.coupling * begin.deviation,
             ],
         ];
