@@ -73,10 +73,17 @@ impl WithSimd for Every<'_> {
         let mut before = sums.first_lane();
         let mut samples = 1;
         let mut filtered = Filtered([[0.0; BLOCK]; 3]);
-        let (headings, last_heading) = heading.as_chunks();
-        let (rudders, last_rudder) = rudder.as_chunks();
-        let (blocks, last) = thetas.as_chunks_mut();
-        for ((heading, rudder), thetas) in headings.iter().zip(rudders).zip(blocks) {
+        let (headings, rest_of_heading) = heading.as_chunks();
+        let (rudders, rest_of_rudder) = rudder.as_chunks();
+        let (blocks, rest) = thetas.as_chunks_mut();
+        let [mut last_heading, mut last_rudder] = [[0.0; BLOCK]; 2];
+        last_heading[..rest.len()].copy_from_slice(rest_of_heading);
+        last_rudder[..rest.len()].copy_from_slice(rest_of_rudder);
+        let mut last = [[0.0; 3]; BLOCK];
+        let headings = headings.iter().chain([&last_heading]);
+        let rudders = rudders.iter().chain([&last_rudder]);
+        let blocks = blocks.iter_mut().chain([&mut last]);
+        for ((heading, rudder), thetas) in headings.zip(rudders).zip(blocks) {
             running.filter(simd, heading, rudder, &mut filtered);
             ridge.solve_block(
                 simd,
@@ -88,20 +95,7 @@ impl WithSimd for Every<'_> {
             );
             samples += BLOCK;
         }
-        let [mut heading, mut rudder] = [[0.0; BLOCK]; 2];
-        heading[..last.len()].copy_from_slice(last_heading);
-        rudder[..last.len()].copy_from_slice(last_rudder);
-        let mut thetas = [[0.0; 3]; BLOCK];
-        running.filter(simd, &heading, &rudder, &mut filtered);
-        ridge.solve_block(
-            simd,
-            &running.coefficients,
-            &filtered,
-            &mut before,
-            samples,
-            &mut thetas,
-        );
-        last.copy_from_slice(&thetas[..last.len()]);
+        rest.copy_from_slice(&last[..rest.len()]);
     }
 }
 
