@@ -3,7 +3,7 @@
 //! `cargo xtask test` runs every check in the order in which they fail fastest; `cargo xtask embedded` the one
 //! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask instructions` that of the kernels'
 //! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page. `cargo xtask ros2` checks what
-//! needs the features `ros2` and `ros2-zenoh`.
+//! needs the features `ros2` and `ros2-zenoh`. `cargo xtask same-answers` compares every answer with that of another binary.
 
 mod c_library;
 mod dash;
@@ -12,6 +12,7 @@ mod environment;
 mod instructions;
 mod page;
 mod python;
+mod same_answers;
 
 use std::process::{Command, ExitCode};
 use std::time::Instant;
@@ -33,8 +34,14 @@ fn main() -> ExitCode {
         Some("instructions") => ExitCode::FAILURE,
         Some("web") if in_browser() => ExitCode::SUCCESS,
         Some("web") => ExitCode::FAILURE,
+        Some("same-answers") => {
+            let arguments: Vec<String> = std::env::args().skip(2).collect();
+            same_answers::run(&arguments)
+        }
         _ => {
-            eprintln!("usage: cargo xtask test|embedded|python|dash|ros2|instructions|web");
+            eprintln!(
+                "usage: cargo xtask test|embedded|python|dash|ros2|instructions|web|same-answers"
+            );
             ExitCode::from(2)
         }
     }
