@@ -79,8 +79,8 @@ const M7_LIMITS: [(&str, &str, u64); 9] = [
 
 pub type Checked = Result<(), String>;
 
-/// Runs everything; `Ok` also where the tools are missing, unless CI is set.
-pub fn check() -> Checked {
+/// Runs everything and returns this machine's parity vectors; `None` where the tools are missing, which fails if CI is set.
+pub fn check() -> Result<Option<String>, String> {
     let missing: Vec<&str> = TOOLS
         .into_iter()
         .filter(|tool| {
@@ -97,7 +97,7 @@ pub fn check() -> Checked {
             return Err(message);
         }
         eprintln!("SKIPPED: {message}");
-        return Ok(());
+        return Ok(None);
     }
     sources_are_clean()?;
     let expected = parity_vectors()?;
@@ -114,7 +114,7 @@ pub fn check() -> Checked {
     for board in &BOARDS {
         costs(board)?;
     }
-    crate::c_library::check(&expected)
+    Ok(Some(expected))
 }
 
 fn sources_are_clean() -> Checked {

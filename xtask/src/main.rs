@@ -3,12 +3,13 @@
 //! `cargo xtask test` runs every check in the order in which they fail fastest; `cargo xtask embedded` the one
 //! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask instructions` that of the kernels'
 //! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page. `cargo xtask ros2` checks what
-//! needs the features `ros2` and `ros2-zenoh`. `cargo xtask same-answers` compares every answer with that of another binary.
+//! needs the features `ros2` and `ros2-zenoh`. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
 
 mod c_library;
 mod dash;
 mod embedded;
 mod environment;
+mod house;
 mod instructions;
 mod page;
 mod python;
@@ -19,102 +20,90 @@ use std::time::Instant;
 
 const NEXTEST_VERSION: &str = "0.9.143";
 
+/// Names, and the cargo commands that run in the order in which they fail fastest.
+const CHECKS: [(&str, &str); 7] = [
+    ("format", "fmt --all --check"),
+    ("lints", "clippy --workspace --all-targets -- -D warnings"),
+    (
+        "core on Cortex-M",
+        "build -p seatrial-core --target thumbv7em-none-eabihf",
+    ),
+    ("the release binary", "build --release -p seatrial-cli"),
+    ("tests", "nextest run --workspace --no-fail-fast"),
+    ("doc tests", "test --workspace --doc --quiet"),
+    ("documentation", "doc --workspace --no-deps --quiet"),
+];
+
 fn main() -> ExitCode {
-    match std::env::args().nth(1).as_deref() {
-        Some("test") => test(),
-        Some("embedded") if on_microcontrollers() => ExitCode::SUCCESS,
-        Some("embedded") => ExitCode::FAILURE,
-        Some("python") if in_python() => ExitCode::SUCCESS,
-        Some("python") => ExitCode::FAILURE,
-        Some("dash") if in_dash() => ExitCode::SUCCESS,
-        Some("dash") => ExitCode::FAILURE,
-        Some("ros2") if on_ros2() => ExitCode::SUCCESS,
-        Some("ros2") => ExitCode::FAILURE,
-        Some("instructions") if in_few_instructions() => ExitCode::SUCCESS,
-        Some("instructions") => ExitCode::FAILURE,
-        Some("web") if in_browser() => ExitCode::SUCCESS,
-        Some("web") => ExitCode::FAILURE,
-        Some("same-answers") => {
-            let arguments: Vec<String> = std::env::args().skip(2).collect();
-            same_answers::run(&arguments)
-        }
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let passed = match arguments.as_slice() {
+        ["test"] => test(),
+        ["house"] => in_order(false),
+        ["house", "--list"] => in_order(true),
+        ["embedded"] => on_microcontrollers(),
+        ["python"] => in_python(),
+        ["dash"] => in_dash(),
+        ["ros2"] => on_ros2(),
+        ["instructions"] => in_few_instructions(),
+        ["web"] => in_browser(),
+        ["same-answers", rest @ ..] => return same_answers::run(rest),
         _ => {
             eprintln!(
-                "usage: cargo xtask test|embedded|python|dash|ros2|instructions|web|same-answers"
+                "usage: cargo xtask test|house [--list]|embedded|python|dash|ros2|instructions|web|same-answers"
             );
-            ExitCode::from(2)
+            return ExitCode::from(2);
         }
+    };
+    match passed {
+        true => ExitCode::SUCCESS,
+        false => ExitCode::FAILURE,
     }
 }
 
-fn test() -> ExitCode {
-    let checks: [(&str, &[&str]); 7] = [
-        ("format", &["fmt", "--all", "--check"]),
-        (
-            "lints",
-            &[
-                "clippy",
-                "--workspace",
-                "--all-targets",
-                "--",
-                "-D",
-                "warnings",
-            ],
-        ),
-        (
-            "core on Cortex-M",
-            &[
-                "build",
-                "-p",
-                "seatrial-core",
-                "--target",
-                "thumbv7em-none-eabihf",
-            ],
-        ),
-        (
-            "the release binary",
-            &["build", "--release", "-p", "seatrial-cli"],
-        ),
-        (
-            "tests",
-            &["nextest", "run", "--workspace", "--no-fail-fast"],
-        ),
-        ("doc tests", &["test", "--workspace", "--doc", "--quiet"]),
-        (
-            "documentation",
-            &["doc", "--workspace", "--no-deps", "--quiet"],
-        ),
-    ];
+fn test() -> bool {
     if !install_nextest() {
         eprintln!("xtask: cargo-nextest {NEXTEST_VERSION} could not be installed");
-        return ExitCode::FAILURE;
+        return false;
     }
     let begin = Instant::now();
-    for (name, arguments) in checks {
-        let start = Instant::now();
-        eprintln!("== {name}: cargo {}", arguments.join(" "));
-        if !succeeds(cargo(arguments).env("RUSTDOCFLAGS", "-D warnings")) {
-            eprintln!("== {name} failed");
-            return ExitCode::FAILURE;
-        }
-        eprintln!("== {name} passed in {:.0} s", start.elapsed().as_secs_f64());
-    }
-    let all = [
+    let all: [fn() -> bool; 7] = [
+        || in_order(false),
+        with_cargo,
         in_few_instructions,
         on_microcontrollers,
         in_python,
         in_dash,
         in_browser,
     ];
-    if !all.iter().all(|passes| passes()) {
-        return ExitCode::FAILURE;
+    let passed = all.iter().all(|passes| passes());
+    if passed {
+        eprintln!("== all passed in {:.0} s", begin.elapsed().as_secs_f64());
     }
-    eprintln!("== all passed in {:.0} s", begin.elapsed().as_secs_f64());
-    ExitCode::SUCCESS
+    passed
+}
+
+fn with_cargo() -> bool {
+    CHECKS.iter().all(|(name, command)| {
+        let arguments: Vec<&str> = command.split(' ').collect();
+        passes(name, || {
+            let mut cargo = cargo(&arguments);
+            succeeds(cargo.env("RUSTDOCFLAGS", "-D warnings"))
+                .then_some(())
+                .ok_or(format!("cargo {command}"))
+        })
+    })
 }
 
 fn on_microcontrollers() -> bool {
-    passes("microcontrollers", embedded::check)
+    passes("microcontrollers", || match embedded::check()? {
+        Some(vectors) => c_library::check(&vectors),
+        None => Ok(()),
+    })
+}
+
+fn in_order(list: bool) -> bool {
+    passes("the plan of the house", || house::check(list))
 }
 
 fn in_few_instructions() -> bool {

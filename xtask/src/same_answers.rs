@@ -43,8 +43,8 @@ struct Options {
 }
 
 /// Runs `cargo xtask same-answers` with the arguments after it.
-pub fn run(arguments: &[String]) -> ExitCode {
-    if arguments.iter().any(|a| a == "--help" || a == "-h") {
+pub fn run(arguments: &[&str]) -> ExitCode {
+    if arguments.iter().any(|a| ["--help", "-h"].contains(a)) {
         println!("{HELP}");
         return ExitCode::SUCCESS;
     }
@@ -66,7 +66,7 @@ pub fn run(arguments: &[String]) -> ExitCode {
 }
 
 impl Options {
-    fn parse(arguments: &[String]) -> Result<Self, String> {
+    fn parse(arguments: &[&str]) -> Result<Self, String> {
         let mut options = Self {
             binary: "target/release/seatrial".into(),
             out: "target/same-answers".into(),
@@ -74,7 +74,7 @@ impl Options {
             quick: false,
             jobs: 2,
         };
-        let mut rest = arguments.iter();
+        let mut rest = arguments.iter().copied();
         while let Some(argument) = rest.next() {
             if argument == "--quick" {
                 options.quick = true;
@@ -83,7 +83,7 @@ impl Options {
             let value = rest
                 .next()
                 .ok_or(format!("{argument} is not known or has no value"))?;
-            match argument.as_str() {
+            match argument {
                 "--binary" => options.binary = value.into(),
                 "--out" => options.out = value.into(),
                 "--against" => options.against = Some(value.into()),
