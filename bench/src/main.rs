@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use mavlink::dialects::ardupilotmega::MavMessage;
-use seatrial_io::{ChannelChoice, open};
+use seatrial_logs::{ChannelChoice, open};
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 

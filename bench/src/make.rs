@@ -7,7 +7,7 @@ use std::path::Path;
 
 use mcap::records::MessageHeader;
 use seatrial_core::{Real, Sample};
-use seatrial_io::{ChannelChoice, open};
+use seatrial_logs::{ChannelChoice, open};
 
 use crate::Outcome;
 

@@ -1,6 +1,6 @@
 //! What every target does: give a reader the bytes of a file and hold it to its limits of time and memory.
 
-#[path = "../../crates/seatrial-io/tests/seeds/mod.rs"]
+#[path = "../../crates/seatrial-logs/tests/seeds/mod.rs"]
 pub mod seeds;
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -10,7 +10,7 @@ use std::sync::Once;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use seatrial_io::{ChannelChoice, open};
+use seatrial_logs::{ChannelChoice, open};
 
 /// A reader may hold 64 MB and twice its input.
 const MOST_BYTES: usize = 64 << 20;

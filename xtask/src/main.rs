@@ -120,7 +120,7 @@ fn on_ros2() -> bool {
             &[verb, &["--features", features], rest].concat(),
         ))
     };
-    let lint = ["clippy", "-p", "seatrial-io", "-p", "seatrial-cli"];
+    let lint = ["clippy", "-p", "seatrial-links", "-p", "seatrial-cli"];
     let strict = ["--", "-D", "warnings"];
     let test = ["nextest", "run", "--test-threads", "1"];
     passes("ROS 2", || {
@@ -132,7 +132,7 @@ fn on_ros2() -> bool {
             && of_features(
                 &test,
                 "ros2-zenoh",
-                &["-p", "seatrial-io", "--lib", "ros2_vehicle"],
+                &["-p", "seatrial-links", "--lib", "ros2_vehicle"],
             )
             && of_features(
                 &test,

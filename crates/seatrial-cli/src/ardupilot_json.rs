@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use seatrial_io::ardupilot_json::{SensorFrame, ServoFrame};
+use seatrial_links::ardupilot_json::{SensorFrame, ServoFrame};
 use seatrial_sim::six_dof::DrivenVehicle;
 use seatrial_sim::six_dof::driven::Commands;
 use serde::Serialize;

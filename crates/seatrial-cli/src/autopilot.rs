@@ -7,11 +7,11 @@ use std::sync::atomic::AtomicBool;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use seatrial_core::{Plan, RudderSense};
-use seatrial_io::autopilot::{
+use seatrial_links::autopilot::{
     Autopilot, Backup, Check, HandBack, Preflight, Profile, Response, Settings, SteeringOutputs,
     Tended,
 };
-use seatrial_io::link::{Address, Key, Signing, Transport};
+use seatrial_links::link::{Address, Key, Signing, Transport};
 
 use crate::output::{Failure, say};
 

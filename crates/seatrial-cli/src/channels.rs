@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use seatrial_io::{ChannelChoice, Correction, Fault, Quantity, ReadError, Unit};
+use seatrial_logs::{ChannelChoice, Correction, Fault, Quantity, ReadError, Unit};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error};
 use toml::Spanned;

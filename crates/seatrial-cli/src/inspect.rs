@@ -11,7 +11,7 @@ use seatrial::report::{Found, render_found};
 use seatrial::segmentation::{Kind, Proposal, Segment, find, propose};
 use seatrial::verdict::refuse_record;
 use seatrial_core::{Real, Sample};
-use seatrial_io::{Channel, Quantity, UnitSource};
+use seatrial_logs::{Channel, Quantity, UnitSource};
 use serde::Serialize;
 
 use crate::log::{self, LogArgs, OpenedLog, Source};

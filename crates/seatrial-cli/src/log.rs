@@ -12,7 +12,7 @@ use seatrial::record::RudderUnit;
 use seatrial::servo::Servo;
 use seatrial::{Record, Window};
 use seatrial_core::Sample;
-use seatrial_io::{ChannelChoice, Counts, LogDescription, LogReader, Quantity, Unit, UnitSource};
+use seatrial_logs::{ChannelChoice, Counts, LogDescription, LogReader, Quantity, Unit, UnitSource};
 use serde::Serialize;
 
 use crate::channels::Mapping;
@@ -241,7 +241,8 @@ pub fn open(
     let servo = channels.servo()?;
     let mapping = channels.mapping()?;
     let choice = mapping.under(channels.choice()?);
-    let mut reader = seatrial_io::open(path, &choice).map_err(|error| mapping.failure_of(error))?;
+    let mut reader =
+        seatrial_logs::open(path, &choice).map_err(|error| mapping.failure_of(error))?;
     eprintln!("{}", channel_line(path, reader.description()));
     if let Some(servo) = servo {
         eprintln!("the rudder acts behind the logged command: {servo}");

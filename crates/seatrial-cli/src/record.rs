@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, LineWriter};
 use std::path::{Path, PathBuf};
 
-use seatrial_io::{CsvWriter, McapWriter, Row, RowWriter, write_csv, write_mcap, write_parquet};
+use seatrial_logs::{CsvWriter, McapWriter, Row, RowWriter, write_csv, write_mcap, write_parquet};
 
 use crate::output::Failure;
 #[cfg(feature = "foxglove")]
@@ -60,7 +60,7 @@ pub fn show(address: &str) -> Result<Box<dyn RowWriter>, Failure> {
             "--foxglove {address}: expected a port or HOST:PORT, 127.0.0.1:8765"
         ))
     })?;
-    let server = seatrial_io::FoxgloveServer::start(host, port)
+    let server = seatrial_logs::FoxgloveServer::start(host, port)
         .map_err(|error| Failure::usage(format!("--foxglove {address}: {error}")))?;
     say(format!("Foxglove may connect to {}", server.url()));
     Ok(Box::new(server))

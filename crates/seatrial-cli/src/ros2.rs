@@ -1,15 +1,17 @@
 //! Vehicles on ROS 2: what a file says of them, what is told before one is taken, the hand-back.
 
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use seatrial_core::{Plan, RudderSense};
-use seatrial_io::RowWriter;
-use seatrial_io::autopilot::Preflight;
-use seatrial_io::ros2_vehicle::{
-    Description, ENABLE_SERVICE, Graph, HandBack, RosVehicle, Settings, Zenoh,
+use seatrial_links::autopilot::Preflight;
+use seatrial_links::ros2_vehicle::{
+    Description, ENABLE_SERVICE, EstimateTopic, Graph, HandBack, JoinError, RosVehicle, Settings,
+    TimedEstimate, join,
 };
+use seatrial_logs::{Row, RowWriter};
 
 use crate::autopilot::{limits, line, refuse, text};
 use crate::output::{Failure, say};
@@ -17,8 +19,30 @@ use crate::output::{Failure, say};
 /// A vehicle on ROS 2.
 pub type OnRos2 = RosVehicle<Box<dyn Graph>>;
 
-/// A vehicle's domain, and where estimates are shown in it.
-type Joined = (Box<dyn Graph>, Box<dyn RowWriter>);
+/// Rows of a trial that go to the topic of estimates.
+struct Estimates(EstimateTopic);
+
+impl RowWriter for Estimates {
+    fn write(&mut self, row: &Row) -> io::Result<()> {
+        let Some(estimate) = row.estimate else {
+            return Ok(());
+        };
+        self.0.publish(&TimedEstimate {
+            time_s: row.sample.time_s,
+            model: estimate.model,
+            half_widths: estimate.half_widths,
+            step_norm: estimate.step_norm,
+        })
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn finish(self: Box<Self>) -> io::Result<()> {
+        Ok(())
+    }
+}
 
 /// Rudder per heading error and per yaw rate while a heading is held, and its share of the plan's largest rudder.
 const HEADING_GAIN: f64 = 0.4;
@@ -55,53 +79,14 @@ fn open(
         envelope: is_given.then(|| limits(plan)),
         abort: Arc::clone(abort),
     };
-    let (graph, estimates) = join(path, &description)?;
-    Ok((RosVehicle::new(graph, description, settings), estimates))
-}
-
-/// Joins the domain of a vehicle.
-fn join(path: &Path, description: &Description) -> Result<Joined, Failure> {
-    let (feature, joined) = match &description.zenoh {
-        None => ("ros2", over_dds(description)),
-        Some(zenoh) => ("ros2-zenoh", over_zenoh(description, zenoh)),
-    };
-    let missing = || {
-        Failure::usage(format!(
-            "--vehicle ros2:{}: this seatrial was built without; build it with --features {feature}",
-            path.display()
-        ))
-    };
-    let joined = joined.ok_or_else(missing)?;
-    joined.map_err(|error| Failure::input(format!("{}: {error}", path.display())))
-}
-
-#[cfg(feature = "ros2")]
-fn over_dds(description: &Description) -> Option<Result<Joined, String>> {
-    let joined = seatrial_io::ros2_vehicle::Dds::open(description.clone()).and_then(|mut graph| {
-        let estimates = graph.estimates()?;
-        Ok((Box::new(graph) as _, Box::new(estimates) as _))
-    });
-    Some(joined)
-}
-
-#[cfg(not(feature = "ros2"))]
-fn over_dds(_description: &Description) -> Option<Result<Joined, String>> {
-    None
-}
-
-#[cfg(feature = "ros2-zenoh")]
-fn over_zenoh(description: &Description, zenoh: &Zenoh) -> Option<Result<Joined, String>> {
-    let opened = seatrial_io::ros2_vehicle::OverZenoh::open(description.clone(), zenoh);
-    let joined = opened.and_then(|mut graph| {
-        let estimates = graph.estimates()?;
-        Ok((Box::new(graph) as _, Box::new(estimates) as _))
-    });
-    Some(joined)
-}
-
-#[cfg(not(feature = "ros2-zenoh"))]
-fn over_zenoh(_description: &Description, _zenoh: &Zenoh) -> Option<Result<Joined, String>> {
-    None
+    let (graph, estimates) = join(&description).map_err(|error| match error {
+        JoinError::NotBuilt { .. } => {
+            Failure::usage(format!("--vehicle ros2:{}: {error}", path.display()))
+        }
+        JoinError::Middleware(error) => wrong(error),
+    })?;
+    let vehicle = RosVehicle::new(graph, description, settings);
+    Ok((vehicle, Box::new(Estimates(estimates))))
 }
 
 /// Looks at the vehicle of a file.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args as ClapArgs, Subcommand};
 use seatrial::Window;
 use seatrial_core::{Event, List, Outcome, Plan, Sample, Stage, Trial, Vehicle};
-use seatrial_io::Row;
+use seatrial_logs::Row;
 use seatrial_sim::{ConfigError, Truth};
 use serde::Serialize;
 

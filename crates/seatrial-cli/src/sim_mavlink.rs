@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use seatrial_io::autopilot::{Profile, Speaker};
+use seatrial_links::autopilot::{Profile, Speaker};
 use serde::Serialize;
 
 use crate::autopilot::{parse_profile, signing};

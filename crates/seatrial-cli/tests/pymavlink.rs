@@ -1,7 +1,7 @@
 //! Trials on a vehicle written with pymavlink, an implementation of MAVLink other than ours, over UDP and TCP.
 #![cfg(unix)]
 
-#[path = "../../seatrial-io/tests/vehicle/python.rs"]
+#[path = "../../seatrial-links/tests/vehicle/python.rs"]
 mod python;
 
 use std::io::{BufRead, BufReader, Read, Write};
@@ -53,7 +53,7 @@ impl Scene {
         let mut boat = Command::new(python)
             .arg(concat!(
                 env!("CARGO_MANIFEST_DIR"),
-                "/../seatrial-io/tests/vehicle/vehicle.py"
+                "/../seatrial-links/tests/vehicle/vehicle.py"
             ))
             .args([&format!("--{kind}"), &port.to_string()])
             .args(options)

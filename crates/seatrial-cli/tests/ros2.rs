@@ -1,7 +1,7 @@
 //! Whole trials on a vehicle that another implementation of DDS or zenoh plays, over the loopback alone.
 #![cfg(all(any(feature = "ros2", feature = "ros2-zenoh"), target_os = "linux"))]
 
-#[path = "../../seatrial-io/tests/vehicle/python.rs"]
+#[path = "../../seatrial-links/tests/vehicle/python.rs"]
 mod python;
 
 use std::io::{BufRead, BufReader, Write};

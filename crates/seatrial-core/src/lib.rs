@@ -10,6 +10,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod attitude;
 pub mod authority;
 pub mod convergence;
 pub mod envelope;

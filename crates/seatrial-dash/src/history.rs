@@ -15,7 +15,7 @@ use seatrial_core::{
     GainSchedule, Hand, HeadingGain, HeadingLoop, SchedulePoint as ModelAt, SpeedSchedule, Turn,
     YawModel,
 };
-use seatrial_io::{Estimate, Row, write_csv, write_mcap};
+use seatrial_logs::{Estimate, Row, write_csv, write_mcap};
 
 use crate::api::{
     CampaignDetail, CampaignSummary, Comparison, Difference, Figure, Model, OperatingPoint, Reason,

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 
-use seatrial_io::{Run, Runs};
+use seatrial_logs::{Run, Runs};
 
 use crate::journal::{Entry, Journal, JournalError, Summary};
 use crate::log::{self, Options};
@@ -144,7 +144,7 @@ impl<'a> Queue<'a> {
 /// The error row of what failed or panicked.
 fn failure<T>(
     source: &Source,
-    result: Result<Result<T, seatrial_io::ReadError>, String>,
+    result: Result<Result<T, seatrial_logs::ReadError>, String>,
 ) -> Result<T, Box<Row>> {
     match result {
         Ok(Ok(value)) => Ok(value),

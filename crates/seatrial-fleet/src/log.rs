@@ -7,7 +7,7 @@ use seatrial::manoeuvre::Manoeuvre;
 use seatrial::segmentation::{Segment, Single, find, singles};
 use seatrial::verdict::refused;
 use seatrial::{Record, Window};
-use seatrial_io::{
+use seatrial_logs::{
     ChannelChoice, Fault, LogDescription, LogReader, Quantity, ReadError, Run, Unit,
 };
 use serde::{Deserialize, Serialize};
@@ -91,7 +91,11 @@ pub(crate) fn rows_of_run(source: &Source, run: Run, options: &Options) -> Vec<R
 }
 
 fn read_log(path: &Path, blank: &Row, options: &Options) -> Result<Vec<Row>, ReadError> {
-    rows(seatrial_io::open(path, &options.choice())?, blank, options)
+    rows(
+        seatrial_logs::open(path, &options.choice())?,
+        blank,
+        options,
+    )
 }
 
 /// What every row of a source begins with.

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use seatrial_core::{List, Plan, Sample, Trial, Vehicle};
 use seatrial_fleet::{Entry, Estimate, Job, Journal, Options, Row, Summary, find, work_on};
-use seatrial_io::write_csv;
+use seatrial_logs::write_csv;
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
 /// A run of the paper's plan at one speed: a manoeuvre to train, one to validate.

@@ -8,7 +8,7 @@ use seatrial::identify::evenly_sampled::{BatchError, EvenlySampled};
 use seatrial::identify::{Fresh, IdentifyError, IdentifySettings, lambda_of};
 use seatrial::{Record, Window};
 use seatrial_core::estimator::Method;
-use seatrial_io::ChannelChoice;
+use seatrial_logs::ChannelChoice;
 
 use crate::arrays::{Column, Columns, dictionary};
 use crate::{error, json, unread, usage};
@@ -169,8 +169,8 @@ pub fn least_squares(
 /// The samples of a log of any format that the command reads.
 #[pyfunction]
 pub fn read_log<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyDict>> {
-    let read = py.detach(|| -> Result<Record, seatrial_io::ReadError> {
-        let log = seatrial_io::open(&path, &ChannelChoice::default())?;
+    let read = py.detach(|| -> Result<Record, seatrial_logs::ReadError> {
+        let log = seatrial_logs::open(&path, &ChannelChoice::default())?;
         log.collect()
     });
     let record = read.map_err(|found| unread(py, &found))?;

@@ -9,7 +9,7 @@ mod identify;
 mod simulate;
 
 use pyo3::prelude::*;
-use seatrial_io::ReadError;
+use seatrial_logs::ReadError;
 
 /// An exception of the Python part, by its name; it carries the exit code of the command.
 fn error(py: Python<'_>, class: &str, message: impl ToString) -> PyErr {

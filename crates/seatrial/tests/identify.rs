@@ -28,7 +28,7 @@ fn data() -> Option<PathBuf> {
 }
 
 fn read(folder: &std::path::Path, name: &str) -> Record {
-    let mut log = seatrial_io::open(&folder.join(name), &Default::default()).unwrap();
+    let mut log = seatrial_logs::open(&folder.join(name), &Default::default()).unwrap();
     std::iter::from_fn(|| log.next())
         .map(Result::unwrap)
         .collect()

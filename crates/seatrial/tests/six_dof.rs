@@ -96,7 +96,7 @@ fn val_fossen_remus100_logs() {
     };
     for percent in [70, 80, 90] {
         let name = format!("simulated/remus100_{percent}_native_n0_c0.csv");
-        let mut log = seatrial_io::open(&folder.join(name), &Default::default()).unwrap();
+        let mut log = seatrial_logs::open(&folder.join(name), &Default::default()).unwrap();
         let log: Record = std::iter::from_fn(|| log.next())
             .map(Result::unwrap)
             .collect();

@@ -9,7 +9,7 @@ use seatrial::identification::Refined;
 use seatrial::logbook::{CampaignId, Keeper, Recorder, Step};
 use seatrial_core::{AbortReason, Outcome, Plan, Trial};
 use seatrial_dash::{Server, Tap};
-use seatrial_io::{Estimate, Row, RowWriter};
+use seatrial_logs::{Estimate, Row, RowWriter};
 
 use super::Args;
 use super::text::run_line;

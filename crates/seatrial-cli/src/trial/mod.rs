@@ -15,7 +15,7 @@ use seatrial::preview::{Target, parse_target};
 use seatrial::report;
 use seatrial_core::{Outcome, Plan, Trial, Vehicle};
 use seatrial_dash::Server;
-use seatrial_io::RowWriter;
+use seatrial_logs::RowWriter;
 use seatrial_sim::FaultyVehicle;
 use serde::Serialize;
 

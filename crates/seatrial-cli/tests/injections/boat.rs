@@ -4,8 +4,8 @@ use std::net::{SocketAddr, UdpSocket};
 use std::process::{Child, Command, ExitStatus};
 use std::time::{Duration, Instant};
 
-use seatrial_io::autopilot::{Profile, Speaker};
-use seatrial_io::link::{Decoder, Message};
+use seatrial_links::autopilot::{Profile, Speaker};
+use seatrial_links::link::{Decoder, Message};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
 use crate::second_station;

@@ -3,7 +3,7 @@
 #![cfg(unix)]
 
 mod boat;
-#[path = "../../../seatrial-io/tests/autopilot/second_station.rs"]
+#[path = "../../../seatrial-links/tests/autopilot/second_station.rs"]
 mod second_station;
 
 use std::collections::BTreeMap;

@@ -1,0 +1,262 @@
+//! Giving a vehicle back: controls released, mode and parameters as they were, read back.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::profile::Demand;
+use super::{Autopilot, Profile, REAL32};
+use crate::link::{Message, Wire};
+use seatrial_mavlink::ardupilot::Pulse;
+
+/// Longest wait for a mode or a parameter, s.
+const RESTORE_S: f64 = 6.0;
+/// Some looks of a vehicle at whether it hears us, s. Rover's are 0.1 s apart.
+const LOOKS_S: f64 = 0.6;
+/// Longest wait for a failsafe to end now that we are heard again, s.
+const FAILSAFE_S: f64 = 4.0;
+/// Longest wait for a vehicle that is silent, s.
+const RECONNECT_S: f64 = 10.0;
+/// Times that a release is sent: each may be lost.
+const RELEASES: u32 = 5;
+/// An output this near to its trim is neutral, as a fraction of full.
+pub(super) const NEUTRAL: f64 = 0.05;
+/// `SERVOn_FUNCTION` of the throttle, and of the horizontal thrusters of ArduSub's vectored frames.
+const THROTTLE: &[f64] = &[70.0];
+const SUB_THRUSTERS: &[f64] = &[33.0, 34.0, 35.0, 36.0];
+
+/// A parameter as it was.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stored {
+    /// Its value.
+    pub number: f64,
+    /// MAV_PARAM_TYPE.
+    pub kind: u8,
+    /// Is it sent bit by bit, as PX4 does with integers?
+    #[serde(default)]
+    pub is_bits: bool,
+}
+
+impl Stored {
+    /// As it is sent.
+    pub(super) fn value(&self) -> f32 {
+        if self.is_bits {
+            f32::from_bits(self.number as i32 as u32)
+        } else {
+            self.number as f32
+        }
+    }
+
+    /// As it is read back.
+    pub(super) fn number(&self) -> f64 {
+        if self.is_bits {
+            self.number
+        } else {
+            f64::from(self.number as f32)
+        }
+    }
+}
+
+/// What is put back at the end.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Backup {
+    /// System id of the vehicle.
+    pub system: u8,
+    /// Its mode, `custom_mode` of its heartbeats.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mode: Option<u32>,
+    /// Its parameters.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, Stored>,
+}
+
+/// What a hand-back has reached.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct HandBack {
+    /// The rudder output was seen neutral; `None`: the pilot or the autopilot steers already.
+    pub rudder_neutral: Option<bool>,
+    /// So was the throttle output; `None` where it is not known either.
+    pub throttle_neutral: Option<bool>,
+    /// The mode is as before; `None`: the pilot or the autopilot chose another, which stays.
+    pub mode_restored: Option<bool>,
+    /// Parameters that are as before.
+    pub restored: Vec<String>,
+    /// Parameters that could not be put back or read back.
+    pub not_restored: Vec<String>,
+}
+
+impl HandBack {
+    /// A vehicle that does not answer.
+    fn nothing(backup: &Backup) -> Self {
+        Self {
+            rudder_neutral: Some(false),
+            throttle_neutral: Some(false),
+            mode_restored: backup.mode.map(|_| false),
+            restored: Vec::new(),
+            not_restored: backup.parameters.keys().cloned().collect(),
+        }
+    }
+
+    /// Is everything as before?
+    pub fn is_complete(&self) -> bool {
+        self.not_restored.is_empty()
+            && self.mode_restored != Some(false)
+            && self.rudder_neutral != Some(false)
+            && self.throttle_neutral != Some(false)
+    }
+}
+
+impl<W: Wire> Autopilot<W> {
+    /// Gives up the controls at once.
+    pub(super) fn let_go(&mut self) {
+        self.on_guard = false;
+        if self.demand.is_some() {
+            self.release();
+        }
+    }
+
+    fn release(&mut self) {
+        // Without a release, or a remote control to release to, the last demand would stay; a pilot who has one has his own.
+        let is_pilots = self.stopped.as_ref().is_some_and(super::Stop::is_pilot);
+        let release = self.give_to_sticks();
+        if release.is_none() || !is_pilots {
+            let (profile, system) = (self.profile(), self.system());
+            self.send(profile.demand(Demand::default(), &self.parameters, system));
+        }
+        if let Some(release) = release {
+            self.send(release);
+        }
+        self.demand = None;
+        self.sampler.thrust = None;
+    }
+
+    /// What gives the controls to the remote control. ArduSub without one keeps the last stick that it has seen, which must
+    /// be a neutral one.
+    fn give_to_sticks(&self) -> Option<Message> {
+        let profile = self.profile();
+        let has_effect = profile != Profile::Sub || self.heard.has_sticks();
+        profile.release(self.system()).filter(|_| has_effect)
+    }
+
+    /// Releases the controls, puts back mode and parameters, and reads everything back.
+    pub fn hand_back(&mut self) -> HandBack {
+        self.let_go();
+        let mut done = HandBack::default();
+        let Some(backup) = self.backup.take() else {
+            return done;
+        };
+        for _ in 0..RELEASES {
+            self.release();
+            self.wait(0.1, |_| false);
+        }
+        let heartbeats = self.heard.heartbeats;
+        let is_heard = self.wait(RECONNECT_S, |autopilot| {
+            autopilot.heard.heartbeats > heartbeats
+        });
+        if !is_heard {
+            // Nothing can be read back, the last that was heard least of all.
+            return HandBack::nothing(&backup);
+        }
+        let is_ours = self.heard.our_mode.is_none() || self.heard.mode() == self.heard.our_mode;
+        let is_pilots = self.stopped.as_ref().is_some_and(super::Stop::is_pilot);
+        if is_ours && !is_pilots {
+            done.rudder_neutral = Some(self.wait(2.0, |autopilot| autopilot.is_rudder_neutral()));
+            done.throttle_neutral = self.wait_for_throttle();
+            if let Some(mode) = backup.mode.filter(|mode| self.heard.mode() != Some(*mode)) {
+                done.mode_restored = Some(self.set_mode(mode, RESTORE_S));
+            }
+        }
+        self.restore_parameters(&backup, self.stopped.is_some(), &mut done);
+        for (id, _) in self.wanted_messages() {
+            self.set_interval(id, 0.0);
+        }
+        self.heard.our_mode = None;
+        done
+    }
+
+    /// Puts back what a backup holds, on a vehicle that nobody conducts a trial with.
+    pub fn restore(&mut self, backup: &Backup) -> HandBack {
+        let mut done = HandBack::default();
+        let is_there = self.wait(RECONNECT_S, |autopilot| {
+            autopilot
+                .heard
+                .vehicle
+                .is_some_and(|vehicle| vehicle.system == backup.system)
+        });
+        if !is_there {
+            return HandBack::nothing(backup);
+        }
+        // The last override of a trial that was killed would live again with a longer RC_OVERRIDE_TIME.
+        for _ in 0..RELEASES {
+            if let Some(release) = self.profile().release(self.system()) {
+                self.send(release);
+            }
+            self.wait(0.1, |_| false);
+        }
+        self.restore_parameters(backup, true, &mut done);
+        let steering_mode = self.profile().steering_mode();
+        // Only from the mode that a trial left behind: any other is somebody's choice since.
+        let is_left_behind = self.heard.mode() == steering_mode;
+        if let Some(mode) = backup.mode.filter(|_| is_left_behind) {
+            done.mode_restored = Some(self.set_mode(mode, RESTORE_S));
+        }
+        done
+    }
+
+    fn restore_parameters(&mut self, backup: &Backup, was_away: bool, done: &mut HandBack) {
+        // ArduPilot's Rover does not look whether we are back once that failsafe is disabled, and stays critical, or
+        // becomes it where it has taken note of our absence.
+        if was_away && backup.parameters.contains_key("FS_GCS_ENABLE") {
+            self.wait(LOOKS_S, |_| false);
+            self.wait(FAILSAFE_S, |autopilot| !autopilot.heard.is_critical());
+        }
+        for (name, stored) in &backup.parameters {
+            if self.set_parameter(name, *stored, RESTORE_S) {
+                done.restored.push(name.clone());
+            } else {
+                done.not_restored.push(name.clone());
+            }
+        }
+    }
+
+    pub(super) fn is_rudder_neutral(&self) -> bool {
+        let full_rad = self.settings.full_rudder_rad;
+        self.sampler
+            .last_rudder_rad()
+            .is_some_and(|rudder_rad| (rudder_rad / full_rad).abs() < NEUTRAL)
+    }
+
+    fn wait_for_throttle(&mut self) -> Option<bool> {
+        let functions = match self.profile() {
+            Profile::Sub => SUB_THRUSTERS,
+            _ => THROTTLE,
+        };
+        let thrusters = functions.iter().map(|function| {
+            let number = self.parameters.output_with(*function, 8)?;
+            let pulse = Pulse::of(&self.parameters, &format!("SERVO{number}"));
+            Some((number, pulse))
+        });
+        let thrusters = thrusters.collect::<Option<Vec<_>>>()?;
+        self.heard.outputs?;
+        Some(self.wait(2.0, |autopilot| {
+            let outputs = autopilot.heard.outputs.unwrap_or_default();
+            thrusters.iter().all(|(number, pulse)| {
+                let pulse_us = f64::from(outputs[number - 1]);
+                // No pulse is no thrust.
+                pulse_us == 0.0 || pulse.fraction(pulse_us).abs() < NEUTRAL
+            })
+        }))
+    }
+
+    /// A parameter as it is now.
+    pub(super) fn stored(&self, name: &str) -> Option<Stored> {
+        let kind = self.kinds.get(name).copied().unwrap_or(REAL32);
+        Some(Stored {
+            number: self.parameters.get(name)?,
+            kind,
+            is_bits: kind != REAL32 && self.profile() == Profile::Px4,
+        })
+    }
+}

@@ -1,0 +1,416 @@
+//! The graph over DDS, as `rmw_fastrtps` and `rmw_cyclonedds` use it: no ROS installation is needed.
+
+use std::future::ready;
+use std::sync::mpsc;
+use std::thread::JoinHandle;
+use std::time::Instant;
+
+use futures::channel::oneshot;
+use futures::executor::block_on;
+use futures::future::select;
+use futures::stream::{LocalBoxStream, StreamExt, select_all};
+use ros2_client::dds::rustdds::policy::Durability as ReaderDurability;
+use ros2_client::dds::rustdds::{DomainParticipant, DomainParticipantBuilder, RTPSEntity};
+use ros2_client::dds::{Client, Context, Node, Publisher, Server, ServiceMapping, Subscription};
+use ros2_client::node_options::NodeOptions;
+use ros2_client::qos::{History, QosProfile, WhenFull};
+use ros2_client::{Message, MessageTypeName, Name, NodeName, ServiceTypeName};
+use serde::Serialize;
+
+use super::wire::{
+    self, Answer, CommandMessage, Float64MultiArray, Kind, Request, SetBoolRequest, TriggerRequest,
+};
+use super::{
+    ABORT_SERVICE, DIAGNOSTICS_TOPIC, Demand, Description, Diagnosis, ENABLE_SERVICE,
+    ESTIMATE_TOPIC, EstimateTopic, FeedbackType, Graph, Heard, Matched, Middleware, next_heard,
+};
+
+/// Messages of one topic that may wait to be read.
+const WAITING: usize = 64;
+
+/// A vehicle's topics and services over DDS.
+pub struct Dds {
+    description: Description,
+    begin: Instant,
+    participant: DomainParticipant,
+    publishers: Vec<(String, Publisher<CommandMessage>)>,
+    diagnostics: Publisher<wire::DiagnosticArray>,
+    client: Option<Client<SetBoolRequest, Answer>>,
+    heard: mpsc::Receiver<(Instant, Heard)>,
+    /// Ends the thread that listens.
+    hang_up: Option<oneshot::Sender<()>>,
+    listening: Option<JoinHandle<()>>,
+    // After everything that it has made.
+    maker: Maker,
+}
+
+/// What is listened to.
+struct Ears {
+    imu: Option<Subscription<wire::Imu>>,
+    odometry: Option<Subscription<wire::Odometry>>,
+    joints: Option<(Subscription<wire::JointState>, String)>,
+    float64: Option<Subscription<wire::Float64>>,
+    float32: Option<Subscription<wire::Float32>>,
+    abort: Server<TriggerRequest, Answer>,
+    enable: Server<SetBoolRequest, Answer>,
+}
+
+/// Says what could not be made.
+fn failed<E: std::fmt::Display>(what: &str) -> impl FnOnce(E) -> String + '_ {
+    move |error| format!("{what}: {error}")
+}
+
+fn qos(is_reliable: bool) -> QosProfile {
+    let history = History::KeepLast { depth: WAITING };
+    let profile = QosProfile::subscription_default().history(history);
+    match is_reliable {
+        true => profile.reliability_reliable(WhenFull::Fail),
+        false => profile,
+    }
+}
+
+/// Of commands: the newest counts, and publishing never waits.
+fn newest() -> QosProfile {
+    qos(true).history(History::KeepLast { depth: 1 })
+}
+
+/// Makes topics, and with them what goes through them.
+struct Maker {
+    node: Node,
+    mapping: ServiceMapping,
+}
+
+impl Maker {
+    fn topic(
+        &self,
+        name: &str,
+        [package, kind]: Kind,
+        qos: &QosProfile,
+    ) -> Result<ros2_client::dds::rustdds::Topic, String> {
+        let parsed = Name::parse(name).map_err(failed(name))?;
+        let kind = MessageTypeName::new(package, kind);
+        let topic = self.node.create_topic(&parsed, kind, qos);
+        topic.map_err(failed(name))
+    }
+
+    fn publisher<M: Serialize>(
+        &mut self,
+        name: &str,
+        kind: Kind,
+        qos: QosProfile,
+    ) -> Result<Publisher<M>, String> {
+        let topic = self.topic(name, kind, &qos)?;
+        let publisher = self.node.create_publisher(&topic, Some(qos));
+        publisher.map_err(failed(name))
+    }
+
+    fn subscription<M: 'static>(
+        &mut self,
+        name: &str,
+        kind: Kind,
+        is_reliable: bool,
+    ) -> Result<Subscription<M>, String> {
+        let qos = qos(is_reliable);
+        let topic = self.topic(name, kind, &qos)?;
+        let subscription = self.node.create_subscription(&topic, Some(qos));
+        subscription.map_err(failed(name))
+    }
+
+    fn server<R: Message + Clone + 'static>(
+        &mut self,
+        name: &str,
+        [package, kind]: Kind,
+    ) -> Result<Server<R, Answer>, String> {
+        let parsed = Name::parse(name).map_err(failed(name))?;
+        let kind = ServiceTypeName::new(package, kind);
+        let server = self
+            .node
+            .create_server(self.mapping, &parsed, &kind, qos(true), qos(true));
+        server.map_err(failed(name))
+    }
+
+    fn ears(&mut self, description: &Description) -> Result<Ears, String> {
+        let mut ears = Ears {
+            imu: None,
+            odometry: None,
+            joints: None,
+            float64: None,
+            float32: None,
+            abort: self.server(ABORT_SERVICE, wire::TRIGGER)?,
+            enable: self.server(ENABLE_SERVICE, wire::SET_BOOL)?,
+        };
+        if let Some(imu) = &description.imu {
+            ears.imu = Some(self.subscription(&imu.topic, wire::IMU, imu.reliable)?);
+        }
+        if let Some(odometry) = &description.odometry {
+            let (topic, is_reliable) = (&odometry.topic, odometry.reliable);
+            ears.odometry = Some(self.subscription(topic, wire::ODOMETRY, is_reliable)?);
+        }
+        if let Some(feedback) = &description.feedback {
+            let (topic, is_reliable) = (&feedback.topic, feedback.reliable);
+            let kind = wire::kind_of_feedback(feedback.kind);
+            match feedback.kind {
+                FeedbackType::JointState => {
+                    let joint = feedback.joint.clone().unwrap_or_default();
+                    ears.joints = Some((self.subscription(topic, kind, is_reliable)?, joint));
+                }
+                FeedbackType::Float64 => {
+                    ears.float64 = Some(self.subscription(topic, kind, is_reliable)?);
+                }
+                FeedbackType::Float32 => {
+                    ears.float32 = Some(self.subscription(topic, kind, is_reliable)?);
+                }
+            }
+        }
+        Ok(ears)
+    }
+}
+
+impl Message for TriggerRequest {}
+impl Message for SetBoolRequest {}
+impl Message for Answer {}
+
+impl Dds {
+    /// Joins the domain of a description and makes what it names.
+    pub fn open(description: Description) -> Result<Self, String> {
+        description.check()?;
+        if !description.listens_on_all_addresses {
+            return Err(format!(
+                "the sockets of DDS take packets on every address of this machine (UDP ports {} to {}), though only {:?} is announced: keep strangers out with a firewall and say listens_on_all_addresses = true",
+                7400 + 250 * u32::from(description.domain),
+                7649 + 250 * u32::from(description.domain),
+                description.addresses
+            ));
+        }
+        let participant = DomainParticipantBuilder::new(description.domain)
+            .with_only_networks(description.addresses.clone())
+            .build()
+            .map_err(failed("DDS"))?;
+        let context =
+            Context::from_domain_participant(participant.clone()).map_err(failed("DDS"))?;
+        let name = NodeName::new("/", "seatrial").map_err(failed("node"))?;
+        let options = NodeOptions::new()
+            .enable_rosout(false)
+            .start_parameter_services(false);
+        let node = context.new_node(name, options).map_err(failed("node"))?;
+        let mut maker = Maker {
+            node,
+            mapping: match description.services {
+                Middleware::FastRtps => ServiceMapping::Enhanced,
+                Middleware::CycloneDds => ServiceMapping::Cyclone,
+            },
+        };
+        let mut publishers = Vec::new();
+        for (topic, kind) in description.command_topics() {
+            let kind = wire::kind_of_command(kind);
+            publishers.push((topic.into(), maker.publisher(topic, kind, newest())?));
+        }
+        let diagnostics = maker.publisher(DIAGNOSTICS_TOPIC, wire::DIAGNOSTIC_ARRAY, qos(true))?;
+        let client = match &description.enable {
+            Some(enable) => {
+                let name = Name::parse(&enable.service).map_err(failed(&enable.service))?;
+                let [package, kind] = wire::SET_BOOL;
+                let kind = ServiceTypeName::new(package, kind);
+                let client =
+                    maker
+                        .node
+                        .create_client(maker.mapping, &name, &kind, qos(true), qos(true));
+                Some(client.map_err(failed(&enable.service))?)
+            }
+            None => None,
+        };
+        let ears = maker.ears(&description)?;
+        let (sender, heard) = mpsc::channel();
+        let (hang_up, until) = oneshot::channel();
+        let listening = std::thread::Builder::new()
+            .name("ros2".into())
+            .spawn(move || listen(&ears, &sender, until))
+            .map_err(failed("thread"))?;
+        Ok(Self {
+            description,
+            begin: Instant::now(),
+            participant,
+            publishers,
+            diagnostics,
+            client,
+            heard,
+            hang_up: Some(hang_up),
+            listening: Some(listening),
+            maker,
+        })
+    }
+
+    /// Shows rows of a trial as messages.
+    pub fn estimates(&mut self) -> Result<EstimateTopic, String> {
+        let topic = self
+            .maker
+            .publisher(ESTIMATE_TOPIC, wire::FLOAT64_MULTI_ARRAY, qos(true))?;
+        Ok(EstimateTopic::new(move |estimate| {
+            let numbers = Float64MultiArray::from(estimate);
+            topic.publish(numbers).map_err(|error| error.to_string())
+        }))
+    }
+
+    fn is_ours(&self, guid: ros2_client::dds::rustdds::GUID) -> bool {
+        guid.prefix == self.participant.guid().prefix
+    }
+
+    /// What the vehicle's own service has answered, if it has.
+    fn answer(&self) -> Option<Heard> {
+        let (_, answer) = self.client.as_ref()?.receive_response().ok()??;
+        Some(Heard::Answered(answer.success))
+    }
+}
+
+/// Calls of one of our services, which are answered.
+fn calls<R: Request + Message + Clone + 'static>(
+    server: &Server<R, Answer>,
+) -> LocalBoxStream<'_, Option<Heard>> {
+    let calls = server.receive_request_stream().map(|read| {
+        let (id, request) = read.ok()?;
+        let (heard, answer) = request.obeyed();
+        // One that cannot be answered is obeyed all the same.
+        let _ = server.send_response(id, answer);
+        Some(heard)
+    });
+    calls.boxed_local()
+}
+
+/// Hands on what comes until the other end hangs up.
+fn listen(ears: &Ears, sender: &mpsc::Sender<(Instant, Heard)>, until: oneshot::Receiver<()>) {
+    let mut streams: Vec<LocalBoxStream<'_, Option<Heard>>> = Vec::new();
+    if let Some(imu) = &ears.imu {
+        let stream = imu.async_stream();
+        streams.push(
+            stream
+                .map(|read| read.ok().map(|(imu, _)| Heard::Imu(imu.motion())))
+                .boxed_local(),
+        );
+    }
+    if let Some(odometry) = &ears.odometry {
+        let stream = odometry.async_stream();
+        streams.push(
+            stream
+                .map(|read| read.ok().map(|(odom, _)| Heard::Odometry(odom.motion())))
+                .boxed_local(),
+        );
+    }
+    if let Some((joints, joint)) = &ears.joints {
+        let stream = joints.async_stream();
+        streams.push(
+            stream
+                .map(move |read| read.ok().and_then(|(state, _)| state.rudder(joint)))
+                .boxed_local(),
+        );
+    }
+    if let Some(float64) = &ears.float64 {
+        let stream = float64.async_stream();
+        streams.push(
+            stream
+                .map(|read| read.ok().map(|(number, _)| number.rudder()))
+                .boxed_local(),
+        );
+    }
+    if let Some(float32) = &ears.float32 {
+        let stream = float32.async_stream();
+        streams.push(
+            stream
+                .map(|read| read.ok().map(|(number, _)| number.rudder()))
+                .boxed_local(),
+        );
+    }
+    streams.push(calls(&ears.abort));
+    streams.push(calls(&ears.enable));
+    let heard = select_all(streams).for_each(|heard| {
+        if let Some(heard) = heard {
+            // Nobody takes it once the trial is over.
+            let _ = sender.send((Instant::now(), heard));
+        }
+        ready(())
+    });
+    block_on(select(heard, until));
+}
+
+impl Graph for Dds {
+    fn now_s(&self) -> f64 {
+        self.begin.elapsed().as_secs_f64()
+    }
+
+    fn receive(&mut self, until_s: f64) -> Option<(f64, Heard)> {
+        if let Some(answer) = self.answer() {
+            return Some((self.now_s(), answer));
+        }
+        next_heard(&self.heard, self.begin, until_s - self.now_s())
+    }
+
+    fn command(&mut self, demand: Demand) {
+        for command in self.description.commands(demand) {
+            let publisher = self
+                .publishers
+                .iter()
+                .find(|(topic, _)| topic == command.topic);
+            if let Some((_, publisher)) = publisher {
+                // What cannot be published now is sent again soon.
+                let _ = publisher.publish(command.into());
+            }
+        }
+    }
+
+    fn enable(&mut self, is_on: bool) {
+        if let Some(client) = &self.client {
+            // Asked again soon where it does not go out.
+            let _ = client.send_request(SetBoolRequest { data: is_on });
+        }
+    }
+
+    fn matched(&self) -> Matched {
+        let readers = self.participant.discovered_readers();
+        let writers = self.participant.discovered_writers();
+        let mut matched = Matched::default();
+        for (topic, kind) in self.description.command_topics() {
+            let name = format!("rt{topic}");
+            let [package, type_name] = wire::kind_of_command(kind);
+            let type_name = format!("{package}::msg::dds_::{type_name}_");
+            let is_heard = readers.iter().any(|reader| {
+                let data = &reader.subscription_topic_data;
+                let is_volatile = data
+                    .qos()
+                    .durability()
+                    .is_none_or(|durability| durability == ReaderDurability::Volatile);
+                data.topic_name() == &name && data.type_name() == &type_name && is_volatile
+            });
+            if !is_heard {
+                matched.not_heard.push(topic.into());
+            }
+            let is_shared = writers.iter().any(|writer| {
+                *writer.publication_topic_data.topic_name() == name
+                    && !self.is_ours(writer.writer_proxy.remote_writer_guid)
+            });
+            if is_shared {
+                matched.shared.push(topic.into());
+            }
+        }
+        matched.has_enable = self.description.enable.as_ref().is_some_and(|enable| {
+            let name = format!("rq{}Request", enable.service);
+            readers
+                .iter()
+                .any(|reader| *reader.subscription_topic_data.topic_name() == name)
+        });
+        matched
+    }
+
+    fn diagnose(&mut self, diagnosis: &Diagnosis) {
+        // A diagnosis that cannot be published is followed by the next.
+        let _ = self.diagnostics.publish(diagnosis.into());
+    }
+}
+
+impl Drop for Dds {
+    fn drop(&mut self) {
+        // So that others are told that we are gone, and need not wait until we are forgotten.
+        drop(self.hang_up.take());
+        if let Some(listening) = self.listening.take() {
+            let _ = listening.join();
+        }
+    }
+}

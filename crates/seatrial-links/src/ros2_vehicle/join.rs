@@ -1,0 +1,57 @@
+//! Joining the middleware that a vehicle's description names.
+
+use thiserror::Error;
+
+use super::{Description, EstimateTopic, Graph, Zenoh};
+
+/// A vehicle's topics and services, and its topic of estimates.
+pub type Joined = (Box<dyn Graph>, EstimateTopic);
+
+/// Why the middleware of a vehicle could not be joined.
+#[derive(Debug, Error)]
+pub enum JoinError {
+    /// This build has no such middleware.
+    #[error("this seatrial was built without; build it with --features {feature}")]
+    NotBuilt {
+        /// The feature that builds it in.
+        feature: &'static str,
+    },
+    /// The middleware refused.
+    #[error("{0}")]
+    Middleware(String),
+}
+
+/// Joins the middleware that a description names: DDS, or zenoh where it has a section for it.
+pub fn join(description: &Description) -> Result<Joined, JoinError> {
+    match &description.zenoh {
+        None => over_dds(description),
+        Some(zenoh) => over_zenoh(description, zenoh),
+    }
+}
+
+#[cfg(feature = "ros2")]
+fn over_dds(description: &Description) -> Result<Joined, JoinError> {
+    let mut graph = super::Dds::open(description.clone()).map_err(JoinError::Middleware)?;
+    let estimates = graph.estimates().map_err(JoinError::Middleware)?;
+    Ok((Box::new(graph), estimates))
+}
+
+#[cfg(not(feature = "ros2"))]
+fn over_dds(_: &Description) -> Result<Joined, JoinError> {
+    Err(JoinError::NotBuilt { feature: "ros2" })
+}
+
+#[cfg(feature = "ros2-zenoh")]
+fn over_zenoh(description: &Description, zenoh: &Zenoh) -> Result<Joined, JoinError> {
+    let opened = super::OverZenoh::open(description.clone(), zenoh);
+    let mut graph = opened.map_err(JoinError::Middleware)?;
+    let estimates = graph.estimates().map_err(JoinError::Middleware)?;
+    Ok((Box::new(graph), estimates))
+}
+
+#[cfg(not(feature = "ros2-zenoh"))]
+fn over_zenoh(_: &Description, _: &Zenoh) -> Result<Joined, JoinError> {
+    Err(JoinError::NotBuilt {
+        feature: "ros2-zenoh",
+    })
+}

@@ -1,0 +1,190 @@
+//! Every number of every message of every native log, against what other libraries read; every log as a stream, against the file.
+
+#[path = "../tests/seeds/mod.rs"]
+mod seeds;
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use sha2::{Digest, Sha256};
+
+use crate::content::{open, open_stream};
+use crate::joined::{Kind, Message, Messages};
+use crate::table::{Table, hexadecimal};
+use crate::{ChannelChoice, LogReader};
+
+/// Made by `expect.py` beside it: log, kind, messages, hash of all numbers.
+const EXPECTED: &str = include_str!("../tests/agreement/expected.txt");
+
+/// Messages and hash of every kind.
+type Kinds = BTreeMap<String, (usize, String)>;
+
+/// Fields that this crate computes: they stand behind the log's own.
+fn computed(kind: &Kind) -> usize {
+    let has = |name: &str| kind.fields.iter().any(|field| field == name);
+    let ends_in = |name: &str| kind.fields.last().is_some_and(|field| field == name);
+    let of_ros = [".roll_rad", ".pitch_rad", ".heading_rad", ".yaw_rate_rad_s"];
+    let is_of_ros = |field: &&String| of_ros.iter().any(|name| field.ends_with(name));
+    3 * usize::from(has("q[0]") && has("q[3]") && has("timestamp"))
+        + usize::from(ends_in("ground_speed"))
+        + usize::from(ends_in("steering_fraction"))
+        + kind.fields.iter().filter(is_of_ros).count()
+}
+
+/// Messages and hash of every kind, as `expect.py` makes them.
+fn kinds(mut log: impl Messages) -> Kinds {
+    let wanted = vec![true; log.kinds().len()];
+    let mut hashes = vec![(0, Sha256::new()); wanted.len()];
+    let mut message = Message::default();
+    while log.next(&wanted, &mut message).unwrap() {
+        let kind = &log.kinds()[message.kind];
+        assert_eq!(message.values.len(), kind.fields.len(), "{}", kind.name);
+        let own = message.values.len() - computed(kind);
+        let (count, hash) = &mut hashes[message.kind];
+        *count += 1;
+        for value in &message.values[..own] {
+            let value = if value.is_nan() { f64::NAN } else { *value };
+            hash.update(value.to_le_bytes());
+        }
+    }
+    let named = log.kinds().iter().zip(hashes);
+    named
+        .filter(|(_, (count, _))| *count > 0)
+        .map(|(kind, (count, hash))| {
+            let digits = hexadecimal(&hash.finalize())[..16].to_string();
+            (kind.name.clone(), (count, digits))
+        })
+        .collect()
+}
+
+fn found(path: &Path) -> Kinds {
+    let file = File::open(path).unwrap();
+    match path.extension().and_then(|suffix| suffix.to_str()) {
+        Some("BIN") => kinds(crate::dataflash::DataFlash::open(file).unwrap()),
+        Some("tlog") => kinds(crate::tlog::Telemetry::open(file).unwrap()),
+        Some("ulg") => kinds(crate::ulog::ULog::open(file).unwrap()),
+        Some("mcap") => kinds(crate::mcap::Mcap::open(file).unwrap()),
+        Some("dbd") => kinds(crate::slocum::Glider::open(file, path).unwrap()),
+        Some("raw" | "all") => kinds(crate::canboat::Capture::open(file).unwrap()),
+        Some("nmea") => kinds(crate::nmea0183::Sentences::open(file).unwrap()),
+        _ => kinds(crate::rosbag::Bag::open(file, path).unwrap()),
+    }
+}
+
+/// By log, what `expect.py` prints.
+fn expected(text: &str) -> BTreeMap<&str, Kinds> {
+    let mut expected: BTreeMap<&str, Kinds> = BTreeMap::new();
+    for line in text.lines() {
+        let [log, kind, count, hash] = line.split('\t').collect::<Vec<_>>()[..] else {
+            panic!("{line}");
+        };
+        let kinds = expected.entry(log).or_default();
+        kinds.insert(kind.into(), (count.parse().unwrap(), hash.into()));
+    }
+    expected
+}
+
+/// Of a glider's thousands of sensors only some are expected.
+fn assert_agrees(path: &Path, expected: &Kinds) {
+    let mut found = found(path);
+    if path.extension().is_some_and(|suffix| suffix == "dbd") {
+        found.retain(|kind, _| expected.contains_key(kind));
+    }
+    assert_eq!(found, *expected, "{}", path.display());
+}
+
+fn agreement() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/agreement")
+}
+
+#[test]
+fn val_every_number_is_that_of_the_python_libraries() {
+    let data = std::env::var_os("SEATRIAL_DATA").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
+        PathBuf::from,
+    );
+    let expected = expected(EXPECTED);
+    assert!(expected.len() > 14);
+    for (log, expected) in expected {
+        let path = match log.contains('/') {
+            true => data.join("native").join(log),
+            false => agreement().join(log),
+        };
+        match path.exists() {
+            true => assert_agrees(&path, &expected),
+            false => eprintln!("SKIPPED: no {} (set SEATRIAL_DATA)", path.display()),
+        }
+    }
+}
+
+/// The Python with the libraries: SEATRIAL_PYTHON, or the one that `.ci/run` has made.
+fn python() -> Option<PathBuf> {
+    let made = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/python/bin/python");
+    let path = std::env::var_os("SEATRIAL_PYTHON").map_or_else(made, PathBuf::from);
+    if path.exists() {
+        return Some(path);
+    }
+    let missing = format!(
+        "no Python with crates/seatrial-logs/tests/agreement/requirements.txt at {} (set SEATRIAL_PYTHON)",
+        path.display()
+    );
+    assert!(std::env::var_os("CI").is_none(), "{missing}");
+    eprintln!("SKIPPED: {missing}");
+    None
+}
+
+/// The libraries as they are installed now, on the logs that are here on every machine.
+#[test]
+fn val_the_python_libraries_read_the_same_today() {
+    let Some(python) = python() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    for (name, log) in [
+        ("seed.BIN", seeds::dataflash()),
+        ("seed.tlog", seeds::tlog()),
+        ("seed.ulg", seeds::ulog()),
+        ("seed.raw", seeds::canboat()),
+    ] {
+        std::fs::write(folder.path().join(name), log).unwrap();
+    }
+    let output = Command::new(python)
+        .arg(agreement().join("expect.py"))
+        .arg(folder.path())
+        .output()
+        .unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    let text = String::from_utf8(output.stdout).unwrap();
+    let expected = expected(&text);
+    assert_eq!(expected.len(), 7, "{:?}", expected.keys());
+    for (log, expected) in expected {
+        let path = match log.starts_with("seed") {
+            true => folder.path().join(log),
+            false => agreement().join(log),
+        };
+        assert_agrees(&path, &expected);
+    }
+}
+
+#[test]
+fn io_every_format_comes_on_standard_input_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log");
+    let samples = |table: Box<dyn Table>| {
+        let reader = LogReader::new(String::new(), table, &ChannelChoice::default()).unwrap();
+        reader.collect::<Result<Vec<_>, _>>().unwrap()
+    };
+    for format in seeds::FORMATS {
+        for seed in seeds::of(format) {
+            std::fs::write(&path, &seed).unwrap();
+            let named = samples(open(File::open(&path).unwrap(), &path).unwrap());
+            let piped = samples(open_stream(Cursor::new(seed)).unwrap());
+            assert!(!piped.is_empty(), "{format}");
+            assert_eq!(named, piped, "{format}");
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! What a file is, by its content; its name does not matter.
+
+use std::fs::File;
+use std::io::{self, Cursor, Read, Seek};
+use std::path::Path;
+
+use crate::csv::Text;
+use crate::description::Format;
+use crate::error::Fault;
+use crate::joined::Joined;
+use crate::table::Table;
+
+/// For messages.
+pub(crate) const BINARY_FORMATS: &str = "Parquet, ArduPilot DataFlash (.bin), MAVLink telemetry (.tlog), PX4 ULog (.ulg), Slocum (.dbd), MCAP and rosbag2 (.db3)";
+
+/// Bytes that are enough to tell every format.
+const START: u64 = 4096;
+
+/// Opens a format that this build may have been made without.
+macro_rules! built {
+    ($feature:literal, $name:literal, $open:expr) => {{
+        #[cfg(feature = $feature)]
+        {
+            Ok(Box::new($open))
+        }
+        #[cfg(not(feature = $feature))]
+        {
+            Err(Fault::NotBuilt {
+                format: $name,
+                feature: concat!("--features ", $feature),
+            })
+        }
+    }};
+}
+
+/// What zstd begins with.
+pub(crate) const ZSTD: &[u8] = b"\x28\xb5\x2f\xfd";
+
+/// What packs files, the bytes it begins them with, and the command that unpacks to standard output.
+const PACKERS: [(&str, &[u8], &str); 5] = [
+    ("gzip", b"\x1f\x8b\x08", "gzip -dc"),
+    ("zstd", ZSTD, "zstd -dc"),
+    ("bzip2", b"BZh", "bzip2 -dc"),
+    ("xz", b"\xfd7zXZ\0", "xz -dc"),
+    ("zip", b"PK\x03\x04", "unzip -p"),
+];
+
+/// Refuses what holds a log, or belongs to one, and is none itself.
+fn check_is_log(start: &[u8]) -> Result<(), Fault> {
+    if let Some((packer, _, unpack)) = PACKERS
+        .iter()
+        .find(|(_, bytes, _)| start.starts_with(bytes))
+    {
+        return Err(Fault::Packed { packer, unpack });
+    }
+    if start.starts_with(b"s: T ") || start.starts_with(b"s: F ") {
+        return Err(Fault::SlocumCache);
+    }
+    Ok(())
+}
+
+/// What these first bytes are the start of; text where they are nothing else.
+fn format(start: &[u8]) -> Format {
+    if start.starts_with(b"PAR1") {
+        Format::Parquet
+    } else if is_dataflash(start) {
+        Format::DataFlash
+    } else if is_telemetry(start) {
+        Format::Tlog
+    } else if start.starts_with(b"ULog\x01\x12\x35") {
+        Format::Ulog
+    } else if start.starts_with(b"\x89MCAP0\r\n") {
+        Format::Mcap
+    } else if start.starts_with(b"SQLite format 3\0") {
+        Format::Rosbag
+    } else if start.starts_with(b"dbd_label:") {
+        Format::Slocum
+    } else if is_canboat(start) {
+        Format::Canboat
+    } else if is_nmea0183(start) {
+        Format::Nmea0183
+    } else if start.starts_with(b"%%") {
+        Format::Alog
+    } else {
+        Format::Csv
+    }
+}
+
+fn start(input: impl Read) -> Result<Vec<u8>, Fault> {
+    let mut start = Vec::new();
+    input
+        .take(START)
+        .read_to_end(&mut start)
+        .map_err(Fault::read)?;
+    check_is_log(&start)?;
+    Ok(start)
+}
+
+/// Opens what comes on standard input: text as it comes; the others, which are read more than once, from a
+/// file without a name.
+pub(crate) fn open_stream(mut input: impl Read + Send + 'static) -> Result<Box<dyn Table>, Fault> {
+    let start = start(&mut input)?;
+    let mut input = Cursor::new(start.clone()).chain(input);
+    match format(&start) {
+        Format::Csv => Ok(Box::new(Text::open(input)?)),
+        _ => {
+            let mut file = tempfile::tempfile().map_err(Fault::read)?;
+            io::copy(&mut input, &mut file).map_err(Fault::read)?;
+            file.rewind().map_err(Fault::read)?;
+            open(file, Path::new(""))
+        }
+    }
+}
+
+/// Opens a file as what it is.
+pub(crate) fn open(mut file: File, path: &Path) -> Result<Box<dyn Table>, Fault> {
+    let start = start(&mut file)?;
+    file.rewind().map_err(Fault::read)?;
+    match format(&start) {
+        Format::Csv => Ok(Box::new(Text::open(file)?)),
+        Format::Parquet => built!("parquet", "Parquet", crate::parquet::Columnar::open(file)?),
+        Format::DataFlash => Ok(Box::new(Joined::new(crate::dataflash::DataFlash::open(
+            file,
+        )?))),
+        Format::Tlog => Ok(Box::new(Joined::new(crate::tlog::Telemetry::open(file)?))),
+        Format::Ulog => Ok(Box::new(Joined::new(crate::ulog::ULog::open(file)?))),
+        Format::Mcap => built!("mcap", "MCAP", Joined::new(crate::mcap::Mcap::open(file)?)),
+        Format::Rosbag => built!(
+            "rosbag2",
+            "rosbag2",
+            Joined::new(crate::rosbag::Bag::open(file, path)?)
+        ),
+        Format::Slocum => Ok(Box::new(Joined::new(crate::slocum::Glider::open(
+            file, path,
+        )?))),
+        Format::Canboat => Ok(Box::new(Joined::new(crate::canboat::Capture::open(file)?))),
+        Format::Nmea0183 => Ok(Box::new(Joined::new(crate::nmea0183::Sentences::open(
+            file,
+        )?))),
+        Format::Alog => Ok(Box::new(Joined::new(crate::alog::Alog::open(file)?))),
+    }
+}
+
+/// The first message describes messages.
+fn is_dataflash(start: &[u8]) -> bool {
+    start.starts_with(&[0xa3, 0x95, 0x80])
+}
+
+/// A time of arrival, us since 1970, of the years 1990 to 2100 (ground stations have a clock), then a frame.
+fn is_telemetry(start: &[u8]) -> bool {
+    let stamp = start.first_chunk().map(|bytes| u64::from_be_bytes(*bytes));
+    stamp.is_some_and(|us| (630_000_000_000_000..4_100_000_000_000_000).contains(&us))
+        && matches!(start.get(8), Some(0xfd | 0xfe))
+}
+
+/// Lines of text without comments and blanks.
+fn lines(start: &[u8]) -> impl Iterator<Item = &[u8]> {
+    start
+        .split(|byte| *byte == b'\n')
+        .map(<[u8]>::trim_ascii)
+        .filter(|line| !line.is_empty() && !line.starts_with(b"#"))
+}
+
+/// One of the first lines is a sentence: `$` or `!`, an address in capitals, a comma.
+fn is_nmea0183(start: &[u8]) -> bool {
+    let is_sentence = |line: &[u8]| {
+        let Some(at) = line.iter().position(|byte| matches!(byte, b'$' | b'!')) else {
+            return false;
+        };
+        let address = line[at + 1..].split(|byte| *byte == b',').next();
+        line[at..].contains(&b',')
+            && address.is_some_and(|address| {
+                (5..=8).contains(&address.len())
+                    && address
+                        .iter()
+                        .all(|byte| byte.is_ascii_uppercase() || byte.is_ascii_digit())
+            })
+    };
+    lines(start).take(3).any(is_sentence)
+}
+
+/// The first line has a date, four numbers, a length and its bytes.
+fn is_canboat(start: &[u8]) -> bool {
+    let Some(line) = lines(start).next() else {
+        return false;
+    };
+    let cells: Vec<&[u8]> = line.split(|byte| *byte == b',').collect();
+    let is_number = |cell: &&[u8]| !cell.is_empty() && cell.iter().all(u8::is_ascii_digit);
+    let is_byte = |cell: &&[u8]| cell.len() == 2 && cell.iter().all(u8::is_ascii_hexdigit);
+    let is_date = |cell: &[u8]| cell.len() >= 19 && cell[4] == b'-' && cell[7] == b'-';
+    cells.len() > 6
+        && is_date(cells[0])
+        && cells[1..6].iter().all(is_number)
+        && cells[6..].iter().all(is_byte)
+}

@@ -1,0 +1,436 @@
+//! ArduPilot DataFlash logs (`.bin`).
+//!
+//! A message is `0xA3 0x95`, its type and as many bytes as the type's FMT message says. FMT, FMTU and PARM
+//! messages describe the rest; a first pass collects them.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+
+use crate::bytes::{Bytes, Damage, text_of};
+use crate::description::Format;
+use crate::error::Fault;
+use crate::joined::{Kind, Message, Messages};
+use crate::number::number;
+use crate::table::Known;
+use crate::{Quantity, Unit};
+use seatrial_mavlink::ardupilot::{Parameters, Steering};
+
+/// The two bytes before every message.
+const MARK: [u8; 2] = [0xa3, 0x95];
+/// Mark and type.
+const HEADER: usize = 3;
+/// The type of the messages that describe the others, and their length.
+const FORMAT: u8 = 128;
+const FORMAT_LENGTH: usize = 89;
+/// Sensors of one kind are numbered below this.
+const MOST_INSTANCES: usize = 16;
+/// Outputs in RCOU.
+const OUTPUTS: usize = 14;
+/// The field that [`DataFlash`] adds to RCOU.
+const STEERING: &str = "steering_fraction";
+
+/// A DataFlash log.
+pub(crate) struct DataFlash {
+    bytes: Bytes,
+    /// By type.
+    layouts: Vec<Option<Layout>>,
+    kinds: Vec<Kind>,
+    parameters: Parameters,
+    steering: Option<Steering>,
+    /// Where the pulses of the outputs stand among the numbers of RCOU.
+    outputs: Vec<Option<usize>>,
+    is_submarine: bool,
+    last_time_s: f64,
+    damage: Damage,
+}
+
+/// How the messages of a type are laid out.
+#[derive(Clone, Debug)]
+struct Layout {
+    name: String,
+    length: usize,
+    fields: Vec<Field>,
+    /// Where the time stands, and how many of its units are 1 s.
+    clock: Option<(usize, f64)>,
+    /// The field that counts sensors of a kind.
+    instance: Option<usize>,
+    /// Kind of every instance that occurs.
+    kinds: [Option<usize>; MOST_INSTANCES],
+}
+
+/// A field of a message.
+#[derive(Clone, Debug)]
+struct Field {
+    name: String,
+    code: u8,
+    offset: usize,
+}
+
+impl Layout {
+    /// From the body of an FMT message.
+    fn of(body: &[u8]) -> Option<(u8, Self)> {
+        let (number, length) = (*body.first()?, usize::from(*body.get(1)?));
+        let name = text_of(body.get(2..6)?);
+        let codes = text_of(body.get(6..22)?);
+        let labels = text_of(body.get(22..86)?);
+        let mut offset = HEADER;
+        let mut fields = Vec::new();
+        for (code, label) in codes.bytes().zip(labels.split(',')) {
+            let width = width(code)?;
+            fields.push(Field {
+                name: label.to_string(),
+                code,
+                offset,
+            });
+            offset += width;
+        }
+        let is_sound = length >= HEADER && offset <= length && !name.is_empty();
+        let clock = [("TimeUS", 1e6), ("TimeMS", 1e3)];
+        let clock = clock.into_iter().find_map(|(name, per_s)| {
+            let index = fields.iter().position(|field: &Field| field.name == name)?;
+            Some((index, per_s))
+        });
+        is_sound.then_some((
+            number,
+            Self {
+                name,
+                length,
+                fields,
+                clock,
+                instance: None,
+                kinds: [None; MOST_INSTANCES],
+            },
+        ))
+    }
+
+    fn field(&self, name: &str) -> Option<&Field> {
+        self.fields.iter().find(|field| field.name == name)
+    }
+
+    fn number(&self, message: &[u8], name: &str) -> Option<f64> {
+        self.field(name)?.number(message)
+    }
+
+    fn text(&self, message: &[u8], name: &str) -> Option<String> {
+        let field = self.field(name)?;
+        let bytes = message.get(field.offset..field.offset + width(field.code)?)?;
+        Some(text_of(bytes))
+    }
+
+    fn time_s(&self, message: &[u8]) -> Option<f64> {
+        let (index, per_s) = self.clock?;
+        Some(self.fields.get(index)?.number(message)? / per_s)
+    }
+
+    fn instance(&self, message: &[u8]) -> usize {
+        self.instance
+            .and_then(|field| self.fields.get(field)?.number(message))
+            .map_or(0, |number| number as usize)
+    }
+}
+
+impl Field {
+    /// `None` of text.
+    fn number(&self, message: &[u8]) -> Option<f64> {
+        let at = self.offset;
+        Some(match self.code {
+            b'b' => number::<i8>(message, at)?.into(),
+            b'B' | b'M' => number::<u8>(message, at)?.into(),
+            b'h' => number::<i16>(message, at)?.into(),
+            b'H' => number::<u16>(message, at)?.into(),
+            b'i' => number::<i32>(message, at)?.into(),
+            b'I' => number::<u32>(message, at)?.into(),
+            b'q' => number::<i64>(message, at)? as f64,
+            b'Q' => number::<u64>(message, at)? as f64,
+            b'f' => number::<f32>(message, at)?.into(),
+            b'd' => number(message, at)?,
+            b'c' => f64::from(number::<i16>(message, at)?) / 100.0,
+            b'C' => f64::from(number::<u16>(message, at)?) / 100.0,
+            b'e' => f64::from(number::<i32>(message, at)?) / 100.0,
+            b'E' => f64::from(number::<u32>(message, at)?) / 100.0,
+            b'L' => f64::from(number::<i32>(message, at)?) / 1e7,
+            _ => return None,
+        })
+    }
+
+    fn is_number(&self) -> bool {
+        !matches!(self.code, b'a' | b'n' | b'N' | b'Z' | b'g')
+    }
+}
+
+/// Bytes of a field; `None` of a code that is unknown.
+fn width(code: u8) -> Option<usize> {
+    Some(match code {
+        b'b' | b'B' | b'M' => 1,
+        b'h' | b'H' | b'c' | b'C' | b'g' => 2,
+        b'i' | b'I' | b'f' | b'e' | b'E' | b'L' | b'n' => 4,
+        b'q' | b'Q' | b'd' => 8,
+        b'N' => 16,
+        b'a' | b'Z' => 64,
+        _ => return None,
+    })
+}
+
+impl DataFlash {
+    /// Reads the file once for its kinds of messages and its parameters.
+    pub fn open(file: File) -> Result<Self, Fault> {
+        let mut log = Self {
+            bytes: Bytes::new(file)?,
+            layouts: vec![None; 256],
+            kinds: Vec::new(),
+            parameters: Parameters::default(),
+            steering: None,
+            outputs: Vec::new(),
+            is_submarine: false,
+            last_time_s: 0.0,
+            damage: Damage::default(),
+        };
+        log.layouts[usize::from(FORMAT)] = Some(Layout {
+            name: "FMT".into(),
+            length: FORMAT_LENGTH,
+            fields: Vec::new(),
+            clock: None,
+            instance: None,
+            kinds: [None; MOST_INSTANCES],
+        });
+        let mut instance_fields = BTreeMap::new();
+        while let Some(number) = log.find_message()? {
+            log.learn(number, &mut instance_fields)?;
+        }
+        if log.kinds.is_empty() {
+            return Err(Fault::NothingToRead {
+                format: "DataFlash",
+                what: "there is nothing but descriptions of messages".into(),
+            });
+        }
+        log.steering = Steering::find(&log.parameters, OUTPUTS);
+        if let Some(kind) = log.kinds.iter_mut().find(|kind| kind.name == "RCOU")
+            && log.steering.is_some()
+        {
+            let position = |name: String| kind.fields.iter().position(|field| *field == name);
+            log.outputs = (1..=OUTPUTS).map(|n| position(format!("C{n}"))).collect();
+            kind.fields.push(STEERING.into());
+        }
+        log.bytes.go_to(0)?;
+        log.damage = Damage::default();
+        Ok(log)
+    }
+
+    /// Goes to the next complete message and says its type.
+    fn find_message(&mut self) -> Result<Option<u8>, Fault> {
+        loop {
+            let position = self.bytes.position();
+            let seen = self.bytes.peek(HEADER)?;
+            if seen.is_empty() {
+                return Ok(None);
+            }
+            let number = (seen.len() >= HEADER && seen.starts_with(&MARK)).then(|| seen[2]);
+            let length = number
+                .and_then(|number| self.layouts[usize::from(number)].as_ref())
+                .map(|layout| layout.length);
+            if let (Some(number), Some(length)) = (number, length) {
+                if self.bytes.peek(length)?.len() >= length {
+                    return Ok(Some(number));
+                }
+                // Nothing behind it is complete either: messages are shorter than what was asked for.
+                self.damage.cut_at = Some(position);
+                let rest = self.bytes.peek(length)?.len();
+                self.bytes.skip(rest);
+                return Ok(None);
+            }
+            let is_cut = seen.len() < HEADER && MARK.starts_with(&seen[..seen.len().min(2)]);
+            if is_cut {
+                self.damage.cut_at = Some(position);
+                let rest = seen.len();
+                self.bytes.skip(rest);
+                return Ok(None);
+            }
+            let next = seen[1..].iter().position(|byte| *byte == MARK[0]);
+            let count = next.map_or(seen.len(), |next| next + 1);
+            self.damage.skipped(position, count);
+            self.bytes.skip(count);
+        }
+    }
+
+    /// Takes what a message says about the others, and its own kind.
+    fn learn(
+        &mut self,
+        number: u8,
+        instance_fields: &mut BTreeMap<u8, usize>,
+    ) -> Result<(), Fault> {
+        let Some(layout) = &mut self.layouts[usize::from(number)] else {
+            return Ok(());
+        };
+        let length = layout.length;
+        let message = &self.bytes.peek(length)?[..length];
+        match layout.name.as_str() {
+            "FMT" => {
+                if let Some((described, mut new)) = Layout::of(&message[HEADER..]) {
+                    new.instance = instance_fields.get(&described).copied();
+                    // A second description of a type would change messages that were already read.
+                    self.layouts[usize::from(described)].get_or_insert(new);
+                }
+            }
+            "FMTU" => {
+                let described = layout.number(message, "FmtType");
+                let units = layout.text(message, "UnitIds");
+                if let (Some(described), Some(units)) = (described, units)
+                    && let Some(field) = units.bytes().position(|unit| unit == b'#')
+                {
+                    let described = described as u8;
+                    instance_fields.insert(described, field);
+                    if let Some(layout) = &mut self.layouts[usize::from(described)] {
+                        layout.instance = Some(field);
+                    }
+                }
+            }
+            "PARM" => {
+                let name = layout.text(message, "Name");
+                let value = layout.number(message, "Value");
+                if let (Some(name), Some(value)) = (name, value) {
+                    self.parameters.insert(name, value);
+                }
+            }
+            "MSG" => {
+                let text = layout.text(message, "Message").unwrap_or_default();
+                self.is_submarine |= text.starts_with("ArduSub");
+            }
+            "UNIT" | "MULT" => {}
+            _ => {
+                let instance = layout.instance(message);
+                if layout.kinds.get(instance) == Some(&None) {
+                    layout.kinds[instance] = Some(self.kinds.len());
+                    let name = &layout.name;
+                    self.kinds.push(Kind {
+                        name: match instance {
+                            0 => name.clone(),
+                            _ => format!("{name}.{instance}"),
+                        },
+                        fields: layout
+                            .fields
+                            .iter()
+                            .filter(|field| field.is_number())
+                            .map(|field| field.name.clone())
+                            .collect(),
+                    });
+                }
+            }
+        }
+        self.bytes.skip(length);
+        Ok(())
+    }
+
+    fn has(&self, name: &str, field: &str) -> bool {
+        self.kinds
+            .iter()
+            .any(|kind| kind.name == name && kind.fields.iter().any(|f| f == field))
+    }
+}
+
+impl Messages for DataFlash {
+    fn format(&self) -> Format {
+        Format::DataFlash
+    }
+
+    fn kinds(&self) -> &[Kind] {
+        &self.kinds
+    }
+
+    fn known(&self) -> Known {
+        let mut known = Known::default();
+        let has_outputs = self.kinds.iter().any(|kind| kind.name == "RCOU");
+        match self.steering.filter(|_| has_outputs) {
+            Some(steering) => known.add(
+                Quantity::Rudder,
+                format!("RCOU.{STEERING}"),
+                Some(Unit::Fraction),
+                &steering.text(),
+            ),
+            None if self.has("RATE", "YOut") => known.add(
+                Quantity::Rudder,
+                "RATE.YOut".into(),
+                Some(Unit::Fraction),
+                "no output is a rudder, and this is what the yaw controller asks of all of them",
+            ),
+            None => known.lacks(
+                Quantity::Rudder,
+                format!(
+                    "expected RCOU messages and one of the outputs 1 to 14 with SERVOn_FUNCTION 21 (rudder), 26 (ground steering) or 73 and 74 (throttle left and right), or RATE messages; found {}",
+                    self.parameters.functions()
+                ),
+            ),
+        }
+        for (quantity, name, field, unit) in [
+            (Quantity::Heading, "ATT", "Yaw", Unit::Degree),
+            (Quantity::Roll, "ATT", "Roll", Unit::Degree),
+            (Quantity::Pitch, "ATT", "Pitch", Unit::Degree),
+            (Quantity::YawRate, "RATE", "Y", Unit::DegreePerSecond),
+            (Quantity::YawRate, "IMU", "GyrZ", Unit::RadianPerSecond),
+            (Quantity::Speed, "GPS", "Spd", Unit::MetrePerSecond),
+            (Quantity::Thrust, "THR", "ThrOut", Unit::Percent),
+            (Quantity::Depth, "XKF1", "PD", Unit::Metre),
+            (Quantity::North, "XKF1", "PN", Unit::Metre),
+            (Quantity::East, "XKF1", "PE", Unit::Metre),
+            (Quantity::Depth, "NKF1", "PD", Unit::Metre),
+            (Quantity::North, "NKF1", "PN", Unit::Metre),
+            (Quantity::East, "NKF1", "PE", Unit::Metre),
+        ] {
+            let is_in_air = quantity == Quantity::Depth && !self.is_submarine;
+            if self.has(name, field) && !is_in_air {
+                known.add(quantity, format!("{name}.{field}"), Some(unit), "");
+            }
+        }
+        let names: Vec<&str> = self.kinds.iter().map(|kind| kind.name.as_str()).collect();
+        known.lacks(
+            Quantity::Heading,
+            format!("expected ATT messages; found {}", names.join(", ")),
+        );
+        known
+    }
+
+    fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault> {
+        while let Some(number) = self.find_message()? {
+            let Some(layout) = &self.layouts[usize::from(number)] else {
+                continue;
+            };
+            let length = layout.length;
+            let bytes = &self.bytes.peek(length)?[..length];
+            let time_s = layout.time_s(bytes).unwrap_or(self.last_time_s);
+            self.last_time_s = time_s;
+            let kind = layout.kinds.get(layout.instance(bytes)).copied().flatten();
+            if let Some(kind) = kind.filter(|kind| wanted[*kind]) {
+                message.kind = kind;
+                message.time_s = time_s;
+                message.values.clear();
+                let numbers = layout.fields.iter().filter(|field| field.is_number());
+                message
+                    .values
+                    .extend(numbers.map(|field| field.number(bytes).unwrap_or(f64::NAN)));
+                if let Some(steering) = self.steering.filter(|_| layout.name == "RCOU") {
+                    let pulse_us = |output: usize| match self.outputs.get(output - 1) {
+                        Some(Some(index)) => message.values[*index],
+                        _ => f64::NAN,
+                    };
+                    let fraction = steering.fraction(pulse_us);
+                    message.values.push(fraction);
+                }
+                self.bytes.skip(length);
+                return Ok(true);
+            }
+            self.bytes.skip(length);
+        }
+        Ok(false)
+    }
+
+    fn bytes(&mut self) -> &mut Bytes {
+        &mut self.bytes
+    }
+
+    fn position(&self) -> u64 {
+        self.bytes.position()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.damage.warnings()
+    }
+}

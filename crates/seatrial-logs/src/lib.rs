@@ -1,0 +1,58 @@
+//! Vehicle logs in and out: formats, channels, units, time.
+//!
+//! [`open`] finds the format of a log by its content, which column feeds which quantity and in which
+//! unit, says so in a [`LogDescription`], and yields [`Sample`](seatrial_core::Sample)s in SI units one
+//! by one with bounded memory. Every format is a `table::Table`: named columns and rows of cells; names,
+//! units, time and the checks of every row are the same for all of them.
+
+#[cfg(all(test, feature = "mcap", feature = "rosbag2"))]
+mod agreement;
+mod alog;
+mod bytes;
+mod canboat;
+mod clock;
+mod content;
+mod csv;
+mod dataflash;
+mod description;
+mod error;
+mod half_difference;
+mod infer;
+mod joined;
+mod matching;
+#[cfg(feature = "mcap")]
+mod mcap;
+mod name;
+mod nmea0183;
+mod number;
+#[cfg(feature = "parquet")]
+mod parquet;
+mod quantity;
+mod reader;
+#[cfg(any(feature = "mcap", feature = "rosbag2"))]
+mod ros2;
+#[cfg(feature = "rosbag2")]
+mod rosbag;
+mod runs;
+mod slocum;
+mod table;
+mod tlog;
+mod ulog;
+mod unit;
+mod write;
+
+pub use description::{
+    Channel, ChannelChoice, Correction, Counts, Format, LogDescription, UnitSource,
+};
+pub use error::{Fault, Place, ReadError};
+pub use quantity::Quantity;
+pub use reader::{LogReader, open};
+pub use runs::{Run, Runs};
+pub use unit::Unit;
+#[cfg(feature = "foxglove")]
+pub use write::FoxgloveServer;
+#[cfg(feature = "parquet")]
+pub use write::write_parquet;
+pub use write::{CsvWriter, Estimate, Row, RowWriter, write_csv};
+#[cfg(feature = "mcap")]
+pub use write::{McapWriter, write_mcap};

@@ -1,0 +1,413 @@
+//! MAVLink telemetry logs (`.tlog`): frames, each behind the time of its arrival.
+//!
+//! The times of the samples are those that the autopilot wrote into its messages, s since its boot; the
+//! ground station's time of arrival is the column `arrival_us` of every kind.
+use std::collections::BTreeMap;
+use std::fs::File;
+
+use crate::bytes::{Bytes, Damage, text_of};
+use crate::description::Format;
+use crate::error::Fault;
+use crate::joined::{Kind, Message, Messages};
+use crate::table::{Known, KnownChannel};
+use crate::{Quantity, Unit};
+use seatrial_mavlink::ardupilot::{Parameters, Pulse, Steering};
+use seatrial_mavlink::log_fields::{
+    ATTITUDE, Definition, Frame, HEARTBEAT, LONGEST_FRAME, MESSAGES, MessageClock, Next,
+    PARAM_VALUE, PAYLOAD, RC_CHANNELS, RC_CHANNELS_SCALED, SERVO_OUTPUT_RAW, STAMP, Sender,
+};
+
+/// Outputs in SERVO_OUTPUT_RAW.
+const OUTPUTS: usize = 16;
+/// Pairs of normalised and real steering that are compared.
+const MOST_PAIRS: usize = 4096;
+/// Steering under this share of full is too little to compare, 1/10000.
+const LEAST_SCALED: f64 = 1000.0;
+
+/// `MAV_AUTOPILOT` and `MAV_TYPE` of a heartbeat.
+const ARDUPILOT: u8 = 3;
+const GROUND_ROVER: u8 = 10;
+const SURFACE_BOAT: u8 = 11;
+const SUBMARINE: u8 = 12;
+
+/// The output or input that steers, and the message that holds it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct SteeringField {
+    message: u32,
+    steering: Steering,
+}
+
+/// The field that [`Telemetry`] adds to the message that steers.
+const STEERING: &str = "steering_fraction";
+
+/// A telemetry log.
+pub(crate) struct Telemetry {
+    bytes: Bytes,
+    kinds: Vec<Kind>,
+    /// Kind of every message in [`MESSAGES`].
+    kind_of: Vec<Option<usize>>,
+    vehicle: Sender,
+    steering: Option<SteeringField>,
+    /// Where the pulses of output 1 and those that follow stand among the numbers of the message that steers.
+    pulses: Vec<usize>,
+    is_submarine: bool,
+    because: String,
+    doubt: Option<String>,
+    boot_s: f64,
+    damage: Damage,
+}
+
+/// Messages whose fields the first pass looks at.
+const LEARNT: [u32; 4] = [HEARTBEAT, PARAM_VALUE, SERVO_OUTPUT_RAW, RC_CHANNELS_SCALED];
+
+/// What the first pass collects of one sender.
+#[derive(Default)]
+struct Learnt {
+    messages: Vec<u64>,
+    parameters: Parameters,
+    /// Kind of vehicle and autopilot.
+    heartbeat: Option<(u8, u8)>,
+    /// Pulse of output 1 and the steering it stands for, 1/10000.
+    pairs: Vec<(f64, f64)>,
+    pulse_us: Option<f64>,
+}
+
+impl Telemetry {
+    /// Reads the file once for who sends what and for the parameters.
+    pub fn open(file: File) -> Result<Self, Fault> {
+        let mut log = Self {
+            bytes: Bytes::new(file)?,
+            kinds: Vec::new(),
+            kind_of: vec![None; MESSAGES.len()],
+            vehicle: (0, 0),
+            steering: None,
+            pulses: Vec::new(),
+            is_submarine: false,
+            because: String::new(),
+            doubt: None,
+            boot_s: 0.0,
+            damage: Damage::default(),
+        };
+        let mut senders: BTreeMap<Sender, Learnt> = BTreeMap::new();
+        while let Some(frame) = log.next_frame()? {
+            if let Some(message) = frame.message {
+                let learnt = senders.entry(frame.sender).or_default();
+                learnt.take(message, || frame.payload(log.bytes.seen()));
+            }
+            log.bytes.skip(frame.length);
+        }
+        let attitude = MESSAGES.iter().position(|m| m.id == ATTITUDE);
+        let attitudes = |learnt: &Learnt| attitude.and_then(|i| learnt.messages.get(i).copied());
+        let Some((vehicle, learnt)) = senders
+            .into_iter()
+            .max_by_key(|(_, learnt)| attitudes(learnt))
+        else {
+            return Err(Fault::NothingToRead {
+                format: "MAVLink telemetry",
+                what: "no message is of a kind that is read".into(),
+            });
+        };
+        log.vehicle = vehicle;
+        log.is_submarine = learnt
+            .heartbeat
+            .is_some_and(|(vehicle, _)| vehicle == SUBMARINE);
+        log.choose_steering(&learnt);
+        log.pulses = log.steering.map_or(Vec::new(), |field| {
+            let steers = MESSAGES.iter().find(|m| m.id == field.message);
+            let names = steers.into_iter().flat_map(Definition::number_names);
+            let is_pulse = |name: &str| name.ends_with("_raw");
+            (0..)
+                .zip(names)
+                .filter(|(_, name)| is_pulse(name))
+                .map(|(index, _)| index)
+                .collect()
+        });
+        for (message, definition) in MESSAGES.iter().enumerate() {
+            if learnt.count(definition.id) == 0 {
+                continue;
+            }
+            log.kind_of[message] = Some(log.kinds.len());
+            let mut fields: Vec<String> = definition.number_names().map(String::from).collect();
+            fields.push("arrival_us".into());
+            if log.steering.is_some_and(|s| s.message == definition.id) {
+                fields.push(STEERING.into());
+            }
+            log.kinds.push(Kind {
+                name: definition.name.into(),
+                fields,
+            });
+        }
+        log.bytes.go_to(0)?;
+        log.damage = Damage::default();
+        Ok(log)
+    }
+
+    fn choose_steering(&mut self, learnt: &Learnt) {
+        let from_parameters = Steering::find(&learnt.parameters, OUTPUTS);
+        let has_outputs = learnt.count(SERVO_OUTPUT_RAW) > 0;
+        if let Some(steering) = from_parameters.filter(|_| has_outputs) {
+            self.because = steering.text();
+            self.steering = Some(SteeringField {
+                message: SERVO_OUTPUT_RAW,
+                steering,
+            });
+            return;
+        }
+        let (vehicle, autopilot) = learnt.heartbeat.unwrap_or_default();
+        let knows_functions = learnt.parameters.get("SERVO1_FUNCTION").is_some();
+        match vehicle {
+            GROUND_ROVER | SURFACE_BOAT
+                if autopilot == ARDUPILOT && has_outputs && !knows_functions =>
+            {
+                let (pulse, why) = match learnt.observed_pulse() {
+                    Some(pulse) => (pulse, "from RC_CHANNELS_SCALED"),
+                    None => (Pulse::of(&learnt.parameters, "SERVO1"), "the default"),
+                };
+                let steering = Steering::Output { number: 1, pulse };
+                self.because = steering.text();
+                self.doubt = Some(format!(
+                    "no SERVOn_FUNCTION in the log: output 1 is taken to steer, as ArduPilot's boats and rovers have it, with {} ({why}); choose another with --rudder NAME",
+                    pulse.text()
+                ));
+                self.steering = Some(SteeringField {
+                    message: SERVO_OUTPUT_RAW,
+                    steering,
+                });
+            }
+            SUBMARINE if learnt.count(RC_CHANNELS) > 0 => {
+                let number = match learnt.parameters.get("RCMAP_YAW") {
+                    Some(channel) if (1.0..=18.0).contains(&channel) => channel as usize,
+                    _ => 4,
+                };
+                let pulse = Pulse::of(&learnt.parameters, &format!("RC{number}"));
+                self.because = format!("the yaw command, channel {number}, {}", pulse.text());
+                self.doubt = Some(format!(
+                    "no output is a rudder: the yaw command of the pilot, channel {number}, is taken to steer; it does so only in manual modes"
+                ));
+                self.steering = Some(SteeringField {
+                    message: RC_CHANNELS,
+                    steering: Steering::Output { number, pulse },
+                });
+            }
+            _ => self.because = learnt.parameters.functions(),
+        }
+    }
+
+    /// Goes to the next frame; bytes that are none are passed over.
+    fn next_frame(&mut self) -> Result<Option<Frame>, Fault> {
+        loop {
+            let position = self.bytes.position();
+            // One frame and the first bytes of the next.
+            let seen = self.bytes.peek(2 * STAMP + LONGEST_FRAME + 1)?;
+            if seen.is_empty() {
+                return Ok(None);
+            }
+            match Frame::at(seen) {
+                Next::Frame(frame) => return Ok(Some(frame)),
+                Next::Cut => {
+                    self.damage.cut_at = Some(position);
+                    let rest = seen.len();
+                    self.bytes.skip(rest);
+                    return Ok(None);
+                }
+                Next::NoFrame => {
+                    self.damage.skipped(position, 1);
+                    self.bytes.skip(1);
+                }
+            }
+        }
+    }
+
+    /// Seconds since boot, from the message's own clock, else that of the message before.
+    fn time_s(&mut self, definition: &Definition, payload: &[u8]) -> f64 {
+        let first = definition.field(payload, "time_boot_ms");
+        match definition.clock {
+            MessageClock::BootMilliseconds => {
+                self.boot_s = first.unwrap_or(0.0) / 1e3;
+                self.boot_s
+            }
+            MessageClock::BootMicroseconds => {
+                let turn_us = 2_f64.powi(32);
+                let us = definition.field(payload, "time_usec").unwrap_or(0.0);
+                let turns = ((self.boot_s * 1e6 - us) / turn_us).round().max(0.0);
+                (us + turns * turn_us) / 1e6
+            }
+            MessageClock::None => self.boot_s,
+        }
+    }
+}
+
+impl Learnt {
+    fn take(&mut self, message: usize, payload: impl FnOnce() -> [u8; PAYLOAD]) {
+        self.messages.resize(MESSAGES.len(), 0);
+        self.messages[message] += 1;
+        let definition = &MESSAGES[message];
+        if !LEARNT.contains(&definition.id) {
+            return;
+        }
+        let payload = &payload();
+        let field = |name: &str| definition.field(payload, name).unwrap_or(f64::NAN);
+        match definition.id {
+            HEARTBEAT => self.heartbeat = Some((field("type") as u8, field("autopilot") as u8)),
+            PARAM_VALUE => {
+                let name = text_of(&payload[8..24]);
+                self.parameters.insert(name, field("param_value"));
+            }
+            SERVO_OUTPUT_RAW if field("port") == 0.0 => self.pulse_us = Some(field("servo1_raw")),
+            RC_CHANNELS_SCALED if self.pairs.len() < MOST_PAIRS => {
+                if let Some(pulse_us) = self.pulse_us {
+                    self.pairs.push((pulse_us, field("chan1_scaled")));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn count(&self, id: u32) -> u64 {
+        MESSAGES
+            .iter()
+            .zip(&self.messages)
+            .find(|(message, _)| message.id == id)
+            .map_or(0, |(_, count)| *count)
+    }
+
+    /// The pulses of output 1, from the normalised steering that ArduPilot's rovers send beside it.
+    fn observed_pulse(&self) -> Option<Pulse> {
+        let trim_us = median(
+            self.pairs
+                .iter()
+                .filter(|(_, scaled)| *scaled == 0.0)
+                .map(|(pulse_us, _)| *pulse_us),
+        )?;
+        let full_us = median(
+            self.pairs
+                .iter()
+                .filter(|(_, scaled)| scaled.abs() >= LEAST_SCALED)
+                .map(|(pulse_us, scaled)| (pulse_us - trim_us) / scaled * 1e4),
+        )?;
+        (full_us != 0.0).then_some(Pulse {
+            lowest_us: trim_us - full_us.abs(),
+            trim_us,
+            highest_us: trim_us + full_us.abs(),
+            is_reversed: full_us < 0.0,
+        })
+    }
+}
+
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+impl Messages for Telemetry {
+    fn format(&self) -> Format {
+        Format::Tlog
+    }
+
+    fn kinds(&self) -> &[Kind] {
+        &self.kinds
+    }
+
+    fn known(&self) -> Known {
+        let mut known = Known::default();
+        let name_of = |id: u32| MESSAGES.iter().find(|m| m.id == id).map_or("", |m| m.name);
+        match self.steering {
+            Some(steering) => {
+                known.channels.push(KnownChannel {
+                    quantity: Quantity::Rudder,
+                    column: format!("{}.{STEERING}", name_of(steering.message)),
+                    unit: Some(Unit::Fraction),
+                    because: Some(self.because.clone()),
+                    doubt: self.doubt.clone(),
+                });
+            }
+            None => known.lacks(
+                Quantity::Rudder,
+                format!(
+                    "expected SERVO_OUTPUT_RAW messages and one of the outputs 1 to 16 with SERVOn_FUNCTION 21 (rudder), 26 (ground steering) or 73 and 74 (throttle left and right); found {}",
+                    self.because
+                ),
+            ),
+        }
+        for (quantity, name, field, unit) in [
+            (Quantity::Heading, "ATTITUDE", "yaw", Unit::Radian),
+            (Quantity::Roll, "ATTITUDE", "roll", Unit::Radian),
+            (Quantity::Pitch, "ATTITUDE", "pitch", Unit::Radian),
+            (
+                Quantity::YawRate,
+                "ATTITUDE",
+                "yawspeed",
+                Unit::RadianPerSecond,
+            ),
+            (
+                Quantity::Speed,
+                "VFR_HUD",
+                "groundspeed",
+                Unit::MetrePerSecond,
+            ),
+            (Quantity::Thrust, "VFR_HUD", "throttle", Unit::Percent),
+            (Quantity::Depth, "LOCAL_POSITION_NED", "z", Unit::Metre),
+            (Quantity::North, "LOCAL_POSITION_NED", "x", Unit::Metre),
+            (Quantity::East, "LOCAL_POSITION_NED", "y", Unit::Metre),
+        ] {
+            let is_afloat = quantity == Quantity::Depth && !self.is_submarine;
+            if self.kinds.iter().any(|kind| kind.name == name) && !is_afloat {
+                known.add(quantity, format!("{name}.{field}"), Some(unit), "");
+            }
+        }
+        let names: Vec<&str> = self.kinds.iter().map(|kind| kind.name.as_str()).collect();
+        known.lacks(
+            Quantity::Heading,
+            format!("expected ATTITUDE messages; found {}", names.join(", ")),
+        );
+        known
+    }
+
+    fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault> {
+        while let Some(frame) = self.next_frame()? {
+            let of_vehicle = frame.message.filter(|_| frame.sender == self.vehicle);
+            let payload = of_vehicle.map(|_| frame.payload(self.bytes.seen()));
+            self.bytes.skip(frame.length);
+            let Some((index, payload)) = of_vehicle.zip(payload.as_ref()) else {
+                continue;
+            };
+            let definition = &MESSAGES[index];
+            let time_s = self.time_s(definition, payload);
+            let Some(kind) = self.kind_of[index].filter(|kind| wanted[*kind]) else {
+                continue;
+            };
+            let has_ports = [SERVO_OUTPUT_RAW, RC_CHANNELS_SCALED].contains(&definition.id);
+            if has_ports && definition.field(payload, "port") != Some(0.0) {
+                continue;
+            }
+            message.kind = kind;
+            message.time_s = time_s;
+            message.values.clear();
+            message.values.extend(definition.numbers(payload));
+            message.values.push(frame.arrival_us);
+            if let Some(field) = self.steering.filter(|s| s.message == definition.id) {
+                let pulse_us = |number: usize| match self.pulses.get(number - 1) {
+                    Some(index) => message.values[*index],
+                    None => f64::NAN,
+                };
+                let fraction = field.steering.fraction(pulse_us);
+                message.values.push(fraction);
+            }
+            return Ok(true);
+        }
+        Ok(false)
+    }
+
+    fn bytes(&mut self) -> &mut Bytes {
+        &mut self.bytes
+    }
+
+    fn position(&self) -> u64 {
+        self.bytes.position()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.damage.warnings()
+    }
+}

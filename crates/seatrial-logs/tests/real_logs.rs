@@ -1,0 +1,59 @@
+//! Logs of real hulls and simulated vehicles open without an option, in the right units.
+
+use std::path::PathBuf;
+
+use seatrial_logs::{ChannelChoice, Quantity, Unit, open};
+
+fn logs(folder: &str) -> Vec<PathBuf> {
+    let data = std::env::var_os("SEATRIAL_DATA").map_or_else(
+        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
+        PathBuf::from,
+    );
+    let Ok(entries) = std::fs::read_dir(data.join(folder)) else {
+        eprintln!(
+            "skipped: no {} (set SEATRIAL_DATA)",
+            data.join(folder).display()
+        );
+        return Vec::new();
+    };
+    entries
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|suffix| suffix == "csv"))
+        .collect()
+}
+
+#[test]
+fn io_recorded_and_simulated_logs_open_without_an_option() {
+    for path in [logs("real"), logs("simulated")].concat() {
+        let mut reader = open(&path, &ChannelChoice::default()).unwrap();
+        let rows = reader.by_ref().map(Result::unwrap).count();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(rows, text.lines().count() - 1, "{}", path.display());
+        let description = reader.description();
+        assert!(
+            description.warnings.is_empty(),
+            "{}: {:?}",
+            path.display(),
+            description.warnings
+        );
+        assert!(reader.warnings().is_empty(), "{}", path.display());
+        for channel in &description.channels {
+            let expected = match channel.quantity {
+                Quantity::Time => Unit::Second,
+                Quantity::Heading | Quantity::Rudder | Quantity::Roll | Quantity::Pitch => {
+                    Unit::Radian
+                }
+                Quantity::YawRate => Unit::RadianPerSecond,
+                Quantity::Speed => Unit::MetrePerSecond,
+                _ => Unit::Metre,
+            };
+            assert_eq!(
+                channel.unit,
+                expected,
+                "{}: {}",
+                path.display(),
+                channel.column
+            );
+        }
+    }
+}
