@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::sync::Mutex;
 
 use seatrial::campaign::{Campaign, Run, Stage};
-use seatrial::conduct::{Unwatched, conduct};
 use seatrial::identification::Identification;
+use seatrial_app::conduct::{Unwatched, conduct};
 use seatrial_core::{AbortReason, Action, Outcome, Plan, Sample, Steering, Vehicle, YawModel};
 use seatrial_sim::faults::{Fault, Kind, LinkLost, Moment, Onset, Upset};
 use seatrial_sim::sensors::Chance;

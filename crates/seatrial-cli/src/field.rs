@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use seatrial::campaign::Campaign;
-use seatrial::conduct::{Unwatched, conduct};
 use seatrial::field::{Claim, Field, FieldSettings};
 use seatrial::heading_step::Control;
-use seatrial::report;
+use seatrial_app::conduct::{Unwatched, conduct};
 use seatrial_core::{Outcome, Plan};
+use seatrial_report as report;
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};

@@ -9,7 +9,7 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use seatrial_fleet::{Estimate, Job, JournalError, Options, Progress, Summary};
+use seatrial_app::fleet::{Estimate, Job, JournalError, Options, Progress, Summary};
 use serde::Serialize;
 
 use crate::log::ChannelArgs;
@@ -82,7 +82,7 @@ struct Document {
 
 /// Identifies every manoeuvre of many logs.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let found = seatrial_fleet::find(&args.inputs).map_err(Failure::input)?;
+    let found = seatrial_app::fleet::find(&args.inputs).map_err(Failure::input)?;
     if found.passed_over > 0 {
         say(format_args!(
             "{} files whose names do not end like those of logs are passed over",

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use seatrial::health::{SpeedModel, degrees_of_freedom};
 use seatrial::identify::{IdentifyError, IdentifySettings, identify};
-use seatrial::logbook::Logbook;
 use seatrial::{Run, Window};
 use seatrial_core::Sample;
+use seatrial_logbook::Logbook;
 
 use crate::log::{ChannelArgs, LogArgs, OpenedLog, Source};
 use crate::logbook::named_campaign;

@@ -7,11 +7,11 @@ use clap::Args as ClapArgs;
 use seatrial::Window;
 use seatrial::identification::{Reason, Verdict};
 use seatrial::manoeuvre::{Manoeuvre, Stroke};
-use seatrial::report::{Found, render_found};
 use seatrial::segmentation::{Kind, Proposal, Segment, find, propose};
 use seatrial::verdict::refuse_record;
 use seatrial_core::{Real, Sample};
 use seatrial_logs::{Channel, Quantity, UnitSource};
+use seatrial_report::{Found, render_found};
 use serde::Serialize;
 
 use crate::log::{self, LogArgs, OpenedLog, Source};

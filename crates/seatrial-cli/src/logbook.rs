@@ -4,13 +4,14 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Subcommand;
+use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
 use seatrial::difference::{Difference, ThrustDifference};
 use seatrial::identification::Identification;
-use seatrial::logbook::{
-    CampaignEntry, CampaignId, Error, Logbook, PitchEntry, State, Step, Verification,
-};
 use seatrial_core::Outcome;
+use seatrial_logbook::{
+    CampaignEntry, CampaignId, Error, Logbook, PitchEntry, State, Verification,
+};
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use seatrial::field::{SpiralPoint, StandardManoeuvres};
-use seatrial::report;
+use seatrial_report as report;
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};

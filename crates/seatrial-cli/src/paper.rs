@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use seatrial::paper::{Agreement, Claim, ERRATA, Erratum, claims};
+use seatrial_app::paper::{Agreement, Claim, ERRATA, Erratum, claims};
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};

@@ -3,12 +3,12 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use seatrial::logbook::{Logbook, NewPitchTrial, PitchEntry};
 use seatrial::pitch::{self, PitchIdentification, PitchPlan, PitchRun, PitchTrial};
 use seatrial::record::Window;
-use seatrial::report;
 use seatrial::verdict::three_figures;
 use seatrial_core::DivingSample;
+use seatrial_logbook::{Logbook, NewPitchTrial, PitchEntry};
+use seatrial_report as report;
 use serde::Serialize;
 
 use crate::log::{LogArgs, Source};

@@ -3,11 +3,11 @@
 use std::fmt::Write as _;
 
 use seatrial::campaign::{Campaign, Run};
-use seatrial::conduct::{Unwatched, conduct};
 use seatrial::identify::fresh::validate;
 use seatrial::identify::simplex;
-use seatrial::paper::tables::{Row, TABLE_II, TABLE_III, TABLE_III_ITERATIONS, TABLE_V};
 use seatrial::verdict::three_figures;
+use seatrial_app::conduct::{Unwatched, conduct};
+use seatrial_app::paper::tables::{Row, TABLE_II, TABLE_III, TABLE_III_ITERATIONS, TABLE_V};
 use seatrial_core::heading_control::HeadingGain;
 use seatrial_core::{Plan, YawModel};
 use seatrial_sim::plant::SpeedPoint;

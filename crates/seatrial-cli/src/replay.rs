@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use seatrial::logbook::{CampaignEntry, Logbook, Replay};
+use seatrial_app::replay::Replay;
 use seatrial_core::Plan;
+use seatrial_logbook::{CampaignEntry, Logbook};
 use serde::Serialize;
 
 use crate::logbook::chosen_campaign;

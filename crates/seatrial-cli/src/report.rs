@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use seatrial::identify::{IdentifyError, identify};
-use seatrial::logbook::{CampaignEntry, Logbook};
-use seatrial::report::{self, Fact};
+use seatrial_logbook::{CampaignEntry, Logbook};
+use seatrial_report::{self as report, Fact};
 use serde::Serialize;
 
 use crate::identify::EstimatorArgs;

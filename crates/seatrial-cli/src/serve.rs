@@ -6,9 +6,9 @@ use std::sync::Arc;
 use std::sync::mpsc::channel;
 
 use seatrial::Campaign;
-use seatrial::conduct::{Conducted, Watch, conduct};
 use seatrial::identify::IdentifySettings;
 use seatrial::preview::{self, Preview};
+use seatrial_app::conduct::{Conducted, Watch, conduct};
 use seatrial_core::{Plan, Vehicle};
 use seatrial_dash::api::{self, LogReading};
 use seatrial_dash::{Craft, ReadLog, Server, Settings, StartError, Take, Workshop};

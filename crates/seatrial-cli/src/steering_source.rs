@@ -4,12 +4,12 @@
 use std::path::{Path, PathBuf};
 
 use seatrial::GainAllowance;
-use seatrial::logbook::Logbook;
 use seatrial::propagation::{covariance_of_intervals, interval_95};
 use seatrial::record::RudderUnit;
 use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::schedule::ScheduleKey;
 use seatrial_core::{SchedulePoint, SpeedSchedule, YawModel};
+use seatrial_logbook::Logbook;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 

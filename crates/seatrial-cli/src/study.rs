@@ -5,12 +5,12 @@ use std::path::PathBuf;
 
 use indicatif::ProgressBar;
 use seatrial::identify::bound::Noise;
-use seatrial::report::render_study;
 use seatrial::study::{
     Accuracy, Cell, Convergence, Estimator, Experiment, Outcome, QuantityAccuracy, Truth, accuracy,
     convergence,
 };
 use seatrial_core::{List, Plan};
+use seatrial_report::render_study;
 use serde::Serialize;
 
 use crate::fault_matrix;

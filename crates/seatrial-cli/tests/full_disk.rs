@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use seatrial::logbook::{Logbook, Verification};
+use seatrial_logbook::{Logbook, Verification};
 use serde_json::Value;
 
 /// A trial where no file may grow beyond so many blocks of 512 bytes; a whole logbook takes 2000.

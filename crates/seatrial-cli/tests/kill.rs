@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use seatrial::logbook::Logbook;
+use seatrial_logbook::Logbook;
 
 const SIGKILL: i32 = 9;
 const WORKERS: usize = 2;

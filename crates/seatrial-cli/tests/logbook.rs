@@ -3,14 +3,15 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use seatrial::Step;
 use seatrial::campaign::{Run, Stage, StageSpan};
 use seatrial::identification::{
     Convergence, Identification, Intervals, LeastSquares, Online, Reason, Refined, RejectedSamples,
     Settings, Verdict,
 };
-use seatrial::logbook::{Logbook, NewCampaign, Recorder, Step};
 use seatrial::record::Window;
 use seatrial_core::{Action, Outcome, Sample, Steering, YawModel};
+use seatrial_logbook::{Logbook, NewCampaign, Recorder};
 use serde_json::Value;
 
 fn seatrial(logbook: &Path, arguments: &[&str]) -> Output {

@@ -3,10 +3,12 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
-use seatrial::conduct::{Watch, conduct};
-use seatrial::logbook::{Logbook, NewCampaign, Recorder, Replay, State, Step};
+use seatrial_app::conduct::{Watch, conduct};
+use seatrial_app::replay::Replay;
 use seatrial_core::{AbortReason, List, Outcome, Plan, Trial, YawModel};
+use seatrial_logbook::{Logbook, NewCampaign, Recorder, State};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 use serde_json::Value;
 

@@ -1,14 +1,15 @@
 //! `seatrial report` at the process boundary.
 
-#[path = "../../seatrial/tests/made_up_trial/mod.rs"]
+#[path = "../../seatrial-report/tests/made_up_trial/mod.rs"]
 mod made_up_trial;
 
 use std::path::Path;
 use std::process::{Command, Output};
 
 use seatrial::Campaign;
-use seatrial::logbook::{Logbook, NewCampaign, Recorder, Step};
+use seatrial::Step;
 use seatrial_core::{AbortReason, Action, Outcome, Steering};
+use seatrial_logbook::{Logbook, NewCampaign, Recorder};
 use serde_json::Value;
 
 fn seatrial(arguments: &[&str], folder: &Path) -> Output {
@@ -87,7 +88,7 @@ fn cli_report_of_a_logbook_draws_what_was_run() {
     assert_eq!(saved["schema"], "seatrial.report.v1");
     assert_eq!(saved["bytes"], page.len());
     // A logbook keeps every bit, so the charts are those of the campaign itself.
-    let direct = seatrial::report::render(&campaign, &[]);
+    let direct = seatrial_report::render(&campaign, &[]);
     assert_eq!(charts(&page), charts(&direct));
     assert!(page.contains("The trial was stopped: the roll left its limits."));
     assert!(page.contains("seatrial.db, campaign 2"));

@@ -11,7 +11,7 @@ use std::sync::mpsc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use python::python_with;
-use seatrial::logbook::Logbook;
+use seatrial_logbook::Logbook;
 use serde_json::Value;
 
 /// What the vehicle is; see vehicle.py.

@@ -3,11 +3,11 @@
 use jiff::{Timestamp, Unit};
 use seatrial::campaign::Run;
 use seatrial::identification::Identification;
-use seatrial::logbook::{CampaignEntry, State as LogbookState};
 use seatrial::preview::{Predicted, Preview};
-use seatrial::report::overlay;
 use seatrial_core as core;
 use seatrial_core::Plan;
+use seatrial_logbook::{CampaignEntry, State as LogbookState};
+use seatrial_report::overlay;
 use serde_json::Value;
 
 use crate::api::{
@@ -65,8 +65,8 @@ impl From<seatrial::identification::Reason> for Reason {
     }
 }
 
-impl From<seatrial::logbook::Review> for Review {
-    fn from(review: seatrial::logbook::Review) -> Self {
+impl From<seatrial_logbook::Review> for Review {
+    fn from(review: seatrial_logbook::Review) -> Self {
         Self {
             accepted: review.accepted,
             note: review.note,

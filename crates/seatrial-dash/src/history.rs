@@ -6,16 +6,16 @@ use seatrial::difference::{Difference as ModelDifference, ParameterDifference};
 use seatrial::export::{OperatingPoint as ExportPoint, VehicleType, ardupilot};
 use seatrial::gain_allowance::{GainAllowance, least_damped_schedule};
 use seatrial::health::{HealthSettings, Reference, SpeedModel, compare};
-use seatrial::logbook::{CampaignEntry, CampaignId, Logbook};
 use seatrial::propagation::interval_95;
-use seatrial::report::{self, Fact};
 use seatrial::{Campaign, Run};
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 use seatrial_core::{
     GainSchedule, Hand, HeadingGain, HeadingLoop, SchedulePoint as ModelAt, SpeedSchedule, Turn,
     YawModel,
 };
+use seatrial_logbook::{CampaignEntry, CampaignId, Logbook};
 use seatrial_logs::{Estimate, Row, write_csv, write_mcap};
+use seatrial_report::{self as report, Fact};
 
 use crate::api::{
     CampaignDetail, CampaignSummary, Comparison, Difference, Figure, Model, OperatingPoint, Reason,

@@ -44,10 +44,10 @@ impl Refusal {
     }
 }
 
-impl From<seatrial::logbook::Error> for Refusal {
-    fn from(error: seatrial::logbook::Error) -> Self {
+impl From<seatrial_logbook::Error> for Refusal {
+    fn from(error: seatrial_logbook::Error) -> Self {
         match error {
-            seatrial::logbook::Error::NoCampaign { .. } => Self::not_found(error),
+            seatrial_logbook::Error::NoCampaign { .. } => Self::not_found(error),
             error => Self::internal(error),
         }
     }

@@ -1,8 +1,8 @@
 //! Records as columns to be drawn.
 
-use seatrial::report::overlay;
 use seatrial::{Record, Window};
 use seatrial_core::{Real, YawModel};
+use seatrial_report::overlay;
 
 use crate::api::LogSeries;
 

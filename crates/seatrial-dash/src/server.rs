@@ -9,8 +9,8 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use seatrial::Campaign;
-use seatrial::logbook::{CampaignId, Logbook};
 use seatrial_core::{Outcome, Plan};
+use seatrial_logbook::{CampaignId, Logbook};
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::watch;
 
@@ -71,7 +71,7 @@ pub enum StartError {
     /// The address cannot be listened on.
     Listen(SocketAddr, std::io::Error),
     /// The logbook cannot be opened for writing.
-    Logbook(seatrial::logbook::Error),
+    Logbook(seatrial_logbook::Error),
     /// The tokens' file cannot be read or written.
     Tokens(PathBuf, std::io::Error),
     /// No threads, no random numbers.

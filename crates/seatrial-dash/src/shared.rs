@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use seatrial::logbook::{Logbook, NewCommand};
+use seatrial_logbook::{Logbook, NewCommand};
 use serde::Serialize;
 use tokio::sync::watch;
 

@@ -5,12 +5,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
 
+use seatrial::Step;
 use seatrial::campaign::Run;
-use seatrial::conduct::{Pace, Watch};
 use seatrial::identification::Refined;
-use seatrial::logbook::{CampaignEntry, CampaignId, Keeper, Logbook, NewCampaign, Recorder, Step};
 use seatrial::{Campaign, preview};
+use seatrial_app::conduct::{Pace, Watch};
 use seatrial_core::{List, Outcome, Plan, Trial};
+use seatrial_logbook::{CampaignEntry, CampaignId, Keeper, Logbook, NewCampaign, Recorder};
 use serde_json::Value;
 
 use crate::api::{

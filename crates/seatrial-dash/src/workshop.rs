@@ -4,9 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use seatrial::conduct::{Conducted, Watch};
 use seatrial::preview::Preview;
 use seatrial::{Campaign, Record, Window};
+use seatrial_app::conduct::{Conducted, Watch};
 use seatrial_core::{Plan, YawModel};
 use serde_json::Value;
 

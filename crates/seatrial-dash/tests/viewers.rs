@@ -10,14 +10,15 @@ use std::time::{Duration, Instant};
 use rustix::process::setpriority_process;
 use rustix::thread::gettid;
 use rustix::time::{ClockId, clock_gettime};
-use seatrial::conduct::{Conducted, Pace, Watch, conduct};
+use seatrial::Step;
 use seatrial::identification::Refined;
-use seatrial::logbook::{Keeper, Logbook, NewCampaign, Recorder, Step};
 use seatrial::preview::Preview;
 use seatrial::{Campaign, Run};
+use seatrial_app::conduct::{Conducted, Pace, Watch, conduct};
 use seatrial_core::{Action, Plan, Sample, Trial, Vehicle};
 use seatrial_dash::api::{LogReading, Preflight, VehicleForm};
 use seatrial_dash::{Craft, ReadLog, Server, Settings, Take, Tap, Workshop};
+use seatrial_logbook::{Keeper, Logbook, NewCampaign, Recorder};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 use tungstenite::{Message, WebSocket};
 

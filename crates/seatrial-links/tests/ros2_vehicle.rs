@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use seatrial::campaign::Campaign;
-use seatrial::conduct::{Unwatched, conduct};
+use seatrial_app::conduct::{Unwatched, conduct};
 use seatrial_core::{AbortReason, List, Outcome, Plan, YawModel};
 use seatrial_links::ros2_vehicle::{
     CommandType, Demand, Description, Diagnosis, Enable, Feedback, FeedbackType, Frame, Graph,

@@ -7,7 +7,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
-use seatrial_fleet::{Entry, Estimate, Job, Journal, JournalError, Options, Source, find, work_on};
+use seatrial_app::fleet::{
+    Entry, Estimate, Job, Journal, JournalError, Options, Source, find, work_on,
+};
 
 use crate::{error, json, usage};
 

@@ -180,6 +180,6 @@ pub fn read_log<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyDi
 /// The paper's printed numbers beside recomputed ones; JSON.
 #[pyfunction]
 pub fn paper_claims(py: Python<'_>) -> PyResult<String> {
-    let claims = py.detach(seatrial::paper::claims);
+    let claims = py.detach(seatrial_app::paper::claims);
     json(py, &claims)
 }

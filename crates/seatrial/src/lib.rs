@@ -1,10 +1,9 @@
-//! Records, offline methods, logbook and report: everything about steering identification that
-//! needs a heap or the whole record. The part that runs on the vehicle is [`seatrial_core`].
+//! Estimation: everything about steering identification that needs a heap or the whole record.
+//! It starts no thread, opens no file and writes no page. The part that runs on the vehicle is [`seatrial_core`].
 
 pub mod campaign;
 pub mod circle_fit;
 pub mod compare;
-pub mod conduct;
 pub mod difference;
 pub mod export;
 pub mod field;
@@ -13,17 +12,15 @@ pub mod heading_step;
 pub mod health;
 pub mod identification;
 pub mod identify;
-pub mod logbook;
 pub mod manoeuvre;
-pub mod paper;
 pub mod pitch;
 pub mod preview;
 pub mod propagation;
 pub mod record;
-pub mod report;
 pub mod savitzky_golay;
 pub mod segmentation;
 pub mod servo;
+pub mod step;
 pub mod study;
 pub mod sums;
 pub mod surge;
@@ -34,3 +31,4 @@ pub use campaign::{Campaign, Run};
 pub use gain_allowance::GainAllowance;
 pub use identification::Identification;
 pub use record::{Record, Window};
+pub use step::Step;

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 /// The floor of each crate. An arrow runs from a crate down to the floors below it.
-const FLOORS: [(&str, u8); 16] = [
+const FLOORS: [(&str, u8); 15] = [
     ("seatrial-core", 1),
     ("seatrial-mavlink", 1),
     ("seatrial", 2),
@@ -14,7 +14,6 @@ const FLOORS: [(&str, u8); 16] = [
     ("seatrial-report", 2),
     ("seatrial-sim", 2),
     ("seatrial-app", 3),
-    ("seatrial-fleet", 3),
     ("seatrial-cli", 4),
     ("seatrial-dash", 4),
     ("seatrial-py", 4),

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use seatrial::Step;
 use seatrial::campaign::{Campaign, Run, Stage};
-use seatrial::conduct::{Pace, Watch};
 use seatrial::identification::Refined;
-use seatrial::logbook::{CampaignId, Keeper, Recorder, Step};
+use seatrial_app::conduct::{Pace, Watch};
 use seatrial_core::{AbortReason, Outcome, Plan, Trial};
 use seatrial_dash::{Server, Tap};
+use seatrial_logbook::{CampaignId, Keeper, Recorder};
 use seatrial_logs::{Estimate, Row, RowWriter};
 
 use super::Args;

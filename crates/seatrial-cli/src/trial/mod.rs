@@ -9,13 +9,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use seatrial::campaign::Campaign;
-use seatrial::conduct::conduct;
-use seatrial::logbook::{Logbook, NewCampaign, Recorder};
 use seatrial::preview::{Target, parse_target};
-use seatrial::report;
+use seatrial_app::conduct::conduct;
 use seatrial_core::{Outcome, Plan, Trial, Vehicle};
 use seatrial_dash::Server;
+use seatrial_logbook::{Logbook, NewCampaign, Recorder};
 use seatrial_logs::RowWriter;
+use seatrial_report as report;
 use seatrial_sim::FaultyVehicle;
 use serde::Serialize;
 

@@ -14,7 +14,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use boat::{Boat, INTERVAL_S, Injection};
-use seatrial::logbook::{CampaignId, Logbook};
+use seatrial_logbook::{CampaignId, Logbook};
 
 const PLAN: &str = "thrusts = [0.6]\n";
 /// Injections where nobody says how many, and how many are under way at a time.

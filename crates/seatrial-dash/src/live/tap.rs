@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::time::Duration;
 
+use seatrial::Step;
 use seatrial::campaign::Run;
-use seatrial::conduct::Watch;
 use seatrial::identification::Refined;
-use seatrial::logbook::Step;
+use seatrial_app::conduct::Watch;
 use seatrial_core::progress::Status;
 use seatrial_core::{Plan, Sample, Trial, YawModel};
 

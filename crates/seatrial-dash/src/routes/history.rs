@@ -6,8 +6,8 @@ use axum::extract::State;
 use axum::response::Response;
 use axum::{Extension, Json};
 use seatrial::export;
-use seatrial::logbook::CampaignId;
 use seatrial_core::Stage;
+use seatrial_logbook::CampaignId;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 

@@ -6,9 +6,9 @@ mod preflight;
 mod sea;
 mod second_station;
 
+use seatrial::Step;
 use seatrial::campaign::Campaign;
-use seatrial::conduct::{Conducted, Watch, conduct};
-use seatrial::logbook::Step;
+use seatrial_app::conduct::{Conducted, Watch, conduct};
 use seatrial_core::{List, Plan, Trial};
 use seatrial_links::autopilot::{Autopilot, Backup, Check, Settings, Stop};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use seatrial::conduct::conduct;
+use seatrial_app::conduct::conduct;
 use seatrial_core::{AbortReason, Action, Outcome, Steering, Vehicle};
 use seatrial_links::autopilot::{Autopilot, Backup, Profile, Stop};
 use seatrial_links::link::Wire;

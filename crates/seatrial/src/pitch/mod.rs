@@ -169,7 +169,7 @@ fn excitation_end_s(samples: &[DivingSample<f64>], moved_rad: f64) -> f64 {
 }
 
 /// The pitch that a model gives at each sample, from the elevator alone.
-pub(crate) fn simulate(
+pub fn simulate(
     model: &PitchModel<f64>,
     start: PitchState<f64>,
     samples: &[DivingSample<f64>],

@@ -1,0 +1,258 @@
+//! Conducts a trial on a vehicle and makes its campaign.
+
+mod judge;
+mod open_run;
+
+use std::time::{Duration, Instant};
+
+use seatrial_core::estimator::InvalidSetting;
+use seatrial_core::plan::Target;
+use seatrial_core::progress::Event;
+use seatrial_core::{AbortReason, Plan, Sample, Trial, Vehicle};
+
+use judge::Judge;
+use open_run::OpenRun;
+use seatrial::Step;
+use seatrial::campaign::{Campaign, Run};
+use seatrial::identification::Refined;
+use seatrial_logbook::Keeper;
+
+/// Whoever watches or records a trial. None of it can stop the trial except [`Watch::wants_abort`].
+pub trait Watch {
+    /// A run begins.
+    fn run_started(&mut self, _number: u32, _thrust: f64, _attempt: u32) {}
+    /// The trial took one sample. It belongs to the run begun last, unless that has ended.
+    fn step(&mut self, _step: &Step, _trial: &Trial<f64>) {}
+    /// Shall intervals be looked at while a run trains? It takes some 10 ms once in a while.
+    fn wants_intervals(&self) -> bool {
+        false
+    }
+    /// The estimate and intervals of the training so far.
+    fn interval(&mut self, _refined: &Refined) {}
+    /// A run has ended, with or without a model: before the next one begins or, on a vehicle that is
+    /// [live](Vehicle::is_live), when it has been judged, before the next one has. What is taken out of it is missing in
+    /// the campaign.
+    fn run_ended(&mut self, _run: &mut Run) {}
+    /// Does the operator want the vehicle back?
+    fn wants_abort(&mut self) -> bool {
+        false
+    }
+}
+
+/// Holds a simulated vehicle to a multiple of real time.
+#[derive(Debug)]
+pub struct Pace {
+    factor: f64,
+    begun: Instant,
+    first_s: Option<f64>,
+}
+
+impl Pace {
+    /// So many seconds of the vehicle in one of ours; 1 is real time.
+    pub fn new(factor: f64) -> Self {
+        Self {
+            factor,
+            begun: Instant::now(),
+            first_s: None,
+        }
+    }
+
+    /// Waits until this time of the vehicle is due.
+    pub fn wait(&mut self, time_s: f64) {
+        let first_s = *self.first_s.get_or_insert(time_s);
+        let due = Duration::try_from_secs_f64((time_s - first_s) / self.factor);
+        std::thread::sleep(due.unwrap_or_default().saturating_sub(self.begun.elapsed()));
+    }
+}
+
+/// Nobody watches.
+#[derive(Clone, Copy, Debug)]
+pub struct Unwatched;
+
+impl Watch for Unwatched {}
+
+impl Watch for Keeper {
+    fn run_started(&mut self, number: u32, thrust: f64, attempt: u32) {
+        self.begin_run(number, thrust, attempt);
+    }
+
+    fn step(&mut self, step: &Step, _trial: &Trial<f64>) {
+        self.keep(step);
+    }
+
+    fn run_ended(&mut self, run: &mut Run) {
+        self.end_run(run);
+    }
+}
+
+/// What came of a trial.
+#[derive(Debug)]
+pub struct Conducted<E> {
+    /// Every run.
+    pub campaign: Campaign,
+    /// What the vehicle's link reported when it was lost.
+    pub fault: Option<E>,
+}
+
+/// Neutral rudder, then heading hold.
+const HAND_BACK_ACTIONS: usize = 2;
+
+/// Runs a trial of `plan` on `vehicle` until it is over and handed back.
+///
+/// `about` says what the campaign is of; its runs and outcome are filled in. The online estimate of a run is
+/// the one that the trial made live; it is refined on the record of the training stage and validated
+/// again with the refined model when the run is over, on a thread of its own: a vehicle that is
+/// [live](Vehicle::is_live) goes on meanwhile, any other waits. Verdicts decide nothing of the trial, so both do the same.
+/// A vehicle that gives no more samples aborts the trial; everything up to then is kept.
+pub fn conduct<V: Vehicle<f64>>(
+    vehicle: &mut V,
+    plan: Plan<f64>,
+    about: Campaign,
+    watch: &mut dyn Watch,
+) -> Result<Conducted<V::Error>, InvalidSetting> {
+    let trial = Trial::new(plan)?;
+    Ok(std::thread::scope(|scope| {
+        let runs = Runs {
+            campaign: about,
+            open: None,
+            judge: Judge::start(scope, plan),
+            watch,
+        };
+        runs.conduct(trial, vehicle)
+    }))
+}
+
+/// The runs of a trial: one is open, some are being judged, the others are in the campaign.
+struct Runs<'a> {
+    campaign: Campaign,
+    open: Option<OpenRun>,
+    judge: Judge,
+    watch: &'a mut dyn Watch,
+}
+
+impl Runs<'_> {
+    fn conduct<V: Vehicle<f64>>(
+        mut self,
+        mut trial: Trial<f64>,
+        vehicle: &mut V,
+    ) -> Conducted<V::Error> {
+        let stop_when = trial.plan().stop_when;
+        let mut fault = None;
+        loop {
+            if self.watch.wants_abort() || vehicle.is_taken_over() {
+                trial.abort(AbortReason::Operator);
+            }
+            let sample = match vehicle.next_sample() {
+                Ok(Some(sample)) => sample,
+                Ok(None) => break,
+                Err(error) => {
+                    fault = Some(error);
+                    break;
+                }
+            };
+            let step = Step::take(&mut trial, sample);
+            // Before anybody is told: that takes its time, and the rudder must not wait.
+            let acted = vehicle.act(&step.action);
+            while let Some(event) = trial.take_event() {
+                self.heed(event, vehicle.is_live());
+            }
+            while let Some(run) = self.judge.verdict() {
+                self.end(run);
+            }
+            if let Some(run) = &mut self.open {
+                run.take(&step, trial.estimator());
+            }
+            self.watch.step(&step, &trial);
+            if let Err(error) = acted {
+                fault = Some(error);
+                break;
+            }
+            if step.action.outcome.is_some() {
+                break;
+            }
+            // After the command has gone out: a look takes longer than a step may.
+            if stop_when.is_some() || self.watch.wants_intervals() {
+                let refined = self.open.as_mut().and_then(|run| run.look(&trial));
+                if let Some(refined) = refined {
+                    self.watch.interval(&refined);
+                    if stop_when.is_some_and(|target| reaches(&refined, target)) {
+                        trial.finish_training();
+                    }
+                }
+            }
+        }
+        if trial.outcome().is_none() {
+            trial.abort(vehicle.ended_for().unwrap_or(AbortReason::LinkLost));
+            // Should only the samples be lost, the vehicle still gets its rudder and heading back.
+            for _ in 0..HAND_BACK_ACTIONS {
+                let action = trial.step(&Sample::default());
+                let _ = vehicle.act(&action);
+            }
+        }
+        self.await_verdicts();
+        if let Some((run, outcome)) = self.open.take().zip(trial.outcome()) {
+            let last_s = run.last_s().unwrap_or(0.0);
+            self.end(run.stopped(last_s, outcome));
+        }
+        self.campaign.outcome = trial.outcome();
+        Conducted {
+            campaign: self.campaign,
+            fault,
+        }
+    }
+
+    fn heed(&mut self, event: Event<f64>, is_live: bool) {
+        match event {
+            Event::RunStarted {
+                number,
+                thrust,
+                attempt,
+            } => {
+                self.open = Some(OpenRun::new(number, thrust, attempt));
+                self.watch.run_started(number, thrust, attempt);
+            }
+            Event::StageStarted { stage, time_s } => {
+                if let Some(run) = &mut self.open {
+                    run.enter(stage, time_s);
+                }
+            }
+            Event::Converged { .. } => {}
+            Event::RunFinished { time_s, result } => {
+                if let Some(run) = self.open.take() {
+                    self.judge.take(run, time_s, result);
+                }
+                if !is_live {
+                    self.await_verdicts();
+                }
+            }
+            Event::Ended { time_s, outcome } => {
+                self.await_verdicts();
+                if let Some(run) = self.open.take() {
+                    self.end(run.stopped(time_s, outcome));
+                }
+            }
+        }
+    }
+
+    fn await_verdicts(&mut self) {
+        while let Some(run) = self.judge.awaited() {
+            self.end(run);
+        }
+    }
+
+    fn end(&mut self, mut run: Run) {
+        self.watch.run_ended(&mut run);
+        self.campaign.runs.push(run);
+    }
+}
+
+/// Are the intervals as narrow as the target?
+fn reaches(refined: &Refined, target: Target<f64>) -> bool {
+    let width = |[low, high]: [f64; 2], value: f64| 0.5 * (high - low) / value.abs();
+    let interval = &refined.interval_95;
+    let widths = [
+        width(interval.a22_per_s, refined.model.a22_per_s),
+        width(interval.b2_per_s2, refined.model.b2_per_s2),
+    ];
+    target.share(widths) <= 1.0
+}

@@ -1,0 +1,251 @@
+//! A run from its first sample to its verdict.
+
+use seatrial_core::estimator::Estimator;
+use seatrial_core::progress::RunResult;
+use seatrial_core::{Outcome, Plan, Real, Sample, Stage, Trial};
+
+use seatrial::Step;
+use seatrial::campaign::{Run, StageSpan};
+use seatrial::identification::{
+    Convergence, LeastSquares, Online, Reason, Refined, Settings, TracePoint,
+};
+use seatrial::identify::online::Pass;
+use seatrial::identify::refine::refine;
+use seatrial::identify::{Fresh, IdentifyError, assess};
+use seatrial::record::{Record, Window};
+use seatrial::verdict;
+
+/// Looks at the intervals in one half period of the training's rudder.
+const LOOKS_PER_DEFLECTION: f64 = 4.0;
+
+/// A run that is under way.
+pub(super) struct OpenRun {
+    number: u32,
+    thrust: f64,
+    attempt: u32,
+    stages: Vec<StageSpan>,
+    record: Record,
+    /// The samples with the headings that the trial's guard let through; the others are no number.
+    accepted: Record,
+    /// Samples that it has refused.
+    refused: Option<u32>,
+    trace: Vec<TracePoint>,
+    next_look_s: f64,
+}
+
+impl OpenRun {
+    pub(super) fn new(number: u32, thrust: f64, attempt: u32) -> Self {
+        Self {
+            number,
+            thrust,
+            attempt,
+            stages: Vec::new(),
+            record: Record::default(),
+            accepted: Record::default(),
+            refused: None,
+            trace: Vec::new(),
+            next_look_s: f64::NEG_INFINITY,
+        }
+    }
+
+    pub(super) fn enter(&mut self, stage: Stage, time_s: f64) {
+        self.close_stage(time_s);
+        self.stages.push(StageSpan {
+            stage,
+            window: Window {
+                from_s: time_s,
+                to_s: f64::INFINITY,
+            },
+        });
+    }
+
+    fn close_stage(&mut self, time_s: f64) {
+        if let Some(span) = self.stages.last_mut() {
+            span.window.to_s = time_s;
+        }
+    }
+
+    pub(super) fn take(&mut self, step: &Step, estimator: &Estimator<f64>) {
+        self.record.samples.push(step.sample);
+        let refused = Some(estimator.rejected().samples());
+        let mut sample = step.sample;
+        if self.refused.is_some_and(|before| Some(before) != refused) {
+            sample.heading_rad = f64::NAN;
+        }
+        self.accepted.samples.push(sample);
+        self.refused = refused;
+        if let Some(model) = step.estimate {
+            self.trace.push(TracePoint {
+                time_s: step.sample.time_s,
+                theta: model.theta(),
+                step_norm: estimator.step_norm(),
+            });
+        }
+    }
+
+    /// Time of the last sample, s.
+    pub(super) fn last_s(&self) -> Option<f64> {
+        self.record.samples.last().map(|sample| sample.time_s)
+    }
+
+    /// The intervals of the training so far, if a look is due and there are any.
+    pub(super) fn look(&mut self, trial: &Trial<f64>) -> Option<Refined> {
+        let training = self
+            .stages
+            .last()
+            .filter(|span| span.stage == Stage::Train)?;
+        let now_s = self.last_s()?;
+        if now_s < self.next_look_s {
+            return None;
+        }
+        let deflection_s = trial.plan().training.excitation.longest_deflection_s();
+        self.next_look_s = now_s + deflection_s / LOOKS_PER_DEFLECTION;
+        let samples = self.record.usable(training.window);
+        refine(&samples, Some(trial.estimator().model())).ok()
+    }
+
+    /// Trained and validated: refined and judged.
+    pub(super) fn judged(mut self, time_s: f64, result: &RunResult<f64>, plan: &Plan<f64>) -> Run {
+        self.close_stage(time_s);
+        let (number, thrust, attempt) = (self.number, self.thrust, self.attempt);
+        match self.identification(result, plan) {
+            Ok(identification) => Run {
+                number,
+                thrust,
+                attempt,
+                surge_speed_m_s: result.surge_speed_m_s,
+                verdict: identification.verdict.clone(),
+                identification: Some(identification),
+                stages: self.stages,
+                record: self.record,
+            },
+            Err(error) => Run {
+                surge_speed_m_s: result.surge_speed_m_s,
+                ..self.without_model(match error {
+                    IdentifyError::Refused(reason) => reason,
+                    error => Reason {
+                        code: "not_identifiable".into(),
+                        text: error.to_string(),
+                    },
+                })
+            },
+        }
+    }
+
+    /// What the guard let through. Where it refused one heading between two that it took, the rudder of that
+    /// sample still acted: its heading is put on the line between the two.
+    fn mended(&self) -> Record {
+        let samples = &self.accepted.samples;
+        let between = |k: usize| {
+            let (before, after) = (samples.get(k.checked_sub(1)?)?, samples.get(k + 1)?);
+            let sample = &samples[k];
+            let share = (sample.time_s - before.time_s) / (after.time_s - before.time_s);
+            let turned = Real::wrapped(after.heading_rad - before.heading_rad);
+            (0.0..1.0).contains(&share).then_some(Sample {
+                heading_rad: before.heading_rad + share * turned,
+                ..*sample
+            })
+        };
+        (0..samples.len())
+            .map(|k| match samples[k] {
+                refused if refused.heading_rad.is_nan() => between(k).unwrap_or(refused),
+                sample => sample,
+            })
+            .filter(|sample| sample.heading_rad.is_finite())
+            .collect()
+    }
+
+    fn identification(
+        &mut self,
+        result: &RunResult<f64>,
+        plan: &Plan<f64>,
+    ) -> Result<seatrial::Identification, IdentifyError> {
+        let window = |wanted: Stage| {
+            self.stages
+                .iter()
+                .find(|span| span.stage == wanted)
+                .map(|span| span.window)
+        };
+        let (Some(training), Some(validation)) = (window(Stage::Train), window(Stage::Validate))
+        else {
+            return Err(IdentifyError::EmptyWindow(
+                "the run has no training or no validation stage".into(),
+            ));
+        };
+        let record = self.mended();
+        let settings = plan.estimator_settings();
+        let pass = Pass {
+            online: Online {
+                method: "instrumental_variable".into(),
+                model: result.model,
+                delta0_rad: result.model.delta0_rad(),
+                covariance: result.covariance,
+                least_squares: LeastSquares {
+                    model: result.least_squares_model,
+                    covariance: result.covariance,
+                },
+                batch: None,
+                theta_at: Default::default(),
+                convergence: Convergence {
+                    detected_s: result.converged_s,
+                    threshold: settings.convergence.threshold,
+                    consecutive: settings.convergence.consecutive,
+                },
+                trace: std::mem::take(&mut self.trace),
+            },
+            samples_used: result.samples_used as usize,
+            rejected: result.rejected.into(),
+            accepted: record.usable(training),
+        };
+        let mut identification = assess(
+            &record,
+            training,
+            Some(Fresh {
+                record: &record,
+                window: validation,
+            }),
+            pass,
+            Settings {
+                lambda_because: "from the plan's doublet".into(),
+                ..Settings::of(&settings)
+            },
+        )?;
+        if !result.accepted {
+            identification.verdict = verdict::not_taken(
+                identification.verdict,
+                &result.validation,
+                plan.accept_from_r2,
+                result.attempt <= plan.max_repeats,
+            );
+        }
+        Ok(identification)
+    }
+
+    /// Ended before it was validated.
+    pub(super) fn stopped(mut self, time_s: f64, outcome: Outcome) -> Run {
+        self.close_stage(time_s);
+        self.without_model(match outcome {
+            Outcome::Aborted(reason) => Reason {
+                code: "aborted".into(),
+                text: format!("the trial was aborted during this run: {reason}"),
+            },
+            Outcome::Finished => Reason {
+                code: "aborted".into(),
+                text: "the trial ended during this run".into(),
+            },
+        })
+    }
+
+    fn without_model(self, reason: Reason) -> Run {
+        Run {
+            number: self.number,
+            thrust: self.thrust,
+            attempt: self.attempt,
+            surge_speed_m_s: None,
+            stages: self.stages,
+            record: self.record,
+            identification: None,
+            verdict: verdict::refused(reason),
+        }
+    }
+}

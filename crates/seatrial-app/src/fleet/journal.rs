@@ -1,0 +1,330 @@
+//! What is done, kept so that it survives the end of the process at any instant.
+//!
+//! A line of JSON for each log or run, written at once and whole; a last line that was cut off is dropped when the journal
+//! is opened again. It stands beside the Parquet file that is made from it and goes when that is there.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+
+use super::log::Options;
+use super::table::TableWriter;
+use super::{Row, Source};
+
+/// After so long what was written goes to the disk, so that a power failure costs no more than that.
+const SYNC_EVERY: Duration = Duration::from_secs(5);
+
+/// The rows of a log or of a run of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Entry {
+    /// The log.
+    pub source: PathBuf,
+    /// Its length when it was read.
+    pub bytes: u64,
+    /// When it was last written, ns since 1970.
+    pub modified_ns: i64,
+    /// Which run of it, from 0; 0 of a log that is not divided.
+    pub run: u64,
+    /// One for each manoeuvre, or an error row.
+    pub rows: Vec<Row>,
+}
+
+/// The first line.
+#[derive(PartialEq, Serialize, Deserialize)]
+struct Header {
+    schema: String,
+    options: String,
+}
+
+/// Why a job cannot begin or be saved.
+#[derive(Debug, thiserror::Error)]
+pub enum JournalError {
+    /// Another job left its journal.
+    #[error(
+        "{}: an unfinished job left this journal; go on with it (--resume), or remove it to begin again",
+        .0.display()
+    )]
+    Unfinished(PathBuf),
+    /// The journal is of a job with other options.
+    #[error(
+        "{}: is the journal of a job with other options: {found}; expected {expected}; give the same, or remove it to begin again",
+        .path.display()
+    )]
+    OtherOptions {
+        /// The journal.
+        path: PathBuf,
+        /// Of that job.
+        found: String,
+        /// Of this one.
+        expected: String,
+    },
+    /// Another process writes it.
+    #[error("{}: another job is writing this journal", .0.display())]
+    InUse(PathBuf),
+    /// It cannot be written.
+    #[error("{}: {source}", .path.display())]
+    NotSaved {
+        /// Which file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+}
+
+/// What a job made, of which some may have been done before it was resumed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Summary {
+    /// Logs, or runs where a column tells them apart.
+    pub logs: u64,
+    /// Of these, done before the job was resumed.
+    pub done_before: u64,
+    /// Rows with a manoeuvre.
+    pub manoeuvres: u64,
+    /// Manoeuvres whose model may be used.
+    pub accepted: u64,
+    /// Manoeuvres by the first reason of their verdict.
+    pub verdicts: BTreeMap<String, u64>,
+    /// Error rows.
+    pub errors: u64,
+    /// Error rows by their code.
+    pub error_codes: BTreeMap<String, u64>,
+}
+
+/// Where an entry begins in the journal, by its place in the Parquet file.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Place {
+    source: usize,
+    run: u64,
+    offset: u64,
+}
+
+/// The journal of a job.
+pub struct Journal {
+    path: PathBuf,
+    out: PathBuf,
+    file: File,
+    length: u64,
+    indices: HashMap<PathBuf, usize>,
+    sources: Vec<Source>,
+    done: HashSet<(usize, u64)>,
+    places: Vec<Place>,
+    done_before: u64,
+    synced: Instant,
+}
+
+impl Journal {
+    /// Opens the journal of a job that writes `out`: a new one, or with `resume` the one that is there.
+    pub fn open(
+        out: &Path,
+        sources: &[Source],
+        options: &Options,
+        resume: bool,
+    ) -> Result<Self, JournalError> {
+        let path = journal_path(out);
+        let failed = |source| JournalError::NotSaved {
+            path: path.clone(),
+            source,
+        };
+        if path.exists() && !resume {
+            return Err(JournalError::Unfinished(path));
+        }
+        let file = OpenOptions::new()
+            .read(true)
+            .append(true)
+            .create(true)
+            .open(&path)
+            .map_err(failed)?;
+        if file.try_lock().is_err() {
+            return Err(JournalError::InUse(path));
+        }
+        let mut journal = Self {
+            file,
+            length: 0,
+            indices: sources
+                .iter()
+                .enumerate()
+                .map(|(i, source)| (source.path.clone(), i))
+                .collect(),
+            sources: sources.to_vec(),
+            done: HashSet::new(),
+            places: Vec::new(),
+            done_before: 0,
+            synced: Instant::now(),
+            out: out.to_path_buf(),
+            path: path.clone(),
+        };
+        let header = Header {
+            schema: "seatrial.fleet_journal.v1".into(),
+            options: format!("{options:?}"),
+        };
+        let found = journal.read_back().map_err(failed)?;
+        match found {
+            Some(found) if found != header => Err(JournalError::OtherOptions {
+                path,
+                found: found.options,
+                expected: header.options,
+            }),
+            Some(_) => Ok(journal),
+            None => {
+                journal.write_line(&header)?;
+                Ok(journal)
+            }
+        }
+    }
+
+    /// Reads what is there as far as it is whole, and cuts off the rest.
+    fn read_back(&mut self) -> io::Result<Option<Header>> {
+        let mut lines = BufReader::new(self.file.try_clone()?);
+        lines.seek(SeekFrom::Start(0))?;
+        let mut header = None;
+        let mut line = Vec::new();
+        loop {
+            line.clear();
+            lines.read_until(b'\n', &mut line)?;
+            let Some((b'\n', text)) = line.split_last() else {
+                break;
+            };
+            if header.is_none() {
+                let Ok(first) = serde_json::from_slice(text) else {
+                    break;
+                };
+                header = Some(first);
+            } else {
+                let Ok(entry) = serde_json::from_slice::<Entry>(text) else {
+                    break;
+                };
+                self.take(&entry);
+            }
+            self.length += line.len() as u64;
+        }
+        self.done_before = self.places.len() as u64;
+        self.file.set_len(self.length)?;
+        Ok(header)
+    }
+
+    /// Takes an entry at the end of the journal as done. Of a log that is not part of the job, has changed since,
+    /// or was done before: `false`.
+    fn take(&mut self, entry: &Entry) -> bool {
+        let Some(&source) = self.indices.get(&entry.source) else {
+            return false;
+        };
+        let now = &self.sources[source];
+        let is_same = now.bytes == entry.bytes && now.modified_ns == entry.modified_ns;
+        let is_new = is_same && self.done.insert((source, entry.run));
+        if is_new {
+            self.places.push(Place {
+                source,
+                run: entry.run,
+                offset: self.length,
+            });
+        }
+        is_new
+    }
+
+    /// Is this run of this source done?
+    pub fn is_done(&self, source: usize, run: u64) -> bool {
+        self.done.contains(&(source, run))
+    }
+
+    /// Keeps what was made of a log. What is there already is not kept twice.
+    pub fn keep(&mut self, entry: &Entry) -> Result<(), JournalError> {
+        if self.take(entry) {
+            self.write_line(entry)?;
+        }
+        Ok(())
+    }
+
+    fn write_line(&mut self, line: &impl Serialize) -> Result<(), JournalError> {
+        let mut bytes = serde_json::to_vec(line).map_err(|error| self.not_saved(error.into()))?;
+        bytes.push(b'\n');
+        let is_due = self.synced.elapsed() > SYNC_EVERY;
+        let written = self.file.write_all(&bytes).and_then(|()| match is_due {
+            true => self.file.sync_data(),
+            false => Ok(()),
+        });
+        written.map_err(|source| self.not_saved(source))?;
+        if is_due {
+            self.synced = Instant::now();
+        }
+        self.length += bytes.len() as u64;
+        Ok(())
+    }
+
+    fn not_saved(&self, source: io::Error) -> JournalError {
+        JournalError::NotSaved {
+            path: self.path.clone(),
+            source,
+        }
+    }
+
+    /// Writes the Parquet file, puts it in its place in one step, and removes the journal.
+    pub fn finish(mut self) -> Result<Summary, JournalError> {
+        let part = with_ending(&self.out, ".part");
+        let summary = self.write_table(&part).and_then(|summary| {
+            fs::rename(&part, &self.out)?;
+            Ok(summary)
+        });
+        let summary = summary.map_err(|source| JournalError::NotSaved {
+            path: self.out.clone(),
+            source,
+        })?;
+        fs::remove_file(&self.path).map_err(|source| self.not_saved(source))?;
+        Ok(summary)
+    }
+
+    fn write_table(&mut self, path: &Path) -> io::Result<Summary> {
+        self.places.sort_unstable();
+        let mut summary = Summary {
+            done_before: self.done_before,
+            ..Summary::default()
+        };
+        let file = File::create(path)?;
+        let mut table = TableWriter::new(&file)?;
+        let mut journal = BufReader::new(self.file.try_clone()?);
+        let mut line = Vec::new();
+        let mut at = journal.seek(SeekFrom::Start(0))?;
+        for place in &self.places {
+            journal.seek_relative(place.offset as i64 - at as i64)?;
+            line.clear();
+            at = place.offset + journal.by_ref().read_until(b'\n', &mut line)? as u64;
+            let entry: Entry = serde_json::from_slice(&line)?;
+            summary.logs += 1;
+            for row in entry.rows {
+                summary.count(&row);
+                table.push(row)?;
+            }
+        }
+        table.finish()?;
+        file.sync_all()?;
+        Ok(summary)
+    }
+}
+
+impl Summary {
+    fn count(&mut self, row: &Row) {
+        if let Some(code) = &row.error {
+            self.errors += 1;
+            *self.error_codes.entry(code.clone()).or_default() += 1;
+            return;
+        }
+        self.manoeuvres += 1;
+        self.accepted += u64::from(row.accepted == Some(true));
+        let verdict = row.verdict.clone().unwrap_or_default();
+        *self.verdicts.entry(verdict).or_default() += 1;
+    }
+}
+
+/// `fleet.parquet.journal`
+fn journal_path(out: &Path) -> PathBuf {
+    with_ending(out, ".journal")
+}
+
+fn with_ending(path: &Path, ending: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(ending);
+    name.into()
+}

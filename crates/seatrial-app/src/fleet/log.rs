@@ -1,0 +1,272 @@
+//! From one log, or one run of it, to rows.
+
+use std::path::Path;
+
+use seatrial::identify::{Fresh, IdentifyError, IdentifySettings, identify};
+use seatrial::manoeuvre::Manoeuvre;
+use seatrial::segmentation::{Segment, Single, find, singles};
+use seatrial::verdict::refused;
+use seatrial::{Record, Window};
+use seatrial_logs::{
+    ChannelChoice, Fault, LogDescription, LogReader, Quantity, ReadError, Run, Unit,
+};
+use serde::{Deserialize, Serialize};
+
+use super::{Row, Source};
+
+/// A longer log is read in stretches of so many samples (84 MB), each of which repeats the last fifth of the one before,
+/// so that a manoeuvre lies whole in one of them.
+const STRETCH_SAMPLES: usize = 500_000;
+const NEW_SAMPLES: usize = STRETCH_SAMPLES / 5 * 4;
+
+/// Which estimate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Estimate {
+    /// What `identify` reports: from the whole manoeuvre, with 95 % intervals.
+    #[default]
+    Refined,
+    /// The estimator that runs on the vehicle: without intervals, many times faster. Its verdict knows no intervals.
+    Online,
+}
+
+/// How every log is read and identified.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Options {
+    /// Which estimate.
+    pub estimate: Estimate,
+    /// Columns and units.
+    pub channels: ChannelChoice,
+    /// The column that tells the runs of a file apart.
+    pub run_column: Option<String>,
+}
+
+impl Options {
+    /// The columns that a row has no use for are not read.
+    pub(super) fn choice(&self) -> ChannelChoice {
+        let mut choice = self.channels.clone();
+        for quantity in [
+            Quantity::Depth,
+            Quantity::Altitude,
+            Quantity::Roll,
+            Quantity::Pitch,
+            Quantity::North,
+            Quantity::East,
+        ] {
+            choice.columns.insert(quantity, "none".into());
+        }
+        choice
+    }
+
+    fn settings(&self) -> IdentifySettings {
+        IdentifySettings {
+            refine: self.estimate == Estimate::Refined,
+            ..IdentifySettings::default()
+        }
+    }
+}
+
+/// The rows of a log.
+pub(super) fn rows_of_log(source: &Source, options: &Options) -> Vec<Row> {
+    let blank = blank(source);
+    match read_log(&source.path, &blank, options) {
+        Ok(rows) => rows,
+        Err(error) => vec![failed(blank, &error)],
+    }
+}
+
+/// The rows of a run.
+pub(super) fn rows_of_run(source: &Source, run: Run, options: &Options) -> Vec<Row> {
+    let blank = Row {
+        run: Some(run.id.clone()),
+        ..blank(source)
+    };
+    match run.open().and_then(|log| rows(log, &blank, options)) {
+        Ok(mut rows) => {
+            rows.iter_mut().for_each(|row| row.sha256 = None);
+            rows
+        }
+        Err(error) => vec![failed(blank, &error)],
+    }
+}
+
+fn read_log(path: &Path, blank: &Row, options: &Options) -> Result<Vec<Row>, ReadError> {
+    rows(
+        seatrial_logs::open(path, &options.choice())?,
+        blank,
+        options,
+    )
+}
+
+/// What every row of a source begins with.
+pub(super) fn blank(source: &Source) -> Row {
+    Row {
+        source: source.path.display().to_string(),
+        bytes: source.bytes,
+        modified_unix_s: source.modified_ns as f64 * 1e-9,
+        ..Row::default()
+    }
+}
+
+/// The error row of a log.
+pub(super) fn failed(blank: Row, error: &ReadError) -> Row {
+    let mut row = blank;
+    row.failed(code(&error.fault), error.to_string());
+    row
+}
+
+fn code(fault: &Fault) -> &'static str {
+    match fault {
+        Fault::Io { .. } | Fault::Folder => "unreadable",
+        Fault::Empty
+        | Fault::HeaderOnly
+        | Fault::NoSamples { .. }
+        | Fault::NothingToRead { .. } => "no_samples",
+        Fault::Damaged { .. } => "damaged",
+        Fault::MissingColumn { .. }
+        | Fault::NotLogged { .. }
+        | Fault::NoSuchColumn { .. }
+        | Fault::NoRunColumn { .. } => "missing_channel",
+        Fault::AmbiguousColumn { .. } => "ambiguous_channel",
+        Fault::UnknownUnit { .. }
+        | Fault::ImplausibleValues { .. }
+        | Fault::UnitContradicted { .. } => "unit",
+        Fault::NotANumber { .. } | Fault::NotFinite { .. } | Fault::Ragged { .. } => "invalid_row",
+        Fault::TimeReversed { .. } | Fault::TimeCollapsed { .. } => "time",
+        Fault::ScatteredRun { .. } | Fault::LongRun { .. } => "run",
+        _ => "not_understood",
+    }
+}
+
+/// Reads a log to its end, stretch by stretch.
+fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, ReadError> {
+    let description = log.description().clone();
+    let mut rows = Vec::new();
+    let mut record = Record::default();
+    let mut done_until_s = f64::NEG_INFINITY;
+    for sample in log.by_ref() {
+        record.samples.push(sample?);
+        if record.samples.len() == STRETCH_SAMPLES {
+            let from_s = record.samples[NEW_SAMPLES].time_s;
+            let new = Window {
+                from_s: done_until_s,
+                to_s: from_s,
+            };
+            rows.extend(manoeuvres(&record, new, options));
+            record.samples.drain(..NEW_SAMPLES);
+            done_until_s = from_s;
+        }
+    }
+    let rest = Window {
+        from_s: done_until_s,
+        to_s: f64::INFINITY,
+    };
+    rows.extend(manoeuvres(&record, rest, options));
+    let sha256 = log.sha256()?;
+    let counts = log.counts();
+    let format = serde_json::to_value(description.format).ok();
+    Ok(rows
+        .into_iter()
+        .map(|row| Row {
+            source: blank.source.clone(),
+            run: blank.run.clone(),
+            bytes: blank.bytes,
+            modified_unix_s: blank.modified_unix_s,
+            format: format.as_ref().and_then(|f| Some(f.as_str()?.to_owned())),
+            sha256: Some(sha256.clone()),
+            start_utc: description.start_utc.clone(),
+            samples_read: Some(counts.samples),
+            rows_left_out: Some(counts.dropped()),
+            rudder_unit: Some(rudder_unit(&description, options).into()),
+            ..row
+        })
+        .collect())
+}
+
+/// A row for each manoeuvre that begins inside a window; where there is none in a record that is no more than that
+/// window, a row for the whole.
+fn manoeuvres(record: &Record, new: Window, options: &Options) -> Vec<Row> {
+    let segments = find(&record.samples);
+    let found = singles(record, &segments);
+    if found.is_empty() && new == Window::ALL {
+        return vec![whole(record, &segments, options)];
+    }
+    found
+        .iter()
+        .filter(|single| new.contains(single.segment.window.from_s))
+        .map(|single| one(record, single, options))
+        .collect()
+}
+
+fn whole(record: &Record, segments: &[Segment], options: &Options) -> Row {
+    let speeds = || record.samples.iter().filter_map(|s| s.surge_speed_m_s);
+    let thrusts = || record.samples.iter().filter_map(|s| s.thrust);
+    let mean = |values: &mut dyn Iterator<Item = f64>| {
+        let (sum, count) =
+            values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+        (count > 0.0).then_some(sum / count)
+    };
+    let mut row = Row {
+        manoeuvre: Some("record".into()),
+        thrust: mean(&mut thrusts()),
+        surge_speed_m_s: mean(&mut speeds()),
+        rudder_amplitude_rad: Manoeuvre::find(&record.samples).map(|m| m.amplitude_rad),
+        ..Row::default()
+    };
+    if let [segment] = segments {
+        row.manoeuvre = kind(segment);
+    }
+    estimate(&mut row, record, Window::ALL, None, options);
+    row
+}
+
+fn one(record: &Record, single: &Single, options: &Options) -> Row {
+    let mut row = Row {
+        manoeuvre: kind(&single.segment),
+        thrust: single.segment.thrust,
+        surge_speed_m_s: single.segment.surge_speed_m_s,
+        rudder_amplitude_rad: Some(single.segment.amplitude_rad),
+        ..Row::default()
+    };
+    let fresh = single.validation.map(|window| Fresh { record, window });
+    estimate(&mut row, record, single.training, fresh, options);
+    row
+}
+
+fn kind(segment: &Segment) -> Option<String> {
+    let name = serde_json::to_value(segment.kind).ok()?;
+    Some(name.as_str()?.to_owned())
+}
+
+fn estimate(
+    row: &mut Row,
+    record: &Record,
+    training: Window,
+    fresh: Option<Fresh>,
+    options: &Options,
+) {
+    match identify(record, training, fresh, &options.settings()) {
+        Ok(found) => row.identified(&found),
+        Err(error) => {
+            row.window(training);
+            match error {
+                IdentifyError::Refused(reason) => row.judged(&refused(reason)),
+                other => row.failed("not_identified", other.to_string()),
+            }
+        }
+    }
+}
+
+fn rudder_unit(description: &LogDescription, options: &Options) -> &'static str {
+    let is_of_servo = description.channels.iter().any(|channel| {
+        let is_share = matches!(
+            channel.unit,
+            Unit::PulseWidth | Unit::Percent | Unit::Fraction
+        );
+        channel.quantity == Quantity::Rudder && is_share
+    });
+    match is_of_servo && options.channels.full_rudder_rad.is_none() {
+        true => "full_rudder",
+        false => "rad",
+    }
+}

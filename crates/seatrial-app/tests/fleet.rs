@@ -1,0 +1,205 @@
+//! Jobs over simulated logs: rows, error rows, resuming, runs in one file.
+
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use seatrial_app::fleet::{Entry, Estimate, Job, Journal, Options, Row, Summary, find, work_on};
+use seatrial_core::{List, Plan, Sample, Trial, Vehicle};
+use seatrial_logs::write_csv;
+use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
+
+/// A run of the paper's plan at one speed: a manoeuvre to train, one to validate.
+fn run(seed: u64) -> Vec<Sample<f64>> {
+    let mut vehicle = FirstOrderVehicle::new(VehicleConfig::starfish(), seed).unwrap();
+    let plan = Plan {
+        thrusts: List::from_slice(&[0.8]).unwrap(),
+        max_repeats: 0,
+        ..Plan::paper()
+    };
+    let mut trial = Trial::new(plan).unwrap();
+    let mut samples = Vec::new();
+    while let Some(sample) = vehicle.next_sample().unwrap() {
+        samples.push(sample);
+        let action = trial.step(&sample);
+        vehicle.act(&action).unwrap();
+        if action.outcome.is_some() {
+            break;
+        }
+    }
+    samples
+}
+
+fn write(path: &Path, samples: &[Sample<f64>]) {
+    let rows: Vec<_> = samples.iter().copied().map(Into::into).collect();
+    write_csv(fs::File::create(path).unwrap(), &rows).unwrap();
+}
+
+/// Six logs, one cut off in the middle of a number, one of text, one without a rudder.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |name: &str| folder.path().join(name);
+    for seed in 1..=6 {
+        write(&of(&format!("run{seed}.csv")), &run(seed));
+    }
+    let mut text = fs::read_to_string(of("run1.csv")).unwrap();
+    text.push_str("1e9,what,0\n");
+    fs::write(of("bad_number.csv"), text).unwrap();
+    fs::write(of("empty.csv"), "").unwrap();
+    fs::write(of("no_rudder.csv"), "time_s,heading_rad\n0,0\n1,0\n").unwrap();
+    fs::write(of("notes.md"), "not a log").unwrap();
+    folder
+}
+
+fn job(folder: &Path, workers: usize) -> Job {
+    let found = find(&[folder.display().to_string()]).unwrap();
+    assert_eq!(found.passed_over, 1);
+    Job {
+        sources: found.sources,
+        options: Options {
+            estimate: Estimate::Online,
+            ..Options::default()
+        },
+        out: folder.join("fleet.out"),
+        workers,
+        resume: false,
+    }
+}
+
+/// Runs it; the Parquet file's bytes say whether two jobs gave the same rows.
+fn done(job: &Job) -> (Summary, Vec<u8>) {
+    let summary = job.run(|_| ControlFlow::Continue(())).unwrap().unwrap();
+    let bytes = fs::read(&job.out).unwrap();
+    fs::remove_file(&job.out).unwrap();
+    (summary, bytes)
+}
+
+#[test]
+fn io_every_log_has_its_rows_and_every_bad_one_its_error() {
+    let folder = folder();
+    let (summary, _) = done(&job(folder.path(), 2));
+    assert_eq!((summary.logs, summary.errors), (9, 3));
+    // Each run has a manoeuvre to train and one to validate.
+    assert_eq!(
+        (summary.manoeuvres, summary.accepted),
+        (12, 12),
+        "{summary:?}"
+    );
+    let codes: Vec<&str> = summary.error_codes.keys().map(String::as_str).collect();
+    assert_eq!(codes, ["invalid_row", "missing_channel", "no_samples"]);
+}
+
+#[test]
+fn prop_rows_do_not_depend_on_the_workers() {
+    let folder = folder();
+    assert_eq!(done(&job(folder.path(), 1)), done(&job(folder.path(), 3)));
+}
+
+/// Broken off after every number of logs, with the last line of the journal cut off as by a kill.
+#[test]
+fn io_a_job_that_was_broken_off_goes_on_where_it_stopped() {
+    let folder = folder();
+    let mut job = job(folder.path(), 1);
+    let (whole, bytes) = done(&job);
+    let journal = folder.path().join("fleet.out.journal");
+    for stop_after in 1..8 {
+        job.resume = false;
+        let seen = std::sync::atomic::AtomicUsize::new(0);
+        let stopped = job.run(|_| {
+            let count = 1 + seen.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            match count < stop_after {
+                true => ControlFlow::Continue(()),
+                false => ControlFlow::Break(()),
+            }
+        });
+        assert_eq!(stopped.unwrap(), None);
+        let kept = fs::read(&journal).unwrap();
+        fs::write(&journal, &kept[..kept.len() - 7]).unwrap();
+        assert!(job.run(|_| ControlFlow::Continue(())).is_err());
+        job.resume = true;
+        let (resumed, again) = done(&job);
+        assert_eq!(resumed.done_before, stop_after as u64 - 1);
+        assert_eq!(
+            Summary {
+                done_before: 0,
+                ..resumed
+            },
+            whole
+        );
+        assert_eq!(again, bytes);
+        assert!(!journal.exists());
+    }
+}
+
+#[test]
+fn io_a_journal_of_other_options_is_not_gone_on_with() {
+    let folder = folder();
+    let mut job = job(folder.path(), 1);
+    assert_eq!(job.run(|_| ControlFlow::Break(())).unwrap(), None);
+    job.resume = true;
+    job.options.estimate = Estimate::Refined;
+    let error = job.run(|_| ControlFlow::Continue(())).unwrap_err();
+    assert!(error.to_string().contains("other options"), "{error}");
+}
+
+/// What workers elsewhere send, some of it twice, gives the same file.
+#[test]
+fn io_entries_from_elsewhere_are_kept_once() {
+    let folder = folder();
+    let job = job(folder.path(), 2);
+    let (_, bytes) = done(&job);
+    let mut journal = Journal::open(&job.out, &job.sources, &job.options, false).unwrap();
+    for source in job.sources.iter().rev().chain(&job.sources[..3]) {
+        for entry in work_on(source, &job.options) {
+            let sent = serde_json::to_vec(&entry).unwrap();
+            let entry: Entry = serde_json::from_slice(&sent).unwrap();
+            journal.keep(&entry).unwrap();
+        }
+    }
+    journal.finish().unwrap();
+    assert_eq!(fs::read(&job.out).unwrap(), bytes);
+}
+
+/// The estimates of a run within a file are those of the run as a log of its own.
+#[test]
+fn io_runs_of_one_file_are_logs_of_their_own() {
+    let folder = folder();
+    let mut together = String::new();
+    for seed in 1..=3 {
+        let text = fs::read_to_string(folder.path().join(format!("run{seed}.csv"))).unwrap();
+        let mut lines = text.lines();
+        let header = lines.next().unwrap();
+        if seed == 1 {
+            together += &format!("{header},mission\n");
+        }
+        for line in lines {
+            together += &format!("{line},m{seed}\n");
+        }
+    }
+    // Rows of a run that is over.
+    let again = together.lines().nth(1).unwrap().to_owned();
+    together += &format!("{again}\n");
+    let path = folder.path().join("season.csv");
+    fs::write(&path, together).unwrap();
+    let options = Options {
+        run_column: Some("mission".into()),
+        ..job(folder.path(), 1).options
+    };
+    let sources = find(&[path.display().to_string()]).unwrap().sources;
+    let entries = work_on(&sources[0], &options);
+    assert_eq!(entries.len(), 4);
+    for (entry, seed) in entries.iter().zip(1..=3) {
+        let alone = find(&[folder
+            .path()
+            .join(format!("run{seed}.csv"))
+            .display()
+            .to_string()]);
+        let alone = work_on(&alone.unwrap().sources[0], &job(folder.path(), 1).options);
+        let theta = |row: &Row| (row.from_s, row.a22_per_s, row.b2_per_s2, row.c0_rad_per_s2);
+        let of_run: Vec<_> = entry.rows.iter().map(theta).collect();
+        let of_log: Vec<_> = alone[0].rows.iter().map(theta).collect();
+        assert_eq!(of_run, of_log);
+        assert_eq!(entry.rows[0].run, Some(format!("m{seed}")));
+    }
+    assert_eq!(entries[3].rows[0].error.as_deref(), Some("run"));
+}

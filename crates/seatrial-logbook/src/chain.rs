@@ -1,0 +1,154 @@
+//! The hash chain of a campaign: campaign -> run -> run -> outcome.
+
+use rusqlite::Error;
+use seatrial_core::DivingSample;
+use sha2::{Digest, Sha256};
+
+use super::pitch::StoredPitchTrial;
+use super::read::{CampaignEntry, StoredRun};
+use super::row::{stage_name, to_json};
+use seatrial::Step;
+
+/// SHA-256 over values; each is preceded by its length or kind, so no two sequences of values
+/// share their bytes.
+struct Link(Sha256);
+
+impl Link {
+    fn after(previous: &str) -> Self {
+        let mut link = Self(Sha256::new());
+        link.text(previous);
+        link
+    }
+
+    fn integer(&mut self, value: i64) {
+        self.0.update(value.to_le_bytes());
+    }
+
+    fn length(&mut self, length: usize) {
+        self.0.update((length as u64).to_le_bytes());
+    }
+
+    fn text(&mut self, value: &str) {
+        self.length(value.len());
+        self.0.update(value);
+    }
+
+    fn optional_text(&mut self, value: Option<&str>) {
+        self.integer(value.is_some().into());
+        self.text(value.unwrap_or(""));
+    }
+
+    fn number(&mut self, value: f64) {
+        self.0.update(value.to_bits().to_le_bytes());
+    }
+
+    fn optional_number(&mut self, value: Option<f64>) {
+        self.0.update([u8::from(value.is_some())]);
+        self.number(value.unwrap_or(0.0));
+    }
+
+    fn steps(&mut self, steps: &[Step]) -> Result<(), Error> {
+        self.length(steps.len());
+        for step in steps {
+            // Logbooks from before the thrust was kept have the hashes that they had.
+            let [before @ .., thrust] = step.numbers();
+            for value in before {
+                self.optional_number(value);
+            }
+            if let Some(thrust) = thrust {
+                self.text("thrust");
+                self.number(thrust);
+            }
+            self.optional_text(step.stage.map(stage_name));
+            let outcome = step.action.outcome.as_ref().map(to_json).transpose()?;
+            self.optional_text(outcome.as_deref());
+        }
+        Ok(())
+    }
+
+    fn hex(self) -> String {
+        hex(&self.0.finalize())
+    }
+}
+
+/// SHA-256 of a text, in hexadecimal.
+pub(super) fn sha256(text: &str) -> String {
+    hex(&Sha256::digest(text))
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The first link: what the campaign ran on and its plan.
+pub(super) fn campaign_link(campaign: &CampaignEntry) -> String {
+    let mut link = Link::after("");
+    link.text(&campaign.configuration);
+    link.text(&campaign.started);
+    link.text(&campaign.software_version);
+    link.text(&campaign.vehicle);
+    link.integer(campaign.seed.is_some().into());
+    link.integer(campaign.seed.unwrap_or(0).cast_signed());
+    link.number(campaign.rudder_limit_rad);
+    link.text(&campaign.plan);
+    link.hex()
+}
+
+/// The link of a finished run.
+pub(super) fn run_link(previous: &str, run: &StoredRun) -> Result<String, Error> {
+    let mut link = Link::after(previous);
+    link.integer(run.number.into());
+    link.integer(run.attempt.into());
+    link.number(run.thrust);
+    link.optional_number(run.surge_speed_m_s);
+    link.optional_text(run.verdict.as_deref());
+    link.optional_text(run.identification.as_deref());
+    link.length(run.stages.len());
+    for span in &run.stages {
+        link.text(stage_name(span.stage));
+        link.number(span.window.from_s);
+        link.number(span.window.to_s);
+    }
+    link.length(run.trace.len());
+    for point in &run.trace {
+        link.number(point.time_s);
+        point.theta.iter().for_each(|value| link.number(*value));
+        link.number(point.step_norm);
+    }
+    link.steps(&run.steps)?;
+    Ok(link.hex())
+}
+
+/// The only link of a pitch trial: what it ran on, its plan, its samples and its result.
+pub(super) fn pitch_link(trial: &StoredPitchTrial, samples: &[DivingSample<f64>]) -> String {
+    let mut link = Link::after("");
+    link.text(&trial.configuration);
+    link.text(&trial.entered);
+    link.text(&trial.software_version);
+    link.text(&trial.vehicle);
+    link.integer(trial.seed.is_some().into());
+    link.integer(trial.seed.unwrap_or(0).cast_signed());
+    link.text(&trial.plan);
+    link.text(&trial.result);
+    link.length(samples.len());
+    for sample in samples {
+        link.number(sample.time_s);
+        link.number(sample.pitch_rad);
+        link.number(sample.elevator_rad);
+        link.optional_number(sample.depth_m);
+        link.optional_number(sample.surge_speed_m_s);
+    }
+    link.hex()
+}
+
+/// The last link: how the campaign ended, and the steps that belong to no run.
+pub(super) fn outcome_link(
+    previous: &str,
+    outcome: &str,
+    outside: &[Step],
+) -> Result<String, Error> {
+    let mut link = Link::after(previous);
+    link.text(outcome);
+    link.steps(outside)?;
+    Ok(link.hex())
+}

@@ -1,0 +1,229 @@
+//! Keeps a trial in the logbook while it is conducted.
+
+use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+use std::thread::JoinHandle;
+
+use seatrial_core::Outcome;
+
+use super::{Error, Recorder};
+use seatrial::Step;
+use seatrial::campaign::Run;
+
+/// Entries that may wait for the disk: 50 s of a trial at 20 Hz. Then the trial waits, too.
+const WAITING: usize = 1000;
+
+/// Writes what it watches into the logbook, on a thread of its own, because a disk takes longer than a rudder may wait.
+/// What cannot be kept is noted and does not stop the trial. Dropped, it writes what has come.
+#[derive(Debug)]
+pub struct Keeper {
+    entries: Option<SyncSender<Entry>>,
+    /// An answer to each run that has ended: it has been seen to.
+    seen_to: Receiver<()>,
+    thread: Option<JoinHandle<Kept>>,
+    is_live: bool,
+}
+
+#[derive(Debug)]
+enum Entry {
+    RunStarted {
+        number: u32,
+        thrust: f64,
+        attempt: u32,
+    },
+    Step(Box<Step>),
+    RunEnded(Box<Run>),
+    Ended(Outcome),
+}
+
+/// What came of keeping a trial.
+#[derive(Debug, Default)]
+pub struct Kept {
+    /// Why something could not be kept.
+    pub unsaved: Vec<String>,
+    /// Runs that the logbook does not have, whole.
+    pub runs: Vec<Run>,
+}
+
+impl Keeper {
+    /// Keeps with this recorder. On a vehicle that is [live](seatrial_core::Vehicle::is_live) the trial does not wait for a
+    /// run to be sealed; any other does, so that what is told of a run is in the logbook.
+    pub fn new(recorder: Recorder, is_live: bool) -> Self {
+        let (entries, to_keep) = sync_channel(WAITING);
+        let (tell, seen_to) = channel();
+        let thread = std::thread::spawn(move || keep(recorder, &to_keep, &tell));
+        Self {
+            entries: Some(entries),
+            seen_to,
+            thread: Some(thread),
+            is_live,
+        }
+    }
+
+    /// Keeps that a run began.
+    pub fn begin_run(&mut self, number: u32, thrust: f64, attempt: u32) {
+        self.enter(Entry::RunStarted {
+            number,
+            thrust,
+            attempt,
+        });
+    }
+
+    /// Keeps a step of the trial.
+    pub fn keep(&mut self, step: &Step) {
+        self.enter(Entry::Step(Box::new(*step)));
+    }
+
+    /// Keeps a run that has ended, whole.
+    pub fn end_run(&mut self, run: &Run) {
+        self.enter(Entry::RunEnded(Box::new(run.clone())));
+        if !self.is_live {
+            let _ = self.seen_to.recv();
+        }
+    }
+
+    /// Takes record and trace out of a run that has ended, so that memory does not grow with a trial's runs;
+    /// [`Logbook::fill`](super::Logbook::fill) puts them back, and [`end`](Self::end) gives those that the logbook does not have.
+    pub fn release(&self, run: &mut Run) {
+        run.record.samples = Vec::new();
+        if let Some(identification) = &mut run.identification {
+            identification.online.trace = Vec::new();
+        }
+    }
+
+    /// Enters how the campaign ended, and waits until all is written.
+    pub fn end(mut self, outcome: Option<Outcome>) -> Kept {
+        if let Some(outcome) = outcome {
+            self.enter(Entry::Ended(outcome));
+        }
+        self.finish()
+    }
+
+    fn enter(&self, entry: Entry) {
+        if let Some(entries) = &self.entries {
+            // The thread ends before its entries only by a panic, which `finish` tells.
+            let _ = entries.send(entry);
+        }
+    }
+
+    fn finish(&mut self) -> Kept {
+        self.entries = None;
+        let kept = self.thread.take().map(JoinHandle::join);
+        kept.unwrap_or_else(|| Ok(Kept::default()))
+            .unwrap_or_else(|_| Kept {
+                unsaved: vec![
+                    "the logbook was not written to its end: a fault of the program".into(),
+                ],
+                runs: Vec::new(),
+            })
+    }
+}
+
+impl Drop for Keeper {
+    fn drop(&mut self) {
+        self.finish();
+    }
+}
+
+/// Enters one after the other until nobody has any more.
+fn keep(mut recorder: Recorder, entries: &Receiver<Entry>, seen_to: &Sender<()>) -> Kept {
+    let mut kept = Kept::default();
+    for entry in entries {
+        let entered = match entry {
+            Entry::RunStarted {
+                number,
+                thrust,
+                attempt,
+            } => recorder.begin_run(number, thrust, attempt),
+            Entry::Step(step) => recorder.step(*step),
+            Entry::RunEnded(run) => {
+                let sealed = recorder.finish_run(&run);
+                if sealed.is_err() {
+                    kept.runs.push(*run);
+                }
+                let _ = seen_to.send(());
+                sealed
+            }
+            Entry::Ended(outcome) => {
+                kept.note(recorder.finish(outcome));
+                break;
+            }
+        };
+        kept.note(entered);
+    }
+    kept
+}
+
+impl Kept {
+    fn note(&mut self, entered: Result<(), Error>) {
+        if let Err(error) = entered {
+            let unsaved = error.to_string();
+            if !self.unsaved.contains(&unsaved) {
+                self.unsaved.push(unsaved);
+            }
+        }
+    }
+
+    /// Puts the runs that the logbook does not have back among those of a campaign; why they were not kept.
+    pub fn put_back(self, runs: &mut [Run]) -> Vec<String> {
+        for whole in self.runs {
+            if let Some(run) = runs.iter_mut().find(|run| run.number == whole.number) {
+                *run = whole;
+            }
+        }
+        self.unsaved
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use rusqlite::Connection;
+
+    use super::*;
+    use crate::recorder::tests::{begun, run, step};
+    use crate::{CampaignId, Logbook};
+
+    /// Each of the steps is a second long, so that each is written for itself.
+    #[test]
+    fn io_a_disk_that_is_held_up_holds_up_no_rudder() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("seatrial.db");
+        let mut keeper = Keeper::new(begun(&path), true);
+        let run = run(100);
+        let holder = Connection::open(&path).unwrap();
+        holder.execute_batch("BEGIN IMMEDIATE").unwrap();
+        let begun = Instant::now();
+        keeper.begin_run(1, 0.6, 1);
+        for second in 0..100 {
+            keeper.keep(&step(second));
+        }
+        let mut told = run.clone();
+        keeper.end_run(&told);
+        keeper.release(&mut told);
+        // The lock is waited for 5 s.
+        assert!(begun.elapsed() < Duration::from_secs(1));
+        assert!(told.record.samples.is_empty());
+        holder.execute_batch("ROLLBACK").unwrap();
+        assert_eq!(keeper.end(Some(Outcome::Finished)).unsaved, [""; 0]);
+        let logbook = Logbook::open_read_only(&path).unwrap();
+        assert_eq!(logbook.campaign(CampaignId(1)).unwrap().runs, [run]);
+    }
+
+    #[test]
+    fn io_a_run_that_the_logbook_refused_comes_back_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("seatrial.db");
+        let mut keeper = Keeper::new(begun(&path), true);
+        keeper.begin_run(1, 0.6, 1);
+        // Its record has a sample that never came.
+        let run = run(1);
+        let mut told = run.clone();
+        keeper.end_run(&told);
+        keeper.release(&mut told);
+        let mut runs = [told];
+        let unsaved = keeper.end(Some(Outcome::Finished)).put_back(&mut runs);
+        assert_eq!(unsaved.len(), 1, "{unsaved:?}");
+        assert_eq!(runs, [run]);
+    }
+}

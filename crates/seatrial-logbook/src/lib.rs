@@ -1,0 +1,208 @@
+//! The logbook: every campaign, run, sample, action and estimate in one SQLite file.
+//!
+//! ```text
+//! configuration (payload) -> campaign (plan, software) -> run -> estimate, trace, stage
+//!                                                    \-> sample, action, live estimate
+//! pitch trial -> sample
+//! ```
+//!
+//! **Exact.** Every number comes back with the bits it had. Samples are one row each, not packed,
+//! so that any SQLite tool can query them (about 150 bytes a sample: `io_a_sample_takes_about_150_bytes`).
+//!
+//! **Durable.** The file is in WAL mode. A run, its result and its hash are committed in one
+//! transaction with `synchronous = FULL`: once [`Logbook::finish_run`] has returned, the run
+//! survives a loss of power. Samples in between are committed about once a second with
+//! `synchronous = NORMAL`: a killed process loses at most the last second, a loss of power may
+//! lose the samples of the unfinished run. Neither damages the file.
+//!
+//! **Provable.** A campaign's hash covers its plan and what it ran on; each run's hash covers the
+//! hash before it, every sample, action and estimate and the result; the last one how it ended.
+//! [`Logbook::verify`] recomputes the chain. There is no key in it: it proves that nothing was changed by accident or
+//! in part, not that nobody rewrote the whole chain.
+//!
+//! **Repeatable.** From a [`Recording`] the trial is conducted again on its samples, and every action, every estimate and every
+//! result compared bit for bit; [`PitchTrial::again`](seatrial::pitch::PitchTrial::again) does so with a trial of the pitch axis.
+//!
+//! **Attributable.** What operators commanded over the network is kept, and their word on a run, which goes before its
+//! verdict wherever the run is read; the hash chain and a replay are those of what the program found.
+//!
+//! Reading never writes, but rolls back what a killed process left half written. Several processes
+//! may read while one writes.
+
+mod chain;
+mod error;
+mod keeper;
+mod operators;
+mod pitch;
+mod read;
+mod recorder;
+mod recording;
+mod row;
+mod schema;
+mod verify;
+mod write;
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use rusqlite::backup::Backup;
+use rusqlite::{Connection, ErrorCode, OpenFlags};
+use serde::Serialize;
+
+pub use error::Error;
+pub use keeper::{Keeper, Kept};
+pub use operators::{CommandEntry, NewCommand, Review};
+pub use pitch::{NewPitchTrial, PitchEntry};
+pub use read::{CampaignEntry, RunEntry, State};
+pub use recorder::Recorder;
+pub use recording::Recording;
+pub use verify::{Damage, Verification};
+pub use write::NewCampaign;
+
+use schema::{Identity, MIGRATIONS, identity, migrate};
+
+/// Number of a campaign in its logbook.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct CampaignId(pub i64);
+
+/// Key of a run in its logbook.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RunId(i64);
+
+/// An open logbook.
+#[derive(Debug)]
+pub struct Logbook {
+    connection: Connection,
+    path: PathBuf,
+}
+
+impl Logbook {
+    /// Opens a logbook for writing; makes it where there is none, migrates an older one.
+    ///
+    /// Campaigns without an outcome are marked interrupted; one that another process is still
+    /// writing takes the mark away with its next run.
+    pub fn open(path: impl Into<PathBuf>) -> Result<Self, Error> {
+        let path = path.into();
+        reject_directory(&path)?;
+        let access = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_CREATE;
+        let connection = connect(&path, access).map_err(|error| Error::reading(&path, &error))?;
+        let mut logbook = Self { connection, path };
+        logbook.identify()?;
+        logbook
+            .prepare_for_writing()
+            .map_err(|error| Error::writing(&logbook.path, &error))?;
+        Ok(logbook)
+    }
+
+    /// Opens a logbook for reading. An older one is migrated in memory; the file stays as it is.
+    pub fn open_read_only(path: impl Into<PathBuf>) -> Result<Self, Error> {
+        let path = path.into();
+        reject_directory(&path)?;
+        if !path.exists() {
+            return Err(Error::Missing(path));
+        }
+        let connection =
+            connect_for_reading(&path).map_err(|error| Error::reading(&path, &error))?;
+        let mut logbook = Self { connection, path };
+        if logbook.identify()? != Identity::Logbook(MIGRATIONS.len()) {
+            logbook.connection = migrated_copy(&logbook.connection)
+                .map_err(|error| Error::reading(&logbook.path, &error))?;
+        }
+        Ok(logbook)
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn identify(&self) -> Result<Identity, Error> {
+        let path = self.path.clone();
+        let found = self.reading(identity(&self.connection))?;
+        match found {
+            Identity::Foreign => Err(Error::NotALogbook {
+                path,
+                found: "an SQLite database of something else".into(),
+            }),
+            Identity::Logbook(found) if found > MIGRATIONS.len() => Err(Error::Newer {
+                path,
+                found,
+                known: MIGRATIONS.len(),
+            }),
+            known => Ok(known),
+        }
+    }
+
+    fn prepare_for_writing(&mut self) -> Result<(), rusqlite::Error> {
+        // Answers with the mode in force; a file system without shared memory keeps the rollback
+        // journal, which is as safe, only slower.
+        self.connection
+            .pragma_update_and_check(None, "journal_mode", "WAL", |_| Ok(()))?;
+        self.connection.pragma_update(None, "foreign_keys", true)?;
+        migrate(&mut self.connection, MIGRATIONS)?;
+        self.connection.execute(
+            "UPDATE campaign SET interrupted = 1 WHERE outcome IS NULL",
+            [],
+        )?;
+        Ok(())
+    }
+
+    fn reading<T>(&self, result: Result<T, rusqlite::Error>) -> Result<T, Error> {
+        result.map_err(|error| Error::reading(&self.path, &error))
+    }
+}
+
+/// How long to wait for another process's transaction.
+const BUSY_TIMEOUT: Duration = Duration::from_secs(5);
+
+fn reject_directory(path: &Path) -> Result<(), Error> {
+    if path.is_dir() {
+        return Err(Error::NotALogbook {
+            path: path.to_path_buf(),
+            found: "a directory".into(),
+        });
+    }
+    Ok(())
+}
+
+fn connect(path: &Path, access: OpenFlags) -> Result<Connection, rusqlite::Error> {
+    let connection = Connection::open_with_flags(path, access | OpenFlags::SQLITE_OPEN_NO_MUTEX)?;
+    connection.busy_timeout(BUSY_TIMEOUT)?;
+    Ok(connection)
+}
+
+/// SQLite makes a file for shared memory even to read, and needs to write to roll back the journal
+/// of a process that was killed while it made the logbook. Where nothing waits to be rolled back, a
+/// folder that cannot be written to is no obstacle.
+fn connect_for_reading(path: &Path) -> Result<Connection, rusqlite::Error> {
+    let connection = connect(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
+    let refused = identity(&connection).is_err_and(|error| {
+        let code = error.sqlite_error_code();
+        matches!(code, Some(ErrorCode::ReadOnly | ErrorCode::CannotOpen))
+    });
+    if !refused {
+        return Ok(connection);
+    }
+    let name = path.to_string_lossy();
+    if ["-wal", "-journal"]
+        .iter()
+        .any(|suffix| Path::new(&format!("{name}{suffix}")).exists())
+    {
+        return connect(path, OpenFlags::SQLITE_OPEN_READ_WRITE);
+    }
+    let name = name
+        .replace('%', "%25")
+        .replace('?', "%3f")
+        .replace('#', "%23");
+    connect(
+        Path::new(&format!("file:{name}?immutable=1")),
+        OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI,
+    )
+}
+
+fn migrated_copy(file: &Connection) -> Result<Connection, rusqlite::Error> {
+    let mut copy = Connection::open_in_memory()?;
+    Backup::new(file, &mut copy)?.run_to_completion(1024, Duration::ZERO, None)?;
+    migrate(&mut copy, MIGRATIONS)?;
+    Ok(copy)
+}

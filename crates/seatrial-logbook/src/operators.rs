@@ -1,0 +1,160 @@
+//! What operators commanded, and their word on runs.
+
+use rusqlite::params;
+use serde::Serialize;
+
+use super::read::collect;
+use super::write::Durability;
+use super::{CampaignId, Error, Logbook};
+use seatrial::campaign::Run;
+use seatrial::identification::Reason;
+
+/// A command for the audit trail.
+#[derive(Clone, Copy, Debug)]
+pub struct NewCommand<'a> {
+    /// Who.
+    pub actor: &'a str,
+    /// From which network address.
+    pub address: &'a str,
+    /// What.
+    pub command: &'a str,
+    /// With which particulars, JSON.
+    pub details: &'a str,
+    /// `done`, or the code of the refusal.
+    pub result: &'a str,
+}
+
+/// A command of the audit trail.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct CommandEntry {
+    /// 1 for the first.
+    pub number: i64,
+    /// UTC, ISO 8601.
+    pub time: String,
+    /// Who.
+    pub actor: String,
+    /// From which network address.
+    pub address: String,
+    /// What.
+    pub command: String,
+    /// With which particulars, JSON.
+    pub details: String,
+    /// `done`, or the code of the refusal.
+    pub result: String,
+}
+
+/// An operator's word on a run, which goes before the verdict.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Review {
+    /// May it be used?
+    pub accepted: bool,
+    /// Why.
+    pub note: String,
+    /// Whose word.
+    pub reviewer: String,
+    /// UTC, ISO 8601.
+    pub time: String,
+}
+
+impl Review {
+    /// Lets the review decide about the run, and says so first of all reasons.
+    pub(super) fn decide(&self, run: &mut Run) {
+        let judged = if self.accepted {
+            "accepted"
+        } else {
+            "rejected"
+        };
+        run.verdict.accepted = self.accepted;
+        run.verdict.reasons.insert(
+            0,
+            Reason {
+                code: format!("{judged}_by_operator"),
+                text: format!(
+                    "{judged} by {} on {}: {}",
+                    self.reviewer, self.time, self.note
+                ),
+            },
+        );
+    }
+}
+
+impl Logbook {
+    /// Enters a command.
+    pub fn enter_command(&mut self, new: &NewCommand) -> Result<(), Error> {
+        self.write(Durability::Process, |transaction| {
+            transaction.execute(
+                "INSERT INTO command (time, actor, address, command, details, result)
+                 VALUES (strftime('%Y-%m-%dT%H:%M:%SZ'), ?, ?, ?, ?, ?)",
+                params![new.actor, new.address, new.command, new.details, new.result],
+            )?;
+            Ok(())
+        })
+    }
+
+    /// The newest commands, at most so many, newest first.
+    pub fn commands(&self, at_most: u32) -> Result<Vec<CommandEntry>, Error> {
+        self.reading(collect(
+            &self.connection,
+            "SELECT id, time, actor, address, command, details, result FROM command
+             ORDER BY id DESC LIMIT ?",
+            at_most.into(),
+            |row| {
+                Ok(CommandEntry {
+                    number: row.get(0)?,
+                    time: row.get(1)?,
+                    actor: row.get(2)?,
+                    address: row.get(3)?,
+                    command: row.get(4)?,
+                    details: row.get(5)?,
+                    result: row.get(6)?,
+                })
+            },
+        ))
+    }
+
+    /// Enters an operator's word on a run of a campaign. `None` where there is no such run, or where one without a model
+    /// is to be accepted.
+    pub fn review(
+        &mut self,
+        campaign: CampaignId,
+        run: u32,
+        accepted: bool,
+        note: &str,
+        reviewer: &str,
+    ) -> Result<Option<()>, Error> {
+        let entered = self.write(Durability::Power, |transaction| {
+            transaction.execute(
+                "INSERT INTO review (run, accepted, note, reviewer, time)
+                 SELECT id, ?3, ?4, ?5, strftime('%Y-%m-%dT%H:%M:%SZ') FROM run
+                 WHERE campaign = ?1 AND number = ?2 AND sha256 IS NOT NULL
+                   AND (NOT ?3 OR EXISTS (SELECT 1 FROM estimate WHERE estimate.run = run.id))",
+                params![campaign.0, run, accepted, note, reviewer],
+            )
+        })?;
+        Ok((entered == 1).then_some(()))
+    }
+
+    /// The last review of each reviewed run of a campaign.
+    pub fn reviews(&self, campaign: CampaignId) -> Result<Vec<(u32, Review)>, Error> {
+        self.reading(collect(
+            &self.connection,
+            "SELECT run.number, review.accepted, note, reviewer, time
+             FROM review JOIN run ON run.id = review.run
+             WHERE run.campaign = ?
+               AND review.id = (SELECT max(id) FROM review AS newest WHERE newest.run = run.id)
+             ORDER BY run.number",
+            campaign.0,
+            |row| {
+                Ok((
+                    row.get(0)?,
+                    Review {
+                        accepted: row.get(1)?,
+                        note: row.get(2)?,
+                        reviewer: row.get(3)?,
+                        time: row.get(4)?,
+                    },
+                ))
+            },
+        ))
+    }
+}

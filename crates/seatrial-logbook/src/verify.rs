@@ -1,0 +1,201 @@
+//! Proof that a logbook is whole.
+
+use rusqlite::Connection;
+use serde::Serialize;
+
+use super::chain::{campaign_link, outcome_link, run_link, sha256};
+use super::read::{CampaignEntry, State, collect, steps_outside, stored_run};
+use super::row::to_json;
+use super::{CampaignId, Error, Logbook};
+
+/// What was found wrong, and where.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Damage {
+    /// `campaign 2, run 3`
+    pub place: String,
+    /// What is wrong there.
+    pub found: String,
+}
+
+/// What was checked and what was found wrong.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Verification {
+    /// Campaigns checked.
+    pub campaigns: u32,
+    /// Campaigns without an outcome: interrupted, or still running.
+    pub campaigns_unfinished: u32,
+    /// Finished runs whose hash was recomputed.
+    pub runs_finished: u32,
+    /// Runs without a result.
+    pub runs_unfinished: u32,
+    /// Trials of the pitch axis checked.
+    pub pitch_trials: u32,
+    /// Samples read.
+    pub samples: usize,
+    /// Nothing, in a whole logbook.
+    pub damage: Vec<Damage>,
+}
+
+impl Logbook {
+    /// Checks the file's structure, its references, every sample count and every hash.
+    pub fn verify(&self) -> Result<Verification, Error> {
+        // One view of the file, also while another process is writing.
+        let view = self.reading(self.connection.unchecked_transaction())?;
+        let mut found = Verification::default();
+        self.verify_structure(&mut found);
+        match self.campaigns() {
+            Ok(campaigns) => {
+                for campaign in &campaigns {
+                    self.verify_campaign(campaign, &mut found);
+                }
+            }
+            Err(error) => found.add("campaigns", error),
+        }
+        self.verify_pitch_trials(&mut found);
+        self.reading(view.finish())?;
+        Ok(found)
+    }
+
+    fn verify_structure(&self, found: &mut Verification) {
+        let complaints = self
+            .connection
+            .prepare("PRAGMA integrity_check")
+            .and_then(|mut check| {
+                check
+                    .query_map([], |row| row.get::<_, String>(0))?
+                    .collect::<Result<Vec<_>, _>>()
+            });
+        match complaints {
+            Ok(complaints) => complaints
+                .into_iter()
+                .filter(|complaint| complaint != "ok")
+                .for_each(|complaint| found.add("file structure", complaint)),
+            Err(error) => found.add("file structure", error),
+        }
+        let orphans = self
+            .connection
+            .prepare("PRAGMA foreign_key_check")
+            .and_then(|mut check| {
+                check
+                    .query_map([], |row| Ok((row.get(0)?, row.get(2)?)))?
+                    .collect::<Result<Vec<(String, String)>, _>>()
+            });
+        match orphans {
+            Ok(orphans) => orphans.into_iter().for_each(|(table, parent)| {
+                found.add(
+                    &format!("table {table}"),
+                    format!("a row whose {parent} is missing"),
+                );
+            }),
+            Err(error) => found.add("references", error),
+        }
+    }
+
+    fn verify_campaign(&self, campaign: &CampaignEntry, found: &mut Verification) {
+        let place = format!("campaign {}", campaign.id.0);
+        found.campaigns += 1;
+        if sha256(&campaign.plan) != campaign.plan_sha256 {
+            found.add(&place, "the plan is not the one that its hash was made of");
+        }
+        if campaign_link(campaign) != campaign.sha256 {
+            found.add(&place, "what it ran on was changed since it began");
+        }
+        let mut head = campaign.sha256.clone();
+        match sealed_runs(&self.connection, campaign.id) {
+            Ok(runs) => {
+                for run in &runs {
+                    self.verify_run(&place, run, &head, found);
+                    // The next link was made of this one: one changed run is reported once.
+                    if let Some(seal) = &run.sha256 {
+                        head.clone_from(seal);
+                    }
+                }
+            }
+            Err(error) => found.add(&place, error),
+        }
+        let outside = match steps_outside(&self.connection, campaign.id.0) {
+            Ok(outside) => outside,
+            Err(error) => return found.add(&place, error),
+        };
+        found.samples += outside.len();
+        match campaign.state {
+            State::Ended { outcome } => {
+                match to_json(&outcome).and_then(|text| outcome_link(&head, &text, &outside)) {
+                    Ok(link) => head = link,
+                    Err(error) => found.add(&place, error),
+                }
+            }
+            State::Unfinished | State::Interrupted => found.campaigns_unfinished += 1,
+        }
+        if head != campaign.head_sha256 {
+            found.add(
+                &place,
+                "its outcome, the number of its runs or a sample outside them was changed",
+            );
+        }
+    }
+
+    fn verify_run(&self, campaign: &str, run: &SealedRun, head: &str, found: &mut Verification) {
+        let place = format!("{campaign}, run {}", run.number);
+        match run.sha256 {
+            Some(_) => found.runs_finished += 1,
+            None => found.runs_unfinished += 1,
+        }
+        let stored = match stored_run(&self.connection, run.id) {
+            Ok(stored) => stored,
+            Err(error) => return found.add(&place, error),
+        };
+        let samples = stored.steps.len();
+        found.samples += samples;
+        let Some(seal) = &run.sha256 else { return };
+        match run.sample_count {
+            Some(count) if count as usize == samples => {}
+            Some(count) => found.add(&place, format!("{samples} samples, {count} were sealed")),
+            None => found.add(&place, "sealed without its number of samples"),
+        }
+        match run_link(head, &stored) {
+            Ok(link) if link == *seal => {}
+            Ok(_) => found.add(
+                &place,
+                "a sample, an action, an estimate or the result was changed since it was sealed",
+            ),
+            Err(error) => found.add(&place, error),
+        }
+    }
+}
+
+/// What a run was sealed with.
+struct SealedRun {
+    id: i64,
+    number: u32,
+    sample_count: Option<u32>,
+    sha256: Option<String>,
+}
+
+fn sealed_runs(
+    connection: &Connection,
+    campaign: CampaignId,
+) -> Result<Vec<SealedRun>, rusqlite::Error> {
+    collect(
+        connection,
+        "SELECT id, number, sample_count, sha256 FROM run WHERE campaign = ? ORDER BY number",
+        campaign.0,
+        |row| {
+            Ok(SealedRun {
+                id: row.get(0)?,
+                number: row.get(1)?,
+                sample_count: row.get(2)?,
+                sha256: row.get(3)?,
+            })
+        },
+    )
+}
+
+impl Verification {
+    pub(super) fn add(&mut self, place: &str, found: impl ToString) {
+        self.damage.push(Damage {
+            place: place.into(),
+            found: found.to_string(),
+        });
+    }
+}

@@ -1,0 +1,302 @@
+//! What goes into a logbook.
+
+use rusqlite::{Connection, ErrorCode, Transaction, TransactionBehavior, params};
+use seatrial_core::Outcome;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::chain::{campaign_link, outcome_link, run_link, sha256};
+use super::read::{campaign_entries, steps_of_run, steps_outside, stored_run};
+use super::row::{Exact, from_json, stage_name, to_json};
+use super::{CampaignId, Error, Logbook, RunId};
+use seatrial::Step;
+use seatrial::campaign::Run;
+
+/// What a campaign runs on, known before its first sample.
+#[derive(Clone, Copy, Debug)]
+pub struct NewCampaign<'a> {
+    /// Name of the configuration (payload).
+    pub configuration: &'a str,
+    /// Notes on the configuration. `None` leaves those of an earlier campaign.
+    pub notes: Option<&'a str>,
+    /// The version of seatrial.
+    pub software_version: &'a str,
+    /// The vehicle as given on the command line.
+    pub vehicle: &'a str,
+    /// Seed of a simulated vehicle.
+    pub seed: Option<u64>,
+    /// Largest rudder angle, rad.
+    pub rudder_limit_rad: f64,
+    /// The plan as text, enough to run the trial again.
+    pub plan: &'a str,
+}
+
+/// What is lost with the power.
+pub(super) enum Durability {
+    /// The last transactions may be.
+    Process,
+    /// Nothing that was committed.
+    Power,
+}
+
+impl Logbook {
+    /// Enters a new campaign.
+    pub fn begin_campaign(&mut self, new: &NewCampaign) -> Result<CampaignId, Error> {
+        self.write(Durability::Power, |transaction| {
+            let configuration: i64 = transaction.query_row(
+                "INSERT INTO configuration (name, notes) VALUES (?1, ?2)
+                 ON CONFLICT (name) DO UPDATE SET notes = coalesce(?2, notes) RETURNING id",
+                params![new.configuration, new.notes],
+                |row| row.get(0),
+            )?;
+            transaction.execute(
+                "INSERT INTO campaign (configuration, started, software_version, vehicle, seed,
+                                       rudder_limit_rad, plan, plan_sha256, sha256, head_sha256)
+                 VALUES (?, strftime('%Y-%m-%dT%H:%M:%SZ'), ?, ?, ?, ?, ?, ?, '', '')",
+                params![
+                    configuration,
+                    new.software_version,
+                    new.vehicle,
+                    new.seed.map(u64::cast_signed),
+                    Exact(new.rudder_limit_rad),
+                    new.plan,
+                    sha256(new.plan),
+                ],
+            )?;
+            let campaign = CampaignId(transaction.last_insert_rowid());
+            for entry in campaign_entries(transaction)? {
+                if entry.id == campaign {
+                    transaction.execute(
+                        "UPDATE campaign SET sha256 = ?1, head_sha256 = ?1 WHERE id = ?2",
+                        params![campaign_link(&entry), campaign.0],
+                    )?;
+                }
+            }
+            Ok(campaign)
+        })
+    }
+
+    /// Enters a new run of a campaign.
+    pub fn begin_run(
+        &mut self,
+        campaign: CampaignId,
+        number: u32,
+        thrust: f64,
+        attempt: u32,
+    ) -> Result<RunId, Error> {
+        self.write(Durability::Process, |transaction| {
+            transaction.execute(
+                "INSERT INTO run (campaign, number, thrust, attempt) VALUES (?, ?, ?, ?)",
+                params![campaign.0, number, Exact(thrust), attempt],
+            )?;
+            Ok(RunId(transaction.last_insert_rowid()))
+        })
+    }
+
+    /// Adds steps to a campaign, in order, each with the unfinished run that it belongs to.
+    pub fn append(
+        &mut self,
+        campaign: CampaignId,
+        steps: &[(Option<RunId>, Step)],
+    ) -> Result<(), Error> {
+        self.write(Durability::Process, |transaction| {
+            let next: u32 = transaction.query_row(
+                "SELECT coalesce(max(number) + 1, 0) FROM sample WHERE campaign = ?",
+                [campaign.0],
+                |row| row.get(0),
+            )?;
+            let mut insert = transaction.prepare_cached(
+                "INSERT INTO sample
+                 VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            )?;
+            for (number, (run, step)) in (next..).zip(steps) {
+                insert.raw_bind_parameter(1, campaign.0)?;
+                insert.raw_bind_parameter(2, number)?;
+                insert.raw_bind_parameter(3, run.map(|run| run.0))?;
+                // The thrust came to the table later.
+                for (column, value) in (4..21).chain([23]).zip(step.numbers()) {
+                    insert.raw_bind_parameter(column, value.map(Exact))?;
+                }
+                insert.raw_bind_parameter(21, step.stage.map(stage_name))?;
+                let outcome = step.action.outcome.as_ref().map(to_json).transpose()?;
+                insert.raw_bind_parameter(22, outcome)?;
+                insert.raw_execute()?;
+            }
+            Ok(())
+        })
+    }
+
+    /// Enters the result of a run whose samples were all [appended](Logbook::append), and seals it.
+    ///
+    /// Once this has returned the run survives a loss of power.
+    pub fn finish_run(&mut self, run: RunId, result: &Run) -> Result<(), Error> {
+        let inexact = |found| Error::Inexact {
+            run: result.number,
+            found,
+        };
+        let identification = result
+            .identification
+            .as_ref()
+            .map(|identification| {
+                let mut summary = identification.clone();
+                summary.online.trace.clear();
+                exact_json(&summary).map_err(inexact)
+            })
+            .transpose()?;
+        let appended = self.reading(steps_of_run(&self.connection, run.0))?;
+        let differs = appended.len() != result.record.samples.len()
+            || appended
+                .iter()
+                .zip(&result.record.samples)
+                .any(|(step, &sample)| !step.same_bits(&Step { sample, ..*step }));
+        if differs {
+            return Err(inexact(format!(
+                "its record of {} samples is not the {} that were appended",
+                result.record.samples.len(),
+                appended.len()
+            )));
+        }
+        self.write(Durability::Power, |transaction| {
+            insert_result(transaction, run, result, identification.as_deref())?;
+            seal(transaction, run)
+        })
+    }
+
+    /// Enters how a campaign ended.
+    pub fn finish_campaign(&mut self, campaign: CampaignId, outcome: Outcome) -> Result<(), Error> {
+        self.write(Durability::Power, |transaction| {
+            let outcome = to_json(&outcome)?;
+            let outside = steps_outside(transaction, campaign.0)?;
+            let link = outcome_link(&head(transaction, campaign.0)?, &outcome, &outside)?;
+            transaction.execute(
+                "UPDATE campaign SET outcome = ? WHERE id = ?",
+                params![outcome, campaign.0],
+            )?;
+            set_head(transaction, campaign.0, &link)
+        })
+    }
+
+    pub(super) fn write<T>(
+        &mut self,
+        durability: Durability,
+        change: impl Fn(&Connection) -> Result<T, rusqlite::Error>,
+    ) -> Result<T, Error> {
+        let connection = &mut self.connection;
+        transact(connection, &durability, &change)
+            .or_else(|error| match error.sqlite_error_code() {
+                // On a full disk the write-ahead log may give back the room that it takes.
+                Some(ErrorCode::DiskFull | ErrorCode::SystemIoFailure) => {
+                    connection.execute_batch("PRAGMA wal_checkpoint(TRUNCATE)")?;
+                    transact(connection, &durability, &change)
+                }
+                _ => Err(error),
+            })
+            .map_err(|error| Error::writing(&self.path, &error))
+    }
+}
+
+fn transact<T>(
+    connection: &mut Connection,
+    durability: &Durability,
+    change: impl Fn(&Connection) -> Result<T, rusqlite::Error>,
+) -> Result<T, rusqlite::Error> {
+    let synchronous = match durability {
+        Durability::Process => "NORMAL",
+        Durability::Power => "FULL",
+    };
+    connection.pragma_update(None, "synchronous", synchronous)?;
+    let transaction = Transaction::new(connection, TransactionBehavior::Immediate)?;
+    let result = change(&transaction)?;
+    transaction.commit()?;
+    Ok(result)
+}
+
+fn insert_result(
+    transaction: &Connection,
+    run: RunId,
+    result: &Run,
+    identification: Option<&str>,
+) -> Result<(), rusqlite::Error> {
+    transaction.execute(
+        "UPDATE run SET surge_speed_m_s = ?, verdict = ?, sample_count = ? WHERE id = ?",
+        params![
+            result.surge_speed_m_s.map(Exact),
+            to_json(&result.verdict)?,
+            result.record.samples.len() as i64,
+            run.0
+        ],
+    )?;
+    for (number, span) in (0_u32..).zip(&result.stages) {
+        transaction.execute(
+            "INSERT INTO stage VALUES (?, ?, ?, ?, ?)",
+            params![
+                run.0,
+                number,
+                stage_name(span.stage),
+                Exact(span.window.from_s),
+                Exact(span.window.to_s)
+            ],
+        )?;
+    }
+    let Some(identification) = identification else {
+        return Ok(());
+    };
+    transaction.execute(
+        "INSERT INTO estimate (run, identification) VALUES (?, ?)",
+        params![run.0, identification],
+    )?;
+    let mut insert =
+        transaction.prepare_cached("INSERT INTO trace VALUES (?, ?, ?, ?, ?, ?, ?)")?;
+    let trace = result.identification.iter().flat_map(|i| &i.online.trace);
+    for (number, point) in (0_u32..).zip(trace) {
+        let [a22, b2, c0] = point.theta.map(Exact);
+        let (time, step_norm) = (Exact(point.time_s), Exact(point.step_norm));
+        insert.execute(params![run.0, number, time, a22, b2, c0, step_norm])?;
+    }
+    Ok(())
+}
+
+/// Adds a run, as it stands in the tables, to the hash chain of its campaign.
+fn seal(transaction: &Connection, run: RunId) -> Result<(), rusqlite::Error> {
+    let campaign: i64 =
+        transaction.query_row("SELECT campaign FROM run WHERE id = ?", [run.0], |row| {
+            row.get(0)
+        })?;
+    let link = run_link(
+        &head(transaction, campaign)?,
+        &stored_run(transaction, run.0)?,
+    )?;
+    transaction.execute(
+        "UPDATE run SET sha256 = ? WHERE id = ?",
+        params![link, run.0],
+    )?;
+    set_head(transaction, campaign, &link)
+}
+
+fn head(transaction: &Connection, campaign: i64) -> Result<String, rusqlite::Error> {
+    transaction.query_row(
+        "SELECT head_sha256 FROM campaign WHERE id = ?",
+        [campaign],
+        |row| row.get(0),
+    )
+}
+
+fn set_head(transaction: &Connection, campaign: i64, link: &str) -> Result<(), rusqlite::Error> {
+    transaction.execute(
+        "UPDATE campaign SET head_sha256 = ?, interrupted = 0 WHERE id = ?",
+        params![link, campaign],
+    )?;
+    Ok(())
+}
+
+/// A result as JSON; refused where JSON cannot give it back exactly
+/// (a number that is not finite).
+pub(super) fn exact_json<T: Serialize + DeserializeOwned + PartialEq>(
+    result: &T,
+) -> Result<String, String> {
+    let text = to_json(result).map_err(|error| error.to_string())?;
+    match from_json::<T>(0, &text) {
+        Ok(read) if read == *result => Ok(text),
+        _ => Err(format!("a number of its result is not finite: {text}")),
+    }
+}

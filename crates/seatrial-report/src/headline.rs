@@ -1,0 +1,301 @@
+//! The verdict in plain words, and what to do next.
+
+use seatrial_core::{AbortReason, Outcome};
+
+use super::number::{decimals, joined, percent, significant, spoken};
+use super::speed_figures::Speed;
+use seatrial::campaign::{Campaign, Run};
+use seatrial::identification::{Identification, Reason};
+
+/// How good the news is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Tone {
+    Good,
+    Partly,
+    Bad,
+}
+
+impl Tone {
+    /// CSS class.
+    pub fn class(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Partly => "partly",
+            Self::Bad => "bad",
+        }
+    }
+
+    /// A sign beside the colour, for those who do not see it.
+    pub fn sign(self) -> &'static str {
+        match self {
+            Self::Good => "✓",
+            Self::Partly => "!",
+            Self::Bad => "✕",
+        }
+    }
+}
+
+/// The first thing that a reader sees.
+pub(super) struct Headline {
+    pub tone: Tone,
+    pub verdict: String,
+    /// What was found, one sentence each.
+    pub findings: Vec<String>,
+    /// What to do now, one sentence each.
+    pub next: Vec<String>,
+}
+
+/// Thrusts in order, each once.
+fn thrusts(campaign: &Campaign) -> Vec<f64> {
+    let mut thrusts: Vec<f64> = campaign.runs.iter().map(|run| run.thrust).collect();
+    thrusts.sort_by(f64::total_cmp);
+    thrusts.dedup();
+    thrusts
+}
+
+/// The verdict of a campaign.
+pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed]) -> Headline {
+    let tried = thrusts(campaign);
+    let failed: Vec<&Run> = tried
+        .iter()
+        .filter(|thrust| !speeds.iter().any(|speed| speed.run.thrust == **thrust))
+        .filter_map(|thrust| campaign.runs.iter().rfind(|run| run.thrust == *thrust))
+        .collect();
+    let count = match (speeds.len(), tried.len()) {
+        (_, 0) => "No run was recorded".to_owned(),
+        (0, _) => "No usable model".to_owned(),
+        (1, 1) => "A usable model at the one speed tried".to_owned(),
+        (good, all) if good == all => format!("Usable models at all {all} speeds"),
+        (good, all) => format!("Usable models at {good} of {all} speeds"),
+    };
+    let complete = campaign.outcome == Some(Outcome::Finished);
+    let tone = match speeds.len() {
+        0 => Tone::Bad,
+        good if good == tried.len() && complete => Tone::Good,
+        _ => Tone::Partly,
+    };
+    let verdict = match campaign.outcome {
+        Some(Outcome::Finished) => format!("{count}."),
+        Some(Outcome::Aborted(reason)) => {
+            format!("The trial was stopped: {}. {count}.", abort(reason).0)
+        }
+        None => format!("The trial was not finished. {count} so far."),
+    };
+
+    let mut findings = Vec::new();
+    if let (Some(slow), Some(fast)) = (speeds.first(), speeds.last()) {
+        findings.extend(how_it_steers(slow, fast));
+    }
+    findings.extend(failed.iter().map(|run| {
+        format!(
+            "{} thrust gave no usable model: {}.",
+            percent(run.thrust),
+            joined(&run.verdict.reasons)
+        )
+    }));
+
+    let mut next = Vec::new();
+    match campaign.outcome {
+        Some(Outcome::Aborted(reason)) => next.push(abort(reason).1.to_owned()),
+        None => next.push(
+            "If the trial is no longer running, it was interrupted: every finished run is here; run the missing speeds again."
+                .to_owned(),
+        ),
+        Some(Outcome::Finished) => {}
+    }
+    if !failed.is_empty() && complete {
+        let list: Vec<String> = failed.iter().map(|run| percent(run.thrust)).collect();
+        next.push(format!(
+            "Run {} again after removing the cause given above; until then do not use a gain at that thrust without a check at sea.",
+            list.join(", ")
+        ));
+    }
+    if !speeds.is_empty() {
+        next.push(
+            "Load the gains and the feed-forward rudder of the table “Controller” into the autopilot, then check one heading step at the lowest \
+             and one at the highest speed against the figure of the heading step."
+                .to_owned(),
+        );
+    } else if campaign.runs.is_empty() {
+        next.push(
+            "Check that the vehicle sends samples and reaches a steady heading, then start the trial again."
+                .to_owned(),
+        );
+    }
+    Headline {
+        tone,
+        verdict,
+        findings,
+        next,
+    }
+}
+
+/// One sentence on stability, one on authority.
+fn how_it_steers(slow: &Speed, fast: &Speed) -> Vec<String> {
+    let mut sentences = Vec::new();
+    let stable = [slow, fast]
+        .iter()
+        .all(|speed| speed.point.model.a22_per_s < 0.0);
+    let settle = |speed: &Speed| significant(4.0 / -speed.point.model.a22_per_s, 2);
+    sentences.push(if stable {
+        format!(
+            "The vehicle is course stable: after a rudder change its turn settles within {} s.",
+            from_slow_to_fast(settle(slow), settle(fast), " s")
+        )
+    } else {
+        "At some speed the vehicle is course unstable: it does not stop turning by itself."
+            .to_owned()
+    });
+    let straight = |speed: &Speed| {
+        let offset = speed.point.model.delta0_rad()?;
+        Some(decimals(-offset.to_degrees(), 1))
+    };
+    if let Some((slow, fast)) = straight(slow).zip(straight(fast)) {
+        sentences.push(format!(
+            "To go straight the rudder must stand at {}°.",
+            from_slow_to_fast(slow, fast, "°")
+        ));
+    }
+    sentences
+}
+
+/// One value, or the two with the speeds to which they belong.
+fn from_slow_to_fast(slow: String, fast: String, unit: &str) -> String {
+    if slow == fast {
+        slow
+    } else {
+        format!("{slow}{unit} at the lowest thrust, at the highest {fast}")
+    }
+}
+
+/// Why the trial stopped and what to do.
+fn abort(reason: AbortReason) -> (&'static str, &'static str) {
+    match reason {
+        AbortReason::Operator => (
+            "the operator stopped it",
+            "Nothing need be wrong: start again when ready; the runs recorded so far stay valid.",
+        ),
+        AbortReason::Depth => (
+            "the depth left its limits",
+            "Check ballast and depth control, or widen the depth limits of the plan if the water allows it.",
+        ),
+        AbortReason::Altitude => (
+            "the bottom came too close",
+            "Choose deeper water or a shallower run.",
+        ),
+        AbortReason::Roll => (
+            "the roll left its limits",
+            "Check trim and ballast, or lower the rudder amplitude of the plan.",
+        ),
+        AbortReason::Pitch => (
+            "the pitch left its limits",
+            "Check trim and depth control before the next try.",
+        ),
+        AbortReason::YawRate => (
+            "the vehicle turned faster than allowed",
+            "Lower the rudder amplitude of the plan, or raise the limit if the vehicle bears it.",
+        ),
+        AbortReason::HeadingExcursion => (
+            "the heading went too far from that of the run",
+            "Lower the rudder amplitude or shorten the doublet in the plan, and check that the heading controller holds course.",
+        ),
+        AbortReason::Area => (
+            "the vehicle reached the edge of its area",
+            "Start farther from the edge or with a heading along the longer side; “seatrial plan” shows the room that a trial needs.",
+        ),
+        AbortReason::SpeedDrift => (
+            "the speed changed too much within a stage",
+            "Allow more time to settle at each thrust, and check the propulsion and the current.",
+        ),
+        AbortReason::StaleSamples => (
+            "no usable sample came for too long",
+            "Check the compass and the link: the plot below ends where the samples stopped.",
+        ),
+        AbortReason::StageTimeLimit => (
+            "a stage took longer than its limit",
+            "Check the clock of the vehicle and the time limits of the plan.",
+        ),
+        AbortReason::ReversedRudder => (
+            "the vehicle turned against the rudder",
+            "Check the sign of the rudder and of the heading before anything else: with this sign the heading controller is unstable too. A current that sets in from the side turns a vehicle so as well.",
+        ),
+        AbortReason::NotSettled => (
+            "the vehicle did not settle in the time allowed",
+            "Look at the heading below: if it swings, lower the gain of the initial heading controller; if it drifts, check trim and current.",
+        ),
+        AbortReason::LinkLost => (
+            "the link to the vehicle was lost",
+            "Restore the link and start again; check that the vehicle did what it must on a lost link.",
+        ),
+        AbortReason::ModeChanged | AbortReason::StickMoved | AbortReason::Disarmed => (
+            "the pilot took the vehicle over",
+            "Start again when the pilot agrees; the trial takes nothing back by itself.",
+        ),
+        AbortReason::LowBattery => (
+            "the battery was low",
+            "Bring the vehicle home; charge it before the next trial.",
+        ),
+        AbortReason::Failsafe => (
+            "the autopilot reported a failsafe",
+            "Look into the autopilot's own log for what it acted upon before starting again.",
+        ),
+        AbortReason::Restarted => (
+            "the autopilot started again",
+            "Look into its supply of power; what it measured before and after is not one record.",
+        ),
+        AbortReason::SecondStation => (
+            "somebody else commanded the vehicle under our name",
+            "Stop the other ground station, or give one of both another system id.",
+        ),
+        AbortReason::RudderNotFollowed => (
+            "the rudder did something else than asked for",
+            "Look at the rudder and its servo, and at who else may command it: mode, mixer, limits of the outputs.",
+        ),
+        AbortReason::NotAttended => (
+            "the program that conducts the trial was held up",
+            "Look at the load of its computer and at the disk that keeps the logbook.",
+        ),
+    }
+}
+
+/// The verdict of one identification on a log.
+pub(super) fn of_identification(identification: &Identification) -> Headline {
+    let tone = match (
+        identification.verdict.accepted,
+        identification.validation.is_some(),
+    ) {
+        (true, true) => Tone::Good,
+        (true, false) => Tone::Partly,
+        (false, _) => Tone::Bad,
+    };
+    let (verdict, next) = match tone {
+        Tone::Good => (
+            "The model is usable.",
+            "Derive gains and turning limits with “seatrial gains” and “seatrial turn”.",
+        ),
+        Tone::Partly => (
+            "The model looks usable but was not checked on fresh data.",
+            "Give a second manoeuvre as fresh data (--validate-from with --validate-to, or --validate-on) before using the model.",
+        ),
+        Tone::Bad => ("The model must not be used.", REPEAT),
+    };
+    let reasons = identification.verdict.reasons.iter();
+    Headline {
+        tone,
+        verdict: verdict.to_owned(),
+        findings: reasons.map(|reason| spoken(&reason.text)).collect(),
+        next: vec![next.to_owned()],
+    }
+}
+
+const REPEAT: &str = "Remove the cause given above and record the manoeuvre again.";
+
+/// The verdict on a log that gives no model at all.
+pub(super) fn of_refusal(reason: &Reason) -> Headline {
+    Headline {
+        tone: Tone::Bad,
+        verdict: "This log gives no model.".to_owned(),
+        findings: vec![spoken(&reason.text)],
+        next: vec![REPEAT.to_owned()],
+    }
+}

@@ -1,0 +1,396 @@
+//! The tables: summary, Tables II, III and V of the paper, every run.
+
+use seatrial_core::heading_loop::HeadingLoop;
+use seatrial_core::{HeadingGain, Nomoto, YawModel};
+
+use super::fit::usable;
+use super::number::{MISSING, decimals, decimals_or_missing, joined, percent, significant};
+use super::speed_figures::{DAMPING_RATIO, Speed, gain_interval};
+use seatrial::campaign::{Campaign, Run, Stage};
+use seatrial::identification::{Identification, Intervals};
+use seatrial::identify::fresh::goodness_of_fit;
+use seatrial::identify::simplex;
+use seatrial::propagation::interval_95;
+
+/// A table with a title and a note below it.
+pub(super) struct Table {
+    pub title: &'static str,
+    pub note: String,
+    pub columns: Vec<Column>,
+    pub rows: Vec<Vec<Cell>>,
+}
+
+pub(super) struct Column {
+    pub name: &'static str,
+    /// Empty where there is none.
+    pub unit: &'static str,
+}
+
+#[derive(Default)]
+pub(super) struct Cell {
+    pub text: String,
+    /// A second, smaller line: the interval.
+    pub detail: String,
+    /// CSS class.
+    pub class: &'static str,
+    /// Where a click leads, `#run-3`.
+    pub link: String,
+}
+
+impl From<String> for Cell {
+    fn from(text: String) -> Self {
+        Self {
+            text,
+            ..Self::default()
+        }
+    }
+}
+
+impl Cell {
+    pub fn words(text: String) -> Self {
+        Self {
+            class: "words",
+            ..Self::from(text)
+        }
+    }
+
+    /// A value with its interval on a second line, both with the decimals that the interval's
+    /// width deserves.
+    fn with_interval(value: f64, interval: Option<[f64; 2]>) -> Self {
+        let Some([low, high]) = interval else {
+            return significant(value, 3).into();
+        };
+        let needed = -(0.5 * (high - low)).log10().floor() + 1.0;
+        let count = if needed.is_finite() {
+            needed.clamp(0.0, 6.0) as usize
+        } else {
+            3
+        };
+        Self {
+            detail: format!("{} … {}", decimals(low, count), decimals(high, count)),
+            ..Self::from(decimals(value, count))
+        }
+    }
+
+    fn verdict(accepted: bool) -> Self {
+        let (text, class) = if accepted {
+            ("✓ use", "good")
+        } else {
+            ("✕ do not use", "bad")
+        };
+        Self {
+            class,
+            ..Self::from(text.to_owned())
+        }
+    }
+}
+
+pub(super) fn columns(named: &[(&'static str, &'static str)]) -> Vec<Column> {
+    let columns = named.iter().map(|&(name, unit)| Column { name, unit });
+    columns.collect()
+}
+
+/// The cells of a22, b2, C0 and delta0 (deg) of the model that goes to the controller.
+fn parameters(identification: &Identification) -> [Cell; 4] {
+    let model = identification.model();
+    let intervals = identification.refined.as_ref().map(|r| r.interval_95);
+    let interval = |of: fn(&Intervals) -> [f64; 2]| intervals.as_ref().map(of);
+    let in_degrees = |pair: [f64; 2]| pair.map(f64::to_degrees);
+    [
+        Cell::with_interval(model.a22_per_s, interval(|i| i.a22_per_s)),
+        Cell::with_interval(model.b2_per_s2, interval(|i| i.b2_per_s2)),
+        Cell::with_interval(model.c0_rad_per_s2, interval(|i| i.c0_rad_per_s2)),
+        model.delta0_rad().map_or(MISSING.to_owned().into(), |d| {
+            let interval = intervals.and_then(|i| i.delta0_rad).map(in_degrees);
+            Cell::with_interval(d.to_degrees(), interval)
+        }),
+    ]
+}
+
+const SUMMARY_PARAMETERS: [(&str, &str); 8] = [
+    ("Damping a₂₂", "1/s"),
+    ("Authority b₂", "1/s²"),
+    ("Offset C₀", "rad/s²"),
+    ("Offset δ₀", "°"),
+    ("Nomoto T", "s"),
+    ("Nomoto K", "1/s"),
+    ("R²", "fresh data"),
+    ("Gain Kₚ", "°/°"),
+];
+
+fn summary_cells(identification: &Identification, gain: Option<Cell>) -> Vec<Cell> {
+    let nomoto = identification.nomoto;
+    let r2 = identification.validation.and_then(|v| v.r2_heading);
+    let mut cells = Vec::from(parameters(identification));
+    let nomoto_cell = |of: fn(Nomoto<f64>) -> f64| {
+        let interval = identification.refined.as_ref().and_then(|refined| {
+            interval_95(&refined.model, &refined.covariance, |model| {
+                model.nomoto().map(of)
+            })
+        });
+        nomoto.map_or(MISSING.to_owned().into(), |nomoto| {
+            Cell::with_interval(of(nomoto), interval)
+        })
+    };
+    cells.push(nomoto_cell(|nomoto| nomoto.t_s));
+    cells.push(nomoto_cell(|nomoto| nomoto.k_per_s));
+    cells.push(decimals_or_missing(r2, 3).into());
+    cells.push(gain.unwrap_or_else(|| MISSING.to_owned().into()));
+    cells.push(Cell::verdict(identification.verdict.accepted));
+    cells
+}
+
+/// What the small print of a summary means.
+fn summary_note<'a>(mut identifications: impl Iterator<Item = &'a Identification>) -> String {
+    let intervals = if identifications.any(|i| i.refined.is_some()) {
+        "Small print below a value: its 95 % interval."
+    } else {
+        "These are live estimates without intervals."
+    };
+    format!("{intervals} Kₚ gives no more than about 5 % overshoot (damping ratio 0.71).")
+}
+
+/// One line per thrust: the accepted run, or the last one where none was accepted.
+pub(super) fn summary(campaign: &Campaign, speeds: &[Speed]) -> Table {
+    let mut runs: Vec<&Run> = Vec::new();
+    for run in campaign.runs.iter().rev() {
+        if !runs.iter().any(|other| other.thrust == run.thrust) {
+            let accepted = speeds.iter().find(|s| s.run.thrust == run.thrust);
+            runs.push(accepted.map_or(run, |speed| speed.run));
+        }
+    }
+    runs.sort_by(|a, b| a.thrust.total_cmp(&b.thrust));
+    let note = summary_note(runs.iter().filter_map(|run| run.identification.as_ref()));
+    let rows = runs.into_iter().map(|run| {
+        let mut row = vec![
+            Cell {
+                link: run_anchor(run),
+                ..percent(run.thrust).into()
+            },
+            decimals_or_missing(run.surge_speed_m_s, 2).into(),
+        ];
+        let gain = speeds
+            .iter()
+            .find(|speed| std::ptr::eq(speed.run, run))
+            .and_then(|speed| Some(gain_cell(speed, speed.gain?.proportional_gain)));
+        match &run.identification {
+            Some(identification) => {
+                row.extend(summary_cells(identification, gain));
+                // The run may be rejected for what the identification does not know.
+                if let Some(verdict) = row.last_mut() {
+                    *verdict = Cell::verdict(run.verdict.accepted);
+                }
+            }
+            None => {
+                row.extend(SUMMARY_PARAMETERS.map(|_| Cell::from(MISSING.to_owned())));
+                row.push(Cell::verdict(run.verdict.accepted));
+            }
+        }
+        row
+    });
+    Table {
+        title: "Summary",
+        note,
+        rows: rows.collect(),
+        columns: columns(
+            &[
+                &[("Thrust", ""), ("Speed", "m/s")],
+                &SUMMARY_PARAMETERS[..],
+                &[("Verdict", "")],
+            ]
+            .concat(),
+        ),
+    }
+}
+
+/// The one line of an identification on a log.
+pub(super) fn log_summary(identification: &Identification, gain: Option<f64>) -> Table {
+    let gain = gain.map(|gain| Cell::from(significant(gain, 3)));
+    Table {
+        title: "Summary",
+        note: summary_note(std::iter::once(identification)),
+        rows: vec![summary_cells(identification, gain)],
+        columns: columns(&[&SUMMARY_PARAMETERS[..], &[("Verdict", "")]].concat()),
+    }
+}
+
+fn gain_cell(speed: &Speed, gain: f64) -> Cell {
+    Cell::with_interval(gain, gain_interval(speed))
+}
+
+pub(super) fn run_anchor(run: &Run) -> String {
+    format!("#run-{}", run.number)
+}
+
+/// The cells of a model as the paper's Tables II, III and V print it.
+fn as_printed(model: &YawModel<f64>) -> Vec<Cell> {
+    vec![
+        decimals(model.a22_per_s, 2).into(),
+        decimals(model.b2_per_s2, 2).into(),
+        decimals(model.c0_rad_per_s2, 4).into(),
+        decimals_or_missing(model.delta0_rad(), 3).into(),
+    ]
+}
+
+const AS_PRINTED: [(&str, &str); 6] = [
+    ("Thrust", "%"),
+    ("Speed", "m/s"),
+    ("a₂₂", "1/s"),
+    ("b₂", "1/s²"),
+    ("C₀", "rad/s²"),
+    ("δ₀", "rad"),
+];
+
+fn thrust_and_speed(speed: &Speed) -> Vec<Cell> {
+    vec![
+        decimals(100.0 * speed.run.thrust, 0).into(),
+        decimals_or_missing(speed.run.surge_speed_m_s, 2).into(),
+    ]
+}
+
+fn fresh_r2(speed: &Speed, model: &YawModel<f64>) -> Cell {
+    let window = speed.run.stage(Stage::Validate);
+    let samples = window.map(|window| speed.run.record.window(window));
+    decimals_or_missing(
+        samples.and_then(|s| goodness_of_fit(*model, s).r2_heading),
+        3,
+    )
+    .into()
+}
+
+/// Table II: the estimate made sample by sample on the vehicle.
+pub(super) fn online(speeds: &[Speed]) -> Table {
+    let rows = speeds.iter().map(|speed| {
+        let model = &speed.identification.online.model;
+        let mut row = thrust_and_speed(speed);
+        row.extend(as_printed(model));
+        row.push(fresh_r2(speed, model));
+        row.push(decimals_or_missing(speed.identification.online.convergence.detected_s, 1).into());
+        row
+    });
+    Table {
+        title: "Live estimates",
+        note: "As Table II of the paper: what the vehicle knew at the end of each training stage, estimated sample by sample.".to_owned(),
+        rows: rows.collect(),
+        columns: columns(
+            &[&AS_PRINTED[..], &[("R²", "fresh data"), ("At rest after", "s")]].concat(),
+        ),
+    }
+}
+
+/// Table III: the paper's offline method on the same training records.
+pub(super) fn offline(speeds: &[Speed]) -> Table {
+    let rows = speeds.iter().filter_map(|speed| {
+        let window = speed.identification.training;
+        let samples = usable(speed.run.record.window(window));
+        let minimum = simplex::fit_as_paper(&samples)?;
+        let model = YawModel::from_theta(minimum.at);
+        let mut row = thrust_and_speed(speed);
+        row.extend(as_printed(&model));
+        row.push(fresh_r2(speed, &model));
+        row.push(minimum.iterations.to_string().into());
+        Some(row)
+    });
+    Table {
+        title: "Offline simplex search",
+        note: "As Table III of the paper: the conventional method, a simplex search from zero over whole simulations of the same training records. \
+               It should agree with the live estimates; it is printed for comparison only and goes nowhere."
+            .to_owned(),
+        rows: rows.collect(),
+        columns: columns(
+            &[&AS_PRINTED[..], &[("R²", "fresh data"), ("Iterations", "")]].concat(),
+        ),
+    }
+}
+
+/// Table V: the final model with what goes into the autopilot.
+pub(super) fn controller(speeds: &[Speed]) -> Table {
+    let rows = speeds.iter().map(|speed| {
+        let model = &speed.point.model;
+        let mut row = thrust_and_speed(speed);
+        row.extend(as_printed(model));
+        let r2 = speed.identification.validation.and_then(|v| v.r2_heading);
+        row.push(decimals_or_missing(r2, 3).into());
+        let gain = speed.gain;
+        row.push(gain.map_or(MISSING.to_owned().into(), |g| Cell {
+            class: "strong",
+            ..gain_cell(speed, g.proportional_gain)
+        }));
+        let paper = HeadingGain::design(model, DAMPING_RATIO).ok();
+        row.push(decimals_or_missing(paper.map(|g| g.proportional_gain), 2).into());
+        let feed_forward = gain.map(|g| g.feed_forward_rudder_rad.to_degrees());
+        row.push(Cell {
+            class: "strong",
+            ..decimals_or_missing(feed_forward, 2).into()
+        });
+        let phase = speed.margins.and_then(|m| m.phase_margin_rad);
+        row.push(decimals_or_missing(phase.map(f64::to_degrees), 0).into());
+        let gain_margin = speed.margins.and_then(|m| m.gain_margin);
+        row.push(decimals_or_missing(gain_margin, 1).into());
+        let overshoot = gain
+            .and_then(|g| HeadingLoop::new(model, g.proportional_gain).ok())
+            .map(|closed| 100.0 * closed.overshoot());
+        row.push(decimals_or_missing(overshoot, 1).into());
+        row
+    });
+    Table {
+        title: "Controller",
+        note: "As Table V of the paper: the final model of each speed and what to load. Rudder = Kₚ (wanted heading − heading) + feed-forward, within the \
+               rudder limit. Kₚ allows for a sample of delay, the hold over a sample and a rudder lag that the record tells, and for the least damped \
+               model of the 95 % interval; the paper's (57) for none of these. Margins count the same delays: the gain may grow by the gain margin before the loop is unstable."
+            .to_owned(),
+        rows: rows.collect(),
+        columns: columns(
+            &[
+                &AS_PRINTED[..],
+                &[
+                    ("R²", "fresh data"),
+                    ("Kₚ", "°/°"),
+                    ("Kₚ (57)", "°/°"),
+                    ("Feed-forward −δ₀", "°"),
+                    ("Phase margin", "°"),
+                    ("Gain margin", "×"),
+                    ("Overshoot", "%"),
+                ],
+            ]
+            .concat(),
+        ),
+    }
+}
+
+/// Every run with its reasons.
+pub(super) fn runs(campaign: &Campaign) -> Table {
+    let rows = campaign.runs.iter().map(|run| {
+        let duration = run.record.samples.first().zip(run.record.samples.last());
+        let duration = duration.map(|(first, last)| last.time_s - first.time_s);
+        vec![
+            Cell {
+                link: run_anchor(run),
+                ..run.number.to_string().into()
+            },
+            percent(run.thrust).into(),
+            run.attempt.to_string().into(),
+            decimals_or_missing(run.surge_speed_m_s, 2).into(),
+            decimals_or_missing(duration, 1).into(),
+            run.record.samples.len().to_string().into(),
+            Cell::verdict(run.verdict.accepted),
+            Cell::words(joined(&run.verdict.reasons)),
+        ]
+    });
+    Table {
+        title: "Every run",
+        note: "In the order in which they were made, rejected and repeated ones included."
+            .to_owned(),
+        rows: rows.collect(),
+        columns: columns(&[
+            ("Run", ""),
+            ("Thrust", ""),
+            ("Attempt", ""),
+            ("Speed", "m/s"),
+            ("Duration", "s"),
+            ("Samples", ""),
+            ("Verdict", ""),
+            ("Why", ""),
+        ]),
+    }
+}

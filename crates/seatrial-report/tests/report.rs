@@ -1,0 +1,294 @@
+//! The report is read from outside: as a browser and a person would.
+
+mod made_up_trial;
+
+use seatrial::Campaign;
+use seatrial::identification::Reason;
+use seatrial_core::{AbortReason, Outcome};
+use seatrial_report::{self as report, Log};
+
+/// Keeps a page where a person can open it and returns its text.
+fn kept(name: &str, page: String) -> String {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("report");
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join(format!("{name}.html")), &page).unwrap();
+    page
+}
+
+fn aborted() -> Campaign {
+    let mut campaign = made_up_trial::campaign(&[0.6, 0.7]);
+    campaign.outcome = Some(Outcome::Aborted(AbortReason::Roll));
+    made_up_trial::interrupt(campaign.runs.last_mut().unwrap());
+    campaign
+}
+
+fn rejected() -> Campaign {
+    let mut campaign = made_up_trial::campaign(&[0.6, 0.8]);
+    campaign.runs.iter_mut().for_each(made_up_trial::reject);
+    campaign
+}
+
+fn empty() -> Campaign {
+    Campaign {
+        outcome: None,
+        ..made_up_trial::campaign(&[])
+    }
+}
+
+/// Every kind of page that there is.
+fn pages() -> Vec<(&'static str, String)> {
+    let mut partly = made_up_trial::campaign(&[0.6, 0.7, 0.8, 0.9, 1.0]);
+    made_up_trial::reject(&mut partly.runs[2]);
+    let mut again = partly.runs[2].clone();
+    (again.number, again.attempt) = (6, 2);
+    partly.runs.push(again);
+    let one = made_up_trial::campaign(&[0.8]);
+    let run = &one.runs[0];
+    let log = Log {
+        name: "run_80.csv",
+        record: &run.record,
+        fresh: None,
+        identification: Ok(run.identification.as_ref().unwrap()),
+        provenance: &[("Format", "csv".to_owned())],
+    };
+    let reason = Reason {
+        code: "rudder_constant".to_owned(),
+        text: "the rudder stays within 0.01 deg".to_owned(),
+    };
+    let refused = Log {
+        identification: Err(&reason),
+        ..log
+    };
+    vec![
+        ("refused", report::render_log(&refused)),
+        (
+            "finished",
+            report::render(&made_up_trial::campaign(&[0.6, 0.7, 0.8, 0.9, 1.0]), &[]),
+        ),
+        ("partly", report::render(&partly, &[])),
+        ("rejected", report::render(&rejected(), &[])),
+        ("aborted", report::render(&aborted(), &[])),
+        ("empty", report::render(&empty(), &[])),
+        ("one_speed", report::render(&one, &[])),
+        ("log", report::render_log(&log)),
+    ]
+}
+
+#[test]
+fn prop_page_asks_for_nothing_outside() {
+    for (name, page) in pages() {
+        let page = kept(name, page);
+        for outside in [
+            "http:",
+            "https:",
+            "src=",
+            "url(",
+            "@import",
+            "<link rel=\"style",
+            "//",
+        ] {
+            assert!(!page.contains(outside), "{name} holds {outside}");
+        }
+        assert!(page.contains("default-src 'none'"), "{name} has no policy");
+    }
+}
+
+/// Names of the elements that are open at each closing tag: a page whose tags do not balance is
+/// shown as the browser guesses.
+#[test]
+fn prop_tags_balance_and_attributes_are_closed() {
+    const EMPTY_ELEMENTS: [&str; 2] = ["meta", "link"];
+    for (name, page) in pages() {
+        let mut open: Vec<&str> = Vec::new();
+        // Style and script hold no tags, but may hold a comparison.
+        let mut rest = page.as_str();
+        while let Some(start) = rest.find('<') {
+            rest = &rest[start + 1..];
+            let end = rest
+                .find('>')
+                .unwrap_or_else(|| panic!("{name}: tag without end"));
+            let tag = &rest[..end];
+            rest = &rest[end + 1..];
+            assert_eq!(
+                tag.matches('"').count() % 2,
+                0,
+                "{name}: open quote in {tag}"
+            );
+            let element = tag
+                .trim_start_matches('/')
+                .split([' ', '/', '\n'])
+                .next()
+                .unwrap();
+            if tag.starts_with('/') {
+                assert_eq!(open.pop(), Some(element), "{name}: </{element}>");
+            } else if !tag.ends_with('/')
+                && !tag.starts_with('!')
+                && !EMPTY_ELEMENTS.contains(&element)
+            {
+                open.push(element);
+            }
+        }
+        assert!(open.is_empty(), "{name}: {open:?} not closed");
+    }
+}
+
+#[test]
+fn prop_no_number_that_is_none() {
+    for (name, page) in pages() {
+        for wrong in ["NaN", "inf ", "inf\"", ">inf", "-inf"] {
+            assert!(!page.contains(wrong), "{name} holds {wrong}");
+        }
+    }
+}
+
+#[test]
+fn prop_same_campaign_same_bytes() {
+    assert_eq!(pages(), pages());
+}
+
+/// Every figure has a name for those who do not see it, and a caption.
+#[test]
+fn prop_every_chart_has_words() {
+    for (name, page) in pages() {
+        let charts = page.matches("<svg class=\"chart\"").count();
+        assert_eq!(
+            charts,
+            page.matches("role=\"img\" aria-label=\"").count(),
+            "{name}"
+        );
+        assert_eq!(charts, page.matches("<figcaption>").count(), "{name}");
+        assert!(!page.contains("aria-label=\"\""), "{name}");
+        assert!(!page.contains("<figcaption></figcaption>"), "{name}");
+    }
+}
+
+#[test]
+fn exact_finished_trial_has_every_part() {
+    let page = report::render(&made_up_trial::campaign(&[0.6, 0.7, 0.8, 0.9, 1.0]), &[]);
+    for part in [
+        "Usable models at all 5 speeds.",
+        "What to do now",
+        "Summary",
+        "Controller",
+        "Live estimates",
+        "Offline simplex search",
+        "Every run",
+        "What the numbers assume",
+        "What was recorded",
+        "through zero",
+        "U-turn mean radius",
+        "Steady turning radius",
+        "Phase margin",
+        "Feed-forward",
+        "Change per sample",
+        "converged 10.0 s",
+        "SHA-256",
+    ] {
+        assert!(page.contains(part), "{part} is missing");
+    }
+    for run in 1..=5 {
+        assert!(page.contains(&format!("id=\"run-{run}\"")), "run {run}");
+    }
+    // The issue's limit for five speeds.
+    assert!(page.len() < 1_500_000, "{} bytes", page.len());
+}
+
+/// No plots when the analysis fails is the complaint; every run of a bad trial is drawn.
+#[test]
+fn exact_bad_trials_are_drawn() {
+    let page = report::render(&aborted(), &[]);
+    assert!(
+        page.contains("the roll left its limits. A usable model")
+            || page.contains("the roll left its limits. Usable models at 1 of 2 speeds.")
+    );
+    assert!(page.contains("Check trim and ballast"));
+    assert!(page.contains("id=\"run-2\""));
+    assert!(page.matches("The manoeuvre.").count() == 2);
+
+    let page = report::render(&rejected(), &[]);
+    assert!(page.contains("No usable model."));
+    assert!(page.matches("The manoeuvre.").count() == 2);
+    assert!(page.matches("Measured less model").count() == 2);
+    assert!(!page.contains("Load the gains"));
+
+    let page = report::render(&empty(), &[]);
+    assert!(page.contains("No run was recorded so far."));
+    assert!(page.contains("What was recorded"));
+}
+
+#[test]
+fn prop_names_cannot_write_markup() {
+    let hostile = "<script>alert(1)</script>\"'&<img onerror=x>";
+    let mut campaign = made_up_trial::campaign(&[0.6]);
+    campaign.vehicle = hostile.to_owned();
+    campaign.configuration = hostile.to_owned();
+    campaign.software_version = hostile.to_owned();
+    campaign.runs[0].verdict.reasons[0].text = hostile.to_owned();
+    let identification = campaign.runs[0].identification.as_mut().unwrap();
+    identification.settings.lambda_because = hostile.to_owned();
+    identification.online.method = hostile.to_owned();
+    identification.refined.as_mut().unwrap().method = hostile.to_owned();
+    let page = report::render(&campaign, &[]);
+    assert!(!page.contains("<script>alert"));
+    assert!(!page.contains("<img"));
+    assert!(page.contains("alert(1)"));
+
+    let run = &campaign.runs[0];
+    let log = Log {
+        name: hostile,
+        record: &run.record,
+        fresh: Some(&run.record),
+        identification: Ok(run.identification.as_ref().unwrap()),
+        provenance: &[("Format", hostile.to_owned())],
+    };
+    let page = report::render_log(&log);
+    assert!(!page.contains("<script>alert") && !page.contains("<img"));
+}
+
+/// Values that no vehicle sends must not break the page.
+#[test]
+fn prop_wild_samples_are_drawn_or_left_out() {
+    for wild in [
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        1e300,
+        -1e300,
+        0.0,
+    ] {
+        let mut campaign = made_up_trial::campaign(&[0.6, 0.7]);
+        for run in &mut campaign.runs {
+            for sample in run.record.samples.iter_mut().step_by(7) {
+                sample.heading_rad = wild;
+                sample.yaw_rate_rad_s = Some(wild);
+                sample.depth_m = Some(wild);
+            }
+            for k in [0, 500, run.record.samples.len() - 1] {
+                run.record.samples[k].time_s = wild;
+            }
+            let identification = run.identification.as_mut().unwrap();
+            identification.online.trace[0].time_s = wild;
+            identification.online.trace[100].theta = [wild; 3];
+            identification.online.trace[100].step_norm = wild;
+            let refined = identification.refined.as_mut().unwrap();
+            refined.model.a22_per_s = wild;
+            refined.interval_95.b2_per_s2 = [wild; 2];
+            run.surge_speed_m_s = Some(wild);
+        }
+        let page = report::render(&campaign, &[]);
+        for wrong in ["NaN", "inf ", "inf\"", ">inf", "-inf"] {
+            assert!(!page.contains(wrong), "{wild}: {wrong}");
+        }
+    }
+}
+
+#[test]
+fn prop_records_of_none_and_one_sample() {
+    for count in [0, 1, 2] {
+        let mut campaign = made_up_trial::campaign(&[0.6]);
+        let run = &mut campaign.runs[0];
+        run.record.samples.truncate(count);
+        let page = report::render(&campaign, &[]);
+        assert!(page.contains("id=\"run-1\""), "{count} samples");
+    }
+}

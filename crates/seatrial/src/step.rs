@@ -1,0 +1,93 @@
+//! One step of a trial: the sample, the action that answered it, the estimate after it.
+
+use seatrial_core::{Action, Sample, Stage, Steering, Trial, YawModel};
+
+/// One sample of a trial, what the trial made of it and what it answered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// What the vehicle measured.
+    pub sample: Sample<f64>,
+    /// The stage of the run. `None` between stages.
+    pub stage: Option<Stage>,
+    /// What the trial answered.
+    pub action: Action<f64>,
+    /// The live estimate after this sample. `None` outside training.
+    pub estimate: Option<YawModel<f64>>,
+}
+
+impl Step {
+    /// Takes a sample to a trial. A step is made here both when it is lived and when it is replayed.
+    pub fn take(trial: &mut Trial<f64>, sample: Sample<f64>) -> Self {
+        let action = trial.step(&sample);
+        let stage = trial.status().stage;
+        Self {
+            sample,
+            stage,
+            action,
+            estimate: (stage == Some(Stage::Train)).then(|| trial.estimator().model()),
+        }
+    }
+
+    /// The names of [`numbers`](Step::numbers), with their units.
+    pub const COLUMNS: [&'static str; 18] = [
+        "time_s",
+        "heading_rad",
+        "rudder_rad",
+        "surge_speed_m_s",
+        "depth_m",
+        "altitude_m",
+        "roll_rad",
+        "pitch_rad",
+        "yaw_rate_rad_s",
+        "north_m",
+        "east_m",
+        "action_rudder_rad",
+        "action_heading_rad",
+        "action_thrust",
+        "estimate_a22_per_s",
+        "estimate_b2_per_s2",
+        "estimate_c0_rad_per_s2",
+        "thrust",
+    ];
+
+    /// Every number of the sample, the action and the estimate, in the order of [`COLUMNS`](Step::COLUMNS).
+    pub fn numbers(&self) -> [Option<f64>; 18] {
+        let s = &self.sample;
+        let (rudder, heading) = match self.action.steering {
+            Steering::Rudder(angle) => (Some(angle), None),
+            Steering::HoldHeading(angle) => (None, Some(angle)),
+        };
+        let [a22, b2, c0] = match self.estimate {
+            Some(model) => model.theta().map(Some),
+            None => [None; 3],
+        };
+        [
+            Some(s.time_s),
+            Some(s.heading_rad),
+            Some(s.rudder_rad),
+            s.surge_speed_m_s,
+            s.depth_m,
+            s.altitude_m,
+            s.roll_rad,
+            s.pitch_rad,
+            s.yaw_rate_rad_s,
+            s.north_m,
+            s.east_m,
+            rudder,
+            heading,
+            self.action.thrust,
+            a22,
+            b2,
+            c0,
+            s.thrust,
+        ]
+    }
+
+    /// Are sample, stage, action and estimate the same, bit for bit?
+    pub fn same_bits(&self, other: &Self) -> bool {
+        let bits = |step: &Self| step.numbers().map(|number| number.map(f64::to_bits));
+        bits(self) == bits(other)
+            && self.stage == other.stage
+            && self.action.outcome == other.action.outcome
+    }
+}
