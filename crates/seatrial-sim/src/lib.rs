@@ -25,6 +25,7 @@ pub mod faults;
 pub mod file;
 mod helm;
 mod instruments;
+pub mod lies;
 pub mod plant;
 pub mod sensors;
 pub mod six_dof;

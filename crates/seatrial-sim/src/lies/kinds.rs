@@ -1,0 +1,144 @@
+//! Every kind of log.
+
+use std::f64::consts::PI;
+
+use super::draw::Draw;
+use super::setup::Decidability::{Decidable, Sound, Undecidable};
+use super::setup::{
+    Column, DEG, Decidability, GyroChannel, IN_DEGREES, IN_RADIANS, Kind, Pattern, Setup, Waves,
+};
+
+/// The kind of a name.
+pub fn kind_of_name(name: &str) -> Option<&'static Kind> {
+    KINDS.iter().find(|kind| kind.name == name)
+}
+
+const fn kind(
+    name: &'static str,
+    decidability: Decidability,
+    sentence: &'static str,
+    change: fn(&mut Setup, &mut Draw),
+) -> Kind {
+    Kind {
+        name,
+        sentence,
+        decidability,
+        change,
+    }
+}
+
+/// Sound logs first, then lies of time, heading, rudder, units, and of the vehicle.
+#[rustfmt::skip]
+pub const KINDS: [Kind; 69] = [
+    kind("sound_20_hz", Sound, "A doublet logged at 20 Hz.", |_, _| {}),
+    kind("sound_low_noise", Sound, "A compass with 0.02 deg of noise.", |s, _| s.noise_rad = 0.02 / DEG),
+    kind("sound_noisy", Sound, "A compass with 1 deg of noise.", |s, _| { s.noise_rad = 1.0 / DEG; s.disturbance = 0.003; }),
+    kind("sound_50_hz", Sound, "A fast vehicle logged at 50 Hz.", |s, d| { let t = d.within(0.4, 0.9); s.with_interval(0.02); s.with_time_constant(t, 0.01, d); }),
+    kind("sound_10_hz", Sound, "A vehicle with a time constant over 1 s logged at 10 Hz.", |s, d| { let t = d.within(1.0, 2.0); s.with_interval(0.1); s.with_time_constant(t, 0.0, d); }),
+    kind("sound_boat_5_hz", Sound, "A boat with a time constant of 2 to 5 s logged at 5 Hz.", |s, d| boat(s, d, 0.2)),
+    kind("sound_ship_1_hz", Sound, "A ship with a time constant of 15 to 40 s logged at 1 Hz.", |s, d| { ship(s, d); }),
+    kind("sound_trim", Sound, "Straight ahead takes 2 to 4 deg of rudder.", |s, d| { let offset = d.sign() * d.within(2.0, 4.0) / DEG; for hull in &mut s.hulls { hull.delta0_rad = offset; } }),
+    kind("sound_zig_zag", Sound, "Zig-zags in training and validation.", |s, _| zig_zag(s)),
+    kind("sound_zig_zag_boat", Sound, "Zig-zags of a boat at 5 Hz with a trim.", |s, d| { boat(s, d, 0.2); zig_zag(s); for hull in &mut s.hulls { hull.delta0_rad = 0.03; } }),
+    kind("sound_gyro", Sound, "A gyro beside the compass.", |s, d| s.with_gyro(d)),
+    kind("sound_equal_amplitudes", Sound, "Training and validation with the same rudder.", |s, _| s.amplitudes_rad = [0.2, 0.2]),
+
+    kind("slow_log_1_hz", Decidable, "A vehicle with a time constant of 1 s, steered at 20 Hz, logged at 1 Hz.", |s, d| { let t = d.within(0.8, 1.3); s.with_time_constant(t, 0.01, d); s.rows_every = 20; }),
+    kind("slow_log_2_hz", Decidable, "A vehicle with a time constant of 1 s, steered at 20 Hz, logged at 2 Hz.", |s, d| { let t = d.within(0.8, 1.3); s.with_time_constant(t, 0.01, d); s.rows_every = 10; }),
+    kind("slow_log_boat", Decidable, "A boat with a time constant of 2 s logged every 1.5 s.", |s, d| { let t = d.within(1.6, 2.6); s.with_time_constant(t, 0.0, d); s.with_interval(0.1); s.rows_every = 15; }),
+    kind("time_in_milliseconds", Decidable, "`time_s` holds milliseconds.", |s, _| s.clock.per_second = 1000.0),
+    kind("time_is_row_index", Decidable, "`time_s` holds the number of the row.", |s, _| s.clock.per_second = 0.0),
+    kind("time_is_row_index_gyro", Decidable, "`time_s` holds the number of the row, and there is a gyro.", |s, d| { s.clock.per_second = 0.0; s.with_gyro(d); }),
+    kind("time_in_minutes_gyro", Decidable, "`time_s` holds minutes, and there is a gyro.", |s, d| { s.clock.per_second = 1.0 / 60.0; s.with_gyro(d); }),
+    kind("time_rounded", Decidable, "Time is rounded to 0.1 s in a log of 20 Hz.", |s, _| s.clock.rounding_s = 0.1),
+    kind("clock_jitter", Decidable, "Stamps are off by a fifth of the interval.", |s, _| s.clock.jitter = 0.2),
+    kind("clock_jump", Decidable, "The clock jumps ahead within training.", |s, d| s.clock.jump_s = d.within(0.5, 3.0)),
+    kind("rows_duplicated", Decidable, "Some rows stand twice in the log.", |s, d| s.clock.duplicate_every = d.one_of(&[3, 10, 40])),
+    kind("rows_swapped", Decidable, "Some rows have changed places.", |s, d| s.clock.swap_every = d.one_of(&[7, 20, 60])),
+    kind("blocks_missing", Decidable, "Blocks of half a time constant are missing.", |s, d| s.clock.missing = d.within(0.05, 0.2)),
+
+    kind("heading_late", Undecidable, "The heading is 0.2 to 0.5 s late, and there is no gyro.", |s, d| { s.heading.late_s = d.within(0.2, 0.5); s.gyro = None; }),
+    kind("heading_late_gyro", Decidable, "The heading is 0.2 to 0.5 s late, and there is a gyro.", |s, d| { s.heading.late_s = d.within(0.2, 0.5); s.with_gyro(d); }),
+    kind("heading_filtered", Undecidable, "The heading went through a low-pass filter of 0.3 s, and there is no gyro.", |s, _| { s.heading.low_pass_s = 0.3; s.gyro = None; }),
+    kind("heading_filtered_gyro", Decidable, "The heading went through a low-pass filter of 0.3 s, and there is a gyro.", |s, d| { s.heading.low_pass_s = 0.3; s.with_gyro(d); }),
+    kind("heading_held", Decidable, "The heading is refreshed at 2.5 Hz in a log of 5 Hz.", |s, d| { let t = d.within(1.2, 2.0); s.with_time_constant(t, 0.0, d); s.with_interval(0.2); s.heading.held_s = 0.4; s.gyro = None; }),
+    kind("heading_held_5_hz", Decidable, "The heading is refreshed at 5 Hz in a log of 20 Hz.", |s, _| s.heading.held_s = 0.2),
+    kind("heading_stuck", Decidable, "The heading sticks for 0.4 s now and then.", |s, _| s.heading.stuck_share = 0.15),
+    kind("heading_jumps", Decidable, "The heading jumps by 5 to 20 deg within training.", |s, d| s.heading.jump_rad = d.sign() * d.within(5.0, 20.0) / DEG),
+    kind("heading_coarse_1_deg", Decidable, "The heading comes in steps of 1 deg.", |s, _| { s.columns = IN_DEGREES; s.heading.resolution = 1.0; s.noise_rad = 0.1 / DEG; }),
+    kind("heading_coarse_5_deg", Decidable, "The heading comes in steps of 5 deg.", |s, _| { s.columns = IN_DEGREES; s.heading.resolution = 5.0; s.noise_rad = 0.1 / DEG; }),
+    kind("heading_mod_180", Decidable, "The heading is taken modulo 180 deg.", |s, _| { s.columns = IN_DEGREES; s.heading.modulo_rad = Some(PI); s.start_rad = PI - 0.1; }),
+    kind("heading_wraps_badly", Decidable, "The heading was averaged over north: it passes through south on its way from 355 to 5 deg.", |s, _| { s.columns = IN_DEGREES; s.heading.wraps_badly = true; s.start_rad = -0.1; }),
+    kind("heading_constant", Decidable, "The first heading is copied over the whole channel.", |s, _| s.heading.constant = true),
+    kind("compass_deviation_gyro", Decidable, "Hard iron of 5 to 15 deg at the compass, and there is a gyro.", |s, d| { deviation(s, d); s.with_gyro(d); }),
+    kind("compass_deviation", Undecidable, "Hard iron of 5 to 15 deg at the compass, and there is no gyro.", |s, d| { deviation(s, d); s.gyro = None; }),
+    kind("course_over_ground", Undecidable, "The course over ground in a current is logged as the heading, and there is no gyro.", |s, d| { course(s, d); s.gyro = None; }),
+    kind("course_over_ground_gyro", Decidable, "The course over ground in a current is logged as the heading, and there is a gyro.", |s, d| { course(s, d); s.with_gyro(d); }),
+
+    kind("rudder_stops_in_training", Decidable, "The rudder stops at half of what it was told in training.", |s, _| s.hulls[0].stop = Some(0.5)),
+    kind("rudder_stops_in_validation", Decidable, "The rudder stops at half of what it was told in validation.", |s, _| s.hulls[1].stop = Some(0.5)),
+    kind("rudder_stops_in_both", Undecidable, "The rudder stops at half of what it was told in both manoeuvres.", |s, _| s.hulls.iter_mut().for_each(|hull| hull.stop = Some(0.5))),
+    kind("rudder_stops_at_an_angle", Decidable, "The rudder stops at 6 deg in both manoeuvres.", |s, _| { s.hulls[0].stop = Some(0.105 / s.amplitudes_rad[0]); s.hulls[1].stop = Some(0.105 / s.amplitudes_rad[1]); }),
+    kind("rudder_reversed", Decidable, "The rudder's sign is turned over.", |s, _| s.rudder.sense = -1.0),
+    kind("rudder_at_1_hz", Decidable, "The rudder is refreshed at 1 Hz beside a heading at 20 Hz.", |s, _| s.rudder.held_s = 1.0),
+    kind("rudder_at_10_hz", Decidable, "The rudder is refreshed at 10 Hz beside a heading at 50 Hz.", |s, d| { let t = d.within(0.4, 0.9); s.with_interval(0.02); s.with_time_constant(t, 0.01, d); s.rudder.held_s = 0.1; }),
+    kind("rudder_late", Decidable, "The rudder stands a row late.", |s, _| s.rudder.late_rows = 1),
+    kind("rudder_early", Decidable, "The rudder stands a row early.", |s, _| s.rudder.late_rows = -1),
+    kind("rudder_is_setpoint", Decidable, "The rudder channel is what a servo with a lag of 0.15 to 0.4 s was told.", |s, d| s.servo_lag_s = d.within(0.15, 0.4)),
+    kind("rudder_backlash", Decidable, "The rudder has 2 deg of play and 1 deg of dead band.", |s, _| { s.backlash_rad = 2.0 / DEG; s.dead_band_rad = 1.0 / DEG; }),
+    kind("rudder_constant", Decidable, "The first rudder angle is copied over the whole channel.", |s, _| s.rudder.constant = true),
+
+    kind("heading_is_radians", Decidable, "`heading_deg` holds radians.", |s, _| { s.columns = IN_DEGREES; s.columns.heading.per_si = 1.0; s.gyro = None; }),
+    kind("heading_is_radians_gyro", Decidable, "`heading_deg` holds radians, and there is a gyro.", |s, d| { s.columns = IN_DEGREES; s.columns.heading.per_si = 1.0; s.with_gyro(d); }),
+    kind("rudder_is_radians", Decidable, "`rudder_deg` holds radians.", |s, _| { s.columns = IN_DEGREES; s.columns.rudder.per_si = 1.0; }),
+    kind("rudder_fraction", Decidable, "`rudder` holds a fraction of its full angle without a unit.", |s, _| { s.columns.rudder = Column::new("rudder", 1.0 / s.full_rudder_rad); }),
+    kind("rudder_percent", Decidable, "`rudder` holds percent of its full angle without a unit.", |s, _| { s.columns.rudder = Column::new("rudder", 100.0 / s.full_rudder_rad); }),
+    kind("rudder_pwm", Decidable, "`rudder` holds a servo's pulse width without its full angle.", |s, _| { s.columns.rudder = Column { name: "rudder", per_si: 400.0 / s.full_rudder_rad, offset: 1500.0 }; }),
+    kind("rudder_centidegrees", Decidable, "`rudder` holds hundredths of a degree without a unit.", |s, _| { s.columns.rudder = Column::new("rudder", 100.0 * DEG); }),
+    kind("yaw_rate_in_degrees", Decidable, "`yaw_rate_rad_s` holds degrees a second.", |s, d| { s.columns = IN_RADIANS; s.with_gyro(d); scale_gyro(s, DEG); }),
+    kind("yaw_rate_reversed", Decidable, "The yaw rate's sign is turned over.", |s, d| { s.with_gyro(d); scale_gyro(s, -1.0); }),
+
+    kind("waves", Decidable, "A ship in waves.", |s, d| { ship(s, d); let share = d.within(0.5, 1.5); s.waves = Some(Waves { share, frequency_rad_s: d.within(0.5, 0.9) }); }),
+    kind("another_vehicle_validates", Decidable, "The validation is another vehicle's: a22 and b2 are 1.7 and 2.2 times those of training.", |s, _| { s.hulls[1].a22_per_s *= 1.7; s.hulls[1].b2_per_s2 *= 2.2; }),
+    kind("payload_changed", Decidable, "A payload makes the vehicle slower to turn by 40 % between training and validation.", |s, _| { s.hulls[1].a22_per_s /= 1.4; s.hulls[1].b2_per_s2 /= 1.4; }),
+    kind("thrust_changed", Decidable, "The thrust changes within training, and the speed by a third.", |s, d| s.hulls[0].speed_change = d.one_of(&[0.67, 1.33])),
+    kind("current_step", Decidable, "A current turns the vehicle from the middle of training on.", |s, d| s.current_step = d.sign() * d.within(0.1, 0.3)),
+    kind("window_begins_in_turn", Decidable, "Both windows begin while the vehicle is turning.", |s, _| s.begins_in_turn = true),
+];
+
+fn boat(setup: &mut Setup, draw: &mut Draw, interval_s: f64) {
+    setup.with_interval(interval_s);
+    let time_constant_s = draw.within(2.0, 5.0);
+    setup.with_time_constant(time_constant_s, 0.01, draw);
+    setup.gyro = None;
+}
+
+fn ship(setup: &mut Setup, draw: &mut Draw) {
+    setup.with_interval(1.0);
+    let time_constant_s = draw.within(15.0, 40.0);
+    setup.with_time_constant(time_constant_s, 0.0, draw);
+    setup.gyro = None;
+    setup.speed_m_s = draw.within(4.0, 9.0);
+}
+
+fn zig_zag(setup: &mut Setup) {
+    setup.pattern = Pattern::ZigZag(0.26);
+    setup.amplitudes_rad = [0.26, 0.2];
+}
+
+fn deviation(setup: &mut Setup, draw: &mut Draw) {
+    setup.heading.deviation_rad = [draw.within(5.0, 15.0) / DEG, draw.within(0.0, 2.0 * PI)];
+}
+
+fn course(setup: &mut Setup, draw: &mut Draw) {
+    let (speed, towards) = (
+        draw.within(0.15, 0.4) * setup.speed_m_s,
+        draw.within(0.0, 2.0 * PI),
+    );
+    setup.heading.course_over_ground =
+        Some([speed * libm::cos(towards), speed * libm::sin(towards)]);
+}
+
+fn scale_gyro(setup: &mut Setup, factor: f64) {
+    setup.gyro = setup.gyro.map(|gyro| GyroChannel { factor, ..gyro });
+}
