@@ -4,16 +4,28 @@ use super::draw::Draw;
 use super::setup::{ClockChannel, Setup};
 
 /// Which rows are written in which order, each with the number in its time column.
-pub fn stamps(setup: &Setup, times_s: &[f64], jump_at_s: f64, chance: &mut Draw) -> Vec<(usize, f64)> {
+pub fn stamps(
+    setup: &Setup,
+    times_s: &[f64],
+    jump_at_s: f64,
+    chance: &mut Draw,
+) -> Vec<(usize, f64)> {
     let clock = &setup.clock;
     let row_s = setup.row_s();
     let mut rows: Vec<(usize, f64)> = times_s
         .iter()
         .enumerate()
         .map(|(row, &time_s)| {
-            let jump_s = if time_s >= jump_at_s { clock.jump_s } else { 0.0 };
+            let jump_s = if time_s >= jump_at_s {
+                clock.jump_s
+            } else {
+                0.0
+            };
             let jitter_s = clock.jitter * row_s * chance.normal();
-            (row, time_s + jump_s + jitter_s.clamp(-0.45 * row_s, 0.45 * row_s))
+            (
+                row,
+                clock.start_s + time_s + jump_s + jitter_s.clamp(-0.45 * row_s, 0.45 * row_s),
+            )
         })
         .collect();
     drop_blocks(&mut rows, setup, chance);

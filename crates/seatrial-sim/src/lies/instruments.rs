@@ -37,7 +37,11 @@ pub fn write(setup: &Setup, voyage: &Voyage, seed: u64) -> LyingLog {
     let mut csv = header(setup);
     for &(row, stamp) in &stamped {
         let decimals = if setup.clock.per_second == 0.0 { 0 } else { 4 };
-        let _ = write!(csv, "{stamp:.decimals$},{:.6},{:.6}", headings[row], rudders[row]);
+        let _ = write!(
+            csv,
+            "{stamp:.decimals$},{:.6},{:.6}",
+            headings[row], rudders[row]
+        );
         if let Some(rates) = &rates {
             let _ = write!(csv, ",{:.6}", rates[row]);
         }
@@ -114,7 +118,11 @@ fn headings(
             (None, None) => voyage.at(at_s).heading_rad,
         };
         let [size, phase] = channel.deviation_rad;
-        let jump_rad = if time_s >= middle_s { channel.jump_rad } else { 0.0 };
+        let jump_rad = if time_s >= middle_s {
+            channel.jump_rad
+        } else {
+            0.0
+        };
         true_rad + size * libm::sin(true_rad + phase) + jump_rad + noise_rad
     };
     let mut stuck_for = 0;
@@ -189,13 +197,15 @@ fn rudders(setup: &Setup, voyage: &Voyage, times_s: &[f64]) -> Vec<f64> {
             let time_s = match (channel.constant, channel.held_s) {
                 (true, _) => 0.0,
                 (false, 0.0) => times_s[shifted as usize],
-                (false, held_s) => {
-                    libm::floor(times_s[shifted as usize] / held_s + 1e-6) * held_s
-                }
+                (false, held_s) => libm::floor(times_s[shifted as usize] / held_s + 1e-6) * held_s,
             };
             let place = (time_s / voyage.step_s + 1e-6) as usize;
             let moment = voyage.moments[place.min(voyage.moments.len() - 1)];
-            let angle_rad = if channel.measured { moment.fin_rad } else { moment.command_rad };
+            let angle_rad = if channel.measured {
+                moment.fin_rad
+            } else {
+                moment.command_rad
+            };
             channel.sense * angle_rad * column.per_si + column.offset
         })
         .collect()

@@ -119,6 +119,7 @@ fn ship(setup: &mut Setup, draw: &mut Draw) {
     setup.with_time_constant(time_constant_s, 0.0, draw);
     setup.gyro = None;
     setup.speed_m_s = draw.within(4.0, 9.0);
+    setup.clock.start_s = 412.0;
 }
 
 fn zig_zag(setup: &mut Setup) {

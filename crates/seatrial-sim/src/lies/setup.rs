@@ -109,6 +109,8 @@ pub struct GyroChannel {
 pub struct ClockChannel {
     /// Numbers in the file for one second; the row's index where it is 0.
     pub per_second: f64,
+    /// The clock at the first row, s.
+    pub start_s: f64,
     pub rounding_s: f64,
     /// Standard deviation of the stamps, as a share of the interval.
     pub jitter: f64,
@@ -248,6 +250,7 @@ impl Setup {
             gyro: None,
             clock: ClockChannel {
                 per_second: 1.0,
+                start_s: draw.one_of(&[0.0, 12.35, 1834.6]),
                 ..ClockChannel::default()
             },
             has_speed: draw.chance(0.7),

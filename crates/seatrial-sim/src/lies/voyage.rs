@@ -20,7 +20,6 @@ const TURNING: f64 = 3.0;
 /// The truth at a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Moment {
-    pub time_s: f64,
     pub heading_rad: f64,
     pub yaw_rate_rad_s: f64,
     /// What the fin was told.
@@ -57,8 +56,7 @@ impl Fin {
             command_rad
         };
         self.servo_rad = if setup.servo_lag_s > 0.0 {
-            told_rad
-                + (self.servo_rad - told_rad) * libm::exp(-interval_s / setup.servo_lag_s)
+            told_rad + (self.servo_rad - told_rad) * libm::exp(-interval_s / setup.servo_lag_s)
         } else {
             told_rad
         };
@@ -164,7 +162,6 @@ impl Voyage {
                 let speed = if changed { hull.speed_change } else { 1.0 };
                 let fin_rad = fin.advance(command_rad, setup, limit_rad, step_s);
                 voyage.moments.push(Moment {
-                    time_s,
                     heading_rad: yaw.heading_rad,
                     yaw_rate_rad_s: yaw.yaw_rate_rad_s,
                     command_rad,
@@ -193,7 +190,6 @@ impl Voyage {
         let share = place - libm::floor(place);
         let between = |of: fn(&Moment) -> f64| of(&below) + share * (of(&above) - of(&below));
         Moment {
-            time_s,
             heading_rad: between(|m| m.heading_rad),
             yaw_rate_rad_s: between(|m| m.yaw_rate_rad_s),
             speed_m_s: between(|m| m.speed_m_s),
