@@ -7,7 +7,7 @@ mod cases;
 use std::thread;
 
 use cases::{Kind, Sea, verdict};
-use seatrial::identification::Reason;
+use seatrial::identification::{Reason, ReasonCode};
 
 const KINDS: [Kind; 6] = [
     Kind::SoundRun,
@@ -44,7 +44,7 @@ fn main() {
                             let (mut accepted, mut sure) = (0, 0);
                             for verdict in judged.filter(|verdict| verdict.accepted) {
                                 accepted += 1;
-                                let is_weak = |r: &Reason| r.code == "weakly_validated";
+                                let is_weak = |r: &Reason| r.code == ReasonCode::WeaklyValidated;
                                 sure += usize::from(!verdict.reasons.iter().any(is_weak));
                             }
                             format!("{accepted} {sure}")

@@ -6,7 +6,9 @@ use std::thread;
 
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run, Stage};
+use seatrial::identification::{EstimateMethod, ReasonCode};
 use seatrial_app::conduct::{Conducted, Unwatched, Watch, conduct};
+use seatrial_core::estimator::{EstimatorSettings, Method};
 use seatrial_core::plan::Target;
 use seatrial_core::{AbortReason, Action, List, Outcome, Plan, Sample, Steering, Trial, Vehicle};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
@@ -78,6 +80,30 @@ fn recover_true_parameters_lie_inside_the_intervals() {
     );
     assert!(all[0] + all[1] >= 3 * 5 * 50, "every run has intervals");
     assert!(share(all) >= 0.90, "{totals:?}");
+}
+
+/// The online estimate is named after the method of the plan.
+#[test]
+fn regress_a_plan_by_least_squares_says_so() {
+    let plan = Plan {
+        thrusts: List::from_slice(&[0.6]).unwrap(),
+        ..Plan::paper()
+    };
+    let by_least_squares = Plan {
+        estimator: Some(EstimatorSettings {
+            method: Method::LeastSquares,
+            ..plan.estimator_settings()
+        }),
+        ..plan
+    };
+    let conducted = conduct(&mut starfish(1), by_least_squares, about(), &mut Unwatched).unwrap();
+    let online = &conducted.campaign.accepted_runs()[0]
+        .identification
+        .as_ref()
+        .unwrap()
+        .online;
+    assert_eq!(online.model, online.least_squares.model);
+    assert_eq!(online.method, EstimateMethod::LeastSquares);
 }
 
 #[test]
@@ -240,7 +266,7 @@ fn recover_partial_run_is_kept_when_the_link_is_lost() {
             panic!("one run was begun");
         };
         assert!(!run.verdict.accepted);
-        assert_eq!(run.verdict.reasons[0].code, "aborted");
+        assert_eq!(run.verdict.reasons[0].code, ReasonCode::Aborted);
         // 20 Hz until the fault.
         assert!(run.record.samples.len() > 300);
         assert!(run.stage(Stage::Train).is_some());
@@ -288,7 +314,7 @@ fn exact_a_drift_that_a_gyro_sees_through_repeats_nothing() {
         .verdict
         .reasons
         .iter()
-        .map(|r| r.code.as_str())
+        .map(|r| r.code.to_string())
         .collect();
     assert_eq!(codes, ["ok", "lag_unknown", "offset_drifted"]);
     // It looks like a turn of its own, C0/-a22, and the interval of C0 covers either.
@@ -334,7 +360,7 @@ fn exact_a_repeated_run_is_not_accepted() {
         assert_eq!(tried, tries);
         let (drifted, others) = conducted.campaign.runs.split_first().unwrap();
         let reason = &drifted.verdict.reasons[0];
-        assert_eq!(reason.code, "low_r2");
+        assert_eq!(reason.code, ReasonCode::LowR2);
         let text = &reason.text;
         assert!(text.contains("0.60") && text.contains(then), "{text}");
         assert!(!drifted.verdict.accepted);

@@ -1,5 +1,6 @@
 //! Trials on vehicles that go on while their runs are judged.
 
+use seatrial::identification::ReasonCode;
 use std::convert::Infallible;
 
 use seatrial::Step;
@@ -120,7 +121,7 @@ fn recover_a_verdict_that_is_still_waited_for_when_the_link_is_lost() {
         panic!("two runs were begun");
     };
     assert_eq!(*judged, first);
-    assert_eq!(stopped.verdict.reasons[0].code, "aborted");
+    assert_eq!(stopped.verdict.reasons[0].code, ReasonCode::Aborted);
     assert_eq!(stopped.record.samples.len(), 3);
     assert_eq!(told.ended, [1, 2]);
 }

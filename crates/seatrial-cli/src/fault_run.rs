@@ -125,8 +125,12 @@ impl Rehearsal {
             .filter(|run| !run.verdict.accepted && run.identification.is_some())
             .collect();
         for run in &rejected {
-            let code = run.verdict.reasons.first().map_or("", |r| r.code.as_str());
-            if began_s.is_some() && !expected.codes.contains(&code) {
+            let code = run
+                .verdict
+                .reasons
+                .first()
+                .map_or_else(String::new, |r| r.code.to_string());
+            if began_s.is_some() && !expected.codes.contains(&code.as_str()) {
                 faults.push(format!("run {} rejected because {code}", run.number));
             }
         }
@@ -166,7 +170,7 @@ impl Rehearsal {
             result,
             reason: aborted
                 .map(code)
-                .or_else(|| rejection.map(|reason| reason.code.clone())),
+                .or_else(|| rejection.map(|reason| reason.code.to_string())),
             farthest,
             handed_back_after_s,
             faults,

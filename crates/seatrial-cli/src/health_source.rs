@@ -4,6 +4,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use seatrial::health::{SpeedModel, degrees_of_freedom};
+use seatrial::identification::ReasonCode;
 use seatrial::identify::{IdentifyError, IdentifySettings, identify};
 use seatrial::{Run, Window};
 use seatrial_core::Sample;
@@ -207,13 +208,12 @@ fn from_log(name: &str, channels: &ChannelArgs) -> Result<HealthSource, Failure>
             };
             let mut source = HealthSource::new(name.into(), vec![model]);
             source.log = Some(log.source());
-            let has = |code: &str| found.verdict.reasons.iter().any(|r| r.code == code);
-            if has("model_order") {
+            if found.verdict.has(&ReasonCode::ModelOrder) {
                 source = source.noting(
                     "a first-order model does not hold: its numbers depend on the manoeuvre, compare equal ones only",
                 );
             }
-            if has("samples_missing") {
+            if found.verdict.has(&ReasonCode::SamplesMissing) {
                 source = source.noting("the rudder moved far while samples were missing");
             }
             Ok(source)

@@ -4,12 +4,12 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use seatrial::Identification;
+use seatrial::figures::three_figures;
 use seatrial::identification::{
     HigherOrder, LagEffect, Online, Refined, RejectedSamples, Settings, Validation, Verdict,
 };
 use seatrial::identify::{IdentifyError, IdentifySettings};
 use seatrial::record::Window;
-use seatrial::verdict::{refused, three_figures};
 use seatrial_core::Nomoto;
 use seatrial_core::estimator::Method;
 use seatrial_core::heading_loop::LoopTiming;
@@ -168,7 +168,7 @@ impl Found {
         let single =
             match seatrial::identify::identify(record, logs.training, logs.fresh(), settings) {
                 Ok(identification) => Ok(Box::new(identification)),
-                Err(IdentifyError::Refused(reason)) => Err(refused(reason)),
+                Err(IdentifyError::Refused(reason)) => Err(Verdict::refused(reason)),
                 Err(error) => return Err(failure(&logs.log, error)),
             };
         Ok(Self {
@@ -425,7 +425,7 @@ pub fn training_text(identification: &Identification) -> String {
     let _ = writeln!(
         text,
         "Online      {}: a22 {a22}, b2 {b2}, C0 {c0}; {}",
-        online.method.replace('_', " "),
+        online.method.words(),
         match online.convergence.detected_s {
             Some(after_s) => format!("converged (39) after {after_s:.2} s"),
             None => "not converged (39)".into(),
@@ -435,7 +435,7 @@ pub fn training_text(identification: &Identification) -> String {
         let _ = writeln!(
             text,
             "Refined     {}; heading noise {} deg, yaw disturbance {} rad/s^2",
-            refined.method.replace('_', " "),
+            refined.method.words(),
             three_figures(refined.heading_noise_rad.to_degrees()),
             three_figures(refined.disturbance_rad_s2)
         );

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
 use seatrial::Window;
-use seatrial::identification::{Reason, Verdict};
+use seatrial::identification::{Reason, ReasonCode, Verdict};
 use seatrial::manoeuvre::{Manoeuvre, Stroke};
 use seatrial::segmentation::{Kind, Proposal, Segment, find, propose};
 use seatrial::verdict::refuse_record;
@@ -152,7 +152,7 @@ fn verdict(samples: usize, ranges: &[Range], rudder_unit: RudderUnit) -> Verdict
     Verdict {
         accepted: refusal.is_none(),
         reasons: vec![refusal.unwrap_or_else(|| Reason {
-            code: "ok".into(),
+            code: ReasonCode::Ok,
             text: "rudder and heading both move: a model may be identified".into(),
         })],
     }

@@ -3,12 +3,13 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use seatrial::figures::three_figures;
 use seatrial::identification::{Identification, Verdict};
-use seatrial::identify::joined::{Joined, identify_joined};
+use seatrial::identify::identify_joined;
+use seatrial::identify::joined::Joined;
 use seatrial::identify::{Fresh, IdentifyError, IdentifySettings};
 use seatrial::record::Window;
 use seatrial::segmentation::{Proposal, find, propose};
-use seatrial::verdict::{refused, three_figures};
 use serde::Serialize;
 
 use crate::identify::{fresh_text, model_text, training_text, verdict_text};
@@ -86,7 +87,7 @@ impl SpeedModel {
                     let verdict = identification.verdict.clone();
                     (Some(identification), joined, verdict)
                 }
-                Err(IdentifyError::Refused(reason)) => (None, None, refused(reason)),
+                Err(IdentifyError::Refused(reason)) => (None, None, Verdict::refused(reason)),
                 Err(error) => return Err(failure(log, error)),
             };
         Ok(Self {

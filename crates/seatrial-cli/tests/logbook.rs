@@ -1,13 +1,15 @@
 //! `seatrial logbook` at the process boundary.
 
+use seatrial::time_scale::LambdaReason;
+use seatrial_core::state_variable_filter::Hold;
 use std::path::Path;
 use std::process::{Command, Output};
 
 use seatrial::Step;
 use seatrial::campaign::{Run, Stage, StageSpan};
 use seatrial::identification::{
-    Convergence, Identification, Intervals, LeastSquares, Online, Reason, Refined, RejectedSamples,
-    Settings, Verdict,
+    Convergence, EstimateMethod, Identification, Intervals, LeastSquares, Online, Reason,
+    ReasonCode, Refined, RejectedSamples, Settings, Verdict,
 };
 use seatrial::record::Window;
 use seatrial_core::{Action, Outcome, Sample, Steering, YawModel};
@@ -40,7 +42,7 @@ fn identification(model: YawModel<f64>) -> Identification {
     let verdict = Verdict {
         accepted: true,
         reasons: vec![Reason {
-            code: "ok".into(),
+            code: ReasonCode::Ok,
             text: "fit to use".into(),
         }],
     };
@@ -55,13 +57,13 @@ fn identification(model: YawModel<f64>) -> Identification {
         settings: Settings {
             as_paper: false,
             lambda_rad_s: 1.5,
-            lambda_because: "given".into(),
-            heading_hold: "first_order".into(),
+            lambda_because: LambdaReason::Given,
+            heading_hold: Hold::FirstOrder,
             initial_covariance: 1e6,
             forgetting_factor: 1.0,
         },
         online: Online {
-            method: "instrumental_variable".into(),
+            method: EstimateMethod::InstrumentalVariable,
             model,
             delta0_rad: model.delta0_rad(),
             covariance: [[0.0; 3]; 3],
@@ -79,7 +81,7 @@ fn identification(model: YawModel<f64>) -> Identification {
             trace: Vec::new(),
         },
         refined: Some(Refined {
-            method: "test".into(),
+            method: EstimateMethod::AveragedRestrictedLikelihood,
             model,
             delta0_rad: model.delta0_rad(),
             interval_95: Intervals {

@@ -59,7 +59,7 @@ impl From<core::Outcome> for Outcome {
 impl From<seatrial::identification::Reason> for Reason {
     fn from(reason: seatrial::identification::Reason) -> Self {
         Self {
-            code: reason.code,
+            code: reason.code.to_string(),
             text: reason.text,
         }
     }
@@ -96,9 +96,7 @@ impl From<&Identification> for Model {
             r2_heading_offset_refit: validation.and_then(|v| v.r2_heading_offset_refit),
             r2_yaw_rate: validation.and_then(|v| v.r2_yaw_rate),
             converged_s: identification.online.convergence.detected_s,
-            method: refined
-                .map_or(&identification.online.method, |r| &r.method)
-                .clone(),
+            method: identification.method().to_string(),
         }
     }
 }

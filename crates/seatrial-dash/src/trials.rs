@@ -7,7 +7,7 @@ use std::sync::mpsc::{Sender, channel};
 
 use seatrial::Step;
 use seatrial::campaign::Run;
-use seatrial::identification::Refined;
+use seatrial::identification::{ReasonCode, Refined};
 use seatrial::{Campaign, preview};
 use seatrial_app::conduct::{Pace, Watch};
 use seatrial_core::{List, Outcome, Plan, Trial};
@@ -226,7 +226,8 @@ fn speeds_left<'a>(plan: &'a Plan<f64>, runs: &[Run]) -> &'a [f64] {
     let is_done = |tries: &[Run]| {
         tries.last().is_some_and(|last| {
             let mut reasons = last.verdict.reasons.iter();
-            let broke_off = reasons.any(|r| matches!(r.code.as_str(), "aborted" | "interrupted"));
+            let broke_off =
+                reasons.any(|r| matches!(r.code, ReasonCode::Aborted | ReasonCode::Interrupted));
             last.verdict.accepted || (!broke_off && last.attempt > plan.max_repeats)
         })
     };
@@ -531,7 +532,7 @@ mod tests {
     use seatrial::Record;
     use seatrial::identification::{Reason, Verdict};
 
-    fn run(attempt: u32, accepted: bool, code: &str) -> Run {
+    fn run(attempt: u32, accepted: bool, code: ReasonCode) -> Run {
         Run {
             number: 1,
             thrust: 0.6,
@@ -543,7 +544,7 @@ mod tests {
             verdict: Verdict {
                 accepted,
                 reasons: vec![Reason {
-                    code: code.into(),
+                    code,
                     text: String::new(),
                 }],
             },
@@ -557,17 +558,34 @@ mod tests {
             max_repeats: 1,
             ..Plan::paper()
         };
-        let good = || run(1, true, "explains");
+        let good = || run(1, true, ReasonCode::Ok);
         let left = |runs: &[Run]| speeds_left(&plan, runs).to_vec();
         assert_eq!(left(&[]), [0.6, 0.7, 0.8]);
         assert_eq!(left(&[good()]), [0.7, 0.8]);
-        assert_eq!(left(&[good(), run(1, false, "interrupted")]), [0.7, 0.8]);
-        assert_eq!(left(&[good(), run(1, false, "low_r2")]), [0.7, 0.8]);
-        let twice = [good(), run(1, false, "low_r2"), run(2, false, "low_r2")];
+        assert_eq!(
+            left(&[good(), run(1, false, ReasonCode::Interrupted)]),
+            [0.7, 0.8]
+        );
+        assert_eq!(
+            left(&[good(), run(1, false, ReasonCode::LowR2)]),
+            [0.7, 0.8]
+        );
+        let twice = [
+            good(),
+            run(1, false, ReasonCode::LowR2),
+            run(2, false, ReasonCode::LowR2),
+        ];
         assert_eq!(left(&twice), [0.8]);
-        let aborted = [good(), run(1, false, "low_r2"), run(2, false, "aborted")];
+        let aborted = [
+            good(),
+            run(1, false, ReasonCode::LowR2),
+            run(2, false, ReasonCode::Aborted),
+        ];
         assert_eq!(left(&aborted), [0.7, 0.8]);
-        let unjudged = [run(1, false, "interrupted"), run(1, false, "interrupted")];
+        let unjudged = [
+            run(1, false, ReasonCode::Interrupted),
+            run(1, false, ReasonCode::Interrupted),
+        ];
         assert_eq!(left(&unjudged), [0.6, 0.7, 0.8]);
         assert!(left(&[good(), good(), good()]).is_empty());
     }

@@ -7,7 +7,7 @@ use super::read::collect;
 use super::write::Durability;
 use super::{CampaignId, Error, Logbook};
 use seatrial::campaign::Run;
-use seatrial::identification::Reason;
+use seatrial::identification::{Reason, ReasonCode};
 
 /// A command for the audit trail.
 #[derive(Clone, Copy, Debug)]
@@ -59,16 +59,16 @@ pub struct Review {
 impl Review {
     /// Lets the review decide about the run, and says so first of all reasons.
     pub(super) fn decide(&self, run: &mut Run) {
-        let judged = if self.accepted {
-            "accepted"
+        let (judged, code) = if self.accepted {
+            ("accepted", ReasonCode::AcceptedByOperator)
         } else {
-            "rejected"
+            ("rejected", ReasonCode::RejectedByOperator)
         };
         run.verdict.accepted = self.accepted;
         run.verdict.reasons.insert(
             0,
             Reason {
-                code: format!("{judged}_by_operator"),
+                code,
                 text: format!(
                     "{judged} by {} on {}: {}",
                     self.reviewer, self.time, self.note

@@ -8,7 +8,7 @@ use super::row::{Exact, from_json, json_column, stage, step_of};
 use super::{CampaignId, Error, Logbook, RunId};
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run, StageSpan};
-use seatrial::identification::{Identification, Reason, TracePoint, Verdict};
+use seatrial::identification::{Identification, Reason, ReasonCode, TracePoint, Verdict};
 use seatrial::record::Window;
 
 /// How far a campaign came.
@@ -219,7 +219,7 @@ impl StoredRun {
             None => Verdict {
                 accepted: false,
                 reasons: vec![Reason {
-                    code: "interrupted".into(),
+                    code: ReasonCode::Interrupted,
                     text: format!("the run was not finished; {samples} samples of it are kept"),
                 }],
             },

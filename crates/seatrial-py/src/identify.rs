@@ -121,7 +121,7 @@ fn no_model(py: Python<'_>, found: IdentifyError) -> PyErr {
         IdentifyError::Setting(invalid) => usage(py, invalid),
         IdentifyError::Refused(reason) => {
             let refused = error(py, "RejectedError", reason.text);
-            match refused.value(py).setattr("reason", reason.code) {
+            match refused.value(py).setattr("reason", reason.code.to_string()) {
                 Ok(()) => refused,
                 Err(failed) => failed,
             }

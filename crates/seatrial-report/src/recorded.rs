@@ -26,15 +26,15 @@ pub(super) fn method(identification: &Identification) -> Vec<Fact> {
             "Live estimator",
             format!(
                 "{}, filter pole λ = {} rad/s ({})",
-                identification.online.method.replace('_', " "),
+                identification.online.method.words(),
                 significant(settings.lambda_rad_s, 3),
-                spoken(&settings.lambda_because)
+                spoken(&settings.lambda_because.to_string())
             ),
         ),
     ];
     match &identification.refined {
         Some(refined) => {
-            facts.push(("Final estimate", refined.method.replace('_', " ")));
+            facts.push(("Final estimate", refined.method.words()));
             facts.push((
                 "Noise found",
                 format!(

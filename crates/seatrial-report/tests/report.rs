@@ -3,7 +3,8 @@
 mod made_up_trial;
 
 use seatrial::Campaign;
-use seatrial::identification::Reason;
+use seatrial::identification::{EstimateMethod, Reason, ReasonCode};
+use seatrial::time_scale::LambdaReason;
 use seatrial_core::{AbortReason, Outcome};
 use seatrial_report::{self as report, Log};
 
@@ -52,7 +53,7 @@ fn pages() -> Vec<(&'static str, String)> {
         provenance: &[("Format", "csv".to_owned())],
     };
     let reason = Reason {
-        code: "rudder_constant".to_owned(),
+        code: ReasonCode::RudderConstant,
         text: "the rudder stays within 0.01 deg".to_owned(),
     };
     let refused = Log {
@@ -225,9 +226,9 @@ fn prop_names_cannot_write_markup() {
     campaign.software_version = hostile.to_owned();
     campaign.runs[0].verdict.reasons[0].text = hostile.to_owned();
     let identification = campaign.runs[0].identification.as_mut().unwrap();
-    identification.settings.lambda_because = hostile.to_owned();
-    identification.online.method = hostile.to_owned();
-    identification.refined.as_mut().unwrap().method = hostile.to_owned();
+    identification.settings.lambda_because = LambdaReason::Recorded(hostile.to_owned());
+    identification.online.method = EstimateMethod::Other(hostile.to_owned());
+    identification.refined.as_mut().unwrap().method = EstimateMethod::Other(hostile.to_owned());
     let page = report::render(&campaign, &[]);
     assert!(!page.contains("<script>alert"));
     assert!(!page.contains("<img"));

@@ -10,11 +10,10 @@ use crate::identify::output_error::output_error;
 use crate::identify::refine::{normal_intervals, prediction_error, refine};
 use crate::identify::second_order;
 use crate::identify::simplex;
-use crate::identify::{
-    Fresh, IdentifyError, IdentifySettings, Training, fresh, known_part, online,
-};
+use crate::identify::{Fresh, IdentifyError, IdentifySettings, Training, fresh, online};
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window};
+use crate::time_scale::LambdaReason;
 
 /// Each method's model of one training window, judged by the same fresh data.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -23,8 +22,8 @@ pub struct Comparison {
     pub training: Window,
     /// Pole of the state variable filter of every method but the paper's, rad/s.
     pub lambda_rad_s: f64,
-    /// Why this lambda, in words.
-    pub lambda_because: String,
+    /// Why this lambda.
+    pub lambda_because: LambdaReason,
     /// One row for each method.
     pub methods: Vec<MethodResult>,
     /// Largest less smallest value over the middle one, methods with a model only.
@@ -139,7 +138,7 @@ pub fn compare(
     .collect::<Result<Vec<_>, _>>()?;
 
     Ok(Comparison {
-        training: known_part(training, prepared.samples),
+        training: training.known_part(prepared.samples),
         lambda_rad_s: prepared.estimator.lambda_rad_s,
         lambda_because: prepared.lambda_because,
         disagreement: Disagreement {

@@ -3,6 +3,8 @@
 use seatrial_core::Sample;
 use serde::{Deserialize, Serialize};
 
+use crate::figures::three_figures;
+
 /// A half-open span of time, `from_s <= t < to_s`, in the record's own seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Window {
@@ -31,6 +33,25 @@ impl Window {
         let from = samples.partition_point(|s| s.time_s < self.from_s - 1e-9);
         let to = samples.partition_point(|s| s.time_s < self.to_s - 1e-9);
         &samples[from..to.max(from)]
+    }
+
+    /// The window as far as there are samples: no end is infinite.
+    pub(crate) fn known_part(self, samples: &[Sample<f64>]) -> Self {
+        let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
+            return self;
+        };
+        Self {
+            from_s: if self.from_s.is_finite() {
+                self.from_s
+            } else {
+                first.time_s
+            },
+            to_s: if self.to_s.is_finite() {
+                self.to_s
+            } else {
+                last.time_s + median_interval_s(samples).unwrap_or(0.0)
+            },
+        }
     }
 }
 
@@ -65,6 +86,12 @@ impl RudderUnit {
             Self::Rad => (1_f64.to_degrees(), "deg"),
             Self::FullRudder => (100.0, "% of full"),
         }
+    }
+
+    /// A rudder as people read it, in degrees or in per cent of full.
+    pub fn text(self, rudder: f64) -> String {
+        let (scale, name) = self.for_people();
+        format!("{} {name}", three_figures(scale * rudder))
     }
 
     /// Behind the unit of what is per rudder angle.

@@ -1,8 +1,11 @@
 //! The pole of the state variable filter from the data, without a constant in seconds.
 
-use seatrial_core::YawModel;
+use std::fmt;
 
-use crate::verdict::three_figures;
+use seatrial_core::YawModel;
+use serde::{Deserialize, Serialize};
+
+use crate::figures::three_figures;
 
 /// lambda over the vehicle's own |a22|: at the paper's vehicle this is lambda 1.5 rad/s, where the
 /// recursive instrumental variable has its best efficiency.
@@ -37,8 +40,119 @@ pub struct TimeScale {
 pub struct ChosenLambda {
     /// Pole of the state variable filter, rad/s.
     pub lambda_rad_s: f64,
-    /// Why, in words.
-    pub because: String,
+    /// Why.
+    pub because: LambdaReason,
+}
+
+/// Why a filter has its pole. Documents hold it in words.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(into = "String", from = "String")]
+pub enum LambdaReason {
+    /// The caller gave it.
+    Given,
+    /// It is the paper's.
+    Paper,
+    /// It follows from the doublet of the plan.
+    PlansDoublet,
+    /// 1.5 |a22| of a first estimate.
+    FirstEstimate {
+        /// |a22|, 1/s.
+        damping_per_s: f64,
+        /// The first lambda tried, rad/s.
+        rudder_frequency_rad_s: f64,
+        /// What kept it from 1.5 |a22|.
+        limit: Option<LambdaLimit>,
+    },
+    /// The rudder's own frequency: no estimate had a damping.
+    RudderFrequency {
+        /// The frequency, rad/s.
+        rudder_frequency_rad_s: f64,
+        /// What kept lambda from it.
+        limit: Option<LambdaLimit>,
+    },
+    /// A reason read from a document, in its words.
+    Recorded(String),
+}
+
+/// What keeps lambda from the vehicle's own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LambdaLimit {
+    /// The largest that sampling and rudder allow.
+    Largest(TimeScale),
+    /// The smallest that record and rudder allow.
+    Smallest(TimeScale),
+}
+
+impl fmt::Display for LambdaLimit {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Largest(scale) => write!(
+                f,
+                ", the largest that the sample interval of {} s and the rudder's half period of {} s allow",
+                three_figures(scale.interval_s),
+                three_figures(scale.half_period_s)
+            ),
+            Self::Smallest(scale) => write!(
+                f,
+                ", the smallest that the record of {} s and the rudder's half period of {} s allow",
+                three_figures(scale.duration_s),
+                three_figures(scale.half_period_s)
+            ),
+        }
+    }
+}
+
+impl fmt::Display for LambdaReason {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let text = |limit: &Option<LambdaLimit>| limit.map_or_else(String::new, |l| l.to_string());
+        match self {
+            Self::Given => f.write_str("given"),
+            Self::Paper => f.write_str("the paper's"),
+            Self::PlansDoublet => f.write_str("from the plan's doublet"),
+            Self::FirstEstimate {
+                damping_per_s,
+                rudder_frequency_rad_s,
+                limit,
+            } => write!(
+                f,
+                "1.5 times |a22| = {} 1/s of a first estimate{}; begun at the rudder's own {} rad/s",
+                three_figures(*damping_per_s),
+                text(limit),
+                three_figures(*rudder_frequency_rad_s)
+            ),
+            Self::RudderFrequency {
+                rudder_frequency_rad_s,
+                limit,
+            } => write!(
+                f,
+                "the rudder's own frequency, {} rad/s{}; a first estimate had no damping to go by",
+                three_figures(*rudder_frequency_rad_s),
+                text(limit)
+            ),
+            Self::Recorded(text) => f.write_str(text),
+        }
+    }
+}
+
+impl From<String> for LambdaReason {
+    fn from(text: String) -> Self {
+        let plain = [Self::Given, Self::Paper, Self::PlansDoublet];
+        let known = plain.into_iter().find(|reason| reason.to_string() == text);
+        known.unwrap_or(Self::Recorded(text))
+    }
+}
+
+impl From<LambdaReason> for String {
+    fn from(reason: LambdaReason) -> Self {
+        reason.to_string()
+    }
+}
+
+/// Two reasons are equal where they read the same, since a document keeps their words only.
+impl PartialEq for LambdaReason {
+    fn eq(&self, other: &Self) -> bool {
+        self.to_string() == other.to_string()
+    }
 }
 
 impl ChosenLambda {
@@ -71,30 +185,20 @@ impl TimeScale {
             lambda = (-model.a22_per_s * LAMBDA_OVER_DAMPING).clamp(smallest, largest);
         }
         let limit = if lambda == largest {
-            format!(
-                ", the largest that the sample interval of {} s and the rudder's half period of {} s allow",
-                three_figures(self.interval_s),
-                three_figures(self.half_period_s)
-            )
-        } else if lambda == smallest {
-            format!(
-                ", the smallest that the record of {} s and the rudder's half period of {} s allow",
-                three_figures(self.duration_s),
-                three_figures(self.half_period_s)
-            )
+            Some(LambdaLimit::Largest(*self))
         } else {
-            String::new()
+            (lambda == smallest).then_some(LambdaLimit::Smallest(*self))
         };
         let because = match damping {
-            Some(damping) => format!(
-                "1.5 times |a22| = {} 1/s of a first estimate{limit}; begun at the rudder's own {} rad/s",
-                three_figures(damping),
-                three_figures(rudder_frequency)
-            ),
-            None => format!(
-                "the rudder's own frequency, {} rad/s{limit}; a first estimate had no damping to go by",
-                three_figures(rudder_frequency)
-            ),
+            Some(damping_per_s) => LambdaReason::FirstEstimate {
+                damping_per_s,
+                rudder_frequency_rad_s: rudder_frequency,
+                limit,
+            },
+            None => LambdaReason::RudderFrequency {
+                rudder_frequency_rad_s: rudder_frequency,
+                limit,
+            },
         };
         ChosenLambda {
             lambda_rad_s: lambda,
@@ -133,14 +237,14 @@ mod tests {
         // 0.3 / 0.05 s, and 6 / 16.5 s.
         assert_eq!(of(-100.0).lambda_rad_s, 0.3 / 0.05);
         assert_eq!(of(-1e-4).lambda_rad_s, 6.0 / 16.5);
-        assert!(of(-100.0).because.contains("largest"));
-        assert!(of(-1e-4).because.contains("smallest"));
+        assert!(of(-100.0).because.to_string().contains("largest"));
+        assert!(of(-1e-4).because.to_string().contains("smallest"));
     }
 
     #[test]
     fn prop_lambda_without_an_estimate_is_the_rudder_frequency() {
         let chosen = vehicle(1.0).choose_lambda(|_| None);
         assert_eq!(chosen.lambda_rad_s, std::f64::consts::PI / 2.0);
-        assert!(chosen.because.contains("rudder"));
+        assert!(chosen.because.to_string().contains("rudder"));
     }
 }

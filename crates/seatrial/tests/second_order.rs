@@ -1,5 +1,6 @@
 //! The order of the yaw model: decided from the record, worth its R^2 on fresh data, honest about itself.
 
+use seatrial::identification::EstimateMethod;
 use std::path::PathBuf;
 
 use rand::SeedableRng;
@@ -282,10 +283,14 @@ fn regress_a_lag_under_a_weak_rudder_is_no_damping() {
             let found = identify(&record, Window::ALL, None, &IdentifySettings::default()).unwrap();
             let refined = found.refined.unwrap();
             let interval = refined.interval_95.a22_per_s;
-            named += usize::from(refined.method == "rudder_lag");
-            let is_told = ["lag_unknown", "model_order"]
-                .iter()
-                .any(|code| found.verdict.reasons.iter().any(|r| r.code == *code));
+            named += usize::from(refined.method == EstimateMethod::RudderLag);
+            let is_told = ["lag_unknown", "model_order"].iter().any(|code| {
+                found
+                    .verdict
+                    .reasons
+                    .iter()
+                    .any(|r| r.code.to_string() == *code)
+            });
             assert!(inside(Some(interval), truth.a22_per_s) || is_told);
         }
         assert!(named >= least_named, "{heading_deg} deg: {named} of 4");
@@ -304,7 +309,13 @@ fn regress_fresh_data_of_higher_order_have_an_estimate() {
         ..first_order()
     };
     let found = [&first_order(), &lagging].map(|truth| method(truth).unwrap());
-    assert_eq!(found, ["averaged_restricted_likelihood", "output_error"]);
+    assert_eq!(
+        found,
+        [
+            EstimateMethod::AveragedRestrictedLikelihood,
+            EstimateMethod::OutputError
+        ]
+    );
 }
 
 /// Without noise nothing but the truth is found, and nothing more.

@@ -4,7 +4,7 @@ use rand::RngExt;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
 use seatrial::Record;
-use seatrial::identify::joined::identify_joined;
+use seatrial::identify::identify_joined;
 use seatrial::identify::{Fresh, IdentifySettings};
 use seatrial::segmentation::{Kind, Segment, find, propose};
 use seatrial_core::{Action, Sample, Steering, Vehicle};

@@ -7,12 +7,13 @@ use seatrial_core::{Outcome, Plan, Real, Sample, Stage, Trial};
 use seatrial::Step;
 use seatrial::campaign::{Run, StageSpan};
 use seatrial::identification::{
-    Convergence, LeastSquares, Online, Reason, Refined, Settings, TracePoint,
+    Convergence, LeastSquares, Online, Reason, ReasonCode, Refined, Settings, TracePoint, Verdict,
 };
 use seatrial::identify::online::Pass;
 use seatrial::identify::refine::refine;
 use seatrial::identify::{Fresh, IdentifyError, assess};
 use seatrial::record::{Record, Window};
+use seatrial::time_scale::LambdaReason;
 use seatrial::verdict;
 
 /// Looks at the intervals in one half period of the training's rudder.
@@ -123,10 +124,7 @@ impl OpenRun {
                 surge_speed_m_s: result.surge_speed_m_s,
                 ..self.without_model(match error {
                     IdentifyError::Refused(reason) => reason,
-                    error => Reason {
-                        code: "not_identifiable".into(),
-                        text: error.to_string(),
-                    },
+                    error => Reason::new(ReasonCode::NotIdentifiable, error.to_string()),
                 })
             },
         }
@@ -176,7 +174,7 @@ impl OpenRun {
         let settings = plan.estimator_settings();
         let pass = Pass {
             online: Online {
-                method: "instrumental_variable".into(),
+                method: settings.method.into(),
                 model: result.model,
                 delta0_rad: result.model.delta0_rad(),
                 covariance: result.covariance,
@@ -206,7 +204,7 @@ impl OpenRun {
             }),
             pass,
             Settings {
-                lambda_because: "from the plan's doublet".into(),
+                lambda_because: LambdaReason::PlansDoublet,
                 ..Settings::of(&settings)
             },
         )?;
@@ -225,14 +223,13 @@ impl OpenRun {
     pub(super) fn stopped(mut self, time_s: f64, outcome: Outcome) -> Run {
         self.close_stage(time_s);
         self.without_model(match outcome {
-            Outcome::Aborted(reason) => Reason {
-                code: "aborted".into(),
-                text: format!("the trial was aborted during this run: {reason}"),
-            },
-            Outcome::Finished => Reason {
-                code: "aborted".into(),
-                text: "the trial ended during this run".into(),
-            },
+            Outcome::Aborted(reason) => Reason::new(
+                ReasonCode::Aborted,
+                format!("the trial was aborted during this run: {reason}"),
+            ),
+            Outcome::Finished => {
+                Reason::new(ReasonCode::Aborted, "the trial ended during this run")
+            }
         })
     }
 
@@ -245,7 +242,7 @@ impl OpenRun {
             stages: self.stages,
             record: self.record,
             identification: None,
-            verdict: verdict::refused(reason),
+            verdict: Verdict::refused(reason),
         }
     }
 }

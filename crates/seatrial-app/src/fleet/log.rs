@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use seatrial::identification::Verdict;
 use seatrial::identify::{Fresh, IdentifyError, IdentifySettings, identify};
 use seatrial::manoeuvre::Manoeuvre;
 use seatrial::segmentation::{Segment, Single, find, singles};
-use seatrial::verdict::refused;
 use seatrial::{Record, Window};
 use seatrial_logs::{
     ChannelChoice, Fault, LogDescription, LogReader, Quantity, ReadError, Run, Unit,
@@ -250,7 +250,7 @@ fn estimate(
         Err(error) => {
             row.window(training);
             match error {
-                IdentifyError::Refused(reason) => row.judged(&refused(reason)),
+                IdentifyError::Refused(reason) => row.judged(&Verdict::refused(reason)),
                 other => row.failed("not_identified", other.to_string()),
             }
         }

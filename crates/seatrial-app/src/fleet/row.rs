@@ -64,10 +64,7 @@ impl Row {
         self.samples_used = Some(found.samples_used as u64);
         self.samples_rejected = Some(u64::from(found.samples_rejected.total()));
         self.lambda_rad_s = finite(found.settings.lambda_rad_s);
-        self.method = Some(match &found.refined {
-            Some(refined) => refined.method.clone(),
-            None => found.online.method.clone(),
-        });
+        self.method = Some(found.method().to_string());
         self.a22_per_s = finite(model.a22_per_s);
         self.b2_per_s2 = finite(model.b2_per_s2);
         self.c0_rad_per_s2 = finite(model.c0_rad_per_s2);
@@ -92,9 +89,9 @@ impl Row {
 
     /// Puts a verdict in.
     pub(super) fn judged(&mut self, verdict: &Verdict) {
-        let codes: Vec<&str> = verdict.reasons.iter().map(|r| r.code.as_str()).collect();
+        let codes: Vec<String> = verdict.reasons.iter().map(|r| r.code.to_string()).collect();
         self.accepted = Some(verdict.accepted);
-        self.verdict = codes.first().map(|code| (*code).into());
+        self.verdict = codes.first().cloned();
         self.reasons = Some(codes.join(" "));
         self.verdict_text = verdict.reasons.first().map(|reason| reason.text.clone());
     }

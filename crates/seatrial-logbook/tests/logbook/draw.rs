@@ -3,11 +3,13 @@
 use seatrial::Step;
 use seatrial::campaign::{Run, Stage, StageSpan};
 use seatrial::identification::{
-    Convergence, Identification, Intervals, LeastSquares, Online, Reason, Refined, RejectedSamples,
-    Settings, TracePoint, Validation, Verdict,
+    Convergence, EstimateMethod, Identification, Intervals, LeastSquares, Online, Reason,
+    ReasonCode, Refined, RejectedSamples, Settings, TracePoint, Validation, Verdict,
 };
 use seatrial::record::Window;
+use seatrial::time_scale::LambdaReason;
 use seatrial_core::heading_loop::LoopTiming;
+use seatrial_core::state_variable_filter::Hold;
 use seatrial_core::{AbortReason, Action, Outcome, Sample, Steering, YawModel};
 
 /// Numbers drawn one after the other, to fill a structure with.
@@ -90,13 +92,13 @@ impl Draw {
             settings: Settings {
                 as_paper: self.yes(),
                 lambda_rad_s: self.number(),
-                lambda_because: "given".into(),
-                heading_hold: "first_order".into(),
+                lambda_because: LambdaReason::Given,
+                heading_hold: Hold::FirstOrder,
                 initial_covariance: self.number(),
                 forgetting_factor: self.number(),
             },
             online: Online {
-                method: "instrumental_variable".into(),
+                method: EstimateMethod::InstrumentalVariable,
                 model: self.model(),
                 delta0_rad: self.optional(),
                 covariance: self.matrix(),
@@ -120,7 +122,7 @@ impl Draw {
                     .collect(),
             },
             refined: self.maybe(|draw| Refined {
-                method: "restricted_likelihood".into(),
+                method: EstimateMethod::Other("restricted_likelihood".into()),
                 model: draw.model(),
                 delta0_rad: draw.optional(),
                 interval_95: Intervals {
@@ -194,7 +196,7 @@ impl Draw {
         Verdict {
             accepted: self.yes(),
             reasons: vec![Reason {
-                code: "code".into(),
+                code: ReasonCode::Other("code".into()),
                 text: format!("a 'quoted' \"text\", \u{394} {}", self.number()),
             }],
         }

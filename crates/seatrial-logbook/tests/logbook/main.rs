@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use rusqlite::Connection;
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run, Stage};
-use seatrial::identification::Identification;
+use seatrial::identification::{Identification, ReasonCode};
 use seatrial::pitch::{self, PitchPlan};
 use seatrial_core::{Action, Outcome, Sample, Steering, YawModel};
 use seatrial_logbook::{
@@ -520,7 +520,7 @@ fn io_a_review_goes_before_the_verdict() {
         assert_eq!(entered.unwrap(), Some(()));
         let rejected = counted(&logbook)[place].verdict.clone();
         assert!(!rejected.accepted);
-        assert_eq!(rejected.reasons[0].code, "rejected_by_operator");
+        assert_eq!(rejected.reasons[0].code, ReasonCode::RejectedByOperator);
         assert_eq!(rejected.reasons[1..], run.verdict.reasons);
         // Only what has a model can be used.
         let entered = logbook

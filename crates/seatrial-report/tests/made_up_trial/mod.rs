@@ -1,12 +1,14 @@
 //! A trial made up from the closed form: the vehicle of Table II, a proportional heading loop, two
 //! doublets a run, compass noise. The results are written down, not estimated.
 
+use seatrial::time_scale::LambdaReason;
+use seatrial_core::state_variable_filter::Hold;
 use std::collections::BTreeMap;
 
 use seatrial::campaign::{Campaign, Run, Stage, StageSpan};
 use seatrial::identification::{
-    Convergence, Identification, Intervals, LeastSquares, Online, Reason, Refined, RejectedSamples,
-    Settings, TracePoint, Validation, Verdict,
+    Convergence, EstimateMethod, Identification, Intervals, LeastSquares, Online, Reason,
+    ReasonCode, Refined, RejectedSamples, Settings, TracePoint, Validation, Verdict,
 };
 use seatrial::record::Window;
 use seatrial_core::model::YawState;
@@ -118,7 +120,7 @@ fn run(number: u32, thrust: f64, speed: f64, theta: [f64; 3]) -> Run {
     let verdict = Verdict {
         accepted: true,
         reasons: vec![Reason {
-            code: "ok".to_owned(),
+            code: ReasonCode::Ok,
             text: "the model holds on fresh data: R^2 of heading 0.93, of yaw rate 0.95".to_owned(),
         }],
     };
@@ -179,8 +181,8 @@ fn identification(
     let settings = Settings {
         as_paper: false,
         lambda_rad_s: 1.5,
-        lambda_because: "1.5 times the time scale of the doublet".to_owned(),
-        heading_hold: "first_order".to_owned(),
+        lambda_because: LambdaReason::PlansDoublet,
+        heading_hold: Hold::FirstOrder,
         initial_covariance: 1e6,
         forgetting_factor: 1.0,
     };
@@ -190,7 +192,7 @@ fn identification(
         samples_rejected: RejectedSamples::default(),
         settings,
         online: Online {
-            method: "instrumental_variable".to_owned(),
+            method: EstimateMethod::InstrumentalVariable,
             model: near(-0.03),
             delta0_rad: Some(delta0),
             covariance: [[0.0; 3]; 3],
@@ -208,7 +210,7 @@ fn identification(
             trace: trace.collect(),
         },
         refined: Some(Refined {
-            method: "averaged_restricted_likelihood".to_owned(),
+            method: EstimateMethod::AveragedRestrictedLikelihood,
             model,
             delta0_rad: Some(delta0),
             interval_95: Intervals {
@@ -245,7 +247,7 @@ pub fn reject(run: &mut Run) {
     let verdict = Verdict {
         accepted: false,
         reasons: vec![Reason {
-            code: "low_r2".to_owned(),
+            code: ReasonCode::LowR2,
             text: "R^2 on fresh data is 0.41 for heading, 0.44 with the offset estimated again, 0.50 for yaw rate; at least 0.6 is needed: repeat the run"
                 .to_owned(),
         }],
@@ -268,7 +270,7 @@ pub fn interrupt(run: &mut Run) {
     run.verdict = Verdict {
         accepted: false,
         reasons: vec![Reason {
-            code: "aborted".to_owned(),
+            code: ReasonCode::Aborted,
             text: "stopped in training: the roll left its limits".to_owned(),
         }],
     };

@@ -15,8 +15,8 @@ use seatrial_core::heading_control::NoGain;
 use seatrial_core::heading_loop::LoopTiming;
 use serde::Serialize;
 
+use crate::figures::three_figures;
 use crate::gain_allowance::{GainAllowance, longest};
-use crate::verdict::three_figures;
 
 use operating_point::yaw_rate_limit_rad_s;
 pub use operating_point::{OperatingPoint, Parameter};

@@ -26,7 +26,7 @@ pub use cause::{Cause, Explanation};
 pub use change::{Change, SpeedChange, compare};
 pub use watch::{Skipped, Watch, WatchReport, WatchedWindow};
 
-use crate::identification::{Identification, Reason, Verdict};
+use crate::identification::{Identification, Reason, ReasonCode, Verdict};
 use pool::ReferenceError;
 
 /// A run of so many time constants of the vehicle determines the disturbance on it, and with it its own covariance,
@@ -344,16 +344,13 @@ pub enum Finding {
 impl Finding {
     fn verdict(self, text: String) -> Verdict {
         let code = match self {
-            Self::Unchanged => "unchanged",
-            Self::Changed => "changed",
-            Self::CannotTell => "cannot_tell",
+            Self::Unchanged => ReasonCode::Unchanged,
+            Self::Changed => ReasonCode::Changed,
+            Self::CannotTell => ReasonCode::CannotTell,
         };
         Verdict {
             accepted: self == Self::Unchanged,
-            reasons: vec![Reason {
-                code: code.into(),
-                text,
-            }],
+            reasons: vec![Reason::new(code, text)],
         }
     }
 }

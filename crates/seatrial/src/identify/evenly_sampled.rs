@@ -8,9 +8,9 @@ use seatrial_core::fixed_rate::FixedRateSettings;
 use seatrial_core::{Real, YawModel};
 use serde::Serialize;
 
+use crate::figures::three_figures;
 use crate::record::Window;
 use crate::sums::Accumulator;
-use crate::verdict::three_figures;
 
 /// An interval between two samples may differ from the mean one by this share of it.
 const LARGEST_UNEVENNESS: f64 = 0.01;

@@ -3,7 +3,7 @@
 use seatrial_core::validation::{self, GoodnessOfFit};
 use seatrial_core::{Real, Sample, YawModel};
 
-use super::IdentifyError;
+use super::error::IdentifyError;
 use crate::identification::Validation;
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window};
@@ -18,6 +18,15 @@ const QUIET_SHARE: f64 = 0.1;
 const DERIVATIVE_TIME_CONSTANTS: f64 = 1.5;
 const DERIVATIVE_SAMPLES: (usize, usize) = (2, 60);
 
+/// Fresh data: a record, which may be the training record, and a window on it.
+#[derive(Clone, Copy, Debug)]
+pub struct Fresh<'a> {
+    /// The record.
+    pub record: &'a Record,
+    /// The window, half open.
+    pub window: Window,
+}
+
 /// Simulates `model` over a window of a record and compares (35)-(37).
 pub fn validate(
     model: YawModel<f64>,
@@ -30,7 +39,7 @@ pub fn validate(
     }
     let fit = goodness_of_fit(model, samples);
     Ok(Validation {
-        window: super::known_part(window, samples),
+        window: window.known_part(samples),
         r2_heading: fit.r2_heading,
         r2_heading_offset_refit: fit.r2_heading_offset_refit,
         r2_yaw_rate: fit.r2_yaw_rate,

@@ -6,15 +6,8 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::refine::around;
-use super::{
-    Fresh, IdentifyError, IdentifySettings, Training, assess_with_others, identify, known_part,
-};
-use crate::identification::{Identification, Reason, Refined, Settings};
-use crate::record::{Record, Window};
-use crate::verdict::three_figures;
-
-/// Manoeuvres that differ by more than chance would once in a hundred times are not of one vehicle at one speed.
-const LEAST_PROBABILITY: f64 = 0.01;
+use crate::identification::Refined;
+use crate::record::Window;
 
 /// What several manoeuvres say each, and together.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,7 +31,7 @@ pub struct JoinedManoeuvre {
     pub model: YawModel<f64>,
 }
 
-/// Identifies one model from several manoeuvres of one speed, validates it on fresh data and judges it.
+/// The common estimate of a manoeuvre and others by the same method. `None` where there is no other.
 ///
 /// ```text
 /// theta = W^-1 sum_j V_j^-1 theta_j,   W = sum_j V_j^-1,   theta = [a22, b2]
@@ -57,51 +50,6 @@ pub struct JoinedManoeuvre {
 /// of least variance (Gauss, Markov), its interval widened by Birge's ratio where the manoeuvres scatter more than they
 /// should. Manoeuvres for which another method was chosen than for the first, because a rudder lag or sway showed in one
 /// and not in the other, and such as give no model, are left out.
-pub fn identify_joined(
-    record: &Record,
-    training: &[Window],
-    fresh: Option<Fresh>,
-    settings: &IdentifySettings,
-) -> Result<(Identification, Option<Joined>), IdentifyError> {
-    let (first, more) = match training {
-        [] => (Window::ALL, &[][..]),
-        [first, more @ ..] => (*first, more),
-    };
-    let others: Vec<(Window, Refined)> = more
-        .iter()
-        .filter_map(|window| {
-            let alone = identify(record, *window, None, settings).ok()?;
-            Some((*window, alone.refined?))
-        })
-        .collect();
-    let prepared = Training::new(record, first, settings)?;
-    let pass = prepared.estimate()?;
-    let used = Settings {
-        as_paper: settings.as_paper,
-        lambda_because: prepared.lambda_because,
-        ..Settings::of(&prepared.estimator)
-    };
-    let window = known_part(first, prepared.samples);
-    let (mut identification, joined) =
-        assess_with_others(record, window, fresh, pass, used, settings.refine, &others)?;
-    if let Some(joined) = joined
-        .as_ref()
-        .filter(|j| j.consistency < LEAST_PROBABILITY)
-    {
-        identification.verdict.reasons.push(Reason {
-            code: "manoeuvres_differ".into(),
-            text: format!(
-                "{} manoeuvres of this speed differ by more than chance explains (p = {}), and the interval is {} times as wide for it: was the speed, the load or the weather the same?",
-                joined.manoeuvres.len(),
-                three_figures(joined.consistency),
-                three_figures(joined.birge_ratio)
-            ),
-        });
-    }
-    Ok((identification, joined))
-}
-
-/// The common estimate of a manoeuvre and others by the same method. `None` where there is no other.
 pub(super) fn join(
     training: Window,
     first: &Refined,
@@ -168,21 +116,24 @@ pub(super) fn join(
             consistency,
             birge_ratio: spread.sqrt(),
         };
-        (around(first, model, covariance, &first.method), joined)
+        (
+            around(first, model, covariance, first.method.clone()),
+            joined,
+        )
     })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::identification::Intervals;
+    use crate::identification::{EstimateMethod, Intervals};
 
     fn refined(theta: [f64; 3], variances: [f64; 3]) -> Refined {
         let covariance = core::array::from_fn(|i| {
             core::array::from_fn(|j| if i == j { variances[i] } else { 0.0 })
         });
         Refined {
-            method: "any".into(),
+            method: EstimateMethod::AveragedRestrictedLikelihood,
             model: YawModel::from_theta(theta),
             delta0_rad: None,
             interval_95: Intervals {
@@ -228,7 +179,7 @@ mod tests {
     fn prop_another_method_is_not_joined() {
         let first = refined([-1.0, 2.0, 0.0], [1e-4; 3]);
         let other = Refined {
-            method: "other".into(),
+            method: EstimateMethod::RudderLag,
             ..first.clone()
         };
         assert!(join(Window::ALL, &first, &[(Window::ALL, other)]).is_none());

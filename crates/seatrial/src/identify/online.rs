@@ -6,7 +6,9 @@ use seatrial_core::estimator::{Estimator, EstimatorSettings, Intake, InvalidSett
 use seatrial_core::{Real, Sample};
 
 use super::batch::BatchLeastSquares;
-use crate::identification::{Convergence, LeastSquares, Online, RejectedSamples, TracePoint};
+use crate::identification::{
+    Convergence, EstimateMethod, LeastSquares, Online, RejectedSamples, TracePoint,
+};
 
 /// Sample counts at which the least squares estimate is kept for comparison.
 const CHECKPOINTS: [usize; 2] = [100, 200];
@@ -118,8 +120,8 @@ pub fn estimate(
     Ok(Pass {
         online: Online {
             method: match estimator.instrument() {
-                Some(_) => "instrumental_variable".into(),
-                None => "least_squares".into(),
+                Some(_) => EstimateMethod::InstrumentalVariable,
+                None => EstimateMethod::LeastSquares,
             },
             model,
             delta0_rad: model.delta0_rad(),

@@ -8,7 +8,7 @@ use super::output_error::OutputError;
 use super::peak::{RefineFailure, liveliest};
 use super::second_order::SecondOrder;
 use super::whitening::Prepared;
-use crate::identification::{Intervals, Refined};
+use crate::identification::{EstimateMethod, Intervals, Refined};
 use crate::propagation::NORMAL_95;
 
 /// [`seatrial_core::refine::refine`] of samples.
@@ -21,7 +21,7 @@ pub fn refine(
 ) -> Result<Refined, RefineFailure> {
     let found = hypotheses(samples, start)?.refinement();
     Ok(Refined {
-        method: "averaged_restricted_likelihood".into(),
+        method: EstimateMethod::AveragedRestrictedLikelihood,
         model: found.model,
         delta0_rad: found.model.delta0_rad(),
         interval_95: Intervals {
@@ -79,7 +79,12 @@ pub fn behind_the_lag(refined: &Refined, lagging: &SecondOrder) -> Refined {
         lagging.model.b2_per_s2,
         lagging.model.c0_rad_per_s2,
     ]);
-    around(refined, model, lagging.covariance.into(), "rudder_lag")
+    around(
+        refined,
+        model,
+        lagging.covariance.into(),
+        EstimateMethod::RudderLag,
+    )
 }
 
 /// The online estimate in place of the refined one, for a record of a vehicle that is not of first order.
@@ -91,7 +96,12 @@ pub fn behind_the_lag(refined: &Refined, lagging: &SecondOrder) -> Refined {
 pub fn around_online(refined: &Refined, online: YawModel<f64>, simulated: &OutputError) -> Refined {
     let shift = Vector3::from(online.theta()) - Vector3::from(simulated.model.theta());
     let covariance = Matrix3::from(simulated.covariance) + shift * shift.transpose();
-    around(refined, online, covariance, "instrumental_variable")
+    around(
+        refined,
+        online,
+        covariance,
+        EstimateMethod::InstrumentalVariable,
+    )
 }
 
 /// The same model when something else leaves it uncertain, too.
@@ -165,10 +175,10 @@ pub(super) fn around(
     refined: &Refined,
     model: YawModel<f64>,
     covariance: Matrix3<f64>,
-    method: &str,
+    method: EstimateMethod,
 ) -> Refined {
     Refined {
-        method: method.into(),
+        method,
         model,
         delta0_rad: model.delta0_rad(),
         interval_95: normal_intervals(&model, &covariance),
@@ -283,7 +293,7 @@ mod tests {
             &refine(&doublet(), None).unwrap(),
             YawModel::from_theta([-1.0, 1.0, 0.01]),
             Matrix3::from_diagonal(&Vector3::new(0.02, 0.02, 0.001).map(|s: f64| s * s)),
-            "averaged_restricted_likelihood",
+            EstimateMethod::AveragedRestrictedLikelihood,
         );
         let half_widths = |found: &Refined| {
             let Intervals {
@@ -295,10 +305,15 @@ mod tests {
             [a22_per_s, b2_per_s2, c0_rad_per_s2].map(|[low, high]| 0.5 * (high - low))
         };
         let own = half_widths(&refined);
-        let fresh = |theta, of_c0: f64, method: &str| {
+        let fresh = |theta, of_c0: f64, method: &EstimateMethod| {
             let deviations = Vector3::new(0.02, 0.02, of_c0);
             let covariance = Matrix3::from_diagonal(&deviations.map(|s| s * s));
-            around(&refined, YawModel::from_theta(theta), covariance, method)
+            around(
+                &refined,
+                YawModel::from_theta(theta),
+                covariance,
+                method.clone(),
+            )
         };
         let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
         let reached =
@@ -313,7 +328,11 @@ mod tests {
         close(b2, own[1]);
         close(c0, own[2]);
         // A model behind a lag has another a22 by nature, but no other C0.
-        let lagging = fresh([theta[0], theta[1], 0.02], 0.001, "rudder_lag");
+        let lagging = fresh(
+            [theta[0], theta[1], 0.02],
+            0.001,
+            &EstimateMethod::RudderLag,
+        );
         let [a22, _, c0] = reached(&lagging, 1.0);
         close(a22, own[0]);
         close(c0, own[2].hypot(0.01));

@@ -3,12 +3,14 @@
 use seatrial_core::estimator::EstimatorSettings;
 use seatrial_core::{Sample, YawModel};
 
+use super::error::IdentifyError;
+use super::fresh;
 use super::online::{self, Pass, Stretch};
-use super::{IdentifyError, IdentifySettings, fresh};
+use super::refusal::{refuse_record, rudder_constant};
+use super::settings::IdentifySettings;
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window, duration_s, median_interval_s};
-use crate::time_scale::{ChosenLambda, TimeScale};
-use crate::verdict;
+use crate::time_scale::{ChosenLambda, LambdaReason, TimeScale};
 
 /// The filters are warmed on the data before the window, up to this many of their time constants: what
 /// remains of their start is then below rounding.
@@ -24,7 +26,7 @@ const LARGEST_WARMING_SHARE: f64 = 0.1;
 pub struct Training<'a> {
     pub samples: &'a [Sample<f64>],
     pub estimator: EstimatorSettings<f64>,
-    pub lambda_because: String,
+    pub lambda_because: LambdaReason,
     pub stretch: Stretch<'a>,
     pub keep_trace: bool,
 }
@@ -65,9 +67,9 @@ pub fn manoeuvre_to_learn_from(
     let found = Manoeuvre::find(samples);
     let amplitude = found.as_ref().map_or(0.0, |m| m.amplitude_rad);
     let (heading_range_rad, unit) = (fresh::heading_range_rad(samples), record.rudder_unit);
-    let found = match verdict::refuse_record(samples.len(), amplitude, unit, heading_range_rad) {
+    let found = match refuse_record(samples.len(), amplitude, unit, heading_range_rad) {
         Some(reason) => Err(reason),
-        None => found.ok_or_else(|| verdict::rudder_constant(amplitude, unit)),
+        None => found.ok_or_else(|| rudder_constant(amplitude, unit)),
     };
     found.map_err(IdentifyError::Refused)
 }
@@ -112,13 +114,13 @@ pub fn choose_lambda(
     if let Some(lambda_rad_s) = settings.lambda_rad_s {
         return ChosenLambda {
             lambda_rad_s,
-            because: "given".into(),
+            because: LambdaReason::Given,
         };
     }
     if settings.as_paper {
         return ChosenLambda {
             lambda_rad_s: 1.0,
-            because: "the paper's".into(),
+            because: LambdaReason::Paper,
         };
     }
     let interval_s = median_interval_s(samples).unwrap_or(0.0);

@@ -6,9 +6,9 @@ use serde::Serialize;
 
 use super::trace::mean;
 use super::{Kind, Segment};
+use crate::figures::three_figures;
 use crate::identify::lambda_of;
 use crate::record::{Record, Window};
-use crate::verdict::three_figures;
 
 /// Manoeuvres are of one speed where their thrusts differ by no more than this, or their speeds by no more than this
 /// share (b2 goes with the square: 20 %).

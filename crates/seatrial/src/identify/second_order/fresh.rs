@@ -5,7 +5,8 @@ use seatrial_core::{Real, Sample, YawModel};
 
 use super::model::{SwayYawModel, SwayYawState};
 use crate::identification::Validation;
-use crate::identify::{IdentifyError, fresh, known_part};
+use crate::identify::error::IdentifyError;
+use crate::identify::fresh;
 use crate::record::{Record, Window};
 
 /// Simulates `model` over a window of a record and compares (35)-(37), as
@@ -21,7 +22,7 @@ pub fn validate(
     }
     let fit = goodness_of_fit(model, samples);
     Ok(Validation {
-        window: known_part(window, samples),
+        window: window.known_part(samples),
         r2_heading: fit.r2_heading,
         r2_heading_offset_refit: fit.r2_heading_offset_refit,
         r2_yaw_rate: fit.r2_yaw_rate,

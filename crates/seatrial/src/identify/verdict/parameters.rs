@@ -2,8 +2,12 @@
 
 use seatrial_core::YawModel;
 
-use super::{Evidence, Share, Weighing, percent, r2_text, rudder, three_figures};
-use crate::identification::{HigherOrder, LagEffect, Refined};
+use super::{Share, Weighing};
+use crate::figures::{percent, r2_text, three_figures};
+use crate::identification::{HigherOrder, LagEffect, ReasonCode, Refined};
+use crate::identify::checked::Checked;
+use crate::identify::chosen::ModelSource;
+use crate::identify::explained::Explained;
 use crate::identify::second_order::ResidualTests;
 
 /// Below this R^2 of heading or yaw rate a model does not even describe the record that it was made from.
@@ -36,25 +40,40 @@ const NOTED_CHANCE: f64 = 0.001;
 const LEAST_NOISE: f64 = 1e-3;
 
 impl Weighing {
-    pub(super) fn intervals(&mut self, refined: &Refined, evidence: &Evidence) {
+    pub(super) fn refined(&mut self, refined: &Refined, checked: &Checked) {
+        self.intervals(refined, checked);
+        self.agreement(checked.online, refined);
+        let Some(fit) = checked.explained.first_order() else {
+            return;
+        };
+        if let Some(effect) = &fit.lag_effect {
+            self.lag(refined, effect);
+        }
+        if let Some(residual) = &fit.residual {
+            self.residual(residual, refined, checked.log.heading_range_rad);
+        }
+    }
+
+    fn intervals(&mut self, refined: &Refined, checked: &Checked) {
         let b2 = Share::new(refined.model.b2_per_s2, refined.interval_95.b2_per_s2);
         let a22 = Share::new(refined.model.a22_per_s, refined.interval_95.a22_per_s);
         if !(b2.half_width.is_finite() && a22.half_width.is_finite()) {
             return self.reject(
-                "not_identifiable",
+                ReasonCode::NotIdentifiable,
                 "the record does not determine the parameters; excite the rudder to both hands"
                     .into(),
             );
         }
         // Of a vehicle that is not of first order the interval tells how far the methods are apart; fresh data
         // tell whether the model holds all the same, unless their yaw rate does not follow the rudder.
-        let fresh_data_decide = evidence.mismatch.is_some()
-            && evidence
+        let is_structural = checked.explained.structural_misfit().is_some();
+        let fresh_data_decide = is_structural
+            && checked
                 .validation
                 .is_some_and(|fresh| fresh.r2_yaw_rate.is_none_or(|r2| r2 >= FOLLOWS_THE_RUDDER));
         if b2.half_width >= 1.0 && !fresh_data_decide {
             return self.reject(
-                "not_identifiable",
+                ReasonCode::NotIdentifiable,
                 format!(
                     "the 95 % interval of b2, {} to {} 1/s^2, holds 0: the heading does not follow the rudder measurably; check that the two channels belong together, then excite with more rudder",
                     three_figures(b2.interval[0]), three_figures(b2.interval[1])
@@ -63,14 +82,14 @@ impl Weighing {
         }
         if a22.half_width >= 1.0 && !fresh_data_decide {
             return self.reject(
-                "not_identifiable",
+                ReasonCode::NotIdentifiable,
                 format!(
                     "the 95 % interval of a22, {} to {} 1/s, holds 0: whether the vehicle is course-stable is not known; excite longer or to larger headings",
                     three_figures(a22.interval[0]), three_figures(a22.interval[1])
                 ),
             );
         }
-        if evidence.mismatch.is_some() {
+        if is_structural {
             // More rudder does not make the vehicle a first-order one.
             return;
         }
@@ -78,18 +97,18 @@ impl Weighing {
         let more = (b2.half_width / WIDEST_B2).max(a22.half_width / WIDEST_A22);
         if more > 1.0 {
             self.reject(
-                "under_excited",
+                ReasonCode::UnderExcited,
                 format!(
                     "95 % intervals of {} % of b2 (at most {} %) and {} % of a22 (at most {} %) are too wide; at this noise {} times the rudder, {} either side, or {} repeats of the manoeuvre would do",
                     percent(b2.half_width), percent(WIDEST_B2),
                     percent(a22.half_width), percent(WIDEST_A22),
-                    three_figures(more), rudder(more * evidence.rudder_amplitude_rad, evidence.rudder_unit), (more * more).ceil()
+                    three_figures(more), checked.log.rudder_unit.text(more * checked.log.rudder_amplitude_rad), (more * more).ceil()
                 ),
             );
         }
     }
 
-    pub(super) fn agreement(&mut self, online: YawModel<f64>, refined: &Refined) {
+    fn agreement(&mut self, online: YawModel<f64>, refined: &Refined) {
         let parameters = [
             (
                 "a22",
@@ -116,14 +135,14 @@ impl Weighing {
                 )
             };
             if difference > LARGEST_DISAGREEMENT.max(2.0 * half_width) {
-                self.reject("disagreement", text());
+                self.reject(ReasonCode::Disagreement, text());
             } else if difference > NOTED_DISAGREEMENT.max(2.0 * half_width) {
-                self.note("disagreement", text());
+                self.note(ReasonCode::Disagreement, text());
             }
         }
     }
 
-    pub(super) fn lag(&mut self, refined: &Refined, effect: &LagEffect) {
+    fn lag(&mut self, refined: &Refined, effect: &LagEffect) {
         let (model, intervals) = (&refined.model, &refined.interval_95);
         let parameters = [
             (model.a22_per_s, effect.a22_per_s, intervals.a22_per_s),
@@ -137,7 +156,7 @@ impl Weighing {
         if matters {
             let [a22, b2] = parameters.map(|(model, lagging, _)| 100.0 * (lagging / model - 1.0));
             self.note(
-                "lag_unknown",
+                ReasonCode::LagUnknown,
                 format!(
                     "if the rudder lagged {} s behind what the log says, a22 would be {} 1/s ({a22:+.0} %) and b2 {} 1/s^2 ({b2:+.0} %), for which the intervals do not allow: log the rudder's own angle, or give the servo's lag with --rudder-lag",
                     effect.lag_s,
@@ -148,12 +167,7 @@ impl Weighing {
         }
     }
 
-    pub(super) fn residual(
-        &mut self,
-        tests: &ResidualTests,
-        refined: &Refined,
-        heading_range_rad: f64,
-    ) {
+    fn residual(&mut self, tests: &ResidualTests, refined: &Refined, heading_range_rad: f64) {
         let (white, rudder) = (&tests.whiteness, &tests.rudder_correlation);
         let chance = white.p_value.min(rudder.p_value);
         if chance > NOTED_CHANCE || refined.heading_noise_rad < LEAST_NOISE * heading_range_rad {
@@ -165,7 +179,7 @@ impl Weighing {
             "what is left has a rhythm of its own: waves, or a heading that was filtered; log the compass unfiltered, in calmer water, and take the intervals for too narrow"
         };
         self.note(
-            "residual_not_white",
+            ReasonCode::ResidualNotWhite,
             format!(
                 "of the prediction errors of the first-order model the whiteness statistic is {:.0} where {:.0} is expected, their correlation with earlier rudder angles {:.0} where {:.0} is; chance gives that in {:.1e} of sound records: {advice}",
                 white.statistic,
@@ -177,40 +191,40 @@ impl Weighing {
         );
     }
 
-    pub(super) fn model(&mut self, evidence: &Evidence) {
-        let model = evidence.refined.map_or(evidence.online, |r| r.model);
+    pub(super) fn model(&mut self, checked: &Checked) {
+        let model = checked.chosen.model;
         if !model.theta().iter().all(|p| p.is_finite()) {
             return self.reject(
-                "not_identifiable",
+                ReasonCode::NotIdentifiable,
                 "the estimate did not stay finite".into(),
             );
         }
         if model.a22_per_s >= 0.0 {
             self.reject(
-                "unstable",
+                ReasonCode::Unstable,
                 format!(
                     "a22 = {} 1/s is not negative: the vehicle does not stop turning by itself, or the record does not show it; gains and turning limits need a stable model",
                     three_figures(model.a22_per_s)
                 ),
             );
         }
-        if evidence.hidden_edges > 0 {
+        if checked.log.hidden_edges > 0 {
             self.note(
-                "samples_missing",
+                ReasonCode::SamplesMissing,
                 format!(
                     "the rudder moved far {} times while samples were missing; when, is what the heading makes most likely; log without losses",
-                    evidence.hidden_edges
+                    checked.log.hidden_edges
                 ),
             );
         }
-        if let Some(share) = evidence.mismatch {
+        if let Some(share) = checked.explained.structural_misfit() {
             self.note(
-                "model_order",
+                ReasonCode::ModelOrder,
                 format!(
                     "what a first-order model does not explain is {} % of the rudder's own effect: {}; {}",
                     percent(share),
-                    evidence.higher_order.map_or_else(|| "sway or a slow servo".into(), beyond_first_order),
-                    if evidence.refined.is_some_and(|r| r.method == "rudder_lag") {
+                    checked.higher_order.as_ref().map_or_else(|| "sway or a slow servo".into(), beyond_first_order),
+                    if matches!(checked.chosen.source, ModelSource::BehindLag(_)) {
                         "a22, b2 and C0 are those behind the lag, which gains must allow for as a delay"
                     } else {
                         "the online estimate is used and its interval widened"
@@ -218,29 +232,29 @@ impl Weighing {
                 ),
             );
         }
-        if let Some(share) = evidence.disturbed {
+        if let Explained::Disturbed { share, .. } = checked.explained {
             self.note(
-                "disturbed",
+                ReasonCode::Disturbed,
                 format!(
                     "something other than the rudder turned the vehicle with {} % of the rudder's own effect, and not as sway or a slow servo would: waves, gusts or a current; the intervals allow for it, calmer water or more rudder narrows them",
-                    percent(share)
+                    percent(*share)
                 ),
             );
         }
         if model.b2_per_s2 < 0.0 {
             self.note(
-                "sign_reversed",
+                ReasonCode::SignReversed,
                 "b2 is negative: a positive rudder angle turns towards decreasing heading in this log; keep this sign, or negate the rudder channel".into(),
             );
         }
-        let heading = evidence.training_fit.r2_heading_offset_refit;
-        let yaw_rate = evidence.training_fit.r2_yaw_rate;
+        let heading = checked.training_fit.r2_heading_offset_refit;
+        let yaw_rate = checked.training_fit.r2_yaw_rate;
         // A heading that cannot be simulated is not described; a yaw rate may be unknown.
         if heading.unwrap_or(0.0) < LEAST_TRAINING_R2
             || yaw_rate.is_some_and(|r2| r2 < LEAST_TRAINING_R2)
         {
             self.reject(
-                "does_not_fit",
+                ReasonCode::DoesNotFit,
                 format!(
                     "R^2 on the training record itself is {} for heading and {} for yaw rate (at least {LEAST_TRAINING_R2:.2} expected of both): noise, waves, current or an autopilot rather than the rudder turned the vehicle; excite more, in calmer water",
                     r2_text(heading), r2_text(yaw_rate)

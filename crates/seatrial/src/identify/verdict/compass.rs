@@ -3,9 +3,10 @@
 //! Fresh data pass through the same compass, so that no validation shows these. Without a gyro in the record nothing does:
 //! swing the compass, and read it with its own time.
 
-use crate::identification::Refined;
-
-use super::{Evidence, Share, Weighing, degrees, percent, three_figures};
+use super::{Share, Weighing};
+use crate::figures::{degrees, percent, three_figures};
+use crate::identification::{ReasonCode, Refined};
+use crate::identify::checked::Checked;
 
 /// Half widths of the 95 % interval that an error of the compass may take of a parameter, of which 3 are never to be exceeded.
 const HALF_WIDTHS: f64 = 1.5;
@@ -17,7 +18,7 @@ const LATE_EFFECT: [f64; 2] = [0.08, 0.15];
 impl Weighing {
     pub(super) fn jump(&mut self, jump_rad: f64, at: &str) {
         self.reject(
-            "compass_error",
+            ReasonCode::CompassError,
             format!(
                 "within a second {at} the heading parts by {} deg from where the yaw rate takes it, which no vehicle does: the compass jumped, stuck or was disturbed, or the clock jumped; repeat the run, away from iron and electric currents",
                 degrees(jump_rad)
@@ -26,16 +27,20 @@ impl Weighing {
     }
 
     /// A heading that is late by a share of the vehicle's time constant makes a22 smaller by some twice that share.
-    pub(super) fn compass(&mut self, evidence: &Evidence) {
-        let found = &evidence.compass;
+    pub(super) fn compass(&mut self, checked: &Checked) {
+        let found = &checked.log.compass;
         if let Some(jump_rad) = found.largest_jump_rad {
             self.jump(jump_rad, "in training");
         }
         let half_width = |of: fn(&Refined) -> (f64, [f64; 2])| {
-            evidence.refined.map_or(f64::INFINITY, |refined| {
-                let (value, interval) = of(refined);
-                Share::new(value, interval).half_width
-            })
+            checked
+                .chosen
+                .refined
+                .as_ref()
+                .map_or(f64::INFINITY, |refined| {
+                    let (value, interval) = of(refined);
+                    Share::new(value, interval).half_width
+                })
         };
         let limit = |half_width: f64, [least, most]: [f64; 2]| {
             (HALF_WIDTHS * half_width).max(least).min(most)
@@ -50,20 +55,20 @@ impl Weighing {
                 if scale > 0.0 { "more" } else { "less" },
             );
             self.reject(
-                "compass_deviation",
+                ReasonCode::CompassDeviation,
                 format!(
                     "the heading changes by {share} % {more} than the yaw rate says, and b2 is wrong by as much: the compass deviates on these headings, or the gyro's scale is wrong; swing the compass, or turn a full circle and compare the gyro's angle with 360 deg"
                 ),
             );
         }
         let a22 = half_width(|refined| (refined.model.a22_per_s, refined.interval_95.a22_per_s));
-        let effect = |late_s: f64| 2.0 * late_s * evidence.online.a22_per_s.abs();
+        let effect = |late_s: f64| 2.0 * late_s * checked.online.a22_per_s.abs();
         if let Some(late_s) = found
             .late_s
             .filter(|x| effect(*x) > limit(a22, LATE_EFFECT))
         {
             self.reject(
-                "compass_late",
+                ReasonCode::CompassLate,
                 format!(
                     "the heading is {} s later than the yaw rate, which makes the vehicle look slower than it is: the compass is filtered, held, or logged with the time of its arrival; log it with the time of the measurement, or identify from the gyro's attitude",
                     three_figures(late_s)

@@ -1,6 +1,9 @@
 //! The result of an identification: what `seatrial identify` prints, the logbook keeps and the
 //! report draws. Missing things are `None`, never 0 or NaN.
 
+mod method;
+mod reason;
+
 use std::collections::BTreeMap;
 
 use seatrial_core::estimator::EstimatorSettings;
@@ -11,6 +14,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::identify::second_order::SecondOrder;
 use crate::record::Window;
+use crate::time_scale::LambdaReason;
+pub use method::EstimateMethod;
+pub use reason::{Reason, ReasonCode, Verdict};
 
 /// A model of one speed with its uncertainty, its validation and a verdict.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,6 +55,12 @@ impl Identification {
     /// The model that goes to the controller: the refined one where there is one.
     pub fn model(&self) -> YawModel<f64> {
         self.refined.as_ref().map_or(self.online.model, |r| r.model)
+    }
+
+    /// The method of [`model`](Identification::model).
+    pub fn method(&self) -> &EstimateMethod {
+        let refined = self.refined.as_ref();
+        refined.map_or(&self.online.method, |r| &r.method)
     }
 }
 
@@ -114,10 +126,10 @@ pub struct Settings {
     pub as_paper: bool,
     /// Pole of the state variable filter, rad/s.
     pub lambda_rad_s: f64,
-    /// Why this lambda, in words.
-    pub lambda_because: String,
-    /// `zero_order` or `first_order`.
-    pub heading_hold: String,
+    /// Why this lambda.
+    pub lambda_because: LambdaReason,
+    /// How the heading is taken to run between samples.
+    pub heading_hold: Hold,
     /// P0 = p I.
     pub initial_covariance: f64,
     /// 1 keeps every sample for ever.
@@ -130,11 +142,8 @@ impl Settings {
         Self {
             as_paper: false,
             lambda_rad_s: estimator.lambda_rad_s,
-            lambda_because: "given".into(),
-            heading_hold: match estimator.heading_hold {
-                Hold::ZeroOrder => "zero_order".into(),
-                Hold::FirstOrder => "first_order".into(),
-            },
+            lambda_because: LambdaReason::Given,
+            heading_hold: estimator.heading_hold,
             initial_covariance: estimator.initial_covariance,
             forgetting_factor: estimator.forgetting_factor,
         }
@@ -144,8 +153,8 @@ impl Settings {
 /// The estimate made sample by sample.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Online {
-    /// `least_squares` or `instrumental_variable`.
-    pub method: String,
+    /// Least squares, or the instrumental variable where it took over after the excitation.
+    pub method: EstimateMethod,
     /// The parameters.
     #[serde(flatten)]
     pub model: YawModel<f64>,
@@ -203,8 +212,8 @@ pub struct TracePoint {
 /// The estimate made from the whole training record, with its uncertainty.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Refined {
-    /// Name of the method.
-    pub method: String,
+    /// By which method.
+    pub method: EstimateMethod,
     /// The parameters.
     #[serde(flatten)]
     pub model: YawModel<f64>,
@@ -246,22 +255,4 @@ pub struct Validation {
     pub r2_yaw_rate: Option<f64>,
     /// Samples compared.
     pub samples: usize,
-}
-
-/// May the model be used, and why.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Verdict {
-    /// Yes or no.
-    pub accepted: bool,
-    /// At least one.
-    pub reasons: Vec<Reason>,
-}
-
-/// One reason of a verdict.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Reason {
-    /// Short and stable, for programs.
-    pub code: String,
-    /// For people: what was measured and what to do.
-    pub text: String,
 }

@@ -2,9 +2,11 @@
 
 use seatrial_core::YawModel;
 
+use super::Weighing;
 use super::contradiction::{BLIND, GIVEN, STOPPED, TRAINED, contradiction, weakness};
-use super::{Evidence, Weighing, r2_text, rudder, three_figures};
-use crate::identification::{Refined, Validation};
+use crate::figures::{r2_text, three_figures};
+use crate::identification::{ReasonCode, Refined, Validation};
+use crate::identify::checked::{Checked, Independent};
 
 /// Below this R^2 on fresh data the paper repeats the run (section IV-C).
 pub const LEAST_VALIDATION_R2: f64 = 0.60;
@@ -16,7 +18,7 @@ impl Weighing {
     pub(super) fn fresh_data(&mut self, validation: Option<Validation>) {
         let Some(validation) = validation else {
             return self.note(
-                "not_validated",
+                ReasonCode::NotValidated,
                 "no fresh data were given; validate with --validate-from and --validate-to, or --validate-on another log".into(),
             );
         };
@@ -24,7 +26,7 @@ impl Weighing {
         if good(validation.r2_heading) {
         } else if good(validation.r2_heading_offset_refit) && good(validation.r2_yaw_rate) {
             self.note(
-                "offset_drifted",
+                ReasonCode::OffsetDrifted,
                 format!(
                     "R^2 of heading on fresh data is {} with the trained offset and {} with the offset estimated again: the model steers right, but wind, current or trim changed",
                     r2_text(validation.r2_heading), r2_text(validation.r2_heading_offset_refit)
@@ -32,7 +34,7 @@ impl Weighing {
             );
         } else {
             self.reject(
-                "low_r2",
+                ReasonCode::LowR2,
                 format!(
                     "R^2 on fresh data is {} for heading, {} with the offset estimated again, {} for yaw rate; at least {LEAST_VALIDATION_R2} is needed: repeat the run",
                     r2_text(validation.r2_heading), r2_text(validation.r2_heading_offset_refit), r2_text(validation.r2_yaw_rate)
@@ -53,19 +55,22 @@ impl Weighing {
     /// A model just trained against the one that fresh data by themselves give.
     ///
     /// Where the training shows more than first order, the fresh R^2 is the judge, however uncertain the fresh model.
-    pub(super) fn trained(&mut self, refined: &Refined, fresh: &Refined, evidence: &Evidence) {
+    pub(super) fn trained(&mut self, refined: &Refined, apart: &Independent, checked: &Checked) {
+        let Some(fresh) = &apart.estimate else {
+            return;
+        };
         let (model, covariance) = (&refined.model, Some(&refined.covariance));
-        let saturated = saturated(refined, fresh, evidence);
+        let saturated = saturated(refined, fresh, checked);
         let limits = match saturated {
             Some(_) => &STOPPED,
             None => &TRAINED,
         };
         match (contradiction(model, covariance, fresh, limits), saturated) {
-            (Some(_), _) if let Some(jump_rad) = evidence.fresh_jump_rad => {
+            (Some(_), _) if let Some(jump_rad) = apart.largest_jump_rad => {
                 self.jump(jump_rad, "in the fresh data");
             }
             (Some(found), Some(saturated)) => self.reject(
-                "rudder_saturated",
+                ReasonCode::RudderSaturated,
                 format!("the fresh data by themselves give {found}: {saturated}"),
             ),
             (Some(found), None) => self.contradicted(&found),
@@ -74,7 +79,7 @@ impl Weighing {
                     self.weakly_validated(
                         times,
                         "a rudder that stops at 70 % of the training's angle",
-                        times > BLIND && evidence.mismatch.is_none(),
+                        times > BLIND && checked.explained.structural_misfit().is_none(),
                     );
                 }
             }
@@ -83,7 +88,7 @@ impl Weighing {
 
     fn contradicted(&mut self, found: &str) {
         self.reject(
-            "contradicted",
+            ReasonCode::Contradicted,
             format!(
                 "the fresh data by themselves give {found}: a rudder that saturates or jammed, another speed, a compass that errs, or a vehicle that changed; look at the rudder's own angle and at the compass, then train again"
             ),
@@ -97,23 +102,24 @@ impl Weighing {
             (times * times).ceil()
         );
         if refuses {
-            self.reject("weakly_validated", text);
+            self.reject(ReasonCode::WeaklyValidated, text);
         } else {
-            self.note("weakly_validated", text);
+            self.note(ReasonCode::WeaklyValidated, text);
         }
     }
 
-    pub(super) fn extrapolation(&mut self, evidence: &Evidence) {
-        if let Some(fresh) = evidence
+    pub(super) fn extrapolation(&mut self, checked: &Checked) {
+        let log = checked.log;
+        if let Some(fresh) = checked
             .validation_rudder_amplitude_rad
-            .filter(|fresh| *fresh > NOTED_EXTRAPOLATION * evidence.rudder_amplitude_rad)
+            .filter(|fresh| *fresh > NOTED_EXTRAPOLATION * log.rudder_amplitude_rad)
         {
             self.note(
-                "extrapolating",
+                ReasonCode::Extrapolating,
                 format!(
                     "the fresh data use {} of rudder either side, training only {}",
-                    rudder(fresh, evidence.rudder_unit),
-                    rudder(evidence.rudder_amplitude_rad, evidence.rudder_unit)
+                    log.rudder_unit.text(fresh),
+                    log.rudder_unit.text(log.rudder_amplitude_rad)
                 ),
             );
         }
@@ -122,16 +128,17 @@ impl Weighing {
 
 /// Where a larger angle in training than in the fresh data turned the vehicle less per degree, at which angle the rudder
 /// seems to stop, in words.
-fn saturated(trained: &Refined, fresh: &Refined, evidence: &Evidence) -> Option<String> {
-    let fresh_rad = evidence.validation_rudder_amplitude_rad?;
+fn saturated(trained: &Refined, fresh: &Refined, checked: &Checked) -> Option<String> {
+    let log = checked.log;
+    let fresh_rad = checked.validation_rudder_amplitude_rad?;
     let share = trained.model.b2_per_s2 / fresh.model.b2_per_s2;
-    let is_larger = evidence.rudder_amplitude_rad > NOTED_EXTRAPOLATION * fresh_rad;
+    let is_larger = log.rudder_amplitude_rad > NOTED_EXTRAPOLATION * fresh_rad;
     (is_larger && (0.0..1.0).contains(&share)).then(|| {
         format!(
             "in training, with {} either side, the rudder did less per degree than with {}, as if it stopped at {}; look at its own angle, and train with less than that",
-            rudder(evidence.rudder_amplitude_rad, evidence.rudder_unit),
-            rudder(fresh_rad, evidence.rudder_unit),
-            rudder(share * evidence.rudder_amplitude_rad, evidence.rudder_unit)
+            log.rudder_unit.text(log.rudder_amplitude_rad),
+            log.rudder_unit.text(fresh_rad),
+            log.rudder_unit.text(share * log.rudder_amplitude_rad)
         )
     })
 }

@@ -3,24 +3,25 @@
 use seatrial_core::Sample;
 
 use super::lag::LagTest;
+use super::refine;
 use super::second_order::{self, SecondOrder};
-use super::{Fresh, IdentifyError, refine};
-use crate::identification::{HigherOrder, Refined};
+use crate::identification::Refined;
 
 /// Evidence, over what names a structure, that a lag must have which passes for a small disturbance: among many sound
 /// records the price that names a structure is now and then exceeded by chance.
 const PRICE_OF_A_HIDDEN_LAG: f64 = 1.5;
 
-/// What a first-order model leaves unexplained, where it is much or looks like a lagging rudder: a strong disturbance,
-/// or a vehicle that is not of first order.
-pub struct Unexplained {
+/// What a first-order model leaves unexplained where that is much or looks like a lagging rudder: a strong
+/// disturbance, or a vehicle that is not of first order.
+pub struct Misfit {
     /// The share of the rudder's own effect.
     pub share: f64,
     /// The model of the order that the record supports.
     second_order: Option<SecondOrder>,
 }
 
-impl Unexplained {
+impl Misfit {
+    /// What a refined model leaves unexplained. `None` where that is little and nothing looks like a lagging rudder.
     pub fn of(
         samples: &[Sample<f64>],
         refined: &Refined,
@@ -36,6 +37,7 @@ impl Unexplained {
         })
     }
 
+    /// May a disturbance of this share be none?
     pub fn is_large(&self) -> bool {
         refine::is_large_share(self.share)
     }
@@ -51,24 +53,9 @@ impl Unexplained {
             None => self.is_large(),
         }
     }
-}
-
-/// The model beyond the first order, where the record supports one, validated like the other.
-pub fn higher_order(
-    unexplained: Option<Unexplained>,
-    fresh: Option<Fresh>,
-) -> Result<Option<HigherOrder>, IdentifyError> {
-    let Some(estimate) = unexplained
-        .and_then(|unexplained| unexplained.second_order)
-        .filter(|estimate| estimate.order.exceeds_first_order())
-    else {
-        return Ok(None);
-    };
-    let validation = fresh
-        .map(|fresh| second_order::validate(&estimate.model, fresh.record, fresh.window))
-        .transpose()?;
-    Ok(Some(HigherOrder {
-        estimate,
-        validation,
-    }))
+    /// The model beyond the first order, where the record supports one.
+    pub fn higher_order(self) -> Option<SecondOrder> {
+        self.second_order
+            .filter(|estimate| estimate.order.exceeds_first_order())
+    }
 }

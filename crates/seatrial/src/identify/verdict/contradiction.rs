@@ -15,7 +15,7 @@
 
 use seatrial_core::YawModel;
 
-use super::three_figures;
+use crate::figures::three_figures;
 use crate::identification::Refined;
 
 /// How certain and how large a difference must be, and of what.
@@ -130,7 +130,7 @@ pub(super) fn contradiction(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::verdict::tests::refined_at;
+    use crate::identify::verdict::tests::refined_at;
 
     #[test]
     fn exact_a_difference_counts_where_it_is_large_and_certain() {

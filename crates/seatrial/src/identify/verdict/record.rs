@@ -1,6 +1,9 @@
 //! Is the record good enough? Rejected samples, speed, clock, rudder, compass.
 
-use super::{Evidence, Weighing, degrees, rudder, three_figures};
+use super::Weighing;
+use crate::figures::{degrees, three_figures};
+use crate::identification::ReasonCode;
+use crate::identify::checked::Checked;
 
 /// Share of rejected samples from which the record is noted, and from which it is refused.
 const NOTED_REJECTED_SHARE: f64 = 0.01;
@@ -21,24 +24,25 @@ const NOTED_JITTER: f64 = 1.5;
 const NOTED_SHORT_HAND: f64 = 0.25;
 
 impl Weighing {
-    pub(super) fn record(&mut self, evidence: &Evidence) {
-        let read = evidence.samples_used + evidence.samples_rejected as usize;
-        let share = f64::from(evidence.samples_rejected) / read.max(1) as f64;
+    pub(super) fn record(&mut self, checked: &Checked) {
+        let log = checked.log;
+        let read = log.samples_used + log.samples_rejected as usize;
+        let share = f64::from(log.samples_rejected) / read.max(1) as f64;
         let text = format!(
             "{} of {read} samples were rejected; check the log's clock and its heading channel",
-            evidence.samples_rejected
+            log.samples_rejected
         );
         if share > LARGEST_REJECTED_SHARE {
-            self.reject("rejected_samples", text);
+            self.reject(ReasonCode::RejectedSamples, text);
         } else if share > NOTED_REJECTED_SHARE {
-            self.note("rejected_samples", text);
+            self.note(ReasonCode::RejectedSamples, text);
         }
 
-        if let Some([first, last]) = evidence.surge_speed_m_s {
+        if let Some([first, last]) = log.surge_speed_m_s {
             let change = (last - first).abs() / (0.5 * (first + last));
             if change > NOTED_SPEED_CHANGE {
                 self.note(
-                    "speed_drifted",
+                    ReasonCode::SpeedDrifted,
                     format!(
                         "the speed went from {} to {} m/s within the training, and b2 goes with its square: the model is that of a mean speed; settle longer, or use less rudder",
                         three_figures(first),
@@ -47,11 +51,11 @@ impl Weighing {
                 );
             }
         }
-        if let Some([usual, long]) = evidence.interval_s
+        if let Some([usual, long]) = log.interval_s
             && long > NOTED_JITTER * usual
         {
             self.note(
-                "clock_jitter",
+                ReasonCode::ClockJitter,
                 format!(
                     "one in twenty intervals between samples is longer than {} s, the usual one is {} s: samples were lost or the clock jitters; log without losses, with the time of the measurement",
                     three_figures(long),
@@ -60,12 +64,12 @@ impl Weighing {
             );
         }
 
-        if let Some(hands @ [positive, negative]) = evidence.rudder_hands_rad {
+        if let Some(sides @ [positive, negative]) = log.rudder_sides_rad {
             let (less, more) = (positive.min(negative), positive.max(negative));
             if less < (1.0 - NOTED_SHORT_HAND) * more {
-                let [positive, negative] = hands.map(|hand| rudder(hand, evidence.rudder_unit));
+                let [positive, negative] = sides.map(|side| log.rudder_unit.text(side));
                 self.note(
-                    "rudder_saturated",
+                    ReasonCode::RudderSaturated,
                     format!(
                         "from rest the rudder went {positive} to the positive hand and {negative} to the other: if it was asked for the same, it stops at the lesser; train with less than that, or trim the rudder"
                     ),
@@ -73,20 +77,20 @@ impl Weighing {
             }
         }
 
-        self.compass(evidence);
+        self.compass(checked);
 
-        let Some(step) = evidence.heading_step_rad else {
+        let Some(step) = log.heading_step_rad else {
             return;
         };
         let text = format!(
             "the heading comes in steps of {} deg over a range of {} deg; log it finer or turn further",
             degrees(step),
-            degrees(evidence.heading_range_rad)
+            degrees(log.heading_range_rad)
         );
-        if step > COARSEST_QUANTISATION * evidence.heading_range_rad {
-            self.reject("quantised", text);
-        } else if step > NOTED_QUANTISATION * evidence.heading_range_rad {
-            self.note("quantised", text);
+        if step > COARSEST_QUANTISATION * log.heading_range_rad {
+            self.reject(ReasonCode::Quantised, text);
+        } else if step > NOTED_QUANTISATION * log.heading_range_rad {
+            self.note(ReasonCode::Quantised, text);
         }
     }
 }

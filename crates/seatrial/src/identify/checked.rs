@@ -1,0 +1,126 @@
+//! Fourth link of the chain: the chosen model against its own record and against validation data.
+
+use seatrial_core::{GoodnessOfFit, YawModel};
+
+use super::chosen::Chosen;
+use super::compass::CompassError;
+use super::error::IdentifyError;
+use super::explained::Explained;
+use super::fresh::{self, Fresh};
+use super::fresh_estimate::fresh_estimate;
+use super::log_statistics::LogStatistics;
+use super::prepared::Prepared;
+use super::{refine, second_order};
+use crate::identification::{EstimateMethod, HigherOrder, Refined, Validation};
+use crate::manoeuvre::Manoeuvre;
+use crate::record::duration_s;
+
+/// The chosen model and what its own record and validation data say of it: all that a verdict weighs.
+pub struct Checked<'a> {
+    /// What the samples tell of the log.
+    pub log: &'a LogStatistics,
+    /// The estimate made sample by sample.
+    pub online: YawModel<f64>,
+    /// Must there be an estimate from the whole record with its interval?
+    pub needs_interval: bool,
+    /// Which kind of vehicle explains the record.
+    pub explained: &'a Explained,
+    /// The model that goes to the controller.
+    pub chosen: &'a Chosen,
+    /// The model of higher order on validation data, where the record supports one.
+    pub higher_order: Option<HigherOrder>,
+    /// R^2 on the training record itself.
+    pub training_fit: GoodnessOfFit<f64>,
+    /// R^2 on validation data.
+    pub validation: Option<Validation>,
+    /// Half of the rudder's range in validation, rad.
+    pub validation_rudder_amplitude_rad: Option<f64>,
+    /// What validation data that are not those of the training say by themselves.
+    pub independent: Option<Independent>,
+}
+
+/// What validation data say by themselves.
+#[derive(Clone, Debug)]
+pub struct Independent {
+    /// Their length over that of the training.
+    pub length: f64,
+    /// The largest jump of the heading from where the measured yaw rate takes it, rad.
+    pub largest_jump_rad: Option<f64>,
+    /// The estimate made from them alone, where they give one that may be compared.
+    pub estimate: Option<Refined>,
+}
+
+impl<'a> Checked<'a> {
+    /// Simulates the chosen model over the training and over validation data.
+    pub fn of(
+        prepared: &'a Prepared,
+        explained: &'a Explained,
+        chosen: &'a Chosen,
+        fresh: Option<Fresh>,
+    ) -> Result<Self, IdentifyError> {
+        let higher_order = explained
+            .higher_order()
+            .map(|estimate| {
+                let on = |f: Fresh| second_order::validate(&estimate.model, f.record, f.window);
+                Ok(HigherOrder {
+                    estimate: estimate.clone(),
+                    validation: fresh.map(on).transpose()?,
+                })
+            })
+            .transpose()?;
+        let validation = fresh
+            .map(|fresh| match chosen.lagging() {
+                Some(lagging) => second_order::validate(lagging, fresh.record, fresh.window),
+                None => fresh::validate(chosen.model, fresh.record, fresh.window),
+            })
+            .transpose()?;
+        let is_apart =
+            |fresh: &Fresh| prepared.is_to_be_refined() && fresh.window != prepared.training;
+        Ok(Self {
+            log: &prepared.log,
+            online: prepared.online,
+            needs_interval: prepared.is_to_be_refined(),
+            explained,
+            chosen,
+            higher_order,
+            training_fit: match chosen.lagging() {
+                Some(lagging) => second_order::goodness_of_fit(lagging, prepared.accepted),
+                None => fresh::fit_by_the_clearer_rate(chosen.model, prepared.accepted),
+            },
+            validation,
+            validation_rudder_amplitude_rad: fresh
+                .and_then(|fresh| Manoeuvre::find(fresh.record.window(fresh.window)))
+                .map(|manoeuvre| manoeuvre.amplitude_rad),
+            independent: fresh
+                .filter(is_apart)
+                .map(|fresh| Independent::of(fresh, prepared, chosen)),
+        })
+    }
+
+    /// The chosen estimate, with intervals that reach the one of validation data.
+    pub fn refined(&self) -> Option<Refined> {
+        let refined = self.chosen.refined.as_ref()?;
+        let apart = self.independent.as_ref();
+        Some(
+            match apart.and_then(|apart| Some((apart.estimate.as_ref()?, apart.length))) {
+                Some((estimate, length)) => refine::reaching_fresh(refined, estimate, length),
+                None => refined.clone(),
+            },
+        )
+    }
+}
+
+impl Independent {
+    fn of(fresh: Fresh, prepared: &Prepared, chosen: &Chosen) -> Self {
+        let samples = fresh.record.usable(fresh.window);
+        // What a lagging rudder leaves of a first-order model is no match for the model behind the lag.
+        let is_comparable = |estimate: &Refined| {
+            chosen.lagging().is_none() || estimate.method != EstimateMethod::OutputError
+        };
+        Self {
+            length: duration_s(&samples) / duration_s(prepared.samples()),
+            largest_jump_rad: CompassError::of(&samples).largest_jump_rad,
+            estimate: fresh_estimate(&samples).filter(is_comparable),
+        }
+    }
+}

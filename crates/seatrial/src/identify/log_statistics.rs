@@ -1,0 +1,104 @@
+//! What the samples of a training tell of the log itself.
+
+use seatrial_core::Sample;
+
+use super::compass::CompassError;
+use super::fresh::heading_range_rad;
+use super::online::Pass;
+use crate::manoeuvre::Manoeuvre;
+use crate::record::{Record, RudderUnit, Window};
+
+/// How good the log of a training is.
+#[derive(Clone, Debug)]
+pub struct LogStatistics {
+    /// Samples that reached the estimator.
+    pub samples_used: usize,
+    /// Samples that did not.
+    pub samples_rejected: u32,
+    /// Half of the rudder's range, in its unit.
+    pub rudder_amplitude_rad: f64,
+    /// How far the rudder went to either side from rest, where it was deflected to both.
+    pub rudder_sides_rad: Option<[f64; 2]>,
+    /// In what these are.
+    pub rudder_unit: RudderUnit,
+    /// The heading's range, rad.
+    pub heading_range_rad: f64,
+    /// The step in which the heading is given, rad, where it is coarser than its noise.
+    pub heading_step_rad: Option<f64>,
+    /// Mean speed of the first and of the last quarter, m/s.
+    pub surge_speed_m_s: Option<[f64; 2]>,
+    /// The usual interval between samples and the one that one in twenty exceeds, s.
+    pub interval_s: Option<[f64; 2]>,
+    /// How the compass parts from the gyro.
+    pub compass: CompassError,
+    /// Times that the rudder moved far while samples were lost.
+    pub hidden_edges: usize,
+}
+
+impl LogStatistics {
+    /// Of a training window and what the estimator let through of it.
+    pub fn of(
+        record: &Record,
+        training: Window,
+        manoeuvre: &Manoeuvre,
+        pass: &Pass,
+        hidden_edges: usize,
+    ) -> Self {
+        let samples = record.window(training);
+        Self {
+            samples_used: pass.samples_used,
+            samples_rejected: pass.rejected.total(),
+            rudder_amplitude_rad: manoeuvre.amplitude_rad,
+            rudder_sides_rad: manoeuvre.hands_rad(samples),
+            rudder_unit: record.rudder_unit,
+            heading_range_rad: heading_range_rad(samples),
+            heading_step_rad: smallest_heading_step_rad(samples),
+            surge_speed_m_s: surge_speeds_m_s(samples),
+            interval_s: usual_and_long_interval_s(samples),
+            compass: CompassError::of(&pass.accepted),
+            hidden_edges,
+        }
+    }
+}
+
+/// The smallest change of heading from one sample to the next: the step in which a compass reads, or
+/// very little.
+fn smallest_heading_step_rad(samples: &[Sample<f64>]) -> Option<f64> {
+    samples
+        .windows(2)
+        .map(|pair| (pair[1].heading_rad - pair[0].heading_rad).abs())
+        .filter(|step| *step > 0.0)
+        .reduce(f64::min)
+}
+
+/// Mean speed of the first and of the last quarter of the samples that tell it, m/s.
+fn surge_speeds_m_s(samples: &[Sample<f64>]) -> Option<[f64; 2]> {
+    let speeds: Vec<f64> = samples
+        .iter()
+        .filter_map(|s| s.surge_speed_m_s.filter(|speed| *speed > 0.0))
+        .collect();
+    let quarter = speeds.len() / 4;
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / quarter as f64;
+    (quarter > 0).then(|| {
+        [
+            mean(&speeds[..quarter]),
+            mean(&speeds[speeds.len() - quarter..]),
+        ]
+    })
+}
+
+/// The median interval and the one that one in twenty exceeds, s.
+fn usual_and_long_interval_s(samples: &[Sample<f64>]) -> Option<[f64; 2]> {
+    let mut intervals: Vec<f64> = samples
+        .windows(2)
+        .map(|pair| pair[1].time_s - pair[0].time_s)
+        .filter(|interval| *interval > 0.0)
+        .collect();
+    intervals.sort_by(f64::total_cmp);
+    let at = |share: f64| {
+        intervals
+            .get((share * intervals.len() as f64) as usize)
+            .copied()
+    };
+    Some([at(0.5)?, at(0.95)?])
+}

@@ -1,0 +1,53 @@
+//! Records that cannot give any model at all.
+
+use crate::figures::degrees;
+use crate::identification::{Reason, ReasonCode};
+use crate::record::RudderUnit;
+
+/// Three parameters, two initial conditions and a noise level need some samples each.
+const LEAST_SAMPLES: usize = 30;
+
+/// A rudder that moves less than this, rad (0.1 deg), was not moved; a heading likewise.
+const LEAST_MOVEMENT_RAD: f64 = 0.0017;
+
+/// A record that cannot give any model at all: the reason, or `None` where one may be tried.
+pub fn refuse_record(
+    samples: usize,
+    rudder_amplitude_rad: f64,
+    rudder_unit: RudderUnit,
+    heading_range_rad: f64,
+) -> Option<Reason> {
+    if samples < LEAST_SAMPLES {
+        return Some(Reason::new(
+            ReasonCode::TooFewSamples,
+            format!(
+                "{samples} usable samples in the training window, at least {LEAST_SAMPLES} are needed; widen the window or log faster"
+            ),
+        ));
+    }
+    if rudder_amplitude_rad < LEAST_MOVEMENT_RAD {
+        return Some(rudder_constant(rudder_amplitude_rad, rudder_unit));
+    }
+    if heading_range_rad < LEAST_MOVEMENT_RAD {
+        return Some(Reason::new(
+            ReasonCode::HeadingConstant,
+            format!(
+                "the heading stays within {} deg while the rudder moves {} either side; check that the heading channel is alive",
+                degrees(heading_range_rad),
+                rudder_unit.text(rudder_amplitude_rad)
+            ),
+        ));
+    }
+    None
+}
+
+/// The reason to refuse a record in which the rudder stays where it is.
+pub fn rudder_constant(rudder_amplitude_rad: f64, rudder_unit: RudderUnit) -> Reason {
+    Reason::new(
+        ReasonCode::RudderConstant,
+        format!(
+            "the rudder stays within {}: nothing excites the vehicle; command a doublet, or choose a window with one",
+            rudder_unit.text(rudder_amplitude_rad)
+        ),
+    )
+}

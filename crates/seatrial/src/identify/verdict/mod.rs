@@ -1,0 +1,146 @@
+//! May a model be used? What was measured, what it means and what to do next.
+
+mod compass;
+mod contradiction;
+mod fresh_data;
+mod parameters;
+mod record;
+
+use seatrial_core::{GoodnessOfFit, YawModel};
+
+use super::checked::Checked;
+pub use super::refusal::{refuse_record, rudder_constant};
+use crate::figures::r2_text;
+pub use crate::figures::three_figures;
+use crate::identification::{Reason, ReasonCode, Refined, Validation, Verdict};
+use fresh_data::LEAST_VALIDATION_R2;
+pub use parameters::{WIDEST_A22, WIDEST_B2};
+
+/// Weighs the last link of the chain.
+pub(super) fn judge(checked: &Checked) -> Verdict {
+    let mut weighing = Weighing::default();
+    weighing.record(checked);
+    match &checked.chosen.refined {
+        Some(refined) => weighing.refined(refined, checked),
+        None if checked.needs_interval => weighing.reject(
+            ReasonCode::NotIdentifiable,
+            "the whole record gives no model with an interval: the heading does not follow the rudder as one model; repeat the manoeuvre".into(),
+        ),
+        None => {}
+    }
+    weighing.model(checked);
+    weighing.fresh_data(checked.validation);
+    if let (Some(refined), Some(apart)) = (&checked.chosen.refined, &checked.independent) {
+        weighing.trained(refined, apart, checked);
+    }
+    weighing.extrapolation(checked);
+    weighing.verdict(checked.validation)
+}
+
+/// Weighs a given model by fresh data alone, and by the model that they give by themselves.
+pub fn judge_fresh_data(
+    model: &YawModel<f64>,
+    validation: Validation,
+    fresh: Option<&Refined>,
+) -> Verdict {
+    let mut weighing = Weighing::default();
+    weighing.fresh_data(Some(validation));
+    if let Some(fresh) = fresh {
+        weighing.given(model, fresh);
+    }
+    weighing.verdict(Some(validation))
+}
+
+/// The verdict on a run that the trial itself did not take: live, its R^2 on fresh data was under what the plan
+/// asks for.
+pub fn not_taken(
+    judged: Verdict,
+    live: &GoodnessOfFit<f64>,
+    accept_from_r2: f64,
+    is_repeated: bool,
+) -> Verdict {
+    let then = if is_repeated {
+        "the run was repeated"
+    } else {
+        "no tries were left"
+    };
+    let low_r2 = Reason::new(
+        ReasonCode::LowR2,
+        format!(
+            "with the live model R^2 on fresh data was {} for heading, {} with the offset estimated again, {} for yaw rate; the plan accepts from {accept_from_r2:.2}: {then}",
+            r2_text(live.r2_heading),
+            r2_text(live.r2_heading_offset_refit),
+            r2_text(live.r2_yaw_rate)
+        ),
+    );
+    let others = judged
+        .reasons
+        .into_iter()
+        .filter(|r| r.code != ReasonCode::Ok);
+    Verdict {
+        accepted: false,
+        reasons: std::iter::once(low_r2).chain(others).collect(),
+    }
+}
+
+#[derive(Default)]
+struct Weighing {
+    rejections: Vec<Reason>,
+    notes: Vec<Reason>,
+}
+
+impl Weighing {
+    fn reject(&mut self, code: ReasonCode, text: String) {
+        self.rejections.push(Reason::new(code, text));
+    }
+
+    fn note(&mut self, code: ReasonCode, text: String) {
+        self.notes.push(Reason::new(code, text));
+    }
+
+    fn verdict(self, validation: Option<Validation>) -> Verdict {
+        let accepted = self.rejections.is_empty();
+        let mut reasons = self.rejections;
+        if accepted {
+            reasons.push(Reason::new(
+                ReasonCode::Ok,
+                match validation {
+                    Some(v) => {
+                        let trained = v.r2_heading >= Some(LEAST_VALIDATION_R2);
+                        let (heading, offset) = if trained {
+                            (v.r2_heading, "")
+                        } else {
+                            (v.r2_heading_offset_refit, " with the offset estimated again")
+                        };
+                        format!(
+                            "the model holds on fresh data: R^2 of heading{offset} {}, of yaw rate {}",
+                            r2_text(heading),
+                            r2_text(v.r2_yaw_rate)
+                        )
+                    }
+                    None => "the model describes its training record".into(),
+                },
+            ));
+        }
+        reasons.extend(self.notes);
+        Verdict { accepted, reasons }
+    }
+}
+
+/// A 95 % interval as a share of its parameter.
+struct Share {
+    interval: [f64; 2],
+    half_width: f64,
+}
+
+impl Share {
+    fn new(value: f64, interval: [f64; 2]) -> Self {
+        Self {
+            interval,
+            half_width: 0.5 * (interval[1] - interval[0]) / value.abs(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,406 @@
+use seatrial_core::{GoodnessOfFit, YawModel};
+
+use super::*;
+use crate::identification::{EstimateMethod, Intervals};
+use crate::identify::checked::Independent;
+use crate::identify::chosen::{Chosen, ModelSource};
+use crate::identify::compass::CompassError;
+use crate::identify::explained::{Explained, FirstOrderFit};
+use crate::identify::log_statistics::LogStatistics;
+use crate::identify::second_order::{ResidualTest, ResidualTests};
+use crate::record::{RudderUnit, Window};
+
+fn refined(half_width: f64) -> Refined {
+    refined_at([-1.07, 1.08, 0.012], half_width)
+}
+
+pub(super) fn refined_at(theta: [f64; 3], half_width: f64) -> Refined {
+    let model = YawModel::from_theta(theta);
+    let around = |value: f64| {
+        [
+            value - half_width * value.abs(),
+            value + half_width * value.abs(),
+        ]
+    };
+    Refined {
+        method: EstimateMethod::AveragedRestrictedLikelihood,
+        model,
+        delta0_rad: model.delta0_rad(),
+        interval_95: Intervals {
+            a22_per_s: around(model.a22_per_s),
+            b2_per_s2: around(model.b2_per_s2),
+            c0_rad_per_s2: around(model.c0_rad_per_s2),
+            delta0_rad: None,
+        },
+        covariance: core::array::from_fn(|i| {
+            let deviation = half_width * theta[i] / 1.96;
+            core::array::from_fn(|j| if i == j { deviation * deviation } else { 0.0 })
+        }),
+        heading_noise_rad: 0.0,
+        disturbance_rad_s2: 0.0,
+    }
+}
+
+fn validation(heading: f64, refit: f64, rate: f64) -> Validation {
+    Validation {
+        window: Window::ALL,
+        r2_heading: Some(heading),
+        r2_heading_offset_refit: Some(refit),
+        r2_yaw_rate: Some(rate),
+        samples: 330,
+    }
+}
+
+fn training_fit(heading: f64, yaw_rate: f64) -> GoodnessOfFit<f64> {
+    GoodnessOfFit {
+        r2_heading_offset_refit: Some(heading),
+        r2_yaw_rate: Some(yaw_rate),
+        ..GoodnessOfFit::default()
+    }
+}
+
+/// The links of the chain before the verdict.
+#[derive(Clone)]
+struct Chain {
+    log: LogStatistics,
+    online: YawModel<f64>,
+    explained: Explained,
+    chosen: Chosen,
+    training_fit: GoodnessOfFit<f64>,
+    validation: Option<Validation>,
+    validation_rudder_amplitude_rad: Option<f64>,
+    independent: Option<Independent>,
+}
+
+impl Chain {
+    fn of(refined: Refined) -> Self {
+        Self {
+            log: LogStatistics {
+                samples_used: 330,
+                samples_rejected: 0,
+                rudder_amplitude_rad: 0.26,
+                rudder_sides_rad: Some([0.27, 0.25]),
+                rudder_unit: RudderUnit::Rad,
+                heading_range_rad: 0.5,
+                heading_step_rad: None,
+                surge_speed_m_s: None,
+                interval_s: None,
+                compass: CompassError::default(),
+                hidden_edges: 0,
+            },
+            online: refined.model,
+            explained: Explained::FirstOrder {
+                fit: fit(&refined, None),
+                beyond: None,
+            },
+            chosen: Chosen {
+                model: refined.model,
+                source: ModelSource::Refined,
+                refined: Some(refined),
+                joined: None,
+            },
+            training_fit: training_fit(0.95, 0.95),
+            validation: Some(validation(0.9, 0.95, 0.96)),
+            validation_rudder_amplitude_rad: Some(0.15),
+            independent: None,
+        }
+    }
+
+    /// A good chain with one thing changed.
+    fn with(change: impl FnOnce(&mut Self)) -> Self {
+        let mut chain = Self::of(refined(0.05));
+        change(&mut chain);
+        chain
+    }
+
+    /// A vehicle that is not of first order, by this share of the rudder's effect.
+    fn with_misfit(mut self, share: f64) -> Self {
+        self.explained = Explained::HigherOrder {
+            refined: self.chosen.refined.clone().unwrap(),
+            share,
+            beyond: None,
+        };
+        self
+    }
+
+    /// Validation data that by themselves give this.
+    fn with_independent(mut self, estimate: &Refined, largest_jump_rad: Option<f64>) -> Self {
+        self.independent = Some(Independent {
+            length: 1.0,
+            largest_jump_rad,
+            estimate: Some(estimate.clone()),
+        });
+        self
+    }
+
+    fn judge(&self) -> Verdict {
+        judge(&Checked {
+            log: &self.log,
+            online: self.online,
+            needs_interval: true,
+            explained: &self.explained,
+            chosen: &self.chosen,
+            higher_order: None,
+            training_fit: self.training_fit,
+            validation: self.validation,
+            validation_rudder_amplitude_rad: self.validation_rudder_amplitude_rad,
+            independent: self.independent.clone(),
+        })
+    }
+}
+
+fn fit(refined: &Refined, residual: Option<ResidualTests>) -> FirstOrderFit {
+    FirstOrderFit {
+        refined: refined.clone(),
+        residual,
+        lag_effect: None,
+    }
+}
+
+fn codes(verdict: &Verdict) -> Vec<String> {
+    verdict.reasons.iter().map(|r| r.code.to_string()).collect()
+}
+
+#[test]
+fn exact_good_run_is_accepted() {
+    let verdict = Chain::of(refined(0.05)).judge();
+    assert!(verdict.accepted);
+    assert_eq!(codes(&verdict), ["ok"]);
+}
+
+#[test]
+fn exact_each_defect_is_refused_under_its_own_code() {
+    let compass = |error: CompassError| Chain::with(|c| c.log.compass = error);
+    let none = CompassError::default();
+    let cases = [
+        ("under_excited", Chain::of(refined(0.6))),
+        ("not_identifiable", Chain::of(refined(1.5))),
+        ("unstable", Chain::of(refined_at([0.1, 1.08, 0.012], 0.05))),
+        (
+            "low_r2",
+            Chain::with(|c| c.validation = Some(validation(0.3, 0.4, 0.9))),
+        ),
+        (
+            "does_not_fit",
+            Chain::with(|c| c.training_fit = training_fit(0.95, 0.1)),
+        ),
+        (
+            "does_not_fit",
+            Chain::with(|c| c.training_fit = GoodnessOfFit::default()),
+        ),
+        (
+            "rejected_samples",
+            Chain::with(|c| c.log.samples_rejected = 200),
+        ),
+        (
+            "not_identifiable",
+            Chain::with(|c| {
+                c.explained = Explained::Unrefined;
+                c.chosen.source = ModelSource::Online;
+                c.chosen.refined = None;
+            }),
+        ),
+        (
+            "compass_error",
+            compass(CompassError {
+                largest_jump_rad: Some(0.1),
+                ..none
+            }),
+        ),
+        (
+            "compass_deviation",
+            compass(CompassError {
+                scale_error: Some(-0.06),
+                ..none
+            }),
+        ),
+        (
+            "compass_late",
+            compass(CompassError {
+                late_s: Some(0.1),
+                ..none
+            }),
+        ),
+        (
+            "quantised",
+            Chain::with(|c| c.log.heading_step_rad = Some(0.2)),
+        ),
+        (
+            "disagreement",
+            Chain::with(|c| c.online = YawModel::from_theta([-0.1, 1.08, 0.012])),
+        ),
+    ];
+    for (code, chain) in cases {
+        let verdict = chain.judge();
+        assert!(!verdict.accepted, "{code}");
+        assert_eq!(codes(&verdict)[0], code);
+    }
+}
+
+#[test]
+fn exact_notes_do_not_refuse() {
+    let mut noted = Chain::of(refined_at([-1.07, -1.08, 0.012], 0.05));
+    noted.validation = Some(validation(-2.0, 0.9, 0.97));
+    noted.validation_rudder_amplitude_rad = Some(0.5);
+    let verdict = noted.judge();
+    assert!(verdict.accepted);
+    assert_eq!(
+        codes(&verdict),
+        ["ok", "sign_reversed", "offset_drifted", "extrapolating"]
+    );
+    noted.validation = None;
+    assert!(noted.judge().has(&ReasonCode::NotValidated));
+}
+
+#[test]
+fn exact_records_without_a_model_are_refused() {
+    let code = |reason: Option<Reason>| reason.map(|r| r.code.to_string());
+    assert_eq!(
+        code(refuse_record(1, 0.2, RudderUnit::Rad, 0.5)).as_deref(),
+        Some("too_few_samples")
+    );
+    assert_eq!(
+        code(refuse_record(330, 0.0, RudderUnit::Rad, 0.5)).as_deref(),
+        Some("rudder_constant")
+    );
+    assert_eq!(
+        code(refuse_record(330, 0.2, RudderUnit::Rad, 0.0)).as_deref(),
+        Some("heading_constant")
+    );
+    assert_eq!(refuse_record(330, 0.2, RudderUnit::Rad, 0.5), None);
+}
+
+#[test]
+fn exact_a_drifting_speed_and_a_jittering_clock_are_noted() {
+    let at = |speed, interval| {
+        Chain::with(|c| {
+            c.log.surge_speed_m_s = Some(speed);
+            c.log.interval_s = Some(interval);
+        })
+    };
+    let steady = at([1.6, 1.5], [0.05, 0.06]);
+    assert_eq!(codes(&steady.judge()), ["ok"]);
+    let verdict = at([1.6, 1.3], [0.05, 0.1]).judge();
+    assert!(verdict.accepted);
+    assert_eq!(codes(&verdict), ["ok", "speed_drifted", "clock_jitter"]);
+}
+
+#[test]
+fn exact_a_rudder_of_unknown_angle_is_told_as_a_share_of_full() {
+    let text = |unit| rudder_constant(0.001, unit).text;
+    assert!(text(RudderUnit::Rad).contains("within 0.0573 deg:"));
+    assert!(
+        text(RudderUnit::FullRudder).contains("within 0.100 % of full:"),
+        "{}",
+        text(RudderUnit::FullRudder)
+    );
+    let verdict = Chain::with(|c| {
+        c.log.rudder_unit = RudderUnit::FullRudder;
+        c.validation_rudder_amplitude_rad = Some(0.5);
+    })
+    .judge();
+    assert_eq!(codes(&verdict), ["ok", "extrapolating"]);
+    assert!(
+        verdict.reasons[1]
+            .text
+            .contains("50.0 % of full of rudder either side, training only 26.0 % of full")
+    );
+}
+
+/// A rudder that stops at half of the training's angle gives half of b2 there, and all of it at the validation's.
+#[test]
+fn exact_a_rudder_that_stops_is_told_with_its_angle() {
+    let trained = refined_at([-1.07, 0.54, 0.012], 0.05);
+    let fresh = refined_at([-1.07, 1.08, 0.012], 0.05);
+    let verdict = Chain::of(trained.clone())
+        .with_independent(&fresh, None)
+        .judge();
+    assert!(!verdict.accepted);
+    assert_eq!(codes(&verdict), ["rudder_saturated"]);
+    let text = &verdict.reasons[0].text;
+    // Half of 0.26 rad.
+    assert!(text.contains("as if it stopped at 7.45 deg"), "{text}");
+    // More per degree where there was more of it is something else.
+    let other = refined_at([-1.07, 0.27, 0.012], 0.05);
+    let verdict = Chain::of(trained.clone())
+        .with_independent(&other, None)
+        .judge();
+    assert_eq!(codes(&verdict), ["contradicted"]);
+    // Fresh data through a compass that jumped say nothing of the rudder.
+    let verdict = Chain::of(trained)
+        .with_independent(&fresh, Some(0.06))
+        .judge();
+    assert_eq!(codes(&verdict), ["compass_error"]);
+    let text = &verdict.reasons[0].text;
+    assert!(
+        text.contains("in the fresh data the heading parts by 3.44 deg"),
+        "{text}"
+    );
+}
+
+/// Of a rudder that jams, a slow drift of the heading can be simulated, and no yaw rate.
+#[test]
+fn exact_fresh_data_decide_where_their_yaw_rate_follows_the_rudder() {
+    let judged = |yaw_rate: f64| {
+        let mut vague = Chain::of(refined(1.2)).with_misfit(0.2);
+        vague.validation = Some(validation(0.9, 0.95, yaw_rate));
+        vague.judge()
+    };
+    assert!(judged(0.96).accepted);
+    let jammed = judged(0.06);
+    assert!(!jammed.accepted);
+    assert_eq!(codes(&jammed)[0], "not_identifiable");
+}
+
+#[test]
+fn exact_a_hand_that_falls_short_is_noted() {
+    let verdict = Chain::with(|c| c.log.rudder_sides_rad = Some([0.26, 0.15])).judge();
+    assert!(verdict.accepted);
+    assert_eq!(codes(&verdict), ["ok", "rudder_saturated"]);
+    let text = &verdict.reasons[1].text;
+    assert!(
+        text.contains("14.9 deg") && text.contains("8.59 deg"),
+        "{text}"
+    );
+}
+
+#[test]
+fn exact_a_residual_that_chance_does_not_explain_is_noted() {
+    let refined = Refined {
+        heading_noise_rad: 0.01,
+        ..refined(0.05)
+    };
+    let tests = |whiteness: f64, rudder: f64| {
+        let test = |p_value, degrees_of_freedom| ResidualTest {
+            statistic: 40.0,
+            degrees_of_freedom,
+            p_value,
+        };
+        Some(ResidualTests {
+            whiteness: test(whiteness, 20.0),
+            rudder_correlation: test(rudder, 6.0),
+        })
+    };
+    let judged = |residual| {
+        let mut chain = Chain::of(refined.clone());
+        chain.explained = Explained::FirstOrder {
+            fit: fit(&refined, residual),
+            beyond: None,
+        };
+        chain.judge()
+    };
+    assert_eq!(codes(&judged(tests(0.01, 0.01))), ["ok"]);
+    for (residual, said) in [
+        (tests(0.5, 1e-5), "follows the rudder"),
+        (tests(1e-5, 0.5), "a rhythm of its own"),
+    ] {
+        let verdict = judged(residual);
+        assert!(verdict.accepted);
+        assert_eq!(codes(&verdict), ["ok", "residual_not_white"]);
+        let text = &verdict.reasons[1].text;
+        assert!(
+            text.contains(said) && text.contains("is 40 where 20"),
+            "{text}"
+        );
+    }
+}
