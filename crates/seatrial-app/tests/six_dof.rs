@@ -1,12 +1,11 @@
 //! What is identified from the vehicles of six degrees of freedom, against an independent simulator and the
 //! paper's tables.
 
-use std::path::PathBuf;
-
 use seatrial::identify::{IdentifySettings, identify};
 use seatrial::{Record, Window};
 use seatrial_app::paper::tables::{TABLE_II, TABLE_V};
 use seatrial_core::{Event, List, Plan, Stage, Trial, Vehicle};
+use seatrial_dev::data;
 use seatrial_sim::six_dof::{remus100, starfish};
 use seatrial_sim::{SixDofConfig, SixDofVehicle};
 
@@ -14,19 +13,6 @@ use seatrial_sim::{SixDofConfig, SixDofVehicle};
 const TRAINING_S: f64 = 16.5;
 /// Lag of the fin in the logs and in the vehicle, s.
 const FIN_LAG_S: f64 = 0.1;
-
-/// The folder with the test data, `None` with a word on it where it is absent.
-fn data() -> Option<PathBuf> {
-    let folder = std::env::var_os("SEATRIAL_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
-        PathBuf::from,
-    );
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("skipped: no test data at {}", folder.display());
-    None
-}
 
 /// The record of a trial at one thrust and the start of its training, s.
 fn trial_record(config: SixDofConfig, thrust: f64) -> (Record, f64) {
@@ -91,7 +77,7 @@ fn identified(record: &Record, trained_from_s: f64) -> ([f64; 2], f64) {
 /// Noise-free logs of Fossen's REMUS 100, made with his simulator under the paper's protocol.
 #[test]
 fn val_fossen_remus100_logs() {
-    let Some(folder) = data() else {
+    let Some(folder) = data(".") else {
         return;
     };
     for percent in [70, 80, 90] {

@@ -6,6 +6,7 @@ use std::net::UdpSocket;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
+use seatrial_dev::program;
 use serde_json::Value;
 
 const GRAVITY_M_S2: f64 = 9.81;
@@ -19,7 +20,7 @@ struct Autopilot {
 
 impl Autopilot {
     fn start(options: &[&str]) -> Self {
-        let mut sea = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        let mut sea = program()
             .args(["sim", "ardupilot-json", "--json", "--listen", "127.0.0.1:0"])
             .args(options)
             .stdout(Stdio::piped())
@@ -228,7 +229,7 @@ fn cli_repeats_resets_and_bad_packets() {
 
 #[test]
 fn cli_a_vehicle_that_only_turns_is_refused() {
-    let run = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+    let run = program()
         .args(["sim", "ardupilot-json", "--vehicle", "sim:starfish"])
         .output()
         .unwrap();

@@ -3,28 +3,14 @@
 
 use std::fmt::Write;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
-/// Exit code, standard output and standard error of `seatrial`.
-fn seatrial(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_seatrial"))
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .output()
-        .unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (
-        output.status.code().unwrap(),
-        text(output.stdout),
-        text(output.stderr),
-    )
-}
+use seatrial_dev::{program_path, run_to_text};
 
 fn inspect(content: &[u8], arguments: &[&str]) -> (i32, String, String) {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("run.csv"), content).unwrap();
-    seatrial(
+    run_to_text(
         folder.path(),
         &[&["inspect", "run.csv"], arguments].concat(),
     )
@@ -108,13 +94,13 @@ fn cli_unreadable_logs_say_what_is_wrong_and_exit_3() {
 #[test]
 fn cli_folders_and_missing_files_exit_3() {
     let folder = tempfile::tempdir().unwrap();
-    let (exit, _, stderr) = seatrial(folder.path(), &["inspect", "."]);
+    let (exit, _, stderr) = run_to_text(folder.path(), &["inspect", "."]);
     assert_eq!(exit, 3);
     assert!(
         stderr.contains("is a folder; expected a log file"),
         "{stderr}"
     );
-    let (exit, _, stderr) = seatrial(folder.path(), &["inspect", "nowhere.csv"]);
+    let (exit, _, stderr) = run_to_text(folder.path(), &["inspect", "nowhere.csv"]);
     assert_eq!(exit, 3);
     assert!(
         stderr.contains("nowhere.csv: cannot be opened: No such file"),
@@ -141,7 +127,7 @@ fn cli_a_log_without_permission_exits_3() {
         eprintln!("skipped: this user may read everything");
         return;
     };
-    let (exit, _, stderr) = seatrial(folder.path(), &["inspect", denied.to_str().unwrap()]);
+    let (exit, _, stderr) = run_to_text(folder.path(), &["inspect", denied.to_str().unwrap()]);
     assert_eq!(exit, 3);
     assert!(
         stderr.contains("cannot be opened: Permission denied"),
@@ -259,7 +245,7 @@ fn cli_a_long_log_needs_less_than_300_mb() {
     // All of the address space, of which resident memory is a part.
     let limited = format!(
         "ulimit -v 300000; exec {} inspect long.csv",
-        env!("CARGO_BIN_EXE_seatrial")
+        program_path().display()
     );
     let output = Command::new("sh")
         .args(["-c", &limited])

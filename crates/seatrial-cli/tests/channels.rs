@@ -3,11 +3,13 @@
 use std::f64::consts::PI;
 use std::fs::File;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Output, Stdio};
+
+use seatrial_dev::{data, program};
 
 fn seatrial(arguments: &[&str], folder: &Path, input: Option<&Path>) -> Output {
     let input = input.map_or(Stdio::null(), |path| File::open(path).unwrap().into());
-    Command::new(env!("CARGO_BIN_EXE_seatrial"))
+    program()
         .args(arguments)
         .current_dir(folder)
         .stdin(input)
@@ -138,15 +140,9 @@ fn cli_errors_of_a_channels_file_name_file_line_and_field() {
 /// Binary formats are read twice.
 #[test]
 fn cli_binary_logs_come_on_standard_input_too() {
-    let data = std::env::var_os("SEATRIAL_DATA").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
-        Into::into,
-    );
-    let log = data.join("native/ardupilot/ardusub_small.BIN");
-    if !log.exists() {
-        eprintln!("skipped: no {} (set SEATRIAL_DATA)", log.display());
+    let Some(log) = data("native/ardupilot/ardusub_small.BIN") else {
         return;
-    }
+    };
     let folder = tempfile::tempdir().unwrap();
     let named = seatrial(&["inspect", log.to_str().unwrap()], folder.path(), None);
     let piped = seatrial(&["inspect", "-"], folder.path(), Some(&log));

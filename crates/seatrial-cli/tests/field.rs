@@ -1,12 +1,12 @@
 //! `seatrial sim field` at the process boundary.
 
-use std::process::Command;
+use seatrial_dev::program;
 
 #[test]
 fn cli_field_experiments_are_written() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("field");
-    let run = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+    let run = program()
         .args(["sim", "field", "--trials", "2", "--json", "--out"])
         .arg(&out)
         .output()
@@ -27,7 +27,7 @@ fn cli_field_experiments_are_written() {
 
 #[test]
 fn cli_an_unknown_vehicle_is_named() {
-    let run = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+    let run = program()
         .args(["sim", "field", "--vehicle", "sim:nothing", "--out", "x"])
         .output()
         .unwrap();

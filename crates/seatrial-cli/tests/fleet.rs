@@ -5,10 +5,11 @@ use std::process::{Command, Output};
 use std::thread;
 use std::time::Duration;
 
+use seatrial_dev::program;
 use serde_json::Value;
 
 fn seatrial(args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_seatrial"));
+    let mut command = program();
     command.args(args);
     command
 }

@@ -4,6 +4,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use seatrial_dev::{program, program_path};
 use seatrial_logbook::{Logbook, Verification};
 use serde_json::Value;
 
@@ -14,7 +15,8 @@ fn trial(logbook: &Path, blocks: u32) -> Output {
         "trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" trial --yes --json --logbook \"$1\""
     );
     Command::new("sh")
-        .args(["-c", &limited, env!("CARGO_BIN_EXE_seatrial")])
+        .args(["-c", &limited])
+        .arg(program_path())
         .arg(logbook)
         .output()
         .unwrap()
@@ -58,7 +60,7 @@ fn cli_a_disk_that_is_full_from_the_start_stops_the_trial_before_the_vehicle_mov
 fn cli_a_full_standard_error_does_not_stop_a_trial() {
     let folder = tempfile::tempdir().unwrap();
     let logbook = folder.path().join("seatrial.db");
-    let status = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+    let status = program()
         .args(["trial", "--yes", "--logbook"])
         .arg(&logbook)
         .stderr(std::fs::File::create("/dev/full").unwrap())

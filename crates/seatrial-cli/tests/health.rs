@@ -1,26 +1,14 @@
 //! `seatrial health` at the process boundary.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
 
+use seatrial_dev::{data, document, run_in, text};
 use seatrial_sim::VehicleConfig;
 use serde_json::Value;
 
-fn seatrial(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_seatrial"))
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
-
 /// What `health` prints and its exit code.
 fn health(folder: &Path, arguments: &[&str]) -> (String, Option<i32>) {
-    let output = seatrial(folder, &[&["health"], arguments].concat());
+    let output = run_in(folder, &[&["health"], arguments].concat());
     let said = if output.stdout.is_empty() {
         output.stderr
     } else {
@@ -30,8 +18,8 @@ fn health(folder: &Path, arguments: &[&str]) -> (String, Option<i32>) {
 }
 
 fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let output = seatrial(folder, &[&["health", "--json"], arguments].concat());
-    serde_json::from_slice(&output.stdout).expect("one JSON document on stdout")
+    let output = run_in(folder, &[&["health", "--json"], arguments].concat());
+    document(&output)
 }
 
 fn number(document: &Value, pointer: &str) -> f64 {
@@ -52,7 +40,7 @@ fn with_weak_vehicle() -> tempfile::TempDir {
 }
 
 fn sim_log(folder: &Path, vehicle: &str, seed: &str, out: &str) {
-    let output = seatrial(
+    let output = run_in(
         folder,
         &[
             "sim",
@@ -91,7 +79,7 @@ fn cli_health_of_campaigns_and_runs_of_a_logbook() {
             "--seed",
             seed,
         ];
-        assert!(seatrial(folder, &trial).status.success());
+        assert!(run_in(folder, &trial).status.success());
     }
     let book = ["--logbook", "sea.db"];
     let (same, code) = health(folder, &[&["clean", "again"], &book[..]].concat());
@@ -160,14 +148,14 @@ fn cli_health_of_logs_and_documents() {
     assert_eq!(code, Some(4), "{changed}");
     assert!(changed.contains("weaker by"), "{changed}");
 
-    let identified = seatrial(folder, &["identify", "before.csv", "--json"]);
+    let identified = run_in(folder, &["identify", "before.csv", "--json"]);
     std::fs::write(folder.join("model.json"), identified.stdout).unwrap();
     let document = json(folder, &["model.json", "after.csv"]);
     assert_eq!(document["finding"], "changed", "{document:#}");
     assert!(document["now"]["log"]["sha256"].is_string());
     assert!(document["reference"]["log"].is_null());
 
-    let paper = seatrial(folder, &["identify", "before.csv", "--as-paper", "--json"]);
+    let paper = run_in(folder, &["identify", "before.csv", "--as-paper", "--json"]);
     std::fs::write(folder.join("paper.json"), paper.stdout).unwrap();
     let (message, code) = health(folder, &["paper.json", "after.csv"]);
     assert_eq!(code, Some(3));
@@ -246,15 +234,9 @@ fn cli_health_names_bad_input() {
 /// The tanker's zig-zags to port and starboard: the same ship, but for wind and current.
 #[test]
 fn cli_health_of_the_tanker_finds_no_change_of_steering() {
-    let folder = std::env::var_os("SEATRIAL_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
-        PathBuf::from,
-    );
-    let real = folder.join("real");
-    if !real.is_dir() {
-        println!("skipped: no test data at {}", folder.display());
+    let Some(real) = data("real") else {
         return;
-    }
+    };
     let (port, starboard) = ("kvlcc2hsva_Z_20_10_P.csv", "kvlcc2hsva_Z_20_10_S.csv");
     let document = json(&real, &[port, starboard, "--offset", "ignore"]);
     assert_ne!(document["finding"], "changed", "{:#}", document["verdict"]);

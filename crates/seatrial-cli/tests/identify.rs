@@ -1,27 +1,15 @@
 //! `identify` and `validate` at the process boundary.
 
 use std::path::Path;
-use std::process::{Command, Output};
 
 use seatrial_core::YawModel;
 use seatrial_core::model::YawState;
+use seatrial_dev::{document, run, text};
 use serde_json::Value;
 
-fn seatrial(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_seatrial"))
-        .args(arguments)
-        .output()
-        .expect("the command runs")
-}
-
 fn json(arguments: &[&str]) -> (Value, Option<i32>) {
-    let output = seatrial(&[arguments, &["--json"]].concat());
-    let document = serde_json::from_slice(&output.stdout).expect("one JSON document on stdout");
-    (document, output.status.code())
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).expect("UTF-8")
+    let output = run(&[arguments, &["--json"]].concat());
+    (document(&output), output.status.code())
 }
 
 fn codes(document: &Value) -> Vec<&str> {
@@ -165,7 +153,7 @@ fn cli_a_heading_of_waves_alone_is_rejected() {
             delta,
         ]
     });
-    let output = seatrial(&["identify", &log]);
+    let output = run(&["identify", &log]);
     assert_eq!(output.status.code(), Some(4), "{}", text(&output.stdout));
     assert!(text(&output.stdout).starts_with("REJECTED"));
 }
@@ -189,7 +177,7 @@ fn cli_windows_that_make_no_sense_are_refused() {
         (&["--to", "12", "--validate-from", "10"][..], 2, "overlap"),
         (&["--lambda", "-1"][..], 2, "positive"),
     ] {
-        let output = seatrial(&[&["identify", &log][..], arguments].concat());
+        let output = run(&[&["identify", &log][..], arguments].concat());
         let said = text(&output.stderr);
         assert_eq!(output.status.code(), Some(exit), "{arguments:?}: {said}");
         assert!(said.contains(word), "{arguments:?}: {said}");
@@ -222,7 +210,7 @@ fn cli_compare_shows_every_method_on_the_same_windows() {
         }
     }
     let constant = write_log(folder.path(), 400, |[t, psi, _]| [t, psi, 0.1]);
-    let output = seatrial(&["compare", &constant]);
+    let output = run(&["compare", &constant]);
     assert_eq!(output.status.code(), Some(4), "{}", text(&output.stderr));
     assert!(text(&output.stderr).contains("the rudder stays within"));
 }

@@ -6,9 +6,10 @@ use std::hash::{BuildHasher, Hasher};
 use std::io::Read;
 use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
+use seatrial_dev::program;
 use seatrial_logbook::Logbook;
 
 const SIGKILL: i32 = 9;
@@ -20,7 +21,7 @@ const KILLS_PER_LOGBOOK: u32 = 10;
 const PLAN: &str = "thrusts = [0.6, 0.8]\n";
 
 fn start_trial(plan: &Path, logbook: &Path) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_seatrial"))
+    program()
         .args(["trial", "--yes", "--plan"])
         .arg(plan)
         .arg("--logbook")

@@ -2,22 +2,11 @@
 #![cfg(target_os = "linux")]
 
 use std::net::UdpSocket;
-use std::path::Path;
-use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-const KEY: [u8; 32] = *b"\x01seatrial keeps this to itself!\xfe";
+use seatrial_dev::start_in;
 
-fn seatrial(folder: &Path, arguments: &[&str]) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_seatrial"))
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap()
-}
+const KEY: [u8; 32] = *b"\x01seatrial keeps this to itself!\xfe";
 
 /// The local addresses of a process's sockets, as the kernel writes them: hexadecimal, the first byte last.
 fn sockets(process: u32) -> Vec<String> {
@@ -71,7 +60,7 @@ fn cli_a_link_keeps_to_this_machine_and_its_key_to_itself() {
         "--speed",
         "8",
     ];
-    let mut boat = seatrial(place, &[&sim[..], &signed].concat());
+    let mut boat = start_in(place, &[&sim[..], &signed].concat());
     let trial = [
         "trial",
         "--yes",
@@ -83,7 +72,7 @@ fn cli_a_link_keeps_to_this_machine_and_its_key_to_itself() {
         "--vehicle",
         &address,
     ];
-    let trial = seatrial(place, &[&trial[..], &signed].concat());
+    let trial = start_in(place, &[&trial[..], &signed].concat());
     let mut seen = Vec::new();
     let begin = Instant::now();
     while seen.len() < 2 && begin.elapsed() < Duration::from_secs(10) {

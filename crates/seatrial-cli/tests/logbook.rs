@@ -3,7 +3,7 @@
 use seatrial::time_scale::LambdaReason;
 use seatrial_core::state_variable_filter::Hold;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use seatrial::Step;
 use seatrial::campaign::{Run, Stage, StageSpan};
@@ -13,21 +13,18 @@ use seatrial::identification::{
 };
 use seatrial::record::Window;
 use seatrial_core::{Action, Outcome, Sample, Steering, YawModel};
+use seatrial_dev::{program, text};
 use seatrial_logbook::{Logbook, NewCampaign, Recorder};
 use serde_json::Value;
 
 fn seatrial(logbook: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_seatrial"))
+    program()
         .arg("logbook")
         .args(arguments)
         .arg("--logbook")
         .arg(logbook)
         .output()
         .unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
 }
 
 /// The text that a successful call printed.

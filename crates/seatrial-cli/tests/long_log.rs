@@ -1,32 +1,10 @@
 //! `identify` and `inspect` on logs with several manoeuvres, without windows.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-use serde_json::Value;
-
-fn seatrial(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_seatrial"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn document(output: &Output) -> Value {
-    serde_json::from_slice(&output.stdout).expect("one JSON document")
-}
+use seatrial_dev::{data, document, run};
 
 /// ArduPilot's Rover firmware on a simulated boat, if the shared data are here.
 fn rover_log() -> Option<String> {
-    let data = std::env::var_os("SEATRIAL_DATA").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
-        PathBuf::from,
-    );
-    let log = data.join("native/ardupilot/rover_json_physics.tlog");
-    if !log.exists() {
-        eprintln!("SKIPPED: {} is not here", log.display());
-        return None;
-    }
+    let log = data("native/ardupilot/rover_json_physics.tlog")?;
     Some(log.to_str().unwrap().to_string())
 }
 
@@ -35,7 +13,7 @@ fn rover_log() -> Option<String> {
 #[test]
 fn val_ardupilot_rover_without_any_option() {
     let Some(log) = rover_log() else { return };
-    let output = seatrial(&["identify", &log, "--json"]);
+    let output = run(&["identify", &log, "--json"]);
     assert_eq!(output.status.code(), Some(0));
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(stderr.contains("the doublet at 87.6 s"), "{stderr}");
@@ -64,32 +42,32 @@ fn val_ardupilot_rover_makes_a_schedule_and_an_inspection() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let schedule = path("schedule.toml");
-    let output = seatrial(&["identify", &log, "--schedule", &schedule]);
+    let output = run(&["identify", &log, "--schedule", &schedule]);
     assert_eq!(output.status.code(), Some(0));
-    let gains = seatrial(&["gains", "--schedule", &schedule, "--json"]);
+    let gains = run(&["gains", "--schedule", &schedule, "--json"]);
     assert_eq!(gains.status.code(), Some(0), "{gains:?}");
     assert_eq!(document(&gains)["points"].as_array().map(Vec::len), Some(3));
     for verb in ["gains", "turn"] {
-        let page = seatrial(&[verb, "--schedule", &schedule]);
+        let page = run(&[verb, "--schedule", &schedule]);
         let page = String::from_utf8_lossy(&page.stdout).into_owned();
         assert!(page.contains("rudder limit 100.0 % of full"), "{page}");
     }
 
-    let identified = seatrial(&["identify", &log, "--json"]);
+    let identified = run(&["identify", &log, "--json"]);
     let models = path("models.json");
     std::fs::write(&models, &identified.stdout).unwrap();
-    let same = seatrial(&["gains", "--model", &models, "--json"]);
+    let same = run(&["gains", "--model", &models, "--json"]);
     assert_eq!(document(&same)["points"].as_array().map(Vec::len), Some(3));
 
     let page = path("found.html");
-    let inspected = seatrial(&["inspect", &log, "--json", "--report", &page]);
+    let inspected = run(&["inspect", &log, "--json", "--report", &page]);
     let html = std::fs::read_to_string(&page).unwrap();
     assert!(html.contains("class=\"span-train\"") && html.contains("Rudder, % of full"));
     let found = &document(&inspected)["manoeuvres"];
     let doublets = found.as_array().unwrap();
     let doublets = doublets.iter().filter(|m| m["kind"] == "doublet").count();
     assert_eq!(doublets, 6);
-    let page = seatrial(&["inspect", &log]);
+    let page = run(&["inspect", &log]);
     let page = String::from_utf8_lossy(&page.stdout).into_owned();
     assert!(page.contains("% of full"), "{page}");
     assert!(page.contains("identify takes"), "{page}");
@@ -100,14 +78,14 @@ fn val_ardupilot_rover_makes_a_schedule_and_an_inspection() {
 fn cli_every_verb_chooses_the_same_windows() {
     let Some(log) = rover_log() else { return };
     let training = |verb: &str| {
-        let document = document(&seatrial(&[verb, &log, "--json"]));
+        let document = document(&run(&[verb, &log, "--json"]));
         assert!(document["training"]["from_s"].is_number(), "{document:#}");
         document["training"].clone()
     };
     assert_eq!(training("compare"), training("identify"));
     let folder = tempfile::tempdir().unwrap();
     let page = folder.path().join("report.html");
-    let output = seatrial(&["report", &log, "--out", page.to_str().unwrap()]);
+    let output = run(&["report", &log, "--out", page.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     let html = std::fs::read_to_string(&page).unwrap();
     // The first speed is too slow for a model; each of the others has a line of its own.
@@ -118,7 +96,7 @@ fn cli_every_verb_chooses_the_same_windows() {
 #[test]
 fn cli_windows_of_the_user_win() {
     let Some(log) = rover_log() else { return };
-    let output = seatrial(&["identify", &log, "--from", "86.6", "--to", "97", "--json"]);
+    let output = run(&["identify", &log, "--from", "86.6", "--to", "97", "--json"]);
     let document = document(&output);
     assert!(document["models"].is_null());
     assert_eq!(document["training"]["from_s"], 86.6);

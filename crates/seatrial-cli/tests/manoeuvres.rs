@@ -1,11 +1,11 @@
 //! `seatrial sim manoeuvres` at the process boundary.
 
-use std::process::Command;
+use seatrial_dev::program;
 
 #[test]
 fn cli_manoeuvres_are_written() {
     let folder = tempfile::tempdir().unwrap();
-    let run = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+    let run = program()
         .args(["sim", "manoeuvres", "--thrust", "0.8", "--json", "--out"])
         .arg(folder.path())
         .output()
@@ -23,7 +23,7 @@ fn cli_manoeuvres_are_written() {
 
 #[test]
 fn cli_a_thrust_out_of_range_is_named() {
-    let run = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+    let run = program()
         .args(["sim", "manoeuvres", "--thrust", "1.2", "--out", "x"])
         .output()
         .unwrap();

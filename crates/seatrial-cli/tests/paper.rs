@@ -2,12 +2,12 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
+use seatrial_dev::program;
 use serde_json::Value;
 
 fn paper(out: &Path) -> Value {
-    let run = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+    let run = program()
         .args(["paper", "--json", "--out"])
         .arg(out)
         .output()

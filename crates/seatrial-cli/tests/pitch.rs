@@ -1,15 +1,8 @@
 //! The pitch axis at the process boundary.
 
-use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
-fn seatrial(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_seatrial"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
-}
+use seatrial_dev::run_in;
 
 fn said(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).unwrap()
@@ -20,7 +13,7 @@ fn cli_a_pitch_trial_and_its_log_give_the_same_model() {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("pitch.csv");
     let log = log.to_str().unwrap();
-    let run = seatrial(
+    let run = run_in(
         folder.path(),
         &[
             "trial",
@@ -37,7 +30,7 @@ fn cli_a_pitch_trial_and_its_log_give_the_same_model() {
     let trial: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
     let live = &trial["runs"][2]["identification"];
     let time = |window: &serde_json::Value, end: &str| window[end].as_f64().unwrap().to_string();
-    let run = seatrial(
+    let run = run_in(
         folder.path(),
         &[
             "identify",
@@ -69,7 +62,7 @@ fn cli_a_pitch_trial_and_its_log_give_the_same_model() {
 #[test]
 fn cli_a_vehicle_without_pitch_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
-    let run = seatrial(
+    let run = run_in(
         folder.path(),
         &["trial", "--axis", "pitch", "--vehicle", "sim:starfish"],
     );
@@ -98,7 +91,7 @@ fn cli_a_pitch_plan_is_followed_and_checked() {
             "--report",
         ];
         let page = page.to_str().unwrap();
-        seatrial(
+        run_in(
             folder.path(),
             &[&["trial", "--axis", "pitch"][..], &options, &[page]].concat(),
         )
@@ -130,7 +123,7 @@ fn cli_a_pitch_trial_is_kept_replayed_and_drawn_again() {
     std::fs::write(folder.path().join("plan.toml"), "thrusts = [0.6, 0.9]\n").unwrap();
     let run = |arguments: &str| {
         let arguments: Vec<&str> = arguments.split(' ').collect();
-        seatrial(folder.path(), &arguments)
+        run_in(folder.path(), &arguments)
     };
     let trial = "trial --axis pitch --vehicle sim:starfish-6dof --plan plan.toml --seed 3";
     let live = run(&format!("{trial} --log live.csv --report live.html"));

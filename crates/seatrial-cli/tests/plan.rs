@@ -1,25 +1,15 @@
 //! `seatrial plan` at the process boundary.
 
 use std::path::Path;
-use std::process::{Command, Output};
 
+use seatrial_dev::{document, run_in};
 use serde_json::Value;
 use tempfile::TempDir;
 
-fn seatrial(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_seatrial"))
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
 /// `plan --json` with these arguments and its exit code.
 fn plan(folder: &Path, arguments: &[&str]) -> (Value, Option<i32>) {
-    let output = seatrial(folder, &[&["plan", "--json"], arguments].concat());
-    let document = serde_json::from_slice(&output.stdout)
-        .unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr)));
-    (document, output.status.code())
+    let output = run_in(folder, &[&["plan", "--json"], arguments].concat());
+    (document(&output), output.status.code())
 }
 
 fn folder() -> TempDir {
@@ -84,7 +74,7 @@ fn cli_the_recommended_doublet_is_written_and_tried() {
     assert_eq!(amplitude_rad, number(&document, adopted));
     assert!(amplitude_rad < 0.26);
     let trial = ["trial", "--json", "--plan", "plan.toml", "--seed", "3"];
-    let output = seatrial(folder.path(), &trial);
+    let output = run_in(folder.path(), &trial);
     assert_eq!(output.status.code(), Some(0));
     let document: Value = serde_json::from_slice(&output.stdout).unwrap();
     let refined = "/runs/0/identification/refined";
@@ -118,14 +108,14 @@ fn cli_a_designed_manoeuvre_is_compared_written_and_tried() {
         document["plan"]["training"]["excitation"],
         document["comparison"]["designs"][3]["excitation"]
     );
-    let output = seatrial(folder.path(), &["trial", "--json", "--plan", "plan.toml"]);
+    let output = run_in(folder.path(), &["trial", "--json", "--plan", "plan.toml"]);
     assert_eq!(output.status.code(), Some(0));
 }
 
 #[test]
 fn cli_what_an_earlier_trial_found_is_the_prior() {
     let folder = folder();
-    let trial = seatrial(folder.path(), &["trial", "--json", "--logbook", "a.db"]);
+    let trial = run_in(folder.path(), &["trial", "--json", "--logbook", "a.db"]);
     std::fs::write(folder.path().join("trial.json"), &trial.stdout).unwrap();
     let document: Value = serde_json::from_slice(&trial.stdout).unwrap();
     for source in [["--logbook", "a.db"], ["--model", "trial.json"]] {
@@ -163,7 +153,7 @@ fn cli_what_cannot_be_had_is_exit_4_and_said() {
             "--adopt recommended: no doublet within the rudder limit",
         ),
     ] {
-        let output = seatrial(folder.path(), &[&["plan"], arguments].concat());
+        let output = run_in(folder.path(), &[&["plan"], arguments].concat());
         let message = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(4), "{arguments:?}: {message}");
         assert!(message.contains(said), "{arguments:?}: {message}");
@@ -192,7 +182,7 @@ fn cli_bad_options_are_exit_2_and_named() {
         (&["--rudder-limit-deg", "0"], "rudder_limit_rad"),
         (&["--campaign", "1"], "--logbook"),
     ] {
-        let output = seatrial(folder.path(), &[&["plan"], arguments].concat());
+        let output = run_in(folder.path(), &[&["plan"], arguments].concat());
         let message = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
         assert!(output.stdout.is_empty());

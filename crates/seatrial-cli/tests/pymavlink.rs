@@ -1,15 +1,12 @@
 //! Trials on a vehicle written with pymavlink, an implementation of MAVLink other than ours, over UDP and TCP.
 #![cfg(unix)]
 
-#[path = "../../seatrial-links/tests/vehicle/python.rs"]
-mod python;
-
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
-use python::python_with;
+use seatrial_dev::{program, python_with};
 use serde_json::Value;
 
 /// The vehicle's truth.
@@ -78,7 +75,7 @@ impl Scene {
     }
 
     fn seatrial(&self, arguments: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        program()
             .args(arguments)
             .current_dir(self.folder.path())
             .output()

@@ -1,23 +1,15 @@
 //! `trial --record`: what the trial saw and estimated, in every format, also after a kill.
 
-use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
 
+use seatrial_dev::{document, program, run_in};
 use serde_json::Value;
-
-fn seatrial(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_seatrial"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
-}
 
 fn json(output: &Output) -> Value {
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{stderr}");
-    serde_json::from_slice(&output.stdout).unwrap()
+    document(output)
 }
 
 const PLAN: &str = "thrusts = [0.6, 0.8]\n";
@@ -30,7 +22,7 @@ fn cli_a_recording_is_what_the_trial_saw() {
     let record = |name: &str| {
         let logbook = format!("{name}.db");
         let arguments = ["trial", "--plan", "plan.toml", "--json", "--record", name];
-        json(&seatrial(
+        json(&run_in(
             folder,
             &[&arguments[..], &["--logbook", &logbook]].concat(),
         ))
@@ -41,7 +33,7 @@ fn cli_a_recording_is_what_the_trial_saw() {
     let (from, to) = (stage["from_s"].to_string(), stage["to_s"].to_string());
     let identify = |name: &str| {
         let arguments = ["identify", name, "--json", "--from", &from, "--to", &to];
-        json(&seatrial(folder, &arguments))
+        json(&run_in(folder, &arguments))
     };
     let model = identify("run.csv")["refined"].clone();
     assert!(model["a22_per_s"].is_f64());
@@ -83,7 +75,7 @@ fn cli_a_killed_trial_leaves_a_recording() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     for name in ["killed.csv", "killed.mcap"] {
-        let mut trial = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        let mut trial = program()
             .args([
                 "trial",
                 "--realtime",
@@ -107,7 +99,7 @@ fn cli_a_killed_trial_leaves_a_recording() {
         }
         trial.kill().unwrap();
         trial.wait().unwrap();
-        let inspected = seatrial(folder, &["inspect", name, "--json"]);
+        let inspected = run_in(folder, &["inspect", name, "--json"]);
         let stderr = String::from_utf8_lossy(&inspected.stderr);
         assert_eq!(
             stderr.contains("cut off"),
@@ -128,7 +120,7 @@ fn cli_a_recording_that_cannot_be_saved_does_not_stop_the_trial() {
     std::fs::write(folder.join("plan.toml"), PLAN).unwrap();
     for name in ["full.csv", "full.mcap"] {
         std::os::unix::fs::symlink("/dev/full", folder.join(name)).unwrap();
-        let trial = seatrial(folder, &["trial", "--plan", "plan.toml", "--record", name]);
+        let trial = run_in(folder, &["trial", "--plan", "plan.toml", "--record", name]);
         let stderr = String::from_utf8_lossy(&trial.stderr);
         let code = trial.status.code();
         assert!(
@@ -141,7 +133,7 @@ fn cli_a_recording_that_cannot_be_saved_does_not_stop_the_trial() {
         }
     }
     for (name, code) in [("run.txt", 2), ("nowhere/run.csv", 6)] {
-        let trial = seatrial(folder, &["trial", "--record", name]);
+        let trial = run_in(folder, &["trial", "--record", name]);
         assert_eq!(trial.status.code(), Some(code), "{name}");
     }
 }
@@ -150,7 +142,7 @@ fn cli_a_recording_that_cannot_be_saved_does_not_stop_the_trial() {
 #[test]
 fn cli_a_build_without_foxglove_says_so() {
     let folder = tempfile::tempdir().unwrap();
-    let trial = seatrial(folder.path(), &["trial", "--foxglove"]);
+    let trial = run_in(folder.path(), &["trial", "--foxglove"]);
     assert_eq!(trial.status.code(), Some(2));
     let stderr = String::from_utf8_lossy(&trial.stderr);
     assert!(stderr.contains("--features foxglove"), "{stderr}");
@@ -163,7 +155,7 @@ fn cli_foxglove_may_connect_to_a_trial() {
 
     let folder = tempfile::tempdir().unwrap();
     let start = |address: &str| {
-        Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        program()
             .args(["trial", "--realtime", "--foxglove", address])
             .current_dir(folder.path())
             .stdout(Stdio::null())

@@ -1,13 +1,14 @@
 //! `seatrial replay` at the process boundary, on trials of the simulated vehicle.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
 use seatrial_app::conduct::{Watch, conduct};
 use seatrial_app::replay::Replay;
 use seatrial_core::{AbortReason, List, Outcome, Plan, Trial, YawModel};
+use seatrial_dev::program;
 use seatrial_logbook::{Logbook, NewCampaign, Recorder, State};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 use serde_json::Value;
@@ -87,7 +88,7 @@ fn record(
 }
 
 fn replay(logbook: &Path) -> (Output, Value) {
-    let output = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+    let output = program()
         .args(["replay", "--json"])
         .arg(logbook)
         .output()

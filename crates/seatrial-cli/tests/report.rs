@@ -4,25 +4,17 @@
 mod made_up_trial;
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use seatrial::Campaign;
 use seatrial::Step;
 use seatrial_core::{AbortReason, Action, Outcome, Steering};
+use seatrial_dev::{run_in, text};
 use seatrial_logbook::{Logbook, NewCampaign, Recorder};
 use serde_json::Value;
 
 fn seatrial(arguments: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_seatrial"))
-        .arg("report")
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
-}
-
-fn text(bytes: &[u8]) -> &str {
-    std::str::from_utf8(bytes).unwrap()
+    run_in(folder, &[&["report"], arguments].concat())
 }
 
 fn record(logbook: &Path, campaign: &Campaign) {

@@ -1,16 +1,13 @@
 //! Whole trials on a vehicle that another implementation of DDS or zenoh plays, over the loopback alone.
 #![cfg(all(any(feature = "ros2", feature = "ros2-zenoh"), target_os = "linux"))]
 
-#[path = "../../seatrial-links/tests/vehicle/python.rs"]
-mod python;
-
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Output, Stdio};
 use std::sync::mpsc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use python::python_with;
+use seatrial_dev::{program, python_with};
 use seatrial_logbook::Logbook;
 use serde_json::Value;
 
@@ -139,7 +136,7 @@ impl Trial {
         };
         let description = (over.description)(over.domain);
         let vehicle = file("boat.toml", &format!("{description}{VEHICLE}"));
-        let process = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        let process = program()
             .args(["trial", "--json", "--yes", "--vehicle"])
             .arg(format!("ros2:{}", vehicle.display()))
             .arg("--plan")
@@ -208,7 +205,7 @@ fn recovers_the_model(over: Over) {
         // What the issue asks for; sleeps of the machine are what it is made of.
         assert!(error.abs() < 0.05, "{name} {found}");
     }
-    let replay = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+    let replay = program()
         .args(["replay", "--json"])
         .arg(Trial::logbook(folder.path()))
         .output()
@@ -265,7 +262,7 @@ fn a_vehicle_that_is_gone_ends_it(over: Over) {
     let seen = peer.seen();
     let logbook = Logbook::open_read_only(Trial::logbook(folder.path())).unwrap();
     assert_eq!(logbook.verify().unwrap().damage, []);
-    let replay = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+    let replay = program()
         .arg("replay")
         .arg(Trial::logbook(folder.path()))
         .status();

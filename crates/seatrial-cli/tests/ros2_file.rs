@@ -1,6 +1,8 @@
 //! Files that describe a vehicle on ROS 2.
 
-use std::process::{Command, Output};
+use std::process::Output;
+
+use seatrial_dev::program;
 
 const VEHICLE: &str = "\
 command_timeout_s = 0.5
@@ -17,7 +19,7 @@ fn check(description: &str) -> Output {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("boat.toml");
     std::fs::write(&path, description).unwrap();
-    Command::new(env!("CARGO_BIN_EXE_seatrial"))
+    program()
         .args(["vehicle", "check", "--vehicle"])
         .arg(format!("ros2:{}", path.display()))
         .output()

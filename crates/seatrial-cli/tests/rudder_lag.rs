@@ -1,20 +1,19 @@
 //! A first-order vehicle behind a slow servo, of which the log has the command only.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 
+use seatrial_dev::{data, document, program};
 use serde_json::Value;
 
 /// What `identify` finds, and its exit code.
 fn identify(log: &Path, arguments: &[&str]) -> (Value, Option<i32>) {
-    let output = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+    let output = program()
         .args(["identify", "--json"])
         .arg(log)
         .args(arguments)
         .output()
         .unwrap();
-    let document = serde_json::from_slice(&output.stdout).expect("one JSON document");
-    (document, output.status.code())
+    (document(&output), output.status.code())
 }
 
 /// The delay that a gain allows for, less a sample.
@@ -22,12 +21,12 @@ fn allowed_lag_s(document: &Value) -> f64 {
     let folder = tempfile::tempdir().unwrap();
     let model = folder.path().join("model.json");
     std::fs::write(&model, document.to_string()).unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+    let output = program()
         .args(["gains", "--json", "--model"])
         .arg(&model)
         .output()
         .unwrap();
-    let gains: Value = serde_json::from_slice(&output.stdout).expect("one JSON document");
+    let gains = seatrial_dev::document(&output);
     let timing = &gains["points"][0]["allowance"]["timing"];
     timing["delay_s"].as_f64().unwrap() - timing["sample_interval_s"].as_f64().unwrap()
 }
@@ -50,15 +49,9 @@ fn assert_within(document: &Value, name: &str, truth: f64, share: f64) {
 /// The tolerance is 10 %.
 #[test]
 fn val_ardupilot_rover_with_a_lagging_rudder() {
-    let data = std::env::var_os("SEATRIAL_DATA").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
-        PathBuf::from,
-    );
-    let log = data.join("native/ardupilot/rover_json_physics.tlog");
-    if !log.exists() {
-        eprintln!("SKIPPED: {} is not here", log.display());
+    let Some(log) = data("native/ardupilot/rover_json_physics.tlog") else {
         return;
-    }
+    };
     for (windows, a22, b2) in [
         (["86.6", "97", "100.6", "110"], -0.91, 1.75),
         (["125.6", "136", "139.6", "150"], -1.26, 3.71),
@@ -101,7 +94,7 @@ fn val_ardupilot_rover_with_a_lagging_rudder() {
 #[test]
 fn cli_a_lag_that_cannot_be_is_a_usage_error() {
     for (option, value) in [("--rudder-lag", "-0.1"), ("--rudder-delay", "1000")] {
-        let output = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        let output = program()
             .args(["identify", "no.csv", option, value])
             .output()
             .unwrap();

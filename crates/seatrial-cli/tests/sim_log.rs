@@ -1,22 +1,6 @@
 //! `sim log`: a simulated trial as a log.
 
-use std::path::Path;
-use std::process::Command;
-
-/// Exit code, standard output and standard error of `seatrial`.
-fn seatrial(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_seatrial"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (
-        output.status.code().unwrap(),
-        text(output.stdout),
-        text(output.stderr),
-    )
-}
+use seatrial_dev::run_to_text;
 
 #[test]
 fn cli_simulated_logs_read_back_and_say_nothing_of_the_truth() {
@@ -26,10 +10,10 @@ fn cli_simulated_logs_read_back_and_say_nothing_of_the_truth() {
             "sim", "log", "--seed", "5", "--thrust", "0.8", "--json", "--out", out,
         ];
         let truth = ["--truth", "truth.toml"];
-        let (exit, stdout, stderr) = seatrial(folder.path(), &[&arguments[..], &truth].concat());
+        let (exit, stdout, stderr) = run_to_text(folder.path(), &[&arguments[..], &truth].concat());
         assert_eq!(exit, 0, "{stderr}");
         assert!(!stdout.contains("a22"), "{stdout}");
-        let (exit, stdout, stderr) = seatrial(folder.path(), &["inspect", out, "--json"]);
+        let (exit, stdout, stderr) = run_to_text(folder.path(), &["inspect", out, "--json"]);
         assert_eq!(exit, 0, "{stderr}");
         assert!(!stderr.contains("warning"), "{stderr}");
         serde_json::from_str::<serde_json::Value>(&stdout).unwrap()
@@ -57,7 +41,7 @@ fn cli_a_full_disk_exits_6() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["full.csv", "full.parquet", "full.mcap"] {
         std::os::unix::fs::symlink("/dev/full", folder.path().join(name)).unwrap();
-        let (exit, _, stderr) = seatrial(
+        let (exit, _, stderr) = run_to_text(
             folder.path(),
             &["sim", "log", "--thrust", "0.8", "--out", name],
         );
@@ -71,7 +55,7 @@ fn cli_the_same_seed_writes_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let log = |seed: &str, out: &str| {
         let arguments = ["sim", "log", "--thrust", "1", "--seed", seed, "--out", out];
-        assert_eq!(seatrial(folder.path(), &arguments).0, 0);
+        assert_eq!(run_to_text(folder.path(), &arguments).0, 0);
         std::fs::read(folder.path().join(out)).unwrap()
     };
     assert_eq!(log("7", "a.csv"), log("7", "b.csv"));
@@ -96,7 +80,7 @@ fn cli_vehicles_of_six_degrees_of_freedom_are_practised_with() {
                 "--truth",
                 truth,
             ];
-            let (exit, _, stderr) = seatrial(folder, &arguments);
+            let (exit, _, stderr) = run_to_text(folder, &arguments);
             assert_eq!(exit, 0, "{stderr}");
             let truth = std::fs::read_to_string(folder.join(truth)).unwrap();
             assert!(
@@ -104,11 +88,11 @@ fn cli_vehicles_of_six_degrees_of_freedom_are_practised_with() {
                 "{truth}"
             );
         }
-        let (exit, stdout, stderr) = seatrial(folder, &["identify", "run.csv", "--json"]);
+        let (exit, stdout, stderr) = run_to_text(folder, &["identify", "run.csv", "--json"]);
         assert_eq!(exit, 0, "{vehicle}: {stdout}{stderr}");
-        let (exit, stdout, stderr) = seatrial(folder, &["trial", "--vehicle", vehicle]);
+        let (exit, stdout, stderr) = run_to_text(folder, &["trial", "--vehicle", vehicle]);
         assert_eq!(exit, 0, "{vehicle}: {stdout}{stderr}");
-        let (exit, stdout, stderr) = seatrial(folder, &["plan", "--vehicle", vehicle]);
+        let (exit, stdout, stderr) = run_to_text(folder, &["plan", "--vehicle", vehicle]);
         assert_eq!(exit, 0, "{vehicle}: {stdout}{stderr}");
     }
 }

@@ -1,8 +1,9 @@
 //! Trials on the vehicles that `sim mavlink` plays.
 
 use std::net::TcpListener;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
+use seatrial_dev::program;
 use serde_json::Value;
 
 /// ArduSub and PX4, five times as fast as real ones, to which half a second between heartbeats is 2.5 s of the 5 s that their
@@ -24,7 +25,7 @@ fn sails(profile: &str, options: &[&str]) {
     let place = listener.local_addr().unwrap().to_string();
     drop(listener);
     let seatrial = |arguments: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_seatrial"));
+        let mut command = program();
         command.args(arguments).current_dir(folder.path());
         command.stdout(Stdio::null()).stderr(Stdio::null());
         command

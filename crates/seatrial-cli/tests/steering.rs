@@ -1,25 +1,13 @@
 //! `turn`, `gains` and `paper` at the process boundary.
 
 use std::path::Path;
-use std::process::{Command, Output};
 
+use seatrial_dev::{document, run, text};
 use serde_json::Value;
 
-fn seatrial(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_seatrial"))
-        .args(arguments)
-        .output()
-        .expect("the command runs")
-}
-
 fn json(arguments: &[&str]) -> (Value, Option<i32>) {
-    let output = seatrial(&[arguments, &["--json"]].concat());
-    let document = serde_json::from_slice(&output.stdout).expect("one JSON document on stdout");
-    (document, output.status.code())
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).expect("UTF-8")
+    let output = run(&[arguments, &["--json"]].concat());
+    (document(&output), output.status.code())
 }
 
 fn number(document: &Value, pointer: &str) -> f64 {
@@ -76,7 +64,7 @@ fn cli_turn_is_table_iv_to_port() {
         let found = number(&document, &format!("{port}/{field}/value"));
         assert!((found - printed).abs() < 0.005, "{field}: {found}");
     }
-    let output = seatrial(&[&["turn"], &model[..], &["--heading-change-deg", "90"]].concat());
+    let output = run(&[&["turn"], &model[..], &["--heading-change-deg", "90"]].concat());
     let table = text(&output.stdout);
     assert!(table.contains("Nomoto") && table.contains("starboard") && table.contains("9.20"));
 }
@@ -107,7 +95,7 @@ fn cli_turn_finds_the_least_radius_over_speed_and_marks_extrapolation() {
         document.pointer("/over_speed/1/minimum/extrapolated"),
         Some(&Value::Bool(true))
     );
-    let output = seatrial(&["turn", "--a22", "-1", "--b2", "1", "--up-to-speed", "5"]);
+    let output = run(&["turn", "--a22", "-1", "--b2", "1", "--up-to-speed", "5"]);
     assert_eq!(output.status.code(), Some(2));
 }
 
@@ -146,10 +134,10 @@ fn cli_gains_extrapolate_only_when_asked() {
     let directory = tempfile::tempdir().unwrap();
     let schedule = write(directory.path(), "schedule.toml", SCHEDULE);
     let outside = ["gains", "--schedule", &schedule, "--at-speed", "2.3"];
-    let refused = seatrial(&outside);
+    let refused = run(&outside);
     assert_eq!(refused.status.code(), Some(2));
     assert!(text(&refused.stderr).contains("--extrapolate"));
-    let allowed = seatrial(&[&outside[..], &["--extrapolate"]].concat());
+    let allowed = run(&[&outside[..], &["--extrapolate"]].concat());
     assert_eq!(allowed.status.code(), Some(0));
     assert!(text(&allowed.stdout).contains("EXTRAPOLATED"));
     let too_far = [
@@ -160,7 +148,7 @@ fn cli_gains_extrapolate_only_when_asked() {
         "0.2",
         "--extrapolate",
     ];
-    assert_eq!(seatrial(&too_far).status.code(), Some(2));
+    assert_eq!(run(&too_far).status.code(), Some(2));
 }
 
 #[test]
@@ -220,7 +208,7 @@ fn cli_gains_from_a_trial_take_the_last_accepted_run_of_each_thrust() {
     assert_eq!(number(&document, "/points/1/a22_per_s"), -2.0);
 
     let without_a_repeat = trial("some.json", &runs[..2]);
-    let output = seatrial(&["gains", "--model", &without_a_repeat]);
+    let output = seatrial_dev::run(&["gains", "--model", &without_a_repeat]);
     assert_eq!(output.status.code(), Some(4));
     assert!(text(&output.stderr).contains("run 2"));
 }
@@ -241,7 +229,7 @@ fn cli_gains_export_what_a_controller_needs() {
         number(&document, "/points/0/feed_forward_rudder_rad"),
         -0.0129 / 0.65
     );
-    let missing = seatrial(&[&export[..], &["--out", "/nowhere/gains.json"]].concat());
+    let missing = run(&[&export[..], &["--out", "/nowhere/gains.json"]].concat());
     assert_eq!(missing.status.code(), Some(6));
 }
 
@@ -250,8 +238,7 @@ fn cli_gains_export_for_autopilots_at_one_speed() {
     let directory = tempfile::tempdir().unwrap();
     let schedule = write(directory.path(), "schedule.toml", SCHEDULE);
     let export = |arguments: &[&str]| {
-        let output =
-            seatrial(&[&["gains", "--schedule", &schedule, "--export"], arguments].concat());
+        let output = run(&[&["gains", "--schedule", &schedule, "--export"], arguments].concat());
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
         (text(&output.stdout), text(&output.stderr))
     };
@@ -274,18 +261,18 @@ fn cli_gains_export_for_autopilots_at_one_speed() {
     let no_json = [
         "gains", "--a22", "-1", "--b2", "1", "--export", "c", "--json",
     ];
-    assert_eq!(seatrial(&no_json).status.code(), Some(2));
+    assert_eq!(run(&no_json).status.code(), Some(2));
     // Of a log with servo outputs b2 is per full rudder: -a22/b2.
     let of_servo = IDENTIFICATION.replacen('{', r#"{"source":{"rudder_unit":"full_rudder"},"#, 1);
     let of_servo = write(directory.path(), "servo.json", &of_servo);
-    let output = seatrial(&["gains", "--model", &of_servo, "--export", "ardupilot"]);
+    let output = run(&["gains", "--model", &of_servo, "--export", "ardupilot"]);
     let file = text(&output.stdout);
     assert!(
         file.contains(&format!("\nATC_STR_RAT_FF,{}\n", (1.07 / 1.08) as f32)),
         "{file}"
     );
     let outside = ["--at-speed", "9", "--export", "px4"];
-    let outside = seatrial(&[&["gains", "--schedule", &schedule], &outside[..]].concat());
+    let outside = run(&[&["gains", "--schedule", &schedule], &outside[..]].concat());
     assert_eq!(outside.status.code(), Some(2));
     assert!(text(&outside.stderr).contains("--extrapolate"));
     let unstable = [
@@ -297,7 +284,7 @@ fn cli_gains_export_for_autopilots_at_one_speed() {
         "--export",
         "ardupilot",
     ];
-    let unstable = seatrial(&unstable);
+    let unstable = run(&unstable);
     assert_eq!(unstable.status.code(), Some(3));
     assert!(text(&unstable.stderr).contains("course unstable"));
 }
@@ -389,7 +376,7 @@ fn cli_bad_sources_say_what_is_wrong() {
         ),
     ] {
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-        let output = seatrial(&arguments);
+        let output = run(&arguments);
         let message = text(&output.stderr);
         assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
         assert!(message.contains(says), "{arguments:?}: {message}");
@@ -402,7 +389,7 @@ fn cli_paper_writes_three_files_and_prints_the_rows_that_differ() {
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path().join("new/paper");
     let out_text = out.to_str().unwrap();
-    let output = seatrial(&["paper", "--out", out_text]);
+    let output = run(&["paper", "--out", out_text]);
     assert_eq!(output.status.code(), Some(0));
     let printed = text(&output.stdout);
     assert!(printed.contains("least turning radius") && printed.contains("7.63"));
@@ -446,7 +433,7 @@ fn cli_a_measured_u_turn_scales_the_circles() {
     assert!(document["u_turn_ratio"].is_null());
     assert!(document["points"][0]["hands"][0]["circle_by_u_turn_m"].is_null());
     for wrong in ["9.9", "2:-1", "9:9"] {
-        let run = seatrial(&["turn", "--schedule", &schedule, "--measured-u-turn", wrong]);
+        let run = run(&["turn", "--schedule", &schedule, "--measured-u-turn", wrong]);
         assert_eq!(run.status.code(), Some(2), "{wrong}");
     }
 }

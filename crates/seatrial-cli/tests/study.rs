@@ -1,11 +1,12 @@
 //! `seatrial study` as a process.
 
-use std::process::{Command, Output};
+use std::process::Output;
 
+use seatrial_dev::program;
 use serde_json::Value;
 
 fn study(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_seatrial"))
+    program()
         .arg("study")
         .args(args)
         .arg("--json")

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
+use seatrial_dev::program;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -24,7 +25,7 @@ impl Folder {
     }
 
     fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_seatrial"));
+        let mut command = program();
         command.current_dir(&self.0).args(arguments);
         command
     }

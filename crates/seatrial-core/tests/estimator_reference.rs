@@ -1,11 +1,12 @@
 //! The estimator against an independent float64 implementation, `simulated/reference_results.json`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use seatrial_core::{
     Estimator, EstimatorSettings, FilterStart, FixedRateEstimator, FixedRateSettings, Intake,
     Method,
 };
+use seatrial_dev::data;
 use serde_json::Value;
 
 /// The doublet is over 2 s + 4 s into the training: there the reference's instrument takes over Theta and P.
@@ -14,19 +15,6 @@ const SETTLING_S: f64 = 10.0;
 
 /// Numbers in the record are rounded to 1 ms, a window's limits are not.
 const CLOCK_TOLERANCE_S: f64 = 1e-6;
-
-fn data() -> Option<PathBuf> {
-    let folder = std::env::var_os("SEATRIAL_DATA").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
-        PathBuf::from,
-    );
-    let simulated = folder.join("simulated");
-    if simulated.is_dir() {
-        return Some(simulated);
-    }
-    eprintln!("SKIPPED: no test data in {}", simulated.display());
-    None
-}
 
 struct Sample {
     time_s: f64,
@@ -122,7 +110,9 @@ fn difference(found: &[f64], expected: &[f64]) -> f64 {
 
 #[test]
 fn val_reference_recursion_batch_and_instrument() {
-    let Some(folder) = data() else { return };
+    let Some(folder) = data("simulated") else {
+        return;
+    };
     let text = std::fs::read_to_string(folder.join("reference_results.json")).unwrap();
     let results: Vec<Value> = serde_json::from_str(&text).unwrap();
     let mut runs = 0;

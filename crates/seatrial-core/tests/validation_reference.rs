@@ -1,23 +1,10 @@
 //! R^2 against an independent implementation on simulated runs.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use seatrial_core::{Sample, Validation, YawModel};
+use seatrial_dev::data;
 use serde_json::Value;
-
-/// The folder of test data, or `None` with a message where it is absent.
-fn data(folder: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("SEATRIAL_DATA").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
-        PathBuf::from,
-    );
-    let path = root.join(folder);
-    if path.is_dir() {
-        return Some(path);
-    }
-    println!("SKIPPED: no test data at {}", path.display());
-    None
-}
 
 /// The samples of a run (columns t, yaw, rudder, ...) inside a half-open window.
 fn window(path: &Path, from_s: f64, to_s: f64) -> Vec<Sample<f64>> {

@@ -1,12 +1,9 @@
 //! Frames of MAVLink: as pymavlink writes them, in garbage, cut, forged and repeated.
 
-#[path = "vehicle/python.rs"]
-mod python;
-
 use std::process::Command;
 
 use proptest::prelude::*;
-use python::python_with;
+use seatrial_dev::python_with;
 use seatrial_links::link::message::{Heartbeat, ParamValue, RcChannelsOverride, Text};
 use seatrial_links::link::{Decoder, Encoder, Frame, Key, Message, Refused, Sender, Signing};
 

@@ -9,6 +9,7 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use seatrial_dev::{data, python_with};
 use sha2::{Digest, Sha256};
 
 use crate::content::{open, open_stream};
@@ -102,44 +103,25 @@ fn agreement() -> PathBuf {
 
 #[test]
 fn val_every_number_is_that_of_the_python_libraries() {
-    let data = std::env::var_os("SEATRIAL_DATA").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
-        PathBuf::from,
-    );
     let expected = expected(EXPECTED);
     assert!(expected.len() > 14);
     for (log, expected) in expected {
         let path = match log.contains('/') {
-            true => data.join("native").join(log),
-            false => agreement().join(log),
+            true => data(&format!("native/{log}")),
+            false => Some(agreement().join(log)),
         };
-        match path.exists() {
-            true => assert_agrees(&path, &expected),
-            false => eprintln!("SKIPPED: no {} (set SEATRIAL_DATA)", path.display()),
+        if let Some(path) = path {
+            assert_agrees(&path, &expected);
         }
     }
-}
-
-/// The Python with the libraries: SEATRIAL_PYTHON, or the one that `.ci/run` has made.
-fn python() -> Option<PathBuf> {
-    let made = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/python/bin/python");
-    let path = std::env::var_os("SEATRIAL_PYTHON").map_or_else(made, PathBuf::from);
-    if path.exists() {
-        return Some(path);
-    }
-    let missing = format!(
-        "no Python with crates/seatrial-logs/tests/agreement/requirements.txt at {} (set SEATRIAL_PYTHON)",
-        path.display()
-    );
-    assert!(std::env::var_os("CI").is_none(), "{missing}");
-    eprintln!("SKIPPED: {missing}");
-    None
 }
 
 /// The libraries as they are installed now, on the logs that are here on every machine.
 #[test]
 fn val_the_python_libraries_read_the_same_today() {
-    let Some(python) = python() else {
+    let Some(python) =
+        python_with("dbdreader, mcap_ros2, nmea2000, pymavlink, pynmea2, pyulog, rosbags")
+    else {
         return;
     };
     let folder = tempfile::tempdir().unwrap();

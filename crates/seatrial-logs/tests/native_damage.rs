@@ -2,10 +2,10 @@
 
 mod random;
 
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use random::Random;
+use seatrial_dev::data;
 use seatrial_logs::{ChannelChoice, open};
 
 /// Cases of each file.
@@ -40,10 +40,6 @@ fn damaged(whole: &[u8], random: &mut Random) -> Vec<u8> {
 
 #[test]
 fn io_damaged_native_logs_never_panic_and_end_soon() {
-    let data = std::env::var_os("SEATRIAL_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
-        PathBuf::from,
-    );
     let folder = tempfile::tempdir().unwrap();
     for file in [
         "ardupilot/arduplane_pixhawk_64k.BIN",
@@ -55,11 +51,10 @@ fn io_damaged_native_logs_never_panic_and_end_soon() {
         "nmea2000/triton-engine-setup.all",
         "slocum/amadeus-2014-204-05-000.dbd",
     ] {
-        let path = data.join("native").join(file);
-        let Ok(mut whole) = std::fs::read(&path) else {
-            eprintln!("skipped: no {} (set SEATRIAL_DATA)", path.display());
+        let Some(path) = data(&format!("native/{file}")) else {
             continue;
         };
+        let mut whole = std::fs::read(&path).unwrap();
         whole.truncate(START);
         let damaged_path = folder.path().join("log");
         // A glider's list of sensors.

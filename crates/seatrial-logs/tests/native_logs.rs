@@ -4,21 +4,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use seatrial_core::Sample;
+use seatrial_dev::data;
 use seatrial_logs::{ChannelChoice, Fault, LogReader, Quantity, Unit, open};
-
-/// The file, where the shared data is there.
-fn native(name: &str) -> Option<PathBuf> {
-    let data = std::env::var_os("SEATRIAL_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
-        PathBuf::from,
-    );
-    let path = data.join("native").join(name);
-    if path.exists() {
-        return Some(path);
-    }
-    eprintln!("skipped: no {} (set SEATRIAL_DATA)", path.display());
-    None
-}
 
 fn samples(reader: &mut LogReader) -> Vec<Sample<f64>> {
     reader.collect::<Result<_, _>>().unwrap()
@@ -122,7 +109,7 @@ fn val_columns_carry_the_numbers_of_the_libraries() {
             29.625606833387778,
         ),
     ] {
-        let Some(path) = native(file) else {
+        let Some(path) = data(&format!("native/{file}")) else {
             return;
         };
         let values = values(&path, column);
@@ -143,7 +130,7 @@ fn val_columns_carry_the_numbers_of_the_libraries() {
 /// A copy's times: 23,795 messages in 57 ms are more than the bus carries.
 #[test]
 fn io_a_capture_with_collapsed_times_is_refused() {
-    let Some(path) = native("nmea2000/raymarine-ev1.raw") else {
+    let Some(path) = data("native/nmea2000/raymarine-ev1.raw") else {
         return;
     };
     let refused = open(&path, &ChannelChoice::default());
@@ -163,7 +150,7 @@ fn io_a_capture_with_collapsed_times_is_refused() {
 /// Without its list of sensors a glider's log says which file is missing.
 #[test]
 fn io_a_glider_log_without_its_cache_file_names_it() {
-    let Some(path) = native("slocum/amadeus-2014-204-05-000.dbd") else {
+    let Some(path) = data("native/slocum/amadeus-2014-204-05-000.dbd") else {
         return;
     };
     let folder = tempfile::tempdir().unwrap();
@@ -204,7 +191,7 @@ fn io_the_steering_output_is_found() {
         ("px4/quad_v4pro_appended.ulg", controls),
         ("px4/vtol_cubeorange.ulg", controls),
     ] {
-        let Some(path) = native(file) else {
+        let Some(path) = data(&format!("native/{file}")) else {
             return;
         };
         let mut reader = open(&path, &ChannelChoice::default()).unwrap();
@@ -219,7 +206,7 @@ fn io_the_steering_output_is_found() {
 /// SERVO4 of the plane: FUNCTION 21, MIN 1100, TRIM 1200, MAX 1900, REVERSED 1; its first pulse is 1506 us.
 #[test]
 fn exact_pulses_are_normalised_by_the_parameters_of_their_output() {
-    let Some(path) = native("ardupilot/arduplane_pixhawk_64k.BIN") else {
+    let Some(path) = data("native/ardupilot/arduplane_pixhawk_64k.BIN") else {
         return;
     };
     let fractions = values(&path, "RCOU.steering_fraction");
@@ -229,7 +216,7 @@ fn exact_pulses_are_normalised_by_the_parameters_of_their_output() {
 /// The doublet of `fit_1680`: 1723 us from 87.603047 s on, 1277 us from 89.603047 s, 1500 us from 91.603047 s.
 #[test]
 fn exact_the_rudder_of_a_sample_acts_from_its_time_until_the_next() {
-    let Some(path) = native("ardupilot/rover_json_physics.tlog") else {
+    let Some(path) = data("native/ardupilot/rover_json_physics.tlog") else {
         return;
     };
     let mut reader = open(&path, &ChannelChoice::default()).unwrap();
@@ -264,7 +251,7 @@ fn exact_the_rudder_of_a_sample_acts_from_its_time_until_the_next() {
 /// Boot clock and arrival are kept apart: both can be the time, and the ground station's jitters.
 #[test]
 fn io_arrival_is_a_time_of_its_own() {
-    let Some(path) = native("ardupilot/rover_json_physics.tlog") else {
+    let Some(path) = data("native/ardupilot/rover_json_physics.tlog") else {
         return;
     };
     let intervals = |choice: &ChannelChoice| -> Vec<f64> {
@@ -288,7 +275,9 @@ fn io_arrival_is_a_time_of_its_own() {
 /// Logs in all folders of the shared data, but for the lists of sensors.
 fn all_native() -> Vec<PathBuf> {
     let folders = ["ardupilot", "px4", "nmea2000", "slocum"];
-    let files = folders.iter().filter_map(|folder| native(folder));
+    let files = folders
+        .iter()
+        .filter_map(|folder| data(&format!("native/{folder}")));
     let files = files.flat_map(|folder| std::fs::read_dir(folder).unwrap());
     let mut files: Vec<PathBuf> = files.map(|entry| entry.unwrap().path()).collect();
     files.retain(|path| path.is_file() && path.extension().is_none_or(|suffix| suffix != "csv"));
@@ -390,7 +379,7 @@ fn io_a_cut_file_gives_everything_before_the_cut_and_says_so() {
         "ardupilot/rover_json_physics.tlog",
         "px4/quad_sample.ulg",
     ] {
-        let Some(path) = native(file) else {
+        let Some(path) = data(&format!("native/{file}")) else {
             return;
         };
         let whole = samples(&mut open(&path, &ChannelChoice::default()).unwrap());

@@ -2,21 +2,15 @@
 
 use std::path::PathBuf;
 
+use seatrial_dev::data;
 use seatrial_logs::{ChannelChoice, Quantity, Unit, open};
 
 fn logs(folder: &str) -> Vec<PathBuf> {
-    let data = std::env::var_os("SEATRIAL_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
-        PathBuf::from,
-    );
-    let Ok(entries) = std::fs::read_dir(data.join(folder)) else {
-        eprintln!(
-            "skipped: no {} (set SEATRIAL_DATA)",
-            data.join(folder).display()
-        );
+    let Some(folder) = data(folder) else {
         return Vec::new();
     };
-    entries
+    std::fs::read_dir(folder)
+        .unwrap()
         .map(|entry| entry.unwrap().path())
         .filter(|path| path.extension().is_some_and(|suffix| suffix == "csv"))
         .collect()

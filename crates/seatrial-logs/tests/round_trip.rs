@@ -9,6 +9,7 @@ use std::process::Command;
 
 use proptest::prelude::*;
 use seatrial_core::{Sample, Stage, YawModel};
+use seatrial_dev::python_with;
 use seatrial_logs::{
     ChannelChoice, CsvWriter, Estimate, Format, McapWriter, Quantity, Row, RowWriter, Unit,
     UnitSource, open, write_csv, write_mcap, write_parquet,
@@ -227,7 +228,7 @@ fn io_estimates_are_columns() {
     }
 }
 
-/// The Python library of the format and that of ROS 2 messages, where they are installed.
+/// The Python library of the format and that of ROS 2 messages.
 #[test]
 fn val_mcap_ros2_support_reads_the_same_numbers() {
     const PROGRAM: &str = "
@@ -238,16 +239,17 @@ reader = make_reader(open(sys.argv[1], 'rb'), decoder_factories=[DecoderFactory(
 for schema, channel, message, decoded in reader.iter_decoded_messages():
     print(channel.topic, schema.name, message.log_time, repr(decoded.data))
 ";
-    let python = |arguments: &[&str]| Command::new("python3").args(arguments).output();
-    if !python(&["-c", "import mcap_ros2"]).is_ok_and(|output| output.status.success()) {
-        eprintln!("skipped: python3 has no mcap-ros2-support");
+    let Some(python) = python_with("mcap_ros2") else {
         return;
-    }
+    };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.mcap");
     let rows = trial(300);
     write_mcap(File::create(&path).unwrap(), &rows).unwrap();
-    let output = python(&["-c", PROGRAM, path.to_str().unwrap()]).unwrap();
+    let output = Command::new(python)
+        .args(["-c", PROGRAM, path.to_str().unwrap()])
+        .output()
+        .unwrap();
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{errors}");
     let mut found = BTreeMap::new();

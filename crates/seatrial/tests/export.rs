@@ -359,7 +359,7 @@ int main(void) {
 }
 "#;
     if Command::new("gcc").arg("--version").output().is_err() {
-        eprintln!("skipped: no gcc");
+        seatrial_dev::skip("no gcc");
         return;
     }
     let folder = tempfile::tempdir().unwrap();

@@ -13,20 +13,8 @@ use seatrial::servo::Servo;
 use seatrial::{Identification, Record, Window};
 use seatrial_core::model::YawState;
 use seatrial_core::{Sample, YawModel};
+use seatrial_dev::data;
 use serde_json::Value;
-
-/// The folder with the test data, `None` with a word on it where it is absent.
-fn data() -> Option<PathBuf> {
-    let folder = std::env::var_os("SEATRIAL_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
-        PathBuf::from,
-    );
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("skipped: no test data at {}", folder.display());
-    None
-}
 
 fn read(folder: &std::path::Path, name: &str) -> Record {
     let mut log = seatrial_logs::open(&folder.join(name), &Default::default()).unwrap();
@@ -60,7 +48,7 @@ fn assert_agrees(found: &[f64], expected: &Value, what: &str) {
 }
 
 fn reference() -> Option<(PathBuf, Vec<Value>)> {
-    let folder = data()?;
+    let folder = data(".")?;
     let text = std::fs::read_to_string(folder.join("simulated/reference_results.json")).unwrap();
     let runs: Vec<Value> = serde_json::from_str(&text).unwrap();
     assert!(!runs.is_empty());
@@ -161,7 +149,7 @@ fn codes(identification: &Identification) -> Vec<String> {
 /// What the README states of the default settings on the KVLCC2 model: fresh yaw rate, and accepted.
 #[test]
 fn val_kvlcc2_predicts_the_zig_zag_to_the_other_hand() {
-    let Some(folder) = data() else {
+    let Some(folder) = data(".") else {
         return;
     };
     let port = read(&folder, "real/kvlcc2hsva_Z_20_10_P.csv");
@@ -188,7 +176,7 @@ fn val_kvlcc2_predicts_the_zig_zag_to_the_other_hand() {
 /// heading with the trained offset, three thrusts with and without current.
 #[test]
 fn val_remus_mean_r2_of_fresh_heading() {
-    let Some(folder) = data() else {
+    let Some(folder) = data(".") else {
         return;
     };
     for (noise, least) in [("n0p3", 0.86), ("n1", 0.77)] {
@@ -419,7 +407,7 @@ fn exact_first_order_plants_are_recovered_from_logs_with_missing_rows() {
 /// Counts of an autopilot in waves, and a glider that hardly answers: no model, with a reason.
 #[test]
 fn val_unexcited_logs_are_refused() {
-    let Some(folder) = data() else {
+    let Some(folder) = data(".") else {
         return;
     };
     for file in ["hakusan_ship", "slocum_amadeus"] {

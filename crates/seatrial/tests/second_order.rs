@@ -1,11 +1,9 @@
 //! The order of the yaw model: decided from the record, worth its R^2 on fresh data, honest about itself.
 
-use seatrial::identification::EstimateMethod;
-use std::path::PathBuf;
-
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
+use seatrial::identification::EstimateMethod;
 use seatrial::identify::bound::Noise;
 use seatrial::identify::second_order::{
     self, SecondOrder, Structure, SwayYawModel, SwayYawState, goodness_of_fit,
@@ -13,21 +11,9 @@ use seatrial::identify::second_order::{
 use seatrial::identify::{IdentifySettings, fresh_estimate, identify};
 use seatrial::{Record, Window};
 use seatrial_core::Sample;
+use seatrial_dev::data;
 
 const INTERVAL_S: f64 = 0.05;
-
-/// The folder with the test data, `None` with a word on it where it is absent.
-fn data() -> Option<PathBuf> {
-    let folder = std::env::var_os("SEATRIAL_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
-        PathBuf::from,
-    );
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("skipped: no test data at {}", folder.display());
-    None
-}
 
 fn read(folder: &std::path::Path, name: &str) -> Record {
     let mut log = seatrial_logs::open(&folder.join(name), &Default::default()).unwrap();
@@ -109,7 +95,7 @@ fn noise(heading_deg: f64, disturbance_rad_s2: f64, disturbance_time_s: f64) -> 
 /// thrusts with and without current. First order scores 0.87 and 0.79, the noise-free truth 0.99 and 0.90.
 #[test]
 fn val_remus_mean_r2_of_fresh_heading_by_the_order_supported() {
-    let Some(folder) = data() else {
+    let Some(folder) = data(".") else {
         return;
     };
     for (noise, least) in [("n0p3", 0.93), ("n1", 0.85)] {
@@ -138,7 +124,7 @@ fn val_remus_mean_r2_of_fresh_heading_by_the_order_supported() {
 /// the model was not made from.
 #[test]
 fn val_kvlcc2_fresh_yaw_rate() {
-    let Some(folder) = data() else {
+    let Some(folder) = data(".") else {
         return;
     };
     let read = |name: &str| read(&folder, &format!("real/kvlcc2hsva_Z_{name}.csv"));

@@ -1,7 +1,6 @@
 //! A server that is killed in mid campaign.
 
-use std::process::Command;
-
+use seatrial_dev::program;
 use serde_json::json;
 
 use crate::kind;
@@ -57,7 +56,7 @@ fn cli_a_killed_campaign_is_closed_and_goes_on() {
     );
     drop(server);
 
-    let verified = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+    let verified = program()
         .args(["logbook", "verify", "--logbook"])
         .arg(folder.path().join("seatrial.db"))
         .output()

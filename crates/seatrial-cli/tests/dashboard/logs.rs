@@ -1,7 +1,6 @@
 //! Logs that are opened in the page.
 
-use std::process::Command;
-
+use seatrial_dev::program;
 use serde_json::json;
 
 use crate::server::Server;
@@ -10,7 +9,7 @@ use crate::server::Server;
 fn cli_a_log_is_read_and_a_large_one_is_not() {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("run.csv");
-    let made = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+    let made = program()
         .args(["sim", "log", "--seed", "1", "--out"])
         .arg(&log)
         .output()
@@ -59,7 +58,7 @@ fn cli_a_log_is_read_and_a_large_one_is_not() {
 fn cli_a_log_with_names_of_its_own_is_read_as_told() {
     let folder = tempfile::tempdir().unwrap();
     let seatrial = |arguments: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_seatrial"));
+        let mut command = program();
         command.args(arguments).current_dir(folder.path());
         command.output().unwrap()
     };

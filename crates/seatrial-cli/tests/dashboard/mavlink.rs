@@ -1,9 +1,10 @@
 //! A trial on an autopilot, which a vehicle in a process of its own plays.
 
 use std::net::{TcpListener, TcpStream};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
+use seatrial_dev::program;
 use serde_json::{Value, json};
 
 use crate::kind;
@@ -21,7 +22,7 @@ impl Boat {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let place = listener.local_addr().unwrap().to_string();
         drop(listener);
-        let process = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        let process = program()
             .args([
                 "sim",
                 "mavlink",

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use seatrial_dev::program;
 use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
@@ -24,7 +25,7 @@ pub struct Server {
 impl Server {
     pub fn start(folder: &Path, options: &[&str]) -> Self {
         let logbook = folder.join("seatrial.db");
-        let mut child = Command::new(env!("CARGO_BIN_EXE_seatrial"))
+        let mut child = program()
             .args(["serve", "--listen", "127.0.0.1:0", "--logbook"])
             .arg(&logbook)
             .args(options)

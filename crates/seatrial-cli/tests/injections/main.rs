@@ -9,11 +9,12 @@ mod second_station;
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::Child;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use boat::{Boat, INTERVAL_S, Injection};
+use seatrial_dev::start_in;
 use seatrial_logbook::{CampaignId, Logbook};
 
 const PLAN: &str = "thrusts = [0.6]\n";
@@ -37,17 +38,6 @@ struct Tally {
     most_missing_s: f64,
 }
 
-fn seatrial(folder: &Path, arguments: &[&str]) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_seatrial"))
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap()
-}
-
 fn errors(mut ended: Child) -> String {
     let mut text = String::new();
     let stderr = ended.stderr.as_mut().unwrap();
@@ -62,7 +52,7 @@ fn inject(injection: Injection, after_s: f64, tally: &mut Tally) {
     let mut boat = Boat::new(injection, after_s);
     let address = boat.address();
     let told = format!("{injection:?} after {after_s:.2} s");
-    let mut trial = seatrial(
+    let mut trial = start_in(
         folder.path(),
         &[
             "trial",
@@ -96,7 +86,7 @@ fn inject(injection: Injection, after_s: f64, tally: &mut Tally) {
             "--vehicle",
             &address,
         ];
-        let mut restoring = seatrial(folder.path(), &arguments);
+        let mut restoring = start_in(folder.path(), &arguments);
         let status = boat.sail_with(&mut restoring);
         let errors = self::errors(restoring);
         assert_eq!(status.code(), Some(0), "restoring: {errors}; {told}");
