@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use seatrial::GainAllowance;
 use seatrial::gain_allowance::{least_damped_schedule, longest};
-use seatrial::record::RudderUnit;
 use seatrial::verdict::three_figures;
+use seatrial_core::RudderUnit;
 use seatrial_core::heading_loop::{LoopTiming, Poles};
 use seatrial_core::schedule::{Beyond, ScheduleError, ScheduleKey};
 use seatrial_core::{GainSchedule, HeadingGain, HeadingLoop, SpeedSchedule, YawModel};

@@ -20,7 +20,7 @@ use crate::output::{Exit, Failure, Output};
 use crate::pitch::{self, Axis};
 use crate::speeds::{self, SpeedModel};
 use crate::windows::{Logs, WindowArgs, failure};
-use seatrial::record::RudderUnit;
+use seatrial_core::RudderUnit;
 
 /// Identify a yaw model from a log, validate it on fresh data and judge it.
 #[derive(clap::Args, Debug)]

@@ -19,7 +19,7 @@ use crate::output::{Exit, Failure, Output};
 use crate::report::{save, source};
 use crate::speeds::windows_text;
 use crate::table::Table;
-use seatrial::record::RudderUnit;
+use seatrial_core::RudderUnit;
 
 /// What is in a log: channels, rates, gaps, units and signs, manoeuvres; is it usable and if not why.
 #[derive(ClapArgs, Debug)]

@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use seatrial::record::RudderUnit;
 use seatrial::servo::Servo;
 use seatrial::{Record, Window};
+use seatrial_core::RudderUnit;
 use seatrial_core::Sample;
 use seatrial_logs::{ChannelChoice, Counts, LogDescription, LogReader, Quantity, Unit, UnitSource};
 use serde::Serialize;
@@ -268,7 +268,7 @@ pub fn open(
         Some(servo) => servo.behind(&stretch.into_record()),
         None => stretch.into_record(),
     };
-    record.rudder_unit = rudder_unit(reader.description(), channels);
+    record.rudder_unit = reader.description().rudder_unit;
 
     let mut late = reader.warnings();
     if let [first, .., last] = record.samples.as_slice()
@@ -291,21 +291,6 @@ pub fn open(
         counts: reader.counts(),
         warnings: said,
     })
-}
-
-fn rudder_unit(description: &LogDescription, channels: &ChannelArgs) -> RudderUnit {
-    let is_of_servo = description.channels.iter().any(|channel| {
-        let is_share = matches!(
-            channel.unit,
-            Unit::PulseWidth | Unit::Percent | Unit::Fraction
-        );
-        channel.quantity == Quantity::Rudder && is_share
-    });
-    if is_of_servo && channels.rudder_range_deg.is_none() {
-        RudderUnit::FullRudder
-    } else {
-        RudderUnit::Rad
-    }
 }
 
 fn warn(text: &str) {

@@ -16,7 +16,7 @@ use crate::identify::{fresh_text, model_text, training_text, verdict_text};
 use crate::log::OpenedLog;
 use crate::output::{Failure, say};
 use crate::windows::failure;
-use seatrial::record::RudderUnit;
+use seatrial_core::RudderUnit;
 
 /// A model of one speed, or why there is none.
 #[derive(Serialize)]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use seatrial::GainAllowance;
 use seatrial::propagation::{covariance_of_intervals, interval_95};
-use seatrial::record::RudderUnit;
+use seatrial_core::RudderUnit;
 use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::schedule::ScheduleKey;
 use seatrial_core::{SchedulePoint, SpeedSchedule, YawModel};

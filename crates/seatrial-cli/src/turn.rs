@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use seatrial::record::RudderUnit;
+use seatrial_core::RudderUnit;
 use seatrial_core::authority::{AuthorityFit, AuthorityForm};
 use seatrial_core::turning::{RadiusMinimum, TurningOverSpeed};
 use seatrial_core::{Hand, SchedulePoint, Turn, YawModel};

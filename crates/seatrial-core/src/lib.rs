@@ -31,6 +31,7 @@ pub mod progress;
 pub mod real;
 pub mod refine;
 pub mod rudder_sense;
+pub mod rudder_unit;
 pub mod sample;
 pub mod schedule;
 pub mod settle;
@@ -59,6 +60,7 @@ pub use pitch::{Diving, DivingSample, DivingVehicle, PitchEstimator, PitchModel,
 pub use plan::{Manoeuvre, Plan};
 pub use progress::{Event, RunResult, Stage, Status};
 pub use real::Real;
+pub use rudder_unit::RudderUnit;
 pub use sample::{AbortReason, Action, Outcome, Sample, Steering, Vehicle};
 pub use schedule::{SchedulePoint, SpeedSchedule};
 pub use settle::{NotSettled, Settle};

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use seatrial_core::RudderUnit;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Fault, Place, clipped};
@@ -132,6 +133,9 @@ pub struct LogDescription {
     pub columns: Vec<String>,
     /// The columns that are read.
     pub channels: Vec<Channel>,
+    /// The unit of the samples' rudder: radians, or a fraction of full deflection where no angle is known.
+    #[serde(skip)]
+    pub rudder_unit: RudderUnit,
     /// Second 0 of the samples in UTC, where the log has an epoch or calendar time.
     pub start_utc: Option<String>,
     /// What people should know before they trust the samples.

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io;
 use std::path::Path;
 
-use seatrial_core::Sample;
+use seatrial_core::{RudderUnit, Sample};
 
 use crate::clock::Clock;
 use crate::content;
@@ -159,6 +159,7 @@ impl LogReader {
             description: LogDescription {
                 format: table.format(),
                 columns,
+                rudder_unit: rudder_unit(&channels, choice),
                 channels,
                 start_utc: time.clock.start(),
                 warnings,
@@ -443,6 +444,17 @@ fn conversion(
             (None, _) => 0.0,
         },
         factor: plain.factor * choice.full_rudder_rad.unwrap_or(1.0),
+    }
+}
+
+/// A rudder in a servo's unit is an angle only where the full angle is given.
+fn rudder_unit(channels: &[Channel], choice: &ChannelChoice) -> RudderUnit {
+    let is_of_servo = channels.iter().any(|channel| {
+        channel.quantity == Quantity::Rudder && channel.unit.dimension() == Dimension::Steering
+    });
+    match is_of_servo && choice.full_rudder_rad.is_none() {
+        true => RudderUnit::FullRudder,
+        false => RudderUnit::Rad,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use seatrial_core::RudderUnit;
 use seatrial_core::Sample;
 use seatrial_logs::{
     ChannelChoice, Counts, Fault, LogDescription, Quantity, ReadError, Unit, UnitSource, open,
@@ -365,4 +366,38 @@ fn io_choices_override_names() {
         unit(&read, Quantity::Heading),
         (Unit::Degree, UnitSource::Chosen)
     );
+}
+
+#[test]
+fn io_the_description_says_what_the_rudder_is_measured_in() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.csv");
+    let full = ChannelChoice {
+        full_rudder_rad: Some(0.5),
+        ..ChannelChoice::default()
+    };
+    for (column, choice, expected, rudder) in [
+        (
+            "rudder_deg",
+            ChannelChoice::default(),
+            RudderUnit::Rad,
+            20_f64.to_radians(),
+        ),
+        (
+            "rudder_pct",
+            ChannelChoice::default(),
+            RudderUnit::FullRudder,
+            0.2,
+        ),
+        ("rudder_pct", full, RudderUnit::Rad, 0.1),
+    ] {
+        std::fs::write(
+            &path,
+            format!("t,heading_deg,{column}\n0,180,20\n1,181,-20\n"),
+        )
+        .unwrap();
+        let mut log = open(&path, &choice).unwrap();
+        assert_eq!(log.description().rudder_unit, expected, "{column}");
+        assert_close(log.next().unwrap().unwrap().rudder_rad, rudder);
+    }
 }

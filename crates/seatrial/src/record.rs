@@ -1,5 +1,6 @@
 //! A record: the samples of a run or a log, and windows on them.
 
+pub use seatrial_core::RudderUnit;
 use seatrial_core::Sample;
 use serde::{Deserialize, Serialize};
 
@@ -68,39 +69,10 @@ impl std::fmt::Display for Window {
     }
 }
 
-/// In what the rudder of samples is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RudderUnit {
-    /// An angle.
-    #[default]
-    Rad,
-    /// The log has what the servo was told, and nobody said which angle that is: 1 is full rudder.
-    FullRudder,
-}
-
-impl RudderUnit {
-    /// How many of the unit that people read are 1, and its name.
-    pub fn for_people(self) -> (f64, &'static str) {
-        match self {
-            Self::Rad => (1_f64.to_degrees(), "deg"),
-            Self::FullRudder => (100.0, "% of full"),
-        }
-    }
-
-    /// A rudder as people read it, in degrees or in per cent of full.
-    pub fn text(self, rudder: f64) -> String {
-        let (scale, name) = self.for_people();
-        format!("{} {name}", three_figures(scale * rudder))
-    }
-
-    /// Behind the unit of what is per rudder angle.
-    pub fn per(self) -> &'static str {
-        match self {
-            Self::Rad => "",
-            Self::FullRudder => " per full rudder",
-        }
-    }
+/// A rudder for display, in degrees or in percent of full.
+pub fn rudder_text(unit: RudderUnit, rudder: f64) -> String {
+    let (scale, name) = unit.for_people();
+    format!("{} {name}", three_figures(scale * rudder))
 }
 
 /// Samples in the order in which they were logged.
@@ -108,7 +80,7 @@ impl RudderUnit {
 pub struct Record {
     /// The samples.
     pub samples: Vec<Sample<f64>>,
-    /// In what their rudder is.
+    /// What their rudder is measured in.
     #[serde(default)]
     pub rudder_unit: RudderUnit,
 }

@@ -7,9 +7,8 @@ use seatrial::identify::{Fresh, IdentifyError, IdentifySettings, identify};
 use seatrial::manoeuvre::Manoeuvre;
 use seatrial::segmentation::{Segment, Single, find, singles};
 use seatrial::{Record, Window};
-use seatrial_logs::{
-    ChannelChoice, Fault, LogDescription, LogReader, Quantity, ReadError, Run, Unit,
-};
+use seatrial_core::RudderUnit;
+use seatrial_logs::{ChannelChoice, Fault, LogReader, Quantity, ReadError, Run};
 use serde::{Deserialize, Serialize};
 
 use super::{Row, Source};
@@ -165,6 +164,10 @@ fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, 
     let sha256 = log.sha256()?;
     let counts = log.counts();
     let format = serde_json::to_value(description.format).ok();
+    let rudder_unit = match description.rudder_unit {
+        RudderUnit::Rad => "rad",
+        RudderUnit::FullRudder => "full_rudder",
+    };
     Ok(rows
         .into_iter()
         .map(|row| Row {
@@ -177,7 +180,7 @@ fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, 
             start_utc: description.start_utc.clone(),
             samples_read: Some(counts.samples),
             rows_left_out: Some(counts.dropped()),
-            rudder_unit: Some(rudder_unit(&description, options).into()),
+            rudder_unit: Some(rudder_unit.into()),
             ..row
         })
         .collect())
@@ -254,19 +257,5 @@ fn estimate(
                 other => row.failed("not_identified", other.to_string()),
             }
         }
-    }
-}
-
-fn rudder_unit(description: &LogDescription, options: &Options) -> &'static str {
-    let is_of_servo = description.channels.iter().any(|channel| {
-        let is_share = matches!(
-            channel.unit,
-            Unit::PulseWidth | Unit::Percent | Unit::Fraction
-        );
-        channel.quantity == Quantity::Rudder && is_share
-    });
-    match is_of_servo && options.channels.full_rudder_rad.is_none() {
-        true => "full_rudder",
-        false => "rad",
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::figures::degrees;
 use crate::identification::{Reason, ReasonCode};
-use crate::record::RudderUnit;
+use crate::record::{RudderUnit, rudder_text};
 
 /// Three parameters, two initial conditions and a noise level need some samples each.
 const LEAST_SAMPLES: usize = 30;
@@ -34,7 +34,7 @@ pub fn refuse_record(
             format!(
                 "the heading stays within {} deg while the rudder moves {} either side; check that the heading channel is alive",
                 degrees(heading_range_rad),
-                rudder_unit.text(rudder_amplitude_rad)
+                rudder_text(rudder_unit, rudder_amplitude_rad)
             ),
         ));
     }
@@ -47,7 +47,7 @@ pub fn rudder_constant(rudder_amplitude_rad: f64, rudder_unit: RudderUnit) -> Re
         ReasonCode::RudderConstant,
         format!(
             "the rudder stays within {}: nothing excites the vehicle; command a doublet, or choose a window with one",
-            rudder_unit.text(rudder_amplitude_rad)
+            rudder_text(rudder_unit, rudder_amplitude_rad)
         ),
     )
 }

@@ -7,6 +7,7 @@ use super::contradiction::{BLIND, GIVEN, STOPPED, TRAINED, contradiction, weakne
 use crate::figures::{r2_text, three_figures};
 use crate::identification::{ReasonCode, Refined, Validation};
 use crate::identify::checked::{Checked, Independent};
+use crate::record::rudder_text;
 
 /// Below this R^2 on fresh data the paper repeats the run (section IV-C).
 pub const LEAST_VALIDATION_R2: f64 = 0.60;
@@ -118,8 +119,8 @@ impl Weighing {
                 ReasonCode::Extrapolating,
                 format!(
                     "the fresh data use {} of rudder either side, training only {}",
-                    log.rudder_unit.text(fresh),
-                    log.rudder_unit.text(log.rudder_amplitude_rad)
+                    rudder_text(log.rudder_unit, fresh),
+                    rudder_text(log.rudder_unit, log.rudder_amplitude_rad)
                 ),
             );
         }
@@ -136,9 +137,9 @@ fn saturated(trained: &Refined, fresh: &Refined, checked: &Checked) -> Option<St
     (is_larger && (0.0..1.0).contains(&share)).then(|| {
         format!(
             "in training, with {} either side, the rudder did less per degree than with {}, as if it stopped at {}; look at its own angle, and train with less than that",
-            log.rudder_unit.text(log.rudder_amplitude_rad),
-            log.rudder_unit.text(fresh_rad),
-            log.rudder_unit.text(share * log.rudder_amplitude_rad)
+            rudder_text(log.rudder_unit, log.rudder_amplitude_rad),
+            rudder_text(log.rudder_unit, fresh_rad),
+            rudder_text(log.rudder_unit, share * log.rudder_amplitude_rad)
         )
     })
 }

@@ -9,6 +9,7 @@ use crate::identify::checked::Checked;
 use crate::identify::chosen::ModelSource;
 use crate::identify::explained::Explained;
 use crate::identify::second_order::ResidualTests;
+use crate::record::rudder_text;
 
 /// Below this R^2 of heading or yaw rate a model does not even describe the record that it was made from.
 const LEAST_TRAINING_R2: f64 = 0.60;
@@ -102,7 +103,7 @@ impl Weighing {
                     "95 % intervals of {} % of b2 (at most {} %) and {} % of a22 (at most {} %) are too wide; at this noise {} times the rudder, {} either side, or {} repeats of the manoeuvre would do",
                     percent(b2.half_width), percent(WIDEST_B2),
                     percent(a22.half_width), percent(WIDEST_A22),
-                    three_figures(more), checked.log.rudder_unit.text(more * checked.log.rudder_amplitude_rad), (more * more).ceil()
+                    three_figures(more), rudder_text(checked.log.rudder_unit, more * checked.log.rudder_amplitude_rad), (more * more).ceil()
                 ),
             );
         }

@@ -4,6 +4,7 @@ use super::Weighing;
 use crate::figures::{degrees, three_figures};
 use crate::identification::ReasonCode;
 use crate::identify::checked::Checked;
+use crate::record::rudder_text;
 
 /// Share of rejected samples from which the record is noted, and from which it is refused.
 const NOTED_REJECTED_SHARE: f64 = 0.01;
@@ -67,7 +68,7 @@ impl Weighing {
         if let Some(sides @ [positive, negative]) = log.rudder_sides_rad {
             let (less, more) = (positive.min(negative), positive.max(negative));
             if less < (1.0 - NOTED_SHORT_HAND) * more {
-                let [positive, negative] = sides.map(|side| log.rudder_unit.text(side));
+                let [positive, negative] = sides.map(|side| rudder_text(log.rudder_unit, side));
                 self.note(
                     ReasonCode::RudderSaturated,
                     format!(
