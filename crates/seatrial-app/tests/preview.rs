@@ -3,7 +3,7 @@
 use std::thread;
 
 use seatrial::campaign::{Campaign, Run, Stage};
-use seatrial::identify::bound::Noise;
+use seatrial::identify::cramer_rao::Noise;
 use seatrial::preview::{
     Design, Prior, PriorSpeed, Target, compare_designs, parse_target, preview, recommend,
 };

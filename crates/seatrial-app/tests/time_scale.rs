@@ -1,7 +1,7 @@
 //! From a small boat that answers in a quarter of a second to a ship that takes 100 s: same trial, no option.
 
 use seatrial::campaign::Campaign;
-use seatrial::identify::{Fresh, IdentifySettings, identify};
+use seatrial::identify::{IdentifySettings, ValidationData, identify};
 use seatrial_app::conduct::{Unwatched, conduct};
 use seatrial_core::{Plan, Stage};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
@@ -66,7 +66,7 @@ fn recover_any_time_scale() {
                 let log = run.record.clone();
                 let [training, validation] =
                     [Stage::Train, Stage::Validate].map(|s| run.stage(s).unwrap());
-                let fresh = Fresh {
+                let fresh = ValidationData {
                     record: &log,
                     window: validation,
                 };

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use seatrial::compare::{Comparison, MethodResult, compare, split};
-use seatrial::identify::{Fresh, IdentifySettings};
+use seatrial::identify::{IdentifySettings, ValidationData};
 use seatrial::verdict::three_figures;
 use seatrial::{Record, Window};
 use serde::Serialize;
@@ -66,7 +66,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 
 struct Chosen<'a> {
     training: Window,
-    fresh: Fresh<'a>,
+    fresh: ValidationData<'a>,
     because: String,
 }
 
@@ -76,7 +76,7 @@ impl<'a> Chosen<'a> {
         let training = logs.training;
         let on_this_log = |training, window, because: &str| Self {
             training,
-            fresh: Fresh { record, window },
+            fresh: ValidationData { record, window },
             because: because.into(),
         };
         if let Some(fresh) = logs.fresh() {

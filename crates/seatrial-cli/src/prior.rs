@@ -1,6 +1,6 @@
 //! What `plan` believes of the vehicle: a simulated one, or models with noise from the command line.
 
-use seatrial::identify::bound::Noise;
+use seatrial::identify::cramer_rao::Noise;
 use seatrial::preview::{Prior, PriorSpeed};
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 use seatrial_core::{HeadingGain, Plan, SchedulePoint};

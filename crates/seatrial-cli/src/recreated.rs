@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use seatrial::campaign::{Campaign, Run};
-use seatrial::identify::fresh::validate;
 use seatrial::identify::simplex;
+use seatrial::identify::validation::validate;
 use seatrial::verdict::three_figures;
 use seatrial_app::conduct::{Unwatched, conduct};
 use seatrial_app::paper::tables::{Row, TABLE_II, TABLE_III, TABLE_III_ITERATIONS, TABLE_V};

@@ -7,7 +7,7 @@ use seatrial::figures::three_figures;
 use seatrial::identification::{Identification, Verdict};
 use seatrial::identify::identify_joined;
 use seatrial::identify::joined::Joined;
-use seatrial::identify::{Fresh, IdentifyError, IdentifySettings};
+use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData};
 use seatrial::record::Window;
 use seatrial::segmentation::{Proposal, find, propose};
 use serde::Serialize;
@@ -77,7 +77,7 @@ impl SpeedModel {
         proposal: Proposal,
         settings: &IdentifySettings,
     ) -> Result<Self, Failure> {
-        let fresh = proposal.validation.map(|window| Fresh {
+        let fresh = proposal.validation.map(|window| ValidationData {
             record: &log.record,
             window,
         });

@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use indicatif::ProgressBar;
-use seatrial::identify::bound::Noise;
+use seatrial::identify::cramer_rao::Noise;
 use seatrial::study::{
     Accuracy, Cell, Convergence, Estimator, Experiment, Outcome, QuantityAccuracy, Truth, accuracy,
     convergence,

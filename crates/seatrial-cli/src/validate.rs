@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use seatrial::Window;
 use seatrial::identification::{Validation, Verdict};
-use seatrial::identify::{fresh, fresh_estimate};
-use seatrial::verdict::judge_fresh_data;
+use seatrial::identify::{validation, validation_estimate};
+use seatrial::verdict::judge_validation;
 use seatrial_core::YawModel;
 use serde::Serialize;
 
@@ -85,14 +85,14 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     };
     let log = open_inside(&args.log, window)?;
     let validation =
-        fresh::validate(model, &log.record, window).map_err(|error| failure(&log, error))?;
-    let own = fresh_estimate(&log.record.usable(window));
+        validation::validate(model, &log.record, window).map_err(|error| failure(&log, error))?;
+    let own = validation_estimate(&log.record.usable(window));
     let document = Document {
         schema: "seatrial.validation.v1",
         source: log.source(),
         model,
         validation,
-        verdict: judge_fresh_data(&model, validation, own.as_ref()),
+        verdict: judge_validation(&model, validation, own.as_ref()),
     };
     output.print(&document, || {
         verdict_text(&document.verdict) + &fresh_text(Some(validation)) + &source_text("Log", &log)

@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 use std::path::Path;
 
-use seatrial::identify::bound::Noise;
+use seatrial::identify::cramer_rao::Noise;
 use seatrial_core::{Action, Sample, Vehicle, YawModel};
 use seatrial_sim::config::HelmConfig;
 use seatrial_sim::faults::{Damage, Kind, Rehearsable, Upset};

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use seatrial::Window;
-use seatrial::identify::{Fresh, IdentifyError};
+use seatrial::identify::{IdentifyError, ValidationData};
 
 use crate::log::{self, LogArgs, OpenedLog};
 use crate::output::Failure;
@@ -121,8 +121,8 @@ impl WindowArgs {
 
 impl Logs {
     /// The fresh data.
-    pub fn fresh(&self) -> Option<Fresh<'_>> {
-        self.validation.map(|window| Fresh {
+    pub fn fresh(&self) -> Option<ValidationData<'_>> {
+        self.validation.map(|window| ValidationData {
             record: &self.validation_log.as_ref().unwrap_or(&self.log).record,
             window,
         })

@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use seatrial::identify::output_error::nearest_simulation;
-use seatrial::identify::refine::refine;
+use seatrial::identify::refined::refined_estimate;
 use seatrial::sums::{Accumulator, NoisyRuns, every_theta, monte_carlo, of_records};
 use seatrial_core::model::{YawModel, YawState};
 use seatrial_core::{Estimator, EstimatorSettings, FixedRateEstimator, FixedRateSettings, Sample};
@@ -129,5 +129,5 @@ fn kernel_refined(samples: &[Sample<f64>]) {
 
 #[inline(never)]
 fn kernel_averaged(samples: &[Sample<f64>]) {
-    let _ = black_box(refine(samples, None).ok());
+    let _ = black_box(refined_estimate(samples, None).ok());
 }

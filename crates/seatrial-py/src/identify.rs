@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use seatrial::identify::evenly_sampled::{BatchError, EvenlySampled};
-use seatrial::identify::{Fresh, IdentifyError, IdentifySettings, lambda_of};
+use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, lambda_of};
 use seatrial::{Record, Window};
 use seatrial_core::estimator::Method;
 use seatrial_logs::ChannelChoice;
@@ -103,7 +103,7 @@ pub fn identify(
         }
     }
     let found = py.detach(|| {
-        let fresh = validation.map(|window| Fresh {
+        let fresh = validation.map(|window| ValidationData {
             record: &record,
             window,
         });

@@ -7,7 +7,7 @@ use std::thread;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use seatrial::campaign::Campaign;
-use seatrial::identify::bound::Noise;
+use seatrial::identify::cramer_rao::Noise;
 use seatrial::study::{Estimator, Experiment, Outcome, Truth, accuracy};
 use seatrial_app::conduct::{Unwatched, conduct};
 use seatrial_core::{List, Plan, Sample, Vehicle};

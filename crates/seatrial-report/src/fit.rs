@@ -8,7 +8,7 @@ use super::chart::{Chart, Layer, Panel};
 use super::number::decimals;
 use super::run_figures::{Source, degrees, present, series, unwrapped, yaw_rate};
 use seatrial::campaign::Stage;
-use seatrial::identify::fresh::quiet_lead_in_s;
+use seatrial::identify::validation::quiet_lead_in_s;
 use seatrial::record::{Record, Window};
 
 /// Samples that a simulation can be compared with, the heading unwrapped.

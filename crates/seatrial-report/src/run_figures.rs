@@ -240,7 +240,7 @@ pub(super) fn estimates(source: &Source) -> Option<Figure> {
     let (first, last) = (trace.first()?.time_s, trace.last()?.time_s);
     let samples = source.record.window(identification.training);
     let manoeuvre = Manoeuvre::find(samples);
-    let armed_s = manoeuvre.as_ref().and_then(Manoeuvre::both_hands_used_s);
+    let armed_s = manoeuvre.as_ref().and_then(Manoeuvre::both_sides_used_s);
     let settled_s = armed_s.unwrap_or(0.5 * (first + last));
 
     let parameter = |index: usize, label: &str, name: &str| {

@@ -8,8 +8,8 @@ use super::number::{MISSING, decimals, decimals_or_missing, joined, percent, sig
 use super::speed_figures::{DAMPING_RATIO, Speed, gain_interval};
 use seatrial::campaign::{Campaign, Run, Stage};
 use seatrial::identification::{Identification, Intervals};
-use seatrial::identify::fresh::goodness_of_fit;
 use seatrial::identify::simplex;
+use seatrial::identify::validation::goodness_of_fit;
 use seatrial::propagation::interval_95;
 
 /// A table with a title and a note below it.

@@ -6,7 +6,7 @@
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
-use seatrial::identify::bound::Noise;
+use seatrial::identify::cramer_rao::Noise;
 use seatrial::identify::second_order;
 use seatrial_core::model::YawState;
 use seatrial_core::{Sample, YawModel};

@@ -6,16 +6,19 @@ use seatrial_core::{Sample, YawModel};
 use serde::Serialize;
 
 use crate::identification::{Intervals, Validation};
+use crate::identify::intervals::normal_intervals;
 use crate::identify::output_error::output_error;
-use crate::identify::refine::{normal_intervals, prediction_error, refine};
+use crate::identify::refined::{prediction_error, refined_estimate};
 use crate::identify::second_order;
 use crate::identify::simplex;
-use crate::identify::{Fresh, IdentifyError, IdentifySettings, Training, fresh, online};
+use crate::identify::{
+    IdentifyError, IdentifySettings, Training, ValidationData, online, validation,
+};
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window};
 use crate::time_scale::LambdaReason;
 
-/// Each method's model of one training window, judged by the same fresh data.
+/// Each method's model of one training window, judged by the same validation data.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// The training window.
@@ -41,7 +44,7 @@ pub struct MethodResult {
     pub failure: Option<String>,
     /// 95 % intervals, where the method gives them.
     pub interval_95: Option<Intervals>,
-    /// R^2 on the fresh data.
+    /// R^2 on the validation data.
     pub validation: Option<Validation>,
     /// Iterations of an iterative method.
     pub iterations: Option<u32>,
@@ -67,11 +70,11 @@ struct Found {
     validation: Option<Validation>,
 }
 
-/// Runs every method on the training window and validates each model on the fresh data.
+/// Runs every method on the training window and validates each model on the validation data.
 pub fn compare(
     record: &Record,
     training: Window,
-    fresh: Fresh,
+    data: ValidationData,
     lambda_rad_s: Option<f64>,
 ) -> Result<Comparison, IdentifyError> {
     let settings = IdentifySettings {
@@ -83,13 +86,13 @@ pub fn compare(
     let pass = prepared.estimate()?;
     let samples = pass.accepted.as_slice();
     let run = |prepared: &Training| {
-        online::run(&prepared.stretch, prepared.estimator, |_, _, _| {})
+        online::run(&prepared.segment, prepared.estimator, |_, _, _| {})
             .map_err(|error| error.to_string())
     };
 
     let validate = |row: MethodResult| -> Result<MethodResult, IdentifyError> {
         let validation = match (row.validation, row.model) {
-            (None, Some(model)) => Some(fresh::validate(model, fresh.record, fresh.window)?),
+            (None, Some(model)) => Some(validation::validate(model, data.record, data.window)?),
             (own, _) => own,
         };
         Ok(MethodResult { validation, ..row })
@@ -103,7 +106,7 @@ pub fn compare(
             Ok(run(&prepared)?.model().into())
         }),
         timed("batch_least_squares", || {
-            let pass = online::estimate(&prepared.stretch, prepared.estimator, false)
+            let pass = online::estimate(&prepared.segment, prepared.estimator, false)
                 .map_err(|error| error.to_string())?;
             let model = pass.online.batch.ok_or("the regressors are dependent")?;
             Ok(model.into())
@@ -125,13 +128,13 @@ pub fn compare(
             })
         }),
         timed("refined", || {
-            let refined = refine(samples, None).map_err(|error| error.to_string())?;
+            let refined = refined_estimate(samples, None).map_err(|error| error.to_string())?;
             Ok(Found {
                 interval_95: Some(refined.interval_95),
                 ..Found::from(refined.model)
             })
         }),
-        timed("higher_order", || by_higher_order(samples, fresh)),
+        timed("higher_order", || by_higher_order(samples, data)),
     ]
     .into_iter()
     .map(validate)
@@ -189,14 +192,14 @@ fn by_simplex(samples: &[Sample<f64>]) -> Result<Found, String> {
 }
 
 /// The model of more than the first order, where the record supports one; a22, b2 and C0 are its own.
-fn by_higher_order(samples: &[Sample<f64>], fresh: Fresh) -> Result<Found, String> {
+fn by_higher_order(samples: &[Sample<f64>], data: ValidationData) -> Result<Found, String> {
     let found = second_order::fit(samples).map_err(|error| error.to_string())?;
     if !found.order.exceeds_first_order() {
         return Err(found.order.to_string());
     }
     let full = &found.model;
     let model = YawModel::from_theta([full.a22_per_s, full.b2_per_s2, full.c0_rad_per_s2]);
-    let validation = second_order::validate(full, fresh.record, fresh.window)
+    let validation = second_order::validate(full, data.record, data.window)
         .map_err(|error| error.to_string())?;
     Ok(Found {
         interval_95: Some(normal_intervals(&model, &found.covariance.into())),

@@ -25,6 +25,7 @@ pub mod step;
 pub mod study;
 pub mod sums;
 pub mod surge;
+pub mod sway_yaw;
 pub mod time_scale;
 
 pub use campaign::{Campaign, Run};

@@ -5,31 +5,31 @@ use seatrial_core::Sample;
 use crate::record::{Window, median};
 
 /// Shorter strokes than this share of the second longest are noise. (The longest may be the rest between two
-/// pulses to one hand.)
+/// pulses to one side.)
 const SHORTEST_STROKE: f64 = 0.25;
 
-/// The rudder's work in a stretch of samples.
+/// The rudder's work in a segment of samples.
 ///
 /// ```text
 /// middle m: sum (delta - m)^3 = 0        amplitude A = sum |delta - m|^3 / sum (delta - m)^2
 /// ```
 ///
-/// This middle lies between the two hands however long the rudder stays at each or at rest, and a brief
-/// peak counts little in either. The rudder counts as laid to a hand while it is beyond m +- A/2. Nothing
+/// This middle lies between the two sides however long the rudder stays at each or at rest, and a brief
+/// peak counts little in either. The rudder counts as deflected to a side while it is beyond m +- A/2. Nothing
 /// here is a constant in seconds or radians.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Manoeuvre {
-    /// The middle between its two hands, rad.
+    /// The middle between its two sides, rad.
     pub middle_rad: f64,
-    /// How far it was laid to either hand, rad.
+    /// How far it was deflected to either side, rad.
     pub amplitude_rad: f64,
     /// When the rudder first moved, s: what comes before is the lead-in.
     pub starts_s: f64,
-    /// Each time the rudder was laid to one hand, in order.
+    /// Each time the rudder was deflected to one side, in order.
     pub strokes: Vec<Stroke>,
 }
 
-/// The rudder laid to one hand.
+/// The rudder deflected to one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stroke {
     /// Towards positive rudder angles?
@@ -39,7 +39,7 @@ pub struct Stroke {
 }
 
 impl Stroke {
-    /// How long the rudder was laid over, s.
+    /// How long the rudder was deflected, s.
     pub fn duration_s(&self) -> f64 {
         self.window.to_s - self.window.from_s
     }
@@ -55,14 +55,14 @@ impl Manoeuvre {
         };
         let (middle_rad, amplitude_rad) = middle_and_amplitude(usable().map(|s| s.rudder_rad))?;
         let mut strokes: Vec<Stroke> = Vec::new();
-        let mut laid: Option<bool> = None;
+        let mut deflected: Option<bool> = None;
         for sample in usable() {
             let deviation = sample.rudder_rad - middle_rad;
-            let hand = (deviation.abs() >= 0.5 * amplitude_rad).then_some(deviation > 0.0);
-            if let (Some(_), Some(stroke)) = (laid, strokes.last_mut()) {
+            let side = (deviation.abs() >= 0.5 * amplitude_rad).then_some(deviation > 0.0);
+            if let (Some(_), Some(stroke)) = (deflected, strokes.last_mut()) {
                 stroke.window.to_s = sample.time_s;
             }
-            if let Some(positive) = hand.filter(|_| hand != laid) {
+            if let Some(positive) = side.filter(|_| side != deflected) {
                 strokes.push(Stroke {
                     positive,
                     window: Window {
@@ -71,15 +71,16 @@ impl Manoeuvre {
                     },
                 });
             }
-            laid = hand;
+            deflected = side;
         }
         let mut durations: Vec<f64> = strokes.iter().map(Stroke::duration_s).collect();
         durations.sort_by(|a, b| b.total_cmp(a));
         let second_longest_s = durations.get(1).copied().unwrap_or(0.0);
         strokes.retain(|stroke| stroke.duration_s() >= SHORTEST_STROKE * second_longest_s);
         let first = strokes.first()?;
-        let is_laid_at_the_start = usable().next().map(|s| s.time_s) == Some(first.window.from_s);
-        let starts_s = if is_laid_at_the_start {
+        let is_deflected_at_the_start =
+            usable().next().map(|s| s.time_s) == Some(first.window.from_s);
+        let starts_s = if is_deflected_at_the_start {
             first.window.to_s
         } else {
             first.window.from_s
@@ -92,9 +93,9 @@ impl Manoeuvre {
         })
     }
 
-    /// When the rudder came back from its first stroke to the other hand: the end of a doublet, or of
-    /// the first full cycle of a zig-zag. `None` where it was laid to one hand only.
-    pub fn both_hands_used_s(&self) -> Option<f64> {
+    /// When the rudder came back from its first stroke to the other side: the end of a doublet, or of
+    /// the first full cycle of a zig-zag. `None` where it was deflected to one side only.
+    pub fn both_sides_used_s(&self) -> Option<f64> {
         let first = self.strokes.first()?;
         self.strokes
             .iter()
@@ -102,9 +103,9 @@ impl Manoeuvre {
             .map(|stroke| stroke.window.to_s)
     }
 
-    /// How far the rudder was laid to the positive and to the negative hand from where it rested before, rad: the medians of all
-    /// strokes. `None` without a rest, or where it was laid to one hand only. Time must not go back in the samples.
-    pub fn hands_rad(&self, samples: &[Sample<f64>]) -> Option<[f64; 2]> {
+    /// How far the rudder was deflected to the positive and to the negative side from where it rested before, rad: the medians of all
+    /// strokes. `None` without a rest, or where it was deflected to one side only. Time must not go back in the samples.
+    pub fn sides_rad(&self, samples: &[Sample<f64>]) -> Option<[f64; 2]> {
         let within = |window: Window| {
             let inside = window.of(samples).iter().map(|s| s.rudder_rad);
             inside.filter(|r| r.is_finite())
@@ -114,16 +115,16 @@ impl Manoeuvre {
             to_s: self.starts_s,
         };
         let rest_rad = median(within(before).collect())?;
-        let hand = |positive: bool| {
+        let side = |positive: bool| {
             let strokes = self.strokes.iter().filter(|s| s.positive == positive);
-            let laid_rad = median(strokes.flat_map(|s| within(s.window)).collect())?;
-            Some((laid_rad - rest_rad).abs())
+            let deflected_rad = median(strokes.flat_map(|s| within(s.window)).collect())?;
+            Some((deflected_rad - rest_rad).abs())
         };
-        Some([hand(true)?, hand(false)?])
+        Some([side(true)?, side(false)?])
     }
 
-    /// The median time from one hand to the other, s; the longest stroke where there is no change of
-    /// hands.
+    /// The median time from one side to the other, s; the longest stroke where there is no change of
+    /// sides.
     pub fn half_period_s(&self) -> Option<f64> {
         let mut halves: Vec<f64> = self
             .strokes
@@ -152,7 +153,7 @@ fn middle_and_amplitude(rudder_rad: impl Iterator<Item = f64> + Clone) -> Option
     if low >= high {
         return None;
     }
-    // The cubic falls with m and its coefficients are sums about one hand.
+    // The cubic falls with m and its coefficients are sums about one side.
     let [mut count, mut first, mut second, mut third] = [0.0; 4];
     for d in rudder_rad.clone().map(|rudder| rudder - low) {
         count += 1.0;
@@ -207,11 +208,11 @@ mod tests {
         assert_eq!(found.strokes.len(), 2);
         // Times are sums of sample intervals.
         assert!((found.starts_s - 2.0).abs() < 1e-9);
-        assert!((found.both_hands_used_s().unwrap() - 6.0).abs() < 1e-9);
+        assert!((found.both_sides_used_s().unwrap() - 6.0).abs() < 1e-9);
         assert!((found.half_period_s().unwrap() - 2.0).abs() < 1e-9);
         // The controller's smaller angles take their part in the amplitude.
         assert!((found.amplitude_rad - 0.26).abs() < 0.02);
-        let [positive, negative] = found.hands_rad(&samples(doublet)).unwrap();
+        let [positive, negative] = found.sides_rad(&samples(doublet)).unwrap();
         // From the rest at -0.011; rounding.
         assert!((positive - 0.271).abs() < 1e-12 && (negative - 0.249).abs() < 1e-12);
     }
@@ -229,7 +230,7 @@ mod tests {
         let found = Manoeuvre::find(&samples(doublet)).unwrap();
         // Times are sums of sample intervals.
         assert!((found.starts_s - 2.0).abs() < 1e-9);
-        assert!((found.both_hands_used_s().unwrap() - 6.0).abs() < 1e-9);
+        assert!((found.both_sides_used_s().unwrap() - 6.0).abs() < 1e-9);
         assert!((found.half_period_s().unwrap() - 2.0).abs() < 1e-9);
     }
 
@@ -246,7 +247,7 @@ mod tests {
         assert_eq!(found.strokes.len(), 6);
         // Within the one sample by which rounding moves a reversal.
         assert!((found.half_period_s().unwrap() - 3.0).abs() < 0.051);
-        assert!((found.both_hands_used_s().unwrap() - 6.0).abs() < 0.051);
+        assert!((found.both_sides_used_s().unwrap() - 6.0).abs() < 0.051);
     }
 
     #[test]
@@ -262,6 +263,6 @@ mod tests {
         let found = Manoeuvre::find(&samples(pulse)).unwrap();
         // Times are sums of sample intervals.
         assert!((found.starts_s - 2.0).abs() < 1e-9);
-        assert!((found.both_hands_used_s().unwrap() - 5.0).abs() < 0.051);
+        assert!((found.both_sides_used_s().unwrap() - 5.0).abs() < 0.051);
     }
 }

@@ -5,9 +5,9 @@ use seatrial_core::turning::{Hand, Turn};
 use seatrial_core::{Event, HeadingGain, Plan, Sample, Stage, Trial, Vehicle, YawModel};
 use serde::Serialize;
 
-use crate::identify::bound::{Noise, cramer_rao_bound};
+use crate::identify::cramer_rao::{Noise, cramer_rao_bound};
 use crate::identify::output_error::output_error;
-use crate::identify::refine::refine;
+use crate::identify::refined::refined_estimate;
 use crate::identify::{IdentifySettings, identify};
 use crate::propagation::{NORMAL_95, interval_95};
 use crate::record::{Record, Window};
@@ -59,7 +59,7 @@ impl TimeToWidth {
             })
         })?;
         let found_s = reached(FIRST_LOOK * bound_s, &|samples| {
-            refine(samples, None).is_ok_and(|refined| {
+            refined_estimate(samples, None).is_ok_and(|refined| {
                 let half_width = |[low, high]: [f64; 2]| 0.5 * (high - low);
                 let model = &refined.model;
                 half_width(refined.interval_95.a22_per_s) <= share * model.a22_per_s.abs()

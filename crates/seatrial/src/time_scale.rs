@@ -27,7 +27,7 @@ const PASSES: usize = 3;
 /// What the choice of lambda can go by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeScale {
-    /// Median time from one hand of the rudder to the other, s.
+    /// Median time from one side of the rudder to the other, s.
     pub half_period_s: f64,
     /// Median interval between samples, s.
     pub interval_s: f64,

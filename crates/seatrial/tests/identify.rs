@@ -8,7 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
 use seatrial::compare::{compare, split};
-use seatrial::identify::{Fresh, IdentifyError, IdentifySettings, identify, simplex};
+use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, identify, simplex};
 use seatrial::servo::Servo;
 use seatrial::{Identification, Record, Window};
 use seatrial_core::model::YawState;
@@ -146,7 +146,7 @@ fn codes(identification: &Identification) -> Vec<String> {
         .collect()
 }
 
-/// What the README states of the default settings on the KVLCC2 model: fresh yaw rate, and accepted.
+/// What the README states of the default settings on the KVLCC2 model: yaw rate of validation data, and accepted.
 #[test]
 fn val_kvlcc2_predicts_the_zig_zag_to_the_other_hand() {
     let Some(folder) = data(".") else {
@@ -154,7 +154,7 @@ fn val_kvlcc2_predicts_the_zig_zag_to_the_other_hand() {
     };
     let port = read(&folder, "real/kvlcc2hsva_Z_20_10_P.csv");
     let starboard = read(&folder, "real/kvlcc2hsva_Z_20_10_S.csv");
-    let fresh = Fresh {
+    let fresh = ValidationData {
         record: &starboard,
         window: Window::ALL,
     };
@@ -187,7 +187,7 @@ fn val_remus_mean_r2_of_fresh_heading() {
                     &folder,
                     &format!("simulated/remus100_{thrust}_native_{noise}_{current}.csv"),
                 );
-                let fresh = Fresh {
+                let fresh = ValidationData {
                     record: &record,
                     window: window(56.5, 73.0),
                 };
@@ -464,7 +464,7 @@ fn val_reference_comparison_on_a_split_record() {
         let record = read(&folder, &format!("simulated/{file}"));
         let (_, second) = split(&record).unwrap();
         assert_eq!(second.from_s, numbers(&run["validation"])[0], "{file}");
-        let fresh = Fresh {
+        let fresh = ValidationData {
             record: &record,
             window: second,
         };
@@ -513,7 +513,7 @@ fn exact_vehicles_of_every_pace_need_no_option() {
     for time_constant_s in [0.25, 0.93, 11.0, 100.0] {
         let record = run_of(time_constant_s, true, || 0.0);
         let pace = time_constant_s * 1.07;
-        let fresh = Fresh {
+        let fresh = ValidationData {
             record: &record,
             window: window(26.5 * pace, f64::INFINITY),
         };

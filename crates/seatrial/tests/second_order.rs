@@ -1,14 +1,14 @@
-//! The order of the yaw model: decided from the record, worth its R^2 on fresh data, honest about itself.
+//! The order of the yaw model: decided from the record, worth its R^2 on validation data, honest about itself.
 
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use seatrial::identification::EstimateMethod;
-use seatrial::identify::bound::Noise;
+use seatrial::identify::cramer_rao::Noise;
 use seatrial::identify::second_order::{
     self, SecondOrder, Structure, SwayYawModel, SwayYawState, goodness_of_fit,
 };
-use seatrial::identify::{IdentifySettings, fresh_estimate, identify};
+use seatrial::identify::{IdentifySettings, identify, validation_estimate};
 use seatrial::{Record, Window};
 use seatrial_core::Sample;
 use seatrial_dev::data;
@@ -283,12 +283,12 @@ fn regress_a_lag_under_a_weak_rudder_is_no_damping() {
     }
 }
 
-/// A rudder that saturates in the training is found by fresh data, also where these are not of first order.
+/// A rudder that saturates in the training is found by validation data, also where these are not of first order.
 #[test]
 fn regress_fresh_data_of_higher_order_have_an_estimate() {
     let method = |truth: &SwayYawModel| {
         let samples = training_stage(truth, noise(0.1, 0.0, 1.0), 3);
-        fresh_estimate(&samples).map(|estimate| estimate.method)
+        validation_estimate(&samples).map(|estimate| estimate.method)
     };
     let lagging = SwayYawModel {
         rudder_lag_s: 0.4,

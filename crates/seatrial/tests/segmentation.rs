@@ -5,7 +5,7 @@ use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
 use seatrial::Record;
 use seatrial::identify::identify_joined;
-use seatrial::identify::{Fresh, IdentifySettings};
+use seatrial::identify::{IdentifySettings, ValidationData};
 use seatrial::segmentation::{Kind, Segment, find, propose};
 use seatrial_core::{Action, Sample, Steering, Vehicle};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
@@ -38,7 +38,7 @@ fn mission(duration_s: f64, seed: u64, mut orders: impl FnMut(f64) -> Orders) ->
     }
 }
 
-/// Strokes of a rudder angle from hand to hand.
+/// Strokes of a rudder angle from side to side.
 struct Strokes {
     from_s: f64,
     thrust: f64,
@@ -150,7 +150,7 @@ fn recover_models_of_every_speed_with_the_truth_in_their_intervals() {
         let thrusts: Vec<Option<f64>> = proposals.iter().map(|p| p.thrust).collect();
         assert_eq!(thrusts, [Some(0.6), Some(0.8), Some(1.0)]);
         for (proposal, joined_manoeuvres) in proposals.iter().zip([None, Some(3), None]) {
-            let fresh = proposal.validation.map(|window| Fresh {
+            let fresh = proposal.validation.map(|window| ValidationData {
                 record: &record,
                 window,
             });

@@ -10,8 +10,8 @@ use seatrial::identification::{
     Convergence, LeastSquares, Online, Reason, ReasonCode, Refined, Settings, TracePoint, Verdict,
 };
 use seatrial::identify::online::Pass;
-use seatrial::identify::refine::refine;
-use seatrial::identify::{Fresh, IdentifyError, assess};
+use seatrial::identify::refined::refined_estimate;
+use seatrial::identify::{IdentifyError, ValidationData, assess};
 use seatrial::record::{Record, Window};
 use seatrial::time_scale::LambdaReason;
 use seatrial::verdict;
@@ -102,7 +102,7 @@ impl OpenRun {
         let deflection_s = trial.plan().training.excitation.longest_deflection_s();
         self.next_look_s = now_s + deflection_s / LOOKS_PER_DEFLECTION;
         let samples = self.record.usable(training.window);
-        refine(&samples, Some(trial.estimator().model())).ok()
+        refined_estimate(&samples, Some(trial.estimator().model())).ok()
     }
 
     /// Trained and validated: refined and judged.
@@ -198,7 +198,7 @@ impl OpenRun {
         let mut identification = assess(
             &record,
             training,
-            Some(Fresh {
+            Some(ValidationData {
                 record: &record,
                 window: validation,
             }),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use seatrial::identification::Verdict;
-use seatrial::identify::{Fresh, IdentifyError, IdentifySettings, identify};
+use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, identify};
 use seatrial::manoeuvre::Manoeuvre;
 use seatrial::segmentation::{Segment, Single, find, singles};
 use seatrial::{Record, Window};
@@ -231,7 +231,9 @@ fn one(record: &Record, single: &Single, options: &Options) -> Row {
         rudder_amplitude_rad: Some(single.segment.amplitude_rad),
         ..Row::default()
     };
-    let fresh = single.validation.map(|window| Fresh { record, window });
+    let fresh = single
+        .validation
+        .map(|window| ValidationData { record, window });
     estimate(&mut row, record, single.training, fresh, options);
     row
 }
@@ -245,7 +247,7 @@ fn estimate(
     row: &mut Row,
     record: &Record,
     training: Window,
-    fresh: Option<Fresh>,
+    fresh: Option<ValidationData>,
     options: &Options,
 ) {
     match identify(record, training, fresh, &options.settings()) {

@@ -6,9 +6,11 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use seatrial::campaign::Campaign;
 use seatrial::identification::Verdict;
-use seatrial::identify::{Fresh, IdentifySettings, fresh, fresh_estimate, identify};
+use seatrial::identify::{
+    IdentifySettings, ValidationData, identify, validation, validation_estimate,
+};
 use seatrial::record::{Record, Window};
-use seatrial::verdict::judge_fresh_data;
+use seatrial::verdict::judge_validation;
 use seatrial_app::conduct::{Unwatched, conduct};
 use seatrial_core::{Action, List, Plan, Sample, Stage, Steering, Vehicle, YawModel};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
@@ -148,9 +150,9 @@ fn fresh_verdict(
     let run = campaign.runs.first()?;
     let window = run.stage(Stage::Train)?;
     let model = YawModel::from_theta(theta);
-    let validation = fresh::validate(model, &run.record, window).unwrap();
-    let own = fresh_estimate(&run.record.usable(window));
-    Some(judge_fresh_data(&model, validation, own.as_ref()))
+    let validation = validation::validate(model, &run.record, window).unwrap();
+    let own = validation_estimate(&run.record.usable(window));
+    Some(judge_validation(&model, validation, own.as_ref()))
 }
 
 fn heading_keeping(config: VehicleConfig, thrust: f64, seed: u64) -> Option<Verdict> {
@@ -167,7 +169,7 @@ fn heading_keeping(config: VehicleConfig, thrust: f64, seed: u64) -> Option<Verd
         let Ok(()) = vehicle.act(&hold);
     }
     let window = |from_s, to_s| Window { from_s, to_s };
-    let fresh = Fresh {
+    let fresh = ValidationData {
         record: &record,
         window: window(26.5, 43.0),
     };

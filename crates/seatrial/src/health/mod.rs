@@ -371,7 +371,7 @@ pub struct Effects {
     pub damping: Effect,
     /// b2, as a share of what it was.
     pub rudder: Effect,
-    /// C0, as the angle that the rudder had to be laid for it, rad. `None` where it is not tested.
+    /// C0, as the angle that the rudder had to be deflected for it, rad. `None` where it is not tested.
     pub offset_rad: Option<Effect>,
 }
 

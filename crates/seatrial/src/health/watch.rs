@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use seatrial_core::Sample;
+use seatrial_core::refine::Disturbance;
 use serde::Serialize;
 
 use super::cause::{self, Explanation};
@@ -13,8 +14,9 @@ use super::{
     degrees_of_freedom,
 };
 use crate::identification::{Refined, Verdict};
-use crate::identify::refine::{disturbance_share, is_large_share, refine};
-use crate::identify::whitening::{Disturbance, Prepared};
+use crate::identify::misfit::{disturbance_share, is_large_share};
+use crate::identify::record_series::RecordSeries;
+use crate::identify::refined::refined_estimate;
 use crate::identify::{IdentifySettings, identify};
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window};
@@ -233,7 +235,7 @@ impl Watch {
             return Err(NOT_EXCITED.into());
         }
         let expected = self.reference.at_speed(steady_speed_m_s(samples)?)?;
-        let fit = Prepared::new(samples, 1)
+        let fit = RecordSeries::new(samples, 1)
             .fit(expected.model.a22_per_s, Disturbance::NONE)
             .ok_or(NOT_EXCITED)?;
         let deviation = (fit.noise_variance_rad2 * fit.scaled_covariance[0][0]).sqrt();
@@ -255,7 +257,7 @@ impl Watch {
         let samples = record.window(window);
         let speed = steady_speed_m_s(samples)?;
         let expected = self.reference.at_speed(speed)?;
-        let refined = refine(samples, Some(expected.model)).map_err(|_| NOT_EXCITED)?;
+        let refined = refined_estimate(samples, Some(expected.model)).map_err(|_| NOT_EXCITED)?;
         let rudder_amplitude_rad = Manoeuvre::find(samples).ok_or(NOT_EXCITED)?.amplitude_rad;
         // Of what the rudder does if the vehicle is sound: one that is lost must not hide itself.
         let as_expected = Refined {

@@ -12,8 +12,8 @@ use seatrial_core::state_variable_filter::Hold;
 use seatrial_core::{Nomoto, RejectedCounts, YawModel};
 use serde::{Deserialize, Serialize};
 
-use crate::identify::second_order::SecondOrder;
 use crate::record::Window;
+use crate::sway_yaw::SecondOrder;
 use crate::time_scale::LambdaReason;
 pub use method::EstimateMethod;
 pub use reason::{Reason, ReasonCode, Verdict};
@@ -35,7 +35,7 @@ pub struct Identification {
     pub refined: Option<Refined>,
     /// Nomoto form of [`model`](Identification::model).
     pub nomoto: Option<Nomoto<f64>>,
-    /// Simulation of fresh data.
+    /// Simulation of validation data.
     pub validation: Option<Validation>,
     /// The model of the order that the record supports, where a first-order one misses something.
     #[serde(default)]
@@ -70,7 +70,7 @@ pub struct HigherOrder {
     /// The decision and the model.
     #[serde(flatten)]
     pub estimate: SecondOrder,
-    /// Its simulation of fresh data.
+    /// Its simulation of validation data.
     pub validation: Option<Validation>,
 }
 
@@ -242,7 +242,7 @@ pub struct Intervals {
     pub delta0_rad: Option<[f64; 2]>,
 }
 
-/// How well the model simulates fresh data, R^2 (35)-(37).
+/// How well the model simulates validation data, R^2 (35)-(37).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Validation {
     /// The validation window, half open.

@@ -6,11 +6,12 @@ use super::chosen::Chosen;
 use super::compass::CompassError;
 use super::error::IdentifyError;
 use super::explained::Explained;
-use super::fresh::{self, Fresh};
-use super::fresh_estimate::fresh_estimate;
+use super::intervals::reaching_validation;
 use super::log_statistics::LogStatistics;
 use super::prepared::Prepared;
-use super::{refine, second_order};
+use super::second_order;
+use super::validation::{self, ValidationData};
+use super::validation_estimate::validation_estimate;
 use crate::identification::{EstimateMethod, HigherOrder, Refined, Validation};
 use crate::manoeuvre::Manoeuvre;
 use crate::record::duration_s;
@@ -56,26 +57,27 @@ impl<'a> Checked<'a> {
         prepared: &'a Prepared,
         explained: &'a Explained,
         chosen: &'a Chosen,
-        fresh: Option<Fresh>,
+        data: Option<ValidationData>,
     ) -> Result<Self, IdentifyError> {
         let higher_order = explained
             .higher_order()
             .map(|estimate| {
-                let on = |f: Fresh| second_order::validate(&estimate.model, f.record, f.window);
+                let on =
+                    |f: ValidationData| second_order::validate(&estimate.model, f.record, f.window);
                 Ok(HigherOrder {
                     estimate: estimate.clone(),
-                    validation: fresh.map(on).transpose()?,
+                    validation: data.map(on).transpose()?,
                 })
             })
             .transpose()?;
-        let validation = fresh
-            .map(|fresh| match chosen.lagging() {
-                Some(lagging) => second_order::validate(lagging, fresh.record, fresh.window),
-                None => fresh::validate(chosen.model, fresh.record, fresh.window),
+        let validation = data
+            .map(|data| match chosen.lagging() {
+                Some(lagging) => second_order::validate(lagging, data.record, data.window),
+                None => validation::validate(chosen.model, data.record, data.window),
             })
             .transpose()?;
         let is_apart =
-            |fresh: &Fresh| prepared.is_to_be_refined() && fresh.window != prepared.training;
+            |data: &ValidationData| prepared.is_to_be_refined() && data.window != prepared.training;
         Ok(Self {
             log: &prepared.log,
             online: prepared.online,
@@ -85,15 +87,15 @@ impl<'a> Checked<'a> {
             higher_order,
             training_fit: match chosen.lagging() {
                 Some(lagging) => second_order::goodness_of_fit(lagging, prepared.accepted),
-                None => fresh::fit_by_the_clearer_rate(chosen.model, prepared.accepted),
+                None => validation::fit_by_the_clearer_rate(chosen.model, prepared.accepted),
             },
             validation,
-            validation_rudder_amplitude_rad: fresh
-                .and_then(|fresh| Manoeuvre::find(fresh.record.window(fresh.window)))
+            validation_rudder_amplitude_rad: data
+                .and_then(|data| Manoeuvre::find(data.record.window(data.window)))
                 .map(|manoeuvre| manoeuvre.amplitude_rad),
-            independent: fresh
+            independent: data
                 .filter(is_apart)
-                .map(|fresh| Independent::of(fresh, prepared, chosen)),
+                .map(|data| Independent::of(data, prepared, chosen)),
         })
     }
 
@@ -103,7 +105,7 @@ impl<'a> Checked<'a> {
         let apart = self.independent.as_ref();
         Some(
             match apart.and_then(|apart| Some((apart.estimate.as_ref()?, apart.length))) {
-                Some((estimate, length)) => refine::reaching_fresh(refined, estimate, length),
+                Some((estimate, length)) => reaching_validation(refined, estimate, length),
                 None => refined.clone(),
             },
         )
@@ -111,8 +113,8 @@ impl<'a> Checked<'a> {
 }
 
 impl Independent {
-    fn of(fresh: Fresh, prepared: &Prepared, chosen: &Chosen) -> Self {
-        let samples = fresh.record.usable(fresh.window);
+    fn of(data: ValidationData, prepared: &Prepared, chosen: &Chosen) -> Self {
+        let samples = data.record.usable(data.window);
         // What a lagging rudder leaves of a first-order model is no match for the model behind the lag.
         let is_comparable = |estimate: &Refined| {
             chosen.lagging().is_none() || estimate.method != EstimateMethod::OutputError
@@ -120,7 +122,7 @@ impl Independent {
         Self {
             length: duration_s(&samples) / duration_s(prepared.samples()),
             largest_jump_rad: CompassError::of(&samples).largest_jump_rad,
-            estimate: fresh_estimate(&samples).filter(is_comparable),
+            estimate: validation_estimate(&samples).filter(is_comparable),
         }
     }
 }

@@ -44,7 +44,7 @@ impl CompassError {
     /// Least squares over the record. Noise of the compass is white, that of the gyro walks in its integral, most in long records of slow
     /// vehicles. kappa and tau count beyond six standard errors of both, and where nothing jumped and no
     /// half second is missing: a jump, and a turn that nobody saw, pass in part for both. A jump or a short standstill of the compass that is too small for the guard is found
-    /// here, and what fresh data through the same compass cannot show: that it turns too far or too late.
+    /// here, and what validation data through the same compass cannot show: that it turns too far or too late.
     pub fn of(samples: &[Sample<f64>]) -> Self {
         Self::compare(samples).unwrap_or_default()
     }

@@ -56,7 +56,7 @@ pub enum BatchError {
     Setting(#[from] InvalidSetting),
     /// Heading and rudder do not determine three parameters.
     #[error(
-        "nothing excites the vehicle: heading and rudder do not determine the three parameters; lay the rudder to both hands"
+        "nothing excites the vehicle: heading and rudder do not determine the three parameters; deflect the rudder to both sides"
     )]
     Unexcited,
 }

@@ -3,9 +3,9 @@
 use super::lag::LagTest;
 use super::misfit::Misfit;
 use super::prepared::Prepared;
-use super::refine;
-use super::second_order::{ResidualTests, SecondOrder};
+use super::refined::refined_estimate;
 use crate::identification::{LagEffect, Refined};
+use crate::sway_yaw::{ResidualTests, SecondOrder};
 
 /// Which kind of vehicle explains the record. The `share` of a misfit is that of the rudder's own effect.
 #[derive(Clone, Debug)]
@@ -68,7 +68,7 @@ impl Explained {
         let samples = prepared.samples();
         let refined = prepared
             .is_to_be_refined()
-            .then(|| refine::refine(samples, Some(prepared.online)).ok())
+            .then(|| refined_estimate(samples, Some(prepared.online)).ok())
             .flatten();
         let Some(refined) = refined else {
             return Self::Unrefined;

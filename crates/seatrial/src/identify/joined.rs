@@ -5,7 +5,7 @@ use seatrial_core::YawModel;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::refine::around;
+use super::intervals::around;
 use crate::identification::Refined;
 use crate::record::Window;
 

@@ -1,12 +1,13 @@
 //! A rudder that lags without the log saying so: is there a sign of it, and what would it do to the model?
 
 use seatrial_core::Sample;
+use seatrial_core::refine::{DISTURBANCE_TIME_CONSTANTS, Disturbance, Peak};
 
-use super::peak::{DISTURBANCE_TIME_CONSTANTS, Peak, Span, liveliest};
-use super::second_order::ResidualTests;
-use super::whitening::{Disturbance, Prepared};
+use super::excited_segment::most_excited;
+use super::record_series::{RecordSeries, RecordSpan};
 use crate::identification::{LagEffect, Refined};
 use crate::servo::Servo;
+use crate::sway_yaw::ResidualTests;
 
 /// The lag whose effect is told, s: that of an ordinary servo.
 const ORDINARY_LAG_S: f64 = 0.1;
@@ -34,16 +35,16 @@ impl LagTest {
     /// LR = 2 max over T_d, D of l(a22_hat; D, T_d) - 2 max over D of l(a22_hat; D, 0)
     /// ```
     ///
-    /// with l the restricted log likelihood of [`Prepared::fit`](super::whitening::Prepared::fit), T_d the lag of a
+    /// with l the restricted log likelihood of [`RecordSeries::fit`](RecordSeries::fit), T_d the lag of a
     /// [`Servo`] and D a disturbance: none, or one of the strength that the refined estimate found, because a lag that is
     /// taken for a disturbance needs none. `None` where there is no peak.
     pub fn of(samples: &[Sample<f64>], refined: &Refined) -> Option<Self> {
-        let samples = liveliest(samples);
-        let span = Span::of(samples).ok()?;
+        let samples = most_excited(samples);
+        let span = RecordSpan::of(samples).ok()?;
         let start_per_s = refined.model.a22_per_s;
         let scale = span.rate_scale(start_per_s);
         let behind = |lag_s| behind(&span, samples, lag_s, start_per_s);
-        let peak = |record: &Prepared, disturbance: Disturbance| {
+        let peak = |record: &RecordSeries, disturbance: Disturbance| {
             Peak::find(&record.series(), disturbance, start_per_s, scale)
         };
         let likelier = |a: Option<Peak>, b: Option<Peak>| {
@@ -88,8 +89,8 @@ impl LagTest {
         samples: &[Sample<f64>],
         refined: &Refined,
     ) -> Option<LagEffect> {
-        let samples = liveliest(samples);
-        let span = Span::of(samples).ok()?;
+        let samples = most_excited(samples);
+        let span = RecordSpan::of(samples).ok()?;
         let start_per_s = refined.model.a22_per_s;
         let record = behind(&span, samples, ORDINARY_LAG_S, start_per_s)?;
         let scale = span.rate_scale(start_per_s);
@@ -109,7 +110,12 @@ impl LagTest {
 }
 
 /// The record of a rudder that lags by so much, s.
-fn behind(span: &Span, samples: &[Sample<f64>], lag_s: f64, a22_per_s: f64) -> Option<Prepared> {
+fn behind(
+    span: &RecordSpan,
+    samples: &[Sample<f64>],
+    lag_s: f64,
+    a22_per_s: f64,
+) -> Option<RecordSeries> {
     let acting = Servo::new(0.0, lag_s).ok()?.acting(samples);
     span.prepare(&acting, a22_per_s).ok()
 }

@@ -3,8 +3,8 @@
 use seatrial_core::Sample;
 
 use super::compass::CompassError;
-use super::fresh::heading_range_rad;
 use super::online::Pass;
+use super::validation::heading_range_rad;
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, RudderUnit, Window};
 
@@ -49,7 +49,7 @@ impl LogStatistics {
             samples_used: pass.samples_used,
             samples_rejected: pass.rejected.total(),
             rudder_amplitude_rad: manoeuvre.amplitude_rad,
-            rudder_sides_rad: manoeuvre.hands_rad(samples),
+            rudder_sides_rad: manoeuvre.sides_rad(samples),
             rudder_unit: record.rudder_unit,
             heading_range_rad: heading_range_rad(samples),
             heading_step_rad: smallest_heading_step_rad(samples),

@@ -3,9 +3,26 @@
 use seatrial_core::Sample;
 
 use super::lag::LagTest;
-use super::refine;
-use super::second_order::{self, SecondOrder};
+use super::second_order;
 use crate::identification::Refined;
+use crate::sway_yaw::SecondOrder;
+
+/// A disturbance of more than this share of the rudder's own effect may be none: the model may miss something.
+const LARGE_DISTURBANCE_SHARE: f64 = 0.1;
+
+/// The share of the rudder's effect, b2 times its amplitude, that the disturbance would have to have.
+///
+/// Sway or a slow servo pass for a disturbance that follows the rudder, against the assumption of the
+/// interval, and the likelihood fits the next instant rather than the manoeuvre. [`second_order::fit`] tells them
+/// from a strong disturbance.
+pub fn disturbance_share(refined: &Refined, rudder_amplitude_rad: f64) -> f64 {
+    refined.disturbance_rad_s2 / (refined.model.b2_per_s2.abs() * rudder_amplitude_rad)
+}
+
+/// Is a [`disturbance_share`] so large that the model may miss something?
+pub fn is_large_share(share: f64) -> bool {
+    share > LARGE_DISTURBANCE_SHARE
+}
 
 /// Evidence, over what names a structure, that a lag must have which passes for a small disturbance: among many sound
 /// records the price that names a structure is now and then exceeded by chance.
@@ -28,9 +45,8 @@ impl Misfit {
         rudder_amplitude_rad: f64,
         lag: Option<LagTest>,
     ) -> Option<Self> {
-        let share = refine::disturbance_share(refined, rudder_amplitude_rad);
-        let worth_a_look =
-            refine::is_large_share(share) || lag.is_some_and(|lag| lag.is_suspicious());
+        let share = disturbance_share(refined, rudder_amplitude_rad);
+        let worth_a_look = is_large_share(share) || lag.is_some_and(|lag| lag.is_suspicious());
         worth_a_look.then(|| Self {
             share,
             second_order: second_order::fit(samples).ok(),
@@ -39,7 +55,7 @@ impl Misfit {
 
     /// May a disturbance of this share be none?
     pub fn is_large(&self) -> bool {
-        refine::is_large_share(self.share)
+        is_large_share(self.share)
     }
 
     /// A small disturbance passes for structure only where a lag explains it beyond doubt.

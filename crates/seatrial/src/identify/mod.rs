@@ -13,35 +13,36 @@
 //! | [`Verdict`](crate::identification::Verdict) | may the model be used, and why |
 
 pub mod batch;
-pub mod bound;
 pub(crate) mod checked;
 pub(crate) mod chosen;
 pub(crate) mod compass;
-mod edges;
+pub mod cramer_rao;
+#[cfg(test)]
+mod disturbance_study;
+mod edge_times;
 pub(crate) mod error;
 pub mod evenly_sampled;
+mod excited_segment;
 pub(crate) mod explained;
-pub mod fresh;
-mod fresh_estimate;
+pub(crate) mod intervals;
 pub mod joined;
 pub mod lag;
 pub(crate) mod log_statistics;
-mod misfit;
+pub(crate) mod misfit;
 pub mod online;
 pub mod output_error;
-pub mod peak;
 pub(crate) mod prepared;
-pub mod refine;
+pub(crate) mod record_series;
+pub mod refined;
 pub(crate) mod refusal;
-#[cfg(test)]
-mod seas;
 pub mod second_order;
 mod settings;
 pub mod simplex;
 mod simulation;
 mod training;
+pub mod validation;
+mod validation_estimate;
 pub mod verdict;
-pub mod whitening;
 
 use seatrial_core::heading_loop::LoopTiming;
 
@@ -57,37 +58,37 @@ use checked::Checked;
 use chosen::Chosen;
 pub use error::IdentifyError;
 use explained::Explained;
-pub use fresh::Fresh;
-pub use fresh_estimate::fresh_estimate;
 use joined::Joined;
 use online::Pass;
 use prepared::Prepared;
 pub use settings::IdentifySettings;
 pub(crate) use training::Training;
 use training::{choose_lambda, manoeuvre_to_learn_from};
+pub use validation::ValidationData;
+pub use validation_estimate::validation_estimate;
 
 /// Manoeuvres that differ by more than chance would once in a hundred times are not of one vehicle at one speed.
 const LEAST_PROBABILITY: f64 = 0.01;
 
-/// Identifies the yaw model from the training window of a record, and validates it on fresh data.
+/// Identifies the yaw model from the training window of a record, and validates it on validation data.
 ///
 /// The filters are warmed on what the record holds before the window. The excitation counts as over when the
-/// rudder has been laid to both hands and comes back from the second: the end of a doublet, the end of
+/// rudder has been laid to both sides and comes back from the second: the end of a doublet, the end of
 /// the first cycle of a zig-zag. From there on convergence is watched and the instrument is used.
 pub fn identify(
     record: &Record,
     training: Window,
-    fresh: Option<Fresh>,
+    data: Option<ValidationData>,
     settings: &IdentifySettings,
 ) -> Result<Identification, IdentifyError> {
-    identify_with(record, training, fresh, settings, &[]).map(|(alone, _)| alone)
+    identify_with(record, training, data, settings, &[]).map(|(alone, _)| alone)
 }
 
 /// [`identify`] with the refined estimates of other manoeuvres of the same speed joined to the record's own.
 fn identify_with(
     record: &Record,
     training: Window,
-    fresh: Option<Fresh>,
+    data: Option<ValidationData>,
     settings: &IdentifySettings,
     others: &[(Window, Refined)],
 ) -> Result<(Identification, Option<Joined>), IdentifyError> {
@@ -100,17 +101,17 @@ fn identify_with(
     };
     let window = training.known_part(ready.samples);
     let prepared = Prepared::new(record, window, &pass, settings.refine)?;
-    let assessment = Assessment::of(&prepared, fresh, others)?;
+    let assessment = Assessment::of(&prepared, data, others)?;
     Ok(assessment.identification(window, pass, used))
 }
 
-/// Identifies one model from several manoeuvres of one speed, validates it on fresh data and judges it.
+/// Identifies one model from several manoeuvres of one speed, validates it on validation data and judges it.
 ///
 /// Each manoeuvre is refined by itself; [`joined`] says how they are put together. Such as give no model are left out.
 pub fn identify_joined(
     record: &Record,
     training: &[Window],
-    fresh: Option<Fresh>,
+    data: Option<ValidationData>,
     settings: &IdentifySettings,
 ) -> Result<(Identification, Option<Joined>), IdentifyError> {
     let (first, more) = match training {
@@ -124,7 +125,7 @@ pub fn identify_joined(
             Some((*window, alone.refined?))
         })
         .collect();
-    let (mut identification, joined) = identify_with(record, first, fresh, settings, &others)?;
+    let (mut identification, joined) = identify_with(record, first, data, settings, &others)?;
     if let Some(joined) = joined
         .as_ref()
         .filter(|j| j.consistency < LEAST_PROBABILITY)
@@ -145,7 +146,7 @@ pub fn identify_joined(
 /// The pole of the state variable filter by a first estimate from a window; an error where it gives none.
 pub fn lambda_of(record: &Record, window: Window) -> Result<ChosenLambda, IdentifyError> {
     let samples = record.window(window);
-    let heading_range_rad = fresh::heading_range_rad(samples);
+    let heading_range_rad = validation::heading_range_rad(samples);
     let manoeuvre = manoeuvre_to_learn_from(record, samples)?;
     let settings = IdentifySettings::default();
     Ok(choose_lambda(
@@ -157,24 +158,24 @@ pub fn lambda_of(record: &Record, window: Window) -> Result<ChosenLambda, Identi
     ))
 }
 
-/// Refines an online estimate on its training record, validates it on fresh data and gives the verdict.
+/// Refines an online estimate on its training record, validates it on validation data and gives the verdict.
 ///
 /// The refined model, where there is one, is the one that is validated and goes to the controller: it uses
 /// every sample at its true weight and states how sure it is. Where the record shows more than a first-order
 /// model, the online estimate takes its place with a wider interval; where a lagging rudder explains all of it, the
 /// model behind the lag. Where the rudder moved far while samples were lost, the heading tells when; where there is so
 /// little noise that the mean of the rudder over such an interval is not enough, the online estimate is used as well. Under a
-/// large disturbance the intervals reach the online estimate; where fresh data give another
-/// model, they reach it, and that of C0 takes the sea of the fresh data into account.
+/// large disturbance the intervals reach the online estimate; where validation data give another
+/// model, they reach it, and that of C0 takes the sea of the validation data into account.
 pub fn assess(
     record: &Record,
     training: Window,
-    fresh: Option<Fresh>,
+    data: Option<ValidationData>,
     pass: Pass,
     settings: Settings,
 ) -> Result<Identification, IdentifyError> {
     let prepared = Prepared::new(record, training, &pass, !settings.as_paper)?;
-    let assessment = Assessment::of(&prepared, fresh, &[])?;
+    let assessment = Assessment::of(&prepared, data, &[])?;
     Ok(assessment.identification(training, pass, settings).0)
 }
 
@@ -192,12 +193,12 @@ struct Assessment {
 impl Assessment {
     fn of(
         prepared: &Prepared,
-        fresh: Option<Fresh>,
+        data: Option<ValidationData>,
         others: &[(Window, Refined)],
     ) -> Result<Self, IdentifyError> {
         let explained = Explained::of(prepared);
         let chosen = Chosen::of(prepared, &explained, others);
-        let checked = Checked::of(prepared, &explained, &chosen, fresh)?;
+        let checked = Checked::of(prepared, &explained, &chosen, data)?;
         let rudder_lag_s = chosen.lagging().map_or(0.0, |l| l.rudder_lag_s);
         Ok(Self {
             verdict: verdict::judge(&checked),

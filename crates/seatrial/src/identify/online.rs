@@ -1,4 +1,4 @@
-//! The core's online estimator, run over a recorded stretch.
+//! The core's online estimator, run over a recorded segment.
 
 use std::collections::BTreeMap;
 
@@ -15,19 +15,19 @@ const CHECKPOINTS: [usize; 2] = [100, 200];
 
 /// What the estimator is given.
 #[derive(Clone, Copy, Debug)]
-pub struct Stretch<'a> {
+pub struct Segment<'a> {
     /// Samples before the training: they move the filters only.
     pub settling: &'a [Sample<f64>],
     /// The training samples.
     pub training: &'a [Sample<f64>],
     /// Training samples before this time move the filters only, s.
     pub learns_from_s: f64,
-    /// When the rudder had been laid to both hands and came back, s: convergence is watched and the instrument
+    /// When the rudder had been deflected to both sides and came back, s: convergence is watched and the instrument
     /// takes over from here. `None`: never.
     pub excited_by_s: Option<f64>,
 }
 
-/// What a pass over a stretch gave.
+/// What a pass over a segment gave.
 #[derive(Clone, Debug)]
 pub struct Pass {
     /// The estimate.
@@ -40,19 +40,19 @@ pub struct Pass {
     pub accepted: Vec<Sample<f64>>,
 }
 
-/// Runs an estimator over the stretch; `after_each` sees it after every training sample.
+/// Runs an estimator over the segment; `after_each` sees it after every training sample.
 pub fn run(
-    stretch: &Stretch,
+    segment: &Segment,
     settings: EstimatorSettings<f64>,
     mut after_each: impl FnMut(&Estimator<f64>, &Sample<f64>, Intake),
 ) -> Result<Estimator<f64>, InvalidSetting> {
     let mut estimator = Estimator::new(settings)?;
-    for s in stretch.settling {
+    for s in segment.settling {
         let _ = estimator.warm(s.time_s, s.heading_rad, s.rudder_rad);
     }
-    let mut excited_by_s = stretch.excited_by_s;
-    for s in stretch.training {
-        if s.time_s < stretch.learns_from_s {
+    let mut excited_by_s = segment.excited_by_s;
+    for s in segment.training {
+        if s.time_s < segment.learns_from_s {
             let intake = estimator.warm(s.time_s, s.heading_rad, s.rudder_rad);
             after_each(&estimator, s, intake);
             continue;
@@ -67,9 +67,9 @@ pub fn run(
     Ok(estimator)
 }
 
-/// Runs an estimator over the stretch and keeps what a report needs.
+/// Runs an estimator over the segment and keeps what a report needs.
 pub fn estimate(
-    stretch: &Stretch,
+    segment: &Segment,
     settings: EstimatorSettings<f64>,
     keep_trace: bool,
 ) -> Result<Pass, InvalidSetting> {
@@ -77,8 +77,8 @@ pub fn estimate(
     let mut theta_at = BTreeMap::new();
     let mut trace = Vec::new();
     let mut samples_used = 0;
-    let mut accepted = Vec::with_capacity(stretch.training.len());
-    let estimator = run(stretch, settings, |estimator, sample, intake| {
+    let mut accepted = Vec::with_capacity(segment.training.len());
+    let estimator = run(segment, settings, |estimator, sample, intake| {
         if !matches!(intake, Intake::Rejected(_)) {
             accepted.push(unwrapped(
                 *sample,
@@ -112,9 +112,9 @@ pub fn estimate(
     let model = estimator.model();
     let covariance = estimator.covariance();
     // The estimator counts from the first sample that it may learn from.
-    let mut times = stretch.training.iter().map(|s| s.time_s);
+    let mut times = segment.training.iter().map(|s| s.time_s);
     let warming_s = times.clone().next().map_or(0.0, |first| {
-        let learns = times.find(|time| *time >= stretch.learns_from_s);
+        let learns = times.find(|time| *time >= segment.learns_from_s);
         learns.map_or(0.0, |from| from - first)
     });
     Ok(Pass {
@@ -186,13 +186,13 @@ mod tests {
                 sample
             })
             .collect();
-        let stretch = Stretch {
+        let segment = Segment {
             settling: &[],
             training: &samples,
             learns_from_s: 102.0,
             excited_by_s: Some(107.0),
         };
-        let pass = estimate(&stretch, EstimatorSettings::default(), true).unwrap();
+        let pass = estimate(&segment, EstimatorSettings::default(), true).unwrap();
         let convergence = pass.online.convergence;
         let consecutive = f64::from(convergence.consecutive);
         let trace = &pass.online.trace;

@@ -1,11 +1,12 @@
 //! Output error: the model whose simulation is nearest to the measured heading.
 
 use nalgebra::{Matrix3, Vector3, Vector5};
+use seatrial_core::refine::{Disturbance, RefineFailure};
 use seatrial_core::{Sample, YawModel};
 
-use super::peak::{RefineFailure, Span, liveliest};
+use super::excited_segment::most_excited;
+use super::record_series::{RecordSeries, RecordSpan};
 use super::simulation::{Comparisons, Simulation, nearest};
-use super::whitening::{Disturbance, Prepared};
 
 /// A simulation that leaves more than this share of the heading's variance may be a neighbouring minimum.
 const POOR_SHARE: f64 = 0.5;
@@ -47,7 +48,7 @@ pub fn output_error(
 /// The simulation nearest to a record.
 #[derive(Clone)]
 pub struct NearestSimulation {
-    record: Prepared,
+    record: RecordSeries,
     simulation: Simulation,
     passes: u32,
 }
@@ -57,8 +58,8 @@ pub fn nearest_simulation(
     samples: &[Sample<f64>],
     start: Option<YawModel<f64>>,
 ) -> Result<NearestSimulation, RefineFailure> {
-    let samples = liveliest(samples);
-    let span = Span::of(samples)?;
+    let samples = most_excited(samples);
+    let span = RecordSpan::of(samples)?;
     if let Some(start) = start {
         let record = span.prepare(samples, start.a22_per_s)?;
         let [a22, b2, c0] = start.theta();

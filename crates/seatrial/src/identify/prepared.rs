@@ -4,7 +4,7 @@
 use nalgebra::Matrix3;
 use seatrial_core::{Sample, YawModel};
 
-use super::edges::{Edges, Placed};
+use super::edge_times::{EdgeTimes, Edges};
 use super::error::IdentifyError;
 use super::log_statistics::LogStatistics;
 use super::online::Pass;
@@ -28,7 +28,7 @@ pub struct Prepared<'a> {
     /// The usual interval between samples of the window, s.
     pub interval_s: Option<f64>,
     edges: Edges<'a>,
-    placed: Option<Placed<'a>>,
+    edge_times: Option<EdgeTimes<'a>>,
 }
 
 impl<'a> Prepared<'a> {
@@ -48,28 +48,28 @@ impl<'a> Prepared<'a> {
             online: pass.online.model,
             log: LogStatistics::of(record, training, &manoeuvre, pass, edges.count()),
             interval_s: median_interval_s(samples),
-            placed: refine.then(|| edges.placed(Some(pass.online.model))),
+            edge_times: refine.then(|| edges.edge_times(Some(pass.online.model))),
             edges,
         })
     }
 
     /// Is there to be an estimate from the whole record, with intervals?
     pub fn is_to_be_refined(&self) -> bool {
-        self.placed.is_some()
+        self.edge_times.is_some()
     }
 
     /// The accepted samples, with the rudder's hidden edges in their places.
     pub fn samples(&self) -> &[Sample<f64>] {
-        self.placed
+        self.edge_times
             .as_ref()
-            .map_or(self.accepted, |placed| &*placed.samples)
+            .map_or(self.accepted, |edge_times| &*edge_times.samples)
     }
 
     /// What the places of hidden edges leave uncertain of a22, b2 and C0.
     pub fn edge_covariance(&self) -> Matrix3<f64> {
-        self.placed
+        self.edge_times
             .as_ref()
-            .map_or_else(Matrix3::zeros, |placed| placed.covariance)
+            .map_or_else(Matrix3::zeros, |edge_times| edge_times.covariance)
     }
 
     /// Is there so little noise that the mean of the rudder over an interval with a hidden edge is not enough?

@@ -4,7 +4,7 @@ use seatrial_core::Sample;
 use seatrial_core::YawModel;
 use seatrial_core::model::YawState;
 
-use super::fresh::quiet_lead_in_s;
+use super::validation::quiet_lead_in_s;
 
 /// When the search stops and how large its first simplex is.
 ///

@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{Matrix5, Vector5};
 use seatrial_core::model::{Discretisation, phi};
 
-use super::whitening::{Prepared, is_same};
+use super::record_series::{RecordSeries, is_same};
 
 /// A search that needs more passes over the record than this finds nothing.
 const MOST_PASSES: u32 = 40;
@@ -110,7 +110,7 @@ const LANES: usize = 8;
 ///
 /// The yaw rate that C0 causes is the heading that r0 causes.
 pub(super) struct Comparisons<'a> {
-    record: &'a Prepared,
+    record: &'a RecordSeries,
     /// Samples after one another that come in equal intervals.
     runs: Vec<Range<usize>>,
     /// Behind the last comparison zeros, to a multiple of [`LANES`].
@@ -119,7 +119,7 @@ pub(super) struct Comparisons<'a> {
 
 impl<'a> Comparisons<'a> {
     /// Not simulated yet.
-    fn new(record: &'a Prepared) -> Self {
+    fn new(record: &'a RecordSeries) -> Self {
         let intervals = &record.interval_s[..record.heading_rad.len() - 1];
         let mut runs: Vec<Range<usize>> = Vec::new();
         for (k, interval_s) in intervals.iter().enumerate() {
@@ -136,7 +136,7 @@ impl<'a> Comparisons<'a> {
     }
 
     /// With the simulation of [a22, b2, C0, psi0, r0].
-    pub fn of(record: &'a Prepared, parameters: &Vector5<f64>) -> Self {
+    pub fn of(record: &'a RecordSeries, parameters: &Vector5<f64>) -> Self {
         let mut comparisons = Self::new(record);
         comparisons.simulate(parameters);
         comparisons
@@ -144,7 +144,7 @@ impl<'a> Comparisons<'a> {
 
     fn simulate(&mut self, parameters: &Vector5<f64>) {
         let [a22, b2, c0, heading0, rate0]: [f64; 5] = (*parameters).into();
-        let Prepared {
+        let RecordSeries {
             interval_s,
             heading_rad,
             rudder_rad,
@@ -310,7 +310,7 @@ impl Simulation {
 ///
 /// The last step is taken without another pass: what a step promises shrinks at least in geometric progression, and the one
 /// after it would promise nothing.
-pub(super) fn nearest(record: &Prepared, start: Vector5<f64>) -> Option<(Simulation, u32)> {
+pub(super) fn nearest(record: &RecordSeries, start: Vector5<f64>) -> Option<(Simulation, u32)> {
     // In parts that need not wait for one another.
     let parts = record.heading_rad.chunks(LANES);
     let total: f64 = parts.map(|w| w.iter().map(|w| w * w).sum::<f64>()).sum();
@@ -351,7 +351,7 @@ mod tests {
     use super::*;
     use seatrial_core::Sample;
 
-    fn record(block: usize) -> Prepared {
+    fn record(block: usize) -> RecordSeries {
         let samples: Vec<Sample<f64>> = (0..120)
             .map(|k| Sample {
                 time_s: 0.05 * f64::from(k) + if k > 60 { 0.03 } else { 0.0 },
@@ -360,7 +360,7 @@ mod tests {
                 ..Sample::default()
             })
             .collect();
-        Prepared::new(&samples, block)
+        RecordSeries::new(&samples, block)
     }
 
     #[test]

@@ -4,10 +4,10 @@ use seatrial_core::estimator::EstimatorSettings;
 use seatrial_core::{Sample, YawModel};
 
 use super::error::IdentifyError;
-use super::fresh;
-use super::online::{self, Pass, Stretch};
+use super::online::{self, Pass, Segment};
 use super::refusal::{refuse_record, rudder_constant};
 use super::settings::IdentifySettings;
+use super::validation;
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window, duration_s, median_interval_s};
 use crate::time_scale::{ChosenLambda, LambdaReason, TimeScale};
@@ -27,7 +27,7 @@ pub struct Training<'a> {
     pub samples: &'a [Sample<f64>],
     pub estimator: EstimatorSettings<f64>,
     pub lambda_because: LambdaReason,
-    pub stretch: Stretch<'a>,
+    pub segment: Segment<'a>,
     pub keep_trace: bool,
 }
 
@@ -41,20 +41,20 @@ impl<'a> Training<'a> {
         if samples.is_empty() {
             return Err(IdentifyError::empty_window("training", training, record));
         }
-        let heading_range_rad = fresh::heading_range_rad(samples);
+        let heading_range_rad = validation::heading_range_rad(samples);
         let manoeuvre = manoeuvre_to_learn_from(record, samples)?;
         let chosen = choose_lambda(record, samples, &manoeuvre, heading_range_rad, settings);
         Ok(Self {
             samples,
             estimator: settings.estimator(chosen.lambda_rad_s, heading_range_rad),
             lambda_because: chosen.because,
-            stretch: stretch(record, samples, &manoeuvre, settings, chosen.lambda_rad_s),
+            segment: segment(record, samples, &manoeuvre, settings, chosen.lambda_rad_s),
             keep_trace: settings.trace,
         })
     }
 
     pub fn estimate(&self) -> Result<Pass, IdentifyError> {
-        online::estimate(&self.stretch, self.estimator, self.keep_trace)
+        online::estimate(&self.segment, self.estimator, self.keep_trace)
             .map_err(IdentifyError::Setting)
     }
 }
@@ -66,7 +66,7 @@ pub fn manoeuvre_to_learn_from(
 ) -> Result<Manoeuvre, IdentifyError> {
     let found = Manoeuvre::find(samples);
     let amplitude = found.as_ref().map_or(0.0, |m| m.amplitude_rad);
-    let (heading_range_rad, unit) = (fresh::heading_range_rad(samples), record.rudder_unit);
+    let (heading_range_rad, unit) = (validation::heading_range_rad(samples), record.rudder_unit);
     let found = match refuse_record(samples.len(), amplitude, unit, heading_range_rad) {
         Some(reason) => Err(reason),
         None => found.ok_or_else(|| rudder_constant(amplitude, unit)),
@@ -75,13 +75,13 @@ pub fn manoeuvre_to_learn_from(
 }
 
 /// What the estimator is given for a filter of this lambda.
-fn stretch<'a>(
+fn segment<'a>(
     record: &'a Record,
     samples: &'a [Sample<f64>],
     manoeuvre: &Manoeuvre,
     settings: &IdentifySettings,
     lambda_rad_s: f64,
-) -> Stretch<'a> {
+) -> Segment<'a> {
     let from_s = samples.first().map_or(0.0, |s| s.time_s);
     let settling = if settings.as_paper {
         &[]
@@ -96,11 +96,11 @@ fn stretch<'a>(
     } else {
         (WARMING_TIME_CONSTANTS / lambda_rad_s).min(LARGEST_WARMING_SHARE * duration_s(samples))
     };
-    Stretch {
+    Segment {
         settling,
         training: samples,
         learns_from_s: from_s + warming_s,
-        excited_by_s: manoeuvre.both_hands_used_s(),
+        excited_by_s: manoeuvre.both_sides_used_s(),
     }
 }
 
@@ -130,9 +130,9 @@ pub fn choose_lambda(
         duration_s: duration_s(samples),
     };
     time_scale.choose_lambda(|lambda_rad_s| -> Option<YawModel<f64>> {
-        let stretch = stretch(record, samples, manoeuvre, settings, lambda_rad_s);
+        let segment = segment(record, samples, manoeuvre, settings, lambda_rad_s);
         online::run(
-            &stretch,
+            &segment,
             settings.estimator(lambda_rad_s, heading_range_rad),
             |_, _, _| {},
         )

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::PriorSpeed;
 use crate::gain_allowance::{GainAllowance, sampled};
-use crate::identify::bound::cramer_rao_bound;
+use crate::identify::cramer_rao::cramer_rao_bound;
 use crate::propagation::{NORMAL_95, interval_95};
 use crate::record::median_interval_s;
 use crate::verdict::{WIDEST_A22, WIDEST_B2};

@@ -15,7 +15,7 @@ pub use recommendation::{InvalidTarget, Recommendation, Target, parse_target, re
 
 use expected_vehicle::ExpectedVehicle;
 
-use crate::identify::bound::Noise;
+use crate::identify::cramer_rao::Noise;
 
 /// The heading that the trial holds is one compass reading; its error is taken to stay within this many
 /// standard deviations.

@@ -1,6 +1,6 @@
 //! Which manoeuvres a long record holds, and which parts of it to learn from.
 //!
-//! [`find`] reads the rudder: strokes that are laid over and held, begun from rest, that turn the vehicle.
+//! [`find`] reads the rudder: strokes that are deflected and held, begun from rest, that turn the vehicle.
 //! [`propose`] makes training and validation windows of them, a pair for each speed, and [`singles`] a pair for each
 //! manoeuvre.
 
@@ -29,7 +29,7 @@ const LEAD_IN_STROKES: f64 = 4.0;
 const LEAST_LEAD_IN_STROKES: f64 = 0.5;
 const REST: f64 = 0.25;
 
-/// A helmsman lays the rudder to one hand and back all the time: a step has the whole lead-in and this many strokes
+/// A helmsman deflects the rudder to one side and back all the time: a step has the whole lead-in and this many strokes
 /// after it, with this root mean square.
 const STEP_STROKES: f64 = 2.0;
 const STEP_REST: f64 = 0.15;
@@ -43,25 +43,25 @@ const LEAST_DEPARTURE: f64 = 3.0;
 const SAME_LENGTH: f64 = 1.2;
 const SIMILAR_LENGTH: f64 = 1.6;
 
-/// From the first to the last sample of a stretch is up to an interval less than the stretch.
+/// From the first to the last sample of a segment is up to an interval less than the segment.
 const ROUNDING: f64 = 0.1;
 
-/// So many strokes from hand to hand are a zig-zag also where the record begins in the middle of it.
+/// So many strokes from side to side are a zig-zag also where the record begins in the middle of it.
 const STROKES_WITHOUT_LEAD_IN: usize = 4;
 
-/// What the rudder did in a stretch of a record.
+/// What the rudder did in a segment of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
-    /// One hand, then the other for as long.
+    /// One side, then the other for as long.
     Doublet,
-    /// From hand to hand, three times and more, for different lengths, as in 3-2-1-1.
+    /// From side to side, three times and more, for different lengths, as in 3-2-1-1.
     Multistep,
-    /// From hand to hand, three times and more, for the same length; the first may be shorter.
+    /// From side to side, three times and more, for the same length; the first may be shorter.
     ZigZag,
-    /// Laid to one hand once and back to rest.
+    /// Deflected to one side once and back to rest.
     Step,
-    /// Held to one hand until the vehicle has turned once round.
+    /// Held to one side until the vehicle has turned once round.
     TurningCircle,
     /// Near its neutral angle for longer than any manoeuvre.
     Steady,
@@ -80,7 +80,7 @@ impl Kind {
         }
     }
 
-    /// Was the rudder laid to both hands, so that damping, rudder and offset can be told apart?
+    /// Was the rudder deflected to both sides, so that damping, rudder and offset can be told apart?
     pub fn uses_both_hands(self) -> bool {
         matches!(self, Self::Doublet | Self::Multistep | Self::ZigZag)
     }
@@ -94,7 +94,7 @@ pub struct Segment {
     /// From the first movement of the rudder to its last return, half open.
     #[serde(flatten)]
     pub window: Window,
-    /// Times that the rudder was laid over.
+    /// Times that the rudder was deflected.
     pub strokes: usize,
     /// How long the first stroke was, s; the whole of a steady run.
     pub first_stroke_s: f64,
@@ -113,9 +113,9 @@ pub struct Segment {
 /// Finds manoeuvres and steady runs in a record, in order of time.
 ///
 /// ```text
-/// stroke     |delta - n| >= 0.4 L on one hand, the median a of |delta - n| in 0.58 L..1.51 L,
+/// stroke     |delta - n| >= 0.4 L on one side, the median a of |delta - n| in 0.58 L..1.51 L,
 ///            half of it within 10 % of a
-/// manoeuvre  strokes from hand to hand, alike in angle, that follow each other closely, with
+/// manoeuvre  strokes from side to side, alike in angle, that follow each other closely, with
 ///            rms(delta - n) < a/4  and  max |psi - line| < 1/3 of that during the manoeuvre  before them
 /// ```
 ///
@@ -231,7 +231,7 @@ fn kind(trace: &Trace, chain: &Chain) -> Option<Kind> {
     }
 }
 
-/// Stretches between the manoeuvres in which the rudder stays within half of the smallest amplitude, longer than any of
+/// Segments between the manoeuvres in which the rudder stays within half of the smallest amplitude, longer than any of
 /// them. None of a record without manoeuvres: nothing says there what a small angle is.
 fn steady_runs(trace: &Trace, manoeuvres: &[Segment]) -> Vec<Segment> {
     let smallest_rad = manoeuvres

@@ -102,14 +102,14 @@ impl Key {
     }
 }
 
-/// Windows for training and validation, of every speed at which the rudder was laid to both hands, slowest first.
+/// Windows for training and validation, of every speed at which the rudder was deflected to both sides, slowest first.
 ///
 /// Of several manoeuvres the second best excited one validates and the others, eight at most, train. The windows of one
 /// speed do not overlap: each holds the rest before its manoeuvre, 2 time constants of the vehicle, and the response after
 /// it, 5 of them and 3 first strokes at least, as far as the next manoeuvre and the thrust allow. The time constant is 1.5/lambda of the state variable filter that
 /// fits the best excited manoeuvre.
 ///
-/// Empty where there is nothing to choose from: no manoeuvre to both hands, or a record that is one manoeuvre with little
+/// Empty where there is nothing to choose from: no manoeuvre to both sides, or a record that is one manoeuvre with little
 /// before and after it.
 pub fn propose(record: &Record, segments: &[Segment]) -> Vec<Proposal> {
     let manoeuvres = manoeuvres(segments);
@@ -119,7 +119,7 @@ pub fn propose(record: &Record, segments: &[Segment]) -> Vec<Proposal> {
         .collect()
 }
 
-/// Each manoeuvre to both hands by itself, in order of time, with the windows that [`propose`] gives them. Empty where
+/// Each manoeuvre to both sides by itself, in order of time, with the windows that [`propose`] gives them. Empty where
 /// [`propose`] is: the record is then to be taken as a whole.
 pub fn singles(record: &Record, segments: &[Segment]) -> Vec<Single> {
     let manoeuvres = manoeuvres(segments);
@@ -136,7 +136,7 @@ fn manoeuvres(segments: &[Segment]) -> Vec<Segment> {
     moves.copied().collect()
 }
 
-/// The manoeuvres to both hands of each speed, slowest first.
+/// The manoeuvres to both sides of each speed, slowest first.
 fn by_speed(record: &Record, manoeuvres: &[Segment]) -> Vec<Vec<Segment>> {
     if is_one_manoeuvre(record, manoeuvres) {
         return Vec::new();

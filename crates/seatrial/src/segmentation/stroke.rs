@@ -1,4 +1,4 @@
-//! Strokes: the rudder laid to one hand and held, and chains of them.
+//! Strokes: the rudder deflected to one side and held, and chains of them.
 
 use super::trace::{Excursion, Trace};
 use crate::record::Window;
@@ -25,7 +25,7 @@ const LARGEST_PAUSE: f64 = 0.5;
 const BRIEF: f64 = 0.25;
 const RECOVERY: f64 = 0.5;
 
-/// The rudder beyond a share of a level on one hand.
+/// The rudder beyond a share of a level on one side.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stroke {
     pub window: Window,
@@ -68,7 +68,7 @@ impl Stroke {
     }
 }
 
-/// Held strokes from hand to hand, at least one.
+/// Held strokes from side to side, at least one.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Chain {
     pub strokes: Vec<Stroke>,

@@ -24,7 +24,7 @@ fn steered(duration_s: f64, rudder: impl Fn(f64) -> f64) -> Vec<Sample<f64>> {
         .collect()
 }
 
-/// Strokes of these lengths from hand to hand from `from_s` on.
+/// Strokes of these lengths from side to side from `from_s` on.
 fn strokes(time_s: f64, from_s: f64, lengths_s: &[f64]) -> f64 {
     let mut end_s = from_s;
     for (k, length_s) in lengths_s.iter().enumerate() {

@@ -19,7 +19,7 @@ pub(super) struct Trace<'a> {
     usual_interval_s: f64,
 }
 
-/// The rudder beyond a threshold on one hand.
+/// The rudder beyond a threshold on one side.
 pub(super) struct Excursion {
     pub window: Window,
     pub is_positive: bool,
@@ -101,16 +101,16 @@ impl<'a> Trace<'a> {
         }
     }
 
-    /// Stretches beyond a threshold on one hand, in order. Each lasts until the first sample that is not.
+    /// Segments beyond a threshold on one side, in order. Each lasts until the first sample that is not.
     pub fn excursions(&self, threshold_rad: f64) -> Vec<Excursion> {
         let mut excursions: Vec<Excursion> = Vec::new();
-        let mut laid: Option<bool> = None;
+        let mut deflected: Option<bool> = None;
         for (time_s, rudder_rad) in self.time_s.iter().zip(&self.rudder_rad) {
-            let hand = (rudder_rad.abs() >= threshold_rad).then_some(*rudder_rad > 0.0);
-            if let (Some(_), Some(excursion)) = (laid, excursions.last_mut()) {
+            let side = (rudder_rad.abs() >= threshold_rad).then_some(*rudder_rad > 0.0);
+            if let (Some(_), Some(excursion)) = (deflected, excursions.last_mut()) {
                 excursion.window.to_s = *time_s;
             }
-            if let Some(is_positive) = hand.filter(|_| hand != laid) {
+            if let Some(is_positive) = side.filter(|_| side != deflected) {
                 let window = Window {
                     from_s: *time_s,
                     to_s: *time_s,
@@ -120,12 +120,12 @@ impl<'a> Trace<'a> {
                     is_positive,
                 });
             }
-            laid = hand;
+            deflected = side;
         }
         excursions
     }
 
-    /// Stretches of a window in which the rudder stays within a bound.
+    /// Segments of a window in which the rudder stays within a bound.
     pub fn quiet_stretches(&self, window: Window, bound_rad: f64) -> Vec<Window> {
         let indices = self.indices(window);
         let time_s = &self.time_s[indices.clone()];
@@ -231,7 +231,7 @@ impl Line {
     }
 }
 
-/// The middle of the shortest interval that holds half of the values. Where that lies at their edge, as one hand of a
+/// The middle of the shortest interval that holds half of the values. Where that lies at their edge, as one side of a
 /// zig-zag may, of the shortest that holds 55 % of them. `None` of fewer than two or of one value only.
 fn neutral(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();

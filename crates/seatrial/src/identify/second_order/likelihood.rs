@@ -1,11 +1,12 @@
 //! The likelihood of a record under a sway-yaw model and a yaw acceleration disturbance, and its peak.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, SMatrix, SVector, Vector3, Vector4};
+use seatrial_core::refine::Disturbance;
 use seatrial_core::{LostRudder, Real, Sample};
 
-use super::model::{Rudder, SwayYawModel, SwayYawState};
-use crate::identify::whitening::{Disturbance, mean_rudder_rad};
+use crate::identify::record_series::mean_rudder_rad;
 use crate::record::median_interval_s;
+use crate::sway_yaw::model::{Rudder, SwayYawModel, SwayYawState};
 
 /// Parameters: a22, b2, C0, a21, a11, k, T_d, psi0, r0.
 pub(super) const PARAMETERS: usize = 9;
@@ -34,7 +35,7 @@ pub(super) fn model_of(theta: &Theta) -> SwayYawModel {
     }
 }
 
-/// A record in comparisons: means over blocks of samples, as in [`crate::identify::whitening`].
+/// A record in comparisons: means over blocks of samples, as in [`crate::identify::record_series`].
 pub(super) struct Comparisons {
     interval_s: Vec<f64>,
     heading_rad: Vec<f64>,

@@ -3,8 +3,8 @@
 use seatrial_core::Sample;
 
 use super::likelihood::{C0, Comparisons, HEADING, Theta, YAW_RATE};
-use crate::identify::whitening::Disturbance;
 use crate::manoeuvre::Manoeuvre;
+use seatrial_core::refine::Disturbance;
 
 /// The quiet part begins so many time constants of the vehicle after the last stroke of the rudder, and lasts at
 /// least so many.

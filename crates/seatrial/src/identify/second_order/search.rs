@@ -1,9 +1,8 @@
 //! The largest likelihood of every structure, without a disturbance and with the likeliest.
 
 use super::likelihood::{A11, A21, A22, B2, C0, CROSS_FLOW, Comparisons, LAG, Summit, Theta};
-use super::{Candidate, Structure};
-use crate::identify::peak::DISTURBANCE_TIME_CONSTANTS;
-use crate::identify::whitening::Disturbance;
+use super::{Candidate, Structure, free_parameters};
+use seatrial_core::refine::{DISTURBANCE_TIME_CONSTANTS, Disturbance};
 
 /// Where searches start, over the first-order rate: a11, a21, and the rudder lag times it.
 const DECAYS: [f64; 3] = [-0.15, -0.5, -1.0];
@@ -78,7 +77,7 @@ impl Search<'_> {
     }
 
     fn calm(&self, structure: Structure, starts: &[Theta]) -> Option<Summit> {
-        let free = structure.free();
+        let free = free_parameters(&structure);
         starts
             .iter()
             .filter_map(|start| self.record.climb(start, &free, Disturbance::NONE, CLIMB))
@@ -99,8 +98,12 @@ impl Search<'_> {
         let starts = LAGS.map(|lag| with_lag(&rigid.calm.theta, lag));
         let disturbed = rigid.disturbed.as_ref().and_then(|summit| {
             let start = with_lag(&summit.theta, LAGS[0]);
-            self.record
-                .climb(&start, &structure.free(), summit.disturbance, CLIMB)
+            self.record.climb(
+                &start,
+                &free_parameters(&structure),
+                summit.disturbance,
+                CLIMB,
+            )
         });
         let calm = self.calm(structure, &starts)?;
         if structure.has_sway() {
@@ -139,7 +142,7 @@ impl Search<'_> {
         for parameter in [A22, B2, C0, LAG] {
             swapped[parameter] *= ratio;
         }
-        let free = Structure::LAGGING_RUDDER.free();
+        let free = free_parameters(&Structure::LAGGING_RUDDER);
         self.record
             .climb(&swapped, &free, summit.disturbance, CLIMB)
             .filter(|summit| is_slower(&summit.theta))
@@ -173,7 +176,7 @@ impl Search<'_> {
     /// The likeliest disturbance, found by climbing in octaves of its strength from where disturbance and noise
     /// move the heading alike over a time constant of the vehicle.
     fn disturbed(&self, structure: Structure, calm: &Summit) -> Option<Summit> {
-        let free = structure.free();
+        let free = free_parameters(&structure);
         let follow = |from: &Summit, relative: f64, time_constant_s: f64| {
             let disturbance = Disturbance {
                 relative,

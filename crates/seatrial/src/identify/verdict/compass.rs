@@ -1,6 +1,6 @@
 //! What a compass does to a model where it disagrees with the gyro.
 //!
-//! Fresh data pass through the same compass, so that no validation shows these. Without a gyro in the record nothing does:
+//! Validation data pass through the same compass, so that no validation shows these. Without a gyro in the record nothing does:
 //! swing the compass, and read it with its own time.
 
 use super::{Share, Weighing};

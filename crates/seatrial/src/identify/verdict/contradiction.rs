@@ -1,4 +1,4 @@
-//! Do fresh data by themselves give another model?
+//! Do validation data by themselves give another model?
 //!
 //! ```text
 //! z = (theta' - theta) / sqrt(P' + P),   |z| and |theta'/theta - 1| beyond their limits
@@ -7,7 +7,7 @@
 //! | symbol | meaning |
 //! |---|---|
 //! | theta, P | a22 or b2 of the model that is judged and its variance, 0 where it is not known |
-//! | theta', P' | the same estimated from the fresh data alone |
+//! | theta', P' | the same estimated from the validation data alone |
 //!
 //! A good R^2 is compatible with a22 wrong by half; a model that is wrong by more than chance explains is not. A rudder
 //! that saturates, or a vehicle that changed between training and validation, shows here, since the two use
@@ -24,7 +24,7 @@ pub(super) struct Limits {
     certainty: f64,
     /// As a fraction of the parameter.
     least_difference: f64,
-    /// The error that fresh data should tell, as a fraction of the parameter.
+    /// The error that validation data should tell, as a fraction of the parameter.
     error_to_tell: f64,
     parameters: &'static [Parameter],
 }
@@ -58,7 +58,7 @@ const POWER: f64 = 2.33;
 /// From a [`weakness`] of this one such error in five is missed.
 pub(super) const BLIND: f64 = 1.4;
 
-/// How many times more certain the fresh data would have to be to tell the error that they should, where they are not.
+/// How many times more certain the validation data would have to be to tell the error that they should, where they are not.
 ///
 /// ```text
 /// (certainty + 2.33) sqrt(P' + P) / (error |theta|),   the largest of all parameters
@@ -66,12 +66,12 @@ pub(super) const BLIND: f64 = 1.4;
 pub(super) fn weakness(
     model: &YawModel<f64>,
     covariance: Option<&[[f64; 3]; 3]>,
-    fresh: &Refined,
+    other: &Refined,
     limits: &Limits,
 ) -> Option<f64> {
     let of = |parameter: &Parameter| {
         let i = parameter.index();
-        let variance = fresh.covariance[i][i] + covariance.map_or(0.0, |c| c[i][i]);
+        let variance = other.covariance[i][i] + covariance.map_or(0.0, |c| c[i][i]);
         let error = limits.error_to_tell * model.theta()[i].abs();
         (limits.certainty + POWER) * variance.sqrt() / error
     };
@@ -101,7 +101,7 @@ impl Parameter {
 pub(super) fn contradiction(
     model: &YawModel<f64>,
     covariance: Option<&[[f64; 3]; 3]>,
-    fresh: &Refined,
+    other: &Refined,
     limits: &Limits,
 ) -> Option<String> {
     let found: Vec<String> = limits
@@ -110,8 +110,8 @@ pub(super) fn contradiction(
         .filter_map(|parameter| {
             let i = parameter.index();
             let (name, unit) = [("a22", "1/s"), ("b2", "1/s^2")][i];
-            let (given, own) = (model.theta()[i], fresh.model.theta()[i]);
-            let variance = fresh.covariance[i][i] + covariance.map_or(0.0, |c| c[i][i]);
+            let (given, own) = (model.theta()[i], other.model.theta()[i]);
+            let variance = other.covariance[i][i] + covariance.map_or(0.0, |c| c[i][i]);
             let is_certain = (own - given).abs() > limits.certainty * variance.sqrt();
             let is_large = (own - given).abs() > limits.least_difference * given.abs();
             (is_certain && is_large).then(|| {
@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn exact_a_difference_counts_where_it_is_large_and_certain() {
         let model = YawModel::from_theta([-1.0, 1.0, 0.0]);
-        let contradiction = |covariance, fresh| contradiction(&model, covariance, fresh, &GIVEN);
+        let contradiction = |covariance, other| contradiction(&model, covariance, other, &GIVEN);
         // Half widths of 95 % are this share of each parameter.
         let sharp = refined_at([-1.3, 1.0, 0.0], 0.1);
         let text = contradiction(None, &sharp).unwrap();

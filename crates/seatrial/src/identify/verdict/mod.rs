@@ -2,9 +2,10 @@
 
 mod compass;
 mod contradiction;
-mod fresh_data;
+
 mod parameters;
 mod record;
+mod validation;
 
 use seatrial_core::{GoodnessOfFit, YawModel};
 
@@ -13,8 +14,8 @@ pub use super::refusal::{refuse_record, rudder_constant};
 use crate::figures::r2_text;
 pub use crate::figures::three_figures;
 use crate::identification::{Reason, ReasonCode, Refined, Validation, Verdict};
-use fresh_data::LEAST_VALIDATION_R2;
 pub use parameters::{WIDEST_A22, WIDEST_B2};
+use validation::LEAST_VALIDATION_R2;
 
 /// Weighs the last link of the chain.
 pub(super) fn judge(checked: &Checked) -> Verdict {
@@ -29,7 +30,7 @@ pub(super) fn judge(checked: &Checked) -> Verdict {
         None => {}
     }
     weighing.model(checked);
-    weighing.fresh_data(checked.validation);
+    weighing.validation(checked.validation);
     if let (Some(refined), Some(apart)) = (&checked.chosen.refined, &checked.independent) {
         weighing.trained(refined, apart, checked);
     }
@@ -37,21 +38,21 @@ pub(super) fn judge(checked: &Checked) -> Verdict {
     weighing.verdict(checked.validation)
 }
 
-/// Weighs a given model by fresh data alone, and by the model that they give by themselves.
-pub fn judge_fresh_data(
+/// Weighs a given model by validation data alone, and by the model that they give by themselves.
+pub fn judge_validation(
     model: &YawModel<f64>,
     validation: Validation,
-    fresh: Option<&Refined>,
+    other: Option<&Refined>,
 ) -> Verdict {
     let mut weighing = Weighing::default();
-    weighing.fresh_data(Some(validation));
-    if let Some(fresh) = fresh {
-        weighing.given(model, fresh);
+    weighing.validation(Some(validation));
+    if let Some(other) = other {
+        weighing.given(model, other);
     }
     weighing.verdict(Some(validation))
 }
 
-/// The verdict on a run that the trial itself did not take: live, its R^2 on fresh data was under what the plan
+/// The verdict on a run that the trial itself did not take: live, its R^2 on validation data was under what the plan
 /// asks for.
 pub fn not_taken(
     judged: Verdict,
@@ -67,7 +68,7 @@ pub fn not_taken(
     let low_r2 = Reason::new(
         ReasonCode::LowR2,
         format!(
-            "with the live model R^2 on fresh data was {} for heading, {} with the offset estimated again, {} for yaw rate; the plan accepts from {accept_from_r2:.2}: {then}",
+            "with the live model R^2 on validation data was {} for heading, {} with the offset estimated again, {} for yaw rate; the plan accepts from {accept_from_r2:.2}: {then}",
             r2_text(live.r2_heading),
             r2_text(live.r2_heading_offset_refit),
             r2_text(live.r2_yaw_rate)
@@ -113,7 +114,7 @@ impl Weighing {
                             (v.r2_heading_offset_refit, " with the offset estimated again")
                         };
                         format!(
-                            "the model holds on fresh data: R^2 of heading{offset} {}, of yaw rate {}",
+                            "the model holds on validation data: R^2 of heading{offset} {}, of yaw rate {}",
                             r2_text(heading),
                             r2_text(v.r2_yaw_rate)
                         )

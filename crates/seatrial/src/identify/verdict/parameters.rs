@@ -20,7 +20,7 @@ pub const WIDEST_A22: f64 = 0.5;
 /// The same of b2.
 pub const WIDEST_B2: f64 = 0.3;
 
-/// From this R^2 of the fresh yaw rate it follows the rudder: one that jams leaves the heading to drift, and nothing of its rate.
+/// From this R^2 of the yaw rate of validation data it follows the rudder: one that jams leaves the heading to drift, and nothing of its rate.
 const FOLLOWS_THE_RUDDER: f64 = 0.5;
 
 /// Difference between two methods, as a fraction of the parameter and beyond both intervals, from
@@ -61,18 +61,20 @@ impl Weighing {
         if !(b2.half_width.is_finite() && a22.half_width.is_finite()) {
             return self.reject(
                 ReasonCode::NotIdentifiable,
-                "the record does not determine the parameters; excite the rudder to both hands"
+                "the record does not determine the parameters; excite the rudder to both sides"
                     .into(),
             );
         }
-        // Of a vehicle that is not of first order the interval tells how far the methods are apart; fresh data
+        // Of a vehicle that is not of first order the interval tells how far the methods are apart; validation data
         // tell whether the model holds all the same, unless their yaw rate does not follow the rudder.
         let is_structural = checked.explained.structural_misfit().is_some();
-        let fresh_data_decide = is_structural
-            && checked
-                .validation
-                .is_some_and(|fresh| fresh.r2_yaw_rate.is_none_or(|r2| r2 >= FOLLOWS_THE_RUDDER));
-        if b2.half_width >= 1.0 && !fresh_data_decide {
+        let validation_decides = is_structural
+            && checked.validation.is_some_and(|validation| {
+                validation
+                    .r2_yaw_rate
+                    .is_none_or(|r2| r2 >= FOLLOWS_THE_RUDDER)
+            });
+        if b2.half_width >= 1.0 && !validation_decides {
             return self.reject(
                 ReasonCode::NotIdentifiable,
                 format!(
@@ -81,7 +83,7 @@ impl Weighing {
                 ),
             );
         }
-        if a22.half_width >= 1.0 && !fresh_data_decide {
+        if a22.half_width >= 1.0 && !validation_decides {
             return self.reject(
                 ReasonCode::NotIdentifiable,
                 format!(
@@ -279,7 +281,7 @@ fn beyond_first_order(higher: &HigherOrder) -> String {
     }
     if let Some(validation) = &higher.validation {
         text += &format!(
-            "; R^2 of heading on fresh data is then {}",
+            "; R^2 of heading on validation data is then {}",
             r2_text(validation.r2_heading)
         );
     }

@@ -21,7 +21,7 @@ const NOTED_SPEED_CHANGE: f64 = 0.1;
 /// Intervals between samples this many times the usual, one in twenty, are noted.
 const NOTED_JITTER: f64 = 1.5;
 
-/// One hand of the rudder this share short of the other is noted.
+/// One side of the rudder this share short of the other is noted.
 const NOTED_SHORT_HAND: f64 = 0.25;
 
 impl Weighing {
@@ -72,7 +72,7 @@ impl Weighing {
                 self.note(
                     ReasonCode::RudderSaturated,
                     format!(
-                        "from rest the rudder went {positive} to the positive hand and {negative} to the other: if it was asked for the same, it stops at the lesser; train with less than that, or trim the rudder"
+                        "from rest the rudder went {positive} to the positive side and {negative} to the other: if it was asked for the same, it stops at the lesser; train with less than that, or trim the rudder"
                     ),
                 );
             }

@@ -311,9 +311,9 @@ fn exact_a_rudder_of_unknown_angle_is_told_as_a_share_of_full() {
 #[test]
 fn exact_a_rudder_that_stops_is_told_with_its_angle() {
     let trained = refined_at([-1.07, 0.54, 0.012], 0.05);
-    let fresh = refined_at([-1.07, 1.08, 0.012], 0.05);
+    let unsaturated = refined_at([-1.07, 1.08, 0.012], 0.05);
     let verdict = Chain::of(trained.clone())
-        .with_independent(&fresh, None)
+        .with_independent(&unsaturated, None)
         .judge();
     assert!(!verdict.accepted);
     assert_eq!(codes(&verdict), ["rudder_saturated"]);
@@ -326,14 +326,14 @@ fn exact_a_rudder_that_stops_is_told_with_its_angle() {
         .with_independent(&other, None)
         .judge();
     assert_eq!(codes(&verdict), ["contradicted"]);
-    // Fresh data through a compass that jumped say nothing of the rudder.
+    // Validation data through a compass that jumped say nothing of the rudder.
     let verdict = Chain::of(trained)
-        .with_independent(&fresh, Some(0.06))
+        .with_independent(&unsaturated, Some(0.06))
         .judge();
     assert_eq!(codes(&verdict), ["compass_error"]);
     let text = &verdict.reasons[0].text;
     assert!(
-        text.contains("in the fresh data the heading parts by 3.44 deg"),
+        text.contains("in the validation data the heading parts by 3.44 deg"),
         "{text}"
     );
 }

@@ -111,7 +111,7 @@ impl SwayYawModel {
 
     /// One interval with a constant rudder, by Runge and Kutta's fourth-order formula in steps of a quarter
     /// of the fastest time constant, 1e-5 of a step's change.
-    pub(super) fn step(&self, from: SwayYawState, rudder_rad: f64, interval_s: f64) -> Step {
+    pub(crate) fn step(&self, from: SwayYawState, rudder_rad: f64, interval_s: f64) -> Step {
         const LARGEST_STEP: f64 = 0.25;
         const MOST_STEPS: f64 = 1000.0;
         let fastest_per_s = self.a22_per_s.abs()
@@ -178,59 +178,59 @@ const TO_A11: usize = 6;
 const TO_CROSS_FLOW: usize = 7;
 
 /// The state after an interval, and what it depends on.
-pub(super) struct Step {
-    pub(super) state: SwayYawState,
+pub(crate) struct Step {
+    pub(crate) state: SwayYawState,
     tangent: Tangent,
 }
 
 impl Step {
     /// Of the state after the interval, to the state before.
-    pub(super) fn to_state(&self) -> Matrix3<f64> {
+    pub(crate) fn to_state(&self) -> Matrix3<f64> {
         self.tangent.fixed_rows::<3>(0).transpose()
     }
 
     /// To a yaw acceleration that is constant over the interval.
-    pub(super) fn to_input(&self) -> Vector3<f64> {
+    pub(crate) fn to_input(&self) -> Vector3<f64> {
         self.tangent.row(TO_INPUT).transpose()
     }
 
     /// To a22, a21, a11 and k.
-    pub(super) fn to_dynamics(&self) -> [Vector3<f64>; 4] {
+    pub(crate) fn to_dynamics(&self) -> [Vector3<f64>; 4] {
         [TO_A22, TO_A21, TO_A11, TO_CROSS_FLOW].map(|row| self.tangent.row(row).transpose())
     }
 }
 
 /// The rudder as it acts: delta_a' = (delta - delta_a)/T_d.
 #[derive(Clone, Copy)]
-pub(super) struct Rudder {
+pub(crate) struct Rudder {
     angle_rad: f64,
     /// d delta_a/d T_d, rad/s.
     to_lag: f64,
 }
 
 /// The mean of delta_a over an interval.
-pub(super) struct MeanRudder {
-    pub(super) angle_rad: f64,
+pub(crate) struct MeanRudder {
+    pub(crate) angle_rad: f64,
     /// Its derivative to T_d, rad/s.
-    pub(super) to_lag: f64,
+    pub(crate) to_lag: f64,
 }
 
 impl Rudder {
     /// At the first angle of a record.
-    pub(super) fn at_rest(samples: &[Sample<f64>]) -> Self {
+    pub(crate) fn at_rest(samples: &[Sample<f64>]) -> Self {
         Self::at(samples.first().map_or(0.0, |sample| sample.rudder_rad))
     }
 
-    pub(super) fn at(angle_rad: f64) -> Self {
+    pub(crate) fn at(angle_rad: f64) -> Self {
         Self {
             angle_rad,
             to_lag: 0.0,
         }
     }
 
-    /// The mean over an interval with the rudder laid to `command_rad`:
+    /// The mean over an interval with the rudder deflected to `command_rad`:
     /// delta + (delta_a - delta) g, g = (T/h)(1 - e), e = exp(-h/T).
-    pub(super) fn advance(&mut self, command_rad: f64, h: f64, lag_s: f64) -> MeanRudder {
+    pub(crate) fn advance(&mut self, command_rad: f64, h: f64, lag_s: f64) -> MeanRudder {
         let e = (-h / lag_s.max(f64::MIN_POSITIVE)).exp();
         let e_to_lag = if e > 0.0 {
             e * h / (lag_s * lag_s)

@@ -1,110 +1,12 @@
-//! The best estimate from a stored record: restricted likelihood averaged over the disturbance.
+//! Intervals of an estimate: normal ones, and wider ones for causes that the estimate does not know of.
 
 use nalgebra::{Matrix3, Vector3};
-use seatrial_core::refine::Hypotheses;
-use seatrial_core::{Sample, YawModel};
+use seatrial_core::YawModel;
 
-use super::output_error::OutputError;
-use super::peak::{RefineFailure, liveliest};
-use super::second_order::SecondOrder;
-use super::whitening::Prepared;
 use crate::identification::{EstimateMethod, Intervals, Refined};
 use crate::propagation::NORMAL_95;
 
-/// [`seatrial_core::refine::refine`] of samples.
-///
-/// Of a record of more than 10 000 samples only the liveliest stretch is used. `samples` are finite and increase in
-/// time; headings may be wrapped; a sample's rudder acts until the next.
-pub fn refine(
-    samples: &[Sample<f64>],
-    start: Option<YawModel<f64>>,
-) -> Result<Refined, RefineFailure> {
-    let found = hypotheses(samples, start)?.refinement();
-    Ok(Refined {
-        method: EstimateMethod::AveragedRestrictedLikelihood,
-        model: found.model,
-        delta0_rad: found.model.delta0_rad(),
-        interval_95: Intervals {
-            a22_per_s: found.a22_per_s,
-            b2_per_s2: found.b2_per_s2,
-            c0_rad_per_s2: found.c0_rad_per_s2,
-            delta0_rad: found.delta0_rad,
-        },
-        covariance: found.covariance,
-        heading_noise_rad: found.heading_noise_rad,
-        disturbance_rad_s2: found.disturbance_rad_s2,
-    })
-}
-
-/// The model and its covariance with the least prediction error of a Kalman filter: the one most likely disturbance, where
-/// [`refine`] averages over all. Cheaper to explain, but its interval takes the disturbance for known.
-pub fn prediction_error(
-    samples: &[Sample<f64>],
-    start: Option<YawModel<f64>>,
-) -> Result<(YawModel<f64>, Matrix3<f64>), RefineFailure> {
-    let hypotheses = hypotheses(samples, start)?;
-    let (centre, covariance) = hypotheses.likeliest().normal();
-    Ok((YawModel::from_theta(centre), covariance.into()))
-}
-
-fn hypotheses(
-    samples: &[Sample<f64>],
-    start: Option<YawModel<f64>>,
-) -> Result<Hypotheses, RefineFailure> {
-    Hypotheses::of(Prepared::new(liveliest(samples), 1).series(), start)
-}
-
-/// A disturbance of more than this share of the rudder's own effect may be none: the model may miss something.
-const LARGE_DISTURBANCE_SHARE: f64 = 0.1;
-
-/// The share of the rudder's effect, b2 times its amplitude, that the disturbance would have to have.
-///
-/// Sway or a slow servo pass for a disturbance that follows the rudder, against the assumption of the
-/// interval, and the likelihood fits the next instant rather than the manoeuvre. [`second_order::fit`](super::second_order::fit) tells them
-/// from a strong disturbance.
-pub fn disturbance_share(refined: &Refined, rudder_amplitude_rad: f64) -> f64 {
-    refined.disturbance_rad_s2 / (refined.model.b2_per_s2.abs() * rudder_amplitude_rad)
-}
-
-/// Is a [`disturbance_share`] so large that the model may miss something?
-pub fn is_large_share(share: f64) -> bool {
-    share > LARGE_DISTURBANCE_SHARE
-}
-
-/// The yaw model of a first-order vehicle whose rudder lags, in place of the refined one, which takes the lag for
-/// damping and a disturbance.
-pub fn behind_the_lag(refined: &Refined, lagging: &SecondOrder) -> Refined {
-    let model = YawModel::from_theta([
-        lagging.model.a22_per_s,
-        lagging.model.b2_per_s2,
-        lagging.model.c0_rad_per_s2,
-    ]);
-    around(
-        refined,
-        model,
-        lagging.covariance.into(),
-        EstimateMethod::RudderLag,
-    )
-}
-
-/// The online estimate in place of the refined one, for a record of a vehicle that is not of first order.
-///
-/// The instrument weighs the manoeuvre's own frequencies and is least wrong there (mean R^2 of fresh headings
-/// 0.88 against 0.84 on the six-degree-of-freedom REMUS 100, of yaw rate 0.97 against 0.82 on the
-/// free-running tanker KVLCC2). Its interval is that of output error with residuals correlated in time,
-/// widened by the distance between the two estimates.
-pub fn around_online(refined: &Refined, online: YawModel<f64>, simulated: &OutputError) -> Refined {
-    let shift = Vector3::from(online.theta()) - Vector3::from(simulated.model.theta());
-    let covariance = Matrix3::from(simulated.covariance) + shift * shift.transpose();
-    around(
-        refined,
-        online,
-        covariance,
-        EstimateMethod::InstrumentalVariable,
-    )
-}
-
-/// The same model when something else leaves it uncertain, too.
+/// The estimate with intervals and covariance that hold for another cause of uncertainty as well.
 pub(super) fn widened(refined: &Refined, more: &Matrix3<f64>) -> Refined {
     let interval = |[low, high]: [f64; 2], variance: f64| {
         let (middle, half_width) = (0.5 * (low + high), 0.5 * (high - low));
@@ -130,8 +32,8 @@ pub(super) fn widened(refined: &Refined, more: &Matrix3<f64>) -> Refined {
     }
 }
 
-/// The same model with intervals that reach the online estimate, where something turned the vehicle with a large share of
-/// the rudder's effect: it may be what a first-order model misses, and then the online estimate is less wrong.
+/// The estimate with intervals that reach the online one, for a vehicle that something turned with a large share of the
+/// rudder's effect: it may be what a first-order model misses, and then the online estimate is less wrong.
 pub(super) fn reaching(refined: &Refined, online: YawModel<f64>) -> Refined {
     let away = Vector3::from(online.theta()) - Vector3::from(refined.model.theta());
     widened(
@@ -143,19 +45,19 @@ pub(super) fn reaching(refined: &Refined, online: YawModel<f64>) -> Refined {
 /// Chance explains a difference of C0 up to so many standard deviations (95 %), of a22 and b2 up to so many (99.9 %).
 const CHANCE: [f64; 3] = [3.29, 3.29, NORMAL_95];
 
-/// Fresh data of at least this part of the training's length have a say in what the sea does to C0.
+/// Validation data of at least this part of the training's length have a say in what the sea does to C0.
 const LONG_ENOUGH: f64 = 0.5;
 
-/// The same model, with intervals that reach the model of fresh data, `length` times as long, where chance does not explain
+/// The estimate with intervals that reach that of validation data, `length` times as long, where chance does not explain
 /// the difference: wind, current, trim or something of the vehicle changed, and may again.
 ///
 /// How far the sea turns the vehicle in the mean of a run is little known from that run alone: the interval of C0 is no narrower
-/// than the same sea makes it in the fresh data, with a variance that falls with the length.
-pub(super) fn reaching_fresh(refined: &Refined, fresh: &Refined, length: f64) -> Refined {
-    let both_of_first_order = refined.method == fresh.method;
+/// than the same sea makes it in the validation data, with a variance that falls with the length.
+pub(super) fn reaching_validation(refined: &Refined, other: &Refined, length: f64) -> Refined {
+    let both_of_first_order = refined.method == other.method;
     let reach = |k: usize| {
-        let away = fresh.model.theta()[k] - refined.model.theta()[k];
-        let variance = refined.covariance[k][k] + fresh.covariance[k][k];
+        let away = other.model.theta()[k] - refined.model.theta()[k];
+        let variance = refined.covariance[k][k] + other.covariance[k][k];
         match away.abs() > CHANCE[k] * variance.sqrt() {
             true => (away / NORMAL_95).powi(2),
             false => 0.0,
@@ -163,7 +65,7 @@ pub(super) fn reaching_fresh(refined: &Refined, fresh: &Refined, length: f64) ->
     };
     let [of_a22, of_b2] = [0, 1].map(|k| if both_of_first_order { reach(k) } else { 0.0 });
     let of_the_sea = match length >= LONG_ENOUGH {
-        true => length * fresh.covariance[2][2] - refined.covariance[2][2],
+        true => length * other.covariance[2][2] - refined.covariance[2][2],
         false => 0.0,
     };
     let more = Vector3::new(of_a22, of_b2, reach(2).max(of_the_sea));
@@ -216,11 +118,12 @@ fn offset_angle(mean: &Vector3<f64>, covariance: &Matrix3<f64>) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
-    use seatrial_core::Real;
     use seatrial_core::model::YawState;
     use seatrial_core::refine::{StageRecord, refine as refine_stage};
+    use seatrial_core::{Real, Sample};
 
     use super::*;
+    use crate::identify::refined::refined_estimate;
 
     /// A doublet of 16 s, sampled every 0.15 s, in which two rows are lost.
     fn doublet() -> Vec<Sample<f64>> {
@@ -252,7 +155,7 @@ mod tests {
         }
         let (stage, log) = (
             refine_stage(record.series(), None).unwrap(),
-            refine(&samples, None).unwrap(),
+            refined_estimate(&samples, None).unwrap(),
         );
         // The log's headings count from its first; differences of likelihoods magnify the rounding.
         let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-5 * b.abs(), "{a} {b}");
@@ -264,7 +167,7 @@ mod tests {
 
     #[test]
     fn exact_the_intervals_reach_the_online_estimate() {
-        let refined = refine(&doublet(), None).unwrap();
+        let refined = refined_estimate(&doublet(), None).unwrap();
         let there = reaching(&refined, refined.model).interval_95.a22_per_s;
         // Rounding of a middle and a half width.
         assert!((there[1] - refined.interval_95.a22_per_s[1]).abs() < 1e-12);
@@ -290,7 +193,7 @@ mod tests {
     #[test]
     fn exact_the_intervals_reach_fresh_data_beyond_chance() {
         let refined = around(
-            &refine(&doublet(), None).unwrap(),
+            &refined_estimate(&doublet(), None).unwrap(),
             YawModel::from_theta([-1.0, 1.0, 0.01]),
             Matrix3::from_diagonal(&Vector3::new(0.02, 0.02, 0.001).map(|s: f64| s * s)),
             EstimateMethod::AveragedRestrictedLikelihood,
@@ -305,7 +208,7 @@ mod tests {
             [a22_per_s, b2_per_s2, c0_rad_per_s2].map(|[low, high]| 0.5 * (high - low))
         };
         let own = half_widths(&refined);
-        let fresh = |theta, of_c0: f64, method: &EstimateMethod| {
+        let other = |theta, of_c0: f64, method: &EstimateMethod| {
             let deviations = Vector3::new(0.02, 0.02, of_c0);
             let covariance = Matrix3::from_diagonal(&deviations.map(|s| s * s));
             around(
@@ -317,18 +220,18 @@ mod tests {
         };
         let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
         let reached =
-            |fresh: &Refined, length| half_widths(&reaching_fresh(&refined, fresh, length));
+            |other: &Refined, length| half_widths(&reaching_validation(&refined, other, length));
 
         // 3.5 standard deviations of 0.02 sqrt 2 from a22, 3.2 from b2; the same C0.
         let away = 3.5 * 0.02 * 2_f64.sqrt();
         let theta = [-1.0 - away, 1.0 + 3.2 / 3.5 * away, 0.01];
-        let same = fresh(theta, 0.001, &refined.method);
+        let same = other(theta, 0.001, &refined.method);
         let [a22, b2, c0] = reached(&same, 1.0);
         close(a22, own[0].hypot(away));
         close(b2, own[1]);
         close(c0, own[2]);
         // A model behind a lag has another a22 by nature, but no other C0.
-        let lagging = fresh(
+        let lagging = other(
             [theta[0], theta[1], 0.02],
             0.001,
             &EstimateMethod::RudderLag,
@@ -337,13 +240,13 @@ mod tests {
         close(a22, own[0]);
         close(c0, own[2].hypot(0.01));
         // A sea that the training knew nothing of: its variance falls with the length, and a short run says nothing.
-        let rough = fresh([-1.0, 1.0, 0.01], 0.01, &refined.method);
+        let rough = other([-1.0, 1.0, 0.01], 0.01, &refined.method);
         for (length, times) in [(1.0, 10.0), (0.5, 10.0 * 0.5_f64.sqrt()), (0.49, 1.0)] {
             let [.., c0] = reached(&rough, length);
             close(c0, times * own[2]);
         }
         // A calm one narrows nothing.
-        let [.., c0] = reached(&fresh([-1.0, 1.0, 0.01], 0.0001, &refined.method), 1.0);
+        let [.., c0] = reached(&other([-1.0, 1.0, 0.01], 0.0001, &refined.method), 1.0);
         close(c0, own[2]);
     }
 }

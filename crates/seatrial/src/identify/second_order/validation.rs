@@ -3,14 +3,14 @@
 use seatrial_core::validation::GoodnessOfFit;
 use seatrial_core::{Real, Sample, YawModel};
 
-use super::model::{SwayYawModel, SwayYawState};
 use crate::identification::Validation;
 use crate::identify::error::IdentifyError;
-use crate::identify::fresh;
+use crate::identify::validation;
 use crate::record::{Record, Window};
+use crate::sway_yaw::{SwayYawModel, SwayYawState};
 
 /// Simulates `model` over a window of a record and compares (35)-(37), as
-/// [`crate::identify::fresh::validate`] does a first-order model.
+/// [`crate::identify::validation::validate`] does a first-order model.
 pub fn validate(
     model: &SwayYawModel,
     record: &Record,
@@ -37,7 +37,7 @@ pub fn validate(
 /// measured, of the quiet lead-in or, where there is none, of the first sample. A sample whose time, heading or
 /// rudder is not finite, or whose time does not increase, is left out.
 pub fn goodness_of_fit(model: &SwayYawModel, samples: &[Sample<f64>]) -> GoodnessOfFit<f64> {
-    let lead_in_s = fresh::quiet_lead_in_s(samples);
+    let lead_in_s = validation::quiet_lead_in_s(samples);
     let record: Record = samples.iter().copied().collect();
     let samples = record.usable(Window::ALL);
     let Some(first) = samples.first() else {
@@ -63,7 +63,7 @@ pub fn goodness_of_fit(model: &SwayYawModel, samples: &[Sample<f64>]) -> Goodnes
             .map_or(0.0, |rates| mean(rates.iter().take(lead_in))),
         drift_rad: 0.0,
     };
-    let run = FreshRun {
+    let run = ValidationRun {
         model,
         samples: &samples,
         start,
@@ -101,14 +101,14 @@ fn measured_yaw_rates(samples: &[Sample<f64>]) -> Option<Vec<f64>> {
         .collect()
 }
 
-/// Fresh samples, simulated from one start.
-struct FreshRun<'a> {
+/// Validation samples, simulated from one start.
+struct ValidationRun<'a> {
     model: &'a SwayYawModel,
     samples: &'a [Sample<f64>],
     start: SwayYawState,
 }
 
-impl FreshRun<'_> {
+impl ValidationRun<'_> {
     /// Over the time constants that the vehicle has at the drift of this run.
     fn derived_yaw_rates(&self) -> Option<Vec<f64>> {
         let states = self.model.simulate(self.samples, self.start);
@@ -124,7 +124,7 @@ impl FreshRun<'_> {
             b2_per_s2: self.model.b2_per_s2,
             c0_rad_per_s2: self.model.c0_rad_per_s2,
         };
-        let derived = fresh::derived_yaw_rate(as_first_order, self.samples)?;
+        let derived = validation::derived_yaw_rate(as_first_order, self.samples)?;
         measured_yaw_rates(&derived)
     }
 

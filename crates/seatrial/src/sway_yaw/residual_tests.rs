@@ -45,7 +45,7 @@ pub struct ResidualTests {
 
 impl ResidualTests {
     /// `None` where the record is too short or the rudder lay still.
-    pub(in crate::identify) fn of(innovations: &[f64], rudder_rad: &[f64]) -> Option<Self> {
+    pub(crate) fn of(innovations: &[f64], rudder_rad: &[f64]) -> Option<Self> {
         let n = innovations.len();
         if n <= 2 * WHITENESS_LAGS.max(RUDDER_LAGS * RUDDER_LAG_STRIDE) {
             return None;

@@ -1,12 +1,12 @@
-//! Edges of the rudder that fell between two samples, placed where the heading says.
+//! Edges of the rudder that fell between two samples, timed where the heading says.
 
 use std::borrow::Cow;
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use seatrial_core::refine::{Disturbance, Peak};
 use seatrial_core::{LostRudder, Sample, YawModel};
 
-use super::peak::{Peak, Span};
-use super::whitening::{Disturbance, Prepared};
+use super::record_series::{RecordSeries, RecordSpan};
 use crate::record::median_interval_s;
 use crate::servo::Servo;
 
@@ -54,11 +54,11 @@ impl Edge {
     }
 }
 
-/// A record with its edges placed.
-pub struct Placed<'a> {
+/// A record with its edges timed.
+pub struct EdgeTimes<'a> {
     /// The samples.
     pub samples: Cow<'a, [Sample<f64>]>,
-    /// What the placing leaves uncertain of a22, b2 and C0.
+    /// What the timing leaves uncertain of a22, b2 and C0.
     pub covariance: Matrix3<f64>,
 }
 
@@ -113,52 +113,49 @@ impl<'a> Edges<'a> {
     /// good, which many headings tell. Lost rows of an even record hide the edge at one of their own instants: s_e is one of the
     /// shares that these allow. The vehicle is of first order, and its rudder acts at once or lags, whatever is likelier by more
     /// than Schwarz's price.
-    pub fn placed(&self, start: Option<YawModel<f64>>) -> Placed<'a> {
-        self.likeliest(start).unwrap_or_else(|| Placed {
+    pub fn edge_times(&self, start: Option<YawModel<f64>>) -> EdgeTimes<'a> {
+        self.likeliest(start).unwrap_or_else(|| EdgeTimes {
             samples: Cow::Borrowed(self.samples),
             covariance: Matrix3::zeros(),
         })
     }
 
-    fn likeliest(&self, start: Option<YawModel<f64>>) -> Option<Placed<'a>> {
+    fn likeliest(&self, start: Option<YawModel<f64>>) -> Option<EdgeTimes<'a>> {
         if self.all.is_empty() || self.all.len() > MOST_EDGES {
             return None;
         }
-        let span = Span::of(self.samples).ok()?;
+        let span = RecordSpan::of(self.samples).ok()?;
         let start_per_s = span.first_damping(self.samples, start).ok()?;
         let scale = span.rate_scale(start_per_s);
-        let behind = |lag_s: f64| Placing::new(&span, self, start_per_s, lag_s);
+        let behind = |lag_s: f64| Timing::new(&span, self, start_per_s, lag_s);
         let prompt = behind(0.0);
         let mut lagging = likelier(None, LAGS.map(|lag| behind(lag / scale)));
         for ratio in FINER_LAGS {
-            let around = lagging.as_ref().map_or(0.0, |placing| placing.lag_s);
+            let around = lagging.as_ref().map_or(0.0, |timing| timing.lag_s);
             lagging = likelier(lagging, [around / ratio, around * ratio].map(behind));
         }
         let price = (self.samples.len() as f64).ln();
-        let pays = |lagging: &Placing| {
+        let pays = |lagging: &Timing| {
             prompt
                 .as_ref()
                 .is_none_or(|prompt| 2.0 * (lagging.log_likelihood - prompt.log_likelihood) > price)
         };
         let likeliest = lagging.filter(pays).or(prompt)?;
-        Some(Placed {
+        Some(EdgeTimes {
             covariance: likeliest.covariance(&span, self)?,
             samples: Cow::Owned(likeliest.samples),
         })
     }
 }
 
-fn likelier<const N: usize>(
-    best: Option<Placing>,
-    others: [Option<Placing>; N],
-) -> Option<Placing> {
+fn likelier<const N: usize>(best: Option<Timing>, others: [Option<Timing>; N]) -> Option<Timing> {
     best.into_iter()
         .chain(others.into_iter().flatten())
         .max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood))
 }
 
-/// Edges placed for a rudder of some lag.
-struct Placing {
+/// Edges timed for a rudder of some lag.
+struct Timing {
     lag_s: f64,
     peak: Peak,
     samples: Vec<Sample<f64>>,
@@ -166,9 +163,9 @@ struct Placing {
     log_likelihood: f64,
 }
 
-impl Placing {
+impl Timing {
     /// `None` where the record does not determine them.
-    fn new(span: &Span, edges: &Edges, start_per_s: f64, lag_s: f64) -> Option<Self> {
+    fn new(span: &RecordSpan, edges: &Edges, start_per_s: f64, lag_s: f64) -> Option<Self> {
         let servo = Servo::new(0.0, lag_s).ok()?;
         let prepared =
             |samples: &[Sample<f64>]| span.prepare(&servo.acting(samples), start_per_s).ok();
@@ -183,11 +180,11 @@ impl Placing {
             at_the_start: edges.all.iter().map(at_the_start).collect::<Option<_>>()?,
         };
         let (a22_per_s, shares) = responses.likeliest(start_per_s)?;
-        let mut placed = samples.to_vec();
+        let mut timed = samples.to_vec();
         for (edge, share) in edges.all.iter().zip(shares) {
-            placed[edge.before].rudder_rad = edge.mean_rad(samples, edge.possible(share));
+            timed[edge.before].rudder_rad = edge.mean_rad(samples, edge.possible(share));
         }
-        let record = prepared(&placed)?;
+        let record = prepared(&timed)?;
         let peak = output_error(span, &record, a22_per_s)?;
         let comparisons = record.blocks() as f64;
         let floor_rad2 = (peak.fit.linear[0] * edges.coarseness_rad_s2()).powi(2);
@@ -195,7 +192,7 @@ impl Placing {
         Some(Self {
             lag_s,
             peak,
-            samples: placed,
+            samples: timed,
             log_likelihood: -0.5 * comparisons * mean_square_rad2.ln(),
         })
     }
@@ -206,7 +203,7 @@ impl Placing {
     ///
     /// with theta_e by output error when edge e comes h/sqrt(12) sooner: it is known to a usual interval h, because rudder and
     /// heading may come in messages of their own.
-    fn covariance(&self, span: &Span, edges: &Edges) -> Option<Matrix3<f64>> {
+    fn covariance(&self, span: &RecordSpan, edges: &Edges) -> Option<Matrix3<f64>> {
         let servo = Servo::new(0.0, self.lag_s).ok()?;
         let theta = Vector3::from(self.peak.normal().0);
         let mut covariance = Matrix3::zeros();
@@ -225,15 +222,15 @@ impl Placing {
     }
 }
 
-fn output_error(span: &Span, record: &Prepared, start_per_s: f64) -> Option<Peak> {
+fn output_error(span: &RecordSpan, record: &RecordSeries, start_per_s: f64) -> Option<Peak> {
     let scale = span.rate_scale(start_per_s);
     Peak::find(&record.series(), Disturbance::NONE, start_per_s, scale)
 }
 
 /// The record with every edge at the end of its interval, and with one of them at the start.
 struct Responses {
-    at_the_end: Prepared,
-    at_the_start: Vec<Prepared>,
+    at_the_end: RecordSeries,
+    at_the_start: Vec<RecordSeries>,
 }
 
 impl Responses {

@@ -9,18 +9,18 @@ use crate::identification::{ReasonCode, Refined, Validation};
 use crate::identify::checked::{Checked, Independent};
 use crate::record::rudder_text;
 
-/// Below this R^2 on fresh data the paper repeats the run (section IV-C).
+/// Below this R^2 on validation data the paper repeats the run (section IV-C).
 pub const LEAST_VALIDATION_R2: f64 = 0.60;
 
-/// Fresh rudder angles beyond the trained ones by this factor are an extrapolation.
+/// Rudder angles of validation data beyond the trained ones by this factor are an extrapolation.
 const NOTED_EXTRAPOLATION: f64 = 1.2;
 
 impl Weighing {
-    pub(super) fn fresh_data(&mut self, validation: Option<Validation>) {
+    pub(super) fn validation(&mut self, validation: Option<Validation>) {
         let Some(validation) = validation else {
             return self.note(
                 ReasonCode::NotValidated,
-                "no fresh data were given; validate with --validate-from and --validate-to, or --validate-on another log".into(),
+                "no validation data were given; validate with --validate-from and --validate-to, or --validate-on another log".into(),
             );
         };
         let good = |r2: Option<f64>| r2.is_some_and(|r2| r2 >= LEAST_VALIDATION_R2);
@@ -29,7 +29,7 @@ impl Weighing {
             self.note(
                 ReasonCode::OffsetDrifted,
                 format!(
-                    "R^2 of heading on fresh data is {} with the trained offset and {} with the offset estimated again: the model steers right, but wind, current or trim changed",
+                    "R^2 of heading on validation data is {} with the trained offset and {} with the offset estimated again: the model steers right, but wind, current or trim changed",
                     r2_text(validation.r2_heading), r2_text(validation.r2_heading_offset_refit)
                 ),
             );
@@ -37,46 +37,46 @@ impl Weighing {
             self.reject(
                 ReasonCode::LowR2,
                 format!(
-                    "R^2 on fresh data is {} for heading, {} with the offset estimated again, {} for yaw rate; at least {LEAST_VALIDATION_R2} is needed: repeat the run",
+                    "R^2 on validation data is {} for heading, {} with the offset estimated again, {} for yaw rate; at least {LEAST_VALIDATION_R2} is needed: repeat the run",
                     r2_text(validation.r2_heading), r2_text(validation.r2_heading_offset_refit), r2_text(validation.r2_yaw_rate)
                 ),
             );
         }
     }
 
-    /// A model that is given against the one that fresh data by themselves give.
-    pub(super) fn given(&mut self, model: &YawModel<f64>, fresh: &Refined) {
-        if let Some(found) = contradiction(model, None, fresh, &GIVEN) {
+    /// A model that is given against the one that validation data by themselves give.
+    pub(super) fn given(&mut self, model: &YawModel<f64>, other: &Refined) {
+        if let Some(found) = contradiction(model, None, other, &GIVEN) {
             self.contradicted(&found);
-        } else if let Some(times) = weakness(model, None, fresh, &GIVEN) {
+        } else if let Some(times) = weakness(model, None, other, &GIVEN) {
             self.weakly_validated(times, "a model that is 30 % wrong", times > BLIND);
         }
     }
 
-    /// A model just trained against the one that fresh data by themselves give.
+    /// A model just trained against the one that validation data by themselves give.
     ///
-    /// Where the training shows more than first order, the fresh R^2 is the judge, however uncertain the fresh model.
+    /// Where the training shows more than first order, R^2 of the validation data is the judge, however uncertain the model that they give.
     pub(super) fn trained(&mut self, refined: &Refined, apart: &Independent, checked: &Checked) {
-        let Some(fresh) = &apart.estimate else {
+        let Some(other) = &apart.estimate else {
             return;
         };
         let (model, covariance) = (&refined.model, Some(&refined.covariance));
-        let saturated = saturated(refined, fresh, checked);
+        let saturated = saturated(refined, other, checked);
         let limits = match saturated {
             Some(_) => &STOPPED,
             None => &TRAINED,
         };
-        match (contradiction(model, covariance, fresh, limits), saturated) {
+        match (contradiction(model, covariance, other, limits), saturated) {
             (Some(_), _) if let Some(jump_rad) = apart.largest_jump_rad => {
-                self.jump(jump_rad, "in the fresh data");
+                self.jump(jump_rad, "in the validation data");
             }
             (Some(found), Some(saturated)) => self.reject(
                 ReasonCode::RudderSaturated,
-                format!("the fresh data by themselves give {found}: {saturated}"),
+                format!("the validation data by themselves give {found}: {saturated}"),
             ),
             (Some(found), None) => self.contradicted(&found),
             (None, _) => {
-                if let Some(times) = weakness(model, covariance, fresh, &STOPPED) {
+                if let Some(times) = weakness(model, covariance, other, &STOPPED) {
                     self.weakly_validated(
                         times,
                         "a rudder that stops at 70 % of the training's angle",
@@ -91,14 +91,14 @@ impl Weighing {
         self.reject(
             ReasonCode::Contradicted,
             format!(
-                "the fresh data by themselves give {found}: a rudder that saturates or jammed, another speed, a compass that errs, or a vehicle that changed; look at the rudder's own angle and at the compass, then train again"
+                "the validation data by themselves give {found}: a rudder that saturates or jammed, another speed, a compass that errs, or a vehicle that changed; look at the rudder's own angle and at the compass, then train again"
             ),
         );
     }
 
     fn weakly_validated(&mut self, times: f64, wrong: &str, refuses: bool) {
         let text = format!(
-            "the fresh data by themselves are too uncertain to tell {wrong}: validate with {} times the rudder, or with {} manoeuvres, or in calmer water",
+            "the validation data by themselves are too uncertain to tell {wrong}: validate with {} times the rudder, or with {} manoeuvres, or in calmer water",
             three_figures(times),
             (times * times).ceil()
         );
@@ -111,15 +111,15 @@ impl Weighing {
 
     pub(super) fn extrapolation(&mut self, checked: &Checked) {
         let log = checked.log;
-        if let Some(fresh) = checked
+        if let Some(other) = checked
             .validation_rudder_amplitude_rad
-            .filter(|fresh| *fresh > NOTED_EXTRAPOLATION * log.rudder_amplitude_rad)
+            .filter(|other| *other > NOTED_EXTRAPOLATION * log.rudder_amplitude_rad)
         {
             self.note(
                 ReasonCode::Extrapolating,
                 format!(
-                    "the fresh data use {} of rudder either side, training only {}",
-                    rudder_text(log.rudder_unit, fresh),
+                    "the validation data use {} of rudder either side, training only {}",
+                    rudder_text(log.rudder_unit, other),
                     rudder_text(log.rudder_unit, log.rudder_amplitude_rad)
                 ),
             );
@@ -127,18 +127,18 @@ impl Weighing {
     }
 }
 
-/// Where a larger angle in training than in the fresh data turned the vehicle less per degree, at which angle the rudder
+/// Where a larger angle in training than in the validation data turned the vehicle less per degree, at which angle the rudder
 /// seems to stop, in words.
-fn saturated(trained: &Refined, fresh: &Refined, checked: &Checked) -> Option<String> {
+fn saturated(trained: &Refined, other: &Refined, checked: &Checked) -> Option<String> {
     let log = checked.log;
-    let fresh_rad = checked.validation_rudder_amplitude_rad?;
-    let share = trained.model.b2_per_s2 / fresh.model.b2_per_s2;
-    let is_larger = log.rudder_amplitude_rad > NOTED_EXTRAPOLATION * fresh_rad;
+    let validation_rad = checked.validation_rudder_amplitude_rad?;
+    let share = trained.model.b2_per_s2 / other.model.b2_per_s2;
+    let is_larger = log.rudder_amplitude_rad > NOTED_EXTRAPOLATION * validation_rad;
     (is_larger && (0.0..1.0).contains(&share)).then(|| {
         format!(
             "in training, with {} either side, the rudder did less per degree than with {}, as if it stopped at {}; look at its own angle, and train with less than that",
             rudder_text(log.rudder_unit, log.rudder_amplitude_rad),
-            rudder_text(log.rudder_unit, fresh_rad),
+            rudder_text(log.rudder_unit, validation_rad),
             rudder_text(log.rudder_unit, share * log.rudder_amplitude_rad)
         )
     })

@@ -18,9 +18,9 @@ const QUIET_SHARE: f64 = 0.1;
 const DERIVATIVE_TIME_CONSTANTS: f64 = 1.5;
 const DERIVATIVE_SAMPLES: (usize, usize) = (2, 60);
 
-/// Fresh data: a record, which may be the training record, and a window on it.
+/// Validation data: a record, which may be the training record, and a window on it.
 #[derive(Clone, Copy, Debug)]
-pub struct Fresh<'a> {
+pub struct ValidationData<'a> {
     /// The record.
     pub record: &'a Record,
     /// The window, half open.

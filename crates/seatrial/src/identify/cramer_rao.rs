@@ -2,10 +2,11 @@
 
 use nalgebra::{Matrix3, Vector3};
 use seatrial_core::model::YawState;
+use seatrial_core::refine::Disturbance;
 use seatrial_core::{Sample, YawModel};
 use serde::Serialize;
 
-use super::whitening::{Disturbance, Prepared};
+use super::record_series::RecordSeries;
 
 /// The noise on a record.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -35,7 +36,7 @@ pub fn cramer_rao_bound(
         return None;
     }
     let sensitivity = damping_sensitivity(samples, truth);
-    let record = Prepared::from_headings(samples, sensitivity, 1);
+    let record = RecordSeries::from_headings(samples, sensitivity, 1);
     let fit = record.fit(
         truth.a22_per_s,
         Disturbance {

@@ -1,21 +1,20 @@
-//! A record made ready to be whitened: [`Series`] with its samples.
+//! A record as [`Series`], which borrows what is kept here.
 
-use seatrial_core::refine::{self, Series};
-use seatrial_core::{Real, Sample};
+use seatrial_core::refine::{self, Disturbance, Fit, RefineFailure, Series, Span};
+use seatrial_core::{Real, Sample, YawModel};
 
-use crate::record::median;
-pub use seatrial_core::refine::{Disturbance, Fit};
+use crate::record::{duration_s, median};
 
-/// A training record made ready: intervals, headings relative to the first, rudder, in blocks.
+/// Intervals, headings relative to the first and rudder of a record, in blocks.
 #[derive(Clone, Debug)]
-pub struct Prepared {
+pub struct RecordSeries {
     pub(super) interval_s: Vec<f64>,
     pub(super) heading_rad: Vec<f64>,
     pub(super) rudder_rad: Vec<f64>,
     pub(super) block: usize,
 }
 
-impl Prepared {
+impl RecordSeries {
     /// `samples` are finite and increase in time; `block` samples are averaged for one comparison.
     pub fn new(samples: &[Sample<f64>], block: usize) -> Self {
         let mut heading_rad = Vec::with_capacity(samples.len());
@@ -29,7 +28,7 @@ impl Prepared {
         Self::from_headings(samples, heading_rad, block)
     }
 
-    /// The same with other headings, unwrapped, than those of the samples.
+    /// Takes other headings, unwrapped, than those of the samples.
     pub fn from_headings(samples: &[Sample<f64>], heading_rad: Vec<f64>, block: usize) -> Self {
         let intervals = samples
             .windows(2)
@@ -91,6 +90,42 @@ impl Prepared {
         self.series()
             .for_each_comparison(a22_per_s, |means| rows.push(means));
         rows
+    }
+}
+
+/// Length and sampling of a record, s.
+#[derive(Clone, Copy)]
+pub(super) struct RecordSpan(Span);
+
+impl RecordSpan {
+    pub(super) fn of(samples: &[Sample<f64>]) -> Result<Self, RefineFailure> {
+        Span::of(samples.len(), duration_s(samples)).map(Self)
+    }
+
+    /// In blocks of a twentieth of the vehicle's time constant.
+    pub(super) fn prepare(
+        &self,
+        samples: &[Sample<f64>],
+        a22_per_s: f64,
+    ) -> Result<RecordSeries, RefineFailure> {
+        let mut record = RecordSeries::new(samples, 1);
+        record.block = self.0.prepare(record.series(), a22_per_s)?.block;
+        Ok(record)
+    }
+
+    /// |a22|, but no slower than what the record can show, 1/s.
+    pub(super) fn rate_scale(&self, a22_per_s: f64) -> f64 {
+        self.0.rate_scale(a22_per_s)
+    }
+
+    /// The damping that output error prefers among a logarithmic grid and the start.
+    pub(super) fn first_damping(
+        &self,
+        samples: &[Sample<f64>],
+        start: Option<YawModel<f64>>,
+    ) -> Result<f64, RefineFailure> {
+        self.0
+            .first_damping(RecordSeries::new(samples, 1).series(), start)
     }
 }
 

@@ -12,12 +12,12 @@
 
 use std::thread;
 
+use seatrial_core::refine::{Disturbance, Peak};
 use seatrial_core::{List, Plan, Sample, YawModel};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
-use super::bound::{Noise, cramer_rao_bound};
-use super::peak::{Peak, Span};
-use super::whitening::Disturbance;
+use super::cramer_rao::{Noise, cramer_rao_bound};
+use super::record_series::RecordSpan;
 use crate::propagation::NORMAL_95;
 use crate::study::Experiment;
 
@@ -84,7 +84,7 @@ impl Run {
             disturbance_time_s: sea.1,
         };
         let bound = cramer_rao_bound(samples, truth, noise)?;
-        let span = Span::of(samples).ok()?;
+        let span = RecordSpan::of(samples).ok()?;
         let damping_per_s = span.first_damping(samples, None).ok()?;
         let record = span.prepare(samples, damping_per_s).ok()?;
         let scale = span.rate_scale(damping_per_s);
