@@ -55,11 +55,9 @@ fn drop_blocks(rows: &mut Vec<(usize, f64)>, setup: &Setup, chance: &mut Draw) {
 }
 
 fn disorder(mut rows: Vec<(usize, f64)>, clock: &ClockChannel) -> Vec<(usize, f64)> {
-    if clock.swap_every > 0 {
-        let pairs = rows.len() / clock.swap_every;
-        for pair in 1..pairs {
-            rows.swap(pair * clock.swap_every, pair * clock.swap_every - 1);
-        }
+    let pairs = rows.len().checked_div(clock.swap_every).unwrap_or(0);
+    for pair in 1..pairs {
+        rows.swap(pair * clock.swap_every, pair * clock.swap_every - 1);
     }
     if clock.duplicate_every > 0 {
         rows = rows
