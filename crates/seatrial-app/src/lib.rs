@@ -1,6 +1,13 @@
 //! What a person does with seatrial, each once for every edge: the terminal, the dashboard, Python.
 
 pub mod conduct;
+pub mod documents;
+mod error;
 pub mod fleet;
+pub mod identify_log;
+pub mod logs;
 pub mod paper;
 pub mod replay;
+
+pub use error::Error;
+pub use identify_log::{IdentifiedLog, Options, identify_log};

@@ -3,17 +3,18 @@
 use std::fmt::Write;
 
 use seatrial::compare::{Comparison, MethodResult, compare, split};
+use seatrial::figures::three_figures;
 use seatrial::identify::{IdentifySettings, ValidationData};
-use seatrial::verdict::three_figures;
 use seatrial::{Record, Window};
+use seatrial_app::documents::Source;
+use seatrial_app::identify_log::{Logs, SpeedModel, foremost, identify_speeds, no_model};
 use serde::Serialize;
 
-use crate::identify::source_text;
-use crate::log::{LogArgs, Source};
+use crate::log::{LogArgs, Told};
+use crate::model_text::source_text;
 use crate::output::{Exit, Failure, Output};
-use crate::speeds;
 use crate::table::Table;
-use crate::windows::{Logs, WindowArgs, failure};
+use crate::windows::WindowArgs;
 
 /// Every method on the identical record, side by side, with time and disagreement.
 #[derive(clap::Args, Debug)]
@@ -49,10 +50,12 @@ struct Document {
 
 /// Compares the methods on a log.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let logs = args.windows.with_the_rest_fresh().open(&args.log)?;
+    let windows = args.windows.windows().validated_on_the_rest();
+    let settings = args.log.channels.read_settings()?;
+    let logs = windows.open(&args.log.log, &settings, &mut Told::default())?;
     let chosen = Chosen::of(args, &logs)?;
     let comparison = compare(&logs.log.record, chosen.training, chosen.fresh, args.lambda)
-        .map_err(|error| failure(&logs.log, error))?;
+        .map_err(|error| no_model(&logs.log, error))?;
     let document = Document {
         schema: "seatrial.comparison.v1",
         source: logs.log.source(),
@@ -79,17 +82,18 @@ impl<'a> Chosen<'a> {
             fresh: ValidationData { record, window },
             because: because.into(),
         };
-        if let Some(fresh) = logs.fresh() {
+        if let Some(fresh) = logs.validation_data() {
             return Ok(Self {
                 training,
                 fresh,
                 because: "as given; without, what follows the training window".into(),
             });
         }
-        if !args.windows.are_given()
-            && let Some(models) = speeds::identify(&logs.log, &IdentifySettings::default())?
+        if !args.windows.windows().are_given()
+            && let settings = IdentifySettings::default()
+            && let Some(models) = identify_speeds(&logs.log, &settings, &mut Told::default())?
+            && let Some(SpeedModel { windows, .. }) = foremost(&models)
         {
-            let windows = &speeds::foremost(&models).windows;
             if let (Some(training), Some(fresh)) = (windows.training.first(), windows.validation) {
                 return Ok(on_this_log(*training, fresh, &windows.because));
             }

@@ -12,9 +12,10 @@ use seatrial_core::YawModel;
 use serde::Serialize;
 
 use crate::health_source::{HealthSource, read, read_log};
-use crate::log::{ChannelArgs, Source};
+use crate::log::ChannelArgs;
 use crate::output::{Exit, Failure, Output};
 use crate::table::Table;
+use seatrial_app::documents::Source;
 
 /// Changes of a22 and b2 up to this much are none, per cent, unless asked for: where two trials are compared, and
 /// over ordinary missions.
@@ -235,7 +236,7 @@ impl Args {
                 started = Some((name.clone(), start.clone()));
             }
             let samples = log.record.window(window).to_vec();
-            let rudder_unit = log.rudder_unit;
+            let rudder_unit = log.rudder_unit();
             watch.read(
                 name,
                 &seatrial::Record {

@@ -7,14 +7,16 @@ use seatrial::health::{SpeedModel, degrees_of_freedom};
 use seatrial::identification::ReasonCode;
 use seatrial::identify::{IdentifyError, IdentifySettings, identify};
 use seatrial::{Run, Window};
+use seatrial_app::documents::Source;
+use seatrial_app::identify_log::no_model;
+use seatrial_app::logs::OpenedLog;
 use seatrial_core::Sample;
 use seatrial_logbook::Logbook;
 
-use crate::log::{ChannelArgs, LogArgs, OpenedLog, Source};
+use crate::log::{ChannelArgs, LogArgs, open_inside};
 use crate::logbook::named_campaign;
 use crate::output::Failure;
 use crate::steering_source::{self, from_document, from_schedule};
-use crate::windows::{failure, open_inside};
 
 /// A log whose speed spreads more than this about its mean holds several speeds.
 const LARGEST_SPEED_SPREAD: f64 = 0.15;
@@ -219,7 +221,7 @@ fn from_log(name: &str, channels: &ChannelArgs) -> Result<HealthSource, Failure>
             Ok(source)
         }
         Err(IdentifyError::Refused(reason)) => Ok(without(reason.text)),
-        Err(error) => Err(failure(&log, error)),
+        Err(error) => Err(no_model(&log, error).into()),
     }
 }
 

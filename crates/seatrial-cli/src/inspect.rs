@@ -9,15 +9,17 @@ use seatrial::identification::{Reason, ReasonCode, Verdict};
 use seatrial::manoeuvre::{Manoeuvre, Stroke};
 use seatrial::segmentation::{Kind, Proposal, Segment, find, propose};
 use seatrial::verdict::refuse_record;
+use seatrial_app::documents::Source;
+use seatrial_app::logs::OpenedLog;
 use seatrial_core::{Real, Sample};
 use seatrial_logs::{Channel, Quantity, UnitSource};
 use seatrial_report::{Found, render_found};
 use serde::Serialize;
 
-use crate::log::{self, LogArgs, OpenedLog, Source};
-use crate::output::{Exit, Failure, Output};
-use crate::report::{save, source};
-use crate::speeds::windows_text;
+use crate::log::{self, LogArgs};
+use crate::model_text::windows_text;
+use crate::output::{Exit, Failure, Output, save_page};
+use crate::report::source;
 use crate::table::Table;
 use seatrial_core::RudderUnit;
 
@@ -88,7 +90,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let inspection = Inspection::of(&opened);
     output.print(&inspection, || text(&opened, &inspection))?;
     if let Some(path) = &args.report {
-        save(path, &report_page(&opened, &inspection))?;
+        save_page(path, &report_page(&opened, &inspection))?;
     }
     Ok(if inspection.verdict.accepted {
         Exit::Done
@@ -104,7 +106,7 @@ fn report_page(opened: &OpenedLog, inspection: &Inspection) -> String {
         record: &opened.record,
         segments: &inspection.manoeuvres,
         proposals: &inspection.windows,
-        rudder_unit: opened.rudder_unit.for_people(),
+        rudder_unit: opened.rudder_unit().for_people(),
         provenance: &source("Log", opened),
     })
 }
@@ -130,7 +132,7 @@ impl Inspection {
                 .and_then(|rudder| positive_rudder_turns_up(samples, &rudder.strokes)),
             windows: propose(&opened.record, &manoeuvres),
             manoeuvres,
-            verdict: verdict(samples.len(), &ranges, opened.rudder_unit),
+            verdict: verdict(samples.len(), &ranges, opened.rudder_unit()),
             ranges,
         }
     }
@@ -357,7 +359,9 @@ fn channels_text(opened: &OpenedLog, inspection: &Inspection) -> String {
     let ranges = &inspection.ranges;
     let range = |channel: &Channel| {
         let range = ranges.iter().find(|r| r.quantity == channel.quantity);
-        range.map_or(String::new(), |range| range_text(range, opened.rudder_unit))
+        range.map_or(String::new(), |range| {
+            range_text(range, opened.rudder_unit())
+        })
     };
     let channels = &opened.description.channels;
     let rows = || channels.iter().map(|channel| (channel, range(channel)));
@@ -410,7 +414,7 @@ fn range_text(range: &Range, rudder_unit: RudderUnit) -> String {
 fn manoeuvres_text(opened: &OpenedLog, inspection: &Inspection) -> String {
     let found = &inspection.manoeuvres;
     let missing = || "-".to_string();
-    let (rudder_scale, rudder_unit) = opened.rudder_unit.for_people();
+    let (rudder_scale, rudder_unit) = opened.rudder_unit().for_people();
     let mut table = Table::new(&[
         ("", ""),
         ("from", "s"),

@@ -2,7 +2,7 @@
 
 mod ardupilot_json;
 mod autopilot;
-mod channels;
+
 mod compare;
 mod fault_matrix;
 mod fault_run;
@@ -17,6 +17,7 @@ mod live;
 mod log;
 mod logbook;
 mod manoeuvres;
+mod model_text;
 mod output;
 mod paper;
 mod parallel;

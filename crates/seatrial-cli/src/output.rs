@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
 use seatrial::identification::Verdict;
@@ -90,6 +91,17 @@ impl Failure {
     }
 }
 
+impl From<seatrial_app::Error> for Failure {
+    fn from(error: seatrial_app::Error) -> Self {
+        use seatrial_app::Error;
+        match error {
+            Error::Setting(_) => Self::usage(error),
+            Error::Input(_) | Error::Log(_) => Self::input(error),
+            Error::Rejected(_) => Self::rejected(error),
+        }
+    }
+}
+
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(&self.message)
@@ -99,6 +111,12 @@ impl fmt::Display for Failure {
 /// Says something on standard error. One that cannot be written to, as on a full disk, is no reason to stop.
 pub fn say(message: impl fmt::Display) {
     let _ = writeln!(std::io::stderr(), "seatrial: {message}");
+}
+
+/// Writes a page.
+pub fn save_page(path: &Path, page: &str) -> Result<(), Failure> {
+    std::fs::write(path, page)
+        .map_err(|error| Failure::not_saved(format!("{}: the report: {error}", path.display())))
 }
 
 /// Standard output as the user asked for it.

@@ -11,12 +11,12 @@ use seatrial_logbook::{Logbook, NewPitchTrial, PitchEntry};
 use seatrial_report as report;
 use serde::Serialize;
 
-use crate::log::{LogArgs, Source};
-use crate::output::{Exit, Failure, Output};
-use crate::report::save;
+use crate::log::LogArgs;
+use crate::output::{Exit, Failure, Output, save_page};
 use crate::table::Table;
 use crate::vehicle::{self, Simulated};
 use crate::windows::WindowArgs;
+use seatrial_app::documents::Source;
 
 /// Columns of a pitch log.
 const COLUMNS: [&str; 5] = [
@@ -214,7 +214,7 @@ pub fn trial(
         save_log(path, &trial)?;
     }
     if let Some(path) = kept.page {
-        save(path, &page_of(&logbook, number)?)?;
+        save_page(path, &page_of(&logbook, number)?)?;
     }
     let document = TrialDocument::of("seatrial.pitch_trial.v1", name, Some(seed), &trial);
     output.print(&document, || {

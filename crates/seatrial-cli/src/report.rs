@@ -2,18 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
-use seatrial::identify::{IdentifyError, identify};
+use seatrial_app::identify_log::foremost;
+use seatrial_app::logs::OpenedLog;
 use seatrial_logbook::{CampaignEntry, Logbook};
 use seatrial_report::{self as report, Fact};
 use serde::Serialize;
 
 use crate::identify::EstimatorArgs;
-use crate::log::{ChannelArgs, LogArgs, OpenedLog, channel_text};
+use crate::log::{ChannelArgs, LogArgs, channel_text};
 use crate::logbook::chosen_campaign;
-use crate::output::{Exit, Failure, Output};
+use crate::model_text::windows_text;
+use crate::output::{Exit, Failure, Output, save_page};
 use crate::pitch::{self, Axis};
-use crate::speeds::{self, windows_text};
-use crate::windows::{WindowArgs, failure};
+use crate::speeds;
+use crate::windows::WindowArgs;
 
 /// One HTML page that shows a trial of a logbook, or a log with its model.
 #[derive(clap::Args)]
@@ -67,7 +69,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             ));
         }
     };
-    save(&args.out, &page)?;
+    save_page(&args.out, &page)?;
     say(&args.out, &page, output)?;
     Ok(exit)
 }
@@ -83,40 +85,23 @@ fn of_logbook(path: &Path, args: &Args) -> Result<String, Failure> {
 }
 
 fn of_log(path: &Path, args: &Args) -> Result<(String, Exit), Failure> {
-    let logs = args.windows.open(&LogArgs {
+    let log = LogArgs {
         log: path.to_path_buf(),
         channels: args.channels.clone(),
-    })?;
-    let settings = args.estimator.settings(true);
-    let models = match args.windows.are_given() || settings.as_paper {
-        true => None,
-        false => speeds::identify(&logs.log, &settings)?,
     };
-    let foremost = models.as_deref().map(speeds::foremost);
-    let identified = match foremost {
-        Some(model) => model.identification.clone().ok_or_else(|| {
-            let reason = model.verdict.reasons.first().cloned();
-            reason.map_or_else(
-                || unreachable!("no model without a reason"),
-                IdentifyError::Refused,
-            )
-        }),
-        None => identify(&logs.log.record, logs.training, logs.fresh(), &settings),
-    };
-    let exit = match &identified {
-        Ok(identification) => Exit::of(&identification.verdict),
-        Err(_) => Exit::Rejected,
-    };
-    let identification = match &identified {
-        Ok(identification) => Ok(identification),
-        Err(IdentifyError::Refused(reason)) => Err(reason),
-        Err(error) => return Err(failure(&logs.log, error.clone())),
+    let found = args.estimator.identify(&log, &args.windows, true)?;
+    let logs = &found.logs;
+    let verdict = found.verdict();
+    let identification = match (found.identification(), verdict.reasons.first()) {
+        (Some(identification), _) => Ok(identification),
+        (None, Some(reason)) => Err(reason),
+        (None, None) => return Err(Failure::internal("no model and no reason")),
     };
     let mut provenance = source("Log", &logs.log);
-    let windows = foremost.map(|model| ("Windows", windows_text(&model.windows)));
+    let models = found.models.as_deref().unwrap_or_default();
+    let windows = foremost(models).map(|model| ("Windows", windows_text(&model.windows)));
     provenance.extend(windows);
-    let all = models.iter().flatten();
-    provenance.extend(all.map(|model| ("Model", model.line())));
+    provenance.extend(models.iter().map(|model| ("Model", speeds::line(model))));
     provenance.extend(
         logs.validation_log
             .iter()
@@ -130,7 +115,7 @@ fn of_log(path: &Path, args: &Args) -> Result<(String, Exit), Failure> {
         identification,
         provenance: &provenance,
     });
-    Ok((page, exit))
+    Ok((page, Exit::of(verdict)))
 }
 
 /// Where samples came from and how they were read.
@@ -156,12 +141,6 @@ fn provenance(logbook: &Logbook, entry: &CampaignEntry) -> Vec<Fact> {
         ("SHA-256 of the plan", entry.plan_sha256.clone()),
         ("Plan", entry.plan.clone()),
     ]
-}
-
-/// Writes a page.
-pub fn save(path: &Path, page: &str) -> Result<(), Failure> {
-    std::fs::write(path, page)
-        .map_err(|error| Failure::not_saved(format!("{}: the report: {error}", path.display())))
 }
 
 #[derive(Serialize)]

@@ -6,9 +6,10 @@ use std::sync::Arc;
 use std::sync::mpsc::channel;
 
 use seatrial::Campaign;
-use seatrial::identify::IdentifySettings;
 use seatrial::preview::{self, Preview};
 use seatrial_app::conduct::{Conducted, Watch, conduct};
+use seatrial_app::identify_log::{Options, identify_opened};
+use seatrial_app::logs::{self, Unobserved};
 use seatrial_core::{Plan, Vehicle};
 use seatrial_dash::api::{self, LogReading};
 use seatrial_dash::{Craft, ReadLog, Server, Settings, StartError, Take, Workshop};
@@ -16,11 +17,9 @@ use seatrial_sim::FaultyVehicle;
 use serde::Serialize;
 
 use crate::autopilot::{LinkArgs, Taken};
-use crate::identify::Found;
 use crate::inspect::Inspection;
-use crate::log::{ChannelArgs, LogArgs, quantity_and_unit};
+use crate::log::{ChannelArgs, quantity_and_unit};
 use crate::output::{Exit, Failure, Output, say};
-use crate::windows::{Logs, WindowArgs};
 use crate::{prior, vehicle};
 
 /// The simulators that need no file.
@@ -330,16 +329,6 @@ where
     })
 }
 
-/// An uploaded log, which goes by the name that it was given.
-fn opened(log: &Path, reading: &LogReading) -> Result<Logs, Failure> {
-    let mut logs = WindowArgs::default().open(&LogArgs {
-        log: log.into(),
-        channels: channels(reading)?,
-    })?;
-    logs.log.path = reading.name().into();
-    Ok(logs)
-}
-
 /// The options that were asked for over the network.
 fn channels(reading: &LogReading) -> Result<ChannelArgs, Failure> {
     let reading = reading.clone();
@@ -371,23 +360,32 @@ fn channels(reading: &LogReading) -> Result<ChannelArgs, Failure> {
     })
 }
 
-/// As `seatrial identify` of a log without windows.
+/// What `seatrial identify` makes of an uploaded log, which goes by the name that it was given.
 fn identified(log: &Path, reading: &LogReading) -> Result<ReadLog, Failure> {
-    let logs = opened(log, reading)?;
-    let found = Found::of(&logs, &IdentifySettings::default(), true)?;
+    let options = Options {
+        reading: channels(reading)?.read_settings()?,
+        ..Options::default()
+    };
+    let mut logs = options
+        .windows
+        .open(log, &options.reading, &mut Unobserved)?;
+    logs.log.path = reading.name().into();
+    let found = identify_opened(logs, &options, &mut Unobserved)?;
     let validated = found
         .identification()
         .and_then(|found| Some((found.model(), found.validation?.window)));
     Ok(ReadLog {
-        document: serde_json::to_value(found.document(&logs)).map_err(Failure::internal)?,
+        document: serde_json::to_value(found.document()).map_err(Failure::internal)?,
         validated,
-        record: logs.log.record,
+        record: found.logs.log.record,
     })
 }
 
-/// As `seatrial inspect` of a log.
+/// What `seatrial inspect` says of an uploaded log, which goes by the name that it was given.
 fn inspected(log: &Path, reading: &LogReading) -> Result<ReadLog, Failure> {
-    let opened = opened(log, reading)?.log;
+    let settings = channels(reading)?.read_settings()?;
+    let mut opened = logs::open(log, &settings, None, &mut Unobserved)?;
+    opened.path = reading.name().into();
     Ok(ReadLog {
         document: serde_json::to_value(Inspection::of(&opened)).map_err(Failure::internal)?,
         record: opened.record,

@@ -1,152 +1,63 @@
-//! The models of a long log: one for each speed at which manoeuvres were found in it.
+//! The models of a long log, as text and as a schedule file.
 
 use std::fmt::Write;
 use std::path::Path;
 
 use seatrial::figures::three_figures;
-use seatrial::identification::{Identification, Verdict};
-use seatrial::identify::identify_joined;
 use seatrial::identify::joined::Joined;
-use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData};
-use seatrial::record::Window;
-use seatrial::segmentation::{Proposal, find, propose};
+use seatrial_app::identify_log::SpeedModel;
+use seatrial_core::RudderUnit;
 use serde::Serialize;
 
-use crate::identify::{fresh_text, model_text, training_text, verdict_text};
-use crate::log::OpenedLog;
-use crate::output::{Failure, say};
-use crate::windows::failure;
-use seatrial_core::RudderUnit;
+use crate::model_text::{fresh_text, model_text, speed_text, training_text, verdict_text};
+use crate::output::Failure;
 
-/// A model of one speed, or why there is none.
-#[derive(Serialize)]
-pub struct SpeedModel {
-    thrust: Option<f64>,
-    surge_speed_m_s: Option<f64>,
-    /// Where it was found.
-    pub windows: Proposal,
-    /// What each manoeuvre says by itself, where several were joined.
-    joined: Option<Joined>,
-    /// The model.
-    pub identification: Option<Identification>,
-    /// May it be used?
-    pub verdict: Verdict,
-}
-
-/// Finds the manoeuvres of a log and identifies a model for each of their speeds, slowest first. Says on standard error
-/// which windows are used and why. `None` of a log that has no manoeuvres or is one.
-pub fn identify(
-    log: &OpenedLog,
-    settings: &IdentifySettings,
-) -> Result<Option<Vec<SpeedModel>>, Failure> {
-    let proposals = propose(&log.record, &find(&log.record.samples));
-    let models = proposals
-        .into_iter()
-        .map(|proposal| {
-            say(format_args!(
-                "{}: {}",
-                log.path.display(),
-                windows_text(&proposal)
-            ));
-            SpeedModel::identify(log, proposal, settings)
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    Ok((!models.is_empty()).then_some(models))
-}
-
-/// The model that stands for all: the accepted one with the surest rudder, else the first there is.
-pub fn foremost(models: &[SpeedModel]) -> &SpeedModel {
-    let rudder_share = |model: &SpeedModel| {
-        let refined = model.identification.as_ref()?.refined.as_ref()?;
-        Some(refined.covariance[1][1].sqrt() / refined.model.b2_per_s2.abs())
+/// A line for a page about another speed's model.
+pub fn line(model: &SpeedModel) -> String {
+    let speed = speed_text(model.thrust, model.surge_speed_m_s);
+    let verdict = match model.verdict.accepted {
+        true => "accepted",
+        false => "rejected",
     };
-    models
-        .iter()
-        .filter(|model| model.verdict.accepted)
-        .min_by(|a, b| {
-            let shares = [a, b].map(|model| rudder_share(model).unwrap_or(f64::INFINITY));
-            shares[0].total_cmp(&shares[1])
-        })
-        .or_else(|| models.iter().find(|model| model.identification.is_some()))
-        .unwrap_or(&models[0])
+    let theta = model.identification.as_ref().map(|i| i.model().theta());
+    match theta.map(|theta| theta.map(three_figures)) {
+        Some([a22, b2, c0]) => format!("{speed}: {verdict}, a22 {a22}, b2 {b2}, C0 {c0}"),
+        None => format!("{speed}: {verdict}"),
+    }
 }
 
-impl SpeedModel {
-    fn identify(
-        log: &OpenedLog,
-        proposal: Proposal,
-        settings: &IdentifySettings,
-    ) -> Result<Self, Failure> {
-        let fresh = proposal.validation.map(|window| ValidationData {
-            record: &log.record,
-            window,
-        });
-        let (identification, joined, verdict) =
-            match identify_joined(&log.record, &proposal.training, fresh, settings) {
-                Ok((identification, joined)) => {
-                    let verdict = identification.verdict.clone();
-                    (Some(identification), joined, verdict)
-                }
-                Err(IdentifyError::Refused(reason)) => (None, None, Verdict::refused(reason)),
-                Err(error) => return Err(failure(log, error)),
-            };
-        Ok(Self {
-            thrust: proposal.thrust,
-            surge_speed_m_s: proposal.surge_speed_m_s,
-            windows: proposal,
-            joined,
-            identification,
-            verdict,
-        })
+/// A paragraph of the page.
+fn paragraph(model: &SpeedModel, unit: RudderUnit) -> String {
+    let mut text = format!("{}: ", speed_text(model.thrust, model.surge_speed_m_s));
+    text += &verdict_text(&model.verdict);
+    if let Some(identification) = &model.identification {
+        text += &model_text(identification, unit);
+        text += &joined_text(model.joined.as_ref());
+        text += &fresh_text(identification.validation);
+        text += &training_text(identification);
     }
+    let _ = writeln!(text, "Windows     {}\n", model.windows.because);
+    text
+}
 
-    /// A line for a page about another speed's model.
-    pub fn line(&self) -> String {
-        let speed = speed_text(self.thrust, self.surge_speed_m_s);
-        let verdict = match self.verdict.accepted {
-            true => "accepted",
-            false => "rejected",
-        };
-        let model = self.identification.as_ref().map(|i| i.model().theta());
-        match model.map(|theta| theta.map(three_figures)) {
-            Some([a22, b2, c0]) => format!("{speed}: {verdict}, a22 {a22}, b2 {b2}, C0 {c0}"),
-            None => format!("{speed}: {verdict}"),
-        }
-    }
-
-    /// A paragraph of the page.
-    fn text(&self, unit: RudderUnit) -> String {
-        let mut text = format!("{}: ", speed_text(self.thrust, self.surge_speed_m_s));
-        text += &verdict_text(&self.verdict);
-        if let Some(identification) = &self.identification {
-            text += &model_text(identification, unit);
-            text += &self.joined_text();
-            text += &fresh_text(identification.validation);
-            text += &training_text(identification);
-        }
-        let _ = writeln!(text, "Windows     {}\n", self.windows.because);
-        text
-    }
-
-    fn joined_text(&self) -> String {
-        let Some(joined) = &self.joined else {
-            return String::new();
-        };
-        let mut text = format!(
-            "Joined      {} manoeuvres, each with its own offset; that they differ by chance has a probability of {}\n",
-            joined.manoeuvres.len(),
-            three_figures(joined.consistency)
+fn joined_text(joined: Option<&Joined>) -> String {
+    let Some(joined) = joined else {
+        return String::new();
+    };
+    let mut text = format!(
+        "Joined      {} manoeuvres, each with its own offset; that they differ by chance has a probability of {}\n",
+        joined.manoeuvres.len(),
+        three_figures(joined.consistency)
+    );
+    for manoeuvre in &joined.manoeuvres {
+        let [a22, b2, c0] = manoeuvre.model.theta().map(three_figures);
+        let _ = writeln!(
+            text,
+            "  from {:.2} s: a22 {a22}, b2 {b2}, C0 {c0}",
+            manoeuvre.training.from_s
         );
-        for manoeuvre in &joined.manoeuvres {
-            let [a22, b2, c0] = manoeuvre.model.theta().map(three_figures);
-            let _ = writeln!(
-                text,
-                "  from {:.2} s: a22 {a22}, b2 {b2}, C0 {c0}",
-                manoeuvre.training.from_s
-            );
-        }
-        text
     }
+    text
 }
 
 /// The page: a paragraph for each speed.
@@ -159,7 +70,7 @@ pub fn text(models: &[SpeedModel], unit: RudderUnit) -> String {
         plural(accepted)
     );
     for model in models {
-        text += &model.text(unit);
+        text += &paragraph(model, unit);
     }
     text
 }
@@ -202,35 +113,6 @@ pub fn save_schedule(path: &Path, models: &[SpeedModel], unit: RudderUnit) -> Re
     let text = toml::to_string(&schedule).map_err(Failure::internal)?;
     std::fs::write(path, text)
         .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))
-}
-
-/// Which windows are used at a speed, and why.
-pub fn windows_text(proposal: &Proposal) -> String {
-    let span = |window: &Window| format!("{:.2} s to {:.2} s", window.from_s, window.to_s);
-    let training: Vec<String> = proposal.training.iter().map(span).collect();
-    format!(
-        "{}: training {}, validation {}: {}",
-        speed_text(proposal.thrust, proposal.surge_speed_m_s),
-        training.join(" and "),
-        proposal
-            .validation
-            .as_ref()
-            .map_or_else(|| "none".into(), span),
-        proposal.because
-    )
-}
-
-fn speed_text(thrust: Option<f64>, surge_speed_m_s: Option<f64>) -> String {
-    let thrust = thrust.map(|thrust| format!("{:.0} % thrust", 100.0 * thrust));
-    let speed = surge_speed_m_s.map(|speed| format!("{speed:.2} m/s"));
-    match (thrust, speed) {
-        (None, None) => "unknown speed".into(),
-        (thrust, speed) => [thrust, speed]
-            .into_iter()
-            .flatten()
-            .collect::<Vec<_>>()
-            .join(", "),
-    }
 }
 
 fn plural(count: usize) -> &'static str {

@@ -6,14 +6,15 @@ use seatrial::Window;
 use seatrial::identification::{Validation, Verdict};
 use seatrial::identify::{validation, validation_estimate};
 use seatrial::verdict::judge_validation;
+use seatrial_app::documents::Source;
+use seatrial_app::identify_log::no_model;
 use seatrial_core::YawModel;
 use serde::Serialize;
 
-use crate::identify::{fresh_text, source_text, verdict_text};
-use crate::log::{LogArgs, Source};
+use crate::log::{LogArgs, open_inside};
+use crate::model_text::{fresh_text, source_text, verdict_text};
 use crate::output::{Exit, Failure, Output};
 use crate::steering_source;
-use crate::windows::{failure, open_inside};
 
 /// Simulate a stored or given model over a log and compare.
 #[derive(clap::Args, Debug)]
@@ -85,7 +86,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     };
     let log = open_inside(&args.log, window)?;
     let validation =
-        validation::validate(model, &log.record, window).map_err(|error| failure(&log, error))?;
+        validation::validate(model, &log.record, window).map_err(|error| no_model(&log, error))?;
     let own = validation_estimate(&log.record.usable(window));
     let document = Document {
         schema: "seatrial.validation.v1",

@@ -1,5 +1,9 @@
 //! `identify` and `inspect` on logs with several manoeuvres, without windows.
 
+use std::path::Path;
+
+use seatrial_app::documents::IdentificationDocument;
+use seatrial_app::{Options, identify_log};
 use seatrial_dev::{data, document, run};
 
 /// ArduPilot's Rover firmware on a simulated boat, if the shared data are here.
@@ -100,4 +104,26 @@ fn cli_windows_of_the_user_win() {
     let document = document(&output);
     assert!(document["models"].is_null());
     assert_eq!(document["training"]["from_s"], 86.6);
+}
+
+/// The library gives what the terminal prints, byte for byte, and reads it back.
+#[test]
+fn cli_identify_prints_the_document_of_identify_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let simulated = folder.path().join("run.csv").to_str().unwrap().to_string();
+    assert!(
+        run(&["sim", "log", "--seed", "1", "--out", &simulated])
+            .status
+            .success()
+    );
+    for log in [Some(simulated), rover_log()].into_iter().flatten() {
+        let printed = run(&["identify", &log, "--json"]).stdout;
+        let found = identify_log(Path::new(&log), &Options::default()).unwrap();
+        let text = serde_json::to_string_pretty(&found.document()).unwrap();
+        assert_eq!(String::from_utf8(printed).unwrap().trim_end(), text);
+        let read: IdentificationDocument = serde_json::from_str(&text).unwrap();
+        assert_eq!(serde_json::to_string_pretty(&read).unwrap(), text);
+        let described = read.source.source.description();
+        assert_eq!(described.rudder_unit, found.logs.log.rudder_unit());
+    }
 }

@@ -89,7 +89,7 @@ pub enum UnitSource {
 }
 
 /// One column and what it feeds.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Channel {
     /// The quantity it feeds.
     pub quantity: Quantity,
@@ -125,7 +125,7 @@ impl Channel {
 }
 
 /// What a log is and how it is read.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LogDescription {
     /// Its format.
     pub format: Format,

@@ -1,14 +1,20 @@
 //! Identification of records, reading of logs, the paper's claims.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use seatrial::identify::evenly_sampled::{BatchError, EvenlySampled};
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, lambda_of};
+use seatrial::servo::Servo;
 use seatrial::{Record, Window};
+use seatrial_app::Options;
+use seatrial_app::identify_log::Windows;
+use seatrial_app::logs::ReadSettings;
+use seatrial_core::RudderUnit;
 use seatrial_core::estimator::Method;
-use seatrial_logs::ChannelChoice;
+use seatrial_logs::{ChannelChoice, Quantity};
 
 use crate::arrays::{Column, Columns, dictionary};
 use crate::{error, json, unread, usage};
@@ -166,15 +172,95 @@ pub fn least_squares(
     }
 }
 
-/// The samples of a log of any format that the command reads.
+/// Identifies a log of any format that the command reads; the document of `seatrial identify --json`.
+#[pyfunction]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the Python part has names for them"
+)]
+pub fn identify_log(
+    py: Python<'_>,
+    path: PathBuf,
+    channels_file: Option<PathBuf>,
+    columns: BTreeMap<String, String>,
+    units: BTreeMap<String, String>,
+    full_rudder_rad: Option<f64>,
+    rudder_delay_s: f64,
+    rudder_lag_s: f64,
+    drop_invalid: bool,
+    training: Span,
+    validation: Span,
+    validate_on: Option<PathBuf>,
+    estimate: &str,
+    method: Option<&str>,
+    lambda_rad_s: Option<f64>,
+    trace: bool,
+) -> PyResult<String> {
+    let quantity = |name: &String| name.parse::<Quantity>().map_err(|why| usage(py, why));
+    let mut choice = ChannelChoice {
+        full_rudder_rad,
+        drop_invalid,
+        ..ChannelChoice::default()
+    };
+    for (name, column) in &columns {
+        choice.columns.insert(quantity(name)?, column.clone());
+    }
+    for (name, unit) in &units {
+        let unit = unit.parse().map_err(|why| usage(py, why))?;
+        choice.units.insert(quantity(name)?, unit);
+    }
+    let servo = Servo::new(rudder_delay_s, rudder_lag_s).map_err(|why| usage(py, why))?;
+    let options = Options {
+        reading: ReadSettings {
+            channels_file,
+            channels: choice,
+            servo: (rudder_delay_s > 0.0 || rudder_lag_s > 0.0).then_some(servo),
+        },
+        windows: Windows {
+            from_s: training.0,
+            to_s: training.1,
+            validate_from_s: validation.0,
+            validate_to_s: validation.1,
+            validate_on,
+        },
+        settings: settings(py, estimate, method, lambda_rad_s, trace)?,
+    };
+    match py.detach(|| seatrial_app::identify_log(&path, &options)) {
+        Ok(found) => json(py, &found.document()),
+        Err(found) => Err(failed(py, &found)),
+    }
+}
+
+/// The exception for what a use case gives no result for.
+fn failed(py: Python<'_>, found: &seatrial_app::Error) -> PyErr {
+    let class = match found {
+        seatrial_app::Error::Setting(_) => "UsageError",
+        seatrial_app::Error::Input(_) | seatrial_app::Error::Log(_) => "InputError",
+        seatrial_app::Error::Rejected(_) => "RejectedError",
+    };
+    error(py, class, found)
+}
+
+/// The samples of a log of any format that the command reads. Where the log has what the servo was told and nobody
+/// said which angle that is, the rudder is `rudder_of_full` in place of `rudder_rad`.
 #[pyfunction]
 pub fn read_log<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyDict>> {
     let read = py.detach(|| -> Result<Record, seatrial_logs::ReadError> {
         let log = seatrial_logs::open(&path, &ChannelChoice::default())?;
-        log.collect()
+        let rudder_unit = log.description().rudder_unit;
+        let mut record: Record = log.collect::<Result<_, _>>()?;
+        record.rudder_unit = rudder_unit;
+        Ok(record)
     });
     let record = read.map_err(|found| unread(py, &found))?;
-    dictionary(py, &record.samples)
+    let arrays = dictionary(py, &record.samples)?;
+    if record.rudder_unit == RudderUnit::FullRudder
+        && let Some(rudder) = arrays.get_item("rudder_rad")?
+    {
+        arrays.set_item("rudder_of_full", rudder)?;
+        arrays.del_item("rudder_rad")?;
+    }
+    Ok(arrays)
 }
 
 /// The paper's printed numbers beside recomputed ones; JSON.

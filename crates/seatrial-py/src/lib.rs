@@ -45,7 +45,7 @@ mod _native {
     #[pymodule_export]
     use super::fleet::{FleetJournal, fleet, fleet_work};
     #[pymodule_export]
-    use super::identify::{identify, least_squares, paper_claims, read_log};
+    use super::identify::{identify, identify_log, least_squares, paper_claims, read_log};
     #[pymodule_export]
     use super::simulate::{study, trial};
 }

@@ -50,6 +50,11 @@ def test_parity_the_estimator_gives_the_vectors_of_the_host() -> None:
         assert bits(estimator.converged_s) == row["converged_s"]
 
 
+def test_parity_identify_log_is_the_document_of_the_command(log: Path) -> None:
+    done = command("identify", str(log), "--json")
+    assert seatrial.identify_log(log).document == json.loads(done.stdout)
+
+
 @pytest.mark.parametrize("options, estimate", [((), "refined"), (("--as-paper",), "paper")])
 def test_parity_identify_is_that_of_the_command(
     log: Path, record: dict[str, Any], options: tuple[str, ...], estimate: Any

@@ -15,12 +15,12 @@
 //! time constant.
 
 use seatrial_core::Sample;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::record::{Record, median_interval_s};
 
 /// Dead time and lag of a rudder behind its command.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Servo {
     delay_s: f64,
     lag_s: f64,

@@ -2,7 +2,6 @@
 
 /// Findings as `cargo xtask house --list` prints them, without what is in parentheses.
 pub const ALLOWED: &[&str] = &[
-    "circle seatrial-cli/identify, logbook, pitch, report, speeds",
     "circle seatrial-core/heading_control, heading_loop",
     "circle seatrial-core/refine: cholesky, series",
     "circle seatrial-dash/access, api, convert, guard, history, live, page, refusal, routes, series, shared, stream, trials, workshop",

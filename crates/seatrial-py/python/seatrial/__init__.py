@@ -32,7 +32,7 @@ from ._native import read_log
 __all__ = [
     "AbortedError", "Estimator", "Gain", "Identification", "InputError", "Model", "NotSavedError",
     "Point", "RejectedError", "Schedule", "SeatrialError", "TrialResult", "Turn", "UsageError",
-    "fleet", "gains", "identify", "identify_table", "paper_claims",
+    "fleet", "gains", "identify", "identify_log", "identify_table", "paper_claims",
     "read_log", "study", "trial", "turning",
 ]
 
@@ -77,7 +77,9 @@ class Identification:
     @property
     def model(self) -> Model:
         """The model that goes to the controller: the refined one where there is one."""
-        part = self.document["refined"] or self.document["online"] or self.document["batch"]
+        part = self.document["refined"] or self.document["online"] or self.document.get("batch")
+        if part is None:
+            raise RejectedError("; ".join(text for _, text in self.reasons))
         return Model(part["a22_per_s"], part["b2_per_s2"], part["c0_rad_per_s2"])
 
     @property
@@ -110,7 +112,9 @@ class Identification:
 
     def __repr__(self) -> str:
         verdict = "accepted" if self.accepted else "rejected"
-        return f"<Identification {self.model}, {verdict}: {self.reasons[0][0]}>"
+        has_model = any(self.document.get(part) for part in ("refined", "online", "batch"))
+        model = self.model if has_model else "without a model"
+        return f"<Identification {model}, {verdict}: {self.reasons[0][0]}>"
 
 
 def identify(
@@ -145,6 +149,40 @@ def identify(
     text = _native.identify(
         array(time), array(heading), array(rudder), optional(speed), optional(yaw_rate),
         optional(thrust), training, validation, estimate, method, lambda_rad_s, trace,
+    )
+    return Identification(json.loads(text))
+
+
+def identify_log(
+    path: str | PathLike[str],
+    *,
+    channels_file: str | PathLike[str] | None = None,
+    columns: Optional[dict[str, str]] = None,
+    units: Optional[dict[str, str]] = None,
+    full_rudder_rad: Optional[float] = None,
+    rudder_delay_s: float = 0.0,
+    rudder_lag_s: float = 0.0,
+    drop_invalid: bool = False,
+    training: Span = (None, None),
+    validation: Span = (None, None),
+    validate_on: str | PathLike[str] | None = None,
+    estimate: Literal["refined", "online", "paper"] = "refined",
+    method: Optional[Method] = None,
+    lambda_rad_s: Optional[float] = None,
+    trace: bool = False,
+) -> Identification:
+    """Identify a log of any format; ``document`` is what ``seatrial identify LOG --json`` prints, to the bit.
+
+    Without windows the manoeuvres of the log are looked for: for each speed the best excited one trains, joined with
+    others, and another one validates; ``document["models"]`` has the model of each speed, ``model`` is the surest.
+    columns, units: by quantity, as in ``{"heading": "yaw"}`` and ``{"heading": "deg"}``. full_rudder_rad: the angle of a
+    full rudder, where the log has pulses or fractions; without, the rudder of the models is a fraction of full.
+    Where nothing can be estimated ``document["verdict"]`` says why, and ``model`` raises RejectedError.
+    """
+    text = _native.identify_log(
+        path, channels_file, columns or {}, units or {}, full_rudder_rad, rudder_delay_s,
+        rudder_lag_s, drop_invalid, training, validation, validate_on, estimate, method,
+        lambda_rad_s, trace,
     )
     return Identification(json.loads(text))
 

@@ -36,6 +36,23 @@ def least_squares(
     training: _Span,
     lambda_rad_s: Optional[float],
 ) -> str: ...
+def identify_log(
+    path: str | PathLike[str],
+    channels_file: str | PathLike[str] | None,
+    columns: dict[str, str],
+    units: dict[str, str],
+    full_rudder_rad: Optional[float],
+    rudder_delay_s: float,
+    rudder_lag_s: float,
+    drop_invalid: bool,
+    training: tuple[Optional[float], Optional[float]],
+    validation: tuple[Optional[float], Optional[float]],
+    validate_on: str | PathLike[str] | None,
+    estimate: str,
+    method: Optional[str],
+    lambda_rad_s: Optional[float],
+    trace: bool,
+) -> str: ...
 def read_log(path: str | PathLike[str]) -> dict[str, _Array]: ...
 def paper_claims() -> str: ...
 def turn(

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::trace::mean;
 use super::{Kind, Segment};
@@ -37,7 +37,7 @@ const UNKNOWN_STROKES: (f64, f64) = (1.0, 3.0);
 const LONGEST_SINGLE: f64 = 10.0;
 
 /// What to learn from and what to validate on at one speed.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Proposal {
     /// Mean thrust of the manoeuvres that train, a fraction of full.
     pub thrust: Option<f64>,

@@ -1,14 +1,14 @@
-//! `--channels FILE.toml`: which columns, topics or fields of messages are which quantities.
+//! A file of channels: which columns, topics or fields of messages are which quantities.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use seatrial_logs::{ChannelChoice, Correction, Fault, Quantity, ReadError, Unit};
 use serde::Deserialize;
-use serde::de::{Deserializer, Error};
+use serde::de::{Deserializer, Error as _};
 use toml::Spanned;
 
-use crate::output::Failure;
+use crate::Error;
 
 /// Other sections belong to others.
 #[derive(Deserialize)]
@@ -38,6 +38,23 @@ fn unit<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Unit>, D::E
     text.parse().map(Some).map_err(D::Error::custom)
 }
 
+/// A quantity that cannot be described so.
+#[derive(Debug, thiserror::Error)]
+enum InvalidChannel {
+    #[error("`columns`, half the difference of two, is for rudder and thrust")]
+    NotHalved,
+    #[error("expected `column` or `columns`, found both")]
+    ColumnAndColumns,
+    #[error("expected `column = \"NAME\"` or `columns = [\"NAME\", \"NAME\"]`")]
+    NoColumn,
+    #[error("{field} = {value}: expected a finite number, a scale not 0")]
+    Number { field: &'static str, value: f64 },
+    #[error("full_deg = {full_deg}: expected the angle of a full rudder, up to 90")]
+    FullAngle { full_deg: f64 },
+    #[error("a time has a unit, and no scale, offset or sign")]
+    CorrectedTime,
+}
+
 /// A file of channels.
 #[derive(Debug, Default)]
 pub struct Mapping {
@@ -49,11 +66,11 @@ pub struct Mapping {
 
 impl Mapping {
     /// Reads the section `channels` of a file.
-    pub fn read(path: &Path) -> Result<Self, Failure> {
+    pub fn read(path: &Path) -> Result<Self, Error> {
         let text = std::fs::read_to_string(path)
-            .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+            .map_err(|error| Error::Input(format!("{}: {error}", path.display())))?;
         let document: Document = toml::from_str(&text)
-            .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+            .map_err(|error| Error::Input(format!("{}: {error}", path.display())))?;
         let mut mapping = Self {
             path: path.to_path_buf(),
             ..Self::default()
@@ -63,12 +80,12 @@ impl Mapping {
             mapping.lines.insert(quantity, line);
             mapping
                 .take(quantity, entry.into_inner())
-                .map_err(|what| mapping.failure(quantity, &what))?;
+                .map_err(|what| mapping.error(quantity, what))?;
         }
         Ok(mapping)
     }
 
-    fn take(&mut self, quantity: Quantity, channel: Channel) -> Result<(), String> {
+    fn take(&mut self, quantity: Quantity, channel: Channel) -> Result<(), InvalidChannel> {
         let choice = &mut self.choice;
         let is_halved = matches!(quantity, Quantity::Rudder | Quantity::Thrust);
         match (channel.column, channel.columns) {
@@ -78,31 +95,19 @@ impl Mapping {
             (None, Some(pair)) if is_halved => {
                 choice.half_differences.insert(quantity, pair);
             }
-            (None, Some(_)) => {
-                return Err(
-                    "`columns`, half the difference of two, is for rudder and thrust".into(),
-                );
-            }
-            (Some(_), Some(_)) => return Err("expected `column` or `columns`, found both".into()),
-            (None, None) => {
-                return Err(
-                    "expected `column = \"NAME\"` or `columns = [\"NAME\", \"NAME\"]`".into(),
-                );
-            }
+            (None, Some(_)) => return Err(InvalidChannel::NotHalved),
+            (Some(_), Some(_)) => return Err(InvalidChannel::ColumnAndColumns),
+            (None, None) => return Err(InvalidChannel::NoColumn),
         }
         for (field, value) in [("scale", channel.scale), ("offset", channel.offset)] {
             if let Some(value) = value.filter(|v| !v.is_finite() || (field == "scale" && *v == 0.0))
             {
-                return Err(format!(
-                    "{field} = {value}: expected a finite number, a scale not 0"
-                ));
+                return Err(InvalidChannel::Number { field, value });
             }
         }
         if let Some(full_deg) = channel.full_deg {
             if quantity != Quantity::Rudder || !(full_deg > 0.0 && full_deg <= 90.0) {
-                return Err(format!(
-                    "full_deg = {full_deg}: expected the angle of a full rudder, up to 90"
-                ));
+                return Err(InvalidChannel::FullAngle { full_deg });
             }
             choice.full_rudder_rad = Some(full_deg.to_radians());
         }
@@ -116,7 +121,7 @@ impl Mapping {
         };
         let is_corrected = correction.scale != 1.0 || correction.offset.is_some();
         if is_corrected && quantity == Quantity::Time {
-            return Err("a time has a unit, and no scale, offset or sign".into());
+            return Err(InvalidChannel::CorrectedTime);
         }
         if is_corrected {
             choice.corrections.insert(quantity, correction);
@@ -124,9 +129,9 @@ impl Mapping {
         Ok(())
     }
 
-    fn failure(&self, quantity: Quantity, what: &str) -> Failure {
+    fn error(&self, quantity: Quantity, what: impl std::fmt::Display) -> Error {
         let line = self.lines.get(&quantity).copied().unwrap_or(1);
-        Failure::input(format!(
+        Error::Input(format!(
             "{} line {line}, channels.{quantity}: {what}",
             self.path.display()
         ))
@@ -152,7 +157,7 @@ impl Mapping {
     }
 
     /// An error about a column or unit that this file names says where it does.
-    pub fn failure_of(&self, error: ReadError) -> Failure {
+    pub fn error_of(&self, error: ReadError) -> Error {
         let quantity = match &error.fault {
             Fault::NoSuchColumn { quantity, .. }
             | Fault::AmbiguousColumn { quantity, .. }
@@ -161,8 +166,8 @@ impl Mapping {
             _ => None,
         };
         match quantity.filter(|quantity| self.lines.contains_key(quantity)) {
-            Some(quantity) => self.failure(quantity, &error.to_string()),
-            None => Failure::input(error),
+            Some(quantity) => self.error(quantity, error),
+            None => error.into(),
         }
     }
 }

@@ -1,0 +1,89 @@
+//! `identify --json`.
+
+use seatrial::Window;
+use seatrial::identification::{
+    HigherOrder, LagEffect, Online, Refined, RejectedSamples, Settings, Validation, Verdict,
+};
+use seatrial_core::Nomoto;
+use seatrial_core::heading_loop::LoopTiming;
+use serde::{Deserialize, Serialize};
+
+use super::Source;
+use crate::identify_log::{IdentifiedLog, SpeedModel};
+use crate::logs::OpenedLog;
+
+/// What a log was identified as: a model, or several, or why there is none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct IdentificationDocument {
+    /// `seatrial.identification.v1`
+    pub schema: String,
+    /// The log.
+    pub source: UsedSource,
+    /// The other log, where there was one.
+    pub validation_source: Option<Source>,
+    /// The training window, half open.
+    pub training: Option<Window>,
+    /// How the estimate was made.
+    pub settings: Option<Settings>,
+    /// The estimate made sample by sample.
+    pub online: Option<Online>,
+    /// The estimate made from the whole training record.
+    pub refined: Option<Refined>,
+    /// Nomoto form of the model.
+    pub nomoto: Option<Nomoto<f64>>,
+    /// Simulation of validation data.
+    pub validation: Option<Validation>,
+    /// The model of the order that the record supports, where a first-order one misses something.
+    pub higher_order: Option<HigherOrder>,
+    /// What a lag of the rudder that the log does not tell would do to the refined model.
+    pub lag_effect: Option<LagEffect>,
+    /// What a heading loop of this vehicle waits for.
+    pub loop_timing: Option<LoopTiming<f64>>,
+    /// May the model be used?
+    pub verdict: Verdict,
+    /// Of a log with several manoeuvres: the model of each speed; the model above is the surest of them.
+    pub models: Option<Vec<SpeedModel>>,
+}
+
+/// A log, and how many of its samples reached the estimator.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct UsedSource {
+    /// The log.
+    #[serde(flatten)]
+    pub source: Source,
+    /// Samples in the training window.
+    pub samples_used: usize,
+    /// Samples that the guard rejected.
+    pub samples_rejected: u32,
+    /// These by cause.
+    pub rejected: RejectedSamples,
+}
+
+impl IdentificationDocument {
+    /// The document of a log that was identified.
+    pub fn of(found: &IdentifiedLog) -> Self {
+        let model = found.identification();
+        let counts = model.map_or_else(RejectedSamples::default, |model| model.samples_rejected);
+        Self {
+            schema: "seatrial.identification.v1".into(),
+            source: UsedSource {
+                source: found.logs.log.source(),
+                samples_used: model.map_or(0, |model| model.samples_used),
+                samples_rejected: counts.total(),
+                rejected: counts,
+            },
+            validation_source: found.logs.validation_log.as_ref().map(OpenedLog::source),
+            training: model.map(|model| model.training),
+            settings: model.map(|model| model.settings.clone()),
+            online: model.map(|model| model.online.clone()),
+            refined: model.and_then(|model| model.refined.clone()),
+            nomoto: model.and_then(|model| model.nomoto),
+            validation: model.and_then(|model| model.validation),
+            higher_order: model.and_then(|model| model.higher_order.clone()),
+            lag_effect: model.and_then(|model| model.lag_effect),
+            loop_timing: model.and_then(|model| model.loop_timing),
+            verdict: found.verdict().clone(),
+            models: found.models.clone(),
+        }
+    }
+}

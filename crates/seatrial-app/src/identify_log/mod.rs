@@ -1,0 +1,123 @@
+//! From a log to models: the manoeuvres of each speed are found, joined and identified, and each model is judged.
+
+mod speeds;
+mod windows;
+
+use std::path::Path;
+
+use seatrial::Identification;
+use seatrial::identification::Verdict;
+use seatrial::identify::{IdentifyError, IdentifySettings, identify};
+
+use crate::Error;
+use crate::documents::IdentificationDocument;
+use crate::logs::{Observer, OpenedLog, ReadSettings, Unobserved};
+
+pub use speeds::{SpeedModel, foremost, identify_speeds};
+pub use windows::{Logs, Windows};
+
+/// How a log is read and identified. The default is what `seatrial identify LOG` does.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Options {
+    /// Columns, units and servo.
+    pub reading: ReadSettings,
+    /// What is for training and what for validation.
+    pub windows: Windows,
+    /// The estimator.
+    pub settings: IdentifySettings,
+}
+
+/// What was found in a log: a model of each speed, or one of the whole, or why there is none.
+#[derive(Clone, Debug)]
+pub struct IdentifiedLog {
+    /// What was read.
+    pub logs: Logs,
+    /// The model of each speed, slowest first, where manoeuvres were looked for and found.
+    pub models: Option<Vec<SpeedModel>>,
+    single: Result<Box<Identification>, Verdict>,
+}
+
+/// Identifies a log, as `seatrial identify LOG` does: without windows its manoeuvres are looked for, those of one speed
+/// joined, and each model validated on a manoeuvre that it was not trained on; a log without manoeuvres, or that is
+/// one, is for training as a whole.
+///
+/// A model that may not be used is no error: look at [`IdentifiedLog::verdict`].
+pub fn identify_log(path: &Path, options: &Options) -> Result<IdentifiedLog, Error> {
+    identify_log_observed(path, options, &mut Unobserved)
+}
+
+/// [`identify_log`], telling an observer what is found on the way.
+pub fn identify_log_observed(
+    path: &Path,
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<IdentifiedLog, Error> {
+    let logs = options.windows.open(path, &options.reading, observer)?;
+    identify_opened(logs, options, observer)
+}
+
+/// [`identify_log`] of what was opened with the windows of these options.
+pub fn identify_opened(
+    logs: Logs,
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<IdentifiedLog, Error> {
+    let settings = &options.settings;
+    if !options.windows.are_given()
+        && !settings.as_paper
+        && let Some(models) = identify_speeds(&logs.log, settings, observer)?
+        && let Some(foremost) = foremost(&models)
+    {
+        let single = foremost.identification.clone();
+        return Ok(IdentifiedLog {
+            single: single.map(Box::new).ok_or_else(|| foremost.verdict.clone()),
+            models: Some(models),
+            logs,
+        });
+    }
+    let single = match identify(
+        &logs.log.record,
+        logs.training,
+        logs.validation_data(),
+        settings,
+    ) {
+        Ok(identification) => Ok(Box::new(identification)),
+        Err(IdentifyError::Refused(reason)) => Err(Verdict::refused(reason)),
+        Err(error) => return Err(no_model(&logs.log, error)),
+    };
+    Ok(IdentifiedLog {
+        models: None,
+        single,
+        logs,
+    })
+}
+
+impl IdentifiedLog {
+    /// The model, or the surest of several. `None` where the data refused one; the verdict says why.
+    pub fn identification(&self) -> Option<&Identification> {
+        self.single.as_deref().ok()
+    }
+
+    /// May the model be used?
+    pub fn verdict(&self) -> &Verdict {
+        match &self.single {
+            Ok(identification) => &identification.verdict,
+            Err(verdict) => verdict,
+        }
+    }
+
+    /// What `seatrial identify --json` prints.
+    pub fn document(&self) -> IdentificationDocument {
+        IdentificationDocument::of(self)
+    }
+}
+
+/// Why there is no model.
+pub fn no_model(log: &OpenedLog, error: IdentifyError) -> Error {
+    let said = |text: &str| format!("{}: {text}", log.path.display());
+    match error {
+        IdentifyError::EmptyWindow(message) => Error::Input(said(&message)),
+        IdentifyError::Setting(error) => Error::Setting(error.to_string()),
+        IdentifyError::Refused(reason) => Error::Rejected(said(&reason.text)),
+    }
+}

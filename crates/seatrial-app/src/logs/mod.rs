@@ -1,0 +1,198 @@
+//! Logs as every use case reads them: any format, channels mapped, units settled, behind the servo.
+
+mod mapping;
+mod most_excited;
+
+use std::path::{Path, PathBuf};
+
+use seatrial::segmentation::Proposal;
+use seatrial::servo::Servo;
+use seatrial::{Record, Window};
+use seatrial_core::RudderUnit;
+use seatrial_logs::{ChannelChoice, Counts, LogDescription};
+
+use crate::Error;
+use crate::documents::Source;
+use mapping::Mapping;
+use most_excited::MostExcited;
+
+/// So many samples are read between two reports of progress.
+const SAMPLES_A_REPORT: u64 = 1 << 16;
+
+/// How a log is read. Everything has a default.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ReadSettings {
+    /// TOML file whose section `channels` says which column, topic or field is which quantity, in which unit, scaled
+    /// and turned how; `channels` goes before it.
+    pub channels_file: Option<PathBuf>,
+    /// Which columns are read, and in which units.
+    pub channels: ChannelChoice,
+    /// The servo between the logged command and the rudder: the model is then the one behind it.
+    pub servo: Option<Servo>,
+}
+
+/// Who is told what is found while a log is read and identified.
+pub trait Observer {
+    /// A log was opened: which channels are read in which units.
+    fn opened(&mut self, _path: &Path, _description: &LogDescription, _servo: Option<Servo>) {}
+    /// So many bytes of it have been read.
+    fn read(&mut self, _bytes: u64) {}
+    /// It has been read to its end.
+    fn finished(&mut self) {}
+    /// What people should know before they trust the samples.
+    fn warned(&mut self, _warning: &str) {}
+    /// Manoeuvres of one speed were found, and are identified next.
+    fn found(&mut self, _path: &Path, _proposal: &Proposal) {}
+}
+
+/// Nobody is told.
+#[derive(Clone, Copy, Debug)]
+pub struct Unobserved;
+
+impl Observer for Unobserved {}
+
+/// A log in memory, and where it came from.
+#[derive(Clone, Debug)]
+pub struct OpenedLog {
+    /// Where it lies, or the name that it goes by.
+    pub path: PathBuf,
+    /// The samples kept, in the order of time. Its `rudder_unit` says whether their rudder is an angle.
+    pub record: Record,
+    /// What the log is and how it was read.
+    pub description: LogDescription,
+    /// The servo that was given: the record's rudder is the one behind it.
+    pub servo: Option<Servo>,
+    /// SHA-256 of the file, in hexadecimal.
+    pub sha256: String,
+    /// Rows read and left out.
+    pub counts: Counts,
+    /// What people should know before they trust the samples.
+    pub warnings: Vec<String>,
+}
+
+impl OpenedLog {
+    /// In what the rudder is: radians, or fractions of a full rudder whose angle nobody told.
+    pub fn rudder_unit(&self) -> RudderUnit {
+        self.record.rudder_unit
+    }
+
+    /// The log as documents show it.
+    pub fn source(&self) -> Source {
+        Source {
+            path: self.path.display().to_string(),
+            sha256: self.sha256.clone(),
+            samples_read: self.counts.samples,
+            median_interval_s: self.record.median_interval_s(),
+            rudder_unit: self.rudder_unit(),
+            servo: self.servo,
+            description: LogDescription {
+                warnings: self.warnings.clone(),
+                ..self.description.clone()
+            },
+            rows: self.counts,
+        }
+    }
+}
+
+impl ReadSettings {
+    /// Columns and units, those of the file included.
+    pub fn choice(&self) -> Result<ChannelChoice, Error> {
+        Ok(self.mapping()?.under(self.channels.clone()))
+    }
+
+    fn mapping(&self) -> Result<Mapping, Error> {
+        for (name, value) in [
+            ("full_rudder_rad", self.channels.full_rudder_rad),
+            ("rudder_trim", self.channels.rudder_trim),
+        ] {
+            if let Some(value) = value.filter(|value| !value.is_finite() || *value <= 0.0) {
+                return Err(Error::Setting(format!(
+                    "{name} {value}: expected a number above 0"
+                )));
+            }
+        }
+        match &self.channels_file {
+            Some(path) => Mapping::read(path),
+            None => Ok(Mapping::default()),
+        }
+    }
+}
+
+/// Reads a log: every sample inside `keep`, or all; of a log with more than 500,000 the segment in which the rudder
+/// varies most.
+pub fn open(
+    path: &Path,
+    settings: &ReadSettings,
+    keep: Option<Window>,
+    observer: &mut dyn Observer,
+) -> Result<OpenedLog, Error> {
+    let mapping = settings.mapping()?;
+    let choice = mapping.under(settings.channels.clone());
+    let mut reader = seatrial_logs::open(path, &choice).map_err(|error| mapping.error_of(error))?;
+    let servo = settings.servo;
+    observer.opened(path, reader.description(), servo);
+    let mut warnings = reader.description().warnings.clone();
+    warnings.iter().for_each(|text| observer.warned(text));
+
+    let keep = keep.unwrap_or(Window::ALL);
+    let mut segment = MostExcited::default();
+    let (mut samples_read, mut samples_inside) = (0_u64, 0_u64);
+    while let Some(sample) = reader.next() {
+        let sample = sample?;
+        if keep.contains(sample.time_s) {
+            samples_inside += 1;
+            segment.push(sample);
+        }
+        samples_read += 1;
+        if samples_read.is_multiple_of(SAMPLES_A_REPORT) {
+            observer.read(reader.bytes_read());
+        }
+    }
+    observer.finished();
+    let sha256 = reader.sha256()?;
+    let mut record = match servo {
+        Some(servo) => servo.behind(&segment.into_record()),
+        None => segment.into_record(),
+    };
+    record.rudder_unit = reader.description().rudder_unit;
+
+    let mut late = reader.warnings();
+    late.extend(shortened(&record, samples_inside));
+    late.iter().for_each(|text| observer.warned(text));
+    warnings.extend(late);
+    Ok(OpenedLog {
+        path: path.to_path_buf(),
+        record,
+        servo,
+        description: reader.description().clone(),
+        sha256,
+        counts: reader.counts(),
+        warnings,
+    })
+}
+
+/// Reads what is inside `keep`, or, to be able to say what the log has instead, all of it.
+pub fn open_inside(
+    path: &Path,
+    settings: &ReadSettings,
+    keep: Window,
+    observer: &mut dyn Observer,
+) -> Result<OpenedLog, Error> {
+    let opened = open(path, settings, Some(keep), observer)?;
+    if opened.record.samples.is_empty() && keep != Window::ALL {
+        return open(path, settings, None, observer);
+    }
+    Ok(opened)
+}
+
+fn shortened(record: &Record, samples_inside: u64) -> Option<String> {
+    match record.samples.as_slice() {
+        [first, .., last] if (record.samples.len() as u64) < samples_inside => Some(format!(
+            "of {samples_inside} samples the {} in which the rudder varies most are kept, from {} s to {} s; choose others with a window of time",
+            record.samples.len(),
+            first.time_s,
+            last.time_s
+        )),
+        _ => None,
+    }
+}

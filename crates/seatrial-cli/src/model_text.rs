@@ -1,0 +1,186 @@
+//! Models, verdicts and where they come from, as text for people.
+
+use std::fmt::Write;
+
+use seatrial::Identification;
+use seatrial::figures::three_figures;
+use seatrial::identification::{Validation, Verdict};
+use seatrial::record::Window;
+use seatrial::segmentation::Proposal;
+use seatrial_app::logs::OpenedLog;
+use seatrial_core::RudderUnit;
+
+/// Accepted or not, and each reason in a paragraph.
+pub fn verdict_text(verdict: &Verdict) -> String {
+    let mut text = String::from(if verdict.accepted {
+        "ACCEPTED\n"
+    } else {
+        "REJECTED\n"
+    });
+    for reason in &verdict.reasons {
+        let _ = writeln!(text, "  {}: {}", reason.code, reason.text);
+    }
+    text + "\n"
+}
+
+/// Parameters and intervals; `unit` is that of the rudder.
+pub fn model_text(identification: &Identification, unit: RudderUnit) -> String {
+    let model = identification.model();
+    let intervals = identification.refined.as_ref().map(|r| r.interval_95);
+    let delta0 = model.delta0_rad();
+    let rows = [
+        (
+            "a22",
+            Some(model.a22_per_s),
+            "1/s",
+            intervals.map(|i| i.a22_per_s),
+        ),
+        (
+            "b2",
+            Some(model.b2_per_s2),
+            "1/s^2",
+            intervals.map(|i| i.b2_per_s2),
+        ),
+        (
+            "C0",
+            Some(model.c0_rad_per_s2),
+            "rad/s^2",
+            intervals.map(|i| i.c0_rad_per_s2),
+        ),
+        (
+            "delta0",
+            delta0,
+            match unit {
+                RudderUnit::Rad => "rad",
+                RudderUnit::FullRudder => "of full",
+            },
+            intervals.and_then(|i| i.delta0_rad),
+        ),
+    ];
+    let rudder = match unit {
+        RudderUnit::Rad => "",
+        RudderUnit::FullRudder => " (full rudder is 1)",
+    };
+    let mut text = format!("Model       psi' = r, r' = a22 r + b2 rudder + C0{rudder}\n");
+    for (name, value, unit, interval) in rows {
+        let Some(value) = value else { continue };
+        let value = three_figures(value);
+        let interval = interval.map_or(String::new(), |[low, high]| {
+            format!("  95 % {} to {}", three_figures(low), three_figures(high))
+        });
+        let _ = writeln!(text, "  {name:<8}  {value:>9} {unit:<8}{interval}");
+    }
+    if let Some(nomoto) = identification.nomoto {
+        let _ = writeln!(
+            text,
+            "  Nomoto    T {} s, K {} 1/s{}",
+            three_figures(nomoto.t_s),
+            three_figures(nomoto.k_per_s),
+            unit.per()
+        );
+    }
+    text
+}
+
+/// R^2 on fresh data.
+pub fn fresh_text(validation: Option<Validation>) -> String {
+    let Some(validation) = validation else {
+        return "Fresh data  none\n".into();
+    };
+    let r2 = |value: Option<f64>| value.map_or_else(|| "unknown".into(), |r2| format!("{r2:.3}"));
+    format!(
+        "Fresh data  {}, {} samples: R^2 of heading {}, with the offset estimated again {}, of yaw rate {}\n",
+        span_text(validation.window),
+        validation.samples,
+        r2(validation.r2_heading),
+        r2(validation.r2_heading_offset_refit),
+        r2(validation.r2_yaw_rate),
+    )
+}
+
+fn span_text(window: Window) -> String {
+    format!("{:.2} s to {:.2} s", window.from_s, window.to_s)
+}
+
+/// Where the samples came from and what was assumed on the way.
+pub fn source_text(title: &str, log: &OpenedLog) -> String {
+    let servo = log.servo.map_or_else(String::new, |servo| {
+        format!(", rudder behind the command by {servo}")
+    });
+    format!(
+        "{title:<11} {}, {} samples read{servo}, sha256 {}\n",
+        log.path.display(),
+        log.counts.samples,
+        log.sha256
+    )
+}
+
+/// How the estimate was made.
+pub fn training_text(identification: &Identification) -> String {
+    let settings = &identification.settings;
+    let online = &identification.online;
+    let [a22, b2, c0] = online.model.theta().map(three_figures);
+    let rejected = identification.samples_rejected;
+    let mut text = format!(
+        "Training    {}, {} samples used, {} rejected, {} gaps\n",
+        span_text(identification.training),
+        identification.samples_used,
+        rejected.total(),
+        rejected.gaps
+    );
+    let _ = writeln!(
+        text,
+        "Filter      lambda {} rad/s: {}",
+        three_figures(settings.lambda_rad_s),
+        settings.lambda_because
+    );
+    let _ = writeln!(
+        text,
+        "Online      {}: a22 {a22}, b2 {b2}, C0 {c0}; {}",
+        online.method.words(),
+        match online.convergence.detected_s {
+            Some(after_s) => format!("converged (39) after {after_s:.2} s"),
+            None => "not converged (39)".into(),
+        }
+    );
+    if let Some(refined) = &identification.refined {
+        let _ = writeln!(
+            text,
+            "Refined     {}; heading noise {} deg, yaw disturbance {} rad/s^2",
+            refined.method.words(),
+            three_figures(refined.heading_noise_rad.to_degrees()),
+            three_figures(refined.disturbance_rad_s2)
+        );
+    }
+    text
+}
+
+/// Which windows are used at a speed, and why.
+pub fn windows_text(proposal: &Proposal) -> String {
+    let span = |window: &Window| format!("{:.2} s to {:.2} s", window.from_s, window.to_s);
+    let training: Vec<String> = proposal.training.iter().map(span).collect();
+    format!(
+        "{}: training {}, validation {}: {}",
+        speed_text(proposal.thrust, proposal.surge_speed_m_s),
+        training.join(" and "),
+        proposal
+            .validation
+            .as_ref()
+            .map_or_else(|| "none".into(), span),
+        proposal.because
+    )
+}
+
+/// Thrust and speed of a model.
+pub fn speed_text(thrust: Option<f64>, surge_speed_m_s: Option<f64>) -> String {
+    let thrust = thrust.map(|thrust| format!("{:.0} % thrust", 100.0 * thrust));
+    let speed = surge_speed_m_s.map(|speed| format!("{speed:.2} m/s"));
+    match (thrust, speed) {
+        (None, None) => "unknown speed".into(),
+        (thrust, speed) => [thrust, speed]
+            .into_iter()
+            .flatten()
+            .collect::<Vec<_>>()
+            .join(", "),
+    }
+}
