@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 use std::fmt::Debug;
 
-use seatrial_core::estimator::InvalidSetting;
+use seatrial_core::InvalidSetting;
 use seatrial_core::{AbortReason, Action, Outcome, Plan, Sample, Trial, Vehicle};
 use serde::Serialize;
 use serde_json::Value;

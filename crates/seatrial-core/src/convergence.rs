@@ -1,6 +1,7 @@
 //! When the estimate has stopped moving.
 
 use crate::Real;
+use crate::setting::{InvalidSetting, is_positive, require};
 
 /// The filter pole and the sampling interval for which the paper states threshold and count: rad/s, s.
 const PAPER_LAMBDA_RAD_S: f64 = 1.5;
@@ -20,6 +21,22 @@ pub struct ConvergenceSettings<T> {
     /// Both hold in the vehicle's own time, [`Pace`], rather than in seconds and samples.
     #[cfg_attr(feature = "serde", serde(default))]
     pub in_own_time: bool,
+}
+
+impl<T: Real> ConvergenceSettings<T> {
+    /// Names the first setting that is out of its range, as `convergence.threshold`.
+    pub fn check(&self) -> Result<(), InvalidSetting> {
+        require(
+            is_positive(self.threshold),
+            "convergence.threshold",
+            "a positive number",
+        )?;
+        require(
+            self.consecutive > 0,
+            "convergence.consecutive",
+            "at least 1",
+        )
+    }
 }
 
 /// How a vehicle's time compares with that of the paper's, for which the numbers of (39) are meant.

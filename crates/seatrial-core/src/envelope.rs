@@ -1,5 +1,6 @@
 //! The envelope: limits within which a trial may go on.
 
+use crate::setting::{InvalidSetting, is_positive, require};
 use crate::{AbortReason, List, Real, Sample};
 
 /// Most corners of the area.
@@ -85,6 +86,43 @@ impl<T: Real> Default for Envelope<T> {
             stage_time_limit_s: 60.0,
             rudder_sense: RudderSense::default(),
         }
+    }
+}
+
+impl<T: Real> Envelope<T> {
+    /// Names the first limit that is out of its range, as `envelope.roll_max_rad`.
+    pub fn check(&self) -> Result<(), InvalidSetting> {
+        require(
+            is_positive(self.depth_max_m - self.depth_min_m),
+            "envelope.depth_max_m",
+            "above envelope.depth_min_m",
+        )?;
+        require(
+            self.altitude_min_m >= T::ZERO && self.altitude_min_m.is_finite(),
+            "envelope.altitude_min_m",
+            "a number not below 0",
+        )?;
+        let positive = [
+            (self.roll_max_rad, "envelope.roll_max_rad"),
+            (self.pitch_max_rad, "envelope.pitch_max_rad"),
+            (self.yaw_rate_max_rad_s, "envelope.yaw_rate_max_rad_s"),
+            (self.speed_drift_max, "envelope.speed_drift_max"),
+        ];
+        for (limit, field) in positive {
+            require(is_positive(limit), field, "a positive number")?;
+        }
+        require(
+            is_positive(self.heading_excursion_max_rad) && self.heading_excursion_max_rad < T::PI,
+            "envelope.heading_excursion_max_rad",
+            "a positive angle below pi rad",
+        )?;
+        let corners = self.area.len();
+        let is_area = corners >= 3 && self.area.iter().flatten().all(|m| m.is_finite());
+        require(
+            corners == 0 || is_area,
+            "envelope.area",
+            "empty, or at least 3 corners [north, east] in m",
+        )
     }
 }
 

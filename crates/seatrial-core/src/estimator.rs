@@ -1,12 +1,11 @@
 //! The online estimator: guard, filters, recursion and convergence joined.
 
-use core::fmt;
-
 use crate::convergence::{Convergence, ConvergenceSettings, Pace};
 use crate::guard::{Admission, Cause, Guard, GuardSettings, RejectedCounts};
 use crate::instrument::{AuxiliaryModel, RecursiveInstrument};
 use crate::least_squares::{Forgetting, RecursiveLeastSquares};
 use crate::lost_rudder::{LostRudder, UnseenRudder};
+use crate::setting::{InvalidSetting, is_positive, require};
 use crate::state_variable_filter::{FilterStart, FilterStep, Hold, StateVariableFilter};
 use crate::{Real, YawModel};
 
@@ -23,23 +22,6 @@ pub enum Method {
     /// Recursive least squares during the excitation, the recursive instrumental variable after it.
     InstrumentalVariable,
 }
-
-/// A setting outside its range.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct InvalidSetting {
-    /// The field, by its name.
-    pub field: &'static str,
-    /// What it has to be.
-    pub requirement: &'static str,
-}
-
-impl fmt::Display for InvalidSetting {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} must be {}", self.field, self.requirement)
-    }
-}
-
-impl core::error::Error for InvalidSetting {}
 
 /// How the estimator works. Immutable once the estimator is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,65 +116,22 @@ impl<T: Real> EstimatorSettings<T> {
         }
     }
 
-    fn validate(&self) -> Result<(), InvalidSetting> {
-        let positive = |value: T| value > T::ZERO && value.is_finite();
-        let rules = [
-            (
-                positive(self.lambda_rad_s),
-                "lambda_rad_s",
-                "a positive number",
-            ),
-            (
-                positive(self.initial_covariance),
-                "initial_covariance",
-                "a positive number",
-            ),
-            (
-                self.forgetting_factor > T::ZERO && self.forgetting_factor <= T::ONE,
-                "forgetting_factor",
-                "above 0 and at most 1",
-            ),
-            (
-                positive(self.convergence.threshold),
-                "convergence.threshold",
-                "a positive number",
-            ),
-            (
-                self.convergence.consecutive > 0,
-                "convergence.consecutive",
-                "at least 1",
-            ),
-            (
-                self.guard.gap_time_constants.is_none_or(positive),
-                "guard.gap_time_constants",
-                "a positive number or absent",
-            ),
-            (
-                self.guard.warm_time_constants >= T::ZERO
-                    && self.guard.warm_time_constants.is_finite(),
-                "guard.warm_time_constants",
-                "a number not below 0",
-            ),
-            (
-                self.guard.heading_jump_rad.is_none_or(positive),
-                "guard.heading_jump_rad",
-                "a positive number or absent",
-            ),
-            (
-                positive(self.guard.max_yaw_rate_rad_s),
-                "guard.max_yaw_rate_rad_s",
-                "a positive number",
-            ),
-            (
-                self.guard.refused_in_a_row > 0,
-                "guard.refused_in_a_row",
-                "at least 1",
-            ),
-        ];
-        match rules.iter().find(|(holds, ..)| !holds) {
-            Some(&(_, field, requirement)) => Err(InvalidSetting { field, requirement }),
-            None => Ok(()),
-        }
+    /// Names the first setting that is out of its range.
+    pub fn check(&self) -> Result<(), InvalidSetting> {
+        let positive = "a positive number";
+        require(is_positive(self.lambda_rad_s), "lambda_rad_s", positive)?;
+        require(
+            is_positive(self.initial_covariance),
+            "initial_covariance",
+            positive,
+        )?;
+        require(
+            self.forgetting_factor > T::ZERO && self.forgetting_factor <= T::ONE,
+            "forgetting_factor",
+            "above 0 and at most 1",
+        )?;
+        self.convergence.check()?;
+        self.guard.check()
     }
 }
 
@@ -253,7 +192,7 @@ pub struct Estimator<T> {
 impl<T: Real> Estimator<T> {
     /// An estimator that has seen nothing.
     pub fn new(settings: EstimatorSettings<T>) -> Result<Self, InvalidSetting> {
-        settings.validate()?;
+        settings.check()?;
         Ok(Self {
             settings,
             guard: Guard::new(settings.guard, settings.lambda_rad_s),

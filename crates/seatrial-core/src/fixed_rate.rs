@@ -1,6 +1,7 @@
 //! The lean estimator for a loop of fixed rate.
 
-use crate::estimator::{EstimatorSettings, InvalidSetting};
+use crate::estimator::EstimatorSettings;
+use crate::setting::{InvalidSetting, is_positive, require};
 use crate::state_variable_filter::{FilterStart, FilterStep, Hold, StateVariableFilter};
 use crate::{Real, YawModel};
 
@@ -48,30 +49,21 @@ impl<T: Real> FixedRateSettings<T> {
         }
     }
 
-    /// Is every number in its range?
-    pub fn validate(&self) -> Result<(), InvalidSetting> {
-        let positive = |value: T, most: T| value > T::ZERO && value <= most;
-        let rules = [
-            (
-                positive(self.sample_interval_s, T::MAX),
-                "sample_interval_s",
-                "a positive number",
-            ),
-            (
-                positive(self.lambda_rad_s, T::MAX),
-                "lambda_rad_s",
-                "a positive number",
-            ),
-            (
-                positive(self.initial_covariance, T::of(LARGEST_INITIAL_COVARIANCE)),
-                "initial_covariance",
-                "a positive number, at most 1e9",
-            ),
-        ];
-        match rules.iter().find(|(holds, ..)| !holds) {
-            Some(&(_, field, requirement)) => Err(InvalidSetting { field, requirement }),
-            None => Ok(()),
-        }
+    /// Names the first setting that is out of its range.
+    pub fn check(&self) -> Result<(), InvalidSetting> {
+        let positive = "a positive number";
+        require(
+            is_positive(self.sample_interval_s),
+            "sample_interval_s",
+            positive,
+        )?;
+        require(is_positive(self.lambda_rad_s), "lambda_rad_s", positive)?;
+        require(
+            is_positive(self.initial_covariance)
+                && self.initial_covariance <= T::of(LARGEST_INITIAL_COVARIANCE),
+            "initial_covariance",
+            "a positive number, at most 1e9",
+        )
     }
 }
 
@@ -131,7 +123,7 @@ impl<T: Real> FixedRateEstimator<T> {
         heading_rad: T,
         rudder_rad: T,
     ) -> Result<Self, InvalidSetting> {
-        settings.validate()?;
+        settings.check()?;
         if !(heading_rad.is_finite() && rudder_rad.is_finite()) {
             return Err(InvalidSetting {
                 field: "heading_rad and rudder_rad",

@@ -1,6 +1,7 @@
 //! The sample guard: what may reach the filters, and as what.
 
 use crate::Real;
+use crate::setting::{InvalidSetting, is_positive, require};
 
 /// What the guard lets through.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +21,37 @@ pub struct GuardSettings<T> {
     /// So many samples refused in a row (spikes or times before the last) are no accident: the last of them is
     /// taken as the new level or the new clock.
     pub refused_in_a_row: u32,
+}
+
+impl<T: Real> GuardSettings<T> {
+    /// Names the first setting that is out of its range, as `guard.refused_in_a_row`.
+    pub fn check(&self) -> Result<(), InvalidSetting> {
+        require(
+            self.gap_time_constants.is_none_or(is_positive),
+            "guard.gap_time_constants",
+            "a positive number or absent",
+        )?;
+        require(
+            self.warm_time_constants >= T::ZERO && self.warm_time_constants.is_finite(),
+            "guard.warm_time_constants",
+            "a number not below 0",
+        )?;
+        require(
+            self.heading_jump_rad.is_none_or(is_positive),
+            "guard.heading_jump_rad",
+            "a positive number or absent",
+        )?;
+        require(
+            is_positive(self.max_yaw_rate_rad_s),
+            "guard.max_yaw_rate_rad_s",
+            "a positive number",
+        )?;
+        require(
+            self.refused_in_a_row > 0,
+            "guard.refused_in_a_row",
+            "at least 1",
+        )
+    }
 }
 
 /// Why a sample was refused.

@@ -1,7 +1,7 @@
 //! The closed heading loop: poles, damping, overshoot, gain, phase and delay margins.
 
-use crate::heading_control::NoGain;
 use crate::model::{Discretisation, YawState};
+use crate::no_gain::NoGain;
 use crate::{Real, YawModel};
 
 /// The closed heading loop psi/psi_d = K_p b2 / (s^2 - a22 s + K_p b2), with the rudder inside its limit.

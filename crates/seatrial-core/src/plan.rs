@@ -1,7 +1,8 @@
 //! The plan of a trial.
 
 use crate::envelope::Envelope;
-use crate::estimator::{EstimatorSettings, InvalidSetting};
+use crate::estimator::EstimatorSettings;
+use crate::setting::{InvalidSetting, is_positive, require};
 use crate::settle::Settle;
 use crate::{Excitation, List, Real};
 
@@ -39,6 +40,41 @@ impl<T: Real> Manoeuvre<T> {
     /// From the first sample of the stage to the end of the excitation, s.
     pub fn excitation_end_s(&self) -> f64 {
         self.lead_in_s + self.excitation.duration_s()
+    }
+}
+
+/// What the settings of a manoeuvre are called where it stands.
+struct ManoeuvreFields {
+    lead_in_s: &'static str,
+    excitation: &'static str,
+    observe_s: &'static str,
+}
+
+const TRAINING: ManoeuvreFields = ManoeuvreFields {
+    lead_in_s: "training.lead_in_s",
+    excitation: "training.excitation",
+    observe_s: "training.observe_s",
+};
+
+const VALIDATION: ManoeuvreFields = ManoeuvreFields {
+    lead_in_s: "validation.lead_in_s",
+    excitation: "validation.excitation",
+    observe_s: "validation.observe_s",
+};
+
+/// What an excitation has to be.
+const EXCITATION: &str = "a manoeuvre of positive duration and an amplitude within rudder_limit_rad; a multisine has 1 to 16 tones";
+
+impl<T: Real> Manoeuvre<T> {
+    fn check(&self, fields: &ManoeuvreFields) -> Result<(), InvalidSetting> {
+        let positive = "a positive number";
+        require(is_positive(self.lead_in_s), fields.lead_in_s, positive)?;
+        require(
+            self.excitation.is_valid() && self.excitation.amplitude_rad() != T::ZERO,
+            fields.excitation,
+            EXCITATION,
+        )?;
+        require(is_positive(self.observe_s), fields.observe_s, positive)
     }
 }
 
@@ -183,172 +219,69 @@ impl<T: Real> Plan<T> {
         self.thrusts.iter().map(|_| run_s).sum()
     }
 
-    /// Names the first field that is out of range. The estimator's own settings are checked by
+    /// Names the first setting that is out of its range. The estimator's own settings are checked by
     /// [`Estimator::new`](crate::Estimator::new).
     pub fn check(&self) -> Result<(), InvalidSetting> {
-        let positive = |value: T| value > T::ZERO && value.is_finite();
-        let lasts = |seconds: f64| seconds > 0.0 && seconds.is_finite();
-        let within = |manoeuvre: &Manoeuvre<T>| {
-            manoeuvre.excitation.is_valid()
-                && manoeuvre.excitation.amplitude_rad().abs() <= self.rudder_limit_rad
-                && manoeuvre.excitation.amplitude_rad() != T::ZERO
-        };
-        let envelope = &self.envelope;
-        let settle = &self.settle;
-        let longest_manoeuvre_s = self.training.duration_s().max(self.validation.duration_s());
-        let rules = [
-            (
-                !self.thrusts.is_empty()
-                    && self.thrusts.iter().all(|t| *t > T::ZERO && *t <= T::ONE),
-                "thrusts",
-                "a list of 1 to 16 fractions of full thrust, above 0 and at most 1",
-            ),
-            (
-                positive(self.rudder_limit_rad) && self.rudder_limit_rad < T::PI / T::of(2.0),
-                "rudder_limit_rad",
-                "a positive angle below pi/2 rad",
-            ),
-            (
-                lasts(self.sample_interval_s),
-                "sample_interval_s",
-                "a positive number",
-            ),
-            (
-                self.stop_when.is_none_or(|target| target.is_valid()),
-                "stop_when",
-                "a22, b2 or both, each a fraction above 0 and below 1",
-            ),
-            (
-                self.accept_from_r2 <= T::ONE && self.accept_from_r2.is_finite(),
-                "accept_from_r2",
-                "a number of at most 1",
-            ),
-            (
-                settle.heading_tolerance_rad > T::ZERO,
-                "settle.heading_tolerance_rad",
-                "a positive number",
-            ),
-            (
-                settle.yaw_rate_tolerance_rad_s > T::ZERO,
-                "settle.yaw_rate_tolerance_rad_s",
-                "a positive number",
-            ),
-            (
-                settle.depth_tolerance_m > T::ZERO,
-                "settle.depth_tolerance_m",
-                "a positive number",
-            ),
-            (
-                settle.speed_tolerance > T::ZERO,
-                "settle.speed_tolerance",
-                "a positive number",
-            ),
-            (
-                settle.steady_for_s >= 2.0 * self.sample_interval_s,
-                "settle.steady_for_s",
-                "at least two sample intervals",
-            ),
-            (
-                settle.at_least_s >= 0.0,
-                "settle.at_least_s",
-                "a number not below 0",
-            ),
-            (
-                settle.at_most_s.is_finite()
-                    && settle.at_most_s >= settle.at_least_s.max(settle.steady_for_s),
-                "settle.at_most_s",
-                "at least settle.at_least_s and settle.steady_for_s",
-            ),
-            (
-                lasts(self.training.lead_in_s),
-                "training.lead_in_s",
-                "a positive number",
-            ),
-            (
-                within(&self.training),
-                "training.excitation",
-                "a manoeuvre of positive duration and an amplitude within rudder_limit_rad; a multisine has 1 to 16 tones",
-            ),
-            (
-                lasts(self.training.observe_s),
-                "training.observe_s",
-                "a positive number",
-            ),
-            (
-                lasts(self.validation.lead_in_s),
-                "validation.lead_in_s",
-                "a positive number",
-            ),
-            (
-                within(&self.validation),
-                "validation.excitation",
-                "a manoeuvre of positive duration and an amplitude within rudder_limit_rad; a multisine has 1 to 16 tones",
-            ),
-            (
-                lasts(self.validation.observe_s),
-                "validation.observe_s",
-                "a positive number",
-            ),
-            (
-                envelope.depth_max_m > envelope.depth_min_m
-                    && (envelope.depth_max_m - envelope.depth_min_m).is_finite(),
-                "envelope.depth_max_m",
-                "above envelope.depth_min_m",
-            ),
-            (
-                envelope.altitude_min_m >= T::ZERO && envelope.altitude_min_m.is_finite(),
-                "envelope.altitude_min_m",
-                "a number not below 0",
-            ),
-            (
-                positive(envelope.roll_max_rad),
-                "envelope.roll_max_rad",
-                "a positive number",
-            ),
-            (
-                positive(envelope.pitch_max_rad),
-                "envelope.pitch_max_rad",
-                "a positive number",
-            ),
-            (
-                positive(envelope.yaw_rate_max_rad_s),
-                "envelope.yaw_rate_max_rad_s",
-                "a positive number",
-            ),
-            (
-                positive(envelope.heading_excursion_max_rad)
-                    && envelope.heading_excursion_max_rad < T::PI,
-                "envelope.heading_excursion_max_rad",
-                "a positive angle below pi rad",
-            ),
-            (
-                positive(envelope.speed_drift_max),
-                "envelope.speed_drift_max",
-                "a positive number",
-            ),
-            (
-                envelope.area.is_empty()
-                    || (envelope.area.len() >= 3
-                        && envelope.area.iter().flatten().all(|m| m.is_finite())),
-                "envelope.area",
-                "empty, or at least 3 corners [north, east] in m",
-            ),
-            (
-                envelope.stale_after_s.is_finite()
-                    && envelope.stale_after_s >= 2.0 * self.sample_interval_s,
-                "envelope.stale_after_s",
-                "at least two sample intervals",
-            ),
-            (
-                envelope.stage_time_limit_s.is_finite()
-                    && envelope.stage_time_limit_s > longest_manoeuvre_s,
-                "envelope.stage_time_limit_s",
-                "longer than the training and the validation stage",
-            ),
-        ];
-        match rules.iter().find(|(holds, ..)| !holds) {
-            Some(&(_, field, requirement)) => Err(InvalidSetting { field, requirement }),
-            None => Ok(()),
+        require(
+            !self.thrusts.is_empty() && self.thrusts.iter().all(|t| *t > T::ZERO && *t <= T::ONE),
+            "thrusts",
+            "a list of 1 to 16 fractions of full thrust, above 0 and at most 1",
+        )?;
+        require(
+            is_positive(self.rudder_limit_rad) && self.rudder_limit_rad < T::PI / T::of(2.0),
+            "rudder_limit_rad",
+            "a positive angle below pi/2 rad",
+        )?;
+        require(
+            is_positive(self.sample_interval_s),
+            "sample_interval_s",
+            "a positive number",
+        )?;
+        require(
+            self.stop_when.is_none_or(|target| target.is_valid()),
+            "stop_when",
+            "a22, b2 or both, each a fraction above 0 and below 1",
+        )?;
+        require(
+            self.accept_from_r2 <= T::ONE && self.accept_from_r2.is_finite(),
+            "accept_from_r2",
+            "a number of at most 1",
+        )?;
+        self.settle.check()?;
+        self.training.check(&TRAINING)?;
+        self.validation.check(&VALIDATION)?;
+        self.envelope.check()?;
+        self.check_together()
+    }
+
+    /// What one setting asks of another.
+    fn check_together(&self) -> Result<(), InvalidSetting> {
+        for (manoeuvre, fields) in [(&self.training, TRAINING), (&self.validation, VALIDATION)] {
+            require(
+                manoeuvre.excitation.amplitude_rad().abs() <= self.rudder_limit_rad,
+                fields.excitation,
+                EXCITATION,
+            )?;
         }
+        let two_samples_s = 2.0 * self.sample_interval_s;
+        let two_samples = "at least two sample intervals";
+        require(
+            self.settle.steady_for_s >= two_samples_s,
+            "settle.steady_for_s",
+            two_samples,
+        )?;
+        let envelope = &self.envelope;
+        require(
+            envelope.stale_after_s.is_finite() && envelope.stale_after_s >= two_samples_s,
+            "envelope.stale_after_s",
+            two_samples,
+        )?;
+        let longest_manoeuvre_s = self.training.duration_s().max(self.validation.duration_s());
+        require(
+            envelope.stage_time_limit_s.is_finite()
+                && envelope.stage_time_limit_s > longest_manoeuvre_s,
+            "envelope.stage_time_limit_s",
+            "longer than the training and the validation stage",
+        )
     }
 }

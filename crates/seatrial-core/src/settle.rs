@@ -1,6 +1,7 @@
 //! The settle gate: is the vehicle steady enough to begin?
 
 use crate::excitation::CLOCK_RESOLUTION_S;
+use crate::setting::{InvalidSetting, require};
 use crate::{Real, Sample};
 
 /// What to do with a vehicle that does not become steady.
@@ -61,6 +62,34 @@ impl<T: Real> Default for Settle<T> {
             at_most_s: 40.0,
             not_settled: NotSettled::default(),
         }
+    }
+}
+
+impl<T: Real> Settle<T> {
+    /// Names the first setting that is out of its range, as `settle.at_most_s`.
+    pub fn check(&self) -> Result<(), InvalidSetting> {
+        let tolerances = [
+            (self.heading_tolerance_rad, "settle.heading_tolerance_rad"),
+            (
+                self.yaw_rate_tolerance_rad_s,
+                "settle.yaw_rate_tolerance_rad_s",
+            ),
+            (self.depth_tolerance_m, "settle.depth_tolerance_m"),
+            (self.speed_tolerance, "settle.speed_tolerance"),
+        ];
+        for (tolerance, field) in tolerances {
+            require(tolerance > T::ZERO, field, "a positive number")?;
+        }
+        require(
+            self.at_least_s >= 0.0,
+            "settle.at_least_s",
+            "a number not below 0",
+        )?;
+        require(
+            self.at_most_s.is_finite() && self.at_most_s >= self.at_least_s.max(self.steady_for_s),
+            "settle.at_most_s",
+            "at least settle.at_least_s and settle.steady_for_s",
+        )
     }
 }
 

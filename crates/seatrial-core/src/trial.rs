@@ -1,12 +1,13 @@
 //! The trial: a state machine from samples to actions.
 
 use crate::envelope::EnvelopeWatch;
-use crate::estimator::{Estimator, Intake, InvalidSetting};
+use crate::estimator::{Estimator, Intake};
 use crate::excitation::CLOCK_RESOLUTION_S;
 use crate::guard::RejectedCounts;
 use crate::plan::{Manoeuvre, Plan};
 use crate::progress::{Event, RunResult, Stage, Status};
 use crate::rudder_sense::RudderSenseWatch;
+use crate::setting::InvalidSetting;
 use crate::settle::{NotSettled, SettleGate, Settled};
 use crate::validation::{GoodnessOfFit, Validation};
 use crate::{AbortReason, Action, List, Outcome, Real, Sample, Steering};

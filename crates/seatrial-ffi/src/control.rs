@@ -1,6 +1,6 @@
 //! Gains and turning limits from models, and models over speed.
 
-use seatrial_core::heading_control::NoGain;
+use seatrial_core::NoGain;
 use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::schedule::{Beyond, ScheduleError, ScheduleKey, Scheduled};
 use seatrial_core::turning::NoTurn;

@@ -1,6 +1,6 @@
 //! What the recommended heading gain allows for besides the model: the delays of the loop and an uncertain damping.
 
-use seatrial_core::heading_control::NoGain;
+use seatrial_core::NoGain;
 use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::schedule::{ScheduleError, ScheduleKey};
 use seatrial_core::{HeadingGain, SchedulePoint, SpeedSchedule, YawModel};

@@ -1,6 +1,7 @@
 //! The heading-step experiment of Fig. 17 on identified models: a constant gain against a scheduled one.
 
-use seatrial_core::heading_control::{NoGain, NoGainAt};
+use seatrial_core::NoGain;
+use seatrial_core::heading_control::NoGainAt;
 use seatrial_core::model::YawState;
 use seatrial_core::schedule::{Beyond, ScheduleError};
 use seatrial_core::{

@@ -5,7 +5,7 @@ mod open_run;
 
 use std::time::{Duration, Instant};
 
-use seatrial_core::estimator::InvalidSetting;
+use seatrial_core::InvalidSetting;
 use seatrial_core::plan::Target;
 use seatrial_core::progress::Event;
 use seatrial_core::{AbortReason, Plan, Sample, Trial, Vehicle};

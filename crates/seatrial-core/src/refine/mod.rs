@@ -6,6 +6,7 @@
 //! 330 samples on a companion computer. It belongs behind the stage, not into the control loop.
 
 mod cholesky;
+mod failure;
 mod lanes;
 mod mixture;
 mod peak;
@@ -14,9 +15,7 @@ mod responses;
 mod series;
 mod whitening;
 
-use core::error::Error;
-use core::fmt::{self, Display, Formatter};
-
+pub use failure::{LEAST_COMPARISONS, RefineFailure};
 pub use mixture::{Hypotheses, Refinement};
 pub use peak::{DISTURBANCE_TIME_CONSTANTS, Peak, Span};
 pub use record::{Full, StageRecord, mean_rudder_rad};
@@ -24,37 +23,6 @@ pub use series::{Fit, Series};
 pub use whitening::Disturbance;
 
 use crate::YawModel;
-
-/// Two initial conditions, three parameters and a noise level need some comparisons each.
-pub const LEAST_COMPARISONS: usize = 15;
-
-/// Why a record cannot be refined.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RefineFailure {
-    /// Fewer comparisons than parameters can bear.
-    TooShort {
-        /// Comparisons found.
-        found: usize,
-    },
-    /// The responses to rudder, offset and initial state cannot be told apart.
-    NotExcited,
-}
-
-impl Display for RefineFailure {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::TooShort { found } => write!(
-                f,
-                "{found} comparisons, at least {LEAST_COMPARISONS} are needed"
-            ),
-            Self::NotExcited => f.write_str(
-                "the rudder's response cannot be told from the offset and the initial state",
-            ),
-        }
-    }
-}
-
-impl Error for RefineFailure {}
 
 /// Estimates a22, b2 and C0 with intervals that mean what they say, from a whole record.
 ///

@@ -10,8 +10,8 @@ mod operating_point;
 pub mod px4;
 mod ros2;
 
+use seatrial_core::NoGain;
 use seatrial_core::SchedulePoint;
-use seatrial_core::heading_control::NoGain;
 use seatrial_core::heading_loop::LoopTiming;
 use serde::Serialize;
 

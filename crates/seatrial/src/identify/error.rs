@@ -1,6 +1,6 @@
 //! Why a record gives no model.
 
-use seatrial_core::estimator::InvalidSetting;
+use seatrial_core::InvalidSetting;
 
 use crate::identification::Reason;
 use crate::record::{Record, Window};

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::ops::Range;
 
-use seatrial_core::estimator::InvalidSetting;
+use seatrial_core::InvalidSetting;
 use seatrial_core::fixed_rate::FixedRateSettings;
 use seatrial_core::{Real, YawModel};
 use serde::Serialize;

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use seatrial_core::estimator::{Estimator, EstimatorSettings, Intake, InvalidSetting};
+use seatrial_core::InvalidSetting;
+use seatrial_core::estimator::{Estimator, EstimatorSettings, Intake};
 use seatrial_core::{Real, Sample};
 
 use super::batch::BatchLeastSquares;

@@ -5,7 +5,7 @@ mod expected_vehicle;
 mod information;
 mod recommendation;
 
-use seatrial_core::estimator::InvalidSetting;
+use seatrial_core::InvalidSetting;
 use seatrial_core::{Outcome, Plan, Real, Sample, Stage, Trial, Vehicle, YawModel};
 use serde::Serialize;
 

@@ -1,7 +1,7 @@
 //! Theta after every sample of a long record.
 
 use pulp::{Arch, Simd, WithSimd};
-use seatrial_core::estimator::InvalidSetting;
+use seatrial_core::InvalidSetting;
 use seatrial_core::fixed_rate::FixedRateSettings;
 
 use super::lanes::{Coefficients, Filter, Lanes, MOST_LANES, Products, Scales, State};
@@ -21,7 +21,7 @@ pub fn every_theta(
     rudder_rad: &[f64],
     thetas: &mut Vec<[f64; 3]>,
 ) -> Result<(), InvalidSetting> {
-    settings.validate()?;
+    settings.check()?;
     let count = heading_rad.len().min(rudder_rad.len());
     thetas.resize(count, [0.0; 3]);
     Arch::new().dispatch(Every {

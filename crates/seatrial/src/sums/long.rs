@@ -1,7 +1,7 @@
 //! One long record, cut into stretches that are filtered side by side.
 
 use pulp::{Arch, Scalar, Simd, WithSimd};
-use seatrial_core::estimator::InvalidSetting;
+use seatrial_core::InvalidSetting;
 use seatrial_core::fixed_rate::FixedRateSettings;
 
 use super::Sums;
@@ -33,7 +33,7 @@ pub struct Accumulator<T: Lane> {
 impl<T: Lane> Accumulator<T> {
     /// No sample yet. An invalid setting is an error.
     pub fn new(settings: &FixedRateSettings<f64>) -> Result<Self, InvalidSetting> {
-        settings.validate()?;
+        settings.check()?;
         Ok(Self {
             filter: Filter::new(settings),
             stretches: None,

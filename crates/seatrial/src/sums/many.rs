@@ -4,7 +4,7 @@ use core::hint::black_box;
 use core::slice::ChunksExact;
 
 use pulp::{Arch, Simd, WithSimd};
-use seatrial_core::estimator::InvalidSetting;
+use seatrial_core::InvalidSetting;
 use seatrial_core::fixed_rate::FixedRateSettings;
 
 use super::Sums;
@@ -23,7 +23,7 @@ pub fn of_records<T: Lane>(
     heading_rad: &[T],
     rudder_rad: &[T],
 ) -> Result<Vec<Sums>, InvalidSetting> {
-    settings.validate()?;
+    settings.check()?;
     if samples_per_record == 0 {
         return Err(InvalidSetting {
             field: "samples_per_record",

@@ -1,7 +1,7 @@
 //! Many noisy runs of one manoeuvre, drawn, filtered and summed without being stored.
 
 use pulp::{Arch, Scalar, Simd, WithSimd};
-use seatrial_core::estimator::InvalidSetting;
+use seatrial_core::InvalidSetting;
 use seatrial_core::fixed_rate::FixedRateSettings;
 
 use super::Sums;
@@ -28,7 +28,7 @@ pub fn monte_carlo(
     settings: &FixedRateSettings<f64>,
     runs: &NoisyRuns,
 ) -> Result<Vec<Sums>, InvalidSetting> {
-    settings.validate()?;
+    settings.check()?;
     let samples = runs.heading_rad.len().min(runs.rudder_rad.len());
     Ok(Arch::new().dispatch(Study {
         filter: Filter::new(settings),
