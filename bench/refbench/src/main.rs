@@ -19,12 +19,12 @@ use std::time::Instant;
 use seatrial::identify::batch::BatchLeastSquares;
 use seatrial::identify::output_error::nearest_simulation;
 use seatrial::identify::simplex::fit_as_paper;
-use seatrial::sums::{
-    Accumulator, NoisyRuns, every_theta, monte_carlo, normals_of_run, of_records,
-};
 use seatrial_core::model::{YawModel, YawState};
 use seatrial_core::state_variable_filter::{FilterStep, Hold, StateVariableFilter};
 use seatrial_core::{FixedRateSettings, Sample};
+use seatrial_kernels::{
+    Accumulator, NoisyRuns, every_theta, monte_carlo, normals_of_run, of_records,
+};
 use serde_json::json;
 
 use peers::Peer;
@@ -294,7 +294,12 @@ fn measure(folder: &Path, table: &Path) -> Outcome<()> {
         }),
         entry("every Theta", || {
             let (seconds, done) = timed(|| {
-                every_theta(&settings, &long.heading, &long.rudder, black_box(&mut thetas))
+                every_theta(
+                    &settings,
+                    &long.heading,
+                    &long.rudder,
+                    black_box(&mut thetas),
+                )
             });
             done?;
             agree("every Theta", &thetas[LONG - 1], expected)?;
@@ -564,7 +569,7 @@ fn growth(settings: &FixedRateSettings<f64>, signals: &Signals) -> Outcome<Strin
 
 /// How far sums are from Givens rotations after a million samples.
 fn drift(settings: &FixedRateSettings<f64>, signals: &Signals) -> Outcome<String> {
-    fn sums<T: seatrial::sums::Lane>(
+    fn sums<T: seatrial_kernels::Lane>(
         settings: &FixedRateSettings<f64>,
         heading: &[T],
         rudder: &[T],

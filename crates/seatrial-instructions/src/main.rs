@@ -2,9 +2,9 @@
 
 use std::hint::black_box;
 
+use seatrial::identify::evenly_sampled::EvenlySampled;
 use seatrial::identify::output_error::nearest_simulation;
 use seatrial::identify::refined::refined_estimate;
-use seatrial::sums::{Accumulator, NoisyRuns, every_theta, monte_carlo, of_records};
 use seatrial_core::model::{YawModel, YawState};
 use seatrial_core::{Estimator, EstimatorSettings, FixedRateEstimator, FixedRateSettings, Sample};
 
@@ -13,21 +13,18 @@ const SHORT: usize = 330;
 const LONG: usize = 32_768;
 
 fn main() {
-    if !(is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")) {
+    if !cfg!(target_arch = "x86_64") {
         println!("other instructions");
         return;
     }
     let samples = signals();
     let heading: Vec<f64> = samples.iter().map(|s| s.heading_rad).collect();
     let rudder: Vec<f64> = samples.iter().map(|s| s.rudder_rad).collect();
+    let times: Vec<f64> = samples.iter().map(|s| s.time_s).collect();
     let settings = FixedRateSettings::for_lambda(1.5, INTERVAL_S);
     kernel_online(&settings, &heading, &rudder);
     kernel_trial(&samples);
-    kernel_short(&settings, &heading[..SHORT], &rudder[..SHORT]);
-    kernel_long(&settings, &heading, &rudder);
-    kernel_every(&settings, &heading, &rudder);
-    kernel_many(&settings, &heading, &rudder);
-    kernel_monte_carlo(&settings, &heading[..SHORT], &rudder[..SHORT]);
+    kernel_batch(&times, &heading, &rudder);
     kernel_refined(&samples[..SHORT]);
     kernel_averaged(&samples[..SHORT]);
 }
@@ -81,44 +78,13 @@ fn kernel_trial(samples: &[Sample<f64>]) {
 }
 
 #[inline(never)]
-fn kernel_short(settings: &FixedRateSettings<f64>, heading: &[f64], rudder: &[f64]) {
-    sums(settings, heading, rudder);
-}
-
-#[inline(never)]
-fn kernel_long(settings: &FixedRateSettings<f64>, heading: &[f64], rudder: &[f64]) {
-    sums(settings, heading, rudder);
-}
-
-fn sums(settings: &FixedRateSettings<f64>, heading: &[f64], rudder: &[f64]) {
-    if let Ok(mut accumulator) = Accumulator::new(settings) {
-        accumulator.extend(heading, rudder);
-        black_box(accumulator.sums().model(1e6));
-    }
-}
-
-#[inline(never)]
-fn kernel_every(settings: &FixedRateSettings<f64>, heading: &[f64], rudder: &[f64]) {
-    let mut thetas = Vec::new();
-    let _ = every_theta(settings, heading, rudder, &mut thetas);
-    black_box(thetas);
-}
-
-#[inline(never)]
-fn kernel_many(settings: &FixedRateSettings<f64>, heading: &[f64], rudder: &[f64]) {
-    let _ = black_box(of_records(settings, SHORT, heading, rudder));
-}
-
-#[inline(never)]
-fn kernel_monte_carlo(settings: &FixedRateSettings<f64>, heading: &[f64], rudder: &[f64]) {
-    let runs = NoisyRuns {
-        heading_rad: heading,
-        rudder_rad: rudder,
-        heading_noise_rad: 0.02,
-        seed: 1,
-        runs: 64,
+fn kernel_batch(time_s: &[f64], heading_rad: &[f64], rudder_rad: &[f64]) {
+    let record = EvenlySampled {
+        time_s,
+        heading_rad,
+        rudder_rad,
     };
-    let _ = black_box(monte_carlo(settings, &runs));
+    let _ = black_box(record.least_squares(1.5).ok());
 }
 
 #[inline(never)]

@@ -23,7 +23,6 @@ pub mod segmentation;
 pub mod servo;
 pub mod step;
 pub mod study;
-pub mod sums;
 pub mod surge;
 pub mod sway_yaw;
 pub mod time_scale;

@@ -3,14 +3,14 @@
 use std::f64::consts::PI;
 use std::ops::Range;
 
-use seatrial_core::InvalidSetting;
 use seatrial_core::fixed_rate::FixedRateSettings;
-use seatrial_core::{Real, YawModel};
+use seatrial_core::state_variable_filter::{FilterStep, StateVariableFilter};
+use seatrial_core::{Hold, InvalidSetting, Real, YawModel};
 use serde::Serialize;
 
+use super::sums::NormalEquations;
 use crate::figures::three_figures;
 use crate::record::Window;
-use crate::sums::Accumulator;
 
 /// An interval between two samples may differ from the mean one by this share of it.
 const LARGEST_UNEVENNESS: f64 = 0.01;
@@ -86,37 +86,37 @@ impl<'a> EvenlySampled<'a> {
         }
     }
 
-    /// The least squares solution (34) of the record.
+    /// The least squares solution (34) of the record, filtered at `lambda_rad_s`, rad/s.
     ///
     /// ```text
     /// Theta = (sum phi phi^T)^-1 sum phi psi''_f,   phi = [psi'_f, delta_f, 1]       (32)-(34)
     /// ```
     ///
-    /// Source: (16)-(34) with filters from zero state and both signals held between samples, as `--as-paper` has them, on
-    /// increments from the first heading. For records of a million samples, of which it keeps nine sums ([`crate::sums`]):
-    /// a damaged sample is an error, and there is no interval and no verdict. The sums square the condition number, which is
-    /// 10 to 1000 for a vehicle that was excited: at least half of the digits of f64 are left.
+    /// Source: (16)-(34) with filters from zero state and both signals held between samples, as `--as-paper` has them. For
+    /// records of a million samples, which it reads once and of which it keeps nine sums: a damaged or uneven sample is an
+    /// error, and there is no interval and no verdict.
     pub fn least_squares(self, lambda_rad_s: f64) -> Result<BatchEstimate, BatchError> {
         let count = self.time_s.len();
         let (Some(first_s), Some(last_s)) = (self.time_s.first(), self.time_s.last()) else {
             return Err(BatchError::Record("no sample lies in the window".into()));
         };
         let interval_s = (last_s - first_s) / (count - 1) as f64;
-        let mut accumulator = Accumulator::new(&FixedRateSettings {
+        let settings = FixedRateSettings {
             lambda_rad_s,
             ..FixedRateSettings::paper(interval_s)
-        })?;
+        };
+        settings.check()?;
+        let mut regression = Regression::new(&settings);
         let mut heading = Continued::default();
         for from in (0..count).step_by(PIECE) {
             let to = (from + PIECE).min(count);
             self.part(from..(to + 1).min(count))
                 .check(from, interval_s)?;
-            accumulator.extend(
+            regression.extend(
                 heading.of(&self.heading_rad[from..to]),
                 &self.rudder_rad[from..to],
             );
         }
-        let model = accumulator.sums().model(f64::INFINITY);
         Ok(BatchEstimate {
             training: Window {
                 from_s: *first_s,
@@ -125,7 +125,7 @@ impl<'a> EvenlySampled<'a> {
             samples_used: count,
             interval_s,
             lambda_rad_s,
-            model: model.ok_or(BatchError::Unexcited)?,
+            model: regression.sums.solve().ok_or(BatchError::Unexcited)?,
         })
     }
 
@@ -158,6 +158,51 @@ impl<'a> EvenlySampled<'a> {
             three_figures(self.time_s[at + 1] - self.time_s[at]),
             three_figures(interval_s),
         )))
+    }
+}
+
+/// The filtered signals of a record, summed piece by piece.
+struct Regression {
+    settings: FixedRateSettings<f64>,
+    step: FilterStep<f64>,
+    /// Of heading and rudder, from the first sample on.
+    filters: Option<[StateVariableFilter<f64>; 2]>,
+    sums: NormalEquations,
+}
+
+impl Regression {
+    fn new(settings: &FixedRateSettings<f64>) -> Self {
+        let mut step = FilterStep::new(settings.lambda_rad_s);
+        step.set_interval(settings.sample_interval_s);
+        Self {
+            settings: *settings,
+            step,
+            filters: None,
+            sums: NormalEquations::default(),
+        }
+    }
+
+    /// Takes in the next samples, rad, the headings unwrapped.
+    fn extend(&mut self, heading_rad: &[f64], rudder_rad: &[f64]) {
+        let (step, hold) = (self.step, self.settings.heading_hold);
+        let mut sums = self.sums;
+        for (heading_rad, rudder_rad) in heading_rad.iter().zip(rudder_rad) {
+            let [heading, rudder] = match &mut self.filters {
+                Some(filters) => {
+                    let [heading, rudder] = filters;
+                    heading.advance(*heading_rad, hold, &step);
+                    rudder.advance(*rudder_rad, Hold::ZeroOrder, &step);
+                    filters
+                }
+                none => none.insert(
+                    [heading_rad, rudder_rad]
+                        .map(|first| StateVariableFilter::new(*first, self.settings.filter_start)),
+                ),
+            };
+            let regressor = [heading.first_derivative(&step), rudder.smoothed()];
+            sums.add(regressor, heading.second_derivative(&step));
+        }
+        self.sums = sums;
     }
 }
 

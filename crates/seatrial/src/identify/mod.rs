@@ -39,6 +39,7 @@ pub mod second_order;
 mod settings;
 pub mod simplex;
 mod simulation;
+mod sums;
 mod training;
 pub mod validation;
 mod validation_estimate;

@@ -4,9 +4,9 @@ use pulp::{Arch, Scalar, Simd, WithSimd};
 use seatrial_core::InvalidSetting;
 use seatrial_core::fixed_rate::FixedRateSettings;
 
-use super::Sums;
-use super::lanes::{Filter, Lanes, Products, Single, State};
-use super::noise::{BLOCK, COUNTERS, normals};
+use crate::Sums;
+use crate::lanes::{Filter, Lanes, Products, Single, State};
+use crate::noise::{BLOCK, COUNTERS, normals};
 
 /// A manoeuvre whose heading is seen with white noise.
 #[derive(Clone, Copy, Debug)]

@@ -4,8 +4,8 @@ use pulp::{Arch, Scalar, Simd, WithSimd};
 use seatrial_core::InvalidSetting;
 use seatrial_core::fixed_rate::FixedRateSettings;
 
-use super::Sums;
-use super::lanes::{
+use crate::Sums;
+use crate::lanes::{
     BLOCK, Coefficients, Filter, Lane, Lanes, MOST_LANES, PAIRS, Products, Single, State, rows,
 };
 

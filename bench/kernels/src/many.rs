@@ -7,8 +7,8 @@ use pulp::{Arch, Simd, WithSimd};
 use seatrial_core::InvalidSetting;
 use seatrial_core::fixed_rate::FixedRateSettings;
 
-use super::Sums;
-use super::lanes::{
+use crate::Sums;
+use crate::lanes::{
     BLOCK, Coefficients, Filter, Lane, Lanes, MOST_LANES, Products, Rows, State, TOGETHER, rows,
 };
 

@@ -3,10 +3,10 @@
 use pulp::{Arch, Simd, WithSimd};
 
 /// Numbers that one block of the generator gives.
-pub(super) const BLOCK: usize = 4;
+pub(crate) const BLOCK: usize = 4;
 
 /// Blocks that are drawn at a time.
-pub(super) const COUNTERS: usize = 16;
+pub(crate) const COUNTERS: usize = 16;
 
 /// Rounds of Philox; from seven on it passes every test of its authors.
 const ROUNDS: u32 = 7;
@@ -44,7 +44,7 @@ fn philox<const N: usize>(seed: u64, run: &[u64; N], block: &[u64; N]) -> [[u64;
 /// Four standard normal numbers for each counter: Box and Muller's transformation of pairs of words, to 24 bits. `FUSED`: a
 /// multiply-add is as fast as a multiplication.
 #[inline(always)]
-pub(super) fn normals<const FUSED: bool>(
+pub(crate) fn normals<const FUSED: bool>(
     seed: u64,
     run: &[u64; COUNTERS],
     block: &[u64; COUNTERS],
@@ -125,7 +125,7 @@ const fn of_factorials<const N: usize>(n: u32) -> [f32; N] {
     series
 }
 
-/// The first `count` standard normal numbers of a run: those that [`monte_carlo`](super::monte_carlo) adds, scaled, to its headings.
+/// The first `count` standard normal numbers of a run: those that [`monte_carlo`](crate::monte_carlo) adds, scaled, to its headings.
 pub fn normals_of_run(seed: u64, run: u64, count: usize) -> Vec<f64> {
     Arch::new().dispatch(Drawing { seed, run, count })
 }

@@ -15,8 +15,10 @@
 //! The kernels are compiled for several instruction sets and the machine's best is taken at run time. Where it has a
 //! fused multiply-add, that is used: the last bits may differ from a machine that has none.
 //!
-//! Headings are unwrapped and every sample is taken as it is: no guard and no verdict, which
-//! [`identify`](crate::identify) has.
+//! Headings are unwrapped and every sample is taken as it is: no guard, no interval and no verdict. No path of seatrial takes
+//! these kernels: they show how fast the machine can do it. `identify(..., estimate="batch")` sums in one lane.
+
+#![warn(missing_docs)]
 
 mod every;
 mod lanes;

@@ -106,20 +106,20 @@ lane!(
 );
 
 /// The most lanes that a register has, sixteen `f32` in 512 bits.
-pub(super) const MOST_LANES: usize = 16;
+pub(crate) const MOST_LANES: usize = 16;
 
 /// Samples of every row that are taken together where there are as many.
-pub(super) const TOGETHER: usize = 32;
+pub(crate) const TOGETHER: usize = 32;
 
 /// Samples whose products are added up in the signals' own precision.
-pub(super) const BLOCK: usize = 128;
+pub(crate) const BLOCK: usize = 128;
 
 /// The next `N` numbers of every row: of a length that is known none is checked for its end.
-pub(super) type Rows<'a, T, const N: usize> = [&'a [T; N]; MOST_LANES];
+pub(crate) type Rows<'a, T, const N: usize> = [&'a [T; N]; MOST_LANES];
 
 /// From number `from` on the next `N` of rows of `length`, one behind the other; of fewer rows than lanes the last is taken again.
 #[inline(always)]
-pub(super) fn rows<S: Simd, T: Lane, const N: usize>(
+pub(crate) fn rows<S: Simd, T: Lane, const N: usize>(
     numbers: &[T],
     length: usize,
     from: usize,
@@ -139,7 +139,7 @@ pub(super) fn rows<S: Simd, T: Lane, const N: usize>(
 
 /// Numbers side by side in a register of the machine `S`; [`Scalar`] has one lane.
 #[derive(Clone, Copy)]
-pub(super) struct Lanes<S: Simd, T: Lane> {
+pub(crate) struct Lanes<S: Simd, T: Lane> {
     pub simd: S,
     pub register: T::Register<S>,
 }
@@ -295,7 +295,7 @@ impl<S: Simd> Lanes<S, f64> {
 /// g = 0 where the heading is held, b = phi1 and g = k where it runs on straight lines. Up to scale these are u, v of
 /// [`StateVariableFilter`](seatrial_core::StateVariableFilter) for the heading and its two lags themselves for the rudder.
 #[derive(Clone, Copy)]
-pub(super) struct Coefficients<V> {
+pub(crate) struct Coefficients<V> {
     pub decay: V,
     /// -c
     pub coupling: V,
@@ -305,7 +305,7 @@ pub(super) struct Coefficients<V> {
 
 /// What takes the scaled signals to those of the model.
 #[derive(Clone, Copy)]
-pub(super) struct Scales {
+pub(crate) struct Scales {
     pub acceleration: f64,
     pub rate: f64,
     pub rudder: f64,
@@ -313,7 +313,7 @@ pub(super) struct Scales {
 
 /// The filters' state, scaled, in every lane.
 #[derive(Clone, Copy)]
-pub(super) struct State<V> {
+pub(crate) struct State<V> {
     pub heading: V,
     pub deviation: V,
     pub lag: V,
@@ -323,19 +323,19 @@ pub(super) struct State<V> {
 }
 
 /// The state of one record.
-pub(super) type Single<T> = State<Lanes<Scalar, T>>;
+pub(crate) type Single<T> = State<Lanes<Scalar, T>>;
 
 /// Of v, p and u' those whose products are summed.
-pub(super) const PAIRS: [(usize, usize); 5] = [(0, 0), (0, 1), (1, 1), (0, 2), (1, 2)];
+pub(crate) const PAIRS: [(usize, usize); 5] = [(0, 0), (0, 1), (1, 1), (0, 2), (1, 2)];
 
 /// Sums of p and of the products in [`PAIRS`], in every lane; those of v and u' = u - c v follow from the states:
 /// [`Filter::turned`].
 #[derive(Clone, Copy)]
-pub(super) struct Products<V>(pub [V; 6]);
+pub(crate) struct Products<V>(pub [V; 6]);
 
 /// Filters for one setting: coefficients, scales and where they start.
 #[derive(Clone, Copy)]
-pub(super) struct Filter<T> {
+pub(crate) struct Filter<T> {
     pub coefficients: Coefficients<T>,
     pub scales: Scales,
     start: FilterStart,

@@ -3,12 +3,12 @@
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use seatrial::identify::batch::BatchLeastSquares;
-use seatrial::sums::{
-    Accumulator, NoisyRuns, every_theta, monte_carlo, normals_of_run, of_records,
-};
 use seatrial_core::fixed_rate::{FixedRateEstimator, FixedRateSettings};
 use seatrial_core::model::{YawModel, YawState};
 use seatrial_core::state_variable_filter::{FilterStart, FilterStep, Hold, StateVariableFilter};
+use seatrial_kernels::{
+    Accumulator, NoisyRuns, every_theta, monte_carlo, normals_of_run, of_records,
+};
 
 const INTERVAL_S: f64 = 0.05;
 const LAMBDA_RAD_S: f64 = 1.5;
@@ -186,7 +186,7 @@ fn parity_a_million_samples_stay_with_an_orthogonal_factorisation() {
         accumulator.sums().model(f64::INFINITY).unwrap().theta(),
         expected,
     );
-    // The issue's own limit.
+    // A million roundings each, which partly average out.
     assert!(apart < 1e-11, "f64 {apart:e}");
 
     let single = |signal: &[f64]| -> Vec<f32> { signal.iter().map(|w| *w as f32).collect() };

@@ -4,7 +4,7 @@ use pulp::{Arch, Simd, WithSimd};
 use seatrial_core::InvalidSetting;
 use seatrial_core::fixed_rate::FixedRateSettings;
 
-use super::lanes::{Coefficients, Filter, Lanes, MOST_LANES, Products, Scales, State};
+use crate::lanes::{Coefficients, Filter, Lanes, MOST_LANES, Products, Scales, State};
 
 /// Samples that are filtered before their instants are solved.
 const BLOCK: usize = 32;
