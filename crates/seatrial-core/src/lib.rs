@@ -1,12 +1,9 @@
-//! The part of seatrial that runs on the vehicle.
+#![doc = include_str!("../README.md")]
 //!
-//! No standard library, no heap, no I/O, no clock and no logging: the caller passes
-//! [`Sample`]s in and carries [`Action`]s out, so the same code runs a simulator, a link to an
-//! autopilot, a replayed log and a microcontroller. Everything is generic over `f32` and `f64`
-//! through [`Real`]; elementary functions come from `libm` on every platform, so that the same
-//! samples give the same bits everywhere.
+//! # Where to begin
 //!
-//! Start with [`model`] for the equations, then the estimator, then the trial.
+//! [`model`] has the equations, [`Estimator`] estimates them sample by sample, [`Trial`] runs the manoeuvres. Everything is generic
+//! over `f32` and `f64` through [`Real`], whose elementary functions come from `libm` on every platform.
 #![no_std]
 #![forbid(unsafe_code)]
 
