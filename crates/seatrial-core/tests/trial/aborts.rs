@@ -8,7 +8,7 @@ use seatrial_core::{
 use crate::scripted::{INTERVAL_S, Log, Scripted, one_speed, run};
 
 /// Spoils every sample from 5 s into training on, in the middle of the doublet.
-fn in_training(spoil: fn(&mut Sample<f64>)) -> impl FnMut(&mut Trial<f64>, &mut Sample<f64>) {
+fn in_training(spoil: Spoil) -> impl FnMut(&mut Trial<f64>, &mut Sample<f64>) {
     move |trial, sample| {
         let status = trial.status();
         if status.outcome.is_some()
@@ -65,11 +65,78 @@ type Case = (
     AbortReason,
 );
 
-fn cases() -> Vec<Case> {
-    let plan = one_speed();
-    let mut boxed = plan;
-    boxed.envelope.area =
+/// Changes a good sample into a bad one.
+type Spoil = fn(&mut Sample<f64>);
+
+/// Samples of the paper's vehicle that are spoiled in the middle of the doublet.
+fn spoiled_samples() -> impl Iterator<Item = Case> {
+    use AbortReason as Reason;
+    let spoils: [(&str, Spoil, Reason); 17] = [
+        ("deep", |s| s.depth_m = Some(11.0), Reason::Depth),
+        ("flying", |s| s.depth_m = Some(-2.0), Reason::Depth),
+        (
+            "depth of a sample without heading",
+            |s| (s.heading_rad, s.depth_m) = (f64::NAN, Some(11.0)),
+            Reason::Depth,
+        ),
+        ("bottom", |s| s.altitude_m = Some(0.9), Reason::Altitude),
+        (
+            "below bottom",
+            |s| s.altitude_m = Some(-1.0),
+            Reason::Altitude,
+        ),
+        ("roll", |s| s.roll_rad = Some(-0.9), Reason::Roll),
+        ("pitch", |s| s.pitch_rad = Some(0.7), Reason::Pitch),
+        ("spin", |s| s.yaw_rate_rad_s = Some(-1.1), Reason::YawRate),
+        (
+            "slow",
+            |s| s.surge_speed_m_s = Some(0.8),
+            Reason::SpeedDrift,
+        ),
+        (
+            "no heading",
+            |s| s.heading_rad = f64::NAN,
+            Reason::StaleSamples,
+        ),
+        ("no time", |s| s.time_s = f64::NAN, Reason::StaleSamples),
+        ("clock stands", |s| s.time_s = 117.0, Reason::StaleSamples),
+        ("clock back", |s| s.time_s -= 90.0, Reason::StaleSamples),
+        ("clock forward", |s| s.time_s += 3.0, Reason::StaleSamples),
+        ("depth lost", |s| s.depth_m = None, Reason::StaleSamples),
+        ("far east", |s| s.east_m = Some(-10.1), Reason::Area),
+        ("far north", |s| s.north_m = Some(10.1), Reason::Area),
+    ];
+    let mut plan = one_speed();
+    plan.envelope.area =
         List::from_slice(&[[-10.0, -10.0], [-10.0, 10.0], [10.0, 10.0], [10.0, -10.0]]).unwrap();
+    spoils
+        .into_iter()
+        .map(move |(name, spoil, reason)| -> Case {
+            (name, plan, 1.08, Box::new(in_training(spoil)), reason)
+        })
+}
+
+/// Aborts that are asked for in the middle of validation.
+fn asked_for() -> impl Iterator<Item = Case> {
+    [
+        ("operator", AbortReason::Operator),
+        ("link", AbortReason::LinkLost),
+    ]
+    .into_iter()
+    .map(|(name, reason)| -> Case {
+        let ask = move |trial: &mut Trial<f64>, _: &mut Sample<f64>| {
+            let status = trial.status();
+            if status.stage == Some(Stage::Validate) && status.elapsed_s > 3.0 {
+                trial.abort(reason);
+            }
+        };
+        (name, one_speed(), 1.08, Box::new(ask), reason)
+    })
+}
+
+/// Limits of the plan that the vehicle reaches by itself.
+fn limits_reached() -> [Case; 5] {
+    let plan = one_speed();
     let mut narrow = plan;
     narrow.envelope.heading_excursion_max_rad = 0.3;
     let mut hurried = plan;
@@ -81,176 +148,43 @@ fn cases() -> Vec<Case> {
     let sinking = |_: &mut Trial<f64>, sample: &mut Sample<f64>| {
         sample.depth_m = Some((sample.time_s - 100.0) * 0.2 % 8.0);
     };
-    let ask = |reason| {
-        move |trial: &mut Trial<f64>, _: &mut Sample<f64>| {
-            let status = trial.status();
-            if status.stage == Some(Stage::Validate) && status.elapsed_s > 3.0 {
-                trial.abort(reason);
-            }
-        }
-    };
+    let as_they_are = |_: &mut Trial<f64>, _: &mut Sample<f64>| {};
     use AbortReason as Reason;
-    let spoil = |spoil| Box::new(in_training(spoil)) as Box<_>;
-    vec![
-        (
-            "operator",
-            plan,
-            1.08,
-            Box::new(ask(Reason::Operator)),
-            Reason::Operator,
-        ),
-        (
-            "link",
-            plan,
-            1.08,
-            Box::new(ask(Reason::LinkLost)),
-            Reason::LinkLost,
-        ),
-        (
-            "deep",
-            plan,
-            1.08,
-            spoil(|s| s.depth_m = Some(11.0)),
-            Reason::Depth,
-        ),
-        (
-            "flying",
-            plan,
-            1.08,
-            spoil(|s| s.depth_m = Some(-2.0)),
-            Reason::Depth,
-        ),
-        (
-            "depth of a sample without heading",
-            plan,
-            1.08,
-            spoil(|s| (s.heading_rad, s.depth_m) = (f64::NAN, Some(11.0))),
-            Reason::Depth,
-        ),
-        (
-            "bottom",
-            plan,
-            1.08,
-            spoil(|s| s.altitude_m = Some(0.9)),
-            Reason::Altitude,
-        ),
-        (
-            "below bottom",
-            plan,
-            1.08,
-            spoil(|s| s.altitude_m = Some(-1.0)),
-            Reason::Altitude,
-        ),
-        (
-            "roll",
-            plan,
-            1.08,
-            spoil(|s| s.roll_rad = Some(-0.9)),
-            Reason::Roll,
-        ),
-        (
-            "pitch",
-            plan,
-            1.08,
-            spoil(|s| s.pitch_rad = Some(0.7)),
-            Reason::Pitch,
-        ),
-        (
-            "spin",
-            plan,
-            1.08,
-            spoil(|s| s.yaw_rate_rad_s = Some(-1.1)),
-            Reason::YawRate,
-        ),
-        (
+    let case = |name, plan, b2, script, reason| -> Case { (name, plan, b2, script, reason) };
+    [
+        case(
             "excursion",
             narrow,
             1.08,
-            Box::new(|_, _| {}),
+            Box::new(as_they_are),
             Reason::HeadingExcursion,
         ),
-        (
-            "area",
-            boxed,
-            1.08,
-            spoil(|s| s.east_m = Some(-10.1)),
-            Reason::Area,
-        ),
-        (
-            "slow",
-            plan,
-            1.08,
-            spoil(|s| s.surge_speed_m_s = Some(0.8)),
-            Reason::SpeedDrift,
-        ),
-        (
-            "no heading",
-            plan,
-            1.08,
-            spoil(|s| s.heading_rad = f64::NAN),
-            Reason::StaleSamples,
-        ),
-        (
-            "no time",
-            plan,
-            1.08,
-            spoil(|s| s.time_s = f64::NAN),
-            Reason::StaleSamples,
-        ),
-        (
-            "clock stands",
-            plan,
-            1.08,
-            spoil(|s| s.time_s = 117.0),
-            Reason::StaleSamples,
-        ),
-        (
-            "clock back",
-            plan,
-            1.08,
-            spoil(|s| s.time_s -= 90.0),
-            Reason::StaleSamples,
-        ),
-        (
-            "clock forward",
-            plan,
-            1.08,
-            spoil(|s| s.time_s += 3.0),
-            Reason::StaleSamples,
-        ),
-        (
-            "depth lost",
-            plan,
-            1.08,
-            spoil(|s| s.depth_m = None),
-            Reason::StaleSamples,
-        ),
-        (
+        case(
             "time limit",
             hurried,
             1.08,
             Box::new(sinking),
             Reason::StageTimeLimit,
         ),
-        (
+        case(
             "not settled",
             strict,
             1.08,
             Box::new(sinking),
             Reason::NotSettled,
         ),
-        (
+        case(
             "reversed",
             plan,
             -1.08,
-            Box::new(|_, _| {}),
+            Box::new(as_they_are),
             Reason::ReversedRudder,
         ),
-        (
+        case(
             "not the sense expected",
             other_sense,
             1.08,
-            Box::new(|_, _| {}),
+            Box::new(as_they_are),
             Reason::ReversedRudder,
         ),
     ]
@@ -258,7 +192,9 @@ fn cases() -> Vec<Case> {
 
 #[test]
 fn exact_every_abort_hands_the_vehicle_back() {
-    for (name, plan, b2_per_s2, script, reason) in cases() {
+    for (name, plan, b2_per_s2, script, reason) in
+        spoiled_samples().chain(asked_for()).chain(limits_reached())
+    {
         let log = run(plan, Scripted::new(b2_per_s2), script);
         assert_handed_back(name, &log, reason);
     }
