@@ -7,7 +7,7 @@ use crate::setting::{InvalidSetting, is_positive, require};
 const PAPER_LAMBDA_RAD_S: f64 = 1.5;
 const PAPER_INTERVAL_S: f64 = 0.05;
 
-/// However long the intervals are, so many samples must agree.
+/// At least this many samples in a row must agree, however long the intervals are.
 const LEAST_IN_A_ROW: u32 = 3;
 
 /// When an estimate counts as converged.
@@ -103,12 +103,12 @@ impl<T: Real> Pace<T> {
 /// ```
 ///
 /// An estimate that nothing excites does not move either: (39) alone fires before the doublet
-/// begins. [`arm`](Self::arm) it when the doublet is over.
+/// begins. [`arm`](Self::arm) it when the excitation ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Convergence<T> {
     armed: bool,
     in_a_row: u32,
-    /// The same in the paper's samples.
+    /// `in_a_row` in samples of the paper's interval.
     lasted: T,
     detected_s: Option<f64>,
 }

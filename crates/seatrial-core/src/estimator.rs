@@ -45,7 +45,7 @@ pub struct EstimatorSettings<T> {
     pub filter_start: FilterStart,
     /// P0 = this times I.
     pub initial_covariance: T,
-    /// Weight of a sample against the next, in (0, 1].
+    /// By which the weight of every sample is multiplied when the next one comes, in (0, 1]; 1 forgets nothing.
     pub forgetting_factor: T,
     /// Least squares, or the instrumental variable after the excitation.
     pub method: Method,
@@ -200,7 +200,7 @@ impl<T: Real> Estimator<T> {
             filters: None,
             unsettled_s: T::ZERO,
             unseen: UnseenRudder::none(),
-            least_squares: fresh(&settings),
+            least_squares: without_samples(&settings),
             auxiliary: None,
             instrument: None,
             convergence: Convergence::default(),
@@ -264,7 +264,7 @@ impl<T: Real> Estimator<T> {
     /// Forgets the estimate for the next speed; filters and guard run on.
     pub fn restart(&mut self) {
         self.unseen.settle(self.beta());
-        self.least_squares = fresh(&self.settings);
+        self.least_squares = without_samples(&self.settings);
         self.auxiliary = None;
         self.instrument = None;
         self.convergence = Convergence::default();
@@ -376,7 +376,7 @@ impl<T: Real> Estimator<T> {
         }
     }
 
-    /// Gives a movement of the rudder that nobody saw a parameter of its own.
+    /// Gives a rudder movement that fell among lost samples a parameter of its own.
     fn add_unseen(&mut self, moved_rad: T, unseen_s: T) {
         if self.unseen.is_learnt(self.settings.lambda_rad_s) {
             self.unseen.settle(self.beta());
@@ -445,7 +445,7 @@ fn started<T: Real>(
 }
 
 /// Nothing known but that nothing is unseen.
-fn fresh<T: Real>(settings: &EstimatorSettings<T>) -> RecursiveLeastSquares<T, 4> {
+fn without_samples<T: Real>(settings: &EstimatorSettings<T>) -> RecursiveLeastSquares<T, 4> {
     let mut least_squares = RecursiveLeastSquares::new(settings.initial_covariance);
     least_squares.reset_first(T::ZERO);
     least_squares

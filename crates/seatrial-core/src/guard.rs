@@ -18,7 +18,7 @@ pub struct GuardSettings<T> {
     pub heading_jump_rad: Option<T>,
     /// Fastest change of heading, rad/s, against the running yaw rate.
     pub max_yaw_rate_rad_s: T,
-    /// So many samples refused in a row (spikes or times before the last) are no accident: the last of them is
+    /// After this many samples refused in a row (spikes or times before the last) the last of them is
     /// taken as the new level or the new clock.
     pub refused_in_a_row: u32,
 }
@@ -254,7 +254,7 @@ impl<T: Real> Guard<T> {
         usual_s
     }
 
-    /// Refuses a sample, unless so many were refused that it is the new level.
+    /// Refuses a sample, unless `refused_in_a_row` were refused before: then it is the new level.
     fn refuse(&mut self, cause: Cause) -> Admission<T> {
         self.refused_in_a_row += 1;
         if self.refused_in_a_row < self.settings.refused_in_a_row {

@@ -91,7 +91,7 @@ impl<T: Real> HeadingGain<T> {
         })
     }
 
-    /// The same gain without feed-forward.
+    /// This gain without feed-forward.
     pub fn without_feed_forward(self) -> Self {
         Self {
             feed_forward_rudder_rad: T::ZERO,

@@ -56,7 +56,7 @@ impl<T: Real> AuxiliaryModel<T> {
 /// Recursive instrumental variable for y = Phi^T Theta.
 ///
 /// ```text
-/// Phi = [psi'_f, delta_f, 1]^T,  zeta = [z, delta_f, 1]^T
+/// Phi = [p_f, psi'_f, delta_f, 1]^T,  zeta = [p_f, z, delta_f, 1]^T,  Theta = [beta, a22, b2, C0]^T
 /// e = psi''_f - Phi^T Theta
 /// K = P zeta / (1 + Phi^T P zeta)
 /// Theta <- Theta + K e
@@ -65,8 +65,9 @@ impl<T: Real> AuxiliaryModel<T> {
 ///
 /// | symbol | identifier | unit |
 /// |---|---|---|
-/// | Phi | `regressor` | rad/s, rad, 1 |
-/// | zeta | `instrument`, z from [`AuxiliaryModel`] | rad/s, rad, 1 |
+/// | p_f, beta | the pulse of a lost rudder edge and its parameter, [`UnseenRudder`](crate::UnseenRudder) | rad, 1/s^2 |
+/// | Phi | `regressor` | rad, rad/s, rad, 1 |
+/// | zeta | `instrument`, z from [`AuxiliaryModel`] | rad, rad/s, rad, 1 |
 /// | psi''_f | `observation` | rad/s^2 |
 /// | P | [`covariance`](Self::covariance) | - |
 ///
@@ -90,7 +91,8 @@ impl<T: Real, const N: usize> RecursiveInstrument<T, N> {
         }
     }
 
-    /// The parameter vector [a22, b2, C0].
+    /// Theta, in the order of the regressor: [beta, a22, b2, C0] in an [`Estimator`](crate::Estimator), [a, m, b, c] in a
+    /// [`PitchEstimator`](crate::PitchEstimator).
     pub fn theta(&self) -> [T; N] {
         self.theta
     }

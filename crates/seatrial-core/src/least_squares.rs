@@ -7,7 +7,7 @@ use crate::Real;
 /// How fast old samples lose weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forgetting<T> {
-    /// Weight of a sample against the next one, in (0, 1]; 1 forgets nothing.
+    /// mu, by which the weight of every sample is multiplied when the next one comes, in (0, 1]; 1 forgets nothing.
     pub factor: T,
     /// No more is forgotten than keeps the trace of the covariance within this.
     pub trace_limit: T,
@@ -60,7 +60,7 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
         }
     }
 
-    /// The parameter vector.
+    /// Theta, in the order of the regressor.
     pub fn theta(&self) -> [T; N] {
         self.theta
     }

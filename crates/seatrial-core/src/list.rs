@@ -19,7 +19,7 @@ impl<T: Copy + Default, const N: usize> List<T, N> {
             .then_some(list)
     }
 
-    /// Appends a value; hands it back where the list is full.
+    /// Appends a value. The error holds the value that a full list has no room for.
     pub fn push(&mut self, value: T) -> Result<(), T> {
         let Some(place) = self.items.get_mut(self.len) else {
             return Err(value);

@@ -39,7 +39,7 @@ pub trait Real:
 
     /// The nearest number of this type.
     fn of(value: f64) -> Self;
-    /// The same value in double precision.
+    /// This value in double precision.
     fn to_f64(self) -> f64;
     /// e^x
     fn exp(self) -> Self;

@@ -42,11 +42,11 @@ pub struct Settle<T> {
     pub speed_tolerance: T,
     /// Length of a piece, s.
     pub steady_for_s: f64,
-    /// Settle at least so long, s: the filters need it.
+    /// Shortest settling time, s: the filters need it.
     pub at_least_s: f64,
-    /// Settle at most so long, s.
+    /// Longest settling time, s.
     pub at_most_s: f64,
-    /// What then.
+    /// What to do with a vehicle that is not steady after `at_most_s`.
     pub not_settled: NotSettled,
 }
 

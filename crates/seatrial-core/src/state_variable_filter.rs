@@ -69,8 +69,8 @@ impl<T: Real> FilterStep<T> {
         self.ramp_to_lag = x * (phi1 - phi2);
     }
 
-    /// The same where x = lambda h is below 0.5, with less code: e^-x = 1 - x phi1(-x), and that by its series.
-    /// `false`, and no change, elsewhere.
+    /// Makes the next step one of `interval_s`, by e^-x = 1 - x phi1(-x) and the series of phi1, which is less code than
+    /// [`set_interval`](Self::set_interval). `false`, and no change, unless 0 < x = lambda h < 0.5.
     #[inline]
     pub(crate) fn set_short_interval(&mut self, interval_s: T) -> bool {
         let x = self.lambda_rad_s * interval_s;

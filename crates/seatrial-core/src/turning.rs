@@ -1,4 +1,4 @@
-//! Turning limits: yaw rate, radii and times under the full rudder, to either hand.
+//! Turning limits: yaw rate, radii and times under the full rudder, to either side.
 
 use core::fmt;
 
@@ -24,7 +24,7 @@ pub enum Hand {
 pub enum NoTurn {
     /// a22 is 0 or positive: the yaw rate has no steady value.
     CourseUnstable,
-    /// The full rudder does not overcome the offset delta0 to this hand.
+    /// The full rudder does not overcome the offset delta0 to this side.
     NoAuthority,
     /// The rudder limit is not a positive number.
     RudderLimit,
@@ -38,7 +38,7 @@ impl fmt::Display for NoTurn {
             Self::CourseUnstable => {
                 "a22 is not negative: under constant rudder the yaw rate grows without a steady value"
             }
-            Self::NoAuthority => "the full rudder does not turn the vehicle to this hand",
+            Self::NoAuthority => "the full rudder does not turn the vehicle to this side",
             Self::RudderLimit => "the rudder limit must be a positive number",
             Self::NonFinite => "a parameter is not finite",
         })
@@ -47,7 +47,7 @@ impl fmt::Display for NoTurn {
 
 impl core::error::Error for NoTurn {}
 
-/// A turn under the full rudder to one hand.
+/// A turn under the full rudder to one side.
 ///
 /// ```text
 /// psi_dot_max = |b2| (delta_max +- delta0 sign b2) / -a22            (47)
@@ -182,7 +182,7 @@ impl<T: Real> Turn<T> {
 /// R(V) = -V (a22 / (b2(V) delta_max) + 4 / (a22 pi))                 (52)
 /// ```
 ///
-/// with (53), (54) likewise. The offset shrinks with speed and has its own value at every identified
+/// and so with (53), (54). The offset shrinks with speed and has its own value at every identified
 /// speed; it is left out here as in the paper.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TurningOverSpeed<T> {

@@ -1,4 +1,4 @@
-//! Validation: how well a model simulates fresh data.
+//! Validation: how well a model simulates data that it was not estimated from.
 
 use crate::excitation::CLOCK_RESOLUTION_S;
 use crate::model::{Discretisation, YawModel, YawState};
@@ -17,7 +17,7 @@ use crate::{Real, Sample};
 /// The simulation is linear in what is known only later: with psi_f the response of the model to
 /// the rudder from rest at 0, psi_r = (e^{at} - 1)/a to a unit initial rate and
 /// psi_c = (e^{at} - 1 - at)/a^2 to a unit offset, all J follow from the Gram matrix of
-/// [psi_real - psi_f, 1, psi_r, psi_c]. Likewise for the yaw rate, where it is measured.
+/// [psi_real - psi_f, 1, psi_r, psi_c]. The yaw rate is fitted in the same way where it is measured.
 ///
 /// | symbol | identifier | unit |
 /// |---|---|---|

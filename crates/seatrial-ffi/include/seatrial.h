@@ -524,11 +524,11 @@ typedef struct SeatrialEstimatorSettings {
    */
   SeatrialNumber convergence_threshold;
   /*
-   A longer silence than so many 1/lambda is a gap. NaN: none is.
+   A longer silence than this many filter time constants 1/lambda is a gap. NaN: none is.
    */
   SeatrialNumber gap_time_constants;
   /*
-   After a gap nothing is learnt for so many 1/lambda.
+   After a gap nothing is learnt for this many filter time constants 1/lambda.
    */
   SeatrialNumber warm_time_constants;
   /*
@@ -548,7 +548,7 @@ typedef struct SeatrialEstimatorSettings {
    */
   uint32_t convergence_in_own_time;
   /*
-   So many samples refused in a row are the new level.
+   After this many samples refused in a row the last of them is the new level.
    */
   uint32_t refused_in_a_row;
   /*

@@ -70,9 +70,9 @@ pub struct SeatrialEstimatorSettings {
     pub forgetting_factor: SeatrialNumber,
     /// Largest step of the estimate that counts as converged.
     pub convergence_threshold: SeatrialNumber,
-    /// A longer silence than so many 1/lambda is a gap. NaN: none is.
+    /// A longer silence than this many filter time constants 1/lambda is a gap. NaN: none is.
     pub gap_time_constants: SeatrialNumber,
-    /// After a gap nothing is learnt for so many 1/lambda.
+    /// After a gap nothing is learnt for this many filter time constants 1/lambda.
     pub warm_time_constants: SeatrialNumber,
     /// A heading further off than this is a spike, rad. NaN: none is.
     pub heading_jump_rad: SeatrialNumber,
@@ -82,7 +82,7 @@ pub struct SeatrialEstimatorSettings {
     pub convergence_consecutive: u32,
     /// Both in the vehicle's own time? 0 or 1.
     pub convergence_in_own_time: u32,
-    /// So many samples refused in a row are the new level.
+    /// After this many samples refused in a row the last of them is the new level.
     pub refused_in_a_row: u32,
     /// A SeatrialHold, of the heading.
     pub heading_hold: u32,

@@ -67,7 +67,7 @@ pub unsafe fn place<C: Kind>(
 /// The object at an address.
 ///
 /// # Safety
-/// `object` is null or what [`place`] gave, still there and in nobody else's hands.
+/// `object` is null or what [`place`] returned, still valid and not used elsewhere meanwhile.
 pub unsafe fn reach<'a, C: Kind>(object: *mut Object<C>) -> Outcome<&'a mut C> {
     sound(object)?;
     // SAFETY: not null, aligned, the caller's; any bits are a tag.
@@ -101,7 +101,7 @@ pub unsafe fn take_all<'a, V: Copy>(pointer: *const V, count: usize) -> Outcome<
     Ok(unsafe { core::slice::from_raw_parts(pointer, count) })
 }
 
-/// Hands a value to the caller.
+/// Writes a value to the memory of the caller.
 ///
 /// # Safety
 /// `pointer` is null or the caller's.
@@ -112,7 +112,7 @@ pub unsafe fn give<V>(pointer: *mut V, value: V) -> Outcome<()> {
     Ok(())
 }
 
-/// Tells the caller which setting is wrong, if he wants to know.
+/// Writes to `fault` which setting is wrong; a null `fault` is left out.
 ///
 /// # Safety
 /// `fault` is null or the caller's.

@@ -9,7 +9,7 @@ pub struct Lanes<const N: usize>(pub [f64; N]);
 impl<const N: usize> Lanes<N> {
     pub const ZERO: Self = Self([0.0; N]);
 
-    /// The same number in every lane.
+    /// `value` in every lane.
     #[inline(always)]
     pub fn all(value: f64) -> Self {
         Self([value; N])

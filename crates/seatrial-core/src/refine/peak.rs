@@ -20,7 +20,7 @@ pub struct Span {
 }
 
 impl Span {
-    /// Of so many samples over such a time, s.
+    /// The span of `samples` samples over `duration_s`, s. An error where there are too few to compare.
     pub fn of(samples: usize, duration_s: f64) -> Result<Self, RefineFailure> {
         if samples < LEAST_COMPARISONS {
             return Err(RefineFailure::TooShort { found: samples });

@@ -37,7 +37,7 @@ impl<const N: usize> Step<N> {
         }
     }
 
-    /// The same by the series of phi2: phi1 = 1 + x phi2, e^x = 1 + x phi1. It multiplies, where the model's own series divides: that one is
+    /// The steps by the series of phi2: phi1 = 1 + x phi2, e^x = 1 + x phi1. It multiplies, where the model's own series divides: that one is
     /// the shorter code on a microcontroller, this one takes all lanes together.
     fn short(a22_per_s: [f64; N], interval_s: f64) -> Self {
         let one = Lanes::all(1.0);

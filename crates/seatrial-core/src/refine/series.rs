@@ -127,7 +127,7 @@ impl Series<'_> {
         });
     }
 
-    /// The same for several dampings, with the length of the block, s, and the step over it.
+    /// Passes the block means for several dampings to `take`, with the length of the block, s, and the step over it.
     #[inline(always)]
     fn compare<const N: usize>(
         &self,
