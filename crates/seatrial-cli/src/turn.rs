@@ -5,7 +5,7 @@ use std::str::FromStr;
 use seatrial_core::RudderUnit;
 use seatrial_core::authority::{AuthorityFit, AuthorityForm};
 use seatrial_core::turning::{RadiusMinimum, TurningOverSpeed};
-use seatrial_core::{Hand, SchedulePoint, Turn, YawModel};
+use seatrial_core::{SchedulePoint, Side, Turn, YawModel};
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};
@@ -96,7 +96,7 @@ struct PointLimits {
 
 #[derive(Serialize)]
 struct HandLimits {
-    hand: Hand,
+    hand: Side,
     /// Why there is no turn to this hand.
     refused: Option<String>,
     rudder_rad: Option<f64>,
@@ -175,7 +175,7 @@ fn ratio(u_turn: UTurn, source: &Source) -> Result<f64, Failure> {
             };
             Some([
                 speed_m_s,
-                0.5 * (radius(Hand::Starboard)? + radius(Hand::Port)?),
+                0.5 * (radius(Side::Starboard)? + radius(Side::Port)?),
             ])
         })
         .collect();
@@ -212,7 +212,7 @@ fn point_limits(
         surge_speed_m_s,
         model,
     } = point.point;
-    let limits = |hand: Hand| {
+    let limits = |hand: Side| {
         let turn = |model: &YawModel<f64>| Turn::new(model, source.rudder_limit_rad, hand);
         let of = |quantity: &dyn Fn(Turn<f64>) -> Option<f64>| {
             point.estimate(|model| quantity(turn(model).ok()?))
@@ -243,7 +243,7 @@ fn point_limits(
         delta0_rad: model.delta0_rad(),
         nomoto_t_s: point.estimate(|model| Some(model.nomoto()?.t_s)),
         nomoto_k_per_s: point.estimate(|model| Some(model.nomoto()?.k_per_s)),
-        hands: [Hand::Starboard, Hand::Port].map(limits),
+        hands: [Side::Starboard, Side::Port].map(limits),
     }
 }
 
@@ -317,8 +317,8 @@ fn text(document: &Document) -> String {
                 x.map_or("-".into(), |x| format!("{:.decimals$}", x * scale))
             };
             let hand = match limits.hand {
-                Hand::Starboard => "starboard",
-                Hand::Port => "port",
+                Side::Starboard => "starboard",
+                Side::Port => "port",
             };
             table.row(vec![
                 optional(point.thrust, 100.0, 0),

@@ -65,5 +65,5 @@ pub use setting::InvalidSetting;
 pub use settle::{NotSettled, Settle};
 pub use state_variable_filter::{FilterStart, FilterStep, Hold, StateVariableFilter};
 pub use trial::Trial;
-pub use turning::{Hand, Turn};
+pub use turning::{Side, Turn};
 pub use validation::{GoodnessOfFit, Validation};

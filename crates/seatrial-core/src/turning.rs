@@ -10,7 +10,7 @@ use crate::{Real, YawModel};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-pub enum Hand {
+pub enum Side {
     /// Heading increases as the compass counts.
     Starboard,
     /// Heading decreases.
@@ -72,9 +72,10 @@ impl core::error::Error for NoTurn {}
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Turn<T> {
-    /// To which hand.
-    pub hand: Hand,
-    /// The full rudder to that hand with its sign, rad.
+    /// To which side.
+    #[cfg_attr(feature = "serde", serde(rename = "hand"))]
+    pub side: Side,
+    /// The full rudder to that side with its sign, rad.
     pub rudder_rad: T,
     /// Magnitude of the steady yaw rate, rad/s.
     pub yaw_rate_rad_s: T,
@@ -84,7 +85,7 @@ pub struct Turn<T> {
 
 impl<T: Real> Turn<T> {
     /// The turn of a model under its full rudder.
-    pub fn new(model: &YawModel<T>, rudder_limit_rad: T, hand: Hand) -> Result<Self, NoTurn> {
+    pub fn new(model: &YawModel<T>, rudder_limit_rad: T, side: Side) -> Result<Self, NoTurn> {
         let [a22, b2, c0] = model.theta();
         if !model.theta().iter().all(|p| p.is_finite()) {
             return Err(NoTurn::NonFinite);
@@ -95,9 +96,9 @@ impl<T: Real> Turn<T> {
         if a22 >= T::ZERO {
             return Err(NoTurn::CourseUnstable);
         }
-        let towards = match hand {
-            Hand::Starboard => T::ONE,
-            Hand::Port => -T::ONE,
+        let towards = match side {
+            Side::Starboard => T::ONE,
+            Side::Port => -T::ONE,
         };
         let yaw_acceleration = b2.abs() * rudder_limit_rad + towards * c0;
         let yaw_rate_rad_s = yaw_acceleration / -a22;
@@ -108,7 +109,7 @@ impl<T: Real> Turn<T> {
             return Err(NoTurn::NonFinite);
         }
         Ok(Self {
-            hand,
+            side,
             rudder_rad: towards * rudder_limit_rad * if b2 < T::ZERO { -T::ONE } else { T::ONE },
             yaw_rate_rad_s,
             time_constant_s: -T::ONE / a22,
@@ -214,7 +215,7 @@ impl<T: Real> TurningOverSpeed<T> {
             b2_per_s2: *self.authority.b2_per_s2(surge_speed_m_s).value(),
             c0_rad_per_s2: T::ZERO,
         };
-        Turn::new(&model, self.rudder_limit_rad, Hand::Starboard)
+        Turn::new(&model, self.rudder_limit_rad, Side::Starboard)
     }
 
     /// The speed between two bounds that gives the least U-turn mean radius away from rest.
@@ -266,8 +267,8 @@ mod tests {
 
     const RUDDER_LIMIT: f64 = 0.26;
 
-    fn turn(theta: [f64; 3], hand: Hand) -> Turn<f64> {
-        Turn::new(&YawModel::from_theta(theta), RUDDER_LIMIT, hand).unwrap()
+    fn turn(theta: [f64; 3], side: Side) -> Turn<f64> {
+        Turn::new(&YawModel::from_theta(theta), RUDDER_LIMIT, side).unwrap()
     }
 
     /// The printed row needs delta0 = 0.036 at 1.4 m/s; the printed 0.04 gives 9.73 deg/s, 20.98 s, 9.35 m.
@@ -276,13 +277,13 @@ mod tests {
         for (delta0, rate_deg_s, time_s, radius_m) in
             [(0.036, 9.90, 20.65, 9.20), (0.04, 9.73, 20.98, 9.35)]
         {
-            let turn = turn([-1.62, 1.25, 1.25 * delta0], Hand::Port);
+            let turn = turn([-1.62, 1.25, 1.25 * delta0], Side::Port);
             // Half a unit of the last digit printed.
             assert!((turn.yaw_rate_rad_s.to_degrees() - rate_deg_s).abs() < 0.005);
             assert!((turn.u_turn_time_s() - time_s).abs() < 0.005);
             assert!((turn.u_turn_mean_radius_m(1.4) - radius_m).abs() < 0.005);
         }
-        let turn = turn([-1.62, 1.25, 1.25 * 0.036], Hand::Port);
+        let turn = turn([-1.62, 1.25, 1.25 * 0.036], Side::Port);
         assert!((turn.steady_turning_radius_m(1.4) - 8.10).abs() < 0.005);
     }
 
@@ -293,7 +294,7 @@ mod tests {
             ([-1.54, 1.30, 0.0], 9.25, 0.021),
         ] {
             let [a22, b2, _] = theta;
-            let turn = turn([a22, b2, b2 * delta0], Hand::Port);
+            let turn = turn([a22, b2, b2 * delta0], Side::Port);
             // Half a unit of the last digit printed.
             assert!((turn.u_turn_mean_radius_m(1.60) - radius_m).abs() < 0.005);
         }
@@ -362,15 +363,15 @@ mod tests {
     fn exact_hands_differ_by_the_offset_and_follow_the_sign_of_b2() {
         for b2 in [1.25, -1.25] {
             let theta = [-1.62, b2, 0.045];
-            for (hand, towards) in [(Hand::Starboard, 1.0), (Hand::Port, -1.0)] {
-                let turn = turn(theta, hand);
+            for (side, towards) in [(Side::Starboard, 1.0), (Side::Port, -1.0)] {
+                let turn = turn(theta, side);
                 let model = YawModel::from_theta(theta);
                 let far = model.advance(YawState::default(), turn.rudder_rad, 100.0);
                 // The steady rate of the model itself; e^-162 is left of the transient.
                 assert!((far.yaw_rate_rad_s - towards * turn.yaw_rate_rad_s).abs() < 1e-15);
             }
-            let faster = turn(theta, Hand::Starboard).yaw_rate_rad_s;
-            assert!(faster > turn(theta, Hand::Port).yaw_rate_rad_s);
+            let faster = turn(theta, Side::Starboard).yaw_rate_rad_s;
+            assert!(faster > turn(theta, Side::Port).yaw_rate_rad_s);
         }
     }
 
@@ -378,7 +379,7 @@ mod tests {
     fn exact_full_rudder_time_reaches_the_heading() {
         for theta in [[-1.62, 1.25, 0.0], [-1e-4, 2.0, 0.01], [-30.0, 0.3, 0.0]] {
             for change in [1e-6, 0.35, 3.0, 100.0] {
-                let turn = turn(theta, Hand::Starboard);
+                let turn = turn(theta, Side::Starboard);
                 let time = turn.full_rudder_time_s(-change);
                 let model = YawModel::from_theta(theta);
                 let reached = model.advance(YawState::default(), turn.rudder_rad, time);
@@ -387,14 +388,14 @@ mod tests {
             }
         }
         assert_eq!(
-            turn([-1.0, 1.0, 0.0], Hand::Port).full_rudder_time_s(0.0),
+            turn([-1.0, 1.0, 0.0], Side::Port).full_rudder_time_s(0.0),
             0.0
         );
     }
 
     #[test]
     fn exact_trapezoid_time_is_49_for_a_u_turn_and_continuous() {
-        let turn = turn([-1.62, 1.25, 0.0], Hand::Starboard);
+        let turn = turn([-1.62, 1.25, 0.0], Side::Starboard);
         assert_eq!(
             turn.trapezoid_time_s(core::f64::consts::PI),
             turn.u_turn_time_s()
@@ -409,7 +410,7 @@ mod tests {
 
     #[test]
     fn exact_refusals_are_values() {
-        let new = |theta, limit| Turn::new(&YawModel::from_theta(theta), limit, Hand::Port);
+        let new = |theta, limit| Turn::new(&YawModel::from_theta(theta), limit, Side::Port);
         assert_eq!(new([0.0, 1.0, 0.0], 0.26), Err(NoTurn::CourseUnstable));
         assert_eq!(new([-1.0, 0.0, 0.0], 0.26), Err(NoTurn::NoAuthority));
         assert_eq!(new([-1.0, 0.0, -0.1], 0.26), Err(NoTurn::NoAuthority));
@@ -421,8 +422,8 @@ mod tests {
     #[test]
     fn parity_f32_turn() {
         let model = YawModel::from_theta([-1.62_f32, 1.25, 0.045]);
-        let single = Turn::new(&model, 0.26, Hand::Port).unwrap();
-        let double = turn([-1.62, 1.25, 0.045], Hand::Port);
+        let single = Turn::new(&model, 0.26, Side::Port).unwrap();
+        let double = turn([-1.62, 1.25, 0.045], Side::Port);
         // A few roundings of f32, relative.
         let near = |a: f32, b: f64| (f64::from(a) / b - 1.0).abs() < 1e-6;
         assert!(near(single.u_turn_time_s(), double.u_turn_time_s()));

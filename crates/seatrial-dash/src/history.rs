@@ -10,7 +10,7 @@ use seatrial::propagation::interval_95;
 use seatrial::{Campaign, Run};
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 use seatrial_core::{
-    GainSchedule, Hand, HeadingGain, HeadingLoop, SchedulePoint as ModelAt, SpeedSchedule, Turn,
+    GainSchedule, HeadingGain, HeadingLoop, SchedulePoint as ModelAt, Side, SpeedSchedule, Turn,
     YawModel,
 };
 use seatrial_logbook::{CampaignEntry, CampaignId, Logbook};
@@ -30,7 +30,7 @@ pub const DAMPING_RATIO: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// How often an unchanged vehicle is called changed: as `seatrial health`.
 const FALSE_ALARM_RATE: f64 = 0.05;
 
-const HANDS: [Hand; 2] = [Hand::Starboard, Hand::Port];
+const HANDS: [Side; 2] = [Side::Starboard, Side::Port];
 
 /// A campaign with its runs.
 pub fn detail(logbook: &Logbook, id: i64, running: Option<i64>) -> Result<CampaignDetail, Refusal> {

@@ -456,11 +456,11 @@ typedef struct SeatrialHeadingGain {
 } SeatrialHeadingGain;
 
 /*
- A turn under the full rudder to one hand.
+ A turn under the full rudder to one side.
  */
 typedef struct SeatrialTurn {
   /*
-   The full rudder to that hand with its sign, rad.
+   The full rudder to that side with its sign, rad.
    */
   SeatrialNumber rudder_rad;
   /*

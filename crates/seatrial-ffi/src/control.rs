@@ -4,7 +4,7 @@ use seatrial_core::NoGain;
 use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::schedule::{Beyond, ScheduleError, ScheduleKey, Scheduled};
 use seatrial_core::turning::NoTurn;
-use seatrial_core::{GainSchedule, Hand, HeadingGain, SchedulePoint, SpeedSchedule, Turn};
+use seatrial_core::{GainSchedule, HeadingGain, SchedulePoint, Side, SpeedSchedule, Turn};
 
 use crate::estimator::{known, or_nan};
 use crate::memory::{Outcome, give, status, take, take_all};
@@ -55,11 +55,11 @@ pub unsafe extern "C" fn seatrial_heading_gain(
     })
 }
 
-/// A turn under the full rudder to one hand.
+/// A turn under the full rudder to one side.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeatrialTurn {
-    /// The full rudder to that hand with its sign, rad.
+    /// The full rudder to that side with its sign, rad.
     pub rudder_rad: SeatrialNumber,
     /// Magnitude of the steady yaw rate, rad/s.
     pub yaw_rate_rad_s: SeatrialNumber,
@@ -82,13 +82,13 @@ pub unsafe extern "C" fn seatrial_turn(
     to_starboard: bool,
     turn: *mut SeatrialTurn,
 ) -> SeatrialStatus {
-    let hand = if to_starboard {
-        Hand::Starboard
+    let side = if to_starboard {
+        Side::Starboard
     } else {
-        Hand::Port
+        Side::Port
     };
     let limits = |model: SeatrialModel| {
-        let turn = Turn::new(&model.into(), rudder_limit_rad, hand).map_err(|why| match why {
+        let turn = Turn::new(&model.into(), rudder_limit_rad, side).map_err(|why| match why {
             NoTurn::CourseUnstable => SeatrialStatus::CourseUnstable,
             NoTurn::NoAuthority => SeatrialStatus::NoAuthority,
             NoTurn::RudderLimit | NoTurn::NonFinite => SeatrialStatus::InvalidSetting,
@@ -200,7 +200,7 @@ pub unsafe extern "C" fn seatrial_schedule_lookup(
         model: point.model.into(),
     };
     // SAFETY: the caller's promise.
-    status(unsafe { hand_over(looked_up, flat, found, extrapolated) })
+    status(unsafe { write_out(looked_up, flat, found, extrapolated) })
 }
 
 /// The heading gain at a key (a SeatrialScheduleKey) among `count` points in any order. `extrapolated` may be null.
@@ -222,12 +222,12 @@ pub unsafe extern "C" fn seatrial_schedule_gain(
         gains.lookup(at, beyond(extrapolate)).map_err(refused)
     });
     // SAFETY: the caller's promise.
-    status(unsafe { hand_over(looked_up, Into::into, gain, extrapolated) })
+    status(unsafe { write_out(looked_up, Into::into, gain, extrapolated) })
 }
 
 /// # Safety
 /// As [`give`].
-unsafe fn hand_over<V: Copy, F>(
+unsafe fn write_out<V: Copy, F>(
     looked_up: Outcome<Scheduled<V>>,
     flat: impl FnOnce(V) -> F,
     found: *mut F,

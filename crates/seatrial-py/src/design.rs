@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use seatrial_core::schedule::{Beyond, ScheduleKey, Scheduled};
-use seatrial_core::turning::{Hand, Turn};
+use seatrial_core::turning::{Side, Turn};
 use seatrial_core::{HeadingGain, SchedulePoint, SpeedSchedule, YawModel};
 
 use crate::{error, usage};
@@ -20,9 +20,9 @@ pub fn turn(
     surge_speed_m_s: Option<f64>,
 ) -> PyResult<Limits> {
     let hand = if starboard {
-        Hand::Starboard
+        Side::Starboard
     } else {
-        Hand::Port
+        Side::Port
     };
     let turn = Turn::new(&YawModel::from_theta(theta), rudder_limit_rad, hand)
         .map_err(|none| error(py, "RejectedError", none))?;

@@ -7,7 +7,7 @@ use seatrial_core::authority::{AuthorityFit, AuthorityForm};
 use seatrial_core::heading_control::{GainSchedule, HeadingGain};
 use seatrial_core::heading_loop::{HeadingLoop, Margins};
 use seatrial_core::schedule::{ScheduleKey, SchedulePoint, SpeedSchedule};
-use seatrial_core::turning::{Hand, Turn, TurningOverSpeed};
+use seatrial_core::turning::{Side, Turn, TurningOverSpeed};
 
 use super::Figure;
 use super::chart::{Chart, Layer, Mark, Panel, Span};
@@ -170,8 +170,8 @@ pub(super) fn turning(speeds: &[Speed], rudder_limit_rad: f64) -> Option<Figure>
         });
         turns.collect()
     };
-    let starboard = turns_at_points(Hand::Starboard);
-    let port = turns_at_points(Hand::Port);
+    let starboard = turns_at_points(Side::Starboard);
+    let port = turns_at_points(Side::Port);
     type Quantity = fn(f64, &Turn<f64>) -> f64;
     let panel = |label: &str, named: bool, quantity: Quantity| {
         let curve = |law: &TurningOverSpeed<f64>| -> Vec<[f64; 2]> {

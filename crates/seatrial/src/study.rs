@@ -1,7 +1,7 @@
 //! Monte Carlo study: how far estimators are from the truth, from the bound and from their own intervals.
 
 use seatrial_core::heading_loop::{HeadingLoop, LoopTiming};
-use seatrial_core::turning::{Hand, Turn};
+use seatrial_core::turning::{Side, Turn};
 use seatrial_core::{Event, HeadingGain, Plan, Sample, Stage, Trial, Vehicle, YawModel};
 use serde::Serialize;
 
@@ -171,7 +171,7 @@ fn quantities(model: &YawModel<f64>, rudder_limit_rad: f64) -> [Option<f64>; QUA
         let steered = HeadingLoop::new(model, gain.proportional_gain).ok()?;
         steered.margins(LoopTiming::default()).ok()
     });
-    let turn = Turn::new(model, rudder_limit_rad, Hand::Starboard).ok();
+    let turn = Turn::new(model, rudder_limit_rad, Side::Starboard).ok();
     [
         Some(a22),
         Some(b2),

@@ -1,6 +1,6 @@
 use seatrial_core::authority::{AuthorityFit, AuthorityForm};
 use seatrial_core::turning::TurningOverSpeed;
-use seatrial_core::{Hand, HeadingGain, HeadingLoop, SchedulePoint, Turn, YawModel};
+use seatrial_core::{HeadingGain, HeadingLoop, SchedulePoint, Side, Turn, YawModel};
 
 use super::tables::{
     RUDDER_LIMIT_RAD, Row, TABLE_II, TABLE_III, TABLE_III_ITERATIONS, TABLE_V, TABLE_V_GAINS,
@@ -248,7 +248,7 @@ fn figure_14() -> Vec<Claim> {
 /// The paper's hand, with the effective rudder delta_max - delta0.
 fn turn(a22: f64, b2: f64, delta0: f64) -> Turn<f64> {
     let model = YawModel::from_theta([a22, b2, b2 * delta0]);
-    Turn::new(&model, RUDDER_LIMIT_RAD, Hand::Port).expect("stable, with authority")
+    Turn::new(&model, RUDDER_LIMIT_RAD, Side::Port).expect("stable, with authority")
 }
 
 fn table_iv() -> Vec<Claim> {

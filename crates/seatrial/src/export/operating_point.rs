@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use seatrial_core::{Hand, HeadingGain, HeadingLoop, SchedulePoint, Turn, YawModel};
+use seatrial_core::{HeadingGain, HeadingLoop, SchedulePoint, Side, Turn, YawModel};
 
 use super::cascade::Steering;
 use super::{comment, delays};
@@ -77,7 +77,7 @@ pub(super) fn yaw_rate_limit_rad_s(model: &YawModel<f64>, rudder_limit_rad: f64)
                 .yaw_rate_rad_s,
         )
     };
-    Some(rate(Hand::Starboard)?.min(rate(Hand::Port)?))
+    Some(rate(Side::Starboard)?.min(rate(Side::Port)?))
 }
 
 impl OperatingPoint {

@@ -8,7 +8,7 @@ mod standard;
 mod u_turn;
 
 use seatrial_core::schedule::{ScheduleError, ScheduleKey};
-use seatrial_core::turning::{Hand, NoTurn};
+use seatrial_core::turning::{NoTurn, Side};
 use seatrial_core::{SchedulePoint, SpeedSchedule, Vehicle};
 use serde::Serialize;
 
@@ -34,7 +34,7 @@ pub struct FieldSettings {
     /// Time on a steady course before each experiment, s.
     pub settle_s: f64,
     /// To which hand the U-turns are.
-    pub hand: Hand,
+    pub hand: Side,
     /// The heading steps; an ideal rudder and delay are not needed, the vehicle has its own.
     pub steps: HeadingSteps,
     /// Thrust of the repeated trials.
@@ -45,7 +45,7 @@ impl Default for FieldSettings {
     fn default() -> Self {
         Self {
             settle_s: 40.0,
-            hand: Hand::Port,
+            hand: Side::Port,
             steps: HeadingSteps::default(),
             repeated_thrust: 0.8,
         }

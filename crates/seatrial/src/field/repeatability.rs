@@ -1,7 +1,7 @@
 //! Repeated trials: how much the estimates scatter against what their intervals say.
 
 use seatrial_core::authority::{AuthorityFit, AuthorityForm};
-use seatrial_core::turning::Hand;
+use seatrial_core::turning::Side;
 use seatrial_core::{HeadingGain, SchedulePoint, YawModel};
 use serde::Serialize;
 
@@ -117,7 +117,7 @@ impl Repeatability {
         trials: &[Campaign],
         thrust: f64,
         rudder_limit_rad: f64,
-        hand: Hand,
+        hand: Side,
         damping_ratio: f64,
     ) -> Option<Self> {
         let runs = accepted_at(trials, thrust);

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use seatrial_core::model::YawState;
-use seatrial_core::turning::{Hand, Turn};
+use seatrial_core::turning::{Side, Turn};
 use seatrial_core::{Real, Sample, SchedulePoint, Steering, Vehicle, YawModel};
 use serde::Serialize;
 
@@ -247,7 +247,7 @@ fn yaw_rates(
 pub(super) fn mean_radius_m(
     model: &YawModel<f64>,
     rudder_limit_rad: f64,
-    hand: Hand,
+    hand: Side,
     surge_speed_m_s: f64,
 ) -> Option<f64> {
     let turn = Turn::new(model, rudder_limit_rad, hand).ok()?;

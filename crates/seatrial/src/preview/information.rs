@@ -1,7 +1,7 @@
 //! What a record of a training stage can tell.
 
 use nalgebra::Matrix3;
-use seatrial_core::{Hand, Sample, Turn, YawModel};
+use seatrial_core::{Sample, Side, Turn, YawModel};
 use serde::Serialize;
 
 use super::PriorSpeed;
@@ -65,7 +65,7 @@ impl Expected {
                 let gain = allowance.design(model, core::f64::consts::FRAC_1_SQRT_2);
                 Some(gain.ok()?.proportional_gain)
             }),
-            steady_turning_radius_m: [Hand::Starboard, Hand::Port].map(|hand| {
+            steady_turning_radius_m: [Side::Starboard, Side::Port].map(|hand| {
                 predicted(&|model| {
                     let turn = Turn::new(model, rudder_limit_rad, hand).ok()?;
                     Some(turn.steady_turning_radius_m(speed.surge_speed_m_s?))
