@@ -17,4 +17,7 @@ pub enum Error {
     /// A log that cannot be read.
     #[error(transparent)]
     Log(#[from] ReadError),
+    /// A logbook that cannot be read or written.
+    #[error(transparent)]
+    Logbook(#[from] seatrial_logbook::Error),
 }

@@ -6,6 +6,7 @@ mod error;
 pub mod fleet;
 pub mod identify_log;
 pub mod logs;
+pub mod models;
 pub mod paper;
 pub mod replay;
 

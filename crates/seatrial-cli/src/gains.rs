@@ -13,9 +13,10 @@ use seatrial_core::schedule::{Beyond, ScheduleError, ScheduleKey};
 use seatrial_core::{GainSchedule, HeadingGain, HeadingLoop, SpeedSchedule, YawModel};
 use serde::Serialize;
 
+use crate::model_source::{SourceArgs, warn};
 use crate::output::{Exit, Failure, Output};
-use crate::steering_source::{Estimate, SCHEDULE_FILE_HELP, Source, SourceArgs, SourcePoint};
-use crate::table::Table;
+use crate::table::{Table, estimate_text};
+use seatrial_app::models::{Estimate, ModelPoint, Models, SCHEDULE_FILE_HELP};
 
 const SCHEMA: &str = "seatrial.gains.v1";
 
@@ -136,7 +137,7 @@ struct InterpolatedGain {
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let mut source = args.source.read()?;
-    source.warn();
+    warn(&source);
     for point in &mut source.points {
         let timing = &mut point.allowance.timing;
         timing.delay_s = args.delay.unwrap_or(timing.delay_s);
@@ -182,7 +183,7 @@ fn check(zeta: f64, timing: LoopTiming<f64>) -> Result<(), Failure> {
     Ok(())
 }
 
-fn point_gains(point: &SourcePoint, zeta: f64) -> PointGains {
+fn point_gains(point: &ModelPoint, zeta: f64) -> PointGains {
     let model = point.point.model;
     let design = |model: &YawModel<f64>| point.allowance.design(model, zeta);
     let gain = design(&model);
@@ -207,7 +208,7 @@ fn point_gains(point: &SourcePoint, zeta: f64) -> PointGains {
     }
 }
 
-fn loop_figures(point: &SourcePoint, gain: f64, timing: LoopTiming<f64>) -> Option<LoopFigures> {
+fn loop_figures(point: &ModelPoint, gain: f64, timing: LoopTiming<f64>) -> Option<LoopFigures> {
     let closed = |model: &YawModel<f64>| HeadingLoop::new(model, gain).ok();
     let margins = |model: &YawModel<f64>| closed(model)?.margins(timing).ok();
     Some(LoopFigures {
@@ -247,7 +248,7 @@ fn no_such_place(args: &Args, key: ScheduleKey, value: f64, error: ScheduleError
 
 /// The least damped models, for which gains are designed, and what their loops wait for.
 fn cautious(
-    source: &Source,
+    source: &Models,
     key: ScheduleKey,
 ) -> Result<(SpeedSchedule<f64>, LoopTiming<f64>), Failure> {
     let points = source.points.iter().map(|p| (p.point, p.allowance));
@@ -255,7 +256,7 @@ fn cautious(
         .map_err(|error| Failure::input(format!("{}: {error}", source.origin)))
 }
 
-fn interpolated(args: &Args, source: &Source) -> Result<Option<InterpolatedGain>, Failure> {
+fn interpolated(args: &Args, source: &Models) -> Result<Option<InterpolatedGain>, Failure> {
     let Some((key, value)) = asked(args) else {
         return Ok(None);
     };
@@ -267,7 +268,7 @@ fn interpolated(args: &Args, source: &Source) -> Result<Option<InterpolatedGain>
     let gain = gains.lookup(value, beyond(args)).map_err(refused)?;
     let model = schedule.lookup(value, beyond(args)).map_err(refused)?;
     let proportional_gain = gain.value().proportional_gain;
-    let here = SourcePoint {
+    let here = ModelPoint {
         point: *model.value(),
         covariance: None,
         allowance: GainAllowance::default(),
@@ -289,7 +290,7 @@ fn interpolated(args: &Args, source: &Source) -> Result<Option<InterpolatedGain>
 /// The half widths of the two neighbours, weighted by their distance; their runs err independently.
 fn interpolated_interval(
     zeta: f64,
-    source: &Source,
+    source: &Models,
     key: ScheduleKey,
     value: f64,
     gain: f64,
@@ -386,7 +387,7 @@ fn text(document: &Document) -> String {
 }
 
 fn estimate(estimate: &Option<Estimate>, decimals: usize, scale: f64) -> String {
-    estimate.map_or("-".into(), |e| e.text(decimals, scale))
+    estimate.map_or("-".into(), |e| estimate_text(&e, decimals, scale))
 }
 
 fn loop_cells(closed_loop: &Option<LoopFigures>) -> Vec<String> {
@@ -399,7 +400,7 @@ fn loop_cells(closed_loop: &Option<LoopFigures>) -> Vec<String> {
         estimate(&figures.overshoot, 1, 100.0),
         figures
             .gain_margin
-            .map_or("infinite".into(), |margin| margin.text(1, 1.0)),
+            .map_or("infinite".into(), |margin| estimate_text(&margin, 1, 1.0)),
         estimate(&figures.phase_margin_rad, 1, 1_f64.to_degrees()),
         estimate(&figures.delay_margin_s, 2, 1.0),
     ]
@@ -425,7 +426,7 @@ fn at_text(at: &InterpolatedGain, rudder_unit: RudderUnit) -> String {
     });
     format!(
         "At {place} ({how}): K_p {}, feed-forward {:.2} {rudder}{figures}.",
-        at.proportional_gain.text(3, 1.0),
+        estimate_text(&at.proportional_gain, 3, 1.0),
         at.feed_forward_rudder_rad * rudder_scale
     )
 }

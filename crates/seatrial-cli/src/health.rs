@@ -11,11 +11,11 @@ use seatrial::health::{
 use seatrial_core::YawModel;
 use serde::Serialize;
 
-use crate::health_source::{HealthSource, read, read_log};
-use crate::log::ChannelArgs;
+use crate::log::{ChannelArgs, Told};
 use crate::output::{Exit, Failure, Output};
 use crate::table::Table;
 use seatrial_app::documents::Source;
+use seatrial_app::models::{ComparedModels, compared_models, open_named};
 
 /// Changes of a22 and b2 up to this much are none, per cent, unless asked for: where two trials are compared, and
 /// over ordinary missions.
@@ -108,7 +108,7 @@ struct OriginModel {
 }
 
 impl<'a> Origin<'a> {
-    fn of(source: &'a HealthSource) -> Self {
+    fn of(source: &'a ComparedModels) -> Self {
         let model = |point: &SpeedModel| OriginModel {
             thrust: point.thrust,
             surge_speed_m_s: point.surge_speed_m_s,
@@ -158,7 +158,7 @@ impl From<HealthError> for Failure {
 /// Compares or watches.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let settings = args.settings()?;
-    let source = read(&args.reference, &args.logbook, &args.channels)?;
+    let source = args.models(&args.reference)?;
     if let Some(why) = &source.without_model {
         return Err(Failure::rejected(format!(
             "{}: no model to compare with: {why}",
@@ -174,6 +174,12 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 }
 
 impl Args {
+    fn models(&self, name: &str) -> Result<ComparedModels, Failure> {
+        let reading = self.channels.read_settings()?;
+        let mut told = Told::default();
+        Ok(compared_models(name, &self.logbook, &reading, &mut told)?)
+    }
+
     fn settings(&self) -> Result<HealthSettings, Failure> {
         let watching = self.now.is_none();
         let (tolerated, offset) = if watching {
@@ -190,13 +196,13 @@ impl Args {
 
     fn compare(
         &self,
-        source: &HealthSource,
+        source: &ComparedModels,
         reference: &Reference,
         now: &str,
         settings: &HealthSettings,
         output: &Output,
     ) -> Result<Exit, Failure> {
-        let now = read(now, &self.logbook, &self.channels)?;
+        let now = self.models(now)?;
         let change = match &now.without_model {
             Some(why) => Change::cannot_tell(settings, format!("{}: {why}", now.origin)),
             None => compare(reference, &now.models, settings),
@@ -214,17 +220,18 @@ impl Args {
 
     fn watch(
         &self,
-        source: &HealthSource,
+        source: &ComparedModels,
         reference: Reference,
         settings: HealthSettings,
         output: &Output,
     ) -> Result<Exit, Failure> {
         let mut watch = Watch::new(reference, settings)
             .map_err(|error| Failure::input(format!("{}: {error}", source.origin)))?;
+        let reading = self.channels.read_settings()?;
         let mut logs = Vec::new();
         let mut started: Option<(String, String)> = None;
         for name in &self.watch {
-            let (log, window) = read_log(name, &self.channels)?;
+            let (log, window) = open_named(name, &reading, &mut Told::default())?;
             if let Some(start) = &log.description.start_utc {
                 if let Some((earlier, earlier_start)) = &started
                     && start < earlier_start
@@ -259,7 +266,7 @@ impl Args {
     }
 }
 
-fn comparison_page(reference: &HealthSource, now: &HealthSource, change: &Change) -> String {
+fn comparison_page(reference: &ComparedModels, now: &ComparedModels, change: &Change) -> String {
     let headline = match change.finding {
         Finding::Unchanged => "NO CHANGE FOUND",
         Finding::Changed => "CHANGED",
@@ -297,7 +304,7 @@ fn comparison_page(reference: &HealthSource, now: &HealthSource, change: &Change
     text + &rate_text(&change.settings)
 }
 
-fn watch_page(reference: &HealthSource, logs: &[String], report: &WatchReport) -> String {
+fn watch_page(reference: &ComparedModels, logs: &[String], report: &WatchReport) -> String {
     let headline = match report.finding {
         Finding::Unchanged => "NO CHANGE FOUND",
         Finding::Changed => "RE-TRIAL DUE",
@@ -370,7 +377,7 @@ fn plural(count: usize) -> &'static str {
     if count == 1 { "" } else { "s" }
 }
 
-fn origin_text(title: &str, source: &HealthSource) -> String {
+fn origin_text(title: &str, source: &ComparedModels) -> String {
     let speeds = source.models.len();
     let mut text = format!("{title:<11} {}", source.origin);
     if speeds > 1 {

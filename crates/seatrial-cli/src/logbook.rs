@@ -8,10 +8,9 @@ use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
 use seatrial::difference::{Difference, ThrustDifference};
 use seatrial::identification::Identification;
+use seatrial_app::models::{campaign_named, campaign_numbered};
 use seatrial_core::Outcome;
-use seatrial_logbook::{
-    CampaignEntry, CampaignId, Error, Logbook, PitchEntry, State, Verification,
-};
+use seatrial_logbook::{CampaignEntry, Error, Logbook, PitchEntry, State, Verification};
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};
@@ -111,19 +110,6 @@ impl From<Error> for Failure {
     }
 }
 
-/// The campaign of that number, or the last one.
-pub fn chosen_campaign(logbook: &Logbook, number: Option<i64>) -> Result<CampaignEntry, Failure> {
-    match number {
-        Some(number) => Ok(logbook.entry(CampaignId(number))?),
-        None => logbook.campaigns()?.pop().ok_or_else(|| {
-            Failure::input(format!(
-                "{}: the logbook holds no campaign yet; `seatrial trial` runs one",
-                logbook.path().display()
-            ))
-        }),
-    }
-}
-
 #[derive(Serialize)]
 struct List {
     schema: &'static str,
@@ -187,7 +173,7 @@ struct Results<'a> {
 }
 
 fn show(logbook: &Logbook, number: Option<i64>, output: &Output) -> Result<Exit, Failure> {
-    let entry = chosen_campaign(logbook, number)?;
+    let entry = campaign_numbered(logbook, number)?;
     let mut campaign = logbook.campaign(entry.id)?;
     for identification in campaign
         .runs
@@ -318,7 +304,7 @@ struct Diff<'a> {
 }
 
 fn diff(logbook: &Logbook, a: &str, b: &str, output: &Output) -> Result<Exit, Failure> {
-    let (a, b) = (named_campaign(logbook, a)?, named_campaign(logbook, b)?);
+    let (a, b) = (campaign_named(logbook, a)?, campaign_named(logbook, b)?);
     let campaigns: [Campaign; 2] = [logbook.campaign(a.id)?, logbook.campaign(b.id)?];
     let diff = Diff {
         schema: "seatrial.logbook_diff.v1",
@@ -373,30 +359,6 @@ fn write_difference(text: &mut String, at: &ThrustDifference) {
     }
 }
 
-/// The campaign of that number, or the last one of that configuration.
-pub fn named_campaign(logbook: &Logbook, name: &str) -> Result<CampaignEntry, Failure> {
-    if let Ok(number) = name.parse() {
-        return chosen_campaign(logbook, Some(number));
-    }
-    let campaigns = logbook.campaigns()?;
-    let mut held: Vec<&str> = campaigns
-        .iter()
-        .map(|entry| entry.configuration.as_str())
-        .collect();
-    held.sort_unstable();
-    held.dedup();
-    let held = held.join(", ");
-    campaigns
-        .into_iter()
-        .rfind(|entry| entry.configuration == name)
-        .ok_or_else(|| {
-            Failure::input(format!(
-                "{}: no configuration {name:?}; it holds: {held}",
-                logbook.path().display()
-            ))
-        })
-}
-
 fn export(
     logbook: &Logbook,
     number: Option<i64>,
@@ -404,7 +366,7 @@ fn export(
     out: Option<&PathBuf>,
     output: &Output,
 ) -> Result<Exit, Failure> {
-    let entry = chosen_campaign(logbook, number)?;
+    let entry = campaign_numbered(logbook, number)?;
     let runs = logbook.runs(entry.id)?;
     if let Some(run) = run
         && runs.iter().all(|entry| entry.number != run)

@@ -83,6 +83,11 @@ impl Failure {
         Self::new(Exit::Internal, message)
     }
 
+    /// With what it is about in front.
+    pub fn about(self, what: impl fmt::Display) -> Self {
+        Self::new(self.exit, format!("{what}: {}", self.message))
+    }
+
     fn new(exit: Exit, message: impl fmt::Display) -> Self {
         Self {
             exit,
@@ -98,6 +103,7 @@ impl From<seatrial_app::Error> for Failure {
             Error::Setting(_) => Self::usage(error),
             Error::Input(_) | Error::Log(_) => Self::input(error),
             Error::Rejected(_) => Self::rejected(error),
+            Error::Logbook(error) => error.into(),
         }
     }
 }

@@ -13,9 +13,9 @@ use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};
 use crate::prior::{Named, PriorArgs, positive};
-use crate::steering_source::SCHEDULE_FILE_HELP;
 use crate::table::Table;
 use crate::trial::load_plan;
+use seatrial_app::models::SCHEDULE_FILE_HELP;
 
 /// Print or write a plan, with the intervals, the track and the time to expect of it.
 #[derive(clap::Args, Debug)]

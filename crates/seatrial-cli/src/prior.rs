@@ -6,9 +6,10 @@ use seatrial_core::schedule::{Beyond, ScheduleKey};
 use seatrial_core::{HeadingGain, Plan, SchedulePoint};
 use seatrial_sim::config::HelmConfig;
 
+use crate::model_source::{SourceArgs, warn};
 use crate::output::{Failure, say};
-use crate::steering_source::{Source, SourceArgs};
 use crate::vehicle;
+use seatrial_app::models::Models;
 
 const DEFAULT_VEHICLE: &str = "sim:starfish";
 
@@ -111,7 +112,7 @@ impl PriorArgs {
 
     fn of_models(&self, plan: &Plan<f64>) -> Result<Named, Failure> {
         let source = self.source.read()?;
-        source.warn();
+        warn(&source);
         let speeds = plan
             .thrusts
             .iter()
@@ -134,7 +135,7 @@ impl PriorArgs {
 
     fn speed_of(
         &self,
-        source: &Source,
+        source: &Models,
         thrust: f64,
         plan: &Plan<f64>,
     ) -> Result<PriorSpeed, Failure> {
@@ -181,7 +182,7 @@ impl PriorArgs {
 }
 
 /// The model at a thrust: a single one without a thrust holds for all.
-fn point_at(source: &Source, thrust: f64) -> Result<SchedulePoint<f64>, Failure> {
+fn point_at(source: &Models, thrust: f64) -> Result<SchedulePoint<f64>, Failure> {
     if let [only] = source.points.as_slice() {
         return match only.point.thrust {
             Some(known) if known != thrust => Err(Failure::usage(format!(

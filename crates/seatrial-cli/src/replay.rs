@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
+use seatrial_app::models::campaign_numbered;
 use seatrial_app::replay::Replay;
 use seatrial_core::Plan;
 use seatrial_logbook::{CampaignEntry, Logbook};
 use serde::Serialize;
 
-use crate::logbook::chosen_campaign;
 use crate::output::{Exit, Failure, Output};
 use crate::pitch::{self, Axis};
 
@@ -46,7 +46,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if args.axis == Axis::Pitch {
         return pitch::replay(&logbook, args.campaign, output);
     }
-    let entry = chosen_campaign(&logbook, args.campaign)?;
+    let entry = campaign_numbered(&logbook, args.campaign)?;
     let recording = logbook.recording(entry.id)?;
     if recording.steps.is_empty() {
         return Err(refusal(&logbook, &entry, "it holds no sample to replay"));

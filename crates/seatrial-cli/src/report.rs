@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use seatrial_app::identify_log::foremost;
 use seatrial_app::logs::OpenedLog;
+use seatrial_app::models::campaign_numbered;
 use seatrial_logbook::{CampaignEntry, Logbook};
 use seatrial_report::{self as report, Fact};
 use serde::Serialize;
 
 use crate::identify::EstimatorArgs;
 use crate::log::{ChannelArgs, LogArgs, channel_text};
-use crate::logbook::chosen_campaign;
 use crate::model_text::windows_text;
 use crate::output::{Exit, Failure, Output, save_page};
 use crate::pitch::{self, Axis};
@@ -79,7 +79,7 @@ fn of_logbook(path: &Path, args: &Args) -> Result<String, Failure> {
     if args.axis == Axis::Pitch {
         return pitch::page(&logbook, args.campaign);
     }
-    let entry = chosen_campaign(&logbook, args.campaign)?;
+    let entry = campaign_numbered(&logbook, args.campaign)?;
     let campaign = logbook.campaign(entry.id)?;
     Ok(report::render(&campaign, &provenance(&logbook, &entry)))
 }

@@ -6,8 +6,8 @@ use std::path::Path;
 use seatrial::figures::three_figures;
 use seatrial::identify::joined::Joined;
 use seatrial_app::identify_log::SpeedModel;
+use seatrial_app::models::write_schedule_file;
 use seatrial_core::RudderUnit;
-use serde::Serialize;
 
 use crate::model_text::{fresh_text, model_text, speed_text, training_text, verdict_text};
 use crate::output::Failure;
@@ -77,40 +77,8 @@ pub fn text(models: &[SpeedModel], unit: RudderUnit) -> String {
 
 /// Writes the accepted models as a schedule file.
 pub fn save_schedule(path: &Path, models: &[SpeedModel], unit: RudderUnit) -> Result<(), Failure> {
-    #[derive(Serialize)]
-    struct Schedule {
-        rudder_unit: RudderUnit,
-        point: Vec<Point>,
-    }
-    #[derive(Serialize)]
-    struct Point {
-        thrust: Option<f64>,
-        surge_speed_m_s: Option<f64>,
-        a22_per_s: f64,
-        b2_per_s2: f64,
-        c0_rad_per_s2: f64,
-    }
-    let point = |speed: &SpeedModel| {
-        let model = speed.identification.as_ref()?.model();
-        Some(Point {
-            thrust: speed.thrust,
-            surge_speed_m_s: speed.surge_speed_m_s,
-            a22_per_s: model.a22_per_s,
-            b2_per_s2: model.b2_per_s2,
-            c0_rad_per_s2: model.c0_rad_per_s2,
-        })
-    };
-    let accepted = models.iter().filter(|model| model.verdict.accepted);
-    let schedule = Schedule {
-        rudder_unit: unit,
-        point: accepted.filter_map(point).collect(),
-    };
-    if schedule.point.is_empty() {
-        return Err(Failure::rejected(
-            "--schedule: no model was accepted, and no schedule is written",
-        ));
-    }
-    let text = toml::to_string(&schedule).map_err(Failure::internal)?;
+    let text = write_schedule_file(models, unit)
+        .map_err(|error| Failure::from(error).about("--schedule"))?;
     std::fs::write(path, text)
         .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))
 }

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use seatrial_app::models::Estimate;
+
 /// Rows of cells under a heading; every column is flush right.
 pub struct Table {
     rows: Vec<Vec<String>>,
@@ -49,6 +51,19 @@ pub fn decimals(value: f64, least: usize) -> usize {
     }
     let needed = 2.0 - value.abs().log10().floor();
     least.max(needed.clamp(0.0, 12.0) as usize)
+}
+
+/// A value, then half the width of its interval where one is known.
+pub fn estimate_text(estimate: &Estimate, least_decimals: usize, scale: f64) -> String {
+    let value = estimate.value * scale;
+    let digits = decimals(value, least_decimals);
+    match estimate.interval_95 {
+        Some([low, high]) => format!(
+            "{value:.digits$} ±{:.digits$}",
+            (high - low) / 2.0 * scale.abs()
+        ),
+        None => format!("{value:.digits$}"),
+    }
 }
 
 #[cfg(test)]

@@ -8,9 +8,10 @@ use seatrial_core::turning::{RadiusMinimum, TurningOverSpeed};
 use seatrial_core::{SchedulePoint, Side, Turn, YawModel};
 use serde::Serialize;
 
+use crate::model_source::{SourceArgs, warn};
 use crate::output::{Exit, Failure, Output};
-use crate::steering_source::{Estimate, SCHEDULE_FILE_HELP, Source, SourceArgs, SourcePoint};
-use crate::table::Table;
+use crate::table::{Table, estimate_text};
+use seatrial_app::models::{Estimate, ModelPoint, Models, SCHEDULE_FILE_HELP};
 
 /// Turning limits from a model or a schedule, to either hand.
 ///
@@ -125,7 +126,7 @@ struct OverSpeed {
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let source = args.source.read()?;
-    source.warn();
+    warn(&source);
     let heading_change_rad = args.heading_change_deg.to_radians();
     if !heading_change_rad.is_finite() {
         return Err(Failure::usage("--heading-change-deg: expected a number"));
@@ -135,7 +136,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         .map(|u_turn| ratio(u_turn, &source))
         .transpose()?;
     let limits =
-        |point: &SourcePoint| point_limits(point, &source, heading_change_rad, u_turn_ratio);
+        |point: &ModelPoint| point_limits(point, &source, heading_change_rad, u_turn_ratio);
     let document = Document {
         schema: "seatrial.turn.v1",
         source: &source.origin,
@@ -162,7 +163,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 const FAR: f64 = 1.1;
 
 /// The measured radius over the model's, mean of both hands and linear in speed between the points.
-fn ratio(u_turn: UTurn, source: &Source) -> Result<f64, Failure> {
+fn ratio(u_turn: UTurn, source: &Models) -> Result<f64, Failure> {
     let refused = |reason: &str| Failure::usage(format!("--measured-u-turn: {reason}"));
     let mut radii: Vec<[f64; 2]> = source
         .points
@@ -202,8 +203,8 @@ fn ratio(u_turn: UTurn, source: &Source) -> Result<f64, Failure> {
 }
 
 fn point_limits(
-    point: &SourcePoint,
-    source: &Source,
+    point: &ModelPoint,
+    source: &Models,
     heading_change_rad: f64,
     u_turn_ratio: Option<f64>,
 ) -> PointLimits {
@@ -248,7 +249,7 @@ fn point_limits(
 }
 
 /// Both fits of b2 over speed, where at least two speeds are known.
-fn over_speed(source: &Source, up_to: Option<f64>) -> Result<Vec<OverSpeed>, Failure> {
+fn over_speed(source: &Models, up_to: Option<f64>) -> Result<Vec<OverSpeed>, Failure> {
     let points: Vec<SchedulePoint<f64>> = source
         .points
         .iter()
@@ -308,7 +309,7 @@ fn text(document: &Document) -> String {
         ("change", "s, full rudder"),
     ]);
     let estimate = |estimate: &Option<Estimate>, decimals, scale| {
-        estimate.map_or("-".into(), |e: Estimate| e.text(decimals, scale))
+        estimate.map_or("-".into(), |e: Estimate| estimate_text(&e, decimals, scale))
     };
     let mut notes = Vec::new();
     for point in &document.points {

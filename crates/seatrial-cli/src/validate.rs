@@ -12,9 +12,10 @@ use seatrial_core::YawModel;
 use serde::Serialize;
 
 use crate::log::{LogArgs, open_inside};
+use crate::model_source::warn;
 use crate::model_text::{fresh_text, source_text, verdict_text};
 use crate::output::{Exit, Failure, Output};
-use crate::steering_source;
+use seatrial_app::models::of_document;
 
 /// Simulate a stored or given model over a log and compare.
 #[derive(clap::Args, Debug)]
@@ -104,8 +105,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 impl Args {
     fn read_model(&self) -> Result<YawModel<f64>, Failure> {
         if let Some(path) = &self.model {
-            let source = steering_source::from_document(path, None)?;
-            source.warn();
+            let source = of_document(path, None)?;
+            warn(&source);
             return match source.points.as_slice() {
                 [only] => Ok(only.point.model),
                 several => Err(Failure::usage(format!(

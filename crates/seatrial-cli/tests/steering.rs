@@ -321,6 +321,15 @@ fn cli_bad_sources_say_what_is_wrong() {
             "`b2_per_s2`",
         ),
         (
+            vec![
+                "turn".into(),
+                "--model".into(),
+                file("c2.json", &IDENTIFICATION.replace("verdict", "comment")),
+            ],
+            3,
+            "`verdict` is missing",
+        ),
+        (
             vec!["turn".into(), "--schedule".into(), file("d.toml", "")],
             3,
             "[[point]]",

@@ -235,7 +235,9 @@ pub fn identify_log(
 fn failed(py: Python<'_>, found: &seatrial_app::Error) -> PyErr {
     let class = match found {
         seatrial_app::Error::Setting(_) => "UsageError",
-        seatrial_app::Error::Input(_) | seatrial_app::Error::Log(_) => "InputError",
+        seatrial_app::Error::Input(_)
+        | seatrial_app::Error::Log(_)
+        | seatrial_app::Error::Logbook(_) => "InputError",
         seatrial_app::Error::Rejected(_) => "RejectedError",
     };
     error(py, class, found)

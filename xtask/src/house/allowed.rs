@@ -20,7 +20,6 @@ pub const ALLOWED: &[&str] = &[
     "file crates/seatrial-cli/src/inspect.rs",
     "file crates/seatrial-cli/src/logbook.rs",
     "file crates/seatrial-cli/src/plan.rs",
-    "file crates/seatrial-cli/src/steering_source.rs",
     "file crates/seatrial-core/src/estimator.rs",
     "file crates/seatrial-dash/src/trials.rs",
     "file crates/seatrial-links/src/autopilot/preflight.rs",

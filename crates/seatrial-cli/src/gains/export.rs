@@ -6,7 +6,7 @@ use seatrial_core::SchedulePoint;
 
 use super::{Args, asked, beyond, cautious, no_such_place};
 use crate::output::{Failure, Output, say};
-use crate::steering_source::{Source, SourcePoint};
+use seatrial_app::models::{ModelPoint, Models};
 
 /// A form that controllers read.
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -33,7 +33,7 @@ pub enum VehicleType {
 }
 
 /// Writes the export to its file or on standard output.
-pub fn write(format: Format, args: &Args, source: &Source, output: &Output) -> Result<(), Failure> {
+pub fn write(format: Format, args: &Args, source: &Models, output: &Output) -> Result<(), Failure> {
     if output.json && args.out.is_none() && !matches!(format, Format::Json) {
         return Err(Failure::usage(
             "--json and an --export that is no JSON: give a file with --out",
@@ -60,7 +60,7 @@ pub fn write(format: Format, args: &Args, source: &Source, output: &Output) -> R
     }
 }
 
-fn schedule(args: &Args, source: &Source) -> Result<Schedule, Failure> {
+fn schedule(args: &Args, source: &Models) -> Result<Schedule, Failure> {
     for point in &source.points {
         check(args, source, point)?;
     }
@@ -74,7 +74,7 @@ fn schedule(args: &Args, source: &Source) -> Result<Schedule, Failure> {
 }
 
 /// The model at the place asked for, else the fastest.
-fn operating_point(args: &Args, source: &Source) -> Result<OperatingPoint, Failure> {
+fn operating_point(args: &Args, source: &Models) -> Result<OperatingPoint, Failure> {
     let (at, allowance, covariance) = match (asked(args), source.points.as_slice()) {
         (Some((key, value)), _) => {
             let model = source
@@ -115,7 +115,7 @@ fn operating_point(args: &Args, source: &Source) -> Result<OperatingPoint, Failu
 }
 
 /// Refuses a model without a gain.
-fn check(args: &Args, source: &Source, point: &SourcePoint) -> Result<(), Failure> {
+fn check(args: &Args, source: &Models, point: &ModelPoint) -> Result<(), Failure> {
     match point.allowance.design(&point.point.model, args.zeta) {
         Ok(_) => Ok(()),
         Err(reason) => Err(Failure::input(format!(

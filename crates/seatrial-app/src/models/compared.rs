@@ -1,4 +1,4 @@
-//! Where `health` gets its models: a logbook, a document, a schedule, a log.
+//! Models to compare for a change of the vehicle: of a campaign, a document, a schedule or a log.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -7,22 +7,20 @@ use seatrial::health::{SpeedModel, degrees_of_freedom};
 use seatrial::identification::ReasonCode;
 use seatrial::identify::{IdentifyError, IdentifySettings, identify};
 use seatrial::{Run, Window};
-use seatrial_app::documents::Source;
-use seatrial_app::identify_log::no_model;
-use seatrial_app::logs::OpenedLog;
 use seatrial_core::Sample;
 use seatrial_logbook::Logbook;
 
-use crate::log::{ChannelArgs, LogArgs, open_inside};
-use crate::logbook::named_campaign;
-use crate::output::Failure;
-use crate::steering_source::{self, from_document, from_schedule};
+use super::{ModelPoint, Models, campaign_named, of_document, of_schedule_file};
+use crate::Error;
+use crate::documents::Source;
+use crate::identify_log::no_model;
+use crate::logs::{Observer, OpenedLog, ReadSettings, open_inside};
 
 /// A log whose speed spreads more than this about its mean holds several speeds.
 const LARGEST_SPEED_SPREAD: f64 = 0.15;
 
 /// The models of one argument.
-pub struct HealthSource {
+pub struct ComparedModels {
     /// For people.
     pub origin: String,
     /// The log, where it is one.
@@ -35,7 +33,7 @@ pub struct HealthSource {
     pub notes: Vec<String>,
 }
 
-impl HealthSource {
+impl ComparedModels {
     fn new(origin: String, models: Vec<SpeedModel>) -> Self {
         Self {
             origin,
@@ -53,12 +51,17 @@ impl HealthSource {
 }
 
 /// Reads the models that an argument names.
-pub fn read(name: &str, logbook: &Path, channels: &ChannelArgs) -> Result<HealthSource, Failure> {
+pub fn compared_models(
+    name: &str,
+    logbook: &Path,
+    reading: &ReadSettings,
+    observer: &mut dyn Observer,
+) -> Result<ComparedModels, Error> {
     if split_window(name)?.0.is_file() || name == "-" {
-        return from_file(name, channels);
+        return from_file(name, reading, observer);
     }
     if !logbook.exists() {
-        return Err(Failure::input(format!(
+        return Err(Error::Input(format!(
             "{name}: no such file, and no logbook {} that could hold a campaign of this name; give a log, a document, or --logbook FILE",
             logbook.display()
         )));
@@ -66,10 +69,14 @@ pub fn read(name: &str, logbook: &Path, channels: &ChannelArgs) -> Result<Health
     from_logbook(name, logbook)
 }
 
-fn from_file(name: &str, channels: &ChannelArgs) -> Result<HealthSource, Failure> {
+fn from_file(
+    name: &str,
+    reading: &ReadSettings,
+    observer: &mut dyn Observer,
+) -> Result<ComparedModels, Error> {
     let path = Path::new(name);
-    let models = |source: &steering_source::Source| -> Vec<SpeedModel> {
-        let model = |point: &steering_source::SourcePoint| {
+    let models = |source: &Models| -> Vec<SpeedModel> {
+        let model = |point: &ModelPoint| {
             SpeedModel {
                 thrust: point.point.thrust,
                 surge_speed_m_s: point.point.surge_speed_m_s,
@@ -85,32 +92,32 @@ fn from_file(name: &str, channels: &ChannelArgs) -> Result<HealthSource, Failure
         source.points.iter().map(model).collect()
     };
     if path.extension().is_some_and(|suffix| suffix == "toml") {
-        let source = from_schedule(path)?;
-        return Ok(HealthSource::new(source.origin.clone(), models(&source)).noting(
+        let source = of_schedule_file(path)?;
+        return Ok(ComparedModels::new(source.origin.clone(), models(&source)).noting(
             "a schedule file states no uncertainty: its models count as exact, which makes false alarms likelier",
         ));
     }
     if begins_with_brace(path)? {
-        let source = from_document(path, None)?;
+        let source = of_document(path, None)?;
         if source.points.iter().any(|point| point.covariance.is_none()) {
-            return Err(Failure::input(format!(
+            return Err(Error::Input(format!(
                 "{}: a model without refined estimate has no uncertainty, and cannot be tested; identify without --as-paper",
                 source.origin
             )));
         }
-        let mut found = HealthSource::new(source.origin.clone(), models(&source));
+        let mut found = ComparedModels::new(source.origin.clone(), models(&source));
         found.notes = source.rejected;
         return Ok(found);
     }
-    from_log(name, channels)
+    from_log(name, reading, observer)
 }
 
 /// A JSON document begins with a brace, no log does.
-fn begins_with_brace(path: &Path) -> Result<bool, Failure> {
+fn begins_with_brace(path: &Path) -> Result<bool, Error> {
     if !path.is_file() {
         return Ok(false);
     }
-    let unreadable = |error: std::io::Error| Failure::input(format!("{}: {error}", path.display()));
+    let unreadable = |error: std::io::Error| Error::Input(format!("{}: {error}", path.display()));
     let mut start = Vec::new();
     std::fs::File::open(path)
         .map_err(unreadable)?
@@ -122,7 +129,7 @@ fn begins_with_brace(path: &Path) -> Result<bool, Failure> {
 }
 
 /// `LOG` or `LOG@FROM..TO`.
-fn split_window(name: &str) -> Result<(PathBuf, Window), Failure> {
+fn split_window(name: &str) -> Result<(PathBuf, Window), Error> {
     let whole = (PathBuf::from(name), Window::ALL);
     if whole.0.exists() {
         return Ok(whole);
@@ -138,7 +145,7 @@ fn split_window(name: &str) -> Result<(PathBuf, Window), Failure> {
             return Ok(open);
         }
         text.parse::<f64>().map_err(|_| {
-            Failure::usage(format!(
+            Error::Setting(format!(
                 "{name}: `{text}` is not a number of seconds; expected LOG@FROM..TO, such as run.csv@40..56.5"
             ))
         })
@@ -150,50 +157,54 @@ fn split_window(name: &str) -> Result<(PathBuf, Window), Failure> {
     if window.from_s < window.to_s {
         Ok((PathBuf::from(path), window))
     } else {
-        Err(Failure::usage(format!(
+        Err(Error::Setting(format!(
             "{name}: the window {window} is empty"
         )))
     }
 }
 
 /// Opens a log, or a window of it.
-pub fn read_log(name: &str, channels: &ChannelArgs) -> Result<(OpenedLog, Window), Failure> {
+pub fn open_named(
+    name: &str,
+    reading: &ReadSettings,
+    observer: &mut dyn Observer,
+) -> Result<(OpenedLog, Window), Error> {
     let (log, window) = split_window(name)?;
-    let args = LogArgs {
-        log,
-        channels: channels.clone(),
-    };
     // The estimator's filters are warmed on what comes before.
     let kept = Window {
         from_s: f64::NEG_INFINITY,
         ..window
     };
-    let opened = open_inside(&args, kept)?;
+    let opened = open_inside(&log, reading, kept, observer)?;
     if opened.record.window(window).is_empty() {
         let span = match (opened.record.samples.first(), opened.record.samples.last()) {
             (Some(first), Some(last)) => format!("{} s to {} s", first.time_s, last.time_s),
             _ => "nothing".into(),
         };
-        return Err(Failure::input(format!(
+        return Err(Error::Input(format!(
             "{name}: no sample lies in the window; {span} was read"
         )));
     }
     Ok((opened, window))
 }
 
-fn from_log(name: &str, channels: &ChannelArgs) -> Result<HealthSource, Failure> {
-    let (log, window) = read_log(name, channels)?;
+fn from_log(
+    name: &str,
+    reading: &ReadSettings,
+    observer: &mut dyn Observer,
+) -> Result<ComparedModels, Error> {
+    let (log, window) = open_named(name, reading, observer)?;
     let speed = mean_speed_m_s(log.record.window(window)).map_err(|spread| {
-        Failure::input(format!(
+        Error::Input(format!(
             "{name}: the speed spreads by {:.0} % about its mean, one model holds at one speed; give a window of one manoeuvre, such as {}@40..56.5, or --speed none where the channel is not the speed",
             100.0 * spread,
             log.path.display()
         ))
     })?;
-    let without = |why: String| HealthSource {
+    let without = |why: String| ComparedModels {
         without_model: Some(why),
         log: Some(log.source()),
-        ..HealthSource::new(name.into(), Vec::new())
+        ..ComparedModels::new(name.into(), Vec::new())
     };
     match identify(&log.record, window, None, &IdentifySettings::default()) {
         Ok(found) if !found.verdict.accepted => {
@@ -208,7 +219,7 @@ fn from_log(name: &str, channels: &ChannelArgs) -> Result<HealthSource, Failure>
                     "the record could not be refined, so there is no uncertainty".into(),
                 ));
             };
-            let mut source = HealthSource::new(name.into(), vec![model]);
+            let mut source = ComparedModels::new(name.into(), vec![model]);
             source.log = Some(log.source());
             if found.verdict.has(&ReasonCode::ModelOrder) {
                 source = source.noting(
@@ -221,7 +232,7 @@ fn from_log(name: &str, channels: &ChannelArgs) -> Result<HealthSource, Failure>
             Ok(source)
         }
         Err(IdentifyError::Refused(reason)) => Ok(without(reason.text)),
-        Err(error) => Err(no_model(&log, error).into()),
+        Err(error) => Err(no_model(&log, error)),
     }
 }
 
@@ -250,7 +261,7 @@ fn mean_speed_m_s(samples: &[Sample<f64>]) -> Result<Option<f64>, f64> {
 }
 
 /// `CAMPAIGN` or `CAMPAIGN:RUN`.
-fn from_logbook(name: &str, path: &Path) -> Result<HealthSource, Failure> {
+fn from_logbook(name: &str, path: &Path) -> Result<ComparedModels, Error> {
     let logbook = Logbook::open_read_only(path)?;
     let with_run = name
         .rsplit_once(':')
@@ -259,7 +270,7 @@ fn from_logbook(name: &str, path: &Path) -> Result<HealthSource, Failure> {
         Some((campaign, run)) => (campaign, Some(run)),
         None => (name, None),
     };
-    let entry = named_campaign(&logbook, campaign)?;
+    let entry = campaign_named(&logbook, campaign)?;
     let mut origin = format!(
         "{}, campaign {} ({}, {})",
         path.display(),
@@ -273,7 +284,7 @@ fn from_logbook(name: &str, path: &Path) -> Result<HealthSource, Failure> {
             let _ = std::fmt::Write::write_fmt(&mut origin, format_args!(", run {number}"));
             let found = campaign.runs.iter().find(|run| run.number == number);
             vec![found.ok_or_else(|| {
-                Failure::input(format!(
+                Error::Input(format!(
                     "{origin}: there is none; the campaign has runs 1 to {}",
                     campaign.runs.len()
                 ))
@@ -281,7 +292,7 @@ fn from_logbook(name: &str, path: &Path) -> Result<HealthSource, Failure> {
         }
         None => campaign.accepted_runs(),
     };
-    let mut source = HealthSource::new(origin, Vec::new());
+    let mut source = ComparedModels::new(origin, Vec::new());
     for run in runs {
         let model = run
             .identification

@@ -1,0 +1,235 @@
+//! Models of the documents of `identify --json` and `trial --json`.
+
+use std::path::Path;
+
+use seatrial::GainAllowance;
+use seatrial::propagation::covariance_of_intervals;
+use seatrial_core::heading_loop::LoopTiming;
+use seatrial_core::{RudderUnit, SchedulePoint, YawModel};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+
+use super::{ModelPoint, Models, limit_or_default, read_text};
+use crate::Error;
+
+/// What is read of a document: the rest of it is left alone, so that documents of other versions are read, too.
+#[derive(Deserialize)]
+struct StoredDocument {
+    #[serde(default)]
+    source: StoredSource,
+    campaign: Option<StoredCampaign>,
+    rudder_limit_rad: Option<f64>,
+    runs: Option<Vec<StoredRun>>,
+    models: Option<Vec<StoredRun>>,
+    identification: Option<StoredIdentification>,
+}
+
+#[derive(Deserialize)]
+struct StoredCampaign {
+    rudder_limit_rad: Option<f64>,
+    runs: Vec<StoredRun>,
+}
+
+#[derive(Default, Deserialize)]
+struct StoredSource {
+    #[serde(default)]
+    rudder_unit: RudderUnit,
+    servo: Option<StoredServo>,
+}
+
+#[derive(Deserialize)]
+struct StoredServo {
+    delay_s: f64,
+    lag_s: f64,
+}
+
+/// A run of a trial, or the model of one speed of a log.
+#[derive(Deserialize)]
+struct StoredRun {
+    thrust: Option<f64>,
+    surge_speed_m_s: Option<f64>,
+    identification: Option<StoredIdentification>,
+    verdict: Option<StoredVerdict>,
+}
+
+#[derive(Deserialize)]
+struct StoredVerdict {
+    accepted: bool,
+}
+
+#[derive(Deserialize)]
+struct StoredIdentification {
+    online: Option<YawModel<f64>>,
+    refined: Option<StoredRefined>,
+    loop_timing: Option<LoopTiming<f64>>,
+    verdict: Option<StoredVerdict>,
+}
+
+#[derive(Deserialize)]
+struct StoredRefined {
+    #[serde(flatten)]
+    model: YawModel<f64>,
+    covariance: Option<[[f64; 3]; 3]>,
+    interval_95: Option<StoredIntervals>,
+    heading_noise_rad: Option<f64>,
+    disturbance_rad_s2: Option<f64>,
+}
+
+#[derive(Deserialize)]
+struct StoredIntervals {
+    a22_per_s: Option<[f64; 2]>,
+    b2_per_s2: Option<[f64; 2]>,
+    c0_rad_per_s2: Option<[f64; 2]>,
+}
+
+/// Why a document has no model.
+#[derive(Debug, thiserror::Error)]
+enum NoModel {
+    #[error(
+        "`verdict` is missing: whether the model may be used is not known; identify the log again"
+    )]
+    NoVerdict,
+    #[error("neither `refined` nor `online` is there")]
+    NoEstimate,
+}
+
+/// The models of an identification, or of the accepted runs of a trial; `surge_speed_m_s` is that of a single model.
+pub fn of_document(path: &Path, surge_speed_m_s: Option<f64>) -> Result<Models, Error> {
+    let origin = path.display().to_string();
+    let text = read_text(path)?;
+    let document: StoredDocument = read(&origin, &text)?;
+    let rudder_unit = document.source.rudder_unit;
+    let (limit, runs) = match document.campaign {
+        Some(campaign) => (campaign.rudder_limit_rad, Some(campaign.runs)),
+        None => (document.rudder_limit_rad, document.runs.or(document.models)),
+    };
+    let mut models = Models {
+        origin,
+        points: Vec::new(),
+        rudder_limit_rad: limit_or_default(limit, rudder_unit),
+        rudder_unit,
+        rejected: Vec::new(),
+    };
+    match runs {
+        Some(runs) => models.take_runs(&runs)?,
+        None => {
+            let single = match document.identification {
+                Some(identification) => identification,
+                None => read(&models.origin, &text)?,
+            };
+            models.take_single(&single, surge_speed_m_s)?;
+        }
+    }
+    // The models are behind a servo that was given.
+    if let Some(servo) = document.source.servo {
+        for point in &mut models.points {
+            point.allowance.timing.delay_s += servo.delay_s;
+            point.allowance.timing.delay_s += servo.lag_s;
+        }
+    }
+    Ok(models)
+}
+
+const EXPECTED: &str =
+    "expected a document of `seatrial identify --json` or `seatrial trial --json`";
+
+fn read<T: DeserializeOwned>(origin: &str, text: &str) -> Result<T, Error> {
+    serde_json::from_str(text)
+        .map_err(|error| Error::Input(format!("{origin}: {error}; {EXPECTED}")))
+}
+
+impl Models {
+    /// The last accepted run of a thrust counts.
+    fn take_runs(&mut self, runs: &[StoredRun]) -> Result<(), Error> {
+        let mut refused = Vec::new();
+        for (run, number) in runs.iter().zip(1..) {
+            let said = |why: NoModel| Error::Input(format!("{}: run {number}: {why}", self.origin));
+            let verdict = run.verdict.as_ref();
+            if !verdict.ok_or(NoModel::NoVerdict).map_err(said)?.accepted {
+                refused.push((number, run.thrust));
+                continue;
+            }
+            let identification = run.identification.as_ref();
+            let identification = identification.ok_or(NoModel::NoEstimate).map_err(said)?;
+            let point = identification.point(run.thrust, run.surge_speed_m_s);
+            let point = point.map_err(said)?;
+            self.points
+                .retain(|p| run.thrust.is_none() || p.point.thrust != run.thrust);
+            self.points.push(point);
+        }
+        for (number, thrust) in refused {
+            if self.points.iter().all(|p| p.point.thrust != thrust) {
+                self.rejected.push(format!(
+                    "run {number} is not accepted, and no other was made at its thrust"
+                ));
+            }
+        }
+        if self.points.is_empty() {
+            return Err(Error::Input(format!(
+                "{}: no accepted run in this trial",
+                self.origin
+            )));
+        }
+        Ok(())
+    }
+
+    fn take_single(
+        &mut self,
+        identification: &StoredIdentification,
+        surge_speed_m_s: Option<f64>,
+    ) -> Result<(), Error> {
+        let said = |why: NoModel| Error::Input(format!("{}: {why}; {EXPECTED}", self.origin));
+        let point = identification.point(None, surge_speed_m_s).map_err(said)?;
+        let verdict = identification.verdict.as_ref();
+        if !verdict.ok_or(NoModel::NoVerdict).map_err(said)?.accepted {
+            let reason = "the verdict on this model is not `accepted`: see the reasons there";
+            self.rejected.push(reason.into());
+        }
+        self.points.push(point);
+        Ok(())
+    }
+}
+
+impl StoredIdentification {
+    /// The refined estimate where there is one, else the online one, whose P is no covariance.
+    fn point(
+        &self,
+        thrust: Option<f64>,
+        surge_speed_m_s: Option<f64>,
+    ) -> Result<ModelPoint, NoModel> {
+        let refined = self.refined.as_ref();
+        let model = refined.map(|refined| refined.model).or(self.online);
+        let model = model.ok_or(NoModel::NoEstimate)?;
+        let damping = refined.and_then(|refined| refined.interval_95.as_ref()?.a22_per_s);
+        Ok(ModelPoint {
+            point: SchedulePoint {
+                thrust,
+                surge_speed_m_s,
+                model,
+            },
+            covariance: refined.and_then(StoredRefined::covariance),
+            allowance: GainAllowance {
+                damping_per_s: damping.map_or(0.0, |interval| {
+                    GainAllowance::damping_per_s(model.a22_per_s, interval)
+                }),
+                timing: self.loop_timing.unwrap_or_default(),
+            },
+            noise: refined.and_then(|refined| {
+                Some([refined.heading_noise_rad?, refined.disturbance_rad_s2?])
+            }),
+        })
+    }
+}
+
+impl StoredRefined {
+    fn covariance(&self) -> Option<[[f64; 3]; 3]> {
+        self.covariance.or_else(|| {
+            let intervals = self.interval_95.as_ref()?;
+            Some(covariance_of_intervals([
+                intervals.a22_per_s?,
+                intervals.b2_per_s2?,
+                intervals.c0_rad_per_s2?,
+            ]))
+        })
+    }
+}

@@ -1,0 +1,156 @@
+//! Where a model or a schedule of models comes from: numbers, a schedule file, a document, a campaign.
+
+mod campaigns;
+mod compared;
+mod document;
+mod schedule_file;
+
+use std::path::Path;
+
+use seatrial::GainAllowance;
+use seatrial::propagation::interval_95;
+use seatrial_core::schedule::ScheduleKey;
+use seatrial_core::{RudderUnit, SchedulePoint, SpeedSchedule, YawModel};
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+
+pub use campaigns::{campaign_named, campaign_numbered, of_campaign};
+pub use compared::{ComparedModels, compared_models, open_named};
+pub use document::of_document;
+pub use schedule_file::{SCHEDULE_FILE_HELP, of_schedule_file, write_schedule_file};
+
+/// The rudder limit where nobody gives one: the paper's, rad.
+const DEFAULT_RUDDER_LIMIT_RAD: f64 = 0.26;
+
+/// Models with their uncertainty.
+#[derive(Clone, Debug)]
+pub struct Models {
+    /// For people.
+    pub origin: String,
+    /// At least one.
+    pub points: Vec<ModelPoint>,
+    /// Largest rudder angle, rad.
+    pub rudder_limit_rad: f64,
+    /// In what that and the rudder of the models are.
+    pub rudder_unit: RudderUnit,
+    /// What the source itself says against its models.
+    pub rejected: Vec<String>,
+}
+
+/// A model with its uncertainty.
+#[derive(Clone, Copy, Debug)]
+pub struct ModelPoint {
+    /// Thrust, speed and model.
+    pub point: SchedulePoint<f64>,
+    /// Covariance of [a22, b2, C0].
+    pub covariance: Option<[[f64; 3]; 3]>,
+    /// What a gain for this model allows for.
+    pub allowance: GainAllowance,
+    /// Heading noise, rad, and yaw acceleration disturbance, rad/s^2, found on its record.
+    pub noise: Option<[f64; 2]>,
+}
+
+/// A value and, where the source knows its uncertainty, a 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// The value.
+    pub value: f64,
+    /// `[low, high]`
+    pub interval_95: Option<[f64; 2]>,
+}
+
+impl ModelPoint {
+    /// A model whose uncertainty nobody knows.
+    fn exact(point: SchedulePoint<f64>) -> Self {
+        Self {
+            point,
+            covariance: None,
+            allowance: GainAllowance::default(),
+            noise: None,
+        }
+    }
+
+    fn is_usable(&self) -> bool {
+        let keys = [self.point.thrust, self.point.surge_speed_m_s];
+        self.point.model.theta().iter().all(|p| p.is_finite())
+            && keys.iter().flatten().all(|k| k.is_finite() && *k > 0.0)
+    }
+
+    /// A quantity of the model with its interval. `None` where the model has no such quantity.
+    pub fn estimate(&self, quantity: impl Fn(&YawModel<f64>) -> Option<f64>) -> Option<Estimate> {
+        let value = quantity(&self.point.model).filter(|value| value.is_finite())?;
+        let interval = |covariance| interval_95(&self.point.model, covariance, &quantity);
+        Some(Estimate {
+            value,
+            interval_95: self.covariance.as_ref().and_then(interval),
+        })
+    }
+
+    /// `80 %`, `1.63 m/s` or `model` for messages.
+    pub fn name(&self) -> String {
+        match (self.point.thrust, self.point.surge_speed_m_s) {
+            (Some(thrust), _) => format!("{:.0} % thrust", thrust * 100.0),
+            (None, Some(speed)) => format!("{speed:.2} m/s"),
+            (None, None) => "the model".into(),
+        }
+    }
+}
+
+impl Models {
+    /// A single model that was given in numbers.
+    pub fn given(model: YawModel<f64>, surge_speed_m_s: Option<f64>) -> Self {
+        Self {
+            origin: "the model given".into(),
+            points: vec![ModelPoint::exact(SchedulePoint {
+                thrust: None,
+                surge_speed_m_s,
+                model,
+            })],
+            rudder_limit_rad: DEFAULT_RUDDER_LIMIT_RAD,
+            rudder_unit: RudderUnit::Rad,
+            rejected: Vec::new(),
+        }
+    }
+
+    /// Checked, with this rudder limit where one is given, slowest first.
+    pub fn limited(mut self, rudder_limit_rad: Option<f64>) -> Result<Self, Error> {
+        self.rudder_limit_rad = rudder_limit_rad.unwrap_or(self.rudder_limit_rad);
+        if !(self.rudder_limit_rad > 0.0 && self.rudder_limit_rad.is_finite()) {
+            return Err(Error::Setting(format!(
+                "rudder limit {} rad: expected a positive angle",
+                self.rudder_limit_rad
+            )));
+        }
+        if let Some(point) = self.points.iter().find(|point| !point.is_usable()) {
+            return Err(Error::Input(format!(
+                "{}: {}: a22, b2 and C0 must be finite, speed and thrust positive",
+                self.origin,
+                point.name()
+            )));
+        }
+        let key = |p: &ModelPoint| p.point.thrust.or(p.point.surge_speed_m_s).unwrap_or(0.0);
+        self.points.sort_by(|a, b| key(a).total_cmp(&key(b)));
+        Ok(self)
+    }
+
+    /// The models as a schedule by this key.
+    pub fn schedule(&self, key: ScheduleKey) -> Result<SpeedSchedule<f64>, Error> {
+        let points: Vec<SchedulePoint<f64>> = self.points.iter().map(|p| p.point).collect();
+        SpeedSchedule::new(key, &points)
+            .map_err(|error| Error::Input(format!("{}: {error}", self.origin)))
+    }
+}
+
+fn read_text(path: &Path) -> Result<String, Error> {
+    std::fs::read_to_string(path)
+        .map_err(|error| Error::Input(format!("{}: {error}", path.display())))
+}
+
+/// Where the rudder is a fraction of full, so is its limit.
+fn limit_or_default(limit: Option<f64>, unit: RudderUnit) -> f64 {
+    limit.unwrap_or(match unit {
+        RudderUnit::Rad => DEFAULT_RUDDER_LIMIT_RAD,
+        RudderUnit::FullRudder => 1.0,
+    })
+}

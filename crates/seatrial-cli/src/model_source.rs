@@ -1,0 +1,104 @@
+//! The options that give `turn`, `gains` and `plan` their models: numbers, an identification, a trial, a logbook, a
+//! schedule file.
+
+use std::path::PathBuf;
+
+use seatrial_app::models::{Models, of_campaign, of_document, of_schedule_file};
+use seatrial_core::YawModel;
+
+use crate::output::Failure;
+
+/// The options that give one model or several.
+#[derive(clap::Args, Debug)]
+pub struct SourceArgs {
+    /// a22 of a single model, 1/s, negative for a course-stable vehicle.
+    #[arg(
+        long,
+        value_name = "PER_S",
+        requires = "b2",
+        conflicts_with_all = ["model", "schedule"],
+        allow_negative_numbers = true
+    )]
+    a22: Option<f64>,
+    /// b2 of the single model, 1/s^2.
+    #[arg(
+        long,
+        value_name = "PER_S2",
+        requires = "a22",
+        allow_negative_numbers = true
+    )]
+    b2: Option<f64>,
+    /// C0 of the single model, rad/s^2; 0 without.
+    #[arg(
+        long,
+        value_name = "RAD_PER_S2",
+        requires = "a22",
+        allow_negative_numbers = true
+    )]
+    c0: Option<f64>,
+    /// Forward speed of a single model, m/s.
+    #[arg(long, value_name = "M_S", conflicts_with = "schedule")]
+    speed: Option<f64>,
+    /// Document of `seatrial identify --json` or `seatrial trial --json`.
+    #[arg(long, value_name = "FILE", conflicts_with = "schedule")]
+    model: Option<PathBuf>,
+    /// Schedule of models over speed or thrust, TOML.
+    #[arg(long, value_name = "FILE")]
+    schedule: Option<PathBuf>,
+    /// Logbook with a trial: the models of its accepted runs.
+    #[arg(
+        long,
+        value_name = "FILE",
+        conflicts_with_all = ["a22", "model", "schedule", "speed"]
+    )]
+    logbook: Option<PathBuf>,
+    /// Number of the campaign in the logbook; the last one where it is left out.
+    #[arg(long, value_name = "NUMBER", requires = "logbook")]
+    campaign: Option<i64>,
+    /// Largest rudder angle, degrees; else the plan's or the source's, else 14.9 (0.26 rad).
+    #[arg(long, value_name = "DEG")]
+    rudder_limit_deg: Option<f64>,
+}
+
+impl SourceArgs {
+    /// Is any model given?
+    pub fn is_given(&self) -> bool {
+        self.a22.is_some()
+            || [&self.model, &self.schedule, &self.logbook]
+                .into_iter()
+                .any(Option::is_some)
+    }
+
+    /// The rudder limit of the command line, rad.
+    pub fn rudder_limit_rad(&self) -> Option<f64> {
+        self.rudder_limit_deg.map(f64::to_radians)
+    }
+
+    /// Reads the models.
+    pub fn read(&self) -> Result<Models, Failure> {
+        let models = match (&self.model, &self.schedule, &self.logbook) {
+            (Some(path), ..) => of_document(path, self.speed)?,
+            (None, Some(path), _) => of_schedule_file(path)?,
+            (None, None, Some(path)) => of_campaign(path, self.campaign)?,
+            (None, None, None) => self.single_model()?,
+        };
+        Ok(models.limited(self.rudder_limit_rad())?)
+    }
+
+    fn single_model(&self) -> Result<Models, Failure> {
+        let (Some(a22), Some(b2)) = (self.a22, self.b2) else {
+            return Err(Failure::usage(
+                "no model: give --a22 and --b2, --model FILE, --schedule FILE or --logbook FILE",
+            ));
+        };
+        let model = YawModel::from_theta([a22, b2, self.c0.unwrap_or(0.0)]);
+        Ok(Models::given(model, self.speed))
+    }
+}
+
+/// Prints on standard error what a source says against its models.
+pub fn warn(models: &Models) {
+    for reason in &models.rejected {
+        eprintln!("seatrial: warning: {}: {reason}", models.origin);
+    }
+}
