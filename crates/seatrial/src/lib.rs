@@ -2,6 +2,7 @@
 //! It starts no thread, opens no file and writes no page. The part that runs on the vehicle is [`seatrial_core`].
 
 pub mod campaign;
+pub mod campaign_check;
 pub mod circle_fit;
 pub mod compare;
 pub mod difference;
@@ -13,6 +14,7 @@ pub mod heading_step;
 pub mod health;
 pub mod identification;
 pub mod identify;
+pub mod legs;
 pub mod manoeuvre;
 pub mod pitch;
 pub mod preview;

@@ -16,7 +16,7 @@ use crate::record::Window;
 use crate::sway_yaw::SecondOrder;
 use crate::time_scale::LambdaReason;
 pub use method::EstimateMethod;
-pub use reason::{Reason, ReasonCode, Verdict};
+pub use reason::{Outcome, Reason, ReasonCode, Verdict};
 
 /// A model of one speed with its uncertainty, its validation and a verdict.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

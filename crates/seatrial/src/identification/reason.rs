@@ -2,15 +2,53 @@
 
 use std::fmt;
 
-use serde::{Deserialize, Serialize};
+use serde::ser::SerializeStruct;
+use serde::{Deserialize, Serialize, Serializer};
 
-/// May the model be used, and why.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// What a person may do with a model. In documents its name is in snake case: `use_with_care`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// Use it.
+    Use,
+    /// Use it inside the stated range; a reason names what limits it.
+    UseWithCare,
+    /// It fits its training record, and nothing was held out to check it.
+    NotValidated,
+    /// Do not use it.
+    DoNotUse,
+}
+
+impl Outcome {
+    /// The outcome as people read it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Use => "use",
+            Self::UseWithCare => "use with care",
+            Self::NotValidated => "not validated",
+            Self::DoNotUse => "do not use",
+        }
+    }
+}
+
+/// May the model be used, and why. In documents it carries its [`outcome`](Verdict::outcome), too.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Verdict {
     /// Yes or no.
     pub accepted: bool,
-    /// At least one.
+    /// At least one. Where the model is not accepted, what rejects it comes first, and that it was not validated after
+    /// all else that does.
     pub reasons: Vec<Reason>,
+}
+
+impl Serialize for Verdict {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut fields = serializer.serialize_struct("Verdict", 3)?;
+        fields.serialize_field("accepted", &self.accepted)?;
+        fields.serialize_field("outcome", &self.outcome())?;
+        fields.serialize_field("reasons", &self.reasons)?;
+        fields.end()
+    }
 }
 
 impl Verdict {
@@ -19,6 +57,19 @@ impl Verdict {
         Self {
             accepted: false,
             reasons: vec![reason],
+        }
+    }
+
+    /// What a person may do with the model.
+    pub fn outcome(&self) -> Outcome {
+        let first = self.reasons.first().map(|reason| &reason.code);
+        match (self.accepted, first) {
+            (false, Some(ReasonCode::NotValidated)) => Outcome::NotValidated,
+            (false, _) => Outcome::DoNotUse,
+            (true, _) if self.reasons.iter().any(|reason| reason.code.limits()) => {
+                Outcome::UseWithCare
+            }
+            (true, _) => Outcome::Use,
         }
     }
 
@@ -109,6 +160,12 @@ pub enum ReasonCode {
     Extrapolating,
     /// Manoeuvres of one speed differ by more than chance explains.
     ManoeuvresDiffer,
+    /// The speed falls although thrust rises.
+    SpeedFalls,
+    /// b2 changes over speed in a way that one vehicle's does not.
+    AuthorityChanged,
+    /// a22 changes over speed in a way that one vehicle's does not.
+    DampingChanged,
     /// The trial was aborted.
     Aborted,
     /// The run was not finished.
@@ -128,6 +185,21 @@ pub enum ReasonCode {
     Other(String),
 }
 
+impl ReasonCode {
+    /// Does it limit what an accepted model may be used for?
+    fn limits(&self) -> bool {
+        !matches!(
+            self,
+            Self::Ok
+                | Self::SignReversed
+                | Self::RejectedSamples
+                | Self::Quantised
+                | Self::AcceptedByOperator
+                | Self::Unchanged
+        )
+    }
+}
+
 impl fmt::Display for ReasonCode {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         self.serialize(f)
@@ -137,6 +209,32 @@ impl fmt::Display for ReasonCode {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn exact_the_outcome_follows_from_the_reasons() {
+        let verdict = |accepted, codes: &[ReasonCode]| Verdict {
+            accepted,
+            reasons: codes
+                .iter()
+                .map(|code| Reason::new(code.clone(), ""))
+                .collect(),
+        };
+        use ReasonCode::{LowR2, ModelOrder, NotValidated, Ok, SignReversed};
+        for (verdict, outcome) in [
+            (verdict(true, &[Ok, SignReversed]), Outcome::Use),
+            (verdict(true, &[Ok, ModelOrder]), Outcome::UseWithCare),
+            (
+                verdict(false, &[NotValidated, ModelOrder]),
+                Outcome::NotValidated,
+            ),
+            (verdict(false, &[LowR2, NotValidated]), Outcome::DoNotUse),
+        ] {
+            assert_eq!(verdict.outcome(), outcome, "{verdict:?}");
+            let json = serde_json::to_value(&verdict).unwrap();
+            assert_eq!(json["outcome"], serde_json::to_value(outcome).unwrap());
+            assert_eq!(serde_json::from_value::<Verdict>(json).unwrap(), verdict);
+        }
+    }
 
     #[test]
     fn io_codes_are_in_snake_case_and_unknown_ones_are_kept() {

@@ -17,6 +17,7 @@ pub(crate) mod checked;
 pub(crate) mod chosen;
 pub(crate) mod compass;
 pub mod cramer_rao;
+mod cross_validation;
 #[cfg(test)]
 mod disturbance_study;
 mod edge_times;
@@ -57,6 +58,7 @@ use crate::record::{Record, Window};
 use crate::time_scale::ChosenLambda;
 use checked::Checked;
 use chosen::Chosen;
+use cross_validation::validated_by_legs;
 pub use error::IdentifyError;
 use explained::Explained;
 use joined::Joined;
@@ -82,7 +84,11 @@ pub fn identify(
     data: Option<ValidationData>,
     settings: &IdentifySettings,
 ) -> Result<Identification, IdentifyError> {
-    identify_with(record, training, data, settings, &[]).map(|(alone, _)| alone)
+    let (alone, _) = identify_with(record, training, data, settings, &[])?;
+    Ok(match data {
+        None if settings.refine => validated_by_legs(alone, record, training, settings),
+        _ => alone,
+    })
 }
 
 /// [`identify`] with the refined estimates of other manoeuvres of the same speed joined to the record's own.
@@ -122,11 +128,15 @@ pub fn identify_joined(
     let others: Vec<(Window, Refined)> = more
         .iter()
         .filter_map(|window| {
-            let alone = identify(record, *window, None, settings).ok()?;
+            let (alone, _) = identify_with(record, *window, None, settings, &[]).ok()?;
             Some((*window, alone.refined?))
         })
         .collect();
-    let (mut identification, joined) = identify_with(record, first, data, settings, &others)?;
+    let (identification, joined) = identify_with(record, first, data, settings, &others)?;
+    let mut identification = match data {
+        None if settings.refine => validated_by_legs(identification, record, first, settings),
+        _ => identification,
+    };
     if let Some(joined) = joined
         .as_ref()
         .filter(|j| j.consistency < LEAST_PROBABILITY)

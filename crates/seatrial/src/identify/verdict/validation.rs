@@ -18,10 +18,7 @@ const NOTED_EXTRAPOLATION: f64 = 1.2;
 impl Weighing {
     pub(super) fn validation(&mut self, validation: Option<Validation>) {
         let Some(validation) = validation else {
-            return self.note(
-                ReasonCode::NotValidated,
-                "no validation data were given; validate with --validate-from and --validate-to, or --validate-on another log".into(),
-            );
+            return self.not_validated();
         };
         let good = |r2: Option<f64>| r2.is_some_and(|r2| r2 >= LEAST_VALIDATION_R2);
         if good(validation.r2_heading) {
@@ -42,6 +39,13 @@ impl Weighing {
                 ),
             );
         }
+    }
+
+    fn not_validated(&mut self) {
+        self.reject(
+            ReasonCode::NotValidated,
+            "nothing was held out to check the model; validate with --validate-from and --validate-to, or --validate-on another log".into(),
+        );
     }
 
     /// A model that is given against the one that validation data by themselves give.
