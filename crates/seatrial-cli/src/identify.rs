@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use seatrial::Identification;
+use seatrial::identification::Outcome;
 use seatrial::identify::IdentifySettings;
 use seatrial_app::identify_log::{IdentifiedLog, Logs, Options, identify_log_observed};
 use seatrial_core::estimator::Method;
@@ -19,10 +20,12 @@ use crate::windows::WindowArgs;
 #[command(after_help = "\
 Without windows the manoeuvres of the log are looked for: for each speed (thrust, where the log has it) the best excited
 one trains, joined with others, and another one validates. A log without manoeuvres, or that is one, is for training
-as a whole, and nothing is validated. The rudder's work is over for the estimator when the rudder has been laid
-to both hands and comes back from the second.
+as a whole, and validated by its own legs where the rudder was deflected four times or more: a model of the first legs
+must predict the others. For the estimator the excitation ends when the rudder has been deflected to both sides and comes
+back from the second.
 
-Exit code 0: the model, or one of several, is accepted; 4: none is, and the verdict says why.
+The first line is the outcome: USE, USE WITH CARE, NOT VALIDATED or DO NOT USE. Exit code 0: the model, or one of several,
+may be used; 4: none may, and the verdict says why.
 
 Example:
   seatrial sim log --seed 1 --out run.csv && seatrial identify run.csv")]
@@ -42,6 +45,9 @@ pub struct Args {
     /// Keep the estimate after every sample in the JSON document.
     #[arg(long)]
     trace: bool,
+    /// Exit with 0 also where the model fits its training record and nothing was held out to check it.
+    #[arg(long)]
+    accept_unvalidated: bool,
 }
 
 /// How to estimate.
@@ -101,7 +107,10 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if let Some((path, models)) = args.schedule.as_ref().zip(found.models.as_ref()) {
         speeds::save_schedule(path, models, found.logs.log.rudder_unit())?;
     }
-    Ok(Exit::of(found.verdict()))
+    Ok(match found.verdict().outcome() {
+        Outcome::NotValidated if args.accept_unvalidated => Exit::Done,
+        _ => Exit::of(found.verdict()),
+    })
 }
 
 fn text(found: &IdentifiedLog) -> String {

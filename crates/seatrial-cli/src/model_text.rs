@@ -10,13 +10,9 @@ use seatrial::segmentation::Proposal;
 use seatrial_app::logs::OpenedLog;
 use seatrial_core::RudderUnit;
 
-/// Accepted or not, and each reason in a paragraph.
+/// The outcome in capitals, and each reason in a paragraph.
 pub fn verdict_text(verdict: &Verdict) -> String {
-    let mut text = String::from(if verdict.accepted {
-        "ACCEPTED\n"
-    } else {
-        "REJECTED\n"
-    });
+    let mut text = verdict.outcome().name().to_uppercase() + "\n";
     for reason in &verdict.reasons {
         let _ = writeln!(text, "  {}: {}", reason.code, reason.text);
     }

@@ -373,11 +373,7 @@ pub fn identify(log: &LogArgs, windows: &WindowArgs, output: &Output) -> Result<
 }
 
 fn identification_text(found: &PitchIdentification) -> String {
-    let verdict = if found.accepted {
-        "ACCEPTED"
-    } else {
-        "REJECTED"
-    };
+    let verdict = if found.accepted { "USE" } else { "DO NOT USE" };
     let mut text = format!(
         "{verdict}\n  {}\n\nModel       theta' = q, q' = a q + m theta + b elevator + c\n",
         found.reason

@@ -15,10 +15,7 @@ use crate::output::Failure;
 /// A line for a page about another speed's model.
 pub fn line(model: &SpeedModel) -> String {
     let speed = speed_text(model.thrust, model.surge_speed_m_s);
-    let verdict = match model.verdict.accepted {
-        true => "accepted",
-        false => "rejected",
-    };
+    let verdict = model.verdict.outcome().name();
     let theta = model.identification.as_ref().map(|i| i.model().theta());
     match theta.map(|theta| theta.map(three_figures)) {
         Some([a22, b2, c0]) => format!("{speed}: {verdict}, a22 {a22}, b2 {b2}, C0 {c0}"),

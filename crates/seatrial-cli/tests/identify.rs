@@ -155,7 +155,7 @@ fn cli_a_heading_of_waves_alone_is_rejected() {
     });
     let output = run(&["identify", &log]);
     assert_eq!(output.status.code(), Some(4), "{}", text(&output.stdout));
-    assert!(text(&output.stdout).starts_with("REJECTED"));
+    assert!(text(&output.stdout).starts_with("DO NOT USE"));
 }
 
 #[test]
