@@ -6,14 +6,20 @@ use std::process::Command;
 
 /// A file or folder of the recorded data: below the folder that `SEATRIAL_DATA` names, or below `../shared/data` from the project's root.
 ///
-/// Where it is absent, says that the test is skipped and returns `None`.
+/// Where it is absent, says that the test is skipped and returns `None`; so it does for everything where `SEATRIAL_DATA=none`.
 ///
 /// # Panics
 ///
-/// Where it is absent and `CI=true`.
+/// Where it is absent, `CI=true` and `SEATRIAL_DATA` is not `none`.
 pub fn data(path: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("SEATRIAL_DATA")
-        .map_or_else(|| root().join("../shared/data"), PathBuf::from);
+    let folder = match std::env::var_os("SEATRIAL_DATA") {
+        Some(none) if none == "none" => {
+            say_skipped(&format!("{path}, as SEATRIAL_DATA=none"));
+            return None;
+        }
+        Some(named) => PathBuf::from(named),
+        None => root().join("../shared/data"),
+    };
     let path = folder.join(path);
     if path.exists() {
         return Some(path);
@@ -54,6 +60,10 @@ pub fn python_with(packages: &str) -> Option<PathBuf> {
 pub fn skip(missing: &str) {
     let is_ci = std::env::var("CI").is_ok_and(|value| value == "true");
     assert!(!is_ci, "{missing}");
+    say_skipped(missing);
+}
+
+fn say_skipped(missing: &str) {
     let thread = std::thread::current();
     let line = format!("skipped {}: {missing}\n", thread.name().unwrap_or("a test"));
     eprint!("{line}");
