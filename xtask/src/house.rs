@@ -64,6 +64,13 @@ impl Survey {
         for arrow in floors::violations(&metadata) {
             survey.add("floor", &arrow, String::new());
         }
+        for page in ["ARCHITECTURE.md", "CONTRIBUTING.md"] {
+            let text = std::fs::read_to_string(root.join(page))
+                .map_err(|error| format!("{page}: {error}"))?;
+            for path in missing_paths(&root, &text) {
+                survey.add("path", &format!("{page} {path}"), "does not exist".into());
+            }
+        }
         for package in metadata["packages"].as_array().into_iter().flatten() {
             survey.add_package(&root, package)?;
         }
@@ -196,6 +203,25 @@ fn over(name: &str, places: &[String], allowed: usize, limit: usize) -> Option<S
         }
         _ => None,
     }
+}
+
+/// What a page names between backticks as a path of the project, and is not there.
+fn missing_paths<'a>(root: &'a Path, page: &'a str) -> impl Iterator<Item = &'a str> {
+    const FOLDERS: [&str; 7] = [
+        "crates/",
+        "xtask/",
+        "docs/",
+        "fuzz/",
+        "bench/",
+        "scenarios/",
+        "validation/",
+    ];
+    page.split('`')
+        .skip(1)
+        .step_by(2)
+        .filter(|quoted| !quoted.contains([' ', '{', '*', '\n']))
+        .filter(|quoted| FOLDERS.iter().any(|folder| quoted.starts_with(folder)))
+        .filter(|path| !root.join(path).exists())
 }
 
 fn kind(target: &Value) -> &str {
