@@ -1,0 +1,60 @@
+//! What is asked of the ratios.
+
+use crate::table::Goal;
+
+/// Each ratio of interest and the most that it should be.
+pub const GOALS: [Goal; 21] = {
+    const fn goal(work: &'static str, beside: &'static str, most: f64, text: &'static str) -> Goal {
+        Goal {
+            work,
+            beside,
+            most,
+            text,
+        }
+    }
+    [
+        goal("online", "online C++ by hand", 0.9, "0.9"),
+        goal("online", "online nalgebra", 0.65, "0.65"),
+        goal("online", "online Eigen", 0.4, "0.4"),
+        goal("online", "online padasip", 1.0 / 700.0, "1/700"),
+        goal("online", "online Octave", 1.0 / 1500.0, "1/1500"),
+        goal("online", "bound of the online step", 1.35, "1.35"),
+        goal("short", "online", 0.4, "0.4"),
+        goal("short", "short scipy", 1.0 / 7.0, "1/7"),
+        goal("long", "long scipy", 1.0 / 45.0, "1/45"),
+        goal("long", "reading long", 1.5, "1.5"),
+        goal("every Theta", "online", 0.3, "0.3"),
+        goal("fleet", "reading fleet", 1.3, "1.3"),
+        goal("fleet", "fleet numba", 1.0 / 18.0, "1/18"),
+        goal("fleet", "fleet numpy", 1.0 / 30.0, "1/30"),
+        goal("refined", "refined, own simplex + RK4", 1.0 / 50.0, "1/50"),
+        goal(
+            "refined",
+            "refined scipy least_squares",
+            1.0 / 120.0,
+            "1/120",
+        ),
+        goal(
+            "refined",
+            "refined scipy simplex, Python RK4",
+            1.0 / 5000.0,
+            "1/5000",
+        ),
+        goal("monte carlo", "drawing its numbers", 2.3, "2.3"),
+        goal("monte carlo", "monte carlo numpy", 1.0 / 25.0, "1/25"),
+        // Two cores at least 1.85 of one.
+        goal(
+            "fleet, two cores",
+            "fleet, one core by the clock",
+            1.0 / 1.85,
+            "0.54",
+        ),
+        // No goal: what the recursion with two divisions more and all its care costs.
+        goal(
+            "online, a trial's estimator",
+            "online",
+            f64::INFINITY,
+            "none",
+        ),
+    ]
+};
