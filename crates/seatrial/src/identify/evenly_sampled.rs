@@ -184,25 +184,31 @@ impl Regression {
 
     /// Takes in the next samples, rad, the headings unwrapped.
     fn extend(&mut self, heading_rad: &[f64], rudder_rad: &[f64]) {
+        let mut samples = heading_rad.iter().zip(rudder_rad);
         let (step, hold) = (self.step, self.settings.heading_hold);
-        let mut sums = self.sums;
-        for (heading_rad, rudder_rad) in heading_rad.iter().zip(rudder_rad) {
-            let [heading, rudder] = match &mut self.filters {
-                Some(filters) => {
-                    let [heading, rudder] = filters;
-                    heading.advance(*heading_rad, hold, &step);
-                    rudder.advance(*rudder_rad, Hold::ZeroOrder, &step);
-                    filters
-                }
-                none => none.insert(
-                    [heading_rad, rudder_rad]
-                        .map(|first| StateVariableFilter::new(*first, self.settings.filter_start)),
-                ),
-            };
+        let row = |heading: &StateVariableFilter<f64>, rudder: &StateVariableFilter<f64>| {
             let regressor = [heading.first_derivative(&step), rudder.smoothed()];
-            sums.add(regressor, heading.second_derivative(&step));
-        }
-        self.sums = sums;
+            (regressor, heading.second_derivative(&step))
+        };
+        let [mut heading, mut rudder] = match self.filters {
+            Some(filters) => filters,
+            None => {
+                let Some((heading_rad, rudder_rad)) = samples.next() else {
+                    return;
+                };
+                let start = self.settings.filter_start;
+                let filters = [heading_rad, rudder_rad];
+                let [heading, rudder] = filters.map(|w| StateVariableFilter::new(*w, start));
+                self.sums.extend(std::iter::once(row(&heading, &rudder)));
+                [heading, rudder]
+            }
+        };
+        self.sums.extend(samples.map(|(heading_rad, rudder_rad)| {
+            heading.advance(*heading_rad, hold, &step);
+            rudder.advance(*rudder_rad, Hold::ZeroOrder, &step);
+            row(&heading, &rudder)
+        }));
+        self.filters = Some([heading, rudder]);
     }
 }
 

@@ -22,40 +22,41 @@ const BLOCK: usize = 128;
 /// half of the digits of `f64` are left.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NormalEquations {
-    totals: [f64; 8],
-    block: [f64; 8],
-    rows_in_block: usize,
+    sums: [f64; 8],
     rows: usize,
 }
 
 impl NormalEquations {
-    /// Adds a row: psi'_f in rad/s and delta_f in rad, and the psi''_f in rad/s^2 that they are to explain.
+    /// Adds rows: psi'_f in rad/s and delta_f in rad, and the psi''_f in rad/s^2 that they are to explain.
     #[inline]
-    pub fn add(&mut self, [rate, rudder]: [f64; 2], acceleration: f64) {
-        let terms = [
-            rate,
-            rudder,
-            acceleration,
-            rate * rate,
-            rate * rudder,
-            rudder * rudder,
-            rate * acceleration,
-            rudder * acceleration,
-        ];
-        for (sum, term) in self.block.iter_mut().zip(terms) {
-            *sum += term;
+    pub fn extend(&mut self, mut rows: impl Iterator<Item = ([f64; 2], f64)>) {
+        loop {
+            let mut block = [0.0; 8];
+            let mut count = 0;
+            for ([rate, rudder], acceleration) in rows.by_ref().take(BLOCK) {
+                let terms = [
+                    rate,
+                    rudder,
+                    acceleration,
+                    rate * rate,
+                    rate * rudder,
+                    rudder * rudder,
+                    rate * acceleration,
+                    rudder * acceleration,
+                ];
+                for (sum, term) in block.iter_mut().zip(terms) {
+                    *sum += term;
+                }
+                count += 1;
+            }
+            if count == 0 {
+                return;
+            }
+            for (sum, of_block) in self.sums.iter_mut().zip(block) {
+                *sum += of_block;
+            }
+            self.rows += count;
         }
-        self.rows_in_block += 1;
-        if self.rows_in_block == BLOCK {
-            self.totals = self.sums();
-            self.rows += self.rows_in_block;
-            self.block = Default::default();
-            self.rows_in_block = 0;
-        }
-    }
-
-    fn sums(&self) -> [f64; 8] {
-        std::array::from_fn(|i| self.totals[i] + self.block[i])
     }
 
     /// Theta. `None` where the rows do not determine it, or one was not finite.
@@ -69,9 +70,9 @@ impl NormalEquations {
             rudder2,
             rate_acceleration,
             rudder_acceleration,
-        ] = self.sums();
+        ] = self.sums;
         // The constant is eliminated first, which centres the sums, then the rate.
-        let share = 1.0 / (self.rows + self.rows_in_block) as f64;
+        let share = 1.0 / self.rows as f64;
         let (mean_rate, mean_rudder) = (rate * share, rudder * share);
         let rate2 = rate2 - mean_rate * rate;
         let mixed = rate_rudder - mean_rate * rudder;
@@ -100,7 +101,7 @@ mod tests {
     fn parity_a_million_rows_stay_with_an_orthogonal_factorisation() {
         let (mut sums, mut rotations) = (NormalEquations::default(), BatchLeastSquares::default());
         let mut random = 1_u64;
-        for k in 0..1_000_000 {
+        let rows = (0..1_000_000).map(|k| {
             random = random
                 .wrapping_mul(6_364_136_223_846_793_005)
                 .wrapping_add(1);
@@ -108,9 +109,10 @@ mod tests {
             let t = f64::from(k) * 0.05;
             let (rate, rudder) = (0.2 * (0.7 * t).sin(), 0.26 * (0.31 * t).cos() - 0.01);
             let acceleration = -1.07 * rate + 1.08 * rudder + 0.012 + 0.1 * noise;
-            sums.add([rate, rudder], acceleration);
             rotations.add([rate, rudder, 1.0], acceleration);
-        }
+            ([rate, rudder], acceleration)
+        });
+        sums.extend(rows);
         let found = sums.solve().unwrap().theta();
         for (found, expected) in found.into_iter().zip(rotations.solve().unwrap().theta()) {
             // A million roundings each, which partly average out.
@@ -123,9 +125,7 @@ mod tests {
         for (rate, acceleration) in [(0.1, 0.0), (f64::NAN, 0.0), (0.1, f64::NAN)] {
             let mut sums = NormalEquations::default();
             assert_eq!(sums.solve(), None);
-            for _ in 0..300 {
-                sums.add([rate, 0.1], acceleration);
-            }
+            sums.extend(std::iter::repeat_n(([rate, 0.1], acceleration), 300));
             assert_eq!(sums.solve(), None);
         }
     }
