@@ -1,6 +1,7 @@
 //! `seatrial compare`: every method on the identical record.
 
 use std::fmt::Write;
+use std::time::Instant;
 
 use seatrial::compare::{Comparison, MethodResult, compare, split};
 use seatrial::figures::three_figures;
@@ -54,8 +55,17 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let settings = args.log.channels.read_settings()?;
     let logs = windows.open(&args.log.log, &settings, &mut Told::default())?;
     let chosen = Chosen::of(args, &logs)?;
-    let comparison = compare(&logs.log.record, chosen.training, chosen.fresh, args.lambda)
-        .map_err(|error| no_model(&logs.log, error))?;
+    let begun = Instant::now();
+    let clock_ms = || begun.elapsed().as_secs_f64() * 1e3;
+    let record = &logs.log.record;
+    let comparison = compare(
+        record,
+        chosen.training,
+        chosen.fresh,
+        args.lambda,
+        &clock_ms,
+    )
+    .map_err(|error| no_model(&logs.log, error))?;
     let document = Document {
         schema: "seatrial.comparison.v1",
         source: logs.log.source(),
@@ -150,7 +160,7 @@ fn page(logs: &Logs, document: &Document) -> String {
     let _ = writeln!(text, "{table}");
     for method in &comparison.methods {
         if let Some(failure) = &method.failure {
-            let _ = writeln!(text, "{}: {failure}", method.method.replace('_', " "));
+            let _ = writeln!(text, "{}: {failure}", method.method.words());
         }
     }
     let percent = |share: Option<f64>| {
@@ -174,7 +184,7 @@ fn row(method: &MethodResult) -> Vec<String> {
     let validation = method.validation.as_ref();
     let r2 = |value: Option<f64>| or_dash(value.map(|r2| format!("{r2:.3}")));
     vec![
-        method.method.replace('_', " "),
+        method.method.words(),
         parameter(0),
         parameter(1),
         parameter(2),

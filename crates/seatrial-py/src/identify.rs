@@ -123,7 +123,9 @@ pub fn identify(
 
 fn no_model(py: Python<'_>, found: IdentifyError) -> PyErr {
     match found {
-        IdentifyError::EmptyWindow(message) => error(py, "InputError", message),
+        found @ (IdentifyError::EmptyWindow { .. } | IdentifyError::MissingStage) => {
+            error(py, "InputError", found.to_string())
+        }
         IdentifyError::Setting(invalid) => usage(py, invalid),
         IdentifyError::Refused(reason) => {
             let refused = error(py, "RejectedError", reason.text);

@@ -1,7 +1,9 @@
 //! Every method on the identical record, side by side.
 
-use std::time::Instant;
+use std::fmt;
 
+use seatrial_core::InvalidSetting;
+use seatrial_core::refine::RefineFailure;
 use seatrial_core::{Sample, YawModel};
 use serde::Serialize;
 
@@ -16,6 +18,7 @@ use crate::identify::{
 };
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window};
+use crate::sway_yaw::ModelOrder;
 use crate::time_scale::LambdaReason;
 
 /// Each method's model of one training window, judged by the same validation data.
@@ -36,8 +39,8 @@ pub struct Comparison {
 /// What a method made of the record.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MethodResult {
-    /// Name of the method.
-    pub method: String,
+    /// Which method.
+    pub method: ComparedMethod,
     /// The model. `None` where the method found none.
     pub model: Option<YawModel<f64>>,
     /// Why there is no model.
@@ -52,12 +55,80 @@ pub struct MethodResult {
     pub time_ms: f64,
 }
 
+/// A method that is compared. In documents its name is in snake case: `batch_least_squares`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ComparedMethod {
+    /// Recursive least squares with the paper's settings.
+    Paper,
+    /// Recursive least squares.
+    RecursiveLeastSquares,
+    /// The recursive instrumental variable.
+    RecursiveInstrumentalVariable,
+    /// Batch least squares (34).
+    BatchLeastSquares,
+    /// The paper's offline search.
+    Simplex,
+    /// The simulation nearest to the heading.
+    OutputError,
+    /// The restricted likelihood at its most likely disturbance.
+    PredictionError,
+    /// The restricted likelihood, averaged over the disturbance.
+    Refined,
+    /// The model of the order that the record supports.
+    HigherOrder,
+}
+
+impl ComparedMethod {
+    const ALL: [Self; 9] = [
+        Self::Paper,
+        Self::RecursiveLeastSquares,
+        Self::RecursiveInstrumentalVariable,
+        Self::BatchLeastSquares,
+        Self::Simplex,
+        Self::OutputError,
+        Self::PredictionError,
+        Self::Refined,
+        Self::HigherOrder,
+    ];
+
+    /// In words: `batch least squares`.
+    pub fn words(self) -> String {
+        self.to_string().replace('_', " ")
+    }
+}
+
+impl fmt::Display for ComparedMethod {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        self.serialize(f)
+    }
+}
+
+/// Why a method found no model.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+enum NoModel {
+    #[error("{0}")]
+    Setting(InvalidSetting),
+    #[error("{0}")]
+    Refine(RefineFailure),
+    #[error("{0}")]
+    Validation(IdentifyError),
+    #[error("the regressors are dependent")]
+    DependentRegressors,
+    #[error("no samples")]
+    NoSamples,
+    #[error("not converged after {iterations} iterations")]
+    NotConverged { iterations: u32 },
+    #[error("{0}")]
+    FirstOrderIsEnough(ModelOrder),
+}
+
 /// How far apart the methods are, as a fraction of the middle value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Disagreement {
-    /// Of a22.
+    /// Largest less smallest a22 over the middle one.
     pub a22: Option<f64>,
-    /// Of b2.
+    /// Largest less smallest b2 over the middle one.
     pub b2: Option<f64>,
 }
 
@@ -71,85 +142,106 @@ struct Found {
 }
 
 /// Runs every method on the training window and validates each model on the validation data.
+///
+/// `clock_ms` gives the time, ms, since any instant; each method is timed by it.
 pub fn compare(
     record: &Record,
     training: Window,
     data: ValidationData,
     lambda_rad_s: Option<f64>,
+    clock_ms: &dyn Fn() -> f64,
 ) -> Result<Comparison, IdentifyError> {
     let settings = IdentifySettings {
         lambda_rad_s,
         ..IdentifySettings::default()
     };
-    let prepared = Training::new(record, training, &settings)?;
+    let own = Training::new(record, training, &settings)?;
     let paper = Training::new(record, training, &IdentifySettings::paper())?;
-    let pass = prepared.estimate()?;
-    let samples = pass.accepted.as_slice();
-    let run = |prepared: &Training| {
-        online::run(&prepared.segment, prepared.estimator, |_, _, _| {})
-            .map_err(|error| error.to_string())
+    let pass = own.estimate()?;
+    let candidates = Candidates {
+        paper: &paper,
+        own: &own,
+        samples: &pass.accepted,
+        data,
     };
-
-    let validate = |row: MethodResult| -> Result<MethodResult, IdentifyError> {
-        let validation = match (row.validation, row.model) {
-            (None, Some(model)) => Some(validation::validate(model, data.record, data.window)?),
-            (own, _) => own,
-        };
-        Ok(MethodResult { validation, ..row })
-    };
-    let methods = [
-        timed("paper", || Ok(run(&paper)?.model().into())),
-        timed("recursive_least_squares", || {
-            Ok(run(&prepared)?.least_squares_model().into())
-        }),
-        timed("recursive_instrumental_variable", || {
-            Ok(run(&prepared)?.model().into())
-        }),
-        timed("batch_least_squares", || {
-            let pass = online::estimate(&prepared.segment, prepared.estimator, false)
-                .map_err(|error| error.to_string())?;
-            let model = pass.online.batch.ok_or("the regressors are dependent")?;
-            Ok(model.into())
-        }),
-        timed("simplex", || by_simplex(samples)),
-        timed("output_error", || {
-            let found = output_error(samples, None).map_err(|error| error.to_string())?;
-            Ok(Found {
-                iterations: Some(found.iterations),
-                ..Found::from(found.model)
-            })
-        }),
-        timed("prediction_error", || {
-            let (model, covariance) =
-                prediction_error(samples, None).map_err(|error| error.to_string())?;
-            Ok(Found {
-                interval_95: Some(normal_intervals(&model, &covariance)),
-                ..Found::from(model)
-            })
-        }),
-        timed("refined", || {
-            let refined = refined_estimate(samples, None).map_err(|error| error.to_string())?;
-            Ok(Found {
-                interval_95: Some(refined.interval_95),
-                ..Found::from(refined.model)
-            })
-        }),
-        timed("higher_order", || by_higher_order(samples, data)),
-    ]
-    .into_iter()
-    .map(validate)
-    .collect::<Result<Vec<_>, _>>()?;
-
+    let methods = ComparedMethod::ALL
+        .map(|method| timed(method, clock_ms, || candidates.model(method)))
+        .into_iter()
+        .map(|row| validated(row, data))
+        .collect::<Result<Vec<_>, _>>()?;
     Ok(Comparison {
-        training: training.known_part(prepared.samples),
-        lambda_rad_s: prepared.estimator.lambda_rad_s,
-        lambda_because: prepared.lambda_because,
+        training: training.known_part(own.samples),
+        lambda_rad_s: own.estimator.lambda_rad_s,
+        lambda_because: own.lambda_because,
         disagreement: Disagreement {
             a22: spread(&methods, |model| model.a22_per_s),
             b2: spread(&methods, |model| model.b2_per_s2),
         },
         methods,
     })
+}
+
+/// What the methods are given.
+struct Candidates<'a> {
+    paper: &'a Training<'a>,
+    own: &'a Training<'a>,
+    samples: &'a [Sample<f64>],
+    data: ValidationData<'a>,
+}
+
+impl Candidates<'_> {
+    fn model(&self, method: ComparedMethod) -> Result<Found, NoModel> {
+        let run = |prepared: &Training| {
+            online::run(&prepared.segment, prepared.estimator, |_, _, _| {})
+                .map_err(NoModel::Setting)
+        };
+        match method {
+            ComparedMethod::Paper => Ok(run(self.paper)?.model().into()),
+            ComparedMethod::RecursiveLeastSquares => {
+                Ok(run(self.own)?.least_squares_model().into())
+            }
+            ComparedMethod::RecursiveInstrumentalVariable => Ok(run(self.own)?.model().into()),
+            ComparedMethod::BatchLeastSquares => {
+                let pass = online::estimate(&self.own.segment, self.own.estimator, false)
+                    .map_err(NoModel::Setting)?;
+                let batch = pass.online.batch.ok_or(NoModel::DependentRegressors)?;
+                Ok(batch.into())
+            }
+            ComparedMethod::Simplex => by_simplex(self.samples),
+            ComparedMethod::OutputError => {
+                let found = output_error(self.samples, None).map_err(NoModel::Refine)?;
+                Ok(Found {
+                    iterations: Some(found.iterations),
+                    ..Found::from(found.model)
+                })
+            }
+            ComparedMethod::PredictionError => {
+                let (model, covariance) =
+                    prediction_error(self.samples, None).map_err(NoModel::Refine)?;
+                Ok(Found {
+                    interval_95: Some(normal_intervals(&model, &covariance)),
+                    ..Found::from(model)
+                })
+            }
+            ComparedMethod::Refined => {
+                let refined = refined_estimate(self.samples, None).map_err(NoModel::Refine)?;
+                Ok(Found {
+                    interval_95: Some(refined.interval_95),
+                    ..Found::from(refined.model)
+                })
+            }
+            ComparedMethod::HigherOrder => by_higher_order(self.samples, self.data),
+        }
+    }
+}
+
+/// The row with the validation of its model, where the method has not made it.
+fn validated(row: MethodResult, data: ValidationData) -> Result<MethodResult, IdentifyError> {
+    let validation = match (row.validation, row.model) {
+        (None, Some(model)) => Some(validation::validate(model, data.record, data.window)?),
+        (own, _) => own,
+    };
+    Ok(MethodResult { validation, ..row })
 }
 
 /// Splits a record with several strokes of the rudder into a first half for training and a second one for
@@ -177,30 +269,28 @@ pub fn split(record: &Record) -> Option<(Window, Window)> {
 }
 
 /// The paper's simplex; a search that did not converge is a failure.
-fn by_simplex(samples: &[Sample<f64>]) -> Result<Found, String> {
-    let found = simplex::fit_as_paper(samples).ok_or("no samples")?;
+fn by_simplex(samples: &[Sample<f64>]) -> Result<Found, NoModel> {
+    let found = simplex::fit_as_paper(samples).ok_or(NoModel::NoSamples)?;
+    let iterations = found.iterations;
     if !found.converged {
-        return Err(format!(
-            "not converged after {} iterations",
-            found.iterations
-        ));
+        return Err(NoModel::NotConverged { iterations });
     }
     Ok(Found {
-        iterations: Some(found.iterations),
+        iterations: Some(iterations),
         ..Found::from(YawModel::from_theta(found.at))
     })
 }
 
 /// The model of more than the first order, where the record supports one; a22, b2 and C0 are its own.
-fn by_higher_order(samples: &[Sample<f64>], data: ValidationData) -> Result<Found, String> {
-    let found = second_order::fit(samples).map_err(|error| error.to_string())?;
+fn by_higher_order(samples: &[Sample<f64>], data: ValidationData) -> Result<Found, NoModel> {
+    let found = second_order::fit(samples).map_err(NoModel::Refine)?;
     if !found.order.exceeds_first_order() {
-        return Err(found.order.to_string());
+        return Err(NoModel::FirstOrderIsEnough(found.order));
     }
     let full = &found.model;
     let model = YawModel::from_theta([full.a22_per_s, full.b2_per_s2, full.c0_rad_per_s2]);
-    let validation = second_order::validate(full, data.record, data.window)
-        .map_err(|error| error.to_string())?;
+    let validation =
+        second_order::validate(full, data.record, data.window).map_err(NoModel::Validation)?;
     Ok(Found {
         interval_95: Some(normal_intervals(&model, &found.covariance.into())),
         validation: Some(validation),
@@ -208,16 +298,20 @@ fn by_higher_order(samples: &[Sample<f64>], data: ValidationData) -> Result<Foun
     })
 }
 
-fn timed(method: &str, estimate: impl FnOnce() -> Result<Found, String>) -> MethodResult {
-    let begun = Instant::now();
+fn timed(
+    method: ComparedMethod,
+    clock_ms: &dyn Fn() -> f64,
+    estimate: impl FnOnce() -> Result<Found, NoModel>,
+) -> MethodResult {
+    let begun_ms = clock_ms();
     let found = estimate();
-    let time_ms = begun.elapsed().as_secs_f64() * 1e3;
+    let time_ms = clock_ms() - begun_ms;
     let (found, failure) = match found {
         Ok(found) => (Some(found), None),
-        Err(failure) => (None, Some(failure)),
+        Err(failure) => (None, Some(failure.to_string())),
     };
     MethodResult {
-        method: method.into(),
+        method,
         model: found.as_ref().map(|f| f.model),
         failure,
         interval_95: found.as_ref().and_then(|f| f.interval_95),

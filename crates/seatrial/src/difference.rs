@@ -49,9 +49,9 @@ pub struct ThrustDifference {
 /// One parameter of two models.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ParameterDifference {
-    /// Of the first.
+    /// Value of the first.
     pub a: f64,
-    /// Of the second.
+    /// Value of the second.
     pub b: f64,
     /// B - A.
     pub difference: f64,
@@ -60,7 +60,7 @@ pub struct ParameterDifference {
 }
 
 impl Difference {
-    /// Of the accepted runs of two campaigns.
+    /// Compares the accepted runs of two campaigns.
     pub fn between(a: &Campaign, b: &Campaign) -> Self {
         let (a, b) = (models(a), models(b));
         let thrusts_missing_in = |of: &[Model], other: &[Model]| -> Vec<f64> {
@@ -147,7 +147,7 @@ struct Model<'a> {
 }
 
 impl Model<'_> {
-    /// Of a22, b2 and C0.
+    /// Differences of a22, b2 and C0.
     fn intervals(&self) -> Option<[[f64; 2]; 3]> {
         let refined = self.identification.refined.as_ref()?;
         let intervals = refined.interval_95;

@@ -26,7 +26,7 @@ pub struct GainAllowance {
 }
 
 impl GainAllowance {
-    /// What an identification tells. No allowance for damping where its interval holds 0 or is not known.
+    /// The allowance for an identified model. No allowance for damping where its interval holds 0 or is not known.
     pub fn of(identification: &Identification) -> Self {
         let refined = identification.refined.as_ref();
         Self {

@@ -9,7 +9,7 @@ use seatrial_core::{
 };
 use serde::Serialize;
 
-/// The experiment: the vehicle holds its heading, is told to turn by the step, and back again.
+/// The experiment: the vehicle holds its heading, is commanded to turn by the step, and back again.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct HeadingSteps {
     /// Size of both steps, rad.

@@ -1,5 +1,68 @@
-//! Estimation: everything about steering identification that needs a heap or the whole record.
-//! It starts no thread, opens no file and writes no page. The part that runs on the vehicle is [`seatrial_core`].
+//! Identifies how a marine vehicle steers from a log of its heading and its rudder.
+//!
+//! The result is a first-order yaw model with 95 % intervals, its R^2 on validation data, and a verdict that says whether
+//! the model may be used and why. Controller gains and turning limits follow from it. Where the record shows more than a
+//! first-order vehicle, such as sway, a lagging rudder or a strong disturbance, the verdict names it and the intervals allow for it.
+//!
+//! ```
+//! use seatrial::identify::{IdentifySettings, ValidationData, identify};
+//! use seatrial::{GainAllowance, Record, Sample, Window};
+//!
+//! // Arrays of a log: time in s, heading in rad, rudder in rad.
+//! # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+//! # let mut state = seatrial_core::model::YawState::default();
+//! # let (mut time_s, mut heading_rad, mut rudder_rad) = (Vec::new(), Vec::new(), Vec::new());
+//! # for k in 0..660_u32 {
+//! #     let rudder = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+//! #     time_s.push(0.05 * f64::from(k));
+//! #     heading_rad.push((1000.0 * state.heading_rad).round() / 1000.0);
+//! #     rudder_rad.push(rudder);
+//! #     state = vehicle.advance(state, rudder, 0.05);
+//! # }
+//! let record: Record = (0..time_s.len())
+//!     .map(|k| Sample {
+//!         time_s: time_s[k],
+//!         heading_rad: heading_rad[k],
+//!         rudder_rad: rudder_rad[k],
+//!         ..Sample::default()
+//!     })
+//!     .collect();
+//!
+//! // One doublet of the rudder to train on, the next to validate with.
+//! let training = Window { from_s: 0.0, to_s: 16.5 };
+//! let validation = ValidationData {
+//!     record: &record,
+//!     window: Window { from_s: 16.5, to_s: 33.0 },
+//! };
+//! let found = identify(&record, training, Some(validation), &IdentifySettings::default())?;
+//!
+//! for reason in &found.verdict.reasons {
+//!     println!("{}: {}", reason.code, reason.text);
+//! }
+//! assert!(found.verdict.accepted);
+//!
+//! let model = found.model();
+//! println!("a22 = {} 1/s, b2 = {} 1/s^2", model.a22_per_s, model.b2_per_s2);
+//! # assert!((model.a22_per_s / vehicle.a22_per_s - 1.0).abs() < 0.02);
+//!
+//! // The gain allows for the loop's delays and for the uncertainty of a22.
+//! let damping_ratio = std::f64::consts::FRAC_1_SQRT_2;
+//! let gain = GainAllowance::of(&found).design(&model, damping_ratio)?;
+//! println!("K_p = {}", gain.proportional_gain);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! | for | look in |
+//! |---|---|
+//! | one model from one or several manoeuvres | [`identify`](mod@identify) |
+//! | every method on the same record | [`compare`] |
+//! | manoeuvres in a long log | [`segmentation`] |
+//! | what a trial will tell before it is run | [`preview`] |
+//! | whether a vehicle has changed since | [`health`] |
+//! | gains and limits for an autopilot | [`export`] |
+//!
+//! Everything here may need a heap and the whole record. It starts no thread, opens no file and writes no page. What runs on
+//! the vehicle is in [`seatrial_core`].
 
 pub mod campaign;
 pub mod campaign_check;
@@ -34,4 +97,5 @@ pub use gain_allowance::GainAllowance;
 pub use identification::Identification;
 pub use identify::verdict;
 pub use record::{Record, Window};
+pub use seatrial_core::Sample;
 pub use step::Step;

@@ -56,7 +56,7 @@ impl Servo {
         Ok(Self { delay_s, lag_s })
     }
 
-    /// The same record with the rudder that acts in place of the command.
+    /// The record with the rudder that acts in place of the command.
     pub fn behind(&self, record: &Record) -> Record {
         Record {
             samples: self.acting(&record.samples),
@@ -64,7 +64,7 @@ impl Servo {
         }
     }
 
-    /// The same samples with the rudder that acts in place of the command. Samples that are not finite, or whose time does
+    /// The samples with the rudder that acts in place of the command. Samples that are not finite, or whose time does
     /// not increase, stay as they are.
     pub fn acting(&self, commanded: &[Sample<f64>]) -> Vec<Sample<f64>> {
         let usual_interval_s = median_interval_s(commanded).unwrap_or(0.0);

@@ -335,7 +335,7 @@ pub fn convergence(outcomes: &[Outcome], width: f64) -> Option<Convergence> {
     })
 }
 
-/// The study of one estimator in one sea.
+/// The study of one estimator under one disturbance.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Accuracy {
     /// Which estimator.

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::campaign::{Campaign, Run, Stage};
 
-/// Change of speed from which a settling stage tells how fast it changes, as a fraction of the speed.
+/// Change of speed from which a settling stage determines how fast it changes, as a fraction of the speed.
 const CHANGE: f64 = 0.05;
 /// Last part of a settling stage, s, whose mean speed is the steady one.
 const STEADY_S: f64 = 3.0;

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
-use seatrial::compare::{compare, split};
+use seatrial::compare::{ComparedMethod, compare, split};
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, identify, simplex};
 use seatrial::servo::Servo;
 use seatrial::{Identification, Record, Window};
@@ -468,11 +468,11 @@ fn val_reference_comparison_on_a_split_record() {
             record: &record,
             window: second,
         };
-        let comparison = compare(&record, training_of(run), fresh, Some(1.5)).unwrap();
+        let comparison = compare(&record, training_of(run), fresh, Some(1.5), &|| 0.0).unwrap();
         let simplex = comparison
             .methods
             .iter()
-            .find(|m| m.method == "simplex")
+            .find(|m| m.method == ComparedMethod::Simplex)
             .unwrap();
         assert_agrees(
             &simplex.model.unwrap().theta(),

@@ -166,9 +166,7 @@ impl OpenRun {
         };
         let (Some(training), Some(validation)) = (window(Stage::Train), window(Stage::Validate))
         else {
-            return Err(IdentifyError::EmptyWindow(
-                "the run has no training or no validation stage".into(),
-            ));
+            return Err(IdentifyError::MissingStage);
         };
         let record = self.mended();
         let settings = plan.estimator_settings();

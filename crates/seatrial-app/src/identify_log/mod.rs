@@ -116,7 +116,9 @@ impl IdentifiedLog {
 pub fn no_model(log: &OpenedLog, error: IdentifyError) -> Error {
     let said = |text: &str| format!("{}: {text}", log.path.display());
     match error {
-        IdentifyError::EmptyWindow(message) => Error::Input(said(&message)),
+        IdentifyError::EmptyWindow { .. } | IdentifyError::MissingStage => {
+            Error::Input(said(&error.to_string()))
+        }
         IdentifyError::Setting(error) => Error::Setting(error.to_string()),
         IdentifyError::Refused(reason) => Error::Rejected(said(&reason.text)),
     }

@@ -7,7 +7,7 @@ use statrs::distribution::ContinuousCDF;
 use super::pool::{Pooled, f_distribution, interval};
 use super::{Effect, Effects};
 
-/// A cause leaves something unexplained if what it leaves is less probable than this.
+/// A cause does not explain a change if what it leaves is less probable than this.
 const LEAST_P_VALUE: f64 = 0.05;
 
 /// A single cause of a change.

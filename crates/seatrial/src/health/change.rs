@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::cause::{self, Explanation};
+use super::not_compared::NotCompared;
 use super::pool::{Deviation, Pooled, ReferenceError};
 use super::{Detectable, Effects, Expected, Finding, HealthSettings, Reference, SpeedModel};
 use crate::identification::Verdict;
@@ -66,7 +67,7 @@ pub fn compare(reference: &Reference, now: &[SpeedModel], settings: &HealthSetti
     let mut left_out = Vec::new();
     for model in now {
         let deviation = reference.at(model).and_then(|expected: Expected| {
-            Deviation::between(&expected, model).ok_or_else(|| "its numbers are not finite".into())
+            Deviation::between(&expected, model).ok_or(NotCompared::NotFinite)
         });
         match deviation {
             Ok(deviation) => {
@@ -133,41 +134,25 @@ struct Comparison<'a> {
 impl Comparison<'_> {
     fn change(self, left_out: Vec<String>) -> Change {
         let settings = self.settings;
-        let rate = settings.false_alarm_rate;
-        let n = self.compared.len();
-        let (of_speed, of_all) = if n > 1 {
-            (0.5 * rate / n as f64, 0.5 * rate)
-        } else {
-            (rate, rate)
-        };
+        let levels = Levels::of(settings.false_alarm_rate, self.compared.len());
         let deviations: Vec<Deviation> = self.compared.iter().map(|(_, d)| d.clone()).collect();
-        let pool = |of: &[Deviation]| Pooled::of(of, &self.errors, settings.parameters());
-        let speeds: Vec<SpeedChange> = self
-            .compared
-            .iter()
-            .filter_map(|(model, deviation)| {
-                let alone = std::slice::from_ref(deviation);
-                let pooled = pool(alone)?;
-                Some(SpeedChange {
-                    thrust: model.thrust,
-                    surge_speed_m_s: model.surge_speed_m_s,
-                    effects: pooled.effects(alone, &self.errors),
-                    p_value: pooled.p_value(settings),
-                    level: of_speed,
-                })
-            })
-            .collect();
-        let all = if n > 0 { pool(&deviations) } else { None };
-        let together = all.as_ref().filter(|_| n > 1).map(|pooled| Together {
-            p_value: pooled.p_value(settings),
-            level: of_all,
-        });
+        let speeds = self.speeds(levels.of_speed);
+        let all = (!deviations.is_empty())
+            .then(|| self.pool(&deviations))
+            .flatten();
+        let together = all
+            .as_ref()
+            .filter(|_| deviations.len() > 1)
+            .map(|pooled| Together {
+                p_value: pooled.p_value(settings),
+                level: levels.of_all,
+            });
         let effects = all
             .as_ref()
             .map(|pooled| pooled.effects(&deviations, &self.errors));
         let detectable = all
             .as_ref()
-            .and_then(|pooled| pooled.detectable(of_all, settings));
+            .and_then(|pooled| pooled.detectable(levels.of_all, settings));
         let differs_together = together.is_some_and(|test| test.p_value < test.level);
         let differing: Vec<&SpeedChange> = speeds.iter().filter(|s| s.p_value < s.level).collect();
         let is_changed = differs_together || !differing.is_empty();
@@ -177,41 +162,12 @@ impl Comparison<'_> {
             .and_then(|pooled| Explanation::of(pooled, self.delta0_rad, self.speed_is_known));
         let (finding, text) = match (effects, detectable) {
             (Some(effects), _) if is_changed => {
-                let mut text = cause::words(explanation.as_ref(), &effects);
-                if n > 1 && !differs_together {
-                    let at: Vec<String> = differing.iter().map(|speed| speed.name()).collect();
-                    text = format!(
-                        "not at all speeds alike, but at {}; over all of them {text}",
-                        at.join(", ")
-                    );
-                }
-                (
-                    Finding::Changed,
-                    format!("{text}. Run the trial again and use its gains and limits"),
-                )
+                let words = cause::words(explanation.as_ref(), &effects);
+                let only_at = (deviations.len() > 1 && !differs_together).then_some(&*differing);
+                (Finding::Changed, changed_text(words, only_at))
             }
-            (Some(_), Some(detectable)) if detectable.is_enough() => (
-                Finding::Unchanged,
-                format!(
-                    "no change found; a change {} would have been seen, nine times in ten",
-                    detectable.words()
-                ),
-            ),
-            (Some(_), Some(detectable)) => (
-                Finding::CannotTell,
-                format!(
-                    "only a change {} would have been seen: excite with more rudder, or longer",
-                    detectable.words()
-                ),
-            ),
-            _ => (
-                Finding::CannotTell,
-                if left_out.is_empty() {
-                    "there is no model of now with an uncertainty".into()
-                } else {
-                    left_out.join("; ")
-                },
-            ),
+            (Some(_), Some(detectable)) => not_changed(&detectable),
+            _ => (Finding::CannotTell, nothing_compared(&left_out)),
         };
         Change {
             settings: *settings,
@@ -224,6 +180,87 @@ impl Comparison<'_> {
             left_out,
             verdict: finding.verdict(text),
         }
+    }
+
+    fn pool(&self, of: &[Deviation]) -> Option<Pooled> {
+        Pooled::of(of, &self.errors, self.settings.parameters())
+    }
+
+    /// Each speed by itself, tested at this level.
+    fn speeds(&self, level: f64) -> Vec<SpeedChange> {
+        let test = |(model, deviation): &(&SpeedModel, Deviation)| {
+            let alone = std::slice::from_ref(deviation);
+            let pooled = self.pool(alone)?;
+            Some(SpeedChange {
+                thrust: model.thrust,
+                surge_speed_m_s: model.surge_speed_m_s,
+                effects: pooled.effects(alone, &self.errors),
+                p_value: pooled.p_value(self.settings),
+                level,
+            })
+        };
+        self.compared.iter().filter_map(test).collect()
+    }
+}
+
+/// The rate of false alarms, shared among the tests of n speeds.
+struct Levels {
+    of_speed: f64,
+    of_all: f64,
+}
+
+impl Levels {
+    fn of(rate: f64, n: usize) -> Self {
+        match n {
+            0 | 1 => Self {
+                of_speed: rate,
+                of_all: rate,
+            },
+            n => Self {
+                of_speed: 0.5 * rate / n as f64,
+                of_all: 0.5 * rate,
+            },
+        }
+    }
+}
+
+/// `only_at`: the speeds at which it shows, where it does not show at all of them together.
+fn changed_text(words: String, only_at: Option<&[&SpeedChange]>) -> String {
+    let text = match only_at {
+        Some(speeds) => {
+            let at: Vec<String> = speeds.iter().map(|speed| speed.name()).collect();
+            format!(
+                "not at all speeds alike, but at {}; over all of them {words}",
+                at.join(", ")
+            )
+        }
+        None => words,
+    };
+    format!("{text}. Run the trial again and use its gains and limits")
+}
+
+fn not_changed(detectable: &Detectable) -> (Finding, String) {
+    let words = detectable.words();
+    if detectable.is_enough() {
+        (
+            Finding::Unchanged,
+            format!("no change found; a change {words} would have been seen, nine times in ten"),
+        )
+    } else {
+        (
+            Finding::CannotTell,
+            format!(
+                "only a change {words} would have been seen: excite with more rudder, or longer"
+            ),
+        )
+    }
+}
+
+fn nothing_compared(left_out: &[String]) -> String {
+    if left_out.is_empty() {
+        "there is no model of now with an uncertainty".into()
+    } else {
+        left_out.join("; ")
     }
 }
 

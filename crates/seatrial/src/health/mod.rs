@@ -15,6 +15,7 @@
 
 mod cause;
 mod change;
+mod not_compared;
 mod pool;
 mod watch;
 
@@ -27,6 +28,7 @@ pub use change::{Change, SpeedChange, compare};
 pub use watch::{Skipped, Watch, WatchReport, WatchedWindow};
 
 use crate::identification::{Identification, Reason, ReasonCode, Verdict};
+use not_compared::{NotCompared, Speeds};
 use pool::ReferenceError;
 
 /// A run of so many time constants of the vehicle determines the disturbance on it, and with it its own covariance,
@@ -60,7 +62,7 @@ pub struct SpeedModel {
 }
 
 impl SpeedModel {
-    /// Of an identification. `None` without a refined estimate, whose covariance the test needs.
+    /// The model of an identification. `None` without a refined estimate, whose covariance the test needs.
     pub fn of(
         identification: &Identification,
         thrust: Option<f64>,
@@ -83,7 +85,7 @@ impl SpeedModel {
             .is_some_and(|(a, b)| (a - b).abs() < 1e-6)
     }
 
-    /// The same model at a speed next to its own.
+    /// The model scaled to a speed next to its own.
     fn scaled_to(&self, surge_speed_m_s: f64) -> YawModel<f64> {
         let ratio = self
             .surge_speed_m_s
@@ -212,10 +214,10 @@ impl Reference {
             });
         }
         if points.iter().all(|point| point.surge_speed_m_s.is_none()) {
-            let is_told_apart = |(index, point): (usize, &SpeedModel)| {
+            let is_distinguished = |(index, point): (usize, &SpeedModel)| {
                 point.thrust.is_some() && !points[..index].iter().any(|p| p.has_thrust_of(point))
             };
-            return if points.iter().enumerate().all(is_told_apart) {
+            return if points.iter().enumerate().all(is_distinguished) {
                 Ok(Self {
                     points,
                     schedule: None,
@@ -252,7 +254,7 @@ impl Reference {
     }
 
     /// The model at a speed, or why there is none.
-    fn at_speed(&self, surge_speed_m_s: Option<f64>) -> Result<Expected, String> {
+    fn at_speed(&self, surge_speed_m_s: Option<f64>) -> Result<Expected, NotCompared> {
         let at_point = |index: usize, model| Expected {
             model,
             weights: vec![(index, 1.0)],
@@ -262,10 +264,10 @@ impl Reference {
             return Ok(at_point(0, only.model));
         }
         let Some(speed) = surge_speed_m_s else {
-            return Err("its speed is not known, and the reference has several".into());
+            return Err(NotCompared::SpeedUnknown);
         };
         if self.points.len() > 1 && self.schedule.is_none() {
-            return Err("the reference has several thrusts, but knows the speed of none".into());
+            return Err(NotCompared::ReferenceWithoutSpeed);
         }
         let speed_of = |index: usize| self.points[index].surge_speed_m_s.unwrap_or(speed);
         let last = self.points.len() - 1;
@@ -277,7 +279,7 @@ impl Reference {
         {
             let model = schedule
                 .lookup(speed, Beyond::Refuse)
-                .map_err(|error| error.to_string())?
+                .map_err(NotCompared::OutsideSchedule)?
                 .value()
                 .model;
             let upper = self
@@ -291,15 +293,13 @@ impl Reference {
             });
         }
         if (speed / speed_of(outer) - 1.0).abs() > LARGEST_SPEED_SCALING {
-            return Err(format!(
-                "the speed is not within {:.0} % of the reference's, {}",
-                100.0 * LARGEST_SPEED_SCALING,
-                if last == 0 {
-                    format!("{slowest:.2} m/s")
-                } else {
-                    format!("{slowest:.2} to {fastest:.2} m/s")
-                }
-            ));
+            return Err(NotCompared::TooFarInSpeed {
+                share: LARGEST_SPEED_SCALING,
+                speeds: Speeds {
+                    slowest,
+                    fastest: (last > 0).then_some(fastest),
+                },
+            });
         }
         Ok(at_point(outer, self.points[outer].scaled_to(speed)))
     }
@@ -318,7 +318,7 @@ impl Reference {
     }
 
     /// The model at a thrust that was run, or else at a speed, or why there is none.
-    fn at(&self, now: &SpeedModel) -> Result<Expected, String> {
+    fn at(&self, now: &SpeedModel) -> Result<Expected, NotCompared> {
         match self.points.iter().position(|p| p.has_thrust_of(now)) {
             Some(index) => Ok(Expected {
                 model: self.points[index].model,
@@ -378,13 +378,13 @@ pub struct Effects {
 /// The least change of one kind alone that would be found nine times in ten.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Detectable {
-    /// Of a22, as a share.
+    /// Change of a22, as a share.
     pub damping: f64,
-    /// Of b2, as a share.
+    /// Change of b2, as a share.
     pub rudder: f64,
-    /// Of a22 and b2 by one share, as more inertia changes them.
+    /// Change of a22 and b2 by one share, as more inertia changes them.
     pub inertia: f64,
-    /// Of C0, as an angle of the rudder, rad. `None` where it is not tested.
+    /// Change of C0, as an angle of the rudder, rad. `None` where it is not tested.
     pub offset_rad: Option<f64>,
 }
 

@@ -98,6 +98,97 @@ pub(super) struct Pooled {
     pub(super) degrees_of_freedom: f64,
 }
 
+/// The equations of the common change and of the errors of the reference's points.
+struct NormalEquations {
+    normal: DMatrix<f64>,
+    right: DVector<f64>,
+    /// N_w^-1
+    informations: Vec<DMatrix<f64>>,
+    /// sum x_w^T N_w^-1 x_w
+    total: f64,
+}
+
+impl NormalEquations {
+    fn of(
+        deviations: &[Deviation],
+        references: &[ReferenceError],
+        growth: &DVector<f64>,
+    ) -> Option<Self> {
+        let p = growth.len();
+        let size = p * (1 + references.len());
+        let mut equations = Self {
+            normal: DMatrix::zeros(size, size),
+            right: DVector::zeros(size),
+            informations: Vec::with_capacity(deviations.len()),
+            total: 0.0,
+        };
+        for deviation in deviations {
+            equations.add(deviation, growth)?;
+        }
+        for (point, reference) in references.iter().enumerate() {
+            // Where a parameter is left out, the marginal of the Gaussian is tested, not the conditional.
+            let marginal = reference.information.try_inverse()?;
+            let covariance = marginal.view((0, 0), (p, p)).into_owned();
+            let place = ((1 + point) * p, (1 + point) * p);
+            let mut part = equations.normal.view_mut(place, (p, p));
+            part += Cholesky::new(covariance)?.inverse();
+        }
+        Some(equations)
+    }
+
+    fn add(&mut self, deviation: &Deviation, growth: &DVector<f64>) -> Option<()> {
+        let p = growth.len();
+        let covariance = deviation.covariance.view((0, 0), (p, p)).into_owned();
+        let information = Cholesky::new(covariance)?.inverse();
+        let change = deviation.change.rows(0, p).into_owned();
+        let weighted = &information * &change;
+        self.total += change.dot(&weighted);
+        // Where the common change and each point of the reference stand, and how they act.
+        let unit = DMatrix::identity(p, p);
+        let of_points = deviation
+            .weights
+            .iter()
+            .map(|(point, weight)| ((1 + point) * p, *weight * DMatrix::from_diagonal(growth)));
+        let acting: Vec<(usize, DMatrix<f64>)> =
+            std::iter::once((0, unit)).chain(of_points).collect();
+        for (row, left) in &acting {
+            let mut part = self.right.rows_mut(*row, p);
+            part += left * &weighted;
+            for (column, other) in &acting {
+                let mut part = self.normal.view_mut((*row, *column), (p, p));
+                part += left * &information * other;
+            }
+        }
+        self.informations.push(information);
+        Some(())
+    }
+}
+
+/// What part of the common change an estimate has, and how well its covariance is known.
+struct Share {
+    weight: f64,
+    degrees_of_freedom: f64,
+}
+
+/// The degrees of freedom of a variance that is a sum of shares, one of them the reference's.
+fn satterthwaite(shares: &[Share], reference_share: f64, reference_freedom: f64) -> f64 {
+    let own = |share: &Share| share.weight * share.weight / share.degrees_of_freedom;
+    let of_estimates: f64 = shares.iter().map(own).sum();
+    let degrees_of_freedom = 1.0
+        / (reference_share.powi(2) / reference_freedom
+            + (1.0 - reference_share).powi(2) * of_estimates);
+    degrees_of_freedom.min(MOST_DEGREES_OF_FREEDOM)
+}
+
+/// How well the least known of the reference's points that count is known.
+fn reference_freedom(deviations: &[Deviation], references: &[ReferenceError]) -> f64 {
+    deviations
+        .iter()
+        .flat_map(|deviation| &deviation.weights)
+        .map(|(point, _)| references[*point].degrees_of_freedom)
+        .fold(MOST_DEGREES_OF_FREEDOM, f64::min)
+}
+
 impl Pooled {
     /// For the test: as the errors are if nothing has changed.
     pub(super) fn of(
@@ -119,82 +210,40 @@ impl Pooled {
         growth: &DVector<f64>,
     ) -> Option<Self> {
         let p = growth.len();
-        let size = p * (1 + references.len());
-        let mut normal = DMatrix::<f64>::zeros(size, size);
-        let mut right = DVector::<f64>::zeros(size);
-        let mut informations = Vec::with_capacity(deviations.len());
-        let mut total = 0.0;
-        for deviation in deviations {
-            let covariance = deviation.covariance.view((0, 0), (p, p)).into_owned();
-            let information = Cholesky::new(covariance)?.inverse();
-            let change = deviation.change.rows(0, p).into_owned();
-            let weighted = &information * &change;
-            total += change.dot(&weighted);
-            // Where the common change and each point of the reference stand, and how they act.
-            let unit = DMatrix::identity(p, p);
-            let acting: Vec<(usize, DMatrix<f64>)> = std::iter::once((0, unit))
-                .chain(deviation.weights.iter().map(|(point, weight)| {
-                    ((1 + point) * p, *weight * DMatrix::from_diagonal(growth))
-                }))
-                .collect();
-            for (row, left) in &acting {
-                let mut part = right.rows_mut(*row, p);
-                part += left * &weighted;
-                for (column, other) in &acting {
-                    let mut part = normal.view_mut((*row, *column), (p, p));
-                    part += left * &information * other;
-                }
-            }
-            informations.push(information);
-        }
-        for (point, reference) in references.iter().enumerate() {
-            // Of a Gaussian the marginal, not the conditional, is tested where a parameter is left out.
-            let marginal = reference.information.try_inverse()?;
-            let covariance = marginal.view((0, 0), (p, p)).into_owned();
-            let mut part = normal.view_mut(((1 + point) * p, (1 + point) * p), (p, p));
-            part += Cholesky::new(covariance)?.inverse();
-        }
-        let inverse = Cholesky::new(normal)?.inverse();
-        let solution = &inverse * &right;
+        let equations = NormalEquations::of(deviations, references, growth)?;
+        let inverse = Cholesky::new(equations.normal)?.inverse();
+        let solution = &inverse * &equations.right;
         let of_all = inverse.view((0, 0), (p, p)).into_owned();
-        let of_noise = Cholesky::new(informations.iter().sum::<DMatrix<f64>>())?.inverse();
-        let shares: Vec<(f64, f64)> = deviations
+        let of_noise =
+            Cholesky::new(equations.informations.iter().sum::<DMatrix<f64>>())?.inverse();
+        let shares: Vec<Share> = deviations
             .iter()
-            .zip(&informations)
-            .map(|(deviation, information)| {
-                let share = (&of_noise * information).trace() / p as f64;
-                (share, deviation.degrees_of_freedom)
+            .zip(&equations.informations)
+            .map(|(deviation, information)| Share {
+                weight: (&of_noise * information).trace() / p as f64,
+                degrees_of_freedom: deviation.degrees_of_freedom,
             })
             .collect();
-        let sum = |of: fn(f64, f64) -> f64| -> f64 {
-            shares
-                .iter()
-                .map(|(share, freedom)| of(*share, *freedom))
-                .sum()
-        };
-        let left = (total - right.dot(&solution)).max(0.0);
+        let left = (equations.total - equations.right.dot(&solution)).max(0.0);
         let spread = match deviations.len() {
             0 | 1 => 1.0,
             m => (left / (p * (m - 1)) as f64).max(1.0),
         };
-        let uncertain_weights = 1.0 + 4.0 * sum(|share, freedom| share * (1.0 - share) / freedom);
+        let uncertain =
+            |share: &Share| share.weight * (1.0 - share.weight) / share.degrees_of_freedom;
+        let uncertain_weights = 1.0 + 4.0 * shares.iter().map(uncertain).sum::<f64>();
         let covariance = &of_all + (spread * uncertain_weights - 1.0) * &of_noise;
         let of_reference = (Cholesky::new(covariance.clone())?.inverse() * (&of_all - &of_noise))
             .trace()
             / p as f64;
-        let reference_share = of_reference.clamp(0.0, 1.0);
-        let reference_freedom = deviations
-            .iter()
-            .flat_map(|deviation| &deviation.weights)
-            .map(|(point, _)| references[*point].degrees_of_freedom)
-            .fold(MOST_DEGREES_OF_FREEDOM, f64::min);
-        let degrees_of_freedom = 1.0
-            / (reference_share.powi(2) / reference_freedom
-                + (1.0 - reference_share).powi(2) * sum(|share, freedom| share * share / freedom));
         Some(Self {
             change: solution.rows(0, p).into_owned(),
             covariance,
-            degrees_of_freedom: degrees_of_freedom.min(MOST_DEGREES_OF_FREEDOM),
+            degrees_of_freedom: satterthwaite(
+                &shares,
+                of_reference.clamp(0.0, 1.0),
+                reference_freedom(deviations, references),
+            ),
         })
     }
 

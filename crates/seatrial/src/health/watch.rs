@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::cause::{self, Explanation};
 use super::change::mean_delta0_rad;
+use super::not_compared::NotCompared;
 use super::pool::{Deviation, Pooled, ReferenceError};
 use super::{
     Detectable, Effects, Finding, HealthError, HealthSettings, Reference, SpeedModel,
@@ -36,9 +37,6 @@ const WIDEST_RUDDER_INTERVAL: f64 = 0.5;
 /// Half the 95 % interval that a window has to promise: white noise, which it assumes, promises too much by a factor
 /// of some five.
 const WIDEST_PROMISE: f64 = 0.1;
-
-/// Why most windows show nothing.
-const NOT_EXCITED: &str = "the rudder hardly moves";
 
 /// The halves of a window differ in mean speed by less than this share of it.
 const STEADY_SPEED: f64 = 0.05;
@@ -162,7 +160,7 @@ impl Watch {
             let looked = match self.promise(&record, window) {
                 Ok(_) => {
                     let best = self.best_start(&record, window, step_s);
-                    self.skip(NOT_EXCITED, best.from_s - window.from_s);
+                    self.skip(NotCompared::NotExcited, best.from_s - window.from_s);
                     window = best;
                     self.look(name, &record, window)
                 }
@@ -175,7 +173,7 @@ impl Watch {
                 }
                 Err(why) => {
                     let next_s = next_sample_s(&record, window.from_s + step_s);
-                    self.skip(&why, next_s.unwrap_or(last.time_s) - window.from_s);
+                    self.skip(why, next_s.unwrap_or(last.time_s) - window.from_s);
                     next_s.unwrap_or(f64::INFINITY)
                 }
             };
@@ -186,9 +184,9 @@ impl Watch {
         }
     }
 
-    fn skip(&mut self, because: &str, duration_s: f64) {
+    fn skip(&mut self, because: NotCompared, duration_s: f64) {
         if duration_s > 0.0 {
-            *self.skipped.entry(because.into()).or_default() += duration_s;
+            *self.skipped.entry(because.to_string()).or_default() += duration_s;
         }
     }
 
@@ -218,32 +216,32 @@ impl Watch {
 
     /// Half the 95 % interval of b2 that a window promises, over what is expected, were all that the reference leaves
     /// of it white noise.
-    fn promise(&self, record: &Record, window: Window) -> Result<f64, String> {
+    fn promise(&self, record: &Record, window: Window) -> Result<f64, NotCompared> {
         let samples = record.window(window);
         if samples.len() < LEAST_SAMPLES {
-            return Err("too few samples in a window".into());
+            return Err(NotCompared::TooFewSamples);
         }
         if let Some(gap) = largest_gap_s(samples)
             && gap > LARGEST_GAP * (window.to_s - window.from_s)
         {
-            return Err("samples are missing".into());
+            return Err(NotCompared::SamplesMissing);
         }
         let moves = samples
             .iter()
             .any(|s| s.rudder_rad != samples[0].rudder_rad);
         if !moves {
-            return Err(NOT_EXCITED.into());
+            return Err(NotCompared::NotExcited);
         }
         let expected = self.reference.at_speed(steady_speed_m_s(samples)?)?;
         let fit = RecordSeries::new(samples, 1)
             .fit(expected.model.a22_per_s, Disturbance::NONE)
-            .ok_or(NOT_EXCITED)?;
+            .ok_or(NotCompared::NotExcited)?;
         let deviation = (fit.noise_variance_rad2 * fit.scaled_covariance[0][0]).sqrt();
         let promise = 2.0 * deviation / expected.model.b2_per_s2.abs();
         if promise < WIDEST_PROMISE {
             Ok(promise)
         } else {
-            Err(NOT_EXCITED.into())
+            Err(NotCompared::NotExcited)
         }
     }
 
@@ -253,13 +251,16 @@ impl Watch {
         name: &str,
         record: &Record,
         window: Window,
-    ) -> Result<(WatchedWindow, Deviation), String> {
+    ) -> Result<(WatchedWindow, Deviation), NotCompared> {
         let samples = record.window(window);
         let speed = steady_speed_m_s(samples)?;
         let expected = self.reference.at_speed(speed)?;
-        let refined = refined_estimate(samples, Some(expected.model)).map_err(|_| NOT_EXCITED)?;
-        let rudder_amplitude_rad = Manoeuvre::find(samples).ok_or(NOT_EXCITED)?.amplitude_rad;
-        // Of what the rudder does if the vehicle is sound: one that is lost must not hide itself.
+        let refined =
+            refined_estimate(samples, Some(expected.model)).map_err(|_| NotCompared::NotExcited)?;
+        let rudder_amplitude_rad = Manoeuvre::find(samples)
+            .ok_or(NotCompared::NotExcited)?
+            .amplitude_rad;
+        // A share of what the rudder does if the vehicle is sound: one that is lost must not hide itself.
         let as_expected = Refined {
             model: expected.model,
             ..refined.clone()
@@ -276,15 +277,14 @@ impl Watch {
             covariance: refined.covariance,
             degrees_of_freedom: degrees_of_freedom(&expected.model, window.to_s - window.from_s),
         };
-        let not_finite = || "its numbers are not finite".to_owned();
-        let deviation = Deviation::between(&expected, &now).ok_or_else(not_finite)?;
+        let deviation = Deviation::between(&expected, &now).ok_or(NotCompared::NotFinite)?;
         if deviation.rudder_half_width() > WIDEST_RUDDER_INTERVAL {
-            return Err(NOT_EXCITED.into());
+            return Err(NotCompared::NotExcited);
         }
         let errors = self.reference.errors();
         let alone = std::slice::from_ref(&deviation);
         let effects = Pooled::of(alone, &errors, self.settings.parameters())
-            .ok_or_else(not_finite)?
+            .ok_or(NotCompared::NotFinite)?
             .effects(alone, &errors);
         let watched = WatchedWindow {
             log: name.into(),
@@ -301,19 +301,15 @@ impl Watch {
     pub fn report(&self) -> WatchReport {
         let settings = self.settings;
         let errors = self.reference.errors();
-        let (mut windows, deviations): (Vec<WatchedWindow>, Vec<Deviation>) =
+        let (unmarked, deviations): (Vec<WatchedWindow>, Vec<Deviation>) =
             self.windows.iter().cloned().unzip();
-        let tests: usize = (1..=windows.len()).map(|n| spans(n).count()).sum();
+        let tests: usize = (1..=unmarked.len()).map(|n| spans(n).count()).sum();
         let level = settings.false_alarm_rate / tests.max(1) as f64;
         let pool = |of: &[Deviation]| Pooled::of(of, &errors, settings.parameters());
-        for (n, window) in windows.iter_mut().enumerate() {
-            let p_value = spans(n + 1)
-                .filter_map(|span| pool(&deviations[n + 1 - span..=n]))
-                .map(|pooled| pooled.p_value(&settings))
-                .fold(1.0, f64::min);
-            window.p_value = Some(p_value);
-            window.alarm = p_value < level;
-        }
+        let windows = marked(unmarked, level, |n, span| {
+            let pooled = pool(&deviations[n + 1 - span..=n])?;
+            Some(pooled.p_value(&settings))
+        });
         let alarms = || windows.iter().enumerate().filter(|(_, w)| w.alarm);
         let span = alarms()
             .map(|(n, _)| n)
@@ -321,54 +317,22 @@ impl Watch {
             .zip(alarms().map(|(n, _)| n).next_back());
         let since =
             span.and_then(|(first, last)| onset(&deviations, &errors, &settings, first, last));
-        let told = since.unwrap_or(0)..span.map_or(windows.len(), |(_, last)| last + 1);
-        let pooled = if told.is_empty() {
-            None
-        } else {
-            pool(&deviations[told.clone()])
-        };
+        let reported =
+            &deviations[since.unwrap_or(0)..span.map_or(windows.len(), |(_, last)| last + 1)];
+        let pooled = (!reported.is_empty()).then(|| pool(reported)).flatten();
         let effects = pooled
             .as_ref()
-            .map(|pooled| pooled.effects(&deviations[told], &errors));
+            .map(|pooled| pooled.effects(reported, &errors));
         let detectable = pooled
             .as_ref()
             .and_then(|pooled| pooled.detectable(level, &settings));
+        let speed_is_known = windows.iter().all(|w| w.surge_speed_m_s.is_some());
         let explanation = pooled
             .as_ref()
             .filter(|_| since.is_some())
-            .and_then(|pooled| {
-                let speed_is_known = windows.iter().all(|w| w.surge_speed_m_s.is_some());
-                Explanation::of(pooled, mean_delta0_rad(&self.reference), speed_is_known)
-            });
-        let (finding, text) = match (since, effects, detectable) {
-            (Some(since), Some(effects), _) => (
-                Finding::Changed,
-                format!(
-                    "a re-trial is due since {}, {:.0} s: {}",
-                    windows[since].log,
-                    windows[since].window.from_s,
-                    cause::words(explanation.as_ref(), &effects)
-                ),
-            ),
-            (None, _, Some(detectable)) if detectable.is_enough() => (
-                Finding::Unchanged,
-                format!(
-                    "no change found; a change {} that lasted through these windows would have been seen, nine times in ten",
-                    detectable.words()
-                ),
-            ),
-            (_, _, Some(detectable)) => (
-                Finding::CannotTell,
-                format!(
-                    "reference and windows together are not sure enough: only a change {} would have been seen; more rudder in the next mission or trial would do",
-                    detectable.words()
-                ),
-            ),
-            _ => (
-                Finding::CannotTell,
-                "in no window does the rudder excite the vehicle enough; a zig-zag of a few rudder strokes in the next mission would do".into(),
-            ),
-        };
+            .and_then(|p| Explanation::of(p, mean_delta0_rad(&self.reference), speed_is_known));
+        let changed = since.map(|first| &windows[first]).zip(effects.as_ref());
+        let (finding, text) = answer(changed, explanation.as_ref(), detectable.as_ref());
         WatchReport {
             settings,
             finding,
@@ -395,6 +359,62 @@ impl Watch {
             .collect();
         skipped.sort_by(|a, b| b.duration_s.total_cmp(&a.duration_s));
         skipped
+    }
+}
+
+/// The windows with the least p of the spans that end in each, and the alarm where it is under the level.
+fn marked(
+    windows: Vec<WatchedWindow>,
+    level: f64,
+    p_value: impl Fn(usize, usize) -> Option<f64>,
+) -> Vec<WatchedWindow> {
+    let mark = |(n, window): (usize, WatchedWindow)| {
+        let least = spans(n + 1)
+            .filter_map(|span| p_value(n, span))
+            .fold(1.0, f64::min);
+        WatchedWindow {
+            p_value: Some(least),
+            alarm: least < level,
+            ..window
+        }
+    };
+    windows.into_iter().enumerate().map(mark).collect()
+}
+
+/// What was found, in words. `changed`: the first window after a change, and how large it is.
+fn answer(
+    changed: Option<(&WatchedWindow, &Effects)>,
+    explanation: Option<&Explanation>,
+    detectable: Option<&Detectable>,
+) -> (Finding, String) {
+    match (changed, detectable) {
+        (Some((first, effects)), _) => (
+            Finding::Changed,
+            format!(
+                "a re-trial is due since {}, {:.0} s: {}",
+                first.log,
+                first.window.from_s,
+                cause::words(explanation, effects)
+            ),
+        ),
+        (None, Some(detectable)) if detectable.is_enough() => (
+            Finding::Unchanged,
+            format!(
+                "no change found; a change {} that lasted through these windows would have been seen, nine times in ten",
+                detectable.words()
+            ),
+        ),
+        (None, Some(detectable)) => (
+            Finding::CannotTell,
+            format!(
+                "reference and windows together are not sure enough: only a change {} would have been seen; more rudder in the next mission or trial would do",
+                detectable.words()
+            ),
+        ),
+        (None, None) => (
+            Finding::CannotTell,
+            "in no window does the rudder excite the vehicle enough; a zig-zag of a few rudder strokes in the next mission would do".into(),
+        ),
     }
 }
 
@@ -436,18 +456,18 @@ fn largest_gap_s(samples: &[Sample<f64>]) -> Option<f64> {
 }
 
 /// The estimate of a window in which something else than the rudder turns the vehicle as well. With sway or a slow servo
-/// the verdict accepts it, in a sea that is too strong it does not. Which of the two it is the window does not say, so
+/// the verdict accepts it, under a disturbance that is too strong it does not. Which of the two it is the window does not say, so
 /// the covariance is that of both.
 fn accepted_estimate(
     record: &Record,
     window: Window,
     refined: &Refined,
-) -> Result<Refined, String> {
+) -> Result<Refined, NotCompared> {
     let accepted = identify(record, window, None, &IdentifySettings::default())
         .ok()
         .filter(|identification| identification.verdict.accepted)
         .and_then(|identification| identification.refined)
-        .ok_or("waves, current or thrusters turn the vehicle too much beside the rudder")?;
+        .ok_or(NotCompared::Disturbed)?;
     let covariance = std::array::from_fn(|i| {
         std::array::from_fn(|j| accepted.covariance[i][j] + refined.covariance[i][j])
     });
@@ -458,7 +478,7 @@ fn accepted_estimate(
 }
 
 /// The mean speed of a window, `None` where there is no speed, or why there is none.
-fn steady_speed_m_s(samples: &[Sample<f64>]) -> Result<Option<f64>, String> {
+fn steady_speed_m_s(samples: &[Sample<f64>]) -> Result<Option<f64>, NotCompared> {
     let mean = |samples: &[Sample<f64>]| {
         let known: Vec<f64> = samples
             .iter()
@@ -473,7 +493,7 @@ fn steady_speed_m_s(samples: &[Sample<f64>]) -> Result<Option<f64>, String> {
     };
     let speed = 0.5 * (early + late);
     if (late - early).abs() > STEADY_SPEED * speed.abs() {
-        return Err("the speed is not steady".into());
+        return Err(NotCompared::SpeedNotSteady);
     }
     Ok(Some(speed))
 }

@@ -40,10 +40,10 @@ pub struct Identification {
     /// The model of the order that the record supports, where a first-order one misses something.
     #[serde(default)]
     pub higher_order: Option<HigherOrder>,
-    /// What a lag of the rudder that the log does not tell would do to the refined model.
+    /// What a lag of the rudder that the log does not contain would do to the refined model.
     #[serde(default)]
     pub lag_effect: Option<LagEffect>,
-    /// What a heading loop of this vehicle waits for, as far as the record tells: a rudder asked for acts a sample later, through the lag
+    /// What a heading loop of this vehicle waits for, as far as the record shows: a rudder asked for acts a sample later, through the lag
     /// that the model is behind, and is held over a sample. `None` for the paper's equations to the letter.
     #[serde(default)]
     pub loop_timing: Option<LoopTiming<f64>>,

@@ -118,7 +118,7 @@ pub enum ReasonCode {
     Unstable,
     /// Online and refined estimates are far apart.
     Disagreement,
-    /// A rudder lag that the log does not tell would matter.
+    /// A rudder lag that the log does not contain would matter.
     LagUnknown,
     /// The prediction errors of the first-order model are not white.
     ResidualNotWhite,

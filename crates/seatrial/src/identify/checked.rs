@@ -18,7 +18,7 @@ use crate::record::duration_s;
 
 /// The chosen model and what its own record and validation data say of it: all that a verdict weighs.
 pub struct Checked<'a> {
-    /// What the samples tell of the log.
+    /// How good the log is.
     pub log: &'a LogStatistics,
     /// The estimate made sample by sample.
     pub online: YawModel<f64>,

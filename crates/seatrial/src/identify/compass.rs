@@ -55,26 +55,14 @@ impl CompassError {
             .iter()
             .map(|s| s.yaw_rate_rad_s.filter(|r| r.is_finite()))
             .collect::<Option<_>>()?;
-        let (mut heading, mut turned) = (vec![0.0], vec![0.0]);
-        let mut step_rad = f64::INFINITY;
-        let mut longest_s: f64 = 0.0;
-        for (pair, rate) in samples.windows(2).zip(rates.windows(2)) {
-            let interval_s = pair[1].time_s - pair[0].time_s;
-            longest_s = longest_s.max(interval_s);
-            let increment = Real::wrapped(pair[1].heading_rad - pair[0].heading_rad);
-            if increment != 0.0 {
-                step_rad = step_rad.min(increment.abs());
-            }
-            heading.push(heading[heading.len() - 1] + increment);
-            turned.push(turned[turned.len() - 1] + 0.5 * (rate[0] + rate[1]) * interval_s);
-        }
+        let path = Path::of(samples, &rates);
         let terms = DMatrix::from_fn(samples.len(), TERMS, |row, column| match column {
             0 => 1.0,
             1 => samples[row].time_s - first.time_s,
-            2 => turned[row],
+            2 => path.turned_rad[row],
             _ => rates[row],
         });
-        let heading = DVector::from_vec(heading);
+        let heading = DVector::from_vec(path.heading_rad);
         let normal = (terms.transpose() * &terms).cholesky()?;
         let found = normal.solve(&(terms.transpose() * &heading));
         if !(SCALE[0]..=SCALE[1]).contains(&found[2]) {
@@ -83,17 +71,7 @@ impl CompassError {
         let error = heading - &terms * &found;
         let interval_s = (last.time_s - first.time_s) / (samples.len() - 1) as f64;
         let count = ((MEAN_OVER_S / interval_s).ceil() as usize).max(1);
-        let noise_rad = noise(error.as_slice());
-        let limit = LEAST_ERROR_RAD
-            .max(SIGNIFICANCE * noise_rad * (2.0 / count as f64).sqrt())
-            .max(step_rad);
-        let mean = |part: &[f64]| part.iter().sum::<f64>() / count as f64;
-        let largest_jump_rad = error
-            .as_slice()
-            .windows(2 * count)
-            .map(|window| (mean(&window[count..]) - mean(&window[..count])).abs())
-            .max_by(f64::total_cmp)
-            .filter(|largest| *largest > limit);
+        let largest_jump_rad = largest_jump_rad(error.as_slice(), count, path.step_rad);
         let variance = error.norm_squared() / samples.len().checked_sub(TERMS)? as f64;
         let walk_rad = noise(&rates) * interval_s;
         let steps = sums_from_here(terms);
@@ -102,7 +80,7 @@ impl CompassError {
             + walk_rad * walk_rad * &inverse * (steps.transpose() * &steps) * &inverse;
         let significant = |value: f64, term: usize| {
             let limit = SIGNIFICANCE * covariance[(term, term)].sqrt();
-            let is_whole = largest_jump_rad.is_none() && longest_s < MEAN_OVER_S;
+            let is_whole = largest_jump_rad.is_none() && path.longest_interval_s < MEAN_OVER_S;
             (is_whole && value.abs() > limit).then_some(value)
         };
         Some(Self {
@@ -111,6 +89,56 @@ impl CompassError {
             late_s: significant(-found[3], 3).map(|late| late / found[2]),
         })
     }
+}
+
+/// Heading and integral of the yaw rate over a record.
+struct Path {
+    /// From the first sample, rad, unwrapped.
+    heading_rad: Vec<f64>,
+    /// The integral of the yaw rate, rad.
+    turned_rad: Vec<f64>,
+    /// The smallest change of heading, rad.
+    step_rad: f64,
+    longest_interval_s: f64,
+}
+
+impl Path {
+    fn of(samples: &[Sample<f64>], rates: &[f64]) -> Self {
+        let mut path = Self {
+            heading_rad: vec![0.0],
+            turned_rad: vec![0.0],
+            step_rad: f64::INFINITY,
+            longest_interval_s: 0.0,
+        };
+        let (mut heading, mut turned) = (0.0, 0.0);
+        for (pair, rate) in samples.windows(2).zip(rates.windows(2)) {
+            let interval_s = pair[1].time_s - pair[0].time_s;
+            path.longest_interval_s = path.longest_interval_s.max(interval_s);
+            let increment = Real::wrapped(pair[1].heading_rad - pair[0].heading_rad);
+            if increment != 0.0 {
+                path.step_rad = path.step_rad.min(increment.abs());
+            }
+            heading += increment;
+            turned += 0.5 * (rate[0] + rate[1]) * interval_s;
+            path.heading_rad.push(heading);
+            path.turned_rad.push(turned);
+        }
+        path
+    }
+}
+
+/// The largest jump from the mean of `count` errors to that of the next, rad, where it is beyond noise, drift and the step in
+/// which the compass reads.
+fn largest_jump_rad(errors: &[f64], count: usize, step_rad: f64) -> Option<f64> {
+    let limit = LEAST_ERROR_RAD
+        .max(SIGNIFICANCE * noise(errors) * (2.0 / count as f64).sqrt())
+        .max(step_rad);
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / count as f64;
+    errors
+        .windows(2 * count)
+        .map(|window| (mean(&window[count..]) - mean(&window[..count])).abs())
+        .max_by(f64::total_cmp)
+        .filter(|largest| *largest > limit)
 }
 
 /// What a step of the heading at each row adds to the products of the heading with the terms.
@@ -194,7 +222,7 @@ mod tests {
         // Steps of 2 degrees.
         let coarse = |_: f64, psi: f64| (psi / 0.035).round() * 0.035;
         assert_eq!(largest_jump_rad(&record(coarse, |r| r)), None);
-        // A gyro in degrees tells nothing, nor does none.
+        // Nothing can be compared with a gyro in degrees, or with none.
         let jump = |t: f64, psi: f64| psi + if t > 6.0 { 0.1 } else { 0.0 };
         assert_eq!(largest_jump_rad(&record(jump, |r| r.to_degrees())), None);
         assert_eq!(largest_jump_rad(&record(jump, |_| f64::NAN)), None);

@@ -19,7 +19,7 @@ const LARGEST_STEP: f64 = 0.4;
 const NUDGE: f64 = 1e-4;
 
 /// Lags that the rudder may have, in time constants of the vehicle, and the ratios to the likeliest at which a likelier one is
-/// looked for: a share is told only where the lag is right within a fraction of the lost interval.
+/// looked for: a share is determined only where the lag is right within a fraction of the lost interval.
 const LAGS: [f64; 7] = [0.05, 0.075, 0.11, 0.17, 0.25, 0.38, 0.57];
 const FINER_LAGS: [f64; 2] = [1.15, 1.05];
 
@@ -110,7 +110,7 @@ impl<'a> Edges<'a> {
     ///
     /// with psi_b the response to the rudder that moves at the end of every such interval, psi_e to the one that moves at the start
     /// of interval e. An edge that is a lost sample late turns the vehicle by b2 times its step times the interval less for
-    /// good, which many headings tell. Lost rows of an even record hide the edge at one of their own instants: s_e is one of the
+    /// good, which many headings show. Lost rows of an even record hide the edge at one of their own instants: s_e is one of the
     /// shares that these allow. The vehicle is of first order, and its rudder acts at once or lags, whatever is likelier by more
     /// than Schwarz's price.
     pub fn edge_times(&self, start: Option<YawModel<f64>>) -> EdgeTimes<'a> {
@@ -159,7 +159,7 @@ struct Timing {
     lag_s: f64,
     peak: Peak,
     samples: Vec<Sample<f64>>,
-    /// Of output error, with what the means leave wrong counted as noise.
+    /// Log likelihood of output error, with what the means leave wrong counted as noise.
     log_likelihood: f64,
 }
 

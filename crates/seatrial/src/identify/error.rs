@@ -1,5 +1,7 @@
 //! Why a record gives no model.
 
+use std::fmt;
+
 use seatrial_core::InvalidSetting;
 
 use crate::identification::Reason;
@@ -9,8 +11,18 @@ use crate::record::{Record, Window};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum IdentifyError {
     /// No sample lies in a window.
-    #[error("{0}")]
-    EmptyWindow(String),
+    #[error("no sample lies in the {wanted} window, {window}; {}", extent(*.log_s))]
+    EmptyWindow {
+        /// What the window is for.
+        wanted: WindowUse,
+        /// The window.
+        window: Window,
+        /// Times of the first and of the last sample of the log, s.
+        log_s: Option<[f64; 2]>,
+    },
+    /// A run was not trained or not validated.
+    #[error("the run has no training or no validation stage")]
+    MissingStage,
     /// A setting is out of its range.
     #[error("{0}")]
     Setting(InvalidSetting),
@@ -19,16 +31,38 @@ pub enum IdentifyError {
     Refused(Reason),
 }
 
+/// What a window of a record is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WindowUse {
+    /// The model is made from it.
+    Training,
+    /// The model is judged by it.
+    Validation,
+}
+
+impl fmt::Display for WindowUse {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Self::Training => "training",
+            Self::Validation => "validation",
+        })
+    }
+}
+
+fn extent(log_s: Option<[f64; 2]>) -> String {
+    match log_s {
+        Some([first, last]) => format!("the log runs from {first} s to {last} s"),
+        None => "the log has no samples".into(),
+    }
+}
+
 impl IdentifyError {
-    pub(super) fn empty_window(name: &str, window: Window, record: &Record) -> Self {
-        let span = match (record.samples.first(), record.samples.last()) {
-            (Some(first), Some(last)) => {
-                format!("the log runs from {} s to {} s", first.time_s, last.time_s)
-            }
-            _ => "the log has no samples".into(),
-        };
-        Self::EmptyWindow(format!(
-            "no sample lies in the {name} window, {window}; {span}"
-        ))
+    pub(super) fn empty_window(wanted: WindowUse, window: Window, record: &Record) -> Self {
+        let ends = record.samples.first().zip(record.samples.last());
+        Self::EmptyWindow {
+            wanted,
+            window,
+            log_s: ends.map(|(first, last)| [first.time_s, last.time_s]),
+        }
     }
 }

@@ -28,7 +28,7 @@ pub enum Explained {
     BehindLag {
         /// The estimate that takes the lag for damping and a disturbance.
         refined: Refined,
-        /// What it leaves unexplained.
+        /// Its misfit.
         share: f64,
         /// The model behind the lag.
         lagging: SecondOrder,
@@ -37,7 +37,7 @@ pub enum Explained {
     HigherOrder {
         /// The first-order estimate.
         refined: Refined,
-        /// What it leaves unexplained.
+        /// Its misfit.
         share: f64,
         /// The model of higher order, where the record can name it.
         beyond: Option<SecondOrder>,
@@ -58,12 +58,12 @@ pub struct FirstOrderFit {
     pub refined: Refined,
     /// Are its prediction errors white?
     pub residual: Option<ResidualTests>,
-    /// What a rudder lag that the log does not tell would do to it.
+    /// What a rudder lag that the log does not contain would do to it.
     pub lag_effect: Option<LagEffect>,
 }
 
 impl Explained {
-    /// Refines the online estimate and asks what the refined one leaves unexplained.
+    /// Refines the online estimate and measures the misfit of the refined one.
     pub fn of(prepared: &Prepared) -> Self {
         let samples = prepared.samples();
         let refined = prepared
@@ -112,7 +112,7 @@ impl Explained {
         }
     }
 
-    /// What a first-order model leaves unexplained where the vehicle is not of first order.
+    /// Misfit of a first-order model, a share of the rudder's effect, where the vehicle is not of first order.
     pub fn structural_misfit(&self) -> Option<f64> {
         match self {
             Self::BehindLag { share, .. } | Self::HigherOrder { share, .. } => Some(*share),

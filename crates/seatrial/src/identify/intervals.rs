@@ -45,14 +45,14 @@ pub(super) fn reaching(refined: &Refined, online: YawModel<f64>) -> Refined {
 /// Chance explains a difference of C0 up to so many standard deviations (95 %), of a22 and b2 up to so many (99.9 %).
 const CHANCE: [f64; 3] = [3.29, 3.29, NORMAL_95];
 
-/// Validation data of at least this part of the training's length have a say in what the sea does to C0.
+/// Validation data of at least this part of the training's length count for what the disturbance does to C0.
 const LONG_ENOUGH: f64 = 0.5;
 
 /// The estimate with intervals that reach that of validation data, `length` times as long, where chance does not explain
 /// the difference: wind, current, trim or something of the vehicle changed, and may again.
 ///
-/// How far the sea turns the vehicle in the mean of a run is little known from that run alone: the interval of C0 is no narrower
-/// than the same sea makes it in the validation data, with a variance that falls with the length.
+/// How far a disturbance turns the vehicle in the mean of a run is little known from that run alone: the interval of C0 is no
+/// narrower than the same disturbance makes it in the validation data, with a variance that falls with the length.
 pub(super) fn reaching_validation(refined: &Refined, other: &Refined, length: f64) -> Refined {
     let both_of_first_order = refined.method == other.method;
     let reach = |k: usize| {
@@ -239,7 +239,7 @@ mod tests {
         let [a22, _, c0] = reached(&lagging, 1.0);
         close(a22, own[0]);
         close(c0, own[2].hypot(0.01));
-        // A sea that the training knew nothing of: its variance falls with the length, and a short run says nothing.
+        // A disturbance that the training knew nothing of: its variance falls with the length, and a short run says nothing.
         let rough = other([-1.0, 1.0, 0.01], 0.01, &refined.method);
         for (length, times) in [(1.0, 10.0), (0.5, 10.0 * 0.5_f64.sqrt()), (0.49, 1.0)] {
             let [.., c0] = reached(&rough, length);

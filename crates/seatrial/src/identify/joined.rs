@@ -64,63 +64,81 @@ pub(super) fn join(
     if all.len() < 2 {
         return None;
     }
-    let theta = |refined: &Refined| Vector2::new(refined.model.a22_per_s, refined.model.b2_per_s2);
-    let mut information = Matrix2::zeros();
-    let mut weighted = Vector2::zeros();
-    let mut informations = Vec::with_capacity(all.len());
-    for (_, refined) in &all {
-        let own = Matrix2::from_fn(|i, j| refined.covariance[i][j]).try_inverse()?;
-        information += own;
-        weighted += own * theta(refined);
-        informations.push(own);
-    }
-    let covariance = information.try_inverse()?;
-    let mean = covariance * weighted;
-    let scatter: f64 = all
-        .iter()
-        .zip(&informations)
-        .map(|((_, refined), own)| {
+    let estimates: Vec<&Refined> = all.iter().map(|(_, refined)| *refined).collect();
+    let common = Common::of(&estimates)?;
+    let degrees_of_freedom = 2.0 * (all.len() - 1) as f64;
+    let spread = (common.scatter / degrees_of_freedom).max(1.0);
+    let (c0, c0_variance) = mean_offset(&estimates);
+    let covariance = Matrix3::from_fn(|i, j| match (i, j) {
+        (2, 2) => c0_variance,
+        (2, _) | (_, 2) => 0.0,
+        _ => spread * common.covariance[(i, j)],
+    });
+    let model = YawModel::from_theta([common.theta[0], common.theta[1], c0]);
+    let joined = Joined {
+        manoeuvres: all
+            .iter()
+            .map(|(training, refined)| JoinedManoeuvre {
+                training: *training,
+                model: refined.model,
+            })
+            .collect(),
+        consistency: ChiSquared::new(degrees_of_freedom).ok()?.sf(common.scatter),
+        birge_ratio: spread.sqrt(),
+    };
+    let numbers = model.theta();
+    let is_finite = numbers.iter().chain(&covariance).all(|x| x.is_finite());
+    is_finite.then(|| {
+        let together = around(first, model, covariance, first.method.clone());
+        (together, joined)
+    })
+}
+
+/// One a22 and b2 for all manoeuvres.
+struct Common {
+    theta: Vector2<f64>,
+    /// W^-1
+    covariance: Matrix2<f64>,
+    /// J
+    scatter: f64,
+}
+
+impl Common {
+    /// `None` where a covariance has no inverse.
+    fn of(estimates: &[&Refined]) -> Option<Self> {
+        let theta =
+            |refined: &Refined| Vector2::new(refined.model.a22_per_s, refined.model.b2_per_s2);
+        let mut information = Matrix2::zeros();
+        let mut weighted = Vector2::zeros();
+        let mut informations = Vec::with_capacity(estimates.len());
+        for refined in estimates {
+            let own = Matrix2::from_fn(|i, j| refined.covariance[i][j]).try_inverse()?;
+            information += own;
+            weighted += own * theta(refined);
+            informations.push(own);
+        }
+        let covariance = information.try_inverse()?;
+        let mean = covariance * weighted;
+        let off_the_mean = |(refined, own): (&&Refined, &Matrix2<f64>)| {
             let off = theta(refined) - mean;
             (off.transpose() * own * off)[(0, 0)]
+        };
+        Some(Self {
+            theta: mean,
+            covariance,
+            scatter: estimates.iter().zip(&informations).map(off_the_mean).sum(),
         })
-        .sum();
-    let degrees_of_freedom = 2.0 * (all.len() - 1) as f64;
-    let consistency = ChiSquared::new(degrees_of_freedom).ok()?.sf(scatter);
-    let spread = (scatter / degrees_of_freedom).max(1.0);
+    }
+}
 
-    let count = all.len() as f64;
-    let offsets = || all.iter().map(|(_, refined)| refined.model.c0_rad_per_s2);
+/// The mean of the offsets, and the variance of one of them.
+fn mean_offset(estimates: &[&Refined]) -> (f64, f64) {
+    let count = estimates.len() as f64;
+    let offsets = || estimates.iter().map(|refined| refined.model.c0_rad_per_s2);
     let c0 = offsets().sum::<f64>() / count;
     let between = offsets().map(|c| (c - c0).powi(2)).sum::<f64>() / (count - 1.0);
-    let within = all.iter().map(|(_, r)| r.covariance[2][2]).sum::<f64>() / count;
-    let covariance = Matrix3::from_fn(|i, j| match (i, j) {
-        (2, 2) => within + between,
-        (2, _) | (_, 2) => 0.0,
-        _ => spread * covariance[(i, j)],
-    });
-    let model = YawModel::from_theta([mean[0], mean[1], c0]);
-    let is_finite = model
-        .theta()
-        .iter()
-        .chain(&covariance)
-        .all(|x| x.is_finite());
-    is_finite.then(|| {
-        let joined = Joined {
-            manoeuvres: all
-                .iter()
-                .map(|(training, refined)| JoinedManoeuvre {
-                    training: *training,
-                    model: refined.model,
-                })
-                .collect(),
-            consistency,
-            birge_ratio: spread.sqrt(),
-        };
-        (
-            around(first, model, covariance, first.method.clone()),
-            joined,
-        )
-    })
+    let within = estimates.iter().map(|r| r.covariance[2][2]).sum::<f64>() / count;
+    (c0, within + between)
 }
 
 #[cfg(test)]

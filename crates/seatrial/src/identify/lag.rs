@@ -9,7 +9,7 @@ use crate::identification::{LagEffect, Refined};
 use crate::servo::Servo;
 use crate::sway_yaw::ResidualTests;
 
-/// The lag whose effect is told, s: that of an ordinary servo.
+/// The lag whose effect is reported, s: that of an ordinary servo.
 const ORDINARY_LAG_S: f64 = 0.1;
 
 /// Lags looked for, in time constants of the vehicle.
@@ -24,7 +24,7 @@ pub struct LagTest {
     pub price: f64,
     /// a22 and b2 by output error of a rudder that acts at once.
     prompt: [f64; 2],
-    /// What the rudder that acts at once leaves unexplained.
+    /// Tests of the prediction errors with a rudder that acts at once.
     pub residual: Option<ResidualTests>,
 }
 

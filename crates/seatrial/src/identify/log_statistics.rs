@@ -1,4 +1,4 @@
-//! What the samples of a training tell of the log itself.
+//! How good the log of a training is: rejected samples, rudder, heading, speed, clock, compass.
 
 use seatrial_core::Sample;
 
@@ -19,7 +19,7 @@ pub struct LogStatistics {
     pub rudder_amplitude_rad: f64,
     /// How far the rudder went to either side from rest, where it was deflected to both.
     pub rudder_sides_rad: Option<[f64; 2]>,
-    /// In what these are.
+    /// Unit of the rudder.
     pub rudder_unit: RudderUnit,
     /// The heading's range, rad.
     pub heading_range_rad: f64,
@@ -36,7 +36,7 @@ pub struct LogStatistics {
 }
 
 impl LogStatistics {
-    /// Of a training window and what the estimator let through of it.
+    /// Statistics of a training window and of what the estimator let through of it.
     pub fn of(
         record: &Record,
         training: Window,
@@ -71,7 +71,7 @@ fn smallest_heading_step_rad(samples: &[Sample<f64>]) -> Option<f64> {
         .reduce(f64::min)
 }
 
-/// Mean speed of the first and of the last quarter of the samples that tell it, m/s.
+/// Mean speed of the first and of the last quarter of the samples that have one, m/s.
 fn surge_speeds_m_s(samples: &[Sample<f64>]) -> Option<[f64; 2]> {
     let speeds: Vec<f64> = samples
         .iter()

@@ -1,4 +1,4 @@
-//! What a first-order model leaves unexplained: the sea, a lagging rudder, or a vehicle of higher order.
+//! The misfit of a first-order model: a disturbance, a lagging rudder, or a vehicle of higher order.
 
 use seatrial_core::Sample;
 
@@ -13,8 +13,8 @@ const LARGE_DISTURBANCE_SHARE: f64 = 0.1;
 /// The share of the rudder's effect, b2 times its amplitude, that the disturbance would have to have.
 ///
 /// Sway or a slow servo pass for a disturbance that follows the rudder, against the assumption of the
-/// interval, and the likelihood fits the next instant rather than the manoeuvre. [`second_order::fit`] tells them
-/// from a strong disturbance.
+/// interval, and the likelihood fits the next instant rather than the manoeuvre. [`second_order::fit`] distinguishes
+/// them from a strong disturbance.
 pub fn disturbance_share(refined: &Refined, rudder_amplitude_rad: f64) -> f64 {
     refined.disturbance_rad_s2 / (refined.model.b2_per_s2.abs() * rudder_amplitude_rad)
 }
@@ -28,8 +28,8 @@ pub fn is_large_share(share: f64) -> bool {
 /// records the price that names a structure is now and then exceeded by chance.
 const PRICE_OF_A_HIDDEN_LAG: f64 = 1.5;
 
-/// What a first-order model leaves unexplained where that is much or looks like a lagging rudder: a strong
-/// disturbance, or a vehicle that is not of first order.
+/// The misfit of a first-order model where it is large or looks like a lagging rudder: a strong disturbance, or a vehicle
+/// that is not of first order.
 pub struct Misfit {
     /// The share of the rudder's own effect.
     pub share: f64,
@@ -38,7 +38,7 @@ pub struct Misfit {
 }
 
 impl Misfit {
-    /// What a refined model leaves unexplained. `None` where that is little and nothing looks like a lagging rudder.
+    /// The misfit of a refined model. `None` where it is small and nothing looks like a lagging rudder.
     pub fn of(
         samples: &[Sample<f64>],
         refined: &Refined,

@@ -59,7 +59,7 @@ use crate::time_scale::ChosenLambda;
 use checked::Checked;
 use chosen::Chosen;
 use cross_validation::validated_by_legs;
-pub use error::IdentifyError;
+pub use error::{IdentifyError, WindowUse};
 use explained::Explained;
 use joined::Joined;
 use online::Pass;
@@ -174,10 +174,10 @@ pub fn lambda_of(record: &Record, window: Window) -> Result<ChosenLambda, Identi
 /// The refined model, where there is one, is the one that is validated and goes to the controller: it uses
 /// every sample at its true weight and states how sure it is. Where the record shows more than a first-order
 /// model, the online estimate takes its place with a wider interval; where a lagging rudder explains all of it, the
-/// model behind the lag. Where the rudder moved far while samples were lost, the heading tells when; where there is so
+/// model behind the lag. Where the rudder moved far while samples were lost, the heading shows when; where there is so
 /// little noise that the mean of the rudder over such an interval is not enough, the online estimate is used as well. Under a
 /// large disturbance the intervals reach the online estimate; where validation data give another
-/// model, they reach it, and that of C0 takes the sea of the validation data into account.
+/// model, they reach it, and that of C0 takes the disturbance of the validation data into account.
 pub fn assess(
     record: &Record,
     training: Window,

@@ -110,40 +110,51 @@ pub fn estimate(
             });
         }
     })?;
+    Ok(Pass {
+        online: Online {
+            batch: batch.solve(),
+            theta_at,
+            trace,
+            ..reported(&estimator, segment)
+        },
+        samples_used,
+        rejected: estimator.rejected().into(),
+        accepted,
+    })
+}
+
+/// What the estimator itself says at the end of a segment.
+fn reported(estimator: &Estimator<f64>, segment: &Segment) -> Online {
     let model = estimator.model();
     let covariance = estimator.covariance();
+    let criterion = estimator.settings().convergence;
     // The estimator counts from the first sample that it may learn from.
     let mut times = segment.training.iter().map(|s| s.time_s);
     let warming_s = times.clone().next().map_or(0.0, |first| {
         let learns = times.find(|time| *time >= segment.learns_from_s);
         learns.map_or(0.0, |from| from - first)
     });
-    Ok(Pass {
-        online: Online {
-            method: match estimator.instrument() {
-                Some(_) => EstimateMethod::InstrumentalVariable,
-                None => EstimateMethod::LeastSquares,
-            },
-            model,
-            delta0_rad: model.delta0_rad(),
-            covariance,
-            least_squares: LeastSquares {
-                model: estimator.least_squares_model(),
-                covariance,
-            },
-            batch: batch.solve(),
-            theta_at,
-            convergence: Convergence {
-                detected_s: estimator.converged_s().map(|after_s| after_s + warming_s),
-                threshold: settings.convergence.threshold,
-                consecutive: settings.convergence.consecutive,
-            },
-            trace,
+    Online {
+        method: match estimator.instrument() {
+            Some(_) => EstimateMethod::InstrumentalVariable,
+            None => EstimateMethod::LeastSquares,
         },
-        samples_used,
-        rejected: estimator.rejected().into(),
-        accepted,
-    })
+        model,
+        delta0_rad: model.delta0_rad(),
+        covariance,
+        least_squares: LeastSquares {
+            model: estimator.least_squares_model(),
+            covariance,
+        },
+        batch: None,
+        theta_at: BTreeMap::new(),
+        convergence: Convergence {
+            detected_s: estimator.converged_s().map(|after_s| after_s + warming_s),
+            threshold: criterion.threshold,
+            consecutive: criterion.consecutive,
+        },
+        trace: Vec::new(),
+    }
 }
 
 /// The sample with its heading continued from the one before, which the vehicle left at `yaw_rate_rad_s`.

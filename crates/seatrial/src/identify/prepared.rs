@@ -23,7 +23,7 @@ pub struct Prepared<'a> {
     pub accepted: &'a [Sample<f64>],
     /// The estimate made sample by sample.
     pub online: YawModel<f64>,
-    /// What the samples tell of the log.
+    /// How good the log is.
     pub log: LogStatistics,
     /// The usual interval between samples of the window, s.
     pub interval_s: Option<f64>,

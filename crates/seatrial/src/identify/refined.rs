@@ -10,7 +10,7 @@ use crate::identification::{EstimateMethod, Intervals, Refined};
 
 /// [`seatrial_core::refine::refine`] of samples.
 ///
-/// Of a record of more than 10 000 samples only the most excited segment is used. `samples` are finite and increase in
+/// Only the most excited segment of a record of more than 10 000 samples is used. `samples` are finite and increase in
 /// time; headings may be wrapped; a sample's rudder acts until the next.
 pub fn refined_estimate(
     samples: &[Sample<f64>],

@@ -41,12 +41,12 @@ use likelihood::{A11, A21, CROSS_FLOW, Comparisons, LAG, PARAMETERS, Summit, The
 /// lag, so that a slow servo is not taken for sway. log n is the price of a parameter in Schwarz's criterion (1978).
 ///
 /// A disturbance and a hull explain each other: a sway that is fitted to one realisation of a disturbance can be likelier
-/// than the disturbance itself. What comes after the last stroke of the rudder tells them apart, because
+/// than the disturbance itself. What comes after the last stroke of the rudder distinguishes them, because
 /// a disturbance goes on there and the hull is quiet. Without such a part the first order's own disturbance counts.
 /// How often first order is kept: `model_order` in the examples, `prop_first_order_is_kept` in the tests.
 ///
 /// Valid where the record starts on a straight course with the rudder at rest. The intervals hold given the structure.
-/// Of a record of more than 10 000 samples only the most excited segment is used. `samples` are finite and
+/// Only the most excited segment of a record of more than 10 000 samples is used. `samples` are finite and
 /// increase in time; headings may be wrapped; yaw rates are not used. Over 100 simulated records of each of three plants
 /// the intervals cover the truth in 92 to 96 %. 0.2 s for 330 samples.
 pub fn fit(samples: &[Sample<f64>]) -> Result<SecondOrder, RefineFailure> {

@@ -148,28 +148,7 @@ pub fn minimise<const N: usize>(
         if iterations >= settings.iteration_limit {
             break false;
         }
-        let (worst, second_worst) = (simplex[N], simplex[N - 1]);
-        let centre = centre_of(&simplex[..N]);
-        let on_the_line = |factor: f64| -> [f64; N] {
-            std::array::from_fn(|i| centre[i] + factor * (centre[i] - worst.at[i]))
-        };
-
-        let reflected = vertex(on_the_line(1.0));
-        let replacement = if reflected.cost < best.cost {
-            let expanded = vertex(on_the_line(2.0));
-            Some(if expanded.cost < reflected.cost {
-                expanded
-            } else {
-                reflected
-            })
-        } else if reflected.cost < second_worst.cost {
-            Some(reflected)
-        } else if reflected.cost < worst.cost {
-            Some(vertex(on_the_line(0.5))).filter(|outside| outside.cost <= reflected.cost)
-        } else {
-            Some(vertex(on_the_line(-0.5))).filter(|inside| inside.cost < worst.cost)
-        };
-        match replacement {
+        match replacement(&simplex, &mut vertex) {
             Some(replacement) => simplex[N] = replacement,
             None => {
                 for v in &mut simplex[1..] {
@@ -187,6 +166,31 @@ pub fn minimise<const N: usize>(
         cost: simplex[0].cost,
         iterations,
         converged,
+    }
+}
+
+/// The better vertex on the line from the worst one through the centre of the others. `None` where there is none and the
+/// simplex shrinks. The vertices are in order of cost.
+fn replacement<const N: usize>(
+    simplex: &[Vertex<N>],
+    vertex: &mut impl FnMut([f64; N]) -> Vertex<N>,
+) -> Option<Vertex<N>> {
+    let (best, second_worst, worst) = (simplex[0], simplex[N - 1], simplex[N]);
+    let centre = centre_of(&simplex[..N]);
+    let on_the_line = |factor: f64| -> [f64; N] {
+        std::array::from_fn(|i| centre[i] + factor * (centre[i] - worst.at[i]))
+    };
+    let reflected = vertex(on_the_line(1.0));
+    if reflected.cost < best.cost {
+        let expanded = vertex(on_the_line(2.0));
+        let is_better = expanded.cost < reflected.cost;
+        Some(if is_better { expanded } else { reflected })
+    } else if reflected.cost < second_worst.cost {
+        Some(reflected)
+    } else if reflected.cost < worst.cost {
+        Some(vertex(on_the_line(0.5))).filter(|outside| outside.cost <= reflected.cost)
+    } else {
+        Some(vertex(on_the_line(-0.5))).filter(|inside| inside.cost < worst.cost)
     }
 }
 

@@ -220,7 +220,7 @@ fn average(numbers: &mut Vec<f64>, block: usize) {
     numbers.truncate(blocks);
 }
 
-/// Of columns whose length is a multiple of [`LANES`].
+/// Needs columns whose length is a multiple of [`LANES`].
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; LANES];
     for (a, b) in a
@@ -236,7 +236,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     total_of_lanes(sums)
 }
 
-/// Of a column whose length is a multiple of [`LANES`].
+/// Needs a column whose length is a multiple of [`LANES`].
 fn total(a: &[f64]) -> f64 {
     let mut sums = [0.0; LANES];
     for a in a.as_chunks::<LANES>().0 {

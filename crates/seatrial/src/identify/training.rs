@@ -3,7 +3,7 @@
 use seatrial_core::estimator::EstimatorSettings;
 use seatrial_core::{Sample, YawModel};
 
-use super::error::IdentifyError;
+use super::error::{IdentifyError, WindowUse};
 use super::online::{self, Pass, Segment};
 use super::refusal::{refuse_record, rudder_constant};
 use super::settings::IdentifySettings;
@@ -39,7 +39,11 @@ impl<'a> Training<'a> {
     ) -> Result<Self, IdentifyError> {
         let samples = record.window(training);
         if samples.is_empty() {
-            return Err(IdentifyError::empty_window("training", training, record));
+            return Err(IdentifyError::empty_window(
+                WindowUse::Training,
+                training,
+                record,
+            ));
         }
         let heading_range_rad = validation::heading_range_rad(samples);
         let manoeuvre = manoeuvre_to_learn_from(record, samples)?;

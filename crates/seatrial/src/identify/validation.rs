@@ -3,7 +3,7 @@
 use seatrial_core::validation::{self, GoodnessOfFit};
 use seatrial_core::{Real, Sample, YawModel};
 
-use super::error::IdentifyError;
+use super::error::{IdentifyError, WindowUse};
 use crate::identification::Validation;
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window};
@@ -35,7 +35,11 @@ pub fn validate(
 ) -> Result<Validation, IdentifyError> {
     let samples = record.window(window);
     if samples.is_empty() {
-        return Err(IdentifyError::empty_window("validation", window, record));
+        return Err(IdentifyError::empty_window(
+            WindowUse::Validation,
+            window,
+            record,
+        ));
     }
     let fit = goodness_of_fit(model, samples);
     Ok(Validation {

@@ -44,12 +44,12 @@ pub struct Design {
     pub speeds: Vec<DesignAtSpeed>,
 }
 
-/// What a manoeuvre does and tells at one speed.
+/// What a manoeuvre does and determines at one speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DesignAtSpeed {
     /// Thrust as a fraction of full.
     pub thrust: f64,
-    /// What it tells. `None` where it tells nothing.
+    /// What it determines. `None` where it determines nothing.
     pub expected: Option<Expected>,
     /// Farthest heading from the heading held, rad.
     pub heading_excursion_rad: f64,
@@ -148,7 +148,7 @@ fn at_speed(
 }
 
 /// The prior with so few samples that weighing many manoeuvres is quick, and with so much less noise on each
-/// that they tell the same.
+/// that they determine the same.
 pub(super) fn thinned(prior: &Prior, stage_s: f64) -> Prior {
     let thinning = (stage_s / (ENOUGH_SAMPLES * prior.sample_interval_s))
         .floor()

@@ -1,4 +1,4 @@
-//! What a record of a training stage can tell.
+//! What a record of a training stage can determine.
 
 use nalgebra::Matrix3;
 use seatrial_core::{Sample, Side, Turn, YawModel};
@@ -11,7 +11,7 @@ use crate::propagation::{NORMAL_95, interval_95};
 use crate::record::median_interval_s;
 use crate::verdict::{WIDEST_A22, WIDEST_B2};
 
-/// What a training stage will tell of a22, b2 and C0, in this order, and of what follows from them.
+/// What a training stage will determine of a22, b2 and C0, in this order, and of what follows from them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Expected {
     /// Standard deviations, 1/s, 1/s^2, rad/s^2.
@@ -36,7 +36,7 @@ pub struct Predicted {
 }
 
 impl Expected {
-    /// What these samples tell at best. `None` where they do not excite the model.
+    /// What these samples determine at best. `None` where they do not excite the model.
     pub fn of(samples: &[Sample<f64>], speed: &PriorSpeed, rudder_limit_rad: f64) -> Option<Self> {
         let model = speed.model;
         let covariance = cramer_rao_bound(samples, model, speed.noise)?;
@@ -93,7 +93,7 @@ fn predicted(
     })
 }
 
-/// Half widths of the 95 % intervals of a22 and b2 as fractions of them; infinite where nothing is told.
+/// Half widths of the 95 % intervals of a22 and b2 as fractions of them; infinite where nothing is determined.
 pub(super) fn relative_half_widths(samples: &[Sample<f64>], speed: &PriorSpeed) -> [f64; 2] {
     let theta = speed.model.theta();
     cramer_rao_bound(samples, speed.model, speed.noise).map_or([f64::INFINITY; 2], |covariance| {

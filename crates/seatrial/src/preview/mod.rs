@@ -1,4 +1,4 @@
-//! What a plan will do, and how much it will tell, before anything moves.
+//! What a plan will do, and how much it will determine, before anything moves.
 
 mod design;
 mod expected_vehicle;
@@ -65,7 +65,7 @@ pub struct Preview {
     pub outcome: Option<Outcome>,
     /// Time from the first sample to the last, s, without repeats.
     pub duration_s: f64,
-    /// The same where the vehicle never settles before its time is up, s.
+    /// Duration where the vehicle never settles before its time is up, s.
     pub longest_s: f64,
     /// Southernmost, northernmost, westernmost and easternmost point from the start, m, without repeats.
     pub track_box_m: Option<[f64; 4]>,
@@ -89,12 +89,12 @@ pub struct SpeedPreview {
     pub validate_s: f64,
     /// Farthest heading from the heading held, rad.
     pub heading_excursion_rad: f64,
-    /// What the training stage, as far as the trial comes in it, will tell. `None` where it tells nothing.
+    /// What the training stage, as far as the trial comes in it, will determine. `None` where it determines nothing.
     pub expected: Option<Expected>,
 }
 
 /// Plays the plan, with the trial's own state machine, on a noise-free vehicle of the kind believed in, and says
-/// what the record of each training stage can tell.
+/// what the record of each training stage can determine.
 ///
 /// The intervals are those of the Cramer-Rao bound with the noise of the prior; an estimate does not beat them.
 /// The track box is that of the noise-free track, widened on all sides by

@@ -15,7 +15,7 @@ use super::{Prior, PriorSpeed, excursion_rad};
 const AIM: f64 = 2.0 / 3.0;
 
 /// Longest period, in time constants of the vehicle: each deflection lasts until the yaw rate is within 2 % of
-/// its steady value. Longer ones tell of b2/a22 only.
+/// its steady value. Longer ones determine b2/a22 only.
 const LONGEST_PERIOD: f64 = 8.0;
 /// Shortest period, in time constants.
 const SHORTEST_PERIOD: f64 = 1.0;
@@ -106,7 +106,7 @@ pub struct Recommendation {
 /// It aims at two thirds of the target, which nine of ten trials then reach. Periods from 1 to 8 time constants of
 /// the vehicle are tried; of those within 10 % of the least amplitude the shortest is taken. The lead-in and the time
 /// of observation are the plan's. The amplitude stays within the plan's rudder limit, and within 1/1.3 of its
-/// envelope of heading and yaw rate, since the prior may be wrong by 30 %. A thrust of whose model no doublet tells
+/// envelope of heading and yaw rate, since the prior may be wrong by 30 %. A thrust of whose model no doublet determines
 /// anything is left out.
 pub fn recommend(plan: &Plan<f64>, prior: &Prior, target: Target) -> Vec<Recommendation> {
     let one_each = prior.speeds.iter().map(std::slice::from_ref);
@@ -132,7 +132,7 @@ struct Search<'a> {
     target: Target,
 }
 
-/// What a doublet does and tells at the speed where it does most and at that where it tells least.
+/// What a doublet does and determines at the speed where it does most and at that where it determines least.
 #[derive(Clone, Copy)]
 struct Played {
     amplitude_rad: f64,

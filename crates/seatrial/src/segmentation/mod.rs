@@ -80,7 +80,7 @@ impl Kind {
         }
     }
 
-    /// Was the rudder deflected to both sides, so that damping, rudder and offset can be told apart?
+    /// Was the rudder deflected to both sides, so that damping, rudder and offset can be distinguished?
     pub fn uses_both_hands(self) -> bool {
         matches!(self, Self::Doublet | Self::Multistep | Self::ZigZag)
     }
@@ -100,9 +100,9 @@ pub struct Segment {
     pub first_stroke_s: f64,
     /// Mean rudder angle of the strokes about neutral, rad; the largest of a steady run.
     pub amplitude_rad: f64,
-    /// Mean thrust, a fraction of full, where the samples tell it.
+    /// Mean thrust, a fraction of full, where the samples have it.
     pub thrust: Option<f64>,
-    /// Mean forward speed, m/s, where the samples tell it.
+    /// Mean forward speed, m/s, where the samples have it.
     pub surge_speed_m_s: Option<f64>,
     /// Standard deviation of the heading about its own straight line, up to a first stroke's length after the end, rad.
     pub excitation_rad: f64,

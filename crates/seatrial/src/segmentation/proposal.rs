@@ -71,7 +71,7 @@ enum Key {
 }
 
 impl Key {
-    /// Thrust where every manoeuvre tells it, else speed where every one does.
+    /// Thrust where it is known of every manoeuvre, else speed where that is.
     fn of(segments: &[Segment]) -> Self {
         let has_thrust = |s: &Segment| s.thrust.is_some_and(|t| (0.0..=1.1).contains(&t));
         if segments.iter().all(has_thrust) {
@@ -104,7 +104,7 @@ impl Key {
 
 /// Windows for training and validation, of every speed at which the rudder was deflected to both sides, slowest first.
 ///
-/// Of several manoeuvres the second best excited one validates and the others, eight at most, train. The windows of one
+/// The second best excited of several manoeuvres validates, and the others, eight at most, train. The windows of one
 /// speed do not overlap: each holds the rest before its manoeuvre, 2 time constants of the vehicle, and the response after
 /// it, 5 of them and 3 first strokes at least, as far as the next manoeuvre and the thrust allow. The time constant is 1.5/lambda of the state variable filter that
 /// fits the best excited manoeuvre.

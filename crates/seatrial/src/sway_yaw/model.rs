@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 /// | k | `cross_flow_per_rad_s` | 1/(rad s) | damping per drift, not positive: a hull that drifts turns against its cross flow |
 /// | T_d | `rudder_lag_s` | s | not negative |
 ///
-/// Source: (1)-(2) of the paper. b1 does not appear: heading and rudder alone cannot tell it from a11, a12 and
+/// Source: (1)-(2) of the paper. b1 does not appear: heading and rudder alone cannot distinguish it from a11, a12 and
 /// a21. Without k this is the second-order Nomoto model in full, see [`SwayYawModel::nomoto`]. The term in k is the
 /// moment of the cross-flow drag of a slender hull, integral of -x |v + x r| (v + x r) dx, where the sway
 /// outweighs the swing: -|v| r L^3/6. With a21 = k = 0 it is the first-order model (5)-(7).
@@ -184,7 +184,7 @@ pub(crate) struct Step {
 }
 
 impl Step {
-    /// Of the state after the interval, to the state before.
+    /// Derivative of the state after the interval to the state before.
     pub(crate) fn to_state(&self) -> Matrix3<f64> {
         self.tangent.fixed_rows::<3>(0).transpose()
     }

@@ -104,7 +104,7 @@ pub struct ModelOrder {
     pub threshold: f64,
     /// Comparisons n.
     pub comparisons: usize,
-    /// What the first order leaves unexplained.
+    /// Tests of the prediction errors of the first order.
     pub first_order_residual: Option<ResidualTests>,
 }
 

@@ -1,4 +1,4 @@
-//! What a model leaves unexplained: is the residual white, does it follow the rudder?
+//! Tests of prediction errors: are they white, do they follow the rudder?
 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};

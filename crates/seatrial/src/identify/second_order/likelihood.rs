@@ -49,10 +49,10 @@ pub(super) struct Comparisons {
     fastest_sway_per_s: f64,
 }
 
-/// A residual of this share of the heading's range is the integration's own: no order is told from it.
+/// A residual of this share of the heading's range is the integration's own: no order is decided by it.
 const FLOOR_SHARE: f64 = 1e-6;
 
-/// A sway that remembers for longer than this share of the record is not told from a drifting disturbance, one
+/// A sway that remembers for longer than this share of the record cannot be distinguished from a drifting disturbance, one
 /// that forgets within a comparison not from damping.
 const LONGEST_MEMORY_SHARE: f64 = 1.0 / 8.0;
 
@@ -269,7 +269,7 @@ struct Simulation {
     model: SwayYawModel,
     rudder: Rudder,
     state: SwayYawState,
-    /// Of heading, yaw rate and drift, a column each.
+    /// Sensitivities of heading, yaw rate and drift, a column each.
     sensitivities: SMatrix<f64, PARAMETERS, 3>,
 }
 

@@ -84,7 +84,7 @@ impl Search<'_> {
             .max_by(|a, b| a.likelihood.log.total_cmp(&b.likelihood.log))
     }
 
-    /// The same structure with a lag, from its own summits.
+    /// The structure with a lag besides, from its own summits.
     fn lagging(&self, rigid: &Candidate) -> Option<Candidate> {
         let structure = Structure {
             rudder_lag: true,
@@ -130,7 +130,7 @@ impl Search<'_> {
         })
     }
 
-    /// Of the two poles of a first-order vehicle behind a lag the rudder's response hardly tells which is whose: the
+    /// The rudder's response hardly shows which of the two poles is the vehicle's and which is the lag's: the
     /// slower one is the vehicle's.
     fn slower_than_the_servo(&self, summit: Summit) -> Option<Summit> {
         let is_slower = |theta: &Theta| theta[LAG] * theta[A22].abs() <= 1.0;

@@ -4,7 +4,7 @@ use seatrial_core::validation::GoodnessOfFit;
 use seatrial_core::{Real, Sample, YawModel};
 
 use crate::identification::Validation;
-use crate::identify::error::IdentifyError;
+use crate::identify::error::{IdentifyError, WindowUse};
 use crate::identify::validation;
 use crate::record::{Record, Window};
 use crate::sway_yaw::{SwayYawModel, SwayYawState};
@@ -18,7 +18,11 @@ pub fn validate(
 ) -> Result<Validation, IdentifyError> {
     let samples = record.window(window);
     if samples.is_empty() {
-        return Err(IdentifyError::empty_window("validation", window, record));
+        return Err(IdentifyError::empty_window(
+            WindowUse::Validation,
+            window,
+            record,
+        ));
     }
     let fit = goodness_of_fit(model, samples);
     Ok(Validation {

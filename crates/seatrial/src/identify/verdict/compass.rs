@@ -10,9 +10,9 @@ use crate::identify::checked::Checked;
 
 /// Half widths of the 95 % interval that an error of the compass may take of a parameter, of which 3 are never to be exceeded.
 const HALF_WIDTHS: f64 = 1.5;
-/// And the share of b2 that it may take whatever the interval, and never: a gyro's scale is good to 3 %.
+/// Share of b2 that an error of scale may take whatever the interval, and that it may never take: a gyro's scale is good to 3 %.
 const SCALE_ERROR: [f64; 2] = [0.03, 0.05];
-/// The same of a22 by a late heading: one sample late is 8 to 11 %.
+/// Share of a22 that a late heading may take whatever the interval, and that it may never take: one sample late is 8 to 11 %.
 const LATE_EFFECT: [f64; 2] = [0.08, 0.15];
 
 impl Weighing {

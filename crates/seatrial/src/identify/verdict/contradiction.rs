@@ -24,41 +24,42 @@ pub(super) struct Limits {
     certainty: f64,
     /// As a fraction of the parameter.
     least_difference: f64,
-    /// The error that validation data should tell, as a fraction of the parameter.
-    error_to_tell: f64,
+    /// The error that validation data should show, as a fraction of the parameter.
+    error_to_show: f64,
     parameters: &'static [Parameter],
 }
 
-/// Of a model that is given, on data of its own amplitude: 99 % certainty, and an error of 30 % either way.
+/// Limits for a model that is given, on data of its own amplitude: 99 % certainty, and an error of 30 % either way.
 pub(super) const GIVEN: Limits = Limits {
     certainty: 2.58,
     least_difference: 0.1,
-    error_to_tell: 0.3 / 1.3,
+    error_to_show: 0.3 / 1.3,
     parameters: &[Parameter::Damping, Parameter::Authority],
 };
 
-/// Of a model just trained, on data of another amplitude: 99.9 % certainty, and only of b2, since a22 of a sound hull
+/// Limits for a model just trained, on data of another amplitude: 99.9 % certainty, and only of b2, since a22 of a sound hull
 /// may depend on the amplitude (the REMUS 100's by a quarter between 15 and 8.6 deg of rudder).
 pub(super) const TRAINED: Limits = Limits {
     certainty: 3.29,
     least_difference: 0.3,
-    error_to_tell: 1.0 / 0.7 - 1.0,
+    error_to_show: 1.0 / 0.7 - 1.0,
     parameters: &[Parameter::Authority],
 };
 
-/// Of a rudder that did less per degree at the larger angle of the training, as one that stops at 0.7 of it: 99 % to that side.
+/// Limits for a rudder that did less per degree at the larger angle of the training, as one that stops at 0.7 of it: 99 % to that side.
 pub(super) const STOPPED: Limits = Limits {
     certainty: 2.33,
     ..TRAINED
 };
 
-/// How surely such an error should be told: 99 %, in standard deviations.
+/// Probability with which such an error should be shown: 99 %, in standard deviations.
 const POWER: f64 = 2.33;
 
 /// From a [`weakness`] of this one such error in five is missed.
 pub(super) const BLIND: f64 = 1.4;
 
-/// How many times more certain the validation data would have to be to tell the error that they should, where they are not.
+/// How many times more certain the validation data would have to be to show the error that they should. `None` where they are
+/// certain enough.
 ///
 /// ```text
 /// (certainty + 2.33) sqrt(P' + P) / (error |theta|),   the largest of all parameters
@@ -72,7 +73,7 @@ pub(super) fn weakness(
     let of = |parameter: &Parameter| {
         let i = parameter.index();
         let variance = other.covariance[i][i] + covariance.map_or(0.0, |c| c[i][i]);
-        let error = limits.error_to_tell * model.theta()[i].abs();
+        let error = limits.error_to_show * model.theta()[i].abs();
         (limits.certainty + POWER) * variance.sqrt() / error
     };
     let weakness = limits.parameters.iter().map(of).fold(0.0, f64::max);

@@ -1,6 +1,6 @@
 //! Are the parameters known well enough, and does the model describe its own record?
 
-use seatrial_core::YawModel;
+use seatrial_core::{GoodnessOfFit, YawModel};
 
 use super::{Share, Weighing};
 use crate::figures::{percent, r2_text, three_figures};
@@ -17,7 +17,7 @@ const LEAST_TRAINING_R2: f64 = 0.60;
 /// Largest half width of the 95 % interval of a22, as a fraction of it, with which a model is accepted.
 pub const WIDEST_A22: f64 = 0.5;
 
-/// The same of b2.
+/// Largest half width of the 95 % interval of b2, as a fraction of it, with which a model is accepted.
 pub const WIDEST_B2: f64 = 0.3;
 
 /// From this R^2 of the yaw rate of validation data it follows the rudder: one that jams leaves the heading to drift, and nothing of its rate.
@@ -28,10 +28,10 @@ const FOLLOWS_THE_RUDDER: f64 = 0.5;
 const NOTED_DISAGREEMENT: f64 = 0.25;
 const LARGEST_DISAGREEMENT: f64 = 0.75;
 
-/// Effect of a lag that nobody told of, in half widths of the 95 % interval, from which it is noted.
+/// Effect of a lag that is not in the log, in half widths of the 95 % interval, from which it is noted.
 const NOTED_LAG_EFFECT: f64 = 0.5;
 
-/// And the share of the parameter under which it is not, whatever the interval.
+/// Share of the parameter under which the effect of a lag is not noted, whatever the interval.
 const LEAST_LAG_EFFECT: f64 = 0.02;
 
 /// Chance explains as much in one sound record of a thousand.
@@ -65,8 +65,8 @@ impl Weighing {
                     .into(),
             );
         }
-        // Of a vehicle that is not of first order the interval tells how far the methods are apart; validation data
-        // tell whether the model holds all the same, unless their yaw rate does not follow the rudder.
+        // The interval of a vehicle that is not of first order says how far the methods are apart. Validation data
+        // decide whether the model holds, unless their yaw rate does not follow the rudder.
         let is_structural = checked.explained.structural_misfit().is_some();
         let validation_decides = is_structural
             && checked.validation.is_some_and(|validation| {
@@ -220,6 +220,17 @@ impl Weighing {
                 ),
             );
         }
+        self.misfit(checked);
+        if model.b2_per_s2 < 0.0 {
+            self.note(
+                ReasonCode::SignReversed,
+                "b2 is negative: a positive rudder angle turns towards decreasing heading in this log; keep this sign, or negate the rudder channel".into(),
+            );
+        }
+        self.training_fit(&checked.training_fit);
+    }
+
+    fn misfit(&mut self, checked: &Checked) {
         if let Some(share) = checked.explained.structural_misfit() {
             self.note(
                 ReasonCode::ModelOrder,
@@ -244,14 +255,11 @@ impl Weighing {
                 ),
             );
         }
-        if model.b2_per_s2 < 0.0 {
-            self.note(
-                ReasonCode::SignReversed,
-                "b2 is negative: a positive rudder angle turns towards decreasing heading in this log; keep this sign, or negate the rudder channel".into(),
-            );
-        }
-        let heading = checked.training_fit.r2_heading_offset_refit;
-        let yaw_rate = checked.training_fit.r2_yaw_rate;
+    }
+
+    fn training_fit(&mut self, fit: &GoodnessOfFit<f64>) {
+        let heading = fit.r2_heading_offset_refit;
+        let yaw_rate = fit.r2_yaw_rate;
         // A heading that cannot be simulated is not described; a yaw rate may be unknown.
         if heading.unwrap_or(0.0) < LEAST_TRAINING_R2
             || yaw_rate.is_some_and(|r2| r2 < LEAST_TRAINING_R2)

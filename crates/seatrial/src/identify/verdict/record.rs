@@ -4,7 +4,8 @@ use super::Weighing;
 use crate::figures::{degrees, three_figures};
 use crate::identification::ReasonCode;
 use crate::identify::checked::Checked;
-use crate::record::rudder_text;
+use crate::identify::log_statistics::LogStatistics;
+use crate::record::{RudderUnit, rudder_text};
 
 /// Share of rejected samples from which the record is noted, and from which it is refused.
 const NOTED_REJECTED_SHARE: f64 = 0.01;
@@ -22,35 +23,14 @@ const NOTED_SPEED_CHANGE: f64 = 0.1;
 const NOTED_JITTER: f64 = 1.5;
 
 /// One side of the rudder this share short of the other is noted.
-const NOTED_SHORT_HAND: f64 = 0.25;
+const NOTED_SHORT_SIDE: f64 = 0.25;
 
 impl Weighing {
     pub(super) fn record(&mut self, checked: &Checked) {
         let log = checked.log;
-        let read = log.samples_used + log.samples_rejected as usize;
-        let share = f64::from(log.samples_rejected) / read.max(1) as f64;
-        let text = format!(
-            "{} of {read} samples were rejected; check the log's clock and its heading channel",
-            log.samples_rejected
-        );
-        if share > LARGEST_REJECTED_SHARE {
-            self.reject(ReasonCode::RejectedSamples, text);
-        } else if share > NOTED_REJECTED_SHARE {
-            self.note(ReasonCode::RejectedSamples, text);
-        }
-
+        self.rejected_samples(log);
         if let Some([first, last]) = log.surge_speed_m_s {
-            let change = (last - first).abs() / (0.5 * (first + last));
-            if change > NOTED_SPEED_CHANGE {
-                self.note(
-                    ReasonCode::SpeedDrifted,
-                    format!(
-                        "the speed went from {} to {} m/s within the training, and b2 goes with its square: the model is that of a mean speed; settle longer, or use less rudder",
-                        three_figures(first),
-                        three_figures(last)
-                    ),
-                );
-            }
+            self.speed(first, last);
         }
         if let Some([usual, long]) = log.interval_s
             && long > NOTED_JITTER * usual
@@ -64,33 +44,66 @@ impl Weighing {
                 ),
             );
         }
-
-        if let Some(sides @ [positive, negative]) = log.rudder_sides_rad {
-            let (less, more) = (positive.min(negative), positive.max(negative));
-            if less < (1.0 - NOTED_SHORT_HAND) * more {
-                let [positive, negative] = sides.map(|side| rudder_text(log.rudder_unit, side));
-                self.note(
-                    ReasonCode::RudderSaturated,
-                    format!(
-                        "from rest the rudder went {positive} to the positive side and {negative} to the other: if it was asked for the same, it stops at the lesser; train with less than that, or trim the rudder"
-                    ),
-                );
-            }
+        if let Some(sides) = log.rudder_sides_rad {
+            self.rudder_sides(sides, log.rudder_unit);
         }
-
         self.compass(checked);
+        if let Some(step_rad) = log.heading_step_rad {
+            self.heading_step(step_rad, log.heading_range_rad);
+        }
+    }
 
-        let Some(step) = log.heading_step_rad else {
-            return;
-        };
+    fn rejected_samples(&mut self, log: &LogStatistics) {
+        let read = log.samples_used + log.samples_rejected as usize;
+        let share = f64::from(log.samples_rejected) / read.max(1) as f64;
+        let text = format!(
+            "{} of {read} samples were rejected; check the log's clock and its heading channel",
+            log.samples_rejected
+        );
+        if share > LARGEST_REJECTED_SHARE {
+            self.reject(ReasonCode::RejectedSamples, text);
+        } else if share > NOTED_REJECTED_SHARE {
+            self.note(ReasonCode::RejectedSamples, text);
+        }
+    }
+
+    fn speed(&mut self, first: f64, last: f64) {
+        let change = (last - first).abs() / (0.5 * (first + last));
+        if change > NOTED_SPEED_CHANGE {
+            self.note(
+                ReasonCode::SpeedDrifted,
+                format!(
+                    "the speed went from {} to {} m/s within the training, and b2 goes with its square: the model is that of a mean speed; settle longer, or use less rudder",
+                    three_figures(first),
+                    three_figures(last)
+                ),
+            );
+        }
+    }
+
+    fn rudder_sides(&mut self, sides: [f64; 2], unit: RudderUnit) {
+        let [positive, negative] = sides;
+        let (less, more) = (positive.min(negative), positive.max(negative));
+        if less < (1.0 - NOTED_SHORT_SIDE) * more {
+            let [positive, negative] = sides.map(|side| rudder_text(unit, side));
+            self.note(
+                ReasonCode::RudderSaturated,
+                format!(
+                    "from rest the rudder went {positive} to the positive side and {negative} to the other: if it was asked for the same, it stops at the lesser; train with less than that, or trim the rudder"
+                ),
+            );
+        }
+    }
+
+    fn heading_step(&mut self, step_rad: f64, range_rad: f64) {
         let text = format!(
             "the heading comes in steps of {} deg over a range of {} deg; log it finer or turn further",
-            degrees(step),
-            degrees(log.heading_range_rad)
+            degrees(step_rad),
+            degrees(range_rad)
         );
-        if step > COARSEST_QUANTISATION * log.heading_range_rad {
+        if step_rad > COARSEST_QUANTISATION * range_rad {
             self.reject(ReasonCode::Quantised, text);
-        } else if step > NOTED_QUANTISATION * log.heading_range_rad {
+        } else if step_rad > NOTED_QUANTISATION * range_rad {
             self.note(ReasonCode::Quantised, text);
         }
     }

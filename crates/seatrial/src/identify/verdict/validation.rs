@@ -102,7 +102,7 @@ impl Weighing {
 
     fn weakly_validated(&mut self, times: f64, wrong: &str, refuses: bool) {
         let text = format!(
-            "the validation data by themselves are too uncertain to tell {wrong}: validate with {} times the rudder, or with {} manoeuvres, or in calmer water",
+            "the validation data by themselves are too uncertain to show {wrong}: validate with {} times the rudder, or with {} manoeuvres, or in calmer water",
             three_figures(times),
             (times * times).ceil()
         );
