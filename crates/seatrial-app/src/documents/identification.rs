@@ -87,3 +87,10 @@ impl IdentificationDocument {
         }
     }
 }
+
+impl IdentifiedLog {
+    /// What `seatrial identify --json` prints.
+    pub fn document(&self) -> IdentificationDocument {
+        IdentificationDocument::of(self)
+    }
+}
