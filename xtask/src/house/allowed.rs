@@ -2,8 +2,6 @@
 
 /// Findings as `cargo xtask house --list` prints them, without what is in parentheses.
 pub const ALLOWED: &[&str] = &[
-    "circle seatrial-core/heading_control, heading_loop",
-    "circle seatrial-core/refine: cholesky, series",
     "circle seatrial-dash/access, api, convert, guard, history, live, page, refusal, routes, series, shared, stream, trials, workshop",
     "circle seatrial-dash/api: access, history, live, trial",
     "circle seatrial-ffi/control, estimator, fixed_rate, memory",
@@ -16,18 +14,13 @@ pub const ALLOWED: &[&str] = &[
     "circle seatrial-sim/config, faults, plant, sensors",
     "circle seatrial-sim/helm, instruments",
     "circle seatrial-sim/six_dof: driven, vehicle",
-    "circle seatrial/gain_allowance, identification, identify",
     "file crates/seatrial-cli/src/inspect.rs",
-    "file crates/seatrial-cli/src/logbook.rs",
     "file crates/seatrial-cli/src/plan.rs",
-    "file crates/seatrial-core/src/estimator.rs",
     "file crates/seatrial-dash/src/trials.rs",
     "file crates/seatrial-links/src/autopilot/preflight.rs",
     "file crates/seatrial-links/src/autopilot/speaker.rs",
     "file crates/seatrial-links/src/ros2_vehicle/mod.rs",
-    "file crates/seatrial/src/sums/lanes.rs",
     "function seatrial-cli yaw",
-    "function seatrial-core check",
     "function seatrial-logs new",
     "function seatrial-report estimates",
     "function seatrial-report figure",
@@ -36,11 +29,11 @@ pub const ALLOWED: &[&str] = &[
 ];
 
 /// Functions of more than 60 lines, where they are more than the plan allows.
-pub const LONG_FUNCTIONS: usize = 71;
+pub const LONG_FUNCTIONS: usize = 57;
 
 /// Lines with a `Result` whose error is a `String`, by crate.
 pub const STRING_ERRORS: &[(&str, usize)] = &[
-    ("seatrial", 13),
+    ("seatrial", 4),
     ("seatrial-app", 2),
     ("seatrial-links", 25),
     ("seatrial-logbook", 1),
