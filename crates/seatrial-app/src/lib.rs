@@ -1,4 +1,4 @@
-//! What a person does with seatrial, each once for every edge: the terminal, the dashboard, Python.
+#![doc = include_str!("../README.md")]
 
 pub mod conduct;
 pub mod documents;

@@ -1,0 +1,22 @@
+//! The examples, run as they stand.
+
+#[path = "../examples/gains_to_autopilot.rs"]
+#[allow(dead_code, reason = "main is not called here")]
+mod gains_to_autopilot;
+#[path = "../examples/identify_log.rs"]
+#[allow(dead_code, reason = "main is not called here")]
+mod identify_log;
+
+#[test]
+fn recover_a_log_is_identified_at_each_of_its_speeds() {
+    let found = identify_log::run(None).unwrap();
+    let models = found.models.as_ref().expect("two speeds");
+    assert_eq!(models.len(), 2);
+    assert!(models.iter().all(|model| model.verdict.accepted));
+}
+
+#[test]
+fn io_gains_become_parameters_of_an_autopilot() {
+    let parameters = gains_to_autopilot::run(None).unwrap();
+    assert!(parameters.contains("\nATC_STR_ANG_P,"), "{parameters}");
+}
