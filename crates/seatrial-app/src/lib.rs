@@ -5,6 +5,7 @@ pub mod documents;
 mod error;
 pub mod fleet;
 pub mod identify_log;
+pub mod inspect_log;
 pub mod logs;
 pub mod models;
 pub mod paper;

@@ -9,6 +9,7 @@ use seatrial::Campaign;
 use seatrial::preview::{self, Preview};
 use seatrial_app::conduct::{Conducted, Watch, conduct};
 use seatrial_app::identify_log::{Options, identify_opened};
+use seatrial_app::inspect_log::Inspection;
 use seatrial_app::logs::{self, Unobserved};
 use seatrial_core::{Plan, Vehicle};
 use seatrial_dash::api::{self, LogReading};
@@ -17,7 +18,6 @@ use seatrial_sim::FaultyVehicle;
 use serde::Serialize;
 
 use crate::autopilot::{LinkArgs, Taken};
-use crate::inspect::Inspection;
 use crate::log::{ChannelArgs, quantity_and_unit};
 use crate::output::{Exit, Failure, Output, say};
 use crate::{prior, vehicle};

@@ -14,7 +14,6 @@ pub const ALLOWED: &[&str] = &[
     "circle seatrial-sim/config, faults, plant, sensors",
     "circle seatrial-sim/helm, instruments",
     "circle seatrial-sim/six_dof: driven, vehicle",
-    "file crates/seatrial-cli/src/inspect.rs",
     "file crates/seatrial-cli/src/plan.rs",
     "file crates/seatrial-dash/src/trials.rs",
     "file crates/seatrial-links/src/autopilot/preflight.rs",
