@@ -1,0 +1,317 @@
+//! The average over all disturbances, with and without a lag.
+
+use core::f64::consts::TAU;
+
+use super::noise::{Noise, whiten};
+use super::normal::{above_zero, below};
+use super::peak::{Peak, Search};
+use super::record::{A22, B2, DELAY, FIRST, LAG2, PARAMETERS, Record};
+
+/// Time constants of a disturbance, in time constants of the vehicle.
+const TIME_CONSTANTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
+
+/// Ratio between neighbouring strengths of the disturbance.
+const STRENGTH_RATIO: f64 = 2.5;
+
+/// Most strengths looked at either way.
+const MOST_STRENGTHS: usize = 20;
+
+/// A disturbance of more than this share of the rudder's effect explains any record.
+const LARGEST_SHARE: f64 = 1.0;
+
+/// A log likelihood this far below the best has no weight.
+const NEGLIGIBLE: f64 = 7.0;
+
+/// Passes of Gauss and Newton: the first search, and one from its neighbour.
+const FIRST_PASSES: u32 = 25;
+const MORE_PASSES: u32 = 8;
+
+/// What is believed of lag and disturbance before a record is seen.
+#[derive(Clone, Copy, Debug)]
+pub struct Prior {
+    /// Probability that the rudder acts at once.
+    prompt: f64,
+    /// Probability of no disturbance.
+    none: f64,
+    /// Median of its standard deviation over the rudder's effect.
+    median_share: f64,
+    /// Standard deviation of the logarithm of that share.
+    log_deviation: f64,
+}
+
+/// The prior that the estimate is the mean under.
+pub const EXPECTED: Prior = Prior {
+    prompt: 0.95,
+    none: 0.7,
+    median_share: 0.02,
+    log_deviation: 0.7,
+};
+
+/// The prior of the interval, which should also hold for a record that is worse than expected.
+pub const CAUTIOUS: Prior = Prior {
+    prompt: 0.2,
+    none: 0.3,
+    median_share: 0.05,
+    log_deviation: 1.0,
+};
+
+impl Prior {
+    fn log_of(&self, hypothesis: &Hypothesis) -> f64 {
+        let lag = match hypothesis.peak.prompt {
+            true => self.prompt,
+            false => 1.0 - self.prompt,
+        };
+        if hypothesis.share == 0.0 {
+            return (lag * self.none).ln();
+        }
+        let off = (hypothesis.share / self.median_share).ln() / self.log_deviation;
+        let octave = STRENGTH_RATIO.ln() / (self.log_deviation * TAU.sqrt());
+        let any = (1.0 - self.none) / TIME_CONSTANTS.len() as f64;
+        (lag * any * octave).ln() - 0.5 * off * off
+    }
+}
+
+/// A lag or none, a disturbance or none, and what the record says if they are the true ones.
+#[derive(Clone, Copy, Debug)]
+pub struct Hypothesis {
+    /// The likelihood's peak.
+    pub peak: Peak,
+    /// The disturbance's standard deviation over the rudder's effect, b2 times its amplitude; 0 for none.
+    pub share: f64,
+    /// Log of the probability of the record.
+    pub log_evidence: f64,
+    /// Of the parameters.
+    pub mean: [f64; PARAMETERS],
+    /// Of the parameters.
+    pub covariance: [[f64; PARAMETERS]; PARAMETERS],
+}
+
+impl Hypothesis {
+    fn of(peak: Peak, record: &Record) -> Self {
+        let share =
+            peak.noise.relative * peak.noise_rad / (peak.mean[B2].abs() * record.amplitude_rad);
+        let mut covariance = peak.covariance;
+        if peak.prompt {
+            for held in [FIRST, DELAY, LAG2] {
+                covariance[held][held] = 0.0;
+            }
+            return Self {
+                share,
+                log_evidence: peak.log_evidence,
+                mean: peak.mean,
+                covariance,
+                peak,
+            };
+        }
+        let deviation = covariance[LAG2][LAG2].sqrt();
+        let cut = above_zero(peak.mean[LAG2] / deviation);
+        let column: [f64; PARAMETERS] = core::array::from_fn(|i| covariance[i][LAG2] / deviation);
+        Self {
+            share,
+            log_evidence: peak.log_evidence + cut.log_probability,
+            mean: core::array::from_fn(|i| peak.mean[i] + column[i] * cut.shift),
+            covariance: core::array::from_fn(|i| {
+                core::array::from_fn(|j| covariance[i][j] - column[i] * column[j] * cut.narrowing)
+            }),
+            peak,
+        }
+    }
+}
+
+impl Hypothesis {
+    /// Its prediction errors, in standard deviations.
+    pub fn innovations(&self, record: &Record, block: usize) -> Vec<f64> {
+        let around = record.linearised(&self.peak.point, block, self.peak.prompt);
+        let mut rows: Vec<[f64; 1]> = (around.rows.iter()).map(|row| [row[PARAMETERS]]).collect();
+        whiten(&around.time_s, &mut rows, &self.peak.noise);
+        rows.iter()
+            .map(|[error]| error / self.peak.noise_rad)
+            .collect()
+    }
+}
+
+/// All hypotheses of a record.
+#[derive(Clone, Debug)]
+pub struct Hypotheses {
+    /// At least one.
+    pub all: Vec<Hypothesis>,
+    /// Output error with a lag: no disturbance.
+    pub white: Hypothesis,
+    /// Samples of a comparison.
+    pub block: usize,
+}
+
+impl Hypotheses {
+    /// `None` where the record determines no vehicle.
+    pub fn of(record: &Record) -> Option<Self> {
+        let start = record.start()?;
+        let block = record.block(start.0[A22]);
+        let mut all = Vec::new();
+        let mut white = None;
+        let kinds: &[bool] = match record.known_delay_s {
+            Some(_) => &[true],
+            None => &[false, true],
+        };
+        for &prompt in kinds {
+            let mut search = Search::new(record, &start, block, prompt);
+            let none = Noise {
+                relative: 0.0,
+                time_constant_s: 1.0,
+                a22_per_s: start.0[A22],
+            };
+            let Some(calm) = search.peak(none, FIRST_PASSES) else {
+                continue;
+            };
+            let hypothesis = Hypothesis::of(calm, record);
+            white = white.or(Some(hypothesis));
+            all.push(hypothesis);
+            disturbed(record, &search, &calm, |peak| {
+                all.push(Hypothesis::of(*peak, record));
+            });
+        }
+        white.map(|white| Self { all, white, block })
+    }
+
+    fn weights(&self, prior: &Prior) -> Vec<f64> {
+        let logs: Vec<f64> = (self.all.iter())
+            .map(|h| prior.log_of(h) + h.log_evidence)
+            .collect();
+        let best = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let total: f64 = logs.iter().map(|log| (log - best).exp()).sum();
+        logs.iter().map(|log| (log - best).exp() / total).collect()
+    }
+
+    /// The mean of a quantity.
+    pub fn mean_of(&self, prior: &Prior, quantity: impl Fn(&Hypothesis) -> f64) -> f64 {
+        let weights = self.weights(prior);
+        self.all
+            .iter()
+            .zip(weights)
+            .map(|(h, w)| w * quantity(h))
+            .sum()
+    }
+
+    /// The mean of all parameters.
+    pub fn mean(&self, prior: &Prior) -> [f64; PARAMETERS] {
+        let weights = self.weights(prior);
+        core::array::from_fn(|i| {
+            self.all
+                .iter()
+                .zip(&weights)
+                .map(|(h, w)| w * h.mean[i])
+                .sum()
+        })
+    }
+
+    /// Mean square distance from an estimate.
+    pub fn covariance(
+        &self,
+        prior: &Prior,
+        about: &[f64; PARAMETERS],
+    ) -> [[f64; PARAMETERS]; PARAMETERS] {
+        let weights = self.weights(prior);
+        let of = |i: usize, j: usize| {
+            let terms = self.all.iter().zip(&weights).map(|(h, w)| {
+                w * (h.covariance[i][j] + (h.mean[i] - about[i]) * (h.mean[j] - about[j]))
+            });
+            terms.sum()
+        };
+        core::array::from_fn(|i| core::array::from_fn(|j| of(i, j)))
+    }
+
+    /// The 2.5 and 97.5 % points of a parameter, each hypothesis with so much more variance.
+    pub fn interval_95(&self, prior: &Prior, parameter: usize, more: f64) -> [f64; 2] {
+        let normals: Vec<[f64; 3]> = (self.weights(prior).into_iter().zip(&self.all))
+            .map(|(weight, h)| {
+                let variance = h.covariance[parameter][parameter] + more;
+                [
+                    weight,
+                    h.mean[parameter],
+                    variance.max(f64::MIN_POSITIVE).sqrt(),
+                ]
+            })
+            .collect();
+        let ends = |side: f64| {
+            normals
+                .iter()
+                .map(move |[_, mean, d]| mean + side * 8.0 * d)
+        };
+        let lowest = ends(-1.0).fold(f64::INFINITY, f64::min);
+        let highest = ends(1.0).fold(f64::NEG_INFINITY, f64::max);
+        [0.025, 0.975].map(|share| {
+            let (mut low, mut high) = (lowest, highest);
+            for _ in 0..50 {
+                let middle = 0.5 * (low + high);
+                let shares = normals
+                    .iter()
+                    .map(|[w, mean, d]| w * below((middle - mean) / d));
+                match shares.sum::<f64>() < share {
+                    true => low = middle,
+                    false => high = middle,
+                }
+            }
+            0.5 * (low + high)
+        })
+    }
+
+    /// The most probable one.
+    pub fn likeliest(&self, prior: &Prior) -> &Hypothesis {
+        let weights = self.weights(prior);
+        let best = (self.all.iter().zip(weights)).max_by(|a, b| a.1.total_cmp(&b.1));
+        best.map_or(&self.white, |(hypothesis, _)| hypothesis)
+    }
+
+    /// The one of a kind under which the record is likeliest.
+    pub fn likeliest_of(&self, is_of_kind: impl Fn(&Hypothesis) -> bool) -> Option<&Hypothesis> {
+        let of_kind = self.all.iter().filter(|h| is_of_kind(h));
+        of_kind.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
+    }
+
+    /// d[a22, b2] / d delay, 1/s^2 and 1/s^3.
+    pub fn lag_slope(&self) -> [f64; 2] {
+        let lagging = self.likeliest_of(|h| !h.peak.prompt).unwrap_or(&self.white);
+        let of_delay = &lagging.covariance[DELAY];
+        [A22, B2].map(|i| of_delay[i] / of_delay[DELAY])
+    }
+}
+
+/// The peaks of all disturbances that carry weight: for each time constant by octaves of strength from where disturbance and
+/// noise move the heading alike, first to the stronger ones, then to the weaker ones.
+fn disturbed(record: &Record, calm_search: &Search, calm: &Peak, mut take: impl FnMut(&Peak)) {
+    let scale = record.rate_scale(calm.point.0[A22]);
+    for ratio in TIME_CONSTANTS {
+        let noise = |relative: f64, a22_per_s: f64| Noise {
+            relative,
+            time_constant_s: ratio / scale,
+            a22_per_s: a22_per_s.clamp(-3.0 * scale, -0.3 * scale),
+        };
+        let mut search = calm_search.clone();
+        let middle = 0.1 * scale * scale;
+        let Some(first) = search.peak(noise(middle, calm.point.0[A22]), MORE_PASSES) else {
+            continue;
+        };
+        take(&first);
+        let mut likeliest = first.log_evidence;
+        for step in [STRENGTH_RATIO, 1.0 / STRENGTH_RATIO] {
+            let mut search = search.clone();
+            let mut last = first;
+            for _ in 0..MOST_STRENGTHS {
+                let relative = last.noise.relative * step;
+                let next = noise(relative, last.point.0[A22]);
+                let Some(peak) = search.peak(next, MORE_PASSES) else {
+                    break;
+                };
+                take(&peak);
+                likeliest = likeliest.max(peak.log_evidence);
+                let amplitude = peak.mean[B2].abs() * record.amplitude_rad;
+                let share = relative * peak.noise_rad / amplitude;
+                let vanished = step < 1.0 && share < 1e-4;
+                let is_all = step > 1.0 && share > LARGEST_SHARE;
+                if vanished || is_all || peak.log_evidence < likeliest - NEGLIGIBLE {
+                    break;
+                }
+                last = peak;
+            }
+        }
+    }
+}

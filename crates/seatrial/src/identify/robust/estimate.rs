@@ -1,0 +1,233 @@
+//! The robust estimate: which model, how sure, and why.
+
+use super::average::{CAUTIOUS, EXPECTED, Hypotheses};
+use super::misfit::of_the_hull;
+use super::nearest::Nearest;
+use super::record::{A22, B2, C0, DELAY, LAG2, PARAMETERS, Record};
+
+/// Model error of a22 and of b2 as a share of them, in every interval: no vehicle is of first order to the last digit.
+pub const MODEL_ERROR: [f64; 2] = [0.01, 0.007];
+
+/// A disturbance of less than this share of the rudder's effect hides no hull that matters.
+const SMALL_SHARE: f64 = 0.05;
+
+/// From this share on the interval reaches the nearest simulation.
+const LARGE_SHARE: f64 = 0.1;
+
+/// From this share on a disturbance explains anything.
+const LARGEST_SHARE: f64 = 0.5;
+
+/// Chi-square of three parameters that chance exceeds seven times in a thousand, and, where much hangs on it, three times in a hundred.
+const CHANCE: f64 = 12.0;
+const CHANCE_AT_LARGE_SHARES: f64 = 9.0;
+
+/// An interval wider than this share of a22 tells nothing against the nearest simulation.
+const WIDEST: f64 = 0.5;
+
+/// Probability of a rudder that acts at once under which a lag is part of the model.
+const LEAST_PROMPT: f64 = 0.02;
+
+/// 97.5 % of a normal distribution are below so many standard deviations.
+const NORMAL_95: f64 = 1.96;
+
+/// Where a model comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// Restricted likelihood, averaged over lag and disturbance.
+    Averaged,
+    /// The model whose simulation is nearest, where the rest is the hull's and not the sea's.
+    Nearest,
+}
+
+/// A rudder that lags beyond doubt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lag {
+    /// Lag and shift together: what the model behind it takes for its lag, s.
+    pub delay_s: f64,
+    /// 95 % interval, s.
+    pub interval_s: [f64; 2],
+    /// Twice the log of how much likelier the record is than without.
+    pub likelihood_ratio: f64,
+    /// The disturbance that the record would need without, over the rudder's effect.
+    pub share_without: f64,
+}
+
+/// What a lag would change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LagSlope {
+    /// Lag and shift together, s, and its standard deviation.
+    pub delay_s: [f64; 2],
+    /// d[a22, b2] / d delay.
+    pub slope: [f64; 2],
+}
+
+/// The robust estimate of a record.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobustEstimate {
+    /// Which candidate.
+    pub source: Source,
+    /// a22, b2, C0.
+    pub theta: [f64; 3],
+    /// Of theta, with what the candidates disagree about.
+    pub covariance: [[f64; 3]; 3],
+    /// Of theta, were lag and shift known to be as estimated: two records of one vehicle share them.
+    pub covariance_given_delay: [[f64; 3]; 3],
+    /// 95 % intervals of theta.
+    pub interval_95: [[f64; 2]; 3],
+    /// The rudder's lag, where the record asks for one.
+    pub lag: Option<Lag>,
+    /// What a lag does to the model.
+    pub lag_slope: LagSlope,
+    /// Standard deviation of the heading noise of one sample, rad.
+    pub heading_noise_rad: f64,
+    /// Standard deviation of the yaw acceleration disturbance, rad/s^2.
+    pub disturbance_rad_s2: f64,
+    /// The disturbance over the rudder's effect.
+    pub share: f64,
+    /// Chi-square of what a hull adds to the first order: [`of_the_hull`].
+    pub hull: f64,
+    /// Prediction errors of the likeliest model.
+    pub innovations: Vec<f64>,
+    /// Samples of each comparison.
+    pub block: usize,
+}
+
+impl RobustEstimate {
+    /// `None` where the record determines no vehicle.
+    ///
+    /// The averaged likelihood is handed over where the sea explains what the rudder does not. Where the hull does, or nothing can
+    /// tell, it is the nearest simulation; under a large disturbance the interval reaches that one.
+    pub fn of(record: &Record) -> Option<Self> {
+        let hypotheses = Hypotheses::of(record)?;
+        let nearest = Nearest::of(record, &hypotheses);
+        let mean = hypotheses.mean(&EXPECTED);
+        let all = hypotheses.covariance(&CAUTIOUS, &mean);
+        let averaged = (theta_of(&mean), three(&all));
+        let share = hypotheses.mean_of(&EXPECTED, |h| h.share);
+        let likeliest = hypotheses.likeliest(&EXPECTED);
+        let hull = of_the_hull(record, hypotheses.block, likeliest).unwrap_or(0.0);
+        let is_vague = averaged.1[0][0].sqrt() > WIDEST * averaged.0[0].abs();
+        let is_hull = match share {
+            0.0..SMALL_SHARE => false,
+            SMALL_SHARE..LARGE_SHARE => hull > CHANCE,
+            _ => hull > CHANCE_AT_LARGE_SHARES || share > LARGEST_SHARE || is_vague,
+        };
+        let (source, (theta, covariance)) = match is_hull {
+            true => (Source::Nearest, (nearest.theta, nearest.covariance)),
+            false if share > LARGE_SHARE => (Source::Averaged, reaching(averaged, &nearest.theta)),
+            false => (Source::Averaged, averaged),
+        };
+        let covariance = with_model_error(&theta, &covariance);
+        let interval_95 = match source {
+            Source::Averaged if share <= LARGE_SHARE => mixed(&hypotheses, &theta),
+            _ => normal(&theta, &covariance),
+        };
+        Some(Self {
+            source,
+            theta,
+            covariance_given_delay: match source {
+                Source::Averaged => with_model_error(&theta, &given_delay(&all)),
+                Source::Nearest => covariance,
+            },
+            covariance,
+            interval_95,
+            lag: lag(record, &hypotheses, &mean, &all).filter(|_| !is_hull),
+            lag_slope: LagSlope {
+                delay_s: [mean[DELAY], all[DELAY][DELAY].sqrt()],
+                slope: hypotheses.lag_slope(),
+            },
+            heading_noise_rad: hypotheses.mean_of(&EXPECTED, |h| h.peak.noise_rad)
+                * (hypotheses.block as f64).sqrt(),
+            disturbance_rad_s2: hypotheses
+                .mean_of(&EXPECTED, |h| h.peak.noise_rad * h.peak.noise.relative),
+            share,
+            hull,
+            innovations: likeliest.innovations(record, hypotheses.block),
+            block: hypotheses.block,
+        })
+    }
+}
+
+fn theta_of(parameters: &[f64; PARAMETERS]) -> [f64; 3] {
+    [A22, B2, C0].map(|i| parameters[i])
+}
+
+/// a22, b2, C0 of all parameters.
+pub fn three(covariance: &[[f64; PARAMETERS]; PARAMETERS]) -> [[f64; 3]; 3] {
+    const THETA: [usize; 3] = [A22, B2, C0];
+    THETA.map(|i| THETA.map(|j| covariance[i][j]))
+}
+
+/// Covariance of a22, b2 and C0 at the mean delay.
+fn given_delay(covariance: &[[f64; PARAMETERS]; PARAMETERS]) -> [[f64; 3]; 3] {
+    const THETA: [usize; 3] = [A22, B2, C0];
+    let of_delay = covariance[DELAY][DELAY].max(f64::MIN_POSITIVE);
+    THETA.map(|i| {
+        THETA.map(|j| covariance[i][j] - covariance[i][DELAY] * covariance[j][DELAY] / of_delay)
+    })
+}
+
+/// An estimate with a 95 % interval that holds another one, too.
+fn reaching(
+    (theta, covariance): ([f64; 3], [[f64; 3]; 3]),
+    other: &[f64; 3],
+) -> ([f64; 3], [[f64; 3]; 3]) {
+    let away: [f64; 3] = core::array::from_fn(|i| (other[i] - theta[i]) / NORMAL_95);
+    let wide = |i: usize, j: usize| covariance[i][j] + away[i] * away[j];
+    let wide = core::array::from_fn(|i| core::array::from_fn(|j| wide(i, j)));
+    (theta, wide)
+}
+
+fn with_model_error(theta: &[f64; 3], covariance: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    let mut covariance = *covariance;
+    for (i, share) in MODEL_ERROR.iter().enumerate() {
+        covariance[i][i] += (share * theta[i]).powi(2);
+    }
+    covariance
+}
+
+/// Intervals of the hypotheses together, of which some have long tails; they hold the estimate.
+fn mixed(hypotheses: &Hypotheses, theta: &[f64; 3]) -> [[f64; 2]; 3] {
+    let model_error = [MODEL_ERROR[0] * theta[0], MODEL_ERROR[1] * theta[1], 0.0];
+    core::array::from_fn(|i| {
+        let more = model_error[i] * model_error[i];
+        let [low, high] = hypotheses.interval_95(&CAUTIOUS, [A22, B2, C0][i], more);
+        let least = NORMAL_95 * model_error[i].abs();
+        [low.min(theta[i] - least), high.max(theta[i] + least)]
+    })
+}
+
+fn normal(theta: &[f64; 3], covariance: &[[f64; 3]; 3]) -> [[f64; 2]; 3] {
+    core::array::from_fn(|i| {
+        let half_width = NORMAL_95 * covariance[i][i].sqrt();
+        [theta[i] - half_width, theta[i] + half_width]
+    })
+}
+
+/// The lag, where a rudder that acts at once is improbable and the delay is more than a record's timing may be.
+fn lag(
+    record: &Record,
+    hypotheses: &Hypotheses,
+    mean: &[f64; PARAMETERS],
+    covariance: &[[f64; PARAMETERS]; PARAMETERS],
+) -> Option<Lag> {
+    let prompt = hypotheses.mean_of(&EXPECTED, |h| f64::from(u8::from(h.peak.prompt)));
+    let timing_s = 0.5 * record.timing_s;
+    let half_width_s = (NORMAL_95 * covariance[DELAY][DELAY].sqrt()).hypot(timing_s);
+    let delay_s = mean[DELAY];
+    let lag_s = mean[LAG2].max(0.0).sqrt();
+    let interval_s = [
+        (delay_s - half_width_s).min(lag_s),
+        (delay_s + half_width_s).max(lag_s),
+    ];
+    let without = hypotheses.likeliest_of(|h| h.peak.prompt);
+    let with = hypotheses.likeliest_of(|h| !h.peak.prompt)?;
+    (prompt < LEAST_PROMPT && interval_s[0] > 0.0).then(|| Lag {
+        delay_s,
+        interval_s,
+        likelihood_ratio: without.map_or(f64::MAX, |without| {
+            2.0 * (with.log_evidence - without.log_evidence)
+        }),
+        share_without: without.map_or(0.0, |without| without.share),
+    })
+}

@@ -1,0 +1,84 @@
+//! The model whose simulation is nearest to the heading.
+
+use super::average::Hypotheses;
+use super::estimate::three;
+use super::record::{A22, B2, C0, PARAMETERS, Record};
+
+/// Segments whose scatter tells the error of the nearest simulation.
+const SEGMENTS: usize = 10;
+
+/// The mean of the nearest simulations with and without a lag.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// a22, b2, C0.
+    pub theta: [f64; 3],
+    /// Of theta: of white noise, of errors correlated within a segment, and of the lag.
+    pub covariance: [[f64; 3]; 3],
+}
+
+impl Nearest {
+    /// Output error with lag and shift free, from the hypotheses without a disturbance.
+    ///
+    /// Of a vehicle that is not of first order it predicts new manoeuvres best. It is biased where a controller feeds a disturbance of
+    /// the sea back into the rudder.
+    pub fn of(record: &Record, hypotheses: &Hypotheses) -> Self {
+        const THETA: [usize; 3] = [A22, B2, C0];
+        let white = &hypotheses.white;
+        let around = record.linearised(&white.peak.point, hypotheses.block, false);
+        let precision = 1.0 / (white.peak.noise_rad * white.peak.noise_rad);
+        let errors = around.rows.iter().map(|row| {
+            let influence = THETA.map(|i| {
+                let covariance = &white.peak.covariance[i];
+                let sum: f64 = covariance.iter().zip(row).map(|(c, x)| c * x).sum();
+                precision * sum
+            });
+            influence.map(|influence| influence * row[PARAMETERS])
+        });
+        let scatter = scatter(errors, around.rows.len());
+        let calm: Vec<([f64; 3], [[f64; 3]; 3], f64)> = (hypotheses.all.iter())
+            .filter(|h| h.share == 0.0)
+            .map(|h| {
+                (
+                    THETA.map(|i| h.peak.point.0[i]),
+                    three(&h.covariance),
+                    h.log_evidence,
+                )
+            })
+            .collect();
+        let best = calm.iter().map(|c| c.2).fold(f64::NEG_INFINITY, f64::max);
+        let total: f64 = calm.iter().map(|c| (c.2 - best).exp()).sum();
+        let mean_of = |of: &dyn Fn(&[f64; 3], &[[f64; 3]; 3]) -> f64| -> f64 {
+            let terms = calm
+                .iter()
+                .map(|(theta, own, log)| (log - best).exp() * of(theta, own));
+            terms.sum::<f64>() / total
+        };
+        let theta = core::array::from_fn(|i| mean_of(&|theta, _| theta[i]));
+        let own: [[f64; 3]; 3] = core::array::from_fn(|i| {
+            core::array::from_fn(|j| {
+                mean_of(&|at, own| own[i][j] + (at[i] - theta[i]) * (at[j] - theta[j]))
+            })
+        });
+        Self {
+            theta,
+            covariance: core::array::from_fn(|i| {
+                core::array::from_fn(|j| scatter[i][j] + own[i][j])
+            }),
+        }
+    }
+}
+
+/// Covariance of the sum of `errors`, of which there are `count`, from the scatter of their sums over segments.
+fn scatter(errors: impl Iterator<Item = [f64; 3]>, count: usize) -> [[f64; 3]; 3] {
+    let length = count.div_ceil(SEGMENTS).max(1);
+    let mut sums = [[0.0; 3]; SEGMENTS];
+    for (k, error) in errors.enumerate() {
+        for (sum, error) in sums[k / length].iter_mut().zip(error) {
+            *sum += error;
+        }
+    }
+    // Five free parameters make the sums smaller than they are.
+    let factor = SEGMENTS as f64 / (SEGMENTS as f64 - 5.0);
+    let of = |i: usize, j: usize| factor * sums.iter().map(|s| s[i] * s[j]).sum::<f64>();
+    core::array::from_fn(|i| core::array::from_fn(|j| of(i, j)))
+}

@@ -1,0 +1,210 @@
+//! The peak of the restricted likelihood under one noise.
+
+use super::belief::{Equations, LOG_TAU, Solution};
+use super::linearised::{COLUMNS, Linearised};
+use super::noise::{Noise, whiten};
+use super::record::{A22, DELAY, FIRST, LAG2, PARAMETERS, Point, Record};
+
+/// A lag of more time constants of the vehicle is not looked for: it would be the vehicle.
+const LONGEST_LAG: f64 = 1.0;
+
+/// No lag of more than this share of the record is looked for.
+const LONGEST_SHARE: f64 = 0.05;
+
+/// A move of the point by this many standard deviations needs no new linearisation.
+const NEAR: f64 = 0.1;
+
+/// Parameters that no belief bounds: b2, C0, psi0, r0, a22.
+const FREE: f64 = 5.0;
+
+/// A peak of the likelihood as a normal distribution of which v < 0 is to be cut off.
+#[derive(Clone, Copy, Debug)]
+pub struct Peak {
+    /// Noise and disturbance.
+    pub noise: Noise,
+    /// Does the rudder act at once, or with a known delay?
+    pub prompt: bool,
+    /// Where the likelihood is largest with v >= 0.
+    pub point: Point,
+    /// Before the cut.
+    pub mean: [f64; PARAMETERS],
+    /// Before the cut.
+    pub covariance: [[f64; PARAMETERS]; PARAMETERS],
+    /// Standard deviation of the error of a comparison, rad.
+    pub noise_rad: f64,
+    /// Log of the probability of the record, before the cut.
+    pub log_evidence: f64,
+}
+
+/// The search for peaks of one record.
+#[derive(Clone, Debug)]
+pub struct Search<'a> {
+    record: &'a Record,
+    block: usize,
+    prompt: bool,
+    around: Linearised,
+    noise_rad: f64,
+}
+
+impl<'a> Search<'a> {
+    /// From a point, of a `prompt` rudder, which acts at once or with the known delay, or of one that may lag.
+    pub fn new(record: &'a Record, start: &Point, block: usize, prompt: bool) -> Self {
+        let mut start = *start;
+        if prompt {
+            let delay_s = record.known_delay_s.unwrap_or(0.0);
+            start.0[FIRST] = 0.0;
+            start.0[DELAY] = delay_s;
+            start.0[LAG2] = delay_s.max(0.0).powi(2);
+        }
+        let around = record.linearised(&start, block, prompt);
+        let square: f64 = around.rows.iter().map(|row| row[PARAMETERS].powi(2)).sum();
+        Self {
+            record,
+            block,
+            prompt,
+            noise_rad: (square / around.rows.len() as f64).sqrt(),
+            around,
+        }
+    }
+
+    /// Around the last point.
+    pub fn around(&self) -> &Linearised {
+        &self.around
+    }
+
+    /// The peak under one noise, by steps of Gauss and Newton from where the last one was found; a step that makes the fit worse
+    /// is halved. `None` where the record determines no vehicle.
+    pub fn peak(&mut self, noise: Noise, passes: u32) -> Option<Peak> {
+        let mut best: Option<(f64, Linearised)> = None;
+        let mut found = None;
+        for _ in 0..passes {
+            let (peak, square_rad2) = self.step(&noise)?;
+            if let Some((least_rad2, from)) = &best
+                && square_rad2 > *least_rad2 * (1.0 + 1e-9)
+            {
+                let (here, from) = (self.around.point.0, from.point.0);
+                let half = core::array::from_fn(|i| 0.5 * (here[i] + from[i]));
+                self.around = self
+                    .record
+                    .linearised(&Point(half), self.block, self.prompt);
+                continue;
+            }
+            let (next, share) = self.next(&peak);
+            let from = self.around.point.0;
+            let moved = [A22, DELAY, LAG2]
+                .map(|i| (next.0[i] - from[i]).abs() / peak.covariance[i][i].sqrt())
+                .into_iter()
+                .fold(0.0, f64::max);
+            let mean = core::array::from_fn(|i| from[i] + share * (peak.mean[i] - from[i]));
+            let peak = Peak {
+                point: next,
+                mean,
+                ..peak
+            };
+            if moved < NEAR {
+                return Some(peak);
+            }
+            found = Some(peak);
+            let around = self.record.linearised(&next, self.block, self.prompt);
+            best = Some((square_rad2, core::mem::replace(&mut self.around, around)));
+        }
+        if let Some((_, around)) = best {
+            self.around = around;
+        }
+        found
+    }
+
+    /// The normal distribution that the linearised record gives, and the square at the point itself, rad^2.
+    fn step(&mut self, noise: &Noise) -> Option<(Peak, f64)> {
+        let (gram, log_variances) = gram(&self.around, noise);
+        let point = &self.around.point;
+        let n = self.around.rows.len() as f64;
+        let floor_rad = self.record.floor_rad / (self.block as f64).sqrt();
+        let mut noise_rad = self.noise_rad.max(floor_rad);
+        let mut square_rad2 = 0.0;
+        let mut found: Option<(Solution, f64)> = None;
+        for _ in 0..4 {
+            let mut equations = of_data(&gram, noise_rad);
+            match self.prompt {
+                true => equations.believe_in_none(),
+                false => equations.believe_in_lag(self.record, point),
+            }
+            let solution = equations.solve()?;
+            square_rad2 = equations.square * noise_rad * noise_rad;
+            found = Some((solution, equations.log_constant));
+            let next = ((solution.square / (n - FREE)).sqrt() * noise_rad).max(floor_rad);
+            let is_settled = (next / noise_rad - 1.0).abs() < 1e-4;
+            noise_rad = next;
+            if is_settled {
+                break;
+            }
+        }
+        self.noise_rad = noise_rad;
+        let (solution, log_constant) = found?;
+        let parameters = if self.prompt { FREE } else { PARAMETERS as f64 };
+        let rate = point.0[A22].abs().max(0.5 / self.record.duration_s());
+        let peak = Peak {
+            noise: *noise,
+            prompt: self.prompt,
+            point: *point,
+            mean: core::array::from_fn(|i| point.0[i] + solution.change[i]),
+            covariance: solution.covariance,
+            noise_rad,
+            log_evidence: 0.5 * parameters * LOG_TAU + log_constant
+                - rate.ln()
+                - 0.5 * (n * (LOG_TAU + 2.0 * noise_rad.ln()) + log_variances)
+                - 0.5 * (solution.square + solution.log_determinant),
+        };
+        Some((peak, square_rad2))
+    }
+
+    /// The best point with a lag that may be, no further than the linearisation reaches, and the share of the step that is taken.
+    fn next(&self, peak: &Peak) -> (Point, f64) {
+        let from = &self.around.point.0;
+        let rate = from[A22].abs().max(0.5 / self.record.duration_s());
+        let longest_s = (LONGEST_LAG / rate).min(LONGEST_SHARE * self.record.duration_s());
+        let mut next = peak.mean;
+        if !self.prompt {
+            let bounded = next[LAG2].clamp(0.0, longest_s * longest_s);
+            let away = (bounded - next[LAG2]) / peak.covariance[LAG2][LAG2];
+            for (parameter, column) in next.iter_mut().zip(&peak.covariance) {
+                *parameter += column[LAG2] * away;
+            }
+            next[LAG2] = bounded;
+        }
+        let of_damping = (next[A22] - from[A22]).abs() / (0.4 * rate);
+        let of_delay = (next[DELAY] - from[DELAY]).abs() / (0.4 / rate + self.record.interval_s);
+        let share = 1.0 / of_damping.max(of_delay).max(1.0);
+        let point = Point(core::array::from_fn(|i| {
+            from[i] + share * (next[i] - from[i])
+        }));
+        (point, share)
+    }
+}
+
+/// Products of the whitened columns, and the sum of the log variances.
+fn gram(around: &Linearised, noise: &Noise) -> ([[f64; COLUMNS]; COLUMNS], f64) {
+    let mut rows = around.rows.clone();
+    let log_variances = whiten(&around.time_s, &mut rows, noise);
+    let mut gram = [[0.0; COLUMNS]; COLUMNS];
+    for row in &rows {
+        for (i, sums) in gram.iter_mut().enumerate() {
+            for j in i..COLUMNS {
+                sums[j] += row[i] * row[j];
+            }
+        }
+    }
+    (gram, log_variances)
+}
+
+fn of_data(gram: &[[f64; COLUMNS]; COLUMNS], noise_rad: f64) -> Equations {
+    let precision = 1.0 / (noise_rad * noise_rad);
+    Equations {
+        information: core::array::from_fn(|i| {
+            core::array::from_fn(|j| gram[i.min(j)][i.max(j)] * precision)
+        }),
+        right: core::array::from_fn(|i| gram[i][PARAMETERS] * precision),
+        square: gram[PARAMETERS][PARAMETERS] * precision,
+        log_constant: 0.0,
+    }
+}
