@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::environment::skipped;
 use crate::{cargo, succeeds};
 
 /// What the step needs beyond a Rust toolchain, and the Debian packages that bring it.
@@ -94,7 +93,11 @@ pub fn check() -> Result<Option<String>, String> {
             "{} not found; on Debian: apt-get install --no-install-recommends {PACKAGES}",
             missing.join(", ")
         );
-        return skipped("microcontrollers", &message).map(|()| None);
+        if std::env::var_os("CI").is_some() {
+            return Err(message);
+        }
+        eprintln!("SKIPPED: {message}");
+        return Ok(None);
     }
     sources_are_clean()?;
     let expected = parity_vectors()?;

@@ -87,10 +87,3 @@ impl IdentificationDocument {
         }
     }
 }
-
-impl IdentifiedLog {
-    /// What `seatrial identify --json` prints.
-    pub fn document(&self) -> IdentificationDocument {
-        IdentificationDocument::of(self)
-    }
-}

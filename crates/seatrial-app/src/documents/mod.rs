@@ -9,8 +9,6 @@ use seatrial_core::RudderUnit;
 use seatrial_logs::{Counts, LogDescription};
 use serde::{Deserialize, Serialize};
 
-use crate::logs::OpenedLog;
-
 /// `source` in the document of whatever reads a log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Source {
@@ -38,25 +36,6 @@ impl Source {
         LogDescription {
             rudder_unit: self.rudder_unit,
             ..self.description.clone()
-        }
-    }
-}
-
-impl OpenedLog {
-    /// The log as documents show it.
-    pub fn source(&self) -> Source {
-        Source {
-            path: self.path.display().to_string(),
-            sha256: self.sha256.clone(),
-            samples_read: self.counts.samples,
-            median_interval_s: self.record.median_interval_s(),
-            rudder_unit: self.rudder_unit(),
-            servo: self.servo,
-            description: LogDescription {
-                warnings: self.warnings.clone(),
-                ..self.description.clone()
-            },
-            rows: self.counts,
         }
     }
 }

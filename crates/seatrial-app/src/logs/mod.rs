@@ -12,6 +12,7 @@ use seatrial_core::RudderUnit;
 use seatrial_logs::{ChannelChoice, Counts, LogDescription};
 
 use crate::Error;
+use crate::documents::Source;
 use mapping::Mapping;
 use most_excited::MostExcited;
 
@@ -73,6 +74,23 @@ impl OpenedLog {
     /// In what the rudder is: radians, or fractions of a full rudder whose angle nobody told.
     pub fn rudder_unit(&self) -> RudderUnit {
         self.record.rudder_unit
+    }
+
+    /// The log as documents show it.
+    pub fn source(&self) -> Source {
+        Source {
+            path: self.path.display().to_string(),
+            sha256: self.sha256.clone(),
+            samples_read: self.counts.samples,
+            median_interval_s: self.record.median_interval_s(),
+            rudder_unit: self.rudder_unit(),
+            servo: self.servo,
+            description: LogDescription {
+                warnings: self.warnings.clone(),
+                ..self.description.clone()
+            },
+            rows: self.counts,
+        }
     }
 }
 

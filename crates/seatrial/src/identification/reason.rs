@@ -134,6 +134,8 @@ pub enum ReasonCode {
     RejectedSamples,
     /// The speed changed within the training.
     SpeedDrifted,
+    /// A channel is logged too seldom for this vehicle.
+    SampledTooSeldom,
     /// Intervals between samples are uneven.
     ClockJitter,
     /// The rudder stopped short of the angle that was asked for.

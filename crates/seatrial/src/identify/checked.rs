@@ -11,7 +11,7 @@ use super::log_statistics::LogStatistics;
 use super::prepared::Prepared;
 use super::second_order;
 use super::validation::{self, ValidationData};
-use super::validation_estimate::validation_estimate;
+use super::validation_estimate::validation_estimate_behind;
 use crate::identification::{EstimateMethod, HigherOrder, Refined, Validation};
 use crate::manoeuvre::Manoeuvre;
 use crate::record::duration_s;
@@ -95,7 +95,7 @@ impl<'a> Checked<'a> {
                 .map(|manoeuvre| manoeuvre.amplitude_rad),
             independent: data
                 .filter(is_apart)
-                .map(|data| Independent::of(data, prepared, chosen)),
+                .map(|data| Independent::of(data, prepared, explained, chosen)),
         })
     }
 
@@ -113,7 +113,12 @@ impl<'a> Checked<'a> {
 }
 
 impl Independent {
-    fn of(data: ValidationData, prepared: &Prepared, chosen: &Chosen) -> Self {
+    fn of(
+        data: ValidationData,
+        prepared: &Prepared,
+        explained: &Explained,
+        chosen: &Chosen,
+    ) -> Self {
         let samples = data.record.usable(data.window);
         // What a lagging rudder leaves of a first-order model is no match for the model behind the lag.
         let is_comparable = |estimate: &Refined| {
@@ -122,7 +127,16 @@ impl Independent {
         Self {
             length: duration_s(&samples) / duration_s(prepared.samples()),
             largest_jump_rad: CompassError::of(&samples).largest_jump_rad,
-            estimate: validation_estimate(&samples).filter(is_comparable),
+            estimate: validation_estimate_behind(&samples, explained.delay_s())
+                .filter(is_comparable)
+                .map(|estimate| match chosen.lagging() {
+                    // It was made behind the training's lag.
+                    Some(_) => Refined {
+                        method: EstimateMethod::RudderLag,
+                        ..estimate
+                    },
+                    None => estimate,
+                }),
         }
     }
 }

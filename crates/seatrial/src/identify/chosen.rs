@@ -19,6 +19,8 @@ pub enum ModelSource {
     Online,
     /// The refined estimate of a first-order vehicle.
     Refined,
+    /// The first-order vehicle whose simulation is nearest, of a vehicle of higher order.
+    Nearest,
     /// The online estimate with the interval of output error.
     OnlineWithInterval,
     /// The first-order vehicle behind this lagging rudder.
@@ -50,11 +52,7 @@ impl Chosen {
                 joined: None,
             };
         };
-        let widened = intervals::widened(&estimate, &prepared.edge_covariance());
-        let alone = match explained {
-            Explained::Disturbed { .. } => intervals::reaching(&widened, prepared.online),
-            _ => widened,
-        };
+        let alone = intervals::widened(&estimate, &prepared.edge_covariance());
         let (refined, joined) = match joined::join(prepared.training, &alone, others) {
             Some((together, joined)) => (together, Some(joined)),
             None => (alone, None),
@@ -79,6 +77,7 @@ impl Chosen {
 /// From what an estimate was made, before other manoeuvres are joined to it.
 enum Origin<'a> {
     Refined,
+    Nearest,
     Online,
     Lagging(&'a SecondOrder),
 }
@@ -87,6 +86,7 @@ impl Origin<'_> {
     fn source(&self, model: YawModel<f64>) -> ModelSource {
         match self {
             Self::Refined => ModelSource::Refined,
+            Self::Nearest => ModelSource::Nearest,
             Self::Online => ModelSource::OnlineWithInterval,
             Self::Lagging(estimate) => ModelSource::BehindLag(SwayYawModel {
                 a22_per_s: model.a22_per_s,
@@ -102,13 +102,14 @@ impl Origin<'_> {
 fn estimate<'a>(prepared: &Prepared, explained: &'a Explained) -> Option<(Refined, Origin<'a>)> {
     match explained {
         Explained::Unrefined => None,
-        Explained::FirstOrder { fit, .. } | Explained::Disturbed { fit, .. } => {
+        Explained::FirstOrder { fit } | Explained::Disturbed { fit, .. } => {
             Some((fit.refined.clone(), Origin::Refined))
         }
         Explained::BehindLag {
             refined, lagging, ..
-        } => Some((behind_the_lag(refined, lagging), Origin::Lagging(lagging))),
-        Explained::HigherOrder { refined, .. } | Explained::Blurred { refined } => {
+        } => Some((refined.clone(), Origin::Lagging(lagging))),
+        Explained::HigherOrder { refined, .. } => Some((refined.clone(), Origin::Nearest)),
+        Explained::Blurred { refined } => {
             let nearest = output_error(prepared.samples(), Some(prepared.online));
             Some(match nearest {
                 Ok(nearest) => (
@@ -119,22 +120,6 @@ fn estimate<'a>(prepared: &Prepared, explained: &'a Explained) -> Option<(Refine
             })
         }
     }
-}
-
-/// The yaw model of a first-order vehicle whose rudder lags, in place of the refined one, which takes the lag for
-/// damping and a disturbance.
-fn behind_the_lag(refined: &Refined, lagging: &SecondOrder) -> Refined {
-    let model = YawModel::from_theta([
-        lagging.model.a22_per_s,
-        lagging.model.b2_per_s2,
-        lagging.model.c0_rad_per_s2,
-    ]);
-    intervals::around(
-        refined,
-        model,
-        lagging.covariance.into(),
-        EstimateMethod::RudderLag,
-    )
 }
 
 /// The online estimate in place of the refined one, for a record of a vehicle that is not of first order.

@@ -1,9 +1,9 @@
 //! Second link of the chain: which kind of vehicle explains the record.
 
-use super::lag::LagTest;
-use super::misfit::Misfit;
+use super::misfit::is_large_share;
 use super::prepared::Prepared;
-use super::refined::refined_estimate;
+use super::second_order;
+use super::whole_record::robust_estimate;
 use crate::identification::{LagEffect, Refined};
 use crate::sway_yaw::{ResidualTests, SecondOrder};
 
@@ -14,8 +14,6 @@ pub enum Explained {
     FirstOrder {
         /// The estimate.
         fit: FirstOrderFit,
-        /// A model beyond the first order that is likelier, but explains no more than a small misfit.
-        beyond: Option<SecondOrder>,
     },
     /// A first-order vehicle that something other than the rudder turns.
     Disturbed {
@@ -26,16 +24,16 @@ pub enum Explained {
     },
     /// A first-order vehicle whose rudder lags.
     BehindLag {
-        /// The estimate that takes the lag for damping and a disturbance.
+        /// The estimate behind the lag.
         refined: Refined,
-        /// Its misfit.
+        /// What a rudder that acts at once leaves unexplained.
         share: f64,
         /// The model behind the lag.
         lagging: SecondOrder,
     },
     /// A vehicle that is not of first order.
     HigherOrder {
-        /// The first-order estimate.
+        /// The first-order vehicle whose simulation is nearest.
         refined: Refined,
         /// Its misfit.
         share: f64,
@@ -60,55 +58,55 @@ pub struct FirstOrderFit {
     pub residual: Option<ResidualTests>,
     /// What a rudder lag that the log does not contain would do to it.
     pub lag_effect: Option<LagEffect>,
+    /// Lag and shift of the rudder together, s.
+    pub delay_s: f64,
+    /// Covariance of [a22, b2, C0], were that known to be so.
+    pub covariance_given_delay: [[f64; 3]; 3],
 }
 
 impl Explained {
-    /// Refines the online estimate and measures the misfit of the refined one.
+    /// Estimates from the whole record and asks what a first-order vehicle leaves unexplained.
     pub fn of(prepared: &Prepared) -> Self {
         let samples = prepared.samples();
-        let refined = prepared
+        let found = prepared
             .is_to_be_refined()
-            .then(|| refined_estimate(samples, Some(prepared.online)).ok())
+            .then(|| robust_estimate(samples).ok())
             .flatten();
-        let Some(refined) = refined else {
+        let Some(found) = found else {
             return Self::Unrefined;
         };
-        if prepared.is_blurred(&refined) {
-            return Self::Blurred { refined };
+        let share = found.robust.share;
+        if prepared.is_blurred(&found.refined) {
+            return Self::Blurred {
+                refined: found.refined,
+            };
         }
-        let lag = LagTest::of(samples, &refined);
-        let amplitude_rad = prepared.log.rudder_amplitude_rad;
-        let fit = |refined: Refined| FirstOrderFit {
-            residual: lag.and_then(|lag| lag.residual),
-            lag_effect: lag.and_then(|lag| lag.effect_of_an_ordinary_lag(samples, &refined)),
-            refined,
-        };
-        match Misfit::of(samples, &refined, amplitude_rad, lag) {
-            Some(misfit) if misfit.is_structural() => Self::beyond_first_order(refined, misfit),
-            Some(misfit) if misfit.is_large() => Self::Disturbed {
-                fit: fit(refined),
-                share: misfit.share,
-            },
-            misfit => Self::FirstOrder {
-                fit: fit(refined),
-                beyond: misfit.and_then(Misfit::higher_order),
-            },
-        }
-    }
-
-    fn beyond_first_order(refined: Refined, misfit: Misfit) -> Self {
-        let share = misfit.share;
-        match misfit.higher_order() {
-            Some(lagging) if lagging.is_first_order_behind_a_lag() => Self::BehindLag {
-                refined,
+        if found.is_nearest() {
+            return Self::HigherOrder {
+                beyond: second_order::fit(samples)
+                    .ok()
+                    .filter(|estimate| estimate.order.exceeds_first_order()),
+                refined: found.refined,
                 share,
+            };
+        }
+        if let (Some(lagging), Some(lag)) = (found.lagging(), found.robust.lag) {
+            return Self::BehindLag {
+                refined: found.refined,
+                share: lag.share_without,
                 lagging,
-            },
-            beyond => Self::HigherOrder {
-                refined,
-                share,
-                beyond,
-            },
+            };
+        }
+        let fit = FirstOrderFit {
+            lag_effect: found.lag_effect(),
+            delay_s: found.delay_s(),
+            covariance_given_delay: found.robust.covariance_given_delay,
+            residual: found.residual,
+            refined: found.refined,
+        };
+        match is_large_share(share) {
+            true => Self::Disturbed { fit, share },
+            false => Self::FirstOrder { fit },
         }
     }
 
@@ -120,10 +118,18 @@ impl Explained {
         }
     }
 
+    /// Lag and shift of the rudder together, s, where a first-order vehicle describes its record.
+    pub fn delay_s(&self) -> Option<f64> {
+        match self {
+            Self::BehindLag { lagging, .. } => Some(lagging.model.rudder_lag_s),
+            _ => self.first_order().map(|fit| fit.delay_s),
+        }
+    }
+
     /// The estimate of a vehicle of first order that describes its record.
     pub fn first_order(&self) -> Option<&FirstOrderFit> {
         match self {
-            Self::FirstOrder { fit, .. } | Self::Disturbed { fit, .. } => Some(fit),
+            Self::FirstOrder { fit } | Self::Disturbed { fit, .. } => Some(fit),
             _ => None,
         }
     }
@@ -131,9 +137,12 @@ impl Explained {
     /// The model of the order that the record supports, where that is more than the first.
     pub fn higher_order(&self) -> Option<&SecondOrder> {
         match self {
-            Self::FirstOrder { beyond, .. } | Self::HigherOrder { beyond, .. } => beyond.as_ref(),
+            Self::HigherOrder { beyond, .. } => beyond.as_ref(),
             Self::BehindLag { lagging, .. } => Some(lagging),
-            Self::Disturbed { .. } | Self::Blurred { .. } | Self::Unrefined => None,
+            Self::FirstOrder { .. }
+            | Self::Disturbed { .. }
+            | Self::Blurred { .. }
+            | Self::Unrefined => None,
         }
     }
 }

@@ -32,16 +32,6 @@ pub(super) fn widened(refined: &Refined, more: &Matrix3<f64>) -> Refined {
     }
 }
 
-/// The estimate with intervals that reach the online one, for a vehicle that something turned with a large share of the
-/// rudder's effect: it may be what a first-order model misses, and then the online estimate is less wrong.
-pub(super) fn reaching(refined: &Refined, online: YawModel<f64>) -> Refined {
-    let away = Vector3::from(online.theta()) - Vector3::from(refined.model.theta());
-    widened(
-        refined,
-        &(away * away.transpose() / (NORMAL_95 * NORMAL_95)),
-    )
-}
-
 /// Chance explains a difference of C0 up to so many standard deviations (95 %), of a22 and b2 up to so many (99.9 %).
 const CHANCE: [f64; 3] = [3.29, 3.29, NORMAL_95];
 
@@ -163,31 +153,6 @@ mod tests {
             close(a, b);
         }
         close(stage.covariance[0][0], log.covariance[0][0]);
-    }
-
-    #[test]
-    fn exact_the_intervals_reach_the_online_estimate() {
-        let refined = refined_estimate(&doublet(), None).unwrap();
-        let there = reaching(&refined, refined.model).interval_95.a22_per_s;
-        // Rounding of a middle and a half width.
-        assert!((there[1] - refined.interval_95.a22_per_s[1]).abs() < 1e-12);
-        let online = YawModel {
-            a22_per_s: 0.5 * refined.model.a22_per_s,
-            b2_per_s2: 0.7 * refined.model.b2_per_s2,
-            ..refined.model
-        };
-        let reached = reaching(&refined, online);
-        assert_eq!(reached.model, refined.model);
-        // Its own interval is not quite symmetric.
-        let reaches = |[low, high]: [f64; 2], online: f64| {
-            let skew = 0.05 * online.abs();
-            assert!(
-                low - skew < online && online < high + skew,
-                "{low} {online} {high}"
-            );
-        };
-        reaches(reached.interval_95.a22_per_s, online.a22_per_s);
-        reaches(reached.interval_95.b2_per_s2, online.b2_per_s2);
     }
 
     #[test]

@@ -4,6 +4,7 @@ use seatrial_core::Sample;
 
 use super::compass::CompassError;
 use super::online::Pass;
+use super::pace::Pace;
 use super::validation::heading_range_rad;
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, RudderUnit, Window};
@@ -29,6 +30,8 @@ pub struct LogStatistics {
     pub surge_speed_m_s: Option<[f64; 2]>,
     /// The usual interval between samples and the one that one in twenty exceeds, s.
     pub interval_s: Option<[f64; 2]>,
+    /// How often each channel brings something new.
+    pub pace: Option<Pace>,
     /// How the compass parts from the gyro.
     pub compass: CompassError,
     /// Times that the rudder moved far while samples were lost.
@@ -55,6 +58,7 @@ impl LogStatistics {
             heading_step_rad: smallest_heading_step_rad(samples),
             surge_speed_m_s: surge_speeds_m_s(samples),
             interval_s: usual_and_long_interval_s(samples),
+            pace: Pace::of(samples),
             compass: CompassError::of(&pass.accepted),
             hidden_edges,
         }

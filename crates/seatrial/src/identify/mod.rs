@@ -27,15 +27,16 @@ mod excited_segment;
 pub(crate) mod explained;
 pub(crate) mod intervals;
 pub mod joined;
-pub mod lag;
 pub(crate) mod log_statistics;
 pub(crate) mod misfit;
 pub mod online;
 pub mod output_error;
+pub(crate) mod pace;
 pub(crate) mod prepared;
 pub(crate) mod record_series;
 pub mod refined;
 pub(crate) mod refusal;
+pub mod robust;
 pub mod second_order;
 mod settings;
 pub mod simplex;
@@ -45,6 +46,7 @@ mod training;
 pub mod validation;
 mod validation_estimate;
 pub mod verdict;
+pub mod whole_record;
 
 use seatrial_core::heading_loop::LoopTiming;
 

@@ -64,26 +64,6 @@ impl RecordSeries {
         self.series().fit(a22_per_s, disturbance)
     }
 
-    /// [`Series::for_each_innovation`]
-    pub(super) fn innovations(
-        &self,
-        a22_per_s: f64,
-        disturbance: Disturbance,
-        fit: &Fit,
-    ) -> Vec<f64> {
-        let mut innovations = Vec::with_capacity(self.blocks());
-        let take = |innovation| innovations.push(innovation);
-        self.series()
-            .for_each_innovation(a22_per_s, disturbance, fit, take);
-        innovations
-    }
-
-    /// Mean rudder of each comparison, rad.
-    pub(super) fn mean_rudder_rad(&self) -> Vec<f64> {
-        let mean = |block: &[f64]| block.iter().sum::<f64>() / block.len() as f64;
-        self.rudder_rad.chunks_exact(self.block).map(mean).collect()
-    }
-
     /// The means over each block of the responses to b2, C0, psi0 and r0, and of the heading.
     pub(super) fn comparisons(&self, a22_per_s: f64) -> Vec<[f64; 5]> {
         let mut rows = Vec::with_capacity(self.blocks());

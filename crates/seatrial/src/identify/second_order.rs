@@ -13,7 +13,6 @@ use super::record_series::RecordSpan;
 pub use validation::{goodness_of_fit, validate};
 
 use crate::propagation::NORMAL_95;
-use crate::sway_yaw::order::PRICE;
 pub use crate::sway_yaw::{
     ModelOrder, ResidualTest, ResidualTests, SecondOrder, SecondOrderNomoto, Structure,
     SwayYawIntervals, SwayYawModel, SwayYawState,
@@ -126,7 +125,7 @@ impl Candidate {
 
     /// The likelihood ratio against first order that chance explains.
     fn threshold(&self, comparisons: usize) -> f64 {
-        PRICE * self.structure.extra_parameters() as f64 * (comparisons as f64).ln()
+        self.structure.price(comparisons)
     }
 
     fn gain(&self, comparisons: usize) -> f64 {

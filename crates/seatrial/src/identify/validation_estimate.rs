@@ -4,34 +4,23 @@ use seatrial_core::Sample;
 
 use super::edge_times::Edges;
 use super::intervals;
-use super::lag::LagTest;
-use super::misfit::Misfit;
-use super::output_error::output_error;
-use super::refined::refined_estimate;
-use crate::identification::{EstimateMethod, Refined};
+use super::whole_record::robust_estimate_behind;
+use crate::identification::Refined;
 use crate::manoeuvre::Manoeuvre;
 
-/// The estimate from validation data alone: the refined one where a first-order model explains them, or else output error's.
+/// The robust estimate from validation data alone.
 pub fn validation_estimate(samples: &[Sample<f64>]) -> Option<Refined> {
-    let manoeuvre = Manoeuvre::find(samples)?;
+    validation_estimate_behind(samples, None)
+}
+
+/// [`validation_estimate`] of a rudder whose lag and shift together are known from the training, s.
+pub(super) fn validation_estimate_behind(
+    samples: &[Sample<f64>],
+    known_delay_s: Option<f64>,
+) -> Option<Refined> {
+    Manoeuvre::find(samples)?;
     let edges = Edges::of(samples);
     let edge_times = edges.edge_times(None);
-    let samples = &*edge_times.samples;
-    let refined = refined_estimate(samples, None).ok()?;
-    let lag = LagTest::of(samples, &refined);
-    let is_structural = Misfit::of(samples, &refined, manoeuvre.amplitude_rad, lag)
-        .is_some_and(|misfit| misfit.is_structural());
-    let estimate = if is_structural {
-        let nearest = output_error(samples, Some(refined.model)).ok()?;
-        let covariance = nearest.covariance.into();
-        intervals::around(
-            &refined,
-            nearest.model,
-            covariance,
-            EstimateMethod::OutputError,
-        )
-    } else {
-        refined
-    };
-    Some(intervals::widened(&estimate, &edge_times.covariance))
+    let found = robust_estimate_behind(&edge_times.samples, known_delay_s).ok()?;
+    Some(intervals::widened(&found.refined, &edge_times.covariance))
 }

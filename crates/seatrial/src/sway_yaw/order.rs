@@ -8,7 +8,7 @@ use super::residual_tests::ResidualTests;
 /// Likelihood ratio that each parameter more must bring, in log n. Schwarz's 1 is for one structure whose parameters the
 /// simpler model determines; here the best of seven is taken, and a11 means nothing without sway. Set on simulated
 /// first-order plants.
-pub(crate) const PRICE: f64 = 1.5;
+const PRICE: f64 = 1.5;
 
 /// What the yaw model has besides the first order's a22, b2 and C0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -38,6 +38,11 @@ impl Structure {
     /// Has yaw a second state?
     pub fn has_sway(&self) -> bool {
         self.sway_coupling || self.cross_flow
+    }
+
+    /// The likelihood ratio against first order that chance explains, by the number of comparisons.
+    pub fn price(&self, comparisons: usize) -> f64 {
+        PRICE * self.extra_parameters() as f64 * (comparisons as f64).ln()
     }
 
     /// Parameters besides a22, b2 and C0.

@@ -20,9 +20,6 @@ pub const WIDEST_A22: f64 = 0.5;
 /// Largest half width of the 95 % interval of b2, as a fraction of it, with which a model is accepted.
 pub const WIDEST_B2: f64 = 0.3;
 
-/// From this R^2 of the yaw rate of validation data it follows the rudder: one that jams leaves the heading to drift, and nothing of its rate.
-const FOLLOWS_THE_RUDDER: f64 = 0.5;
-
 /// Difference between two methods, as a fraction of the parameter and beyond both intervals, from
 /// which it is noted, and from which the model is refused.
 const NOTED_DISAGREEMENT: f64 = 0.25;
@@ -43,7 +40,10 @@ const LEAST_NOISE: f64 = 1e-3;
 impl Weighing {
     pub(super) fn refined(&mut self, refined: &Refined, checked: &Checked) {
         self.intervals(refined, checked);
-        self.agreement(checked.online, refined);
+        if checked.chosen.lagging().is_none() {
+            // The online estimate takes a lag for damping.
+            self.agreement(checked.online, refined);
+        }
         let Some(fit) = checked.explained.first_order() else {
             return;
         };
@@ -65,16 +65,7 @@ impl Weighing {
                     .into(),
             );
         }
-        // The interval of a vehicle that is not of first order says how far the methods are apart. Validation data
-        // decide whether the model holds, unless their yaw rate does not follow the rudder.
-        let is_structural = checked.explained.structural_misfit().is_some();
-        let validation_decides = is_structural
-            && checked.validation.is_some_and(|validation| {
-                validation
-                    .r2_yaw_rate
-                    .is_none_or(|r2| r2 >= FOLLOWS_THE_RUDDER)
-            });
-        if b2.half_width >= 1.0 && !validation_decides {
+        if b2.half_width >= 1.0 {
             return self.reject(
                 ReasonCode::NotIdentifiable,
                 format!(
@@ -83,7 +74,7 @@ impl Weighing {
                 ),
             );
         }
-        if a22.half_width >= 1.0 && !validation_decides {
+        if a22.half_width >= 1.0 {
             return self.reject(
                 ReasonCode::NotIdentifiable,
                 format!(
@@ -92,7 +83,7 @@ impl Weighing {
                 ),
             );
         }
-        if is_structural {
+        if matches!(checked.explained, Explained::HigherOrder { .. }) {
             // More rudder does not make the vehicle a first-order one.
             return;
         }
@@ -241,7 +232,7 @@ impl Weighing {
                     if matches!(checked.chosen.source, ModelSource::BehindLag(_)) {
                         "a22, b2 and C0 are those behind the lag, which gains must allow for as a delay"
                     } else {
-                        "the online estimate is used and its interval widened"
+                        "the model is the first-order one whose simulation is nearest, and holds for rudder and headings like those of the record"
                     }
                 ),
             );

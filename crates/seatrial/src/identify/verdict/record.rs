@@ -22,6 +22,9 @@ const NOTED_SPEED_CHANGE: f64 = 0.1;
 /// Intervals between samples this many times the usual, one in twenty, are noted.
 const NOTED_JITTER: f64 = 1.5;
 
+/// Longest interval between new values of a channel, in time constants of the vehicle: beyond, a22 is biased by more than its interval.
+const LONGEST_INTERVAL: f64 = 0.2;
+
 /// One side of the rudder this share short of the other is noted.
 const NOTED_SHORT_SIDE: f64 = 0.25;
 
@@ -47,6 +50,7 @@ impl Weighing {
         if let Some(sides) = log.rudder_sides_rad {
             self.rudder_sides(sides, log.rudder_unit);
         }
+        self.pace(checked);
         self.compass(checked);
         if let Some(step_rad) = log.heading_step_rad {
             self.heading_step(step_rad, log.heading_range_rad);
@@ -105,6 +109,26 @@ impl Weighing {
             self.reject(ReasonCode::Quantised, text);
         } else if step_rad > NOTED_QUANTISATION * range_rad {
             self.note(ReasonCode::Quantised, text);
+        }
+    }
+    /// A vehicle's time constant must hold several samples of each channel: how the rudder moved in between is not known.
+    fn pace(&mut self, checked: &Checked) {
+        let Some(pace) = checked.log.pace else {
+            return;
+        };
+        let longest_s = LONGEST_INTERVAL / checked.chosen.model.a22_per_s.abs();
+        for (channel, interval_s) in [("heading", pace.heading_s), ("rudder", pace.rudder_s)] {
+            if interval_s > longest_s {
+                self.reject(
+                    ReasonCode::SampledTooSeldom,
+                    format!(
+                        "the {channel} is new every {} s only, and the vehicle's time constant is {} s: log it at {} Hz or faster (ArduPilot: LOG_BITMASK with fast attitude and RC out, or SERVO_OUTPUT_RAW and ATTITUDE requested at that rate)",
+                        three_figures(interval_s),
+                        three_figures(LONGEST_INTERVAL.recip() * longest_s),
+                        three_figures((1.0 / longest_s).ceil())
+                    ),
+                );
+            }
         }
     }
 }

@@ -64,7 +64,10 @@ impl Weighing {
         let Some(other) = &apart.estimate else {
             return;
         };
-        let (model, covariance) = (&refined.model, Some(&refined.covariance));
+        // Both share the lag of the rudder, whatever it is.
+        let given_delay = checked.explained.first_order();
+        let covariance = given_delay.map_or(&refined.covariance, |fit| &fit.covariance_given_delay);
+        let (model, covariance) = (&refined.model, Some(covariance));
         let saturated = saturated(refined, other, checked);
         let limits = match saturated {
             Some(_) => &STOPPED,

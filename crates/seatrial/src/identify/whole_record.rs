@@ -1,0 +1,194 @@
+//! The robust estimate of samples, as the chain and its documents take it.
+
+use nalgebra::Matrix3;
+use seatrial_core::refine::RefineFailure;
+use seatrial_core::{Sample, YawModel};
+
+use super::excited_segment::most_excited;
+use super::intervals::normal_intervals;
+use super::pace::Pace;
+use super::record_series::RecordSeries;
+use super::robust::estimate::{Lag, RobustEstimate, Source};
+use super::robust::record::Record;
+use crate::identification::{EstimateMethod, Intervals, LagEffect, Refined};
+use crate::sway_yaw::{
+    ModelOrder, ResidualTests, SecondOrder, Structure, SwayYawIntervals, SwayYawModel,
+};
+
+/// The lag whose effect is told, s: that of an ordinary servo.
+const ORDINARY_LAG_S: f64 = 0.1;
+
+/// A lag this many standard deviations away is ruled out by the record itself.
+const RULED_OUT: f64 = 3.0;
+
+/// Fewest samples to estimate from.
+const LEAST_SAMPLES: usize = 20;
+
+/// Headings that repeat in more than this share of the rows are rounded or held, and their step tells their resolution.
+const COARSE_SHARE: f64 = 0.1;
+
+/// What a whole record says of its vehicle.
+#[derive(Clone, Debug)]
+pub struct WholeRecord {
+    /// Model and intervals.
+    pub refined: Refined,
+    /// All that was found.
+    pub robust: RobustEstimate,
+    /// Are the prediction errors of the likeliest model white?
+    pub residual: Option<ResidualTests>,
+    comparisons: usize,
+}
+
+/// The robust estimate of a record: lag, timing, disturbance and error of the model in one likelihood, beside the nearest simulation.
+///
+/// Of a record of more than 10 000 samples only the most excited segment is used. `samples` are finite and increase in time;
+/// headings may be wrapped.
+pub fn robust_estimate(samples: &[Sample<f64>]) -> Result<WholeRecord, RefineFailure> {
+    robust_estimate_behind(samples, None)
+}
+
+/// [`robust_estimate`] of a rudder whose lag and shift together are known from elsewhere, s.
+///
+/// Two records of one vehicle share their lag: what is not known of it makes each of them uncertain, but not their difference.
+pub fn robust_estimate_behind(
+    samples: &[Sample<f64>],
+    known_delay_s: Option<f64>,
+) -> Result<WholeRecord, RefineFailure> {
+    let samples = most_excited(samples);
+    if samples.len() < LEAST_SAMPLES {
+        return Err(RefineFailure::TooShort {
+            found: samples.len(),
+        });
+    }
+    let record = record_of(samples).delayed_by(known_delay_s);
+    let robust = RobustEstimate::of(&record).ok_or(RefineFailure::NotExcited)?;
+    let rudder_rad: Vec<f64> = (record.rudder_rad.chunks_exact(robust.block))
+        .map(|block| block.iter().sum::<f64>() / block.len() as f64)
+        .collect();
+    Ok(WholeRecord {
+        refined: refined(&robust),
+        residual: ResidualTests::of(&robust.innovations, &rudder_rad),
+        comparisons: robust.innovations.len(),
+        robust,
+    })
+}
+
+impl WholeRecord {
+    /// Lag and shift of the rudder together, s.
+    pub fn delay_s(&self) -> f64 {
+        self.robust.lag_slope.delay_s[0]
+    }
+
+    /// Is what the model misses the hull's, not the sea's?
+    pub fn is_nearest(&self) -> bool {
+        self.robust.source == Source::Nearest
+    }
+
+    /// The first-order vehicle behind its lagging rudder, where the record asks for one.
+    pub fn lagging(&self) -> Option<SecondOrder> {
+        let lag = self.robust.lag?;
+        let Refined {
+            model, interval_95, ..
+        } = &self.refined;
+        Some(SecondOrder {
+            order: self.order(&lag),
+            model: SwayYawModel {
+                a22_per_s: model.a22_per_s,
+                b2_per_s2: model.b2_per_s2,
+                c0_rad_per_s2: model.c0_rad_per_s2,
+                a21_per_s2: 0.0,
+                a11_per_s: 0.0,
+                cross_flow_per_rad_s: 0.0,
+                rudder_lag_s: lag.delay_s,
+            },
+            interval_95: SwayYawIntervals {
+                a22_per_s: interval_95.a22_per_s,
+                b2_per_s2: interval_95.b2_per_s2,
+                c0_rad_per_s2: interval_95.c0_rad_per_s2,
+                a21_per_s2: None,
+                a11_per_s: None,
+                cross_flow_per_rad_s: None,
+                rudder_lag_s: Some(lag.interval_s),
+            },
+            covariance: self.refined.covariance,
+            heading_noise_rad: self.refined.heading_noise_rad,
+            disturbance_rad_s2: Some(self.refined.disturbance_rad_s2),
+        })
+    }
+
+    fn order(&self, lag: &Lag) -> ModelOrder {
+        ModelOrder {
+            structure: Structure::LAGGING_RUDDER,
+            likelihood_ratio: lag.likelihood_ratio,
+            cautious_likelihood_ratio: lag.likelihood_ratio,
+            threshold: Structure::LAGGING_RUDDER.price(self.comparisons),
+            comparisons: self.comparisons,
+            first_order_residual: None,
+        }
+    }
+
+    /// What a lag of 0.1 s would do to the model, where the record does not rule it out.
+    pub fn lag_effect(&self) -> Option<LagEffect> {
+        let slope = &self.robust.lag_slope;
+        let [delay_s, deviation_s] = slope.delay_s;
+        let more_s = ORDINARY_LAG_S - delay_s;
+        let model = &self.refined.model;
+        (more_s.abs() < RULED_OUT * deviation_s).then_some(LagEffect {
+            lag_s: ORDINARY_LAG_S,
+            a22_per_s: model.a22_per_s + slope.slope[0] * more_s,
+            b2_per_s2: model.b2_per_s2 + slope.slope[1] * more_s,
+        })
+    }
+}
+
+fn record_of(samples: &[Sample<f64>]) -> Record {
+    let series = RecordSeries::new(samples, 1);
+    let time_s = samples.iter().map(|s| s.time_s - samples[0].time_s);
+    let resolution_rad = resolution_rad(&series.heading_rad);
+    let record = Record::new(
+        time_s.collect(),
+        series.heading_rad,
+        series.rudder_rad,
+        resolution_rad,
+    );
+    match Pace::of(samples) {
+        Some(pace) => record.timed_to(pace.slowest_s()),
+        None => record,
+    }
+}
+
+/// The smallest step of headings that repeat, rad; 0 where they hardly do.
+fn resolution_rad(heading_rad: &[f64]) -> f64 {
+    let steps = heading_rad.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let repeats = steps.clone().filter(|step| *step == 0.0).count();
+    if (repeats as f64) < COARSE_SHARE * heading_rad.len() as f64 {
+        return 0.0;
+    }
+    steps
+        .filter(|step| *step > 1e-9)
+        .fold(f64::INFINITY, f64::min)
+        .min(1.0)
+}
+
+fn refined(robust: &RobustEstimate) -> Refined {
+    let model = YawModel::from_theta(robust.theta);
+    let covariance = Matrix3::from(robust.covariance);
+    Refined {
+        method: match robust.source {
+            Source::Nearest => EstimateMethod::OutputError,
+            Source::Averaged if robust.lag.is_some() => EstimateMethod::RudderLag,
+            Source::Averaged => EstimateMethod::AveragedRestrictedLikelihood,
+        },
+        model,
+        delta0_rad: model.delta0_rad(),
+        interval_95: Intervals {
+            a22_per_s: robust.interval_95[0],
+            b2_per_s2: robust.interval_95[1],
+            c0_rad_per_s2: robust.interval_95[2],
+            ..normal_intervals(&model, &covariance)
+        },
+        covariance: robust.covariance,
+        heading_noise_rad: robust.heading_noise_rad,
+        disturbance_rad_s2: robust.disturbance_rad_s2,
+    }
+}
