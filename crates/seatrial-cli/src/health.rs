@@ -249,6 +249,7 @@ impl Args {
                 &seatrial::Record {
                     samples,
                     rudder_unit,
+                    units: log.record.units,
                 },
             );
             logs.push(log.source());

@@ -80,6 +80,7 @@ pub mod identify;
 pub mod legs;
 pub mod manoeuvre;
 pub mod pitch;
+pub mod plausibility;
 pub mod preview;
 pub mod propagation;
 pub mod record;

@@ -103,8 +103,10 @@ impl Manoeuvre {
             .map(|stroke| stroke.window.to_s)
     }
 
-    /// How far the rudder was deflected to the positive and to the negative side from where it rested before, rad: the medians of all
-    /// strokes. `None` without a rest, or where it was deflected to one side only. Time must not go back in the samples.
+    /// How far the rudder was deflected to the positive and to the negative side, rad: the medians of all strokes, counted from
+    /// where it rested before or from 0, whichever makes the two more equal. A vehicle with a trim rests off the angle
+    /// that its manoeuvre is counted from, and one that is turning does not rest. `None` where nothing comes before the
+    /// manoeuvre, or where the rudder was deflected to one side only. Time must not go back in the samples.
     pub fn sides_rad(&self, samples: &[Sample<f64>]) -> Option<[f64; 2]> {
         let within = |window: Window| {
             let inside = window.of(samples).iter().map(|s| s.rudder_rad);
@@ -117,10 +119,16 @@ impl Manoeuvre {
         let rest_rad = median(within(before).collect())?;
         let side = |positive: bool| {
             let strokes = self.strokes.iter().filter(|s| s.positive == positive);
-            let deflected_rad = median(strokes.flat_map(|s| within(s.window)).collect())?;
-            Some((deflected_rad - rest_rad).abs())
+            median(strokes.flat_map(|s| within(s.window)).collect())
         };
-        Some([side(true)?, side(false)?])
+        let deflected_rad: [f64; 2] = [side(true)?, side(false)?];
+        let from = |middle_rad: f64| deflected_rad.map(|angle_rad| (angle_rad - middle_rad).abs());
+        let unevenness = |[positive, negative]: [f64; 2]| (positive - negative).abs();
+        let (from_rest, from_zero) = (from(rest_rad), from(0.0));
+        Some(match unevenness(from_rest) <= unevenness(from_zero) {
+            true => from_rest,
+            false => from_zero,
+        })
     }
 
     /// The median time from one side to the other, s; the longest stroke where there is no change of
@@ -212,9 +220,19 @@ mod tests {
         assert!((found.half_period_s().unwrap() - 2.0).abs() < 1e-9);
         // The controller's smaller angles take their part in the amplitude.
         assert!((found.amplitude_rad - 0.26).abs() < 0.02);
-        let [positive, negative] = found.sides_rad(&samples(doublet)).unwrap();
-        // From the rest at -0.011; rounding.
-        assert!((positive - 0.271).abs() < 1e-12 && (negative - 0.249).abs() < 1e-12);
+        // From 0: the vehicle rests at its trim, -0.011.
+        assert_eq!(found.sides_rad(&samples(doublet)), Some([0.26, 0.26]));
+        let about_the_trim = |t: f64| doublet(t) - if t < 1.999 { 0.1 } else { 0.111 };
+        let moved = samples(about_the_trim);
+        let [positive, negative] = Manoeuvre::find(&moved).unwrap().sides_rad(&moved).unwrap();
+        // Rounding.
+        assert!((positive - 0.26).abs() < 1e-12 && (negative - 0.26).abs() < 1e-12);
+        let stopping = |t: f64| doublet(t).max(-0.1);
+        let stopped = samples(stopping);
+        assert_eq!(
+            Manoeuvre::find(&stopped).unwrap().sides_rad(&stopped),
+            Some([0.26, 0.1])
+        );
     }
 
     /// The controller takes over with more rudder than the doublet had, and passes compass noise on.

@@ -4,7 +4,11 @@ pub use seatrial_core::RudderUnit;
 use seatrial_core::Sample;
 use serde::{Deserialize, Serialize};
 
+<<<<<<< HEAD
 use crate::figures::three_figures;
+=======
+use crate::plausibility::StatedUnits;
+>>>>>>> 54606f4 ([seatrial] ask whether a log's numbers mean what its columns say)
 
 /// A half-open span of time, `from_s <= t < to_s`, in the record's own seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -83,6 +87,9 @@ pub struct Record {
     /// What their rudder is measured in.
     #[serde(default)]
     pub rudder_unit: RudderUnit,
+    /// In what the columns were that it was read from.
+    #[serde(default, skip_serializing_if = "StatedUnits::are_given")]
+    pub units: StatedUnits,
 }
 
 impl Record {
@@ -143,6 +150,7 @@ impl FromIterator<Sample<f64>> for Record {
         Self {
             samples: samples.into_iter().collect(),
             rudder_unit: RudderUnit::Rad,
+            units: StatedUnits::default(),
         }
     }
 }

@@ -61,6 +61,7 @@ impl Servo {
         Record {
             samples: self.acting(&record.samples),
             rudder_unit: record.rudder_unit,
+            units: record.units,
         }
     }
 

@@ -2,6 +2,7 @@
 
 mod mapping;
 mod most_excited;
+mod stated_units;
 
 use std::path::{Path, PathBuf};
 
@@ -15,6 +16,7 @@ use crate::Error;
 use crate::documents::Source;
 use mapping::Mapping;
 use most_excited::MostExcited;
+pub(crate) use stated_units::stated_units;
 
 /// So many samples are read between two reports of progress.
 const SAMPLES_A_REPORT: u64 = 1 << 16;
@@ -155,6 +157,7 @@ pub fn open(
         None => segment.into_record(),
     };
     record.rudder_unit = reader.description().rudder_unit;
+    record.units = stated_units(reader.description());
 
     let mut late = reader.warnings();
     late.extend(shortened(&record, samples_inside));

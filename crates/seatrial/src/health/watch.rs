@@ -145,6 +145,7 @@ impl Watch {
         let record = Record {
             samples: record.usable(Window::ALL),
             rudder_unit: record.rudder_unit,
+            units: record.units,
         };
         let (Some(first), Some(last)) = (record.samples.first(), record.samples.last()) else {
             return;

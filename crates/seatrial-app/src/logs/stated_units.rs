@@ -1,0 +1,33 @@
+//! The units of a log's columns, as plausibility checks need them.
+
+use seatrial::plausibility::{ColumnUnit, Origin, StatedUnits};
+use seatrial_logs::{Channel, LogDescription, Quantity, UnitSource};
+
+/// Which units a log states for time, heading, rudder and yaw rate, and who says so. A column that a channel file scales
+/// or turns was looked at by a person, and counts as given.
+pub(crate) fn stated_units(description: &LogDescription) -> StatedUnits {
+    let of = |quantity| {
+        description
+            .channels
+            .iter()
+            .find(|channel| channel.quantity == quantity)
+            .map_or_else(ColumnUnit::default, column_unit)
+    };
+    StatedUnits {
+        time: of(Quantity::Time),
+        heading: of(Quantity::Heading),
+        rudder: of(Quantity::Rudder),
+        yaw_rate: of(Quantity::YawRate),
+    }
+}
+
+fn column_unit(channel: &Channel) -> ColumnUnit {
+    ColumnUnit {
+        per_si: 1.0 / channel.scale.abs(),
+        origin: match channel.unit_source {
+            UnitSource::Chosen => Origin::Given,
+            UnitSource::Stated => Origin::Stated,
+            UnitSource::Assumed => Origin::Assumed,
+        },
+    }
+}

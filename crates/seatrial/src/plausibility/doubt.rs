@@ -1,0 +1,236 @@
+//! What may be wrong with a log, and what settles it.
+
+use crate::verdict::three_figures;
+
+/// Something in a log that does not mean what it says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Doubt {
+    /// The heading is in degrees by its column, and in radians by its numbers, or the other way round.
+    HeadingUnit {
+        /// Is the column said to hold degrees?
+        said_degrees: bool,
+        /// The largest number in the column.
+        largest: f64,
+        /// Does it wrap at a full turn of the other unit?
+        wraps: bool,
+    },
+    /// The rudder is in degrees by its column, and in radians by its numbers, or the other way round.
+    RudderUnit {
+        /// Is the column said to hold degrees?
+        said_degrees: bool,
+        /// The largest number in the column.
+        largest: f64,
+    },
+    /// Nothing tells whether the rudder is an angle, a fraction or percent of full.
+    RudderScale {
+        /// What it was taken for.
+        taken_as: &'static str,
+        /// The largest number in the column.
+        largest: f64,
+    },
+    /// Samples are so far apart that the time can hardly be in seconds.
+    TimeUnit {
+        /// The usual interval, in seconds as the column says.
+        interval_s: f64,
+    },
+    /// The time counts 0, 1, 2 as the number of a row does, and nothing shows that a row takes a second.
+    TimeIsIndex,
+    /// The yaw rate contradicts heading and time.
+    RateMismatch(RateMismatch),
+    /// Samples are too far apart for the vehicle's time constant.
+    SlowLog {
+        /// The usual interval, s.
+        interval_s: f64,
+        /// 1/|a22| of the model that was found, s.
+        time_constant_s: f64,
+    },
+    /// The heading is refreshed more slowly than rows are written.
+    HeadingHeld {
+        /// The interval between new headings, s.
+        refresh_s: f64,
+        /// What that may do to a22, as a share of it.
+        effect: f64,
+    },
+    /// The rudder is refreshed more slowly than rows are written.
+    RudderHeld {
+        /// The interval between new rudder angles, s.
+        refresh_s: f64,
+        /// What that may do to a22, as a share of it.
+        effect: f64,
+    },
+    /// Nothing shows whether the rudder goes where its column says.
+    RudderUnchecked,
+    /// There is no yaw rate to compare the heading with.
+    HeadingUnchecked,
+}
+
+/// How the yaw rate and the heading disagree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RateMismatch {
+    /// Change of heading over the integral of the yaw rate.
+    pub ratio: f64,
+    /// The usual interval, in seconds as the column says.
+    pub interval_s: f64,
+    /// Does the time count rows?
+    pub is_index: bool,
+}
+
+/// The share of a22 that a late heading may take; one sample of a 20 Hz log is 8 to 11 %.
+pub(super) const LARGEST_HEADING_EFFECT: f64 = 0.08;
+/// The share of a22 that a held rudder may take where the estimate cannot tell when it moved.
+pub(super) const LARGEST_RUDDER_EFFECT: f64 = 0.3;
+/// Ratios this close to a factor between units are that factor: a compass may deviate by 15 % and a gyro's scale by 3 %.
+const CLOSE: f64 = 0.25;
+
+impl Doubt {
+    /// Its name for programs.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::HeadingUnit { .. } => "heading_unit_doubtful",
+            Self::RudderUnit { .. } => "rudder_unit_doubtful",
+            Self::RudderScale { .. } => "rudder_scale_unknown",
+            Self::TimeUnit { .. } | Self::TimeIsIndex => "time_unit_doubtful",
+            Self::RateMismatch(mismatch) if mismatch.is_reversed() => "yaw_rate_reversed",
+            Self::RateMismatch(_) => "yaw_rate_contradicts",
+            Self::SlowLog { .. } => "logged_too_slowly",
+            Self::HeadingHeld { .. } => "heading_held",
+            Self::RudderHeld { .. } => "rudder_held",
+            Self::RudderUnchecked => "rudder_unchecked",
+            Self::HeadingUnchecked => "heading_unchecked",
+        }
+    }
+
+    /// May no model of the log be used until it is settled?
+    pub fn refuses(&self) -> bool {
+        match self {
+            Self::HeadingHeld { effect, .. } => *effect > LARGEST_HEADING_EFFECT,
+            Self::RudderHeld { effect, .. } => *effect > LARGEST_RUDDER_EFFECT,
+            Self::RateMismatch(mismatch) => !mismatch.is_reversed(),
+            Self::HeadingUnchecked | Self::RudderUnchecked => false,
+            _ => true,
+        }
+    }
+
+    /// What was measured, what it means, and the option that settles it.
+    pub fn text(&self) -> String {
+        match self {
+            Self::HeadingUnit { said_degrees, largest, wraps } => heading_text(*said_degrees, *largest, *wraps),
+            Self::RudderUnit { said_degrees: true, largest } => format!(
+                "the rudder is said to be in degrees and stays within {}, as radians would: say which with --unit rudder=rad or --unit rudder=deg",
+                three_figures(*largest)
+            ),
+            Self::RudderUnit { said_degrees: false, largest } => format!(
+                "the rudder is said to be in radians and reaches {}, which no rudder does: say its unit with --unit rudder=deg",
+                three_figures(*largest)
+            ),
+            Self::RudderScale { taken_as, largest } => format!(
+                "nothing says in which unit the rudder is; it reaches {} and was taken for {taken_as}: say which with --unit rudder=rad or --unit rudder=deg, or, for a share of full rudder, --unit rudder=fraction or --unit rudder=percent with --rudder-range-deg DEG",
+                three_figures(*largest)
+            ),
+            Self::TimeUnit { interval_s } => format!(
+                "samples are {} s apart by the time column, as if it held milliseconds: say which with --unit time=ms or --unit time=s",
+                three_figures(*interval_s)
+            ),
+            Self::TimeIsIndex => "the time counts 0, 1, 2 like the number of a row, and there is no yaw rate to show that a row takes a second: say so with --unit time=s, or choose another column with --time".into(),
+            Self::RateMismatch(mismatch) => mismatch.text(),
+            Self::SlowLog { interval_s, time_constant_s } => format!(
+                "samples are {} s apart, more than a fifth of the vehicle's time constant, {} s or less: what happened between them is not in the log; log at least every {} s (ArduPilot: fast attitude in LOG_BITMASK, or SR0_EXTRA1 and SR0_RC_CHAN for telemetry)",
+                three_figures(*interval_s),
+                three_figures(*time_constant_s),
+                three_figures(time_constant_s / 10.0)
+            ),
+            Self::HeadingHeld { refresh_s, effect } => format!(
+                "the heading changes only every {} s while rows come faster, so that it is late by half of that and a22 is wrong by some {:.0} %: log every heading once, with the time of its measurement",
+                three_figures(*refresh_s),
+                100.0 * effect
+            ),
+            Self::RudderHeld { refresh_s, effect } => format!(
+                "the rudder changes only every {} s while rows come faster; if it moved in between, it is late by half of that and a22 is wrong by some {:.0} %: log the rudder as often as the heading",
+                three_figures(*refresh_s),
+                100.0 * effect
+            ),
+            Self::RudderUnchecked => "nothing in the log shows that the rudder goes where its column says: one that stops at the same share of its command in training and in validation looks like one with less effect, and b2 is then that of the command; log the rudder's own angle".into(),
+            Self::HeadingUnchecked => "the log has no yaw rate to compare the heading with: a compass that deviates would make b2 wrong by its slope, a heading that is late or filtered a22 by twice that time over the time constant, and a course over ground is none; log a gyro's yaw rate, or swing the compass".into(),
+        }
+    }
+}
+
+fn heading_text(said_degrees: bool, largest: f64, wraps: bool) -> String {
+    let (said, other, option, turn) = match said_degrees {
+        true => ("degrees", "radians", "rad", "2 pi"),
+        false => ("radians", "degrees", "deg", "360"),
+    };
+    if wraps {
+        return format!(
+            "the heading is said to be in {said} and wraps at {turn}: it is in {other}; say so with --unit heading={option}"
+        );
+    }
+    let settles = if said_degrees {
+        "--unit heading=rad or --unit heading=deg"
+    } else {
+        "--unit heading=deg or --unit heading=rad"
+    };
+    format!(
+        "the heading is said to be in {said} and stays within {}, as {other} would: say which with {settles}",
+        three_figures(largest)
+    )
+}
+
+impl RateMismatch {
+    /// Is the sense of the yaw rate all that is wrong?
+    pub fn is_reversed(&self) -> bool {
+        is_close(-self.ratio, 1.0)
+    }
+
+    /// Units that would explain the ratio, each with its option.
+    fn explanations(&self) -> Vec<&'static str> {
+        let degree = std::f64::consts::PI / 180.0;
+        let known = [
+            (1e-3, "the time is in milliseconds (--unit time=ms)"),
+            (1e-6, "the time is in microseconds (--unit time=us)"),
+            (1e-9, "the time is in nanoseconds (--unit time=ns)"),
+            (
+                60.0,
+                "the time is in minutes or the yaw rate in degrees a second",
+            ),
+            (
+                degree,
+                "the yaw rate is in degrees a second (--unit yaw_rate=deg/s), or the heading in radians (--unit heading=rad)",
+            ),
+            (
+                1.0 / degree,
+                "the yaw rate is in radians a second (--unit yaw_rate=rad/s), or the heading in degrees (--unit heading=deg)",
+            ),
+        ];
+        known
+            .into_iter()
+            .filter(|(factor, _)| is_close(self.ratio.abs(), *factor))
+            .map(|(_, text)| text)
+            .collect()
+    }
+
+    fn text(&self) -> String {
+        if self.is_reversed() {
+            return "the yaw rate has the opposite sense of the heading: it was not used; negate it with a [channels] file, or leave it out with --yaw-rate none".into();
+        }
+        let explanations = self.explanations();
+        let because = if self.is_index {
+            format!(
+                "the time counts rows, each of some {} s",
+                three_figures(self.ratio.abs() * self.interval_s)
+            )
+        } else if explanations.is_empty() {
+            "time, heading or yaw rate is not in the unit that its column says".into()
+        } else {
+            explanations.join(", or ")
+        };
+        format!(
+            "the heading changes by {} times what the yaw rate says: {because}; if the yaw rate alone is wrong, leave it out with --yaw-rate none",
+            three_figures(self.ratio)
+        )
+    }
+}
+
+fn is_close(ratio: f64, factor: f64) -> bool {
+    ratio > 0.0 && (ratio / factor).ln().abs() < CLOSE
+}

@@ -1,0 +1,51 @@
+//! Do a log's numbers mean what its columns say?
+//!
+//! | doubt | what is compared |
+//! |---|---|
+//! | unit of heading or rudder | the numbers in the file with those that the unit allows |
+//! | scale of the rudder | what the file says of its unit with what it says of the others |
+//! | unit of time or yaw rate | the heading's change with the integral of the yaw rate; without a yaw rate, the interval between samples |
+//! | slow rows, held channels | the interval at which a channel changes with the vehicle's time constant 1/|a22| |
+//!
+//! A unit that the user gave is never doubted: giving it is how a doubt is settled.
+
+mod doubt;
+mod refresh;
+mod turn;
+mod units;
+
+use seatrial_core::Sample;
+
+use crate::record::Record;
+pub use doubt::{Doubt, RateMismatch};
+pub use units::{ColumnUnit, Origin, StatedUnits};
+
+/// What is doubtful about the units of a record's columns, whatever model it gives.
+pub fn unit_doubts(record: &Record) -> Vec<Doubt> {
+    let mut doubts = units::doubts(record);
+    doubts.extend(turn::doubt(record));
+    doubts
+}
+
+/// What is doubtful about how often the channels of a training record were logged, for a vehicle with this damping.
+pub fn timing_doubts(samples: &[Sample<f64>], a22_per_s: f64) -> Vec<Doubt> {
+    if a22_per_s.is_nan() || a22_per_s >= 0.0 {
+        return Vec::new();
+    }
+    refresh::doubts(samples, -1.0 / a22_per_s)
+}
+
+/// What no model of these samples can show, sound or not.
+pub fn unchecked(samples: &[Sample<f64>]) -> Vec<Doubt> {
+    let has_rate = samples
+        .iter()
+        .any(|s| s.yaw_rate_rad_s.is_some_and(f64::is_finite));
+    let heading = (!has_rate).then_some(Doubt::HeadingUnchecked);
+    heading
+        .into_iter()
+        .chain([Doubt::RudderUnchecked])
+        .collect()
+}
+
+#[cfg(test)]
+mod tests;

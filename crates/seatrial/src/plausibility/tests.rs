@@ -1,0 +1,218 @@
+use seatrial_core::{Real, Sample};
+
+use super::*;
+use crate::record::RudderUnit;
+
+const DEG: f64 = 180.0 / std::f64::consts::PI;
+
+fn unit(per_si: f64, origin: Origin) -> ColumnUnit {
+    ColumnUnit { per_si, origin }
+}
+
+/// 30 s at 20 Hz of a turn to and fro through north by 35 deg either way, its rudder a sine of 15 deg.
+fn record(units: StatedUnits) -> Record {
+    let samples = (0..600).map(|k| {
+        let time_s = f64::from(k) * 0.05;
+        Sample {
+            time_s,
+            heading_rad: (0.6 * (0.5 * time_s).sin()).rem_euclid(std::f64::consts::TAU),
+            yaw_rate_rad_s: Some(0.3 * (0.5 * time_s).cos()),
+            rudder_rad: 0.26 * (0.5 * time_s).cos(),
+            ..Sample::default()
+        }
+    });
+    Record {
+        units,
+        ..samples.collect()
+    }
+}
+
+fn stated_degrees() -> StatedUnits {
+    StatedUnits {
+        time: unit(1.0, Origin::Stated),
+        heading: unit(DEG, Origin::Stated),
+        rudder: unit(DEG, Origin::Stated),
+        yaw_rate: unit(DEG, Origin::Stated),
+    }
+}
+
+fn without_rate(mut record: Record) -> Record {
+    for sample in &mut record.samples {
+        sample.yaw_rate_rad_s = None;
+    }
+    record
+}
+
+/// What a reader that believes the unit makes of numbers in another one.
+fn scaled(mut record: Record, heading: f64, rudder: f64, time: f64) -> Record {
+    for sample in &mut record.samples {
+        sample.heading_rad *= heading;
+        sample.rudder_rad *= rudder;
+        sample.time_s *= time;
+    }
+    record
+}
+
+fn codes(record: &Record) -> Vec<&'static str> {
+    unit_doubts(record).iter().map(Doubt::code).collect()
+}
+
+#[test]
+fn exact_sound_units_are_left_alone() {
+    assert_eq!(codes(&record(StatedUnits::default())), [""; 0]);
+    assert_eq!(codes(&record(stated_degrees())), [""; 0]);
+    assert_eq!(codes(&without_rate(record(stated_degrees()))), [""; 0]);
+    let bare = StatedUnits {
+        heading: unit(1.0, Origin::Assumed),
+        rudder: unit(1.0, Origin::Assumed),
+        ..StatedUnits::default()
+    };
+    assert_eq!(codes(&without_rate(record(bare))), [""; 0]);
+}
+
+#[test]
+fn exact_angles_in_the_other_unit_are_found() {
+    let radians_as_degrees = 1.0 / DEG;
+    let lying = scaled(
+        without_rate(record(stated_degrees())),
+        radians_as_degrees,
+        1.0,
+        1.0,
+    );
+    let doubts = unit_doubts(&lying);
+    assert!(doubts[0].text().contains("wraps at 2 pi"), "{doubts:?}");
+    assert!(doubts[0].refuses());
+    // Away from north nothing wraps, but the heading turns by a degree under 15 deg of rudder.
+    let mut away = lying.clone();
+    for sample in &mut away.samples {
+        sample.heading_rad = (sample.heading_rad * DEG + 1.5).rem_euclid(6.28) / DEG;
+    }
+    assert_eq!(codes(&away), ["heading_unit_doubtful"]);
+    away.units.heading.origin = Origin::Given;
+    assert_eq!(codes(&away), [""; 0]);
+    let rudder = scaled(record(stated_degrees()), 1.0, radians_as_degrees, 1.0);
+    assert_eq!(codes(&rudder), ["rudder_unit_doubtful"]);
+}
+
+#[test]
+fn exact_a_rudder_without_scale_is_found() {
+    let bare = |heading, per_si, largest: f64| {
+        let units = StatedUnits {
+            heading,
+            rudder: unit(per_si, Origin::Assumed),
+            ..StatedUnits::default()
+        };
+        codes(&scaled(
+            without_rate(record(units)),
+            1.0,
+            largest / 0.26,
+            1.0,
+        ))
+    };
+    let stated = unit(1.0, Origin::Stated);
+    let assumed = unit(1.0, Origin::Assumed);
+    assert_eq!(bare(stated, 1.0, 0.5), ["rudder_scale_unknown"]);
+    assert_eq!(bare(assumed, 1.0, 0.9), ["rudder_scale_unknown"]);
+    assert_eq!(
+        bare(unit(DEG, Origin::Assumed), 1.0, 0.5),
+        ["rudder_scale_unknown"]
+    );
+    assert_eq!(
+        bare(unit(DEG, Origin::Assumed), DEG, 60.0 / DEG),
+        ["rudder_scale_unknown"]
+    );
+    assert_eq!(bare(unit(DEG, Origin::Assumed), DEG, 30.0 / DEG), [""; 0]);
+    let mut pulses = without_rate(record(stated_degrees()));
+    pulses.rudder_unit = RudderUnit::FullRudder;
+    pulses.units.rudder = unit(400.0, Origin::Assumed);
+    assert_eq!(codes(&pulses), [""; 0]);
+}
+
+#[test]
+fn exact_a_yaw_rate_finds_the_unit_of_time() {
+    let text = |time: f64| {
+        let doubts = unit_doubts(&scaled(record(stated_degrees()), 1.0, 1.0, time));
+        doubts
+            .iter()
+            .map(Doubt::text)
+            .collect::<Vec<_>>()
+            .join("\n")
+    };
+    assert!(text(1000.0).contains("milliseconds"));
+    assert!(text(1.0 / 60.0).contains("minutes"));
+    let index = text(20.0);
+    assert!(index.contains("counts rows, each of some 0.05"), "{index}");
+    let mut reversed = record(stated_degrees());
+    for sample in &mut reversed.samples {
+        sample.yaw_rate_rad_s = sample.yaw_rate_rad_s.map(|rate| -rate);
+    }
+    let doubts = unit_doubts(&reversed);
+    assert_eq!(doubts[0].code(), "yaw_rate_reversed");
+    assert!(!doubts[0].refuses());
+}
+
+#[test]
+fn exact_time_without_a_yaw_rate() {
+    let at = |time: f64| {
+        codes(&scaled(
+            without_rate(record(stated_degrees())),
+            1.0,
+            1.0,
+            time,
+        ))
+    };
+    assert_eq!(at(1000.0), ["time_unit_doubtful"]);
+    // 0.05 s times 20 counts 0, 1, 2.
+    let mut index = without_rate(record(stated_degrees()));
+    for (row, sample) in index.samples.iter_mut().enumerate() {
+        sample.time_s = row as f64;
+    }
+    assert_eq!(codes(&index), ["time_unit_doubtful"]);
+    index.units.time.origin = Origin::Given;
+    assert_eq!(codes(&index), [""; 0]);
+}
+
+/// The record above with the heading of every n-th row until the next, and noise in heading and rudder.
+fn held(heading_rows: usize, rudder_rows: usize) -> Vec<Sample<f64>> {
+    let record = record(StatedUnits::default());
+    let noise = |row: usize| 0.002 * (977.0 * row as f64).sin();
+    (0..record.samples.len())
+        .map(|row| {
+            let (heading, rudder) = (
+                row / heading_rows * heading_rows,
+                row / rudder_rows * rudder_rows,
+            );
+            Sample {
+                heading_rad: (record.samples[heading].heading_rad + noise(heading)).wrapped(),
+                rudder_rad: record.samples[rudder].rudder_rad + noise(rudder),
+                ..record.samples[row]
+            }
+        })
+        .collect()
+}
+
+#[test]
+fn exact_slow_and_held_channels_are_found() {
+    assert_eq!(timing_doubts(&held(1, 1), -1.0), []);
+    assert_eq!(timing_doubts(&held(1, 1), 0.1), []);
+    let slow = timing_doubts(&held(1, 1), -5.0);
+    assert_eq!(slow[0].code(), "logged_too_slowly");
+    let [Doubt::HeadingHeld { refresh_s, effect }] = timing_doubts(&held(4, 1), -1.0)[..] else {
+        panic!("{:?}", timing_doubts(&held(4, 1), -1.0));
+    };
+    // A reading in four that happens to equal the next is rare.
+    assert!((refresh_s - 0.2).abs() < 0.01 && (effect - 0.15).abs() < 0.01);
+    let [Doubt::RudderHeld { refresh_s, .. }] = timing_doubts(&held(1, 20), -1.0)[..] else {
+        panic!("{:?}", timing_doubts(&held(1, 20), -1.0));
+    };
+    assert!((refresh_s - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn exact_steps_of_a_coarse_compass_are_not_held() {
+    let mut samples = held(1, 1);
+    for sample in &mut samples {
+        sample.heading_rad = (sample.heading_rad / 0.0087).round() * 0.0087;
+    }
+    assert_eq!(timing_doubts(&samples, -1.0), []);
+}

@@ -1,0 +1,65 @@
+//! Does the yaw rate integrate to the heading?
+
+use seatrial_core::{Real, Sample};
+
+use super::doubt::{Doubt, RateMismatch};
+use super::units::counts;
+use crate::record::Record;
+
+/// Rows over which a change of heading is compared.
+const SPAN: usize = 5;
+/// Columns that correlate less do not tell each other's unit.
+const LEAST_CORRELATION: f64 = 0.7;
+/// Ratios in which a compass that deviates and a gyro of a wrong scale are left to the compass's own test.
+const SOUND: [f64; 2] = [0.5, 2.0];
+
+/// Change of heading over the integral of the yaw rate, over spans of some rows:
+///
+/// ```text
+/// ratio = sum(d psi * int r dt) / sum((int r dt)^2)
+/// ```
+///
+/// `None` where there is no yaw rate, where it does not follow the heading, or where the two agree.
+pub(super) fn doubt(record: &Record) -> Option<Doubt> {
+    if !record.units.turn_is_open() {
+        return None;
+    }
+    let (mut cross, mut turned_square, mut change_square) = (0.0, 0.0, 0.0);
+    for span in record.samples.chunks(SPAN + 1) {
+        let (Some(change), Some(turned)) = (change_rad(span), turned_rad(span)) else {
+            continue;
+        };
+        cross += change * turned;
+        turned_square += turned * turned;
+        change_square += change * change;
+    }
+    let correlation = cross / (turned_square * change_square).sqrt();
+    let ratio = cross / turned_square;
+    let is_known = correlation.abs() >= LEAST_CORRELATION;
+    let agrees = (SOUND[0]..=SOUND[1]).contains(&ratio);
+    (is_known && !agrees).then(|| {
+        Doubt::RateMismatch(RateMismatch {
+            ratio,
+            interval_s: record.median_interval_s().unwrap_or(f64::NAN),
+            is_index: counts(record),
+        })
+    })
+}
+
+fn change_rad(span: &[Sample<f64>]) -> Option<f64> {
+    let change: f64 = span
+        .windows(2)
+        .map(|pair| Real::wrapped(pair[1].heading_rad - pair[0].heading_rad))
+        .sum();
+    change.is_finite().then_some(change)
+}
+
+fn turned_rad(span: &[Sample<f64>]) -> Option<f64> {
+    span.windows(2)
+        .map(|pair| {
+            let (before, after) = (pair[0].yaw_rate_rad_s?, pair[1].yaw_rate_rad_s?);
+            Some(0.5 * (before + after) * (pair[1].time_s - pair[0].time_s))
+        })
+        .sum::<Option<f64>>()
+        .filter(|turned| turned.is_finite())
+}

@@ -1,0 +1,226 @@
+//! The units that a log states, and numbers that they do not allow.
+
+use serde::{Deserialize, Serialize};
+
+use super::doubt::Doubt;
+use crate::record::Record;
+
+/// Who says in which unit a column is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Origin {
+    /// The user.
+    #[default]
+    Given,
+    /// The log.
+    Stated,
+    /// Nobody: it was taken from the values.
+    Assumed,
+}
+
+/// A column's unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ColumnUnit {
+    /// Numbers in the column for one SI unit: 57.3 for degrees.
+    pub per_si: f64,
+    /// Who says so.
+    pub origin: Origin,
+}
+
+impl Default for ColumnUnit {
+    fn default() -> Self {
+        Self {
+            per_si: 1.0,
+            origin: Origin::Given,
+        }
+    }
+}
+
+impl ColumnUnit {
+    fn is_degrees(&self) -> bool {
+        (self.per_si.to_radians() - 1.0).abs() < 0.01
+    }
+
+    fn is_open(&self) -> bool {
+        self.origin != Origin::Given
+    }
+}
+
+/// The units of the columns that a record was read from. The default is SI, and given.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StatedUnits {
+    /// Time.
+    pub time: ColumnUnit,
+    /// Heading.
+    pub heading: ColumnUnit,
+    /// Rudder; its numbers for one radian, or for full rudder.
+    pub rudder: ColumnUnit,
+    /// Yaw rate.
+    pub yaw_rate: ColumnUnit,
+}
+
+impl StatedUnits {
+    /// Did the caller give them all, as one does who makes samples?
+    pub fn are_given(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Did the log say, or was it assumed, what time, heading or yaw rate are?
+    pub(super) fn turn_is_open(&self) -> bool {
+        [self.time, self.heading, self.yaw_rate]
+            .iter()
+            .any(ColumnUnit::is_open)
+    }
+}
+
+/// A full turn in radians with some room for rounding.
+const TURN_RAD: f64 = 6.3;
+/// More turns than a heading in radians unwraps to in a trial, rad.
+const MANY_TURNS_RAD: f64 = 40.0;
+/// A step by this share of a turn is a wrap.
+const WRAP: f64 = 0.8;
+/// A sluggish vehicle changes its heading by at least this share of the rudder's range; a heading in radians beside a
+/// rudder in degrees by 0.01 to 0.09.
+const LEAST_TURN: f64 = 0.1;
+/// A rudder within this number is no rudder in degrees.
+const RADIANS: f64 = 0.6;
+/// A rudder beyond this number is no rudder in radians: 92 deg.
+const LARGEST_RUDDER_RAD: f64 = 1.6;
+/// Rudders are used up to these angles.
+const USUAL_RUDDER_RAD: f64 = 0.7;
+const USUAL_RUDDER_DEG: f64 = 46.0;
+/// Nobody logs a manoeuvre at longer intervals, s; milliseconds of 20 Hz are 50.
+const LONGEST_INTERVAL_S: f64 = 40.0;
+/// And where every stamp is a whole number.
+const LONGEST_WHOLE_INTERVAL_S: f64 = 15.0;
+
+/// Compares the numbers with what their units allow.
+pub(super) fn doubts(record: &Record) -> Vec<Doubt> {
+    [heading(record), rudder(record), time(record)]
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+/// A column's numbers as they stand in the file.
+fn numbers(
+    record: &Record,
+    of: fn(&seatrial_core::Sample<f64>) -> f64,
+    unit: &ColumnUnit,
+) -> Vec<f64> {
+    record
+        .samples
+        .iter()
+        .map(|sample| of(sample) * unit.per_si)
+        .filter(|number| number.is_finite())
+        .collect()
+}
+
+fn largest(numbers: &[f64]) -> f64 {
+    numbers
+        .iter()
+        .fold(0.0, |largest: f64, n| largest.max(n.abs()))
+}
+
+fn range(numbers: &[f64]) -> f64 {
+    let low = numbers.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    (high - low).max(0.0)
+}
+
+fn heading(record: &Record) -> Option<Doubt> {
+    let unit = &record.units.heading;
+    if !unit.is_open() {
+        return None;
+    }
+    let headings = numbers(record, |s| s.heading_rad, unit);
+    let largest = largest(&headings);
+    let said_degrees = unit.is_degrees();
+    let turn = if said_degrees {
+        std::f64::consts::TAU
+    } else {
+        360.0
+    };
+    let wraps = headings
+        .windows(2)
+        .any(|pair| (WRAP * turn..=1.001 * turn).contains(&(pair[1] - pair[0]).abs()));
+    let is_doubtful = if said_degrees {
+        largest <= TURN_RAD && (wraps || turns_too_little(record, &headings))
+    } else {
+        largest > MANY_TURNS_RAD && (wraps || unit.origin == Origin::Stated)
+    };
+    is_doubtful.then_some(Doubt::HeadingUnit {
+        said_degrees,
+        largest,
+        wraps,
+    })
+}
+
+/// Does the heading change by less than a tenth of the rudder's range?
+fn turns_too_little(record: &Record, headings_deg: &[f64]) -> bool {
+    if record.rudder_unit != crate::record::RudderUnit::Rad {
+        return false;
+    }
+    let rudders: Vec<f64> = record.samples.iter().map(|s| s.rudder_rad).collect();
+    range(headings_deg) < LEAST_TURN * range(&rudders).to_degrees()
+}
+
+fn rudder(record: &Record) -> Option<Doubt> {
+    let (unit, heading) = (&record.units.rudder, &record.units.heading);
+    let rudders = numbers(record, |s| s.rudder_rad, unit);
+    let largest = largest(&rudders);
+    if !unit.is_open() || largest == 0.0 {
+        return None;
+    }
+    let is_angle = record.rudder_unit == crate::record::RudderUnit::Rad;
+    let said_degrees = unit.is_degrees();
+    if unit.origin == Origin::Stated {
+        let is_doubtful = is_angle
+            && match said_degrees {
+                true => largest <= RADIANS,
+                false => largest > LARGEST_RUDDER_RAD,
+            };
+        return is_doubtful.then_some(Doubt::RudderUnit {
+            said_degrees,
+            largest,
+        });
+    }
+    let (taken_as, usual) = match (is_angle, said_degrees) {
+        (true, true) => ("degrees", USUAL_RUDDER_DEG),
+        // Full rudder was given in degrees.
+        (true, false) if unit.per_si != 1.0 => return None,
+        (true, false) => ("radians", USUAL_RUDDER_RAD),
+        // A pulse width shows by its values, and its b2 is that of full rudder.
+        (false, _) if unit.per_si > 100.5 => return None,
+        (false, _) => ("a share of full rudder", 0.0),
+    };
+    // A log that states the unit of its heading would state that of an angle of the rudder.
+    let others_are_stated = heading.origin == Origin::Stated;
+    let is_beside_others =
+        heading.origin == Origin::Assumed && heading.is_degrees() != said_degrees;
+    (largest > usual || others_are_stated || is_beside_others)
+        .then_some(Doubt::RudderScale { taken_as, largest })
+}
+
+fn time(record: &Record) -> Option<Doubt> {
+    let unit = &record.units.time;
+    let (first, interval_s) = (record.samples.first()?, record.median_interval_s()?);
+    if !unit.is_open() || unit.per_si != 1.0 {
+        return None;
+    }
+    let is_whole = record.samples.iter().all(|s| s.time_s.fract() == 0.0);
+    if interval_s >= LONGEST_INTERVAL_S || (is_whole && interval_s >= LONGEST_WHOLE_INTERVAL_S) {
+        return Some(Doubt::TimeUnit { interval_s });
+    }
+    let has_rate = record.samples.iter().any(|s| s.yaw_rate_rad_s.is_some());
+    (!has_rate && [0.0, 1.0].contains(&first.time_s) && counts(record))
+        .then_some(Doubt::TimeIsIndex)
+}
+
+/// Does the time go up by exactly 1 with every row?
+pub(super) fn counts(record: &Record) -> bool {
+    record
+        .samples
+        .windows(2)
+        .all(|pair| pair[1].time_s - pair[0].time_s == 1.0)
+}
