@@ -87,6 +87,7 @@ pub mod record;
 pub mod savitzky_golay;
 pub mod segmentation;
 pub mod servo;
+pub mod stated_units;
 pub mod step;
 pub mod study;
 pub mod surge;

@@ -4,11 +4,8 @@ pub use seatrial_core::RudderUnit;
 use seatrial_core::Sample;
 use serde::{Deserialize, Serialize};
 
-<<<<<<< HEAD
 use crate::figures::three_figures;
-=======
-use crate::plausibility::StatedUnits;
->>>>>>> 54606f4 ([seatrial] ask whether a log's numbers mean what its columns say)
+use crate::stated_units::StatedUnits;
 
 /// A half-open span of time, `from_s <= t < to_s`, in the record's own seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

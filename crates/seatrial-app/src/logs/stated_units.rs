@@ -1,6 +1,6 @@
 //! The units of a log's columns, as plausibility checks need them.
 
-use seatrial::plausibility::{ColumnUnit, Origin, StatedUnits};
+use seatrial::stated_units::{ColumnUnit, Origin, StatedUnits};
 use seatrial_logs::{Channel, LogDescription, Quantity, UnitSource};
 
 /// Which units a log states for time, heading, rudder and yaw rate, and who says so. A column that a channel file scales

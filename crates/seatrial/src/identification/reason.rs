@@ -168,6 +168,28 @@ pub enum ReasonCode {
     AuthorityChanged,
     /// a22 changes over speed in a way that one vehicle's does not.
     DampingChanged,
+    /// The heading's numbers are not in the unit that its column says.
+    HeadingUnitDoubtful,
+    /// The rudder's numbers are not in the unit that its column says.
+    RudderUnitDoubtful,
+    /// Nothing tells in which unit the rudder is.
+    RudderScaleUnknown,
+    /// The time is not in the unit that its column says.
+    TimeUnitDoubtful,
+    /// The yaw rate contradicts heading and time.
+    YawRateContradicts,
+    /// The yaw rate has the opposite sense of the heading.
+    YawRateReversed,
+    /// Samples are too far apart for the vehicle.
+    LoggedTooSlowly,
+    /// The heading is refreshed more slowly than rows are written.
+    HeadingHeld,
+    /// The rudder is refreshed more slowly than rows are written.
+    RudderHeld,
+    /// There is no yaw rate to compare the heading with.
+    HeadingUnchecked,
+    /// Nothing shows whether the rudder goes where its column says.
+    RudderUnchecked,
     /// The trial was aborted.
     Aborted,
     /// The run was not finished.

@@ -14,6 +14,7 @@ use super::validation::{self, ValidationData};
 use super::validation_estimate::validation_estimate_behind;
 use crate::identification::{EstimateMethod, HigherOrder, Refined, Validation};
 use crate::manoeuvre::Manoeuvre;
+use crate::plausibility::{self, Doubt};
 use crate::record::duration_s;
 
 /// The chosen model and what its own record and validation data say of it: all that a verdict weighs.
@@ -28,6 +29,8 @@ pub struct Checked<'a> {
     pub explained: &'a Explained,
     /// The model that goes to the controller.
     pub chosen: &'a Chosen,
+    /// What in the log, or in that of the validation data, may not mean what it says.
+    pub doubts: Vec<Doubt>,
     /// The model of higher order on validation data, where the record supports one.
     pub higher_order: Option<HigherOrder>,
     /// R^2 on the training record itself.
@@ -83,6 +86,7 @@ impl<'a> Checked<'a> {
             online: prepared.online,
             needs_interval: prepared.is_to_be_refined(),
             explained,
+            doubts: doubts(prepared, chosen, data),
             chosen,
             higher_order,
             training_fit: match chosen.lagging() {
@@ -110,6 +114,23 @@ impl<'a> Checked<'a> {
             },
         )
     }
+}
+
+/// Doubts about the log that trains, about the one that validates, and about how often the vehicle was looked at.
+fn doubts(prepared: &Prepared, chosen: &Chosen, data: Option<ValidationData>) -> Vec<Doubt> {
+    let mut doubts = prepared.log.unit_doubts.clone();
+    let others = data.map_or_else(Vec::new, |data| plausibility::unit_doubts(data.record));
+    doubts.extend(
+        others
+            .into_iter()
+            .filter(|doubt| !prepared.log.unit_doubts.contains(doubt)),
+    );
+    doubts.extend(plausibility::timing_doubts(
+        prepared.accepted,
+        chosen.model.a22_per_s,
+    ));
+    doubts.extend(prepared.log.unchecked.iter().cloned());
+    doubts
 }
 
 impl Independent {

@@ -7,6 +7,7 @@ use super::online::Pass;
 use super::pace::Pace;
 use super::validation::heading_range_rad;
 use crate::manoeuvre::Manoeuvre;
+use crate::plausibility::{self, Doubt};
 use crate::record::{Record, RudderUnit, Window};
 
 /// How good the log of a training is.
@@ -36,6 +37,10 @@ pub struct LogStatistics {
     pub compass: CompassError,
     /// Times that the rudder moved far while samples were lost.
     pub hidden_edges: usize,
+    /// Whether its columns are in the units that they say.
+    pub unit_doubts: Vec<Doubt>,
+    /// What it cannot show.
+    pub unchecked: Vec<Doubt>,
 }
 
 impl LogStatistics {
@@ -61,6 +66,8 @@ impl LogStatistics {
             pace: Pace::of(samples),
             compass: CompassError::of(&pass.accepted),
             hidden_edges,
+            unit_doubts: plausibility::unit_doubts(record),
+            unchecked: plausibility::unchecked(record),
         }
     }
 }

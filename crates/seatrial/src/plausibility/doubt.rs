@@ -1,6 +1,7 @@
 //! What may be wrong with a log, and what settles it.
 
-use crate::verdict::three_figures;
+use crate::figures::three_figures;
+use crate::identification::ReasonCode;
 
 /// Something in a log that does not mean what it says.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,19 +85,19 @@ const CLOSE: f64 = 0.25;
 
 impl Doubt {
     /// Its name for programs.
-    pub fn code(&self) -> &'static str {
+    pub fn code(&self) -> ReasonCode {
         match self {
-            Self::HeadingUnit { .. } => "heading_unit_doubtful",
-            Self::RudderUnit { .. } => "rudder_unit_doubtful",
-            Self::RudderScale { .. } => "rudder_scale_unknown",
-            Self::TimeUnit { .. } | Self::TimeIsIndex => "time_unit_doubtful",
-            Self::RateMismatch(mismatch) if mismatch.is_reversed() => "yaw_rate_reversed",
-            Self::RateMismatch(_) => "yaw_rate_contradicts",
-            Self::SlowLog { .. } => "logged_too_slowly",
-            Self::HeadingHeld { .. } => "heading_held",
-            Self::RudderHeld { .. } => "rudder_held",
-            Self::RudderUnchecked => "rudder_unchecked",
-            Self::HeadingUnchecked => "heading_unchecked",
+            Self::HeadingUnit { .. } => ReasonCode::HeadingUnitDoubtful,
+            Self::RudderUnit { .. } => ReasonCode::RudderUnitDoubtful,
+            Self::RudderScale { .. } => ReasonCode::RudderScaleUnknown,
+            Self::TimeUnit { .. } | Self::TimeIsIndex => ReasonCode::TimeUnitDoubtful,
+            Self::RateMismatch(mismatch) if mismatch.is_reversed() => ReasonCode::YawRateReversed,
+            Self::RateMismatch(_) => ReasonCode::YawRateContradicts,
+            Self::SlowLog { .. } => ReasonCode::LoggedTooSlowly,
+            Self::HeadingHeld { .. } => ReasonCode::HeadingHeld,
+            Self::RudderHeld { .. } => ReasonCode::RudderHeld,
+            Self::HeadingUnchecked => ReasonCode::HeadingUnchecked,
+            Self::RudderUnchecked => ReasonCode::RudderUnchecked,
         }
     }
 

@@ -18,7 +18,6 @@ use seatrial_core::Sample;
 
 use crate::record::Record;
 pub use doubt::{Doubt, RateMismatch};
-pub use units::{ColumnUnit, Origin, StatedUnits};
 
 /// What is doubtful about the units of a record's columns, whatever model it gives.
 pub fn unit_doubts(record: &Record) -> Vec<Doubt> {
@@ -35,9 +34,13 @@ pub fn timing_doubts(samples: &[Sample<f64>], a22_per_s: f64) -> Vec<Doubt> {
     refresh::doubts(samples, -1.0 / a22_per_s)
 }
 
-/// What no model of these samples can show, sound or not.
-pub fn unchecked(samples: &[Sample<f64>]) -> Vec<Doubt> {
-    let has_rate = samples
+/// What no model of a record that was read from a log can show, sound or not.
+pub fn unchecked(record: &Record) -> Vec<Doubt> {
+    if record.units.are_given() {
+        return Vec::new();
+    }
+    let has_rate = record
+        .samples
         .iter()
         .any(|s| s.yaw_rate_rad_s.is_some_and(f64::is_finite));
     let heading = (!has_rate).then_some(Doubt::HeadingUnchecked);

@@ -1,7 +1,9 @@
 use seatrial_core::{Real, Sample};
 
 use super::*;
+use crate::identification::ReasonCode;
 use crate::record::RudderUnit;
+use crate::stated_units::{ColumnUnit, Origin, StatedUnits};
 
 const DEG: f64 = 180.0 / std::f64::consts::PI;
 
@@ -53,21 +55,21 @@ fn scaled(mut record: Record, heading: f64, rudder: f64, time: f64) -> Record {
     record
 }
 
-fn codes(record: &Record) -> Vec<&'static str> {
+fn codes(record: &Record) -> Vec<ReasonCode> {
     unit_doubts(record).iter().map(Doubt::code).collect()
 }
 
 #[test]
 fn exact_sound_units_are_left_alone() {
-    assert_eq!(codes(&record(StatedUnits::default())), [""; 0]);
-    assert_eq!(codes(&record(stated_degrees())), [""; 0]);
-    assert_eq!(codes(&without_rate(record(stated_degrees()))), [""; 0]);
+    assert_eq!(codes(&record(StatedUnits::default())), []);
+    assert_eq!(codes(&record(stated_degrees())), []);
+    assert_eq!(codes(&without_rate(record(stated_degrees()))), []);
     let bare = StatedUnits {
         heading: unit(1.0, Origin::Assumed),
         rudder: unit(1.0, Origin::Assumed),
         ..StatedUnits::default()
     };
-    assert_eq!(codes(&without_rate(record(bare))), [""; 0]);
+    assert_eq!(codes(&without_rate(record(bare))), []);
 }
 
 #[test]
@@ -87,11 +89,11 @@ fn exact_angles_in_the_other_unit_are_found() {
     for sample in &mut away.samples {
         sample.heading_rad = (sample.heading_rad * DEG + 1.5).rem_euclid(6.28) / DEG;
     }
-    assert_eq!(codes(&away), ["heading_unit_doubtful"]);
+    assert_eq!(codes(&away), [ReasonCode::HeadingUnitDoubtful]);
     away.units.heading.origin = Origin::Given;
-    assert_eq!(codes(&away), [""; 0]);
+    assert_eq!(codes(&away), []);
     let rudder = scaled(record(stated_degrees()), 1.0, radians_as_degrees, 1.0);
-    assert_eq!(codes(&rudder), ["rudder_unit_doubtful"]);
+    assert_eq!(codes(&rudder), [ReasonCode::RudderUnitDoubtful]);
 }
 
 #[test]
@@ -111,21 +113,21 @@ fn exact_a_rudder_without_scale_is_found() {
     };
     let stated = unit(1.0, Origin::Stated);
     let assumed = unit(1.0, Origin::Assumed);
-    assert_eq!(bare(stated, 1.0, 0.5), ["rudder_scale_unknown"]);
-    assert_eq!(bare(assumed, 1.0, 0.9), ["rudder_scale_unknown"]);
+    assert_eq!(bare(stated, 1.0, 0.5), [ReasonCode::RudderScaleUnknown]);
+    assert_eq!(bare(assumed, 1.0, 0.9), [ReasonCode::RudderScaleUnknown]);
     assert_eq!(
         bare(unit(DEG, Origin::Assumed), 1.0, 0.5),
-        ["rudder_scale_unknown"]
+        [ReasonCode::RudderScaleUnknown]
     );
     assert_eq!(
         bare(unit(DEG, Origin::Assumed), DEG, 60.0 / DEG),
-        ["rudder_scale_unknown"]
+        [ReasonCode::RudderScaleUnknown]
     );
-    assert_eq!(bare(unit(DEG, Origin::Assumed), DEG, 30.0 / DEG), [""; 0]);
+    assert_eq!(bare(unit(DEG, Origin::Assumed), DEG, 30.0 / DEG), []);
     let mut pulses = without_rate(record(stated_degrees()));
     pulses.rudder_unit = RudderUnit::FullRudder;
     pulses.units.rudder = unit(400.0, Origin::Assumed);
-    assert_eq!(codes(&pulses), [""; 0]);
+    assert_eq!(codes(&pulses), []);
 }
 
 #[test]
@@ -147,7 +149,7 @@ fn exact_a_yaw_rate_finds_the_unit_of_time() {
         sample.yaw_rate_rad_s = sample.yaw_rate_rad_s.map(|rate| -rate);
     }
     let doubts = unit_doubts(&reversed);
-    assert_eq!(doubts[0].code(), "yaw_rate_reversed");
+    assert_eq!(doubts[0].code(), ReasonCode::YawRateReversed);
     assert!(!doubts[0].refuses());
 }
 
@@ -161,15 +163,15 @@ fn exact_time_without_a_yaw_rate() {
             time,
         ))
     };
-    assert_eq!(at(1000.0), ["time_unit_doubtful"]);
+    assert_eq!(at(1000.0), [ReasonCode::TimeUnitDoubtful]);
     // 0.05 s times 20 counts 0, 1, 2.
     let mut index = without_rate(record(stated_degrees()));
     for (row, sample) in index.samples.iter_mut().enumerate() {
         sample.time_s = row as f64;
     }
-    assert_eq!(codes(&index), ["time_unit_doubtful"]);
+    assert_eq!(codes(&index), [ReasonCode::TimeUnitDoubtful]);
     index.units.time.origin = Origin::Given;
-    assert_eq!(codes(&index), [""; 0]);
+    assert_eq!(codes(&index), []);
 }
 
 /// The record above with the heading of every n-th row until the next, and noise in heading and rudder.
@@ -196,7 +198,7 @@ fn exact_slow_and_held_channels_are_found() {
     assert_eq!(timing_doubts(&held(1, 1), -1.0), []);
     assert_eq!(timing_doubts(&held(1, 1), 0.1), []);
     let slow = timing_doubts(&held(1, 1), -5.0);
-    assert_eq!(slow[0].code(), "logged_too_slowly");
+    assert_eq!(slow[0].code(), ReasonCode::LoggedTooSlowly);
     let [Doubt::HeadingHeld { refresh_s, effect }] = timing_doubts(&held(4, 1), -1.0)[..] else {
         panic!("{:?}", timing_doubts(&held(4, 1), -1.0));
     };

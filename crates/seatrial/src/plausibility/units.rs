@@ -1,77 +1,8 @@
 //! The units that a log states, and numbers that they do not allow.
 
-use serde::{Deserialize, Serialize};
-
 use super::doubt::Doubt;
 use crate::record::Record;
-
-/// Who says in which unit a column is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Origin {
-    /// The user.
-    #[default]
-    Given,
-    /// The log.
-    Stated,
-    /// Nobody: it was taken from the values.
-    Assumed,
-}
-
-/// A column's unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ColumnUnit {
-    /// Numbers in the column for one SI unit: 57.3 for degrees.
-    pub per_si: f64,
-    /// Who says so.
-    pub origin: Origin,
-}
-
-impl Default for ColumnUnit {
-    fn default() -> Self {
-        Self {
-            per_si: 1.0,
-            origin: Origin::Given,
-        }
-    }
-}
-
-impl ColumnUnit {
-    fn is_degrees(&self) -> bool {
-        (self.per_si.to_radians() - 1.0).abs() < 0.01
-    }
-
-    fn is_open(&self) -> bool {
-        self.origin != Origin::Given
-    }
-}
-
-/// The units of the columns that a record was read from. The default is SI, and given.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct StatedUnits {
-    /// Time.
-    pub time: ColumnUnit,
-    /// Heading.
-    pub heading: ColumnUnit,
-    /// Rudder; its numbers for one radian, or for full rudder.
-    pub rudder: ColumnUnit,
-    /// Yaw rate.
-    pub yaw_rate: ColumnUnit,
-}
-
-impl StatedUnits {
-    /// Did the caller give them all, as one does who makes samples?
-    pub fn are_given(&self) -> bool {
-        *self == Self::default()
-    }
-
-    /// Did the log say, or was it assumed, what time, heading or yaw rate are?
-    pub(super) fn turn_is_open(&self) -> bool {
-        [self.time, self.heading, self.yaw_rate]
-            .iter()
-            .any(ColumnUnit::is_open)
-    }
-}
+use crate::stated_units::{ColumnUnit, Origin};
 
 /// A full turn in radians with some room for rounding.
 const TURN_RAD: f64 = 6.3;

@@ -14,12 +14,14 @@ pub use super::refusal::{refuse_record, rudder_constant};
 use crate::figures::r2_text;
 pub use crate::figures::three_figures;
 use crate::identification::{Reason, ReasonCode, Refined, Validation, Verdict};
+use crate::plausibility::Doubt;
 pub use parameters::{WIDEST_A22, WIDEST_B2};
 use validation::LEAST_VALIDATION_R2;
 
 /// Weighs the last link of the chain.
 pub(super) fn judge(checked: &Checked) -> Verdict {
     let mut weighing = Weighing::default();
+    weighing.doubts(&checked.doubts);
     weighing.record(checked);
     match &checked.chosen.refined {
         Some(refined) => weighing.refined(refined, checked),
@@ -97,6 +99,16 @@ impl Weighing {
 
     fn note(&mut self, code: ReasonCode, text: String) {
         self.notes.push(Reason::new(code, text));
+    }
+
+    /// What in the log may not mean what it says.
+    fn doubts(&mut self, doubts: &[Doubt]) {
+        for doubt in doubts {
+            match doubt.refuses() {
+                true => self.reject(doubt.code(), doubt.text()),
+                false => self.note(doubt.code(), doubt.text()),
+            }
+        }
     }
 
     fn verdict(self, validation: Option<Validation>) -> Verdict {

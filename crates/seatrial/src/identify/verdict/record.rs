@@ -93,7 +93,7 @@ impl Weighing {
             self.note(
                 ReasonCode::RudderSaturated,
                 format!(
-                    "from rest the rudder went {positive} to the positive side and {negative} to the other: if it was asked for the same, it stops at the lesser; train with less than that, or trim the rudder"
+                    "the rudder went {positive} to the positive side and {negative} to the other: if it was asked for the same, it stops at the lesser; train with less than that, or trim the rudder"
                 ),
             );
         }

@@ -88,6 +88,8 @@ impl Chain {
                 pace: None,
                 compass: CompassError::default(),
                 hidden_edges: 0,
+                unit_doubts: Vec::new(),
+                unchecked: Vec::new(),
             },
             online: refined.model,
             explained: Explained::FirstOrder {
@@ -139,6 +141,7 @@ impl Chain {
             online: self.online,
             needs_interval: true,
             explained: &self.explained,
+            doubts: Vec::new(),
             chosen: &self.chosen,
             higher_order: None,
             training_fit: self.training_fit,
