@@ -7,6 +7,7 @@ pub mod fleet;
 pub mod identify_log;
 pub mod inspect_log;
 pub mod logs;
+pub mod lying_log;
 pub mod models;
 pub mod paper;
 pub mod replay;

@@ -15,6 +15,7 @@ mod inspect;
 mod live;
 mod log;
 mod logbook;
+mod lying_logs;
 mod manoeuvres;
 mod model_source;
 mod model_text;

@@ -14,6 +14,7 @@ use seatrial_report::render_study;
 use serde::Serialize;
 
 use crate::fault_matrix;
+use crate::lying_logs;
 use crate::output::{Exit, Failure, Output};
 use crate::parallel;
 use crate::table::Table;
@@ -75,6 +76,7 @@ pub struct Args {
 #[derive(Debug, clap::Subcommand)]
 enum What {
     Faults(fault_matrix::Args),
+    Lies(lying_logs::Args),
 }
 
 fn not_negative(text: &str) -> Result<f64, String> {
@@ -126,8 +128,10 @@ struct Document {
 
 /// Studies the estimators.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    if let Some(What::Faults(args)) = &args.what {
-        return fault_matrix::run(args, output);
+    match &args.what {
+        Some(What::Faults(args)) => return fault_matrix::run(args, output),
+        Some(What::Lies(args)) => return lying_logs::run(args, output),
+        None => {}
     }
     let base = vehicle::config(&args.vehicle)?;
     let own = base.helm();

@@ -218,6 +218,9 @@ impl ReasonCode {
                 | Self::SignReversed
                 | Self::RejectedSamples
                 | Self::Quantised
+                | Self::YawRateReversed
+                | Self::HeadingUnchecked
+                | Self::RudderUnchecked
                 | Self::AcceptedByOperator
                 | Self::Unchanged
         )

@@ -1,0 +1,125 @@
+//! What becomes of a log whose truth is known: is a wrong model accepted?
+
+use std::path::Path;
+
+use seatrial::Identification;
+use seatrial::identification::{ReasonCode, Verdict};
+use seatrial_core::RudderUnit;
+use serde::Serialize;
+
+use crate::identify_log::{IdentifiedLog, Options, identify_log};
+
+/// Half widths of the 95 % interval from the truth beyond which an accepted model is wrong.
+pub const WRONG_BEYOND: f64 = 2.0;
+
+/// What an identification of a log should find.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Truth {
+    /// a22, 1/s.
+    pub a22_per_s: f64,
+    /// b2 for a rudder in radians, 1/s^2.
+    pub b2_per_s2: f64,
+    /// Full rudder, rad: b2 is per full rudder where a log does not tell the angle.
+    pub full_rudder_rad: f64,
+}
+
+/// What became of a log.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Ending {
+    /// Was a model accepted?
+    pub accepted: bool,
+    /// Distance of the accepted model from the truth in half widths of its 95 % intervals, the larger of a22 and b2, of the
+    /// worst of several models.
+    pub farthest: Option<f64>,
+    /// Errors of its a22 and b2 as shares of the truth.
+    pub errors: Option<[f64; 2]>,
+    /// Why it was refused; `unreadable` where the reader did.
+    pub refused: Option<String>,
+    /// What was noted of an accepted model.
+    pub notes: Vec<String>,
+}
+
+impl Ending {
+    /// Of a log read and identified as `seatrial identify` does.
+    pub fn of(path: &Path, options: &Options, truth: &Truth) -> Self {
+        match identify_log(path, options) {
+            Ok(identified) => Self::of_identified(&identified, truth),
+            Err(error) => Self {
+                accepted: false,
+                farthest: None,
+                errors: None,
+                refused: Some(match error {
+                    crate::Error::Rejected(_) => "rejected".into(),
+                    _ => "unreadable".into(),
+                }),
+                notes: Vec::new(),
+            },
+        }
+    }
+
+    /// Is its accepted model beyond two half widths of the truth?
+    pub fn is_wrong(&self) -> bool {
+        self.farthest
+            .is_some_and(|farthest| farthest.is_nan() || farthest > WRONG_BEYOND)
+    }
+
+    fn of_identified(identified: &IdentifiedLog, truth: &Truth) -> Self {
+        let found: Vec<(&Verdict, Option<&Identification>)> = match &identified.models {
+            Some(models) => models
+                .iter()
+                .map(|model| (&model.verdict, model.identification.as_ref()))
+                .collect(),
+            None => vec![(identified.verdict(), identified.identification())],
+        };
+        let accepted: Vec<_> = found.iter().filter(|(v, _)| v.accepted).collect();
+        let unit = identified.logs.log.record.rudder_unit;
+        let worst = accepted
+            .iter()
+            .filter_map(|(_, identification)| distance((*identification)?, truth, unit))
+            .max_by(|a, b| a.0.total_cmp(&b.0));
+        let verdict = accepted.first().or(found.first()).map(|(v, _)| *v);
+        let codes = |verdict: &Verdict| -> Vec<String> {
+            let codes = verdict.reasons.iter().map(|reason| &reason.code);
+            codes
+                .filter(|code| **code != ReasonCode::Ok)
+                .map(ToString::to_string)
+                .collect()
+        };
+        let codes = verdict.map(codes).unwrap_or_default();
+        let is_accepted = !accepted.is_empty();
+        Self {
+            accepted: is_accepted,
+            farthest: worst.map(|(farthest, _)| farthest),
+            errors: worst.map(|(_, errors)| errors),
+            refused: codes.first().filter(|_| !is_accepted).cloned(),
+            notes: if is_accepted { codes } else { Vec::new() },
+        }
+    }
+}
+
+/// How far a model is from the truth, in half widths of its intervals, and its errors.
+fn distance(
+    identification: &Identification,
+    truth: &Truth,
+    unit: RudderUnit,
+) -> Option<(f64, [f64; 2])> {
+    let refined = identification.refined.as_ref()?;
+    let b2_per_s2 = match unit {
+        RudderUnit::Rad => truth.b2_per_s2,
+        RudderUnit::FullRudder => truth.b2_per_s2 * truth.full_rudder_rad,
+    };
+    let of = |found: f64, [low, high]: [f64; 2], truth: f64| {
+        (
+            (found - truth).abs() / (0.5 * (high - low)),
+            found / truth - 1.0,
+        )
+    };
+    let intervals = &refined.interval_95;
+    let a22 = of(
+        refined.model.a22_per_s,
+        intervals.a22_per_s,
+        truth.a22_per_s,
+    );
+    let b2 = of(refined.model.b2_per_s2, intervals.b2_per_s2, b2_per_s2);
+    Some((a22.0.max(b2.0), [a22.1, b2.1]))
+}
