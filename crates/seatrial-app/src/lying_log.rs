@@ -77,7 +77,7 @@ impl Ending {
             .iter()
             .filter_map(|(_, identification)| distance((*identification)?, truth, unit))
             .max_by(|a, b| a.0.total_cmp(&b.0));
-        let verdict = accepted.first().or(found.first()).map(|(v, _)| *v);
+        let verdict = accepted.first().copied().or(found.first()).map(|(v, _)| *v);
         let codes = |verdict: &Verdict| -> Vec<String> {
             let codes = verdict.reasons.iter().map(|reason| &reason.code);
             codes

@@ -183,7 +183,7 @@ impl Row {
         let mut refused = BTreeMap::new();
         let mut noted = BTreeMap::new();
         for ending in endings {
-            for code in &ending.refused {
+            if let Some(code) = &ending.refused {
                 *refused.entry(code.clone()).or_insert(0) += 1;
             }
             for code in &ending.notes {

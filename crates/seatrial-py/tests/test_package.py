@@ -139,6 +139,6 @@ def test_io_drift_by_vehicle_and_payload(tmp_path: Path, monkeypatch: pytest.Mon
     assert drift["vehicle"].to_list() == ["alpha", "alpha"]
     assert drift["payload"].to_list() == ["none", "sonar"]
     assert drift["manoeuvres"].to_list() == [4, 2]
-    # The same vehicle: b2 over speed squared within the intervals of both, and a bit.
+    # The same vehicle: b2 over its mean at this speed within the intervals of both, and a bit.
     difference = abs(drift["authority"][0] - drift["authority"][1])
     assert 0 < difference < 2.0 * drift["half_width"].max()
