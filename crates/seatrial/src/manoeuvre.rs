@@ -227,11 +227,11 @@ mod tests {
         let [positive, negative] = Manoeuvre::find(&moved).unwrap().sides_rad(&moved).unwrap();
         // Rounding.
         assert!((positive - 0.26).abs() < 1e-12 && (negative - 0.26).abs() < 1e-12);
-        let stopping = |t: f64| doublet(t).max(-0.1);
+        let stopping = |t: f64| if t < 5.999 { doublet(t).max(-0.15) } else { 0.0 };
         let stopped = samples(stopping);
         assert_eq!(
             Manoeuvre::find(&stopped).unwrap().sides_rad(&stopped),
-            Some([0.26, 0.1])
+            Some([0.26, 0.15])
         );
     }
 

@@ -37,7 +37,7 @@ fn row(class: usize, seed: u64) -> Option<Row> {
         let steering = match sample.time_s {
             t if (7.0..9.0).contains(&t) => Steering::Rudder(0.26),
             t if (9.0..11.0).contains(&t) => Steering::Rudder(-0.26),
-            _ => Steering::Heading(0.0),
+            _ => Steering::HoldHeading(0.0),
         };
         vehicle
             .act(&Action {
