@@ -11,7 +11,7 @@ use seatrial::Window;
 use seatrial::segmentation::Proposal;
 use seatrial::servo::Servo;
 use seatrial_app::logs::{self, Observer, OpenedLog, ReadSettings};
-use seatrial_logs::{ChannelChoice, LogDescription, Quantity, Unit, UnitSource};
+use seatrial_logs::{ChannelChoice, LogDescription, Quantity, Unit, UnitSource, UnknownQuantity, UnknownUnit};
 
 use crate::model_text::windows_text;
 use crate::output::{Failure, say};
@@ -104,7 +104,13 @@ pub fn quantity_and_unit(text: &str) -> Result<(Quantity, Unit), String> {
     let (quantity, unit) = text
         .split_once('=')
         .ok_or_else(|| format!("`{text}`: expected QUANTITY=UNIT, such as heading=deg"))?;
-    Ok((quantity.parse()?, unit.parse()?))
+    let quantity = quantity
+        .parse()
+        .map_err(|error: UnknownQuantity| error.to_string())?;
+    let unit = unit
+        .parse()
+        .map_err(|error: UnknownUnit| error.to_string())?;
+    Ok((quantity, unit))
 }
 
 impl ChannelArgs {

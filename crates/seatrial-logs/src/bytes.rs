@@ -12,6 +12,9 @@ use crate::table::hexadecimal;
 /// Bytes held at once: more than the longest message of any format that is read through here.
 const BUFFER: usize = 1 << 18;
 
+/// What zstd begins with.
+pub(crate) const ZSTD: &[u8] = b"\x28\xb5\x2f\xfd";
+
 /// The bytes of a file, forward and more than once.
 pub(crate) struct Bytes {
     file: File,

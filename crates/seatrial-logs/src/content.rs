@@ -4,14 +4,12 @@ use std::fs::File;
 use std::io::{self, Cursor, Read, Seek};
 use std::path::Path;
 
+use crate::bytes::ZSTD;
 use crate::csv::Text;
 use crate::description::Format;
 use crate::error::Fault;
 use crate::joined::Joined;
 use crate::table::Table;
-
-/// For messages.
-pub(crate) const BINARY_FORMATS: &str = "Parquet, ArduPilot DataFlash (.bin), MAVLink telemetry (.tlog), PX4 ULog (.ulg), Slocum (.dbd), MCAP and rosbag2 (.db3)";
 
 /// Bytes that are enough to tell every format.
 const START: u64 = 4096;
@@ -32,9 +30,6 @@ macro_rules! built {
         }
     }};
 }
-
-/// What zstd begins with.
-pub(crate) const ZSTD: &[u8] = b"\x28\xb5\x2f\xfd";
 
 /// What packs files, the bytes it begins them with, and the command that unpacks to standard output.
 const PACKERS: [(&str, &[u8], &str); 5] = [

@@ -5,6 +5,9 @@ use std::io;
 
 use crate::Quantity;
 
+/// Binary formats that are read, for messages.
+const BINARY_FORMATS: &str = "Parquet, ArduPilot DataFlash (.bin), MAVLink telemetry (.tlog), PX4 ULog (.ulg), Slocum (.dbd), MCAP and rosbag2 (.db3)";
+
 /// A log that cannot be read or understood.
 #[derive(Debug, thiserror::Error)]
 #[error("{log}: {fault}")]
@@ -93,7 +96,7 @@ pub enum Fault {
     /// Neither text nor a format that is known.
     #[error(
         "byte {offset} is {found:#04x}, which is neither UTF-8 text nor the start of a known format; expected text or one of the binary formats {}: export the log as CSV in UTF-8",
-        crate::content::BINARY_FORMATS
+        BINARY_FORMATS
     )]
     NotText {
         /// Bytes before it.

@@ -1,9 +1,9 @@
-//! Vehicle logs in and out: formats, channels, units, time.
+#![doc = include_str!("../README.md")]
 //!
-//! [`open`] finds the format of a log by its content, which column feeds which quantity and in which
-//! unit, says so in a [`LogDescription`], and yields [`Sample`](seatrial_core::Sample)s in SI units one
-//! by one with bounded memory. Every format is a `table::Table`: named columns and rows of cells; names,
-//! units, time and the checks of every row are the same for all of them.
+//! # How it works
+//!
+//! Every format is a `table::Table`: named columns and rows of cells. Names, units, time and the checks of every row are the
+//! same code for all of them.
 
 #[cfg(all(test, feature = "mcap", feature = "rosbag2"))]
 mod agreement;
@@ -19,6 +19,7 @@ mod error;
 mod half_difference;
 mod infer;
 mod joined;
+mod look_ahead;
 mod matching;
 #[cfg(feature = "mcap")]
 mod mcap;
@@ -39,16 +40,17 @@ mod table;
 mod tlog;
 mod ulog;
 mod unit;
+mod words;
 mod write;
 
 pub use description::{
     Channel, ChannelChoice, Correction, Counts, Format, LogDescription, UnitSource,
 };
 pub use error::{Fault, Place, ReadError};
-pub use quantity::Quantity;
+pub use quantity::{Quantity, UnknownQuantity};
 pub use reader::{LogReader, open};
 pub use runs::{Run, Runs};
-pub use unit::Unit;
+pub use unit::{Unit, UnknownUnit};
 #[cfg(feature = "foxglove")]
 pub use write::FoxgloveServer;
 #[cfg(feature = "parquet")]

@@ -237,7 +237,7 @@ fn nearest(columns: &[String], wanted: &[&str]) -> Option<String> {
     columns
         .iter()
         .map(|column| {
-            let plain = crate::name::words(column).concat();
+            let plain = crate::words::words(column).concat();
             let alike = wanted
                 .iter()
                 .filter(|name| name.len() > 2)

@@ -177,18 +177,18 @@ impl fmt::Display for Quantity {
     }
 }
 
-impl FromStr for Quantity {
-    type Err = String;
+/// A text that is no quantity.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is no quantity of a log; expected one of {expected}", expected = Quantity::ALL.map(Quantity::name).join(", "))]
+pub struct UnknownQuantity(pub String);
 
-    fn from_str(text: &str) -> Result<Self, String> {
+impl FromStr for Quantity {
+    type Err = UnknownQuantity;
+
+    fn from_str(text: &str) -> Result<Self, UnknownQuantity> {
         Self::ALL
             .into_iter()
             .find(|quantity| quantity.name() == text.replace('-', "_"))
-            .ok_or_else(|| {
-                format!(
-                    "`{text}` is no quantity of a log; expected one of {}",
-                    Self::ALL.map(Self::name).join(", ")
-                )
-            })
+            .ok_or_else(|| UnknownQuantity(text.into()))
     }
 }

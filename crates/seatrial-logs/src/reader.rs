@@ -1,6 +1,6 @@
 //! From the rows of a log to samples in SI units.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
 use std::io;
 use std::path::Path;
@@ -12,14 +12,11 @@ use crate::content;
 use crate::description::{Channel, ChannelChoice, Counts, LogDescription, UnitSource};
 use crate::error::{Fault, Place, ReadError, clipped};
 use crate::half_difference::{self, WithDifferences};
-use crate::infer::FirstRows;
-use crate::matching::{Match, Matches, match_columns, pair_of_columns};
+use crate::look_ahead::{Row, cells, first_rows, leave_out_text, look_ahead};
+use crate::matching::{Match, match_columns, pair_of_columns};
 use crate::table::{Cell, Table};
 use crate::unit::{Conversion, Dimension, NEUTRAL_PULSE_US};
 use crate::{Quantity, Unit};
-
-/// Rows on which units are inferred before the first sample is given.
-const LOOK_AHEAD_ROWS: usize = 20_000;
 
 /// The samples of a log, one by one.
 pub struct LogReader {
@@ -58,30 +55,15 @@ pub(crate) fn table(path: &Path) -> Result<Box<dyn Table>, Fault> {
     content::open(file, path)
 }
 
-/// A row of the look-ahead; the cells stand in the order of the slots.
-type Row = Result<(Place, Vec<Cell>), Fault>;
-
 impl LogReader {
     pub(crate) fn new(
         log: String,
         table: Box<dyn Table>,
         choice: &ChannelChoice,
     ) -> Result<Self, Fault> {
-        let mut choice = choice.clone();
-        let mut differences = Vec::new();
-        for (quantity, pair) in &choice.half_differences {
-            differences.push(pair_of_columns(pair, table.columns(), *quantity)?);
-            choice
-                .columns
-                .insert(*quantity, half_difference::name(pair));
-        }
-        let choice = &choice;
-        let mut table: Box<dyn Table> = match differences.is_empty() {
-            true => table,
-            false => Box::new(WithDifferences::new(table, differences)),
-        };
+        let (mut table, choice) = with_differences(table, choice.clone())?;
         let columns = table.columns().to_vec();
-        let mut found = match_columns(&columns, &table.known(), choice)?;
+        let mut found = match_columns(&columns, &table.known(), &choice)?;
         table.select(&found.columns());
         let mut rows = look_ahead(&mut *table, choice.drop_invalid);
         if rows.is_empty() {
@@ -89,35 +71,21 @@ impl LogReader {
         }
         leave_out_text(&mut found, &mut rows, &columns, &mut *table);
 
-        let cells = |position: usize| -> Vec<Cell> {
-            rows.iter()
-                .filter_map(|row| Some(row.as_ref().ok()?.1[position].clone()))
-                .collect()
-        };
         let stated = found.stated_units();
         let time_cells = found
             .matches
             .iter()
             .position(|m| m.quantity == Quantity::Time)
-            .map_or(Vec::new(), &cells);
+            .map_or(Vec::new(), |position| cells(&rows, position));
         let time = Clock::find(&time_cells, stated.get(&Quantity::Time).copied());
-        let first_rows = FirstRows {
-            time_s: time_cells
-                .iter()
-                .map(|cell| time.clock.seconds(cell).unwrap_or(f64::NAN))
-                .collect(),
-            values: (0..found.matches.len())
-                .map(|i| (found.matches[i].quantity, numbers(&cells(i))))
-                .collect(),
-        };
         let names = found
             .matches
             .iter()
             .map(|m| (m.quantity, columns[m.column].clone()))
             .collect();
-        let inferred = first_rows.infer(&stated, &names)?;
+        let inferred = first_rows(&found, &rows, &time, &time_cells).infer(&stated, &names)?;
 
-        let mut warnings = found.warnings;
+        let mut warnings = std::mem::take(&mut found.warnings);
         warnings.extend(inferred.warnings);
         if time.is_doubtful {
             warnings.push(format!(
@@ -126,40 +94,23 @@ impl LogReader {
                 time.because.as_deref().unwrap_or("values")
             ));
         }
+        let mut assumed: BTreeMap<Quantity, Assumed> = inferred
+            .units
+            .into_iter()
+            .map(|(quantity, (unit, because))| (quantity, (unit, Some(because))))
+            .collect();
+        assumed.insert(Quantity::Time, (time.unit, time.because.clone()));
         let channels: Vec<Channel> = found
             .matches
             .iter()
-            .map(|m| {
-                let assumed = match m.quantity {
-                    Quantity::Time => Some((time.unit, time.because.clone())),
-                    _ => inferred
-                        .units
-                        .get(&m.quantity)
-                        .map(|(unit, because)| (*unit, Some(because.clone()))),
-                };
-                let (unit, unit_source, because) = match (m.unit, assumed) {
-                    (Some((unit, source)), _) => (unit, source, m.because.clone()),
-                    (None, Some((unit, because))) => (unit, UnitSource::Assumed, because),
-                    (None, None) => unreachable!("every unit that is not stated is inferred"),
-                };
-                let conversion = conversion(m.quantity, unit, choice, &mut warnings);
-                Channel {
-                    quantity: m.quantity,
-                    column: columns[m.column].clone(),
-                    unit,
-                    unit_source,
-                    because,
-                    scale: conversion.factor,
-                    offset: conversion.offset,
-                }
-            })
+            .map(|m| channel(m, &columns, &assumed, &choice, &mut warnings))
             .collect();
         Ok(Self {
             log,
             description: LogDescription {
                 format: table.format(),
                 columns,
-                rudder_unit: rudder_unit(&channels, choice),
+                rudder_unit: rudder_unit(&channels, &choice),
                 channels,
                 start_utc: time.clock.start(),
                 warnings,
@@ -351,66 +302,52 @@ impl Iterator for LogReader {
     }
 }
 
-/// The first rows; ends behind a fault that ends reading.
-fn look_ahead(table: &mut dyn Table, drop_invalid: bool) -> VecDeque<Row> {
-    let mut rows = VecDeque::new();
-    while rows.len() < LOOK_AHEAD_ROWS {
-        let mut cells = Vec::new();
-        match table.next_row(&mut cells) {
-            Ok(None) => break,
-            Ok(Some(place)) => rows.push_back(Ok((place, cells))),
-            Err(fault) => {
-                let goes_on = fault.is_in_one_row() && drop_invalid;
-                rows.push_back(Err(fault));
-                if !goes_on {
-                    break;
-                }
-            }
-        }
+/// The table with the columns of half differences, and the choice that names them.
+fn with_differences(
+    table: Box<dyn Table>,
+    mut choice: ChannelChoice,
+) -> Result<(Box<dyn Table>, ChannelChoice), Fault> {
+    let mut differences = Vec::new();
+    for (quantity, pair) in &choice.half_differences {
+        differences.push(pair_of_columns(pair, table.columns(), *quantity)?);
+        choice
+            .columns
+            .insert(*quantity, half_difference::name(pair));
     }
-    rows
+    let table: Box<dyn Table> = match differences.is_empty() {
+        true => table,
+        false => Box::new(WithDifferences::new(table, differences)),
+    };
+    Ok((table, choice))
 }
 
-/// An optional column of nothing but text is not what its name says.
-fn leave_out_text(
-    found: &mut Matches,
-    rows: &mut VecDeque<Row>,
+/// A unit taken from the values, and why.
+type Assumed = (Unit, Option<String>);
+
+/// How a matched column is read.
+fn channel(
+    found: &Match,
     columns: &[String],
-    table: &mut dyn Table,
-) {
-    for position in (0..found.matches.len()).rev() {
-        let Match {
-            quantity, column, ..
-        } = found.matches[position];
-        let mut cells = rows
-            .iter()
-            .filter_map(|row| Some(&row.as_ref().ok()?.1[position]))
-            .filter(|cell| **cell != Cell::Missing)
-            .peekable();
-        let is_text = cells.peek().is_some() && cells.all(|cell| !matches!(cell, Cell::Number(_)));
-        if quantity.is_required() || !is_text {
-            continue;
-        }
-        found.warnings.push(format!(
-            "column `{}` is text and not read as {quantity}",
-            clipped(&columns[column])
-        ));
-        found.matches.remove(position);
-        table.leave_out(position);
-        for (_, cells) in rows.iter_mut().flatten() {
-            cells.remove(position);
-        }
+    assumed: &BTreeMap<Quantity, Assumed>,
+    choice: &ChannelChoice,
+    warnings: &mut Vec<String>,
+) -> Channel {
+    let quantity = found.quantity;
+    let (unit, unit_source, because) = match (found.unit, assumed.get(&quantity)) {
+        (Some((unit, source)), _) => (unit, source, found.because.clone()),
+        (None, Some((unit, because))) => (*unit, UnitSource::Assumed, because.clone()),
+        (None, None) => unreachable!("every unit that is not stated is inferred"),
+    };
+    let conversion = conversion(quantity, unit, choice, warnings);
+    Channel {
+        quantity,
+        column: columns[found.column].clone(),
+        unit,
+        unit_source,
+        because,
+        scale: conversion.factor,
+        offset: conversion.offset,
     }
-}
-
-fn numbers(cells: &[Cell]) -> Vec<f64> {
-    cells
-        .iter()
-        .map(|cell| match cell {
-            Cell::Number(number) => *number,
-            _ => f64::NAN,
-        })
-        .collect()
 }
 
 fn conversion(

@@ -7,8 +7,7 @@ use std::path::Path;
 use rusqlite::{Connection, OpenFlags, params};
 use tempfile::NamedTempFile;
 
-use crate::bytes::Bytes;
-use crate::content::ZSTD;
+use crate::bytes::{Bytes, ZSTD};
 use crate::description::Format;
 use crate::error::{Fault, clipped};
 use crate::joined::{Kind, Message, Messages};

@@ -5,6 +5,8 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+use crate::words::words;
+
 /// What a unit measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Dimension {
@@ -99,13 +101,17 @@ impl Unit {
 
     /// Symbols of the units that fit, for messages.
     pub(crate) fn that_fit(dimension: Dimension) -> String {
-        Self::ALL
-            .iter()
-            .filter(|unit| unit.fits(dimension))
-            .map(|unit| unit.symbol())
-            .collect::<Vec<_>>()
-            .join(", ")
+        symbols(|unit| unit.fits(dimension))
     }
+}
+
+/// Symbols of some units, for messages.
+fn symbols(is_shown: impl Fn(Unit) -> bool) -> String {
+    let shown = Unit::ALL.iter().filter(|unit| is_shown(**unit));
+    shown
+        .map(|unit| unit.symbol())
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 impl fmt::Display for Unit {
@@ -114,12 +120,17 @@ impl fmt::Display for Unit {
     }
 }
 
-impl FromStr for Unit {
-    type Err = String;
+/// A text that is no unit.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is no unit; expected one of {expected}", expected = symbols(|_| true))]
+pub struct UnknownUnit(pub String);
 
-    fn from_str(text: &str) -> Result<Self, String> {
+impl FromStr for Unit {
+    type Err = UnknownUnit;
+
+    fn from_str(text: &str) -> Result<Self, UnknownUnit> {
         let lower = text.to_lowercase();
-        let words = crate::name::words(&lower);
+        let words = words(&lower);
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         Self::ALL
             .iter()
@@ -131,16 +142,7 @@ impl FromStr for Unit {
                     .copied()
                     .find(|unit| Self::of_words(&words, unit.dimension()) == Some(*unit))
             })
-            .ok_or_else(|| {
-                format!(
-                    "`{text}` is no unit; expected one of {}",
-                    Self::ALL
-                        .iter()
-                        .map(|unit| unit.symbol())
-                        .collect::<Vec<_>>()
-                        .join(", ")
-                )
-            })
+            .ok_or_else(|| UnknownUnit(text.into()))
     }
 }
 

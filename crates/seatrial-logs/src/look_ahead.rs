@@ -1,0 +1,101 @@
+//! The first rows of a log, on which units are inferred before the first sample is given.
+
+use std::collections::VecDeque;
+
+use crate::clock::ClockFound;
+use crate::error::{Fault, Place, clipped};
+use crate::infer::FirstRows;
+use crate::matching::{Match, Matches};
+use crate::table::{Cell, Table};
+
+/// Rows on which units are inferred before the first sample is given.
+const LOOK_AHEAD_ROWS: usize = 20_000;
+
+/// A row of the look-ahead; the cells stand in the order of the slots.
+pub(crate) type Row = Result<(Place, Vec<Cell>), Fault>;
+
+/// The first rows; ends behind a fault that ends reading.
+pub(crate) fn look_ahead(table: &mut dyn Table, drop_invalid: bool) -> VecDeque<Row> {
+    let mut rows = VecDeque::new();
+    while rows.len() < LOOK_AHEAD_ROWS {
+        let mut cells = Vec::new();
+        match table.next_row(&mut cells) {
+            Ok(None) => break,
+            Ok(Some(place)) => rows.push_back(Ok((place, cells))),
+            Err(fault) => {
+                let goes_on = fault.is_in_one_row() && drop_invalid;
+                rows.push_back(Err(fault));
+                if !goes_on {
+                    break;
+                }
+            }
+        }
+    }
+    rows
+}
+
+/// An optional column of nothing but text is not what its name says.
+pub(crate) fn leave_out_text(
+    found: &mut Matches,
+    rows: &mut VecDeque<Row>,
+    columns: &[String],
+    table: &mut dyn Table,
+) {
+    for position in (0..found.matches.len()).rev() {
+        let Match {
+            quantity, column, ..
+        } = found.matches[position];
+        let mut cells = rows
+            .iter()
+            .filter_map(|row| Some(&row.as_ref().ok()?.1[position]))
+            .filter(|cell| **cell != Cell::Missing)
+            .peekable();
+        let is_text = cells.peek().is_some() && cells.all(|cell| !matches!(cell, Cell::Number(_)));
+        if quantity.is_required() || !is_text {
+            continue;
+        }
+        found.warnings.push(format!(
+            "column `{}` is text and not read as {quantity}",
+            clipped(&columns[column])
+        ));
+        found.matches.remove(position);
+        table.leave_out(position);
+        for (_, cells) in rows.iter_mut().flatten() {
+            cells.remove(position);
+        }
+    }
+}
+
+/// The cells of the look-ahead at this position of its rows.
+pub(crate) fn cells(rows: &VecDeque<Row>, position: usize) -> Vec<Cell> {
+    rows.iter()
+        .filter_map(|row| Some(row.as_ref().ok()?.1[position].clone()))
+        .collect()
+}
+
+/// What units are inferred from.
+pub(crate) fn first_rows(
+    found: &Matches,
+    rows: &VecDeque<Row>,
+    time: &ClockFound,
+    time_cells: &[Cell],
+) -> FirstRows {
+    let seconds = |cell: &Cell| time.clock.seconds(cell).unwrap_or(f64::NAN);
+    let quantities = found.matches.iter().enumerate();
+    FirstRows {
+        time_s: time_cells.iter().map(seconds).collect(),
+        values: quantities
+            .map(|(i, m)| (m.quantity, numbers(&cells(rows, i))))
+            .collect(),
+    }
+}
+
+fn numbers(cells: &[Cell]) -> Vec<f64> {
+    cells
+        .iter()
+        .map(|cell| match cell {
+            Cell::Number(number) => *number,
+            _ => f64::NAN,
+        })
+        .collect()
+}
