@@ -10,6 +10,7 @@
 
 use super::message::{Message, Payload};
 use super::seeds::SEEDS;
+use super::sender::Sender;
 use super::signing::{Refused, SIGNATURE, Signing};
 use crate::log_fields::{LONGEST_FRAME, checksum};
 
@@ -20,15 +21,6 @@ const VERSION_2: u8 = 0xfd;
 const IS_SIGNED: u8 = 1;
 /// Bytes that may wait for the rest of their frame; more than a frame means that nobody takes them.
 const MOST_WAITING: usize = 1 << 16;
-
-/// Who sent a frame: system and component.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Sender {
-    /// System id, of a vehicle or a ground station.
-    pub system: u8,
-    /// Component id.
-    pub component: u8,
-}
 
 /// A frame with the right checksum.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,8 +5,10 @@ mod frame;
 pub mod log_fields;
 pub mod message;
 mod seeds;
+mod sender;
 mod signing;
 
-pub use frame::{Damage, Decoder, Encoder, Frame, Sender};
+pub use frame::{Damage, Decoder, Encoder, Frame};
 pub use message::Message;
+pub use sender::Sender;
 pub use signing::{Key, KeyError, Refused, Signing};

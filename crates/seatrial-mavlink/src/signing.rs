@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
-use super::frame::Sender;
+use super::sender::Sender;
 
 /// Bytes of a signature.
 pub(super) const SIGNATURE: usize = 13;

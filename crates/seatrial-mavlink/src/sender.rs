@@ -1,0 +1,10 @@
+//! Who sends frames.
+
+/// Who sent a frame: system and component.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Sender {
+    /// System id, of a vehicle or a ground station.
+    pub system: u8,
+    /// Component id.
+    pub component: u8,
+}
