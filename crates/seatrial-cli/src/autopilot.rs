@@ -8,9 +8,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use seatrial_core::{Plan, RudderSense};
 use seatrial_links::autopilot::{
-    Autopilot, Backup, Check, HandBack, Preflight, Profile, Response, Settings, SteeringOutputs,
-    Tended,
+    Autopilot, Backup, HandBack, Profile, Response, Settings, SteeringOutputs, Tended,
 };
+use seatrial_links::handover::{Check, Preflight};
 use seatrial_links::link::{Address, Key, Signing, Transport};
 
 use crate::output::{Failure, say};

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use seatrial_core::{Plan, RudderSense};
-use seatrial_links::autopilot::Preflight;
+use seatrial_links::handover::Preflight;
 use seatrial_links::ros2_vehicle::{
     Description, ENABLE_SERVICE, EstimateTopic, Graph, HandBack, JoinError, RosVehicle, Settings,
     TimedEstimate, join,
@@ -60,7 +60,9 @@ fn open(
     let read = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
     let description: Description =
         toml::from_str(&read).map_err(|error| wrong(format!("not a vehicle on ROS 2: {error}")))?;
-    description.check().map_err(wrong)?;
+    description
+        .check()
+        .map_err(|error| wrong(error.to_string()))?;
     if plan.rudder_limit_rad > description.rudder.limit_rad {
         return Err(Failure::usage(format!(
             "the plan's rudder_limit_rad is {} rad, more than rudder.limit_rad, {} rad, of {}",
@@ -83,7 +85,7 @@ fn open(
         JoinError::NotBuilt { .. } => {
             Failure::usage(format!("--vehicle ros2:{}: {error}", path.display()))
         }
-        JoinError::Middleware(error) => wrong(error),
+        JoinError::Middleware(error) => wrong(error.to_string()),
     })?;
     let vehicle = RosVehicle::new(graph, description, settings);
     Ok((vehicle, Box::new(Estimates(estimates))))

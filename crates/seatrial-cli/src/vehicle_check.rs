@@ -6,7 +6,8 @@ use std::sync::atomic::AtomicBool;
 
 use clap::Subcommand;
 use seatrial_core::{Plan, Trial};
-use seatrial_links::autopilot::{Backup, HandBack, Preflight};
+use seatrial_links::autopilot::{Backup, HandBack};
+use seatrial_links::handover::Preflight;
 use serde::Serialize;
 
 use crate::autopilot::{self, LinkArgs};

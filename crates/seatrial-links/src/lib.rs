@@ -1,7 +1,7 @@
-//! Links to vehicles: MAVLink autopilots and ROS 2.
+#![doc = include_str!("../README.md")]
 
 pub mod ardupilot_json;
 pub mod autopilot;
+pub mod handover;
 pub mod link;
 pub mod ros2_vehicle;
-mod wiggle;

@@ -467,7 +467,7 @@ fn io_a_description_that_makes_no_sense_is_told() {
     let told = |change: fn(&mut Description)| {
         let mut description = description();
         change(&mut description);
-        description.check().unwrap_err()
+        description.check().unwrap_err().to_string()
     };
     for (expected, error) in [
         ("rudder.topic", told(|d| d.rudder.topic = "rudder".into())),

@@ -6,9 +6,6 @@ pub const ALLOWED: &[&str] = &[
     "circle seatrial-dash/api: access, history, live, trial",
     "circle seatrial-ffi/control, estimator, fixed_rate, memory",
     "circle seatrial-logbook/chain, pitch, verify, write",
-    "circle seatrial-logs/alog, bytes, canboat, clock, content, csv, dataflash, description, error, infer, joined, mcap, nmea0183, parquet, ros2, rosbag, slocum, table, tlog, ulog",
-    "circle seatrial-logs/name, quantity, unit",
-    "circle seatrial-mavlink/frame, signing",
     "circle seatrial-report/axis, chart",
     "circle seatrial-report/fit, run_figures",
     "circle seatrial-sim/config, faults, plant, sensors",
@@ -16,11 +13,7 @@ pub const ALLOWED: &[&str] = &[
     "circle seatrial-sim/six_dof: driven, vehicle",
     "file crates/seatrial-cli/src/plan.rs",
     "file crates/seatrial-dash/src/trials.rs",
-    "file crates/seatrial-links/src/autopilot/preflight.rs",
-    "file crates/seatrial-links/src/autopilot/speaker.rs",
-    "file crates/seatrial-links/src/ros2_vehicle/mod.rs",
     "function seatrial-cli yaw",
-    "function seatrial-logs new",
     "function seatrial-report estimates",
     "function seatrial-report figure",
     "function seatrial-report manoeuvre",
@@ -28,14 +21,12 @@ pub const ALLOWED: &[&str] = &[
 ];
 
 /// Functions of more than 60 lines, where they are more than the plan allows.
-pub const LONG_FUNCTIONS: usize = 57;
+pub const LONG_FUNCTIONS: usize = 55;
 
 /// Lines with a `Result` whose error is a `String`, by crate.
 pub const STRING_ERRORS: &[(&str, usize)] = &[
     ("seatrial", 4),
     ("seatrial-app", 2),
-    ("seatrial-links", 25),
     ("seatrial-logbook", 1),
-    ("seatrial-logs", 2),
     ("seatrial-sim", 4),
 ];

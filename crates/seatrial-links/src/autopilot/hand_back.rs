@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use seatrial_mavlink::ardupilot::Pulse;
 use serde::{Deserialize, Serialize};
 
 use super::profile::Demand;
 use super::{Autopilot, Profile, REAL32};
+use crate::handover::{Controls, NEUTRAL};
 use crate::link::{Message, Wire};
-use seatrial_mavlink::ardupilot::Pulse;
 
 /// Longest wait for a mode or a parameter, s.
 const RESTORE_S: f64 = 6.0;
@@ -17,10 +18,6 @@ const LOOKS_S: f64 = 0.6;
 const FAILSAFE_S: f64 = 4.0;
 /// Longest wait for a vehicle that is silent, s.
 const RECONNECT_S: f64 = 10.0;
-/// Times that a release is sent: each may be lost.
-const RELEASES: u32 = 5;
-/// An output this near to its trim is neutral, as a fraction of full.
-pub(super) const NEUTRAL: f64 = 0.05;
 /// `SERVOn_FUNCTION` of the throttle, and of the horizontal thrusters of ArduSub's vectored frames.
 const THROTTLE: &[f64] = &[70.0];
 const SUB_THRUSTERS: &[f64] = &[33.0, 34.0, 35.0, 36.0];
@@ -113,11 +110,11 @@ impl<W: Wire> Autopilot<W> {
     pub(super) fn let_go(&mut self) {
         self.on_guard = false;
         if self.demand.is_some() {
-            self.release();
+            self.release_controls();
         }
     }
 
-    fn release(&mut self) {
+    pub(super) fn release_controls(&mut self) {
         // Without a release, or a remote control to release to, the last demand would stay; a pilot who has one has his own.
         let is_pilots = self.stopped.as_ref().is_some_and(super::Stop::is_pilot);
         let release = self.give_to_sticks();
@@ -147,10 +144,7 @@ impl<W: Wire> Autopilot<W> {
         let Some(backup) = self.backup.take() else {
             return done;
         };
-        for _ in 0..RELEASES {
-            self.release();
-            self.wait(0.1, |_| false);
-        }
+        self.release_repeatedly(Self::release_controls);
         let heartbeats = self.heard.heartbeats;
         let is_heard = self.wait(RECONNECT_S, |autopilot| {
             autopilot.heard.heartbeats > heartbeats
@@ -189,12 +183,11 @@ impl<W: Wire> Autopilot<W> {
             return HandBack::nothing(backup);
         }
         // The last override of a trial that was killed would live again with a longer RC_OVERRIDE_TIME.
-        for _ in 0..RELEASES {
-            if let Some(release) = self.profile().release(self.system()) {
-                self.send(release);
+        self.release_repeatedly(|autopilot| {
+            if let Some(release) = autopilot.profile().release(autopilot.system()) {
+                autopilot.send(release);
             }
-            self.wait(0.1, |_| false);
-        }
+        });
         self.restore_parameters(backup, true, &mut done);
         let steering_mode = self.profile().steering_mode();
         // Only from the mode that a trial left behind: any other is somebody's choice since.
@@ -219,13 +212,6 @@ impl<W: Wire> Autopilot<W> {
                 done.not_restored.push(name.clone());
             }
         }
-    }
-
-    pub(super) fn is_rudder_neutral(&self) -> bool {
-        let full_rad = self.settings.full_rudder_rad;
-        self.sampler
-            .last_rudder_rad()
-            .is_some_and(|rudder_rad| (rudder_rad / full_rad).abs() < NEUTRAL)
     }
 
     fn wait_for_throttle(&mut self) -> Option<bool> {

@@ -5,10 +5,14 @@
 //! answers, [`Autopilot::hand_back`] undoes it all; so does dropping it. [`Tended`] keeps the link alive while nobody waits. Whatever ends the trial from the vehicle's side, a
 //! [`Stop`], releases the controls as soon as the message that tells it is read.
 
+mod controls;
 mod hand_back;
+mod health;
 mod heard;
+mod parameters;
 mod preflight;
 mod profile;
+mod rates;
 mod response;
 mod sampler;
 mod speaker;
@@ -18,16 +22,17 @@ mod taking;
 mod talk;
 mod tended;
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use seatrial_mavlink::ardupilot::Parameters;
+
+use crate::handover::Following;
 use crate::link::{Damage, Decoder, Encoder, Sender, Signing, Wire};
 pub use hand_back::{Backup, HandBack, Stored};
-pub use preflight::{Change, Check, Preflight};
 pub use profile::{Profile, SteeringOutputs};
 pub use response::Response;
-use seatrial_mavlink::ardupilot::Parameters;
 pub use speaker::Speaker;
 pub use stop::Stop;
 pub use tended::Tended;
@@ -126,9 +131,7 @@ pub struct Autopilot<W: Wire> {
     held_heading_rad: Option<f64>,
     /// When the trial last took a sample or asked for something.
     attended_s: f64,
-    /// When what was asked for, lately.
-    demands: VecDeque<(f64, f64)>,
-    followed_s: f64,
+    following: Following,
     beat_s: f64,
     /// When bytes were last looked for, and since when without a break.
     pumped_s: f64,
@@ -136,7 +139,7 @@ pub struct Autopilot<W: Wire> {
     /// When an attitude last came.
     heard_s: f64,
     response: Response,
-    /// Are the vehicle's doings a reason to give it back?
+    /// Does what the vehicle does end the trial?
     on_guard: bool,
     stopped: Option<Stop>,
     /// Do we keep silent to prove what becomes of the rudder then? What would stop a trial waits until that is over.
@@ -171,8 +174,7 @@ impl<W: Wire> Autopilot<W> {
             demanded_s: f64::NEG_INFINITY,
             held_heading_rad: None,
             attended_s: 0.0,
-            demands: VecDeque::new(),
-            followed_s: 0.0,
+            following: Following::default(),
             beat_s: f64::NEG_INFINITY,
             pumped_s: f64::NEG_INFINITY,
             resumed_s: 0.0,

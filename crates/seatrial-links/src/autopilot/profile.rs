@@ -1,10 +1,10 @@
 //! Kinds of autopilots: how each is steered, which mode that takes, which outputs are its rudder.
 
+use seatrial_mavlink::ardupilot::{Parameters, Pulse, Steering};
 use serde::{Deserialize, Serialize};
 
 use crate::link::Message;
 use crate::link::message::{Heartbeat, ManualControl, RcChannelsOverride};
-use seatrial_mavlink::ardupilot::{Parameters, Pulse, Steering};
 
 /// `MAV_AUTOPILOT` and `MAV_TYPE` of a heartbeat.
 const ARDUPILOT: u8 = 3;

@@ -1,21 +1,15 @@
 //! Steering: what is asked for, again and again until something else is; a heading that is held; the [`Vehicle`].
 
-use seatrial_core::{AbortReason, Action, Real, Sample, Steering, Vehicle};
+use seatrial_core::{AbortReason, Action, Sample, Steering, Vehicle};
 
 use super::profile::Demand;
-use super::talk::WAIT_S;
 use super::{Autopilot, Stop};
+use crate::handover::{FOLLOWS, HeadingHold, WAIT_S};
 use crate::link::{Wire, message};
 
-/// An output this near to what was asked for follows, as a fraction of full.
-const FOLLOWS: f64 = 0.15;
-/// Demands so old may still be on their way, s.
-const ON_THE_WAY_S: f64 = 1.5;
-/// A rudder that does not follow for so long ends the trial, s.
-const NOT_FOLLOWED_S: f64 = 1.0;
 /// A rudder that is held for so long without a word from the trial, s, is nobody's.
 const DEFLECTED_ALONE_S: f64 = 1.0;
-/// Likewise a heading: judging a run takes its time.
+/// A heading that is held for so long without a word from the trial, s, is nobody's: judging a run takes its time.
 const HOLDING_ALONE_S: f64 = 10.0;
 
 impl<W: Wire> Autopilot<W> {
@@ -34,14 +28,7 @@ impl<W: Wire> Autopilot<W> {
         };
         let now_s = self.wire.now_s();
         self.demanded_s = now_s;
-        self.demands.push_back((now_s, demand.steer));
-        while self
-            .demands
-            .front()
-            .is_some_and(|(asked_s, _)| now_s - asked_s > ON_THE_WAY_S)
-        {
-            self.demands.pop_front();
-        }
+        self.following.asked(now_s, demand.steer);
         let message = self
             .profile()
             .demand(demand, &self.parameters, self.system());
@@ -83,34 +70,29 @@ impl<W: Wire> Autopilot<W> {
         let rudder_rad = found * self.settings.full_rudder_rad;
         self.sampler
             .rudder(servo.time_us, self.earlier_s, rudder_rad);
-        let follows = self
-            .demands
-            .iter()
-            .any(|(_, asked)| (asked - found).abs() < FOLLOWS);
-        if follows || self.demand.is_none() {
-            self.followed_s = now_s;
-        } else if now_s - self.followed_s > NOT_FOLLOWED_S {
-            let asked = self.demand.map_or(0.0, |demand| demand.steer);
+        let Some(demand) = self.demand else {
+            self.following.restart(now_s);
+            return;
+        };
+        if self.following.is_lost(now_s, found, FOLLOWS) {
+            let asked = demand.steer;
             self.stop_on_guard(Stop::NotFollowed { asked, found });
         }
     }
 
-    /// Our own heading hold, for a vehicle whose rudder we have, as a fraction of full: delta = -(K (psi - psi_d) + D r), within its limit.
+    /// The steering that holds a heading, as a fraction of full.
     fn holding_steer(&self, heading_rad: f64) -> f64 {
         let Some((now_rad, rate_rad_s)) = self.sampler.newest_heading() else {
             return 0.0;
         };
         let settings = &self.settings;
-        let error_rad = Real::wrapped(now_rad - heading_rad);
-        let sense = if settings.is_reversed { -1.0 } else { 1.0 };
-        let rudder_rad =
-            -sense * (settings.heading_gain * error_rad + settings.yaw_rate_gain_s * rate_rad_s);
-        let limit_rad = settings.heading_rudder_rad;
-        if rudder_rad.is_finite() {
-            rudder_rad.clamp(-limit_rad, limit_rad) / settings.full_rudder_rad
-        } else {
-            0.0
-        }
+        let hold = HeadingHold {
+            gain: settings.heading_gain,
+            yaw_rate_gain_s: settings.yaw_rate_gain_s,
+            largest_rad: settings.heading_rudder_rad,
+            is_reversed: settings.is_reversed,
+        };
+        hold.rudder_rad(now_rad, rate_rad_s, heading_rad) / settings.full_rudder_rad
     }
 }
 

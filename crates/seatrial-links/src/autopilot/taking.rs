@@ -2,23 +2,16 @@
 
 use std::io;
 
-use seatrial_core::Sample;
-
-use super::hand_back::NEUTRAL;
-use super::preflight::LONGEST_OVERRIDE_S;
+use super::parameters::LONGEST_OVERRIDE_S;
 use super::profile::Demand;
-use super::{Autopilot, Backup, Change, Check, Preflight, Stop, Stored};
+use super::{Autopilot, Backup, Stop, Stored};
+use crate::handover::{
+    Change, Check, Controls, LostProcess, Preflight, Wiggle, prove_rudder, prove_that_it_lets_go,
+};
 use crate::link::Wire;
-use crate::wiggle::late_mean;
 
 /// Longest wait for one change, s.
 const CHANGE_S: f64 = 6.0;
-/// The small wiggle, as a fraction of full rudder.
-const WIGGLE: f64 = 0.2;
-/// An echo may differ from what was asked for by this, as a fraction of full.
-const ECHO: f64 = 0.05;
-/// A yaw rate that tells the rudder's sense, rad/s.
-const TELLING_RATE_RAD_S: f64 = 0.01;
 
 impl<W: Wire> Autopilot<W> {
     /// Takes the vehicle: changes its parameters and mode, proves that the rudder answers, with the right sense, and that
@@ -29,11 +22,7 @@ impl<W: Wire> Autopilot<W> {
         changes: &[Change],
         keep: &mut dyn FnMut(&Backup) -> io::Result<()>,
     ) -> Vec<Check> {
-        let mut found = Preflight {
-            vehicle: String::new(),
-            checks: Vec::new(),
-            changes: Vec::new(),
-        };
+        let mut found = Preflight::default();
         let backup = Backup {
             system: self.system(),
             mode: self
@@ -69,7 +58,7 @@ impl<W: Wire> Autopilot<W> {
         }
         self.wiggle(&mut found);
         if found.is_passed() {
-            self.fall_silent(&mut found);
+            self.prove_lost_process(&mut found);
         }
         if let Some(stop) = self.stopped.as_ref() {
             found.check("vehicle", false, stop.to_string());
@@ -111,112 +100,45 @@ impl<W: Wire> Autopilot<W> {
 
     fn guard(&mut self) {
         self.heard.failsafe = None;
-        self.followed_s = self.wire.now_s();
+        self.following.restart(self.wire.now_s());
         self.on_guard = true;
     }
 
-    /// Asks for the same for so long on the vehicle's clock; the samples of that time.
-    fn drive(&mut self, steer: f64, thrust: f64, duration_s: f64) -> Vec<Sample<f64>> {
-        self.sampler.skip();
-        let mut samples: Vec<Sample<f64>> = Vec::new();
-        if self.stopped.is_some() {
-            return samples;
-        }
-        let end_s = self.wire.now_s() + 2.0 * duration_s + 3.0;
-        self.ask(Demand { steer, thrust });
-        while self.wire.now_s() < end_s && self.stopped.is_none() {
-            let now_s = self.wire.now_s();
-            self.pump(now_s + 0.02);
-            while let Some(sample) = self.sampler.take() {
-                samples.push(sample);
-                if self.stopped.is_none() {
-                    self.ask(Demand { steer, thrust });
-                }
-            }
-            let first_s = samples.first().map(|sample| sample.time_s);
-            let last_s = samples.last().map(|sample| sample.time_s);
-            if first_s
-                .zip(last_s)
-                .is_some_and(|(first, last)| last - first >= duration_s)
-            {
-                break;
-            }
-        }
-        samples
-    }
-
     fn wiggle(&mut self, found: &mut Preflight) {
-        let full_rad = self.settings.full_rudder_rad;
-        let thrust = self.settings.trying_thrust;
         // What was asked for takes a round trip to be seen.
-        let late_s = self
-            .heard
-            .clock
-            .map_or(0.0, |(round_trip_s, _)| round_trip_s);
-        let mut answers = Vec::new();
-        self.drive(0.0, thrust, 3.0);
-        for steer in [WIGGLE, -WIGGLE] {
-            let samples = self.drive(steer, thrust, 2.0 + 2.0 * late_s);
-            let echo = late_mean(&samples, |sample| sample.rudder_rad / full_rad);
-            let rate_rad_s = late_mean(&samples, |sample| sample.yaw_rate_rad_s.unwrap_or(0.0));
-            let follows = (echo - steer).abs() < ECHO;
-            found.check(
-                "echo",
-                follows,
-                format!(
-                    "rudder output {echo:+.3} of full for {steer:+.3} asked{}",
-                    if follows { "" } else { ": is our system id obeyed, is the mode right, is it armed, is the output reversed?" }
-                ),
-            );
-            answers.push(rate_rad_s);
-        }
-        let turned_rad_s = answers[0] - answers[1];
-        let sense = if self.settings.is_reversed { -1.0 } else { 1.0 };
-        let tells = turned_rad_s.abs() > 2.0 * TELLING_RATE_RAD_S;
-        found.check(
-            "rudder sense",
-            !tells || turned_rad_s * sense > 0.0,
-            match tells {
-                true => format!(
-                    "yaw rate {:+.3} and {:+.3} rad/s to the two sides",
-                    answers[0], answers[1]
-                ),
-                false => "too slow to tell; the trial itself watches it".into(),
-            },
-        );
+        let late_s = self.round_trip_s();
+        let wiggle = Wiggle {
+            thrust: self.settings.trying_thrust,
+            straight_s: 3.0,
+            side_s: 2.0 + 2.0 * late_s,
+            full_rudder_rad: self.settings.full_rudder_rad,
+            is_reported: true,
+            is_reversed: self.settings.is_reversed,
+            echo_hint: "that our system id is obeyed, the mode, that it is armed, whether the output is reversed",
+            sense_hint: "whether the output is reversed, or rudder_sense in the plan",
+        };
+        prove_rudder(self, &wiggle, found);
         self.drive(0.0, 0.0, 1.0 + late_s);
     }
 
-    /// What a lost process would do: the autopilot must let go of the rudder by itself.
-    fn fall_silent(&mut self, found: &mut Preflight) {
-        let late_s = self
-            .heard
+    fn round_trip_s(&self) -> f64 {
+        self.heard
             .clock
-            .map_or(0.0, |(round_trip_s, _)| round_trip_s);
-        self.drive(WIGGLE, 0.0, 1.0 + 2.0 * late_s);
-        if self.stopped.is_some() {
+            .map_or(0.0, |(round_trip_s, _)| round_trip_s)
+    }
+
+    /// What a lost process would do: the autopilot must let go of the rudder by itself.
+    fn prove_lost_process(&mut self, found: &mut Preflight) {
+        let late_s = self.round_trip_s();
+        let process = LostProcess {
+            who: "the autopilot",
+            deflected_s: 1.0 + 2.0 * late_s,
+            longest_s: LONGEST_OVERRIDE_S + late_s + 0.3,
+            remedy: "set its timeout and failsafe",
+        };
+        if !prove_that_it_lets_go(self, &process, found) {
             return;
         }
-        (self.on_guard, self.is_proving) = (false, true);
-        self.demand = None;
-        let start_s = self.sampler.clock_s();
-        let longest_s = LONGEST_OVERRIDE_S + late_s + 0.3;
-        let is_over = |autopilot: &mut Self| {
-            autopilot.is_rudder_neutral() || autopilot.sampler.clock_s() - start_s > longest_s
-        };
-        self.wait(2.0 * longest_s + 1.0, is_over);
-        let took_s = self.sampler.clock_s() - start_s;
-        let lets_go = self.is_rudder_neutral();
-        found.check(
-            "lost process",
-            lets_go,
-            match lets_go {
-                true => format!("without us the autopilot let go of the rudder within {took_s:.1} s"),
-                false => format!(
-                    "without us the autopilot still held the rudder after {took_s:.1} s, more than {NEUTRAL} of full: set its timeout and failsafe"
-                ),
-            },
-        );
         self.ask(Demand::default());
         // Its failsafe may have changed the mode, as it should; a heartbeat tells.
         self.wait(1.2, |autopilot| autopilot.heard.is_critical());

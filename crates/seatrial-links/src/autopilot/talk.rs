@@ -4,17 +4,12 @@ use std::sync::atomic::Ordering;
 
 use super::profile::Profile;
 use super::{Autopilot, REAL32, REPEAT_S, Stop, Stored};
+use crate::handover::{Controls, SILENCE_S};
 use crate::link::message::{self, CommandLong, ParamRequestRead, ParamSet, Text};
 use crate::link::{Message, Sender, Wire};
 
 /// Between our heartbeats, s: one that is late still comes within a second.
 const HEARTBEAT_S: f64 = 0.5;
-/// Silence that ends the trial, s.
-const SILENCE_S: f64 = 0.7;
-/// Longest wait for bytes at a time, s.
-pub(super) const WAIT_S: f64 = 0.02;
-/// Between two questions that are not answered, s.
-const ASK_AGAIN_S: f64 = 0.3;
 /// The most parameters that are kept.
 const MOST_PARAMETERS: usize = 8192;
 
@@ -150,44 +145,6 @@ impl<W: Wire> Autopilot<W> {
             self.sampler.is_closed = true;
             self.let_go();
         }
-    }
-
-    /// Pumps until `done` or for this long on our clock. `true`: done.
-    pub(super) fn wait(&mut self, longest_s: f64, mut done: impl FnMut(&mut Self) -> bool) -> bool {
-        let end_s = self.wire.now_s() + longest_s;
-        loop {
-            if done(self) {
-                return true;
-            }
-            let now_s = self.wire.now_s();
-            if now_s >= end_s {
-                return false;
-            }
-            // Who waits is not held up.
-            self.attended_s = now_s;
-            self.pump((now_s + WAIT_S).min(end_s));
-        }
-    }
-
-    /// Asks with `question` until `done` or for this long.
-    pub(super) fn insist(
-        &mut self,
-        longest_s: f64,
-        mut question: impl FnMut(&mut Self),
-        mut done: impl FnMut(&mut Self) -> bool,
-    ) -> bool {
-        let mut asked_s = f64::NEG_INFINITY;
-        self.wait(longest_s, |autopilot| {
-            if done(autopilot) {
-                return true;
-            }
-            let now_s = autopilot.wire.now_s();
-            if now_s - asked_s >= ASK_AGAIN_S {
-                asked_s = now_s;
-                question(autopilot);
-            }
-            false
-        })
     }
 
     pub(super) fn ask_parameter(&mut self, name: &str) {

@@ -5,4 +5,4 @@ mod transport;
 pub use seatrial_mavlink::{
     Damage, Decoder, Encoder, Frame, Key, KeyError, Message, Refused, Sender, Signing, message,
 };
-pub use transport::{Address, Transport, Wire};
+pub use transport::{Address, InvalidAddress, Transport, Wire};

@@ -6,6 +6,8 @@ use std::net::{SocketAddr, TcpStream, ToSocketAddrs, UdpSocket};
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
+use thiserror::Error;
+
 /// Bytes to and from a vehicle, and the time. A wire that breaks mends itself as soon as it can; until then nothing comes
 /// and what is sent is lost.
 pub trait Wire {
@@ -26,21 +28,24 @@ pub enum Address {
     UdpIn(String),
     /// It listens there.
     UdpOut(String),
-    /// It listens there.
+    /// It listens there for a connection.
     Tcp(String),
     /// A device and its baud rate.
     Serial(String, u32),
 }
 
-impl FromStr for Address {
-    type Err = String;
+/// A text that is no address.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error(
+    "{0}: expected udp:HOST:PORT (listens there), udpout:HOST:PORT, tcp:HOST:PORT or serial:DEVICE:BAUD"
+)]
+pub struct InvalidAddress(String);
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        let wrong = || {
-            format!(
-                "{text}: expected udp:HOST:PORT (listens there), udpout:HOST:PORT, tcp:HOST:PORT or serial:DEVICE:BAUD"
-            )
-        };
+impl FromStr for Address {
+    type Err = InvalidAddress;
+
+    fn from_str(text: &str) -> Result<Self, InvalidAddress> {
+        let wrong = || InvalidAddress(text.into());
         let (kind, rest) = text.split_once(':').ok_or_else(wrong)?;
         let (place, number) = rest.rsplit_once(':').ok_or_else(wrong)?;
         if place.is_empty() {

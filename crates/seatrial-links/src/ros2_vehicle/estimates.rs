@@ -4,6 +4,8 @@ use std::io;
 
 use seatrial_core::YawModel;
 
+use super::middleware_error::MiddlewareError;
+
 /// Name of the topic of estimates.
 pub const ESTIMATE_TOPIC: &str = "/seatrial/estimate";
 
@@ -23,11 +25,13 @@ pub struct TimedEstimate {
 /// Publishes estimates as messages of `std_msgs/Float64MultiArray`; what is missing is not a number.
 pub struct EstimateTopic(Publish);
 
-type Publish = Box<dyn FnMut(&TimedEstimate) -> Result<(), String>>;
+type Publish = Box<dyn FnMut(&TimedEstimate) -> Result<(), MiddlewareError>>;
 
 impl EstimateTopic {
     /// A topic that estimates are published on by this function.
-    pub fn new(publish: impl FnMut(&TimedEstimate) -> Result<(), String> + 'static) -> Self {
+    pub fn new(
+        publish: impl FnMut(&TimedEstimate) -> Result<(), MiddlewareError> + 'static,
+    ) -> Self {
         Self(Box::new(publish))
     }
 

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use super::middleware_error::MiddlewareError;
 use super::{Description, EstimateTopic, Graph, Zenoh};
 
 /// A vehicle's topics and services, and its topic of estimates.
@@ -17,8 +18,8 @@ pub enum JoinError {
         feature: &'static str,
     },
     /// The middleware refused.
-    #[error("{0}")]
-    Middleware(String),
+    #[error(transparent)]
+    Middleware(#[from] MiddlewareError),
 }
 
 /// Joins the middleware that a description names: DDS, or zenoh where it has a section for it.
@@ -31,8 +32,8 @@ pub fn join(description: &Description) -> Result<Joined, JoinError> {
 
 #[cfg(feature = "ros2")]
 fn over_dds(description: &Description) -> Result<Joined, JoinError> {
-    let mut graph = super::Dds::open(description.clone()).map_err(JoinError::Middleware)?;
-    let estimates = graph.estimates().map_err(JoinError::Middleware)?;
+    let mut graph = super::middleware::Dds::open(description.clone())?;
+    let estimates = graph.estimates()?;
     Ok((Box::new(graph), estimates))
 }
 
@@ -43,9 +44,9 @@ fn over_dds(_: &Description) -> Result<Joined, JoinError> {
 
 #[cfg(feature = "ros2-zenoh")]
 fn over_zenoh(description: &Description, zenoh: &Zenoh) -> Result<Joined, JoinError> {
-    let opened = super::OverZenoh::open(description.clone(), zenoh);
-    let mut graph = opened.map_err(JoinError::Middleware)?;
-    let estimates = graph.estimates().map_err(JoinError::Middleware)?;
+    let opened = super::middleware::OverZenoh::open(description.clone(), zenoh);
+    let mut graph = opened?;
+    let estimates = graph.estimates()?;
     Ok((Box::new(graph), estimates))
 }
 

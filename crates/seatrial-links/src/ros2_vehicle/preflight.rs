@@ -2,41 +2,31 @@
 
 use seatrial_core::Sample;
 
-use super::{Demand, Graph, NEUTRAL, RosVehicle};
-use crate::autopilot::{Check, Preflight};
-use crate::wiggle::late_mean;
+use super::{Demand, Graph, RosVehicle};
+use crate::handover::{
+    CONNECT_S, Check, Controls, LostProcess, Preflight, SLOWER, Wiggle, prove_rudder,
+    prove_that_it_lets_go,
+};
 
-/// Longest wait for a vehicle, s.
-const CONNECT_S: f64 = 10.0;
 /// Time over which rates are measured, s.
 const RATES_S: f64 = 2.0;
-/// Samples may come this much slower than the plan's.
-const SLOWER: f64 = 1.5;
 /// The clock of the stamps may run this much faster or slower than ours.
 const CLOCK_RATE: f64 = 0.1;
 /// A measured rudder must come at least so often in a sample: it is held from one message to the next.
 const RUDDERS_PER_SAMPLE: f64 = 2.0;
 /// Longest wait for the vehicle's own service, s.
 const ENABLE_S: f64 = 5.0;
-/// The small wiggle, as a fraction of full rudder.
-const WIGGLE: f64 = 0.2;
-/// A measured rudder may differ from what was asked for by this, as a fraction of full.
-const ECHO: f64 = 0.05;
-/// A yaw rate that tells the rudder's sense, rad/s.
-const TELLING_RATE_RAD_S: f64 = 0.01;
 /// How long each side of the wiggle lasts, and the straight run before, s.
 const WIGGLE_S: f64 = 1.5;
+/// How long the rudder is deflected before we fall silent, s.
+const DEFLECTED_S: f64 = 0.5;
 /// After this and its own timeout the vehicle must have let go, s.
 const LETS_GO_S: f64 = 0.5;
 
 impl<G: Graph> RosVehicle<G> {
     /// Looks at the vehicle without touching its controls.
     pub fn inspect(&mut self) -> Preflight {
-        let mut found = Preflight {
-            vehicle: "no vehicle".into(),
-            checks: Vec::new(),
-            changes: Vec::new(),
-        };
+        let mut found = Preflight::begin();
         let source = match (&self.description.imu, &self.description.odometry) {
             (Some(imu), _) => imu.topic.clone(),
             (None, Some(odometry)) => odometry.topic.clone(),
@@ -51,7 +41,7 @@ impl<G: Graph> RosVehicle<G> {
                 "nothing came on {source} for {CONNECT_S} s: check its name and type, domain {}, {way}",
                 self.description.domain
             );
-            push(&mut found, "samples", false, text);
+            found.check("samples", false, text);
             return found;
         }
         found.vehicle = format!(
@@ -72,7 +62,7 @@ impl<G: Graph> RosVehicle<G> {
                 matched.not_heard.join(" and ")
             ),
         };
-        push(&mut found, "commands", matched.not_heard.is_empty(), heard);
+        found.check("commands", matched.not_heard.is_empty(), heard);
         let alone = match matched.shared.is_empty() {
             true => "nobody else publishes rudder or thrust".into(),
             false => format!(
@@ -80,19 +70,19 @@ impl<G: Graph> RosVehicle<G> {
                 matched.shared.join(" and ")
             ),
         };
-        push(&mut found, "alone", matched.shared.is_empty(), alone);
+        found.check("alone", matched.shared.is_empty(), alone);
         if let Some(enable) = &self.description.enable {
             let text = match is_matched || matched.has_enable {
                 true => format!("{} is there", enable.service),
                 false => format!("the service {} is not there", enable.service),
             };
-            push(&mut found, "enable", matched.has_enable, text);
+            found.check("enable", matched.has_enable, text);
         }
         let envelope = self.settings.envelope.clone();
         let text = envelope
             .clone()
             .unwrap_or_else(|| "no plan was given: its envelope must be yours".into());
-        push(&mut found, "envelope", envelope.is_some(), text);
+        found.check("envelope", envelope.is_some(), text);
         found
     }
 
@@ -119,7 +109,7 @@ impl<G: Graph> RosVehicle<G> {
                 ),
             }
         );
-        push(found, "samples", is_fast, text);
+        found.check("samples", is_fast, text);
 
         let rate = (self.sampler.clock_s() - stamp_s) / span_s;
         let is_sane = (rate - 1.0).abs() < CLOCK_RATE && stamp_s > 0.0;
@@ -129,7 +119,7 @@ impl<G: Graph> RosVehicle<G> {
                 "stamps run {rate:.3} times as fast as our clock, from {stamp_s:.3} s: expected the time of the measurement in header.stamp"
             ),
         };
-        push(found, "clock", is_sane, text);
+        found.check("clock", is_sane, text);
 
         let mut newest: Option<Sample<f64>> = None;
         while let Some(sample) = self.sampler.take() {
@@ -144,11 +134,11 @@ impl<G: Graph> RosVehicle<G> {
             ),
             None => "the orientation is no unit quaternion, or said to be unknown".into(),
         };
-        push(found, "heading", is_oriented, text);
+        found.check("heading", is_oriented, text);
 
         let Some(feedback) = &self.description.feedback else {
             let text = "no feedback: the command is taken to be the rudder, and that the vehicle lets go of it by itself is not proven";
-            push(found, "rudder", true, text.into());
+            found.check("rudder", true, text);
             return;
         };
         let rudders_hz = (self.sampler.rudders - rudders) as f64 / span_s;
@@ -160,7 +150,7 @@ impl<G: Graph> RosVehicle<G> {
                 feedback.topic
             ),
         };
-        push(found, "rudder", is_measured, text);
+        found.check("rudder", is_measured, text);
     }
 
     /// Pumps until somebody calls the enable service, or the operator gives up. `true`: agreed to.
@@ -177,122 +167,55 @@ impl<G: Graph> RosVehicle<G> {
     /// rudder is measured, that the vehicle lets go of it when nothing is heard from us. Unless every check passes the vehicle
     /// must be handed back.
     pub fn take_control(&mut self) -> Vec<Check> {
-        let mut found = Preflight {
-            vehicle: String::new(),
-            checks: Vec::new(),
-            changes: Vec::new(),
-        };
+        let mut found = Preflight::default();
         self.is_taken = true;
         self.guard();
         if self.enable(true, ENABLE_S) == Some(false) {
             let text = "the vehicle's service did not answer, or refused";
-            push(&mut found, "enable", false, text.into());
+            found.check("enable", false, text);
             return found.checks;
         }
         self.wiggle(&mut found);
         if found.is_passed() && self.description.feedback.is_some() {
-            self.fall_silent(&mut found);
+            self.prove_lost_process(&mut found);
         }
         if let Some(stop) = &self.stopped {
-            push(&mut found, "vehicle", false, stop.to_string());
+            found.check("vehicle", false, stop.to_string());
         }
         self.sampler.skip();
         found.checks
     }
 
     fn guard(&mut self) {
-        self.followed_s = self.graph.now_s();
+        self.following.restart(self.graph.now_s());
         self.on_guard = true;
     }
 
-    /// Asks for the same for so long; the samples of that time.
-    fn drive(&mut self, demand: Demand, duration_s: f64) -> Vec<Sample<f64>> {
-        self.sampler.skip();
-        let mut samples = Vec::new();
-        if self.stopped.is_none() {
-            self.ask(demand);
-        }
-        self.wait(duration_s, |vehicle| {
-            while let Some(sample) = vehicle.sampler.take() {
-                samples.push(sample);
-            }
-            vehicle.stopped.is_some()
-        });
-        samples
-    }
-
     fn wiggle(&mut self, found: &mut Preflight) {
-        let limit_rad = self.description.rudder.limit_rad;
-        let thrust = self.settings.trying_thrust;
-        let demand = |rudder_rad: f64| Demand { rudder_rad, thrust };
-        let mut answers = Vec::new();
-        self.drive(demand(0.0), WIGGLE_S);
-        for side in [WIGGLE, -WIGGLE] {
-            let asked_rad = side * limit_rad;
-            let samples = self.drive(demand(asked_rad), WIGGLE_S);
-            let rudder_rad = late_mean(&samples, |sample| sample.rudder_rad);
-            if self.description.feedback.is_some() {
-                let follows = (rudder_rad - asked_rad).abs() < ECHO * limit_rad;
-                let hint = match follows {
-                    true => "",
-                    false => {
-                        ": check units_per_rad and trim_units, and whether somebody else steers"
-                    }
-                };
-                let text = format!("{rudder_rad:+.3} rad for {asked_rad:+.3} rad asked{hint}");
-                push(found, "echo", follows, text);
-            }
-            answers.push(late_mean(&samples, |sample| {
-                sample.yaw_rate_rad_s.unwrap_or(0.0)
-            }));
-        }
-        let turned_rad_s = answers[0] - answers[1];
-        let sense = if self.settings.is_reversed { -1.0 } else { 1.0 };
-        let tells = turned_rad_s.abs() > 2.0 * TELLING_RATE_RAD_S;
-        let is_right = turned_rad_s * sense > 0.0;
-        let text = match (tells, is_right) {
-            (true, true) => format!(
-                "yaw rate {:+.3} and {:+.3} rad/s to the two sides",
-                answers[0], answers[1]
-            ),
-            (true, false) => format!(
-                "yaw rate {:+.3} and {:+.3} rad/s to the two sides, the wrong way round: check the sign of units_per_rad, the frame, or rudder_sense in the plan",
-                answers[0], answers[1]
-            ),
-            (false, _) => "too slow to tell; the trial itself watches it".into(),
+        let wiggle = Wiggle {
+            thrust: self.settings.trying_thrust,
+            straight_s: WIGGLE_S,
+            side_s: WIGGLE_S,
+            full_rudder_rad: self.description.rudder.limit_rad,
+            is_reported: self.description.feedback.is_some(),
+            is_reversed: self.settings.is_reversed,
+            echo_hint: "units_per_rad and trim_units, and whether somebody else steers",
+            sense_hint: "the sign of units_per_rad, the frame, or rudder_sense in the plan",
         };
-        push(found, "rudder sense", !tells || is_right, text);
+        prove_rudder(self, &wiggle, found);
     }
 
     /// What a lost process would do: the vehicle must let go of the rudder by itself.
-    fn fall_silent(&mut self, found: &mut Preflight) {
-        let asked_rad = WIGGLE * self.description.rudder.limit_rad;
-        let demand = Demand {
-            rudder_rad: asked_rad,
-            thrust: 0.0,
+    fn prove_lost_process(&mut self, found: &mut Preflight) {
+        let process = LostProcess {
+            who: "the vehicle",
+            deflected_s: DEFLECTED_S,
+            longest_s: self.description.command_timeout_s + LETS_GO_S,
+            remedy: "have the vehicle time out commands, and say how fast in command_timeout_s",
         };
-        self.drive(demand, 0.5);
-        self.demand = None;
-        let begin_s = self.graph.now_s();
-        let longest_s = self.description.command_timeout_s + LETS_GO_S;
-        let lets_go = self.wait(longest_s, |vehicle| {
-            vehicle.is_rudder_neutral() || vehicle.stopped.is_some()
-        });
-        let took_s = self.graph.now_s() - begin_s;
-        if self.stopped.is_none() {
-            let text = match lets_go {
-                true => format!("without us the vehicle let go of the rudder within {took_s:.1} s"),
-                false => format!(
-                    "without us the rudder was still above {NEUTRAL} of full after {took_s:.1} s: have the vehicle time out commands, and say how fast in command_timeout_s"
-                ),
-            };
-            push(found, "lost process", lets_go, text);
+        if prove_that_it_lets_go(self, &process, found) {
             self.ask(Demand::default());
             self.guard();
         }
     }
-}
-
-fn push(found: &mut Preflight, name: &'static str, passed: bool, text: String) {
-    found.checks.push(Check { name, passed, text });
 }

@@ -10,7 +10,8 @@ use seatrial::Step;
 use seatrial::campaign::Campaign;
 use seatrial_app::conduct::{Conducted, Watch, conduct};
 use seatrial_core::{List, Plan, Trial};
-use seatrial_links::autopilot::{Autopilot, Backup, Check, Settings, Stop};
+use seatrial_links::autopilot::{Autopilot, Backup, Settings, Stop};
+use seatrial_links::handover::Check;
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
 use sea::{FULL_RUDDER_RAD, Sea};

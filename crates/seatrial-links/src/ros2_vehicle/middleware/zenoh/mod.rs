@@ -24,10 +24,10 @@ use super::wire::{
     self, Answer, CommandMessage, DiagnosticArray, Float64MultiArray, Request, SetBoolRequest,
     TriggerRequest,
 };
-use super::{
-    ABORT_SERVICE, DIAGNOSTICS_TOPIC, Demand, Description, Diagnosis, ENABLE_SERVICE,
-    ESTIMATE_TOPIC, EstimateTopic, FeedbackType, Graph, Heard, Matched, Zenoh, ZenohMode,
-    next_heard,
+use super::{DIAGNOSTICS_TOPIC, next_heard};
+use crate::ros2_vehicle::{
+    ABORT_SERVICE, Demand, Description, Diagnosis, ENABLE_SERVICE, ESTIMATE_TOPIC, EstimateTopic,
+    FeedbackType, Graph, Heard, Matched, MiddlewareError, Zenoh, ZenohMode,
 };
 use names::{Announced, Entity, Role};
 
@@ -57,14 +57,14 @@ pub struct OverZenoh {
 }
 
 /// Says what could not be done.
-fn failed<E: std::fmt::Display>(what: &str) -> impl FnOnce(E) -> String + '_ {
-    move |error| format!("{what}: {error}")
+fn failed<E: std::fmt::Display>(what: &str) -> impl FnOnce(E) -> MiddlewareError + '_ {
+    move |error| format!("{what}: {error}").into()
 }
 
-fn encoded(message: &impl Serialize) -> Result<Vec<u8>, String> {
+fn encoded(message: &impl Serialize) -> Result<Vec<u8>, MiddlewareError> {
     let body = cdr_encoding::to_vec::<_, LittleEndian>(message);
     let mut bytes = LITTLE_ENDIAN.to_vec();
-    bytes.extend(body.map_err(|error| error.to_string())?);
+    bytes.extend(body.map_err(|error| MiddlewareError::from(error.to_string()))?);
     Ok(bytes)
 }
 
@@ -118,10 +118,10 @@ struct Outlet {
 }
 
 impl Outlet {
-    fn put(&mut self, message: &impl Serialize) -> Result<(), String> {
+    fn put(&mut self, message: &impl Serialize) -> Result<(), MiddlewareError> {
         let message = self.publisher.put(encoded(message)?);
         let put = message.attachment(self.origin.attachment()).wait();
-        put.map_err(|error| error.to_string())
+        put.map_err(|error| MiddlewareError::from(error.to_string()))
     }
 }
 
@@ -151,7 +151,7 @@ impl Maker {
         domain: u16,
         has_hashes: bool,
         sender: Sender,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, MiddlewareError> {
         let token = names::node_token(domain, &session.zid().to_string());
         let node = session.liveliness().declare_token(token).wait();
         Ok(Self {
@@ -173,7 +173,7 @@ impl Maker {
         entity: &Entity,
         is_reliable: bool,
         depth: usize,
-    ) -> Result<Origin, String> {
+    ) -> Result<Origin, MiddlewareError> {
         self.made += 1;
         let session = self.session.zid().to_string();
         let quality = (is_reliable, depth);
@@ -188,7 +188,7 @@ impl Maker {
         })
     }
 
-    fn outlet(&mut self, entity: &Entity, depth: usize) -> Result<Outlet, String> {
+    fn outlet(&mut self, entity: &Entity, depth: usize) -> Result<Outlet, MiddlewareError> {
         let key = entity.key(self.domain);
         // Not kept back to be sent with others; dropped rather than waited for where a link is congested.
         let publisher = self.session.declare_publisher(key).express(true).wait();
@@ -206,7 +206,7 @@ impl Maker {
         &mut self,
         (name, kind, is_reliable): (&str, wire::Kind, bool),
         heard: impl Fn(M) -> Option<Heard> + Send + Sync + 'static,
-    ) -> Result<(), String> {
+    ) -> Result<(), MiddlewareError> {
         let entity = self.topic(name, kind);
         let sender = self.sender.clone();
         let subscriber = self
@@ -229,7 +229,7 @@ impl Maker {
         &mut self,
         name: &str,
         kind: wire::Kind,
-    ) -> Result<(), String> {
+    ) -> Result<(), MiddlewareError> {
         let entity = Entity::service(name, kind, self.has_hashes);
         let sender = self.sender.clone();
         let queryable = self
@@ -247,7 +247,7 @@ impl Maker {
         Ok(())
     }
 
-    fn hear_all(&mut self, description: &Description) -> Result<(), String> {
+    fn hear_all(&mut self, description: &Description) -> Result<(), MiddlewareError> {
         if let Some(imu) = &description.imu {
             let source = (imu.topic.as_str(), wire::IMU, imu.reliable);
             self.hear(source, |imu: wire::Imu| Some(Heard::Imu(imu.motion())))?;
@@ -293,7 +293,7 @@ fn obeyed<R: Request + DeserializeOwned>(query: &Query) -> Option<Heard> {
 }
 
 /// Links are called only, and none is looked for.
-fn config(zenoh: &Zenoh) -> Result<Config, String> {
+fn config(zenoh: &Zenoh) -> Result<Config, MiddlewareError> {
     let (mode, asks_others) = match zenoh.mode {
         ZenohMode::Client => ("client", false),
         ZenohMode::Peer => ("peer", true),
@@ -315,8 +315,8 @@ fn config(zenoh: &Zenoh) -> Result<Config, String> {
 
 impl OverZenoh {
     /// Connects to what a description says and makes what it names.
-    pub fn open(description: Description, zenoh: &Zenoh) -> Result<Self, String> {
-        description.check()?;
+    pub fn open(description: Description, zenoh: &Zenoh) -> Result<Self, MiddlewareError> {
+        description.check().map_err(|error| error.to_string())?;
         let endpoint = zenoh.endpoint.as_str();
         let session = ::zenoh::open(config(zenoh)?).wait().map_err(|error| {
             format!("nobody answers at {endpoint}: start the router there, or correct zenoh.endpoint ({error})")
@@ -374,7 +374,7 @@ impl OverZenoh {
     }
 
     /// Shows rows of a trial as messages.
-    pub fn estimates(&mut self) -> Result<EstimateTopic, String> {
+    pub fn estimates(&mut self) -> Result<EstimateTopic, MiddlewareError> {
         let entity = self.maker.topic(ESTIMATE_TOPIC, wire::FLOAT64_MULTI_ARRAY);
         let mut outlet = self.maker.outlet(&entity, WAITING)?;
         Ok(EstimateTopic::new(move |estimate| {

@@ -20,9 +20,10 @@ use serde::Serialize;
 use super::wire::{
     self, Answer, CommandMessage, Float64MultiArray, Kind, Request, SetBoolRequest, TriggerRequest,
 };
-use super::{
-    ABORT_SERVICE, DIAGNOSTICS_TOPIC, Demand, Description, Diagnosis, ENABLE_SERVICE,
-    ESTIMATE_TOPIC, EstimateTopic, FeedbackType, Graph, Heard, Matched, Middleware, next_heard,
+use super::{DIAGNOSTICS_TOPIC, next_heard};
+use crate::ros2_vehicle::{
+    ABORT_SERVICE, Demand, Description, Diagnosis, ENABLE_SERVICE, ESTIMATE_TOPIC, EstimateTopic,
+    FeedbackType, Graph, Heard, Matched, Middleware, MiddlewareError,
 };
 
 /// Messages of one topic that may wait to be read.
@@ -56,8 +57,8 @@ struct Ears {
 }
 
 /// Says what could not be made.
-fn failed<E: std::fmt::Display>(what: &str) -> impl FnOnce(E) -> String + '_ {
-    move |error| format!("{what}: {error}")
+fn failed<E: std::fmt::Display>(what: &str) -> impl FnOnce(E) -> MiddlewareError + '_ {
+    move |error| format!("{what}: {error}").into()
 }
 
 fn qos(is_reliable: bool) -> QosProfile {
@@ -86,7 +87,7 @@ impl Maker {
         name: &str,
         [package, kind]: Kind,
         qos: &QosProfile,
-    ) -> Result<ros2_client::dds::rustdds::Topic, String> {
+    ) -> Result<ros2_client::dds::rustdds::Topic, MiddlewareError> {
         let parsed = Name::parse(name).map_err(failed(name))?;
         let kind = MessageTypeName::new(package, kind);
         let topic = self.node.create_topic(&parsed, kind, qos);
@@ -98,7 +99,7 @@ impl Maker {
         name: &str,
         kind: Kind,
         qos: QosProfile,
-    ) -> Result<Publisher<M>, String> {
+    ) -> Result<Publisher<M>, MiddlewareError> {
         let topic = self.topic(name, kind, &qos)?;
         let publisher = self.node.create_publisher(&topic, Some(qos));
         publisher.map_err(failed(name))
@@ -109,7 +110,7 @@ impl Maker {
         name: &str,
         kind: Kind,
         is_reliable: bool,
-    ) -> Result<Subscription<M>, String> {
+    ) -> Result<Subscription<M>, MiddlewareError> {
         let qos = qos(is_reliable);
         let topic = self.topic(name, kind, &qos)?;
         let subscription = self.node.create_subscription(&topic, Some(qos));
@@ -120,7 +121,7 @@ impl Maker {
         &mut self,
         name: &str,
         [package, kind]: Kind,
-    ) -> Result<Server<R, Answer>, String> {
+    ) -> Result<Server<R, Answer>, MiddlewareError> {
         let parsed = Name::parse(name).map_err(failed(name))?;
         let kind = ServiceTypeName::new(package, kind);
         let server = self
@@ -129,7 +130,7 @@ impl Maker {
         server.map_err(failed(name))
     }
 
-    fn ears(&mut self, description: &Description) -> Result<Ears, String> {
+    fn ears(&mut self, description: &Description) -> Result<Ears, MiddlewareError> {
         let mut ears = Ears {
             imu: None,
             odometry: None,
@@ -172,15 +173,15 @@ impl Message for Answer {}
 
 impl Dds {
     /// Joins the domain of a description and makes what it names.
-    pub fn open(description: Description) -> Result<Self, String> {
-        description.check()?;
+    pub fn open(description: Description) -> Result<Self, MiddlewareError> {
+        description.check().map_err(|error| error.to_string())?;
         if !description.listens_on_all_addresses {
             return Err(format!(
                 "the sockets of DDS take packets on every address of this machine (UDP ports {} to {}), though only {:?} is announced: keep strangers out with a firewall and say listens_on_all_addresses = true",
                 7400 + 250 * u32::from(description.domain),
                 7649 + 250 * u32::from(description.domain),
                 description.addresses
-            ));
+            ).into());
         }
         let participant = DomainParticipantBuilder::new(description.domain)
             .with_only_networks(description.addresses.clone())
@@ -241,13 +242,15 @@ impl Dds {
     }
 
     /// Shows rows of a trial as messages.
-    pub fn estimates(&mut self) -> Result<EstimateTopic, String> {
+    pub fn estimates(&mut self) -> Result<EstimateTopic, MiddlewareError> {
         let topic = self
             .maker
             .publisher(ESTIMATE_TOPIC, wire::FLOAT64_MULTI_ARRAY, qos(true))?;
         Ok(EstimateTopic::new(move |estimate| {
             let numbers = Float64MultiArray::from(estimate);
-            topic.publish(numbers).map_err(|error| error.to_string())
+            topic
+                .publish(numbers)
+                .map_err(|error| MiddlewareError::from(error.to_string()))
         }))
     }
 

@@ -1,25 +1,18 @@
 //! A vehicle that speaks MAVLink as ArduPilot's Rover, ArduSub or PX4 do, so that others can try what they have against it.
 
+mod defaults;
+mod report;
+
 use std::collections::BTreeMap;
 
-use seatrial_core::{Action, Sample, Steering, Vehicle};
+use seatrial_core::{Action, Steering, Vehicle};
 
-use super::Profile;
-use super::profile::SUB_YAW;
+use super::{Profile, REAL32};
 use crate::link::message::{
-    Attitude, CommandAck, EkfStatusReport, EstimatorStatus, GpsRawInt, Heartbeat, LocalPositionNed,
-    ManualControl, NamedValueFloat, ParamValue, RcChannels, RcChannelsOverride, ServoOutputRaw,
-    Statustext, SysStatus, Text, Timesync, VfrHud,
+    CommandAck, ManualControl, ParamValue, RcChannelsOverride, Statustext, Text, Timesync,
 };
 use crate::link::{Decoder, Encoder, Message, Sender, Signing};
-
-/// Neutral and half the range of every output and input, us.
-const TRIM_US: f64 = 1500.0;
-const HALF_US: f64 = 400.0;
-/// What ArduSub makes of a full stick, as a fraction of full thrust.
-const SUB_GAIN: f64 = 0.5;
-/// MAV_PARAM_TYPE_REAL32.
-const REAL32: u8 = 9;
+use defaults::{HALF_US, TRIM_US, parameters, resting_mode};
 
 /// A vehicle that speaks MAVLink: an autopilot like ArduPilot's Rover, ArduSub or PX4 around a [`Vehicle`], in the vehicle's
 /// own time.
@@ -327,202 +320,4 @@ impl<V: Vehicle<f64>> Speaker<V> {
             self.is_armed &= action != 2.0;
         }
     }
-
-    fn beat(&mut self) {
-        self.send(Heartbeat {
-            custom_mode: self.mode,
-            // A submarine or a boat; PX4 or ArduPilot.
-            kind: if self.profile == Profile::Sub { 12 } else { 11 },
-            autopilot: if self.profile == Profile::Px4 { 12 } else { 3 },
-            base_mode: 1 | if self.is_armed { 0x80 } else { 0 },
-            system_status: if self.failsafe { 5 } else { 4 },
-            mavlink_version: 3,
-        });
-    }
-
-    fn report(&mut self, sample: &Sample<f64>) {
-        let time_boot_ms = (1e3 * sample.time_s).round() as u32;
-        let pulse = |fraction: f64| (TRIM_US + HALF_US * fraction).round() as u16;
-        let mut pulses = [0; 8];
-        let rudder = sample.rudder_rad / self.full_rudder_rad;
-        if self.profile == Profile::Sub {
-            for (motor, yaw) in pulses.iter_mut().zip(SUB_YAW) {
-                *motor = pulse(yaw * SUB_GAIN * rudder);
-            }
-        } else {
-            pulses[0] = pulse(rudder);
-            pulses[2] = pulse(self.fraction(2));
-        }
-        self.send(ServoOutputRaw {
-            time_us: (1e6 * sample.time_s).round() as u64 as u32,
-            pulses,
-            port: 0,
-            more_pulses: [0; 8],
-        });
-        let number = |value: Option<f64>| value.unwrap_or(0.0) as f32;
-        self.send(Attitude {
-            time_boot_ms,
-            roll_rad: number(sample.roll_rad),
-            pitch_rad: number(sample.pitch_rad),
-            yaw_rad: sample.heading_rad as f32,
-            roll_rate_rad_s: 0.0,
-            pitch_rate_rad_s: 0.0,
-            yaw_rate_rad_s: number(sample.yaw_rate_rad_s),
-        });
-        let every = |seconds: f64| (seconds / self.interval_s).round().max(1.0) as u64;
-        let (fifth, whole) = (every(0.2), every(1.0));
-        if self.steps.is_multiple_of(fifth) {
-            self.send(VfrHud {
-                air_speed_m_s: 0.0,
-                ground_speed_m_s: number(sample.surge_speed_m_s),
-                altitude_m: 0.0,
-                climb_m_s: 0.0,
-                heading_deg: 0,
-                throttle_percent: (100.0 * self.fraction(2)).max(0.0) as u16,
-            });
-            self.send(LocalPositionNed {
-                time_boot_ms,
-                north_m: number(sample.north_m),
-                east_m: number(sample.east_m),
-                down_m: number(sample.depth_m),
-                north_m_s: 0.0,
-                east_m_s: 0.0,
-                down_m_s: 0.0,
-            });
-            let mut channels = [0; 18];
-            for (channel, pulse) in channels.iter_mut().take(8).enumerate() {
-                *pulse = self.input_us(channel);
-            }
-            self.send(RcChannels {
-                time_boot_ms,
-                pulses: channels,
-                count: if self.has_remote_control { 8 } else { 0 },
-                rssi: 255,
-            });
-        }
-        if self.steps.is_multiple_of(whole) {
-            self.report_health();
-        }
-    }
-
-    fn report_health(&mut self) {
-        self.beat();
-        self.send(SysStatus {
-            present: 0,
-            enabled: 0,
-            health: 0,
-            load: 0,
-            voltage_mv: 12_000,
-            current_ca: -1,
-            drop_rate: 0,
-            errors: 0,
-            error_counts: [0; 4],
-            battery_percent: self.battery_percent,
-        });
-        self.send(GpsRawInt {
-            time_us: (1e6 * self.clock_s) as u64,
-            latitude: 0,
-            longitude: 0,
-            altitude_mm: 0,
-            eph: 80,
-            epv: 80,
-            speed_cm_s: 0,
-            course_cdeg: 0,
-            fix_type: 3,
-            satellites: 12,
-        });
-        if self.profile == Profile::Sub {
-            self.send(NamedValueFloat {
-                time_boot_ms: (1e3 * self.clock_s) as u32,
-                value: SUB_GAIN as f32,
-                name: Text::from("PilotGain"),
-            });
-        }
-        // Attitude, velocity and position are known.
-        const FLAGS: u16 = 0x1f;
-        if self.profile == Profile::Px4 {
-            self.send(EstimatorStatus {
-                time_us: (1e6 * self.clock_s) as u64,
-                velocity_ratio: 0.1,
-                horizontal_ratio: 0.1,
-                vertical_ratio: 0.1,
-                compass_ratio: 0.1,
-                terrain_ratio: 0.0,
-                air_speed_ratio: 0.0,
-                horizontal_accuracy_m: 1.0,
-                vertical_accuracy_m: 1.0,
-                flags: FLAGS,
-            });
-            return;
-        }
-        self.send(EkfStatusReport {
-            velocity_variance: 0.1,
-            horizontal_variance: 0.1,
-            vertical_variance: 0.1,
-            compass_variance: 0.1,
-            terrain_variance: 0.0,
-            flags: FLAGS,
-        });
-    }
-}
-
-/// `custom_mode` in which it holds its heading: HOLD, ALT_HOLD, Loiter.
-fn resting_mode(profile: Profile) -> u32 {
-    match profile {
-        Profile::Sub => 2,
-        Profile::Px4 => 4 << 16 | 3 << 24,
-        Profile::Rover | Profile::Generic => 4,
-    }
-}
-
-/// As they are before anybody changes them.
-fn parameters(profile: Profile, interval_s: f64) -> BTreeMap<String, f32> {
-    if profile == Profile::Px4 {
-        return BTreeMap::from([("COM_RC_LOSS_T".into(), 3.0)]);
-    }
-    let is_sub = profile == Profile::Sub;
-    let mut parameters: BTreeMap<String, f32> = [
-        ("MAV_GCS_SYSID", 255.0),
-        ("RC_OVERRIDE_TIME", 3.0),
-        // ArduSub's 2 disarms or what else FS_PILOT_INPUT says.
-        ("FS_GCS_ENABLE", if is_sub { 2.0 } else { 0.0 }),
-        ("FS_GCS_TIMEOUT", 5.0),
-        ("SCHED_LOOP_RATE", (1.0 / interval_s) as f32),
-    ]
-    .map(|(name, value)| (name.into(), value))
-    .into();
-    let ranges = if is_sub {
-        parameters.insert("FS_PILOT_INPUT".into(), 2.0);
-        parameters.insert("FS_PILOT_TIMEOUT".into(), 3.0);
-        parameters.insert("JS_GAIN_DEFAULT".into(), SUB_GAIN as f32);
-        vec!["SERVO1", "SERVO2", "SERVO3", "SERVO4"]
-    } else {
-        parameters.insert("FS_ACTION".into(), 2.0);
-        parameters.insert("FS_TIMEOUT".into(), 1.5);
-        vec!["RC1", "RC3", "SERVO1", "SERVO3"]
-    };
-    for number in 1..=16_u8 {
-        let function = match (is_sub, number) {
-            (true, 1..=4) => 32.0 + f32::from(number),
-            (false, 1) => 26.0,
-            (false, 3) => 70.0,
-            _ => 0.0,
-        };
-        parameters.insert(format!("SERVO{number}_FUNCTION"), function);
-        if is_sub && number <= 4 {
-            parameters.insert(format!("MOT_{number}_DIRECTION"), 1.0);
-        }
-    }
-    for prefix in ranges {
-        for (what, value) in [
-            ("MIN", TRIM_US - HALF_US),
-            ("TRIM", TRIM_US),
-            ("MAX", TRIM_US + HALF_US),
-            ("REVERSED", 0.0),
-            ("DZ", 30.0),
-        ] {
-            parameters.insert(format!("{prefix}_{what}"), value as f32);
-        }
-    }
-    parameters
 }

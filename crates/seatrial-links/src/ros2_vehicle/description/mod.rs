@@ -1,11 +1,14 @@
 //! What a vehicle on ROS 2 is: its topics, types, signs, limits, as a file says them.
 
+mod check;
+
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
 
 use serde::Deserialize;
 
 use super::Demand;
+pub use check::InvalidDescription;
 
 /// A vehicle on ROS 2.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -145,7 +148,7 @@ pub enum CommandType {
     /// Linear and angular.
     #[serde(rename = "geometry_msgs/Twist")]
     Twist,
-    /// Likewise, with a stamp.
+    /// A speed and a turn rate, with a stamp.
     #[serde(rename = "geometry_msgs/TwistStamped")]
     TwistStamped,
 }
@@ -278,7 +281,7 @@ pub enum FeedbackType {
     /// A number without a stamp: the time of its arrival counts.
     #[serde(rename = "std_msgs/Float64")]
     Float64,
-    /// Likewise.
+    /// A number without a stamp: the time of its arrival counts.
     #[serde(rename = "std_msgs/Float32")]
     Float32,
 }
@@ -321,133 +324,6 @@ impl ThrustCommand {
 }
 
 impl Description {
-    /// Is it one that can be used? What is wrong, and what was expected.
-    pub fn check(&self) -> Result<(), String> {
-        self.check_names()?;
-        self.check_numbers()?;
-        if let Some(zenoh) = &self.zenoh {
-            self.check_zenoh(zenoh)?;
-        }
-        let (rudder, thrust) = (&self.rudder, &self.thrust);
-        for (name, kind, field) in [
-            ("rudder", rudder.kind, rudder.field()),
-            ("thrust", thrust.kind, thrust.field()),
-        ] {
-            if kind.index(field).is_none() {
-                return Err(format!(
-                    "{name}.field is {field:?}: its type has {}",
-                    kind.expected()
-                ));
-            }
-        }
-        if rudder.topic == thrust.topic
-            && (rudder.kind != thrust.kind || rudder.field() == thrust.field())
-        {
-            return Err(format!(
-                "rudder and thrust are both on {}: expected the same type and different fields",
-                rudder.topic
-            ));
-        }
-        if self.odometry.is_none() && self.imu.is_none() {
-            return Err("expected [odometry] or [imu]: the heading comes from one of them".into());
-        }
-        if let Some(feedback) = &self.feedback {
-            let needs_joint = feedback.kind == FeedbackType::JointState;
-            if needs_joint != feedback.joint.is_some() {
-                return Err(
-                    "feedback.joint: expected the name of a joint where its type is sensor_msgs/JointState, and only there"
-                        .into(),
-                );
-            }
-        }
-        Ok(())
-    }
-
-    fn check_zenoh(&self, zenoh: &Zenoh) -> Result<(), String> {
-        let address = zenoh.endpoint.strip_prefix("tcp/");
-        let parts = address.and_then(|address| address.rsplit_once(':'));
-        let is_host = |host: &str| {
-            !host.is_empty()
-                && host
-                    .chars()
-                    .all(|c| c.is_ascii_alphanumeric() || "[]:.-_".contains(c))
-        };
-        if !parts.is_some_and(|(host, port)| is_host(host) && port.parse::<u16>().is_ok()) {
-            return Err(format!(
-                "zenoh.endpoint is {:?}: expected tcp/HOST:PORT, as in tcp/127.0.0.1:7447",
-                zenoh.endpoint
-            ));
-        }
-        let is_of_dds = self.listens_on_all_addresses
-            || self.addresses != loopback()
-            || self.services != Middleware::default();
-        match is_of_dds {
-            true => Err("addresses, listens_on_all_addresses and services are about DDS: leave them out where there is [zenoh]".into()),
-            false => Ok(()),
-        }
-    }
-
-    fn check_names(&self) -> Result<(), String> {
-        let names = [
-            ("rudder.topic", Some(&self.rudder.topic)),
-            ("thrust.topic", Some(&self.thrust.topic)),
-            (
-                "odometry.topic",
-                self.odometry.as_ref().map(|odometry| &odometry.topic),
-            ),
-            ("imu.topic", self.imu.as_ref().map(|imu| &imu.topic)),
-            (
-                "feedback.topic",
-                self.feedback.as_ref().map(|feedback| &feedback.topic),
-            ),
-            (
-                "enable.service",
-                self.enable.as_ref().map(|enable| &enable.service),
-            ),
-        ];
-        for (key, name) in names {
-            if let Some(name) = name.filter(|name| !is_absolute_name(name)) {
-                return Err(format!(
-                    "{key} is {name:?}: expected a whole name of letters, digits and single underscores, as in /boat/rudder"
-                ));
-            }
-        }
-        Ok(())
-    }
-
-    fn check_numbers(&self) -> Result<(), String> {
-        let feedback = self.feedback.as_ref();
-        for (key, value, low, high) in [
-            // Above it the ports of DDS are no longer outside those that Linux gives to anybody.
-            ("domain", f64::from(self.domain), 0.0, 101.0),
-            ("command_timeout_s", self.command_timeout_s, 0.1, 5.0),
-            ("rudder.limit_rad", self.rudder.limit_rad, 0.01, 1.5),
-            (
-                "rudder.units_per_rad, either way,",
-                self.rudder.units_per_rad.abs(),
-                1e-6,
-                1e6,
-            ),
-            ("rudder.trim_units", self.rudder.trim_units, -1e6, 1e6),
-            (
-                "feedback.units_per_rad, either way,",
-                feedback.map_or(1.0, |feedback| feedback.units_per_rad.abs()),
-                1e-6,
-                1e6,
-            ),
-            ("thrust.units_at_full", self.thrust.units_at_full, -1e9, 1e9),
-            ("thrust.neutral_units", self.thrust.neutral_units, -1e9, 1e9),
-        ] {
-            if !(low..=high).contains(&value) {
-                return Err(format!("{key} is {value}: expected {low} to {high}"));
-            }
-        }
-        if self.thrust.units_at_full == self.thrust.neutral_units {
-            return Err("thrust.units_at_full is the same as neutral_units".into());
-        }
-        Ok(())
-    }
-
     /// What a demand is on the wire, a message for each topic.
     pub fn commands(&self, demand: Demand) -> Vec<Command<'_>> {
         let (rudder, thrust) = (&self.rudder, &self.thrust);

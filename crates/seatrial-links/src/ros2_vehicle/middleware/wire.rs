@@ -4,7 +4,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Command, CommandType, Diagnosis, FeedbackType, Heard, Motion, TimedEstimate};
+use crate::ros2_vehicle::{
+    Command, CommandType, Diagnosis, FeedbackType, Heard, Motion, TimedEstimate,
+};
 
 /// Package and name of a type.
 pub type Kind = [&'static str; 2];

@@ -3,7 +3,7 @@
 //! Source: its design, <https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md>, and `liveliness_utils.cpp`; REP 2016 for
 //! the hashes of types, which a peer of the tests computes from the fields.
 
-use crate::ros2_vehicle::wire::{self, Kind};
+use crate::ros2_vehicle::middleware::wire::{self, Kind};
 
 /// Where a type has no hash, as on Humble.
 const NO_HASH: &str = "TypeHashNotSupported";
