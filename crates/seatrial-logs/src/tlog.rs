@@ -12,10 +12,11 @@ use crate::joined::{Kind, Message, Messages};
 use crate::table::{Known, KnownChannel};
 use crate::{Quantity, Unit};
 use seatrial_mavlink::ardupilot::{Parameters, Pulse, Steering};
-use seatrial_mavlink::log_fields::{
-    ATTITUDE, Definition, Frame, HEARTBEAT, LONGEST_FRAME, MESSAGES, MessageClock, Next,
-    PARAM_VALUE, PAYLOAD, RC_CHANNELS, RC_CHANNELS_SCALED, SERVO_OUTPUT_RAW, STAMP, Sender,
+use seatrial_mavlink::logged::{Frame, LONGEST_FRAME, Next, PAYLOAD, STAMP};
+use seatrial_mavlink::message::{
+    Attitude, Heartbeat, LOGGED, ParamValue, RcChannels, RcChannelsScaled, ServoOutputRaw,
 };
+use seatrial_mavlink::{Definition, MessageClock, Sender};
 
 /// Outputs in SERVO_OUTPUT_RAW.
 const OUTPUTS: usize = 16;
@@ -44,7 +45,7 @@ const STEERING: &str = "steering_fraction";
 pub(crate) struct Telemetry {
     bytes: Bytes,
     kinds: Vec<Kind>,
-    /// Kind of every message in [`MESSAGES`].
+    /// Kind of every message in [`LOGGED`].
     kind_of: Vec<Option<usize>>,
     vehicle: Sender,
     steering: Option<SteeringField>,
@@ -58,7 +59,12 @@ pub(crate) struct Telemetry {
 }
 
 /// Messages whose fields the first pass looks at.
-const LEARNT: [u32; 4] = [HEARTBEAT, PARAM_VALUE, SERVO_OUTPUT_RAW, RC_CHANNELS_SCALED];
+const LEARNT: [u32; 4] = [
+    Heartbeat::ID,
+    ParamValue::ID,
+    ServoOutputRaw::ID,
+    RcChannelsScaled::ID,
+];
 
 /// What the first pass collects of one sender.
 #[derive(Default)]
@@ -78,8 +84,11 @@ impl Telemetry {
         let mut log = Self {
             bytes: Bytes::new(file)?,
             kinds: Vec::new(),
-            kind_of: vec![None; MESSAGES.len()],
-            vehicle: (0, 0),
+            kind_of: vec![None; LOGGED.len()],
+            vehicle: Sender {
+                system: 0,
+                component: 0,
+            },
             steering: None,
             pulses: Vec::new(),
             is_submarine: false,
@@ -96,7 +105,7 @@ impl Telemetry {
             }
             log.bytes.skip(frame.length);
         }
-        let attitude = MESSAGES.iter().position(|m| m.id == ATTITUDE);
+        let attitude = LOGGED.iter().position(|m| m.id == Attitude::ID);
         let attitudes = |learnt: &Learnt| attitude.and_then(|i| learnt.messages.get(i).copied());
         let Some((vehicle, learnt)) = senders
             .into_iter()
@@ -113,7 +122,7 @@ impl Telemetry {
             .is_some_and(|(vehicle, _)| vehicle == SUBMARINE);
         log.choose_steering(&learnt);
         log.pulses = log.steering.map_or(Vec::new(), |field| {
-            let steers = MESSAGES.iter().find(|m| m.id == field.message);
+            let steers = LOGGED.iter().find(|m| m.id == field.message);
             let names = steers.into_iter().flat_map(Definition::number_names);
             let is_pulse = |name: &str| name.ends_with("_raw");
             (0..)
@@ -122,7 +131,7 @@ impl Telemetry {
                 .map(|(index, _)| index)
                 .collect()
         });
-        for (message, definition) in MESSAGES.iter().enumerate() {
+        for (message, definition) in LOGGED.iter().enumerate() {
             if learnt.count(definition.id) == 0 {
                 continue;
             }
@@ -144,11 +153,11 @@ impl Telemetry {
 
     fn choose_steering(&mut self, learnt: &Learnt) {
         let from_parameters = Steering::find(&learnt.parameters, OUTPUTS);
-        let has_outputs = learnt.count(SERVO_OUTPUT_RAW) > 0;
+        let has_outputs = learnt.count(ServoOutputRaw::ID) > 0;
         if let Some(steering) = from_parameters.filter(|_| has_outputs) {
             self.because = steering.text();
             self.steering = Some(SteeringField {
-                message: SERVO_OUTPUT_RAW,
+                message: ServoOutputRaw::ID,
                 steering,
             });
             return;
@@ -170,11 +179,11 @@ impl Telemetry {
                     pulse.text()
                 ));
                 self.steering = Some(SteeringField {
-                    message: SERVO_OUTPUT_RAW,
+                    message: ServoOutputRaw::ID,
                     steering,
                 });
             }
-            SUBMARINE if learnt.count(RC_CHANNELS) > 0 => {
+            SUBMARINE if learnt.count(RcChannels::ID) > 0 => {
                 let number = match learnt.parameters.get("RCMAP_YAW") {
                     Some(channel) if (1.0..=18.0).contains(&channel) => channel as usize,
                     _ => 4,
@@ -185,7 +194,7 @@ impl Telemetry {
                     "no output is a rudder: the yaw command of the pilot, channel {number}, is taken to steer; it does so only in manual modes"
                 ));
                 self.steering = Some(SteeringField {
-                    message: RC_CHANNELS,
+                    message: RcChannels::ID,
                     steering: Steering::Output { number, pulse },
                 });
             }
@@ -239,22 +248,22 @@ impl Telemetry {
 
 impl Learnt {
     fn take(&mut self, message: usize, payload: impl FnOnce() -> [u8; PAYLOAD]) {
-        self.messages.resize(MESSAGES.len(), 0);
+        self.messages.resize(LOGGED.len(), 0);
         self.messages[message] += 1;
-        let definition = &MESSAGES[message];
+        let definition = &LOGGED[message];
         if !LEARNT.contains(&definition.id) {
             return;
         }
         let payload = &payload();
         let field = |name: &str| definition.field(payload, name).unwrap_or(f64::NAN);
         match definition.id {
-            HEARTBEAT => self.heartbeat = Some((field("type") as u8, field("autopilot") as u8)),
-            PARAM_VALUE => {
+            Heartbeat::ID => self.heartbeat = Some((field("type") as u8, field("autopilot") as u8)),
+            ParamValue::ID => {
                 let name = text_of(&payload[8..24]);
                 self.parameters.insert(name, field("param_value"));
             }
-            SERVO_OUTPUT_RAW if field("port") == 0.0 => self.pulse_us = Some(field("servo1_raw")),
-            RC_CHANNELS_SCALED if self.pairs.len() < MOST_PAIRS => {
+            ServoOutputRaw::ID if field("port") == 0.0 => self.pulse_us = Some(field("servo1_raw")),
+            RcChannelsScaled::ID if self.pairs.len() < MOST_PAIRS => {
                 if let Some(pulse_us) = self.pulse_us {
                     self.pairs.push((pulse_us, field("chan1_scaled")));
                 }
@@ -264,7 +273,7 @@ impl Learnt {
     }
 
     fn count(&self, id: u32) -> u64 {
-        MESSAGES
+        LOGGED
             .iter()
             .zip(&self.messages)
             .find(|(message, _)| message.id == id)
@@ -311,7 +320,7 @@ impl Messages for Telemetry {
 
     fn known(&self) -> Known {
         let mut known = Known::default();
-        let name_of = |id: u32| MESSAGES.iter().find(|m| m.id == id).map_or("", |m| m.name);
+        let name_of = |id: u32| LOGGED.iter().find(|m| m.id == id).map_or("", |m| m.name);
         match self.steering {
             Some(steering) => {
                 known.channels.push(KnownChannel {
@@ -372,12 +381,12 @@ impl Messages for Telemetry {
             let Some((index, payload)) = of_vehicle.zip(payload.as_ref()) else {
                 continue;
             };
-            let definition = &MESSAGES[index];
+            let definition = &LOGGED[index];
             let time_s = self.time_s(definition, payload);
             let Some(kind) = self.kind_of[index].filter(|kind| wanted[*kind]) else {
                 continue;
             };
-            let has_ports = [SERVO_OUTPUT_RAW, RC_CHANNELS_SCALED].contains(&definition.id);
+            let has_ports = [ServoOutputRaw::ID, RcChannelsScaled::ID].contains(&definition.id);
             if has_ports && definition.field(payload, "port") != Some(0.0) {
                 continue;
             }

@@ -9,10 +9,11 @@
 //! <https://mavlink.io/en/guide/serialization.html>.
 
 use super::message::{Message, Payload};
-use super::seeds::SEEDS;
+use super::seeds::seed;
 use super::sender::Sender;
 use super::signing::{Refused, SIGNATURE, Signing};
-use crate::log_fields::{LONGEST_FRAME, checksum};
+use crate::checksum::checksum;
+use crate::logged::LONGEST_FRAME;
 
 /// The first byte of a frame.
 const VERSION_1: u8 = 0xfe;
@@ -210,11 +211,6 @@ fn next(seen: &[u8]) -> Next {
         return garbage(1);
     }
     Next::Frame { head, length }
-}
-
-fn seed(id: u32) -> Option<u8> {
-    let index = SEEDS.binary_search_by_key(&id, |(id, _)| *id).ok()?;
-    Some(SEEDS[index].1)
 }
 
 /// Messages in, bytes of MAVLink 2 out.

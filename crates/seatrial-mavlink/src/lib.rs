@@ -1,13 +1,17 @@
 //! MAVLink frames, signing and the messages that steer a vehicle, and ArduPilot's output parameters; no I/O.
 
 pub mod ardupilot;
+mod checksum;
+mod definition;
+mod field;
 mod frame;
-pub mod log_fields;
+pub mod logged;
 pub mod message;
 mod seeds;
 mod sender;
 mod signing;
 
+pub use definition::{Definition, MessageClock};
 pub use frame::{Damage, Decoder, Encoder, Frame};
 pub use message::Message;
 pub use sender::Sender;

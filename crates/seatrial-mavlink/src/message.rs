@@ -1,89 +1,55 @@
 //! The messages that are exchanged with an autopilot, from the definitions of MAVLink (common.xml, ardupilotmega.xml).
 
+use crate::definition::{Definition, LoggedField, MessageClock};
+use crate::field::Field;
+pub use crate::field::Text;
+use crate::seeds::seed;
+
 /// Payload of a message with all its bytes; zeros at its end are not sent.
 pub type Payload = [u8; 255];
 
-/// A field as it stands in a payload, little endian.
-pub(crate) trait Field: Sized {
-    const WIDTH: usize;
-    fn read(bytes: &[u8]) -> Self;
-    fn write(&self, bytes: &mut [u8]);
+/// The fields of a message, in the order of the wire.
+trait Fields {
+    const FIELDS: &'static [LoggedField];
 }
 
-macro_rules! numbers {
-    ($($number:ty)*) => { $(
-        impl Field for $number {
-            const WIDTH: usize = size_of::<$number>();
-            fn read(bytes: &[u8]) -> Self {
-                bytes.first_chunk().map_or_else(Self::default, |bytes| Self::from_le_bytes(*bytes))
-            }
-            fn write(&self, bytes: &mut [u8]) {
-                bytes[..Self::WIDTH].copy_from_slice(&self.to_le_bytes());
-            }
-        }
-    )* };
-}
-
-numbers! { u8 i8 u16 i16 u32 i32 u64 i64 f32 }
-
-impl<const N: usize> Field for [u16; N] {
-    const WIDTH: usize = 2 * N;
-    fn read(bytes: &[u8]) -> Self {
-        std::array::from_fn(|k| u16::read(&bytes[2 * k..]))
-    }
-    fn write(&self, bytes: &mut [u8]) {
-        for (number, bytes) in self.iter().zip(bytes.chunks_exact_mut(2)) {
-            number.write(bytes);
-        }
-    }
-}
-
-/// A text of at most N bytes, filled up with zeros.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub struct Text<const N: usize>([u8; N]);
-
-impl<const N: usize> Text<N> {
-    /// The text up to the first zero.
-    pub fn text(&self) -> String {
-        let end = self.0.iter().position(|byte| *byte == 0).unwrap_or(N);
-        String::from_utf8_lossy(&self.0[..end]).into_owned()
-    }
-}
-
-impl<const N: usize> From<&str> for Text<N> {
-    /// What goes beyond N bytes is cut off.
-    fn from(text: &str) -> Self {
-        let mut bytes = [0; N];
-        for (to, from) in bytes.iter_mut().zip(text.bytes()) {
-            *to = from;
-        }
-        Self(bytes)
-    }
-}
-
-impl<const N: usize> std::fmt::Debug for Text<N> {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        write!(f, "{:?}", self.text())
-    }
-}
-
-impl<const N: usize> Field for Text<N> {
-    const WIDTH: usize = N;
-    fn read(bytes: &[u8]) -> Self {
-        Self(bytes.first_chunk().copied().unwrap_or([0; N]))
-    }
-    fn write(&self, bytes: &mut [u8]) {
-        bytes[..N].copy_from_slice(&self.0);
-    }
+/// Names of the numbers of a field: its own unless others are given.
+macro_rules! names {
+    ($field:ident) => {
+        &[stringify!($field)]
+    };
+    ($field:ident $($number:literal)+) => {
+        &[$($number),+]
+    };
 }
 
 macro_rules! messages {
-    ($($(#[$about:meta])* $name:ident = $id:literal { $($field:ident: $kind:ty,)* })*) => {
+    ($(
+        $(#[$about:meta])*
+        $name:ident = $id:literal $(logged as $log_name:literal with $clock:ident)? {
+            $($field:ident $(as $($number:literal)+)?: $kind:ty,)*
+        }
+    )*) => {
         $(
             $(#[$about])*
             #[derive(Clone, Copy, Debug, PartialEq)]
             pub struct $name {
                 $(#[doc = concat!("`", stringify!($field), "`.")] pub $field: $kind,)*
+            }
+
+            impl $name {
+                /// Number of the message.
+                pub const ID: u32 = $id;
+            }
+
+            impl Fields for $name {
+                const FIELDS: &'static [LoggedField] = &[$(
+                    LoggedField {
+                        names: names!($field $($($number)+)?),
+                        width: <$kind as Field>::WIDTH,
+                        numbers: <$kind as Field>::NUMBERS,
+                    },
+                )*];
             }
 
             impl From<$name> for Message {
@@ -92,6 +58,20 @@ macro_rules! messages {
                 }
             }
         )*
+
+        /// The messages that are read from telemetry logs.
+        pub static LOGGED: &[Definition] = &[
+            $($(Definition {
+                id: $id,
+                name: $log_name,
+                crc_extra: match seed($id) {
+                    Some(seed) => seed,
+                    None => panic!("every message has a seed"),
+                },
+                clock: MessageClock::$clock,
+                fields: <$name as Fields>::FIELDS,
+            },)?)*
+        ];
 
         /// A message, fields in the order of the wire.
         #[derive(Clone, Copy, Debug, PartialEq)]
@@ -142,9 +122,9 @@ macro_rules! messages {
 
 messages! {
     /// Somebody is there.
-    Heartbeat = 0 {
+    Heartbeat = 0 logged as "HEARTBEAT" with None {
         custom_mode: u32,
-        kind: u8,
+        kind as "type": u8,
         autopilot: u8,
         base_mode: u8,
         system_status: u8,
@@ -163,6 +143,11 @@ messages! {
         error_counts: [u16; 4],
         battery_percent: i8,
     }
+    /// Time since 1970.
+    SystemTime = 2 logged as "SYSTEM_TIME" with BootMilliseconds {
+        time_unix_us as "time_unix_usec": u64,
+        time_boot_ms: u32,
+    }
     /// Asks for a parameter.
     ParamRequestRead = 20 {
         index: i16,
@@ -176,12 +161,12 @@ messages! {
         target_component: u8,
     }
     /// A parameter.
-    ParamValue = 22 {
-        value: f32,
-        count: u16,
-        index: u16,
+    ParamValue = 22 logged as "PARAM_VALUE" with None {
+        value as "param_value": f32,
+        count as "param_count": u16,
+        index as "param_index": u16,
         name: Text<16>,
-        kind: u8,
+        kind as "param_type": u8,
     }
     /// Changes a parameter.
     ParamSet = 23 {
@@ -205,49 +190,63 @@ messages! {
         satellites: u8,
     }
     /// Attitude and turn rates.
-    Attitude = 30 {
+    Attitude = 30 logged as "ATTITUDE" with BootMilliseconds {
         time_boot_ms: u32,
-        roll_rad: f32,
-        pitch_rad: f32,
-        yaw_rad: f32,
-        roll_rate_rad_s: f32,
-        pitch_rate_rad_s: f32,
-        yaw_rate_rad_s: f32,
+        roll_rad as "roll": f32,
+        pitch_rad as "pitch": f32,
+        yaw_rad as "yaw": f32,
+        roll_rate_rad_s as "rollspeed": f32,
+        pitch_rate_rad_s as "pitchspeed": f32,
+        yaw_rate_rad_s as "yawspeed": f32,
     }
     /// Position from the origin and speed.
-    LocalPositionNed = 32 {
+    LocalPositionNed = 32 logged as "LOCAL_POSITION_NED" with BootMilliseconds {
         time_boot_ms: u32,
-        north_m: f32,
-        east_m: f32,
-        down_m: f32,
-        north_m_s: f32,
-        east_m_s: f32,
-        down_m_s: f32,
+        north_m as "x": f32,
+        east_m as "y": f32,
+        down_m as "z": f32,
+        north_m_s as "vx": f32,
+        east_m_s as "vy": f32,
+        down_m_s as "vz": f32,
     }
     /// Position on the globe and speed.
-    GlobalPositionInt = 33 {
+    GlobalPositionInt = 33 logged as "GLOBAL_POSITION_INT" with BootMilliseconds {
         time_boot_ms: u32,
-        latitude: i32,
-        longitude: i32,
-        altitude_mm: i32,
-        relative_altitude_mm: i32,
-        north_cm_s: i16,
-        east_cm_s: i16,
-        down_cm_s: i16,
-        heading_cdeg: u16,
+        latitude as "lat": i32,
+        longitude as "lon": i32,
+        altitude_mm as "alt": i32,
+        relative_altitude_mm as "relative_alt": i32,
+        north_cm_s as "vx": i16,
+        east_cm_s as "vy": i16,
+        down_cm_s as "vz": i16,
+        heading_cdeg as "hdg": u16,
+    }
+    /// Channels of the remote control, or of ArduPilot's normalised outputs, in 1/10000 of full.
+    RcChannelsScaled = 34 logged as "RC_CHANNELS_SCALED" with BootMilliseconds {
+        time_boot_ms: u32,
+        scaled_1 as "chan1_scaled": i16,
+        scaled_2 as "chan2_scaled": i16,
+        scaled_3 as "chan3_scaled": i16,
+        scaled_4 as "chan4_scaled": i16,
+        scaled_5 as "chan5_scaled": i16,
+        scaled_6 as "chan6_scaled": i16,
+        scaled_7 as "chan7_scaled": i16,
+        scaled_8 as "chan8_scaled": i16,
+        port: u8,
+        rssi: u8,
     }
     /// Pulses of the outputs, us.
-    ServoOutputRaw = 36 {
-        time_us: u32,
-        pulses: [u16; 8],
+    ServoOutputRaw = 36 logged as "SERVO_OUTPUT_RAW" with BootMicroseconds {
+        time_us as "time_usec": u32,
+        pulses as "servo1_raw" "servo2_raw" "servo3_raw" "servo4_raw" "servo5_raw" "servo6_raw" "servo7_raw" "servo8_raw": [u16; 8],
         port: u8,
-        more_pulses: [u16; 8],
+        more_pulses as "servo9_raw" "servo10_raw" "servo11_raw" "servo12_raw" "servo13_raw" "servo14_raw" "servo15_raw" "servo16_raw": [u16; 8],
     }
     /// Pulses of the remote control, us.
-    RcChannels = 65 {
+    RcChannels = 65 logged as "RC_CHANNELS" with BootMilliseconds {
         time_boot_ms: u32,
-        pulses: [u16; 18],
-        count: u8,
+        pulses as "chan1_raw" "chan2_raw" "chan3_raw" "chan4_raw" "chan5_raw" "chan6_raw" "chan7_raw" "chan8_raw" "chan9_raw" "chan10_raw" "chan11_raw" "chan12_raw" "chan13_raw" "chan14_raw" "chan15_raw" "chan16_raw" "chan17_raw" "chan18_raw": [u16; 18],
+        count as "chancount": u8,
         rssi: u8,
     }
     /// A joystick.
@@ -266,13 +265,13 @@ messages! {
         target_component: u8,
     }
     /// Speed and throttle for a pilot.
-    VfrHud = 74 {
-        air_speed_m_s: f32,
-        ground_speed_m_s: f32,
-        altitude_m: f32,
-        climb_m_s: f32,
-        heading_deg: i16,
-        throttle_percent: u16,
+    VfrHud = 74 logged as "VFR_HUD" with None {
+        air_speed_m_s as "airspeed": f32,
+        ground_speed_m_s as "groundspeed": f32,
+        altitude_m as "alt": f32,
+        climb_m_s as "climb": f32,
+        heading_deg as "heading": i16,
+        throttle_percent as "throttle": u16,
     }
     /// A command.
     CommandLong = 76 {

@@ -1,9 +1,27 @@
 //! The checksum seeds (CRC extra) of all messages of MAVLink's common and ArduPilot dialects: the frames of a stream are
-//! told from garbage by them, also those that nobody reads.
+//! distinguished from garbage by them, also those that are not read.
+
+/// The seed of a message; `None` where it is not known.
+pub(super) const fn seed(id: u32) -> Option<u8> {
+    let (mut low, mut high) = (0, SEEDS.len());
+    while low < high {
+        let middle = low + (high - low) / 2;
+        let (found, seed) = SEEDS[middle];
+        if found == id {
+            return Some(seed);
+        }
+        if found < id {
+            low = middle + 1;
+        } else {
+            high = middle;
+        }
+    }
+    None
+}
 
 /// Message id and seed, by id.
 #[rustfmt::skip]
-pub(super) static SEEDS: &[(u32, u8)] = &[
+const SEEDS: &[(u32, u8)] = &[
     (0, 50), (1, 124), (2, 137), (4, 237), (5, 217), (6, 104), (7, 119), (11, 89), (20, 214),
     (21, 159), (22, 220), (23, 168), (24, 24), (25, 23), (26, 170), (27, 144), (28, 67),
     (29, 115), (30, 39), (31, 246), (32, 185), (33, 104), (34, 237), (35, 244), (36, 222),

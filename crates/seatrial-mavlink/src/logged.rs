@@ -1,0 +1,116 @@
+//! MAVLink frames behind their time of arrival, and the few messages that are read.
+//!
+//! The messages stand in [`LOGGED`]; of all others only the length counts.
+
+use std::ops::Range;
+
+use crate::checksum::checksum;
+use crate::message::LOGGED;
+use crate::sender::Sender;
+
+/// Bytes of the time of arrival, us since 1970, big endian.
+pub const STAMP: usize = 8;
+/// The longest frame: MAVLink 2, 255 bytes of payload, signed.
+pub const LONGEST_FRAME: usize = 10 + 255 + 2 + 13;
+/// Payload of a message with all its bytes; zeros at its end are not sent.
+pub const PAYLOAD: usize = 255;
+/// Where the first 256 messages stand in [`LOGGED`].
+static INDICES: [Option<usize>; 256] = {
+    let mut indices = [None; 256];
+    let mut index = 0;
+    while index < LOGGED.len() {
+        indices[LOGGED[index].id as usize] = Some(index);
+        index += 1;
+    }
+    indices
+};
+
+fn index_of(id: u32) -> Option<usize> {
+    *INDICES.get(usize::try_from(id).ok()?)?
+}
+
+/// A frame in the log.
+#[derive(Clone)]
+pub struct Frame {
+    /// Index in [`LOGGED`].
+    pub message: Option<usize>,
+    /// Who sent it.
+    pub sender: Sender,
+    /// Of the stamp and the frame.
+    pub length: usize,
+    /// Time of arrival, us since 1970.
+    pub arrival_us: f64,
+    /// Where it stands in the bytes that the frame was found in.
+    payload: Range<usize>,
+}
+
+/// What comes next in the log.
+pub enum Next {
+    /// A sound frame.
+    Frame(Frame),
+    /// No frame begins here.
+    NoFrame,
+    /// The bytes end before the frame does.
+    Cut,
+}
+
+impl Frame {
+    /// The frame at the start of these bytes.
+    pub fn at(seen: &[u8]) -> Next {
+        let (Some(stamp), Some(frame)) = (seen.first_chunk::<STAMP>(), seen.get(STAMP..)) else {
+            return Next::Cut;
+        };
+        // Version 1: FE length sequence system component id; 2: FD length flags flags sequence system
+        // component id id id, and a signature behind the checksum where the first flag says so.
+        let (header, sender_at) = match frame.first() {
+            Some(0xfd) => (10, 5),
+            Some(0xfe) => (6, 3),
+            Some(_) => return Next::NoFrame,
+            None => return Next::Cut,
+        };
+        let Some(head) = frame.get(..header) else {
+            return Next::Cut;
+        };
+        let is_signed = header == 10 && head[2] & 1 == 1;
+        let id = match header {
+            10 => u32::from(head[7]) | u32::from(head[8]) << 8 | u32::from(head[9]) << 16,
+            _ => u32::from(head[5]),
+        };
+        let payload_length = usize::from(head[1]);
+        let checked = header + payload_length;
+        let length = checked + 2 + if is_signed { 13 } else { 0 };
+        let Some(whole) = frame.get(..length) else {
+            return Next::Cut;
+        };
+        let message = index_of(id);
+        let is_sound = match message {
+            Some(message) => {
+                let sum = checksum(&whole[1..checked], LOGGED[message].crc_extra);
+                whole[checked..checked + 2] == sum.to_le_bytes()
+            }
+            // Without its seed the checksum says nothing; what follows must be a frame too.
+            None => matches!(frame.get(length + STAMP), Some(0xfd | 0xfe) | None),
+        };
+        if !is_sound {
+            return Next::NoFrame;
+        }
+        Next::Frame(Self {
+            message,
+            sender: Sender {
+                system: head[sender_at],
+                component: head[sender_at + 1],
+            },
+            length: STAMP + length,
+            arrival_us: u64::from_be_bytes(*stamp) as f64,
+            payload: STAMP + header..STAMP + checked,
+        })
+    }
+
+    /// The payload, from the bytes that the frame was found in, with the zeros that were not sent.
+    pub fn payload(&self, seen: &[u8]) -> [u8; PAYLOAD] {
+        let mut payload = [0; PAYLOAD];
+        let sent = seen.get(self.payload.clone()).unwrap_or_default();
+        payload[..sent.len()].copy_from_slice(sent);
+        payload
+    }
+}
