@@ -18,6 +18,7 @@ struct Boat {
     time_s: f64,
     interval_s: f64,
     rudder_rad: f64,
+    commanded_rad: f64,
     thrust: f64,
 }
 
@@ -29,6 +30,9 @@ impl Vehicle<f64> for Boat {
             .yaw
             .advance(self.state, self.rudder_rad, self.interval_s);
         self.time_s += self.interval_s;
+        // A sample's rudder is the one that acts from its time until the next sample. One sample of delay that is not
+        // reported would shift a22 by about a tenth.
+        self.rudder_rad = self.commanded_rad;
         Ok(Some(Sample {
             time_s: self.time_s,
             heading_rad: self.state.heading_rad,
@@ -39,7 +43,7 @@ impl Vehicle<f64> for Boat {
     }
 
     fn act(&mut self, action: &Action<f64>) -> Result<(), Infallible> {
-        self.rudder_rad = match action.steering {
+        self.commanded_rad = match action.steering {
             Steering::Rudder(rudder_rad) => rudder_rad,
             // Your autopilot's own heading controller; here a plain one.
             Steering::HoldHeading(heading_rad) => {
@@ -72,6 +76,7 @@ pub fn trial() -> Result<Vec<RunResult<f64>>, Box<dyn Error>> {
         time_s: 0.0,
         interval_s: plan.sample_interval_s,
         rudder_rad: 0.0,
+        commanded_rad: 0.0,
         thrust: 0.5,
     };
     let mut trial = Trial::new(plan)?;
