@@ -11,7 +11,9 @@ use seatrial::Window;
 use seatrial::segmentation::Proposal;
 use seatrial::servo::Servo;
 use seatrial_app::logs::{self, Observer, OpenedLog, ReadSettings};
-use seatrial_logs::{ChannelChoice, LogDescription, Quantity, Unit, UnitSource, UnknownQuantity, UnknownUnit};
+use seatrial_logs::{
+    ChannelChoice, LogDescription, Quantity, Unit, UnitSource, UnknownQuantity, UnknownUnit,
+};
 
 use crate::model_text::windows_text;
 use crate::output::{Failure, say};

@@ -1,4 +1,4 @@
-//! ArduPilot's JSON simulation interface: what its servos are told and what its sensors are to read.
+//! ArduPilot's JSON simulation interface: the commands to its servos and the readings of its sensors.
 //!
 //! ```text
 //! from ArduPilot  u16 magic, u16 frame rate, u32 frame count, u16 pwm[16 or 32], little endian

@@ -138,9 +138,9 @@ pub(crate) fn text_of(bytes: &[u8]) -> String {
 /// Bytes that were no message, for the warnings.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Damage {
-    /// Stretches of such bytes.
+    /// Number of runs of such bytes.
     pub places: u64,
-    /// All of them.
+    /// Number of such bytes.
     pub bytes: u64,
     /// Where an incomplete message at the end of the file begins.
     pub cut_at: Option<u64>,
@@ -148,7 +148,7 @@ pub(crate) struct Damage {
 }
 
 impl Damage {
-    /// So many bytes at this position are left out.
+    /// Notes that bytes at this position are left out.
     pub fn skipped(&mut self, position: u64, count: usize) {
         if self.previous_end != Some(position) {
             self.places += 1;

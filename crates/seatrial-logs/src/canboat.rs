@@ -19,7 +19,7 @@ use crate::{Quantity, Unit};
 
 /// A bus of 250 kbit/s carries no more frames in a second: each has at least 110 bits.
 const MOST_PER_S: f64 = 2300.0;
-/// So many messages in less time than the bus needs are no burst.
+/// This many messages in less time than the bus needs are no burst.
 const MANY_MESSAGES: u64 = 1000;
 const MOST_KINDS: usize = 1024;
 const MOST_FIELDS: usize = 3;

@@ -1,7 +1,7 @@
 //! Messages of many kinds, each at a rate of its own, joined into one table.
 //!
 //! A row is a message that holds the heading. Other quantities keep the value of their last message. What
-//! the rudder did until the next row is the time mean of what it was told meanwhile:
+//! the rudder did until the next row is the time mean of its commands meanwhile:
 //!
 //! ```text
 //! rudder_k = 1 / (t_(k+1) - t_k) integral over t_k..t_(k+1) of the held output
@@ -281,7 +281,7 @@ impl<M: Messages + Send> Table for Joined<M> {
     }
 }
 
-/// What an output was told, held from change to change.
+/// The commands to an output, held from change to change.
 struct Output {
     source: (usize, usize),
     /// Time and value, in the order of time.

@@ -292,7 +292,7 @@ mod tests {
         let begun = std::time::Instant::now();
         let name = ColumnName::new(&"heading of ".repeat(20_000));
         assert_eq!(name.fit(Quantity::Heading), None);
-        // Some ms; hours when all stretches of its words are looked at.
+        // Some ms; hours when all runs of its words are looked at.
         assert!(begun.elapsed().as_secs() < 5);
     }
 }

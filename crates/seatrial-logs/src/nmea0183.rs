@@ -1,7 +1,7 @@
 //! NMEA 0183 text: `$HEHDT,123.4,T*1D`, with or without a time before each sentence.
 //!
 //! A sentence's time is what stands before it (seconds, ms since 1970, or date and time; the `c` of a tag block
-//! counts), else that of the last RMC, ZDA, GGA or GLL sentence. Every sentence is a kind, whoever talks.
+//! counts), else that of the last RMC, ZDA, GGA or GLL sentence. Every sentence is a kind, from any talker.
 
 use std::fs::File;
 

@@ -15,7 +15,7 @@ pub enum Quantity {
     Time,
     /// Heading psi.
     Heading,
-    /// Rudder angle delta, or what the servo is told.
+    /// Rudder angle delta, or the command to its servo.
     Rudder,
     /// Forward speed.
     Speed,

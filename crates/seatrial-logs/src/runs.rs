@@ -13,7 +13,7 @@ use crate::table::{Cell, Table};
 /// The most rows of a run that are held in memory: some 100 MB.
 const MOST_ROWS: usize = 500_000;
 
-/// Integers are told apart up to here.
+/// Larger integers are not distinct as floating-point numbers.
 const MOST_NUMBER: f64 = 9_007_199_254_740_992.0;
 
 /// The runs of a file, one by one, each a log of its own. One run is in memory at a time.

@@ -12,7 +12,7 @@ use crate::words::words;
 pub(crate) enum Dimension {
     Time,
     Angle,
-    /// An angle, or what a servo is told.
+    /// An angle, or the command to a servo.
     Steering,
     /// A fraction of full.
     Share,

@@ -74,7 +74,7 @@ pub struct Backup {
 pub struct HandBack {
     /// The rudder output was seen neutral; `None`: the pilot or the autopilot steers already.
     pub rudder_neutral: Option<bool>,
-    /// So was the throttle output; `None` where it is not known either.
+    /// The throttle output was seen neutral; `None` where it is not known.
     pub throttle_neutral: Option<bool>,
     /// The mode is as before; `None`: the pilot or the autopilot chose another, which stays.
     pub mode_restored: Option<bool>,

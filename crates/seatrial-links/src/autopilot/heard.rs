@@ -1,4 +1,4 @@
-//! What a vehicle has said of itself.
+//! What a vehicle has reported.
 
 use std::collections::VecDeque;
 
@@ -47,7 +47,7 @@ pub(super) struct Heard {
     asked: VecDeque<(i64, f64)>,
     /// Another ground station has our system id.
     pub has_double: bool,
-    /// Messages of the vehicle's that told of a refused command.
+    /// Refused requests for message rates.
     pub denied: u32,
 }
 

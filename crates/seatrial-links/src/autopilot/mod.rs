@@ -189,7 +189,7 @@ impl<W: Wire> Autopilot<W> {
         }
     }
 
-    /// Why the vehicle was given back, if its doings were the reason.
+    /// Why the vehicle was given back before the end of the trial, if it was.
     pub fn stopped(&self) -> Option<&Stop> {
         self.stopped.as_ref()
     }

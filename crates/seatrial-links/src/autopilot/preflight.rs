@@ -92,9 +92,9 @@ impl<W: Wire> Autopilot<W> {
         if self.profile() != Profile::Sub {
             return;
         }
-        let told = self.heard.pilot_gain.map(|gain| ("PilotGain", gain));
+        let reported = self.heard.pilot_gain.map(|gain| ("PilotGain", gain));
         let set = self.parameters.get("JS_GAIN_DEFAULT");
-        let Some((name, gain)) = told.or(set.map(|gain| ("JS_GAIN_DEFAULT", gain))) else {
+        let Some((name, gain)) = reported.or(set.map(|gain| ("JS_GAIN_DEFAULT", gain))) else {
             return;
         };
         let is_gain = gain > 0.0 && gain <= 1.0;

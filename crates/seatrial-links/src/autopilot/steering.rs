@@ -7,9 +7,9 @@ use super::{Autopilot, Stop};
 use crate::handover::{FOLLOWS, HeadingHold, WAIT_S};
 use crate::link::{Wire, message};
 
-/// A rudder that is held for so long without a word from the trial, s, is nobody's.
+/// A rudder that is held this long without a demand from the trial, s, ends it.
 const DEFLECTED_ALONE_S: f64 = 1.0;
-/// A heading that is held for so long without a word from the trial, s, is nobody's: judging a run takes its time.
+/// A heading that is held this long without a demand from the trial, s, ends it. Judging a run takes seconds.
 const HOLDING_ALONE_S: f64 = 10.0;
 
 impl<W: Wire> Autopilot<W> {

@@ -1,4 +1,4 @@
-//! What is said to the vehicle and heard from it: heartbeats, questions, parameters, modes.
+//! Messages to the vehicle and from it: heartbeats, questions, parameters, modes.
 
 use std::sync::atomic::Ordering;
 

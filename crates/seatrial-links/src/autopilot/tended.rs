@@ -36,7 +36,7 @@ impl<W: Wire + Send + 'static> Tended<W> {
                     match autopilot.try_lock() {
                         Ok(mut autopilot) => autopilot.tend(),
                         Err(TryLockError::Poisoned(error)) => error.into_inner().tend(),
-                        // Whoever has it pumps.
+                        // The holder of the lock pumps.
                         Err(TryLockError::WouldBlock) => {}
                     }
                     std::thread::sleep(LOOK);

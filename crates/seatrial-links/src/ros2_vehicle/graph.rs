@@ -25,15 +25,15 @@ pub enum Heard {
 /// Where a vehicle is and how it moves, in the axes of its description.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// Of the message's header, s.
+    /// Time in the message's header, s.
     pub stamp_s: f64,
     /// Attitude w, x, y, z.
     pub quaternion: [f64; 4],
-    /// About the body's vertical axis, rad/s.
+    /// Turn rate about the body's vertical axis, rad/s.
     pub turn_rate_rad_s: f64,
-    /// x, y, z, m.
+    /// Position x, y, z, m.
     pub position_m: Option<[f64; 3]>,
-    /// Along the body's first axis, m/s.
+    /// Speed along the body's first axis, m/s.
     pub speed_m_s: Option<f64>,
 }
 
@@ -57,7 +57,7 @@ pub struct Matched {
     pub has_enable: bool,
 }
 
-/// How it stands, for whoever watches diagnostics.
+/// The state of the trial, for a viewer of diagnostics.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagnosis {
     /// Is the vehicle given back for a reason that nobody chose?
@@ -78,7 +78,7 @@ pub trait Graph {
     fn command(&mut self, demand: Demand);
     /// Calls the vehicle's own service; the answer is [`Heard::Answered`].
     fn enable(&mut self, is_on: bool);
-    /// Who is there?
+    /// Who takes our commands, who gives others, and whether the vehicle's own service is there.
     fn matched(&self) -> Matched;
     /// Publishes a diagnosis.
     fn diagnose(&mut self, diagnosis: &Diagnosis);

@@ -137,7 +137,7 @@ impl<G: Graph> RosVehicle<G> {
         }
     }
 
-    /// Why the vehicle was given back, if its doings were the reason.
+    /// Why the vehicle was given back before the end of the trial, if it was.
     pub fn stopped(&self) -> Option<&Stop> {
         self.stopped.as_ref()
     }

@@ -228,10 +228,10 @@ impl Sampler {
     fn sample(&self, motion: &Motion, rudder_rad: f64) -> Sample<f64> {
         let [roll_rad, pitch_rad, yaw_rad] = euler_rad(motion.quaternion);
         let time_s = motion.stamp_s;
-        let fresh = |other: &&Motion| (time_s - other.stamp_s).abs() < STALE_S;
+        let is_recent = |other: &&Motion| (time_s - other.stamp_s).abs() < STALE_S;
         let odometry = match motion.position_m {
             Some(_) => Some(motion),
-            None => self.odometry.as_ref().filter(fresh),
+            None => self.odometry.as_ref().filter(is_recent),
         };
         let place_m = odometry.and_then(|odometry| odometry.position_m);
         let enu = self.frame == Frame::Enu;

@@ -64,7 +64,7 @@ impl Primitive {
 
 /// A part of a message; slots are indices of its fields.
 enum Node {
-    /// So many numbers, one behind the other, and the slot of the first.
+    /// A count of numbers, one behind the other, and the slot of the first.
     Run(Primitive, usize, Option<usize>),
     Text,
     Parts(Vec<Node>),
@@ -113,7 +113,7 @@ pub(crate) struct Schema {
 type Definitions<'a> = BTreeMap<String, Vec<(&'a str, &'a str)>>;
 
 impl Schema {
-    /// Of the type of this name from its definition and those it needs, as bags store them.
+    /// The schema of the type of this name, from its definition and those it needs, as bags store them.
     pub fn parse(name: &str, text: &str) -> Option<Self> {
         let mut definitions = Definitions::new();
         for (name, text) in BUILT_IN {

@@ -12,7 +12,7 @@ use super::ros2::{
 };
 use super::{Row, RowWriter};
 
-/// Shows rows to whoever is connected. Nobody needs to be; who is too slow misses rows.
+/// Shows rows to every connected client. There may be none; a client that is too slow misses rows.
 pub struct FoxgloveServer {
     host: String,
     server: WebSocketServerHandle,

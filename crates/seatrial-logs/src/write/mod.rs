@@ -62,7 +62,7 @@ pub trait RowWriter {
     /// Takes a row.
     fn write(&mut self, row: &Row) -> io::Result<()>;
 
-    /// Hands on everything that it was given.
+    /// Writes out everything that it was given.
     fn flush(&mut self) -> io::Result<()>;
 
     /// Writes what belongs after the last row.

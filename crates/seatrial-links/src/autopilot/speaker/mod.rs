@@ -1,4 +1,4 @@
-//! A vehicle that speaks MAVLink as ArduPilot's Rover, ArduSub or PX4 do, so that others can try what they have against it.
+//! A vehicle that speaks MAVLink as ArduPilot's Rover, ArduSub or PX4 do, for trying ground stations and this program without a vehicle.
 
 mod defaults;
 mod report;
@@ -168,11 +168,11 @@ impl<V: Vehicle<f64>> Speaker<V> {
         self.parameters.get(name).copied().unwrap_or(0.0).into()
     }
 
-    /// The pulse of an input: the remote control's, or a fresh override of it.
+    /// The pulse of an input: the remote control's, or a recent override of it.
     fn input_us(&self, channel: usize) -> u16 {
-        let fresh_s = self.number("RC_OVERRIDE_TIME");
+        let valid_s = self.number("RC_OVERRIDE_TIME");
         match self.overridden {
-            Some((given_s, pulses)) if self.clock_s - given_s <= fresh_s => match pulses[channel] {
+            Some((given_s, pulses)) if self.clock_s - given_s <= valid_s => match pulses[channel] {
                 0 | u16::MAX => self.sticks_us[channel],
                 pulse => pulse,
             },
@@ -185,13 +185,13 @@ impl<V: Vehicle<f64>> Speaker<V> {
         if self.profile == Profile::Rover {
             return self.stick(channel);
         }
-        let fresh_s = match self.profile {
+        let valid_s = match self.profile {
             Profile::Px4 => self.number("COM_RC_LOSS_T"),
             Profile::Sub if !self.has_remote_control => self.number("FS_PILOT_TIMEOUT"),
             _ => self.number("RC_OVERRIDE_TIME"),
         };
         match self.joystick {
-            Some((given_s, asked)) if self.clock_s - given_s <= fresh_s => asked[channel / 2],
+            Some((given_s, asked)) if self.clock_s - given_s <= valid_s => asked[channel / 2],
             _ => 0.0,
         }
     }

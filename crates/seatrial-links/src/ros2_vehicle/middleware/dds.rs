@@ -279,7 +279,7 @@ fn calls<R: Request + Message + Clone + 'static>(
     calls.boxed_local()
 }
 
-/// Hands on what comes until the other end hangs up.
+/// Passes on what comes until the other end hangs up.
 fn listen(ears: &Ears, sender: &mpsc::Sender<(Instant, Heard)>, until: oneshot::Receiver<()>) {
     let mut streams: Vec<LocalBoxStream<'_, Option<Heard>>> = Vec::new();
     if let Some(imu) = &ears.imu {
@@ -410,7 +410,7 @@ impl Graph for Dds {
 
 impl Drop for Dds {
     fn drop(&mut self) {
-        // So that others are told that we are gone, and need not wait until we are forgotten.
+        // Tells others that we are gone; else they wait for a timeout.
         drop(self.hang_up.take());
         if let Some(listening) = self.listening.take() {
             let _ = listening.join();

@@ -87,7 +87,7 @@ struct Origin {
 }
 
 impl Origin {
-    /// Of the next message: its number, the time and who.
+    /// The attachment of the next message: its number, the time and the sender.
     fn attachment(&mut self) -> Vec<u8> {
         self.number += 1;
         let mut bytes = self.number.to_le_bytes().to_vec();
@@ -475,7 +475,7 @@ impl Graph for OverZenoh {
 
 impl Drop for OverZenoh {
     fn drop(&mut self) {
-        // So that others are told that we are gone, and need not wait until we are forgotten.
+        // Tells others that we are gone; else they wait for a timeout.
         let _ = self.maker.session.close().wait();
     }
 }
