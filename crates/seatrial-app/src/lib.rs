@@ -10,7 +10,10 @@ pub mod logs;
 pub mod lying_log;
 pub mod models;
 pub mod paper;
+pub mod recording;
 pub mod replay;
+pub mod trial_run;
 
 pub use error::Error;
 pub use identify_log::{IdentifiedLog, Options, identify_log};
+pub use inspect_log::Inspection;

@@ -1,4 +1,4 @@
-//! Autopilots that speak MAVLink: the options of the link, what is told before a vehicle is taken, the hand-back.
+//! Autopilots that speak MAVLink: the options of the link, preflight, taking one, handing it back.
 
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -6,6 +6,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use seatrial::preview::Prior;
+use seatrial_app::trial_run::{self, TakenVehicle, Terms, TrialVehicle, VehicleError, taken};
 use seatrial_core::{Plan, RudderSense};
 use seatrial_links::autopilot::{
     Autopilot, Backup, HandBack, Profile, Response, Settings, SteeringOutputs, Tended,
@@ -79,11 +81,6 @@ pub fn signing(path: Option<&Path>, link_id: u8) -> Result<Option<Signing>, Fail
 }
 
 impl LinkArgs {
-    /// Refuses an address that cannot be one.
-    pub fn check_address(address: &str) -> Result<(), Failure> {
-        Self::address(address).map(drop)
-    }
-
     fn address(address: &str) -> Result<Address, Failure> {
         address
             .parse()
@@ -171,79 +168,147 @@ impl LinkArgs {
             pulses_us,
         }))
     }
-
-    /// Looks at the vehicle, asks, and takes it. Whatever fails, it is handed back.
-    pub fn take(
-        &self,
-        address: &str,
-        plan: &Plan<f64>,
-        is_given: bool,
-        is_agreed: bool,
-        backup: &Path,
-        abort: &Arc<AtomicBool>,
-    ) -> Result<Taken, Failure> {
-        if backup.exists() {
-            return Err(Failure::aborted(format!(
-                "{}: a trial before has not put everything back; run `seatrial vehicle restore {} --vehicle mavlink:{address}`",
-                backup.display(),
-                backup.display()
-            )));
-        }
-        // The link stays alive while we think, ask and judge.
-        let autopilot = Tended::new(self.open(address, Some(plan), is_given, abort)?);
-        let preflight = autopilot.autopilot().inspect();
-        text(&preflight).lines().for_each(say);
-        refuse(&preflight.checks)?;
-        if !is_agreed && !agrees()? {
-            return Err(Failure::aborted("not agreed to; nothing was changed"));
-        }
-        let mut taken = Taken {
-            autopilot,
-            backup: backup.into(),
-        };
-        let checks = taken
-            .autopilot
-            .autopilot()
-            .take_control(&preflight.changes, &mut |backup| {
-                keep(&taken.backup, backup)
-            });
-        checks.iter().map(line).for_each(say);
-        if let Err(failure) = refuse(&checks) {
-            taken.hand_back().iter().for_each(say);
-            return Err(failure);
-        }
-        Ok(taken)
-    }
 }
 
-/// An autopilot that is ours until it is handed back.
-pub struct Taken {
-    /// The autopilot.
-    pub autopilot: Tended<Transport>,
+/// An autopilot behind MAVLink that trials may be run on.
+pub struct OnMavlink {
+    name: String,
+    address: String,
+    link: LinkArgs,
+    /// What a trial changes is kept here until it is put back.
     backup: PathBuf,
 }
 
-impl Taken {
-    /// Hands it back; what could not be put back.
-    pub fn hand_back(&mut self) -> Option<String> {
-        let (done, response) = {
-            let mut autopilot = self.autopilot.autopilot();
-            (autopilot.hand_back(), autopilot.response().clone())
-        };
-        say(told(&done));
-        say_response(&response);
-        if done.is_complete() {
-            // Nothing is left to be restored.
-            let removed = std::fs::remove_file(&self.backup);
-            return removed
-                .err()
-                .map(|error| format!("{}: {error}", self.backup.display()));
-        }
-        Some(format!(
-            "not everything was put back; run `seatrial vehicle restore {}`",
-            self.backup.display()
-        ))
+impl OnMavlink {
+    /// The autopilot at an address.
+    pub fn new(
+        name: &str,
+        address: &str,
+        link: &LinkArgs,
+        logbook: &Path,
+    ) -> Result<Self, VehicleError> {
+        LinkArgs::address(address)?;
+        Ok(Self {
+            name: name.into(),
+            address: address.into(),
+            link: link.clone(),
+            backup: logbook.with_extension("restore.toml"),
+        })
     }
+
+    /// Looks at the vehicle, asks, and takes it. Whatever fails, it is handed back.
+    fn taken(&self, terms: &Terms) -> Result<Tended<Transport>, Failure> {
+        let backup = &self.backup;
+        if backup.exists() {
+            return Err(Failure::aborted(format!(
+                "{}: a trial before has not put everything back; run `seatrial vehicle restore {} --vehicle {}`",
+                backup.display(),
+                backup.display(),
+                self.name
+            )));
+        }
+        let opened = self.link.open(
+            &self.address,
+            Some(terms.plan),
+            terms.plan_is_given,
+            terms.stop,
+        );
+        // The link stays alive while we think, ask and judge.
+        let mut autopilot = Tended::new(opened?);
+        let preflight = autopilot.autopilot().inspect();
+        text(&preflight).lines().for_each(say);
+        refuse(&preflight.checks)?;
+        if !terms.is_agreed && !agrees()? {
+            return Err(Failure::aborted("not agreed to; nothing was changed"));
+        }
+        let checks = autopilot
+            .autopilot()
+            .take_control(&preflight.changes, &mut |stored| keep(backup, stored));
+        checks.iter().map(line).for_each(say);
+        if let Err(failure) = refuse(&checks) {
+            hand_back(&mut autopilot, backup).iter().for_each(say);
+            return Err(failure);
+        }
+        Ok(autopilot)
+    }
+}
+
+impl TrialVehicle for OnMavlink {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn description(&self) -> &str {
+        "an autopilot that speaks MAVLink: it moves"
+    }
+
+    fn is_simulated(&self) -> bool {
+        false
+    }
+
+    fn prior(&self, _: &Plan<f64>) -> Result<Prior, VehicleError> {
+        Err(no_prior(&self.name))
+    }
+
+    fn inspect(&self, plan: &Plan<f64>) -> Result<trial_run::Preflight, VehicleError> {
+        let opened = self
+            .link
+            .open(&self.address, Some(plan), true, &Arc::default());
+        Ok(for_trial(opened?.inspect()))
+    }
+
+    fn take(&self, terms: &Terms) -> Result<Box<dyn TakenVehicle>, VehicleError> {
+        let backup = self.backup.clone();
+        let hand_back = move |autopilot: &mut _| hand_back(autopilot, &backup);
+        Ok(taken(self.taken(terms)?, hand_back, None))
+    }
+}
+
+/// A vehicle whose model nobody knows yet.
+pub fn no_prior(name: &str) -> VehicleError {
+    VehicleError::setting(format!(
+        "{name}: how it steers is not known before its trial; preview the plan on a simulator"
+    ))
+}
+
+/// A preflight as a trial's order asks for it.
+pub fn for_trial(found: Preflight) -> trial_run::Preflight {
+    let checks = found.checks.into_iter();
+    let changes = found.changes.into_iter();
+    trial_run::Preflight {
+        checks: checks
+            .map(|check| trial_run::Check::new(check.name, check.passed, check.text))
+            .collect(),
+        changes: changes
+            .map(|change| trial_run::Change {
+                name: change.name,
+                from: change.from,
+                to: change.to,
+                why: change.why.into(),
+            })
+            .collect(),
+    }
+}
+
+/// Hands an autopilot back; what could not be put back.
+fn hand_back(autopilot: &mut Tended<Transport>, backup: &Path) -> Option<String> {
+    let (done, response) = {
+        let mut autopilot = autopilot.autopilot();
+        (autopilot.hand_back(), autopilot.response().clone())
+    };
+    say(hand_back_text(&done));
+    say_response(&response);
+    if done.is_complete() {
+        // Nothing is left to be restored.
+        let removed = std::fs::remove_file(backup);
+        return removed
+            .err()
+            .map(|error| format!("{}: {error}", backup.display()));
+    }
+    Some(format!(
+        "not everything was put back; run `seatrial vehicle restore {}`",
+        backup.display()
+    ))
 }
 
 fn say_response(response: &Response) {
@@ -334,7 +399,7 @@ pub fn text(preflight: &Preflight) -> String {
 }
 
 /// A hand-back for people.
-pub fn told(done: &HandBack) -> String {
+pub fn hand_back_text(done: &HandBack) -> String {
     let known = |name: &str, known: Option<bool>, yes: &str, no: &str| match known {
         Some(true) => format!("{name} {yes}"),
         Some(false) => format!("{name} {no}"),

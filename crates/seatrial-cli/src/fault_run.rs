@@ -5,14 +5,12 @@ use std::sync::Mutex;
 
 use seatrial::campaign::{Campaign, Run, Stage};
 use seatrial::identification::Identification;
-use seatrial_app::conduct::{Unwatched, conduct};
+use seatrial_app::trial_run::rehearse;
 use seatrial_core::{AbortReason, Action, Outcome, Plan, Sample, Steering, Vehicle, YawModel};
 use seatrial_sim::faults::{Fault, Kind, LinkLost, Moment, Onset, Upset};
 use seatrial_sim::sensors::Chance;
-use seatrial_sim::{FaultyVehicle, Scenario};
+use seatrial_sim::{FaultyVehicle, Scenario, SimulatedConfig, SimulatedVehicle};
 use serde::Serialize;
-
-use crate::vehicle::{Config, Simulated};
 
 /// Time from the condition of an abort to neutral rudder and heading hold, s.
 const HANDED_BACK_WITHIN_S: f64 = 0.5;
@@ -59,7 +57,7 @@ pub enum Result {
 /// The vehicle, its plan, and what is known of its truth.
 pub struct Rehearsal {
     /// What the vehicle is made from.
-    pub config: Config,
+    pub config: SimulatedConfig,
     /// The plan of every trial.
     pub plan: Plan<f64>,
     /// Truths of damaged vehicles of six degrees of freedom by what is wrong with them.
@@ -68,7 +66,7 @@ pub struct Rehearsal {
 
 impl Rehearsal {
     /// Of a vehicle and a plan.
-    pub fn new(config: Config, plan: Plan<f64>) -> Self {
+    pub fn new(config: SimulatedConfig, plan: Plan<f64>) -> Self {
         Self {
             config,
             plan,
@@ -88,18 +86,7 @@ impl Rehearsal {
         let vehicle = self.config.vehicle(seed).ok()?;
         let vehicle = FaultyVehicle::new(vehicle, &Scenario::of(fault), seed).ok()?;
         let mut observed = Observed::new(vehicle);
-        let about = Campaign {
-            software_version: String::new(),
-            vehicle: String::new(),
-            configuration: String::new(),
-            seed: Some(seed),
-            rudder_limit_rad: self.plan.rudder_limit_rad,
-            runs: Vec::new(),
-            outcome: None,
-        };
-        let campaign = conduct(&mut observed, self.plan, about, &mut Unwatched)
-            .ok()?
-            .campaign;
+        let campaign = rehearse(&mut observed, "", seed, self.plan).ok()?.campaign;
         Some(self.judge(fault, seed, &campaign, &observed))
     }
 
@@ -251,7 +238,7 @@ fn code(reason: AbortReason) -> String {
 
 /// The vehicle as an independent observer sees it.
 struct Observed {
-    vehicle: FaultyVehicle<Simulated>,
+    vehicle: FaultyVehicle<SimulatedVehicle>,
     instants: Vec<Instant>,
     /// When the latest whole sample came, on the vehicle's own clock, s.
     whole_s: f64,
@@ -273,7 +260,7 @@ struct Instant {
 }
 
 impl Observed {
-    fn new(vehicle: FaultyVehicle<Simulated>) -> Self {
+    fn new(vehicle: FaultyVehicle<SimulatedVehicle>) -> Self {
         Self {
             vehicle,
             instants: Vec::new(),
@@ -407,7 +394,7 @@ impl Expected {
             },
             aborts,
             codes: match fault.kind {
-                // Noise alone may make the trial repeat a run, or leave the fresh data too uncertain.
+                // Noise alone may make the trial repeat a run, or leave the validation data too uncertain.
                 Kind::OperatorTakeover | Kind::DepthLoss => &["low_r2", "weakly_validated"],
                 Kind::DuplicatedSamples | Kind::ReorderedSamples => {
                     &["low_r2", "weakly_validated", "rejected_samples"]
@@ -420,7 +407,7 @@ impl Expected {
                     "compass_error",
                     "compass_deviation",
                     "compass_late",
-                    // A compass that errs in the fresh data alone gives another model.
+                    // A compass that errs in the validation data alone gives another model.
                     "contradicted",
                     "rejected_samples",
                     "low_r2",
@@ -440,7 +427,7 @@ impl Expected {
                     "not_identifiable",
                     "under_excited",
                     "unstable",
-                    // What changed between training and fresh data gives another model.
+                    // What changed between training and validation data gives another model.
                     "contradicted",
                     "rudder_saturated",
                 ],

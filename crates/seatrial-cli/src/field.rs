@@ -4,16 +4,17 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use seatrial::campaign::Campaign;
-use seatrial::field::{Claim, Field, FieldSettings};
+use seatrial::field::{Claim, Field, FieldSettings, Repeatability};
 use seatrial::heading_step::Control;
-use seatrial_app::conduct::{Unwatched, conduct};
+use seatrial_app::trial_run::rehearse;
 use seatrial_core::{Outcome, Plan};
 use seatrial_report as report;
+use seatrial_sim::SimulatedVehicle;
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};
 use crate::table::Table;
-use crate::vehicle::{self, Simulated};
+use crate::vehicle;
 
 /// Re-enact the paper's field experiments: trials, U-turns, heading steps, repeated trials.
 ///
@@ -85,20 +86,9 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 }
 
 /// The paper's trial, and the vehicle after it.
-fn trial(name: &str, seed: u64) -> Result<(Simulated, Campaign), Failure> {
+fn trial(name: &str, seed: u64) -> Result<(SimulatedVehicle, Campaign), Failure> {
     let mut vehicle = vehicle::simulated(name, seed)?;
-    let plan = Plan::paper();
-    let about = Campaign {
-        software_version: env!("CARGO_PKG_VERSION").into(),
-        vehicle: name.into(),
-        configuration: "default".into(),
-        seed: Some(seed),
-        rudder_limit_rad: plan.rudder_limit_rad,
-        runs: Vec::new(),
-        outcome: None,
-    };
-    let conducted =
-        conduct(&mut vehicle, plan, about, &mut Unwatched).map_err(Failure::internal)?;
+    let conducted = rehearse(&mut vehicle, name, seed, Plan::paper()).map_err(Failure::internal)?;
     match conducted.campaign.outcome {
         Some(Outcome::Finished) => Ok((vehicle, conducted.campaign)),
         _ => Err(Failure::rejected(format!(
@@ -150,31 +140,41 @@ fn text(document: &Document) -> String {
         gains_from_ends(field)
     );
     if let Some(repeated) = &field.repeatability {
+        text += &repeatability(repeated);
+    }
+    text + &claims(document)
+}
+
+fn repeatability(repeated: &Repeatability) -> String {
+    let mut text = String::new();
+    let _ = writeln!(
+        text,
+        "\nRepeated at {:.0} % thrust, {} trials",
+        100.0 * repeated.thrust,
+        repeated.repeats.len()
+    );
+    for (name, spread) in [("a22", repeated.a22_per_s), ("b2", repeated.b2_per_s2)] {
         let _ = writeln!(
             text,
-            "\nRepeated at {:.0} % thrust, {} trials",
-            100.0 * repeated.thrust,
+            "  {name:<3} mean {:.3}, standard deviation {:.3}, stated by the intervals {:.3}; {} of {} intervals hold the mean",
+            spread.mean,
+            spread.standard_deviation,
+            spread.stated,
+            spread.intervals_with_mean,
             repeated.repeats.len()
         );
-        for (name, spread) in [("a22", repeated.a22_per_s), ("b2", repeated.b2_per_s2)] {
-            let _ = writeln!(
-                text,
-                "  {name:<3} mean {:.3}, standard deviation {:.3}, stated by the intervals {:.3}; {} of {} intervals hold the mean",
-                spread.mean,
-                spread.standard_deviation,
-                spread.stated,
-                spread.intervals_with_mean,
-                repeated.repeats.len()
-            );
-        }
-        let [low_gain, high_gain] = repeated.proportional_gain;
-        let [low_m, high_m] = repeated.u_turn_mean_radius_m;
-        let _ = writeln!(
-            text,
-            "  K_p {low_gain:.2} to {high_gain:.2}, R (50) {low_m:.2} to {high_m:.2} m"
-        );
     }
-    text.push_str("\nThe paper's claims here\n");
+    let [low_gain, high_gain] = repeated.proportional_gain;
+    let [low_m, high_m] = repeated.u_turn_mean_radius_m;
+    let _ = writeln!(
+        text,
+        "  K_p {low_gain:.2} to {high_gain:.2}, R (50) {low_m:.2} to {high_m:.2} m"
+    );
+    text
+}
+
+fn claims(document: &Document) -> String {
+    let mut text = String::from("\nThe paper's claims here\n");
     for claim in &document.claims {
         let _ = writeln!(
             text,

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use seatrial::identification::Verdict;
+use seatrial_app::trial_run::{NotBegun, VehicleError};
 use serde::Serialize;
 
 /// Exit codes of every verb. 2 (usage) is clap's.
@@ -104,6 +105,40 @@ impl From<seatrial_app::Error> for Failure {
             Error::Input(_) | Error::Log(_) => Self::input(error),
             Error::Rejected(_) => Self::rejected(error),
             Error::Logbook(error) => error.into(),
+        }
+    }
+}
+
+impl From<VehicleError> for Failure {
+    fn from(error: VehicleError) -> Self {
+        let exit = match error {
+            VehicleError::Setting(_) => Exit::Usage,
+            VehicleError::Unreachable(_) => Exit::Input,
+            VehicleError::Refused(_) => Exit::Aborted,
+            VehicleError::Internal(_) => Exit::Internal,
+        };
+        Self::new(exit, error)
+    }
+}
+
+impl From<Failure> for VehicleError {
+    fn from(failure: Failure) -> Self {
+        match failure.exit {
+            Exit::Usage => Self::Setting(failure.message),
+            Exit::Input => Self::Unreachable(failure.message),
+            Exit::Aborted => Self::Refused(failure.message),
+            _ => Self::Internal(failure.message),
+        }
+    }
+}
+
+impl From<NotBegun> for Failure {
+    fn from(error: NotBegun) -> Self {
+        match error {
+            NotBegun::Plan(_) => Self::input(error),
+            NotBegun::PlanText(_) => Self::internal(error),
+            NotBegun::Vehicle(error) => error.into(),
+            NotBegun::Logbook(error) => error.into(),
         }
     }
 }

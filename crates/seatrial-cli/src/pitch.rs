@@ -9,12 +9,13 @@ use seatrial::verdict::three_figures;
 use seatrial_core::DivingSample;
 use seatrial_logbook::{Logbook, NewPitchTrial, PitchEntry};
 use seatrial_report as report;
+use seatrial_sim::SimulatedVehicle;
 use serde::Serialize;
 
 use crate::log::LogArgs;
 use crate::output::{Exit, Failure, Output, save_page};
 use crate::table::Table;
-use crate::vehicle::{self, Simulated};
+use crate::vehicle;
 use crate::windows::WindowArgs;
 use seatrial_app::documents::Source;
 
@@ -197,7 +198,7 @@ pub fn trial(
 ) -> Result<Exit, Failure> {
     let plan = plan.map_or(Ok(PitchPlan::default()), load_plan)?;
     let mut logbook = Logbook::open(kept.logbook)?;
-    let Simulated::SixDof(mut vehicle) = vehicle::simulated(name, seed)? else {
+    let SimulatedVehicle::SixDof(mut vehicle) = vehicle::simulated(name, seed)? else {
         return Err(Failure::usage(format!(
             "--axis pitch: {name} has no pitch, it only turns; take sim:starfish-6dof or sim:remus100"
         )));

@@ -4,7 +4,6 @@ use seatrial::identify::cramer_rao::Noise;
 use seatrial::preview::{Prior, PriorSpeed};
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 use seatrial_core::{HeadingGain, Plan, SchedulePoint};
-use seatrial_sim::config::HelmConfig;
 
 use crate::model_source::{SourceArgs, warn};
 use crate::output::{Failure, say};
@@ -71,7 +70,9 @@ fn disturbance(text: &str) -> Result<[f64; 2], String> {
 
 /// A prior and where it comes from, for people.
 pub struct Named {
+    /// A vehicle, a file or a logbook.
     pub origin: String,
+    /// What is believed.
     pub prior: Prior,
 }
 
@@ -82,7 +83,10 @@ impl PriorArgs {
             self.of_models(plan)?
         } else {
             let name = self.vehicle.as_deref().unwrap_or(DEFAULT_VEHICLE);
-            of_vehicle(name, plan)?
+            Named {
+                origin: name.into(),
+                prior: vehicle::prior(name, plan)?,
+            }
         };
         let prior = &mut named.prior;
         if let Some(heading_deg) = self.heading_deg {
@@ -206,55 +210,4 @@ fn point_at(source: &Models, thrust: f64) -> Result<SchedulePoint<f64>, Failure>
         ));
     }
     Ok(*found.value())
-}
-
-/// The prior of a simulated vehicle: what it is made from.
-pub fn of_vehicle(name: &str, plan: &Plan<f64>) -> Result<Named, Failure> {
-    let config = vehicle::config(name)?;
-    let helm = config.helm();
-    let truth = |thrust: f64| {
-        let truth = config.truth(thrust).map_err(Failure::input)?;
-        truth.ok_or_else(|| {
-            Failure::input(format!(
-                "{name}: has no yaw model at {:.0} % thrust",
-                100.0 * thrust
-            ))
-        })
-    };
-    let noise = noise_of(&helm);
-    let speeds = plan.thrusts.iter().map(|thrust| {
-        let truth = truth(*thrust)?;
-        Ok(PriorSpeed {
-            thrust: *thrust,
-            surge_speed_m_s: Some(truth.surge_speed_m_s),
-            model: truth.model,
-            hold_gain: helm.heading_hold.gain,
-            noise,
-        })
-    });
-    Ok(Named {
-        origin: name.into(),
-        prior: Prior {
-            speeds: speeds.collect::<Result<_, Failure>>()?,
-            speed_before_m_s: Some(truth(helm.initial_thrust)?.surge_speed_m_s),
-            surge_time_constant_s: config.surge_time_constant_s().map_err(Failure::input)?,
-            heading_rad: helm.initial_heading_rad,
-            depth_m: Some(config.depth_m()),
-            rudder_limit_rad: helm.rudder_limit_rad,
-            hold_limit_rad: helm.heading_hold.rudder_limit_rad,
-            sample_interval_s: helm.timing.sample_interval_s,
-        },
-    })
-}
-
-/// Steps of a compass count as noise spread evenly over one step. Fewer samples count as more noise on all of them.
-fn noise_of(helm: &HelmConfig) -> Noise {
-    let sensors = helm.sensors;
-    let step_rad2 = sensors.compass.resolution_rad.powi(2) / 12.0;
-    let variance_rad2 = sensors.compass.noise_rad.powi(2) + step_rad2;
-    Noise {
-        heading_rad: (variance_rad2 / (1.0 - helm.timing.missing_fraction)).sqrt(),
-        disturbance_rad_s2: helm.disturbance.standard_deviation_rad_s2,
-        disturbance_time_s: helm.disturbance.correlation_time_s,
-    }
 }

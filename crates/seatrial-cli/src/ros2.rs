@@ -1,23 +1,24 @@
-//! Vehicles on ROS 2: what a file says of them, what is told before one is taken, the hand-back.
+//! Vehicles on ROS 2: their description file, preflight, taking one, handing it back.
 
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use seatrial::preview::Prior;
+use seatrial_app::trial_run::{self, TakenVehicle, Terms, TrialVehicle, VehicleError, taken};
 use seatrial_core::{Plan, RudderSense};
 use seatrial_links::handover::Preflight;
 use seatrial_links::ros2_vehicle::{
-    Description, ENABLE_SERVICE, EstimateTopic, Graph, HandBack, JoinError, RosVehicle, Settings,
+    self, Description, ENABLE_SERVICE, EstimateTopic, Graph, HandBack, JoinError, Settings,
     TimedEstimate, join,
 };
 use seatrial_logs::{Row, RowWriter};
 
-use crate::autopilot::{limits, line, refuse, text};
+use crate::autopilot::{for_trial, limits, line, no_prior, refuse, text};
 use crate::output::{Failure, say};
 
-/// A vehicle on ROS 2.
-pub type OnRos2 = RosVehicle<Box<dyn Graph>>;
+type RosVehicle = ros2_vehicle::RosVehicle<Box<dyn Graph>>;
 
 /// Rows of a trial that go to the topic of estimates.
 struct Estimates(EstimateTopic);
@@ -55,7 +56,7 @@ fn open(
     plan: &Plan<f64>,
     is_given: bool,
     abort: &Arc<AtomicBool>,
-) -> Result<(OnRos2, Box<dyn RowWriter>), Failure> {
+) -> Result<(RosVehicle, Box<dyn RowWriter>), Failure> {
     let wrong = |error: String| Failure::input(format!("{}: {error}", path.display()));
     let read = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
     let description: Description =
@@ -97,48 +98,86 @@ pub fn inspect(path: &Path, plan: &Plan<f64>, is_given: bool) -> Result<Prefligh
     Ok(vehicle.inspect())
 }
 
-/// Looks at the vehicle of a file, has somebody agree, and takes it. Whatever fails, it is handed back.
-pub fn take(
-    path: &Path,
-    plan: &Plan<f64>,
-    is_given: bool,
-    is_agreed: bool,
-    abort: &Arc<AtomicBool>,
-) -> Result<(OnRos2, Box<dyn RowWriter>), Failure> {
-    let (mut vehicle, estimates) = open(path, plan, is_given, abort)?;
-    let preflight = vehicle.inspect();
-    text(&preflight).lines().for_each(say);
-    refuse(&preflight.checks)?;
-    if !is_agreed {
-        say(format!(
-            "the vehicle will move; agree to it by calling {ENABLE_SERVICE} (std_srvs/SetBool) with true"
-        ));
-        if !vehicle.is_agreed_to() {
-            return Err(Failure::aborted("not agreed to; nothing was moved"));
-        }
-    }
-    let checks = vehicle.take_control();
-    checks.iter().map(line).for_each(say);
-    if let Err(failure) = refuse(&checks) {
-        hand_back(&mut vehicle).iter().for_each(say);
-        return Err(failure);
-    }
-    Ok((vehicle, estimates))
+/// A vehicle described by a file that trials may be run on.
+pub struct OnRos2 {
+    name: String,
+    file: PathBuf,
 }
 
-/// Hands a vehicle back; what could not be seen of it.
-pub fn hand_back(vehicle: &mut OnRos2) -> Option<String> {
+impl OnRos2 {
+    /// The vehicle of a file.
+    pub fn new(name: &str, file: &str) -> Self {
+        Self {
+            name: name.into(),
+            file: file.into(),
+        }
+    }
+
+    /// Looks at the vehicle, has somebody agree, and takes it. Whatever fails, it is handed back.
+    fn taken(&self, terms: &Terms) -> Result<(RosVehicle, Box<dyn RowWriter>), Failure> {
+        let (mut vehicle, estimates) =
+            open(&self.file, terms.plan, terms.plan_is_given, terms.stop)?;
+        let preflight = vehicle.inspect();
+        text(&preflight).lines().for_each(say);
+        refuse(&preflight.checks)?;
+        if !terms.is_agreed {
+            say(format!(
+                "the vehicle will move; agree to it by calling {ENABLE_SERVICE} (std_srvs/SetBool) with true"
+            ));
+            if !vehicle.is_agreed_to() {
+                return Err(Failure::aborted("not agreed to; nothing was moved"));
+            }
+        }
+        let checks = vehicle.take_control();
+        checks.iter().map(line).for_each(say);
+        if let Err(failure) = refuse(&checks) {
+            hand_back(&mut vehicle).iter().for_each(say);
+            return Err(failure);
+        }
+        Ok((vehicle, estimates))
+    }
+}
+
+impl TrialVehicle for OnRos2 {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn description(&self) -> &str {
+        "a vehicle on ROS 2: it moves"
+    }
+
+    fn is_simulated(&self) -> bool {
+        false
+    }
+
+    fn prior(&self, _: &Plan<f64>) -> Result<Prior, VehicleError> {
+        Err(no_prior(&self.name))
+    }
+
+    fn inspect(&self, plan: &Plan<f64>) -> Result<trial_run::Preflight, VehicleError> {
+        Ok(for_trial(inspect(&self.file, plan, true)?))
+    }
+
+    fn take(&self, terms: &Terms) -> Result<Box<dyn TakenVehicle>, VehicleError> {
+        let (vehicle, estimates) = self.taken(terms)?;
+        Ok(taken(vehicle, hand_back, Some(estimates)))
+    }
+}
+
+/// Hands a vehicle back; what was not seen to be put back.
+fn hand_back(vehicle: &mut RosVehicle) -> Option<String> {
     let done = vehicle.hand_back();
     if let Some(stop) = vehicle.stopped().filter(|stop| stop.is_asked()) {
         say(stop);
     }
-    say(told(&done));
+    say(hand_back_text(&done));
     let incomplete = "the vehicle was not seen to take its rudder back: look after it";
     (!done.is_complete()).then(|| incomplete.into())
 }
 
 /// A hand-back for people.
-fn told(done: &HandBack) -> String {
+fn hand_back_text(done: &HandBack) -> String {
     let rudder = match done.rudder_neutral {
         Some(true) => "seen neutral",
         Some(false) => "NOT SEEN NEUTRAL",

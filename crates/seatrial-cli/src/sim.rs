@@ -5,18 +5,19 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args as ClapArgs, Subcommand};
 use seatrial::Window;
+use seatrial_app::recording;
 use seatrial_core::{Event, List, Outcome, Plan, Sample, Stage, Trial, Vehicle};
 use seatrial_logs::Row;
-use seatrial_sim::{ConfigError, Truth};
+use seatrial_sim::{ConfigError, SimulatedConfig, SimulatedVehicle, Truth};
 use serde::Serialize;
 
 use crate::ardupilot_json;
 use crate::field;
 use crate::manoeuvres;
 use crate::output::{Exit, Failure, Output};
-use crate::record::{self, Format};
+use crate::record::format_of;
 use crate::sim_mavlink;
-use crate::vehicle::{self, Config, Simulated};
+use crate::vehicle;
 
 /// A simulated vehicle for others.
 #[derive(ClapArgs, Debug)]
@@ -87,7 +88,7 @@ struct TruthFile {
     schema: &'static str,
     seed: u64,
     runs: Vec<TrueRun>,
-    vehicle: Config,
+    vehicle: SimulatedConfig,
 }
 
 #[derive(Serialize)]
@@ -118,7 +119,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 
 /// Writes a simulated log.
 fn log(args: &SimLogArgs, output: &Output) -> Result<Exit, Failure> {
-    let format = Format::of(&args.out, "--out")?;
+    let format = format_of(&args.out, "--out")?;
     args.truth.as_deref().map_or(Ok(()), check_truth_name)?;
     let config = vehicle::config(&args.vehicle)?;
     let mut vehicle = config
@@ -126,7 +127,7 @@ fn log(args: &SimLogArgs, output: &Output) -> Result<Exit, Failure> {
         .map_err(|error| Failure::input(format!("{}: {error}", args.vehicle)))?;
     let played = play(&mut vehicle, plan(&args.thrust)?)?;
     let rows: Vec<Row> = played.samples.iter().copied().map(Row::from).collect();
-    record::write(&args.out, format, &rows)?;
+    recording::write(&args.out, format, &rows)?;
     if let Some(path) = &args.truth {
         write_truth(path, args.seed, config, &played.runs)?;
     }
@@ -173,7 +174,7 @@ fn plan(thrusts: &[f64]) -> Result<Plan<f64>, Failure> {
 }
 
 /// Plays a trial on the vehicle.
-fn play(vehicle: &mut Simulated, plan: Plan<f64>) -> Result<Played, Failure> {
+fn play(vehicle: &mut SimulatedVehicle, plan: Plan<f64>) -> Result<Played, Failure> {
     let mut trial = Trial::new(plan).map_err(Failure::usage)?;
     let mut played = Played {
         samples: Vec::new(),
@@ -246,7 +247,12 @@ impl Run {
     }
 }
 
-fn write_truth(path: &Path, seed: u64, vehicle: Config, runs: &[Run]) -> Result<(), Failure> {
+fn write_truth(
+    path: &Path,
+    seed: u64,
+    vehicle: SimulatedConfig,
+    runs: &[Run],
+) -> Result<(), Failure> {
     let truth = TruthFile {
         schema: "seatrial.truth.v1",
         seed,

@@ -11,6 +11,8 @@ use seatrial::study::{
 };
 use seatrial_core::{List, Plan};
 use seatrial_report::render_study;
+use seatrial_sim::SimulatedConfig;
+use seatrial_sim::plant::Disturbance;
 use serde::Serialize;
 
 use crate::fault_matrix;
@@ -18,7 +20,7 @@ use crate::lying_logs;
 use crate::output::{Exit, Failure, Output};
 use crate::parallel;
 use crate::table::Table;
-use crate::vehicle::{self, Config};
+use crate::vehicle;
 
 /// Most runs of a cell.
 const MOST_RUNS: u64 = 1_000_000;
@@ -208,7 +210,7 @@ struct Study {
 impl Study {
     fn cell(
         &self,
-        base: &Config,
+        base: &SimulatedConfig,
         args: &Args,
         noise_deg: f64,
         (strength_rad_s2, time_s): (f64, f64),
@@ -218,7 +220,13 @@ impl Study {
             disturbance_rad_s2: strength_rad_s2,
             disturbance_time_s: time_s,
         };
-        let config = base.in_a_sea_of(noise);
+        let config = base.disturbed(
+            noise.heading_rad,
+            Disturbance {
+                standard_deviation_rad_s2: noise.disturbance_rad_s2,
+                correlation_time_s: noise.disturbance_time_s,
+            },
+        );
         let failure = |error| Failure::input(format!("{}: {error}", args.vehicle));
         let true_model = config.truth(args.thrust).map_err(failure)?.ok_or_else(|| {
             Failure::input(format!(
@@ -249,7 +257,7 @@ impl Study {
     /// The outcomes in the order of their seeds, from all threads.
     fn outcomes(
         &self,
-        config: &Config,
+        config: &SimulatedConfig,
         truth: &Truth,
         has_bound: bool,
         width: Option<f64>,

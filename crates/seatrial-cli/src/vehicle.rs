@@ -1,80 +1,131 @@
-//! Vehicles by name: `sim:starfish`, `sim:starfish-6dof`, `sim:remus100`, `sim:FILE.toml`.
+//! Vehicles by name, as every verb takes them.
 
-use std::convert::Infallible;
-use std::path::Path;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
 
 use seatrial::identify::cramer_rao::Noise;
-use seatrial_core::{Action, Sample, Vehicle, YawModel};
-use seatrial_sim::config::HelmConfig;
-use seatrial_sim::faults::{Damage, Kind, Rehearsable, Upset};
-use seatrial_sim::plant::Disturbance;
-use seatrial_sim::six_dof::{equivalent, remus100, starfish};
-use seatrial_sim::{
-    ConfigError, FaultyVehicle, FirstOrderVehicle, Scenario, SixDofConfig, SixDofVehicle, Truth,
-    VehicleConfig, VehicleFile,
+use seatrial::preview::{Prior, PriorSpeed};
+use seatrial_app::trial_run::{
+    Check, Preflight, TakenVehicle, Terms, TrialVehicle, VehicleError, taken,
 };
-use serde::Serialize;
+use seatrial_core::Plan;
+use seatrial_sim::config::HelmConfig;
+use seatrial_sim::{FaultyVehicle, Scenario, SimulatedConfig, SimulatedVehicle, VehicleFile};
 
-use crate::output::Failure;
+use crate::autopilot::{LinkArgs, OnMavlink};
+use crate::ros2::OnRos2;
 
-/// What a simulated vehicle is made from.
-#[derive(Clone, Debug, Serialize)]
-#[serde(untagged)]
-pub enum Config {
-    /// A yaw model at every speed.
-    FirstOrder(Box<VehicleConfig>),
-    /// Six degrees of freedom.
-    SixDof(Box<SixDofConfig>),
+/// The simulators that need no file.
+pub const BUILT_IN: [(&str, &str); 3] = [
+    ("sim:starfish", "the paper's vehicle, first order in yaw"),
+    (
+        "sim:starfish-6dof",
+        "the paper's vehicle in six degrees of freedom",
+    ),
+    ("sim:remus100", "REMUS 100 in six degrees of freedom"),
+];
+
+/// The vehicle of this name. `scenario` has the faults of a simulated one; what a trial changes on an autopilot is kept
+/// beside the logbook.
+pub fn named(
+    name: &str,
+    scenario: Option<&Path>,
+    link: &LinkArgs,
+    logbook: &Path,
+) -> Result<Box<dyn TrialVehicle>, VehicleError> {
+    Ok(match name.split_once(':') {
+        Some(("mavlink", address)) => Box::new(OnMavlink::new(name, address, link, logbook)?),
+        Some(("ros2", file)) => Box::new(OnRos2::new(name, file)),
+        _ => Box::new(Simulator::new(name, scenario)?),
+    })
 }
 
-/// A simulated vehicle.
-pub enum Simulated {
-    /// A yaw model at every speed.
-    FirstOrder(Box<FirstOrderVehicle>),
-    /// Six degrees of freedom.
-    SixDof(Box<SixDofVehicle>),
+/// A simulated vehicle and the faults that befall it.
+struct Simulator {
+    name: String,
+    scenario: Option<PathBuf>,
 }
 
-/// What a simulated vehicle of this name is made from.
-pub fn config(name: &str) -> Result<Config, Failure> {
-    let first_order = |config| Ok(Config::FirstOrder(Box::new(config)));
-    let six_dof = |config| Ok(Config::SixDof(Box::new(config)));
-    match name.strip_prefix("sim:") {
-        Some("starfish") => first_order(VehicleConfig::starfish()),
-        Some("starfish-6dof") => six_dof(starfish::config()),
-        Some("remus100") => six_dof(remus100::config()),
-        Some(file) if file.ends_with(".toml") => {
-            match VehicleFile::load(Path::new(file)).map_err(Failure::input)? {
-                VehicleFile::FirstOrder(config) => Ok(Config::FirstOrder(config)),
-                VehicleFile::SixDof(config) => Ok(Config::SixDof(config)),
-            }
-        }
-        _ => Err(Failure::usage(format!(
-            "--vehicle {name}: expected sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml"
-        ))),
+impl Simulator {
+    fn new(name: &str, scenario: Option<&Path>) -> Result<Self, VehicleError> {
+        rehearsed(name, scenario, 1)?;
+        Ok(Self {
+            name: name.into(),
+            scenario: scenario.map(PathBuf::from),
+        })
     }
 }
 
+impl TrialVehicle for Simulator {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn description(&self) -> &str {
+        let known = BUILT_IN.iter().find(|(name, _)| *name == self.name);
+        known.map_or("a vehicle file", |(_, description)| description)
+    }
+
+    fn is_simulated(&self) -> bool {
+        true
+    }
+
+    fn prior(&self, plan: &Plan<f64>) -> Result<Prior, VehicleError> {
+        prior(&self.name, plan)
+    }
+
+    fn inspect(&self, _: &Plan<f64>) -> Result<Preflight, VehicleError> {
+        let found = match simulated(&self.name, 1) {
+            Ok(_) => (true, "simulated".into()),
+            Err(error) => (false, error.to_string()),
+        };
+        Ok(Preflight {
+            checks: vec![Check::new("vehicle", found.0, found.1)],
+            changes: Vec::new(),
+        })
+    }
+
+    fn take(&self, terms: &Terms) -> Result<Box<dyn TakenVehicle>, VehicleError> {
+        let vehicle = rehearsed(&self.name, self.scenario.as_deref(), terms.seed)?;
+        Ok(taken(vehicle, |_| None, None))
+    }
+}
+
+/// What a simulated vehicle of this name is made from.
+pub fn config(name: &str) -> Result<SimulatedConfig, VehicleError> {
+    let name_of_it = name.strip_prefix("sim:").unwrap_or_default();
+    if name_of_it.ends_with(".toml") {
+        let file = VehicleFile::load(Path::new(name_of_it));
+        return Ok(file.map_err(VehicleError::unreachable)?.into());
+    }
+    SimulatedConfig::built_in(name_of_it).ok_or_else(|| {
+        VehicleError::setting(format!(
+            "--vehicle {name}: expected sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml"
+        ))
+    })
+}
+
 /// The simulated vehicle of this name.
-pub fn simulated(name: &str, seed: u64) -> Result<Simulated, Failure> {
+pub fn simulated(name: &str, seed: u64) -> Result<SimulatedVehicle, VehicleError> {
     config(name)?
         .vehicle(seed)
-        .map_err(|error| Failure::input(format!("{name}: {error}")))
+        .map_err(|error| VehicleError::unreachable(format!("{name}: {error}")))
 }
 
 /// The simulated vehicle of this name with the faults of a scenario file.
-pub fn rehearsed(
+fn rehearsed(
     name: &str,
     scenario: Option<&Path>,
     seed: u64,
-) -> Result<FaultyVehicle<Simulated>, Failure> {
+) -> Result<FaultyVehicle<SimulatedVehicle>, VehicleError> {
     let Some(path) = scenario else {
         let vehicle = simulated(name, seed)?;
-        return FaultyVehicle::new(vehicle, &Scenario::default(), seed).map_err(Failure::internal);
+        let faulty = FaultyVehicle::new(vehicle, &Scenario::default(), seed);
+        return faulty.map_err(VehicleError::internal);
     };
-    let scenario = Scenario::load(path).map_err(Failure::input)?;
+    let scenario = Scenario::load(path).map_err(VehicleError::unreachable)?;
     let refused =
-        |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", path.display()));
+        |error: &dyn Display| VehicleError::unreachable(format!("{}: {error}", path.display()));
     let vehicle = config(name)?
         .with(scenario.conditions.clone())
         .and_then(|config| config.vehicle(seed))
@@ -82,148 +133,52 @@ pub fn rehearsed(
     FaultyVehicle::new(vehicle, &scenario, seed).map_err(|error| refused(&error))
 }
 
-impl Config {
-    /// The same vehicle where these fields of a file take the place of its own.
-    pub fn with(&self, fields: toml::Table) -> Result<Self, ConfigError> {
-        Ok(match self {
-            Self::FirstOrder(config) => Self::FirstOrder(Box::new(config.with(fields)?)),
-            Self::SixDof(config) => Self::SixDof(Box::new(config.with(fields)?)),
+/// The prior of a simulated vehicle: what it is made from.
+pub fn prior(name: &str, plan: &Plan<f64>) -> Result<Prior, VehicleError> {
+    let config = config(name)?;
+    let helm = config.helm();
+    let truth = |thrust: f64| {
+        let truth = config.truth(thrust).map_err(VehicleError::unreachable)?;
+        truth.ok_or_else(|| {
+            VehicleError::unreachable(format!(
+                "{name}: has no yaw model at {:.0} % thrust",
+                100.0 * thrust
+            ))
         })
-    }
-
-    /// The vehicle.
-    pub fn vehicle(&self, seed: u64) -> Result<Simulated, ConfigError> {
-        Ok(match self {
-            Self::FirstOrder(config) => Simulated::FirstOrder(Box::new(FirstOrderVehicle::new(
-                config.as_ref().clone(),
-                seed,
-            )?)),
-            Self::SixDof(config) => {
-                Simulated::SixDof(Box::new(SixDofVehicle::new(config.as_ref().clone(), seed)?))
-            }
+    };
+    let noise = noise_of(&helm);
+    let speeds = plan.thrusts.iter().map(|thrust| {
+        let truth = truth(*thrust)?;
+        Ok(PriorSpeed {
+            thrust: *thrust,
+            surge_speed_m_s: Some(truth.surge_speed_m_s),
+            model: truth.model,
+            hold_gain: helm.heading_hold.gain,
+            noise,
         })
-    }
-
-    /// What an identification at a thrust should find; `None` where there is nothing to be found.
-    pub fn truth(&self, thrust: f64) -> Result<Option<Truth>, ConfigError> {
-        match self {
-            Self::FirstOrder(config) => {
-                FirstOrderVehicle::new(config.as_ref().clone(), 0).map(|v| Some(v.truth(thrust)))
-            }
-            Self::SixDof(config) => equivalent::equivalent(config, thrust),
-        }
-    }
-
-    /// The same where the rudder stands off its command by an angle, rad.
-    pub fn truth_with_rudder_offset(
-        &self,
-        thrust: f64,
-        offset_rad: f64,
-    ) -> Result<Option<YawModel<f64>>, ConfigError> {
-        Ok(match self {
-            Self::FirstOrder(_) => self.truth(thrust)?.map(|truth| {
-                let upset = Upset {
-                    rudder_offset_rad: offset_rad,
-                    ..Upset::default()
-                };
-                upset.apparent(truth.model)
-            }),
-            Self::SixDof(config) => {
-                equivalent::with_rudder_offset(config, thrust, offset_rad)?.map(|truth| truth.model)
-            }
-        })
-    }
-
-    /// Steering, instruments and start.
-    pub fn helm(&self) -> HelmConfig {
-        match self {
-            Self::FirstOrder(config) => config.helm(),
-            Self::SixDof(config) => config.helm,
-        }
-    }
-
-    /// The same vehicle with another compass noise and disturbance.
-    pub fn in_a_sea_of(&self, noise: Noise) -> Self {
-        let mut config = self.clone();
-        let (sensors, disturbance) = match &mut config {
-            Self::FirstOrder(config) => (&mut config.sensors, &mut config.disturbance),
-            Self::SixDof(config) => (&mut config.helm.sensors, &mut config.helm.disturbance),
-        };
-        sensors.compass.noise_rad = noise.heading_rad;
-        *disturbance = Disturbance {
-            standard_deviation_rad_s2: noise.disturbance_rad_s2,
-            correlation_time_s: noise.disturbance_time_s,
-        };
-        config
-    }
-
-    /// The same vehicle after damage; one with a yaw model is as it was.
-    pub fn damaged(&self, damage: &Damage) -> Self {
-        match self {
-            Self::FirstOrder(_) => self.clone(),
-            Self::SixDof(config) => Self::SixDof(Box::new(config.damaged(damage))),
-        }
-    }
-
-    /// Is the yaw model all there is?
-    pub fn is_first_order(&self) -> bool {
-        matches!(self, Self::FirstOrder(_))
-    }
-
-    /// Depth that it holds, m.
-    pub fn depth_m(&self) -> f64 {
-        match self {
-            Self::FirstOrder(config) => config.depth_m,
-            Self::SixDof(config) => config.depth_hold.depth_m,
-        }
-    }
-
-    /// Time constant of the speed after a change of thrust, s.
-    pub fn surge_time_constant_s(&self) -> Result<f64, ConfigError> {
-        match self {
-            Self::FirstOrder(config) => Ok(config.surge_time_constant_s),
-            Self::SixDof(config) => equivalent::surge_time_constant_s(config),
-        }
-    }
+    });
+    Ok(Prior {
+        speeds: speeds.collect::<Result<_, VehicleError>>()?,
+        speed_before_m_s: Some(truth(helm.initial_thrust)?.surge_speed_m_s),
+        surge_time_constant_s: config
+            .surge_time_constant_s()
+            .map_err(VehicleError::unreachable)?,
+        heading_rad: helm.initial_heading_rad,
+        depth_m: Some(config.depth_m()),
+        rudder_limit_rad: helm.rudder_limit_rad,
+        hold_limit_rad: helm.heading_hold.rudder_limit_rad,
+        sample_interval_s: helm.timing.sample_interval_s,
+    })
 }
 
-impl Vehicle<f64> for Simulated {
-    type Error = Infallible;
-
-    fn next_sample(&mut self) -> Result<Option<Sample<f64>>, Infallible> {
-        match self {
-            Self::FirstOrder(vehicle) => vehicle.next_sample(),
-            Self::SixDof(vehicle) => vehicle.next_sample(),
-        }
-    }
-
-    fn act(&mut self, action: &Action<f64>) -> Result<(), Infallible> {
-        match self {
-            Self::FirstOrder(vehicle) => vehicle.act(action),
-            Self::SixDof(vehicle) => vehicle.act(action),
-        }
-    }
-}
-
-impl Rehearsable for Simulated {
-    fn refuses(&self, kind: Kind) -> Option<&'static str> {
-        match self {
-            Self::FirstOrder(vehicle) => vehicle.refuses(kind),
-            Self::SixDof(vehicle) => vehicle.refuses(kind),
-        }
-    }
-
-    fn upset(&mut self, upset: &Upset) {
-        match self {
-            Self::FirstOrder(vehicle) => vehicle.upset(upset),
-            Self::SixDof(vehicle) => vehicle.upset(upset),
-        }
-    }
-
-    fn yaw_model(&self) -> Option<YawModel<f64>> {
-        match self {
-            Self::FirstOrder(vehicle) => vehicle.yaw_model(),
-            Self::SixDof(vehicle) => vehicle.yaw_model(),
-        }
+/// Steps of a compass count as noise spread evenly over one step. Fewer samples count as more noise on all of them.
+fn noise_of(helm: &HelmConfig) -> Noise {
+    let sensors = helm.sensors;
+    let step_rad2 = sensors.compass.resolution_rad.powi(2) / 12.0;
+    let variance_rad2 = sensors.compass.noise_rad.powi(2) + step_rad2;
+    Noise {
+        heading_rad: (variance_rad2 / (1.0 - helm.timing.missing_fraction)).sqrt(),
+        disturbance_rad_s2: helm.disturbance.standard_deviation_rad_s2,
+        disturbance_time_s: helm.disturbance.correlation_time_s,
     }
 }

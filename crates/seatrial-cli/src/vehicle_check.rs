@@ -1,4 +1,4 @@
-//! `seatrial vehicle`: looks at an autopilot before a trial, puts it back after one that was cut short.
+//! `seatrial vehicle`: looks at a vehicle before a trial, restores an autopilot after one that was cut short.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -132,7 +132,7 @@ fn restore(args: &RestoreArgs, output: &Output) -> Result<Exit, Failure> {
         std::fs::remove_file(&args.backup)
             .map_err(|error| Failure::not_saved(format!("{}: {error}", args.backup.display())))?;
     }
-    output.print(&restored, || autopilot::told(&restored.done))?;
+    output.print(&restored, || autopilot::hand_back_text(&restored.done))?;
     Ok(if restored.complete {
         Exit::Done
     } else {

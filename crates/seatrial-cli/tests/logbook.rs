@@ -58,6 +58,7 @@ fn identification(model: YawModel<f64>) -> Identification {
             heading_hold: Hold::FirstOrder,
             initial_covariance: 1e6,
             forgetting_factor: 1.0,
+            servo: None,
         },
         online: Online {
             method: EstimateMethod::InstrumentalVariable,

@@ -103,3 +103,119 @@ fn cli_a_lag_that_cannot_be_is_a_usage_error() {
         assert!(text.contains(option) && text.contains(value), "{text}");
     }
 }
+
+/// A simulated vehicle behind a servo of 0.3 s, which reports the command, as a trial and as a log of that trial.
+#[test]
+fn recover_a_trial_behind_a_slow_servo() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    let run = |arguments: &[&str]| {
+        let output = program()
+            .current_dir(folder.path())
+            .args(arguments)
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {said}");
+        output.stdout
+    };
+    let document = |arguments: &[&str]| -> Value {
+        serde_json::from_slice(&run(&[&["--json"], arguments].concat())).unwrap()
+    };
+    write("servo.toml", "[servo]\ntime_constant_s = 0.3\n");
+    let planned = ["--thrust", "0.8", "--rudder-lag", "0.3"];
+    run(&[&["plan", "--out", "plan.toml"], &planned[..]].concat());
+    let trial = document(&[
+        "trial",
+        "--scenario",
+        "servo.toml",
+        "--plan",
+        "plan.toml",
+        "--record",
+        "run.csv",
+    ]);
+    assert_eq!(trial["plan"]["rudder_lag_s"], 0.3);
+    let found = &trial["runs"][0]["identification"];
+    assert_eq!(found["settings"]["servo"]["lag_s"], 0.3);
+    // Table II at 80 % thrust, within the interval.
+    for (name, truth) in [("a22_per_s", -1.07), ("b2_per_s2", 1.08)] {
+        let interval = &found["refined"]["interval_95"][name];
+        let [low, high] = [0, 1].map(|end| interval[end].as_f64().unwrap());
+        assert!(low <= truth && truth <= high, "{name} {low} to {high}");
+    }
+    let stages = trial["runs"][0]["stages"].as_array().unwrap();
+    let time = |stage: usize, end: &str| stages[stage][end].to_string();
+    let (from, to) = (time(1, "from_s"), time(1, "to_s"));
+    let (validate_from, validate_to) = (time(2, "from_s"), time(2, "to_s"));
+    let log = document(&[
+        "identify",
+        "run.csv",
+        "--rudder-lag",
+        "0.3",
+        "--from",
+        &from,
+        "--to",
+        &to,
+        "--validate-from",
+        &validate_from,
+        "--validate-to",
+        &validate_to,
+    ]);
+    for name in ["a22_per_s", "b2_per_s2", "c0_rad_per_s2"] {
+        let [trial, log] =
+            [found, &log].map(|document| document["refined"][name].as_f64().unwrap());
+        // The same samples; the search ends within this of the summit.
+        assert!(
+            (trial / log - 1.0).abs() < 1e-4,
+            "{name}: {trial} and {log}"
+        );
+    }
+    // The gain allows for the servo beside a sample, and the trial is repeatable.
+    let gains = document(&["gains", "--logbook", "seatrial.db"]);
+    let timing = &gains["points"][0]["allowance"]["timing"];
+    assert!(
+        (timing["delay_s"].as_f64().unwrap() - 0.35).abs() < 1e-9,
+        "{timing}"
+    );
+    run(&["replay", "seatrial.db"]);
+}
+
+#[test]
+fn cli_options_go_before_the_servo_of_the_plan() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = |arguments: &[&str]| {
+        let output = program()
+            .current_dir(folder.path())
+            .args(["plan", "--json"])
+            .args(arguments)
+            .output()
+            .unwrap();
+        serde_json::from_slice::<Value>(&output.stdout).unwrap_or_default()["plan"].clone()
+    };
+    let written = plan(&[
+        "--rudder-lag",
+        "0.2",
+        "--rudder-delay",
+        "0.1",
+        "--out",
+        "plan.toml",
+    ]);
+    assert_eq!(
+        (&written["rudder_lag_s"], &written["rudder_delay_s"]),
+        (&0.2.into(), &0.1.into())
+    );
+    let changed = plan(&["--plan", "plan.toml", "--rudder-lag", "0"]);
+    assert_eq!(
+        (&changed["rudder_lag_s"], &changed["rudder_delay_s"]),
+        (&Value::Null, &0.1.into())
+    );
+    for verb in ["plan", "trial"] {
+        let output = program()
+            .args([verb, "--rudder-lag", "101"])
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains("--rudder-lag 101"), "{said}");
+    }
+}

@@ -1,5 +1,7 @@
 //! The plan of a trial.
 
+use core::ops::RangeInclusive;
+
 use crate::envelope::Envelope;
 use crate::estimator::EstimatorSettings;
 use crate::setting::{InvalidSetting, is_positive, require};
@@ -15,8 +17,16 @@ const LAMBDA_TIMES_PERIOD: f64 = 6.0;
 /// The paper's vehicle at its middle speed: T = 1/1.07 s (Table II).
 const PAPER_TIME_CONSTANT_S: f64 = 1.0 / 1.07;
 
+/// Dead times and time constants of a rudder, s: none of the largest ship is longer.
+const SERVO_TIMES_S: RangeInclusive<f64> = 0.0..=100.0;
+
 /// However slow the vehicle, its gyro's noise may not end the trial, rad/s.
 const LOWEST_YAW_RATE_LIMIT_RAD_S: f64 = 0.05;
+
+#[cfg(feature = "serde")]
+fn is_zero(time_s: &f64) -> bool {
+    *time_s == 0.0
+}
 
 /// A stage with a manoeuvre: steady, manoeuvre, observe.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,6 +140,14 @@ pub struct Plan<T> {
     /// interval: who conducts it looks and calls [`Trial::finish_training`](crate::Trial::finish_training).
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub stop_when: Option<Target<T>>,
+    /// Dead time of the rudder behind the command that the vehicle reports, s. The trial itself takes the rudder as it is
+    /// reported; who identifies its runs takes the one behind the servo.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
+    pub rudder_delay_s: f64,
+    /// Time constant with which the rudder follows the command that the vehicle reports, s; 0 where it reports the rudder
+    /// itself.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
+    pub rudder_lag_s: f64,
     /// A run is accepted from this R^2 of heading on, see [`GoodnessOfFit::reaches`](crate::GoodnessOfFit::reaches).
     pub accept_from_r2: T,
     /// Times a run that is not accepted is repeated.
@@ -181,6 +199,8 @@ impl<T: Real> Plan<T> {
             sample_interval_s,
             stop_on_convergence: false,
             stop_when: None,
+            rudder_delay_s: 0.0,
+            rudder_lag_s: 0.0,
             accept_from_r2: T::of(0.6),
             max_repeats: 2,
             settle: Settle {
@@ -242,6 +262,13 @@ impl<T: Real> Plan<T> {
             "stop_when",
             "a22, b2 or both, each a fraction above 0 and below 1",
         )?;
+        for (time_s, field) in [
+            (self.rudder_delay_s, "rudder_delay_s"),
+            (self.rudder_lag_s, "rudder_lag_s"),
+        ] {
+            let is_in_range = SERVO_TIMES_S.contains(&time_s);
+            require(is_in_range, field, "a time from 0 to 100 s")?;
+        }
         require(
             self.accept_from_r2 <= T::ONE && self.accept_from_r2.is_finite(),
             "accept_from_r2",

@@ -17,9 +17,9 @@ use subtle::ConstantTimeEq;
 use crate::api::{Control, Role};
 use crate::convert::now;
 
-/// After which a lease lapses without a sign of life.
+/// A lease lapses after this time without a sign of life.
 pub const LEASE: Duration = Duration::from_secs(60);
-/// Addresses whose rate is kept.
+/// At most so many addresses have a bucket of requests.
 const MOST_ADDRESSES: usize = 4096;
 
 /// A secret of 256 bits, in hexadecimal.
@@ -41,9 +41,9 @@ fn hash(secret: &str) -> [u8; 32] {
 /// Tokens just made; they are shown once and not kept.
 #[derive(Clone, Debug)]
 pub struct NewTokens {
-    /// Of those who command.
+    /// For those who command.
     pub operator: String,
-    /// Of those who look.
+    /// For those who only watch.
     pub viewer: String,
 }
 
@@ -56,7 +56,7 @@ pub struct Tokens {
 }
 
 impl Tokens {
-    /// Those of a file; new ones where there is none, or where new ones are wanted.
+    /// Reads the tokens of a file; makes new ones where there is none, or where new ones are wanted.
     pub fn of_file(path: &Path, wants_new: bool) -> io::Result<(Self, Option<NewTokens>)> {
         if path.exists() && !wants_new {
             let text = std::fs::read_to_string(path)?;
@@ -144,7 +144,7 @@ pub struct Rates {
 }
 
 impl Rates {
-    /// So many requests a second, four times as many at once.
+    /// Allows so many requests a second, and four times as many at once.
     pub fn new(per_s: f64) -> Self {
         Self {
             per_s,
@@ -152,12 +152,37 @@ impl Rates {
         }
     }
 
-    /// May this address ask for something of this cost?
-    pub fn allows(&self, address: IpAddr, cost: f64) -> bool {
-        let most = 4.0 * self.per_s;
+    /// Takes one request out of the bucket of an address. `false`: there is none left.
+    pub fn allows(&self, address: IpAddr) -> bool {
+        self.with_bucket(address, |left| {
+            let allows = *left >= 1.0;
+            if allows {
+                *left -= 1.0;
+            }
+            allows
+        })
+    }
+
+    /// Takes so many requests out of the bucket of an address, also where that many are not left: the address then waits
+    /// until they have come again.
+    pub fn charge(&self, address: IpAddr, requests: f64) {
+        let deepest = -self.most();
+        self.with_bucket(address, |left| {
+            *left = (*left - requests).max(deepest);
+            true
+        });
+    }
+
+    fn most(&self) -> f64 {
+        4.0 * self.per_s
+    }
+
+    /// Changes the bucket of an address as it is now; `false` where there are too many buckets for another.
+    fn with_bucket(&self, address: IpAddr, change: impl FnOnce(&mut f64) -> bool) -> bool {
+        let most = self.most();
         let mut buckets = self.buckets.lock().unwrap_or_else(PoisonError::into_inner);
         if buckets.len() >= MOST_ADDRESSES && !buckets.contains_key(&address) {
-            // Full buckets are as good as none.
+            // A full bucket is as good as none.
             buckets.retain(|_, (left, at)| *left + at.elapsed().as_secs_f64() * self.per_s < most);
             if buckets.len() >= MOST_ADDRESSES {
                 return false;
@@ -166,11 +191,7 @@ impl Rates {
         let (left, at) = buckets.entry(address).or_insert((most, Instant::now()));
         *left = (*left + at.elapsed().as_secs_f64() * self.per_s).min(most);
         *at = Instant::now();
-        if *left < cost {
-            return false;
-        }
-        *left -= cost;
-        true
+        change(left)
     }
 }
 
@@ -188,7 +209,7 @@ struct Held {
     seen: Instant,
 }
 
-/// What came of asking for control or of using a lease.
+/// The answer to asking for control, or to using a lease.
 #[derive(Debug, PartialEq)]
 pub enum Claim {
     /// It is yours: under this name, by this lease.
@@ -210,7 +231,7 @@ pub enum Claim {
 }
 
 impl Leases {
-    /// Gives control to a name, where it is free or already his by this lease.
+    /// Gives control to a name where it is free, or where this lease has it already.
     pub fn take(&self, name: &str, lease: Option<&str>) -> io::Result<Claim> {
         match self.claim(lease) {
             Claim::Free => {
@@ -230,15 +251,15 @@ impl Leases {
         }
     }
 
-    /// Whose is control, for the bearer of a lease? A lease that holds is renewed.
+    /// Who has control, as the bearer of a lease is answered. A lease that holds is renewed.
     pub fn claim(&self, lease: Option<&str>) -> Claim {
         let mut held = self.lock();
         let Some(holder) = held.as_mut() else {
             return Claim::Free;
         };
-        let is_his =
+        let is_holder =
             lease.is_some_and(|given| given.as_bytes().ct_eq(holder.lease.as_bytes()).into());
-        if is_his {
+        if is_holder {
             holder.seen = Instant::now();
             return Claim::Yours {
                 name: holder.name.clone(),
@@ -256,7 +277,7 @@ impl Leases {
         *self.lock() = None;
     }
 
-    /// Who has it, as everybody may know.
+    /// Who has control, as everybody may know.
     pub fn control(&self, lease: Option<&str>) -> Control {
         let is_you = matches!(self.claim(lease), Claim::Yours { .. });
         let held = self.lock();
@@ -267,7 +288,7 @@ impl Leases {
         }
     }
 
-    /// The holder, unless he was not heard for too long.
+    /// The holder, unless that one was not heard for too long.
     fn lock(&self) -> std::sync::MutexGuard<'_, Option<Held>> {
         let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
         if held
@@ -346,11 +367,31 @@ mod tests {
 
     #[test]
     fn exact_a_bucket_of_four_seconds() {
-        let rates = Rates::new(1e-3);
+        let rates = Rates::new(0.5);
         let address = IpAddr::from([127, 0, 0, 1]);
-        assert!(rates.allows(address, 3e-3));
-        assert!(!rates.allows(address, 3e-3));
-        assert!(rates.allows(IpAddr::from([127, 0, 0, 2]), 3e-3));
+        assert!(rates.allows(address) && rates.allows(address));
+        assert!(!rates.allows(address));
+        assert!(rates.allows(IpAddr::from([127, 0, 0, 2])));
+    }
+
+    /// What is charged beyond what is left is paid before the next request, up to another four seconds.
+    #[test]
+    fn exact_a_charge_is_paid_where_less_is_left() {
+        let rates = Rates::new(100.0);
+        let address = IpAddr::from([127, 0, 0, 1]);
+        rates.charge(address, 390.0);
+        assert!(rates.allows(address));
+        rates.charge(address, 49.0);
+        assert!(!rates.allows(address));
+        for _ in 0..100 {
+            rates.charge(address, 49.0);
+        }
+        let buckets = rates.buckets.lock().unwrap();
+        // The bucket fills while the test runs.
+        assert!(
+            (-400.0..-300.0).contains(&buckets[&address].0),
+            "{buckets:?}"
+        );
     }
 
     #[test]

@@ -1,9 +1,12 @@
-//! What the machinery says in the words of the contract.
+//! Results of the other crates as the documents of the programming interface.
+
+use std::time::SystemTime;
 
 use jiff::{Timestamp, Unit};
 use seatrial::campaign::Run;
 use seatrial::identification::Identification;
 use seatrial::preview::{Predicted, Preview};
+use seatrial_app::trial_run;
 use seatrial_core as core;
 use seatrial_core::Plan;
 use seatrial_logbook::{CampaignEntry, State as LogbookState};
@@ -11,14 +14,20 @@ use seatrial_report::overlay;
 use serde_json::Value;
 
 use crate::api::{
-    CampaignSummary, ExpectedIntervals, Figure, Model, Outcome, PlanPreview, Reason, Review,
-    RunSummary, SpeedPreview, Stage, StageSpan, State, ValidationOverlay,
+    CampaignSummary, Change, Check, ExpectedIntervals, Figure, Model, Outcome, PlanPreview,
+    Preflight, Reason, Review, RunSummary, SpeedPreview, Stage, StageSpan, State,
+    ValidationOverlay,
 };
 
 /// The server's clock, UTC, RFC 3339.
 pub fn now() -> String {
-    let now = Timestamp::now();
-    now.round(Unit::Millisecond).unwrap_or(now).to_string()
+    utc(SystemTime::now())
+}
+
+/// A time, UTC, RFC 3339.
+pub fn utc(time: SystemTime) -> String {
+    let time = Timestamp::try_from(time).unwrap_or_default();
+    time.round(Unit::Millisecond).unwrap_or(time).to_string()
 }
 
 /// The snake_case name that serde gives a value without fields.
@@ -101,7 +110,34 @@ impl From<&Identification> for Model {
     }
 }
 
-/// A run, with the operator's word on it where there is one.
+impl From<trial_run::Preflight> for Preflight {
+    fn from(found: trial_run::Preflight) -> Self {
+        Self {
+            ready: found.is_passed(),
+            checks: found
+                .checks
+                .into_iter()
+                .map(|check| Check {
+                    name: check.name,
+                    passed: check.passed,
+                    text: check.text,
+                })
+                .collect(),
+            changes: found
+                .changes
+                .into_iter()
+                .map(|change| Change {
+                    name: change.name,
+                    from: change.from,
+                    to: change.to,
+                    why: change.why,
+                })
+                .collect(),
+        }
+    }
+}
+
+/// A run, with the operator's decision on it where there is one.
 pub fn run_summary(run: &Run, review: Option<Review>) -> RunSummary {
     RunSummary {
         number: run.number,
@@ -133,7 +169,11 @@ pub fn run_summary(run: &Run, review: Option<Review>) -> RunSummary {
 /// The validation of a run, measured and simulated.
 pub fn validation_of(run: &Run) -> Option<ValidationOverlay> {
     let model = run.identification.as_ref()?.model();
-    let drawn = overlay(&run.record, run.stage(core::Stage::Validate)?, &model);
+    let drawn = overlay(
+        &run.acting_record(),
+        run.stage(core::Stage::Validate)?,
+        &model,
+    );
     Some(ValidationOverlay {
         run: run.number,
         time_s: drawn.iter().map(|at| at.time_s).collect(),

@@ -1,4 +1,4 @@
-//! What every request passes before it is looked at, and what every answer bears.
+//! Checks that every request passes first, and headers that every answer has.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -19,9 +19,11 @@ use crate::shared::{Caller, Shared};
 
 /// The header with the lease of control.
 pub const LEASE: &str = "seatrial-lease";
-/// Requests that a wrong token counts for.
-pub const WRONG_TOKEN: f64 = 50.0;
+/// A request with a wrong token counts as 50: itself and these.
+pub const WRONG_TOKEN: f64 = 49.0;
 
+/// The path of the abort.
+pub const ABORT: &str = "/api/v1/trial/abort";
 const LIVE: &str = "/api/v1/live";
 const OPENAPI: &str = "/api/v1/openapi.json";
 
@@ -74,16 +76,54 @@ pub async fn guard(
 }
 
 fn admitted(shared: &Shared, peer: SocketAddr, request: &Request) -> Result<Caller, Refusal> {
-    let (headers, path) = (request.headers(), request.uri().path());
-    let forbidden = |code, message| Refusal::new(StatusCode::FORBIDDEN, code, message);
     let address = peer.ip().to_canonical();
-    if !shared.rates.allows(address, 1.0) {
+    let role = role_of(shared, request);
+    // An operator's abort goes before everything, also where others behind the same address ask too much.
+    let is_abort = *request.method() == Method::POST && request.uri().path() == ABORT;
+    let is_urgent = is_abort && matches!(role, Ok(Some(Role::Operator)));
+    if !shared.rates.allows(address) && !is_urgent {
         return Err(Refusal::new(
             StatusCode::TOO_MANY_REQUESTS,
             "too_many_requests",
             "too many requests from your address; wait some seconds",
         ));
     }
+    let role = role.map_err(|refused| match refused {
+        Refused::Foreign(refusal) => refusal,
+        Refused::WrongToken => {
+            shared.rates.charge(address, WRONG_TOKEN);
+            token_needed("the token is not known")
+        }
+    })?;
+    let path = request.uri().path();
+    let is_open = !path.starts_with("/api/") || path == LIVE || path == OPENAPI;
+    if role.is_none() && !is_open {
+        return Err(token_needed(
+            "a token is needed: send Authorization: Bearer TOKEN",
+        ));
+    }
+    let lease = request.headers().get(LEASE);
+    let lease = lease.and_then(|lease| lease.to_str().ok());
+    Ok(Caller {
+        role,
+        address,
+        lease: lease.map(String::from),
+    })
+}
+
+/// Why a request has no role.
+enum Refused {
+    /// It comes from another site, or asks for another server.
+    Foreign(Refusal),
+    /// Its token is not one of ours.
+    WrongToken,
+}
+
+/// What a request may do by its token; `None` where it has none.
+fn role_of(shared: &Shared, request: &Request) -> Result<Option<Role>, Refused> {
+    let (headers, path) = (request.headers(), request.uri().path());
+    let forbidden =
+        |code, message| Refused::Foreign(Refusal::new(StatusCode::FORBIDDEN, code, message));
     let host = own_host(headers, shared.is_loopback, &shared.hosts).ok_or_else(|| {
         forbidden(
             "host_refused",
@@ -97,28 +137,12 @@ fn admitted(shared: &Shared, peer: SocketAddr, request: &Request) -> Result<Call
             "the request comes from a page of another site",
         ));
     }
-    let role = match &shared.tokens {
-        None => Some(Role::Operator),
-        Some(tokens) => match bearer(headers) {
-            Some(token) => Some(tokens.role(token).ok_or_else(|| {
-                shared.rates.allows(address, WRONG_TOKEN);
-                token_needed("the token is not known")
-            })?),
-            None => None,
-        },
+    let Some(tokens) = &shared.tokens else {
+        return Ok(Some(Role::Operator));
     };
-    let is_open = !path.starts_with("/api/") || path == LIVE || path == OPENAPI;
-    if role.is_none() && !is_open {
-        return Err(token_needed(
-            "a token is needed: send Authorization: Bearer TOKEN",
-        ));
-    }
-    let lease = headers.get(LEASE).and_then(|lease| lease.to_str().ok());
-    Ok(Caller {
-        role,
-        address,
-        lease: lease.map(String::from),
-    })
+    bearer(headers)
+        .map(|token| tokens.role(token).ok_or(Refused::WrongToken))
+        .transpose()
 }
 
 fn token_needed(message: &str) -> Refusal {

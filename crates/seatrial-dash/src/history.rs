@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use seatrial::difference::{Difference as ModelDifference, ParameterDifference};
+use seatrial::difference::{Difference as ModelDifference, ParameterDifference, ThrustDifference};
 use seatrial::export::{OperatingPoint as ExportPoint, VehicleType, ardupilot};
 use seatrial::gain_allowance::{GainAllowance, least_damped_schedule};
 use seatrial::health::{HealthSettings, Reference, SpeedModel, compare};
@@ -30,7 +30,7 @@ pub const DAMPING_RATIO: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// How often an unchanged vehicle is called changed: as `seatrial health`.
 const FALSE_ALARM_RATE: f64 = 0.05;
 
-const HANDS: [Side; 2] = [Side::Starboard, Side::Port];
+const SIDES: [Side; 2] = [Side::Starboard, Side::Port];
 
 /// A campaign with its runs.
 pub fn detail(logbook: &Logbook, id: i64, running: Option<i64>) -> Result<CampaignDetail, Refusal> {
@@ -66,84 +66,104 @@ pub fn comparison(
     let (a_entry, b_entry) = (logbook.entry(CampaignId(a))?, logbook.entry(CampaignId(b))?);
     let (a, b) = (logbook.campaign(a_entry.id)?, logbook.campaign(b_entry.id)?);
     let difference = ModelDifference::between(&a, &b);
-    let run_at = |campaign: &Campaign, thrust: f64| -> Option<Run> {
-        let runs = campaign.accepted_runs();
-        runs.into_iter().find(|run| run.thrust == thrust).cloned()
-    };
-    let thrusts = difference.thrusts.iter().map(|at| {
-        let parameter =
-            |quantity: &str, of: &ParameterDifference, figures: [Figure; 2]| Difference {
-                quantity: quantity.into(),
-                a: figures[0],
-                b: figures[1],
-                difference: of.difference,
-                ratio: of.ratio,
-            };
-        let runs = [run_at(&a, at.thrust), run_at(&b, at.thrust)];
-        let models = runs.each_ref().map(|run| {
-            let identification = run.as_ref()?.identification.as_ref()?;
-            Some(Model::from(identification))
-        });
-        let mut differences = Vec::new();
-        if let [Some(a), Some(b)] = &models {
-            differences.push(parameter(
-                "a22_per_s",
-                &at.a22_per_s,
-                [a.a22_per_s, b.a22_per_s],
-            ));
-            differences.push(parameter(
-                "b2_per_s2",
-                &at.b2_per_s2,
-                [a.b2_per_s2, b.b2_per_s2],
-            ));
-            differences.push(parameter(
-                "c0_rad_per_s2",
-                &at.c0_rad_per_s2,
-                [a.c0_rad_per_s2, b.c0_rad_per_s2],
-            ));
-            if let (Some(of), Some(a), Some(b)) = (&at.delta0_rad, a.delta0_rad, b.delta0_rad) {
-                differences.push(parameter("delta0_rad", of, [a, b]));
-            }
-        }
-        let points = [&a, &b].map(|campaign| campaign.rudder_limit_rad);
-        let follows = |run: &Option<Run>, limit: f64| {
-            Some(Identified::of(run.as_ref()?)?.point(DAMPING_RATIO, limit))
-        };
-        if let (Some(a), Some(b)) = (follows(&runs[0], points[0]), follows(&runs[1], points[1])) {
-            let [a_starboard, a_port] = a.steady_turning_radius_m;
-            let [b_starboard, b_port] = b.steady_turning_radius_m;
-            for (quantity, a, b) in [
-                (
-                    "proportional_gain",
-                    a.proportional_gain,
-                    b.proportional_gain,
-                ),
-                (
-                    "steady_turning_radius_starboard_m",
-                    a_starboard,
-                    b_starboard,
-                ),
-                ("steady_turning_radius_port_m", a_port, b_port),
-            ] {
-                if let (Some(a), Some(b)) = (a, b) {
-                    differences.push(between(quantity, a, b));
-                }
-            }
-        }
-        ThrustComparison {
-            thrust: at.thrust,
-            surge_speed_m_s: at.surge_speed_m_s,
-            differences,
-        }
-    });
+    let thrusts = difference.thrusts.iter();
     Ok(Comparison {
-        thrusts: thrusts.collect(),
+        thrusts: thrusts.map(|at| at_thrust(at, [&a, &b])).collect(),
         what_changed: what_changed(&a, &b),
         a: CampaignSummary::of(a_entry, running),
         b: CampaignSummary::of(b_entry, running),
         only_in_a: difference.only_in_a,
         only_in_b: difference.only_in_b,
     })
+}
+
+/// Both models at one thrust, and what follows from them.
+fn at_thrust(at: &ThrustDifference, campaigns: [&Campaign; 2]) -> ThrustComparison {
+    let runs = campaigns.map(|campaign| {
+        let mut runs = campaign.accepted_runs().into_iter();
+        runs.find(|run| run.thrust == at.thrust)
+    });
+    let models = runs.map(|run| Some(Model::from(run?.identification.as_ref()?)));
+    let mut differences = match &models {
+        [Some(a), Some(b)] => of_models(at, a, b),
+        _ => Vec::new(),
+    };
+    let points = [0, 1].map(|k| {
+        let limit_rad = campaigns[k].rudder_limit_rad;
+        Some(Identified::of(runs[k]?)?.point(DAMPING_RATIO, limit_rad))
+    });
+    if let [Some(a), Some(b)] = points {
+        differences.extend(of_points(&a, &b));
+    }
+    ThrustComparison {
+        thrust: at.thrust,
+        surge_speed_m_s: at.surge_speed_m_s,
+        differences,
+    }
+}
+
+/// The parameters of two models.
+fn of_models(at: &ThrustDifference, a: &Model, b: &Model) -> Vec<Difference> {
+    let parameters = [
+        (
+            "a22_per_s",
+            Some(&at.a22_per_s),
+            Some(a.a22_per_s),
+            Some(b.a22_per_s),
+        ),
+        (
+            "b2_per_s2",
+            Some(&at.b2_per_s2),
+            Some(a.b2_per_s2),
+            Some(b.b2_per_s2),
+        ),
+        (
+            "c0_rad_per_s2",
+            Some(&at.c0_rad_per_s2),
+            Some(a.c0_rad_per_s2),
+            Some(b.c0_rad_per_s2),
+        ),
+        (
+            "delta0_rad",
+            at.delta0_rad.as_ref(),
+            a.delta0_rad,
+            b.delta0_rad,
+        ),
+    ];
+    let parameter = |(quantity, of, a, b): (&str, Option<&ParameterDifference>, _, _)| {
+        let of = of?;
+        Some(Difference {
+            quantity: quantity.into(),
+            a: a?,
+            b: b?,
+            difference: of.difference,
+            ratio: of.ratio,
+        })
+    };
+    parameters.into_iter().filter_map(parameter).collect()
+}
+
+/// The gain and the turning circles that follow from two models.
+fn of_points(a: &OperatingPoint, b: &OperatingPoint) -> Vec<Difference> {
+    let [a_starboard, a_port] = a.steady_turning_radius_m;
+    let [b_starboard, b_port] = b.steady_turning_radius_m;
+    let quantities = [
+        (
+            "proportional_gain",
+            a.proportional_gain,
+            b.proportional_gain,
+        ),
+        (
+            "steady_turning_radius_starboard_m",
+            a_starboard,
+            b_starboard,
+        ),
+        ("steady_turning_radius_port_m", a_port, b_port),
+    ];
+    let quantities = quantities.into_iter();
+    quantities
+        .filter_map(|(quantity, a, b)| Some(between(quantity, a?, b?)))
+        .collect()
 }
 
 /// The difference of two independent figures in units of their combined interval.
@@ -253,7 +273,7 @@ impl Identified {
         let model = &self.at.model;
         let closed = gain.and_then(|gain| HeadingLoop::new(model, gain.proportional_gain).ok());
         let margins = closed.and_then(|closed| closed.margins(self.allowance.timing).ok());
-        let turn = |model: &YawModel<f64>, hand| Turn::new(model, rudder_limit_rad, hand).ok();
+        let turn = |model: &YawModel<f64>, side| Turn::new(model, rudder_limit_rad, side).ok();
         OperatingPoint {
             surge_speed_m_s: self.at.surge_speed_m_s,
             extrapolated: false,
@@ -271,13 +291,13 @@ impl Identified {
             gain_margin: margins.and_then(|margins| margins.gain_margin),
             phase_margin_rad: margins.and_then(|margins| margins.phase_margin_rad),
             delay_margin_s: margins.and_then(|margins| margins.delay_margin_s),
-            yaw_rate_limit_rad_s: HANDS
-                .map(|hand| self.figure(|model| Some(turn(model, hand)?.yaw_rate_rad_s))),
-            steady_turning_radius_m: HANDS.map(|hand| {
+            yaw_rate_limit_rad_s: SIDES
+                .map(|side| self.figure(|model| Some(turn(model, side)?.yaw_rate_rad_s))),
+            steady_turning_radius_m: SIDES.map(|side| {
                 let speed = self.at.surge_speed_m_s?;
-                self.figure(|model| Some(turn(model, hand)?.steady_turning_radius_m(speed)))
+                self.figure(|model| Some(turn(model, side)?.steady_turning_radius_m(speed)))
             }),
-            u_turn_time_s: HANDS.map(|hand| Some(turn(model, hand)?.u_turn_time_s())),
+            u_turn_time_s: SIDES.map(|side| Some(turn(model, side)?.u_turn_time_s())),
         }
     }
 }
@@ -389,7 +409,7 @@ fn provenance(logbook: &Logbook, entry: CampaignEntry) -> Vec<Fact> {
 /// Formats of a campaign's samples.
 #[derive(Clone, Copy)]
 pub enum Format {
-    /// As `seatrial trial --record FILE.csv` writes it.
+    /// The format that `seatrial trial --record FILE.csv` writes.
     Csv,
     /// Which Foxglove opens.
     Mcap,

@@ -8,24 +8,24 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use seatrial::Campaign;
-use seatrial_core::{Outcome, Plan};
-use seatrial_logbook::{CampaignId, Logbook};
+use seatrial_app::trial_run::TrialVehicle;
+use seatrial_logbook::Logbook;
 use tokio::runtime::{Builder, Runtime};
-use tokio::sync::watch;
+use tokio::sync::{Semaphore, watch};
 
 use crate::access::{Leases, NewTokens, Rates, Tokens, secret};
-use crate::api::TrialState;
 use crate::background::go_last;
 use crate::connections;
-use crate::live::{Live, Tap};
+use crate::live::Live;
 use crate::routes::router;
 use crate::shared::Shared;
-use crate::trials::{Slot, conductor};
-use crate::workshop::Workshop;
+use crate::slot::{Shown, Slot};
+use crate::trials::conductor;
 
 /// Requests at a time that may wait for a disk or compute.
 const AT_A_TIME: usize = 4;
+/// Threads for these, and for uploads and aborts beside them.
+const BLOCKING_THREADS: usize = 4 * AT_A_TIME;
 /// How long the end of a trial is waited for.
 const HANDED_BACK_WITHIN: Duration = Duration::from_secs(60);
 /// How long open requests are waited for at the end.
@@ -108,7 +108,10 @@ pub struct Server {
 
 impl Server {
     /// Begins to serve. Campaigns that an earlier, killed server left open are closed as interrupted.
-    pub fn start(settings: &Settings, workshop: impl Workshop) -> Result<Self, StartError> {
+    pub fn start(
+        settings: &Settings,
+        vehicles: Vec<Box<dyn TrialVehicle>>,
+    ) -> Result<Self, StartError> {
         let writer = Logbook::open(&settings.logbook).map_err(StartError::Logbook)?;
         let is_loopback = settings.listen.ip().is_loopback();
         let mut new_tokens = None;
@@ -126,7 +129,7 @@ impl Server {
         listener.set_nonblocking(true).map_err(listen)?;
         let address = listener.local_addr().map_err(listen)?;
         let shared = Arc::new(Shared {
-            workshop: Box::new(workshop),
+            vehicles,
             logbook: settings.logbook.clone(),
             writer: Mutex::new(writer),
             tokens,
@@ -136,7 +139,8 @@ impl Server {
             leases: Leases::default(),
             live: Live::start(secret().map_err(StartError::System)?),
             viewers: AtomicU32::new(0),
-            slot: Mutex::new(Slot::default()),
+            slot: Slot::default(),
+            lanes: Semaphore::new(AT_A_TIME),
             conductor: conductor(),
             closing: watch::channel(false).0,
         });
@@ -169,35 +173,18 @@ impl Server {
         self.new_tokens.as_ref()
     }
 
-    /// Shows a trial that the caller conducts. It is to end when the flag is set. What the tap is told is shown.
-    ///
-    /// `None` where a trial runs already.
-    pub fn attach(
-        &self,
-        campaign: CampaignId,
-        about: &Campaign,
-        plan: &Plan<f64>,
-        stop: Arc<AtomicBool>,
-    ) -> Option<Tap> {
-        self.shared.slot().occupy(Some(campaign.0), stop).ok()?;
-        let tap = self.shared.live.tap();
-        tap.started(TrialState::begun(campaign, about, plan, None), plan);
-        Some(tap)
+    /// Shows a trial that the caller conducts, which is to end when the flag is set. `None` where a trial runs already.
+    pub fn attach(&self, stop: &Arc<AtomicBool>) -> Option<Shown> {
+        self.shared.slot.take(stop, self.shared.live.tap()).ok()
     }
 
-    /// The attached trial is over.
-    pub fn detach(&self, tap: &Tap, outcome: Option<Outcome>, warnings: Vec<String>) {
-        tap.ended(outcome, warnings);
-        self.shared.slot().leave();
-    }
-
-    /// Ends the trial that runs, hands the vehicle back, tells the viewers and stops serving.
+    /// Ends the trial that runs, hands the vehicle back, sends the viewers a goodbye and stops serving.
     pub fn stop(mut self) {
-        if let Some(stop) = self.shared.slot().stop() {
+        if let Some((_, stop)) = self.shared.slot.stop() {
             stop.store(true, Ordering::Relaxed);
         }
         let begun = Instant::now();
-        while self.shared.slot().stop().is_some() && begun.elapsed() < HANDED_BACK_WITHIN {
+        while self.shared.slot.is_taken() && begun.elapsed() < HANDED_BACK_WITHIN {
             std::thread::sleep(Duration::from_millis(10));
         }
         self.shared.closing.send_replace(true);
@@ -207,12 +194,12 @@ impl Server {
     }
 }
 
-/// One core is left to the trial.
+/// One core is left to the trial. There are two workers at least: an abort must not wait until one has written an answer.
 fn runtime() -> std::io::Result<Runtime> {
     let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
     Builder::new_multi_thread()
-        .worker_threads(cores.saturating_sub(1).clamp(1, 4))
-        .max_blocking_threads(AT_A_TIME)
+        .worker_threads(cores.saturating_sub(1).clamp(2, 4))
+        .max_blocking_threads(BLOCKING_THREADS)
         .on_thread_start(go_last)
         .enable_all()
         .build()
@@ -234,7 +221,7 @@ async fn serve(shared: Arc<Shared>, listener: TcpListener, upload_limit: usize) 
     }
 }
 
-/// The end, once viewers had a moment to be told.
+/// Returns at the end, after a moment in which the viewers get their goodbye.
 async fn closed(closing: &mut watch::Receiver<bool>) {
     if closing.wait_for(|closing| *closing).await.is_ok() {
         tokio::time::sleep(Duration::from_millis(200)).await;

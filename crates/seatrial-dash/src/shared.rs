@@ -4,24 +4,31 @@ use std::net::IpAddr;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::Sender;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
+use axum::http::StatusCode;
+use seatrial_app::trial_run::TrialVehicle;
 use seatrial_logbook::{Logbook, NewCommand};
 use serde::Serialize;
-use tokio::sync::watch;
+use tokio::sync::{Semaphore, watch};
 
 use crate::access::{Claim, Leases, Rates, Tokens};
-use crate::api::{Role, VehicleForm};
+use crate::api::Role;
 use crate::convert::name_of;
 use crate::live::Live;
 use crate::refusal::Refusal;
-use crate::trials::{Slot, Work};
-use crate::workshop::Workshop;
-use axum::http::StatusCode;
+use crate::slot::Slot;
+
+/// Longest note, characters.
+pub const LONGEST_NOTE: usize = 4000;
+
+/// What the conductor does.
+pub type Work = Box<dyn FnOnce() + Send>;
 
 /// What every request sees.
 pub struct Shared {
-    pub workshop: Box<dyn Workshop>,
+    /// The vehicles that trials may be run on.
+    pub vehicles: Vec<Box<dyn TrialVehicle>>,
     pub logbook: PathBuf,
     /// For commands and reviews; trials have a writer of their own.
     pub writer: Mutex<Logbook>,
@@ -32,16 +39,18 @@ pub struct Shared {
     pub leases: Leases,
     pub live: Live,
     pub viewers: AtomicU32,
-    pub slot: Mutex<Slot>,
+    pub slot: Slot,
+    /// How many requests may wait for a disk or compute at a time. An abort waits for none of them.
+    pub lanes: Semaphore,
     /// Where trials are conducted.
     pub conductor: Sender<Work>,
     pub closing: watch::Sender<bool>,
 }
 
-/// Who asks.
+/// The sender of a request.
 #[derive(Clone, Debug)]
 pub struct Caller {
-    /// What he may do; `None` of who has not said his token yet.
+    /// What the caller may do; `None` while no token is known: a live stream sends its own in the first message.
     pub role: Option<Role>,
     pub address: IpAddr,
     pub lease: Option<String>,
@@ -54,27 +63,17 @@ impl Shared {
     }
 
     /// The vehicle of that name.
-    pub fn vehicle(&self, name: &str) -> Result<VehicleForm, Refusal> {
-        let vehicles = self.workshop.vehicles();
-        let known: Vec<&str> = vehicles
-            .iter()
-            .map(|vehicle| vehicle.name.as_str())
-            .collect();
-        let known = known.join(", ");
+    pub fn vehicle(&self, name: &str) -> Result<&dyn TrialVehicle, Refusal> {
+        let mut vehicles = self.vehicles.iter().map(|vehicle| vehicle.as_ref());
         vehicles
-            .into_iter()
-            .find(|vehicle| vehicle.name == name)
+            .find(|vehicle| vehicle.name() == name)
             .ok_or_else(|| {
+                let known: Vec<&str> = self.vehicles.iter().map(|known| known.name()).collect();
                 Refusal::unprocessable(
                     "unknown_vehicle",
-                    format!("vehicle {name:?}: expected one of {known}"),
+                    format!("vehicle {name:?}: expected one of {}", known.join(", ")),
                 )
             })
-    }
-
-    /// Takes the trial's place.
-    pub fn slot(&self) -> MutexGuard<'_, Slot> {
-        self.slot.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The name of who may command by this call.
@@ -113,7 +112,7 @@ impl Shared {
         }
     }
 
-    /// Lets a command be done by who has control, and enters it in the audit trail.
+    /// Carries out a command of the caller who has control, and enters it in the audit trail.
     pub fn command<T>(
         &self,
         caller: &Caller,
@@ -144,14 +143,14 @@ impl Shared {
         (self.viewers.fetch_add(1, Ordering::Relaxed) < MOST_VIEWERS).then_some(seat)
     }
 
-    /// Asks a running trial to end; its campaign, which it does not have while the vehicle is being taken.
+    /// Asks the trial to end; the number of its campaign, which it does not have while the vehicle is being taken.
     pub fn stop_trial(&self) -> Result<Option<i64>, Refusal> {
-        let slot = self.slot();
-        let stop = slot
+        let (campaign, stop) = self
+            .slot
             .stop()
             .ok_or_else(|| Refusal::conflict("no_trial", "no trial runs"))?;
         stop.store(true, Ordering::Relaxed);
-        Ok(slot.campaign())
+        Ok(campaign)
     }
 }
 
@@ -167,19 +166,19 @@ impl Drop for Seat {
     }
 }
 
-/// Refuses who may only look.
+/// Refuses callers who may only watch.
 pub fn must_be_operator(caller: &Caller) -> Result<(), Refusal> {
     match caller.role {
         Some(Role::Operator) => Ok(()),
         _ => Err(Refusal::new(
             StatusCode::FORBIDDEN,
             "operators_only",
-            "your token is a viewer's; commands need an operator's",
+            "your token is a viewer's; commands and uploads need an operator's",
         )),
     }
 }
 
-/// Tells who has control.
+/// A refusal that names who has control.
 pub fn taken(by: &str, since: &str) -> Refusal {
     Refusal::conflict(
         "control_taken",

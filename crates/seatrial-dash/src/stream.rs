@@ -10,6 +10,7 @@ use tokio::time::{interval, timeout};
 
 use crate::api::{Hello, LiveEvent};
 use crate::convert::now;
+use crate::guard::WRONG_TOKEN;
 use crate::live::{HEARTBEAT_EVERY, Message};
 use crate::shared::{Caller, Seat, Shared};
 
@@ -91,11 +92,21 @@ async fn hello(
         return Err(expected);
     };
     let hello: Hello = serde_json::from_str(&said).map_err(|_| expected)?;
-    let by_hello = || shared.tokens.as_ref()?.role(hello.token.as_deref()?);
-    if caller.role.or_else(by_hello).is_none() {
-        shared
-            .rates
-            .allows(caller.address, crate::guard::WRONG_TOKEN);
+    if caller.role.is_some() {
+        return Ok(hello);
+    }
+    if !shared.rates.allows(caller.address) {
+        return Err((
+            "too_many_requests",
+            "too many requests from your address; wait some seconds",
+        ));
+    }
+    let tokens = shared.tokens.as_ref().zip(hello.token.as_deref());
+    if tokens
+        .and_then(|(tokens, token)| tokens.role(token))
+        .is_none()
+    {
+        shared.rates.charge(caller.address, WRONG_TOKEN);
         return Err((
             "token_needed",
             "the first message has no token that is known",

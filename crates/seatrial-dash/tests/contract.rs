@@ -6,7 +6,7 @@ use std::path::Path;
 #[test]
 fn regress_openapi_document_is_committed() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/openapi.json");
-    let document = seatrial_dash::api::openapi_json();
+    let document = seatrial_dash::openapi_json();
     if std::env::var_os("UPDATE_OPENAPI").is_some() {
         std::fs::write(&path, &document).unwrap();
     }

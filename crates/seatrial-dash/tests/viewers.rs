@@ -2,22 +2,20 @@
 
 use std::io;
 use std::net::{SocketAddr, TcpStream};
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use rustix::process::setpriority_process;
 use rustix::thread::gettid;
 use rustix::time::{ClockId, clock_gettime};
 use seatrial::Step;
 use seatrial::identification::Refined;
-use seatrial::preview::Preview;
 use seatrial::{Campaign, Run};
 use seatrial_app::conduct::{Conducted, Pace, Watch, conduct};
+use seatrial_app::trial_run::{Begun, View};
 use seatrial_core::{Action, Plan, Sample, Trial, Vehicle};
-use seatrial_dash::api::{LogReading, Preflight, VehicleForm};
-use seatrial_dash::{Craft, ReadLog, Server, Settings, Take, Tap, Workshop};
+use seatrial_dash::{Server, Settings, Shown};
 use seatrial_logbook::{Keeper, Logbook, NewCampaign, Recorder};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 use tungstenite::{Message, WebSocket};
@@ -29,35 +27,6 @@ const NOISE: Duration = Duration::from_micros(20);
 const LOOKS_EVERY: Duration = Duration::from_millis(50);
 /// The vehicle samples at 20 Hz; ten times as fast there are enough steps for a 99.9th percentile in some 20 s.
 const FASTER: f64 = 10.0;
-
-/// The trial is conducted here.
-struct NoWorkshop;
-
-impl Workshop for NoWorkshop {
-    fn vehicles(&self) -> Vec<VehicleForm> {
-        Vec::new()
-    }
-
-    fn preview(&self, _: &str, _: &Plan<f64>) -> Result<Preview, String> {
-        Err("none".into())
-    }
-
-    fn preflight(&self, _: &str, _: &Plan<f64>) -> Result<Preflight, String> {
-        Err("none".into())
-    }
-
-    fn take(&self, _: &Take) -> Result<Box<dyn Craft>, String> {
-        Err("none".into())
-    }
-
-    fn identify(&self, _: &Path, _: &LogReading) -> Result<ReadLog, String> {
-        Err("none".into())
-    }
-
-    fn inspect(&self, _: &Path, _: &LogReading) -> Result<ReadLog, String> {
-        Err("none".into())
-    }
-}
 
 /// By the clock on the wall and by that of the thread, which stands while others have the core.
 #[derive(Clone, Copy)]
@@ -157,7 +126,7 @@ impl Vehicle<f64> for Timed {
 
 struct Watched {
     keeper: Keeper,
-    tap: Tap,
+    shown: Shown,
     pace: Pace,
     /// From the command to the end of telling.
     told: Times,
@@ -166,25 +135,25 @@ struct Watched {
 impl Watch for Watched {
     fn run_started(&mut self, number: u32, thrust: f64, attempt: u32) {
         self.keeper.run_started(number, thrust, attempt);
-        self.tap.run_started(number, thrust, attempt);
+        self.shown.run_started(number, thrust, attempt);
     }
 
     fn step(&mut self, step: &Step, trial: &Trial<f64>) {
         self.keeper.step(step, trial);
         let begun = Now::read();
-        self.tap.step(step, trial);
+        self.shown.step(step, trial);
         self.told.since(begun);
         self.pace.wait(step.sample.time_s);
     }
 
     fn interval(&mut self, refined: &Refined) {
-        self.tap.interval(refined);
+        self.shown.interval(refined);
     }
 
     fn run_ended(&mut self, run: &mut Run) {
         // Last, because it takes the record out.
         self.keeper.run_ended(run);
-        self.tap.run_ended(run);
+        self.shown.run_ended(run);
     }
 }
 
@@ -237,7 +206,7 @@ fn trial(viewers: usize, measured: &mut Measured) {
         requests_per_s: 1e4,
         ..Settings::new(listen, &logbook)
     };
-    let server = Server::start(&settings, NoWorkshop).unwrap();
+    let server = Server::start(&settings, Vec::new()).unwrap();
     let plan = Plan::paper();
     let about = Campaign {
         software_version: "test".into(),
@@ -259,9 +228,14 @@ fn trial(viewers: usize, measured: &mut Measured) {
     };
     let recorder = Recorder::begin(Logbook::open(&logbook).unwrap(), &new).unwrap();
     let stop = Arc::new(AtomicBool::new(false));
-    let tap = server
-        .attach(recorder.campaign(), &about, &plan, Arc::clone(&stop))
-        .unwrap();
+    let mut shown = server.attach(&stop).unwrap();
+    shown.begun(&Begun {
+        campaign: recorder.campaign(),
+        about: about.clone(),
+        plan,
+        realtime_factor: None,
+        time: SystemTime::now(),
+    });
     let url = server.url();
     let address = url.trim_start_matches("http://").trim_end_matches('/');
     let idle: Vec<_> = (0..viewers / 10).map(|_| viewer(address)).collect();
@@ -274,13 +248,13 @@ fn trial(viewers: usize, measured: &mut Measured) {
     };
     let mut watched = Watched {
         keeper: Keeper::new(recorder, false),
-        tap: tap.clone(),
+        shown,
         pace: Pace::new(FASTER),
         told: Times::default(),
     };
     let Conducted { campaign, .. } = conduct(&mut vehicle, plan, about, &mut watched).unwrap();
     assert!(campaign.runs.len() >= 5 && !stop.load(Ordering::Relaxed));
-    server.detach(&tap, campaign.outcome, Vec::new());
+    watched.shown.ended(campaign.outcome, &[]);
     for messages in reading.join().unwrap() {
         assert!(messages > 100, "{messages} messages");
     }

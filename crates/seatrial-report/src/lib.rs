@@ -44,6 +44,7 @@ pub type Fact = (&'static str, String);
 /// The page of a whole trial. `provenance` is what else is known of it: its plan, its place in a
 /// logbook.
 pub fn render(campaign: &Campaign, provenance: &[Fact]) -> String {
+    let campaign = &*campaign.with_acting_rudder();
     let speeds = speed_figures::accepted(campaign);
     let method_tables = if speeds.is_empty() {
         Vec::new()

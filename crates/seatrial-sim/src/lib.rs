@@ -28,6 +28,7 @@ mod instruments;
 pub mod lies;
 pub mod plant;
 pub mod sensors;
+mod simulated;
 pub mod six_dof;
 pub mod vehicle;
 
@@ -35,5 +36,6 @@ pub use config::{ConfigError, VehicleConfig};
 pub use faults::{FaultyVehicle, Scenario, ScenarioError};
 pub use file::VehicleFile;
 pub use plant::Truth;
+pub use simulated::{SimulatedConfig, SimulatedVehicle};
 pub use six_dof::{SixDofConfig, SixDofVehicle};
 pub use vehicle::FirstOrderVehicle;

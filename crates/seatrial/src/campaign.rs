@@ -1,11 +1,14 @@
 //! A campaign: every run of one trial with one configuration of the vehicle.
 
+use std::borrow::Cow;
+
 use seatrial_core::Outcome;
 pub use seatrial_core::Stage;
 use serde::{Deserialize, Serialize};
 
 use crate::identification::{Identification, Verdict};
 use crate::record::{Record, Window};
+use crate::servo::Servo;
 
 /// Every run of one trial.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -71,7 +74,33 @@ impl Campaign {
     }
 }
 
+impl Campaign {
+    /// The campaign with the rudder that acted in its records: where a servo was given, the one behind it.
+    pub fn with_acting_rudder(&self) -> Cow<'_, Self> {
+        if self.runs.iter().all(|run| run.servo().is_none()) {
+            return Cow::Borrowed(self);
+        }
+        let mut campaign = self.clone();
+        for run in &mut campaign.runs {
+            run.record = run.acting_record().into_owned();
+        }
+        Cow::Owned(campaign)
+    }
+}
+
 impl Run {
+    fn servo(&self) -> Option<Servo> {
+        self.identification.as_ref()?.settings.servo
+    }
+
+    /// The record with the rudder that acted: where a servo was given, the one behind it.
+    pub fn acting_record(&self) -> Cow<'_, Record> {
+        match self.servo() {
+            Some(servo) => Cow::Owned(servo.behind(&self.record)),
+            None => Cow::Borrowed(&self.record),
+        }
+    }
+
     /// The window of a stage.
     pub fn stage(&self, stage: Stage) -> Option<Window> {
         self.stages

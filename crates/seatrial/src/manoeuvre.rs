@@ -227,7 +227,13 @@ mod tests {
         let [positive, negative] = Manoeuvre::find(&moved).unwrap().sides_rad(&moved).unwrap();
         // Rounding.
         assert!((positive - 0.26).abs() < 1e-12 && (negative - 0.26).abs() < 1e-12);
-        let stopping = |t: f64| if t < 5.999 { doublet(t).max(-0.15) } else { 0.0 };
+        let stopping = |t: f64| {
+            if t < 5.999 {
+                doublet(t).max(-0.15)
+            } else {
+                0.0
+            }
+        };
         let stopped = samples(stopping);
         assert_eq!(
             Manoeuvre::find(&stopped).unwrap().sides_rad(&stopped),

@@ -56,7 +56,12 @@ impl Servo {
         Ok(Self { delay_s, lag_s })
     }
 
-    /// The record with the rudder that acts in place of the command.
+    /// Dead time and time constant together, s: how long a slow movement of the rudder comes late.
+    pub fn late_s(&self) -> f64 {
+        self.delay_s + self.lag_s
+    }
+
+    /// A record with the rudder that acts in place of the command.
     pub fn behind(&self, record: &Record) -> Record {
         Record {
             samples: self.acting(&record.samples),

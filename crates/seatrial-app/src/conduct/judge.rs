@@ -63,7 +63,7 @@ impl Judge {
     /// The next run that has been judged, if there is one yet.
     pub(super) fn verdict(&mut self) -> Option<Run> {
         let run = self.judged.try_recv().ok()?;
-        Some(self.told(run))
+        Some(self.taken(run))
     }
 
     /// The next run, waited for. `None`: every run has been judged.
@@ -72,11 +72,11 @@ impl Judge {
             return None;
         }
         let run = self.judged.recv().ok()?;
-        Some(self.told(run))
+        Some(self.taken(run))
     }
 
     /// A panic goes on where the vehicle is handed back for it.
-    fn told(&mut self, run: thread::Result<Run>) -> Run {
+    fn taken(&mut self, run: thread::Result<Run>) -> Run {
         self.waiting -= 1;
         run.unwrap_or_else(|panic| resume_unwind(panic))
     }

@@ -104,7 +104,7 @@ const HAND_BACK_ACTIONS: usize = 2;
 /// again with the refined model when the run is over, on a thread of its own: a vehicle that is
 /// [live](Vehicle::is_live) goes on meanwhile, any other waits. Verdicts decide nothing of the trial, so both do the same.
 /// A vehicle that gives no more samples aborts the trial; everything up to then is kept.
-pub fn conduct<V: Vehicle<f64>>(
+pub fn conduct<V: Vehicle<f64> + ?Sized>(
     vehicle: &mut V,
     plan: Plan<f64>,
     about: Campaign,
@@ -131,7 +131,7 @@ struct Runs<'a> {
 }
 
 impl Runs<'_> {
-    fn conduct<V: Vehicle<f64>>(
+    fn conduct<V: Vehicle<f64> + ?Sized>(
         mut self,
         mut trial: Trial<f64>,
         vehicle: &mut V,
@@ -151,7 +151,7 @@ impl Runs<'_> {
                 }
             };
             let step = Step::take(&mut trial, sample);
-            // Before anybody is told: that takes its time, and the rudder must not wait.
+            // Before anything is shown or kept: the rudder must not wait for that.
             let acted = vehicle.act(&step.action);
             while let Some(event) = trial.take_event() {
                 self.heed(event, vehicle.is_live());

@@ -1,6 +1,6 @@
 //! A run from its first sample to its verdict.
 
-use seatrial_core::estimator::Estimator;
+use seatrial_core::estimator::{Estimator, EstimatorSettings};
 use seatrial_core::progress::RunResult;
 use seatrial_core::{Outcome, Plan, Real, Sample, Stage, Trial};
 
@@ -9,10 +9,11 @@ use seatrial::campaign::{Run, StageSpan};
 use seatrial::identification::{
     Convergence, LeastSquares, Online, Reason, ReasonCode, Refined, Settings, TracePoint, Verdict,
 };
-use seatrial::identify::online::Pass;
+use seatrial::identify::online::{self, Pass, Segment};
 use seatrial::identify::refined::refined_estimate;
 use seatrial::identify::{IdentifyError, ValidationData, assess};
 use seatrial::record::{Record, Window};
+use seatrial::servo::Servo;
 use seatrial::time_scale::LambdaReason;
 use seatrial::verdict;
 
@@ -101,7 +102,10 @@ impl OpenRun {
         }
         let deflection_s = trial.plan().training.excitation.longest_deflection_s();
         self.next_look_s = now_s + deflection_s / LOOKS_PER_DEFLECTION;
-        let samples = self.record.usable(training.window);
+        let samples = match servo_of(trial.plan()) {
+            Some(servo) => servo.behind(&self.record).usable(training.window),
+            None => self.record.usable(training.window),
+        };
         refined_estimate(&samples, Some(trial.estimator().model())).ok()
     }
 
@@ -130,29 +134,6 @@ impl OpenRun {
         }
     }
 
-    /// What the guard let through. Where it refused one heading between two that it took, the rudder of that
-    /// sample still acted: its heading is put on the line between the two.
-    fn mended(&self) -> Record {
-        let samples = &self.accepted.samples;
-        let between = |k: usize| {
-            let (before, after) = (samples.get(k.checked_sub(1)?)?, samples.get(k + 1)?);
-            let sample = &samples[k];
-            let share = (sample.time_s - before.time_s) / (after.time_s - before.time_s);
-            let turned = Real::wrapped(after.heading_rad - before.heading_rad);
-            (0.0..1.0).contains(&share).then_some(Sample {
-                heading_rad: before.heading_rad + share * turned,
-                ..*sample
-            })
-        };
-        (0..samples.len())
-            .map(|k| match samples[k] {
-                refused if refused.heading_rad.is_nan() => between(k).unwrap_or(refused),
-                sample => sample,
-            })
-            .filter(|sample| sample.heading_rad.is_finite())
-            .collect()
-    }
-
     fn identification(
         &mut self,
         result: &RunResult<f64>,
@@ -168,9 +149,53 @@ impl OpenRun {
         else {
             return Err(IdentifyError::MissingStage);
         };
-        let record = self.mended();
+        let servo = servo_of(plan);
+        let record = match servo {
+            Some(servo) => mended(&servo.acting(&self.accepted.samples)),
+            None => mended(&self.accepted.samples),
+        };
         let settings = plan.estimator_settings();
-        let pass = Pass {
+        let pass = match servo {
+            Some(_) => pass_behind_servo(&record, training, result, plan)?,
+            None => self.live_pass(&record, training, result, &settings),
+        };
+        let mut identification = assess(
+            &record,
+            training,
+            Some(ValidationData {
+                record: &record,
+                window: validation,
+            }),
+            pass,
+            Settings {
+                lambda_because: LambdaReason::PlansDoublet,
+                servo,
+                ..Settings::of(&settings)
+            },
+        )?;
+        if let (Some(servo), Some(timing)) = (servo, &mut identification.loop_timing) {
+            timing.delay_s += servo.late_s();
+        }
+        if !result.accepted {
+            identification.verdict = verdict::not_taken(
+                identification.verdict,
+                &result.validation,
+                plan.accept_from_r2,
+                result.attempt <= plan.max_repeats,
+            );
+        }
+        Ok(identification)
+    }
+
+    /// The estimate that the trial made.
+    fn live_pass(
+        &mut self,
+        record: &Record,
+        training: Window,
+        result: &RunResult<f64>,
+        settings: &EstimatorSettings<f64>,
+    ) -> Pass {
+        Pass {
             online: Online {
                 method: settings.method.into(),
                 model: result.model,
@@ -192,29 +217,7 @@ impl OpenRun {
             samples_used: result.samples_used as usize,
             rejected: result.rejected.into(),
             accepted: record.usable(training),
-        };
-        let mut identification = assess(
-            &record,
-            training,
-            Some(ValidationData {
-                record: &record,
-                window: validation,
-            }),
-            pass,
-            Settings {
-                lambda_because: LambdaReason::PlansDoublet,
-                ..Settings::of(&settings)
-            },
-        )?;
-        if !result.accepted {
-            identification.verdict = verdict::not_taken(
-                identification.verdict,
-                &result.validation,
-                plan.accept_from_r2,
-                result.attempt <= plan.max_repeats,
-            );
         }
-        Ok(identification)
     }
 
     /// Ended before it was validated.
@@ -243,4 +246,57 @@ impl OpenRun {
             verdict: Verdict::refused(reason),
         }
     }
+}
+
+/// What the guard let through. Where it refused one heading between two that it took, the rudder of that
+/// sample still acted: its heading is put on the line between the two.
+fn mended(samples: &[Sample<f64>]) -> Record {
+    let between = |k: usize| {
+        let (before, after) = (samples.get(k.checked_sub(1)?)?, samples.get(k + 1)?);
+        let sample = &samples[k];
+        let share = (sample.time_s - before.time_s) / (after.time_s - before.time_s);
+        let turned = Real::wrapped(after.heading_rad - before.heading_rad);
+        (0.0..1.0).contains(&share).then_some(Sample {
+            heading_rad: before.heading_rad + share * turned,
+            ..*sample
+        })
+    };
+    (0..samples.len())
+        .map(|k| match samples[k] {
+            refused if refused.heading_rad.is_nan() => between(k).unwrap_or(refused),
+            sample => sample,
+        })
+        .filter(|sample| sample.heading_rad.is_finite())
+        .collect()
+}
+
+/// The servo of a plan, where the rudder is late behind the command that the vehicle reports.
+fn servo_of(plan: &Plan<f64>) -> Option<Servo> {
+    let servo = Servo::new(plan.rudder_delay_s, plan.rudder_lag_s).ok()?;
+    (servo.late_s() > 0.0).then_some(servo)
+}
+
+/// The online estimate from a record whose rudder acts behind a servo; that of the trial knew the command only.
+fn pass_behind_servo(
+    record: &Record,
+    training: Window,
+    result: &RunResult<f64>,
+    plan: &Plan<f64>,
+) -> Result<Pass, IdentifyError> {
+    let before = Window {
+        from_s: f64::NEG_INFINITY,
+        to_s: training.from_s,
+    };
+    let segment = Segment {
+        settling: record.window(before),
+        training: record.window(training),
+        learns_from_s: training.from_s,
+        excited_by_s: Some(training.from_s + plan.training.excitation_end_s()),
+    };
+    let pass = online::estimate(&segment, plan.estimator_settings(), true)
+        .map_err(IdentifyError::Setting)?;
+    Ok(Pass {
+        rejected: result.rejected.into(),
+        ..pass
+    })
 }

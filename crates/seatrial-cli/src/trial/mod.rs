@@ -1,32 +1,31 @@
 //! `seatrial trial`: a whole sea trial.
 
-mod bridge;
+mod servo;
+mod terminal;
 mod text;
 
-use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use seatrial::campaign::Campaign;
 use seatrial::preview::{Target, parse_target};
-use seatrial_app::conduct::conduct;
-use seatrial_core::{Outcome, Plan, Trial, Vehicle};
-use seatrial_dash::Server;
-use seatrial_logbook::{Logbook, NewCampaign, Recorder};
-use seatrial_logs::RowWriter;
+use seatrial_app::recording::Recording;
+use seatrial_app::trial_run::{self, Ended, Order, Sinks};
+use seatrial_core::{Outcome, Plan, Trial};
+use seatrial_dash::{Server, Shown};
+use seatrial_logbook::Logbook;
 use seatrial_report as report;
-use seatrial_sim::FaultyVehicle;
 use serde::Serialize;
 
-use crate::autopilot::{LinkArgs, Taken};
+use crate::autopilot::LinkArgs;
 use crate::output::{Exit, Failure, Output, say};
 use crate::pitch::{self, Axis};
-use crate::record::{self, Format, Recording};
-use crate::ros2;
-use crate::serve::{self, AccessArgs, Yard};
-use crate::vehicle::{self, Simulated};
-use bridge::{Bridge, Shown};
+use crate::record::{format_of, show};
+use crate::serve::{self, AccessArgs};
+use crate::vehicle;
+pub use servo::ServoArgs;
+use terminal::Terminal;
 use text::text;
 
 /// Run a whole sea trial: settle, train and validate at each speed, then gains and turning limits.
@@ -62,6 +61,8 @@ pub struct Args {
     /// End the training of a run as soon as its intervals are this narrow, as in a22:10%,b2:5% [default: the plan's].
     #[arg(long, value_name = "WIDTHS", value_parser = parse_target)]
     stop_when: Option<Target>,
+    #[command(flatten)]
+    servo: ServoArgs,
     /// Where everything is kept.
     #[arg(long, value_name = "FILE", default_value = "seatrial.db")]
     logbook: PathBuf,
@@ -69,7 +70,7 @@ pub struct Args {
     /// killed, a .csv is complete, a .mcap up to the last second, a .parquet up to the last run.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// Show the same live to Foxglove, which connects to this port of this machine or to HOST:PORT. Needs a seatrial
+    /// Show what is recorded live to Foxglove, which connects to this port of this machine or to HOST:PORT. Needs a seatrial
     /// built with --features foxglove.
     #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
     foxglove: Option<String>,
@@ -128,6 +129,8 @@ impl Args {
         for (option, given) in [
             ("--stop-when", self.stop_when.is_some()),
             ("--scenario", self.scenario.is_some()),
+            ("--rudder-delay", self.servo.rudder_delay.is_some()),
+            ("--rudder-lag", self.servo.rudder_lag.is_some()),
             ("--record", self.record.is_some()),
             ("--foxglove", self.foxglove.is_some()),
             ("--serve", self.serve.is_some()),
@@ -152,110 +155,86 @@ impl Args {
         )
     }
 
-    fn server(&self, listen: &str) -> Result<Server, Failure> {
-        let yard = Yard {
-            vehicles: Vec::new(),
-            link: self.link.clone(),
+    /// The plan of the file, changed as the options say.
+    fn plan(&self) -> Result<Plan<f64>, Failure> {
+        let mut plan = load_plan(self.plan.as_deref())?;
+        plan.stop_when = self.stop_when.or(plan.stop_when);
+        self.servo.apply(&mut plan)?;
+        Ok(plan)
+    }
+
+    fn order(&self, plan: Plan<f64>, stop: Arc<AtomicBool>) -> Order {
+        Order {
+            plan,
+            plan_is_given: self.plan.is_some(),
+            seed: self.seed,
+            configuration: self.configuration.clone(),
+            notes: self.notes.clone(),
+            realtime_factor: self.realtime.then_some(1.0),
+            is_agreed: self.yes,
+            stop,
+        }
+    }
+
+    fn sinks(&self) -> Result<Sinks, Failure> {
+        let recording = self.record.as_ref().map(|path| {
+            let format = format_of(path, "--record")?;
+            Recording::start(path, format).map_err(Failure::from)
+        });
+        let viewer = self.foxglove.as_deref().map(show).transpose()?;
+        Ok(Sinks {
             logbook: self.logbook.clone(),
+            recording: recording.transpose()?,
+            rows: viewer.into_iter().collect(),
+            views: vec![Box::new(Terminal::new(&self.vehicle))],
+        })
+    }
+
+    /// The dashboard where it is asked for, and the trial as it shows it.
+    fn served(&self, stop: &Arc<AtomicBool>) -> Result<Option<(Server, Shown)>, Failure> {
+        let Some(listen) = self.serve.as_deref() else {
+            return Ok(None);
         };
-        serve::start(&self.access.settings(listen, &self.logbook)?, yard)
+        let settings = self.access.settings(listen, &self.logbook)?;
+        let server = serve::start(&settings, Vec::new())?;
+        let shown = server.attach(stop);
+        let shown = shown.ok_or_else(|| Failure::internal("a new dashboard shows a trial"))?;
+        say(format_args!("the dashboard is at {}", server.url()));
+        Ok(Some((server, shown)))
     }
 }
 
-/// What the trial is run on.
-enum On<'a> {
-    Simulator(Box<FaultyVehicle<Simulated>>),
-    /// Behind this address.
-    Autopilot(&'a str),
-    /// Described by this file.
-    Ros2(&'a Path),
-}
-
 fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let mut plan = load_plan(args.plan.as_deref())?;
-    plan.stop_when = args.stop_when.or(plan.stop_when);
+    let plan = args.plan()?;
     let stop = Arc::new(AtomicBool::new(false));
     let handler = Arc::clone(&stop);
     ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
         .map_err(Failure::internal)?;
-    let on = match args.vehicle.split_once(':') {
-        Some(("mavlink", address)) => On::Autopilot(address),
-        Some(("ros2", path)) => On::Ros2(Path::new(path)),
-        _ => {
-            let scenario = args.scenario.as_deref();
-            On::Simulator(vehicle::rehearsed(&args.vehicle, scenario, args.seed)?.into())
-        }
-    };
-    if !matches!(on, On::Simulator(_)) {
+    let scenario = args.scenario.as_deref();
+    let vehicle = vehicle::named(&args.vehicle, scenario, &args.link, &args.logbook)?;
+    if !vehicle.is_simulated() {
         only_simulated(args)?;
     }
-    let about = Campaign {
-        software_version: env!("CARGO_PKG_VERSION").into(),
-        vehicle: args.vehicle.clone(),
-        configuration: args.configuration.clone(),
-        seed: matches!(on, On::Simulator(_)).then_some(args.seed),
-        rudder_limit_rad: plan.rudder_limit_rad,
-        runs: Vec::new(),
-        outcome: None,
-    };
-    let recording = args
-        .record
-        .as_deref()
-        .map(|path| Recording::start(path, Format::of(path, "--record")?))
-        .transpose()?;
-    let viewer = args.foxglove.as_deref().map(record::show).transpose()?;
-    let mut viewers: Vec<Box<dyn RowWriter>> = viewer.into_iter().collect();
-    let plan_text = toml::to_string_pretty(&plan).map_err(Failure::internal)?;
-    let server = args.serve.as_deref().map(|listen| args.server(listen));
-    let server = server.transpose()?;
-    let logbook = Logbook::open(&args.logbook).map_err(Failure::from)?;
-    let recorder = Recorder::begin(
-        logbook,
-        &NewCampaign {
-            configuration: &about.configuration,
-            notes: args.notes.as_deref(),
-            software_version: &about.software_version,
-            vehicle: &about.vehicle,
-            seed: about.seed,
-            rudder_limit_rad: about.rudder_limit_rad,
-            plan: &plan_text,
-        },
-    )
-    .map_err(Failure::from)?;
-    let number = recorder.campaign();
-    let shown = server
-        .map(|server| Shown::begin(server, number, &about, &plan, &stop))
-        .transpose()?;
+    let mut sinks = args.sinks()?;
+    let server = args.served(&stop)?.map(|(server, shown)| {
+        sinks.views.push(Box::new(shown));
+        server
+    });
+    let ended = trial_run::begin(vehicle.as_ref(), args.order(plan, stop), sinks)?.conduct();
+    if let Some(server) = server {
+        server.stop();
+    }
+    finish(args, plan, ended, output)
+}
 
-    let (mut campaign, mut unsaved) = match on {
-        On::Simulator(mut vehicle) => {
-            let mut bridge = Bridge::new(args, false, recorder, recording, viewers, shown, stop);
-            let mut campaign = conducted(vehicle.as_mut(), plan, about, &mut bridge)?;
-            let unsaved = bridge.end(&mut campaign);
-            (campaign, unsaved)
-        }
-        On::Autopilot(address) => {
-            let mut taken = taken(args, address, &plan, &stop)?;
-            let mut bridge = Bridge::new(args, true, recorder, recording, viewers, shown, stop);
-            let mut campaign = conducted(&mut taken.autopilot, plan, about, &mut bridge)?;
-            // The vehicle first: what is told and saved can wait.
-            let handed_back = taken.hand_back();
-            let mut unsaved = bridge.end(&mut campaign);
-            unsaved.extend(handed_back);
-            (campaign, unsaved)
-        }
-        On::Ros2(path) => {
-            let is_given = args.plan.is_some();
-            let (mut vehicle, estimates) = ros2::take(path, &plan, is_given, args.yes, &stop)?;
-            viewers.push(estimates);
-            let mut bridge = Bridge::new(args, true, recorder, recording, viewers, shown, stop);
-            let mut campaign = conducted(&mut vehicle, plan, about, &mut bridge)?;
-            let handed_back = ros2::hand_back(&mut vehicle);
-            let mut unsaved = bridge.end(&mut campaign);
-            unsaved.extend(handed_back);
-            (campaign, unsaved)
-        }
-    };
+/// Writes the report, says what could not be saved, and prints the campaign.
+fn finish(args: &Args, plan: Plan<f64>, ended: Ended, output: &Output) -> Result<Exit, Failure> {
+    let Ended {
+        number,
+        mut campaign,
+        mut unsaved,
+        ..
+    } = ended;
     if (args.report.is_some() || args.trace)
         && let Err(error) = Logbook::open_read_only(&args.logbook)
             .and_then(|logbook| logbook.fill(number, &mut campaign))
@@ -263,15 +242,11 @@ fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
         unsaved.push(error.to_string());
     }
     let mut report = args.report.as_deref();
-    if let Some(path) = report {
-        let provenance = [
-            ("Plan", plan_text),
-            ("Logbook", args.logbook.display().to_string()),
-        ];
-        if let Err(error) = std::fs::write(path, report::render(&campaign, &provenance)) {
-            unsaved.push(format!("{}: report not saved: {error}", path.display()));
-            report = None;
-        }
+    if let Some(path) = report
+        && let Err(failure) = save_report(path, args, &plan, &campaign)
+    {
+        unsaved.push(failure.to_string());
+        report = None;
     }
     unsaved.dedup();
     unsaved.iter().for_each(say);
@@ -294,22 +269,22 @@ fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
     Ok(exit)
 }
 
-/// The campaign of a trial on this vehicle.
-fn conducted<V: Vehicle<f64>>(
-    vehicle: &mut V,
-    plan: Plan<f64>,
-    about: Campaign,
-    bridge: &mut Bridge,
-) -> Result<Campaign, Failure>
-where
-    V::Error: Display,
-{
-    let conducted = conduct(vehicle, plan, about, bridge)
-        .map_err(|error| Failure::input(format!("the plan: {error}")))?;
-    if let Some(fault) = &conducted.fault {
-        bridge.tell(&format!("the vehicle was given back: {fault}"));
-    }
-    Ok(conducted.campaign)
+fn save_report(
+    path: &Path,
+    args: &Args,
+    plan: &Plan<f64>,
+    campaign: &Campaign,
+) -> Result<(), Failure> {
+    let provenance = [
+        (
+            "Plan",
+            toml::to_string_pretty(plan).map_err(Failure::internal)?,
+        ),
+        ("Logbook", args.logbook.display().to_string()),
+    ];
+    std::fs::write(path, report::render(campaign, &provenance)).map_err(|error| {
+        Failure::not_saved(format!("{}: report not saved: {error}", path.display()))
+    })
 }
 
 /// Refuses what goes with a simulated vehicle.
@@ -325,18 +300,6 @@ fn only_simulated(args: &Args) -> Result<(), Failure> {
         }
     }
     Ok(())
-}
-
-/// The autopilot at this address, ready for the trial.
-fn taken(
-    args: &Args,
-    address: &str,
-    plan: &Plan<f64>,
-    stop: &Arc<AtomicBool>,
-) -> Result<Taken, Failure> {
-    let backup = args.logbook.with_extension("restore.toml");
-    args.link
-        .take(address, plan, args.plan.is_some(), args.yes, &backup, stop)
 }
 
 /// The plan of a file, or the paper's.

@@ -1,9 +1,7 @@
-//! Who is there, who has control, what was commanded.
+//! Who may command, who does, and what was commanded; the vehicles to command.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
-
-use super::{Health, TrialState};
 
 /// Why a request was refused.
 #[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
@@ -24,29 +22,6 @@ pub enum Role {
     Operator,
 }
 
-/// The server, and who has control.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
-pub struct Status {
-    /// The version of seatrial.
-    pub version: String,
-    /// The server's clock, UTC, RFC 3339. Yours may differ.
-    pub now: String,
-    /// What you may do.
-    pub role: Role,
-    /// Is a token needed here?
-    pub token_needed: bool,
-    /// The file that keeps everything.
-    pub logbook: String,
-    /// Who commands.
-    pub control: Control,
-    /// The trial that runs, or the last one since the server began.
-    pub trial: Option<TrialState>,
-    /// The link to the vehicle and its clock, while a trial runs.
-    pub health: Option<Health>,
-    /// Viewers of the live stream.
-    pub viewers: u32,
-}
-
 /// Who commands. Control lapses a minute after its holder was last heard.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
 pub struct Control {
@@ -61,7 +36,7 @@ pub struct Control {
 /// Asks for control.
 #[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
 pub struct TakeControl {
-    /// Your name, which others are told: 1 to 64 characters.
+    /// Your name, which others see: 1 to 64 characters.
     #[schema(min_length = 1, max_length = 64)]
     pub name: String,
 }

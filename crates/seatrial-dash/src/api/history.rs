@@ -65,19 +65,6 @@ pub struct CampaignDetail {
     pub counting_runs: Vec<u32>,
 }
 
-/// The operator's word on a run.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
-pub struct Review {
-    /// May it be used?
-    pub accepted: bool,
-    /// Why.
-    pub note: String,
-    /// Whose word.
-    pub by: String,
-    /// When, UTC.
-    pub time: String,
-}
-
 /// Accepts or rejects a run.
 #[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -123,9 +110,9 @@ pub struct Difference {
     /// `a22_per_s`, `b2_per_s2`, `c0_rad_per_s2`, `delta0_rad`, `proportional_gain`,
     /// `steady_turning_radius_starboard_m`, `steady_turning_radius_port_m`.
     pub quantity: String,
-    /// Of the first.
+    /// Value of the first campaign.
     pub a: Figure,
-    /// Of the second.
+    /// Value of the second campaign.
     pub b: Figure,
     /// B - A.
     pub difference: f64,
@@ -191,7 +178,7 @@ pub struct OperatingPoint {
     pub proportional_gain: Option<Figure>,
     /// The rudder that holds a heading, rad.
     pub feed_forward_rudder_rad: Option<f64>,
-    /// Of the closed loop, rad/s.
+    /// Natural frequency of the closed loop, rad/s.
     pub natural_frequency_rad_s: Option<f64>,
     /// Overshoot of a heading step, a fraction.
     pub overshoot: Option<f64>,

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
-    Control, EstimateNow, Health, Outcome, Progress, RunSummary, Stage, TrialState,
+    Control, EnvelopeUse, EstimateNow, Health, Outcome, Progress, RunSummary, Stage, TrialState,
     ValidationOverlay,
 };
 
@@ -118,7 +118,7 @@ pub enum LiveEvent {
     },
     /// The server ends the stream.
     Goodbye {
-        /// Short and stable: `token_needed`, `hello_expected`, `shutting_down`.
+        /// Short and stable: `token_needed`, `too_many_requests`, `hello_expected`, `shutting_down`.
         code: String,
         /// For people.
         message: String,
@@ -182,16 +182,6 @@ pub struct LiveSample {
     pub east_m: Option<f64>,
     /// In the validation stage: heading simulated with the model just trained, rad.
     pub simulated_heading_rad: Option<f64>,
-}
-
-/// How much of a limit is used.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
-pub struct EnvelopeUse {
-    /// `depth`, `altitude`, `roll`, `pitch`, `yaw_rate`, `heading_excursion`, `area`, `speed_drift`, `stale_samples`,
-    /// `stage_time_limit`.
-    pub limit: String,
-    /// 1 is at the limit.
-    pub used: f64,
 }
 
 /// The limits of a trial that are drawn.

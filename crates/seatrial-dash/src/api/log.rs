@@ -1,7 +1,8 @@
 //! Logs that are opened in the page.
 
+use seatrial_app::Inspection;
+use seatrial_app::documents::IdentificationDocument;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 use utoipa::{IntoParams, ToSchema};
 
 /// A log's name and how to read it, as the options of `seatrial identify`. Everything has a default.
@@ -60,7 +61,7 @@ impl LogReading {
 pub struct IdentifiedLog {
     /// The document of `seatrial identify --json`, schema `seatrial.identification.v1`.
     #[schema(value_type = Object)]
-    pub document: Value,
+    pub document: IdentificationDocument,
     /// The samples, to be drawn.
     pub series: LogSeries,
 }
@@ -70,7 +71,7 @@ pub struct IdentifiedLog {
 pub struct InspectedLog {
     /// The document of `seatrial inspect --json`.
     #[schema(value_type = Object)]
-    pub document: Value,
+    pub document: Inspection,
     /// The samples, to be drawn.
     pub series: LogSeries,
 }

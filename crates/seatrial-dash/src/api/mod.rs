@@ -1,4 +1,4 @@
-//! The contract: what goes over the wire, and its OpenAPI document.
+//! What goes over the wire.
 //!
 //! All quantities are SI, angles radians; a missing thing is null. A name ends in its unit.
 
@@ -6,31 +6,23 @@ mod access;
 mod history;
 mod live;
 mod log;
+mod plan;
+mod run;
+mod status;
 mod trial;
 
-pub use access::{
-    AuditEntry, Control, ErrorBody, Lease, Role, Status, TakeControl, VehicleForm, Vehicles,
-};
+pub use access::{AuditEntry, Control, ErrorBody, Lease, Role, TakeControl, VehicleForm, Vehicles};
 pub use history::{
-    CampaignDetail, CampaignSummary, Comparison, Difference, OperatingPoint, Review, ReviewOrder,
-    Schedule, SchedulePoint, State, ThrustComparison, WhatChanged,
+    CampaignDetail, CampaignSummary, Comparison, Difference, OperatingPoint, ReviewOrder, Schedule,
+    SchedulePoint, State, ThrustComparison, WhatChanged,
 };
-pub use live::{
-    Envelope, EnvelopeUse, Hello, LiveEvent, LiveMessage, LiveSample, Snapshot, StreamSettings,
-};
+pub use live::{Envelope, Hello, LiveEvent, LiveMessage, LiveSample, Snapshot, StreamSettings};
 pub use log::{IdentifiedLog, InspectedLog, LogReading, LogSeries};
-pub use trial::{
-    Change, Check, EstimateNow, ExpectedIntervals, Figure, GoOnOrder, Health, Model, Outcome,
-    PlanOrder, PlanPreview, Preflight, Progress, Reason, RepeatOrder, RunSummary, SpeedPreview,
-    Stage, StageSpan, TrialOrder, TrialState, ValidationOverlay,
+pub use plan::{Change, Check, ExpectedIntervals, PlanOrder, PlanPreview, Preflight, SpeedPreview};
+pub use run::{
+    Figure, Model, Outcome, Reason, Review, RunSummary, Stage, StageSpan, ValidationOverlay,
 };
-
-use utoipa::OpenApi;
-
-/// The OpenAPI document of the server, pretty JSON.
-pub fn openapi_json() -> String {
-    crate::routes::Api::openapi()
-        .to_pretty_json()
-        .expect("the document is made of plain data")
-        + "\n"
-}
+pub use status::Status;
+pub use trial::{
+    EnvelopeUse, EstimateNow, GoOnOrder, Health, Progress, RepeatOrder, TrialOrder, TrialState,
+};

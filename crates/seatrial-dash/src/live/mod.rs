@@ -1,8 +1,8 @@
-//! The live stream. The trial tells and never waits; a herald on a thread of its own makes messages and keeps the picture
-//! for who comes later; viewers that read too slowly lose messages and are told so.
+//! The live stream. The trial sends reports and never waits; a thread makes messages from them and keeps a picture for viewers
+//! that come later. A viewer that reads too slowly loses messages, and gets a message that says so.
 
-mod herald;
 mod picture;
+mod publisher;
 mod tap;
 mod thinned;
 
@@ -14,8 +14,8 @@ use axum::extract::ws::Utf8Bytes;
 use tokio::sync::broadcast;
 
 use crate::api::{Health, LiveEvent, LiveMessage, TrialState};
-use herald::Herald;
 use picture::Picture;
+use publisher::Publisher;
 pub use tap::Tap;
 
 /// Between two messages with samples.
@@ -34,20 +34,20 @@ pub struct Live {
 }
 
 impl Live {
-    /// Starts the herald; it ends with the last tap.
+    /// Starts the publisher; it ends with the last tap.
     pub fn start(stream: String) -> Self {
-        let (to_herald, told) = channel();
+        let (to_publisher, reports) = channel();
         let tap = Tap {
-            herald: to_herald,
+            publisher: to_publisher,
             counts: Arc::default(),
         };
         let picture = Arc::new(Mutex::new(Picture::new(stream)));
-        let herald = Herald {
-            told,
+        let publisher = Publisher {
+            reports,
             picture: Arc::downgrade(&picture),
             counts: Arc::clone(&tap.counts),
         };
-        std::thread::spawn(move || herald.run());
+        std::thread::spawn(move || publisher.run());
         Self { picture, tap }
     }
 

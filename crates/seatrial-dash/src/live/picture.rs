@@ -8,7 +8,7 @@ use seatrial_core::progress::Status;
 use seatrial_core::{Real, Sample, YawModel};
 use tokio::sync::broadcast;
 
-use super::tap::{Moment, Start, Told};
+use super::tap::{Moment, Report, Start};
 use super::thinned::Thinned;
 use super::{HEARTBEAT_EVERY, Message, SAMPLES_EVERY, text};
 use crate::api::{
@@ -145,11 +145,11 @@ impl Picture {
         (sequence, text(&LiveMessage { sequence, event }))
     }
 
-    pub fn take(&mut self, told: Told) {
-        match told {
-            Told::Step(moment) => self.step(&moment),
-            Told::Started(start) => self.start(*start),
-            Told::RunStarted {
+    pub fn take(&mut self, report: Report) {
+        match report {
+            Report::Step(moment) => self.step(&moment),
+            Report::Started(start) => self.start(*start),
+            Report::RunStarted {
                 run,
                 thrust,
                 attempt,
@@ -162,8 +162,8 @@ impl Picture {
                     attempt,
                 });
             }
-            Told::Interval(intervals) => self.intervals = Some(intervals),
-            Told::RunEnded(run) => {
+            Report::Interval(intervals) => self.intervals = Some(intervals),
+            Report::RunEnded(run) => {
                 self.flush();
                 let summary = run_summary(&run, None);
                 let validation = validation_of(&run);
@@ -176,7 +176,7 @@ impl Picture {
                     validation,
                 });
             }
-            Told::Ended { outcome, warnings } => {
+            Report::Ended { outcome, warnings } => {
                 self.flush();
                 if let Some(trial) = &mut self.trial {
                     trial.running = false;
@@ -185,7 +185,7 @@ impl Picture {
                 }
                 self.publish(LiveEvent::TrialEnded { outcome, warnings });
             }
-            Told::Control(control) => {
+            Report::Control(control) => {
                 self.control = control.clone();
                 self.publish(LiveEvent::Control { control });
             }
@@ -217,7 +217,7 @@ impl Picture {
         self.publish(LiveEvent::TrialStarted {
             trial: Box::new(trial),
         });
-        // Who waits for it sees the picture when it is let go.
+        // The waiting trial goes on; it sees the picture once this has let go of it.
         let _ = shown.send(());
     }
 
@@ -365,7 +365,7 @@ impl Picture {
     }
 
     /// Tells of the link.
-    pub fn tell_health(&mut self) {
+    pub fn publish_health(&mut self) {
         let runs = self.trial.as_ref().is_some_and(|trial| trial.running);
         if let Some(health) = self.health_now().filter(|_| runs) {
             self.publish(LiveEvent::Health { health });

@@ -14,13 +14,13 @@ use seatrial_core::{Plan, Sample, Trial, YawModel};
 
 use crate::api::{Control, Outcome, TrialState};
 
-/// Steps that may wait for the herald; later ones are not shown.
+/// At most so many steps wait for the publisher; later ones are not shown.
 const MOST_WAITING: u64 = 16_384;
 /// How long the beginning of a trial waits for being shown.
 const SHOWN_WITHIN: Duration = Duration::from_secs(1);
 
-/// What the trial tells.
-pub enum Told {
+/// What the trial reports.
+pub enum Report {
     Started(Box<Start>),
     RunStarted {
         run: u32,
@@ -40,7 +40,7 @@ pub enum Told {
 pub struct Start {
     pub trial: TrialState,
     pub plan: Plan<f64>,
-    /// For the word that it is shown.
+    /// Answered once it is shown.
     pub shown: Sender<()>,
 }
 
@@ -52,27 +52,27 @@ pub struct Moment {
     pub converged_s: Option<f64>,
 }
 
-/// The trial's end of the stream: what it takes is told, or, where the herald cannot keep up, counted.
+/// The trial's end of the stream. Reports go into a queue; steps that the publisher cannot keep up with are counted only.
 #[derive(Clone, Debug)]
 pub struct Tap {
-    pub(super) herald: Sender<Told>,
+    pub(super) publisher: Sender<Report>,
     pub(super) counts: Arc<Counts>,
 }
 
 /// Steps on their way.
 #[derive(Debug, Default)]
 pub struct Counts {
-    /// Told, but not looked at yet.
+    /// In the queue.
     pub waiting: AtomicU64,
-    /// Not told: too many waited.
+    /// Left out: too many waited.
     pub not_shown: AtomicU64,
 }
 
 impl Tap {
-    /// A trial begins; returns when whoever asks is told so.
+    /// A trial begins. Returns when the picture shows it, or after a second.
     pub fn started(&self, trial: TrialState, plan: &Plan<f64>) {
         let (shown, is_shown) = channel();
-        self.tell(Told::Started(Box::new(Start {
+        self.send(Report::Started(Box::new(Start {
             trial,
             plan: *plan,
             shown,
@@ -82,25 +82,25 @@ impl Tap {
 
     /// It is over and the vehicle handed back.
     pub fn ended(&self, outcome: Option<seatrial_core::Outcome>, warnings: Vec<String>) {
-        self.tell(Told::Ended {
+        self.send(Report::Ended {
             outcome: outcome.map(Outcome::from),
             warnings,
         });
     }
 
     pub(crate) fn control(&self, control: Control) {
-        self.tell(Told::Control(control));
+        self.send(Report::Control(control));
     }
 
-    fn tell(&self, told: Told) {
-        // Without a herald nobody can be told.
-        let _ = self.herald.send(told);
+    fn send(&self, report: Report) {
+        // Without a publisher there are no viewers.
+        let _ = self.publisher.send(report);
     }
 }
 
 impl Watch for Tap {
     fn run_started(&mut self, run: u32, thrust: f64, attempt: u32) {
-        self.tell(Told::RunStarted {
+        self.send(Report::RunStarted {
             run,
             thrust,
             attempt,
@@ -113,7 +113,7 @@ impl Watch for Tap {
             return;
         }
         self.counts.waiting.fetch_add(1, Ordering::Relaxed);
-        self.tell(Told::Step(Box::new(Moment {
+        self.send(Report::Step(Box::new(Moment {
             sample: step.sample,
             status: trial.status(),
             estimate: step.estimate,
@@ -127,7 +127,7 @@ impl Watch for Tap {
 
     fn interval(&mut self, refined: &Refined) {
         let interval = refined.interval_95;
-        self.tell(Told::Interval([
+        self.send(Report::Interval([
             interval.a22_per_s,
             interval.b2_per_s2,
             interval.c0_rad_per_s2,
@@ -135,6 +135,6 @@ impl Watch for Tap {
     }
 
     fn run_ended(&mut self, run: &mut Run) {
-        self.tell(Told::RunEnded(Box::new(run.clone())));
+        self.send(Report::RunEnded(Box::new(run.clone())));
     }
 }

@@ -10,6 +10,7 @@ use http_body_util::{BodyExt, LengthLimitError};
 use tempfile::NamedTempFile;
 
 use crate::refusal::Refusal;
+use crate::shared::{Caller, must_be_operator};
 
 /// A JSON body.
 #[derive(FromRequest)]
@@ -22,7 +23,10 @@ pub struct Upload(pub NamedTempFile);
 impl<S: Sync> FromRequest<S> for Upload {
     type Rejection = Refusal;
 
+    /// Only operators may upload, and a viewer's log is not even read.
     async fn from_request(request: Request, _: &S) -> Result<Self, Refusal> {
+        let caller = request.extensions().get::<Caller>();
+        must_be_operator(caller.ok_or_else(|| Refusal::internal("a bug: who asks is not known"))?)?;
         let mut file = NamedTempFile::new().map_err(Refusal::internal)?;
         let mut body = request.into_limited_body();
         while let Some(frame) = body.frame().await {
@@ -39,7 +43,9 @@ impl<S: Sync> FromRequest<S> for Upload {
                 Refusal::new(StatusCode::BAD_REQUEST, "malformed", error)
             })?;
             if let Ok(bytes) = frame.into_data() {
-                file.write_all(&bytes).map_err(Refusal::internal)?;
+                // A slow disk must not hold up others' answers.
+                let written = tokio::task::block_in_place(|| file.write_all(&bytes));
+                written.map_err(Refusal::internal)?;
             }
         }
         Ok(Self(file))

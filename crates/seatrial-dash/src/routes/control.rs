@@ -13,15 +13,15 @@ use serde::Deserialize;
 use utoipa::IntoParams;
 
 use super::asked::{Asked, Body};
-use super::blocking;
+use super::{blocking, openapi_json};
 use crate::access::{Claim, LEASE};
-use crate::api::{AuditEntry, Control, ErrorBody, Lease, Role, Status, TakeControl, openapi_json};
+use crate::api::{AuditEntry, Control, ErrorBody, Lease, Role, Status, TakeControl};
 use crate::convert::{name_of, now};
 use crate::refusal::Refusal;
 use crate::shared::{Caller, Shared, must_be_operator, taken};
 use crate::stream;
 
-/// Longest first message of a viewer, bytes; he has nothing else to say.
+/// Longest first message of a viewer, bytes. A viewer sends no other.
 const LONGEST_HELLO: usize = 4096;
 
 /// The server, the trial that runs and who has control.
@@ -66,8 +66,8 @@ pub async fn take(
     let lease = blocking(shared, move |shared| {
         let name = asked.name.trim();
         let result = took(shared, &caller, name);
-        let told = result.as_ref().map(|_| ());
-        shared.audit(&caller, name, "take_control", &asked, told);
+        let entered = result.as_ref().map(|_| ());
+        shared.audit(&caller, name, "take_control", &asked, entered);
         result
     });
     Ok(Json(lease.await?))

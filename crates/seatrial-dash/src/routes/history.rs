@@ -20,8 +20,7 @@ use crate::api::{
 use crate::history::{self, Format};
 use crate::refusal::Refusal;
 use crate::series::series_of;
-use crate::shared::{Caller, Shared};
-use crate::trials::LONGEST_NOTE;
+use crate::shared::{Caller, LONGEST_NOTE, Shared};
 
 /// Every campaign, oldest first.
 #[utoipa::path(get, path = "/api/v1/campaigns", tag = "history",
@@ -30,7 +29,7 @@ pub async fn campaigns(
     State(shared): State<Arc<Shared>>,
 ) -> Result<Json<Vec<CampaignSummary>>, Refusal> {
     let campaigns = blocking(shared, |shared| {
-        let running = shared.slot().campaign();
+        let running = shared.slot.campaign();
         let entries = shared.reader()?.campaigns()?.into_iter();
         Ok(entries
             .map(|entry| CampaignSummary::of(entry, running))
@@ -48,13 +47,13 @@ pub async fn campaign(
     At(id): At<i64>,
 ) -> Result<Json<CampaignDetail>, Refusal> {
     let detail = blocking(shared, move |shared| {
-        let running = shared.slot().campaign();
+        let running = shared.slot.campaign();
         history::detail(&shared.reader()?, id, running)
     });
     Ok(Json(detail.await?))
 }
 
-/// Accepts or rejects a run; the word goes before the program's verdict wherever the run is used.
+/// Accepts or rejects a run; the decision goes before the program's verdict wherever the run is used.
 #[utoipa::path(post, path = "/api/v1/campaigns/{id}/runs/{run}/review", tag = "history", request_body = ReviewOrder,
     params(("id" = i64, Path, description = "Number of the campaign"), ("run" = u32, Path, description = "Number of the run"),
         ("seatrial-lease" = Option<String>, Header, description = "The lease of control")),
@@ -94,7 +93,7 @@ pub async fn review(
             })
         });
         entered?;
-        let detail = history::detail(&shared.reader()?, id, shared.slot().campaign())?;
+        let detail = history::detail(&shared.reader()?, id, shared.slot.campaign())?;
         let found = detail.runs.into_iter().find(|found| found.number == run);
         found.ok_or_else(|| Refusal::not_found(format!("campaign {id} has no run {run}")))
     });
@@ -126,7 +125,7 @@ pub async fn series(
             .as_ref()
             .map(|identification| identification.model());
         Ok(series_of(
-            &run.record,
+            &run.acting_record(),
             model.zip(run.stage(Stage::Validate)),
         ))
     });
@@ -139,7 +138,7 @@ pub async fn series(
 pub struct Place {
     /// Gains and limits at this speed, m/s.
     speed_m_s: Option<f64>,
-    /// Of the closed loop [default: 0.7071].
+    /// Damping ratio of the closed loop [default: 0.7071].
     #[param(exclusive_minimum = 0.0, maximum = 10.0)]
     damping_ratio: Option<f64>,
 }
@@ -276,7 +275,7 @@ pub async fn compare(
     Asked(Pair { a, b }): Asked<Pair>,
 ) -> Result<Json<Comparison>, Refusal> {
     let comparison = blocking(shared, move |shared| {
-        let running = shared.slot().campaign();
+        let running = shared.slot.campaign();
         history::comparison(&shared.reader()?, [a, b], running)
     });
     Ok(Json(comparison.await?))

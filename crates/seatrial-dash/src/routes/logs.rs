@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use axum::Json;
 use axum::extract::State;
+use axum::response::{IntoResponse, Response};
 
 use super::asked::{Asked, Upload};
 use super::blocking;
 use crate::api::{ErrorBody, IdentifiedLog, InspectedLog, LogReading};
+use crate::logs::{identified, inspected};
 use crate::refusal::Refusal;
-use crate::series::series_of;
 use crate::shared::Shared;
 
 /// Identifies a model from a log. The log is not kept.
@@ -20,16 +21,10 @@ pub async fn identify(
     State(shared): State<Arc<Shared>>,
     Asked(reading): Asked<LogReading>,
     Upload(log): Upload,
-) -> Result<Json<IdentifiedLog>, Refusal> {
-    let read = blocking(shared, move |shared| {
-        let read = shared.workshop.identify(log.path(), &reading);
-        read.map_err(refused)
-    })
-    .await?;
-    Ok(Json(IdentifiedLog {
-        series: series_of(&read.record, read.validated),
-        document: read.document,
-    }))
+) -> Result<Response, Refusal> {
+    // Written there, too: the document is large, and others wait for their answers here.
+    let answer = move |_: &Arc<Shared>| Ok(Json(identified(log.path(), reading)?).into_response());
+    blocking(shared, answer).await
 }
 
 /// Says what is in a log: channels, rates, gaps, manoeuvres. The log is not kept.
@@ -40,18 +35,7 @@ pub async fn inspect(
     State(shared): State<Arc<Shared>>,
     Asked(reading): Asked<LogReading>,
     Upload(log): Upload,
-) -> Result<Json<InspectedLog>, Refusal> {
-    let read = blocking(shared, move |shared| {
-        let read = shared.workshop.inspect(log.path(), &reading);
-        read.map_err(refused)
-    })
-    .await?;
-    Ok(Json(InspectedLog {
-        series: series_of(&read.record, read.validated),
-        document: read.document,
-    }))
-}
-
-fn refused(why: String) -> Refusal {
-    Refusal::unprocessable("log_refused", why)
+) -> Result<Response, Refusal> {
+    let answer = move |_: &Arc<Shared>| Ok(Json(inspected(log.path(), reading)?).into_response());
+    blocking(shared, answer).await
 }

@@ -1,4 +1,4 @@
-//! The routes. What they do is in the modules that they call.
+//! The routes, and the OpenAPI document made from them.
 
 mod asked;
 mod control;
@@ -74,7 +74,15 @@ and send its lease in the header `seatrial-lease`; aborting a trial needs none."
     ),
     components(schemas(api::Hello, api::LiveMessage))
 )]
-pub struct Api;
+struct Api;
+
+/// The OpenAPI document of the server, pretty JSON.
+pub fn openapi_json() -> String {
+    Api::openapi()
+        .to_pretty_json()
+        .expect("the document is made of plain data")
+        + "\n"
+}
 
 /// Everything that is served.
 pub fn router(shared: Arc<Shared>, upload_limit: usize) -> Router {
@@ -131,11 +139,13 @@ fn panicked(_: Box<dyn Any + Send>) -> Response {
         .into_response()
 }
 
-/// Calls what takes its time or waits for a disk, on a thread that may.
+/// Calls what computes for long or waits for a disk, on a thread for that; a few such calls run at a time.
 async fn blocking<T: Send + 'static>(
     shared: Arc<Shared>,
     call: impl FnOnce(&Arc<Shared>) -> Result<T, Refusal> + Send + 'static,
 ) -> Result<T, Refusal> {
+    let served = Arc::clone(&shared);
+    let _lane = served.lanes.acquire().await.map_err(Refusal::internal)?;
     let called = tokio::task::spawn_blocking(move || call(&shared)).await;
     called.unwrap_or_else(|_| {
         Err(Refusal::internal(

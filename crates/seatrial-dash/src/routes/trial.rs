@@ -1,6 +1,7 @@
 //! Vehicles, plans, the trial.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use axum::extract::State;
 use axum::http::StatusCode;
@@ -8,24 +9,30 @@ use axum::{Extension, Json};
 use seatrial_core::Plan;
 use serde::Serialize;
 use serde_json::Value;
+use tokio::time::timeout;
 
 use super::asked::Body;
 use super::blocking;
 use super::control::role_name;
 use crate::api::{
     ErrorBody, GoOnOrder, PlanOrder, PlanPreview, Preflight, RepeatOrder, TrialOrder, TrialState,
-    Vehicles,
+    VehicleForm, Vehicles,
 };
 use crate::refusal::Refusal;
 use crate::shared::{Caller, Shared, must_be_operator};
-use crate::trials;
+use crate::trials::{self, Wanted};
 
 /// The vehicles that may be asked for.
 #[utoipa::path(get, path = "/api/v1/vehicles", tag = "trial",
     responses((status = 200, body = Vehicles), (status = "4XX", description = "Refused", body = ErrorBody)))]
 pub async fn vehicles(State(shared): State<Arc<Shared>>) -> Json<Vehicles> {
+    let vehicles = shared.vehicles.iter().map(|vehicle| VehicleForm {
+        name: vehicle.name().into(),
+        description: vehicle.description().into(),
+        is_simulated: vehicle.is_simulated(),
+    });
     Json(Vehicles {
-        vehicles: shared.workshop.vehicles(),
+        vehicles: vehicles.collect(),
     })
 }
 
@@ -68,11 +75,11 @@ async fn begun<Order: Clone + Serialize + Send + 'static>(
     caller: Caller,
     command: &'static str,
     order: Order,
-    trial_of: fn(&Shared, Order) -> Result<TrialOrder, Refusal>,
+    wanted: fn(&Shared, Order) -> Result<Wanted, Refusal>,
 ) -> Result<(StatusCode, Json<TrialState>), Refusal> {
     let started = blocking(shared, move |shared| {
         shared.command(&caller, command, &order, |_| {
-            trials::start(shared, trial_of(shared, order.clone())?)
+            trials::start(shared, wanted(shared, order.clone())?)
         })
     });
     Ok((StatusCode::CREATED, Json(started.await?)))
@@ -87,7 +94,7 @@ pub async fn start(
     Extension(caller): Extension<Caller>,
     Body(order): Body<TrialOrder>,
 ) -> Result<(StatusCode, Json<TrialState>), Refusal> {
-    begun(shared, caller, "start_trial", order, |_, order| Ok(order)).await
+    begun(shared, caller, "start_trial", order, trials::ordered).await
 }
 
 /// Runs one speed of a campaign again.
@@ -114,6 +121,9 @@ pub async fn go_on(
     begun(shared, caller, "go_on", order, trials::go_on).await
 }
 
+/// How long the answer to an abort waits for its entry in the audit trail.
+const ENTERED_WITHIN: Duration = Duration::from_millis(50);
+
 /// Aborts the trial: neutral rudder, heading hold, the vehicle handed back. Every operator may, with control or without.
 #[utoipa::path(post, path = "/api/v1/trial/abort", tag = "trial",
     responses((status = 202, description = "Asked for; the live stream tells the end", body = TrialState),
@@ -122,23 +132,28 @@ pub async fn abort(
     State(shared): State<Arc<Shared>>,
     Extension(caller): Extension<Caller>,
 ) -> Result<(StatusCode, Json<TrialState>), Refusal> {
-    // First of all, and not behind anything that waits for a disk.
     let result = must_be_operator(&caller).and_then(|()| shared.stop_trial());
-    let stopped = blocking(shared, move |shared| {
-        let actor = shared
-            .commander(&caller)
-            .unwrap_or_else(|_| role_name(&caller));
-        let told = result.as_ref().map(|_| ());
-        shared.audit(&caller, &actor, "abort_trial", &(), told);
-        let campaign = result?;
-        let (trial, _) = shared.live.trial();
-        let begun = trial.filter(|trial| Some(trial.campaign) == campaign);
-        begun.ok_or_else(|| {
-            Refusal::conflict(
-                "not_begun",
-                "the vehicle was still being taken; it is given back",
-            )
-        })
+    let entered = tokio::task::spawn_blocking({
+        let (shared, result) = (Arc::clone(&shared), result.clone());
+        move || enter_abort(&shared, &caller, &result)
     });
-    Ok((StatusCode::ACCEPTED, Json(stopped.await?)))
+    // A busy disk enters it later.
+    let _ = timeout(ENTERED_WITHIN, entered).await;
+    let campaign = result?;
+    let (trial, _) = shared.live.trial();
+    let begun = trial.filter(|trial| Some(trial.campaign) == campaign);
+    let begun = begun.ok_or_else(|| {
+        Refusal::conflict(
+            "not_begun",
+            "the vehicle was still being taken; it is given back",
+        )
+    })?;
+    Ok((StatusCode::ACCEPTED, Json(begun)))
+}
+
+fn enter_abort(shared: &Shared, caller: &Caller, result: &Result<Option<i64>, Refusal>) {
+    let actor = shared.commander(caller);
+    let actor = actor.unwrap_or_else(|_| role_name(caller));
+    let result = result.as_ref().map(|_| ());
+    shared.audit(caller, &actor, "abort_trial", &(), result);
 }

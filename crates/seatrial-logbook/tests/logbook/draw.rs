@@ -96,6 +96,7 @@ impl Draw {
                 heading_hold: Hold::FirstOrder,
                 initial_covariance: self.number(),
                 forgetting_factor: self.number(),
+                servo: None,
             },
             online: Online {
                 method: EstimateMethod::InstrumentalVariable,

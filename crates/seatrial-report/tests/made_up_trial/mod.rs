@@ -185,6 +185,7 @@ fn identification(
         heading_hold: Hold::FirstOrder,
         initial_covariance: 1e6,
         forgetting_factor: 1.0,
+        servo: None,
     };
     Identification {
         training,

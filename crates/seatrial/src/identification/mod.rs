@@ -13,6 +13,7 @@ use seatrial_core::{Nomoto, RejectedCounts, YawModel};
 use serde::{Deserialize, Serialize};
 
 use crate::record::Window;
+use crate::servo::Servo;
 use crate::sway_yaw::SecondOrder;
 use crate::time_scale::LambdaReason;
 pub use method::EstimateMethod;
@@ -134,6 +135,9 @@ pub struct Settings {
     pub initial_covariance: f64,
     /// 1 keeps every sample for ever.
     pub forgetting_factor: f64,
+    /// The servo behind which the rudder of a trial's run was taken to act, where one was given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub servo: Option<Servo>,
 }
 
 impl Settings {
@@ -146,6 +150,7 @@ impl Settings {
             heading_hold: estimator.heading_hold,
             initial_covariance: estimator.initial_covariance,
             forgetting_factor: estimator.forgetting_factor,
+            servo: None,
         }
     }
 }

@@ -87,7 +87,8 @@ fn exact_angles_in_the_other_unit_are_found() {
     // Away from north nothing wraps, but the heading turns by a degree under 15 deg of rudder.
     let mut away = lying.clone();
     for sample in &mut away.samples {
-        sample.heading_rad = (sample.heading_rad * DEG + 1.5).rem_euclid(std::f64::consts::TAU) / DEG;
+        sample.heading_rad =
+            (sample.heading_rad * DEG + 1.5).rem_euclid(std::f64::consts::TAU) / DEG;
     }
     assert_eq!(codes(&away), [ReasonCode::HeadingUnitDoubtful]);
     away.units.heading.origin = Origin::Given;

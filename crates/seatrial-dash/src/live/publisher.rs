@@ -1,4 +1,4 @@
-//! Makes messages of what the trial tells.
+//! Makes messages from the trial's reports, on a thread of its own.
 
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::Receiver;
@@ -7,20 +7,20 @@ use std::time::{Duration, Instant};
 
 use super::SAMPLES_EVERY;
 use super::picture::Picture;
-use super::tap::{Counts, Told};
+use super::tap::{Counts, Report};
 use crate::background::go_last;
 
 /// Between two messages about the link.
 const HEALTH_EVERY: Duration = Duration::from_secs(1);
 
-pub struct Herald {
-    pub told: Receiver<Told>,
+pub struct Publisher {
+    pub reports: Receiver<Report>,
     pub picture: Weak<Mutex<Picture>>,
     pub counts: Arc<Counts>,
 }
 
-impl Herald {
-    /// Looks at what was told when its time has come: to be woken for each step would cost the trial a system call.
+impl Publisher {
+    /// Takes the reports at intervals: waking this thread for each step would cost the trial a system call.
     pub fn run(self) {
         go_last();
         let mut looked = Instant::now();
@@ -29,16 +29,16 @@ impl Herald {
         while let Some(picture) = self.picture.upgrade() {
             let trial_runs = {
                 let mut picture = picture.lock().unwrap_or_else(PoisonError::into_inner);
-                for told in first.take().into_iter().chain(self.told.try_iter()) {
-                    if matches!(told, Told::Step(_)) {
+                for report in first.take().into_iter().chain(self.reports.try_iter()) {
+                    if matches!(report, Report::Step(_)) {
                         self.counts.waiting.fetch_sub(1, Ordering::Relaxed);
                     }
-                    picture.take(told);
+                    picture.take(report);
                 }
                 picture.flush();
                 picture.not_shown(self.counts.not_shown.load(Ordering::Relaxed));
                 if looked.elapsed() >= HEALTH_EVERY {
-                    picture.tell_health();
+                    picture.publish_health();
                     looked = Instant::now();
                 }
                 picture.trial().is_some_and(|trial| trial.running)
@@ -47,8 +47,8 @@ impl Herald {
             if trial_runs {
                 std::thread::sleep(SAMPLES_EVERY);
             } else {
-                match self.told.recv() {
-                    Ok(told) => first = Some(told),
+                match self.reports.recv() {
+                    Ok(report) => first = Some(report),
                     Err(_) => return,
                 }
             }

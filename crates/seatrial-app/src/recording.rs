@@ -1,0 +1,141 @@
+//! Recordings: what a trial sees and estimates, in a log whose suffix says its format.
+
+use std::fs::File;
+use std::io::{self, BufWriter, LineWriter};
+use std::path::{Path, PathBuf};
+
+use seatrial_logs::{CsvWriter, McapWriter, Row, RowWriter, write_csv, write_mcap, write_parquet};
+
+/// Formats that are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Text, complete up to the last row.
+    Csv,
+    /// Columns, readable once its end is written.
+    Parquet,
+    /// Messages, which Foxglove opens.
+    Mcap,
+}
+
+impl Format {
+    /// The format of a file by its suffix; `None` where no such format is written.
+    pub fn of(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()? {
+            "csv" => Some(Self::Csv),
+            "parquet" => Some(Self::Parquet),
+            "mcap" => Some(Self::Mcap),
+            _ => None,
+        }
+    }
+}
+
+/// A log that cannot be written.
+#[derive(Debug, thiserror::Error)]
+#[error("{path}: {error}")]
+pub struct RecordingError {
+    path: String,
+    error: io::Error,
+}
+
+fn not_saved(path: &Path) -> impl FnOnce(io::Error) -> RecordingError {
+    let path = path.display().to_string();
+    |error| RecordingError { path, error }
+}
+
+/// Writes a whole log.
+pub fn write(path: &Path, format: Format, rows: &[Row]) -> Result<(), RecordingError> {
+    write_file(path, format, rows).map_err(not_saved(path))
+}
+
+fn write_file(path: &Path, format: Format, rows: &[Row]) -> io::Result<()> {
+    let file = BufWriter::new(File::create(path)?);
+    match format {
+        Format::Csv => write_csv(file, rows),
+        Format::Parquet => write_parquet(file, rows),
+        Format::Mcap => write_mcap(file, rows),
+    }
+}
+
+/// A log that grows with a trial.
+pub struct Recording {
+    path: PathBuf,
+    rows: Rows,
+}
+
+enum Rows {
+    /// On disk up to the last row (CSV) or the last second of the vehicle's time (MCAP).
+    Streamed {
+        writer: Box<dyn RowWriter>,
+        flush_due_s: f64,
+    },
+    /// Parquet begins to be readable with its end: written anew whenever a run is over.
+    Kept(Vec<Row>),
+}
+
+impl Recording {
+    /// Creates the file.
+    pub fn start(path: &Path, format: Format) -> Result<Self, RecordingError> {
+        let rows = File::create(path).and_then(|file| {
+            let writer: Box<dyn RowWriter> = match format {
+                Format::Parquet => return Ok(Rows::Kept(Vec::new())),
+                Format::Csv => Box::new(CsvWriter::new(LineWriter::new(file))?),
+                Format::Mcap => Box::new(McapWriter::new(BufWriter::new(file))?),
+            };
+            Ok(Rows::Streamed {
+                writer,
+                flush_due_s: f64::NEG_INFINITY,
+            })
+        });
+        Ok(Self {
+            rows: rows.map_err(not_saved(path))?,
+            path: path.into(),
+        })
+    }
+
+    /// Takes a row.
+    pub fn take(&mut self, row: Row) -> Result<(), RecordingError> {
+        let taken = match &mut self.rows {
+            Rows::Kept(rows) => {
+                rows.push(row);
+                Ok(())
+            }
+            Rows::Streamed {
+                writer,
+                flush_due_s,
+            } => {
+                let time_s = row.sample.time_s;
+                let written = writer.write(&row);
+                // Also where the vehicle's clock jumped back or is not a number.
+                if (*flush_due_s - 1.0..*flush_due_s).contains(&time_s) {
+                    written
+                } else {
+                    *flush_due_s = time_s + 1.0;
+                    written.and(writer.flush())
+                }
+            }
+        };
+        taken.map_err(not_saved(&self.path))
+    }
+
+    /// A run is over: the file holds it from now on.
+    pub fn run_ended(&mut self) -> Result<(), RecordingError> {
+        match &mut self.rows {
+            Rows::Kept(rows) => {
+                let unfinished = self.path.with_extension("parquet.part");
+                write_file(&unfinished, Format::Parquet, rows)
+                    .and_then(|()| std::fs::rename(&unfinished, &self.path))
+            }
+            Rows::Streamed { writer, .. } => writer.flush(),
+        }
+        .map_err(not_saved(&self.path))
+    }
+
+    /// The trial is over.
+    pub fn finish(mut self) -> Result<(), RecordingError> {
+        self.run_ended()?;
+        match self.rows {
+            Rows::Kept(_) => Ok(()),
+            Rows::Streamed { writer, .. } => writer.finish().map_err(not_saved(&self.path)),
+        }
+    }
+}

@@ -1,0 +1,246 @@
+//! One trial from its order to the vehicle's return, for the terminal and the dashboard alike.
+//!
+//! ```text
+//! begin   take the vehicle, enter the campaign in the logbook, show it
+//! conduct run the plan; hand the vehicle back; then keep, record and show how it ended
+//! ```
+//!
+//! The vehicle goes before everything else: it is handed back before anything is written or shown, also where the program
+//! fails.
+
+mod again;
+mod vehicle;
+mod watched;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::SystemTime;
+
+use seatrial::Campaign;
+use seatrial_core::{InvalidSetting, Outcome, Plan, Trial, Vehicle};
+use seatrial_logbook::{CampaignId, Logbook, NewCampaign, Recorder};
+use seatrial_logs::RowWriter;
+
+use crate::conduct::{Conducted, Pace, Unwatched, Watch, conduct};
+use crate::recording::Recording;
+use watched::Watched;
+
+pub use again::{NotAgain, plan_of_campaign, plan_that_repeats, plan_to_go_on};
+pub use vehicle::{
+    Change, Check, Preflight, TakenVehicle, Terms, TrialVehicle, VehicleError, VehicleFault,
+    preflight, previewed, taken,
+};
+
+/// What is to be run.
+#[derive(Clone, Debug)]
+pub struct Order {
+    /// The plan.
+    pub plan: Plan<f64>,
+    /// Was the plan given, or is it the default?
+    pub plan_is_given: bool,
+    /// Seed of a simulated vehicle.
+    pub seed: u64,
+    /// Name of the vehicle's configuration, its payload.
+    pub configuration: String,
+    /// Notes on the configuration.
+    pub notes: Option<String>,
+    /// How many times faster than real time a simulated vehicle runs; `None` is as fast as it can.
+    pub realtime_factor: Option<f64>,
+    /// Has somebody agreed that the vehicle moves?
+    pub is_agreed: bool,
+    /// Set when the operator wants the vehicle back.
+    pub stop: Arc<AtomicBool>,
+}
+
+/// Where a trial is kept and shown.
+#[derive(Default)]
+pub struct Sinks {
+    /// The logbook; made where there is none.
+    pub logbook: PathBuf,
+    /// A log that grows with the trial.
+    pub recording: Option<Recording>,
+    /// Where each sample is shown with its estimate.
+    pub rows: Vec<Box<dyn RowWriter>>,
+    /// Who is shown the trial.
+    pub views: Vec<Box<dyn View>>,
+}
+
+/// Who is shown a trial from its entry in the logbook to its end. It cannot hold the trial up.
+pub trait View: Watch {
+    /// The campaign is in the logbook, and its first sample comes next.
+    fn begun(&mut self, _begun: &Begun) {}
+
+    /// The vehicle's link was lost, or the program failed: why the vehicle is given back.
+    fn faulted(&mut self, _why: &str) {}
+
+    /// The vehicle was handed back and everything is kept, except for what the warnings say.
+    fn ended(&mut self, _outcome: Option<Outcome>, _warnings: &[String]) {}
+}
+
+/// A campaign that begins.
+#[derive(Clone, Debug)]
+pub struct Begun {
+    /// Its number in the logbook.
+    pub campaign: CampaignId,
+    /// What it is of; without runs.
+    pub about: Campaign,
+    /// The plan.
+    pub plan: Plan<f64>,
+    /// How many times faster than real time it runs; `None` is as fast as it can.
+    pub realtime_factor: Option<f64>,
+    /// When.
+    pub time: SystemTime,
+}
+
+/// Why no trial was begun. The vehicle was not taken, or has been handed back.
+#[derive(Debug, thiserror::Error)]
+pub enum NotBegun {
+    /// The plan has a field that is out of range.
+    #[error("the plan: {0}")]
+    Plan(#[from] InvalidSetting),
+    /// The plan cannot be written down.
+    #[error("the plan: {0}")]
+    PlanText(#[from] toml::ser::Error),
+    /// The vehicle cannot be used.
+    #[error(transparent)]
+    Vehicle(#[from] VehicleError),
+    /// The campaign cannot be entered.
+    #[error(transparent)]
+    Logbook(#[from] seatrial_logbook::Error),
+}
+
+/// A trial whose vehicle was taken and whose campaign was entered.
+pub struct UnderWay {
+    vehicle: Box<dyn TakenVehicle>,
+    begun: Begun,
+    watched: Watched,
+}
+
+/// What came of a trial.
+#[derive(Debug)]
+pub struct Ended {
+    /// Number of its campaign in the logbook.
+    pub number: CampaignId,
+    /// Every run; without an outcome where a fault of the program ended it. Records and traces of runs that the
+    /// logbook has are left out: [`Logbook::fill`] puts them back.
+    pub campaign: Campaign,
+    /// Why the vehicle was given back before the trial's end.
+    pub fault: Option<String>,
+    /// What could not be saved or put back.
+    pub unsaved: Vec<String>,
+}
+
+/// Takes a vehicle and enters its campaign.
+pub fn begin(vehicle: &dyn TrialVehicle, order: Order, sinks: Sinks) -> Result<UnderWay, NotBegun> {
+    Trial::new(order.plan)?;
+    let plan_text = toml::to_string_pretty(&order.plan)?;
+    let logbook = Logbook::open(&sinks.logbook)?;
+    let mut taken = vehicle.take(&Terms {
+        plan: &order.plan,
+        plan_is_given: order.plan_is_given,
+        seed: order.seed,
+        is_agreed: order.is_agreed,
+        stop: &order.stop,
+    })?;
+    let seed = vehicle.is_simulated().then_some(order.seed);
+    let about = campaign_of(vehicle.name(), &order.configuration, seed, &order.plan);
+    let new = NewCampaign {
+        configuration: &about.configuration,
+        notes: order.notes.as_deref(),
+        software_version: &about.software_version,
+        vehicle: &about.vehicle,
+        seed: about.seed,
+        rudder_limit_rad: about.rudder_limit_rad,
+        plan: &plan_text,
+    };
+    let recorder = Recorder::begin(logbook, &new).inspect_err(|_| {
+        taken.hand_back();
+    })?;
+    let begun = Begun {
+        campaign: recorder.campaign(),
+        about,
+        plan: order.plan,
+        realtime_factor: order.realtime_factor,
+        time: SystemTime::now(),
+    };
+    let Sinks {
+        recording,
+        mut rows,
+        mut views,
+        ..
+    } = sinks;
+    rows.extend(taken.rows());
+    views.iter_mut().for_each(|view| view.begun(&begun));
+    let pace = order.realtime_factor.map(Pace::new);
+    let watched = Watched::new(recorder, taken.is_live(), recording, rows, views)
+        .paced(pace)
+        .stopped_by(order.stop);
+    Ok(UnderWay {
+        vehicle: taken,
+        begun,
+        watched,
+    })
+}
+
+impl UnderWay {
+    /// The campaign.
+    pub fn begun(&self) -> &Begun {
+        &self.begun
+    }
+
+    /// Conducts the trial to its end, whatever that is, and hands the vehicle back.
+    pub fn conduct(self) -> Ended {
+        let Self {
+            mut vehicle,
+            begun,
+            mut watched,
+        } = self;
+        let about = begun.about.clone();
+        let conducted = catch_unwind(AssertUnwindSafe(|| {
+            conduct(vehicle.as_mut(), begun.plan, about, &mut watched)
+        }));
+        let (campaign, fault) = match conducted {
+            Ok(Ok(Conducted { campaign, fault })) => (campaign, fault.map(|f| f.to_string())),
+            Ok(Err(error)) => (begun.about, Some(format!("the plan: {error}"))),
+            Err(_) => (begun.about, Some("a fault of the program".into())),
+        };
+        let fault = fault.map(|why| format!("the vehicle was given back: {why}"));
+        // The vehicle first: what is shown and saved can wait.
+        let not_put_back = catch_unwind(AssertUnwindSafe(|| vehicle.hand_back()))
+            .unwrap_or_else(|_| Some("the hand-back failed: a fault of the program".into()));
+        if let Some(why) = &fault {
+            watched.faulted(why);
+        }
+        watched.end(begun.campaign, campaign, fault, not_put_back)
+    }
+}
+
+/// Runs a trial on a simulated vehicle that nobody watches or keeps.
+pub fn rehearse<V: Vehicle<f64>>(
+    vehicle: &mut V,
+    name: &str,
+    seed: u64,
+    plan: Plan<f64>,
+) -> Result<Conducted<V::Error>, InvalidSetting> {
+    let about = campaign_of(name, "default", Some(seed), &plan);
+    conduct(vehicle, plan, about, &mut Unwatched)
+}
+
+fn campaign_of(
+    vehicle: &str,
+    configuration: &str,
+    seed: Option<u64>,
+    plan: &Plan<f64>,
+) -> Campaign {
+    Campaign {
+        software_version: env!("CARGO_PKG_VERSION").into(),
+        vehicle: vehicle.into(),
+        configuration: configuration.into(),
+        seed,
+        rudder_limit_rad: plan.rudder_limit_rad,
+        runs: Vec::new(),
+        outcome: None,
+    }
+}

@@ -1,0 +1,263 @@
+//! Vehicles as a trial sees them: before it has taken one, and until it hands it back.
+
+use std::fmt::{self, Display};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use seatrial::preview::{Preview, Prior, preview};
+use seatrial_core::{AbortReason, Action, Outcome, Plan, Sample, Vehicle};
+use seatrial_logs::RowWriter;
+
+/// A vehicle that a trial can be run on: a simulator, an autopilot, a graph of topics. Whoever links the crates of a kind
+/// of vehicle provides it.
+pub trait TrialVehicle: Send + Sync {
+    /// `sim:starfish`, `mavlink:udp:0.0.0.0:14550`.
+    fn name(&self) -> &str;
+
+    /// What it is, for people.
+    fn description(&self) -> &str;
+
+    /// Is it a simulator? Anything else moves.
+    fn is_simulated(&self) -> bool;
+
+    /// What is believed of it before its trial.
+    fn prior(&self, plan: &Plan<f64>) -> Result<Prior, VehicleError>;
+
+    /// Looks whether it would refuse a trial, without touching its controls.
+    fn inspect(&self, plan: &Plan<f64>) -> Result<Preflight, VehicleError>;
+
+    /// Takes it for a trial. Where this fails, it has been handed back.
+    fn take(&self, terms: &Terms) -> Result<Box<dyn TakenVehicle>, VehicleError>;
+}
+
+/// What a vehicle is taken for.
+#[derive(Clone, Copy, Debug)]
+pub struct Terms<'a> {
+    /// The plan of the trial.
+    pub plan: &'a Plan<f64>,
+    /// Was the plan given, or is it the default?
+    pub plan_is_given: bool,
+    /// Seed of a simulated vehicle.
+    pub seed: u64,
+    /// Has somebody agreed that the vehicle moves? If not, the vehicle's own way to ask is used.
+    pub is_agreed: bool,
+    /// Set when the operator wants the vehicle back.
+    pub stop: &'a Arc<AtomicBool>,
+}
+
+/// A vehicle that a trial has taken, until it is handed back.
+pub trait TakenVehicle: Vehicle<f64, Error = VehicleFault> {
+    /// Hands it back; what could not be put back.
+    fn hand_back(&mut self) -> Option<String>;
+
+    /// Where the vehicle itself shows the estimates of its trial.
+    fn rows(&mut self) -> Option<Box<dyn RowWriter>> {
+        None
+    }
+}
+
+/// What went wrong with a vehicle during its trial.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{0}")]
+pub struct VehicleFault(String);
+
+/// Why a vehicle cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum VehicleError {
+    /// Its name, a setting or the plan does not fit it.
+    #[error("{0}")]
+    Setting(String),
+    /// It cannot be read, made or reached.
+    #[error("{0}")]
+    Unreachable(String),
+    /// It, or whoever was asked, refused the trial; nothing was changed or all was put back.
+    #[error("{0}")]
+    Refused(String),
+    /// A fault of the program or of its machine.
+    #[error("{0}")]
+    Internal(String),
+}
+
+impl VehicleError {
+    /// Its name, a setting or the plan does not fit it.
+    pub fn setting(message: impl Display) -> Self {
+        Self::Setting(message.to_string())
+    }
+
+    /// It cannot be read, made or reached.
+    pub fn unreachable(message: impl Display) -> Self {
+        Self::Unreachable(message.to_string())
+    }
+
+    /// It, or whoever was asked, refused the trial.
+    pub fn refused(message: impl Display) -> Self {
+        Self::Refused(message.to_string())
+    }
+
+    /// A fault of the program or of its machine.
+    pub fn internal(message: impl Display) -> Self {
+        Self::Internal(message.to_string())
+    }
+}
+
+/// A vehicle with the function that hands it back and where it shows estimates.
+pub fn taken<V>(
+    vehicle: V,
+    hand_back: impl FnMut(&mut V) -> Option<String> + 'static,
+    rows: Option<Box<dyn RowWriter>>,
+) -> Box<dyn TakenVehicle>
+where
+    V: Vehicle<f64> + 'static,
+    V::Error: Display,
+{
+    Box::new(Taken {
+        vehicle,
+        hand_back,
+        rows,
+    })
+}
+
+struct Taken<V, H> {
+    vehicle: V,
+    hand_back: H,
+    rows: Option<Box<dyn RowWriter>>,
+}
+
+impl<V: Vehicle<f64>, H> Vehicle<f64> for Taken<V, H>
+where
+    V::Error: Display,
+{
+    type Error = VehicleFault;
+
+    fn next_sample(&mut self) -> Result<Option<Sample<f64>>, VehicleFault> {
+        self.vehicle.next_sample().map_err(fault)
+    }
+
+    fn act(&mut self, action: &Action<f64>) -> Result<(), VehicleFault> {
+        self.vehicle.act(action).map_err(fault)
+    }
+
+    fn is_live(&self) -> bool {
+        self.vehicle.is_live()
+    }
+
+    fn is_taken_over(&self) -> bool {
+        self.vehicle.is_taken_over()
+    }
+
+    fn ended_for(&self) -> Option<AbortReason> {
+        self.vehicle.ended_for()
+    }
+}
+
+fn fault(error: impl Display) -> VehicleFault {
+    VehicleFault(error.to_string())
+}
+
+impl<V, H> TakenVehicle for Taken<V, H>
+where
+    V: Vehicle<f64>,
+    V::Error: Display,
+    H: FnMut(&mut V) -> Option<String>,
+{
+    fn hand_back(&mut self) -> Option<String> {
+        (self.hand_back)(&mut self.vehicle)
+    }
+
+    fn rows(&mut self) -> Option<Box<dyn RowWriter>> {
+        self.rows.take()
+    }
+}
+
+/// One thing that must be so before a trial.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Check {
+    /// Short and stable.
+    pub name: String,
+    /// Is it so?
+    pub passed: bool,
+    /// What was found, and where it is not so what to do.
+    pub text: String,
+}
+
+impl Check {
+    /// A check by its name.
+    pub fn new(name: impl Into<String>, passed: bool, text: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            passed,
+            text: text.into(),
+        }
+    }
+}
+
+/// A parameter of the vehicle that is changed for the trial.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Change {
+    /// The parameter.
+    pub name: String,
+    /// What it is.
+    pub from: f64,
+    /// What it will be until the hand-back.
+    pub to: f64,
+    /// Why.
+    pub why: String,
+}
+
+/// What a look at a vehicle has found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Preflight {
+    /// What must be so.
+    pub checks: Vec<Check>,
+    /// Parameters that a trial changes and puts back.
+    pub changes: Vec<Change>,
+}
+
+impl Preflight {
+    /// Is everything as it must be?
+    pub fn is_passed(&self) -> bool {
+        self.checks.iter().all(|check| check.passed)
+    }
+}
+
+/// What a plan will do on a vehicle.
+pub fn previewed(vehicle: &dyn TrialVehicle, plan: &Plan<f64>) -> Result<Preview, VehicleError> {
+    preview(plan, &vehicle.prior(plan)?).map_err(VehicleError::setting)
+}
+
+/// The checklist before a trial: the vehicle, the plan on the vehicle expected, and whether another trial runs.
+pub fn preflight(
+    vehicle: &dyn TrialVehicle,
+    plan: &Plan<f64>,
+    is_free: bool,
+) -> Result<Preflight, VehicleError> {
+    let mut found = vehicle.inspect(plan)?;
+    found.checks.push(match previewed(vehicle, plan) {
+        Ok(preview) => plan_check(&preview),
+        Err(error) => Check::new("plan", true, format!("not previewed: {error}")),
+    });
+    let text = match is_free {
+        true => "no trial runs",
+        false => "a trial runs; wait for its end or abort it",
+    };
+    found.checks.push(Check::new("free", is_free, text));
+    Ok(found)
+}
+
+fn plan_check(preview: &Preview) -> Check {
+    let text = match preview.outcome {
+        Some(Outcome::Finished) => format!("the plan takes {:.0} s", preview.duration_s),
+        Some(Outcome::Aborted(reason)) => format!(
+            "on the expected vehicle it is aborted: {reason}; change the plan or its envelope"
+        ),
+        None => "the plan does not end".into(),
+    };
+    let passed = preview.outcome == Some(Outcome::Finished);
+    Check::new("plan", passed, text)
+}
+
+impl fmt::Debug for dyn TrialVehicle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}

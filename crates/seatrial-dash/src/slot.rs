@@ -1,0 +1,149 @@
+//! The place of the one trial, and how a trial in it is shown.
+
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use seatrial::Step;
+use seatrial::campaign::Run;
+use seatrial::identification::Refined;
+use seatrial_app::conduct::Watch;
+use seatrial_app::trial_run::{Begun, View};
+use seatrial_core::{Outcome, Trial};
+
+use crate::api::TrialState;
+use crate::convert::utc;
+use crate::live::Tap;
+use crate::refusal::Refusal;
+
+/// The place of the one trial.
+#[derive(Clone, Debug, Default)]
+pub struct Slot(Arc<Mutex<Option<Running>>>);
+
+#[derive(Debug)]
+struct Running {
+    /// `None` while the vehicle is being taken.
+    campaign: Option<i64>,
+    stop: Arc<AtomicBool>,
+}
+
+impl Slot {
+    fn running(&self) -> MutexGuard<'_, Option<Running>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The campaign that runs.
+    pub fn campaign(&self) -> Option<i64> {
+        self.running().as_ref()?.campaign
+    }
+
+    /// Does a trial have the place?
+    pub fn is_taken(&self) -> bool {
+        self.running().is_some()
+    }
+
+    /// The campaign that runs, if any, and what ends it; `None` where no trial has the place.
+    pub fn stop(&self) -> Option<(Option<i64>, Arc<AtomicBool>)> {
+        let running = self.running();
+        let running = running.as_ref()?;
+        Some((running.campaign, Arc::clone(&running.stop)))
+    }
+
+    /// Takes the place for a trial that ends when the flag is set, and that is shown through the tap.
+    pub fn take(&self, stop: &Arc<AtomicBool>, tap: Tap) -> Result<Shown, Refusal> {
+        let mut running = self.running();
+        if running.is_some() {
+            return Err(Refusal::conflict(
+                "trial_running",
+                "a trial runs; wait for its end or abort it",
+            ));
+        }
+        *running = Some(Running {
+            campaign: None,
+            stop: Arc::clone(stop),
+        });
+        Ok(Shown {
+            slot: self.clone(),
+            tap,
+            has_place: true,
+        })
+    }
+}
+
+/// A trial that the dashboard shows. It has the place of the one trial until it has ended or this is dropped.
+#[derive(Debug)]
+pub struct Shown {
+    slot: Slot,
+    tap: Tap,
+    has_place: bool,
+}
+
+impl Drop for Shown {
+    fn drop(&mut self) {
+        if self.has_place {
+            *self.slot.running() = None;
+        }
+    }
+}
+
+impl View for Shown {
+    fn begun(&mut self, begun: &Begun) {
+        if let Some(running) = self.slot.running().as_mut() {
+            running.campaign = Some(begun.campaign.0);
+        }
+        self.tap.started(TrialState::of(begun), &begun.plan);
+    }
+
+    /// Nobody can take the place yet: who sees the end may begin the next trial.
+    fn ended(&mut self, outcome: Option<Outcome>, warnings: &[String]) {
+        let mut running = self.slot.running();
+        self.tap.ended(outcome, warnings.to_vec());
+        *running = None;
+        self.has_place = false;
+    }
+}
+
+impl Watch for Shown {
+    fn run_started(&mut self, number: u32, thrust: f64, attempt: u32) {
+        self.tap.run_started(number, thrust, attempt);
+    }
+
+    fn step(&mut self, step: &Step, trial: &Trial<f64>) {
+        self.tap.step(step, trial);
+    }
+
+    fn wants_intervals(&self) -> bool {
+        true
+    }
+
+    fn interval(&mut self, refined: &Refined) {
+        self.tap.interval(refined);
+    }
+
+    fn run_ended(&mut self, run: &mut Run) {
+        self.tap.run_ended(run);
+    }
+}
+
+impl TrialState {
+    /// A trial that has just begun.
+    pub(crate) fn of(begun: &Begun) -> Self {
+        let about = &begun.about;
+        Self {
+            campaign: begun.campaign.0,
+            running: true,
+            vehicle: about.vehicle.clone(),
+            configuration: about.configuration.clone(),
+            seed: about.seed,
+            realtime_factor: begun.realtime_factor,
+            started: utc(begun.time),
+            plan: serde_json::to_value(begun.plan).unwrap_or_default(),
+            progress: None,
+            estimate: None,
+            envelope: Vec::new(),
+            runs: Vec::new(),
+            validation: None,
+            outcome: None,
+            warnings: Vec::new(),
+        }
+    }
+}
