@@ -93,6 +93,9 @@ fn recover_any_time_scale() {
         // 95 % are expected; fewer than 85 % of 60 would be seen in one of a thousand choices of seeds.
         assert!(f64::from(inside) > 0.85 * f64::from(intervals));
         // A trained offset that is off by chance has a run repeated now and then.
-        assert!(f64::from(accepted) > 0.85 * f64::from(intervals / 3));
+        // Speeds whose time constant holds fewer than five samples are refused.
+        if interval_s < 0.15 * time_constant_s {
+            assert!(f64::from(accepted) > 0.85 * f64::from(intervals / 3));
+        }
     }
 }

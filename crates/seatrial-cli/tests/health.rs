@@ -240,12 +240,15 @@ fn cli_health_of_the_tanker_finds_no_change_of_steering() {
     let (port, starboard) = ("kvlcc2hsva_Z_20_10_P.csv", "kvlcc2hsva_Z_20_10_S.csv");
     let document = json(&real, &[port, starboard, "--offset", "ignore"]);
     assert_ne!(document["finding"], "changed", "{:#}", document["verdict"]);
-    let (offset, _) = health(&real, &[port, starboard]);
-    assert!(
-        offset.contains("the steering offset has moved")
-            || offset.contains("The steering offset has moved"),
-        "{offset}"
-    );
+    // With the offset too: 0.36 ± 0.27 deg, of which three tested together find p 0.08. With intervals that knew the lag
+    // and the timing of the rudder, 0.38 ± 0.17 deg, the offset had moved; the log tells neither.
+    let document = json(&real, &[port, starboard]);
+    assert_eq!(document["finding"], "unchanged", "{document:#}");
+    let (said, code) = health(&real, &[port, starboard]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.starts_with("NO CHANGE FOUND\n"), "{said}");
+    // What would have been seen is said.
+    assert!(said.contains("or of the offset by 0.5 deg"), "{said}");
     // On autopilot in waves, not identifiable.
     let (ship, code) = health(&real, &["hakusan_ship.csv", "hakusan_ship.csv"]);
     assert_eq!(code, Some(4));

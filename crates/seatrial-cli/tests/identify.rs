@@ -87,13 +87,21 @@ fn cli_identify_gives_the_promised_document_and_validate_takes_it() {
         "/validation/r2_yaw_rate",
         "/validation/samples",
         "/verdict/reasons/0/text",
-        "/lag_effect/a22_per_s",
     ] {
         let found = document.pointer(pointer).unwrap_or(&Value::Null);
         assert!(!found.is_null(), "{pointer} of {document:#}");
     }
     assert_eq!(document["online"].get("trace"), None);
-    assert_eq!(codes(&document), ["ok", "lag_unknown"]);
+    assert_eq!(document["verdict"]["outcome"], "use");
+    // The estimate is an average over the lag and the timing of the rudder, as far as the record leaves them open.
+    assert_eq!(
+        document["refined"]["method"],
+        "averaged_restricted_likelihood"
+    );
+    // The log has neither a yaw rate nor the rudder's own angle.
+    let notes = ["ok", "heading_unchecked", "rudder_unchecked"];
+    assert_eq!(codes(&document), notes);
+    assert_eq!(document["lag_effect"], Value::Null);
     let a22 = document["online"]["a22_per_s"].as_f64().expect("a number");
     // 1 %, as the README states.
     assert!((a22 / -1.07 - 1.0).abs() < 0.01, "{a22}");
@@ -112,8 +120,17 @@ fn cli_identify_gives_the_promised_document_and_validate_takes_it() {
 fn cli_identify_as_paper_has_no_refinement_and_a_trace_on_demand() {
     let folder = tempfile::tempdir().expect("a folder");
     let log = write_log(folder.path(), 400, |row| row);
-    let (document, exit) = json(&["identify", &log, "--as-paper", "--trace"]);
-    assert_eq!(exit, Some(0), "{document:#}");
+    let as_paper = ["identify", &log, "--as-paper", "--trace"];
+    let (document, exit) = json(&as_paper);
+    // Nothing was held out to check it.
+    assert_eq!(exit, Some(4), "{document:#}");
+    assert_eq!(document["verdict"]["outcome"], "not_validated");
+    assert_eq!(codes(&document)[0], "not_validated");
+    assert!(text(&run(&as_paper).stdout).starts_with("NOT VALIDATED"));
+    let (unvalidated, exit) = json(&[&as_paper[..], &["--accept-unvalidated"]].concat());
+    assert_eq!(exit, Some(0), "{unvalidated:#}");
+    // Only the exit code changes.
+    assert_eq!(unvalidated, document);
     assert_eq!(document["settings"]["heading_hold"], "zero_order");
     assert_eq!(document["settings"]["lambda_rad_s"], 1.0);
     assert_eq!(document["online"]["method"], "least_squares");

@@ -50,7 +50,9 @@ fn val_ardupilot_rover_makes_a_schedule_and_an_inspection() {
     assert_eq!(output.status.code(), Some(0));
     let gains = run(&["gains", "--schedule", &schedule, "--json"]);
     assert_eq!(gains.status.code(), Some(0), "{gains:?}");
-    assert_eq!(document(&gains)["points"].as_array().map(Vec::len), Some(3));
+    // The boat still gathers speed at the slowest throttle: 2.11 m/s in the doublet to train on, 1.61 m/s in the one to
+    // validate on, where the rudder has 0.6 of the effect.
+    assert_eq!(document(&gains)["points"].as_array().map(Vec::len), Some(2));
     for verb in ["gains", "turn"] {
         let page = run(&[verb, "--schedule", &schedule]);
         let page = String::from_utf8_lossy(&page.stdout).into_owned();
@@ -60,8 +62,13 @@ fn val_ardupilot_rover_makes_a_schedule_and_an_inspection() {
     let identified = run(&["identify", &log, "--json"]);
     let models = path("models.json");
     std::fs::write(&models, &identified.stdout).unwrap();
+    let verdict = document(&identified)["models"][0]["verdict"].clone();
+    assert_eq!(verdict["accepted"], false, "{verdict:#}");
+    assert_eq!(verdict["reasons"][0]["code"], "contradicted", "{verdict:#}");
     let same = run(&["gains", "--model", &models, "--json"]);
-    assert_eq!(document(&same)["points"].as_array().map(Vec::len), Some(3));
+    assert_eq!(document(&same)["points"].as_array().map(Vec::len), Some(2));
+    let stderr = String::from_utf8_lossy(&same.stderr);
+    assert!(stderr.contains("run 1 is not accepted"), "{stderr}");
 
     let page = path("found.html");
     let inspected = run(&["inspect", &log, "--json", "--report", &page]);
@@ -92,8 +99,13 @@ fn cli_every_verb_chooses_the_same_windows() {
     let output = run(&["report", &log, "--out", page.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     let html = std::fs::read_to_string(&page).unwrap();
-    // The first speed is too slow for a model; each of the others has a line of its own.
-    assert_eq!(html.matches(" m/s: accepted, a22").count(), 3, "{html}");
+    // Each speed has a line of its own. At the first the validation data contradict the model.
+    assert_eq!(html.matches(" m/s: do not use, a22").count(), 1, "{html}");
+    assert_eq!(
+        html.matches(" m/s: use with care, a22").count(),
+        2,
+        "{html}"
+    );
 }
 
 /// Explicit windows win, and a log that is one manoeuvre is used as a whole.

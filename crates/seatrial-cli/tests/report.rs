@@ -112,13 +112,28 @@ fn write_log(path: &Path, still: bool) {
 fn cli_report_of_a_log_draws_it_with_and_without_a_model() {
     let folder = tempfile::tempdir().unwrap();
     write_log(&folder.path().join("run.csv"), false);
-    let windows = ["--from", "120", "--to", "136.5", "--validate-to", "153"];
-    let log = [&["run.csv", "--validate-from", "136.5"], &windows[..]].concat();
-    let output = seatrial(&log, folder.path());
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    let (larger, smaller) = (["120", "136.5"], ["136.5", "153"]);
+    let page_of = |[from, to]: [&str; 2], [validate_from, validate_to]: [&str; 2]| {
+        let windows = ["run.csv", "--from", from, "--to", to];
+        let fresh = [
+            "--validate-from",
+            validate_from,
+            "--validate-to",
+            validate_to,
+        ];
+        let output = seatrial(&[&windows[..], &fresh].concat(), folder.path());
+        let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+        assert_eq!(charts(&page).len(), 3);
+        (page, output.status.code())
+    };
+    // In this much disturbance the smaller doublet cannot show what the larger one missed.
+    let (page, code) = page_of(larger, smaller);
+    assert_eq!(code, Some(4));
+    assert!(!page.contains("The model is usable."));
+    assert!(page.contains("validation data by themselves are too uncertain"));
+    let (page, code) = page_of(smaller, larger);
+    assert_eq!(code, Some(0));
     assert!(page.contains("The model is usable."));
-    assert_eq!(charts(&page).len(), 3);
     assert!(page.contains("heading from heading_rad [rad]"));
 
     write_log(&folder.path().join("still.csv"), true);

@@ -5,7 +5,7 @@ use seatrial_core::{AbortReason, Outcome};
 use super::number::{decimals, joined, percent, significant, spoken};
 use super::speed_figures::Speed;
 use seatrial::campaign::{Campaign, Run};
-use seatrial::identification::{Identification, Reason};
+use seatrial::identification::{Identification, Outcome as ModelOutcome, Reason};
 
 /// How good the news is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -260,13 +260,10 @@ fn abort(reason: AbortReason) -> (&'static str, &'static str) {
 
 /// The verdict of one identification on a log.
 pub(super) fn of_identification(identification: &Identification) -> Headline {
-    let tone = match (
-        identification.verdict.accepted,
-        identification.validation.is_some(),
-    ) {
-        (true, true) => Tone::Good,
-        (true, false) => Tone::Partly,
-        (false, _) => Tone::Bad,
+    let tone = match identification.verdict.outcome() {
+        ModelOutcome::Use | ModelOutcome::UseWithCare => Tone::Good,
+        ModelOutcome::NotValidated => Tone::Partly,
+        ModelOutcome::DoNotUse => Tone::Bad,
     };
     let (verdict, next) = match tone {
         Tone::Good => (

@@ -4,6 +4,7 @@ use rand::RngExt;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
 use seatrial::Record;
+use seatrial::identification::Outcome;
 use seatrial::identify::identify_joined;
 use seatrial::identify::{IdentifySettings, ValidationData};
 use seatrial::segmentation::{Kind, Segment, find, propose};
@@ -157,7 +158,13 @@ fn recover_models_of_every_speed_with_the_truth_in_their_intervals() {
             let settings = IdentifySettings::default();
             let (identification, joined) =
                 identify_joined(&record, &proposal.training, fresh, &settings).unwrap();
-            assert!(identification.verdict.accepted, "{proposal:?}");
+            let outcome = identification.verdict.outcome();
+            let is_validated = proposal.validation.is_some();
+            assert_eq!(
+                identification.verdict.accepted, is_validated,
+                "{proposal:?}"
+            );
+            assert_ne!(outcome, Outcome::DoNotUse, "{proposal:?}");
             assert_eq!(joined.map(|j| j.manoeuvres.len()), joined_manoeuvres);
             let truth = vehicle.truth(proposal.thrust.unwrap()).model;
             let interval = identification.refined.unwrap().interval_95;

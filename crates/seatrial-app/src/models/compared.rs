@@ -4,7 +4,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use seatrial::health::{SpeedModel, degrees_of_freedom};
-use seatrial::identification::ReasonCode;
+use seatrial::identification::{Outcome, ReasonCode};
 use seatrial::identify::{IdentifyError, IdentifySettings, identify};
 use seatrial::{Run, Window};
 use seatrial_core::Sample;
@@ -207,7 +207,8 @@ fn from_log(
         ..ComparedModels::new(name.into(), Vec::new())
     };
     match identify(&log.record, window, None, &IdentifySettings::default()) {
-        Ok(found) if !found.verdict.accepted => {
+        // Two records are compared by their intervals: neither needs validation data of its own.
+        Ok(found) if found.verdict.outcome() == Outcome::DoNotUse => {
             let decisive = found.verdict.reasons.first();
             Ok(without(
                 decisive.map_or_else(String::new, |reason| reason.text.clone()),

@@ -10,6 +10,7 @@ mod soak;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 use seatrial_dev::{program, python_with};
 use serde_json::{Value, json};
@@ -443,7 +444,16 @@ fn cli_a_trial_of_the_command_line_is_shown_and_aborted() {
         tokens: Vec::new(),
         token: None,
     };
-    let trial = server.get("/status")["trial"].clone();
+    // The dashboard is announced before the vehicle is taken, and shows no trial until then.
+    let begun = Instant::now();
+    let trial = loop {
+        let trial = server.get("/status")["trial"].clone();
+        if !trial.is_null() {
+            break trial;
+        }
+        assert!(begun.elapsed() < Duration::from_secs(30));
+        std::thread::sleep(Duration::from_millis(10));
+    };
     assert_eq!(
         (&trial["campaign"], &trial["running"]),
         (&json!(1), &json!(true))

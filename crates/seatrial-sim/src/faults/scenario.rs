@@ -34,7 +34,7 @@ use crate::sensors::Chance;
 /// from_s = 20.0
 /// to_s = 120.0
 ///
-/// [sensors.compass]            # conditions: sensors, timing, disturbance and sea as in a vehicle's file
+/// [sensors.compass]            # conditions: sensors, timing, disturbance, servo and sea as in a vehicle's file
 /// latency_s = 0.1
 /// "#;
 /// let scenario = seatrial_sim::Scenario::from_toml(text)?;
@@ -142,6 +142,7 @@ struct File {
     sensors: Option<toml::Table>,
     timing: Option<toml::Table>,
     disturbance: Option<toml::Table>,
+    servo: Option<toml::Table>,
     sea: Option<toml::Table>,
 }
 
@@ -189,6 +190,7 @@ impl Scenario {
             ("sensors", file.sensors),
             ("timing", file.timing),
             ("disturbance", file.disturbance),
+            ("servo", file.servo),
             ("sea", file.sea),
         ];
         Ok(Self {

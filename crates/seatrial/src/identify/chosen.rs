@@ -8,9 +8,13 @@ use super::intervals;
 use super::joined::{self, Joined};
 use super::output_error::{OutputError, output_error};
 use super::prepared::Prepared;
+use super::validation::{self, ValidationData};
 use crate::identification::{EstimateMethod, Refined};
 use crate::record::Window;
 use crate::sway_yaw::{SecondOrder, SwayYawModel};
+
+/// R^2 of validation data by which a candidate predicts them clearly worse than another.
+const CLEARLY_WORSE: f64 = 0.05;
 
 /// Where the model that goes to the controller comes from.
 #[derive(Clone, Debug)]
@@ -43,8 +47,15 @@ pub struct Chosen {
 impl Chosen {
     /// Chooses by what explains the record, widens the interval by what else is uncertain, and joins the refined estimates of
     /// other manoeuvres of the same speed.
-    pub fn of(prepared: &Prepared, explained: &Explained, others: &[(Window, Refined)]) -> Self {
-        let Some((estimate, origin)) = estimate(prepared, explained) else {
+    ///
+    /// Where the vehicle is not of first order, the candidate is chosen that predicts the validation data better.
+    pub fn of(
+        prepared: &Prepared,
+        explained: &Explained,
+        others: &[(Window, Refined)],
+        data: Option<ValidationData>,
+    ) -> Self {
+        let Some((estimate, origin)) = estimate(prepared, explained, data) else {
             return Self {
                 model: prepared.online,
                 source: ModelSource::Online,
@@ -99,7 +110,11 @@ impl Origin<'_> {
 }
 
 /// The estimate by what explains the record. `None` where nothing was refined.
-fn estimate<'a>(prepared: &Prepared, explained: &'a Explained) -> Option<(Refined, Origin<'a>)> {
+fn estimate<'a>(
+    prepared: &Prepared,
+    explained: &'a Explained,
+    data: Option<ValidationData>,
+) -> Option<(Refined, Origin<'a>)> {
     match explained {
         Explained::Unrefined => None,
         Explained::FirstOrder { fit } | Explained::Disturbed { fit, .. } => {
@@ -108,7 +123,9 @@ fn estimate<'a>(prepared: &Prepared, explained: &'a Explained) -> Option<(Refine
         Explained::BehindLag {
             refined, lagging, ..
         } => Some((refined.clone(), Origin::Lagging(lagging))),
-        Explained::HigherOrder { refined, .. } => Some((refined.clone(), Origin::Nearest)),
+        Explained::HigherOrder { refined, .. } => {
+            Some(better_predicting(refined, prepared.online, data))
+        }
         Explained::Blurred { refined } => {
             let nearest = output_error(prepared.samples(), Some(prepared.online));
             Some(match nearest {
@@ -119,6 +136,46 @@ fn estimate<'a>(prepared: &Prepared, explained: &'a Explained) -> Option<(Refine
                 Err(_) => (refined.clone(), Origin::Refined),
             })
         }
+    }
+}
+
+/// The nearest simulation or the online estimate, whichever predicts the heading of the validation data better with the
+/// offset estimated again; the nearest simulation where there are none.
+///
+/// The interval covers what the two disagree about, unless the other one predicts the data clearly worse.
+fn better_predicting<'a>(
+    nearest: &Refined,
+    online: YawModel<f64>,
+    data: Option<ValidationData>,
+) -> (Refined, Origin<'a>) {
+    let score = |model| {
+        let data = data?;
+        let found = validation::validate(model, data.record, data.window).ok()?;
+        found.r2_heading_offset_refit
+    };
+    let Some((of_nearest, of_online)) = score(nearest.model).zip(score(online)) else {
+        return (nearest.clone(), Origin::Nearest);
+    };
+    let shift = Vector3::from(online.theta()) - Vector3::from(nearest.model.theta());
+    let apart = match (of_nearest - of_online).abs() < CLEARLY_WORSE {
+        true => shift * shift.transpose(),
+        false => Matrix3::zeros(),
+    };
+    let covariance = Matrix3::from(nearest.covariance) + apart;
+    if of_online > of_nearest {
+        let method = EstimateMethod::InstrumentalVariable;
+        (
+            intervals::around(nearest, online, covariance, method),
+            Origin::Online,
+        )
+    } else if apart == Matrix3::zeros() {
+        (nearest.clone(), Origin::Nearest)
+    } else {
+        let method = nearest.method.clone();
+        (
+            intervals::around(nearest, nearest.model, covariance, method),
+            Origin::Nearest,
+        )
     }
 }
 

@@ -1,7 +1,7 @@
 //! Validates a manoeuvre on its own legs where no other data do it.
 //!
 //! The model that is handed over comes from the whole manoeuvre. A second one, from its first legs alone, is simulated
-//! over the remaining legs, which it has not seen. What that one fails at counts against both.
+//! over the remaining legs, which it has not seen. Where that one may be used, the whole is validated.
 
 use super::{IdentifySettings, ValidationData, identify};
 use crate::figures::r2_text;
@@ -10,7 +10,7 @@ use crate::legs::{LegSplit, split_by_legs};
 use crate::record::{Record, Window};
 
 /// The identification of a window that nothing validated, validated by its own legs; as it was where the window holds too
-/// few legs, or where its first legs alone give no model to judge by.
+/// few legs, or where the other legs do not confirm a model of its first ones.
 pub(super) fn validated_by_legs(
     whole: Identification,
     record: &Record,
@@ -28,33 +28,28 @@ pub(super) fn validated_by_legs(
         },
     };
     match identify(record, split.training, Some(held_out), settings) {
-        Ok(first_legs) => judged_by(first_legs, whole, &split),
-        Err(_) => whole,
+        Ok(first_legs) if first_legs.verdict.accepted => confirmed_by(&first_legs, whole, &split),
+        _ => whole,
     }
 }
 
-/// The whole manoeuvre's identification with the validation of its first legs, and the verdict that follows.
-fn judged_by(
-    first_legs: Identification,
+/// The whole manoeuvre's identification with the validation of its first legs.
+fn confirmed_by(
+    first_legs: &Identification,
     mut whole: Identification,
     split: &LegSplit,
 ) -> Identification {
-    let fails =
-        |reason: &&Reason| matches!(reason.code, ReasonCode::LowR2 | ReasonCode::Contradicted);
-    let failure = first_legs.verdict.reasons.iter().find(fails).cloned();
-    let is_sound = first_legs.verdict.accepted;
-    if failure.is_none() && !is_sound {
-        return whole;
-    }
-    let was_refused = whole.verdict.outcome() == Outcome::DoNotUse;
+    let is_only_unvalidated = whole.verdict.outcome() == Outcome::NotValidated;
     whole.validation = first_legs.validation;
-    whole
-        .verdict
+    let verdict = &mut whole.verdict;
+    verdict
         .reasons
         .retain(|reason| reason.code != ReasonCode::NotValidated);
-    let found = failure.unwrap_or_else(|| {
-        let r2 = first_legs.validation.and_then(|v| v.r2_heading_offset_refit);
-        Reason::new(
+    if is_only_unvalidated {
+        let r2 = first_legs
+            .validation
+            .and_then(|validation| validation.r2_heading_offset_refit);
+        let confirmed = Reason::new(
             ReasonCode::Ok,
             format!(
                 "a model of the first {} legs predicts the other {}: R^2 of heading with the offset estimated again {}",
@@ -62,12 +57,9 @@ fn judged_by(
                 split.validation_legs,
                 r2_text(r2)
             ),
-        )
-    });
-    let is_ok = found.code == ReasonCode::Ok;
-    whole.verdict.accepted = is_ok && !was_refused;
-    if !(is_ok && was_refused) {
-        whole.verdict.reasons.insert(0, found);
+        );
+        verdict.reasons.insert(0, confirmed);
+        verdict.accepted = true;
     }
     whole
 }

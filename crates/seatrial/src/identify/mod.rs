@@ -210,7 +210,7 @@ impl Assessment {
         others: &[(Window, Refined)],
     ) -> Result<Self, IdentifyError> {
         let explained = Explained::of(prepared);
-        let chosen = Chosen::of(prepared, &explained, others);
+        let chosen = Chosen::of(prepared, &explained, others, data);
         let checked = Checked::of(prepared, &explained, &chosen, data)?;
         let rudder_lag_s = chosen.lagging().map_or(0.0, |l| l.rudder_lag_s);
         Ok(Self {

@@ -55,6 +55,14 @@ fn scaled(mut record: Record, heading: f64, rudder: f64, time: f64) -> Record {
     record
 }
 
+/// With the number of the row as its time.
+fn counting_rows(mut record: Record) -> Record {
+    for (row, sample) in record.samples.iter_mut().enumerate() {
+        sample.time_s = row as f64;
+    }
+    record
+}
+
 fn codes(record: &Record) -> Vec<ReasonCode> {
     unit_doubts(record).iter().map(Doubt::code).collect()
 }
@@ -143,7 +151,8 @@ fn exact_a_yaw_rate_finds_the_unit_of_time() {
     };
     assert!(text(1000.0).contains("milliseconds"));
     assert!(text(1.0 / 60.0).contains("minutes"));
-    let index = text(20.0);
+    let index = unit_doubts(&counting_rows(record(stated_degrees())));
+    let index = index[0].text();
     assert!(index.contains("counts rows, each of some 0.05"), "{index}");
     let mut reversed = record(stated_degrees());
     for sample in &mut reversed.samples {
@@ -165,11 +174,7 @@ fn exact_time_without_a_yaw_rate() {
         ))
     };
     assert_eq!(at(1000.0), [ReasonCode::TimeUnitDoubtful]);
-    // 0.05 s times 20 counts 0, 1, 2.
-    let mut index = without_rate(record(stated_degrees()));
-    for (row, sample) in index.samples.iter_mut().enumerate() {
-        sample.time_s = row as f64;
-    }
+    let mut index = counting_rows(without_rate(record(stated_degrees())));
     assert_eq!(codes(&index), [ReasonCode::TimeUnitDoubtful]);
     index.units.time.origin = Origin::Given;
     assert_eq!(codes(&index), []);

@@ -49,7 +49,7 @@ pub const EXPECTED: Prior = Prior {
 
 /// The prior of the interval, which should also hold for a record that is worse than expected.
 pub const CAUTIOUS: Prior = Prior {
-    prompt: 0.2,
+    prompt: 0.95,
     none: 0.3,
     median_share: 0.05,
     log_deviation: 1.0,
@@ -265,6 +265,12 @@ impl Hypotheses {
     pub fn likeliest_of(&self, is_of_kind: impl Fn(&Hypothesis) -> bool) -> Option<&Hypothesis> {
         let of_kind = self.all.iter().filter(|h| is_of_kind(h));
         of_kind.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
+    }
+
+    /// Standard deviation of lag and shift together if the rudder lags, s, whatever is believed of that.
+    pub fn delay_deviation_s(&self) -> f64 {
+        let lagging = self.likeliest_of(|h| !h.peak.prompt).unwrap_or(&self.white);
+        lagging.covariance[DELAY][DELAY].sqrt()
     }
 
     /// d[a22, b2] / d delay, 1/s^2 and 1/s^3.

@@ -55,7 +55,7 @@ pub struct Lag {
 /// What a lag would change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LagSlope {
-    /// Lag and shift together, s, and its standard deviation.
+    /// Lag and shift together, s, and its standard deviation if the rudder lags.
     pub delay_s: [f64; 2],
     /// d[a22, b2] / d delay.
     pub slope: [f64; 2],
@@ -133,7 +133,7 @@ impl RobustEstimate {
             interval_95,
             lag: lag(record, &hypotheses, &mean, &all).filter(|_| !is_hull),
             lag_slope: LagSlope {
-                delay_s: [mean[DELAY], all[DELAY][DELAY].sqrt()],
+                delay_s: [mean[DELAY], hypotheses.delay_deviation_s()],
                 slope: hypotheses.lag_slope(),
             },
             heading_noise_rad: hypotheses.mean_of(&EXPECTED, |h| h.peak.noise_rad)

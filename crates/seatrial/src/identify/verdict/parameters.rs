@@ -18,7 +18,7 @@ const LEAST_TRAINING_R2: f64 = 0.60;
 pub const WIDEST_A22: f64 = 0.5;
 
 /// Largest half width of the 95 % interval of b2, as a fraction of it, with which a model is accepted.
-pub const WIDEST_B2: f64 = 0.3;
+pub const WIDEST_B2: f64 = 0.4;
 
 /// Difference between two methods, as a fraction of the parameter and beyond both intervals, from
 /// which it is noted, and from which the model is refused.

@@ -116,7 +116,17 @@ impl Weighing {
         let Some(pace) = checked.log.pace else {
             return;
         };
-        let longest_s = LONGEST_INTERVAL / checked.chosen.model.a22_per_s.abs();
+        // The slowest vehicle of the interval: it is refused where even that one is sampled too seldom.
+        let slowest_per_s = match &checked.chosen.refined {
+            Some(refined) => refined
+                .interval_95
+                .a22_per_s
+                .map(f64::abs)
+                .into_iter()
+                .fold(f64::INFINITY, f64::min),
+            None => checked.chosen.model.a22_per_s.abs(),
+        };
+        let longest_s = LONGEST_INTERVAL / slowest_per_s;
         for (channel, interval_s) in [("heading", pace.heading_s), ("rudder", pace.rudder_s)] {
             if interval_s > longest_s {
                 self.reject(
