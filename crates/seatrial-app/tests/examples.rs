@@ -1,5 +1,7 @@
 //! The examples, run as they stand.
 
+#![allow(clippy::duplicate_mod, reason = "each example is a program of its own")]
+
 #[path = "../examples/gains_to_autopilot.rs"]
 #[allow(dead_code, reason = "main is not called here")]
 mod gains_to_autopilot;

@@ -103,10 +103,9 @@ impl<'a> Chosen<'a> {
             && let settings = IdentifySettings::default()
             && let Some(models) = identify_speeds(&logs.log, &settings, &mut Told::default())?
             && let Some(SpeedModel { windows, .. }) = foremost(&models)
+            && let (Some(training), Some(fresh)) = (windows.training.first(), windows.validation)
         {
-            if let (Some(training), Some(fresh)) = (windows.training.first(), windows.validation) {
-                return Ok(on_this_log(*training, fresh, &windows.because));
-            }
+            return Ok(on_this_log(*training, fresh, &windows.because));
         }
         Ok(match split(record).filter(|_| training == Window::ALL) {
             Some((training, fresh)) => on_this_log(

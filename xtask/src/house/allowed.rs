@@ -2,8 +2,7 @@
 
 /// Findings as `cargo xtask house --list` prints them, without what is in parentheses.
 pub const ALLOWED: &[&str] = &[
-    "circle seatrial-dash/access, api, convert, guard, history, live, page, refusal, routes, series, shared, stream, trials, workshop",
-    "circle seatrial-dash/api: access, history, live, trial",
+    "circle seatrial-app/documents, identify_log, logs",
     "circle seatrial-ffi/control, estimator, fixed_rate, memory",
     "circle seatrial-logbook/chain, pitch, verify, write",
     "circle seatrial-report/axis, chart",
@@ -11,9 +10,6 @@ pub const ALLOWED: &[&str] = &[
     "circle seatrial-sim/config, faults, plant, sensors",
     "circle seatrial-sim/helm, instruments",
     "circle seatrial-sim/six_dof: driven, vehicle",
-    "file crates/seatrial-cli/src/plan.rs",
-    "file crates/seatrial-dash/src/trials.rs",
-    "function seatrial-cli yaw",
     "function seatrial-report estimates",
     "function seatrial-report figure",
     "function seatrial-report manoeuvre",
@@ -21,7 +17,7 @@ pub const ALLOWED: &[&str] = &[
 ];
 
 /// Functions of more than 60 lines, where they are more than the plan allows.
-pub const LONG_FUNCTIONS: usize = 55;
+pub const LONG_FUNCTIONS: usize = 50;
 
 /// Lines with a `Result` whose error is a `String`, by crate.
 pub const STRING_ERRORS: &[(&str, usize)] = &[

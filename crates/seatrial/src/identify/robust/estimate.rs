@@ -3,7 +3,7 @@
 use super::average::{CAUTIOUS, EXPECTED, Hypotheses};
 use super::misfit::of_the_hull;
 use super::nearest::Nearest;
-use super::record::{A22, B2, C0, DELAY, LAG2, PARAMETERS, Record};
+use super::record::{A22, B2, C0, DELAY, LAG2, PARAMETERS, Record, three};
 
 /// Model error of a22 and of b2 as a share of them, in every interval: no vehicle is of first order to the last digit.
 pub const MODEL_ERROR: [f64; 2] = [0.01, 0.007];
@@ -150,12 +150,6 @@ impl RobustEstimate {
 
 fn theta_of(parameters: &[f64; PARAMETERS]) -> [f64; 3] {
     [A22, B2, C0].map(|i| parameters[i])
-}
-
-/// a22, b2, C0 of all parameters.
-pub fn three(covariance: &[[f64; PARAMETERS]; PARAMETERS]) -> [[f64; 3]; 3] {
-    const THETA: [usize; 3] = [A22, B2, C0];
-    THETA.map(|i| THETA.map(|j| covariance[i][j]))
 }
 
 /// Covariance of a22, b2 and C0 at the mean delay.

@@ -1,8 +1,10 @@
 //! The model whose simulation is nearest to the heading.
 
 use super::average::Hypotheses;
-use super::estimate::three;
-use super::record::{A22, B2, C0, PARAMETERS, Record};
+use super::record::{A22, B2, C0, PARAMETERS, Record, three};
+
+/// A function of theta and its covariance.
+type Moment<'a> = dyn Fn(&[f64; 3], &[[f64; 3]; 3]) -> f64 + 'a;
 
 /// Segments whose scatter tells the error of the nearest simulation.
 const SEGMENTS: usize = 10;
@@ -47,7 +49,7 @@ impl Nearest {
             .collect();
         let best = calm.iter().map(|c| c.2).fold(f64::NEG_INFINITY, f64::max);
         let total: f64 = calm.iter().map(|c| (c.2 - best).exp()).sum();
-        let mean_of = |of: &dyn Fn(&[f64; 3], &[[f64; 3]; 3]) -> f64| -> f64 {
+        let mean_of = |of: &Moment| -> f64 {
             let terms = calm
                 .iter()
                 .map(|(theta, own, log)| (log - best).exp() * of(theta, own));

@@ -49,7 +49,8 @@ impl Gains {
         let mut gains = Vec::with_capacity(time_s.len());
         for (k, time) in time_s.iter().enumerate() {
             let step_s = time_s.get(k + 1).map_or(last_s, |next| next - time);
-            if !((step_s - last_s).abs() <= SAME_INTERVAL * step_s) {
+            let is_same = (step_s - last_s).abs() <= SAME_INTERVAL * step_s;
+            if !is_same {
                 now.step = Transition::over(noise, step_s);
                 last_s = step_s;
                 is_steady = false;
@@ -190,7 +191,8 @@ mod tests {
         };
         for i in 0..3 {
             for j in 0..3 {
-                let product: f64 = (0..3).map(|k| covariance(i, k) * inverse[k][j]).sum();
+                let column = inverse.iter().map(|row| row[j]).enumerate();
+                let product: f64 = column.map(|(k, value)| covariance(i, k) * value).sum();
                 let expected = if i == j { 1.0 } else { 0.0 };
                 // Rounding.
                 assert!((product - expected).abs() < 1e-9, "{i} {j} {product}");

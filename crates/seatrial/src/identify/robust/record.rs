@@ -162,3 +162,9 @@ impl Record {
 pub fn explained(responses: &[f64; 5], point: &Point) -> f64 {
     responses.iter().zip(&point.0).map(|(r, p)| r * p).sum()
 }
+
+/// a22, b2, C0 of all parameters.
+pub fn three(covariance: &[[f64; PARAMETERS]; PARAMETERS]) -> [[f64; 3]; 3] {
+    const THETA: [usize; 3] = [A22, B2, C0];
+    THETA.map(|i| THETA.map(|j| covariance[i][j]))
+}

@@ -47,9 +47,10 @@ mod tests {
     fn exact_inverse_and_determinant() {
         let matrix = [[4e6, 2e3, 0.0], [2e3, 3.0, 1e-3], [0.0, 1e-3, 1e-6]];
         let (inverse, log_determinant) = invert(&matrix).unwrap();
-        for i in 0..3 {
+        for (i, row) in matrix.iter().enumerate() {
             for j in 0..3 {
-                let product: f64 = (0..3).map(|k| matrix[i][k] * inverse[k][j]).sum();
+                let column = inverse.iter().map(|row| row[j]);
+                let product: f64 = row.iter().zip(column).map(|(a, b)| a * b).sum();
                 let expected = if i == j { 1.0 } else { 0.0 };
                 // Rounding of numbers twelve orders apart.
                 assert!((product - expected).abs() < 1e-6, "{i} {j} {product}");
