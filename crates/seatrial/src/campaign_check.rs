@@ -15,7 +15,7 @@
 //!
 //! Source: lift of a foil at constant thrust settings, Fossen (2011), section 7.2; equation (51) of the paper is a case
 //! of it. Each pair of neighbouring speeds is compared; two values part where their 95 % intervals, each widened by
-//! [`MODEL_SCATTER`] for the manoeuvre itself, do not meet. Valid for speeds at least [`LEAST_SPEED_RATIO`] apart; closer
+//! `MODEL_SCATTER` for the manoeuvre itself, do not meet. Valid for speeds at least `LEAST_SPEED_RATIO` apart; closer
 //! pairs are compared as equal speeds.
 
 use crate::identification::{Reason, ReasonCode, Refined};
@@ -113,7 +113,7 @@ struct Magnitude {
 }
 
 impl Magnitude {
-    /// The interval widened by [`MODEL_SCATTER`] on either side.
+    /// The interval widened by `MODEL_SCATTER` on either side.
     fn widened(value: f64, interval: [f64; 2]) -> Self {
         let [low, high] = match value < 0.0 {
             true => [-interval[1], -interval[0]],

@@ -6,11 +6,11 @@
 //!
 //! | link | what it holds |
 //! |---|---|
-//! | [`Prepared`](prepared::Prepared) | the training record, the estimate made sample by sample |
-//! | [`Explained`](explained::Explained) | which kind of vehicle explains the record |
-//! | [`Chosen`](chosen::Chosen) | the model that goes to the controller, and where it comes from |
-//! | [`Checked`](checked::Checked) | that model against its own record and against validation data |
-//! | [`Verdict`](crate::identification::Verdict) | may the model be used, and why |
+//! | `Prepared` | the training record, the estimate made sample by sample |
+//! | `Explained` | which kind of vehicle explains the record |
+//! | `Chosen` | the model that goes to the controller, and where it comes from |
+//! | `Checked` | that model against its own record and against validation data |
+//! | [`Verdict`] | may the model be used, and why |
 
 pub mod batch;
 pub(crate) mod checked;
