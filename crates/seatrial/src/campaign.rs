@@ -6,7 +6,8 @@ use seatrial_core::Outcome;
 pub use seatrial_core::Stage;
 use serde::{Deserialize, Serialize};
 
-use crate::identification::{Identification, Verdict};
+use crate::campaign_check::{SpeedResult, contradictions};
+use crate::identification::{Identification, Reason, Verdict};
 use crate::record::{Record, Window};
 use crate::servo::Servo;
 
@@ -71,6 +72,22 @@ impl Campaign {
         }
         accepted.sort_by(|a, b| a.thrust.total_cmp(&b.thrust));
         accepted
+    }
+
+    /// What speaks against one and the same vehicle having run the accepted runs of all speeds; empty where nothing does.
+    pub fn contradictions(&self) -> Vec<Reason> {
+        let results: Vec<SpeedResult> = self
+            .accepted_runs()
+            .into_iter()
+            .filter_map(|run| {
+                Some(SpeedResult {
+                    thrust: run.thrust,
+                    surge_speed_m_s: run.surge_speed_m_s,
+                    refined: run.identification.as_ref()?.refined.as_ref()?,
+                })
+            })
+            .collect();
+        contradictions(&results)
     }
 }
 

@@ -98,7 +98,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Accepts or rejects a run; the word goes before the program's verdict wherever the run is used. */
+        /** Accepts or rejects a run; the decision goes before the program's verdict wherever the run is used. */
         post: operations["review"];
         delete?: never;
         options?: never;
@@ -561,9 +561,9 @@ export interface components {
         };
         /** @description One quantity of two models. */
         Difference: {
-            /** @description Of the first. */
+            /** @description Value of the first campaign. */
             a: components["schemas"]["Figure"];
-            /** @description Of the second. */
+            /** @description Value of the second campaign. */
             b: components["schemas"]["Figure"];
             /**
              * Format: double
@@ -686,7 +686,7 @@ export interface components {
         };
         /** @description Goes on with a campaign that ended early, as a campaign of its own with the speeds that are left. */
         GoOnOrder: {
-            /** @description As of a trial. */
+            /** @description A vehicle that is not simulated moves and has its parameters changed: true agrees to it. */
             agreed?: boolean;
             /**
              * Format: int64
@@ -695,7 +695,7 @@ export interface components {
             campaign: number;
             /**
              * Format: double
-             * @description As of a trial.
+             * @description How many times faster than real time a simulated vehicle runs; null is as fast as it can.
              */
             realtime_factor?: number | null;
             /**
@@ -874,7 +874,7 @@ export interface components {
             /** @enum {string} */
             type: "lagged";
         } | {
-            /** @description Short and stable: `token_needed`, `hello_expected`, `shutting_down`. */
+            /** @description Short and stable: `token_needed`, `too_many_requests`, `hello_expected`, `shutting_down`. */
             code: string;
             /** @description For people. */
             message: string;
@@ -980,17 +980,17 @@ export interface components {
             nomoto_t_s?: number | null;
             /**
              * Format: double
-             * @description R^2 of heading on fresh data.
+             * @description R^2 of heading on validation data.
              */
             r2_heading?: number | null;
             /**
              * Format: double
-             * @description The same with the offset estimated again.
+             * @description R^2 of heading on validation data with the offset C0 estimated again on them.
              */
             r2_heading_offset_refit?: number | null;
             /**
              * Format: double
-             * @description R^2 of yaw rate on fresh data.
+             * @description R^2 of yaw rate on validation data.
              */
             r2_yaw_rate?: number | null;
         };
@@ -1030,7 +1030,7 @@ export interface components {
             gain_margin?: number | null;
             /**
              * Format: double
-             * @description Of the closed loop, rad/s.
+             * @description Natural frequency of the closed loop, rad/s.
              */
             natural_frequency_rad_s?: number | null;
             /** @description Why there is no gain. */
@@ -1085,7 +1085,7 @@ export interface components {
             is_enough: boolean;
             /**
              * Format: double
-             * @description The same where the vehicle never settles before its time is up, s.
+             * @description Longest time that the plan can take without repeats, s: the vehicle does not settle before the time for it is up.
              */
             longest_s: number;
             outcome?: components["schemas"]["Outcome"] | null;
@@ -1158,7 +1158,7 @@ export interface components {
         };
         /** @description Runs one speed of a campaign again, as a campaign of its own with the same vehicle, plan and configuration. */
         RepeatOrder: {
-            /** @description As of a trial. */
+            /** @description A vehicle that is not simulated moves and has its parameters changed: true agrees to it. */
             agreed?: boolean;
             /**
              * Format: int64
@@ -1167,7 +1167,7 @@ export interface components {
             campaign: number;
             /**
              * Format: double
-             * @description As of a trial.
+             * @description How many times faster than real time a simulated vehicle runs; null is as fast as it can.
              */
             realtime_factor?: number | null;
             /**
@@ -1181,11 +1181,11 @@ export interface components {
              */
             thrust: number;
         };
-        /** @description The operator's word on a run. */
+        /** @description An operator's decision on a run. */
         Review: {
             /** @description May it be used? */
             accepted: boolean;
-            /** @description Whose word. */
+            /** @description Name of the operator. */
             by: string;
             /** @description Why. */
             note: string;
@@ -1206,7 +1206,7 @@ export interface components {
         Role: "viewer" | "operator";
         /** @description A run. */
         RunSummary: {
-            /** @description May it be used? The operator's word goes before the program's. */
+            /** @description May it be used? The operator's decision goes before the program's verdict. */
             accepted: boolean;
             /**
              * Format: int32
@@ -1378,7 +1378,7 @@ export interface components {
         };
         /** @description Asks for control. */
         TakeControl: {
-            /** @description Your name, which others are told: 1 to 64 characters. */
+            /** @description Your name, which others see: 1 to 64 characters. */
             name: string;
         };
         /** @description Both models at one thrust, and what follows from them. */
@@ -1797,7 +1797,7 @@ export interface operations {
             query?: {
                 /** @description Gains and limits at this speed, m/s. */
                 speed_m_s?: number;
-                /** @description Of the closed loop [default: 0.7071]. */
+                /** @description Damping ratio of the closed loop [default: 0.7071]. */
                 damping_ratio?: number;
             };
             header?: never;

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use seatrial::campaign::Campaign;
+use seatrial::identification::Reason;
 use seatrial::preview::{Target, parse_target};
 use seatrial_app::recording::Recording;
 use seatrial_app::trial_run::{self, Ended, Order, Sinks};
@@ -108,6 +109,8 @@ pub struct Args {
 #[derive(Serialize)]
 struct Document {
     schema: &'static str,
+    /// What speaks against one vehicle having run all speeds.
+    contradictions: Vec<Reason>,
     #[serde(flatten)]
     campaign: Campaign,
     plan: Plan<f64>,
@@ -260,6 +263,7 @@ fn finish(args: &Args, plan: Plan<f64>, ended: Ended, output: &Output) -> Result
     let exit = exit(&campaign, &plan, !unsaved.is_empty());
     let document = Document {
         schema: "seatrial.trial.v1",
+        contradictions: campaign.contradictions(),
         campaign,
         plan,
     };
@@ -319,7 +323,10 @@ pub fn load_plan(path: Option<&Path>) -> Result<Plan<f64>, Failure> {
 fn exit(campaign: &Campaign, plan: &Plan<f64>, unsaved: bool) -> Exit {
     match campaign.outcome {
         Some(Outcome::Finished) if unsaved => Exit::NotSaved,
-        Some(Outcome::Finished) if campaign.accepted_runs().len() == plan.thrusts.len() => {
+        Some(Outcome::Finished)
+            if campaign.accepted_runs().len() == plan.thrusts.len()
+                && campaign.contradictions().is_empty() =>
+        {
             Exit::Done
         }
         Some(Outcome::Finished) => Exit::Rejected,

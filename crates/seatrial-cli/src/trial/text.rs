@@ -47,6 +47,9 @@ pub(super) fn text(campaign: &Campaign, logbook: &Path, report: Option<&Path>) -
             "a22, b2 and C0 with 95 % half widths; K_p for a damping ratio of 0.7071 with the delays of the loop and the least damped model of the interval; the rudder that holds a heading is -delta0."
         );
     }
+    for contradiction in campaign.contradictions() {
+        let _ = writeln!(text, "do not use all speeds as one: {}", contradiction.text);
+    }
     for run in campaign.runs.iter().filter(|run| !run.verdict.accepted) {
         let _ = writeln!(text, "{}", run_line(run));
     }
