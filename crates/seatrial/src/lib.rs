@@ -10,12 +10,12 @@
 //!
 //! // Arrays of a log: time in s, heading in rad, rudder in rad.
 //! # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
-//! # let mut state = seatrial_core::model::YawState::default();
+//! # let mut state = seatrial_core::model::YawState::<f64>::default();
 //! # let (mut time_s, mut heading_rad, mut rudder_rad) = (Vec::new(), Vec::new(), Vec::new());
 //! # for k in 0..660_u32 {
 //! #     let rudder = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
 //! #     time_s.push(0.05 * f64::from(k));
-//! #     heading_rad.push((1000.0 * state.heading_rad).round() / 1000.0);
+//! #     heading_rad.push((1000.0_f64 * state.heading_rad).round() / 1000.0);
 //! #     rudder_rad.push(rudder);
 //! #     state = vehicle.advance(state, rudder, 0.05);
 //! # }
