@@ -152,25 +152,16 @@ impl Rates {
         }
     }
 
-    /// Takes one request out of the bucket of an address. `false`: there is none left.
-    pub fn allows(&self, address: IpAddr) -> bool {
+    /// Takes what a request costs, counted in requests, out of the bucket of an address. `false`: not even one request is
+    /// left. What it costs beyond what is left is paid before the address is let through again.
+    pub fn allows(&self, address: IpAddr, cost: f64) -> bool {
         self.with_bucket(address, |left| {
             let allows = *left >= 1.0;
             if allows {
-                *left -= 1.0;
+                *left -= cost;
             }
             allows
         })
-    }
-
-    /// Takes so many requests out of the bucket of an address, also where that many are not left: the address then waits
-    /// until they have come again.
-    pub fn charge(&self, address: IpAddr, requests: f64) {
-        let deepest = -self.most();
-        self.with_bucket(address, |left| {
-            *left = (*left - requests).max(deepest);
-            true
-        });
     }
 
     fn most(&self) -> f64 {
@@ -369,29 +360,22 @@ mod tests {
     fn exact_a_bucket_of_four_seconds() {
         let rates = Rates::new(0.5);
         let address = IpAddr::from([127, 0, 0, 1]);
-        assert!(rates.allows(address) && rates.allows(address));
-        assert!(!rates.allows(address));
-        assert!(rates.allows(IpAddr::from([127, 0, 0, 2])));
+        assert!(rates.allows(address, 1.0) && rates.allows(address, 1.0));
+        assert!(!rates.allows(address, 1.0));
+        assert!(rates.allows(IpAddr::from([127, 0, 0, 2]), 1.0));
     }
 
-    /// What is charged beyond what is left is paid before the next request, up to another four seconds.
+    /// What a request costs beyond what is left is paid before the next one.
     #[test]
-    fn exact_a_charge_is_paid_where_less_is_left() {
+    fn exact_a_cost_is_paid_where_less_is_left() {
         let rates = Rates::new(100.0);
         let address = IpAddr::from([127, 0, 0, 1]);
-        rates.charge(address, 390.0);
-        assert!(rates.allows(address));
-        rates.charge(address, 49.0);
-        assert!(!rates.allows(address));
-        for _ in 0..100 {
-            rates.charge(address, 49.0);
-        }
+        assert!(rates.allows(address, 390.0));
+        assert!(rates.allows(address, 50.0));
+        assert!(!rates.allows(address, 1.0));
         let buckets = rates.buckets.lock().unwrap();
         // The bucket fills while the test runs.
-        assert!(
-            (-400.0..-300.0).contains(&buckets[&address].0),
-            "{buckets:?}"
-        );
+        assert!((-40.0..0.0).contains(&buckets[&address].0), "{buckets:?}");
     }
 
     #[test]

@@ -19,8 +19,8 @@ use crate::shared::{Caller, Shared};
 
 /// The header with the lease of control.
 pub const LEASE: &str = "seatrial-lease";
-/// A request with a wrong token counts as 50: itself and these.
-pub const WRONG_TOKEN: f64 = 49.0;
+/// What a request with a wrong token costs, in requests.
+pub const WRONG_TOKEN: f64 = 50.0;
 
 /// The path of the abort.
 pub const ABORT: &str = "/api/v1/trial/abort";
@@ -81,7 +81,11 @@ fn admitted(shared: &Shared, peer: SocketAddr, request: &Request) -> Result<Call
     // An operator's abort goes before everything, also where others behind the same address ask too much.
     let is_abort = *request.method() == Method::POST && request.uri().path() == ABORT;
     let is_urgent = is_abort && matches!(role, Ok(Some(Role::Operator)));
-    if !shared.rates.allows(address) && !is_urgent {
+    let cost = match role {
+        Err(Refused::WrongToken) => WRONG_TOKEN,
+        _ => 1.0,
+    };
+    if !shared.rates.allows(address, cost) && !is_urgent {
         return Err(Refusal::new(
             StatusCode::TOO_MANY_REQUESTS,
             "too_many_requests",
@@ -90,10 +94,7 @@ fn admitted(shared: &Shared, peer: SocketAddr, request: &Request) -> Result<Call
     }
     let role = role.map_err(|refused| match refused {
         Refused::Foreign(refusal) => refusal,
-        Refused::WrongToken => {
-            shared.rates.charge(address, WRONG_TOKEN);
-            token_needed("the token is not known")
-        }
+        Refused::WrongToken => token_needed("the token is not known"),
     })?;
     let path = request.uri().path();
     let is_open = !path.starts_with("/api/") || path == LIVE || path == OPENAPI;

@@ -95,18 +95,16 @@ async fn hello(
     if caller.role.is_some() {
         return Ok(hello);
     }
-    if !shared.rates.allows(caller.address) {
+    let tokens = shared.tokens.as_ref().zip(hello.token.as_deref());
+    let is_known = tokens.is_some_and(|(tokens, token)| tokens.role(token).is_some());
+    let cost = if is_known { 1.0 } else { WRONG_TOKEN };
+    if !shared.rates.allows(caller.address, cost) {
         return Err((
             "too_many_requests",
             "too many requests from your address; wait some seconds",
         ));
     }
-    let tokens = shared.tokens.as_ref().zip(hello.token.as_deref());
-    if tokens
-        .and_then(|(tokens, token)| tokens.role(token))
-        .is_none()
-    {
-        shared.rates.charge(caller.address, WRONG_TOKEN);
+    if !is_known {
         return Err((
             "token_needed",
             "the first message has no token that is known",
