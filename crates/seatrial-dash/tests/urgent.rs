@@ -155,7 +155,8 @@ fn io_an_abort_gets_through_where_no_connection_is_left() {
     drop(idle);
 }
 
-/// 400 requests at once and 100 a second are eight wrong tokens at once and two a second.
+/// 400 requests at once and 100 a second are eight wrong tokens at once and two a second; one more is examined for what is left
+/// of a request, and paid for later.
 #[test]
 fn io_a_wrong_token_costs_fifty_requests() {
     let folder = tempfile::tempdir().unwrap();
@@ -167,7 +168,7 @@ fn io_a_wrong_token_costs_fifty_requests() {
             .collect();
         asked.into_iter().map(|a| a.join().unwrap()).collect()
     });
-    let most = 8.0 + 2.0 * begun.elapsed().as_secs_f64();
+    let most = 9.0 + 2.0 * begun.elapsed().as_secs_f64();
     let examined = statuses.iter().filter(|status| **status == 401).count();
     let refused = statuses.iter().filter(|status| **status == 429).count();
     assert!(examined > 0 && examined as f64 <= most, "{statuses:?}");
@@ -198,7 +199,7 @@ fn io_wrong_tokens_of_live_streams_cost_as_much() {
         .map(|socket| socket.read().unwrap().to_text().unwrap().to_owned())
         .collect();
     let count = |code: &str| goodbyes.iter().filter(|said| said.contains(code)).count();
-    let most = 8.0 + 2.0 * begun.elapsed().as_secs_f64();
+    let most = 9.0 + 2.0 * begun.elapsed().as_secs_f64();
     assert!(count("token_needed") as f64 <= most, "{goodbyes:?}");
     assert_eq!(count("token_needed") + count("too_many_requests"), 20);
 }
