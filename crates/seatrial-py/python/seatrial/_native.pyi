@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
-    "Estimator", "FleetJournal", "Schedule", "fleet", "fleet_work", "gain", "identify",
+    "Estimator", "FleetJournal", "Schedule", "fleet", "fleet_work", "gain", "identify", "identify_log",
     "least_squares", "paper_claims", "read_log", "study", "trial", "turn",
 ]
 
