@@ -3,7 +3,7 @@
 //! The model that is handed over comes from the whole manoeuvre. A second one, from its first legs alone, is simulated
 //! over the remaining legs, which it has not seen. Where that one may be used, the whole is validated.
 
-use super::{IdentifySettings, ValidationData, identify};
+use super::{IdentifySettings, OrderSearch, ValidationData, identify_with};
 use crate::figures::r2_text;
 use crate::identification::{Identification, Outcome, Reason, ReasonCode};
 use crate::legs::{LegSplit, split_by_legs};
@@ -27,8 +27,17 @@ pub(super) fn validated_by_legs(
             ..split.validation
         },
     };
-    match identify(record, split.training, Some(held_out), settings) {
-        Ok(first_legs) if first_legs.verdict.accepted => confirmed_by(&first_legs, whole, &split),
+    match identify_with(
+        record,
+        split.training,
+        Some(held_out),
+        settings,
+        &[],
+        OrderSearch::Skipped,
+    ) {
+        Ok((first_legs, _)) if first_legs.verdict.accepted => {
+            confirmed_by(&first_legs, whole, &split)
+        }
         _ => whole,
     }
 }

@@ -1,5 +1,6 @@
 //! Second link of the chain: which kind of vehicle explains the record.
 
+use super::OrderSearch;
 use super::misfit::is_large_share;
 use super::prepared::Prepared;
 use super::second_order;
@@ -66,7 +67,7 @@ pub struct FirstOrderFit {
 
 impl Explained {
     /// Estimates from the whole record and asks what a first-order vehicle leaves unexplained.
-    pub fn of(prepared: &Prepared) -> Self {
+    pub(super) fn of(prepared: &Prepared, order: OrderSearch) -> Self {
         let samples = prepared.samples();
         let found = prepared
             .is_to_be_refined()
@@ -83,9 +84,12 @@ impl Explained {
         }
         if found.is_nearest() {
             return Self::HigherOrder {
-                beyond: second_order::fit(samples)
-                    .ok()
-                    .filter(|estimate| estimate.order.exceeds_first_order()),
+                beyond: match order {
+                    OrderSearch::Done => second_order::fit(samples)
+                        .ok()
+                        .filter(|estimate| estimate.order.exceeds_first_order()),
+                    OrderSearch::Skipped => None,
+                },
                 refined: found.refined,
                 share,
             };

@@ -44,7 +44,13 @@ const LONG_ENOUGH: f64 = 0.5;
 /// How far a disturbance turns the vehicle in the mean of a run is little known from that run alone: the interval of C0 is no
 /// narrower than the same disturbance makes it in the validation data, with a variance that falls with the length.
 pub(super) fn reaching_validation(refined: &Refined, other: &Refined, length: f64) -> Refined {
-    let both_of_first_order = refined.method == other.method;
+    let are_nearest = [refined, other].map(|estimate| {
+        matches!(
+            estimate.method,
+            EstimateMethod::OutputError | EstimateMethod::InstrumentalVariable
+        )
+    });
+    let are_comparable = refined.method == other.method || are_nearest == [true; 2];
     let reach = |k: usize| {
         let away = other.model.theta()[k] - refined.model.theta()[k];
         let variance = refined.covariance[k][k] + other.covariance[k][k];
@@ -53,7 +59,7 @@ pub(super) fn reaching_validation(refined: &Refined, other: &Refined, length: f6
             false => 0.0,
         }
     };
-    let [of_a22, of_b2] = [0, 1].map(|k| if both_of_first_order { reach(k) } else { 0.0 });
+    let [of_a22, of_b2] = [0, 1].map(|k| if are_comparable { reach(k) } else { 0.0 });
     let of_the_sea = match length >= LONG_ENOUGH {
         true => length * other.covariance[2][2] - refined.covariance[2][2],
         false => 0.0,

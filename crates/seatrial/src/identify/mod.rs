@@ -86,7 +86,7 @@ pub fn identify(
     data: Option<ValidationData>,
     settings: &IdentifySettings,
 ) -> Result<Identification, IdentifyError> {
-    let (alone, _) = identify_with(record, training, data, settings, &[])?;
+    let (alone, _) = identify_with(record, training, data, settings, &[], OrderSearch::Done)?;
     Ok(match data {
         None if settings.refine => validated_by_legs(alone, record, training, settings),
         _ => alone,
@@ -100,6 +100,7 @@ fn identify_with(
     data: Option<ValidationData>,
     settings: &IdentifySettings,
     others: &[(Window, Refined)],
+    order: OrderSearch,
 ) -> Result<(Identification, Option<Joined>), IdentifyError> {
     let ready = Training::new(record, training, settings)?;
     let pass = ready.estimate()?;
@@ -110,7 +111,7 @@ fn identify_with(
     };
     let window = training.known_part(ready.samples);
     let prepared = Prepared::new(record, window, &pass, settings.refine)?;
-    let assessment = Assessment::of(&prepared, data, others)?;
+    let assessment = Assessment::of(&prepared, data, others, order)?;
     Ok(assessment.identification(window, pass, used))
 }
 
@@ -130,11 +131,13 @@ pub fn identify_joined(
     let others: Vec<(Window, Refined)> = more
         .iter()
         .filter_map(|window| {
-            let (alone, _) = identify_with(record, *window, None, settings, &[]).ok()?;
+            let (alone, _) =
+                identify_with(record, *window, None, settings, &[], OrderSearch::Skipped).ok()?;
             Some((*window, alone.refined?))
         })
         .collect();
-    let (identification, joined) = identify_with(record, first, data, settings, &others)?;
+    let (identification, joined) =
+        identify_with(record, first, data, settings, &others, OrderSearch::Done)?;
     let mut identification = match data {
         None if settings.refine => validated_by_legs(identification, record, first, settings),
         _ => identification,
@@ -188,8 +191,17 @@ pub fn assess(
     settings: Settings,
 ) -> Result<Identification, IdentifyError> {
     let prepared = Prepared::new(record, training, &pass, !settings.as_paper)?;
-    let assessment = Assessment::of(&prepared, data, &[])?;
+    let assessment = Assessment::of(&prepared, data, &[], OrderSearch::Done)?;
     Ok(assessment.identification(training, pass, settings).0)
+}
+
+/// Is the structure of a vehicle of higher order looked for? It takes most of the time and changes no first-order model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum OrderSearch {
+    /// For the model that is handed over.
+    Done,
+    /// For a model that another one is joined with or validated by.
+    Skipped,
 }
 
 /// What the chain found of a prepared record.
@@ -208,8 +220,9 @@ impl Assessment {
         prepared: &Prepared,
         data: Option<ValidationData>,
         others: &[(Window, Refined)],
+        order: OrderSearch,
     ) -> Result<Self, IdentifyError> {
-        let explained = Explained::of(prepared);
+        let explained = Explained::of(prepared, order);
         let chosen = Chosen::of(prepared, &explained, others, data);
         let checked = Checked::of(prepared, &explained, &chosen, data)?;
         let rudder_lag_s = chosen.lagging().map_or(0.0, |l| l.rudder_lag_s);

@@ -3,7 +3,7 @@
 use seatrial_core::Sample;
 
 /// Changes that tell the pace of a channel: fewer may be far apart by chance.
-const LEAST_CHANGES: usize = 12;
+const LEAST_CHANGES: usize = 8;
 
 /// Share of the distances between changes that may be shorter than the pace: a clock's rounding.
 const SHORTER: f64 = 0.1;

@@ -1,6 +1,5 @@
 //! The sway-yaw model, one interval at a time, with its sensitivities.
 
-use nalgebra::{Matrix3, SMatrix, Vector3};
 use seatrial_core::Sample;
 use serde::{Deserialize, Serialize};
 
@@ -109,10 +108,10 @@ impl SwayYawModel {
         states
     }
 
-    /// One interval with a constant rudder, by Runge and Kutta's fourth-order formula in steps of a quarter
+    /// One interval with a constant rudder, by Runge and Kutta's fourth-order formula in steps of a third
     /// of the fastest time constant, 1e-5 of a step's change.
     pub(crate) fn step(&self, from: SwayYawState, rudder_rad: f64, interval_s: f64) -> Step {
-        const LARGEST_STEP: f64 = 0.25;
+        const LARGEST_STEP: f64 = 0.35;
         const MOST_STEPS: f64 = 1000.0;
         let fastest_per_s = self.a22_per_s.abs()
             + self.a11_per_s.abs()
@@ -123,15 +122,25 @@ impl SwayYawModel {
             .clamp(1.0, MOST_STEPS);
         let h = interval_s / steps;
         let input = self.b2_per_s2 * rudder_rad + self.c0_rad_per_s2;
-        let mut x = Vector3::new(from.heading_rad, from.yaw_rate_rad_s, from.drift_rad);
-        let mut m = Tangent::identity();
+        let mut x = [from.heading_rad, from.yaw_rate_rad_s, from.drift_rad];
+        let mut m = UNCHANGED;
         for _ in 0..steps as u32 {
             let (x1, m1) = self.derivative(&x, &m, input);
-            let (x2, m2) = self.derivative(&(x + 0.5 * h * x1), &(m + 0.5 * h * m1), input);
-            let (x3, m3) = self.derivative(&(x + 0.5 * h * x2), &(m + 0.5 * h * m2), input);
-            let (x4, m4) = self.derivative(&(x + h * x3), &(m + h * m3), input);
-            x += (x1 + 2.0 * (x2 + x3) + x4) * (h / 6.0);
-            m += (m1 + 2.0 * (m2 + m3) + m4) * (h / 6.0);
+            let (x2, m2) = self.derivative(
+                &ahead(&x, 0.5 * h, &x1),
+                &tangent_ahead(&m, 0.5 * h, &m1),
+                input,
+            );
+            let (x3, m3) = self.derivative(
+                &ahead(&x, 0.5 * h, &x2),
+                &tangent_ahead(&m, 0.5 * h, &m2),
+                input,
+            );
+            let (x4, m4) = self.derivative(&ahead(&x, h, &x3), &tangent_ahead(&m, h, &m3), input);
+            move_on(&mut x, h, [&x1, &x2, &x3, &x4]);
+            for (i, row) in m.iter_mut().enumerate() {
+                move_on(row, h, [&m1[i], &m2[i], &m3[i], &m4[i]]);
+            }
         }
         Step {
             state: SwayYawState {
@@ -144,40 +153,80 @@ impl SwayYawModel {
     }
 
     /// x' = f(x) and M' = df/dx M + df/d(parameters).
-    fn derivative(&self, x: &Vector3<f64>, m: &Tangent, input: f64) -> (Vector3<f64>, Tangent) {
-        let (r, w) = (x[1], x[2]);
+    #[inline(always)]
+    fn derivative(&self, x: &[f64; 3], m: &Tangent, input: f64) -> ([f64; 3], Tangent) {
+        let [_, r, w] = *x;
         let damping = self.a22_per_s + self.cross_flow_per_rad_s * w.abs();
         let coupling = self.a21_per_s2 + self.cross_flow_per_rad_s * r * w.signum();
-        let rate = Vector3::new(
+        let rate = [
             r,
             damping * r + self.a21_per_s2 * w + input,
             self.a11_per_s * w - r,
-        );
-        let (to_r, to_w) = (m.column(1), m.column(2));
-        let mut tangent = Tangent::from_columns(&[
-            to_r.into(),
-            damping * to_r + coupling * to_w,
-            self.a11_per_s * to_w - to_r,
-        ]);
-        tangent[(TO_INPUT, 1)] += 1.0;
-        tangent[(TO_A22, 1)] += r;
-        tangent[(TO_A21, 1)] += w;
-        tangent[(TO_A11, 2)] += w;
-        tangent[(TO_CROSS_FLOW, 1)] += w.abs() * r;
+        ];
+        let [_, to_r, to_w] = m;
+        let mut tangent = [*to_r, [0.0; 8], [0.0; 8]];
+        for i in 0..8 {
+            tangent[1][i] = damping * to_r[i] + coupling * to_w[i];
+            tangent[2][i] = self.a11_per_s * to_w[i] - to_r[i];
+        }
+        tangent[1][TO_INPUT] += 1.0;
+        tangent[1][TO_A22] += r;
+        tangent[1][TO_A21] += w;
+        tangent[2][TO_A11] += w;
+        tangent[1][TO_CROSS_FLOW] += w.abs() * r;
         (rate, tangent)
     }
 }
 
-/// Derivatives of the state after an interval, a column each: to the state before (three rows), the yaw acceleration
-/// b2 delta + C0, a22, a21, a11 and k.
-type Tangent = SMatrix<f64, 8, 3>;
+/// x + h x'.
+#[inline(always)]
+fn ahead<const N: usize>(x: &[f64; N], h: f64, slope: &[f64; N]) -> [f64; N] {
+    let mut next = *x;
+    for (next, slope) in next.iter_mut().zip(slope) {
+        *next += h * slope;
+    }
+    next
+}
+
+#[inline(always)]
+fn tangent_ahead(m: &Tangent, h: f64, slope: &Tangent) -> Tangent {
+    let [psi, r, w] = m;
+    [
+        ahead(psi, h, &slope[0]),
+        ahead(r, h, &slope[1]),
+        ahead(w, h, &slope[2]),
+    ]
+}
+
+/// Moves on by Runge and Kutta's mean of four slopes.
+#[inline(always)]
+fn move_on<const N: usize>(x: &mut [f64; N], h: f64, slopes: [&[f64; N]; 4]) {
+    let [a, b, c, d] = slopes;
+    for i in 0..N {
+        x[i] += (a[i] + 2.0 * (b[i] + c[i]) + d[i]) * (h / 6.0);
+    }
+}
+
+/// Derivatives of heading, yaw rate and drift after an interval, a row each: to the state before (three columns), the yaw
+/// acceleration b2 delta + C0, a22, a21, a11 and k.
+type Tangent = [[f64; 8]; 3];
 const TO_INPUT: usize = 3;
 const TO_A22: usize = 4;
 const TO_A21: usize = 5;
 const TO_A11: usize = 6;
 const TO_CROSS_FLOW: usize = 7;
 
+/// The tangent of no time.
+const UNCHANGED: Tangent = {
+    let mut unchanged = [[0.0; 8]; 3];
+    unchanged[0][0] = 1.0;
+    unchanged[1][1] = 1.0;
+    unchanged[2][2] = 1.0;
+    unchanged
+};
+
 /// The state after an interval, and what it depends on.
+#[derive(Clone, Copy)]
 pub(crate) struct Step {
     pub(crate) state: SwayYawState,
     tangent: Tangent,
@@ -185,18 +234,112 @@ pub(crate) struct Step {
 
 impl Step {
     /// Derivative of the state after the interval to the state before.
-    pub(crate) fn to_state(&self) -> Matrix3<f64> {
-        self.tangent.fixed_rows::<3>(0).transpose()
+    pub(crate) fn to_state(self) -> [[f64; 3]; 3] {
+        let [psi, r, w] = &self.tangent;
+        [
+            [psi[0], psi[1], psi[2]],
+            [r[0], r[1], r[2]],
+            [w[0], w[1], w[2]],
+        ]
     }
 
     /// To a yaw acceleration that is constant over the interval.
-    pub(crate) fn to_input(&self) -> Vector3<f64> {
-        self.tangent.row(TO_INPUT).transpose()
+    pub(crate) fn to_input(self) -> [f64; 3] {
+        self.to(TO_INPUT)
     }
 
     /// To a22, a21, a11 and k.
-    pub(crate) fn to_dynamics(&self) -> [Vector3<f64>; 4] {
-        [TO_A22, TO_A21, TO_A11, TO_CROSS_FLOW].map(|row| self.tangent.row(row).transpose())
+    pub(crate) fn to_dynamics(self) -> [[f64; 3]; 4] {
+        [
+            self.to(TO_A22),
+            self.to(TO_A21),
+            self.to(TO_A11),
+            self.to(TO_CROSS_FLOW),
+        ]
+    }
+
+    fn to(self, column: usize) -> [f64; 3] {
+        let [psi, r, w] = &self.tangent;
+        [psi[column], r[column], w[column]]
+    }
+}
+
+/// Steps of a model, quickly: one without cross-flow damping is linear, so that the steps from a yaw rate, a drift and a yaw
+/// acceleration of one give all others of the same interval. Derivatives to k are then left at 0.
+pub(crate) struct Steps {
+    model: SwayYawModel,
+    is_linear: bool,
+    interval_s: f64,
+    of_one: [Step; 3],
+}
+
+impl Steps {
+    /// `is_linear`: k is 0 and its derivatives are not asked for.
+    pub(crate) fn new(model: SwayYawModel, is_linear: bool) -> Self {
+        let none = Step {
+            state: SwayYawState::default(),
+            tangent: UNCHANGED,
+        };
+        Self {
+            model,
+            is_linear,
+            interval_s: f64::NAN,
+            of_one: [none; 3],
+        }
+    }
+
+    /// [`SwayYawModel::step`].
+    pub(crate) fn step(&mut self, from: SwayYawState, rudder_rad: f64, interval_s: f64) -> Step {
+        if !self.is_linear {
+            return self.model.step(from, rudder_rad, interval_s);
+        }
+        // Intervals of an even clock differ by its rounding.
+        if (interval_s - self.interval_s).abs() > 1e-9 * interval_s || self.interval_s.is_nan() {
+            self.interval_s = interval_s;
+            self.of_one = self.model.steps_of_one(interval_s);
+        }
+        let input = self.model.b2_per_s2 * rudder_rad + self.model.c0_rad_per_s2;
+        let [of_rate, of_drift, of_input] = &self.of_one;
+        let (r, w) = (from.yaw_rate_rad_s, from.drift_rad);
+        let mut tangent = of_input.tangent;
+        for (i, row) in tangent.iter_mut().enumerate() {
+            for column in [TO_A22, TO_A21, TO_A11] {
+                row[column] = r * of_rate.tangent[i][column]
+                    + w * of_drift.tangent[i][column]
+                    + input * of_input.tangent[i][column];
+            }
+        }
+        let after = tangent.map(|row| row[1] * r + row[2] * w + row[TO_INPUT] * input);
+        Step {
+            state: SwayYawState {
+                heading_rad: from.heading_rad + after[0],
+                yaw_rate_rad_s: after[1],
+                drift_rad: after[2],
+            },
+            tangent,
+        }
+    }
+}
+
+impl SwayYawModel {
+    /// The steps of the linear part from a yaw rate, a drift, and a yaw acceleration of one.
+    fn steps_of_one(&self, interval_s: f64) -> [Step; 3] {
+        let linear = Self {
+            b2_per_s2: 1.0,
+            c0_rad_per_s2: 0.0,
+            cross_flow_per_rad_s: 0.0,
+            ..*self
+        };
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(
+            |[yaw_rate_rad_s, drift_rad, input]| {
+                let from = SwayYawState {
+                    heading_rad: 0.0,
+                    yaw_rate_rad_s,
+                    drift_rad,
+                };
+                linear.step(from, input, interval_s)
+            },
+        )
     }
 }
 
@@ -286,6 +429,33 @@ mod tests {
             assert!(error.abs() < 1e-5 * exact.yaw_rate_rad_s, "{error}");
             let error = step.state.heading_rad - exact.heading_rad;
             assert!(error.abs() < 1e-5 * exact.heading_rad, "{error}");
+        }
+    }
+
+    #[test]
+    fn exact_steps_of_a_linear_model_are_its_own() {
+        let linear = SwayYawModel {
+            cross_flow_per_rad_s: 0.0,
+            ..model()
+        };
+        let from = SwayYawState {
+            heading_rad: 1.2,
+            yaw_rate_rad_s: -0.3,
+            drift_rad: 0.2,
+        };
+        let mut steps = Steps::new(linear, true);
+        for interval_s in [0.05, 0.05, 2.0] {
+            let (found, expected) = (
+                steps.step(from, 0.2, interval_s),
+                linear.step(from, 0.2, interval_s),
+            );
+            let pairs = (found.tangent.iter().flatten()).zip(expected.tangent.iter().flatten());
+            for (i, (found, expected)) in pairs.enumerate() {
+                // Rounding; the derivative to k is left out.
+                assert!(i % 8 == TO_CROSS_FLOW || (found - expected).abs() < 1e-13);
+            }
+            assert!((found.state.heading_rad - expected.state.heading_rad).abs() < 1e-14);
+            assert!((found.state.drift_rad - expected.state.drift_rad).abs() < 1e-14);
         }
     }
 

@@ -1,6 +1,7 @@
 //! The robust estimate: which model, how sure, and why.
 
 use super::average::{CAUTIOUS, EXPECTED, Hypotheses};
+use super::edges::of_edges;
 use super::misfit::of_the_hull;
 use super::nearest::Nearest;
 use super::record::{A22, B2, C0, DELAY, LAG2, PARAMETERS, Record, three};
@@ -117,16 +118,17 @@ impl RobustEstimate {
             false if share > LARGE_SHARE => (Source::Averaged, reaching(averaged, &nearest.theta)),
             false => (Source::Averaged, averaged),
         };
-        let covariance = with_model_error(&theta, &covariance);
+        let of_edges = of_edges(record, likeliest, hypotheses.block);
+        let covariance = with_model_error(&theta, &sum(&covariance, &of_edges));
         let interval_95 = match source {
-            Source::Averaged if share <= LARGE_SHARE => mixed(&hypotheses, &theta),
+            Source::Averaged if share <= LARGE_SHARE => mixed(&hypotheses, &theta, &of_edges),
             _ => normal(&theta, &covariance),
         };
         Some(Self {
             source,
             theta,
             covariance_given_delay: match source {
-                Source::Averaged => with_model_error(&theta, &given_delay(&all)),
+                Source::Averaged => with_model_error(&theta, &sum(&given_delay(&all), &of_edges)),
                 Source::Nearest => covariance,
             },
             covariance,
@@ -172,6 +174,10 @@ fn reaching(
     (theta, wide)
 }
 
+fn sum(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    core::array::from_fn(|i| core::array::from_fn(|j| a[i][j] + b[i][j]))
+}
+
 fn with_model_error(theta: &[f64; 3], covariance: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let mut covariance = *covariance;
     for (i, share) in MODEL_ERROR.iter().enumerate() {
@@ -181,12 +187,12 @@ fn with_model_error(theta: &[f64; 3], covariance: &[[f64; 3]; 3]) -> [[f64; 3]; 
 }
 
 /// Intervals of the hypotheses together, of which some have long tails; they hold the estimate.
-fn mixed(hypotheses: &Hypotheses, theta: &[f64; 3]) -> [[f64; 2]; 3] {
+fn mixed(hypotheses: &Hypotheses, theta: &[f64; 3], besides: &[[f64; 3]; 3]) -> [[f64; 2]; 3] {
     let model_error = [MODEL_ERROR[0] * theta[0], MODEL_ERROR[1] * theta[1], 0.0];
     core::array::from_fn(|i| {
-        let more = model_error[i] * model_error[i];
+        let more = model_error[i] * model_error[i] + besides[i][i];
         let [low, high] = hypotheses.interval_95(&CAUTIOUS, [A22, B2, C0][i], more);
-        let least = NORMAL_95 * model_error[i].abs();
+        let least = NORMAL_95 * more.sqrt();
         [low.min(theta[i] - least), high.max(theta[i] + least)]
     })
 }

@@ -24,6 +24,7 @@
 
 pub mod average;
 pub mod belief;
+pub mod edges;
 pub mod estimate;
 pub mod linearised;
 pub mod misfit;

@@ -25,13 +25,14 @@ impl Nearest {
     /// the sea back into the rudder.
     pub fn of(record: &Record, hypotheses: &Hypotheses) -> Self {
         const THETA: [usize; 3] = [A22, B2, C0];
-        let white = &hypotheses.white;
-        let around = record.linearised(&white.peak.point, hypotheses.block, false);
-        let precision = 1.0 / (white.peak.noise_rad * white.peak.noise_rad);
+        let likeliest = hypotheses.likeliest_of(|h| h.share == 0.0);
+        let peak = &likeliest.unwrap_or(&hypotheses.white).peak;
+        let around = record.linearised(&peak.point, hypotheses.block, peak.prompt);
+        let precision = 1.0 / (peak.noise_rad * peak.noise_rad);
+        let free = peak.covariance_at_the_point();
         let errors = around.rows.iter().map(|row| {
             let influence = THETA.map(|i| {
-                let covariance = &white.peak.covariance[i];
-                let sum: f64 = covariance.iter().zip(row).map(|(c, x)| c * x).sum();
+                let sum: f64 = free[i].iter().zip(row).map(|(c, x)| c * x).sum();
                 precision * sum
             });
             influence.map(|influence| influence * row[PARAMETERS])

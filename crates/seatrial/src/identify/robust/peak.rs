@@ -36,6 +36,19 @@ pub struct Peak {
     pub log_evidence: f64,
 }
 
+impl Peak {
+    /// Covariance of the parameters, with the lag held where its bound holds it: there its derivative of the likelihood is
+    /// not 0.
+    pub fn covariance_at_the_point(&self) -> [[f64; PARAMETERS]; PARAMETERS] {
+        let own = &self.covariance;
+        if self.mean[LAG2] == self.point.0[LAG2] {
+            return *own;
+        }
+        let held = |i: usize, j: usize| own[i][j] - own[i][LAG2] * own[LAG2][j] / own[LAG2][LAG2];
+        core::array::from_fn(|i| core::array::from_fn(|j| held(i, j)))
+    }
+}
+
 /// The search for peaks of one record.
 #[derive(Clone, Debug)]
 pub struct Search<'a> {

@@ -1,12 +1,12 @@
 //! The likelihood of a record under a sway-yaw model and a yaw acceleration disturbance, and its peak.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, SMatrix, SVector, Vector3, Vector4};
+use nalgebra::{DMatrix, DVector, SMatrix};
 use seatrial_core::refine::Disturbance;
 use seatrial_core::{LostRudder, Real, Sample};
 
 use crate::identify::record_series::mean_rudder_rad;
 use crate::record::median_interval_s;
-use crate::sway_yaw::model::{Rudder, SwayYawModel, SwayYawState};
+use crate::sway_yaw::model::{Rudder, Steps, SwayYawModel, SwayYawState};
 
 /// Parameters: a22, b2, C0, a21, a11, k, T_d, psi0, r0.
 pub(super) const PARAMETERS: usize = 9;
@@ -40,6 +40,7 @@ pub(super) struct Comparisons {
     interval_s: Vec<f64>,
     heading_rad: Vec<f64>,
     rudder_rad: Vec<f64>,
+    /// Rows of a comparison.
     block: usize,
     /// Were samples lost?
     pub(super) has_gaps: bool,
@@ -116,8 +117,10 @@ impl Comparisons {
 
     /// Mean rudder of each comparison, rad.
     pub(super) fn rudder_rad(&self) -> Vec<f64> {
-        let mean = |block: &[f64]| block.iter().sum::<f64>() / block.len() as f64;
-        self.rudder_rad.chunks_exact(self.block).map(mean).collect()
+        self.rudder_rad
+            .chunks_exact(self.block)
+            .map(mean_of)
+            .collect()
     }
 
     /// Largest less smallest heading, rad.
@@ -133,25 +136,38 @@ impl Comparisons {
     /// ```
     ///
     /// z is the measured less the simulated heading, and each of its sensitivities: a Kalman filter linearised on the
-    /// simulation whitens all of them alike. `None` where the simulation runs away.
-    pub(super) fn likelihood(&self, theta: &Theta, disturbance: Disturbance) -> Option<Likelihood> {
-        let mut simulation = Simulation::new(theta, &self.rudder_rad);
+    /// simulation whitens all of them alike. Sensitivities to parameters that are not `free` may be left out. `None` where the simulation
+    /// runs away.
+    pub(super) fn likelihood(
+        &self,
+        theta: &Theta,
+        free: &[usize],
+        disturbance: Disturbance,
+    ) -> Option<Likelihood> {
+        let is_linear = !free.contains(&CROSS_FLOW) && theta[CROSS_FLOW] == 0.0;
+        let mut simulation = Simulation::new(theta, is_linear, &self.rudder_rad);
         let mut whitening = Whitening::new(disturbance, self.block);
         let mut gram = SMatrix::<f64, COLUMNS, COLUMNS>::zeros();
         let mut log_variances = 0.0;
         let mut innovations = Vec::with_capacity(self.count());
         for block in 0..self.count() {
-            let mut row = Row::zeros();
-            let mut passage = Passage::none();
+            let mut row = [0.0; COLUMNS];
+            let mut passage = Passage::NONE;
             for k in block * self.block..(block + 1) * self.block {
-                row += simulation.row(self.heading_rad[k]);
+                simulation.add_row(self.heading_rad[k], &mut row);
                 passage = simulation
                     .advance(self.interval_s[k], self.rudder_rad[k])
                     .after(&passage);
             }
-            let (white, variance) = whitening.update(&(row / self.block as f64), &passage);
+            row.iter_mut()
+                .for_each(|of_row| *of_row /= self.block as f64);
+            let (white, variance) = whitening.update(&row, &passage);
             log_variances += variance.ln();
-            gram.ger(1.0, &white, &white, 1.0);
+            for (j, of_j) in white.iter().enumerate() {
+                for (i, of_i) in white.iter().enumerate() {
+                    gram[(i, j)] += of_i * of_j;
+                }
+            }
             innovations.push(white[PARAMETERS]);
         }
         let residual = gram[(PARAMETERS, PARAMETERS)];
@@ -179,7 +195,7 @@ impl Comparisons {
         let mut summit = Summit {
             theta: *start,
             disturbance,
-            likelihood: self.likelihood(start, disturbance)?,
+            likelihood: self.likelihood(start, free, disturbance)?,
         };
         let mut damping = 1e-3;
         for _ in 0..most_steps {
@@ -189,7 +205,7 @@ impl Comparisons {
                 theta[A11] = theta[A11]
                     .min(-self.slowest_sway_per_s)
                     .max(-self.fastest_sway_per_s);
-                match self.likelihood(&theta, disturbance) {
+                match self.likelihood(&theta, free, disturbance) {
                     Some(likelihood) if likelihood.log > before => {
                         summit = Summit {
                             theta,
@@ -208,6 +224,10 @@ impl Comparisons {
         }
         Some(summit)
     }
+}
+
+fn mean_of(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
 }
 
 fn range(values: &[f64]) -> f64 {
@@ -262,24 +282,26 @@ impl Likelihood {
 
 /// Sensitivities of the heading to all parameters, and what is left of the measured heading.
 const COLUMNS: usize = PARAMETERS + 1;
-type Row = SVector<f64, COLUMNS>;
+type Row = [f64; COLUMNS];
 
 /// The simulation of a record with its sensitivities.
 struct Simulation {
     model: SwayYawModel,
+    steps: Steps,
     rudder: Rudder,
     state: SwayYawState,
-    /// Sensitivities of heading, yaw rate and drift, a column each.
-    sensitivities: SMatrix<f64, PARAMETERS, 3>,
+    /// Of heading, yaw rate and drift, a row each.
+    sensitivities: [[f64; PARAMETERS]; 3],
 }
 
 impl Simulation {
-    fn new(theta: &Theta, rudder_rad: &[f64]) -> Self {
-        let mut sensitivities = SMatrix::zeros();
-        sensitivities[(HEADING, 0)] = 1.0;
-        sensitivities[(YAW_RATE, 1)] = 1.0;
+    fn new(theta: &Theta, is_linear: bool, rudder_rad: &[f64]) -> Self {
+        let mut sensitivities = [[0.0; PARAMETERS]; 3];
+        sensitivities[0][HEADING] = 1.0;
+        sensitivities[1][YAW_RATE] = 1.0;
         Self {
             model: model_of(theta),
+            steps: Steps::new(model_of(theta), is_linear),
             rudder: Rudder::at(rudder_rad.first().copied().unwrap_or(0.0)),
             state: SwayYawState {
                 heading_rad: theta[HEADING],
@@ -290,42 +312,40 @@ impl Simulation {
         }
     }
 
-    fn row(&self, measured_rad: f64) -> Row {
-        Row::from_fn(|column, _| match column {
-            PARAMETERS => measured_rad - self.state.heading_rad,
-            parameter => self.sensitivities[(parameter, 0)],
-        })
+    /// Adds the sensitivities of the heading, and what is left of the measured one.
+    fn add_row(&self, measured_rad: f64, row: &mut Row) {
+        for (total, sensitivity) in row.iter_mut().zip(&self.sensitivities[0]) {
+            *total += sensitivity;
+        }
+        row[PARAMETERS] += measured_rad - self.state.heading_rad;
     }
 
     fn advance(&mut self, interval_s: f64, command_rad: f64) -> Passage {
         if interval_s <= 0.0 {
-            return Passage::none();
+            return Passage::NONE;
         }
         let mean = self
             .rudder
             .advance(command_rad, interval_s, self.model.rudder_lag_s);
-        let step = self.model.step(self.state, mean.angle_rad, interval_s);
-        let to_input = step.to_input();
-        let [to_a22, to_a21, to_a11, to_cross_flow] = step.to_dynamics();
-        self.sensitivities *= step.to_state().transpose();
-        for (parameter, column) in [
-            to_a22,
-            mean.angle_rad * to_input,
-            to_input,
-            to_a21,
-            to_a11,
-            to_cross_flow,
-            self.model.b2_per_s2 * mean.to_lag * to_input,
-        ]
-        .into_iter()
-        .enumerate()
-        {
-            let mut total = self.sensitivities.row_mut(parameter);
-            total += column.transpose();
+        let step = self.steps.step(self.state, mean.angle_rad, interval_s);
+        let (to_state, to_input) = (step.to_state(), step.to_input());
+        let to_dynamics = step.to_dynamics();
+        let before = self.sensitivities;
+        for (i, row) in self.sensitivities.iter_mut().enumerate() {
+            let [to_psi, to_r, to_w] = to_state[i];
+            for (p, sensitivity) in row.iter_mut().enumerate() {
+                *sensitivity = to_psi * before[0][p] + to_r * before[1][p] + to_w * before[2][p];
+            }
+            for (parameter, column) in [A22, A21, A11, CROSS_FLOW].iter().zip(&to_dynamics) {
+                row[*parameter] += column[i];
+            }
+            row[B2] += mean.angle_rad * to_input[i];
+            row[C0] += to_input[i];
+            row[LAG] += self.model.b2_per_s2 * mean.to_lag * to_input[i];
         }
         self.state = step.state;
         Passage {
-            to_state: step.to_state(),
+            to_state,
             to_input,
             interval_s,
         }
@@ -334,26 +354,30 @@ impl Simulation {
 
 /// How a deviation of the state and a constant yaw acceleration act over some time.
 struct Passage {
-    to_state: Matrix3<f64>,
-    to_input: Vector3<f64>,
+    to_state: [[f64; 3]; 3],
+    to_input: [f64; 3],
     interval_s: f64,
 }
 
 impl Passage {
-    fn none() -> Self {
-        Self {
-            to_state: Matrix3::identity(),
-            to_input: Vector3::zeros(),
-            interval_s: 0.0,
-        }
-    }
+    const NONE: Self = Self {
+        to_state: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        to_input: [0.0; 3],
+        interval_s: 0.0,
+    };
 
     fn after(&self, earlier: &Self) -> Self {
-        Self {
-            to_state: self.to_state * earlier.to_state,
-            to_input: self.to_state * earlier.to_input + self.to_input,
-            interval_s: self.interval_s + earlier.interval_s,
+        let mut both = Self::NONE;
+        for (i, [to_psi, to_r, to_w]) in self.to_state.iter().enumerate() {
+            let [psi, r, w] = &earlier.to_state;
+            for j in 0..3 {
+                both.to_state[i][j] = to_psi * psi[j] + to_r * r[j] + to_w * w[j];
+            }
+            let [psi, r, w] = earlier.to_input;
+            both.to_input[i] = to_psi * psi + to_r * r + to_w * w + self.to_input[i];
         }
+        both.interval_s = self.interval_s + earlier.interval_s;
+        both
     }
 }
 
@@ -362,48 +386,78 @@ impl Passage {
 struct Whitening {
     disturbance: Disturbance,
     noise: f64,
-    covariance: Matrix4<f64>,
-    /// psi, r, w and d of every column, a column each.
-    states: SMatrix<f64, COLUMNS, 4>,
+    covariance: [[f64; 4]; 4],
+    /// psi, r, w and d of every column, a row each.
+    states: [Row; 4],
 }
 
 impl Whitening {
     fn new(disturbance: Disturbance, block: usize) -> Self {
-        let mut covariance = Matrix4::zeros();
-        covariance[(3, 3)] = disturbance.relative.powi(2);
+        let mut covariance = [[0.0; 4]; 4];
+        covariance[3][3] = disturbance.relative.powi(2);
         Self {
             disturbance,
             noise: 1.0 / block as f64,
             covariance,
-            states: SMatrix::zeros(),
+            states: [[0.0; COLUMNS]; 4],
         }
     }
 
     /// Whitens one comparison and predicts the next. Gives the white row and the innovation variance.
     fn update(&mut self, row: &Row, passage: &Passage) -> (Row, f64) {
-        let variance = self.covariance[(0, 0)] + self.noise;
-        let innovation = row - self.states.column(0);
+        let variance = self.covariance[0][0] + self.noise;
+        let mut innovation = *row;
+        for (innovation, expected) in innovation.iter_mut().zip(&self.states[0]) {
+            *innovation -= expected;
+        }
         if self.disturbance.relative > 0.0 {
-            let gain: Vector4<f64> = self.covariance.column(0) / variance;
-            self.states.ger(1.0, &innovation, &gain, 1.0);
-            self.covariance -= gain * self.covariance.row(0);
+            let of_heading = self.covariance[0];
+            for (i, covariance) in self.covariance.iter_mut().enumerate() {
+                let gain = of_heading[i] / variance;
+                for (covariance, of_heading) in covariance.iter_mut().zip(&of_heading) {
+                    *covariance -= gain * of_heading;
+                }
+                for (state, innovation) in self.states[i].iter_mut().zip(&innovation) {
+                    *state += gain * innovation;
+                }
+            }
             self.predict(passage);
         }
-        (innovation / variance.sqrt(), variance)
+        let deviation = variance.sqrt();
+        innovation
+            .iter_mut()
+            .for_each(|of_row| *of_row /= deviation);
+        (innovation, variance)
     }
 
     fn predict(&mut self, passage: &Passage) {
         let memory = (-passage.interval_s / self.disturbance.time_constant_s).exp();
-        let mut transition = Matrix4::zeros();
-        transition
-            .fixed_view_mut::<3, 3>(0, 0)
-            .copy_from(&passage.to_state);
-        transition
-            .fixed_view_mut::<3, 1>(0, 3)
-            .copy_from(&passage.to_input);
-        transition[(3, 3)] = memory;
-        self.states *= transition.transpose();
-        self.covariance = transition * self.covariance * transition.transpose();
-        self.covariance[(3, 3)] += self.disturbance.relative.powi(2) * (1.0 - memory * memory);
+        let mut transition = [[0.0; 4]; 4];
+        let rows = passage.to_state.iter().zip(&passage.to_input);
+        for (row, (to_state, to_input)) in transition.iter_mut().zip(rows) {
+            row[..3].copy_from_slice(to_state);
+            row[3] = *to_input;
+        }
+        transition[3][3] = memory;
+        self.states = product(&transition, &self.states);
+        let moved = transposed(&product(&transition, &self.covariance));
+        self.covariance = product(&transition, &moved);
+        self.covariance[3][3] += self.disturbance.relative.powi(2) * (1.0 - memory * memory);
     }
+}
+
+fn product<const N: usize>(left: &[[f64; 4]; 4], right: &[[f64; N]; 4]) -> [[f64; N]; 4] {
+    let mut product = [[0.0; N]; 4];
+    for (of_product, of_left) in product.iter_mut().zip(left) {
+        for (weight, of_right) in of_left.iter().zip(right) {
+            for (total, value) in of_product.iter_mut().zip(of_right) {
+                *total += weight * value;
+            }
+        }
+    }
+    product
+}
+
+fn transposed(matrix: &[[f64; 4]; 4]) -> [[f64; 4]; 4] {
+    core::array::from_fn(|i| core::array::from_fn(|j| matrix[j][i]))
 }

@@ -9,13 +9,17 @@ const DECAYS: [f64; 3] = [-0.15, -0.5, -1.0];
 const COUPLINGS: [f64; 2] = [-0.1, 0.1];
 const LAGS: [f64; 2] = [0.05, 0.2];
 
-/// Ratio of neighbouring strengths of the disturbance.
-const STRENGTH_RATIO: f64 = 2.0;
+/// Ratios of neighbouring strengths of the disturbance: on the way to the first order's likeliest, and from there.
+const STRIDE: f64 = 8.0;
+const OCTAVE: f64 = 2.0;
 const MOST_OCTAVES: u32 = 16;
 
 /// Steps of a climb from afar, and from a neighbouring disturbance.
 pub(super) const CLIMB: u32 = 60;
 const FOLLOW: u32 = 2;
+
+/// Steps of a climb from each of several starts, after which only the highest goes on.
+const APPROACH: u32 = 15;
 
 /// Time constants of the disturbance that are tried, s.
 pub(super) fn disturbance_time_constants_s(scale_per_s: f64) -> [f64; 4] {
@@ -24,10 +28,14 @@ pub(super) fn disturbance_time_constants_s(scale_per_s: f64) -> [f64; 4] {
 
 /// All structures, from the first-order output error estimate `first` of a vehicle of this rate, 1/s.
 pub(super) fn candidates(record: &Comparisons, first: &Theta, scale_per_s: f64) -> Vec<Candidate> {
-    let search = Search {
+    let mut search = Search {
         record,
         scale_per_s,
+        disturbances: disturbance_time_constants_s(scale_per_s)
+            .map(|time_constant_s| usual_disturbance(scale_per_s, time_constant_s))
+            .into(),
     };
+    let first_order = search.first_order(first);
     let with = |sway_coupling, cross_flow| Structure {
         sway_coupling,
         cross_flow,
@@ -43,7 +51,7 @@ pub(super) fn candidates(record: &Comparisons, first: &Theta, scale_per_s: f64) 
             .map(|candidate| candidate.calm.theta),
     );
     let rigid = [
-        search.highest(Structure::FIRST_ORDER, &[*first]),
+        first_order,
         coupled,
         cross_flow,
         search.highest(with(true, true), &from_both),
@@ -62,26 +70,51 @@ pub(super) fn candidates(record: &Comparisons, first: &Theta, scale_per_s: f64) 
 struct Search<'a> {
     record: &'a Comparisons,
     scale_per_s: f64,
+    /// The likeliest of each time constant, as far as is known.
+    disturbances: Vec<Disturbance>,
+}
+
+/// A disturbance that moves the heading as much as the noise does over a time constant of the vehicle.
+fn usual_disturbance(scale_per_s: f64, time_constant_s: f64) -> Disturbance {
+    Disturbance {
+        relative: 0.1 * scale_per_s.powi(2),
+        time_constant_s,
+    }
 }
 
 impl Search<'_> {
+    /// The first order's summits, whose disturbances are where the searches of the other structures begin.
+    fn first_order(&mut self, start: &Theta) -> Option<Candidate> {
+        let structure = Structure::FIRST_ORDER;
+        let calm = self.calm(structure, &[*start])?;
+        let likeliest = self.likeliest(structure, &calm);
+        self.disturbances = likeliest.iter().map(|summit| summit.disturbance).collect();
+        Some(Candidate {
+            structure,
+            disturbed: self.highest_of(structure, likeliest),
+            calm,
+        })
+    }
+
     /// The highest summits from any of the starts, without a disturbance and with the likeliest.
     fn highest(&self, structure: Structure, starts: &[Theta]) -> Option<Candidate> {
         let calm = self.calm(structure, starts)?;
-        let disturbed = self.disturbed(structure, &calm);
         Some(Candidate {
             structure,
+            disturbed: self.disturbed(structure, &calm),
             calm,
-            disturbed,
         })
     }
 
     fn calm(&self, structure: Structure, starts: &[Theta]) -> Option<Summit> {
         let free = free_parameters(&structure);
-        starts
+        let climb =
+            |start: &Theta, steps| self.record.climb(start, &free, Disturbance::NONE, steps);
+        let best = starts
             .iter()
-            .filter_map(|start| self.record.climb(start, &free, Disturbance::NONE, CLIMB))
-            .max_by(|a, b| a.likelihood.log.total_cmp(&b.likelihood.log))
+            .filter_map(|start| climb(start, APPROACH))
+            .max_by(|a, b| a.likelihood.log.total_cmp(&b.likelihood.log))?;
+        climb(&best.theta, CLIMB)
     }
 
     /// The structure with a lag besides, from its own summits.
@@ -173,38 +206,47 @@ impl Search<'_> {
         DECAYS.map(start).into()
     }
 
-    /// The likeliest disturbance, found by climbing in octaves of its strength from where disturbance and noise
-    /// move the heading alike over a time constant of the vehicle.
+    /// The summit at the likeliest disturbance.
     fn disturbed(&self, structure: Structure, calm: &Summit) -> Option<Summit> {
-        let free = free_parameters(&structure);
-        let follow = |from: &Summit, relative: f64, time_constant_s: f64| {
-            let disturbance = Disturbance {
-                relative,
-                time_constant_s,
-            };
-            self.record.climb(&from.theta, &free, disturbance, FOLLOW)
-        };
-        let strongest = |time_constant_s: f64| {
-            let usual = 0.1 * self.scale_per_s.powi(2);
-            let mut best = follow(calm, usual, time_constant_s)?;
-            for step in [STRENGTH_RATIO, 1.0 / STRENGTH_RATIO] {
-                for _ in 0..MOST_OCTAVES {
-                    let relative = best.disturbance.relative * step;
-                    match follow(&best, relative, time_constant_s) {
-                        Some(next) if next.likelihood.log > best.likelihood.log + 1e-2 => {
-                            best = next;
-                        }
-                        _ => break,
-                    }
-                }
-            }
-            Some(best)
-        };
-        let best = disturbance_time_constants_s(self.scale_per_s)
+        self.highest_of(structure, self.likeliest(structure, calm))
+    }
+
+    fn highest_of(&self, structure: Structure, near: Vec<Summit>) -> Option<Summit> {
+        let best = near
             .into_iter()
-            .filter_map(strongest)
             .max_by(|a, b| a.likelihood.log.total_cmp(&b.likelihood.log))?;
+        let free = free_parameters(&structure);
         self.record
             .climb(&best.theta, &free, best.disturbance, CLIMB)
+    }
+
+    /// The likeliest strength of the disturbance at each of its time constants, found by climbing in octaves.
+    fn likeliest(&self, structure: Structure, calm: &Summit) -> Vec<Summit> {
+        let free = free_parameters(&structure);
+        let follow = |from: &Summit, disturbance: Disturbance| {
+            self.record.climb(&from.theta, &free, disturbance, FOLLOW)
+        };
+        let stronger = |than: &Summit, ratio: f64| Disturbance {
+            relative: than.disturbance.relative * ratio,
+            ..than.disturbance
+        };
+        let climbed = |mut best: Summit, ratio: f64| {
+            for _ in 0..MOST_OCTAVES {
+                match follow(&best, stronger(&best, ratio)) {
+                    Some(next) if next.likelihood.log > best.likelihood.log + 1e-2 => best = next,
+                    _ => break,
+                }
+            }
+            best
+        };
+        let likeliest = |known: &Disturbance| {
+            let usual = usual_disturbance(self.scale_per_s, known.time_constant_s);
+            let mut best = follow(calm, usual)?;
+            while best.disturbance.relative * STRIDE < known.relative {
+                best = follow(&best, stronger(&best, STRIDE))?;
+            }
+            Some(climbed(climbed(best, OCTAVE), 1.0 / OCTAVE))
+        };
+        self.disturbances.iter().filter_map(likeliest).collect()
     }
 }
