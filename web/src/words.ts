@@ -1,6 +1,6 @@
 //! What is going on, in plain words.
 
-import type { RunSummary, Stage, TrialState } from "./api/client.ts";
+import type { RunSummary, Stage, TrialState, Verdict, VerdictOutcome } from "./api/client.ts";
 import type { Live } from "./api/live.ts";
 import { clock, type Quantity, significant } from "./units.ts";
 
@@ -78,7 +78,7 @@ function underWay(trial: TrialState): Said {
         : `The estimate converged ${significant(estimate.converged_s)} s into training.`,
     );
   }
-  if (last !== undefined) details.push(last.accepted ? judged(last) : verdict(last));
+  if (last !== undefined) details.push(verdict(last));
   if (!progress?.stage) return { tone: "plain", loud: "The trial begins", details };
   const again = progress.attempt > 1 ? `, attempt ${progress.attempt}` : "";
   return {
@@ -91,7 +91,7 @@ function underWay(trial: TrialState): Said {
 function ended(trial: TrialState): Said {
   const thrusts = new Set(planned(trial));
   const accepted = new Set(trial.runs.filter((run) => run.accepted).map((run) => run.thrust));
-  const count = `${accepted.size} of ${thrusts.size} speeds have a model that may be used.`;
+  const count = `${accepted.size} of ${thrusts.size} speeds have a usable model.`;
   const details = [count, ...trial.warnings];
   if (trial.outcome?.finished === true)
     return { tone: accepted.size === thrusts.size ? "good" : "partly", loud: "The trial is finished", details };
@@ -99,18 +99,45 @@ function ended(trial: TrialState): Said {
 }
 
 export function verdict(run: RunSummary): string {
-  return [judged(run), ...run.reasons.map((reason) => sentence(reason.text))].join(" ");
+  return [judged(run), ...causes(run.verdict)].join(" ");
 }
 
 function judged(run: RunSummary): string {
-  const word = run.accepted ? "accepted" : "rejected";
-  const who = run.review ? ` by ${run.review.by}: ${run.review.note}` : "";
-  return `Run ${run.number} at ${percent(run.thrust)} thrust is ${word}${who}.`;
+  const who = run.review ? ` (${reviewed(run.review)}: ${run.review.note})` : "";
+  return `Run ${run.number} at ${percent(run.thrust)} thrust: ${word(run.verdict.outcome)}${who}.`;
 }
 
-/** R² of heading on fresh data; with the offset estimated again where it drifted and the model explains more so. */
-export function explained(run: RunSummary): { readonly r2: number | null; readonly isOffsetAgain: boolean } {
-  const [plain, again] = [run.model?.r2_heading ?? null, run.model?.r2_heading_offset_refit ?? null];
+/** What an operator decided. */
+export function reviewed(review: NonNullable<RunSummary["review"]>): string {
+  return `${review.accepted ? "accepted" : "rejected"} by ${review.by}`;
+}
+
+/** The four outcomes: their words, their tones and their signs. */
+const OUTCOMES: Record<VerdictOutcome, readonly [word: string, tone: Tone, sign: string]> = {
+  use: ["use", "good", "✓"],
+  use_with_care: ["use with care", "partly", "!"],
+  not_validated: ["not validated", "partly", "!"],
+  do_not_use: ["do not use", "bad", "✗"],
+};
+
+export const word = (outcome: VerdictOutcome): string => OUTCOMES[outcome][0];
+export const toneOf = (outcome: VerdictOutcome): Tone => OUTCOMES[outcome][1];
+export const signOf = (outcome: VerdictOutcome): string => OUTCOMES[outcome][2];
+
+/** The cause of an outcome and what to do about it. */
+export function causes(verdict: Verdict): string[] {
+  const { cause, other_causes: others } = verdict;
+  const told = cause ? [sentence(cause.text), ...(cause.action === "" ? [] : [cause.action])] : [];
+  if (others === 0) return told;
+  return [...told, others === 1 ? "There is 1 more remark." : `There are ${others} more remarks.`];
+}
+
+type Validated =
+  { readonly r2_heading?: number | null; readonly r2_heading_offset_refit?: number | null } | null | undefined;
+
+/** R² of heading on validation data; with the offset estimated again where it drifted and the model explains more so. */
+export function explained(model: Validated): { readonly r2: number | null; readonly isOffsetAgain: boolean } {
+  const [plain, again] = [model?.r2_heading ?? null, model?.r2_heading_offset_refit ?? null];
   const isOffsetAgain = plain !== null && again !== null ? again > Math.max(plain, 0) + 0.05 : again !== null;
   return { r2: isOffsetAgain ? again : plain, isOffsetAgain };
 }
@@ -133,7 +160,7 @@ export function news(live: Live): string {
   if (!trial.running) return situation(live).loud;
   const stage = STAGES.find(([name]) => name === trial.progress?.stage)?.[1];
   const last = trial.runs.at(-1);
-  const result = last === undefined ? "" : `Run ${last.number} ${last.accepted ? "accepted" : "rejected"}. `;
+  const result = last === undefined ? "" : `Run ${last.number}: ${word(last.verdict.outcome)}. `;
   return stage === undefined
     ? result
     : `${result}${stage}, speed ${trial.progress?.speed} of ${trial.progress?.speeds}, at most ${clock((trial.progress?.elapsed_s ?? 0) + (trial.progress?.remaining_s ?? 0))}.`;

@@ -114,9 +114,11 @@ fn verdict(samples: usize, ranges: &[Range], rudder_unit: RudderUnit) -> Verdict
     );
     Verdict {
         accepted: refusal.is_none(),
-        reasons: vec![refusal.unwrap_or_else(|| Reason {
-            code: ReasonCode::Ok,
-            text: "rudder and heading both move: a model may be identified".into(),
+        reasons: vec![refusal.unwrap_or_else(|| {
+            Reason::new(
+                ReasonCode::Ok,
+                "rudder and heading both move: a model may be identified",
+            )
         })],
     }
 }

@@ -9,6 +9,7 @@ pub mod inspect_log;
 pub mod logs;
 pub mod lying_log;
 pub mod models;
+pub mod next;
 pub mod paper;
 pub mod recording;
 pub mod replay;

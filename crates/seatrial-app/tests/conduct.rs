@@ -364,7 +364,7 @@ fn exact_a_repeated_run_is_not_accepted() {
         let (drifted, others) = conducted.campaign.runs.split_first().unwrap();
         let reason = &drifted.verdict.reasons[0];
         assert_eq!(reason.code, ReasonCode::LowR2);
-        let text = &reason.text;
+        let text = &reason.detail;
         assert!(text.contains("0.60") && text.contains(then), "{text}");
         assert!(!drifted.verdict.accepted);
         let identification = drifted.identification.as_ref().unwrap();

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::time::Instant;
 
 use seatrial::compare::{Comparison, MethodResult, compare, split};
-use seatrial::figures::three_figures;
+use seatrial::figures::{r2_text, three_figures};
 use seatrial::identify::{IdentifySettings, ValidationData};
 use seatrial::{Record, Window};
 use seatrial_app::documents::Source;
@@ -140,13 +140,13 @@ fn page(logs: &Logs, document: &Document) -> String {
     }
     let mut text = source_text("Log", &logs.log);
     if let Some(other) = &logs.validation_log {
-        text += &source_text("Fresh log", other);
+        text += &source_text("Validated on", other);
     }
     let fresh = comparison.methods.iter().find_map(|m| m.validation);
     let _ = writeln!(text, "Training    {}", comparison.training);
     let _ = writeln!(
         text,
-        "Fresh data  {} ({})",
+        "Validation  {} ({})",
         fresh.map_or_else(String::new, |v| v.window.to_string()),
         document.windows_because
     );
@@ -181,7 +181,7 @@ fn row(method: &MethodResult) -> Vec<String> {
     let or_dash = |text: Option<String>| text.unwrap_or_else(|| "-".into());
     let parameter = |index: usize| or_dash(method.model.map(|m| three_figures(m.theta()[index])));
     let validation = method.validation.as_ref();
-    let r2 = |value: Option<f64>| or_dash(value.map(|r2| format!("{r2:.3}")));
+    let r2 = |value: Option<f64>| or_dash(value.map(|r2| r2_text(Some(r2))));
     vec![
         method.method.words(),
         parameter(0),

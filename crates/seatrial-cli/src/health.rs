@@ -13,6 +13,7 @@ use serde::Serialize;
 
 use crate::log::{ChannelArgs, Told};
 use crate::output::{Exit, Failure, Output};
+use crate::screen::sentence;
 use crate::table::Table;
 use seatrial_app::documents::Source;
 use seatrial_app::models::{ComparedModels, compared_models, open_named};
@@ -368,12 +369,6 @@ fn watch_page(reference: &ComparedModels, logs: &[String], report: &WatchReport)
 }
 
 /// Begins with a capital letter, ends with a full stop.
-fn sentence(text: &str) -> String {
-    let mut letters = text.chars();
-    let first = letters.next().map(|first| first.to_uppercase().to_string());
-    format!("{}{}.", first.unwrap_or_default(), letters.as_str())
-}
-
 fn plural(count: usize) -> &'static str {
     if count == 1 { "" } else { "s" }
 }

@@ -1,17 +1,23 @@
 //! `seatrial identify`: a model from a log.
 
-use std::path::PathBuf;
+#[cfg(test)]
+mod agreement;
+
+use std::path::{Path, PathBuf};
 
 use seatrial::Identification;
-use seatrial::identification::Outcome;
+use seatrial::identification::{Outcome, Verdict};
 use seatrial::identify::IdentifySettings;
 use seatrial_app::identify_log::{IdentifiedLog, Logs, Options, identify_log_observed};
+use seatrial_app::next;
 use seatrial_core::estimator::Method;
 
 use crate::log::{LogArgs, Told};
 use crate::model_text::{fresh_text, model_text, source_text, training_text, verdict_text};
 use crate::output::{Exit, Failure, Output};
 use crate::pitch::{self, Axis};
+use crate::screen::{command, labelled, sentence, width};
+use crate::speed_table::{SpeedRow, offset_text, speed_table};
 use crate::speeds;
 use crate::windows::WindowArgs;
 
@@ -30,28 +36,32 @@ may be used; 4: none may, and the verdict says why.
 Example:
   seatrial sim log --seed 1 --out run.csv && seatrial identify run.csv")]
 pub struct Args {
-    #[command(flatten)]
-    log: LogArgs,
     /// The axis: yaw, or pitch from the columns pitch_rad and elevator_rad, or those of --heading and --rudder.
     #[arg(long, value_name = "AXIS", default_value = "yaw")]
     axis: Axis,
-    #[command(flatten)]
-    windows: WindowArgs,
-    #[command(flatten)]
-    estimator: EstimatorArgs,
     /// Write the accepted models of a log with manoeuvres at several speeds as a schedule for `gains` and `turn`.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["WindowArgs", "as_paper"])]
     schedule: Option<PathBuf>,
     /// Keep the estimate after every sample in the JSON document.
     #[arg(long)]
     trace: bool,
+    /// Print what the method did: windows, filter, estimates, and what was measured for each reason.
+    #[arg(long)]
+    verbose: bool,
     /// Exit with 0 also where the model fits its training record and nothing was held out to check it.
     #[arg(long)]
     accept_unvalidated: bool,
+    #[command(flatten)]
+    log: LogArgs,
+    #[command(flatten)]
+    windows: WindowArgs,
+    #[command(flatten)]
+    estimator: EstimatorArgs,
 }
 
 /// How to estimate.
 #[derive(clap::Args, Debug)]
+#[command(next_help_heading = "Estimation")]
 pub struct EstimatorArgs {
     /// Pole of the state variable filter, rad/s, or `auto` to derive it from the data (the paper's 1
     /// with --as-paper).
@@ -96,14 +106,17 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     }
     let found = args
         .estimator
-        .identify(&args.log, &args.windows, args.trace)?;
+        .identify(&args.log, &args.windows, args.trace, args.verbose)?;
     if args.schedule.is_some() && found.models.is_none() {
         return Err(Failure::rejected(format!(
             "{}: --schedule: no manoeuvres to both hands were found in it, or it is a single one",
             found.logs.log.path.display()
         )));
     }
-    output.print(&found.document(), || text(&found))?;
+    output.print(&found.document(), || match args.verbose {
+        true => verbose_text(&found),
+        false => text(&found, &call(), width()),
+    })?;
     if let Some((path, models)) = args.schedule.as_ref().zip(found.models.as_ref()) {
         speeds::save_schedule(path, models, found.logs.log.rudder_unit())?;
     }
@@ -113,7 +126,84 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     })
 }
 
-fn text(found: &IdentifiedLog) -> String {
+/// The command that identifies a log.
+pub fn identify_call(log: &Path) -> String {
+    format!("seatrial identify {}", log.display())
+}
+
+/// The command as it was typed, for the commands that go on from it.
+fn call() -> String {
+    let typed = std::env::args().skip(1).map(|argument| {
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+".contains(c);
+        match argument.chars().all(is_plain) && !argument.is_empty() {
+            true => argument,
+            false => format!("'{}'", argument.replace('\'', r"'\''")),
+        }
+    });
+    let words: Vec<String> = std::iter::once("seatrial".into()).chain(typed).collect();
+    words.join(" ")
+}
+
+/// The outcome, a table of one line a speed, the cause of the outcome and the next command.
+pub fn text(found: &IdentifiedLog, call: &str, width: usize) -> String {
+    let verdict = found.verdict();
+    let log = &found.logs.log;
+    let mut text = labelled("", &verdict.outcome().name().to_uppercase(), width);
+    let rows = speed_rows(found);
+    if let Some(table) = speed_table(&rows, width) {
+        text += &table.to_string();
+    }
+    if let [only] = rows.as_slice()
+        && let Some(offset) = offset_text(only, log.rudder_unit())
+    {
+        text += &labelled("", &offset, width);
+    }
+    text += &cause_text(verdict, width);
+    text + &command("Next   ", &next::after_log(found, call), width)
+}
+
+pub fn speed_rows(found: &IdentifiedLog) -> Vec<SpeedRow<'_>> {
+    match &found.models {
+        Some(models) => models
+            .iter()
+            .map(|model| SpeedRow {
+                thrust: model.thrust,
+                surge_speed_m_s: model.surge_speed_m_s,
+                identification: model.identification.as_ref(),
+                verdict: &model.verdict,
+            })
+            .collect(),
+        None => vec![SpeedRow {
+            thrust: None,
+            surge_speed_m_s: None,
+            identification: found.identification(),
+            verdict: found.verdict(),
+        }],
+    }
+}
+
+/// What decides the outcome, what to do about it, and how many more there are.
+pub fn cause_text(verdict: &Verdict, width: usize) -> String {
+    let Some(cause) = verdict.cause() else {
+        return String::new();
+    };
+    let mut text = labelled("Cause  ", &sentence(&cause.text), width);
+    if !cause.action.is_empty() {
+        text += &labelled("Do     ", &cause.action, width);
+    }
+    text += &match verdict.other_causes() {
+        0 => String::new(),
+        1 => labelled("Also   ", "1 more remark: --verbose or --json", width),
+        others => labelled(
+            "Also   ",
+            &format!("{others} more remarks: --verbose or --json"),
+            width,
+        ),
+    };
+    text
+}
+
+fn verbose_text(found: &IdentifiedLog) -> String {
     let log = &found.logs.log;
     let source = || source_text("Log", log);
     match (&found.models, found.identification()) {
@@ -130,13 +220,14 @@ impl EstimatorArgs {
         log: &LogArgs,
         windows: &WindowArgs,
         trace: bool,
+        is_verbose: bool,
     ) -> Result<IdentifiedLog, Failure> {
         let options = Options {
             reading: log.channels.read_settings()?,
             windows: windows.windows(),
             settings: self.settings(trace),
         };
-        let mut told = Told::default();
+        let mut told = Told::windows(is_verbose);
         Ok(identify_log_observed(&log.log, &options, &mut told)?)
     }
 
@@ -171,7 +262,7 @@ fn page(logs: &Logs, identification: &Identification) -> String {
     text += "\n";
     text += &source_text("Log", &logs.log);
     if let Some(other) = &logs.validation_log {
-        text += &source_text("Fresh log", other);
+        text += &source_text("Validated on", other);
     }
     text += &training_text(identification);
     text

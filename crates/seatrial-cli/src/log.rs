@@ -16,7 +16,8 @@ use seatrial_logs::{
 };
 
 use crate::model_text::windows_text;
-use crate::output::{Failure, say};
+use crate::output::Failure;
+use crate::screen::{labelled, width};
 
 /// A log and how to read it.
 #[derive(Args, Debug)]
@@ -202,7 +203,27 @@ pub fn open_inside(args: &LogArgs, keep: Window) -> Result<OpenedLog, Failure> {
 /// Says on standard error what is found in a log, and draws a bar on a terminal for logs that take more than a second.
 #[derive(Default)]
 pub struct Told {
+    /// Also which windows are chosen, and why.
+    windows: bool,
     reading: Option<Reading>,
+}
+
+impl Told {
+    /// Also says which windows are chosen, and why, where that is wanted.
+    pub fn windows(windows: bool) -> Self {
+        Self {
+            windows,
+            reading: None,
+        }
+    }
+}
+
+/// A line on standard error, broken where a terminal ends.
+fn tell(line: &str) {
+    match std::io::stderr().is_terminal() {
+        true => eprint!("{}", labelled("", line, width())),
+        false => eprintln!("{line}"),
+    }
 }
 
 struct Reading {
@@ -213,9 +234,15 @@ struct Reading {
 
 impl Observer for Told {
     fn opened(&mut self, path: &Path, description: &LogDescription, servo: Option<Servo>) {
-        eprintln!("{}: {}", path.display(), channel_text(description));
+        tell(&format!(
+            "{}: {}",
+            path.display(),
+            channel_text(description)
+        ));
         if let Some(servo) = servo {
-            eprintln!("the rudder acts behind the logged command: {servo}");
+            tell(&format!(
+                "the rudder acts behind the logged command: {servo}"
+            ));
         }
         self.reading = Some(Reading {
             bar: None,
@@ -250,15 +277,17 @@ impl Observer for Told {
     }
 
     fn warned(&mut self, warning: &str) {
-        eprintln!("warning: {warning}");
+        tell(&format!("warning: {warning}"));
     }
 
     fn found(&mut self, path: &Path, proposal: &Proposal) {
-        say(format_args!(
-            "{}: {}",
-            path.display(),
-            windows_text(proposal)
-        ));
+        if self.windows {
+            tell(&format!(
+                "seatrial: {}: {}",
+                path.display(),
+                windows_text(proposal)
+            ));
+        }
     }
 }
 

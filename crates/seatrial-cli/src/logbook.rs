@@ -224,23 +224,20 @@ fn heading(entry: &CampaignEntry) -> String {
 
 /// Two lines: the model, and under it the 95 % intervals.
 fn write_run(text: &mut String, run: &Run) {
-    let verdict = if run.verdict.accepted {
-        "accepted".into()
-    } else {
-        let reasons: Vec<&str> = run
-            .verdict
-            .reasons
-            .iter()
-            .map(|r| r.text.as_str())
-            .collect();
-        format!("rejected: {}", reasons.join("; "))
+    let verdict = &run.verdict;
+    let outcome = verdict.outcome().name();
+    let verdict = match verdict.cause() {
+        Some(cause) if verdict.outcome() != seatrial::identification::Outcome::Use => {
+            format!("{outcome}: {}", cause.text)
+        }
+        _ => outcome.into(),
     };
     let model = run.identification.as_ref().map(Identification::model);
     let nomoto = model.and_then(|model| model.nomoto());
     let r2 = run
         .identification
         .as_ref()
-        .and_then(|i| i.validation.as_ref()?.r2_heading);
+        .and_then(|i| i.validation.as_ref()?.judged_r2_heading());
     let _ = writeln!(
         text,
         "{:>3}  {:>4.0} %  {:>5}  {:^18}{:^18}{:^20}{:^20} {:>5}  {:>5}  {:>5}  {verdict}",

@@ -4,6 +4,9 @@ mod ardupilot_json;
 mod autopilot;
 
 mod compare;
+mod completions;
+mod demo;
+mod doctor;
 mod fault_matrix;
 mod fault_run;
 mod field;
@@ -30,9 +33,11 @@ mod recreated;
 mod replay;
 mod report;
 mod ros2;
+mod screen;
 mod serve;
 mod sim;
 mod sim_mavlink;
+mod speed_table;
 mod speeds;
 mod study;
 mod table;
@@ -45,13 +50,13 @@ mod windows;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use output::{Exit, Failure, Output, say};
 
 /// Identify how a marine vehicle steers, at sea, in one compact manoeuvre per speed.
 #[derive(Parser)]
-#[command(version, arg_required_else_help = true)]
+#[command(name = "seatrial", version, arg_required_else_help = true)]
 struct Cli {
     /// Print one JSON document on standard output and nothing else there.
     #[arg(long, global = true)]
@@ -80,6 +85,9 @@ enum Verb {
     Serve(Box<serve::Args>),
     Replay(replay::Args),
     Vehicle(vehicle_check::Args),
+    Demo(demo::Args),
+    Doctor(doctor::Args),
+    Completions(completions::Args),
 }
 
 impl Verb {
@@ -103,6 +111,9 @@ impl Verb {
             Self::Serve(args) => serve::run(args, output),
             Self::Replay(args) => replay::run(args, output),
             Self::Vehicle(args) => vehicle_check::run(args, output),
+            Self::Demo(args) => demo::run(args, output),
+            Self::Doctor(args) => doctor::run(args, output),
+            Self::Completions(args) => completions::run(args, Cli::command(), output),
         }
     }
 }
@@ -115,6 +126,32 @@ fn main() -> ExitCode {
         Err(failure) => {
             say(&failure);
             failure.exit.into()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An option that follows a flattened group would stand under the heading of that group.
+    #[test]
+    fn exact_options_of_a_verb_stand_under_no_heading_of_a_group() {
+        let verbs = Cli::command();
+        for (verb, option) in [
+            ("trial", "report"),
+            ("trial", "yes"),
+            ("trial", "seed"),
+            ("identify", "axis"),
+            ("identify", "verbose"),
+            ("report", "out"),
+        ] {
+            let verb_found = verbs.find_subcommand(verb).expect("the verb");
+            let found = verb_found
+                .get_arguments()
+                .find(|a| a.get_id() == option)
+                .unwrap_or_else(|| panic!("{verb} --{option}"));
+            assert_eq!(found.get_help_heading(), None, "{verb} --{option}");
         }
     }
 }

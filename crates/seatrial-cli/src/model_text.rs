@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use seatrial::Identification;
-use seatrial::figures::three_figures;
+use seatrial::figures::{bounds_text, r2_text, three_figures, within};
 use seatrial::identification::{Validation, Verdict};
 use seatrial::record::Window;
 use seatrial::segmentation::Proposal;
@@ -14,7 +14,7 @@ use seatrial_core::RudderUnit;
 pub fn verdict_text(verdict: &Verdict) -> String {
     let mut text = verdict.outcome().name().to_uppercase() + "\n";
     for reason in &verdict.reasons {
-        let _ = writeln!(text, "  {}: {}", reason.code, reason.text);
+        let _ = writeln!(text, "  {}: {}", reason.code, reason.measured());
     }
     text + "\n"
 }
@@ -60,9 +60,9 @@ pub fn model_text(identification: &Identification, unit: RudderUnit) -> String {
     let mut text = format!("Model       psi' = r, r' = a22 r + b2 rudder + C0{rudder}\n");
     for (name, value, unit, interval) in rows {
         let Some(value) = value else { continue };
-        let value = three_figures(value);
-        let interval = interval.map_or(String::new(), |[low, high]| {
-            format!("  95 % {} to {}", three_figures(low), three_figures(high))
+        let value = within(value, interval);
+        let interval = interval.map_or(String::new(), |interval| {
+            format!("  95 % {}", bounds_text(interval))
         });
         let _ = writeln!(text, "  {name:<8}  {value:>9} {unit:<8}{interval}");
     }
@@ -78,19 +78,26 @@ pub fn model_text(identification: &Identification, unit: RudderUnit) -> String {
     text
 }
 
-/// R^2 on fresh data.
+/// R^2 on validation data.
 pub fn fresh_text(validation: Option<Validation>) -> String {
     let Some(validation) = validation else {
-        return "Fresh data  none\n".into();
+        return "Validation  none\n".into();
     };
-    let r2 = |value: Option<f64>| value.map_or_else(|| "unknown".into(), |r2| format!("{r2:.3}"));
     format!(
-        "Fresh data  {}, {} samples: R^2 of heading {}, with the offset estimated again {}, of yaw rate {}\n",
+        "Validation  {}, {} samples: R^2 {}\n",
         span_text(validation.window),
         validation.samples,
-        r2(validation.r2_heading),
-        r2(validation.r2_heading_offset_refit),
-        r2(validation.r2_yaw_rate),
+        r2_sentence(&validation)
+    )
+}
+
+/// R^2 of heading, also with the offset estimated again, and of yaw rate.
+pub fn r2_sentence(validation: &Validation) -> String {
+    format!(
+        "of heading {}, with the offset estimated again {}, of yaw rate {}",
+        r2_text(validation.r2_heading),
+        r2_text(validation.r2_heading_offset_refit),
+        r2_text(validation.r2_yaw_rate),
     )
 }
 

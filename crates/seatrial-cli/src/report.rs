@@ -2,19 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
-use seatrial_app::identify_log::foremost;
+use seatrial_app::identify_log::{IdentifiedLog, foremost};
 use seatrial_app::logs::OpenedLog;
 use seatrial_app::models::campaign_numbered;
+use seatrial_app::next;
 use seatrial_logbook::{CampaignEntry, Logbook};
 use seatrial_report::{self as report, Fact};
 use serde::Serialize;
 
-use crate::identify::EstimatorArgs;
+use crate::identify::{EstimatorArgs, identify_call, speed_rows};
 use crate::log::{ChannelArgs, LogArgs, channel_text};
 use crate::model_text::windows_text;
 use crate::output::{Exit, Failure, Output, save_page};
 use crate::pitch::{self, Axis};
-use crate::speeds;
 use crate::windows::WindowArgs;
 
 /// One HTML page that shows a trial of a logbook, or a log with its model.
@@ -81,7 +81,12 @@ fn of_logbook(path: &Path, args: &Args) -> Result<String, Failure> {
     }
     let entry = campaign_numbered(&logbook, args.campaign)?;
     let campaign = logbook.campaign(entry.id)?;
-    Ok(report::render(&campaign, &provenance(&logbook, &entry)))
+    let command = next::after_trial(&campaign, path);
+    Ok(report::render(
+        &campaign,
+        &provenance(&logbook, &entry),
+        &command,
+    ))
 }
 
 fn of_log(path: &Path, args: &Args) -> Result<(String, Exit), Failure> {
@@ -89,33 +94,36 @@ fn of_log(path: &Path, args: &Args) -> Result<(String, Exit), Failure> {
         log: path.to_path_buf(),
         channels: args.channels.clone(),
     };
-    let found = args.estimator.identify(&log, &args.windows, true)?;
+    let found = args.estimator.identify(&log, &args.windows, true, false)?;
+    Ok((page(&found, path), Exit::of(found.verdict())))
+}
+
+/// The page of an identified log.
+pub fn page(found: &IdentifiedLog, path: &Path) -> String {
     let logs = &found.logs;
     let verdict = found.verdict();
-    let identification = match (found.identification(), verdict.reasons.first()) {
-        (Some(identification), _) => Ok(identification),
-        (None, Some(reason)) => Err(reason),
-        (None, None) => return Err(Failure::internal("no model and no reason")),
-    };
     let mut provenance = source("Log", &logs.log);
     let models = found.models.as_deref().unwrap_or_default();
     let windows = foremost(models).map(|model| ("Windows", windows_text(&model.windows)));
     provenance.extend(windows);
-    provenance.extend(models.iter().map(|model| ("Model", speeds::line(model))));
     provenance.extend(
         logs.validation_log
             .iter()
-            .flat_map(|log| source("Fresh log", log)),
+            .flat_map(|log| source("Validated on", log)),
     );
     let name = path.file_name().unwrap_or(path.as_os_str());
-    let page = report::render_log(&report::Log {
+    let rows = speed_rows(found);
+    let command = next::after_log(found, &identify_call(path));
+    report::render_log(&report::Log {
         name: &name.to_string_lossy(),
         record: &logs.log.record,
         fresh: logs.validation_log.as_ref().map(|log| &log.record),
-        identification,
+        identification: found.identification(),
+        verdict,
+        models: &rows,
+        command: &command,
         provenance: &provenance,
-    });
-    Ok((page, Exit::of(verdict)))
+    })
 }
 
 /// Where samples came from and how they were read.
@@ -136,7 +144,7 @@ fn provenance(logbook: &Logbook, entry: &CampaignEntry) -> Vec<Fact> {
             "Logbook",
             format!("{}, campaign {}", logbook.path().display(), entry.id.0),
         ),
-        ("Started (UTC)", entry.started.clone()),
+        (report::STARTED, entry.started.clone()),
         ("SHA-256 of the campaign", entry.head_sha256.clone()),
         ("SHA-256 of the plan", entry.plan_sha256.clone()),
         ("Plan", entry.plan.clone()),

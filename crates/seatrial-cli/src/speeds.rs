@@ -12,17 +12,6 @@ use seatrial_core::RudderUnit;
 use crate::model_text::{fresh_text, model_text, speed_text, training_text, verdict_text};
 use crate::output::Failure;
 
-/// A line for a page about another speed's model.
-pub fn line(model: &SpeedModel) -> String {
-    let speed = speed_text(model.thrust, model.surge_speed_m_s);
-    let verdict = model.verdict.outcome().name();
-    let theta = model.identification.as_ref().map(|i| i.model().theta());
-    match theta.map(|theta| theta.map(three_figures)) {
-        Some([a22, b2, c0]) => format!("{speed}: {verdict}, a22 {a22}, b2 {b2}, C0 {c0}"),
-        None => format!("{speed}: {verdict}"),
-    }
-}
-
 /// A paragraph of the page.
 fn paragraph(model: &SpeedModel, unit: RudderUnit) -> String {
     let mut text = format!("{}: ", speed_text(model.thrust, model.surge_speed_m_s));

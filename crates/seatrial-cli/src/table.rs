@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use seatrial::figures::{bounds_text, decimals_of, with_decimals};
 use seatrial_app::models::Estimate;
 
 /// Rows of cells under a heading; every column is flush right.
@@ -16,6 +17,12 @@ impl Table {
         Self {
             rows: vec![line(|c| c.0.into()), line(|c| c.1.into())],
         }
+    }
+
+    /// Columns of its longest line.
+    pub fn width(&self) -> usize {
+        let line = |line: &str| line.chars().count();
+        self.to_string().lines().map(line).max().unwrap_or(0)
     }
 
     /// Adds a row.
@@ -53,17 +60,16 @@ pub fn decimals(value: f64, least: usize) -> usize {
     least.max(needed.clamp(0.0, 12.0) as usize)
 }
 
-/// A value, then half the width of its interval where one is known.
+/// A value, then the bounds of its interval where one is known.
 pub fn estimate_text(estimate: &Estimate, least_decimals: usize, scale: f64) -> String {
     let value = estimate.value * scale;
-    let digits = decimals(value, least_decimals);
-    match estimate.interval_95 {
-        Some([low, high]) => format!(
-            "{value:.digits$} ±{:.digits$}",
-            (high - low) / 2.0 * scale.abs()
-        ),
-        None => format!("{value:.digits$}"),
-    }
+    let Some(interval) = estimate.interval_95 else {
+        return with_decimals(value, decimals(value, least_decimals));
+    };
+    let mut interval = interval.map(|bound| bound * scale);
+    interval.sort_by(f64::total_cmp);
+    let value = with_decimals(value, decimals_of(interval));
+    format!("{value} ({})", bounds_text(interval))
 }
 
 #[cfg(test)]

@@ -11,10 +11,12 @@ use seatrial_app::identify_log::no_model;
 use seatrial_core::YawModel;
 use serde::Serialize;
 
+use crate::identify::cause_text;
 use crate::log::{LogArgs, open_inside};
 use crate::model_source::warn;
-use crate::model_text::{fresh_text, source_text, verdict_text};
+use crate::model_text::r2_sentence;
 use crate::output::{Exit, Failure, Output};
+use crate::screen::{labelled, width};
 use seatrial_app::models::of_document;
 
 /// Simulate a stored or given model over a log and compare.
@@ -97,7 +99,11 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         verdict: judge_validation(&model, validation, own.as_ref()),
     };
     output.print(&document, || {
-        verdict_text(&document.verdict) + &fresh_text(Some(validation)) + &source_text("Log", &log)
+        let width = width();
+        let outcome = document.verdict.outcome().name().to_uppercase();
+        labelled("", &outcome, width)
+            + &cause_text(&document.verdict, width)
+            + &labelled("R^2    ", &r2_sentence(&validation), width)
     })?;
     Ok(Exit::of(&document.verdict))
 }

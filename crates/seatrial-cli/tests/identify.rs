@@ -87,6 +87,8 @@ fn cli_identify_gives_the_promised_document_and_validate_takes_it() {
         "/validation/r2_yaw_rate",
         "/validation/samples",
         "/verdict/reasons/0/text",
+        "/verdict/reasons/1/action",
+        "/verdict/reasons/1/detail",
     ] {
         let found = document.pointer(pointer).unwrap_or(&Value::Null);
         assert!(!found.is_null(), "{pointer} of {document:#}");

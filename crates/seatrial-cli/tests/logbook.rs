@@ -38,10 +38,7 @@ fn identification(model: YawModel<f64>) -> Identification {
     let around = |value: f64, half: f64| [value - half, value + half];
     let verdict = Verdict {
         accepted: true,
-        reasons: vec![Reason {
-            code: ReasonCode::Ok,
-            text: "fit to use".into(),
-        }],
+        reasons: vec![Reason::new(ReasonCode::Ok, "fit to use")],
     };
     let window = Window {
         from_s: 0.0,
@@ -175,7 +172,7 @@ fn cli_logbook_lists_shows_compares_and_exports() {
         "0.01111",
         "0.93",
         "1.01",
-        "accepted",
+        "use",
     ] {
         assert!(shown.contains(expected), "{expected} in {shown}");
     }

@@ -80,7 +80,7 @@ fn cli_report_of_a_logbook_draws_what_was_run() {
     assert_eq!(saved["schema"], "seatrial.report.v1");
     assert_eq!(saved["bytes"], page.len());
     // A logbook keeps every bit, so the charts are those of the campaign itself.
-    let direct = seatrial_report::render(&campaign, &[]);
+    let direct = seatrial_report::render(&campaign, &[], "");
     assert_eq!(charts(&page), charts(&direct));
     assert!(page.contains("The trial was stopped: the roll left its limits."));
     assert!(page.contains("seatrial.db, campaign 2"));
@@ -129,18 +129,20 @@ fn cli_report_of_a_log_draws_it_with_and_without_a_model() {
     // In this much disturbance the smaller doublet cannot show what the larger one missed.
     let (page, code) = page_of(larger, smaller);
     assert_eq!(code, Some(4));
-    assert!(!page.contains("The model is usable."));
-    assert!(page.contains("validation data by themselves are too uncertain"));
+    assert!(page.contains("</span> Do not use.</h2>"));
+    assert!(page.contains("The validation manoeuvre was too small to show a wrong model."));
     let (page, code) = page_of(smaller, larger);
     assert_eq!(code, Some(0));
-    assert!(page.contains("The model is usable."));
+    assert!(page.contains("</span> Use"));
+    assert!(page.contains("seatrial gains --model model.json"));
     assert!(page.contains("heading from heading_rad [rad]"));
 
     write_log(&folder.path().join("still.csv"), true);
     let output = seatrial(&["still.csv", "--out", "still.html"], folder.path());
     assert_eq!(output.status.code(), Some(4), "{}", text(&output.stderr));
     let page = std::fs::read_to_string(folder.path().join("still.html")).unwrap();
-    assert!(page.contains("This log gives no model."));
+    assert!(page.contains("</span> Do not use.</h2>"));
+    assert!(page.contains("The rudder did not move."));
     assert_eq!(charts(&page).len(), 1);
 }
 

@@ -4,7 +4,7 @@ use std::time::SystemTime;
 
 use jiff::{Timestamp, Unit};
 use seatrial::campaign::Run;
-use seatrial::identification::Identification;
+use seatrial::identification::{self, Identification, Reader};
 use seatrial::preview::{Predicted, Preview};
 use seatrial_app::trial_run;
 use seatrial_core as core;
@@ -16,7 +16,7 @@ use serde_json::Value;
 use crate::api::{
     CampaignSummary, Change, Check, ExpectedIntervals, Figure, Model, Outcome, PlanPreview,
     Preflight, Reason, Review, RunSummary, SpeedPreview, Stage, StageSpan, State,
-    ValidationOverlay,
+    ValidationOverlay, Verdict, VerdictOutcome,
 };
 
 /// The server's clock, UTC, RFC 3339.
@@ -69,7 +69,23 @@ impl From<seatrial::identification::Reason> for Reason {
     fn from(reason: seatrial::identification::Reason) -> Self {
         Self {
             code: reason.code.to_string(),
+            action: reason.action_for(Reader::Dashboard).to_owned(),
             text: reason.text,
+        }
+    }
+}
+
+impl From<&identification::Verdict> for Verdict {
+    fn from(verdict: &identification::Verdict) -> Self {
+        Self {
+            outcome: match verdict.outcome() {
+                identification::Outcome::Use => VerdictOutcome::Use,
+                identification::Outcome::UseWithCare => VerdictOutcome::UseWithCare,
+                identification::Outcome::NotValidated => VerdictOutcome::NotValidated,
+                identification::Outcome::DoNotUse => VerdictOutcome::DoNotUse,
+            },
+            cause: verdict.cause().cloned().map(Reason::from),
+            other_causes: verdict.other_causes(),
         }
     }
 }
@@ -154,6 +170,7 @@ pub fn run_summary(run: &Run, review: Option<Review>) -> RunSummary {
             })
             .collect(),
         accepted: run.verdict.accepted,
+        verdict: (&run.verdict).into(),
         reasons: run
             .verdict
             .reasons

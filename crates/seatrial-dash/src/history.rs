@@ -8,6 +8,7 @@ use seatrial::gain_allowance::{GainAllowance, least_damped_schedule};
 use seatrial::health::{HealthSettings, Reference, SpeedModel, compare};
 use seatrial::propagation::interval_95;
 use seatrial::{Campaign, Run};
+use seatrial_app::next;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 use seatrial_core::{
     GainSchedule, HeadingGain, HeadingLoop, SchedulePoint as ModelAt, Side, SpeedSchedule, Turn,
@@ -43,6 +44,7 @@ pub fn detail(logbook: &Logbook, id: i64, running: Option<i64>) -> Result<Campai
     };
     Ok(CampaignDetail {
         plan: entry.plan.clone(),
+        verdict: (&campaign.verdict()).into(),
         runs: campaign
             .runs
             .iter()
@@ -213,6 +215,7 @@ fn what_changed(a: &Campaign, b: &Campaign) -> Option<WhatChanged> {
     reasons.extend(change.left_out.into_iter().map(|text| Reason {
         code: "left_out".into(),
         text,
+        action: String::new(),
     }));
     Some(WhatChanged {
         changed: match change.finding {
@@ -392,14 +395,19 @@ fn at_speed(
 pub fn report(logbook: &Logbook, id: i64) -> Result<String, Refusal> {
     let entry = logbook.entry(CampaignId(id))?;
     let campaign = logbook.campaign(entry.id)?;
-    Ok(report::render(&campaign, &provenance(logbook, entry)))
+    let command = next::after_trial(&campaign, logbook.path());
+    Ok(report::render(
+        &campaign,
+        &provenance(logbook, entry),
+        &command,
+    ))
 }
 
 fn provenance(logbook: &Logbook, entry: CampaignEntry) -> Vec<Fact> {
     let place = format!("{}, campaign {}", logbook.path().display(), entry.id.0);
     vec![
         ("Logbook", place),
-        ("Started (UTC)", entry.started),
+        (report::STARTED, entry.started),
         ("SHA-256 of the campaign", entry.head_sha256),
         ("SHA-256 of the plan", entry.plan_sha256),
         ("Plan", entry.plan),

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use seatrial::identification::Reader;
 use seatrial::servo::Servo;
 use seatrial_app::documents::IdentificationDocument;
 use seatrial_app::identify_log::{Options, identify_opened};
@@ -32,7 +33,8 @@ pub fn identified(log: &Path, reading: LogReading) -> Result<IdentifiedLog, Refu
         .identification()
         .and_then(|found| Some((found.model(), found.validation?.window)));
     Ok(IdentifiedLog {
-        document: IdentificationDocument::of(&found),
+        document: IdentificationDocument::of(&found).told_to(Reader::Dashboard),
+        verdict: found.verdict().into(),
         series: series_of(&found.logs.log.record, validated),
     })
 }

@@ -67,13 +67,13 @@ impl Review {
         run.verdict.accepted = self.accepted;
         run.verdict.reasons.insert(
             0,
-            Reason {
+            Reason::new(
                 code,
-                text: format!(
+                format!(
                     "{judged} by {} on {}: {}",
                     self.reviewer, self.time, self.note
                 ),
-            },
+            ),
         );
     }
 }

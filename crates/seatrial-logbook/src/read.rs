@@ -218,10 +218,10 @@ impl StoredRun {
             Some(text) => from_json(5, &text)?,
             None => Verdict {
                 accepted: false,
-                reasons: vec![Reason {
-                    code: ReasonCode::Interrupted,
-                    text: format!("the run was not finished; {samples} samples of it are kept"),
-                }],
+                reasons: vec![Reason::new(
+                    ReasonCode::Interrupted,
+                    format!("the run was not finished; {samples} samples of it are kept"),
+                )],
             },
         };
         Ok(Run {

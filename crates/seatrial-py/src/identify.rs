@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use seatrial::identification::Reader;
 use seatrial::identify::evenly_sampled::{BatchError, EvenlySampled};
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, lambda_of};
 use seatrial::servo::Servo;
@@ -116,7 +117,10 @@ pub fn identify(
         seatrial::identify::identify(&record, training, fresh, &settings)
     });
     match found {
-        Ok(found) => json(py, &found),
+        Ok(mut found) => {
+            found.verdict = found.verdict.told_to(Reader::Python);
+            json(py, &found)
+        }
         Err(found) => Err(no_model(py, found)),
     }
 }
@@ -128,7 +132,12 @@ fn no_model(py: Python<'_>, found: IdentifyError) -> PyErr {
         }
         IdentifyError::Setting(invalid) => usage(py, invalid),
         IdentifyError::Refused(reason) => {
-            let refused = error(py, "RejectedError", reason.text);
+            let advice = reason.action_for(Reader::Python);
+            let refused = error(
+                py,
+                "RejectedError",
+                format!("{} {advice}", reason.text).trim_end(),
+            );
             match refused.value(py).setattr("reason", reason.code.to_string()) {
                 Ok(()) => refused,
                 Err(failed) => failed,
@@ -228,7 +237,7 @@ pub fn identify_log(
         settings: settings(py, estimate, method, lambda_rad_s, trace)?,
     };
     match py.detach(|| seatrial_app::identify_log(&path, &options)) {
-        Ok(found) => json(py, &found.document()),
+        Ok(found) => json(py, &found.document().told_to(Reader::Python)),
         Err(found) => Err(failed(py, &found)),
     }
 }

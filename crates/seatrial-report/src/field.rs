@@ -55,6 +55,7 @@ fn headline(field: &Field) -> Headline {
         findings: failed
             .map(|claim| format!("{}: {} does not hold", claim.place, spoken(claim.claim)))
             .collect(),
+        command: String::new(),
         next: Vec::new(),
     }
 }

@@ -5,7 +5,7 @@ use seatrial_core::{Sample, YawModel};
 
 use super::Figure;
 use super::chart::{Chart, Layer, Panel};
-use super::number::decimals;
+use super::number::{self, decimals};
 use super::run_figures::{Source, degrees, present, series, unwrapped, yaw_rate};
 use seatrial::campaign::Stage;
 use seatrial::identify::validation::quiet_lead_in_s;
@@ -166,22 +166,24 @@ pub(super) fn figure(source: &Source) -> Option<Figure> {
     if panels.is_empty() || longest <= 0.0 {
         return None;
     }
-    let r2 = identification.validation.and_then(|v| v.r2_heading);
+    let r2 = identification
+        .validation
+        .and_then(|v| v.judged_r2_heading());
     let fresh = match (identification.validation, r2) {
         (Some(_), Some(r2)) => format!(
-            "On fresh data the model explains {} of the heading (R² = {}).",
+            "On validation data the model explains {} of the heading (R² = {}).",
             if r2 > 0.0 {
                 format!("{} %", decimals(100.0 * r2, 0))
             } else {
                 "nothing".to_owned()
             },
-            decimals(r2, 3)
+            number::r2(Some(r2))
         ),
         (Some(_), None) => {
-            "The heading of the fresh data did not vary: R² says nothing.".to_owned()
+            "The heading of the validation data did not vary: R² says nothing.".to_owned()
         }
         (None, _) => {
-            "There are no fresh data: nothing says yet how well the model predicts.".to_owned()
+            "There are no validation data: nothing says yet how well the model predicts.".to_owned()
         }
     };
     let chart = Chart {

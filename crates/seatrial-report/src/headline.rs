@@ -2,10 +2,10 @@
 
 use seatrial_core::{AbortReason, Outcome};
 
-use super::number::{decimals, joined, percent, significant, spoken};
+use super::number::{decimals, percent, sentence, significant};
 use super::speed_figures::Speed;
 use seatrial::campaign::{Campaign, Run};
-use seatrial::identification::{Identification, Outcome as ModelOutcome, Reason};
+use seatrial::identification::{Outcome as ModelOutcome, Verdict};
 
 /// How good the news is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +13,16 @@ pub(super) enum Tone {
     Good,
     Partly,
     Bad,
+}
+
+impl From<ModelOutcome> for Tone {
+    fn from(outcome: ModelOutcome) -> Self {
+        match outcome {
+            ModelOutcome::Use => Self::Good,
+            ModelOutcome::UseWithCare | ModelOutcome::NotValidated => Self::Partly,
+            ModelOutcome::DoNotUse => Self::Bad,
+        }
+    }
 }
 
 impl Tone {
@@ -43,6 +53,34 @@ pub(super) struct Headline {
     pub findings: Vec<String>,
     /// What to do now, one sentence each.
     pub next: Vec<String>,
+    /// What to type next; empty where there is nothing.
+    pub command: String,
+}
+
+/// The outcome as the first word of a sentence: `Use with care.`
+pub(super) fn outcome_text(outcome: ModelOutcome) -> String {
+    sentence(outcome.name())
+}
+
+/// The cause of an outcome, and how many more there are.
+fn cause(verdict: &Verdict) -> Vec<String> {
+    let mut cause: Vec<String> = verdict
+        .cause()
+        .map(|r| sentence(&r.text))
+        .into_iter()
+        .collect();
+    cause.extend(match verdict.other_causes() {
+        0 => None,
+        1 => Some("1 more remark is given with the figures.".to_owned()),
+        others => Some(format!("{others} more remarks are given with the figures.")),
+    });
+    cause
+}
+
+/// What to do about the cause of an outcome.
+fn action(verdict: &Verdict) -> Option<String> {
+    let action = &verdict.cause()?.action;
+    (!action.is_empty()).then(|| action.clone())
 }
 
 /// Thrusts in order, each once.
@@ -54,13 +92,14 @@ fn thrusts(campaign: &Campaign) -> Vec<f64> {
 }
 
 /// The verdict of a campaign.
-pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed]) -> Headline {
+pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed], command: &str) -> Headline {
     let tried = thrusts(campaign);
     let failed: Vec<&Run> = tried
         .iter()
         .filter(|thrust| !speeds.iter().any(|speed| speed.run.thrust == **thrust))
         .filter_map(|thrust| campaign.runs.iter().rfind(|run| run.thrust == *thrust))
         .collect();
+    let judged = campaign.verdict();
     let count = match (speeds.len(), tried.len()) {
         (_, 0) => "No run was recorded".to_owned(),
         (0, _) => "No usable model".to_owned(),
@@ -69,32 +108,28 @@ pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed]) -> Headline {
         (good, all) => format!("Usable models at {good} of {all} speeds"),
     };
     let complete = campaign.outcome == Some(Outcome::Finished);
-    let tone = match speeds.len() {
-        0 => Tone::Bad,
-        good if good == tried.len() && complete => Tone::Good,
-        _ => Tone::Partly,
-    };
+    let tone = judged.outcome().into();
+    let word = outcome_text(judged.outcome());
     let verdict = match campaign.outcome {
-        Some(Outcome::Finished) => format!("{count}."),
+        Some(Outcome::Finished) => format!("{word} {count}."),
         Some(Outcome::Aborted(reason)) => {
-            format!("The trial was stopped: {}. {count}.", abort(reason).0)
+            format!(
+                "{word} The trial was stopped: {}. {count}.",
+                abort(reason).0
+            )
         }
-        None => format!("The trial was not finished. {count} so far."),
+        None => format!("{word} The trial was not finished. {count} so far."),
     };
 
-    let mut findings = Vec::new();
+    // That every speed has a model is said already.
+    let mut findings = match judged.outcome() {
+        ModelOutcome::Use => Vec::new(),
+        _ => cause(&judged),
+    };
     if let (Some(slow), Some(fast)) = (speeds.first(), speeds.last()) {
         findings.extend(how_it_steers(slow, fast));
     }
-    findings.extend(failed.iter().map(|run| {
-        format!(
-            "{} thrust gave no usable model: {}.",
-            percent(run.thrust),
-            joined(&run.verdict.reasons)
-        )
-    }));
-
-    let mut next = Vec::new();
+    let mut next: Vec<String> = action(&judged).into_iter().collect();
     match campaign.outcome {
         Some(Outcome::Aborted(reason)) => next.push(abort(reason).1.to_owned()),
         None => next.push(
@@ -127,6 +162,7 @@ pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed]) -> Headline {
         verdict,
         findings,
         next,
+        command: command.to_owned(),
     }
 }
 
@@ -258,41 +294,13 @@ fn abort(reason: AbortReason) -> (&'static str, &'static str) {
     }
 }
 
-/// The verdict of one identification on a log.
-pub(super) fn of_identification(identification: &Identification) -> Headline {
-    let tone = match identification.verdict.outcome() {
-        ModelOutcome::Use | ModelOutcome::UseWithCare => Tone::Good,
-        ModelOutcome::NotValidated => Tone::Partly,
-        ModelOutcome::DoNotUse => Tone::Bad,
-    };
-    let (verdict, next) = match tone {
-        Tone::Good => (
-            "The model is usable.",
-            "Derive gains and turning limits with “seatrial gains” and “seatrial turn”.",
-        ),
-        Tone::Partly => (
-            "The model looks usable but was not checked on fresh data.",
-            "Give a second manoeuvre as fresh data (--validate-from with --validate-to, or --validate-on) before using the model.",
-        ),
-        Tone::Bad => ("The model must not be used.", REPEAT),
-    };
-    let reasons = identification.verdict.reasons.iter();
+/// The verdict on a log: the outcome, its cause, what to do about it and what to type next.
+pub(super) fn of_log(verdict: &Verdict, command: &str) -> Headline {
     Headline {
-        tone,
-        verdict: verdict.to_owned(),
-        findings: reasons.map(|reason| spoken(&reason.text)).collect(),
-        next: vec![next.to_owned()],
-    }
-}
-
-const REPEAT: &str = "Remove the cause given above and record the manoeuvre again.";
-
-/// The verdict on a log that gives no model at all.
-pub(super) fn of_refusal(reason: &Reason) -> Headline {
-    Headline {
-        tone: Tone::Bad,
-        verdict: "This log gives no model.".to_owned(),
-        findings: vec![spoken(&reason.text)],
-        next: vec![REPEAT.to_owned()],
+        tone: verdict.outcome().into(),
+        verdict: outcome_text(verdict.outcome()),
+        findings: cause(verdict),
+        next: action(verdict).into_iter().collect(),
+        command: command.to_owned(),
     }
 }

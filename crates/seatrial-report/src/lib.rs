@@ -10,6 +10,8 @@ mod chart;
 mod field;
 mod fit;
 mod headline;
+mod log;
+mod log_model;
 mod number;
 mod pitch;
 mod recorded;
@@ -26,13 +28,13 @@ use chart::Chart;
 pub use field::render as render_field;
 pub use fit::{Overlaid, overlay};
 use headline::{Headline, Tone};
-use number::{decimals, percent, spoken};
+pub use log::{Log, render as render_log};
+pub use log_model::LogModel;
+use number::{decimals, percent, sentence};
 pub use pitch::render as render_pitch;
 use run_figures::Source;
-use seatrial::campaign::{Campaign, Run, Stage, StageSpan};
-use seatrial::gain_allowance::GainAllowance;
-use seatrial::identification::{Identification, Reason};
-use seatrial::record::Record;
+use seatrial::campaign::{Campaign, Run};
+use seatrial::identification::{Reason, Verdict};
 pub use segmentation::{Found, render as render_found};
 pub use standard::render as render_standard;
 pub use study::render as render_study;
@@ -41,9 +43,12 @@ use tables::Table;
 /// A name and a value for the list of what was recorded.
 pub type Fact = (&'static str, String);
 
+/// When a campaign was started, among the facts of its provenance.
+pub const STARTED: &str = "Started (UTC)";
+
 /// The page of a whole trial. `provenance` is what else is known of it: its plan, its place in a
-/// logbook.
-pub fn render(campaign: &Campaign, provenance: &[Fact]) -> String {
+/// logbook, when it was [started](STARTED). `command` is what to type next.
+pub fn render(campaign: &Campaign, provenance: &[Fact], command: &str) -> String {
     let campaign = &*campaign.with_acting_rudder();
     let speeds = speed_figures::accepted(campaign);
     let method_tables = if speeds.is_empty() {
@@ -53,8 +58,8 @@ pub fn render(campaign: &Campaign, provenance: &[Fact]) -> String {
     };
     let page = Page {
         title: format!("Sea trial of {}", campaign.vehicle),
-        subtitle: format!("Configuration {}", campaign.configuration),
-        headline: headline::of_campaign(campaign, &speeds),
+        subtitle: subtitle(campaign, provenance),
+        headline: headline::of_campaign(campaign, &speeds, command),
         summary: (!campaign.runs.is_empty()).then(|| tables::summary(campaign, &speeds)),
         runs: campaign.runs.iter().map(run_section).collect(),
         together: speed_figures::together(&speeds).into_iter().collect(),
@@ -80,85 +85,22 @@ pub fn render(campaign: &Campaign, provenance: &[Fact]) -> String {
     page.text()
 }
 
-/// A record with its identification, and what to call it.
-#[derive(Clone, Copy, Debug)]
-pub struct Log<'a> {
-    /// Name of the log, as the reader knows it.
-    pub name: &'a str,
-    /// The record that the model was made from.
-    pub record: &'a Record,
-    /// The record of fresh data, where it is another one.
-    pub fresh: Option<&'a Record>,
-    /// The model, or why there is none.
-    pub identification: Result<&'a Identification, &'a Reason>,
-    /// What else is known about where it came from, name and value.
-    pub provenance: &'a [Fact],
+/// Configuration and date, as far as they are known.
+fn subtitle(campaign: &Campaign, provenance: &[Fact]) -> String {
+    let configuration = format!("Configuration {}", campaign.configuration);
+    let started = provenance.iter().find(|(name, _)| *name == STARTED);
+    match started {
+        Some((_, date)) => format!("{configuration}, started {}", minute(date)),
+        None => configuration,
+    }
 }
 
-/// The page of one identification on a log. Without a model the record is drawn all the same.
-pub fn render_log(log: &Log) -> String {
-    let identification = log.identification.ok();
-    let mut stages = Vec::new();
-    stages.extend(identification.map(|i| StageSpan {
-        stage: Stage::Train,
-        window: i.training,
-    }));
-    let validation = identification.and_then(|i| i.validation);
-    stages.extend(validation.map(|validation| StageSpan {
-        stage: Stage::Validate,
-        window: validation.window,
-    }));
-    let source = Source {
-        record: log.record,
-        fresh: log.fresh.unwrap_or(log.record),
-        stages: &stages,
-        identification,
-        name: log.name,
-        origin_s: 0.0,
-        is_trial: false,
-    };
-    let gain = identification.and_then(|i| {
-        GainAllowance::of(i)
-            .design(&i.model(), speed_figures::DAMPING_RATIO)
-            .ok()
-            .filter(|_| i.verdict.accepted)
-    });
-    let mut recorded = vec![(
-        "Software",
-        format!("seatrial {}", env!("CARGO_PKG_VERSION")),
-    )];
-    recorded.extend(log.provenance.iter().cloned());
-    let records: Vec<&Record> = [Some(log.record), log.fresh]
-        .into_iter()
-        .flatten()
-        .collect();
-    recorded.push(("SHA-256 of the samples", recorded::fingerprint(&records)));
-    let page = Page {
-        title: format!("Steering of {}", log.name),
-        subtitle: String::new(),
-        headline: match log.identification {
-            Ok(identification) => headline::of_identification(identification),
-            Err(reason) => headline::of_refusal(reason),
-        },
-        summary: identification
-            .map(|i| tables::log_summary(i, gain.map(|gain| gain.proportional_gain))),
-        runs: vec![RunSection {
-            anchor: "run-1".to_owned(),
-            title: "The record".to_owned(),
-            verdict: None,
-            reasons: Vec::new(),
-            facts: identification.map_or(Vec::new(), recorded::method),
-            figures: run_figures(&source),
-        }],
-        together: Vec::new(),
-        methods: Vec::new(),
-        over_speed: Vec::new(),
-        controller: None,
-        control: Vec::new(),
-        every_run: None,
-        recorded,
-    };
-    page.text()
+/// A time of the logbook, `2026-11-24T00:39:11.123Z`, to the minute.
+fn minute(time: &str) -> String {
+    match (time.get(..10), time.get(11..16)) {
+        (Some(day), Some(minute)) => format!("{day} {minute} UTC"),
+        _ => time.to_owned(),
+    }
 }
 
 /// A chart with its caption.
@@ -180,7 +122,8 @@ impl Figure {
 struct RunSection {
     anchor: String,
     title: String,
-    verdict: Option<Tone>,
+    /// The tone and the outcome.
+    verdict: Option<(Tone, &'static str)>,
     reasons: Vec<String>,
     facts: Vec<Fact>,
     figures: Vec<Figure>,
@@ -212,20 +155,11 @@ fn run_section(run: &Run) -> RunSection {
         },
         is_trial: true,
     };
-    let figures = run_figures(&source);
+    let figures = run_figures_of(&source);
     RunSection {
         anchor: format!("run-{}", run.number),
-        verdict: Some(if run.verdict.accepted {
-            Tone::Good
-        } else {
-            Tone::Bad
-        }),
-        reasons: run
-            .verdict
-            .reasons
-            .iter()
-            .map(|r| spoken(&r.text))
-            .collect(),
+        verdict: Some((run.verdict.outcome().into(), run.verdict.outcome().name())),
+        reasons: reasons(&run.verdict),
         facts: run
             .identification
             .as_ref()
@@ -235,7 +169,16 @@ fn run_section(run: &Run) -> RunSection {
     }
 }
 
-fn run_figures(source: &Source) -> Vec<Figure> {
+/// Each reason with what was measured.
+fn reasons(verdict: &Verdict) -> Vec<String> {
+    let told = |reason: &Reason| match reason.detail.is_empty() {
+        true => sentence(&reason.text),
+        false => format!("{} {}", sentence(&reason.text), sentence(&reason.detail)),
+    };
+    verdict.reasons.iter().map(told).collect()
+}
+
+fn run_figures_of(source: &Source) -> Vec<Figure> {
     let figures = [
         run_figures::manoeuvre(source),
         run_figures::estimates(source),

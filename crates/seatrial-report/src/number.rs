@@ -2,22 +2,26 @@
 
 use std::fmt::Write;
 
+use seatrial::figures::{r2_text, with_decimals};
 use seatrial::identification::Reason;
 
 /// What stands for a missing value.
 pub(super) const MISSING: &str = "–";
 
-/// A number with so many decimals, a true minus sign and no negative zero.
+/// A number with so many decimals and a true minus sign.
 pub(super) fn decimals(value: f64, count: usize) -> String {
     if !value.is_finite() {
         return MISSING.to_owned();
     }
-    let text = format!("{value:.count$}");
-    match text.strip_prefix('-') {
-        Some(digits) if digits.bytes().all(|b| matches!(b, b'0' | b'.')) => digits.to_owned(),
-        Some(digits) => format!("−{digits}"),
-        None => text,
-    }
+    with_decimals(value, count).replacen('-', "−", 1)
+}
+
+/// R^2 to two places.
+pub(super) fn r2(value: Option<f64>) -> String {
+    value.map_or_else(
+        || MISSING.to_owned(),
+        |value| r2_text(Some(value)).replacen('-', "−", 1),
+    )
 }
 
 /// A number that may be missing.
@@ -58,13 +62,21 @@ pub(super) fn spoken(text: &str) -> String {
     text.replace("^2", "²")
 }
 
-/// The texts of several reasons in one.
+/// Text as a sentence: a capital letter, its powers raised, a full stop.
+pub(super) fn sentence(text: &str) -> String {
+    let spoken = spoken(text.trim_end_matches('.'));
+    let mut letters = spoken.chars();
+    let first = letters.next().map(|first| first.to_uppercase().to_string());
+    format!("{}{}.", first.unwrap_or_default(), letters.as_str())
+}
+
+/// The causes of several reasons in one.
 pub(super) fn joined(reasons: &[Reason]) -> String {
-    let texts: Vec<String> = reasons
+    let causes: Vec<String> = reasons
         .iter()
-        .map(|reason| spoken(reason.text.trim_end_matches('.')))
+        .map(|reason| sentence(&reason.text))
         .collect();
-    texts.join("; also: ")
+    causes.join(" ")
 }
 
 #[cfg(test)]

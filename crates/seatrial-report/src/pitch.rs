@@ -34,6 +34,7 @@ pub fn render(vehicle: &str, trial: &PitchTrial, provenance: &[Fact]) -> String 
             verdict,
             findings: trial.runs.iter().filter_map(finding).collect(),
             next: Vec::new(),
+            command: String::new(),
         },
         summary: Some(models(&trial.runs)),
         runs: Vec::new(),

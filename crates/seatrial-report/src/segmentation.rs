@@ -44,6 +44,7 @@ pub fn render(found: &Found) -> String {
                 found.proposals.len()
             ),
             findings: found.proposals.iter().map(|p| p.because.clone()).collect(),
+            command: String::new(),
             next: Vec::new(),
         },
         summary: (!found.segments.is_empty()).then(|| table(found)),

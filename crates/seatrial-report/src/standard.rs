@@ -16,6 +16,7 @@ pub fn render(vehicle: &str, manoeuvres: &[StandardManoeuvres]) -> String {
             tone: Tone::Good,
             verdict: format!("{} thrusts", manoeuvres.len()),
             findings: Vec::new(),
+            command: String::new(),
             next: Vec::new(),
         },
         summary: Some(zig_zag_table(manoeuvres)),

@@ -20,6 +20,7 @@ pub fn render(title: &str, runs: u64, cells: &[Cell]) -> String {
                 estimators(cells).count()
             ),
             findings: cells.iter().filter_map(convergence).collect(),
+            command: String::new(),
             next: Vec::new(),
         },
         summary: None,

@@ -4,10 +4,13 @@ use seatrial_core::heading_loop::HeadingLoop;
 use seatrial_core::{HeadingGain, Nomoto, YawModel};
 
 use super::fit::usable;
-use super::number::{MISSING, decimals, decimals_or_missing, joined, percent, significant};
+use super::headline::Tone;
+use super::log_model::LogModel;
+use super::number::{MISSING, decimals, decimals_or_missing, joined, percent, r2, significant};
 use super::speed_figures::{DAMPING_RATIO, Speed, gain_interval};
 use seatrial::campaign::{Campaign, Run, Stage};
-use seatrial::identification::{Identification, Intervals};
+use seatrial::figures::decimals_of;
+use seatrial::identification::{Identification, Intervals, Verdict};
 use seatrial::identify::simplex;
 use seatrial::identify::validation::goodness_of_fit;
 use seatrial::propagation::interval_95;
@@ -57,30 +60,23 @@ impl Cell {
     /// A value with its interval on a second line, both with the decimals that the interval's
     /// width deserves.
     fn with_interval(value: f64, interval: Option<[f64; 2]>) -> Self {
-        let Some([low, high]) = interval else {
+        let Some(interval) = interval else {
             return significant(value, 3).into();
         };
-        let needed = -(0.5 * (high - low)).log10().floor() + 1.0;
-        let count = if needed.is_finite() {
-            needed.clamp(0.0, 6.0) as usize
-        } else {
-            3
-        };
+        let count = decimals_of(interval);
+        let [low, high] = interval.map(|bound| decimals(bound, count));
         Self {
-            detail: format!("{} … {}", decimals(low, count), decimals(high, count)),
+            detail: format!("{low} … {high}"),
             ..Self::from(decimals(value, count))
         }
     }
 
-    fn verdict(accepted: bool) -> Self {
-        let (text, class) = if accepted {
-            ("✓ use", "good")
-        } else {
-            ("✕ do not use", "bad")
-        };
+    fn verdict(verdict: &Verdict) -> Self {
+        let outcome = verdict.outcome();
+        let tone = Tone::from(outcome);
         Self {
-            class,
-            ..Self::from(text.to_owned())
+            class: tone.class(),
+            ..Self::from(format!("{} {}", tone.sign(), outcome.name()))
         }
     }
 }
@@ -114,13 +110,19 @@ const SUMMARY_PARAMETERS: [(&str, &str); 8] = [
     ("Offset δ₀", "°"),
     ("Nomoto T", "s"),
     ("Nomoto K", "1/s"),
-    ("R²", "fresh data"),
+    ("R²", "validation"),
     ("Gain Kₚ", "°/°"),
 ];
 
-fn summary_cells(identification: &Identification, gain: Option<Cell>) -> Vec<Cell> {
+fn summary_cells(
+    identification: &Identification,
+    verdict: &Verdict,
+    gain: Option<Cell>,
+) -> Vec<Cell> {
     let nomoto = identification.nomoto;
-    let r2 = identification.validation.and_then(|v| v.r2_heading);
+    let judged = identification
+        .validation
+        .and_then(|v| v.judged_r2_heading());
     let mut cells = Vec::from(parameters(identification));
     let nomoto_cell = |of: fn(Nomoto<f64>) -> f64| {
         let interval = identification.refined.as_ref().and_then(|refined| {
@@ -134,9 +136,9 @@ fn summary_cells(identification: &Identification, gain: Option<Cell>) -> Vec<Cel
     };
     cells.push(nomoto_cell(|nomoto| nomoto.t_s));
     cells.push(nomoto_cell(|nomoto| nomoto.k_per_s));
-    cells.push(decimals_or_missing(r2, 3).into());
+    cells.push(r2(judged).into());
     cells.push(gain.unwrap_or_else(|| MISSING.to_owned().into()));
-    cells.push(Cell::verdict(identification.verdict.accepted));
+    cells.push(Cell::verdict(verdict));
     cells
 }
 
@@ -150,16 +152,9 @@ fn summary_note<'a>(mut identifications: impl Iterator<Item = &'a Identification
     format!("{intervals} Kₚ gives no more than about 5 % overshoot (damping ratio 0.71).")
 }
 
-/// One line per thrust: the accepted run, or the last one where none was accepted.
+/// One line per thrust: the run that decides about it.
 pub(super) fn summary(campaign: &Campaign, speeds: &[Speed]) -> Table {
-    let mut runs: Vec<&Run> = Vec::new();
-    for run in campaign.runs.iter().rev() {
-        if !runs.iter().any(|other| other.thrust == run.thrust) {
-            let accepted = speeds.iter().find(|s| s.run.thrust == run.thrust);
-            runs.push(accepted.map_or(run, |speed| speed.run));
-        }
-    }
-    runs.sort_by(|a, b| a.thrust.total_cmp(&b.thrust));
+    let runs = campaign.deciding_runs();
     let note = summary_note(runs.iter().filter_map(|run| run.identification.as_ref()));
     let rows = runs.into_iter().map(|run| {
         let mut row = vec![
@@ -175,15 +170,11 @@ pub(super) fn summary(campaign: &Campaign, speeds: &[Speed]) -> Table {
             .and_then(|speed| Some(gain_cell(speed, speed.gain?.proportional_gain)));
         match &run.identification {
             Some(identification) => {
-                row.extend(summary_cells(identification, gain));
-                // The run may be rejected for what the identification does not know.
-                if let Some(verdict) = row.last_mut() {
-                    *verdict = Cell::verdict(run.verdict.accepted);
-                }
+                row.extend(summary_cells(identification, &run.verdict, gain));
             }
             None => {
                 row.extend(SUMMARY_PARAMETERS.map(|_| Cell::from(MISSING.to_owned())));
-                row.push(Cell::verdict(run.verdict.accepted));
+                row.push(Cell::verdict(&run.verdict));
             }
         }
         row
@@ -203,14 +194,41 @@ pub(super) fn summary(campaign: &Campaign, speeds: &[Speed]) -> Table {
     }
 }
 
-/// The one line of an identification on a log.
-pub(super) fn log_summary(identification: &Identification, gain: Option<f64>) -> Table {
-    let gain = gain.map(|gain| Cell::from(significant(gain, 3)));
+/// One line for each model of a log.
+pub(super) fn log_summary(models: &[LogModel]) -> Table {
+    let identifications = models.iter().filter_map(|model| model.identification);
+    let rows = models.iter().map(|model| {
+        let gain = model.gain().map(|gain| Cell::from(significant(gain, 3)));
+        let mut row = vec![
+            model
+                .thrust
+                .map_or_else(|| MISSING.to_owned(), percent)
+                .into(),
+            decimals_or_missing(model.surge_speed_m_s, 2).into(),
+        ];
+        match model.identification {
+            Some(identification) => {
+                row.extend(summary_cells(identification, model.verdict, gain));
+            }
+            None => {
+                row.extend(SUMMARY_PARAMETERS.map(|_| Cell::from(MISSING.to_owned())));
+                row.push(Cell::verdict(model.verdict));
+            }
+        }
+        row
+    });
     Table {
         title: "Summary",
-        note: summary_note(std::iter::once(identification)),
-        rows: vec![summary_cells(identification, gain)],
-        columns: columns(&[&SUMMARY_PARAMETERS[..], &[("Verdict", "")]].concat()),
+        note: summary_note(identifications),
+        rows: rows.collect(),
+        columns: columns(
+            &[
+                &[("Thrust", ""), ("Speed", "m/s")],
+                &SUMMARY_PARAMETERS[..],
+                &[("Verdict", "")],
+            ]
+            .concat(),
+        ),
     }
 }
 
@@ -251,11 +269,7 @@ fn thrust_and_speed(speed: &Speed) -> Vec<Cell> {
 fn fresh_r2(speed: &Speed, model: &YawModel<f64>) -> Cell {
     let window = speed.run.stage(Stage::Validate);
     let samples = window.map(|window| speed.run.record.window(window));
-    decimals_or_missing(
-        samples.and_then(|s| goodness_of_fit(*model, s).r2_heading),
-        3,
-    )
-    .into()
+    r2(samples.and_then(|s| goodness_of_fit(*model, s).r2_heading)).into()
 }
 
 /// Table II: the estimate made sample by sample on the vehicle.
@@ -273,7 +287,7 @@ pub(super) fn online(speeds: &[Speed]) -> Table {
         note: "As Table II of the paper: what the vehicle knew at the end of each training stage, estimated sample by sample.".to_owned(),
         rows: rows.collect(),
         columns: columns(
-            &[&AS_PRINTED[..], &[("R²", "fresh data"), ("At rest after", "s")]].concat(),
+            &[&AS_PRINTED[..], &[("R²", "validation"), ("At rest after", "s")]].concat(),
         ),
     }
 }
@@ -298,7 +312,7 @@ pub(super) fn offline(speeds: &[Speed]) -> Table {
             .to_owned(),
         rows: rows.collect(),
         columns: columns(
-            &[&AS_PRINTED[..], &[("R²", "fresh data"), ("Iterations", "")]].concat(),
+            &[&AS_PRINTED[..], &[("R²", "validation"), ("Iterations", "")]].concat(),
         ),
     }
 }
@@ -309,8 +323,8 @@ pub(super) fn controller(speeds: &[Speed]) -> Table {
         let model = &speed.point.model;
         let mut row = thrust_and_speed(speed);
         row.extend(as_printed(model));
-        let r2 = speed.identification.validation.and_then(|v| v.r2_heading);
-        row.push(decimals_or_missing(r2, 3).into());
+        let judged = speed.identification.validation;
+        row.push(r2(judged.and_then(|v| v.judged_r2_heading())).into());
         let gain = speed.gain;
         row.push(gain.map_or(MISSING.to_owned().into(), |g| Cell {
             class: "strong",
@@ -344,7 +358,7 @@ pub(super) fn controller(speeds: &[Speed]) -> Table {
             &[
                 &AS_PRINTED[..],
                 &[
-                    ("R²", "fresh data"),
+                    ("R²", "validation"),
                     ("Kₚ", "°/°"),
                     ("Kₚ (57)", "°/°"),
                     ("Feed-forward −δ₀", "°"),
@@ -373,7 +387,7 @@ pub(super) fn runs(campaign: &Campaign) -> Table {
             decimals_or_missing(run.surge_speed_m_s, 2).into(),
             decimals_or_missing(duration, 1).into(),
             run.record.samples.len().to_string().into(),
-            Cell::verdict(run.verdict.accepted),
+            Cell::verdict(&run.verdict),
             Cell::words(joined(&run.verdict.reasons)),
         ]
     });

@@ -3,10 +3,10 @@
 mod made_up_trial;
 
 use seatrial::Campaign;
-use seatrial::identification::{EstimateMethod, Reason, ReasonCode};
+use seatrial::identification::{EstimateMethod, Outcome as Usable, Reason, ReasonCode, Verdict};
 use seatrial::time_scale::LambdaReason;
 use seatrial_core::{AbortReason, Outcome};
-use seatrial_report::{self as report, Log};
+use seatrial_report::{self as report, Log, LogModel};
 
 /// Keeps a page where a person can open it and returns its text.
 fn kept(name: &str, page: String) -> String {
@@ -45,32 +45,47 @@ fn pages() -> Vec<(&'static str, String)> {
     partly.runs.push(again);
     let one = made_up_trial::campaign(&[0.8]);
     let run = &one.runs[0];
+    let models = [LogModel {
+        thrust: Some(run.thrust),
+        surge_speed_m_s: run.surge_speed_m_s,
+        identification: run.identification.as_ref(),
+        verdict: &run.verdict,
+    }];
     let log = Log {
         name: "run_80.csv",
         record: &run.record,
         fresh: None,
-        identification: Ok(run.identification.as_ref().unwrap()),
+        identification: run.identification.as_ref(),
+        verdict: &run.verdict,
+        models: &models,
+        command: "seatrial gains --model model.json",
         provenance: &[("Format", "csv".to_owned())],
     };
-    let reason = Reason {
-        code: ReasonCode::RudderConstant,
-        text: "the rudder stays within 0.01 deg".to_owned(),
-    };
+    let verdict = Verdict::refused(Reason::new(
+        ReasonCode::RudderConstant,
+        "the rudder stays within 0.01 deg",
+    ));
     let refused = Log {
-        identification: Err(&reason),
+        identification: None,
+        verdict: &verdict,
+        models: &[],
         ..log
     };
     vec![
         ("refused", report::render_log(&refused)),
         (
             "finished",
-            report::render(&made_up_trial::campaign(&[0.6, 0.7, 0.8, 0.9, 1.0]), &[]),
+            report::render(
+                &made_up_trial::campaign(&[0.6, 0.7, 0.8, 0.9, 1.0]),
+                &[],
+                "",
+            ),
         ),
-        ("partly", report::render(&partly, &[])),
-        ("rejected", report::render(&rejected(), &[])),
-        ("aborted", report::render(&aborted(), &[])),
-        ("empty", report::render(&empty(), &[])),
-        ("one_speed", report::render(&one, &[])),
+        ("partly", report::render(&partly, &[], "")),
+        ("rejected", report::render(&rejected(), &[], "")),
+        ("aborted", report::render(&aborted(), &[], "")),
+        ("empty", report::render(&empty(), &[], "")),
+        ("one_speed", report::render(&one, &[], "")),
         ("log", report::render_log(&log)),
     ]
 }
@@ -165,7 +180,11 @@ fn prop_every_chart_has_words() {
 
 #[test]
 fn exact_finished_trial_has_every_part() {
-    let page = report::render(&made_up_trial::campaign(&[0.6, 0.7, 0.8, 0.9, 1.0]), &[]);
+    let page = report::render(
+        &made_up_trial::campaign(&[0.6, 0.7, 0.8, 0.9, 1.0]),
+        &[],
+        "",
+    );
     for part in [
         "Usable models at all 5 speeds.",
         "What to do now",
@@ -197,7 +216,7 @@ fn exact_finished_trial_has_every_part() {
 /// No plots when the analysis fails is the complaint; every run of a bad trial is drawn.
 #[test]
 fn exact_bad_trials_are_drawn() {
-    let page = report::render(&aborted(), &[]);
+    let page = report::render(&aborted(), &[], "");
     assert!(
         page.contains("the roll left its limits. A usable model")
             || page.contains("the roll left its limits. Usable models at 1 of 2 speeds.")
@@ -206,13 +225,13 @@ fn exact_bad_trials_are_drawn() {
     assert!(page.contains("id=\"run-2\""));
     assert!(page.matches("The manoeuvre.").count() == 2);
 
-    let page = report::render(&rejected(), &[]);
+    let page = report::render(&rejected(), &[], "");
     assert!(page.contains("No usable model."));
     assert!(page.matches("The manoeuvre.").count() == 2);
     assert!(page.matches("Measured less model").count() == 2);
     assert!(!page.contains("Load the gains"));
 
-    let page = report::render(&empty(), &[]);
+    let page = report::render(&empty(), &[], "");
     assert!(page.contains("No run was recorded so far."));
     assert!(page.contains("What was recorded"));
 }
@@ -229,7 +248,7 @@ fn prop_names_cannot_write_markup() {
     identification.settings.lambda_because = LambdaReason::Recorded(hostile.to_owned());
     identification.online.method = EstimateMethod::Other(hostile.to_owned());
     identification.refined.as_mut().unwrap().method = EstimateMethod::Other(hostile.to_owned());
-    let page = report::render(&campaign, &[]);
+    let page = report::render(&campaign, &[], "");
     assert!(!page.contains("<script>alert"));
     assert!(!page.contains("<img"));
     assert!(page.contains("alert(1)"));
@@ -239,7 +258,10 @@ fn prop_names_cannot_write_markup() {
         name: hostile,
         record: &run.record,
         fresh: Some(&run.record),
-        identification: Ok(run.identification.as_ref().unwrap()),
+        identification: run.identification.as_ref(),
+        verdict: &run.verdict,
+        models: &[],
+        command: "seatrial gains --model model.json",
         provenance: &[("Format", hostile.to_owned())],
     };
     let page = report::render_log(&log);
@@ -276,7 +298,7 @@ fn prop_wild_samples_are_drawn_or_left_out() {
             refined.interval_95.b2_per_s2 = [wild; 2];
             run.surge_speed_m_s = Some(wild);
         }
-        let page = report::render(&campaign, &[]);
+        let page = report::render(&campaign, &[], "");
         for wrong in ["NaN", "inf ", "inf\"", ">inf", "-inf"] {
             assert!(!page.contains(wrong), "{wild}: {wrong}");
         }
@@ -289,7 +311,44 @@ fn prop_records_of_none_and_one_sample() {
         let mut campaign = made_up_trial::campaign(&[0.6]);
         let run = &mut campaign.runs[0];
         run.record.samples.truncate(count);
-        let page = report::render(&campaign, &[]);
+        let page = report::render(&campaign, &[], "");
         assert!(page.contains("id=\"run-1\""), "{count} samples");
     }
+}
+
+/// A campaign is judged as a whole: by what its speeds gave, and by how it ended.
+#[test]
+fn exact_a_campaign_has_an_outcome_of_its_own() {
+    let mut partly = made_up_trial::campaign(&[0.6, 0.8]);
+    made_up_trial::reject(&mut partly.runs[1]);
+    for (campaign, outcome, cause) in [
+        (made_up_trial::campaign(&[0.6]), Usable::Use, ReasonCode::Ok),
+        (partly, Usable::UseWithCare, ReasonCode::SpeedMissing),
+        (aborted(), Usable::UseWithCare, ReasonCode::Aborted),
+        (rejected(), Usable::DoNotUse, ReasonCode::SpeedMissing),
+        (empty(), Usable::DoNotUse, ReasonCode::Interrupted),
+    ] {
+        let verdict = campaign.verdict();
+        assert_eq!(verdict.outcome(), outcome, "{verdict:?}");
+        assert_eq!(verdict.cause().unwrap().code, cause, "{verdict:?}");
+        let page = report::render(&campaign, &[], "seatrial gains");
+        let name = outcome.name();
+        let capital = name[..1].to_uppercase() + &name[1..];
+        assert!(page.contains(&format!("</span> {capital}.")), "{name}");
+        assert!(page.contains("<pre class=\"command\">seatrial gains</pre>"));
+    }
+}
+
+/// Where the offset drifted, the verdict rests on R^2 with the offset estimated again, and that one is shown.
+#[test]
+fn exact_r2_below_zero_never_stands_beside_use() {
+    let mut campaign = made_up_trial::campaign(&[0.6]);
+    let run = &mut campaign.runs[0];
+    let validation = run.identification.as_mut().unwrap().validation.as_mut();
+    let validation = validation.unwrap();
+    validation.r2_heading = Some(-0.001);
+    validation.r2_heading_offset_refit = Some(0.87);
+    assert_eq!(validation.judged_r2_heading(), Some(0.87));
+    let page = report::render(&campaign, &[], "");
+    assert!(page.contains(">0.87<") && !page.contains(">−0.00"));
 }

@@ -7,7 +7,7 @@ pub use seatrial_core::Stage;
 use serde::{Deserialize, Serialize};
 
 use crate::campaign_check::{SpeedResult, contradictions};
-use crate::identification::{Identification, Reason, Verdict};
+use crate::identification::{Identification, Reason, ReasonCode, Verdict};
 use crate::record::{Record, Window};
 use crate::servo::Servo;
 
@@ -74,6 +74,83 @@ impl Campaign {
         accepted
     }
 
+    /// May the models of the campaign be used, as a whole? Not where they contradict each other or there is none; with care
+    /// where a speed that was tried has none, or where a model is limited.
+    pub fn verdict(&self) -> Verdict {
+        let accepted = self.accepted_runs();
+        let contradictions = self.contradictions();
+        let mut reasons = self.unfinished().into_iter().collect::<Vec<_>>();
+        reasons.extend(self.speeds_without_a_model());
+        if accepted.is_empty() || !contradictions.is_empty() {
+            return Verdict {
+                accepted: false,
+                reasons: [contradictions, reasons].concat(),
+            };
+        }
+        reasons.insert(
+            0,
+            Reason::new(
+                ReasonCode::Ok,
+                match accepted.len() {
+                    1 => "one speed has a model that holds on validation data".into(),
+                    speeds => format!("{speeds} speeds have a model that holds on validation data"),
+                },
+            ),
+        );
+        reasons.extend(limits(&accepted));
+        Verdict {
+            accepted: true,
+            reasons,
+        }
+    }
+
+    /// Why the campaign is not complete, if it is not.
+    fn unfinished(&self) -> Option<Reason> {
+        match self.outcome {
+            Some(Outcome::Finished) => None,
+            Some(Outcome::Aborted(reason)) => Some(Reason::new(
+                ReasonCode::Aborted,
+                format!("the trial was aborted: {reason}"),
+            )),
+            None => Some(Reason::new(
+                ReasonCode::Interrupted,
+                "the trial was not finished",
+            )),
+        }
+    }
+
+    /// A reason for each thrust that was tried and gave no model: that of its last run.
+    fn speeds_without_a_model(&self) -> Vec<Reason> {
+        self.deciding_runs()
+            .into_iter()
+            .filter(|run| !run.verdict.accepted)
+            .filter_map(|run| {
+                let cause = run.verdict.cause()?.clone();
+                Some(Reason {
+                    text: format!(
+                        "{:.0} % thrust has no model: {}",
+                        100.0 * run.thrust,
+                        cause.text
+                    ),
+                    code: ReasonCode::SpeedMissing,
+                    ..cause
+                })
+            })
+            .collect()
+    }
+
+    /// The run that decides about each thrust, in order of thrust: the last accepted one, else the last one.
+    pub fn deciding_runs(&self) -> Vec<&Run> {
+        let mut runs = self.accepted_runs();
+        for run in self.runs.iter().rev() {
+            if !runs.iter().any(|other| other.thrust == run.thrust) {
+                runs.push(run);
+            }
+        }
+        runs.sort_by(|a, b| a.thrust.total_cmp(&b.thrust));
+        runs
+    }
+
     /// What speaks against one and the same vehicle having run the accepted runs of all speeds; empty where nothing does.
     pub fn contradictions(&self) -> Vec<Reason> {
         let results: Vec<SpeedResult> = self
@@ -89,6 +166,33 @@ impl Campaign {
             .collect();
         contradictions(&results)
     }
+}
+
+/// What limits the use of accepted runs: each code once, with the thrusts that it concerns.
+fn limits(accepted: &[&Run]) -> Vec<Reason> {
+    let mut limits: Vec<(Reason, Vec<String>)> = Vec::new();
+    for run in accepted {
+        let thrust = format!("{:.0}", 100.0 * run.thrust);
+        for reason in run.verdict.reasons.iter().filter(|r| r.code.limits()) {
+            match limits
+                .iter_mut()
+                .find(|(other, _)| other.code == reason.code)
+            {
+                Some((_, thrusts)) => thrusts.push(thrust.clone()),
+                None => limits.push((reason.clone(), vec![thrust.clone()])),
+            }
+        }
+    }
+    limits
+        .into_iter()
+        .map(|(reason, thrusts)| Reason {
+            text: match thrusts.len() == accepted.len() {
+                true => reason.text,
+                false => format!("At {} % thrust: {}", thrusts.join(", "), reason.text),
+            },
+            ..reason
+        })
+        .collect()
 }
 
 impl Campaign {

@@ -1,9 +1,18 @@
 //! Numbers as people read them in messages.
 
+/// No number that people read has more significant figures.
+const MOST_FIGURES: f64 = 6.0;
+
+/// Sizes between which a number is written without a power of ten.
+const PLAIN: std::ops::Range<f64> = 1e-6..1e6;
+
 /// A number to three significant figures.
 pub fn three_figures(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
+    }
+    if !PLAIN.contains(&value.abs()) {
+        return format!("{value:.2e}");
     }
     let digits = 2 - value.abs().log10().floor().clamp(-6.0, 2.0) as i32;
     format!("{value:.*}", digits.max(0) as usize)
@@ -19,7 +28,82 @@ pub(crate) fn percent(share: f64) -> String {
     format!("{:.0}", 100.0 * share)
 }
 
-/// R^2 to two places, or that it is not known.
-pub(crate) fn r2_text(r2: Option<f64>) -> String {
-    r2.map_or_else(|| "not known".into(), |r2| format!("{r2:.2}"))
+/// R^2 to two places, or that it is not known. One far below 0 says nothing but that.
+pub fn r2_text(r2: Option<f64>) -> String {
+    match r2 {
+        None => "not known".into(),
+        Some(r2) if r2 < LOWEST_R2 => format!("below {LOWEST_R2}"),
+        Some(r2) => with_decimals(r2, 2),
+    }
+}
+
+const LOWEST_R2: f64 = -10.0;
+
+/// The decimals of a value with an interval: two significant figures of half its width, as far as no bound then has more
+/// than six.
+pub fn decimals_of([low, high]: [f64; 2]) -> usize {
+    let of_width = 1.0 - (0.5 * (high - low)).abs().log10().floor();
+    let most = MOST_FIGURES - 1.0 - low.abs().max(high.abs()).log10().floor();
+    let decimals = of_width.min(most);
+    if decimals.is_finite() {
+        decimals.clamp(0.0, 9.0) as usize
+    } else {
+        3
+    }
+}
+
+/// A value with so many decimals, without a minus sign before zero.
+pub fn with_decimals(value: f64, decimals: usize) -> String {
+    if value.is_finite() && value != 0.0 && value.abs() >= PLAIN.end {
+        return three_figures(value);
+    }
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(digits) if digits.bytes().all(|b| matches!(b, b'0' | b'.')) => digits.into(),
+        _ => text,
+    }
+}
+
+/// The bounds of an interval, `-1.12 to -1.02`.
+pub fn bounds_text(interval: [f64; 2]) -> String {
+    let decimals = decimals_of(interval);
+    let [low, high] = interval.map(|bound| with_decimals(bound, decimals));
+    format!("{low} to {high}")
+}
+
+/// A value with the decimals that its interval leaves it; to three significant figures without one.
+pub fn within(value: f64, interval: Option<[f64; 2]>) -> String {
+    interval.map_or_else(
+        || three_figures(value),
+        |interval| with_decimals(value, decimals_of(interval)),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_the_interval_says_how_many_figures_a_number_has() {
+        assert_eq!(bounds_text([-0.9712, -0.8783]), "-0.971 to -0.878");
+        assert_eq!(within(-0.9081, Some([-0.9712, -0.8783])), "-0.908");
+        assert_eq!(bounds_text([0.00412, 0.01338]), "0.0041 to 0.0134");
+        assert_eq!(
+            bounds_text([1_234.567_89, 1_234.567_95]),
+            "1234.57 to 1234.57"
+        );
+        assert_eq!(bounds_text([-0.001, 0.2]), "0.00 to 0.20");
+        assert_eq!(within(1.0, Some([1.0, 1.0])), "1.00000");
+        assert_eq!(within(0.012_345, None), "0.0123");
+    }
+
+    #[test]
+    fn exact_no_number_is_long() {
+        assert_eq!(three_figures(1.234_567e190), "1.23e190");
+        assert_eq!(three_figures(3.4e-9), "3.40e-9");
+        assert_eq!(three_figures(123_456.0), "123456");
+        assert_eq!(r2_text(Some(-1e190)), "below -10");
+        assert_eq!(r2_text(Some(-0.004)), "0.00");
+        assert_eq!(with_decimals(-0.004, 2), "0.00");
+    }
 }

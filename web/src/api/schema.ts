@@ -464,6 +464,8 @@ export interface components {
             plan: string;
             /** @description Every run in order. */
             runs: components["schemas"]["RunSummary"][];
+            /** @description May its models be used, as a whole? */
+            verdict: components["schemas"]["Verdict"];
         };
         /** @description A campaign in a list. */
         CampaignSummary: {
@@ -762,6 +764,8 @@ export interface components {
             document: Record<string, never>;
             /** @description The samples, to be drawn. */
             series: components["schemas"]["LogSeries"];
+            /** @description May the model be used, and what decides it. */
+            verdict: components["schemas"]["Verdict"];
         };
         /** @description What is in a log. */
         InspectedLog: {
@@ -1151,9 +1155,11 @@ export interface components {
         };
         /** @description One reason of a verdict. */
         Reason: {
+            /** @description What to do about it; empty where nothing is to be done. */
+            action: string;
             /** @description Short and stable. */
             code: string;
-            /** @description What was measured and what to do. */
+            /** @description The cause, in a sentence. */
             text: string;
         };
         /** @description Runs one speed of a campaign again, as a campaign of its own with the same vehicle, plan and configuration. */
@@ -1234,6 +1240,8 @@ export interface components {
              * @description Thrust as a fraction of full.
              */
             thrust: number;
+            /** @description The same in the four words that are used everywhere, and what decides it. */
+            verdict: components["schemas"]["Verdict"];
         };
         /** @description The models of a campaign over speed. */
         Schedule: {
@@ -1482,6 +1490,19 @@ export interface components {
             /** @description Names for `vehicle` of a trial. */
             vehicles: components["schemas"]["VehicleForm"][];
         };
+        /** @description An outcome and what decides it. */
+        Verdict: {
+            cause?: components["schemas"]["Reason"] | null;
+            /** @description How many reasons beside the cause reject the model or limit its use. */
+            other_causes: number;
+            /** @description What a person may do with the model. */
+            outcome: components["schemas"]["VerdictOutcome"];
+        };
+        /**
+         * @description What a person may do with a model.
+         * @enum {string}
+         */
+        VerdictOutcome: "use" | "use_with_care" | "not_validated" | "do_not_use";
         /** @description Has the vehicle changed? */
         WhatChanged: {
             /** @description Null where the data cannot tell. */

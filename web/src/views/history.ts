@@ -16,7 +16,7 @@ import { element, fill } from "../element.ts";
 import { Complaints } from "../notice.ts";
 import type { View } from "../shell.ts";
 import { onUnits, scale, shown, significant } from "../units.ts";
-import { percent, QUANTITIES, sentence } from "../words.ts";
+import { causes, percent, QUANTITIES, sentence, signOf, toneOf, word } from "../words.ts";
 import { openLogView } from "./log.ts";
 import { figureCell, type Origin, paceAgain, runsTable } from "./runs.ts";
 import { explorer } from "./schedule.ts";
@@ -206,6 +206,16 @@ async function openCampaign(
         "section",
         { class: "panel wide stack" },
         element("h2", {}, `Campaign ${id}`),
+        element(
+          "section",
+          { class: `notice ${toneOf(detail.verdict.outcome)}` },
+          element(
+            "p",
+            { class: "loud" },
+            `${signOf(detail.verdict.outcome)} ${sentence(word(detail.verdict.outcome))}`,
+          ),
+          ...causes(detail.verdict).map((text) => element("p", {}, text)),
+        ),
         endedEarly && resume({ campaign: id, seed: about.seed }, complaints),
         runs.root,
       ),
@@ -267,6 +277,7 @@ async function openComparison(a: number, b: number, place: HTMLElement, complain
       : changed === false
         ? "No change that these data can tell"
         : "These data cannot tell whether the vehicle has changed";
+  const isChanged = changed === true;
   const only = [
     ...found.only_in_a.map((thrust) => `${percent(thrust)} thrust only in A`),
     ...found.only_in_b.map((thrust) => `${percent(thrust)} thrust only in B`),
@@ -288,11 +299,11 @@ async function openComparison(a: number, b: number, place: HTMLElement, complain
       element("b", {}, "B"),
       ` is campaign ${found.b.id}, ${found.b.configuration}. Brackets are 95 % intervals.`,
     ),
-    element("div", { class: "panels compared" }, ...found.thrusts.map((at) => thrustPanel(at))),
+    element("div", { class: "panels compared" }, ...found.thrusts.map((at) => thrustPanel(at, isChanged))),
   );
 }
 
-function thrustPanel(at: Comparison["thrusts"][number]): HTMLElement {
+function thrustPanel(at: Comparison["thrusts"][number], isChanged: boolean): HTMLElement {
   const [a = null, b = null] = at.surge_speed_m_s;
   const heads = [
     element("td", {}),
@@ -313,17 +324,17 @@ function thrustPanel(at: Comparison["thrusts"][number]): HTMLElement {
         "table",
         {},
         element("thead", {}, element("tr", {}, ...heads)),
-        element("tbody", {}, ...at.differences.map(differenceRow)),
+        element("tbody", {}, ...at.differences.map((of) => differenceRow(of, isChanged))),
       ),
     ),
   );
 }
 
-/** Beyond 1 the difference is larger than chance makes it once in twenty times. */
-function differenceRow(of: Difference): HTMLElement {
+/** Beyond 1 the difference is larger than chance makes it once in twenty times: it is marked where all together show a change. */
+function differenceRow(of: Difference, isChanged: boolean): HTMLElement {
   const { name, quantity, unit } = QUANTITIES[of.quantity] ?? { name: of.quantity, quantity: "plain" };
   const { factor, unit: scaled } = scale(quantity);
-  const isClear = Math.abs(of.ratio ?? 0) > 1;
+  const isClear = isChanged && Math.abs(of.ratio ?? 0) > 1;
   return element(
     "tr",
     {},

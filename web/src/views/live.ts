@@ -8,7 +8,7 @@ import { Track } from "../charts/track.ts";
 import { element, fill, say } from "../element.ts";
 import type { View } from "../shell.ts";
 import { clock, shown, significant, withInterval } from "../units.ts";
-import { explained, LIMITS, percent, planned, situation, STAGES } from "../words.ts";
+import { explained, LIMITS, percent, planned, signOf, situation, STAGES, word } from "../words.ts";
 
 const REDRAW_MS = 100;
 const CALM_REDRAW_MS = 500;
@@ -222,7 +222,7 @@ function sureness(trial: TrialState | null): string {
 
 function predicts(run: RunSummary | undefined): string {
   if (run === undefined) return "Measured and simulated heading appear here when a run has been validated.";
-  const { r2, isOffsetAgain } = explained(run);
+  const { r2, isOffsetAgain } = explained(run?.model);
   const part = r2 === null ? "an unknown part" : percent(Math.max(r2, 0));
   return `Run ${run.number}: the model explains ${part} of the heading it has not seen (R²${isOffsetAgain ? ", its offset estimated again" : ""}).`;
 }
@@ -235,18 +235,16 @@ function drawSpeeds(list: HTMLElement, trial: TrialState | null): void {
     const last = runs.at(-1);
     const now = trial?.running === true && trial.progress?.speed === at + 1;
     const attempt = trial?.progress?.attempt ?? 1;
-    const [state, sign, word] = now
+    const [state, sign, told] = now
       ? ["now", "▶", attempt === 1 ? "now" : `now, attempt ${attempt}`]
       : last === undefined
         ? ["coming", "", trial?.running === true ? "to come" : "not run"]
-        : last.accepted
-          ? ["accepted", "✓", "accepted"]
-          : ["rejected", "✗", "rejected"];
+        : [last.accepted ? "accepted" : "rejected", signOf(last.verdict.outcome), word(last.verdict.outcome)];
     const item = element(
       "li",
       { class: state },
       element("b", {}, percent(thrust)),
-      element("small", {}, sign, " ", element("span", { class: "word" }, word)),
+      element("small", {}, sign, " ", element("span", { class: "word" }, told)),
     );
     if (now) item.setAttribute("aria-current", "step");
     return item;

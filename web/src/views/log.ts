@@ -1,14 +1,18 @@
 //! A log that a person drops on the page, identified and drawn.
 
-import { identify, type IdentifiedLog } from "../api/client.ts";
+import { identify, type IdentifiedLog, type VerdictOutcome } from "../api/client.ts";
 import { recordStrips } from "../charts/record.ts";
 import type { Span, Strip } from "../charts/strip.ts";
 import { element, fill } from "../element.ts";
 import { Complaints } from "../notice.ts";
 import { shown, significant, withInterval } from "../units.ts";
-import { percent, sentence } from "../words.ts";
+import { causes, explained, percent, signOf, toneOf, word } from "../words.ts";
 
 type Pair = readonly [number, number];
+
+interface LogVerdict {
+  readonly outcome: VerdictOutcome;
+}
 
 /** What is read here of the document `seatrial.identification.v1`. */
 interface Identification {
@@ -25,13 +29,11 @@ interface Identification {
   readonly nomoto: { readonly t_s: number | null; readonly k_per_s: number | null } | null;
   readonly validation: {
     readonly r2_heading: number | null;
+    readonly r2_heading_offset_refit: number | null;
     readonly r2_yaw_rate: number | null;
     readonly window?: { readonly from_s: number; readonly to_s: number };
   } | null;
-  readonly verdict: {
-    readonly accepted: boolean;
-    readonly reasons: readonly { readonly code: string; readonly text: string }[];
-  };
+  readonly verdict: LogVerdict;
 }
 
 interface Document extends Identification {
@@ -45,6 +47,7 @@ interface Document extends Identification {
     readonly thrust: number | null;
     readonly surge_speed_m_s: number | null;
     readonly identification: Identification | null;
+    readonly verdict: LogVerdict;
   }[];
 }
 
@@ -162,7 +165,7 @@ function drawLog(name: string, found: IdentifiedLog, charts: Strip[]): HTMLEleme
     ["b₂, 1/s²", withInterval(model?.b2_per_s2, document.refined?.interval_95.b2_per_s2)],
     ["C₀, rad/s²", withInterval(model?.c0_rad_per_s2, document.refined?.interval_95.c0_rad_per_s2)],
     ["Nomoto T, K", `${shown(document.nomoto?.t_s, "time")}, ${significant(document.nomoto?.k_per_s ?? NaN)} 1/s`],
-    ["R² of heading", validation && validation.r2_heading !== null ? significant(validation.r2_heading) : "–"],
+    ["R² of heading", significant(explained(validation).r2 ?? NaN)],
     ["samples", `${document.source.samples_read} read as ${document.source.format}`],
   ];
   const spans: Span[] = [];
@@ -174,13 +177,9 @@ function drawLog(name: string, found: IdentifiedLog, charts: Strip[]): HTMLEleme
   return [
     element(
       "section",
-      { class: `notice ${verdict.accepted ? "good" : "bad"}` },
-      element(
-        "p",
-        { class: "loud" },
-        `${name}: ${verdict.accepted ? "✓ the model may be used" : "✗ the model is rejected"}`,
-      ),
-      ...verdict.reasons.map((reason) => element("p", {}, sentence(reason.text))),
+      { class: `notice ${toneOf(verdict.outcome)}` },
+      element("p", { class: "loud" }, `${name}: ${signOf(verdict.outcome)} ${word(verdict.outcome)}`),
+      ...causes(found.verdict).map((text) => element("p", {}, text)),
       ...(document.source.warnings ?? []).map((warning) => element("p", { class: "hint" }, warning)),
     ),
     element(
@@ -207,7 +206,7 @@ function speedsTable(document: Document): HTMLElement | null {
   if (models.length < 2) return null;
   const rows = models.map((one) => {
     const model = one.identification?.refined ?? one.identification?.online;
-    const accepted = one.identification?.verdict.accepted === true;
+    const { outcome } = one.verdict;
     return element(
       "tr",
       {},
@@ -220,7 +219,7 @@ function speedsTable(document: Document): HTMLElement | null {
       ),
       element("td", {}, significant(model?.a22_per_s ?? NaN)),
       element("td", {}, significant(model?.b2_per_s2 ?? NaN)),
-      element("td", { class: accepted ? "good" : "bad" }, accepted ? "✓" : "✗"),
+      element("td", { class: toneOf(outcome) }, `${signOf(outcome)} ${word(outcome)}`),
     );
   });
   const heads = ["speed", "a₂₂, 1/s", "b₂, 1/s²", "verdict"].map((name) => element("th", { scope: "col" }, name));

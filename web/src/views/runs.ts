@@ -6,7 +6,7 @@ import type { Strip } from "../charts/strip.ts";
 import { element, fill } from "../element.ts";
 import { Complaints } from "../notice.ts";
 import { shown, significant } from "../units.ts";
-import { explained, percent, verdict } from "../words.ts";
+import { explained, percent, reviewed, signOf, toneOf, verdict, word } from "../words.ts";
 
 /** A value over its interval. */
 export function figureCell(figure: Figure | null | undefined, factor = 1): HTMLElement {
@@ -21,7 +21,7 @@ export function figureCell(figure: Figure | null | undefined, factor = 1): HTMLE
 }
 
 function r2Cell(run: RunSummary): HTMLElement {
-  const { r2, isOffsetAgain } = explained(run);
+  const { r2, isOffsetAgain } = explained(run.model);
   return element(
     "td",
     {},
@@ -61,8 +61,8 @@ export function runsTable(
       r2Cell(run),
       element(
         "td",
-        { class: `words ${run.accepted ? "good" : "bad"}` },
-        `${run.accepted ? "✓ accepted" : "✗ rejected"}${run.review ? ` by ${run.review.by}` : ""}`,
+        { class: `words ${toneOf(run.verdict.outcome)}` },
+        `${signOf(run.verdict.outcome)} ${word(run.verdict.outcome)}${run.review ? `, ${reviewed(run.review)}` : ""}`,
       ),
       element(
         "td",

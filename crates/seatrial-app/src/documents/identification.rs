@@ -2,7 +2,7 @@
 
 use seatrial::Window;
 use seatrial::identification::{
-    HigherOrder, LagEffect, Online, Refined, RejectedSamples, Settings, Validation, Verdict,
+    HigherOrder, LagEffect, Online, Reader, Refined, RejectedSamples, Settings, Validation, Verdict,
 };
 use seatrial_core::Nomoto;
 use seatrial_core::heading_loop::LoopTiming;
@@ -85,5 +85,17 @@ impl IdentificationDocument {
             verdict: found.verdict().clone(),
             models: found.models.clone(),
         }
+    }
+
+    /// With what to do in the words of the place where it is read.
+    pub fn told_to(mut self, reader: Reader) -> Self {
+        self.verdict = self.verdict.told_to(reader);
+        for model in self.models.iter_mut().flatten() {
+            model.verdict = model.verdict.clone().told_to(reader);
+            if let Some(identification) = &mut model.identification {
+                identification.verdict = model.verdict.clone();
+            }
+        }
+        self
     }
 }

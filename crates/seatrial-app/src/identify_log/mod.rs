@@ -120,6 +120,6 @@ pub fn no_model(log: &OpenedLog, error: IdentifyError) -> Error {
             Error::Input(said(&error.to_string()))
         }
         IdentifyError::Setting(error) => Error::Setting(error.to_string()),
-        IdentifyError::Refused(reason) => Error::Rejected(said(&reason.text)),
+        IdentifyError::Refused(reason) => Error::Rejected(said(reason.measured())),
     }
 }

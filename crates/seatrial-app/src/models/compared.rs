@@ -210,9 +210,9 @@ fn from_log(
         // Two records are compared by their intervals: neither needs validation data of its own.
         Ok(found) if found.verdict.outcome() == Outcome::DoNotUse => {
             let decisive = found.verdict.reasons.first();
-            Ok(without(
-                decisive.map_or_else(String::new, |reason| reason.text.clone()),
-            ))
+            Ok(without(decisive.map_or_else(String::new, |reason| {
+                reason.measured().to_owned()
+            })))
         }
         Ok(found) => {
             let Some(model) = SpeedModel::of(&found, None, speed) else {
@@ -232,7 +232,7 @@ fn from_log(
             }
             Ok(source)
         }
-        Err(IdentifyError::Refused(reason)) => Ok(without(reason.text)),
+        Err(IdentifyError::Refused(reason)) => Ok(without(reason.measured().to_owned())),
         Err(error) => Err(no_model(&log, error)),
     }
 }

@@ -87,10 +87,7 @@ mod tests {
             identification: None,
             verdict: Verdict {
                 accepted,
-                reasons: vec![Reason {
-                    code,
-                    text: String::new(),
-                }],
+                reasons: vec![Reason::new(code, "")],
             },
         }
     }

@@ -9,13 +9,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use seatrial::campaign::Campaign;
-use seatrial::identification::Reason;
+use seatrial::identification::{Reason, Verdict};
 use seatrial::preview::{Target, parse_target};
+use seatrial_app::next;
 use seatrial_app::recording::Recording;
 use seatrial_app::trial_run::{self, Ended, Order, Sinks};
 use seatrial_core::{Outcome, Plan, Trial};
 use seatrial_dash::{Server, Shown};
-use seatrial_logbook::Logbook;
+use seatrial_logbook::{CampaignId, Logbook};
 use seatrial_report as report;
 use serde::Serialize;
 
@@ -23,6 +24,7 @@ use crate::autopilot::LinkArgs;
 use crate::output::{Exit, Failure, Output, say};
 use crate::pitch::{self, Axis};
 use crate::record::{format_of, show};
+use crate::screen::width;
 use crate::serve::{self, AccessArgs};
 use crate::vehicle;
 pub use servo::ServoArgs;
@@ -78,8 +80,6 @@ pub struct Args {
     /// Serve the dashboard at this address while the trial runs: anybody there may watch, operators may abort.
     #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = "127.0.0.1:8042")]
     serve: Option<String>,
-    #[command(flatten)]
-    access: AccessArgs,
     /// Write the report, one HTML file.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -102,6 +102,8 @@ pub struct Args {
     #[arg(long)]
     yes: bool,
     #[command(flatten)]
+    access: AccessArgs,
+    #[command(flatten)]
     link: LinkArgs,
 }
 
@@ -111,9 +113,16 @@ struct Document {
     schema: &'static str,
     /// What speaks against one vehicle having run all speeds.
     contradictions: Vec<Reason>,
+    /// May the models be used, as a whole?
+    verdict: Verdict,
     #[serde(flatten)]
     campaign: Campaign,
     plan: Plan<f64>,
+}
+
+/// Runs the trial of a simulated vehicle so many times faster than a real one.
+pub fn rehearse(args: &Args, times_faster: f64, output: &Output) -> Result<Exit, Failure> {
+    yaw(args, Some(times_faster), output)
 }
 
 /// Runs the trial.
@@ -123,7 +132,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         Axis::Yaw if args.log.is_some() => Err(Failure::usage(
             "--log goes with --axis pitch; a yaw trial is kept in the logbook, and `seatrial sim log` writes logs",
         )),
-        Axis::Yaw => yaw(args, output),
+        Axis::Yaw => yaw(args, None, output),
     }
 }
 
@@ -166,14 +175,14 @@ impl Args {
         Ok(plan)
     }
 
-    fn order(&self, plan: Plan<f64>, stop: Arc<AtomicBool>) -> Order {
+    fn order(&self, plan: Plan<f64>, times_faster: Option<f64>, stop: Arc<AtomicBool>) -> Order {
         Order {
             plan,
             plan_is_given: self.plan.is_some(),
             seed: self.seed,
             configuration: self.configuration.clone(),
             notes: self.notes.clone(),
-            realtime_factor: self.realtime.then_some(1.0),
+            realtime_factor: times_faster.or(self.realtime.then_some(1.0)),
             is_agreed: self.yes,
             stop,
         }
@@ -207,7 +216,7 @@ impl Args {
     }
 }
 
-fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
+fn yaw(args: &Args, times_faster: Option<f64>, output: &Output) -> Result<Exit, Failure> {
     let plan = args.plan()?;
     let stop = Arc::new(AtomicBool::new(false));
     let handler = Arc::clone(&stop);
@@ -223,7 +232,12 @@ fn yaw(args: &Args, output: &Output) -> Result<Exit, Failure> {
         sinks.views.push(Box::new(shown));
         server
     });
-    let ended = trial_run::begin(vehicle.as_ref(), args.order(plan, stop), sinks)?.conduct();
+    let ended = trial_run::begin(
+        vehicle.as_ref(),
+        args.order(plan, times_faster, stop),
+        sinks,
+    )?
+    .conduct();
     if let Some(server) = server {
         server.stop();
     }
@@ -246,7 +260,7 @@ fn finish(args: &Args, plan: Plan<f64>, ended: Ended, output: &Output) -> Result
     }
     let mut report = args.report.as_deref();
     if let Some(path) = report
-        && let Err(failure) = save_report(path, args, &plan, &campaign)
+        && let Err(failure) = save_report(path, args, &plan, number, &campaign)
     {
         unsaved.push(failure.to_string());
         report = None;
@@ -260,15 +274,16 @@ fn finish(args: &Args, plan: Plan<f64>, ended: Ended, output: &Output) -> Result
             }
         }
     }
-    let exit = exit(&campaign, &plan, !unsaved.is_empty());
+    let exit = exit(&campaign, !unsaved.is_empty());
     let document = Document {
         schema: "seatrial.trial.v1",
         contradictions: campaign.contradictions(),
+        verdict: campaign.verdict(),
         campaign,
         plan,
     };
     output.print(&document, || {
-        text(&document.campaign, &args.logbook, report)
+        text(&document.campaign, &args.logbook, report, width())
     })?;
     Ok(exit)
 }
@@ -277,16 +292,21 @@ fn save_report(
     path: &Path,
     args: &Args,
     plan: &Plan<f64>,
+    number: CampaignId,
     campaign: &Campaign,
 ) -> Result<(), Failure> {
-    let provenance = [
+    let mut provenance = vec![
         (
             "Plan",
             toml::to_string_pretty(plan).map_err(Failure::internal)?,
         ),
         ("Logbook", args.logbook.display().to_string()),
     ];
-    std::fs::write(path, report::render(campaign, &provenance)).map_err(|error| {
+    // A logbook that cannot be read any more was told of already.
+    let entry = Logbook::open_read_only(&args.logbook).and_then(|logbook| logbook.entry(number));
+    provenance.extend(entry.ok().map(|entry| (report::STARTED, entry.started)));
+    let command = next::after_trial(campaign, &args.logbook);
+    std::fs::write(path, report::render(campaign, &provenance, &command)).map_err(|error| {
         Failure::not_saved(format!("{}: report not saved: {error}", path.display()))
     })
 }
@@ -320,16 +340,10 @@ pub fn load_plan(path: Option<&Path>) -> Result<Plan<f64>, Failure> {
         .map(|_| plan)
 }
 
-fn exit(campaign: &Campaign, plan: &Plan<f64>, unsaved: bool) -> Exit {
+fn exit(campaign: &Campaign, unsaved: bool) -> Exit {
     match campaign.outcome {
         Some(Outcome::Finished) if unsaved => Exit::NotSaved,
-        Some(Outcome::Finished)
-            if campaign.accepted_runs().len() == plan.thrusts.len()
-                && campaign.contradictions().is_empty() =>
-        {
-            Exit::Done
-        }
-        Some(Outcome::Finished) => Exit::Rejected,
+        Some(Outcome::Finished) => Exit::of(&campaign.verdict()),
         _ => Exit::Aborted,
     }
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{Figure, Model, Outcome, Reason, RunSummary};
+use super::{Figure, Model, Outcome, Reason, RunSummary, Verdict};
 
 /// How far a campaign came.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, ToSchema)]
@@ -59,6 +59,8 @@ pub struct CampaignDetail {
     pub campaign: CampaignSummary,
     /// The plan, TOML.
     pub plan: String,
+    /// May its models be used, as a whole?
+    pub verdict: Verdict,
     /// Every run in order.
     pub runs: Vec<RunSummary>,
     /// Numbers of the runs that count: the last accepted one of each thrust, in order of thrust.

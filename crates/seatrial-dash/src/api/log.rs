@@ -5,6 +5,8 @@ use seatrial_app::documents::IdentificationDocument;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
+use super::Verdict;
+
 /// A log's name and how to read it, as the options of `seatrial identify`. Everything has a default.
 #[derive(Clone, Debug, Default, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
@@ -62,6 +64,8 @@ pub struct IdentifiedLog {
     /// The document of `seatrial identify --json`, schema `seatrial.identification.v1`.
     #[schema(value_type = Object)]
     pub document: IdentificationDocument,
+    /// May the model be used, and what decides it.
+    pub verdict: Verdict,
     /// The samples, to be drawn.
     pub series: LogSeries,
 }

@@ -21,6 +21,7 @@ pub use log::{IdentifiedLog, InspectedLog, LogReading, LogSeries};
 pub use plan::{Change, Check, ExpectedIntervals, PlanOrder, PlanPreview, Preflight, SpeedPreview};
 pub use run::{
     Figure, Model, Outcome, Reason, Review, RunSummary, Stage, StageSpan, ValidationOverlay,
+    Verdict, VerdictOutcome,
 };
 pub use status::Status;
 pub use trial::{

@@ -40,8 +40,35 @@ pub struct Outcome {
 pub struct Reason {
     /// Short and stable.
     pub code: String,
-    /// What was measured and what to do.
+    /// The cause, in a sentence.
     pub text: String,
+    /// What to do about it; empty where nothing is to be done.
+    pub action: String,
+}
+
+/// What a person may do with a model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum VerdictOutcome {
+    /// Use it.
+    Use,
+    /// Use it inside the stated range; the cause names what limits it.
+    UseWithCare,
+    /// It fits its training record, and nothing was held out to check it.
+    NotValidated,
+    /// Do not use it.
+    DoNotUse,
+}
+
+/// An outcome and what decides it.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+pub struct Verdict {
+    /// What a person may do with the model.
+    pub outcome: VerdictOutcome,
+    /// What decides it.
+    pub cause: Option<Reason>,
+    /// How many reasons beside the cause reject the model or limit its use.
+    pub other_causes: usize,
 }
 
 /// A stage of a run and its time, half open.
@@ -110,6 +137,8 @@ pub struct RunSummary {
     pub stages: Vec<StageSpan>,
     /// May it be used? The operator's decision goes before the program's verdict.
     pub accepted: bool,
+    /// The same in the four words that are used everywhere, and what decides it.
+    pub verdict: Verdict,
     /// Why.
     pub reasons: Vec<Reason>,
     /// The model, where training was finished.

@@ -196,10 +196,10 @@ impl Draw {
     fn verdict(&mut self) -> Verdict {
         Verdict {
             accepted: self.yes(),
-            reasons: vec![Reason {
-                code: ReasonCode::Other("code".into()),
-                text: format!("a 'quoted' \"text\", \u{394} {}", self.number()),
-            }],
+            reasons: vec![Reason::new(
+                ReasonCode::Other("code".into()),
+                format!("a 'quoted' \"text\", \u{394} {}", self.number()),
+            )],
         }
     }
 }

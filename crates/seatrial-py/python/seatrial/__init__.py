@@ -39,6 +39,7 @@ __all__ = [
 Span = tuple[Optional[float], Optional[float]]
 Estimate = Literal["refined", "online", "batch", "paper"]
 Method = Literal["least_squares", "instrumental_variable"]
+Outcome = Literal["use", "use with care", "not validated", "do not use"]
 
 
 @dataclass(frozen=True)
@@ -106,12 +107,24 @@ class Identification:
         return bool(self.document["verdict"]["accepted"])
 
     @property
+    def outcome(self) -> Outcome:
+        """What may be done with the model: use, use with care, not validated or do not use."""
+        outcome: Outcome = self.document["verdict"]["outcome"].replace("_", " ")
+        return outcome
+
+    @property
     def reasons(self) -> list[tuple[str, str]]:
         """Why: a code and a text each."""
         return [(reason["code"], reason["text"]) for reason in self.document["verdict"]["reasons"]]
 
+    @property
+    def actions(self) -> list[str]:
+        """What to do about the reasons, in their order, as far as anything is to be done."""
+        told = (reason.get("action", "") for reason in self.document["verdict"]["reasons"])
+        return [action for action in told if action]
+
     def __repr__(self) -> str:
-        verdict = "accepted" if self.accepted else "rejected"
+        verdict = self.outcome
         has_model = any(self.document.get(part) for part in ("refined", "online", "batch"))
         model = self.model if has_model else "without a model"
         return f"<Identification {model}, {verdict}: {self.reasons[0][0]}>"
@@ -171,7 +184,8 @@ def identify_log(
     lambda_rad_s: Optional[float] = None,
     trace: bool = False,
 ) -> Identification:
-    """Identify a log of any format; ``document`` is what ``seatrial identify LOG --json`` prints, to the bit.
+    """Identify a log of any format; ``document`` is what ``seatrial identify LOG --json`` prints,
+    to the bit; only what to do is said with the arguments of this function.
 
     Without windows the manoeuvres of the log are looked for: for each speed the best excited one trains, joined with
     others, and another one validates; ``document["models"]`` has the model of each speed, ``model`` is the surest.
@@ -193,7 +207,9 @@ def _batch(
     t, psi, delta = (np.ascontiguousarray(column) for column in (time, heading, rudder))
     batch = json.loads(_native.least_squares(t, psi, delta, training, lambda_rad_s))
     why = "batch least squares has no interval and nothing was validated"
-    verdict = {"accepted": False, "reasons": [{"code": "not_judged", "text": why}]}
+    verdict = {
+        "accepted": False, "outcome": "not_validated", "reasons": [{"code": "not_judged", "text": why}]
+    }
     return Identification(
         {"batch": batch, "online": None, "refined": None, "validation": None, "verdict": verdict}
     )

@@ -119,10 +119,10 @@ fn run(number: u32, thrust: f64, speed: f64, theta: [f64; 3]) -> Run {
     ];
     let verdict = Verdict {
         accepted: true,
-        reasons: vec![Reason {
-            code: ReasonCode::Ok,
-            text: "the model holds on fresh data: R^2 of heading 0.93, of yaw rate 0.95".to_owned(),
-        }],
+        reasons: vec![Reason::new(
+            ReasonCode::Ok,
+            "the model holds on fresh data: R^2 of heading 0.93, of yaw rate 0.95",
+        )],
     };
     Run {
         number,
@@ -247,11 +247,10 @@ fn identification(
 pub fn reject(run: &mut Run) {
     let verdict = Verdict {
         accepted: false,
-        reasons: vec![Reason {
-            code: ReasonCode::LowR2,
-            text: "R^2 on fresh data is 0.41 for heading, 0.44 with the offset estimated again, 0.50 for yaw rate; at least 0.6 is needed: repeat the run"
-                .to_owned(),
-        }],
+        reasons: vec![Reason::new(
+            ReasonCode::LowR2,
+            "R^2 on fresh data is 0.41 for heading, 0.44 with the offset estimated again, 0.50 for yaw rate; at least 0.6 is needed: repeat the run",
+        )],
     };
     run.verdict = verdict.clone();
     if let Some(identification) = &mut run.identification {
@@ -270,9 +269,9 @@ pub fn interrupt(run: &mut Run) {
     run.record.samples.truncate(520);
     run.verdict = Verdict {
         accepted: false,
-        reasons: vec![Reason {
-            code: ReasonCode::Aborted,
-            text: "stopped in training: the roll left its limits".to_owned(),
-        }],
+        reasons: vec![Reason::new(
+            ReasonCode::Aborted,
+            "stopped in training: the roll left its limits",
+        )],
     };
 }

@@ -1,8 +1,10 @@
 //! The result of an identification: what `seatrial identify` prints, the logbook keeps and the
 //! report draws. Missing things are `None`, never 0 or NaN.
 
+mod code;
 mod method;
 mod reason;
+mod words;
 
 use std::collections::BTreeMap;
 
@@ -16,8 +18,13 @@ use crate::record::Window;
 use crate::servo::Servo;
 use crate::sway_yaw::SecondOrder;
 use crate::time_scale::LambdaReason;
+pub use code::ReasonCode;
 pub use method::EstimateMethod;
-pub use reason::{Outcome, Reason, ReasonCode, Verdict};
+pub use reason::{Outcome, Reason, Verdict};
+pub use words::Reader;
+
+/// Below this R^2 on validation data the paper repeats the run (section IV-C).
+pub const LEAST_R2: f64 = 0.60;
 
 /// A model of one speed with its uncertainty, its validation and a verdict.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -260,4 +267,15 @@ pub struct Validation {
     pub r2_yaw_rate: Option<f64>,
     /// Samples compared.
     pub samples: usize,
+}
+
+impl Validation {
+    /// The R^2 of heading on which a verdict rests: with the trained offset where that suffices, else with the offset
+    /// estimated again where that is the larger.
+    pub fn judged_r2_heading(&self) -> Option<f64> {
+        match (self.r2_heading, self.r2_heading_offset_refit) {
+            (Some(trained), Some(again)) if trained < LEAST_R2 => Some(trained.max(again)),
+            (trained, again) => trained.or(again),
+        }
+    }
 }

@@ -1,9 +1,10 @@
 //! May a model be used, and why: the verdict and its reasons.
 
-use std::fmt;
-
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Serialize, Serializer};
+
+use super::code::ReasonCode;
+use super::words::{self, Reader};
 
 /// What a person may do with a model. In documents its name is in snake case: `use_with_care`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -73,6 +74,31 @@ impl Verdict {
         }
     }
 
+    /// The reason that decides the outcome: what rejects the model, what limits its use, or that it may be used.
+    pub fn cause(&self) -> Option<&Reason> {
+        let limit = self
+            .reasons
+            .iter()
+            .find(|reason| self.accepted && reason.code.limits());
+        limit.or(self.reasons.first())
+    }
+
+    /// How many reasons beside the [`cause`](Verdict::cause) reject the model or limit its use.
+    pub fn other_causes(&self) -> usize {
+        let count = |reason: &&Reason| reason.code.limits();
+        let cause = self.cause().filter(count);
+        let limits = self.reasons.iter().filter(count).count();
+        limits - usize::from(cause.is_some())
+    }
+
+    /// With what to do in the words of the place where it is read.
+    pub fn told_to(mut self, reader: Reader) -> Self {
+        for reason in &mut self.reasons {
+            reason.action = reason.action_for(reader).to_owned();
+        }
+        self
+    }
+
     /// Is this among its reasons?
     pub fn has(&self, code: &ReasonCode) -> bool {
         self.reasons.iter().any(|reason| reason.code == *code)
@@ -84,152 +110,49 @@ impl Verdict {
 pub struct Reason {
     /// Short and stable, for programs.
     pub code: ReasonCode,
-    /// For people: what was measured and what to do.
+    /// The cause, in one sentence for people.
     pub text: String,
+    /// What to do next, for a reader at a terminal; empty where nothing is to be done.
+    #[serde(default)]
+    pub action: String,
+    /// What was measured; empty where the text says it all.
+    #[serde(default)]
+    pub detail: String,
 }
 
 impl Reason {
-    /// A reason with its text.
-    pub fn new(code: ReasonCode, text: impl Into<String>) -> Self {
-        let text = text.into();
-        Self { code, text }
+    /// A reason with what was measured. Cause and action are those of the code; the measured text is the cause of a
+    /// code that has none.
+    pub fn new(code: ReasonCode, measured: impl Into<String>) -> Self {
+        let measured = measured.into();
+        let (text, action, detail) = match words::of(&code) {
+            Some(words) => (
+                words.cause.into(),
+                words.action(Reader::Terminal).into(),
+                measured,
+            ),
+            None => (measured, String::new(), String::new()),
+        };
+        Self {
+            code,
+            text,
+            action,
+            detail,
+        }
     }
-}
 
-/// What was decided about a model or a run. In documents its name is in snake case: `too_few_samples`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ReasonCode {
-    /// The model may be used.
-    Ok,
-    /// The training window holds too few usable samples.
-    TooFewSamples,
-    /// The rudder did not move.
-    RudderConstant,
-    /// The heading did not move.
-    HeadingConstant,
-    /// The record does not determine the model.
-    NotIdentifiable,
-    /// The intervals are too wide.
-    UnderExcited,
-    /// The model does not describe its own training record.
-    DoesNotFit,
-    /// a22 is not negative.
-    Unstable,
-    /// Online and refined estimates are far apart.
-    Disagreement,
-    /// A rudder lag that the log does not contain would matter.
-    LagUnknown,
-    /// The prediction errors of the first-order model are not white.
-    ResidualNotWhite,
-    /// The rudder moved far while samples were missing.
-    SamplesMissing,
-    /// A first-order model does not explain the record.
-    ModelOrder,
-    /// Something other than the rudder turned the vehicle.
-    Disturbed,
-    /// b2 is negative.
-    SignReversed,
-    /// Samples were rejected.
-    RejectedSamples,
-    /// The speed changed within the training.
-    SpeedDrifted,
-    /// A channel is logged too seldom for this vehicle.
-    SampledTooSeldom,
-    /// Intervals between samples are uneven.
-    ClockJitter,
-    /// The rudder stopped short of the angle that was asked for.
-    RudderSaturated,
-    /// The heading comes in coarse steps.
-    Quantised,
-    /// The heading parts from where the yaw rate takes it.
-    CompassError,
-    /// The heading changes by more or less than the yaw rate says.
-    CompassDeviation,
-    /// The heading is later than the yaw rate.
-    CompassLate,
-    /// R^2 on validation data is too low.
-    LowR2,
-    /// There were no validation data.
-    NotValidated,
-    /// The offset changed between training and validation.
-    OffsetDrifted,
-    /// Validation data by themselves give another model.
-    Contradicted,
-    /// Validation data are too uncertain to show a wrong model.
-    WeaklyValidated,
-    /// Validation data use more rudder than the training.
-    Extrapolating,
-    /// Manoeuvres of one speed differ by more than chance explains.
-    ManoeuvresDiffer,
-    /// The speed falls although thrust rises.
-    SpeedFalls,
-    /// b2 changes over speed in a way that one vehicle's does not.
-    AuthorityChanged,
-    /// a22 changes over speed in a way that one vehicle's does not.
-    DampingChanged,
-    /// The heading's numbers are not in the unit that its column says.
-    HeadingUnitDoubtful,
-    /// The rudder's numbers are not in the unit that its column says.
-    RudderUnitDoubtful,
-    /// Nothing tells in which unit the rudder is.
-    RudderScaleUnknown,
-    /// The time is not in the unit that its column says.
-    TimeUnitDoubtful,
-    /// The yaw rate contradicts heading and time.
-    YawRateContradicts,
-    /// The yaw rate has the opposite sense of the heading.
-    YawRateReversed,
-    /// Samples are too far apart for the vehicle.
-    LoggedTooSlowly,
-    /// The heading is refreshed more slowly than rows are written.
-    HeadingHeld,
-    /// The rudder is refreshed more slowly than rows are written.
-    RudderHeld,
-    /// There is no yaw rate to compare the heading with.
-    HeadingUnchecked,
-    /// Nothing shows whether the rudder goes where its column says.
-    RudderUnchecked,
-    /// The trial was aborted.
-    Aborted,
-    /// The run was not finished.
-    Interrupted,
-    /// An operator accepted the run.
-    AcceptedByOperator,
-    /// An operator rejected the run.
-    RejectedByOperator,
-    /// The vehicle is as it was.
-    Unchanged,
-    /// The vehicle is different.
-    Changed,
-    /// The data would not show a change worth knowing.
-    CannotTell,
-    /// A code that this version does not know, from a document that another version wrote.
-    #[serde(untagged)]
-    Other(String),
-}
-
-impl ReasonCode {
-    /// Does it limit what an accepted model may be used for?
-    fn limits(&self) -> bool {
-        !matches!(
-            self,
-            Self::Ok
-                | Self::SignReversed
-                | Self::RejectedSamples
-                | Self::Quantised
-                | Self::YawRateReversed
-                | Self::HeadingUnchecked
-                | Self::RudderUnchecked
-                | Self::AcceptedByOperator
-                | Self::Unchanged
-        )
+    /// What was measured, or the text where that says it all.
+    pub fn measured(&self) -> &str {
+        if self.detail.is_empty() {
+            &self.text
+        } else {
+            &self.detail
+        }
     }
-}
 
-impl fmt::Display for ReasonCode {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        self.serialize(f)
+    /// What to do next, in the words of the place where it is read.
+    pub fn action_for(&self, reader: Reader) -> &str {
+        words::of(&self.code).map_or(&self.action, |words| words.action(reader))
     }
 }
 
@@ -264,16 +187,39 @@ mod tests {
     }
 
     #[test]
-    fn io_codes_are_in_snake_case_and_unknown_ones_are_kept() {
-        for (code, name) in [
-            (ReasonCode::LowR2, "low_r2"),
-            (ReasonCode::ClockJitter, "clock_jitter"),
-            (ReasonCode::Other("of_tomorrow".into()), "of_tomorrow"),
+    fn exact_the_cause_is_what_decides() {
+        use ReasonCode::{ClockJitter, LowR2, ModelOrder, NotValidated, Ok, SignReversed};
+        for (accepted, codes, cause, others) in [
+            (true, &[Ok, SignReversed][..], Ok, 0),
+            (
+                true,
+                &[Ok, SignReversed, ModelOrder, ClockJitter],
+                ModelOrder,
+                1,
+            ),
+            (false, &[NotValidated], NotValidated, 0),
+            (false, &[LowR2, NotValidated], LowR2, 1),
         ] {
-            assert_eq!(code.to_string(), name);
-            let json = serde_json::to_string(&code).unwrap();
-            assert_eq!(json, format!("\"{name}\""));
-            assert_eq!(serde_json::from_str::<ReasonCode>(&json).unwrap(), code);
+            let verdict = Verdict {
+                accepted,
+                reasons: codes.iter().map(|c| Reason::new(c.clone(), "")).collect(),
+            };
+            assert_eq!(verdict.cause().unwrap().code, cause);
+            assert_eq!(verdict.other_causes(), others);
         }
+    }
+
+    /// What is told in a browser or to Python names none of the command's options.
+    #[test]
+    fn exact_advice_fits_where_it_is_read() {
+        let reason = Reason::new(ReasonCode::NotValidated, "measured");
+        assert!(reason.action.contains("--validate-from"));
+        assert_eq!(reason.detail, "measured");
+        assert_eq!(reason.action_for(Reader::Terminal), reason.action);
+        assert!(!reason.action_for(Reader::Dashboard).contains("--"));
+        assert!(reason.action_for(Reader::Python).contains("validation="));
+        let of_yesterday: Reason =
+            serde_json::from_str(r#"{"code":"low_r2","text":"R^2 is 0.2"}"#).unwrap();
+        assert_eq!(of_yesterday.measured(), "R^2 is 0.2");
     }
 }

@@ -27,7 +27,7 @@ pub enum IdentifyError {
     #[error("{0}")]
     Setting(InvalidSetting),
     /// Nothing can be estimated from these samples.
-    #[error("{}", .0.text)]
+    #[error("{}", .0.measured())]
     Refused(Reason),
 }
 

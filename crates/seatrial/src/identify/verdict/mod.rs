@@ -13,10 +13,9 @@ use super::checked::Checked;
 pub use super::refusal::{refuse_record, rudder_constant};
 use crate::figures::r2_text;
 pub use crate::figures::three_figures;
-use crate::identification::{Reason, ReasonCode, Refined, Validation, Verdict};
+use crate::identification::{LEAST_R2, Reason, ReasonCode, Refined, Validation, Verdict};
 use crate::plausibility::Doubt;
 pub use parameters::{WIDEST_A22, WIDEST_B2};
-use validation::LEAST_VALIDATION_R2;
 
 /// Weighs the last link of the chain.
 pub(super) fn judge(checked: &Checked) -> Verdict {
@@ -35,6 +34,10 @@ pub(super) fn judge(checked: &Checked) -> Verdict {
     weighing.validation(checked.validation);
     if let (Some(refined), Some(apart)) = (&checked.chosen.refined, &checked.independent) {
         weighing.trained(refined, apart, checked);
+        // What is contradicted already needs no second cause.
+        if weighing.rejections.is_empty() {
+            weighing.reached(refined, checked);
+        }
     }
     weighing.extrapolation(checked);
     weighing.verdict(checked.validation)
@@ -119,7 +122,7 @@ impl Weighing {
                 ReasonCode::Ok,
                 match validation {
                     Some(v) => {
-                        let trained = v.r2_heading >= Some(LEAST_VALIDATION_R2);
+                        let trained = v.r2_heading >= Some(LEAST_R2);
                         let (heading, offset) = if trained {
                             (v.r2_heading, "")
                         } else {

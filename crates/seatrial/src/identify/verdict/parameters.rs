@@ -102,6 +102,31 @@ impl Weighing {
         }
     }
 
+    /// The interval that reaches the validation data's own estimate must not hold 0 either.
+    pub(super) fn reached(&mut self, alone: &Refined, checked: &Checked) {
+        let Some(reached) = checked.refined() else {
+            return;
+        };
+        let sides = |refined: &Refined| {
+            let intervals = &refined.interval_95;
+            [intervals.a22_per_s, intervals.b2_per_s2]
+        };
+        let names = ["a22", "b2"].into_iter().zip(["1/s", "1/s^2"]);
+        for ((name, unit), (alone, reached)) in
+            names.zip(sides(alone).into_iter().zip(sides(&reached)))
+        {
+            if !holds_zero(alone) && holds_zero(reached) {
+                self.reject(
+                    ReasonCode::NotIdentifiable,
+                    format!(
+                        "the validation data give another {name} by themselves, and the 95 % interval that reaches both, {} to {} {unit}, holds 0: train and validate at one speed and one rudder angle",
+                        three_figures(reached[0]), three_figures(reached[1])
+                    ),
+                );
+            }
+        }
+    }
+
     fn agreement(&mut self, online: YawModel<f64>, refined: &Refined) {
         let parameters = [
             (
@@ -264,6 +289,10 @@ impl Weighing {
             );
         }
     }
+}
+
+fn holds_zero([low, high]: [f64; 2]) -> bool {
+    low <= 0.0 && high >= 0.0
 }
 
 /// What the higher order is, in words.

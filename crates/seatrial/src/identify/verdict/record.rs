@@ -118,12 +118,11 @@ impl Weighing {
         };
         // The slowest vehicle of the interval: it is refused where even that one is sampled too seldom.
         let slowest_per_s = match &checked.chosen.refined {
-            Some(refined) => refined
-                .interval_95
-                .a22_per_s
-                .map(f64::abs)
-                .into_iter()
-                .fold(f64::INFINITY, f64::min),
+            Some(refined) => {
+                let [low, high] = refined.interval_95.a22_per_s;
+                // 0 where the interval holds it.
+                low.max(-high).max(0.0)
+            }
             None => checked.chosen.model.a22_per_s.abs(),
         };
         let longest_s = LONGEST_INTERVAL / slowest_per_s;

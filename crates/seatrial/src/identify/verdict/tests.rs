@@ -7,6 +7,7 @@ use crate::identify::chosen::{Chosen, ModelSource};
 use crate::identify::compass::CompassError;
 use crate::identify::explained::{Explained, FirstOrderFit};
 use crate::identify::log_statistics::LogStatistics;
+use crate::identify::pace::Pace;
 use crate::identify::second_order::{ResidualTest, ResidualTests};
 use crate::record::{RudderUnit, Window};
 
@@ -292,7 +293,7 @@ fn exact_a_drifting_speed_and_a_jittering_clock_are_noted() {
 
 #[test]
 fn exact_a_rudder_of_unknown_angle_is_told_as_a_share_of_full() {
-    let text = |unit| rudder_constant(0.001, unit).text;
+    let text = |unit| rudder_constant(0.001, unit).detail;
     assert!(text(RudderUnit::Rad).contains("within 0.0573 deg:"));
     assert!(
         text(RudderUnit::FullRudder).contains("within 0.100 % of full:"),
@@ -307,7 +308,7 @@ fn exact_a_rudder_of_unknown_angle_is_told_as_a_share_of_full() {
     assert_eq!(codes(&verdict), ["ok", "extrapolating"]);
     assert!(
         verdict.reasons[1]
-            .text
+            .detail
             .contains("50.0 % of full of rudder either side, training only 26.0 % of full")
     );
 }
@@ -322,7 +323,7 @@ fn exact_a_rudder_that_stops_is_told_with_its_angle() {
         .judge();
     assert!(!verdict.accepted);
     assert_eq!(codes(&verdict), ["rudder_saturated"]);
-    let text = &verdict.reasons[0].text;
+    let text = &verdict.reasons[0].detail;
     // Half of 0.26 rad.
     assert!(text.contains("as if it stopped at 7.45 deg"), "{text}");
     // More per degree where there was more of it is something else.
@@ -336,7 +337,7 @@ fn exact_a_rudder_that_stops_is_told_with_its_angle() {
         .with_independent(&unsaturated, Some(0.06))
         .judge();
     assert_eq!(codes(&verdict), ["compass_error"]);
-    let text = &verdict.reasons[0].text;
+    let text = &verdict.reasons[0].detail;
     assert!(
         text.contains("in the validation data the heading parts by 3.44 deg"),
         "{text}"
@@ -357,12 +358,45 @@ fn exact_an_interval_that_holds_0_is_a_veto() {
     assert_eq!(codes(&jammed)[0], "not_identifiable");
 }
 
+/// Nor does an interval hold 0 that reaches what the validation data say by themselves.
+#[test]
+fn exact_an_interval_that_reaches_0_is_a_veto() {
+    let judged = |apart: f64| {
+        let other = refined_at([-1.07 - apart, 1.08, 0.012], 0.05);
+        Chain::of(refined(0.05))
+            .with_independent(&other, None)
+            .judge()
+    };
+    assert_eq!(codes(&judged(0.5))[0], "ok");
+    assert_eq!(codes(&judged(1.2))[0], "not_identifiable");
+}
+
+/// An interval that holds 0 holds a vehicle as slow as can be, for which no log is too slow.
+#[test]
+fn exact_a_pace_is_judged_by_the_slowest_vehicle() {
+    let judged = |half_width: f64| {
+        let pace = Pace {
+            row_s: 0.5,
+            heading_s: 0.5,
+            rudder_s: 0.5,
+        };
+        let mut chain = Chain::of(refined(half_width));
+        chain.log.pace = Some(pace);
+        codes(&chain.judge())
+    };
+    assert_eq!(
+        judged(0.1)[..2],
+        ["sampled_too_seldom", "sampled_too_seldom"]
+    );
+    assert_eq!(judged(30.0)[0], "not_identifiable");
+}
+
 #[test]
 fn exact_a_hand_that_falls_short_is_noted() {
     let verdict = Chain::with(|c| c.log.rudder_sides_rad = Some([0.26, 0.15])).judge();
     assert!(verdict.accepted);
     assert_eq!(codes(&verdict), ["ok", "rudder_saturated"]);
-    let text = &verdict.reasons[1].text;
+    let text = &verdict.reasons[1].detail;
     assert!(
         text.contains("14.9 deg") && text.contains("8.59 deg"),
         "{text}"
@@ -401,7 +435,7 @@ fn exact_a_residual_that_chance_does_not_explain_is_noted() {
         let verdict = judged(residual);
         assert!(verdict.accepted);
         assert_eq!(codes(&verdict), ["ok", "residual_not_white"]);
-        let text = &verdict.reasons[1].text;
+        let text = &verdict.reasons[1].detail;
         assert!(
             text.contains(said) && text.contains("is 40 where 20"),
             "{text}"

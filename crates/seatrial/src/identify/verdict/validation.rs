@@ -5,12 +5,9 @@ use seatrial_core::YawModel;
 use super::Weighing;
 use super::contradiction::{BLIND, GIVEN, STOPPED, TRAINED, contradiction, weakness};
 use crate::figures::{r2_text, three_figures};
-use crate::identification::{ReasonCode, Refined, Validation};
+use crate::identification::{LEAST_R2, ReasonCode, Refined, Validation};
 use crate::identify::checked::{Checked, Independent};
 use crate::record::rudder_text;
-
-/// Below this R^2 on validation data the paper repeats the run (section IV-C).
-pub const LEAST_VALIDATION_R2: f64 = 0.60;
 
 /// Rudder angles of validation data beyond the trained ones by this factor are an extrapolation.
 const NOTED_EXTRAPOLATION: f64 = 1.2;
@@ -20,7 +17,7 @@ impl Weighing {
         let Some(validation) = validation else {
             return self.not_validated();
         };
-        let good = |r2: Option<f64>| r2.is_some_and(|r2| r2 >= LEAST_VALIDATION_R2);
+        let good = |r2: Option<f64>| r2.is_some_and(|r2| r2 >= LEAST_R2);
         if good(validation.r2_heading) {
         } else if good(validation.r2_heading_offset_refit) && good(validation.r2_yaw_rate) {
             self.note(
@@ -34,7 +31,7 @@ impl Weighing {
             self.reject(
                 ReasonCode::LowR2,
                 format!(
-                    "R^2 on validation data is {} for heading, {} with the offset estimated again, {} for yaw rate; at least {LEAST_VALIDATION_R2} is needed: repeat the run",
+                    "R^2 on validation data is {} for heading, {} with the offset estimated again, {} for yaw rate; at least {LEAST_R2} is needed: repeat the run",
                     r2_text(validation.r2_heading), r2_text(validation.r2_heading_offset_refit), r2_text(validation.r2_yaw_rate)
                 ),
             );
@@ -44,7 +41,7 @@ impl Weighing {
     fn not_validated(&mut self) {
         self.reject(
             ReasonCode::NotValidated,
-            "nothing was held out to check the model; validate with --validate-from and --validate-to, or --validate-on another log".into(),
+            "nothing was held out to check the model".into(),
         );
     }
 

@@ -1,0 +1,80 @@
+//! Text as wide as the screen.
+
+use std::io::IsTerminal;
+
+/// Columns of a terminal that does not tell, and of output that is none.
+pub const PLAIN_WIDTH: usize = 80;
+
+/// Columns in which standard output is read.
+pub fn width() -> usize {
+    if !std::io::stdout().is_terminal() {
+        return PLAIN_WIDTH;
+    }
+    match ratatui::crossterm::terminal::size() {
+        Ok((columns, _)) if columns > 0 => usize::from(columns).max(PLAIN_WIDTH / 2),
+        _ => PLAIN_WIDTH,
+    }
+}
+
+/// A text with a capital letter at its start and a full stop at its end.
+pub fn sentence(text: &str) -> String {
+    let mut letters = text.trim_end_matches('.').chars();
+    let first = letters.next().map(|first| first.to_uppercase().to_string());
+    format!("{}{}.", first.unwrap_or_default(), letters.as_str())
+}
+
+/// Lines that begin with a label, or with as many spaces, and hold no more columns than the screen has.
+pub fn labelled(label: &str, text: &str, width: usize) -> String {
+    broken(label, text, width, "")
+}
+
+/// A command under a label. The shell goes on over the ends of its lines.
+pub fn command(label: &str, text: &str, width: usize) -> String {
+    broken(label, text, width, " \\")
+}
+
+fn broken(label: &str, text: &str, width: usize, end: &str) -> String {
+    let room = width.saturating_sub(label.chars().count());
+    let mut lines: Vec<String> = vec![String::new()];
+    for word in text.split_whitespace() {
+        let line = lines.last_mut().expect("there is a first line");
+        let length = |text: &str| text.chars().count();
+        if line.is_empty() {
+            line.push_str(word);
+        } else if length(line) + 1 + length(word) + length(end) <= room {
+            line.push(' ');
+            line.push_str(word);
+        } else {
+            line.push_str(end);
+            lines.push(word.to_owned());
+        }
+    }
+    let indent = " ".repeat(label.chars().count());
+    let starts = std::iter::once(label).chain(std::iter::repeat(indent.as_str()));
+    starts
+        .zip(&lines)
+        .map(|(start, line)| format!("{start}{line}\n"))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_lines_end_where_the_screen_does() {
+        assert_eq!(
+            labelled("Do  ", "one two three", 11),
+            "Do  one two\n    three\n"
+        );
+        assert_eq!(
+            command("Next  ", "a bb ccc", 12),
+            "Next  a bb \\\n      ccc\n"
+        );
+        assert_eq!(
+            sentence("the rudder did not move"),
+            "The rudder did not move."
+        );
+        assert_eq!(sentence("Done."), "Done.");
+    }
+}

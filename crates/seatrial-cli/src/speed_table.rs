@@ -1,0 +1,141 @@
+//! One line of a table for each speed: the model, its bounds, its gain and its verdict.
+
+use seatrial::figures::{bounds_text, decimals_of, r2_text, three_figures, with_decimals, within};
+use seatrial::identification::{Identification, Intervals, Outcome};
+use seatrial_core::RudderUnit;
+
+use crate::table::Table;
+
+/// What is shown of one speed. The numbers of a model are shown where it may be used or was only not validated.
+pub type SpeedRow<'a> = seatrial_report::LogModel<'a>;
+
+/// A column: its heading, its unit and the cell of a row.
+struct Column {
+    name: &'static str,
+    unit: &'static str,
+    cell: fn(&SpeedRow) -> Option<String>,
+}
+
+const fn column(
+    name: &'static str,
+    unit: &'static str,
+    cell: fn(&SpeedRow) -> Option<String>,
+) -> Column {
+    Column { name, unit, cell }
+}
+
+const THRUST: Column = column("thrust", "%", |row| {
+    row.thrust.map(|thrust| format!("{:.0}", 100.0 * thrust))
+});
+const SPEED: Column = column("speed", "m/s", |row| {
+    row.surge_speed_m_s.map(|speed| with_decimals(speed, 2))
+});
+const T: Column = column("T", "s", |row| Some(three_figures(model(row)?.nomoto?.t_s)));
+const K: Column = column("K", "1/s", |row| {
+    Some(three_figures(model(row)?.nomoto?.k_per_s))
+});
+const A22: Column = column("a22", "1/s", |row| bounds(row, |i| i.a22_per_s));
+const B2: Column = column("b2", "1/s^2", |row| bounds(row, |i| i.b2_per_s2));
+const A22_CENTRE: Column = column("a22", "1/s", |row| {
+    let interval = intervals(row).map(|i| i.a22_per_s);
+    Some(within(model(row)?.model().a22_per_s, interval))
+});
+const B2_CENTRE: Column = column("b2", "1/s^2", |row| {
+    let interval = intervals(row).map(|i| i.b2_per_s2);
+    Some(within(model(row)?.model().b2_per_s2, interval))
+});
+const C0: Column = column("C0", "deg/s^2", |row| {
+    let interval = intervals(row).map(|i| i.c0_rad_per_s2);
+    Some(in_degrees(model(row)?.model().c0_rad_per_s2, interval))
+});
+const R2: Column = column("R^2", "", |row| {
+    Some(r2_text(Some(model(row)?.validation?.judged_r2_heading()?)))
+});
+const GAIN: Column = column("K_p", "", |row| Some(three_figures(row.gain()?)));
+const VERDICT: Column = column("verdict", "", |row| {
+    Some(row.verdict.outcome().name().to_owned())
+});
+
+/// Tables from the widest to the narrowest.
+const LAYOUTS: [&[Column]; 4] = [
+    &[
+        THRUST, SPEED, T, K, A22_CENTRE, A22, B2_CENTRE, B2, C0, R2, GAIN, VERDICT,
+    ],
+    &[THRUST, SPEED, T, K, A22, B2, GAIN, VERDICT],
+    &[THRUST, SPEED, T, A22, B2, GAIN, VERDICT],
+    &[SPEED, A22, B2, VERDICT],
+];
+
+/// The widest table that fits. `None` where no row has anything but its verdict.
+pub fn speed_table(rows: &[SpeedRow], width: usize) -> Option<Table> {
+    rows.iter().any(is_told).then(|| {
+        let mut tables = LAYOUTS.iter().map(|columns| table(columns, rows));
+        let fitting = tables.find(|table| table.width() <= width);
+        fitting.unwrap_or_else(|| table(LAYOUTS[LAYOUTS.len() - 1], rows))
+    })
+}
+
+/// A table of these columns, without those that no row has.
+fn table(columns: &[Column], rows: &[SpeedRow]) -> Table {
+    let is_told = |column: &&Column| rows.iter().any(|row| (column.cell)(row).is_some());
+    let columns: Vec<&Column> = columns.iter().filter(is_told).collect();
+    let heads: Vec<(&str, &str)> = columns.iter().map(|c| (c.name, c.unit)).collect();
+    let mut table = Table::new(&heads);
+    for row in rows {
+        let cell = |column: &&Column| (column.cell)(row).unwrap_or_else(|| "-".into());
+        table.row(columns.iter().map(cell).collect());
+    }
+    table
+}
+
+/// The model where its numbers may be read.
+fn model<'a>(row: &SpeedRow<'a>) -> Option<&'a Identification> {
+    row.identification
+        .filter(|_| row.verdict.outcome() != Outcome::DoNotUse)
+}
+
+fn intervals(row: &SpeedRow) -> Option<Intervals> {
+    Some(model(row)?.refined.as_ref()?.interval_95)
+}
+
+fn bounds(row: &SpeedRow, of: fn(&Intervals) -> [f64; 2]) -> Option<String> {
+    Some(bounds_text(of(&intervals(row)?)))
+}
+
+fn is_told(row: &SpeedRow) -> bool {
+    row.thrust.is_some() || row.surge_speed_m_s.is_some() || model(row).is_some()
+}
+
+fn in_degrees(value_rad: f64, interval_rad: Option<[f64; 2]>) -> String {
+    let interval = interval_rad.map(|bounds| bounds.map(f64::to_degrees));
+    within(value_rad.to_degrees(), interval)
+}
+
+/// What the table leaves out of one model: the offset, the neutral rudder and R^2, in one line.
+pub fn offset_text(row: &SpeedRow, unit: RudderUnit) -> Option<String> {
+    let identification = model(row)?;
+    let model = identification.model();
+    let interval = intervals(row);
+    let mut parts = vec![format!(
+        "C0 {} deg/s^2",
+        in_degrees(model.c0_rad_per_s2, interval.map(|i| i.c0_rad_per_s2))
+    )];
+    parts.extend(model.delta0_rad().map(|delta0| {
+        let interval = interval.and_then(|i| i.delta0_rad);
+        match unit {
+            RudderUnit::Rad => format!("delta0 {} deg", in_degrees(delta0, interval)),
+            RudderUnit::FullRudder => format!(
+                "delta0 {} of full rudder",
+                interval.map_or_else(
+                    || three_figures(delta0),
+                    |i| with_decimals(delta0, decimals_of(i))
+                )
+            ),
+        }
+    }));
+    let r2 = identification
+        .validation
+        .and_then(|v| v.judged_r2_heading());
+    parts.extend(r2.map(|r2| format!("R^2 of heading {}", r2_text(Some(r2)))));
+    Some(parts.join(", "))
+}

@@ -1,0 +1,164 @@
+//! The commands that README and docs print run as they are printed.
+
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use seatrial_dev::{program, text};
+
+/// A command that goes on until it is stopped, that needs a vehicle, or that takes minutes: that it is understood is all that is asserted.
+const NOT_RUN: [&str; 5] = [" serve", "--serve", "mavlink:", "ros2:", "study faults"];
+
+/// What a rehearsal of faults ends in: models, none to use, or an abort.
+const OF_A_SCENARIO: [i32; 3] = [0, 4, 5];
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// The README and every page of the docs.
+fn pages() -> Vec<PathBuf> {
+    let docs = std::fs::read_dir(root().join("docs")).expect("docs/");
+    let mut pages: Vec<PathBuf> = docs
+        .map(|page| page.expect("a page").path())
+        .filter(|page| page.extension().is_some_and(|e| e == "md"))
+        .collect();
+    pages.push(root().join("README.md"));
+    pages.sort();
+    pages
+}
+
+/// The fenced blocks of a page that are not of another language.
+fn blocks(page: &str) -> Vec<String> {
+    let mut blocks = Vec::new();
+    let mut open: Option<(bool, String)> = None;
+    for line in page.lines() {
+        match (line.trim_start().strip_prefix("```"), &mut open) {
+            (Some(_), Some(_)) => blocks.extend(open.take().filter(|b| b.0).map(|b| b.1)),
+            (Some(language), None) => {
+                open = Some((matches!(language, "" | "sh"), String::new()));
+            }
+            (None, Some((_, block))) => *block += &format!("{line}\n"),
+            (None, None) => {}
+        }
+    }
+    blocks
+}
+
+/// The lines of a block that are commands of seatrial, their continuations joined.
+fn commands(block: &str) -> Vec<String> {
+    let joined = block.replace("\\\n", " ");
+    let lines = joined.lines().map(str::trim);
+    let steps = lines.flat_map(|line| line.split(" && "));
+    steps
+        .filter(|step| step.starts_with("seatrial "))
+        .map(str::to_owned)
+        .collect()
+}
+
+/// Commands in the running text, between backticks on one line, that name a file or an option.
+fn quoted(page: &str) -> Vec<String> {
+    let flat = page.replace("\n", " ");
+    let quoted = flat.split('`').skip(1).step_by(2);
+    quoted
+        .filter(|part| part.starts_with("seatrial ") && part.contains(" --scenario "))
+        .map(str::to_owned)
+        .collect()
+}
+
+fn run(command: &str, folder: &Path, extra: &[&str]) -> Output {
+    let words = command.split_whitespace().skip(1);
+    program()
+        .current_dir(folder)
+        .args(words)
+        .args(extra)
+        .output()
+        .expect("it runs")
+}
+
+/// A folder with what lies beside the README, as it is on a clean machine.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scenarios = folder.path().join("scenarios");
+    std::fs::create_dir(&scenarios).expect("a folder");
+    for file in std::fs::read_dir(root().join("scenarios")).expect("scenarios/") {
+        let file = file.expect("a scenario").path();
+        let name = file.file_name().expect("a name");
+        std::fs::copy(&file, scenarios.join(name)).expect("a copy");
+    }
+    std::fs::create_dir(folder.path().join("logs")).expect("a folder");
+    folder
+}
+
+#[test]
+fn cli_every_printed_command_runs() {
+    let mut run_count = 0;
+    for page in pages() {
+        let printed = std::fs::read_to_string(&page).expect("a page");
+        let whole: Vec<Vec<String>> = blocks(&printed).iter().map(|b| commands(b)).collect();
+        let single = quoted(&printed).into_iter().map(|command| vec![command]);
+        for block in whole.into_iter().chain(single) {
+            let folder = folder();
+            for command in block {
+                let is_run = !NOT_RUN.iter().any(|part| command.contains(part));
+                let extra: &[&str] = if is_run { &[] } else { &["--help"] };
+                let output = run(&command, folder.path(), extra);
+                let code = output.status.code().unwrap_or(-1);
+                let is_scenario = is_run && command.contains("--scenario");
+                assert!(
+                    code == 0 || is_scenario && OF_A_SCENARIO.contains(&code),
+                    "{}: {command}: exit {code}\n{}",
+                    page.display(),
+                    text(&output.stderr)
+                );
+                run_count += usize::from(is_run);
+            }
+        }
+    }
+    assert!(run_count >= 10, "{run_count}");
+}
+
+/// Every scenario plays on the vehicle that its first lines or the README name.
+#[test]
+fn cli_every_scenario_plays() {
+    let folder = folder();
+    for file in std::fs::read_dir(root().join("scenarios")).expect("scenarios/") {
+        let name = file.expect("a scenario").file_name();
+        let name = name.to_string_lossy();
+        let needs_sea = ["rough_sea", "shoal", "tidal_stream"];
+        let vehicle = match needs_sea.iter().any(|part| name.contains(part)) {
+            true => "sim:starfish-6dof",
+            false => "sim:starfish",
+        };
+        let command = format!("seatrial trial --vehicle {vehicle} --scenario scenarios/{name}");
+        let output = run(&command, folder.path(), &[]);
+        let code = output.status.code().unwrap_or(-1);
+        let said = text(&output.stderr);
+        assert!(
+            OF_A_SCENARIO.contains(&code),
+            "{command}: exit {code}\n{said}"
+        );
+    }
+}
+
+#[test]
+fn cli_completions_name_every_verb_of_this_binary() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for shell in ["bash", "zsh", "fish"] {
+        let output = run(&format!("seatrial completions {shell}"), folder.path(), &[]);
+        let script = text(&output.stdout);
+        assert_eq!(output.status.code(), Some(0));
+        for verb in ["trial", "identify", "doctor", "validate-on"] {
+            assert!(script.contains(verb), "{shell}: {verb}");
+        }
+    }
+    let version = run("seatrial --version", folder.path(), &[]);
+    assert!(text(&version.stdout).starts_with("seatrial "));
+}
+
+#[test]
+fn cli_the_demonstration_leaves_a_report() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let output = run("seatrial demo --speed 1000 --no-open", folder.path(), &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(folder.path().join("demo.html").exists());
+}

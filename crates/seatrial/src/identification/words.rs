@@ -1,0 +1,305 @@
+//! What a reason says to people, in one place: the cause in one sentence, and what to do about it where it is read.
+
+use super::code::ReasonCode;
+
+/// Where a reason is read. What to do is said in the words of that place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reader {
+    /// A terminal, with the options of the command.
+    Terminal,
+    /// The dashboard, with its buttons and fields.
+    Dashboard,
+    /// Python, with the arguments of its functions.
+    Python,
+}
+
+/// The cause of a reason and what to do about it.
+pub(super) struct Words {
+    pub cause: &'static str,
+    advice: Advice,
+}
+
+enum Advice {
+    Same(&'static str),
+    Each {
+        terminal: &'static str,
+        dashboard: &'static str,
+        python: &'static str,
+    },
+}
+
+impl Words {
+    pub fn action(&self, reader: Reader) -> &'static str {
+        match (&self.advice, reader) {
+            (Advice::Same(action), _)
+            | (
+                Advice::Each {
+                    terminal: action, ..
+                },
+                Reader::Terminal,
+            )
+            | (
+                Advice::Each {
+                    dashboard: action, ..
+                },
+                Reader::Dashboard,
+            )
+            | (Advice::Each { python: action, .. }, Reader::Python) => action,
+        }
+    }
+}
+
+const fn same(cause: &'static str, action: &'static str) -> Option<Words> {
+    Some(Words {
+        cause,
+        advice: Advice::Same(action),
+    })
+}
+
+const fn each(
+    cause: &'static str,
+    terminal: &'static str,
+    dashboard: &'static str,
+    python: &'static str,
+) -> Option<Words> {
+    Some(Words {
+        cause,
+        advice: Advice::Each {
+            terminal,
+            dashboard,
+            python,
+        },
+    })
+}
+
+/// The words of a code. `None` where every reason of this code says its own.
+pub(super) fn of(code: &ReasonCode) -> Option<Words> {
+    of_log(code)
+        .or_else(|| of_compass_and_rudder(code))
+        .or_else(|| of_model(code))
+        .or_else(|| of_validation(code))
+        .or_else(|| of_several(code))
+}
+
+/// What is wrong with the log: units, times, samples.
+fn of_log(code: &ReasonCode) -> Option<Words> {
+    match code {
+        ReasonCode::TooFewSamples => same(
+            "The training window holds too few samples.",
+            "Use a longer window, or log faster.",
+        ),
+        ReasonCode::RejectedSamples => same(
+            "Many samples of the log are damaged.",
+            "Check the clock and the heading channel of the log.",
+        ),
+        ReasonCode::SamplesMissing => same(
+            "Samples were lost while the rudder moved.",
+            "Log without losses.",
+        ),
+        ReasonCode::ClockJitter => same(
+            "The time between samples is uneven.",
+            "Log without losses, with the time of the measurement.",
+        ),
+        ReasonCode::SampledTooSeldom | ReasonCode::LoggedTooSlowly => same(
+            "Heading or rudder is logged too seldom for this vehicle.",
+            "Log both faster: ten samples in the time that a turn takes to die out.",
+        ),
+        ReasonCode::HeadingUnitDoubtful => each(
+            "The heading is not in the unit that its column says.",
+            "Give its unit with --unit heading=rad or --unit heading=deg.",
+            "Enter heading=rad or heading=deg as Units under “Columns and units”.",
+            "Pass units={\"heading\": \"rad\"} or units={\"heading\": \"deg\"}.",
+        ),
+        ReasonCode::RudderUnitDoubtful => each(
+            "The rudder is not in the unit that its column says.",
+            "Give its unit with --unit rudder=rad or --unit rudder=deg.",
+            "Enter rudder=rad or rudder=deg as Units under “Columns and units”.",
+            "Pass units={\"rudder\": \"rad\"} or units={\"rudder\": \"deg\"}.",
+        ),
+        ReasonCode::RudderScaleUnknown => each(
+            "Nothing in the log says in which unit the rudder is.",
+            "Give its unit with --unit rudder=deg (or rad, fraction, percent).",
+            "Enter rudder=deg (or rad, fraction, percent) as Units under “Columns and units”.",
+            "Pass units={\"rudder\": \"deg\"} (or rad, fraction, percent).",
+        ),
+        ReasonCode::TimeUnitDoubtful => each(
+            "The time is not in the unit that its column says.",
+            "Give its unit with --unit time=s or --unit time=ms, or another column with --time.",
+            "Enter time=s or time=ms as Units under “Columns and units”, or another column for the time.",
+            "Pass units={\"time\": \"s\"} or units={\"time\": \"ms\"}, or columns={\"time\": ...}.",
+        ),
+        ReasonCode::YawRateContradicts => each(
+            "The yaw rate contradicts the heading.",
+            "Give the right unit, such as --unit yaw_rate=deg/s or --unit time=ms, or leave it out with --yaw-rate none.",
+            "Enter the right unit, such as yaw_rate=deg/s or time=ms, under “Columns and units”, or none as the column of the yaw rate.",
+            "Pass the right unit, such as units={\"yaw_rate\": \"deg/s\"}, or columns={\"yaw_rate\": \"none\"}.",
+        ),
+        ReasonCode::YawRateReversed => each(
+            "The yaw rate has the opposite sign of the heading and was not used.",
+            "Reverse it in a --channels file, or leave it out with --yaw-rate none.",
+            "Enter none as the column of the yaw rate under “Columns and units”.",
+            "Reverse it in a channels_file, or pass columns={\"yaw_rate\": \"none\"}.",
+        ),
+        _ => None,
+    }
+}
+
+/// What is wrong with compass, gyro or rudder.
+fn of_compass_and_rudder(code: &ReasonCode) -> Option<Words> {
+    match code {
+        ReasonCode::RudderConstant => same(
+            "The rudder did not move.",
+            "Steer a doublet: the rudder to one side, then to the other.",
+        ),
+        ReasonCode::HeadingConstant => same(
+            "The heading did not change while the rudder moved.",
+            "Check that the compass works and is logged.",
+        ),
+        ReasonCode::Quantised => same(
+            "The heading is logged in coarse steps.",
+            "Log the heading with more digits, or turn further.",
+        ),
+        ReasonCode::CompassError => same(
+            "The compass jumped, stuck or was disturbed.",
+            "Repeat the run away from iron and electric currents.",
+        ),
+        ReasonCode::CompassDeviation => same(
+            "Compass and gyro disagree on how far the vehicle turned.",
+            "Swing the compass, or turn a full circle and compare the gyro with 360 deg.",
+        ),
+        ReasonCode::CompassLate => same(
+            "The heading is logged later than it was measured.",
+            "Log the heading with the time of its measurement.",
+        ),
+        ReasonCode::HeadingHeld => same(
+            "The heading changes less often than rows are written.",
+            "Log every heading once, with the time of its measurement.",
+        ),
+        ReasonCode::RudderHeld => same(
+            "The rudder changes less often than rows are written.",
+            "Log the rudder as often as the heading.",
+        ),
+        ReasonCode::HeadingUnchecked => same(
+            "The log has no yaw rate to check the compass with.",
+            "Log the yaw rate of a gyro, or swing the compass.",
+        ),
+        ReasonCode::RudderUnchecked => same(
+            "Nothing in the log shows that the rudder reached its angle.",
+            "Log the measured rudder angle.",
+        ),
+        ReasonCode::RudderSaturated => same(
+            "The rudder seems to stop before the angle that was asked for.",
+            "Look at the measured rudder angle, and repeat with a smaller one.",
+        ),
+        ReasonCode::LagUnknown => each(
+            "The rudder may follow its command late, and the log does not show how late.",
+            "Log the measured rudder angle, or give the lag of the servo with --rudder-lag.",
+            "Log the measured rudder angle, or enter the time constant of the servo.",
+            "Log the measured rudder angle, or pass rudder_lag_s.",
+        ),
+        ReasonCode::SignReversed => same(
+            "A positive rudder angle turns the vehicle to decreasing heading.",
+            "Keep this sign, or reverse the rudder channel.",
+        ),
+        _ => None,
+    }
+}
+
+/// What is wrong with the model.
+fn of_model(code: &ReasonCode) -> Option<Words> {
+    match code {
+        ReasonCode::NotIdentifiable => same(
+            "The log does not show how the heading follows the rudder.",
+            "Check both channels, then repeat with more rudder to both sides.",
+        ),
+        ReasonCode::UnderExcited => same(
+            "The manoeuvre was too small: the model is too uncertain.",
+            "Repeat the manoeuvre with more rudder, or several times.",
+        ),
+        ReasonCode::DoesNotFit => same(
+            "The rudder does not explain how the vehicle turned.",
+            "Repeat the manoeuvre in calmer water, with more rudder and no autopilot.",
+        ),
+        ReasonCode::Unstable => same(
+            "The vehicle does not stop turning by itself, or the log does not show it.",
+            "Repeat the manoeuvre with a longer pause after it: gains need a stable model.",
+        ),
+        ReasonCode::Disagreement => same(
+            "Two ways to estimate the model disagree.",
+            "Repeat the manoeuvre in calmer water, with nothing but the rudder turning the vehicle.",
+        ),
+        ReasonCode::ResidualNotWhite => same(
+            "The errors of the model are not random: a slow servo, waves or a filtered compass.",
+            "Log the measured rudder angle and the unfiltered compass, in calmer water.",
+        ),
+        ReasonCode::ModelOrder => same(
+            "The vehicle does more than a first-order model can describe.",
+            "Use the model only for rudder angles and turns like those of the log.",
+        ),
+        ReasonCode::Disturbed => same(
+            "Waves, gusts or a current turned the vehicle as well.",
+            "For narrower bounds repeat in calmer water, or with more rudder.",
+        ),
+        ReasonCode::SpeedDrifted => same(
+            "The speed changed during the training.",
+            "Wait longer at each speed before the manoeuvre, or use less rudder.",
+        ),
+        _ => None,
+    }
+}
+
+/// What validation data say.
+fn of_validation(code: &ReasonCode) -> Option<Words> {
+    match code {
+        ReasonCode::LowR2 => same(
+            "The model does not predict data that it was not trained on.",
+            "Repeat the run.",
+        ),
+        ReasonCode::NotValidated => each(
+            "No data were held out to check the model.",
+            "Check it on a second manoeuvre: --validate-from and --validate-to, or --validate-on LOG.",
+            "Record a second manoeuvre at this speed, and open the log that holds both.",
+            "Check it on a second manoeuvre: pass validation=(from, to), or validate_on.",
+        ),
+        ReasonCode::OffsetDrifted => same(
+            "Wind, current or trim changed between training and validation.",
+            "Use the gains, and find the rudder that holds a straight course again.",
+        ),
+        ReasonCode::Contradicted => same(
+            "The validation data give another model than the training data.",
+            "Check the measured rudder angle and the compass, then train again.",
+        ),
+        ReasonCode::WeaklyValidated => same(
+            "The validation manoeuvre was too small to show a wrong model.",
+            "Validate with more rudder, with more manoeuvres or in calmer water.",
+        ),
+        ReasonCode::Extrapolating => same(
+            "The validation data use more rudder than the training data.",
+            "Train with as much rudder as you mean to use.",
+        ),
+        _ => None,
+    }
+}
+
+/// What several manoeuvres or speeds say together.
+fn of_several(code: &ReasonCode) -> Option<Words> {
+    match code {
+        ReasonCode::ManoeuvresDiffer => same(
+            "Manoeuvres at one speed give different models.",
+            "Check load, trim and fins, and repeat the manoeuvres.",
+        ),
+        ReasonCode::SpeedFalls => same(
+            "The speed fell although the thrust rose.",
+            "Check propeller, battery and current, and repeat both speeds.",
+        ),
+        ReasonCode::AuthorityChanged => same(
+            "The rudder's effect changes over speed as that of one vehicle does not.",
+            "Check the fins and the load, and repeat both speeds.",
+        ),
+        ReasonCode::DampingChanged => same(
+            "The damping changes over speed as that of one vehicle does not.",
+            "Check the fins and the load, and repeat both speeds.",
+        ),
+        _ => None,
+    }
+}
