@@ -134,7 +134,7 @@ test("a run is rejected with a note and accepted again", async () => {
     await page.locator("form canvas").first().waitFor();
     await page.getByLabel("Note").fill("a wave");
     await page.getByRole("button", { name: `${verb} this run` }).click();
-    await page.getByText(word).waitFor();
+    await page.getByRole("cell", { name: word }).waitFor();
   }
 });
 
