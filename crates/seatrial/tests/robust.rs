@@ -33,65 +33,87 @@ fn off([low, high]: [f64; 2], truth: f64) -> f64 {
     (truth - 0.5 * (low + high)).abs() / (0.5 * (high - low))
 }
 
-/// Trials on ArduRover firmware over plants of first order: nine in ten accepted, of those nine in ten hold a22 and b2, none is beyond two
-/// half widths, no a22 is off by 12 %.
-#[test]
-fn val_firmware_trials_hold_the_plant() {
-    let Some(folder) = data("firmware") else {
-        return;
-    };
+/// What became of the trials on ArduRover firmware over plants of first order.
+#[derive(Default)]
+struct Firmware {
+    records: usize,
+    accepted: usize,
+    /// Accepted, with a22 and b2 within their intervals.
+    held: usize,
+}
+
+/// Identifies each trial after a change of its record. No accepted model is beyond two half widths, no a22 is off by 12 %.
+fn firmware_trials(change: impl Fn(&mut Record)) -> Option<Firmware> {
+    let folder = data("firmware")?;
     let truths = std::fs::read_to_string(folder.join("truth.json")).unwrap();
     let truths: Vec<serde_json::Value> = serde_json::from_str(&truths).unwrap();
-    let (mut accepted, mut held) = (0, 0);
+    let mut trials = Firmware::default();
     for truth in &truths {
         let name = truth["file"].as_str().unwrap();
-        let record = read(&folder.join(name));
+        let mut record = read(&folder.join(name));
+        change(&mut record);
         let validation = ValidationData {
             record: &record,
             window: window(&truth["validate"]),
         };
-        let settings = IdentifySettings::default();
         let found = identify(
             &record,
             window(&truth["train"]),
             Some(validation),
-            &settings,
+            &IdentifySettings::default(),
         )
         .unwrap();
         let refined = found.refined.unwrap();
         let [a22, b2] = ["a22_per_s", "b2_per_s2"].map(|name| truth[name].as_f64().unwrap());
         let away =
             off(refined.interval_95.a22_per_s, a22).max(off(refined.interval_95.b2_per_s2, b2));
+        let a22_off = refined.model.a22_per_s / a22 - 1.0;
+        let codes: Vec<_> = found.verdict.reasons.iter().map(|r| &r.code).collect();
         println!(
-            "{name}: a22 {:+.1} %, b2 {:+.1} %, {away:.2} half widths, lag {:?} of {}, accepted {} {:?}",
-            100.0 * (refined.model.a22_per_s / a22 - 1.0),
+            "{name}: a22 {:+.1} %, b2 {:+.1} %, {away:.2} half widths, accepted {} {codes:?}",
+            100.0 * a22_off,
             100.0 * (refined.model.b2_per_s2 / b2 - 1.0),
-            found
-                .higher_order
-                .as_ref()
-                .map(|h| h.estimate.model.rudder_lag_s),
-            truth["rudder_lag_s"],
             found.verdict.accepted,
-            found
-                .verdict
-                .reasons
-                .iter()
-                .map(|r| r.code.to_string())
-                .collect::<Vec<_>>()
         );
+        trials.records += 1;
         if found.verdict.accepted {
-            accepted += 1;
-            held += usize::from(away < 1.0);
+            trials.accepted += 1;
+            trials.held += usize::from(away < 1.0);
             assert!(away < 2.0, "{name} {away}");
-            assert!((refined.model.a22_per_s / a22 - 1.0).abs() < 0.12, "{name}");
+            assert!(a22_off.abs() < 0.12, "{name}");
         }
     }
-    assert!(
-        10 * accepted >= 9 * truths.len(),
-        "{accepted} of {}",
-        truths.len()
-    );
-    assert!(10 * held >= 9 * accepted, "{held} of {accepted}");
+    Some(trials)
+}
+
+/// Nine in ten are accepted, of those nine in ten hold a22 and b2.
+#[test]
+fn val_firmware_trials_hold_the_plant() {
+    if let Some(trials) = firmware_trials(|_| ()) {
+        assert!(10 * trials.accepted >= 9 * trials.records);
+        assert!(10 * trials.held >= 9 * trials.accepted);
+    }
+}
+
+/// A rudder that is logged at 10 or 5 Hz beside the heading: when it moved between two of its rows is unknown and widens the interval.
+#[test]
+fn val_firmware_trials_with_a_slowly_logged_rudder_hold_the_plant() {
+    let (mut accepted, mut held) = (0, 0);
+    for (renewed_s, phase_s) in [(0.1, 0.0), (0.1, 0.05), (0.2, 0.0), (0.2, 0.1)] {
+        let count = |time_s: f64| ((time_s + phase_s) / renewed_s + 1e-6).floor();
+        let trials = firmware_trials(|record| {
+            for k in 1..record.samples.len() {
+                let [last, sample] = [record.samples[k - 1], record.samples[k]];
+                if count(sample.time_s) == count(last.time_s) {
+                    record.samples[k].rudder_rad = last.rudder_rad;
+                }
+            }
+        });
+        let trials = trials.unwrap_or_default();
+        accepted += trials.accepted;
+        held += trials.held;
+    }
+    assert!(20 * held >= 19 * accepted, "{held} of {accepted}");
 }
 
 /// A real boat on a zig-zag: windows of 105 and 120 s and the whole agree, at the damping that every simulation of it has.
