@@ -273,6 +273,7 @@ fn interpolated(args: &Args, source: &Models) -> Result<Option<InterpolatedGain>
         covariance: None,
         allowance: GainAllowance::default(),
         noise: None,
+        valid_range: None,
     };
     Ok(Some(InterpolatedGain {
         key,

@@ -96,9 +96,9 @@ impl SourceArgs {
     }
 }
 
-/// Prints on standard error what a source says against its models.
+/// Prints on standard error what a source says against its models, and where they are used beyond what they were seen for.
 pub fn warn(models: &Models) {
-    for reason in &models.rejected {
+    for reason in models.rejected.iter().chain(&models.beyond_range()) {
         eprintln!("seatrial: warning: {}: {reason}", models.origin);
     }
 }

@@ -75,6 +75,9 @@ pub fn model_text(identification: &Identification, unit: RudderUnit) -> String {
             unit.per()
         );
     }
+    if let Some(range) = &identification.valid_range {
+        let _ = writeln!(text, "  Seen for  {}", range.text(unit));
+    }
     text
 }
 

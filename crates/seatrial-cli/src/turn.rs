@@ -79,6 +79,8 @@ struct Document<'a> {
     heading_change_rad: f64,
     /// Radius of the measured U-turn over the model's steady radius at its speed.
     u_turn_ratio: Option<f64>,
+    /// Where the rudder limit is beyond what a model was seen with.
+    beyond_range: Vec<String>,
     points: Vec<PointLimits>,
     over_speed: Vec<OverSpeed>,
 }
@@ -144,6 +146,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         rudder_unit: source.rudder_unit,
         heading_change_rad,
         u_turn_ratio,
+        beyond_range: source.beyond_range(),
         points: source.points.iter().map(limits).collect(),
         over_speed: over_speed(&source, args.up_to_speed)?,
     };

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use seatrial::Window;
-use seatrial::identification::{Validation, Verdict};
-use seatrial::identify::{validation, validation_estimate};
+use seatrial::identification::{ValidRange, Validation, Verdict};
+use seatrial::identify::{valid_range, validation, validation_estimate};
 use seatrial::verdict::judge_validation;
 use seatrial_app::documents::Source;
 use seatrial_app::identify_log::no_model;
@@ -82,7 +82,7 @@ struct Document {
 
 /// Validates a model on a log.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let model = args.read_model()?;
+    let (model, seen) = args.read_model()?;
     let window = Window {
         from_s: args.from.unwrap_or(f64::NEG_INFINITY),
         to_s: args.to.unwrap_or(f64::INFINITY),
@@ -90,13 +90,19 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let log = open_inside(&args.log, window)?;
     let validation =
         validation::validate(model, &log.record, window).map_err(|error| no_model(&log, error))?;
-    let own = validation_estimate(&log.record.usable(window));
+    let samples = log.record.usable(window);
+    let own = validation_estimate(&samples);
+    let beyond = seen.and_then(|seen| {
+        let noise_rad = own.as_ref().map_or(0.0, |own| own.heading_noise_rad);
+        let here = valid_range(&[&samples], &model, noise_rad)?;
+        Some(seen.left_by(&here, log.record.rudder_unit))
+    });
     let document = Document {
         schema: "seatrial.validation.v1",
         source: log.source(),
         model,
         validation,
-        verdict: judge_validation(&model, validation, own.as_ref()),
+        verdict: judge_validation(&model, validation, own.as_ref(), beyond.unwrap_or_default()),
     };
     output.print(&document, || {
         let width = width();
@@ -109,12 +115,13 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 }
 
 impl Args {
-    fn read_model(&self) -> Result<YawModel<f64>, Failure> {
+    /// The model and, where it is known, over what it was seen.
+    fn read_model(&self) -> Result<(YawModel<f64>, Option<ValidRange>), Failure> {
         if let Some(path) = &self.model {
             let source = of_document(path, None)?;
             warn(&source);
             return match source.points.as_slice() {
-                [only] => Ok(only.point.model),
+                [only] => Ok((only.point.model, only.valid_range)),
                 several => Err(Failure::usage(format!(
                     "{}: {} models; choose one and give its --a22, --b2 and --c0",
                     path.display(),
@@ -124,7 +131,8 @@ impl Args {
         }
         match (self.a22, self.b2) {
             (Some(a22), Some(b2)) if a22.is_finite() && b2.is_finite() => {
-                Ok(YawModel::from_theta([a22, b2, self.c0.unwrap_or(0.0)]))
+                let model = YawModel::from_theta([a22, b2, self.c0.unwrap_or(0.0)]);
+                Ok((model, None))
             }
             _ => Err(Failure::usage(
                 "no model: give --model FILE, or --a22 and --b2 as finite numbers",

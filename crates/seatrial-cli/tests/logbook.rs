@@ -94,6 +94,7 @@ fn identification(model: YawModel<f64>) -> Identification {
         higher_order: None,
         lag_effect: None,
         loop_timing: None,
+        valid_range: None,
         verdict,
     }
 }

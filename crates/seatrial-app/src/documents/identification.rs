@@ -2,7 +2,8 @@
 
 use seatrial::Window;
 use seatrial::identification::{
-    HigherOrder, LagEffect, Online, Reader, Refined, RejectedSamples, Settings, Validation, Verdict,
+    HigherOrder, LagEffect, Online, Reader, Refined, RejectedSamples, Settings, ValidRange,
+    Validation, Verdict,
 };
 use seatrial_core::Nomoto;
 use seatrial_core::heading_loop::LoopTiming;
@@ -39,6 +40,8 @@ pub struct IdentificationDocument {
     pub lag_effect: Option<LagEffect>,
     /// What a heading loop of this vehicle waits for.
     pub loop_timing: Option<LoopTiming<f64>>,
+    /// Over what rudder, headings, speeds and frequencies the model was seen.
+    pub valid_range: Option<ValidRange>,
     /// May the model be used?
     pub verdict: Verdict,
     /// Of a log with several manoeuvres: the model of each speed; the model above is the surest of them.
@@ -82,6 +85,7 @@ impl IdentificationDocument {
             higher_order: model.and_then(|model| model.higher_order.clone()),
             lag_effect: model.and_then(|model| model.lag_effect),
             loop_timing: model.and_then(|model| model.loop_timing),
+            valid_range: model.and_then(|model| model.valid_range),
             verdict: found.verdict().clone(),
             models: found.models.clone(),
         }

@@ -67,6 +67,7 @@ pub fn of_campaign(path: &Path, number: Option<i64>) -> Result<Models, Error> {
                 covariance: refined.map(|refined| refined.covariance),
                 allowance: GainAllowance::of(identification),
                 noise: refined.map(|r| [r.heading_noise_rad, r.disturbance_rad_s2]),
+                valid_range: identification.valid_range,
             })
         })
         .collect();

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use seatrial::GainAllowance;
+use seatrial::identification::ValidRange;
 use seatrial::propagation::covariance_of_intervals;
 use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::{RudderUnit, SchedulePoint, YawModel};
@@ -62,6 +63,7 @@ struct StoredIdentification {
     online: Option<YawModel<f64>>,
     refined: Option<StoredRefined>,
     loop_timing: Option<LoopTiming<f64>>,
+    valid_range: Option<ValidRange>,
     verdict: Option<StoredVerdict>,
 }
 
@@ -217,6 +219,7 @@ impl StoredIdentification {
             noise: refined.and_then(|refined| {
                 Some([refined.heading_noise_rad?, refined.disturbance_rad_s2?])
             }),
+            valid_range: self.valid_range,
         })
     }
 }

@@ -8,6 +8,7 @@ mod schedule_file;
 use std::path::Path;
 
 use seatrial::GainAllowance;
+use seatrial::identification::ValidRange;
 use seatrial::propagation::interval_95;
 use seatrial_core::schedule::ScheduleKey;
 use seatrial_core::{RudderUnit, SchedulePoint, SpeedSchedule, YawModel};
@@ -49,6 +50,8 @@ pub struct ModelPoint {
     pub allowance: GainAllowance,
     /// Heading noise, rad, and yaw acceleration disturbance, rad/s^2, found on its record.
     pub noise: Option<[f64; 2]>,
+    /// Over what rudder, headings, speeds and frequencies it was seen.
+    pub valid_range: Option<ValidRange>,
 }
 
 /// A value and, where the source knows its uncertainty, a 95 % interval.
@@ -68,6 +71,7 @@ impl ModelPoint {
             covariance: None,
             allowance: GainAllowance::default(),
             noise: None,
+            valid_range: None,
         }
     }
 
@@ -132,6 +136,16 @@ impl Models {
         let key = |p: &ModelPoint| p.point.thrust.or(p.point.surge_speed_m_s).unwrap_or(0.0);
         self.points.sort_by(|a, b| key(a).total_cmp(&key(b)));
         Ok(self)
+    }
+
+    /// Where the rudder limit is beyond what a model was seen with, in words.
+    pub fn beyond_range(&self) -> Vec<String> {
+        let beyond = |point: &ModelPoint| {
+            let range = point.valid_range.as_ref()?;
+            let beyond = range.beyond_rudder(self.rudder_limit_rad, self.rudder_unit)?;
+            Some(format!("{}: {beyond}", point.name()))
+        };
+        self.points.iter().filter_map(beyond).collect()
     }
 
     /// The models as a schedule by this key.

@@ -152,7 +152,12 @@ fn fresh_verdict(
     let model = YawModel::from_theta(theta);
     let validation = validation::validate(model, &run.record, window).unwrap();
     let own = validation_estimate(&run.record.usable(window));
-    Some(judge_validation(&model, validation, own.as_ref()))
+    Some(judge_validation(
+        &model,
+        validation,
+        own.as_ref(),
+        Vec::new(),
+    ))
 }
 
 fn heading_keeping(config: VehicleConfig, thrust: f64, seed: u64) -> Option<Verdict> {

@@ -4,7 +4,7 @@ use seatrial::Step;
 use seatrial::campaign::{Run, Stage, StageSpan};
 use seatrial::identification::{
     Convergence, EstimateMethod, Identification, Intervals, LeastSquares, Online, Reason,
-    ReasonCode, Refined, RejectedSamples, Settings, TracePoint, Validation, Verdict,
+    ReasonCode, Refined, RejectedSamples, Settings, TracePoint, ValidRange, Validation, Verdict,
 };
 use seatrial::record::Window;
 use seatrial::time_scale::LambdaReason;
@@ -149,6 +149,12 @@ impl Draw {
             loop_timing: self.maybe(|draw| LoopTiming {
                 delay_s: draw.number(),
                 sample_interval_s: draw.maybe(Self::number),
+            }),
+            valid_range: self.maybe(|draw| ValidRange {
+                rudder: [draw.number(), draw.number()],
+                heading_amplitude_rad: draw.number(),
+                surge_speed_m_s: draw.maybe(|draw| [draw.number(), draw.number()]),
+                band_rad_s: [draw.number(), draw.number()],
             }),
             verdict: self.verdict(),
         }

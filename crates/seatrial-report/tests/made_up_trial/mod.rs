@@ -239,6 +239,7 @@ fn identification(
         higher_order: None,
         lag_effect: None,
         loop_timing: None,
+        valid_range: None,
         verdict,
     }
 }

@@ -4,6 +4,7 @@
 mod code;
 mod method;
 mod reason;
+mod valid_range;
 mod words;
 
 use std::collections::BTreeMap;
@@ -21,6 +22,7 @@ use crate::time_scale::LambdaReason;
 pub use code::ReasonCode;
 pub use method::EstimateMethod;
 pub use reason::{Outcome, Reason, Verdict};
+pub use valid_range::ValidRange;
 pub use words::Reader;
 
 /// Below this R^2 on validation data the paper repeats the run (section IV-C).
@@ -55,6 +57,9 @@ pub struct Identification {
     /// that the model is behind, and is held over a sample. `None` for the paper's equations to the letter.
     #[serde(default)]
     pub loop_timing: Option<LoopTiming<f64>>,
+    /// Over what rudder, headings, speeds and frequencies the model was seen.
+    #[serde(default)]
+    pub valid_range: Option<ValidRange>,
     /// May the model be used?
     pub verdict: Verdict,
 }

@@ -274,8 +274,8 @@ fn of_validation(code: &ReasonCode) -> Option<Words> {
             "Validate with more rudder, with more manoeuvres or in calmer water.",
         ),
         ReasonCode::Extrapolating => same(
-            "The validation data use more rudder than the training data.",
-            "Train with as much rudder as you mean to use.",
+            "The validation data leave the range of rudder, heading or speed that the model was trained in.",
+            "Train with the rudder and at the speed that you mean to use.",
         ),
         _ => None,
     }

@@ -1,6 +1,6 @@
 //! Fourth link of the chain: the chosen model against its own record and against validation data.
 
-use seatrial_core::{GoodnessOfFit, YawModel};
+use seatrial_core::{GoodnessOfFit, Sample, YawModel};
 
 use super::chosen::Chosen;
 use super::compass::CompassError;
@@ -10,9 +10,10 @@ use super::intervals::reaching_validation;
 use super::log_statistics::LogStatistics;
 use super::prepared::Prepared;
 use super::second_order;
+use super::valid_range::valid_range;
 use super::validation::{self, ValidationData};
 use super::validation_estimate::validation_estimate_behind;
-use crate::identification::{EstimateMethod, HigherOrder, Refined, Validation};
+use crate::identification::{EstimateMethod, HigherOrder, Refined, ValidRange, Validation};
 use crate::manoeuvre::Manoeuvre;
 use crate::plausibility::{self, Doubt};
 use crate::record::duration_s;
@@ -101,6 +102,18 @@ impl<'a> Checked<'a> {
                 .filter(is_apart)
                 .map(|data| Independent::of(data, prepared, explained, chosen)),
         })
+    }
+
+    /// Over what the chosen model was seen, in training and validation.
+    pub fn valid_range(
+        &self,
+        training: &[Sample<f64>],
+        data: Option<ValidationData>,
+    ) -> Option<ValidRange> {
+        let refined = self.chosen.refined.as_ref();
+        let noise_rad = refined.map_or(0.0, |refined| refined.heading_noise_rad);
+        let validation = data.map_or(&[][..], |data| data.record.window(data.window));
+        valid_range(&[training, validation], &self.chosen.model, noise_rad)
     }
 
     /// The chosen estimate, with intervals that reach the one of validation data.

@@ -43,6 +43,7 @@ pub mod simplex;
 mod simulation;
 mod sums;
 mod training;
+mod valid_range;
 pub mod validation;
 mod validation_estimate;
 pub mod verdict;
@@ -53,8 +54,8 @@ use seatrial_core::heading_loop::LoopTiming;
 use crate::figures::three_figures;
 use crate::gain_allowance::sampled;
 use crate::identification::{
-    HigherOrder, Identification, LagEffect, Reason, ReasonCode, Refined, Settings, Validation,
-    Verdict,
+    HigherOrder, Identification, LagEffect, Reason, ReasonCode, Refined, Settings, ValidRange,
+    Validation, Verdict,
 };
 use crate::record::{Record, Window};
 use crate::time_scale::ChosenLambda;
@@ -69,6 +70,7 @@ use prepared::Prepared;
 pub use settings::IdentifySettings;
 pub(crate) use training::Training;
 use training::{choose_lambda, manoeuvre_to_learn_from};
+pub use valid_range::valid_range;
 pub use validation::ValidationData;
 pub use validation_estimate::validation_estimate;
 
@@ -212,6 +214,7 @@ struct Assessment {
     higher_order: Option<HigherOrder>,
     lag_effect: Option<LagEffect>,
     loop_timing: Option<LoopTiming<f64>>,
+    valid_range: Option<ValidRange>,
     verdict: Verdict,
 }
 
@@ -228,6 +231,7 @@ impl Assessment {
         let rudder_lag_s = chosen.lagging().map_or(0.0, |l| l.rudder_lag_s);
         Ok(Self {
             verdict: verdict::judge(&checked),
+            valid_range: checked.valid_range(prepared.accepted, data),
             refined: checked.refined(),
             validation: checked.validation,
             higher_order: checked.higher_order,
@@ -258,6 +262,7 @@ impl Assessment {
             higher_order: self.higher_order,
             lag_effect: self.lag_effect,
             loop_timing: self.loop_timing.filter(|_| !settings.as_paper),
+            valid_range: self.valid_range,
             verdict: self.verdict,
             settings,
         };

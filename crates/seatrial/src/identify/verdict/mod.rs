@@ -43,16 +43,21 @@ pub(super) fn judge(checked: &Checked) -> Verdict {
     weighing.verdict(checked.validation)
 }
 
-/// Weighs a given model by validation data alone, and by the model that they give by themselves.
+/// Weighs a given model by validation data alone, by the model that they give by themselves, and by where they leave the
+/// range that the model was seen in.
 pub fn judge_validation(
     model: &YawModel<f64>,
     validation: Validation,
     other: Option<&Refined>,
+    beyond: Vec<String>,
 ) -> Verdict {
     let mut weighing = Weighing::default();
     weighing.validation(Some(validation));
     if let Some(other) = other {
         weighing.given(model, other);
+    }
+    for left in beyond {
+        weighing.note(ReasonCode::Extrapolating, left);
     }
     weighing.verdict(Some(validation))
 }

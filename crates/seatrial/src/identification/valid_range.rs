@@ -1,0 +1,81 @@
+//! What a record showed its model to hold for.
+
+use seatrial_core::RudderUnit;
+use serde::{Deserialize, Serialize};
+
+use crate::figures::three_figures;
+use crate::record::rudder_text;
+
+/// A use this much beyond what was seen is told.
+const NOTED_BEYOND: f64 = 1.2;
+
+/// The rudder, headings, speeds and frequencies of the training and validation data.
+///
+/// A model of first order is the tangent of a hull whose damping grows with its yaw rate: it is known for the amplitudes that it
+/// was seen at, not for others.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ValidRange {
+    /// Least and greatest rudder angle, rad or share of full rudder.
+    pub rudder: [f64; 2],
+    /// Half of the heading's range, rad.
+    pub heading_amplitude_rad: f64,
+    /// Least and greatest speed, m/s, where it was logged.
+    pub surge_speed_m_s: Option<[f64; 2]>,
+    /// Lowest and highest angular frequency, rad/s: one period in the record, and where the response to the rudder's amplitude
+    /// falls below the noise of the heading (or half the sample rate).
+    pub band_rad_s: [f64; 2],
+}
+
+impl ValidRange {
+    /// Why a rudder of this angle either side is beyond the range, in words.
+    pub fn beyond_rudder(&self, angle: f64, unit: RudderUnit) -> Option<String> {
+        let [low, high] = self.rudder;
+        let seen = low.abs().max(high.abs());
+        (angle > NOTED_BEYOND * seen).then(|| {
+            format!(
+                "the model was seen with at most {} of rudder; {} is beyond",
+                rudder_text(unit, seen),
+                rudder_text(unit, angle)
+            )
+        })
+    }
+
+    /// Where another range leaves this one, in words.
+    pub fn left_by(&self, other: &Self, unit: RudderUnit) -> Vec<String> {
+        let seen = |range: &Self| range.rudder.map(f64::abs).into_iter().fold(0.0, f64::max);
+        let rudder = self.beyond_rudder(seen(other), unit);
+        let headings = [self, other].map(|range| range.heading_amplitude_rad.to_degrees());
+        let heading = (headings[1] > NOTED_BEYOND * headings[0]).then(|| {
+            format!(
+                "the model was seen within {} deg of heading either side; these data have {}",
+                three_figures(headings[0]),
+                three_figures(headings[1])
+            )
+        });
+        let speeds = self.surge_speed_m_s.zip(other.surge_speed_m_s);
+        let speed = speeds.and_then(|([low, high], [least, most])| {
+            (most > NOTED_BEYOND * high || NOTED_BEYOND * least < low).then(|| {
+                let [low, high, least, most] = [low, high, least, most].map(three_figures);
+                format!(
+                    "the model was seen at {low} to {high} m/s; these data have {least} to {most} m/s"
+                )
+            })
+        });
+        [rudder, heading, speed].into_iter().flatten().collect()
+    }
+
+    /// `rudder -14.9 to 14.9 deg, heading within 20 deg, 1.2 to 1.5 m/s, 0.1 to 4 rad/s`
+    pub fn text(&self, unit: RudderUnit) -> String {
+        let (scale, name) = unit.for_people();
+        let [low, high] = self.rudder.map(|angle| three_figures(scale * angle));
+        let heading = three_figures(self.heading_amplitude_rad.to_degrees());
+        let speed = self.surge_speed_m_s.map_or_else(String::new, |speeds| {
+            let [least, most] = speeds.map(three_figures);
+            format!(", {least} to {most} m/s")
+        });
+        let [slowest, fastest] = self.band_rad_s.map(three_figures);
+        format!(
+            "rudder {low} to {high} {name}, heading within {heading} deg{speed}, {slowest} to {fastest} rad/s"
+        )
+    }
+}
