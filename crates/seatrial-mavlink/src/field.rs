@@ -41,21 +41,27 @@ macro_rules! numbers {
 
 numbers! { u8 i8 u16 i16 u32 i32 u64 i64 f32 }
 
-impl<const N: usize> Field for [u16; N] {
-    const WIDTH: usize = 2 * N;
-    const NUMBERS: Numbers = Numbers {
-        count: N,
-        ..<u16 as Field>::NUMBERS
-    };
-    fn read(bytes: &[u8]) -> Self {
-        std::array::from_fn(|k| u16::read(&bytes[2 * k..]))
-    }
-    fn write(&self, bytes: &mut [u8]) {
-        for (number, bytes) in self.iter().zip(bytes.chunks_exact_mut(2)) {
-            number.write(bytes);
+macro_rules! several {
+    ($($number:ty)*) => { $(
+        impl<const N: usize> Field for [$number; N] {
+            const WIDTH: usize = N * size_of::<$number>();
+            const NUMBERS: Numbers = Numbers {
+                count: N,
+                ..<$number as Field>::NUMBERS
+            };
+            fn read(bytes: &[u8]) -> Self {
+                std::array::from_fn(|k| <$number>::read(&bytes[size_of::<$number>() * k..]))
+            }
+            fn write(&self, bytes: &mut [u8]) {
+                for (number, bytes) in self.iter().zip(bytes.chunks_exact_mut(size_of::<$number>())) {
+                    number.write(bytes);
+                }
+            }
         }
-    }
+    )* };
 }
+
+several! { u16 f32 }
 
 /// A text of at most N bytes, filled up with zeros.
 #[derive(Clone, Copy, PartialEq, Eq)]

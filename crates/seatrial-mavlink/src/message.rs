@@ -292,6 +292,18 @@ messages! {
         command: u16,
         result: u8,
     }
+    /// Attitude or turn rate to keep, and thrust.
+    SetAttitudeTarget = 82 {
+        time_boot_ms: u32,
+        quaternion: [f32; 4],
+        roll_rate_rad_s: f32,
+        pitch_rate_rad_s: f32,
+        yaw_rate_rad_s: f32,
+        thrust: f32,
+        target_system: u8,
+        target_component: u8,
+        type_mask: u8,
+    }
     /// Two clocks: `there_ns` is 0 in a question.
     Timesync = 111 {
         there_ns: i64,

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use seatrial_mavlink::ardupilot::Pulse;
 use serde::{Deserialize, Serialize};
 
+use super::cascade::{self, decimal};
 use super::profile::Demand;
+use super::talk::SET_MODE;
 use super::{Autopilot, Profile, REAL32};
 use crate::handover::{Controls, NEUTRAL};
 use crate::link::{Message, Wire};
@@ -50,7 +52,7 @@ impl Stored {
         if self.is_bits {
             self.number
         } else {
-            f64::from(self.number as f32)
+            decimal(self.number as f32)
         }
     }
 }
@@ -109,7 +111,7 @@ impl<W: Wire> Autopilot<W> {
     /// Gives up the controls at once.
     pub(super) fn let_go(&mut self) {
         self.on_guard = false;
-        if self.demand.is_some() {
+        if self.demand.is_some() || self.course.is_some() {
             self.release_controls();
         }
     }
@@ -117,6 +119,10 @@ impl<W: Wire> Autopilot<W> {
     pub(super) fn release_controls(&mut self) {
         // Without a release, or a remote control to release to, the last demand would stay; a pilot who has one has his own.
         let is_pilots = self.stopped.as_ref().is_some_and(super::Stop::is_pilot);
+        if self.heard.is_guided {
+            self.release_course(is_pilots);
+            return;
+        }
         let release = self.give_to_sticks();
         if release.is_none() || !is_pilots {
             let (profile, system) = (self.profile(), self.system());
@@ -127,6 +133,15 @@ impl<W: Wire> Autopilot<W> {
         }
         self.demand = None;
         self.sampler.thrust = None;
+    }
+
+    /// The autopilot, which steers by itself, does nothing from now on; a pilot has chosen what it does.
+    fn release_course(&mut self, is_pilots: bool) {
+        self.course = None;
+        if let Some(mode) = self.profile().idle_mode().filter(|_| !is_pilots) {
+            self.heard.our_mode = Some(mode);
+            self.command(SET_MODE, [1.0, mode as f32, 0.0]);
+        }
     }
 
     /// What gives the controls to the remote control. ArduSub without one keeps the last stick that it has seen, which must
@@ -153,21 +168,37 @@ impl<W: Wire> Autopilot<W> {
             // Nothing can be read back, the last that was heard least of all.
             return HandBack::nothing(&backup);
         }
-        let is_ours = self.heard.our_mode.is_none() || self.heard.mode() == self.heard.our_mode;
-        let is_pilots = self.stopped.as_ref().is_some_and(super::Stop::is_pilot);
-        if is_ours && !is_pilots {
-            done.rudder_neutral = Some(self.wait(2.0, |autopilot| autopilot.is_rudder_neutral()));
-            done.throttle_neutral = self.wait_for_throttle();
-            if let Some(mode) = backup.mode.filter(|mode| self.heard.mode() != Some(*mode)) {
-                done.mode_restored = Some(self.set_mode(mode, RESTORE_S));
-            }
+        if self.heard.is_guided {
+            // The autopilot goes on with its own gains.
+            self.restore_parameters(&backup, self.stopped.is_some(), &mut done);
         }
-        self.restore_parameters(&backup, self.stopped.is_some(), &mut done);
+        self.restore_mode(&backup, &mut done);
+        if !self.heard.is_guided {
+            self.restore_parameters(&backup, self.stopped.is_some(), &mut done);
+        }
         for (id, _) in self.wanted_messages() {
             self.set_interval(id, 0.0);
         }
         self.heard.our_mode = None;
+        self.heard.is_guided = false;
         done
+    }
+
+    /// Waits for neutral controls and puts the mode back, unless the pilot or the autopilot has chosen another.
+    fn restore_mode(&mut self, backup: &Backup, done: &mut HandBack) {
+        let mode = self.heard.mode();
+        let is_heading_mode = self.heard.is_guided && mode == self.profile().heading_mode();
+        let is_ours =
+            self.heard.our_mode.is_none() || mode == self.heard.our_mode || is_heading_mode;
+        let is_pilots = self.stopped.as_ref().is_some_and(super::Stop::is_pilot);
+        if !is_ours || is_pilots {
+            return;
+        }
+        done.rudder_neutral = Some(self.wait(2.0, |autopilot| autopilot.is_rudder_neutral()));
+        done.throttle_neutral = self.wait_for_throttle();
+        if let Some(mode) = backup.mode.filter(|mode| self.heard.mode() != Some(*mode)) {
+            done.mode_restored = Some(self.set_mode(mode, RESTORE_S));
+        }
     }
 
     /// Puts back what a backup holds, on a vehicle that nobody conducts a trial with.
@@ -189,9 +220,14 @@ impl<W: Wire> Autopilot<W> {
             }
         });
         self.restore_parameters(backup, true, &mut done);
-        let steering_mode = self.profile().steering_mode();
-        // Only from the mode that a trial left behind: any other is somebody's choice since.
-        let is_left_behind = self.heard.mode() == steering_mode;
+        let profile = self.profile();
+        let has_gains = cascade::names().any(|name| backup.parameters.contains_key(name));
+        let left_behind = match has_gains {
+            true => profile.heading_mode(),
+            false => profile.steering_mode(),
+        };
+        // Only from the mode that we left behind: any other is somebody's choice since.
+        let is_left_behind = self.heard.mode().is_some() && self.heard.mode() == left_behind;
         if let Some(mode) = backup.mode.filter(|_| is_left_behind) {
             done.mode_restored = Some(self.set_mode(mode, RESTORE_S));
         }

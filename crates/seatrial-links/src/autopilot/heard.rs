@@ -40,6 +40,8 @@ pub(super) struct Heard {
     pub sticks: Option<[u16; 18]>,
     /// The mode in which we steer.
     pub our_mode: Option<u32>,
+    /// The autopilot steers to our headings: no channel of the remote control is ours.
+    pub is_guided: bool,
     pub failsafe: Option<String>,
     /// Round trip, s, on whichever clock runs faster, and how far the vehicle's clock is ahead of ours, s: the quickest answer.
     pub clock: Option<(f64, f64)>,
@@ -173,7 +175,7 @@ impl Heard {
             is_known && now.abs_diff(before) > MOVED_US
         };
         (0..count)
-            .filter(|channel| !profile.is_ours(*channel))
+            .filter(|channel| self.is_guided || !profile.is_ours(*channel))
             .find(is_moved)
             .map(|channel| channel + 1)
     }

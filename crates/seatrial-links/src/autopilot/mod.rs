@@ -5,8 +5,10 @@
 //! answers, [`Autopilot::hand_back`] undoes it all; so does dropping it. [`Tended`] keeps the link alive while nobody waits. Whatever ends the trial from the vehicle's side, a
 //! [`Stop`], releases the controls as soon as the message that tells it is read.
 
+pub mod cascade;
 mod controls;
 mod hand_back;
+mod heading;
 mod health;
 mod heard;
 mod parameters;
@@ -31,12 +33,14 @@ use seatrial_mavlink::ardupilot::Parameters;
 use crate::handover::Following;
 use crate::link::{Damage, Decoder, Encoder, Sender, Signing, Wire};
 pub use hand_back::{Backup, HandBack, Stored};
+pub use heading::HeadingControl;
 pub use profile::{Profile, SteeringOutputs};
 pub use response::Response;
 pub use speaker::Speaker;
 pub use stop::Stop;
 pub use tended::Tended;
 
+use heading::Course;
 use heard::Heard;
 use profile::{Demand, Rudder};
 use sampler::Sampler;
@@ -126,6 +130,8 @@ pub struct Autopilot<W: Wire> {
     earlier_s: f64,
     /// What is asked for while the controls are ours.
     demand: Option<Demand>,
+    /// What is asked for while the autopilot steers to our headings.
+    course: Option<Course>,
     demanded_s: f64,
     /// The heading that is held with it, rad.
     held_heading_rad: Option<f64>,
@@ -171,6 +177,7 @@ impl<W: Wire> Autopilot<W> {
             stick_gain: 1.0,
             earlier_s: 0.0,
             demand: None,
+            course: None,
             demanded_s: f64::NEG_INFINITY,
             held_heading_rad: None,
             attended_s: 0.0,
@@ -227,7 +234,7 @@ impl<W: Wire> Autopilot<W> {
 
 impl<W: Wire> Drop for Autopilot<W> {
     fn drop(&mut self) {
-        if self.backup.is_some() || self.demand.is_some() {
+        if self.backup.is_some() || self.demand.is_some() || self.course.is_some() {
             self.hand_back();
         }
     }

@@ -74,6 +74,16 @@ impl Profile {
         }
     }
 
+    /// `custom_mode` in which the autopilot steers to headings that are sent to it.
+    pub(super) fn heading_mode(self) -> Option<u32> {
+        (self == Self::Rover).then_some(15)
+    }
+
+    /// `custom_mode` in which it does nothing.
+    pub(super) fn idle_mode(self) -> Option<u32> {
+        (self == Self::Rover).then_some(4)
+    }
+
     /// Does a vehicle of this kind float, and need satellites for its speed?
     pub(super) fn is_boat(self) -> bool {
         self == Self::Rover

@@ -23,6 +23,7 @@ impl<W: Wire> Autopilot<W> {
     }
 
     fn send_demand(&mut self) {
+        self.send_course();
         let Some(demand) = self.demand else {
             return;
         };
@@ -46,8 +47,11 @@ impl<W: Wire> Autopilot<W> {
 
     /// Has the trial forgotten that it steers?
     pub(super) fn absence(&self, now_s: f64) -> Option<Stop> {
-        let demand = self.demand?;
-        let is_deflected = demand.steer != 0.0 && self.held_heading_rad.is_none();
+        if self.demand.is_none() && self.course.is_none() {
+            return None;
+        }
+        let steer = self.demand.map_or(0.0, |demand| demand.steer);
+        let is_deflected = steer != 0.0 && self.held_heading_rad.is_none();
         let longest_s = if is_deflected {
             DEFLECTED_ALONE_S
         } else {

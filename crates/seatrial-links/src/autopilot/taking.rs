@@ -98,7 +98,7 @@ impl<W: Wire> Autopilot<W> {
         is_set
     }
 
-    fn guard(&mut self) {
+    pub(super) fn guard(&mut self) {
         self.heard.failsafe = None;
         self.following.restart(self.wire.now_s());
         self.on_guard = true;

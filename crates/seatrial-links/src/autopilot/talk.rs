@@ -2,6 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
+use super::cascade::decimal;
 use super::profile::Profile;
 use super::{Autopilot, REAL32, REPEAT_S, Stop, Stored};
 use crate::handover::{Controls, SILENCE_S};
@@ -10,6 +11,8 @@ use crate::link::{Message, Sender, Wire};
 
 /// Between our heartbeats, s: one that is late still comes within a second.
 const HEARTBEAT_S: f64 = 0.5;
+/// MAV_CMD_DO_SET_MODE, with a mode of the autopilot's own.
+pub(super) const SET_MODE: u16 = 176;
 /// The most parameters that are kept.
 const MOST_PARAMETERS: usize = 8192;
 
@@ -97,7 +100,7 @@ impl<W: Wire> Autopilot<W> {
                 let value = if is_integer {
                     f64::from(parameter.value.to_bits() as i32)
                 } else {
-                    f64::from(parameter.value)
+                    decimal(parameter.value)
                 };
                 let name = parameter.name.text();
                 if self.kinds.len() < MOST_PARAMETERS {
@@ -204,8 +207,7 @@ impl<W: Wire> Autopilot<W> {
                     Profile::Px4 => [(mode >> 16) & 0xff, mode >> 24],
                     _ => [mode, 0],
                 };
-                // MAV_CMD_DO_SET_MODE, with a mode of the autopilot's own.
-                autopilot.command(176, [1.0, main as f32, sub as f32]);
+                autopilot.command(SET_MODE, [1.0, main as f32, sub as f32]);
             },
             |autopilot| autopilot.heard.mode() == Some(mode),
         )

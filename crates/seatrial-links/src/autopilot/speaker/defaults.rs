@@ -19,6 +19,26 @@ pub(super) fn resting_mode(profile: Profile) -> u32 {
     }
 }
 
+/// How Rover controls its heading as it comes, but for the speed.
+const HEADING_CONTROL: [(&str, f32); 16] = [
+    ("ATC_STR_ANG_P", 2.0),
+    ("ATC_STR_RAT_FF", 0.2),
+    ("ATC_STR_RAT_P", 0.2),
+    ("ATC_STR_RAT_I", 0.2),
+    ("ATC_STR_RAT_D", 0.0),
+    ("ATC_STR_RAT_IMAX", 1.0),
+    ("ATC_STR_RAT_FLTT", 0.0),
+    ("ATC_STR_RAT_FLTE", 10.0),
+    ("ATC_STR_RAT_FLTD", 0.0),
+    ("ATC_STR_RAT_MAX", 120.0),
+    ("ATC_STR_ACC_MAX", 120.0),
+    ("CRUISE_SPEED", 2.0),
+    ("CRUISE_THROTTLE", 80.0),
+    ("WP_SPEED", 0.0),
+    ("MOT_SPD_SCA_BASE", 1.0),
+    ("GUID_TIMEOUT", 3.0),
+];
+
 /// Its parameters.
 pub(super) fn parameters(profile: Profile, interval_s: f64) -> BTreeMap<String, f32> {
     if profile == Profile::Px4 {
@@ -43,6 +63,7 @@ pub(super) fn parameters(profile: Profile, interval_s: f64) -> BTreeMap<String, 
     } else {
         parameters.insert("FS_ACTION".into(), 2.0);
         parameters.insert("FS_TIMEOUT".into(), 1.5);
+        parameters.extend(HEADING_CONTROL.map(|(name, value)| (name.into(), value)));
         vec!["RC1", "RC3", "SERVO1", "SERVO3"]
     };
     for number in 1..=16_u8 {

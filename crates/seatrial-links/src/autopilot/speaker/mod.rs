@@ -1,6 +1,7 @@
 //! A vehicle that speaks MAVLink as ArduPilot's Rover, ArduSub or PX4 do, for trying ground stations and this program without a vehicle.
 
 mod defaults;
+mod guided;
 mod report;
 
 use std::collections::BTreeMap;
@@ -13,13 +14,15 @@ use crate::link::message::{
 };
 use crate::link::{Decoder, Encoder, Message, Sender, Signing};
 use defaults::{HALF_US, TRIM_US, parameters, resting_mode};
+use guided::Guided;
 
 /// A vehicle that speaks MAVLink: an autopilot like ArduPilot's Rover, ArduSub or PX4 around a [`Vehicle`], in the vehicle's
 /// own time.
 ///
 /// In its manual mode, steering and throttle follow RC_CHANNELS_OVERRIDE (Rover) or MANUAL_CONTROL of the ground station
 /// whose system id is MAV_GCS_SYSID (PX4: of any), and are neutral RC_OVERRIDE_TIME (PX4: COM_RC_LOSS_T) after the last of
-/// them; in any other mode the vehicle holds its heading. ArduSub without a remote control keeps the last of them until FS_PILOT_TIMEOUT,
+/// them. In GUIDED, Rover steers to the heading of SET_ATTITUDE_TARGET for GUID_TIMEOUT by its own parameters. In any other mode, and without a
+/// target, the vehicle holds its heading. ArduSub without a remote control keeps the last of them until FS_PILOT_TIMEOUT,
 /// and does then what FS_PILOT_INPUT says.
 pub struct Speaker<V> {
     vehicle: V,
@@ -40,6 +43,7 @@ pub struct Speaker<V> {
     looks_for_station_s: f64,
     station_lost_s: Option<f64>,
     held_heading_rad: f64,
+    guided: Guided,
     failsafe: bool,
     /// Its mode, `custom_mode` of its heartbeats.
     pub mode: u32,
@@ -84,6 +88,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
             looks_for_station_s: 0.0,
             station_lost_s: None,
             held_heading_rad: f64::NAN,
+            guided: Guided::default(),
             failsafe: false,
             mode: resting_mode(profile),
             is_armed: true,
@@ -105,7 +110,9 @@ impl<V: Vehicle<f64>> Speaker<V> {
 
     /// Steering that it asks its rudder for, as a fraction of full.
     pub fn steering(&self) -> f64 {
-        self.fraction(0)
+        self.guided
+            .asked
+            .map_or_else(|| self.fraction(0), |[steering, _]| steering)
     }
 
     /// Is a failsafe on?
@@ -115,7 +122,8 @@ impl<V: Vehicle<f64>> Speaker<V> {
 
     /// Does it steer as it is asked to?
     pub fn is_steered(&self) -> bool {
-        self.is_armed && self.profile.steering_mode() == Some(self.mode)
+        let is_direct = self.profile.steering_mode() == Some(self.mode);
+        self.is_armed && (is_direct || self.guided.asked.is_some())
     }
 
     /// Takes in what was sent to it; what it answers comes with the next step.
@@ -141,6 +149,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
         if !self.held_heading_rad.is_finite() {
             self.held_heading_rad = sample.heading_rad;
         }
+        let guided = self.guide(&sample);
         let is_steered = self.is_steered();
         let steering = if is_steered {
             self.held_heading_rad = sample.heading_rad;
@@ -148,7 +157,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
         } else {
             Steering::HoldHeading(self.held_heading_rad)
         };
-        let thrust = self.fraction(2);
+        let thrust = guided.map_or_else(|| self.fraction(2), |[_, thrust]| thrust);
         self.vehicle.act(&Action {
             steering,
             thrust: (is_steered && thrust > 0.0).then_some(thrust),
@@ -226,6 +235,10 @@ impl<V: Vehicle<f64>> Speaker<V> {
                     _ => [full(r), full(x)],
                 };
                 self.joystick = Some((self.clock_s, asked));
+                self.station_s = Some(self.clock_s);
+            }
+            Message::SetAttitudeTarget(target) if is_obeyed => {
+                self.take_target(&target);
                 self.station_s = Some(self.clock_s);
             }
             Message::ParamRequestRead(request) => {

@@ -34,7 +34,8 @@ impl<V: Vehicle<f64>> Speaker<V> {
             }
         } else {
             pulses[0] = pulse(rudder);
-            pulses[2] = pulse(self.fraction(2));
+            let thrust = self.guided.asked.map(|[_, thrust]| thrust);
+            pulses[2] = pulse(thrust.unwrap_or_else(|| self.fraction(2)));
         }
         self.send(ServoOutputRaw {
             time_us: (1e6 * sample.time_s).round() as u64 as u32,

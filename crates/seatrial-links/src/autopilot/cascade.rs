@@ -1,0 +1,122 @@
+//! The parameters of Rover's heading controller as [`CascadeSettings`].
+
+use std::f64::consts::PI;
+
+use seatrial_core::CascadeSettings;
+
+/// Degrees in a radian.
+const DEGREES: f64 = 180.0 / PI;
+
+/// A parameter: name, unit, what one of its units is of ours, and where it stands.
+struct Row {
+    name: &'static str,
+    per_unit: f64,
+    field: fn(&mut CascadeSettings<f64>) -> &mut f64,
+    /// What it is where a firmware does not have it; `None`: every firmware has it.
+    otherwise: Option<f64>,
+}
+
+macro_rules! row {
+    ($name:literal, $field:ident, $per_unit:expr, $otherwise:expr) => {
+        Row {
+            name: $name,
+            per_unit: $per_unit,
+            field: |settings| &mut settings.$field,
+            otherwise: $otherwise,
+        }
+    };
+}
+
+const ROWS: [Row; 11] = [
+    row!("ATC_STR_ANG_P", angle_gain_per_s, 1.0, None),
+    row!("ATC_STR_RAT_FF", feed_forward_s, 1.0, None),
+    row!("ATC_STR_RAT_P", rate_gain_s, 1.0, None),
+    row!("ATC_STR_RAT_I", rate_integral_gain, 1.0, None),
+    row!("ATC_STR_RAT_D", rate_derivative_gain_s2, 1.0, None),
+    row!("ATC_STR_RAT_IMAX", integral_limit, 1.0, None),
+    row!("ATC_STR_RAT_FLTT", target_filter_hz, 1.0, Some(0.0)),
+    row!("ATC_STR_RAT_FLTE", error_filter_hz, 1.0, Some(0.0)),
+    row!("ATC_STR_RAT_FLTD", derivative_filter_hz, 1.0, Some(0.0)),
+    row!("ATC_STR_RAT_MAX", rate_limit_rad_s, DEGREES, None),
+    row!("ATC_STR_ACC_MAX", acceleration_limit_rad_s2, DEGREES, None),
+];
+
+/// The names of its parameters.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    ROWS.iter().map(|row| row.name)
+}
+
+/// The names of those that every firmware has.
+pub fn needed_names() -> impl Iterator<Item = &'static str> {
+    let needed = ROWS.iter().filter(|row| row.otherwise.is_none());
+    needed.map(|row| row.name)
+}
+
+/// The settings that parameters stand for; else the name of one that is not there.
+pub fn settings(get: impl Fn(&str) -> Option<f64>) -> Result<CascadeSettings<f64>, &'static str> {
+    let mut settings = CascadeSettings::default();
+    for row in &ROWS {
+        let value = get(row.name).or(row.otherwise).ok_or(row.name)?;
+        *(row.field)(&mut settings) = value / row.per_unit;
+    }
+    Ok(settings)
+}
+
+/// The parameters in which some settings differ from others, rounded as they are sent.
+pub fn differences(
+    from: &CascadeSettings<f64>,
+    to: &CascadeSettings<f64>,
+) -> Vec<(&'static str, f64, f64)> {
+    let value = |row: &Row, mut settings: CascadeSettings<f64>| {
+        rounded(*(row.field)(&mut settings) * row.per_unit)
+    };
+    ROWS.iter()
+        .map(|row| (row.name, value(row, *from), value(row, *to)))
+        .filter(|(_, from, to)| from != to)
+        .collect()
+}
+
+/// A number with six figures, of those that a parameter can hold.
+fn rounded(value: f64) -> f64 {
+    let short = format!("{value:.5e}").parse().unwrap_or(value);
+    decimal(short as f32)
+}
+
+/// The shortest number that a parameter's bits stand for: 0.2, not 0.20000000298.
+pub(super) fn decimal(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or(f64::from(value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_parameters_become_settings_and_back() {
+        let get = |name: &str| match name {
+            "ATC_STR_RAT_MAX" => Some(120.0),
+            "ATC_STR_RAT_FLTE" => None,
+            _ => Some(0.2),
+        };
+        let found = settings(get).unwrap();
+        assert!((found.rate_limit_rad_s - 120_f64.to_radians()).abs() < 1e-12);
+        assert_eq!((found.rate_gain_s, found.error_filter_hz), (0.2, 0.0));
+        assert_eq!(differences(&found, &found), []);
+        let slower = CascadeSettings {
+            rate_limit_rad_s: 0.5,
+            rate_gain_s: 1.0 / 3.0,
+            ..found
+        };
+        let changed = differences(&found, &slower);
+        assert_eq!(changed[0], ("ATC_STR_RAT_P", 0.2, 0.333333));
+        assert_eq!(changed[1], ("ATC_STR_RAT_MAX", 120.0, 28.6479));
+        assert_eq!(settings(|_| None), Err("ATC_STR_ANG_P"));
+    }
+
+    #[test]
+    fn exact_parameters_are_the_numbers_that_people_set() {
+        assert_eq!(decimal(0.2_f32), 0.2);
+        assert_eq!(decimal(-1500.0), -1500.0);
+        assert!(decimal(f32::NAN).is_nan());
+    }
+}

@@ -1,0 +1,77 @@
+//! A speaking Rover in GUIDED: it steers to the heading and keeps the speed that are sent to it.
+
+use seatrial_core::{RateCascade, Sample, Vehicle};
+
+use super::{Profile, Speaker};
+use crate::autopilot::cascade;
+use crate::link::message::SetAttitudeTarget;
+
+/// Gains of the speed: throttle per m/s, and per m.
+const SPEED_GAIN: f64 = 0.2;
+const SPEED_INTEGRAL_GAIN: f64 = 0.2;
+/// A target without body rates, with attitude and thrust.
+const RATES_IGNORED: u8 = 0b111;
+
+/// What a speaking vehicle is asked for in GUIDED, and how it does it.
+#[derive(Debug, Default)]
+pub(super) struct Guided {
+    /// When it was asked for, s, the heading, rad, and the speed as a fraction of its default.
+    target: Option<(f64, f64, f64)>,
+    cascade: Option<RateCascade<f64>>,
+    throttle: f64,
+    /// Steering and thrust that it asks its outputs for.
+    pub asked: Option<[f64; 2]>,
+}
+
+impl<V: Vehicle<f64>> Speaker<V> {
+    pub(super) fn take_target(&mut self, target: &SetAttitudeTarget) {
+        if self.profile == Profile::Rover && target.type_mask == RATES_IGNORED {
+            let [w, x, y, z] = target.quaternion.map(f64::from);
+            let heading_rad = (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z));
+            self.guided.target = Some((self.clock_s, heading_rad, target.thrust.into()));
+        }
+    }
+
+    /// Steering and thrust towards the target; `None` in another mode, without a target or with an old one.
+    pub(super) fn guide(&mut self, sample: &Sample<f64>) -> Option<[f64; 2]> {
+        let is_guided = self.is_armed && self.profile.heading_mode() == Some(self.mode);
+        let timeout_s = self.number("GUID_TIMEOUT").max(0.1);
+        let target = self.guided.target.filter(|_| is_guided);
+        let fresh = target.filter(|(given_s, ..)| self.clock_s - given_s <= timeout_s);
+        let settings = cascade::settings(|name| self.parameter(name).map(f64::from));
+        let (Some((_, heading_rad, share)), Ok(settings)) = (fresh, settings) else {
+            self.guided = Guided::default();
+            return None;
+        };
+        let speed_m_s = sample.surge_speed_m_s.unwrap_or(0.0);
+        let helm = self
+            .guided
+            .cascade
+            .get_or_insert_with(|| RateCascade::new(settings));
+        helm.set(settings);
+        let rate_rad_s = sample.yaw_rate_rad_s.unwrap_or(0.0);
+        let steering = helm.step(heading_rad, sample.heading_rad, rate_rad_s, self.interval_s);
+        let base_m_s = self.number("MOT_SPD_SCA_BASE");
+        let scale = match base_m_s > 0.0 && speed_m_s > base_m_s {
+            true => base_m_s / speed_m_s,
+            false => 1.0,
+        };
+        let asked = [scale * steering, self.throttle(share, speed_m_s)];
+        self.guided.asked = Some(asked);
+        Some(asked)
+    }
+
+    fn throttle(&mut self, share: f64, speed_m_s: f64) -> f64 {
+        let cruise_m_s = self.number("CRUISE_SPEED");
+        let default_m_s = match self.number("WP_SPEED") {
+            speed if speed > 0.0 => speed,
+            _ => cruise_m_s,
+        };
+        let wanted_m_s = share * default_m_s;
+        let error_m_s = wanted_m_s - speed_m_s;
+        let grown = self.guided.throttle + SPEED_INTEGRAL_GAIN * error_m_s * self.interval_s;
+        self.guided.throttle = grown.clamp(-1.0, 1.0);
+        let base = 0.01 * self.number("CRUISE_THROTTLE") * wanted_m_s / cruise_m_s.max(0.1);
+        (base + SPEED_GAIN * error_m_s + self.guided.throttle).clamp(0.0, 1.0)
+    }
+}

@@ -1,0 +1,116 @@
+//! What steps are foreseen to come out as, with intervals.
+
+use seatrial_core::{CascadeSettings, YawModel};
+use serde::Serialize;
+
+use super::boat::{Boat, StepTest};
+use super::design::Evidence;
+use super::draw::Draw;
+use super::response::Response;
+
+/// Boats that are drawn.
+const DRAWS: u64 = 40;
+/// Standard deviation of what a rudder is late by, as a share of it, and where it is prompt, s.
+const LATE: f64 = 0.15;
+const LATE_S: f64 = 0.02;
+
+/// What steps are foreseen to come out as: the middle of the boats that the evidence allows, and where 95 % of them are.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Foreseen {
+    /// Overshoot, a fraction of the step.
+    pub overshoot: Range,
+    /// Settling time, s; a boat that does not settle counts as the whole time.
+    pub settling_s: Range,
+    /// Rudder activity, full deflections per second.
+    pub activity_per_s: Range,
+    /// Oscillation, a fraction of the step.
+    pub oscillation: Range,
+    /// The share of boats that settle.
+    pub settled: f64,
+}
+
+/// A middle and the range of 95 %.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Range {
+    /// Median.
+    pub middle: f64,
+    /// 2.5 %.
+    pub low: f64,
+    /// 97.5 %.
+    pub high: f64,
+}
+
+impl Range {
+    fn of(mut values: Vec<f64>) -> Self {
+        values.sort_by(f64::total_cmp);
+        let at = |share: f64| {
+            let place = (share * (values.len().max(1) - 1) as f64).round() as usize;
+            values.get(place).copied().unwrap_or(f64::NAN)
+        };
+        Self {
+            middle: at(0.5),
+            low: at(0.025),
+            high: at(0.975),
+        }
+    }
+}
+
+/// What these settings are foreseen to make of a test.
+pub fn foresee(
+    evidence: &Evidence,
+    settings: &CascadeSettings<f64>,
+    test: &StepTest,
+    smoothing_s: f64,
+) -> Foreseen {
+    let mut draw = Draw::new(1);
+    let responses: Vec<Response> = (0..DRAWS)
+        .filter_map(|seed| {
+            let boat = drawn(evidence, &mut draw);
+            let legs = test.simulate(&boat, settings, seed);
+            Response::measure(&legs, test.step_rad, smoothing_s)
+        })
+        .collect();
+    let range = |of: &dyn Fn(&Response) -> f64| Range::of(responses.iter().map(of).collect());
+    let settled = responses.iter().filter(|r| r.settling_s.is_some()).count();
+    Foreseen {
+        overshoot: range(&|r| r.overshoot),
+        settling_s: range(&|r| r.settling_s.unwrap_or(test.hold_s)),
+        activity_per_s: range(&|r| r.activity_per_s),
+        oscillation: range(&|r| r.oscillation),
+        settled: settled as f64 / responses.len().max(1) as f64,
+    }
+}
+
+/// A boat that the evidence allows.
+fn drawn(evidence: &Evidence, draw: &mut Draw) -> Boat {
+    let [of_a22, of_b] = evidence.deviations();
+    let correlation = match of_a22 * of_b > 0.0 {
+        true => (evidence.covariance[0][1] / (of_a22 * of_b)).clamp(-1.0, 1.0),
+        false => 0.0,
+    };
+    let (first, second) = (draw.normal(), draw.normal());
+    let along = correlation * first + (1.0 - correlation * correlation).sqrt() * second;
+    let late_s = evidence.lag_s + evidence.delay_s;
+    let later_s = (LATE * late_s).max(LATE_S) * draw.normal();
+    let boat = evidence.noisy_boat();
+    Boat {
+        model: YawModel {
+            a22_per_s: (boat.model.a22_per_s + of_a22 * first).min(-1e-3),
+            b2_per_s2: (boat.model.b2_per_s2 + of_b * along).max(1e-6),
+            ..boat.model
+        },
+        lag_s: (boat.lag_s + later_s).max(0.0),
+        ..boat
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_a_range_is_where_the_boats_are() {
+        let range = Range::of((0..=40).map(f64::from).collect());
+        assert_eq!((range.low, range.middle, range.high), (1.0, 20.0, 39.0));
+    }
+}

@@ -1,0 +1,287 @@
+//! Keep the new gains, or put the old ones back.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::foresee::Foreseen;
+use super::response::Response;
+
+/// What new gains may not exceed whatever the old ones did: overshoot and oscillation, fractions of the step; steady error,
+/// rad; rudder activity, full deflections per second.
+const MOST_OVERSHOOT: f64 = 0.12;
+const MOST_OSCILLATION: f64 = 0.08;
+const MOST_STEADY_ERROR_RAD: f64 = 0.035;
+const MOST_ACTIVITY_PER_S: f64 = 0.5;
+/// A small step is measured less well: its overshoot and oscillation may be that much more, rad.
+const SMALL_STEP_RAD: f64 = 0.0175;
+/// New gains are no worse than old ones within these: overshoot, a fraction of the step; settling, a share, and s.
+const OVERSHOOT_ALIKE: f64 = 0.04;
+const SETTLING_ALIKE: f64 = 1.15;
+const SETTLING_ALIKE_S: f64 = 0.3;
+/// Beyond what was foreseen: overshoot, a fraction of the step; settling and activity, shares.
+const BEYOND_OVERSHOOT: f64 = 0.06;
+const BEYOND_SETTLING: f64 = 1.6;
+const BEYOND_ACTIVITY: f64 = 2.0;
+/// Activity that needs no comparison, full deflections per second.
+const LITTLE_ACTIVITY_PER_S: f64 = 0.1;
+
+/// Which step is judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    /// The first small one.
+    Small,
+    /// The full one, which is compared with the old gains, too.
+    Full,
+}
+
+/// What speaks against the new gains.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "code")]
+pub enum Against {
+    /// The heading does not settle.
+    NotSettled,
+    /// It goes too far.
+    Overshoot {
+        /// Found, a fraction of the step.
+        found: f64,
+        /// The most.
+        most: f64,
+    },
+    /// It swings.
+    Oscillation {
+        /// Found, a fraction of the step.
+        found: f64,
+        /// The most.
+        most: f64,
+    },
+    /// It settles too late.
+    SettlesLate {
+        /// Found, s.
+        found_s: f64,
+        /// The most, s.
+        most_s: f64,
+    },
+    /// It stays beside the wanted heading.
+    SteadyError {
+        /// Found, rad.
+        found_rad: f64,
+        /// The most, rad.
+        most_rad: f64,
+    },
+    /// The rudder works too much.
+    Activity {
+        /// Found, full deflections per second.
+        found_per_s: f64,
+        /// The most, full deflections per second.
+        most_per_s: f64,
+    },
+}
+
+impl fmt::Display for Against {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let percent = |value: &f64| 100.0 * value;
+        match self {
+            Self::NotSettled => write!(f, "the heading does not settle"),
+            Self::Overshoot { found, most } => write!(
+                f,
+                "it overshoots by {:.0} %, at most {:.0} % would do",
+                percent(found),
+                percent(most)
+            ),
+            Self::Oscillation { found, most } => write!(
+                f,
+                "it swings by {:.0} % of the step, at most {:.0} % would do",
+                percent(found),
+                percent(most)
+            ),
+            Self::SettlesLate { found_s, most_s } => write!(
+                f,
+                "it settles after {found_s:.1} s, at most {most_s:.1} s would do"
+            ),
+            Self::SteadyError {
+                found_rad,
+                most_rad,
+            } => write!(
+                f,
+                "it stays {:.1} degrees beside the wanted heading, at most {:.1} would do",
+                found_rad.to_degrees(),
+                most_rad.to_degrees()
+            ),
+            Self::Activity {
+                found_per_s,
+                most_per_s,
+            } => write!(
+                f,
+                "the rudder works by {:.0} % of full a second, at most {:.0} % would do",
+                percent(found_per_s),
+                percent(most_per_s)
+            ),
+        }
+    }
+}
+
+/// What becomes of the new gains.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Judgement {
+    /// Do they stay?
+    pub keep: bool,
+    /// What speaks against them.
+    pub against: Vec<Against>,
+}
+
+/// Judges the new gains by a step of this size. The old ones count where they did better; where they did not settle, the
+/// limits that hold for every boat still do.
+pub fn judge(
+    stage: Stage,
+    step_rad: f64,
+    new: &Response,
+    old: Option<&Response>,
+    foreseen: &Foreseen,
+) -> Judgement {
+    let spare = match stage {
+        Stage::Small => SMALL_STEP_RAD / step_rad,
+        Stage::Full => 0.0,
+    };
+    let old = old.filter(|_| stage == Stage::Full);
+    let mut against = Vec::new();
+    let Some(found_s) = new.settling_s else {
+        against.push(Against::NotSettled);
+        against.extend(excess(new, old, foreseen, spare));
+        return Judgement {
+            keep: false,
+            against,
+        };
+    };
+    let old_s = old.and_then(|old| old.settling_s);
+    let alike_s = old_s.map(|old_s| SETTLING_ALIKE * old_s + SETTLING_ALIKE_S);
+    let foreseen_s = BEYOND_SETTLING * foreseen.settling_s.high + SETTLING_ALIKE_S;
+    let most_s = alike_s.map_or(foreseen_s, |alike_s| alike_s.min(foreseen_s));
+    if found_s > most_s {
+        against.push(Against::SettlesLate { found_s, most_s });
+    }
+    against.extend(excess(new, old, foreseen, spare));
+    Judgement {
+        keep: against.is_empty(),
+        against,
+    }
+}
+
+/// What exceeds the limits of a boat that has settled or has not.
+fn excess(
+    new: &Response,
+    old: Option<&Response>,
+    foreseen: &Foreseen,
+    spare: f64,
+) -> impl Iterator<Item = Against> {
+    let foreseen_overshoot = foreseen.overshoot.high + BEYOND_OVERSHOOT;
+    let alike = old.map_or(f64::INFINITY, |old| {
+        (old.overshoot + OVERSHOOT_ALIKE).max(2.0 * OVERSHOOT_ALIKE)
+    });
+    let overshoot = MOST_OVERSHOOT.min(foreseen_overshoot).min(alike) + spare;
+    let oscillation = MOST_OSCILLATION + spare;
+    let foreseen_activity = BEYOND_ACTIVITY * foreseen.activity_per_s.high;
+    let activity = MOST_ACTIVITY_PER_S.min(foreseen_activity.max(LITTLE_ACTIVITY_PER_S));
+    let found = [
+        (new.overshoot > overshoot).then_some(Against::Overshoot {
+            found: new.overshoot,
+            most: overshoot,
+        }),
+        (new.oscillation > oscillation).then_some(Against::Oscillation {
+            found: new.oscillation,
+            most: oscillation,
+        }),
+        (new.steady_error_rad > MOST_STEADY_ERROR_RAD).then_some(Against::SteadyError {
+            found_rad: new.steady_error_rad,
+            most_rad: MOST_STEADY_ERROR_RAD,
+        }),
+        (new.activity_per_s > activity).then_some(Against::Activity {
+            found_per_s: new.activity_per_s,
+            most_per_s: activity,
+        }),
+    ];
+    found.into_iter().flatten()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::foresee::Range;
+    use super::*;
+
+    fn foreseen() -> Foreseen {
+        let range = |low, high| Range {
+            middle: 0.5 * (low + high),
+            low,
+            high,
+        };
+        Foreseen {
+            overshoot: range(0.0, 0.05),
+            settling_s: range(3.0, 5.0),
+            activity_per_s: range(0.02, 0.1),
+            oscillation: range(0.0, 0.02),
+            settled: 1.0,
+        }
+    }
+
+    fn good() -> Response {
+        Response {
+            overshoot: 0.03,
+            settling_s: Some(4.0),
+            steady_error_rad: 0.002,
+            activity_per_s: 0.05,
+            oscillation: 0.01,
+        }
+    }
+
+    fn against(new: Response, old: Option<Response>) -> Vec<Against> {
+        judge(Stage::Full, 0.5, &new, old.as_ref(), &foreseen()).against
+    }
+
+    #[test]
+    fn exact_good_gains_stay_and_each_fault_is_named() {
+        assert_eq!(against(good(), Some(good())), []);
+        let faults: [(Response, fn(&Against) -> bool); 5] = [
+            (Response { overshoot: 0.2, ..good() }, |a| matches!(a, Against::Overshoot { .. })),
+            (Response { settling_s: None, ..good() }, |a| matches!(a, Against::NotSettled)),
+            (Response { settling_s: Some(9.0), ..good() }, |a| matches!(a, Against::SettlesLate { .. })),
+            (Response { steady_error_rad: 0.1, ..good() }, |a| matches!(a, Against::SteadyError { .. })),
+            (Response { oscillation: 0.2, ..good() }, |a| matches!(a, Against::Oscillation { .. })),
+        ];
+        for (new, is_named) in faults {
+            let found = against(new, Some(good()));
+            assert!(found.len() == 1 && is_named(&found[0]), "{found:?}");
+        }
+    }
+
+    /// Old gains that never settled are no excuse: the rudder's work is judged all the same.
+    #[test]
+    fn regress_the_rudder_is_judged_where_the_old_gains_did_not_settle() {
+        let unsettled = Response {
+            settling_s: None,
+            activity_per_s: 3.0,
+            ..good()
+        };
+        let busy = Response {
+            activity_per_s: 1.5,
+            ..good()
+        };
+        for old in [Some(unsettled), None] {
+            let found = against(busy, old);
+            assert!(matches!(found[..], [Against::Activity { .. }]), "{found:?}");
+        }
+    }
+
+    /// Old gains that settle sooner are the measure.
+    #[test]
+    fn exact_new_gains_that_are_slower_than_the_old_ones_go() {
+        let quick = Response {
+            settling_s: Some(2.0),
+            ..good()
+        };
+        let found = against(good(), Some(quick));
+        assert!(matches!(found[..], [Against::SettlesLate { .. }]), "{found:?}");
+        let small = judge(Stage::Small, 0.14, &good(), Some(&quick), &foreseen());
+        assert!(small.keep, "{small:?}");
+    }
+}

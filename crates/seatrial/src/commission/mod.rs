@@ -1,0 +1,24 @@
+//! Gains for the heading controller of an autopilot: proposed from a model, foreseen, measured and judged by heading steps.
+//!
+//! ```text
+//! Evidence -> propose -> CascadeSettings -> foresee -> Foreseen
+//! record of steps -> Response (old gains), Response (new gains) -> judge -> keep or put back
+//! ```
+//!
+//! Everything here counts steering in fractions of full, as the autopilot does, so that no angle of the rudder enters.
+
+mod boat;
+mod design;
+mod draw;
+mod foresee;
+mod judge;
+mod model_check;
+mod response;
+
+pub use boat::{Boat, StepInstant, StepTest};
+pub use design::{Evidence, NoProposal, propose};
+pub use draw::Draw;
+pub use foresee::{Foreseen, Range, foresee};
+pub use judge::{Against, Judgement, Stage, judge};
+pub use model_check::{ModelCheck, check_model};
+pub use response::Response;

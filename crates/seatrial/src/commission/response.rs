@@ -1,0 +1,163 @@
+//! What a boat made of heading steps.
+
+use serde::Serialize;
+
+use super::StepInstant;
+
+/// The heading has settled while it is this near, as a fraction of the step, or within [`NEAR_RAD`].
+const NEAR: f64 = 0.05;
+/// The same for small steps, rad: a compass is no better.
+const NEAR_RAD: f64 = 0.0175;
+
+/// What a boat made of a step away and a step back.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Response {
+    /// Farthest heading past the wanted one, as a fraction of the step; the mean of both.
+    pub overshoot: f64,
+    /// Time after which the heading stays within 5 % of the step, or a degree, s; the longer of both. `None`: it does not.
+    pub settling_s: Option<f64>,
+    /// Mean heading error over the last quarter, rad; the larger of both.
+    pub steady_error_rad: f64,
+    /// Travel of the steering in full deflections per second over the last half; the mean of both.
+    pub activity_per_s: f64,
+    /// Half the range of the heading over the last half less a straight line, as a fraction of the step; the larger of both.
+    pub oscillation: f64,
+}
+
+impl Response {
+    /// Measures steps of this size. `smoothing_s`: the heading is averaged over so long, against the noise of the compass.
+    /// `None` where a leg has too few samples.
+    pub fn measure(legs: &[Vec<StepInstant>], step_rad: f64, smoothing_s: f64) -> Option<Self> {
+        let each = legs
+            .iter()
+            .map(|leg| Self::of_leg(leg, step_rad, smoothing_s))
+            .collect::<Option<Vec<_>>>()?;
+        let count = each.len() as f64;
+        let mean = |of: fn(&Self) -> f64| each.iter().map(of).sum::<f64>() / count;
+        let largest = |of: fn(&Self) -> f64| each.iter().map(of).fold(0.0, f64::max);
+        let settled: Option<Vec<f64>> = each.iter().map(|response| response.settling_s).collect();
+        (count > 0.0).then(|| Self {
+            overshoot: mean(|r| r.overshoot),
+            settling_s: settled.map(|times| times.into_iter().fold(0.0, f64::max)),
+            steady_error_rad: largest(|r| r.steady_error_rad),
+            activity_per_s: mean(|r| r.activity_per_s),
+            oscillation: largest(|r| r.oscillation),
+        })
+    }
+
+    fn of_leg(leg: &[StepInstant], step_rad: f64, smoothing_s: f64) -> Option<Self> {
+        let [first, .., last] = leg else {
+            return None;
+        };
+        let interval_s = (last.time_s - first.time_s) / (leg.len() - 1) as f64;
+        if leg.len() < 8 || interval_s.is_nan() || interval_s <= 0.0 {
+            return None;
+        }
+        let past_rad = smoothed(leg, (smoothing_s / interval_s) as usize)
+            .into_iter()
+            .map(|turned_rad| turned_rad - step_rad)
+            .collect::<Vec<f64>>();
+        let near_rad = (NEAR * step_rad).max(NEAR_RAD);
+        let unsettled = past_rad.iter().rposition(|past| past.abs() > near_rad);
+        let settled = unsettled.map_or(0, |last| last + 1);
+        let half = leg.len() / 2;
+        let quarter = &past_rad[3 * leg.len() / 4..];
+        let travel: f64 = leg[half..]
+            .windows(2)
+            .map(|pair| (pair[1].steering - pair[0].steering).abs())
+            .sum();
+        let half_s = (leg.len() - half - 1) as f64 * interval_s;
+        let highest = past_rad.iter().copied().fold(0.0, f64::max);
+        Some(Self {
+            overshoot: highest / step_rad,
+            settling_s: (settled < leg.len()).then_some(settled as f64 * interval_s),
+            steady_error_rad: (quarter.iter().sum::<f64>() / quarter.len() as f64).abs(),
+            activity_per_s: travel / half_s,
+            oscillation: swing(&past_rad[half..]) / step_rad,
+        })
+    }
+}
+
+/// The heading, each averaged with as many before and after as this time has halves.
+fn smoothed(leg: &[StepInstant], samples: usize) -> Vec<f64> {
+    let reach = samples / 2;
+    (0..leg.len())
+        .map(|k| {
+            let near = &leg[k.saturating_sub(reach)..(k + reach + 1).min(leg.len())];
+            near.iter().map(|instant| instant.turned_rad).sum::<f64>() / near.len() as f64
+        })
+        .collect()
+}
+
+/// Half the range of a series less its straight line.
+fn swing(series: &[f64]) -> f64 {
+    let count = series.len() as f64;
+    let middle = 0.5 * (count - 1.0);
+    let mean = series.iter().sum::<f64>() / count;
+    let (mut product, mut square) = (0.0, 0.0);
+    for (k, value) in series.iter().enumerate() {
+        let from_middle = k as f64 - middle;
+        product += from_middle * value;
+        square += from_middle * from_middle;
+    }
+    let slope = if square > 0.0 { product / square } else { 0.0 };
+    let rest = series
+        .iter()
+        .enumerate()
+        .map(|(k, value)| value - mean - slope * (k as f64 - middle));
+    let (low, high) = rest.fold((0.0, 0.0), |(low, high), value| {
+        (f64::min(low, value), f64::max(high, value))
+    });
+    0.5 * (high - low)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn leg(turned: impl Fn(f64) -> f64, steering: impl Fn(f64) -> f64) -> Vec<StepInstant> {
+        (0..400)
+            .map(|k| f64::from(k) * 0.05)
+            .map(|time_s| StepInstant {
+                time_s,
+                turned_rad: turned(time_s),
+                steering: steering(time_s),
+                yaw_rate_rad_s: 0.0,
+            })
+            .collect()
+    }
+
+    #[test]
+    fn exact_a_step_is_measured() {
+        // Past by a tenth at 4 s, exactly there from 6 s on; the steering goes up and down by 0.01 each sample.
+        let turned = |t: f64| match t {
+            t if t < 4.0 => 0.55 * t / 4.0,
+            t if t < 6.0 => 0.55 - 0.05 * (t - 4.0) / 2.0,
+            _ => 0.5,
+        };
+        let steering = |t: f64| 0.005 * (-1.0_f64).powf((t / 0.05).round());
+        let response = Response::measure(&[leg(turned, steering)], 0.5, 0.0).unwrap();
+        assert!((response.overshoot - 0.1).abs() < 1e-12);
+        // Within 5 % from 5 s on.
+        assert!((response.settling_s.unwrap() - 5.0).abs() < 0.06);
+        assert!(response.steady_error_rad < 1e-12);
+        assert!((response.activity_per_s - 0.2).abs() < 1e-9);
+        assert!(response.oscillation < 1e-9);
+    }
+
+    #[test]
+    fn exact_a_heading_that_swings_has_not_settled() {
+        let swings = leg(|t| 0.5 + 0.05 * (2.0 * t).sin(), |_| 0.0);
+        let still = leg(|_| 0.5, |_| 0.0);
+        let response = Response::measure(&[still, swings], 0.5, 0.0).unwrap();
+        assert_eq!(response.settling_s, None);
+        // A tenth of the step, but for what the straight line takes.
+        assert!((response.oscillation - 0.1).abs() < 0.01, "{response:?}");
+    }
+
+    #[test]
+    fn exact_too_few_samples_are_no_step() {
+        assert_eq!(Response::measure(&[vec![]], 0.5, 0.0), None);
+        assert_eq!(Response::measure(&[], 0.5, 0.0), None);
+    }
+}
