@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+pub mod commission;
 pub mod conduct;
 pub mod documents;
 mod error;

@@ -170,6 +170,15 @@ impl LinkArgs {
     }
 }
 
+/// The address of a vehicle behind MAVLink.
+pub fn address(vehicle: &str) -> Result<&str, Failure> {
+    vehicle.strip_prefix("mavlink:").ok_or_else(|| {
+        Failure::usage(format!(
+            "--vehicle {vehicle}: expected mavlink:udp:HOST:PORT, mavlink:udpout:HOST:PORT, mavlink:tcp:HOST:PORT or mavlink:serial:DEVICE:BAUD"
+        ))
+    })
+}
+
 /// An autopilot behind MAVLink that trials may be run on.
 pub struct OnMavlink {
     name: String,
@@ -298,17 +307,25 @@ fn hand_back(autopilot: &mut Tended<Transport>, backup: &Path) -> Option<String>
     };
     say(hand_back_text(&done));
     say_response(&response);
-    if done.is_complete() {
-        // Nothing is left to be restored.
-        let removed = std::fs::remove_file(backup);
-        return removed
-            .err()
-            .map(|error| format!("{}: {error}", backup.display()));
+    left_over(&done, backup)
+}
+
+/// What a hand-back has left, the backup being there only while something can be restored from it.
+pub fn left_over(done: &HandBack, backup: &Path) -> Option<String> {
+    if done.needs_restoring() {
+        return Some(format!(
+            "not everything was put back; run `seatrial vehicle restore {}`",
+            backup.display()
+        ));
     }
-    Some(format!(
-        "not everything was put back; run `seatrial vehicle restore {}`",
-        backup.display()
-    ))
+    let removed = match std::fs::remove_file(backup) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Some(format!("{}: {error}", backup.display()))
+        }
+        _ => None,
+    };
+    let neutral = "the outputs were not seen neutral: look at the vehicle";
+    removed.or((!done.is_complete()).then(|| neutral.into()))
 }
 
 fn say_response(response: &Response) {
@@ -323,7 +340,7 @@ fn say_response(response: &Response) {
 }
 
 /// Writes a backup so that it survives a crash of this machine.
-fn keep(path: &Path, backup: &Backup) -> std::io::Result<()> {
+pub fn keep(path: &Path, backup: &Backup) -> std::io::Result<()> {
     let text = toml::to_string_pretty(backup).map_err(std::io::Error::other)?;
     let mut file = std::fs::File::create_new(path)
         .map_err(|error| std::io::Error::other(format!("{}: {error}", path.display())))?;
@@ -347,7 +364,7 @@ pub fn refuse(checks: &[Check]) -> Result<(), Failure> {
     )))
 }
 
-fn agrees() -> Result<bool, Failure> {
+pub fn agrees() -> Result<bool, Failure> {
     if !std::io::stdin().is_terminal() {
         return Err(Failure::aborted(
             "a vehicle that moves must be agreed to: say --yes",

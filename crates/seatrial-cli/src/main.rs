@@ -3,6 +3,7 @@
 mod ardupilot_json;
 mod autopilot;
 
+mod commission;
 mod compare;
 mod completions;
 mod demo;
@@ -68,6 +69,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Verb {
     Trial(Box<trial::Args>),
+    Commission(Box<commission::Args>),
     Plan(Box<plan::Args>),
     Inspect(inspect::Args),
     Sim(sim::Args),
@@ -94,6 +96,7 @@ impl Verb {
     fn run(&self, output: &Output) -> Result<Exit, Failure> {
         match self {
             Self::Trial(args) => trial::run(args, output),
+            Self::Commission(args) => commission::run(args, output),
             Self::Plan(args) => plan::run(args, output),
             Self::Inspect(args) => inspect::run(args, output),
             Self::Sim(args) => sim::run(args, output),

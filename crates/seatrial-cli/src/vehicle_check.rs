@@ -83,14 +83,6 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     }
 }
 
-fn address(vehicle: &str) -> Result<&str, Failure> {
-    vehicle.strip_prefix("mavlink:").ok_or_else(|| {
-        Failure::usage(format!(
-            "--vehicle {vehicle}: expected mavlink:udp:HOST:PORT, mavlink:udpout:HOST:PORT, mavlink:tcp:HOST:PORT or mavlink:serial:DEVICE:BAUD"
-        ))
-    })
-}
-
 fn check(args: &CheckArgs, output: &Output) -> Result<Exit, Failure> {
     let plan: Plan<f64> = load_plan(args.plan.as_deref())?;
     Trial::new(plan).map_err(Failure::input)?;
@@ -100,7 +92,12 @@ fn check(args: &CheckArgs, output: &Output) -> Result<Exit, Failure> {
         Some(path) => ros2::inspect(Path::new(path), &plan, is_given)?,
         None => args
             .link
-            .open(address(&args.vehicle)?, Some(&plan), is_given, &abort)?
+            .open(
+                autopilot::address(&args.vehicle)?,
+                Some(&plan),
+                is_given,
+                &abort,
+            )?
             .inspect(),
     };
     let checked = Checked {
@@ -121,7 +118,7 @@ fn restore(args: &RestoreArgs, output: &Output) -> Result<Exit, Failure> {
     let abort = Arc::new(AtomicBool::new(false));
     let mut autopilot = args
         .link
-        .open(address(&args.vehicle)?, None, false, &abort)?;
+        .open(autopilot::address(&args.vehicle)?, None, false, &abort)?;
     let done = autopilot.restore(&backup);
     let restored = Restored {
         schema: "seatrial.restored.v1",

@@ -67,6 +67,7 @@
 pub mod campaign;
 pub mod campaign_check;
 pub mod circle_fit;
+pub mod commission;
 pub mod compare;
 pub mod difference;
 pub mod export;

@@ -4,6 +4,8 @@ use std::f64::consts::PI;
 
 use seatrial_core::CascadeSettings;
 
+use crate::handover::Change;
+
 /// Degrees in a radian.
 const DEGREES: f64 = 180.0 / PI;
 
@@ -14,31 +16,100 @@ struct Row {
     field: fn(&mut CascadeSettings<f64>) -> &mut f64,
     /// What it is where a firmware does not have it; `None`: every firmware has it.
     otherwise: Option<f64>,
+    /// Why it is changed.
+    why: &'static str,
 }
 
 macro_rules! row {
-    ($name:literal, $field:ident, $per_unit:expr, $otherwise:expr) => {
+    ($name:literal, $field:ident, $per_unit:expr, $otherwise:expr, $why:literal) => {
         Row {
             name: $name,
             per_unit: $per_unit,
             field: |settings| &mut settings.$field,
             otherwise: $otherwise,
+            why: $why,
         }
     };
 }
 
 const ROWS: [Row; 11] = [
-    row!("ATC_STR_ANG_P", angle_gain_per_s, 1.0, None),
-    row!("ATC_STR_RAT_FF", feed_forward_s, 1.0, None),
-    row!("ATC_STR_RAT_P", rate_gain_s, 1.0, None),
-    row!("ATC_STR_RAT_I", rate_integral_gain, 1.0, None),
-    row!("ATC_STR_RAT_D", rate_derivative_gain_s2, 1.0, None),
-    row!("ATC_STR_RAT_IMAX", integral_limit, 1.0, None),
-    row!("ATC_STR_RAT_FLTT", target_filter_hz, 1.0, Some(0.0)),
-    row!("ATC_STR_RAT_FLTE", error_filter_hz, 1.0, Some(0.0)),
-    row!("ATC_STR_RAT_FLTD", derivative_filter_hz, 1.0, Some(0.0)),
-    row!("ATC_STR_RAT_MAX", rate_limit_rad_s, DEGREES, None),
-    row!("ATC_STR_ACC_MAX", acceleration_limit_rad_s2, DEGREES, None),
+    row!(
+        "ATC_STR_ANG_P",
+        angle_gain_per_s,
+        1.0,
+        None,
+        "turn rate for a heading error, as quick as the rudder's lag and the least favourable model allow"
+    ),
+    row!(
+        "ATC_STR_RAT_FF",
+        feed_forward_s,
+        1.0,
+        None,
+        "the steering of a steady turn: damping by rudder effect"
+    ),
+    row!(
+        "ATC_STR_RAT_P",
+        rate_gain_s,
+        1.0,
+        None,
+        "damping added by feedback of the turn rate, as far as lag and noise allow"
+    ),
+    row!(
+        "ATC_STR_RAT_I",
+        rate_integral_gain,
+        1.0,
+        None,
+        "takes out the steady offset slowly, without overshoot"
+    ),
+    row!(
+        "ATC_STR_RAT_D",
+        rate_derivative_gain_s2,
+        1.0,
+        None,
+        "none: the rudder would follow the noise of the turn rate"
+    ),
+    row!(
+        "ATC_STR_RAT_IMAX",
+        integral_limit,
+        1.0,
+        None,
+        "most steering that the integral takes"
+    ),
+    row!(
+        "ATC_STR_RAT_FLTT",
+        target_filter_hz,
+        1.0,
+        Some(0.0),
+        "filter of the wanted turn rate"
+    ),
+    row!(
+        "ATC_STR_RAT_FLTE",
+        error_filter_hz,
+        1.0,
+        Some(0.0),
+        "filter of the turn rate's error"
+    ),
+    row!(
+        "ATC_STR_RAT_FLTD",
+        derivative_filter_hz,
+        1.0,
+        Some(0.0),
+        "filter of the derivative"
+    ),
+    row!(
+        "ATC_STR_RAT_MAX",
+        rate_limit_rad_s,
+        DEGREES,
+        None,
+        "the model's steady turn at 85 % of full steering, beyond what the trial tried"
+    ),
+    row!(
+        "ATC_STR_ACC_MAX",
+        acceleration_limit_rad_s2,
+        DEGREES,
+        None,
+        "80 % of the acceleration that full steering gives, so that a turn can be stopped in time"
+    ),
 ];
 
 /// The names of its parameters.
@@ -62,17 +133,19 @@ pub fn settings(get: impl Fn(&str) -> Option<f64>) -> Result<CascadeSettings<f64
     Ok(settings)
 }
 
-/// The parameters in which some settings differ from others, rounded as they are sent.
-pub fn differences(
-    from: &CascadeSettings<f64>,
-    to: &CascadeSettings<f64>,
-) -> Vec<(&'static str, f64, f64)> {
+/// The parameters in which some settings differ from others, rounded as they are sent, and why.
+pub fn differences(from: &CascadeSettings<f64>, to: &CascadeSettings<f64>) -> Vec<Change> {
     let value = |row: &Row, mut settings: CascadeSettings<f64>| {
         rounded(*(row.field)(&mut settings) * row.per_unit)
     };
     ROWS.iter()
-        .map(|row| (row.name, value(row, *from), value(row, *to)))
-        .filter(|(_, from, to)| from != to)
+        .map(|row| Change {
+            name: row.name.into(),
+            from: value(row, *from),
+            to: value(row, *to),
+            why: row.why,
+        })
+        .filter(|change| change.from != change.to)
         .collect()
 }
 
@@ -108,8 +181,12 @@ mod tests {
             ..found
         };
         let changed = differences(&found, &slower);
-        assert_eq!(changed[0], ("ATC_STR_RAT_P", 0.2, 0.333333));
-        assert_eq!(changed[1], ("ATC_STR_RAT_MAX", 120.0, 28.6479));
+        let numbers = changed.iter().map(|c| (c.name.as_str(), c.from, c.to));
+        let expected = [
+            ("ATC_STR_RAT_P", 0.2, 0.333333),
+            ("ATC_STR_RAT_MAX", 120.0, 28.6479),
+        ];
+        assert!(numbers.eq(expected), "{changed:?}");
         assert_eq!(settings(|_| None), Err("ATC_STR_ANG_P"));
     }
 

@@ -98,6 +98,11 @@ impl HandBack {
         }
     }
 
+    /// Is something left that can be restored later?
+    pub fn needs_restoring(&self) -> bool {
+        !self.not_restored.is_empty() || self.mode_restored == Some(false)
+    }
+
     /// Is everything as before?
     pub fn is_complete(&self) -> bool {
         self.not_restored.is_empty()

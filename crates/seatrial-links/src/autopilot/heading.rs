@@ -2,7 +2,6 @@
 //!
 //! Rover does it in GUIDED by SET_ATTITUDE_TARGET, which it forgets GUID_TIMEOUT after the last one.
 
-use std::collections::BTreeMap;
 use std::io;
 
 use seatrial_core::CascadeSettings;
@@ -260,19 +259,27 @@ impl<W: Wire> Autopilot<W> {
         self.set_parameter(name, stored, CHANGE_S)
     }
 
-    /// The gains stay as they are when the vehicle is handed back. What they were.
-    pub fn keep_gains(&mut self) -> Backup {
-        let mut old = BTreeMap::new();
-        let system = self.system();
-        if let Some(backup) = &mut self.backup {
-            for name in cascade::names() {
-                old.extend(backup.parameters.remove_entry(name));
-            }
-        }
+    /// The gains as they were when the vehicle was taken.
+    pub fn gains_before(&self) -> Backup {
+        let parameters = self.backup.iter().flat_map(|backup| {
+            let gains = cascade::names().filter_map(|name| backup.parameters.get_key_value(name));
+            gains.map(|(name, stored)| (name.clone(), *stored))
+        });
         Backup {
-            system,
+            system: self.system(),
             mode: None,
-            parameters: old,
+            parameters: parameters.collect(),
         }
+    }
+
+    /// The gains stay as they are when the vehicle is handed back. What is still put back then.
+    pub fn keep_gains(&mut self) -> Backup {
+        let Some(backup) = &mut self.backup else {
+            return Backup::default();
+        };
+        for name in cascade::names() {
+            backup.parameters.remove(name);
+        }
+        backup.clone()
     }
 }

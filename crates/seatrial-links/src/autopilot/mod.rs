@@ -196,6 +196,11 @@ impl<W: Wire> Autopilot<W> {
         }
     }
 
+    /// Rudder at full steering, rad.
+    pub fn full_rudder_rad(&self) -> f64 {
+        self.settings.full_rudder_rad
+    }
+
     /// Why the vehicle was given back before the end of the trial, if it was.
     pub fn stopped(&self) -> Option<&Stop> {
         self.stopped.as_ref()

@@ -61,7 +61,9 @@ impl StepTest {
         seed: u64,
     ) -> [Vec<StepInstant>; 2] {
         let mut helm = Helm::new(boat, settings, self.loop_interval_s, seed);
-        let loops = (self.sample_interval_s / self.loop_interval_s).round().max(1.0) as u32;
+        let loops = (self.sample_interval_s / self.loop_interval_s)
+            .round()
+            .max(1.0) as u32;
         let count = |time_s: f64| (time_s / self.sample_interval_s).ceil().max(1.0) as u32;
         let mut leg = |wanted_rad: f64, from_rad: f64, way: f64, time_s: f64| {
             (0..count(time_s))

@@ -159,7 +159,12 @@ impl Evidence {
     }
 
     /// The settings of one pair, p/alpha and k.
-    fn candidate(&self, damping: f64, k: f64, found: &CascadeSettings<f64>) -> CascadeSettings<f64> {
+    fn candidate(
+        &self,
+        damping: f64,
+        k: f64,
+        found: &CascadeSettings<f64>,
+    ) -> CascadeSettings<f64> {
         let alpha = -self.model.a22_per_s;
         let authority = self.model.b2_per_s2;
         let late_s = self.lateness_s(found.error_filter_hz);
@@ -185,8 +190,11 @@ impl Evidence {
 
     /// A step that lets this candidate settle, with a record as dense as it needs.
     fn test(&self, angle_gain_per_s: f64) -> StepTest {
-        let hold_s = 8.0 / angle_gain_per_s + 8.0 * STEP_RAD * -self.model.a22_per_s / self.model.b2_per_s2;
-        let loops = (0.02 / angle_gain_per_s / self.loop_interval_s).floor().max(1.0);
+        let hold_s =
+            8.0 / angle_gain_per_s + 8.0 * STEP_RAD * -self.model.a22_per_s / self.model.b2_per_s2;
+        let loops = (0.02 / angle_gain_per_s / self.loop_interval_s)
+            .floor()
+            .max(1.0);
         StepTest {
             step_rad: STEP_RAD,
             settle_s: 0.25 * hold_s,
@@ -323,7 +331,13 @@ mod tests {
         };
         let refused = |evidence: Evidence| propose(&evidence, &found()).unwrap_err();
         assert_eq!(refused(with([-0.05, 0.8, 0.0])), NoProposal::CourseUnstable);
-        assert_eq!(refused(with([-1.0, -0.8, 0.0])), NoProposal::NoAuthority(-0.8));
-        assert!(matches!(refused(with([-1.0, 0.8, 0.5])), NoProposal::OffCentre(_)));
+        assert_eq!(
+            refused(with([-1.0, -0.8, 0.0])),
+            NoProposal::NoAuthority(-0.8)
+        );
+        assert!(matches!(
+            refused(with([-1.0, 0.8, 0.5])),
+            NoProposal::OffCentre(_)
+        ));
     }
 }

@@ -242,11 +242,41 @@ mod tests {
     fn exact_good_gains_stay_and_each_fault_is_named() {
         assert_eq!(against(good(), Some(good())), []);
         let faults: [(Response, fn(&Against) -> bool); 5] = [
-            (Response { overshoot: 0.2, ..good() }, |a| matches!(a, Against::Overshoot { .. })),
-            (Response { settling_s: None, ..good() }, |a| matches!(a, Against::NotSettled)),
-            (Response { settling_s: Some(9.0), ..good() }, |a| matches!(a, Against::SettlesLate { .. })),
-            (Response { steady_error_rad: 0.1, ..good() }, |a| matches!(a, Against::SteadyError { .. })),
-            (Response { oscillation: 0.2, ..good() }, |a| matches!(a, Against::Oscillation { .. })),
+            (
+                Response {
+                    overshoot: 0.2,
+                    ..good()
+                },
+                |a| matches!(a, Against::Overshoot { .. }),
+            ),
+            (
+                Response {
+                    settling_s: None,
+                    ..good()
+                },
+                |a| matches!(a, Against::NotSettled),
+            ),
+            (
+                Response {
+                    settling_s: Some(9.0),
+                    ..good()
+                },
+                |a| matches!(a, Against::SettlesLate { .. }),
+            ),
+            (
+                Response {
+                    steady_error_rad: 0.1,
+                    ..good()
+                },
+                |a| matches!(a, Against::SteadyError { .. }),
+            ),
+            (
+                Response {
+                    oscillation: 0.2,
+                    ..good()
+                },
+                |a| matches!(a, Against::Oscillation { .. }),
+            ),
         ];
         for (new, is_named) in faults {
             let found = against(new, Some(good()));
@@ -280,7 +310,10 @@ mod tests {
             ..good()
         };
         let found = against(good(), Some(quick));
-        assert!(matches!(found[..], [Against::SettlesLate { .. }]), "{found:?}");
+        assert!(
+            matches!(found[..], [Against::SettlesLate { .. }]),
+            "{found:?}"
+        );
         let small = judge(Stage::Small, 0.14, &good(), Some(&quick), &foreseen());
         assert!(small.keep, "{small:?}");
     }

@@ -95,7 +95,11 @@ fn headings(boat: &Boat, leg: &[StepInstant], way: f64) -> Vec<f64> {
             false => 0.0,
         };
         let after = asked + (rudder - asked) * left;
-        let held = if left > 0.0 { 0.5 * (rudder + after) } else { asked };
+        let held = if left > 0.0 {
+            0.5 * (rudder + after)
+        } else {
+            asked
+        };
         state = model.advance(state, held, interval_s);
         rudder = after;
     }
@@ -164,17 +168,36 @@ mod tests {
         let own = [-1.0, 1.0, 0.02];
         let legs = steps(&boat(own));
         let check = |theta| check_model(&boat(theta), &legs);
-        assert!(matches!(check(own), ModelCheck::Holds { .. }), "{:?}", check(own));
+        assert!(
+            matches!(check(own), ModelCheck::Holds { .. }),
+            "{:?}",
+            check(own)
+        );
         // Twice and half as willing to turn, reversed, and a boat of another size.
-        for other in [[-1.0, 2.0, 0.02], [-1.0, 0.5, 0.01], [-1.0, -1.0, 0.0], [-0.2, 0.1, 0.0]] {
-            assert!(matches!(check(other), ModelCheck::Fails { .. }), "{other:?}: {:?}", check(other));
+        for other in [
+            [-1.0, 2.0, 0.02],
+            [-1.0, 0.5, 0.01],
+            [-1.0, -1.0, 0.0],
+            [-0.2, 0.1, 0.0],
+        ] {
+            assert!(
+                matches!(check(other), ModelCheck::Fails { .. }),
+                "{other:?}: {:?}",
+                check(other)
+            );
         }
     }
 
     #[test]
     fn exact_a_boat_that_was_not_steered_tells_nothing() {
         let legs = vec![vec![StepInstant::default(); 100]];
-        assert_eq!(check_model(&boat([-1.0, 1.0, 0.0]), &legs), ModelCheck::NotTold);
-        assert_eq!(check_model(&boat([-1.0, 1.0, 0.0]), &[]), ModelCheck::NotTold);
+        assert_eq!(
+            check_model(&boat([-1.0, 1.0, 0.0]), &legs),
+            ModelCheck::NotTold
+        );
+        assert_eq!(
+            check_model(&boat([-1.0, 1.0, 0.0]), &[]),
+            ModelCheck::NotTold
+        );
     }
 }

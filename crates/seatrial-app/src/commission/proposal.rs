@@ -1,0 +1,153 @@
+//! What is proposed for a vehicle, from one of its models.
+
+use seatrial::commission::{
+    Evidence, Foreseen, NoProposal, StepTest, foresee, propose as designed,
+};
+use seatrial_core::{CascadeSettings, YawModel};
+
+use crate::Error;
+use crate::models::{ModelPoint, Models};
+
+/// Lag of a rudder where nothing tells it, s.
+const ORDINARY_LAG_S: f64 = 0.1;
+/// Noise of an autopilot's yaw rate where nothing tells it, rad/s, and of its heading, rad.
+const RATE_NOISE_RAD_S: f64 = 0.006;
+const HEADING_NOISE_RAD: f64 = 0.005;
+/// A model without intervals is taken for known to this share.
+const UNKNOWN: f64 = 0.1;
+/// Times that steps are held, s.
+const SHORTEST_HOLD_S: f64 = 8.0;
+const LONGEST_HOLD_S: f64 = 60.0;
+
+/// How the autopilot controls its heading, as it was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Control {
+    /// Its settings.
+    pub settings: CascadeSettings<f64>,
+    /// Between two of its loops, s.
+    pub loop_interval_s: f64,
+    /// Between two samples of the record, s.
+    pub sample_interval_s: f64,
+    /// What the outputs make of the controller's steering at the model's speed.
+    pub output_scale: f64,
+}
+
+/// Other settings for a vehicle, and what is believed of it.
+#[derive(Clone, Debug)]
+pub struct Proposal {
+    /// What the settings rest on.
+    pub evidence: Evidence,
+    /// How the autopilot was found.
+    pub control: Control,
+    /// The settings proposed.
+    pub settings: CascadeSettings<f64>,
+    /// The speed of the model, m/s.
+    pub surge_speed_m_s: Option<f64>,
+    /// The steps by which both are tried.
+    pub test: StepTest,
+    /// The heading is averaged over so long, s.
+    pub smoothing_s: f64,
+    /// What the old settings are foreseen to do.
+    pub old_foreseen: Foreseen,
+    /// What the new ones are.
+    pub new_foreseen: Foreseen,
+}
+
+/// The settings that a model gives, tried by steps of this size. `full_rudder_rad` is the rudder at full steering for which
+/// the model was identified.
+pub fn propose(
+    point: &ModelPoint,
+    full_rudder_rad: f64,
+    control: &Control,
+    step_rad: f64,
+) -> Result<Proposal, NoProposal> {
+    let evidence = evidence(point, full_rudder_rad * control.output_scale, control);
+    let settings = designed(&evidence, &control.settings)?;
+    let loops = (control.sample_interval_s / control.loop_interval_s)
+        .round()
+        .max(1.0);
+    let smoothing_s = 0.2 / settings.angle_gain_per_s;
+    let longest = StepTest {
+        step_rad,
+        settle_s: 5.0,
+        hold_s: LONGEST_HOLD_S,
+        sample_interval_s: loops * control.loop_interval_s,
+        loop_interval_s: control.loop_interval_s,
+    };
+    let settled_s: f64 = foresee(&evidence, &settings, &longest, smoothing_s)
+        .settling_s
+        .high;
+    let test = StepTest {
+        hold_s: (2.5 * settled_s + 2.0).clamp(SHORTEST_HOLD_S, LONGEST_HOLD_S),
+        ..longest
+    };
+    Ok(Proposal {
+        old_foreseen: foresee(&evidence, &control.settings, &test, smoothing_s),
+        new_foreseen: foresee(&evidence, &settings, &test, smoothing_s),
+        evidence,
+        control: *control,
+        settings,
+        surge_speed_m_s: point.point.surge_speed_m_s,
+        test,
+        smoothing_s,
+    })
+}
+
+/// The model identified nearest to a speed, or the fastest where speeds are not known. It must not be faster than the
+/// autopilot goes, m/s.
+pub fn model_at(
+    models: &Models,
+    wanted_m_s: Option<f64>,
+    highest_m_s: Option<f64>,
+) -> Result<ModelPoint, Error> {
+    let distance = |point: &ModelPoint| {
+        let speeds = point.point.surge_speed_m_s.zip(wanted_m_s.or(highest_m_s));
+        speeds.map_or(f64::INFINITY, |(speed, wanted)| (speed - wanted).abs())
+    };
+    let fits = |point: &&ModelPoint| {
+        let speeds = point.point.surge_speed_m_s.zip(highest_m_s);
+        speeds.is_none_or(|(speed, highest)| speed <= 1.02 * highest)
+    };
+    let found = models.points.iter().rev().filter(fits);
+    let nearest = found.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    nearest.copied().ok_or_else(|| {
+        Error::Rejected(format!(
+            "{}: every model is of a speed above the {:.2} m/s of the autopilot (WP_SPEED or CRUISE_SPEED): raise that, or run a trial at this speed",
+            models.origin,
+            highest_m_s.unwrap_or(f64::NAN)
+        ))
+    })
+}
+
+fn evidence(point: &ModelPoint, full_rad: f64, control: &Control) -> Evidence {
+    let model = point.point.model;
+    let unit = [1.0, full_rad, 1.0];
+    let stated = point.covariance.unwrap_or_else(|| {
+        let mut covariance = [[0.0; 3]; 3];
+        for (i, parameter) in model.theta().iter().enumerate() {
+            covariance[i][i] = (0.5 * UNKNOWN * parameter).powi(2);
+        }
+        covariance
+    });
+    let covariance =
+        std::array::from_fn(|i| std::array::from_fn(|j| unit[i] * unit[j] * stated[i][j]));
+    let timing = point.allowance.timing;
+    let lag_s = match timing.sample_interval_s {
+        Some(interval_s) => (timing.delay_s - interval_s).max(0.0),
+        None => ORDINARY_LAG_S,
+    };
+    Evidence {
+        model: YawModel {
+            b2_per_s2: model.b2_per_s2 * full_rad,
+            ..model
+        },
+        covariance,
+        lag_s,
+        delay_s: control.loop_interval_s,
+        rate_noise_rad_s: RATE_NOISE_RAD_S,
+        heading_noise_rad: point
+            .noise
+            .map_or(HEADING_NOISE_RAD, |[heading, _]| heading),
+        loop_interval_s: control.loop_interval_s,
+    }
+}

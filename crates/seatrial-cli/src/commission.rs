@@ -1,0 +1,244 @@
+//! `seatrial commission`: gains into an autopilot, proven by heading steps, kept or put back.
+
+mod vehicle;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use seatrial_app::commission::{
+    Commissioned, Control, Ending, Order, Proposal, conduct, model_at, propose,
+};
+use seatrial_app::models::{Models, of_campaign, of_document};
+use seatrial_core::{Plan, Trial};
+use seatrial_links::autopilot::{HeadingControl, Tended, cascade};
+use seatrial_links::handover::{Change, Preflight};
+use seatrial_links::link::Transport;
+use seatrial_logbook::Logbook;
+use serde::Serialize;
+
+use crate::autopilot::{self, LinkArgs, agrees, line};
+use crate::output::{Exit, Failure, Output, say};
+use crate::trial::load_plan;
+use vehicle::{Files, OnHeading};
+
+/// Put the gains of a model into an autopilot, prove them by heading steps, keep them or put the old ones back.
+#[derive(clap::Args, Debug)]
+#[command(after_help = "\
+The boat steps with its old gains first: a model that does not tell what it does is refused before anything is written. Then
+the new gains are written and read back, tried by a small step and by full ones, and stay only if they do no worse than the
+old ones and than foreseen. Whatever ends it, the old gains are put back or listed for `seatrial vehicle restore`.
+
+Exit code 0: the new gains are proven and stay; 4: refused, or the old ones are back; 5: aborted and handed back; 6: something
+could not be put back.
+
+Example:
+  seatrial commission --vehicle mavlink:udp:127.0.0.1:14550 --logbook seatrial.db --yes")]
+pub struct Args {
+    /// The vehicle: mavlink:udp:HOST:PORT, mavlink:udpout:HOST:PORT, mavlink:tcp:HOST:PORT or mavlink:serial:DEVICE:BAUD.
+    #[arg(long, value_name = "VEHICLE")]
+    vehicle: String,
+    /// Logbook with the vehicle's trial; what is changed is kept beside it until it is put back.
+    #[arg(long, value_name = "FILE", default_value = "seatrial.db")]
+    logbook: PathBuf,
+    /// Number of the campaign [default: the last one].
+    #[arg(long, value_name = "NUMBER", conflicts_with = "model")]
+    campaign: Option<i64>,
+    /// Document of `seatrial identify --json` or `seatrial trial --json` in the place of a campaign.
+    #[arg(long, value_name = "FILE")]
+    model: Option<PathBuf>,
+    /// Take the model identified nearest to this speed, m/s [default: the autopilot's own].
+    #[arg(long, value_name = "M_S")]
+    at_speed: Option<f64>,
+    /// Size of the steps, degrees.
+    #[arg(long, value_name = "DEG", default_value_t = 30.0)]
+    step_deg: f64,
+    /// The plan whose envelope holds, a TOML file [default: the campaign's].
+    #[arg(long, value_name = "FILE")]
+    plan: Option<PathBuf>,
+    /// Do not ask before the vehicle moves and its gains change.
+    #[arg(long)]
+    yes: bool,
+    #[command(flatten)]
+    link: LinkArgs,
+}
+
+/// What `commission --json` prints.
+#[derive(Serialize)]
+struct Document {
+    schema: &'static str,
+    vehicle: String,
+    source: String,
+    surge_speed_m_s: Option<f64>,
+    changes: Vec<Change>,
+    #[serde(flatten)]
+    found: Commissioned,
+    line: String,
+}
+
+/// Runs the verb.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let step_rad = args.step_deg.to_radians();
+    if !(5.0..=90.0).contains(&args.step_deg) {
+        return Err(Failure::usage(format!(
+            "--step-deg {}: expected an angle from 5 to 90",
+            args.step_deg
+        )));
+    }
+    let models = args.models()?;
+    let plan = args.plan()?;
+    if step_rad >= plan.envelope.heading_excursion_max_rad {
+        return Err(Failure::usage(format!(
+            "--step-deg {}: the envelope allows {:.0} degrees from the heading",
+            args.step_deg,
+            plan.envelope.heading_excursion_max_rad.to_degrees()
+        )));
+    }
+    let files = Files::beside(&args.logbook);
+    files.refuse_left_over(&args.vehicle)?;
+    let stop = Arc::new(AtomicBool::new(false));
+    let handler = Arc::clone(&stop);
+    ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
+        .map_err(Failure::internal)?;
+    let address = autopilot::address(&args.vehicle)?;
+    let opened = args.link.open(address, Some(&plan), true, &stop)?;
+    let full_rudder_rad = opened.full_rudder_rad();
+    let tended = Tended::new(opened);
+    let (preflight, control) = inspected(&tended)?;
+    let proposal = args.proposal(&models, &plan, &control, full_rudder_rad)?;
+    let changes = cascade::differences(&control.settings, &proposal.settings);
+    show(&preflight, &proposal, &changes);
+    if !args.yes && !agrees()? {
+        return Err(Failure::aborted("not agreed to; nothing was changed"));
+    }
+    let mut vehicle = OnHeading::take(tended, &preflight.changes, control, files, full_rudder_rad)?;
+    let order = Order {
+        proposal: &proposal,
+        envelope: plan.envelope,
+        stop: &stop,
+    };
+    let found = conduct(&mut vehicle, &order, &mut |text| say(text));
+    let document = Document {
+        schema: "seatrial.commission.v1",
+        vehicle: args.vehicle.clone(),
+        source: models.origin,
+        surge_speed_m_s: proposal.surge_speed_m_s,
+        changes,
+        line: found.line(),
+        found,
+    };
+    output.print(&document, || document.line.clone())?;
+    Ok(exit(&document.found))
+}
+
+impl Args {
+    fn models(&self) -> Result<Models, Failure> {
+        let models = match &self.model {
+            Some(path) => of_document(path, None)?,
+            None => of_campaign(&self.logbook, self.campaign)?,
+        };
+        if let Some(reason) = models.rejected.first() {
+            return Err(Failure::rejected(format!("{}: {reason}", models.origin)));
+        }
+        Ok(models.limited(None)?)
+    }
+
+    /// The plan of the file, else the one of the campaign.
+    fn plan(&self) -> Result<Plan<f64>, Failure> {
+        if let Some(path) = &self.plan {
+            return load_plan(Some(path));
+        }
+        if self.model.is_some() {
+            return Err(Failure::usage(
+                "--model: the envelope within which the vehicle must stay is that of a plan, --plan FILE",
+            ));
+        }
+        let logbook = Logbook::open_read_only(&self.logbook)?;
+        let entry = seatrial_app::models::campaign_numbered(&logbook, self.campaign)?;
+        let plan = seatrial_app::trial_run::plan_of_campaign(&entry).map_err(Failure::input)?;
+        Trial::new(plan).map_err(Failure::input)?;
+        Ok(plan)
+    }
+
+    fn proposal(
+        &self,
+        models: &Models,
+        plan: &Plan<f64>,
+        control: &HeadingControl,
+        full_rudder_rad: f64,
+    ) -> Result<Proposal, Failure> {
+        let point = model_at(models, self.at_speed, control.default_speed_m_s)?;
+        let control = Control {
+            settings: control.settings,
+            loop_interval_s: control.loop_interval_s,
+            sample_interval_s: plan.sample_interval_s,
+            output_scale: control.output_scale(point.point.surge_speed_m_s),
+        };
+        propose(
+            &point,
+            full_rudder_rad,
+            &control,
+            self.step_deg.to_radians(),
+        )
+        .map_err(|error| Failure::rejected(format!("{}: {error}", models.origin)))
+    }
+}
+
+fn inspected(tended: &Tended<Transport>) -> Result<(Preflight, HeadingControl), Failure> {
+    let (preflight, control) = tended.autopilot().inspect_heading();
+    preflight.checks.iter().map(line).for_each(say);
+    autopilot::refuse(&preflight.checks)?;
+    let control = control.ok_or_else(|| Failure::internal("gains that were not read"))?;
+    Ok((preflight, control))
+}
+
+/// The autopilot's own parameters beside the proposed ones, and what both are foreseen to do.
+fn show(preflight: &Preflight, proposal: &Proposal, changes: &[Change]) {
+    for change in &preflight.changes {
+        say(format!(
+            "change  {:17} {} -> {} until the hand-back: {}",
+            change.name, change.from, change.to, change.why
+        ));
+    }
+    for change in changes {
+        say(format!(
+            "propose {:17} {} -> {}: {}",
+            change.name, change.from, change.to, change.why
+        ));
+    }
+    for (name, foreseen) in [
+        ("old", &proposal.old_foreseen),
+        ("new", &proposal.new_foreseen),
+    ] {
+        say(format!(
+            "foreseen with the {name} gains: overshoot {:.0} to {:.0} %, settled after {:.1} to {:.1} s, rudder {:.0} to {:.0} %/s",
+            100.0 * foreseen.overshoot.low,
+            100.0 * foreseen.overshoot.high,
+            foreseen.settling_s.low,
+            foreseen.settling_s.high,
+            100.0 * foreseen.activity_per_s.low,
+            100.0 * foreseen.activity_per_s.high
+        ));
+    }
+    let legs_s = 6.0 * (proposal.test.hold_s + proposal.test.settle_s);
+    say(format!(
+        "it takes about {legs_s:.0} s{}",
+        proposal.surge_speed_m_s.map_or(String::new(), |speed| {
+            format!(" at {speed:.2} m/s: {:.0} m of water ahead", legs_s * speed)
+        })
+    ));
+}
+
+fn exit(found: &Commissioned) -> Exit {
+    match found.ending {
+        _ if found.not_put_back.is_some() => Exit::NotSaved,
+        Ending::Kept { .. } => Exit::Done,
+        Ending::PutBack { .. } | Ending::Refused => Exit::Rejected,
+        Ending::Aborted { .. } => Exit::Aborted,
+    }
+}
+
+/// Where what a commission changes is kept.
+fn named(logbook: &Path, extension: &str) -> PathBuf {
+    logbook.with_extension(extension)
+}
