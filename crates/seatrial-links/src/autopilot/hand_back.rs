@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cascade::{self, decimal};
 use super::profile::Demand;
-use super::talk::SET_MODE;
-use super::{Autopilot, Profile, REAL32};
+use super::{Autopilot, Profile, REAL32, SET_MODE};
 use crate::handover::{Controls, NEUTRAL};
 use crate::link::{Message, Wire};
 
@@ -201,8 +200,12 @@ impl<W: Wire> Autopilot<W> {
         }
         done.rudder_neutral = Some(self.wait(2.0, |autopilot| autopilot.is_rudder_neutral()));
         done.throttle_neutral = self.wait_for_throttle();
-        if let Some(mode) = backup.mode.filter(|mode| self.heard.mode() != Some(*mode)) {
-            done.mode_restored = Some(self.set_mode(mode, RESTORE_S));
+        let is_as_before = backup.mode == self.heard.mode();
+        if let Some(mode) = backup
+            .mode
+            .filter(|_| self.heard.is_guided || !is_as_before)
+        {
+            done.mode_restored = Some(is_as_before || self.set_mode(mode, RESTORE_S));
         }
     }
 

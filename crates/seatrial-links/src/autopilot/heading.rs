@@ -23,6 +23,8 @@ const OPTIONAL_S: f64 = 1.5;
 const CHANGE_S: f64 = 6.0;
 /// After this long without us the autopilot stops the vehicle, s.
 const TIMEOUT_S: f64 = 0.4;
+/// A vehicle that was heard so long ago is asked for nothing again, s.
+const HEARD_S: f64 = 0.1;
 /// Without GUID_TIMEOUT Rover waits this long, s.
 const LONGEST_TIMEOUT_S: f64 = 3.0;
 /// The frequency of the autopilot's loop where it does not say, Hz: Rover's as it comes.
@@ -226,7 +228,14 @@ impl<W: Wire> Autopilot<W> {
         self.send_course();
     }
 
-    pub(super) fn send_course(&mut self) {
+    /// The course again, while the vehicle is heard: one that is not must stop soon.
+    pub(super) fn repeat_course(&mut self) {
+        if self.wire.now_s() - self.heard_s <= HEARD_S {
+            self.send_course();
+        }
+    }
+
+    fn send_course(&mut self) {
         let Some(course) = self.course else {
             return;
         };

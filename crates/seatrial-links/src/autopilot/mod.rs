@@ -47,6 +47,8 @@ use sampler::Sampler;
 
 /// A demand is repeated after this time without a sample, s.
 const REPEAT_S: f64 = 0.1;
+/// MAV_CMD_DO_SET_MODE, with a mode of the autopilot's own.
+const SET_MODE: u16 = 176;
 /// MAV_PARAM_TYPE_REAL32.
 const REAL32: u8 = 9;
 

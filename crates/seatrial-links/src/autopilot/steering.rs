@@ -23,7 +23,7 @@ impl<W: Wire> Autopilot<W> {
     }
 
     fn send_demand(&mut self) {
-        self.send_course();
+        self.repeat_course();
         let Some(demand) = self.demand else {
             return;
         };

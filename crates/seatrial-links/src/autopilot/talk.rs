@@ -4,15 +4,13 @@ use std::sync::atomic::Ordering;
 
 use super::cascade::decimal;
 use super::profile::Profile;
-use super::{Autopilot, REAL32, REPEAT_S, Stop, Stored};
+use super::{Autopilot, REAL32, REPEAT_S, SET_MODE, Stop, Stored};
 use crate::handover::{Controls, SILENCE_S};
 use crate::link::message::{self, CommandLong, ParamRequestRead, ParamSet, Text};
 use crate::link::{Message, Sender, Wire};
 
 /// Between our heartbeats, s: one that is late still comes within a second.
 const HEARTBEAT_S: f64 = 0.5;
-/// MAV_CMD_DO_SET_MODE, with a mode of the autopilot's own.
-pub(super) const SET_MODE: u16 = 176;
 /// The most parameters that are kept.
 const MOST_PARAMETERS: usize = 8192;
 

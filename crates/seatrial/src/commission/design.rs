@@ -31,6 +31,11 @@ const MOST_BANDWIDTH: f64 = 0.3;
 /// p/alpha and k that are tried.
 const DAMPING: [f64; 7] = [0.0, 0.2, 0.5, 1.0, 1.5, 2.5, 4.0];
 const ANGLE: [f64; 10] = [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55];
+/// A boat is stepped through in this share of its time constant, and in no longer steps, s.
+const DENSITY: f64 = 0.02;
+const SLOWEST_LOOP_S: f64 = 0.1;
+/// Between two samples by which the rudder's work is counted, s.
+const RECORD_S: f64 = 0.05;
 /// How many standard deviations the least favourable boats are away.
 const DEVIATIONS: f64 = 2.0;
 /// A rudder may be late by this share more than identified, and by this time where nothing shows.
@@ -188,19 +193,19 @@ impl Evidence {
         }
     }
 
-    /// A step that lets this candidate settle, with a record as dense as it needs.
+    /// A step that lets this candidate settle. A slow boat is stepped through in steps of its own time, which a faster loop
+    /// could only do better.
     fn test(&self, angle_gain_per_s: f64) -> StepTest {
-        let hold_s =
-            8.0 / angle_gain_per_s + 8.0 * STEP_RAD * -self.model.a22_per_s / self.model.b2_per_s2;
-        let loops = (0.02 / angle_gain_per_s / self.loop_interval_s)
-            .floor()
-            .max(1.0);
+        let [alpha, authority] = [-self.model.a22_per_s, self.model.b2_per_s2];
+        let hold_s = 8.0 / angle_gain_per_s + 8.0 * STEP_RAD * alpha / authority;
+        let own_s = (DENSITY / alpha).min(SLOWEST_LOOP_S);
+        let loop_interval_s = self.loop_interval_s.max(own_s);
         StepTest {
             step_rad: STEP_RAD,
             settle_s: 0.25 * hold_s,
             hold_s,
-            sample_interval_s: loops * self.loop_interval_s,
-            loop_interval_s: self.loop_interval_s,
+            sample_interval_s: loop_interval_s,
+            loop_interval_s,
         }
     }
 }
@@ -254,8 +259,10 @@ fn is_quiet(evidence: &Evidence, settings: &CascadeSettings<f64>) -> bool {
     if evidence.rate_noise_rad_s <= 0.0 {
         return true;
     }
+    let loops = (RECORD_S / evidence.loop_interval_s).round().max(1.0);
     let test = StepTest {
-        sample_interval_s: evidence.loop_interval_s,
+        sample_interval_s: loops * evidence.loop_interval_s,
+        loop_interval_s: evidence.loop_interval_s,
         ..evidence.test(settings.angle_gain_per_s)
     };
     let legs = test.simulate(&evidence.noisy_boat(), settings, 1);

@@ -14,6 +14,7 @@ mod foresee;
 mod judge;
 mod model_check;
 mod response;
+pub mod study;
 
 pub use boat::{Boat, StepInstant, StepTest};
 pub use design::{Evidence, NoProposal, propose};

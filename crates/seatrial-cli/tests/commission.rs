@@ -1,0 +1,180 @@
+//! `seatrial commission` on the autopilot that `sim mavlink` plays: from a trial to proven gains and back.
+
+use std::net::TcpListener;
+use std::path::Path;
+use std::process::{Child, Stdio};
+
+use seatrial_dev::{document, program, run_in, text};
+use serde_json::Value;
+
+/// A quick boat with an autopilot's heading, whose full rudder is 0.6 rad.
+const BOAT: &str = r#"
+name = "launch"
+rudder_limit_rad = 0.6
+initial_thrust = 0.5
+
+[servo]
+time_constant_s = 0.08
+
+[sensors.compass]
+noise_rad = 0.002
+resolution_rad = 0.0
+
+[sensors.gyro]
+noise_rad_s = 0.002
+
+[[speeds]]
+thrust = 0.5
+surge_speed_m_s = 1.5
+a22_per_s = -2.5
+b2_per_s2 = 2.5
+c0_rad_per_s2 = 0.02
+
+[[speeds]]
+thrust = 1.0
+surge_speed_m_s = 3.0
+a22_per_s = -5.0
+b2_per_s2 = 10.0
+c0_rad_per_s2 = 0.04
+"#;
+
+/// Times faster than a real vehicle: a heading is repeated every 0.1 s, and the autopilot waits 0.4 s of its own for it.
+const SPEED: &str = "3";
+
+/// A vehicle that plays until it is dropped.
+struct Played {
+    process: Child,
+    address: String,
+}
+
+impl Played {
+    fn start(folder: &Path) -> Self {
+        std::fs::write(folder.join("boat.toml"), BOAT).unwrap();
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let place = listener.local_addr().unwrap().to_string();
+        drop(listener);
+        let process = program()
+            .current_dir(folder)
+            .args(["sim", "mavlink", "--vehicle", "sim:boat.toml"])
+            .args(["--speed", SPEED, "--tcp", &place])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        while std::net::TcpStream::connect(&place).is_err() {
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        }
+        Self {
+            process,
+            address: format!("mavlink:tcp:{place}"),
+        }
+    }
+
+    /// The options that reach it.
+    fn link(&self) -> [&str; 4] {
+        ["--vehicle", &self.address, "--full-rudder-deg", "34.37747"]
+    }
+}
+
+impl Drop for Played {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+fn commission(folder: &Path, boat: &Played, source: &[&str]) -> (Option<i32>, Value, String) {
+    let fixed = ["commission", "--json", "--yes", "--plan", "plan.toml"];
+    let output = run_in(folder, &[&fixed[..], &boat.link(), source].concat());
+    let errors = text(&output.stderr);
+    (output.status.code(), document(&output), errors)
+}
+
+#[test]
+fn cli_gains_from_a_trial_are_proven_kept_and_undone() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let boat = Played::start(folder);
+    std::fs::write(folder.join("plan.toml"), "thrusts = [0.5]\n").unwrap();
+    let trial = ["trial", "--yes", "--plan", "plan.toml"];
+    let trial = run_in(folder, &[&trial[..], &boat.link()].concat());
+    assert_eq!(trial.status.code(), Some(0), "{}", text(&trial.stderr));
+
+    let (code, found, errors) = commission(folder, &boat, &["--logbook", "seatrial.db"]);
+    assert_eq!(code, Some(0), "{errors}");
+    assert_eq!(found["ending"]["state"], "kept", "{errors}");
+    assert!(
+        found["line"].as_str().unwrap().starts_with("KEPT"),
+        "{found}"
+    );
+    let feed_forward = found["changes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|change| change["name"] == "ATC_STR_RAT_FF")
+        .unwrap();
+    assert_eq!(feed_forward["from"], 0.2);
+    // Damping by rudder effect and the autopilot's division by the speed: 2.5/(2.5 0.6) 1.5 = 2.5, to the model's error.
+    let proposed = feed_forward["to"].as_f64().unwrap();
+    assert!((proposed / 2.5 - 1.0).abs() < 0.1, "{proposed}");
+    assert!(!folder.join("seatrial.restore.toml").exists());
+
+    let undo = folder.join("seatrial.old-gains.toml");
+    let kept = std::fs::read_to_string(&undo).unwrap();
+    assert!(
+        kept.contains("[parameters.ATC_STR_RAT_FF]\nnumber = 0.2\n"),
+        "{kept}"
+    );
+    let restore = ["vehicle", "restore", "seatrial.old-gains.toml"];
+    let restored = run_in(folder, &[&restore[..], &boat.link()].concat());
+    assert_eq!(
+        restored.status.code(),
+        Some(0),
+        "{}",
+        text(&restored.stderr)
+    );
+    assert!(!undo.exists());
+
+    // A model that turns twice as well as the boat.
+    let wrong = r#"{"source": {}, "models": [{"surge_speed_m_s": 1.5, "verdict": {"accepted": true}, "identification":
+        {"online": {"a22_per_s": -2.5, "b2_per_s2": 5.0, "c0_rad_per_s2": 0.02}, "verdict": {"accepted": true}}}]}"#;
+    std::fs::write(folder.join("wrong.json"), wrong).unwrap();
+    let (code, found, errors) = commission(folder, &boat, &["--model", "wrong.json"]);
+    assert_eq!(code, Some(4), "{errors}");
+    assert_eq!(found["ending"]["state"], "refused", "{errors}");
+    assert!(!folder.join("seatrial.restore.toml").exists());
+    assert!(!undo.exists());
+}
+
+#[test]
+fn cli_a_commission_without_a_model_an_envelope_or_an_autopilot_says_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("model.json"), "{}").unwrap();
+    for (arguments, code, expected) in [
+        (
+            &["--vehicle", "mavlink:udp:127.0.0.1:1"][..],
+            3,
+            "seatrial.db",
+        ),
+        (
+            &["--vehicle", "mavlink:udp:127.0.0.1:1", "--step-deg", "200"],
+            2,
+            "from 5 to 90",
+        ),
+        (
+            &[
+                "--vehicle",
+                "mavlink:udp:127.0.0.1:1",
+                "--model",
+                "model.json",
+            ],
+            3,
+            "model.json",
+        ),
+    ] {
+        let output = run_in(folder.path(), &[&["commission"], arguments].concat());
+        let errors = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {errors}");
+        assert!(errors.contains(expected), "{arguments:?}: {errors}");
+    }
+}

@@ -1,0 +1,100 @@
+//! How commissions end on a healthy vehicle.
+
+use seatrial_app::commission::Ending;
+use seatrial_core::YawModel;
+
+use crate::{OnSea, changed, sea, truth};
+
+#[test]
+fn recover_gains_of_a_true_model_are_kept_and_can_be_undone() {
+    let mut vehicle = OnSea::take(sea(1));
+    let before = vehicle.gains();
+    let found = vehicle.commission(&truth());
+    assert!(
+        matches!(found.ending, Ending::Kept { .. }),
+        "{}",
+        found.line()
+    );
+    let [old, new] = [found.old.unwrap(), found.new.unwrap()];
+    assert!(new.overshoot <= 0.08, "{new:?}");
+    // The defaults oscillate on this boat.
+    assert!(
+        old.settling_s
+            .is_none_or(|old_s| new.settling_s.unwrap() < old_s)
+    );
+    let foreseen = found.new_foreseen.unwrap();
+    assert!(
+        new.settling_s.unwrap() < 1.3 * foreseen.settling_s.high,
+        "{new:?} {foreseen:?}"
+    );
+    let after = vehicle.gains();
+    assert_ne!(before, after);
+    // The failsafes and the mode are as before, and nothing is left to restore.
+    assert_eq!(vehicle.restore, None);
+    let boat = &vehicle.autopilot.wire().boat;
+    assert_eq!((boat.mode, boat.parameter("GUID_TIMEOUT")), (4, Some(3.0)));
+    let undo = vehicle.undo.clone().unwrap();
+    assert!(vehicle.autopilot.restore(&undo).is_complete());
+    assert_eq!(vehicle.gains(), before);
+}
+
+/// Half and twice the rudder's effect, half the damping, reversed, and the model of another boat: nothing is written, or the old
+/// gains are back after the first small step.
+#[test]
+fn prop_a_wrong_model_leaves_the_old_gains() {
+    let another = {
+        let mut point = truth();
+        point.point.model = YawModel::from_theta([-0.2, 0.15, 0.0]);
+        point
+    };
+    let wrong = [
+        changed(1.0, 0.5),
+        changed(1.0, 1.5),
+        changed(0.5, 1.0),
+        changed(1.5, 1.0),
+        another,
+    ];
+    for point in wrong {
+        let mut vehicle = OnSea::take(sea(2));
+        let before = vehicle.gains();
+        let found = vehicle.commission(&point);
+        let is_refused = match &found.ending {
+            Ending::Refused => true,
+            Ending::PutBack { at_small_step, .. } => *at_small_step,
+            _ => false,
+        };
+        // A boat damped half as much again is not told from the model's by its steps; its gains must do well then.
+        let is_good = matches!(found.ending, Ending::Kept { .. })
+            && found.new.is_some_and(|new| new.overshoot < 0.08);
+        let model = point.point.model;
+        assert!(is_refused || is_good, "{model:?}: {}", found.line());
+        if is_refused {
+            assert_eq!(vehicle.gains(), before, "{model:?}");
+            assert_eq!(vehicle.restore, None);
+        }
+        let is_half_or_twice = (model.b2_per_s2 / truth().point.model.b2_per_s2 - 1.0).abs() > 0.4;
+        assert!(
+            !is_half_or_twice || is_refused,
+            "{model:?}: {}",
+            found.line()
+        );
+    }
+}
+
+/// A model whose rudder turns the other way gets no gains at all.
+#[test]
+fn exact_a_reversed_model_is_refused_before_the_vehicle_moves() {
+    let vehicle = OnSea::take(sea(3));
+    let reversed = changed(1.0, -1.0);
+    let control = seatrial_app::commission::Control {
+        settings: vehicle.control.settings,
+        loop_interval_s: 0.05,
+        sample_interval_s: 0.05,
+        output_scale: 1.0,
+    };
+    let refused = seatrial_app::commission::propose(&reversed, 0.26, &control, 0.5).unwrap_err();
+    assert!(
+        refused.to_string().contains("does not surely turn"),
+        "{refused}"
+    );
+}

@@ -1,0 +1,182 @@
+//! Commissions on a vehicle that speaks MAVLink, in made-up time: proven gains, wrong models, mishaps in every stage.
+
+#[path = "../autopilot/sea.rs"]
+#[allow(dead_code, reason = "trials use the rest")]
+mod sea;
+#[path = "../autopilot/second_station.rs"]
+mod second_station;
+
+mod endings;
+mod mishaps;
+
+use std::sync::atomic::AtomicBool;
+
+use seatrial_app::commission::{
+    Commissioned, Control, GainedVehicle, Lost, Order, Proposal, conduct, propose,
+};
+use seatrial_app::models::{ModelPoint, Models};
+use seatrial_core::{CascadeSettings, Envelope, Sample, Vehicle, YawModel};
+use seatrial_links::autopilot::{Autopilot, Backup, HandBack, HeadingControl, Settings, cascade};
+use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
+
+use sea::{FULL_RUDDER_RAD, INTERVAL_S, Sea, Weather};
+
+/// The speed of the model, m/s.
+const THRUST: f64 = 0.8;
+
+fn settings() -> Settings {
+    Settings {
+        full_rudder_rad: FULL_RUDDER_RAD,
+        envelope: Some("the paper's".into()),
+        ..Settings::default()
+    }
+}
+
+/// The true model of the boat at 80 % thrust.
+fn truth() -> ModelPoint {
+    let vehicle = FirstOrderVehicle::new(VehicleConfig::starfish(), 1).unwrap();
+    let truth = vehicle.truth(THRUST);
+    Models::given(truth.model, Some(truth.surge_speed_m_s)).points[0]
+}
+
+/// The model of a boat with other damping and rudder effect.
+fn changed(damping: f64, effect: f64) -> ModelPoint {
+    let mut point = truth();
+    point.point.model = YawModel {
+        a22_per_s: damping * point.point.model.a22_per_s,
+        b2_per_s2: effect * point.point.model.b2_per_s2,
+        ..point.point.model
+    };
+    point
+}
+
+/// A vehicle in its heading mode. What would put it back is kept as a file would keep it.
+struct OnSea {
+    autopilot: Autopilot<Sea>,
+    control: HeadingControl,
+    now: CascadeSettings<f64>,
+    /// What lies in the restore file.
+    restore: Option<Backup>,
+    /// What lies in the file that undoes kept gains.
+    undo: Option<Backup>,
+    handed_back: Option<HandBack>,
+    /// When the process is gone, s.
+    killed_s: Option<f64>,
+}
+
+impl OnSea {
+    fn take(sea: Sea) -> Self {
+        let mut autopilot = Autopilot::new(sea, settings(), None);
+        let (preflight, control) = autopilot.inspect_heading();
+        let failed: Vec<_> = preflight.checks.iter().filter(|c| !c.passed).collect();
+        assert!(failed.is_empty(), "{failed:?}");
+        let mut restore = None;
+        let checks = autopilot.take_heading(&preflight.changes, &mut |backup| {
+            restore = Some(backup.clone());
+            Ok(())
+        });
+        assert!(checks.iter().all(|check| check.passed), "{checks:?}");
+        let control = control.unwrap();
+        Self {
+            autopilot,
+            now: control.settings,
+            control,
+            restore,
+            undo: None,
+            handed_back: None,
+            killed_s: None,
+        }
+    }
+
+    fn proposal(&self, point: &ModelPoint) -> Proposal {
+        let control = Control {
+            settings: self.control.settings,
+            loop_interval_s: self.control.loop_interval_s,
+            sample_interval_s: INTERVAL_S,
+            output_scale: self.control.output_scale(point.point.surge_speed_m_s),
+        };
+        propose(point, FULL_RUDDER_RAD, &control, 30_f64.to_radians()).unwrap()
+    }
+
+    fn commission(&mut self, point: &ModelPoint) -> Commissioned {
+        let proposal = self.proposal(point);
+        let stop = AtomicBool::new(false);
+        let order = Order {
+            proposal: &proposal,
+            envelope: Envelope::default(),
+            stop: &stop,
+        };
+        conduct(self, &order, &mut |_| {})
+    }
+
+    fn lost(&self, why: String) -> Lost {
+        Lost {
+            reason: self.autopilot.ended_for(),
+            why,
+        }
+    }
+
+    fn gains(&mut self) -> Vec<(&'static str, Option<f32>)> {
+        let boat = &self.autopilot.wire().boat;
+        cascade::names()
+            .map(|name| (name, boat.parameter(name)))
+            .collect()
+    }
+}
+
+impl GainedVehicle for OnSea {
+    fn next_sample(&mut self) -> Result<Sample<f64>, Lost> {
+        let now_s = self.autopilot.wire().now_s;
+        assert!(
+            self.killed_s.is_none_or(|at_s| now_s < at_s),
+            "the process is gone"
+        );
+        match self.autopilot.next_sample() {
+            Ok(Some(sample)) => Ok(Sample {
+                rudder_rad: sample.rudder_rad / FULL_RUDDER_RAD,
+                ..sample
+            }),
+            Ok(None) => Err(self.lost("not ours".into())),
+            Err(stop) => Err(self.lost(stop.to_string())),
+        }
+    }
+
+    fn steer_to(&mut self, heading_rad: f64, speed_m_s: Option<f64>) {
+        let share = speed_m_s.unwrap() / self.control.default_speed_m_s.unwrap();
+        self.autopilot.steer_to(heading_rad, share);
+    }
+
+    fn write(&mut self, settings: &CascadeSettings<f64>) -> Result<(), Lost> {
+        for change in cascade::differences(&self.now, settings) {
+            let is_written = self.autopilot.write_parameter(&change.name, change.to);
+            if let Some(stop) = self.autopilot.stopped() {
+                return Err(self.lost(stop.to_string()));
+            }
+            if !is_written {
+                return Err(self.lost(change.name));
+            }
+        }
+        self.now = *settings;
+        Ok(())
+    }
+
+    fn keep(&mut self) -> Result<String, Lost> {
+        self.undo = Some(self.autopilot.gains_before());
+        self.restore = Some(self.autopilot.keep_gains());
+        Ok("restore".into())
+    }
+
+    fn hand_back(&mut self) -> Option<String> {
+        let done = self.autopilot.hand_back();
+        let is_left = done.needs_restoring();
+        if !is_left {
+            self.restore = None;
+        }
+        self.handed_back = Some(done);
+        is_left.then(|| "left".into())
+    }
+}
+
+fn sea(seed: u64) -> Sea {
+    Sea::new(VehicleConfig::starfish(), Weather::default(), seed)
+}

@@ -1,0 +1,186 @@
+//! Commissions of many simulated boats, beside other ways to choose gains.
+
+use seatrial_core::{CascadeSettings, YawModel};
+use serde::Serialize;
+
+use super::boat::{Boat, StepTest};
+use super::design::{Evidence, propose};
+use super::draw::Draw;
+use super::foresee::foresee;
+use super::judge::{Judgement, Stage, judge};
+use super::response::Response;
+
+/// Time constants of the classes, s.
+pub const CLASSES_S: [[f64; 2]; 3] = [[0.2, 0.6], [0.6, 2.0], [2.0, 6.0]];
+/// Turn rate at full steering times the time constant, rad.
+const TURN_RAD: [f64; 2] = [0.15, 0.5];
+/// Lag and dead time of the rudder, s.
+const LAG_S: [f64; 2] = [0.0, 0.3];
+const DELAY_S: [f64; 2] = [0.02, 0.06];
+/// C0 as a share of the acceleration at full steering, either way.
+const OFF_CENTRE: f64 = 0.03;
+/// Noise of the yaw rate, rad/s, and of the heading, rad.
+const RATE_NOISE_RAD_S: f64 = 0.005;
+const HEADING_NOISE_RAD: f64 = 0.002;
+/// What a trial errs by: a22 and B as shares, the lag as a share and at least that many s; standard deviations.
+const MODEL_ERROR: f64 = 0.04;
+const LAG_ERROR: f64 = 0.15;
+const LAG_ERROR_S: f64 = 0.02;
+/// Steps of 30 degrees, held for so many time constants and at least so long, s.
+const STEP_RAD: f64 = 0.5236;
+const HOLD_TIME_CONSTANTS: f64 = 20.0;
+const HOLD_S: f64 = 15.0;
+const SMALL_STEP_RAD: f64 = 0.14;
+
+/// How gains are chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// As ArduPilot's Rover comes.
+    Defaults,
+    /// QuickTune's rule: FF is 0.9 of steering by turn rate, P and I half of FF; the rest as it comes.
+    QuickTune,
+    /// As proposed from the model.
+    Proposed,
+    /// What a commission leaves: the proposed gains where they are kept, else the defaults.
+    Commissioned,
+}
+
+impl Method {
+    /// Every one.
+    pub const ALL: [Self; 4] = [
+        Self::Defaults,
+        Self::QuickTune,
+        Self::Proposed,
+        Self::Commissioned,
+    ];
+}
+
+/// What one boat made of its steps.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Commissioning {
+    /// T, s.
+    pub time_constant_s: f64,
+    /// Lag of its rudder, s.
+    pub lag_s: f64,
+    /// With each method, in the order of [`Method::ALL`].
+    pub responses: [Response; 4],
+    /// Were the proposed gains kept?
+    pub is_kept: bool,
+}
+
+/// Rover's settings as they come, 4.6.
+pub fn defaults() -> CascadeSettings<f64> {
+    CascadeSettings {
+        angle_gain_per_s: 2.0,
+        feed_forward_s: 0.2,
+        rate_gain_s: 0.2,
+        rate_integral_gain: 0.2,
+        rate_derivative_gain_s2: 0.0,
+        integral_limit: 1.0,
+        target_filter_hz: 0.0,
+        error_filter_hz: 10.0,
+        derivative_filter_hz: 0.0,
+        rate_limit_rad_s: 120_f64.to_radians(),
+        acceleration_limit_rad_s2: 120_f64.to_radians(),
+    }
+}
+
+/// QuickTune's rule for a boat, from its documentation.
+fn quick_tuned(boat: &Boat) -> CascadeSettings<f64> {
+    let feed_forward_s = 0.9 * -boat.model.a22_per_s / boat.model.b2_per_s2;
+    CascadeSettings {
+        feed_forward_s,
+        rate_gain_s: 0.5 * feed_forward_s,
+        rate_integral_gain: 0.5 * feed_forward_s,
+        ..defaults()
+    }
+}
+
+/// Commissions one boat of a class; `None` where no gains are proposed for it.
+pub fn commission_one(class_s: [f64; 2], seed: u64, loop_interval_s: f64) -> Option<Commissioning> {
+    let mut draw = Draw::new(seed);
+    let boat = drawn(class_s, &mut draw);
+    let evidence = evidence(&boat, &mut draw, loop_interval_s);
+    let time_constant_s = -1.0 / boat.model.a22_per_s;
+    let test = StepTest {
+        step_rad: STEP_RAD,
+        settle_s: 5.0,
+        hold_s: HOLD_S.max(HOLD_TIME_CONSTANTS * time_constant_s),
+        sample_interval_s: (0.05 / loop_interval_s).round() * loop_interval_s,
+        loop_interval_s,
+    };
+    let proposed = propose(&evidence, &defaults()).ok()?;
+    let smoothing_s = 0.2 / proposed.angle_gain_per_s;
+    let respond = |settings: &CascadeSettings<f64>, test: &StepTest| {
+        let legs = test.simulate(&boat, settings, seed);
+        Response::measure(&legs, test.step_rad, smoothing_s)
+    };
+    let old = respond(&defaults(), &test)?;
+    let new = respond(&proposed, &test)?;
+    let small_test = StepTest {
+        step_rad: SMALL_STEP_RAD,
+        ..test
+    };
+    let small = respond(&proposed, &small_test)?;
+    let passes = |stage, response: &Response, test: &StepTest| {
+        let foreseen = foresee(&evidence, &proposed, test, smoothing_s);
+        let Judgement { keep, .. } = judge(stage, test.step_rad, response, Some(&old), &foreseen);
+        keep
+    };
+    let is_kept = passes(Stage::Small, &small, &small_test) && passes(Stage::Full, &new, &test);
+    Some(Commissioning {
+        time_constant_s,
+        lag_s: boat.lag_s,
+        responses: [
+            old,
+            respond(&quick_tuned(&boat), &test)?,
+            new,
+            if is_kept { new } else { old },
+        ],
+        is_kept,
+    })
+}
+
+fn drawn(class_s: [f64; 2], draw: &mut Draw) -> Boat {
+    let mut even = |[low, high]: [f64; 2]| low + (high - low) * draw.uniform();
+    let logarithmic = |ends: [f64; 2]| ends.map(f64::ln);
+    let time_constant_s = even(logarithmic(class_s)).exp();
+    let turn_rad = even(logarithmic(TURN_RAD)).exp();
+    let authority = turn_rad / (time_constant_s * time_constant_s);
+    let off_centre = even([-OFF_CENTRE, OFF_CENTRE]);
+    Boat {
+        model: YawModel::from_theta([-1.0 / time_constant_s, authority, off_centre * authority]),
+        lag_s: even(LAG_S),
+        delay_s: even(DELAY_S),
+        rate_noise_rad_s: RATE_NOISE_RAD_S,
+        heading_noise_rad: HEADING_NOISE_RAD,
+    }
+}
+
+/// What a trial finds of a boat, with its errors.
+fn evidence(boat: &Boat, draw: &mut Draw, loop_interval_s: f64) -> Evidence {
+    let model = boat.model;
+    let found = |value: f64, draw: &mut Draw| value * (1.0 + MODEL_ERROR * draw.normal());
+    let a22_per_s = found(model.a22_per_s, draw);
+    let b2_per_s2 = found(model.b2_per_s2, draw);
+    let lag_error_s = (LAG_ERROR * boat.lag_s).max(LAG_ERROR_S) * draw.normal();
+    let variance = |value: f64| (MODEL_ERROR * value).powi(2);
+    Evidence {
+        model: YawModel {
+            a22_per_s,
+            b2_per_s2,
+            ..model
+        },
+        covariance: [
+            [variance(a22_per_s), 0.0, 0.0],
+            [0.0, variance(b2_per_s2), 0.0],
+            [0.0; 3],
+        ],
+        lag_s: (boat.lag_s + lag_error_s).max(0.0),
+        delay_s: boat.delay_s,
+        rate_noise_rad_s: boat.rate_noise_rad_s,
+        heading_noise_rad: boat.heading_noise_rad,
+        loop_interval_s,
+    }
+}
