@@ -191,6 +191,8 @@ impl Comparisons {
         most_steps: u32,
     ) -> Option<Summit> {
         const ARRIVED: f64 = 1e-3;
+        /// A step that promises less than this is not tried.
+        const WORTH_A_LOOK: f64 = 0.1 * ARRIVED;
         const MOST_DAMPING: f64 = 1e4;
         let mut summit = Summit {
             theta: *start,
@@ -201,7 +203,10 @@ impl Comparisons {
         for _ in 0..most_steps {
             let before = summit.likelihood.log;
             while damping < MOST_DAMPING {
-                let mut theta = summit.likelihood.step(&summit.theta, free, damping)?;
+                let (mut theta, promised) = summit.likelihood.step(&summit.theta, free, damping)?;
+                if promised < WORTH_A_LOOK {
+                    break;
+                }
                 theta[A11] = theta[A11]
                     .min(-self.slowest_sway_per_s)
                     .max(-self.fastest_sway_per_s);
@@ -236,19 +241,21 @@ fn range(values: &[f64]) -> f64 {
 }
 
 impl Likelihood {
-    /// A damped Gauss-Newton step, inside what physics allows.
-    fn step(&self, theta: &Theta, free: &[usize], damping: f64) -> Option<Theta> {
+    /// A damped Gauss-Newton step, inside what physics allows, and the gain of log likelihood that it promises.
+    fn step(&self, theta: &Theta, free: &[usize], damping: f64) -> Option<(Theta, f64)> {
         let (normal, scale) = self.scaled_information(free);
         let right = DVector::from_fn(free.len(), |i, _| self.gradient[free[i]] / scale[i]);
-        let damped = normal + DMatrix::identity(free.len(), free.len()) * damping;
+        let damped = &normal + DMatrix::identity(free.len(), free.len()) * damping;
         let step = damped.cholesky()?.solve(&right);
+        let explained = 2.0 * right.dot(&step) - step.dot(&(&normal * &step));
+        let promised = 0.5 * self.innovations.len() as f64 * explained / self.residual;
         let mut next = *theta;
         for (i, parameter) in free.iter().enumerate() {
             next[*parameter] += step[i] / scale[i];
         }
         next[CROSS_FLOW] = next[CROSS_FLOW].min(0.0);
         next[LAG] = next[LAG].max(0.0);
-        Some(next)
+        Some((next, promised))
     }
 
     /// Covariance of the parameters `free`, in their order. `None` where the record does not determine them.
