@@ -11,8 +11,8 @@ use seatrial::export::{OperatingPoint, VehicleType, ardupilot};
 use seatrial_app::{Options, identify_log};
 use seatrial_core::SchedulePoint;
 
-/// The largest angle of this vehicle's rudder, rad.
-const RUDDER_LIMIT_RAD: f64 = 0.26;
+/// The angle of this vehicle's rudder at full steering, rad.
+const FULL_RUDDER_RAD: f64 = 0.26;
 
 /// Of the closed heading loop: well damped, little overshoot.
 const DAMPING_RATIO: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -58,12 +58,14 @@ pub fn run(log: Option<PathBuf>) -> Result<String, Box<dyn Error>> {
                 model,
             },
             damping_ratio: DAMPING_RATIO,
-            rudder_limit_rad: RUDDER_LIMIT_RAD,
+            full_rudder_rad: FULL_RUDDER_RAD,
+            seen_rudder_rad: None,
             allowance,
             covariance: identification
                 .refined
                 .as_ref()
                 .map(|refined| refined.covariance),
+            notes: Vec::new(),
         },
         VehicleType::Surface,
     );

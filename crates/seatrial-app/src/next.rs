@@ -4,6 +4,7 @@ use std::path::Path;
 
 use seatrial::campaign::Campaign;
 use seatrial::identification::Outcome;
+use seatrial_logbook::CampaignId;
 
 use crate::identify_log::IdentifiedLog;
 
@@ -18,11 +19,11 @@ pub fn after_log(found: &IdentifiedLog, call: &str) -> String {
     }
 }
 
-/// The command that goes on from a campaign of a logbook.
-pub fn after_trial(campaign: &Campaign, logbook: &Path) -> String {
-    let logbook = logbook.display();
+/// The command that goes on from the campaign of this number in a logbook.
+pub fn after_trial(campaign: &Campaign, number: CampaignId, logbook: &Path) -> String {
+    let place = format!("--logbook {} --campaign {}", logbook.display(), number.0);
     match campaign.accepted_runs().is_empty() {
-        true => format!("seatrial report --logbook {logbook}"),
-        false => format!("seatrial gains --logbook {logbook}"),
+        true => format!("seatrial report {place}"),
+        false => format!("seatrial gains {place}"),
     }
 }

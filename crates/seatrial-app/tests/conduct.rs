@@ -20,6 +20,8 @@ fn about() -> Campaign {
         configuration: "default".into(),
         seed: None,
         rudder_limit_rad: 0.26,
+        full_rudder: None,
+        scenario: None,
         runs: Vec::new(),
         outcome: None,
     }

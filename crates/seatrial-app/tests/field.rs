@@ -19,6 +19,8 @@ fn trial(config: SixDofConfig, thrusts: &[f64], seed: u64) -> (SixDofVehicle, Ca
         configuration: "default".into(),
         seed: Some(seed),
         rudder_limit_rad: Plan::<f64>::paper().rudder_limit_rad,
+        full_rudder: None,
+        scenario: None,
         runs: Vec::new(),
         outcome: None,
     };

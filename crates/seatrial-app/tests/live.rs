@@ -18,6 +18,8 @@ fn about() -> Campaign {
         configuration: "default".into(),
         seed: None,
         rudder_limit_rad: 0.26,
+        full_rudder: None,
+        scenario: None,
         runs: Vec::new(),
         outcome: None,
     }
@@ -155,6 +157,8 @@ fn io_a_late_verdict_is_kept_with_its_run() {
         vehicle: "live",
         seed: None,
         rudder_limit_rad: 0.26,
+        full_rudder: None,
+        scenario: None,
         plan: "",
     };
     let recorder = Recorder::begin(Logbook::open(&path).unwrap(), &new).unwrap();

@@ -16,6 +16,8 @@ fn campaign(config: SixDofConfig, seed: u64) -> Campaign {
         configuration: "default".into(),
         seed: Some(seed),
         rudder_limit_rad: 0.26,
+        full_rudder: None,
+        scenario: None,
         runs: Vec::new(),
         outcome: None,
     };

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use seatrial::FullRudder;
 use seatrial::preview::Prior;
 use seatrial_app::trial_run::{self, TakenVehicle, Terms, TrialVehicle, VehicleError, taken};
 use seatrial_core::{Plan, RudderSense};
@@ -30,9 +31,10 @@ pub struct LinkArgs {
     /// Kind of autopilot [default: as it says].
     #[arg(long, value_name = "KIND", value_parser = parse_profile)]
     profile: Option<Profile>,
-    /// Rudder angle at full steering, degrees.
-    #[arg(long, value_name = "DEG", default_value_t = 35.0)]
-    full_rudder_deg: f64,
+    /// Rudder angle at full steering, degrees; assumed to be 35 where it is not given. Parameters that are exported for the
+    /// autopilot do not depend on it; angles, b2 and gains in rad do.
+    #[arg(long, value_name = "DEG")]
+    full_rudder_deg: Option<f64>,
     /// Outputs that steer, as in 1 or 1,-2 where the second turns against the first [default: as the parameters say].
     #[arg(
         long,
@@ -80,7 +82,19 @@ pub fn signing(path: Option<&Path>, link_id: u8) -> Result<Option<Signing>, Fail
     Ok(Some(Signing::new(key, link_id, now_s)))
 }
 
+/// The rudder at full steering where nobody says another, degrees.
+const ASSUMED_FULL_RUDDER_DEG: f64 = 35.0;
+
 impl LinkArgs {
+    /// The rudder at full steering.
+    pub fn full_rudder(&self) -> Result<FullRudder, Failure> {
+        let degrees = self.full_rudder_deg.unwrap_or(ASSUMED_FULL_RUDDER_DEG);
+        Ok(FullRudder {
+            angle_rad: number("--full-rudder-deg", degrees, 90.0)?.to_radians(),
+            is_assumed: self.full_rudder_deg.is_none(),
+        })
+    }
+
     fn address(address: &str) -> Result<Address, Failure> {
         address
             .parse()
@@ -96,20 +110,14 @@ impl LinkArgs {
         abort: &Arc<AtomicBool>,
     ) -> Result<Autopilot<Transport>, Failure> {
         let address = Self::address(address)?;
-        let number = |name: &str, value: f64, limit: f64| {
-            if value > 0.0 && value < limit {
-                return Ok(value);
-            }
-            Err(Failure::usage(format!(
-                "{name} {value}: expected a number above 0 and below {limit}"
-            )))
-        };
+        let full_rudder = self.full_rudder()?;
         let defaults = Settings::default();
         let settings = Settings {
             system_id: self.system_id,
             vehicle: self.vehicle_id,
             profile: self.profile,
-            full_rudder_rad: number("--full-rudder-deg", self.full_rudder_deg, 90.0)?.to_radians(),
+            full_rudder_rad: full_rudder.angle_rad,
+            is_full_rudder_assumed: full_rudder.is_assumed,
             outputs: self.outputs()?,
             sample_interval_s: plan.map_or(defaults.sample_interval_s, |p| p.sample_interval_s),
             lowest_battery_percent: self.lowest_battery,
@@ -122,7 +130,7 @@ impl LinkArgs {
                 .unwrap_or(defaults.trying_thrust),
             most_asked: plan.map_or(defaults.most_asked, |plan| {
                 let highest = plan.thrusts.iter().copied().fold(0.0, f64::max);
-                highest + plan.rudder_limit_rad / self.full_rudder_deg.to_radians()
+                highest + plan.rudder_limit_rad / full_rudder.angle_rad
             }),
             is_reversed: plan
                 .is_some_and(|plan| plan.envelope.rudder_sense == RudderSense::Negative),
@@ -134,9 +142,9 @@ impl LinkArgs {
             && plan.rudder_limit_rad > settings.full_rudder_rad
         {
             return Err(Failure::usage(format!(
-                "the plan's rudder_limit_rad is {:.1} degrees, more than the {} degrees of --full-rudder-deg",
+                "the plan's rudder_limit_rad is {:.1} degrees, more than the {:.1} degrees of --full-rudder-deg",
                 plan.rudder_limit_rad.to_degrees(),
-                self.full_rudder_deg
+                full_rudder.angle_rad.to_degrees()
             )));
         }
         let wire = Transport::open(&address)
@@ -177,6 +185,16 @@ pub fn address(vehicle: &str) -> Result<&str, Failure> {
             "--vehicle {vehicle}: expected mavlink:udp:HOST:PORT, mavlink:udpout:HOST:PORT, mavlink:tcp:HOST:PORT or mavlink:serial:DEVICE:BAUD"
         ))
     })
+}
+
+/// A setting that must be positive and below a limit.
+fn number(name: &str, value: f64, limit: f64) -> Result<f64, Failure> {
+    if value > 0.0 && value < limit {
+        return Ok(value);
+    }
+    Err(Failure::usage(format!(
+        "{name} {value}: expected a number above 0 and below {limit}"
+    )))
 }
 
 /// An autopilot behind MAVLink that trials may be run on.
@@ -253,6 +271,10 @@ impl TrialVehicle for OnMavlink {
 
     fn is_simulated(&self) -> bool {
         false
+    }
+
+    fn full_rudder(&self) -> Option<FullRudder> {
+        self.link.full_rudder().ok()
     }
 
     fn prior(&self, _: &Plan<f64>) -> Result<Prior, VehicleError> {

@@ -9,8 +9,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use seatrial_app::commission::{
     Commissioned, Control, Ending, Order, Proposal, conduct, model_at, propose,
 };
-use seatrial_app::models::{Models, of_campaign, of_document};
-use seatrial_core::{Plan, Trial};
+use seatrial_app::models::{Models, Purpose, chosen_campaign, of_campaign, of_document};
+use seatrial_core::{Plan, RudderUnit, Trial};
 use seatrial_links::autopilot::{HeadingControl, Tended, cascade};
 use seatrial_links::handover::{Change, Preflight};
 use seatrial_links::link::Transport;
@@ -41,9 +41,12 @@ pub struct Args {
     /// Logbook with the vehicle's trial; what is changed is kept beside it until it is put back.
     #[arg(long, value_name = "FILE", default_value = "seatrial.db")]
     logbook: PathBuf,
-    /// Number of the campaign [default: the last one].
+    /// Number of the campaign, or name of a configuration [default: the last that finished with an accepted model].
     #[arg(long, value_name = "NUMBER", conflicts_with = "model")]
-    campaign: Option<i64>,
+    campaign: Option<String>,
+    /// Takes the models of a rehearsal on a simulator, too.
+    #[arg(long)]
+    rehearsal: bool,
     /// Document of `seatrial identify --json` or `seatrial trial --json` in the place of a campaign.
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
@@ -105,7 +108,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let full_rudder_rad = opened.full_rudder_rad();
     let tended = Tended::new(opened);
     let (preflight, control) = inspected(&tended)?;
-    let proposal = args.proposal(&models, &plan, &control, full_rudder_rad)?;
+    let proposal = args.proposal(&models, &plan, &control)?;
     let changes = cascade::differences(&control.settings, &proposal.settings);
     show(&preflight, &proposal, &changes);
     if !args.yes && !agrees()? {
@@ -135,11 +138,19 @@ impl Args {
     fn models(&self) -> Result<Models, Failure> {
         let models = match &self.model {
             Some(path) => of_document(path, None)?,
-            None => of_campaign(&self.logbook, self.campaign)?,
+            None => of_campaign(&self.logbook, self.campaign.as_deref())?,
         };
+        models.unless_rehearsed(self.rehearsal)?;
         if let Some(reason) = models.rejected.first() {
             return Err(Failure::rejected(format!("{}: {reason}", models.origin)));
         }
+        // The models are in the angle that their trial took for full steering, else in the one of this link.
+        let models = match (models.full_rudder, models.rudder_unit) {
+            (Some(_), _) | (None, RudderUnit::FullRudder) => models,
+            (None, RudderUnit::Rad) => {
+                models.with_full_rudder(Some(self.link.full_rudder()?.angle_rad))?
+            }
+        };
         Ok(models.limited(None)?)
     }
 
@@ -154,8 +165,9 @@ impl Args {
             ));
         }
         let logbook = Logbook::open_read_only(&self.logbook)?;
-        let entry = seatrial_app::models::campaign_numbered(&logbook, self.campaign)?;
-        let plan = seatrial_app::trial_run::plan_of_campaign(&entry).map_err(Failure::input)?;
+        let chosen = chosen_campaign(&logbook, self.campaign.as_deref(), Purpose::Models)?;
+        let plan =
+            seatrial_app::trial_run::plan_of_campaign(&chosen.entry).map_err(Failure::input)?;
         Trial::new(plan).map_err(Failure::input)?;
         Ok(plan)
     }
@@ -165,7 +177,6 @@ impl Args {
         models: &Models,
         plan: &Plan<f64>,
         control: &HeadingControl,
-        full_rudder_rad: f64,
     ) -> Result<Proposal, Failure> {
         let point = model_at(models, self.at_speed, control.default_speed_m_s)?;
         let control = Control {
@@ -176,7 +187,7 @@ impl Args {
         };
         propose(
             &point,
-            full_rudder_rad,
+            models.full_steering()?.0,
             &control,
             self.step_deg.to_radians(),
         )

@@ -13,10 +13,10 @@ use seatrial_core::schedule::{Beyond, ScheduleError, ScheduleKey};
 use seatrial_core::{GainSchedule, HeadingGain, HeadingLoop, SpeedSchedule, YawModel};
 use serde::Serialize;
 
-use crate::model_source::{SourceArgs, warn};
+use crate::model_source::{SourceArgs, trial_line, warn};
 use crate::output::{Exit, Failure, Output};
 use crate::table::{Table, estimate_text};
-use seatrial_app::models::{Estimate, ModelPoint, Models, SCHEDULE_FILE_HELP};
+use seatrial_app::models::{Estimate, ModelPoint, Models, SCHEDULE_FILE_HELP, TrialOrigin};
 
 const SCHEMA: &str = "seatrial.gains.v1";
 
@@ -50,9 +50,15 @@ pub struct Args {
     /// Allows an --at-thrust or --at-speed outside the identified range; the result is marked.
     #[arg(long)]
     extrapolate: bool,
+    /// Rudder angle at full steering, degrees, where the source does not know it; else the rudder limit.
+    #[arg(long, value_name = "DEG", requires = "export")]
+    full_rudder_deg: Option<f64>,
     /// Writes gains and limits for a controller; the table is printed too where they go to a file.
     #[arg(long, value_name = "FORMAT")]
     export: Option<export::Format>,
+    /// Exports from a rehearsal on a simulator, too.
+    #[arg(long, requires = "export")]
+    rehearsal: bool,
     /// Whose parameters ardupilot and px4 are: surface is Rover, underwater Sub and UUV.
     #[arg(
         long,
@@ -83,6 +89,8 @@ struct Document<'a> {
     damping_ratio: f64,
     rudder_limit_rad: f64,
     rudder_unit: RudderUnit,
+    /// The trial that the models are of.
+    trial: Option<String>,
     /// The longest of the points.
     timing: LoopTiming<f64>,
     points: Vec<PointGains>,
@@ -136,7 +144,8 @@ struct InterpolatedGain {
 
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let mut source = args.source.read()?;
+    let full_rudder_rad = args.full_rudder_deg.map(f64::to_radians);
+    let mut source = args.source.read()?.with_full_rudder(full_rudder_rad)?;
     warn(&source);
     for point in &mut source.points {
         let timing = &mut point.allowance.timing;
@@ -154,6 +163,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         damping_ratio: args.zeta,
         rudder_limit_rad: source.rudder_limit_rad,
         rudder_unit: source.rudder_unit,
+        trial: source.trial.as_ref().map(TrialOrigin::text),
         timing,
         points: points.map(|p| point_gains(p, args.zeta)).collect(),
         at: interpolated(args, &source)?,
@@ -370,11 +380,12 @@ fn text(document: &Document) -> String {
         notes.push(at_text(at, document.rudder_unit));
     }
     format!(
-        "Heading gains of {}, damping ratio {:.4}, rudder limit {:.1} {rudder}\n\
+        "Heading gains of {}, damping ratio {:.4}, rudder limit {:.1} {rudder}\n{}\
          K_p and margins with {:.3} s delay, {}\n\n{table}\n{}",
         document.source,
         document.damping_ratio,
         document.rudder_limit_rad * rudder_scale,
+        trial_line(document.trial.as_deref()),
         document.timing.delay_s,
         document
             .timing

@@ -118,7 +118,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         false => text(&found, &call(), width()),
     })?;
     if let Some((path, models)) = args.schedule.as_ref().zip(found.models.as_ref()) {
-        speeds::save_schedule(path, models, found.logs.log.rudder_unit())?;
+        speeds::save_schedule(path, models, &found.logs.log.source())?;
     }
     Ok(match found.verdict().outcome() {
         Outcome::NotValidated if args.accept_unvalidated => Exit::Done,

@@ -45,16 +45,17 @@ pub struct SourceArgs {
     /// Schedule of models over speed or thrust, TOML.
     #[arg(long, value_name = "FILE")]
     schedule: Option<PathBuf>,
-    /// Logbook with a trial: the models of its accepted runs.
+    /// Logbook with a trial: the models of the accepted runs of its last campaign that finished with any, on a vehicle
+    /// before a rehearsal.
     #[arg(
         long,
         value_name = "FILE",
         conflicts_with_all = ["a22", "model", "schedule", "speed"]
     )]
     logbook: Option<PathBuf>,
-    /// Number of the campaign in the logbook; the last one where it is left out.
-    #[arg(long, value_name = "NUMBER", requires = "logbook")]
-    campaign: Option<i64>,
+    /// Number of a campaign in the logbook, however it ended, or the name of a configuration.
+    #[arg(long, value_name = "CAMPAIGN", requires = "logbook")]
+    campaign: Option<String>,
     /// Largest rudder angle, degrees; else the plan's or the source's, else 14.9 (0.26 rad).
     #[arg(long, value_name = "DEG")]
     rudder_limit_deg: Option<f64>,
@@ -79,7 +80,7 @@ impl SourceArgs {
         let models = match (&self.model, &self.schedule, &self.logbook) {
             (Some(path), ..) => of_document(path, self.speed)?,
             (None, Some(path), _) => of_schedule_file(path)?,
-            (None, None, Some(path)) => of_campaign(path, self.campaign)?,
+            (None, None, Some(path)) => of_campaign(path, self.campaign.as_deref())?,
             (None, None, None) => self.single_model()?,
         };
         Ok(models.limited(self.rudder_limit_rad())?)
@@ -98,7 +99,14 @@ impl SourceArgs {
 
 /// Prints on standard error what a source says against its models, and where they are used beyond what they were seen for.
 pub fn warn(models: &Models) {
-    for reason in models.rejected.iter().chain(&models.beyond_range()) {
+    let beyond = models.beyond_range();
+    let against = models.cautions.iter().chain(&models.rejected);
+    for reason in against.chain(&beyond).chain(&models.passed_over) {
         eprintln!("seatrial: warning: {}: {reason}", models.origin);
     }
+}
+
+/// The trial of a source on a line of its own, where it is of one.
+pub fn trial_line(trial: Option<&str>) -> String {
+    trial.map_or(String::new(), |trial| format!("{trial}\n"))
 }

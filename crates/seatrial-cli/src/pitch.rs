@@ -78,6 +78,18 @@ fn chosen(logbook: &Logbook, number: Option<i64>) -> Result<(PitchEntry, PitchTr
     Ok(logbook.pitch_trial(number)?)
 }
 
+/// The number of a pitch trial on the command line.
+pub fn number(given: Option<&str>) -> Result<Option<i64>, Failure> {
+    let parse = |text: &str| {
+        text.parse().map_err(|_| {
+            Failure::usage(format!(
+                "--campaign {text}: expected the number of a pitch trial"
+            ))
+        })
+    };
+    given.map(parse).transpose()
+}
+
 /// `logbook show --axis pitch`.
 pub fn show(logbook: &Logbook, number: Option<i64>, output: &Output) -> Result<Exit, Failure> {
     let (entry, trial) = chosen(logbook, number)?;

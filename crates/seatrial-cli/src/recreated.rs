@@ -115,6 +115,8 @@ fn trial(truth: &[Row], seed: u64) -> Result<Campaign, Failure> {
         configuration: "paper".into(),
         seed: Some(seed),
         rudder_limit_rad: plan.rudder_limit_rad,
+        full_rudder: None,
+        scenario: None,
         runs: Vec::new(),
         outcome: None,
     };

@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use seatrial_app::models::campaign_numbered;
+use seatrial_app::models::{Purpose, chosen_campaign};
 use seatrial_app::replay::Replay;
 use seatrial_core::Plan;
 use seatrial_logbook::{CampaignEntry, Logbook};
 use serde::Serialize;
 
-use crate::output::{Exit, Failure, Output};
+use crate::output::{Exit, Failure, Output, say};
 use crate::pitch::{self, Axis};
 
 /// Takes a recorded trial through the same trial again and proves that every action, every
@@ -21,9 +21,10 @@ pub struct Args {
     /// The logbook that holds the recording.
     #[arg(value_name = "REC")]
     logbook: PathBuf,
-    /// Number of the campaign, or of the pitch trial; the last one where it is left out.
-    #[arg(long, value_name = "NUMBER")]
-    campaign: Option<i64>,
+    /// Number of the campaign, or name of a configuration; without, the last that finished with an accepted model, else the
+    /// last. Of a pitch trial the number; the last one where it is left out.
+    #[arg(long, value_name = "CAMPAIGN")]
+    campaign: Option<String>,
     /// A campaign, or a trial of the pitch axis.
     #[arg(long, value_name = "AXIS", default_value = "yaw")]
     axis: Axis,
@@ -44,9 +45,12 @@ struct Document<'a> {
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let logbook = Logbook::open_read_only(&args.logbook)?;
     if args.axis == Axis::Pitch {
-        return pitch::replay(&logbook, args.campaign, output);
+        let number = pitch::number(args.campaign.as_deref())?;
+        return pitch::replay(&logbook, number, output);
     }
-    let entry = campaign_numbered(&logbook, args.campaign)?;
+    let chosen = chosen_campaign(&logbook, args.campaign.as_deref(), Purpose::Record)?;
+    chosen.passed_over.iter().for_each(say);
+    let entry = chosen.entry;
     let recording = logbook.recording(entry.id)?;
     if recording.steps.is_empty() {
         return Err(refusal(&logbook, &entry, "it holds no sample to replay"));

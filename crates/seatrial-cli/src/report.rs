@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use seatrial_app::identify_log::{IdentifiedLog, foremost};
 use seatrial_app::logs::OpenedLog;
-use seatrial_app::models::campaign_numbered;
+use seatrial_app::models::{Purpose, chosen_campaign};
 use seatrial_app::next;
 use seatrial_logbook::{CampaignEntry, Logbook};
 use seatrial_report::{self as report, Fact};
@@ -13,7 +13,7 @@ use serde::Serialize;
 use crate::identify::{EstimatorArgs, identify_call, speed_rows};
 use crate::log::{ChannelArgs, LogArgs, channel_text};
 use crate::model_text::windows_text;
-use crate::output::{Exit, Failure, Output, save_page};
+use crate::output::{Exit, Failure, Output, save_page, say as say_on_stderr};
 use crate::pitch::{self, Axis};
 use crate::windows::WindowArgs;
 
@@ -36,9 +36,10 @@ pub struct Args {
         conflicts_with_all = ["log", "ChannelArgs", "WindowArgs", "EstimatorArgs"]
     )]
     logbook: Option<PathBuf>,
-    /// Number of the campaign, or of the pitch trial; the last one where it is left out.
-    #[arg(long, value_name = "NUMBER", requires = "logbook")]
-    campaign: Option<i64>,
+    /// Number of the campaign, or name of a configuration; without, the last that finished with an accepted model, else the
+    /// last. Of a pitch trial the number; the last one where it is left out.
+    #[arg(long, value_name = "CAMPAIGN", requires = "logbook")]
+    campaign: Option<String>,
     /// Of the logbook: a campaign, or a trial of the pitch axis.
     #[arg(
         long,
@@ -77,11 +78,13 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 fn of_logbook(path: &Path, args: &Args) -> Result<String, Failure> {
     let logbook = Logbook::open_read_only(path)?;
     if args.axis == Axis::Pitch {
-        return pitch::page(&logbook, args.campaign);
+        return pitch::page(&logbook, pitch::number(args.campaign.as_deref())?);
     }
-    let entry = campaign_numbered(&logbook, args.campaign)?;
+    let chosen = chosen_campaign(&logbook, args.campaign.as_deref(), Purpose::Record)?;
+    chosen.passed_over.iter().for_each(say_on_stderr);
+    let entry = chosen.entry;
     let campaign = logbook.campaign(entry.id)?;
-    let command = next::after_trial(&campaign, path);
+    let command = next::after_trial(&campaign, entry.id, path);
     Ok(report::render(
         &campaign,
         &provenance(&logbook, &entry),

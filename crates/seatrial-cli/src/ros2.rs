@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use seatrial::FullRudder;
 use seatrial::preview::Prior;
 use seatrial_app::trial_run::{self, TakenVehicle, Terms, TrialVehicle, VehicleError, taken};
 use seatrial_core::{Plan, RudderSense};
@@ -50,13 +51,8 @@ const HEADING_GAIN: f64 = 0.4;
 const YAW_RATE_GAIN_S: f64 = 0.4;
 const HEADING_RUDDER: f64 = 0.8;
 
-/// The vehicle of a file, and where estimates are shown.
-fn open(
-    path: &Path,
-    plan: &Plan<f64>,
-    is_given: bool,
-    abort: &Arc<AtomicBool>,
-) -> Result<(RosVehicle, Box<dyn RowWriter>), Failure> {
+/// What a file says of its vehicle.
+fn described(path: &Path) -> Result<Description, Failure> {
     let wrong = |error: String| Failure::input(format!("{}: {error}", path.display()));
     let read = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
     let description: Description =
@@ -64,6 +60,17 @@ fn open(
     description
         .check()
         .map_err(|error| wrong(error.to_string()))?;
+    Ok(description)
+}
+
+/// The vehicle of a file, and where estimates are shown.
+fn open(
+    path: &Path,
+    plan: &Plan<f64>,
+    is_given: bool,
+    abort: &Arc<AtomicBool>,
+) -> Result<(RosVehicle, Box<dyn RowWriter>), Failure> {
+    let description = described(path)?;
     if plan.rudder_limit_rad > description.rudder.limit_rad {
         return Err(Failure::usage(format!(
             "the plan's rudder_limit_rad is {} rad, more than rudder.limit_rad, {} rad, of {}",
@@ -86,7 +93,7 @@ fn open(
         JoinError::NotBuilt { .. } => {
             Failure::usage(format!("--vehicle ros2:{}: {error}", path.display()))
         }
-        JoinError::Middleware(error) => wrong(error.to_string()),
+        JoinError::Middleware(error) => Failure::input(format!("{}: {error}", path.display())),
     })?;
     let vehicle = RosVehicle::new(graph, description, settings);
     Ok((vehicle, Box::new(Estimates(estimates))))
@@ -149,6 +156,14 @@ impl TrialVehicle for OnRos2 {
 
     fn is_simulated(&self) -> bool {
         false
+    }
+
+    fn full_rudder(&self) -> Option<FullRudder> {
+        let description = described(&self.file).ok()?;
+        Some(FullRudder {
+            angle_rad: description.rudder.limit_rad,
+            is_assumed: false,
+        })
     }
 
     fn prior(&self, _: &Plan<f64>) -> Result<Prior, VehicleError> {

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use seatrial::figures::three_figures;
 use seatrial::identify::joined::Joined;
+use seatrial_app::documents::Source;
 use seatrial_app::identify_log::SpeedModel;
 use seatrial_app::models::write_schedule_file;
 use seatrial_core::RudderUnit;
@@ -62,8 +63,8 @@ pub fn text(models: &[SpeedModel], unit: RudderUnit) -> String {
 }
 
 /// Writes the accepted models as a schedule file.
-pub fn save_schedule(path: &Path, models: &[SpeedModel], unit: RudderUnit) -> Result<(), Failure> {
-    let text = write_schedule_file(models, unit)
+pub fn save_schedule(path: &Path, models: &[SpeedModel], log: &Source) -> Result<(), Failure> {
+    let text = write_schedule_file(models, log)
         .map_err(|error| Failure::from(error).about("--schedule"))?;
     std::fs::write(path, text)
         .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))

@@ -8,10 +8,10 @@ use seatrial_core::turning::{RadiusMinimum, TurningOverSpeed};
 use seatrial_core::{SchedulePoint, Side, Turn, YawModel};
 use serde::Serialize;
 
-use crate::model_source::{SourceArgs, warn};
+use crate::model_source::{SourceArgs, trial_line, warn};
 use crate::output::{Exit, Failure, Output};
 use crate::table::{Table, estimate_text};
-use seatrial_app::models::{Estimate, ModelPoint, Models, SCHEDULE_FILE_HELP};
+use seatrial_app::models::{Estimate, ModelPoint, Models, SCHEDULE_FILE_HELP, TrialOrigin};
 
 /// Turning limits from a model or a schedule, to either hand.
 ///
@@ -77,6 +77,8 @@ struct Document<'a> {
     rudder_limit_rad: f64,
     rudder_unit: RudderUnit,
     heading_change_rad: f64,
+    /// The trial that the models are of.
+    trial: Option<String>,
     /// Radius of the measured U-turn over the model's steady radius at its speed.
     u_turn_ratio: Option<f64>,
     /// Where the rudder limit is beyond what a model was seen with.
@@ -145,6 +147,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         rudder_limit_rad: source.rudder_limit_rad,
         rudder_unit: source.rudder_unit,
         heading_change_rad,
+        trial: source.trial.as_ref().map(TrialOrigin::text),
         u_turn_ratio,
         beyond_range: source.beyond_range(),
         points: source.points.iter().map(limits).collect(),
@@ -348,10 +351,11 @@ fn text(document: &Document) -> String {
     }
     notes.extend(document.over_speed.iter().map(over_speed_text));
     format!(
-        "Turning limits of {}, rudder limit {:.1} {rudder}, heading change {:.0} deg\n\n{table}\n{}",
+        "Turning limits of {}, rudder limit {:.1} {rudder}, heading change {:.0} deg\n{}\n{table}\n{}",
         document.source,
         document.rudder_limit_rad * rudder_scale,
         document.heading_change_rad.to_degrees(),
+        trial_line(document.trial.as_deref()),
         notes.join("\n")
     )
 }

@@ -3,6 +3,7 @@
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
+use seatrial::FullRudder;
 use seatrial::identify::cramer_rao::Noise;
 use seatrial::preview::{Prior, PriorSpeed};
 use seatrial_app::trial_run::{
@@ -68,6 +69,19 @@ impl TrialVehicle for Simulator {
 
     fn is_simulated(&self) -> bool {
         true
+    }
+
+    fn full_rudder(&self) -> Option<FullRudder> {
+        let helm = config(&self.name).ok()?.helm();
+        Some(FullRudder {
+            angle_rad: helm.rudder_limit_rad,
+            is_assumed: false,
+        })
+    }
+
+    fn scenario(&self) -> Option<String> {
+        let scenario = self.scenario.as_ref()?;
+        Some(scenario.display().to_string())
     }
 
     fn prior(&self, plan: &Plan<f64>) -> Result<Prior, VehicleError> {

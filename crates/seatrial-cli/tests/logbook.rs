@@ -6,13 +6,13 @@ use std::path::Path;
 use std::process::Output;
 
 use seatrial::Step;
-use seatrial::campaign::{Run, Stage, StageSpan};
+use seatrial::campaign::{FullRudder, Run, Stage, StageSpan};
 use seatrial::identification::{
     Convergence, EstimateMethod, Identification, Intervals, LeastSquares, Online, Reason,
     ReasonCode, Refined, RejectedSamples, Settings, Verdict,
 };
 use seatrial::record::Window;
-use seatrial_core::{Action, Outcome, Sample, Steering, YawModel};
+use seatrial_core::{AbortReason, Action, Outcome, Sample, Steering, YawModel};
 use seatrial_dev::{program, text};
 use seatrial_logbook::{Logbook, NewCampaign, Recorder};
 use serde_json::Value;
@@ -103,14 +103,26 @@ fn identification(model: YawModel<f64>) -> Identification {
 fn record(logbook: &Path, configuration: &str, model: YawModel<f64>) {
     let new = NewCampaign {
         configuration,
-        notes: None,
-        software_version: "0.1.0",
-        vehicle: "sim:starfish",
-        seed: Some(7),
-        rudder_limit_rad: 0.26,
-        plan: "",
+        ..REHEARSAL
     };
-    let mut recorder = Recorder::begin(Logbook::open(logbook).unwrap(), &new).unwrap();
+    record_trial(logbook, &new, model, Some(Outcome::Finished));
+}
+
+const REHEARSAL: NewCampaign = NewCampaign {
+    configuration: "bare",
+    notes: None,
+    software_version: "0.1.0",
+    vehicle: "sim:starfish",
+    seed: Some(7),
+    rudder_limit_rad: 0.26,
+    full_rudder: None,
+    scenario: None,
+    plan: "",
+};
+
+/// The same of another campaign that ended so; without an end it was killed.
+fn record_trial(logbook: &Path, new: &NewCampaign, model: YawModel<f64>, outcome: Option<Outcome>) {
+    let mut recorder = Recorder::begin(Logbook::open(logbook).unwrap(), new).unwrap();
     let steps: Vec<Step> = (0..200)
         .map(|k| Step {
             sample: Sample {
@@ -147,7 +159,9 @@ fn record(logbook: &Path, configuration: &str, model: YawModel<f64>) {
         identification: Some(identification),
     };
     recorder.finish_run(&run).unwrap();
-    recorder.finish(Outcome::Finished).unwrap();
+    if let Some(outcome) = outcome {
+        recorder.finish(outcome).unwrap();
+    }
 }
 
 #[test]
@@ -245,6 +259,169 @@ fn cli_logbook_verify_tells_whole_from_damaged() {
         serde_json::from_slice(&seatrial(&logbook, &["verify", "--json"]).stdout).unwrap();
     assert_eq!(json["whole"], false);
     assert_eq!(json["damage"][0]["place"], "campaign 1, run 1");
+    // Nothing that steers a vehicle comes from it.
+    for verb in ["gains", "turn"] {
+        let refused = program().arg(verb).arg("--logbook").arg(&logbook).output();
+        let refused = refused.unwrap();
+        assert_eq!(refused.status.code(), Some(3), "{verb}");
+        assert!(text(&refused.stderr).contains("logbook is damaged: campaign 1, run 1"));
+        assert_eq!(text(&refused.stdout), "");
+    }
+}
+
+/// A trial on a boat, a rehearsal, a trial that was aborted and one that was killed.
+fn four_campaigns(logbook: &Path) {
+    let on_a_boat = NewCampaign {
+        vehicle: "mavlink:udp:0.0.0.0:14550",
+        seed: None,
+        full_rudder: Some(FullRudder {
+            angle_rad: 0.6,
+            is_assumed: true,
+        }),
+        ..REHEARSAL
+    };
+    let aborted = Some(Outcome::Aborted(AbortReason::Operator));
+    let trials = [
+        (&on_a_boat, -1.1, Some(Outcome::Finished)),
+        (&REHEARSAL, -1.2, Some(Outcome::Finished)),
+        (&on_a_boat, -1.3, aborted),
+        (&on_a_boat, -1.4, None),
+    ];
+    for (new, a22_per_s, outcome) in trials {
+        let model = YawModel::from_theta([a22_per_s, 1.0, 0.0]);
+        record_trial(logbook, new, model, outcome);
+    }
+}
+
+#[test]
+fn cli_the_last_trial_of_a_vehicle_that_was_accepted_is_taken() {
+    let folder = tempfile::tempdir().unwrap();
+    let logbook = folder.path().join("seatrial.db");
+    four_campaigns(&logbook);
+    let ask = |arguments: &[&str]| {
+        let mut command = program();
+        command.args(arguments).arg("--logbook").arg(&logbook);
+        let output = command.output().unwrap();
+        (
+            output.status.code(),
+            text(&output.stdout),
+            text(&output.stderr),
+        )
+    };
+    let damping = |arguments: &[&str]| {
+        let (code, document, told) = ask(&[arguments, &["--json"]].concat());
+        assert_eq!(code, Some(0), "{told}");
+        let document: Value = serde_json::from_str(&document).unwrap();
+        (document["points"][0]["a22_per_s"].as_f64().unwrap(), told)
+    };
+    for verb in ["gains", "turn"] {
+        let (a22_per_s, told) = damping(&[verb]);
+        assert_eq!(a22_per_s, -1.1, "{verb}");
+        assert!(
+            told.contains("campaign 1 is taken; the newest, campaign 4, is not finished"),
+            "{told}"
+        );
+        assert_eq!(damping(&[verb, "--campaign", "bare"]).0, -1.1);
+        let (a22_per_s, told) = damping(&[verb, "--campaign", "3"]);
+        assert_eq!(a22_per_s, -1.3);
+        assert!(told.contains("was aborted"), "{told}");
+        assert!(
+            ask(&[verb]).1.contains(
+                "Campaign 1 on vehicle mavlink:udp:0.0.0.0:14550, configuration bare, 20"
+            )
+        );
+    }
+    let page = folder.path().join("page.html");
+    let (code, _, told) = ask(&["report", "--out", page.to_str().unwrap()]);
+    assert_eq!(code, Some(0), "{told}");
+    // Shown is the last that was accepted, a rehearsal too.
+    assert!(told.contains("campaign 2 is taken"), "{told}");
+}
+
+#[test]
+fn cli_a_rehearsal_is_exported_only_when_it_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let logbook = folder.path().join("seatrial.db");
+    four_campaigns(&logbook);
+    let export = |arguments: &[&str]| {
+        let mut command = program();
+        command.args(["gains", "--export"]).args(arguments);
+        let output = command.arg("--logbook").arg(&logbook).output().unwrap();
+        (
+            output.status.code(),
+            text(&output.stdout),
+            text(&output.stderr),
+        )
+    };
+    let (code, file, _) = export(&["ardupilot"]);
+    assert_eq!(code, Some(0));
+    for comment in [
+        "# Campaign 1 on vehicle mavlink:udp:0.0.0.0:14550, configuration bare, 20",
+        "# full steering was ASSUMED to be 34.4 degrees",
+    ] {
+        assert!(file.contains(comment), "{file}");
+    }
+    for format in ["ardupilot", "px4", "ros2", "json", "c"] {
+        let (code, file, told) = export(&[format, "--campaign", "2"]);
+        assert_eq!((code, file.as_str()), (Some(2), ""), "{format}");
+        assert!(
+            told.contains("--rehearsal takes them all the same"),
+            "{told}"
+        );
+        let (code, file, told) = export(&[format, "--campaign", "2", "--rehearsal"]);
+        assert_eq!(code, Some(0), "{told}");
+        assert!(file.contains("REHEARSAL on a simulator"), "{file}");
+    }
+}
+
+/// A campaign from before the full rudder was kept.
+#[test]
+fn cli_an_autopilot_whose_full_rudder_is_not_known_gets_no_parameters() {
+    let folder = tempfile::tempdir().unwrap();
+    let logbook = folder.path().join("seatrial.db");
+    let before = NewCampaign {
+        vehicle: "mavlink:udp:0.0.0.0:14550",
+        seed: None,
+        ..REHEARSAL
+    };
+    let model = YawModel::from_theta([-1.0, 1.0, 0.0]);
+    record_trial(&logbook, &before, model, Some(Outcome::Finished));
+    let export = |arguments: &[&str]| {
+        let mut command = program();
+        command
+            .args(["gains", "--export", "ardupilot"])
+            .args(arguments);
+        let output = command.arg("--logbook").arg(&logbook).output().unwrap();
+        (
+            output.status.code(),
+            text(&output.stdout),
+            text(&output.stderr),
+        )
+    };
+    let (code, file, told) = export(&[]);
+    assert_eq!((code, file.as_str()), (Some(2), ""));
+    assert!(told.contains("--full-rudder-deg DEG (35"), "{told}");
+    assert_eq!(export(&["--full-rudder-deg", "35"]).0, Some(0));
+}
+
+/// A trial on a vehicle that does not answer leaves nothing behind.
+#[test]
+fn cli_nothing_is_written_before_the_vehicle_answers() {
+    let folder = tempfile::tempdir().unwrap();
+    let logbook = folder.path().join("seatrial.db");
+    let trial = |vehicle: &str| {
+        let mut command = program();
+        command.args(["trial", "--yes", "--vehicle", vehicle, "--logbook"]);
+        command.arg(&logbook).output().unwrap().status.code()
+    };
+    // Nobody answers on the discard port.
+    let nobody = "mavlink:udpout:127.0.0.1:9";
+    assert_eq!(trial(nobody), Some(5));
+    assert!(!logbook.exists());
+    record(&logbook, "bare", YawModel::from_theta([-1.07, 1.08, 0.012]));
+    let before = std::fs::read(&logbook).unwrap();
+    assert_eq!(trial(nobody), Some(5));
+    assert_eq!(std::fs::read(&logbook).unwrap(), before);
 }
 
 #[test]

@@ -20,6 +20,8 @@ const NEW: NewCampaign = NewCampaign {
     vehicle: "sim:starfish",
     seed: Some(3),
     rudder_limit_rad: 0.26,
+    full_rudder: None,
+    scenario: None,
     plan: "",
 };
 
@@ -77,6 +79,8 @@ fn record(
         configuration: new.configuration.into(),
         seed: new.seed,
         rudder_limit_rad: new.rudder_limit_rad,
+        full_rudder: None,
+        scenario: None,
         runs: Vec::new(),
         outcome: None,
     };

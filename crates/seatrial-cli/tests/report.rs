@@ -25,6 +25,8 @@ fn record(logbook: &Path, campaign: &Campaign) {
         vehicle: &campaign.vehicle,
         seed: campaign.seed,
         rudder_limit_rad: campaign.rudder_limit_rad,
+        full_rudder: None,
+        scenario: None,
         plan: "speeds = [0.6, 0.7]\n# <b>",
     };
     let mut recorder = Recorder::begin(Logbook::open(logbook).unwrap(), &new).unwrap();
@@ -71,7 +73,15 @@ fn cli_report_of_a_logbook_draws_what_was_run() {
     record(&folder.path().join("seatrial.db"), &campaign);
 
     let output = seatrial(
-        &["--logbook", "seatrial.db", "--out", "page.html", "--json"],
+        &[
+            "--logbook",
+            "seatrial.db",
+            "--campaign",
+            "2",
+            "--out",
+            "page.html",
+            "--json",
+        ],
         folder.path(),
     );
     assert!(output.status.success(), "{}", text(&output.stderr));
@@ -86,11 +96,14 @@ fn cli_report_of_a_logbook_draws_what_was_run() {
     assert!(page.contains("seatrial.db, campaign 2"));
     assert!(page.contains("speeds = [0.6, 0.7]\n# &#60;b&#62;"));
 
-    let output = seatrial(
-        &["--logbook", "seatrial.db", "--campaign", "1"],
-        folder.path(),
-    );
+    let output = seatrial(&["--logbook", "seatrial.db"], folder.path());
     assert!(output.status.success(), "{}", text(&output.stderr));
+    // The last that was accepted; the one that was aborted is named.
+    let told = text(&output.stderr);
+    assert!(
+        told.contains("campaign 1 is taken; the newest, campaign 2, was aborted"),
+        "{told}"
+    );
     assert!(text(&output.stdout).starts_with("report.html ("));
     let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
     assert!(page.contains("A usable model at the one speed tried."));

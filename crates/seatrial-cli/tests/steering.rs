@@ -249,7 +249,20 @@ fn cli_gains_export_for_autopilots_at_one_speed() {
     let slowest = ["--vehicle-type", "underwater", "--at-speed", "1.05"];
     let (slowest, warning) = export(&[&["ardupilot"], &slowest[..]].concat());
     assert!(slowest.contains("\nATC_ANG_YAW_P,0.64\n"), "{slowest}");
-    assert_eq!(warning, "");
+    assert!(warning.contains("say --full-rudder-deg DEG"), "{warning}");
+    assert!(!warning.contains("thrust"), "{warning}");
+    // Twice the angle at full steering is half the steering for the same turn.
+    let feed_forward = |arguments: &[&str]| {
+        let (file, _) = export(&[&["ardupilot"], arguments].concat());
+        let line = file
+            .lines()
+            .find(|line| line.starts_with("ATC_STR_RAT_FF,"));
+        line.unwrap()[15..].parse::<f64>().unwrap()
+    };
+    let ratio =
+        feed_forward(&["--full-rudder-deg", "15"]) / feed_forward(&["--full-rudder-deg", "30"]);
+    // Parameters are single precision.
+    assert!((ratio - 2.0).abs() < 1e-6, "{ratio}");
     for (format, says) in [
         ("px4", "\tRA_WHEEL_BASE\t"),
         ("ros2", "heading_controller:"),

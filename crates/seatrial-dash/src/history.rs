@@ -3,11 +3,12 @@
 use std::fmt::Display;
 
 use seatrial::difference::{Difference as ModelDifference, ParameterDifference, ThrustDifference};
-use seatrial::export::{OperatingPoint as ExportPoint, VehicleType, ardupilot};
+use seatrial::export::{VehicleType, ardupilot};
 use seatrial::gain_allowance::{GainAllowance, least_damped_schedule};
 use seatrial::health::{HealthSettings, Reference, SpeedModel, compare};
 use seatrial::propagation::interval_95;
 use seatrial::{Campaign, Run};
+use seatrial_app::models::{Tuned, of_entry};
 use seatrial_app::next;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 use seatrial_core::{
@@ -395,7 +396,7 @@ fn at_speed(
 pub fn report(logbook: &Logbook, id: i64) -> Result<String, Refusal> {
     let entry = logbook.entry(CampaignId(id))?;
     let campaign = logbook.campaign(entry.id)?;
-    let command = next::after_trial(&campaign, logbook.path());
+    let command = next::after_trial(&campaign, entry.id, logbook.path());
     Ok(report::render(
         &campaign,
         &provenance(logbook, entry),
@@ -449,28 +450,26 @@ pub fn samples(logbook: &Logbook, id: i64, format: Format) -> Result<Vec<u8>, Re
 }
 
 /// Parameters of ArduPilot for the fastest accepted model of a campaign.
-pub fn param_file(logbook: &Logbook, id: i64, vehicle: VehicleType) -> Result<String, Refusal> {
+pub fn param_file(
+    logbook: &Logbook,
+    id: i64,
+    vehicle: VehicleType,
+    rehearsal: bool,
+) -> Result<String, Refusal> {
     let entry = logbook.entry(CampaignId(id))?;
-    let campaign = logbook.campaign(entry.id)?;
-    let fastest = campaign
-        .accepted_runs()
-        .into_iter()
-        .rev()
-        .find_map(Identified::of);
-    let fastest = fastest.ok_or_else(|| {
-        Refusal::unprocessable("no_model", format!("campaign {id} has no accepted model"))
-    })?;
+    let refused = |error: &dyn Display| Refusal::unprocessable("no_model", error);
+    let models = of_entry(logbook, &entry).map_err(|error| refused(&error))?;
+    models
+        .unless_rehearsed(rehearsal)
+        .map_err(|error| Refusal::unprocessable("rehearsal", error))?;
+    let fastest = models.points.last();
+    let fastest = fastest.ok_or_else(|| refused(&"the campaign has no accepted model"))?;
     fastest
         .allowance
-        .design(&fastest.at.model, DAMPING_RATIO)
+        .design(&fastest.point.model, DAMPING_RATIO)
         .map_err(|reason| Refusal::unprocessable("no_gain", format!("campaign {id}: {reason}")))?;
-    let point = ExportPoint {
-        source: format!("{}, campaign {id}", logbook.path().display()),
-        at: fastest.at,
-        damping_ratio: DAMPING_RATIO,
-        rudder_limit_rad: campaign.rudder_limit_rad,
-        allowance: fastest.allowance,
-        covariance: fastest.covariance,
-    };
+    let point = models
+        .operating_point(&Tuned::from(fastest), DAMPING_RATIO)
+        .map_err(|error| Refusal::unprocessable("no_parameters", error))?;
     Ok(ardupilot::param_file(&point, vehicle))
 }

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::thread::{scope, sleep};
 use std::time::{Duration, Instant};
 
+use seatrial::FullRudder;
 use seatrial::preview::Prior;
 use seatrial_app::trial_run::{Preflight, TakenVehicle, Terms, TrialVehicle, VehicleError};
 use seatrial_core::Plan;
@@ -33,6 +34,10 @@ impl TrialVehicle for Slow {
 
     fn is_simulated(&self) -> bool {
         true
+    }
+
+    fn full_rudder(&self) -> Option<FullRudder> {
+        None
     }
 
     fn prior(&self, _: &Plan<f64>) -> Result<Prior, VehicleError> {

@@ -214,6 +214,8 @@ fn trial(viewers: usize, measured: &mut Measured) {
         configuration: "default".into(),
         seed: Some(1),
         rudder_limit_rad: plan.rudder_limit_rad,
+        full_rudder: None,
+        scenario: None,
         runs: Vec::new(),
         outcome: None,
     };
@@ -224,6 +226,8 @@ fn trial(viewers: usize, measured: &mut Measured) {
         vehicle: "sim:starfish",
         seed: Some(1),
         rudder_limit_rad: plan.rudder_limit_rad,
+        full_rudder: None,
+        scenario: None,
         plan: "",
     };
     let recorder = Recorder::begin(Logbook::open(&logbook).unwrap(), &new).unwrap();

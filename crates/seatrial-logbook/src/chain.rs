@@ -90,6 +90,16 @@ pub(super) fn campaign_link(campaign: &CampaignEntry) -> String {
     link.integer(campaign.seed.is_some().into());
     link.integer(campaign.seed.unwrap_or(0).cast_signed());
     link.number(campaign.rudder_limit_rad);
+    // Logbooks from before these were kept have the hashes that they had.
+    if let Some(full) = campaign.full_rudder {
+        link.text("full rudder");
+        link.number(full.angle_rad);
+        link.integer(full.is_assumed.into());
+    }
+    if let Some(scenario) = &campaign.scenario {
+        link.text("scenario");
+        link.text(scenario);
+    }
     link.text(&campaign.plan);
     link.hex()
 }

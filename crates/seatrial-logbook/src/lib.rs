@@ -42,6 +42,7 @@ mod schema;
 mod verify;
 mod write;
 
+use std::fs::OpenOptions;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -92,6 +93,38 @@ impl Logbook {
             .prepare_for_writing()
             .map_err(|error| Error::writing(&logbook.path, &error))?;
         Ok(logbook)
+    }
+
+    /// Could a logbook be opened there for writing, as far as can be told without writing anything?
+    pub fn check_writable(path: impl Into<PathBuf>) -> Result<(), Error> {
+        let path = path.into();
+        reject_directory(&path)?;
+        let refused = |cause: String| Error::NotSaved {
+            path: path.clone(),
+            cause,
+        };
+        if path.exists() {
+            let opened = OpenOptions::new().append(true).open(&path);
+            let connection =
+                connect_for_reading(&path).map_err(|error| Error::reading(&path, &error))?;
+            let logbook = Self {
+                connection,
+                path: path.clone(),
+            };
+            logbook.identify()?;
+            return opened.map(drop).map_err(|error| {
+                refused(format!("{error}; make the file and its folder writable"))
+            });
+        }
+        match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+                Err(Error::Unreadable {
+                    path: path.clone(),
+                    cause: "does its folder exist, and may you open files there?".into(),
+                })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Opens a logbook for reading. An older one is migrated in memory; the file stays as it is.

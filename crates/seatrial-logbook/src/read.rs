@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::row::{Exact, from_json, json_column, stage, step_of};
 use super::{CampaignId, Error, Logbook, RunId};
 use seatrial::Step;
-use seatrial::campaign::{Campaign, Run, StageSpan};
+use seatrial::campaign::{Campaign, FullRudder, Run, StageSpan};
 use seatrial::identification::{Identification, Reason, ReasonCode, TracePoint, Verdict};
 use seatrial::record::Window;
 
@@ -45,6 +45,10 @@ pub struct CampaignEntry {
     pub seed: Option<u64>,
     /// Largest rudder angle, rad.
     pub rudder_limit_rad: f64,
+    /// The vehicle's rudder at full steering, where it is known.
+    pub full_rudder: Option<FullRudder>,
+    /// The file of the faults that a simulated vehicle met.
+    pub scenario: Option<String>,
     /// The plan as it was given to the trial.
     pub plan: String,
     /// SHA-256 of the plan.
@@ -62,6 +66,13 @@ pub struct CampaignEntry {
     pub sha256: String,
     /// The newest link of its hash chain: its last finished run, then its outcome.
     pub head_sha256: String,
+}
+
+impl CampaignEntry {
+    /// Was it a rehearsal on a simulator?
+    pub fn is_rehearsal(&self) -> bool {
+        self.seed.is_some()
+    }
 }
 
 /// A run without its data.
@@ -131,6 +142,8 @@ impl Logbook {
             configuration: entry.configuration,
             seed: entry.seed,
             rudder_limit_rad: entry.rudder_limit_rad,
+            full_rudder: entry.full_rudder,
+            scenario: entry.scenario,
             runs,
             outcome: match entry.state {
                 State::Ended { outcome } => Some(outcome),
@@ -306,7 +319,8 @@ pub(super) fn campaign_entries(
                 (SELECT coalesce(sum(coalesce(
                     (SELECT review.accepted FROM review WHERE review.run = run.id
                      ORDER BY review.id DESC LIMIT 1), run.accepted)), 0)
-                 FROM run WHERE run.campaign = campaign.id)
+                 FROM run WHERE run.campaign = campaign.id),
+                full_rudder_rad, full_rudder_assumed, scenario
          FROM campaign JOIN configuration ON configuration.id = campaign.configuration
          WHERE ? ORDER BY campaign.id",
         1,
@@ -316,6 +330,8 @@ pub(super) fn campaign_entries(
                 (None, false) => State::Unfinished,
                 (None, true) => State::Interrupted,
             };
+            let angle: Option<Exact> = row.get(17)?;
+            let is_assumed: Option<bool> = row.get(18)?;
             Ok(CampaignEntry {
                 id: CampaignId(row.get(0)?),
                 configuration: row.get(1)?,
@@ -325,6 +341,11 @@ pub(super) fn campaign_entries(
                 vehicle: row.get(5)?,
                 seed: row.get::<_, Option<i64>>(6)?.map(i64::cast_unsigned),
                 rudder_limit_rad: row.get::<_, Exact>(7)?.0,
+                full_rudder: angle.map(|Exact(angle_rad)| FullRudder {
+                    angle_rad,
+                    is_assumed: is_assumed.unwrap_or(true),
+                }),
+                scenario: row.get(19)?,
                 plan: row.get(8)?,
                 plan_sha256: row.get(9)?,
                 state,

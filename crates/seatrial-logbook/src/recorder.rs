@@ -152,6 +152,8 @@ pub(super) mod tests {
             vehicle: "sim:starfish",
             seed: None,
             rudder_limit_rad: 0.26,
+            full_rudder: None,
+            scenario: None,
             plan: "",
         };
         Recorder::begin(Logbook::open(path).unwrap(), &new).unwrap()

@@ -10,7 +10,7 @@ use super::read::{campaign_entries, steps_of_run, steps_outside, stored_run};
 use super::row::{Exact, from_json, stage_name, to_json};
 use super::{CampaignId, Error, Logbook, RunId};
 use seatrial::Step;
-use seatrial::campaign::Run;
+use seatrial::campaign::{FullRudder, Run};
 
 /// What a campaign runs on, known before its first sample.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +27,10 @@ pub struct NewCampaign<'a> {
     pub seed: Option<u64>,
     /// Largest rudder angle, rad.
     pub rudder_limit_rad: f64,
+    /// The vehicle's rudder at full steering, where it is known.
+    pub full_rudder: Option<FullRudder>,
+    /// The file of the faults that a simulated vehicle meets.
+    pub scenario: Option<&'a str>,
     /// The plan as text, enough to run the trial again.
     pub plan: &'a str,
 }
@@ -51,14 +55,18 @@ impl Logbook {
             )?;
             transaction.execute(
                 "INSERT INTO campaign (configuration, started, software_version, vehicle, seed,
-                                       rudder_limit_rad, plan, plan_sha256, sha256, head_sha256)
-                 VALUES (?, strftime('%Y-%m-%dT%H:%M:%SZ'), ?, ?, ?, ?, ?, ?, '', '')",
+                                       rudder_limit_rad, full_rudder_rad, full_rudder_assumed,
+                                       scenario, plan, plan_sha256, sha256, head_sha256)
+                 VALUES (?, strftime('%Y-%m-%dT%H:%M:%SZ'), ?, ?, ?, ?, ?, ?, ?, ?, ?, '', '')",
                 params![
                     configuration,
                     new.software_version,
                     new.vehicle,
                     new.seed.map(u64::cast_signed),
                     Exact(new.rudder_limit_rad),
+                    new.full_rudder.map(|full| Exact(full.angle_rad)),
+                    new.full_rudder.map(|full| full.is_assumed),
+                    new.scenario,
                     new.plan,
                     sha256(new.plan),
                 ],

@@ -136,6 +136,9 @@ pub struct LogDescription {
     /// The unit of the samples' rudder: radians, or a fraction of full deflection where no angle is known.
     #[serde(skip)]
     pub rudder_unit: RudderUnit,
+    /// The angle that a servo's full deflection was taken for, rad.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub full_rudder_rad: Option<f64>,
     /// Second 0 of the samples in UTC, where the log has an epoch or calendar time.
     pub start_utc: Option<String>,
     /// What people should know before they trust the samples.

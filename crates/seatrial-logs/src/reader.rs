@@ -111,6 +111,7 @@ impl LogReader {
                 format: table.format(),
                 columns,
                 rudder_unit: rudder_unit(&channels, &choice),
+                full_rudder_rad: choice.full_rudder_rad.filter(|_| is_of_servo(&channels)),
                 channels,
                 start_utc: time.clock.start(),
                 warnings,
@@ -386,13 +387,17 @@ fn conversion(
 
 /// A rudder in a servo's unit is an angle only where the full angle is given.
 fn rudder_unit(channels: &[Channel], choice: &ChannelChoice) -> RudderUnit {
-    let is_of_servo = channels.iter().any(|channel| {
-        channel.quantity == Quantity::Rudder && channel.unit.dimension() == Dimension::Steering
-    });
-    match is_of_servo && choice.full_rudder_rad.is_none() {
+    match is_of_servo(channels) && choice.full_rudder_rad.is_none() {
         true => RudderUnit::FullRudder,
         false => RudderUnit::Rad,
     }
+}
+
+/// Is the rudder in a servo's unit?
+fn is_of_servo(channels: &[Channel]) -> bool {
+    channels.iter().any(|channel| {
+        channel.quantity == Quantity::Rudder && channel.unit.dimension() == Dimension::Steering
+    })
 }
 
 fn set(sample: &mut Sample<f64>, quantity: Quantity, value: Option<f64>) {

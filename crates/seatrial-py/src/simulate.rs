@@ -67,6 +67,8 @@ pub fn trial<'py>(
         configuration: String::new(),
         seed: Some(seed),
         rudder_limit_rad: plan.rudder_limit_rad,
+        full_rudder: None,
+        scenario: None,
         runs: Vec::new(),
         outcome: None,
     };

@@ -24,10 +24,27 @@ pub struct Campaign {
     pub seed: Option<u64>,
     /// Largest rudder angle, rad.
     pub rudder_limit_rad: f64,
+    /// The vehicle's rudder at full steering, where it is known.
+    #[serde(default)]
+    pub full_rudder: Option<FullRudder>,
+    /// The file of the faults that a simulated vehicle met.
+    #[serde(default)]
+    pub scenario: Option<String>,
     /// The runs in the order in which they were made; repeats are runs of their own.
     pub runs: Vec<Run>,
     /// How the trial ended, `None` while it runs.
     pub outcome: Option<Outcome>,
+}
+
+/// The rudder at full steering: how a command from -1 to 1 and an angle belong together.
+///
+/// It belongs to the vehicle; a trial may keep its rudder within a smaller angle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FullRudder {
+    /// The angle, rad.
+    pub angle_rad: f64,
+    /// Nobody told the angle: models in rad are as wrong as it is, what they say of steering from -1 to 1 is not.
+    pub is_assumed: bool,
 }
 
 /// One run: settle, train and validate at one thrust.
@@ -63,6 +80,11 @@ pub struct StageSpan {
 }
 
 impl Campaign {
+    /// Was it a rehearsal on a simulator?
+    pub fn is_rehearsal(&self) -> bool {
+        self.seed.is_some()
+    }
+
     /// The accepted run of each thrust, in order of thrust: the last one where several were accepted.
     pub fn accepted_runs(&self) -> Vec<&Run> {
         let mut accepted: Vec<&Run> = Vec::new();

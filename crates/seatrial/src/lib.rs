@@ -95,7 +95,7 @@ pub mod surge;
 pub mod sway_yaw;
 pub mod time_scale;
 
-pub use campaign::{Campaign, Run};
+pub use campaign::{Campaign, FullRudder, Run};
 pub use gain_allowance::GainAllowance;
 pub use identification::Identification;
 pub use identify::verdict;

@@ -25,9 +25,11 @@ fn easy(speed: Option<f64>) -> OperatingPoint {
         source: "log\n*/ # of\ta boat".into(),
         at: point(Some(0.5), speed, [-1.0, -2.0, 0.1]),
         damping_ratio: ZETA,
-        rudder_limit_rad: 0.25,
+        full_rudder_rad: 0.25,
+        seen_rudder_rad: Some(0.25),
         allowance: GainAllowance::default(),
         covariance: None,
+        notes: Vec::new(),
     }
 }
 

@@ -1614,6 +1614,8 @@ export interface operations {
             query?: {
                 /** @description [default: surface] */
                 vehicle_type?: "surface" | "underwater";
+                /** @description Must be true for a rehearsal on a simulator, whose parameters are not those of a vehicle. */
+                rehearsal?: boolean;
             };
             header?: never;
             path: {

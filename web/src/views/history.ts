@@ -230,7 +230,9 @@ async function openCampaign(
           file("Report, HTML", "report.html", `campaign-${id}.html`),
           file("Samples, CSV", "samples.csv", `campaign-${id}.csv`),
           file("Samples, MCAP", "samples.mcap", `campaign-${id}.mcap`),
-          file("ArduPilot, .param", "gains.param", `campaign-${id}.param`),
+          about.seed == null
+            ? file("ArduPilot, .param", "gains.param", `campaign-${id}.param`)
+            : file("ArduPilot, .param of the rehearsal", "gains.param?rehearsal=true", `campaign-${id}.param`),
         ),
         element("h3", {}, "About"),
         element(

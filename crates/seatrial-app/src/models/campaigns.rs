@@ -2,85 +2,94 @@
 
 use std::path::Path;
 
-use seatrial::GainAllowance;
+use seatrial::{Campaign, GainAllowance};
 use seatrial_core::{RudderUnit, SchedulePoint};
-use seatrial_logbook::{CampaignEntry, CampaignId, Logbook};
+use seatrial_logbook::{CampaignEntry, Logbook};
 
-use super::{ModelPoint, Models};
+use super::choice::{Purpose, chosen_campaign, not_finished};
+use super::{ModelPoint, Models, TrialOrigin};
 use crate::Error;
 
-/// The campaign of that number, or the last one.
-pub fn campaign_numbered(logbook: &Logbook, number: Option<i64>) -> Result<CampaignEntry, Error> {
-    match number {
-        Some(number) => Ok(logbook.entry(CampaignId(number))?),
-        None => logbook.campaigns()?.pop().ok_or_else(|| {
-            Error::Input(format!(
-                "{}: the logbook holds no campaign yet; `seatrial trial` runs one",
-                logbook.path().display()
-            ))
-        }),
-    }
-}
-
-/// The campaign of that number, or the last one of that configuration.
-pub fn campaign_named(logbook: &Logbook, name: &str) -> Result<CampaignEntry, Error> {
-    if let Ok(number) = name.parse() {
-        return campaign_numbered(logbook, Some(number));
-    }
-    let campaigns = logbook.campaigns()?;
-    let mut held: Vec<&str> = campaigns
-        .iter()
-        .map(|entry| entry.configuration.as_str())
-        .collect();
-    held.sort_unstable();
-    held.dedup();
-    let held = held.join(", ");
-    campaigns
-        .into_iter()
-        .rfind(|entry| entry.configuration == name)
-        .ok_or_else(|| {
-            Error::Input(format!(
-                "{}: no configuration {name:?}; it holds: {held}",
-                logbook.path().display()
-            ))
-        })
-}
-
-/// The models of the accepted runs of a campaign.
-pub fn of_campaign(path: &Path, number: Option<i64>) -> Result<Models, Error> {
+/// The models of the accepted runs of a campaign, chosen by its number, by the name of its configuration or else as
+/// [`chosen_campaign`] does for a vehicle. A logbook that is damaged gives none.
+pub fn of_campaign(path: &Path, name: Option<&str>) -> Result<Models, Error> {
     let logbook = Logbook::open_read_only(path)?;
-    let entry = campaign_numbered(&logbook, number)?;
-    let origin = format!("{}, campaign {}", path.display(), entry.id.0);
-    let campaign = logbook.campaign(entry.id)?;
-    let points: Vec<ModelPoint> = campaign
-        .accepted_runs()
-        .into_iter()
-        .filter_map(|run| {
-            let identification = run.identification.as_ref()?;
-            let refined = identification.refined.as_ref();
-            Some(ModelPoint {
-                point: SchedulePoint {
-                    thrust: Some(run.thrust),
-                    surge_speed_m_s: run.surge_speed_m_s,
-                    model: identification.model(),
-                },
-                covariance: refined.map(|refined| refined.covariance),
-                allowance: GainAllowance::of(identification),
-                noise: refined.map(|r| [r.heading_noise_rad, r.disturbance_rad_s2]),
-                valid_range: identification.valid_range,
-            })
-        })
-        .collect();
-    if points.is_empty() {
-        return Err(Error::Input(format!(
-            "{origin}: no accepted run in this trial"
-        )));
-    }
+    whole(&logbook)?;
+    let chosen = chosen_campaign(&logbook, name, Purpose::Models)?;
     Ok(Models {
-        origin,
-        points,
-        rudder_limit_rad: campaign.rudder_limit_rad,
-        rudder_unit: RudderUnit::Rad,
-        rejected: Vec::new(),
+        passed_over: chosen.passed_over,
+        ..of_entry(&logbook, &chosen.entry)?
     })
+}
+
+/// Refuses a logbook of which something was changed since it was written.
+fn whole(logbook: &Logbook) -> Result<(), Error> {
+    match logbook.verify()?.damage.into_iter().next() {
+        None => Ok(()),
+        Some(damage) => Err(Error::Logbook(seatrial_logbook::Error::Damaged {
+            path: logbook.path().to_path_buf(),
+            place: damage.place,
+            found: damage.found,
+        })),
+    }
+}
+
+/// The models of the accepted runs of this campaign.
+pub fn of_entry(logbook: &Logbook, entry: &CampaignEntry) -> Result<Models, Error> {
+    let origin = format!("{}, campaign {}", logbook.path().display(), entry.id.0);
+    let mut models = Models::of_trial(origin, &logbook.campaign(entry.id)?)?;
+    if let Some(trial) = &mut models.trial {
+        trial.number = Some(entry.id.0);
+        trial.started = Some(entry.started.clone());
+    }
+    let caution = not_finished(entry.state).map(|why| format!("the campaign {why}"));
+    models.cautions.extend(caution);
+    Ok(models)
+}
+
+impl Models {
+    /// The models of the accepted runs of a trial.
+    pub fn of_trial(origin: String, campaign: &Campaign) -> Result<Self, Error> {
+        let points: Vec<ModelPoint> = campaign
+            .accepted_runs()
+            .into_iter()
+            .filter_map(|run| {
+                let identification = run.identification.as_ref()?;
+                let refined = identification.refined.as_ref();
+                Some(ModelPoint {
+                    point: SchedulePoint {
+                        thrust: Some(run.thrust),
+                        surge_speed_m_s: run.surge_speed_m_s,
+                        model: identification.model(),
+                    },
+                    covariance: refined.map(|refined| refined.covariance),
+                    allowance: GainAllowance::of(identification),
+                    noise: refined.map(|r| [r.heading_noise_rad, r.disturbance_rad_s2]),
+                    valid_range: identification.valid_range,
+                })
+            })
+            .collect();
+        if points.is_empty() {
+            return Err(Error::Input(format!(
+                "{origin}: no accepted run in this trial"
+            )));
+        }
+        Ok(Self {
+            origin,
+            points,
+            rudder_limit_rad: campaign.rudder_limit_rad,
+            rudder_unit: RudderUnit::Rad,
+            full_rudder: campaign.full_rudder,
+            trial: Some(TrialOrigin::of(campaign)),
+            cautions: Vec::new(),
+            passed_over: None,
+            rejected: against(campaign),
+        })
+    }
+}
+
+/// What the campaign says against its own models.
+fn against(campaign: &Campaign) -> Vec<String> {
+    let reasons = campaign.contradictions().into_iter();
+    reasons.map(|reason| reason.text).collect()
 }

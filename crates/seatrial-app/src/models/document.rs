@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use seatrial::GainAllowance;
 use seatrial::identification::ValidRange;
 use seatrial::propagation::covariance_of_intervals;
+use seatrial::{FullRudder, GainAllowance};
 use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::{RudderUnit, SchedulePoint, YawModel};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-use super::{ModelPoint, Models, limit_or_default, read_text};
+use super::{ModelPoint, Models, TrialOrigin, given, limit_or_default, read_text};
 use crate::Error;
 
 /// What is read of a document: the rest of it is left alone, so that documents of other versions are read, too.
@@ -20,6 +20,12 @@ struct StoredDocument {
     source: StoredSource,
     campaign: Option<StoredCampaign>,
     rudder_limit_rad: Option<f64>,
+    full_rudder: Option<FullRudder>,
+    vehicle: Option<String>,
+    configuration: Option<String>,
+    software_version: Option<String>,
+    seed: Option<u64>,
+    scenario: Option<String>,
     runs: Option<Vec<StoredRun>>,
     models: Option<Vec<StoredRun>>,
     identification: Option<StoredIdentification>,
@@ -35,6 +41,7 @@ struct StoredCampaign {
 struct StoredSource {
     #[serde(default)]
     rudder_unit: RudderUnit,
+    full_rudder_rad: Option<f64>,
     servo: Option<StoredServo>,
 }
 
@@ -101,6 +108,10 @@ pub fn of_document(path: &Path, surge_speed_m_s: Option<f64>) -> Result<Models, 
     let text = read_text(path)?;
     let document: StoredDocument = read(&origin, &text)?;
     let rudder_unit = document.source.rudder_unit;
+    let trial = document.trial();
+    let full_rudder = document
+        .full_rudder
+        .or(given(document.source.full_rudder_rad));
     let (limit, runs) = match document.campaign {
         Some(campaign) => (campaign.rudder_limit_rad, Some(campaign.runs)),
         None => (document.rudder_limit_rad, document.runs.or(document.models)),
@@ -110,6 +121,10 @@ pub fn of_document(path: &Path, surge_speed_m_s: Option<f64>) -> Result<Models, 
         points: Vec::new(),
         rudder_limit_rad: limit_or_default(limit, rudder_unit),
         rudder_unit,
+        full_rudder,
+        trial,
+        cautions: Vec::new(),
+        passed_over: None,
         rejected: Vec::new(),
     };
     match runs {
@@ -130,6 +145,21 @@ pub fn of_document(path: &Path, surge_speed_m_s: Option<f64>) -> Result<Models, 
         }
     }
     Ok(models)
+}
+
+impl StoredDocument {
+    /// The trial, where the document is of one.
+    fn trial(&self) -> Option<TrialOrigin> {
+        Some(TrialOrigin {
+            number: None,
+            vehicle: self.vehicle.clone()?,
+            configuration: self.configuration.clone().unwrap_or_default(),
+            started: None,
+            software_version: self.software_version.clone().unwrap_or_default(),
+            is_rehearsal: self.seed.is_some(),
+            scenario: self.scenario.clone(),
+        })
+    }
 }
 
 const EXPECTED: &str =

@@ -1,24 +1,28 @@
 //! Where a model or a schedule of models comes from: numbers, a schedule file, a document, a campaign.
 
 mod campaigns;
+mod choice;
 mod compared;
 mod document;
+mod exported;
 mod schedule_file;
 
 use std::path::Path;
 
-use seatrial::GainAllowance;
 use seatrial::identification::ValidRange;
 use seatrial::propagation::interval_95;
+use seatrial::{Campaign, FullRudder, GainAllowance};
 use seatrial_core::schedule::ScheduleKey;
 use seatrial_core::{RudderUnit, SchedulePoint, SpeedSchedule, YawModel};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
 
-pub use campaigns::{campaign_named, campaign_numbered, of_campaign};
+pub use campaigns::{of_campaign, of_entry};
+pub use choice::{Chosen, Purpose, campaign_named, campaign_numbered, chosen_campaign};
 pub use compared::{ComparedModels, compared_models, open_named};
 pub use document::of_document;
+pub use exported::Tuned;
 pub use schedule_file::{SCHEDULE_FILE_HELP, of_schedule_file, write_schedule_file};
 
 /// The rudder limit where nobody gives one: the paper's, rad.
@@ -35,8 +39,72 @@ pub struct Models {
     pub rudder_limit_rad: f64,
     /// In what that and the rudder of the models are.
     pub rudder_unit: RudderUnit,
+    /// The rudder at full steering with which the models were found, where it is known.
+    pub full_rudder: Option<FullRudder>,
+    /// The trial that the models are of.
+    pub trial: Option<TrialOrigin>,
+    /// What has to be known before they are used.
+    pub cautions: Vec<String>,
+    /// Why the newest campaign of the logbook is not the one.
+    pub passed_over: Option<String>,
     /// What the source itself says against its models.
     pub rejected: Vec<String>,
+}
+
+/// A trial that models come from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrialOrigin {
+    /// Its number in the logbook.
+    pub number: Option<i64>,
+    /// The vehicle as given on the command line.
+    pub vehicle: String,
+    /// Name of the configuration (payload).
+    pub configuration: String,
+    /// When it began, UTC, ISO 8601.
+    pub started: Option<String>,
+    /// The version of seatrial that ran it.
+    pub software_version: String,
+    /// Was it run on a simulator?
+    pub is_rehearsal: bool,
+    /// The file of the faults that the simulator played.
+    pub scenario: Option<String>,
+}
+
+impl TrialOrigin {
+    fn of(campaign: &Campaign) -> Self {
+        Self {
+            number: None,
+            vehicle: campaign.vehicle.clone(),
+            configuration: campaign.configuration.clone(),
+            started: None,
+            software_version: campaign.software_version.clone(),
+            is_rehearsal: campaign.is_rehearsal(),
+            scenario: campaign.scenario.clone(),
+        }
+    }
+
+    /// Which trial it was, in a line for people.
+    pub fn text(&self) -> String {
+        let mut text = match self.number {
+            Some(number) => format!("Campaign {number}"),
+            None => "Trial".into(),
+        };
+        text += &format!(
+            " on vehicle {}, configuration {}",
+            self.vehicle, self.configuration
+        );
+        if let Some(started) = &self.started {
+            text += &format!(", {started}");
+        }
+        text += &format!(", seatrial {}", self.software_version);
+        if self.is_rehearsal {
+            text += "; REHEARSAL on a simulator, not measured on a vehicle";
+        }
+        if let Some(scenario) = &self.scenario {
+            text += &format!(", with the faults of {scenario}");
+        }
+        text
+    }
 }
 
 /// A model with its uncertainty.
@@ -113,6 +181,10 @@ impl Models {
             })],
             rudder_limit_rad: DEFAULT_RUDDER_LIMIT_RAD,
             rudder_unit: RudderUnit::Rad,
+            full_rudder: None,
+            trial: None,
+            cautions: Vec::new(),
+            passed_over: None,
             rejected: Vec::new(),
         }
     }
@@ -148,6 +220,53 @@ impl Models {
         self.points.iter().filter_map(beyond).collect()
     }
 
+    /// With the rudder at full steering, where one is given, rad. One that the source knows cannot be changed: its models
+    /// were found with it.
+    pub fn with_full_rudder(mut self, full_rudder_rad: Option<f64>) -> Result<Self, Error> {
+        let Some(angle_rad) = full_rudder_rad else {
+            return Ok(self);
+        };
+        if !(angle_rad > 0.0 && angle_rad < std::f64::consts::FRAC_PI_2) {
+            return Err(Error::Setting(format!(
+                "--full-rudder-deg {}: expected an angle above 0 and below 90 degrees",
+                angle_rad.to_degrees()
+            )));
+        }
+        if self.rudder_unit == RudderUnit::FullRudder {
+            return Err(Error::Setting(format!(
+                "{}: its rudder is a fraction of full, so that no angle is needed: leave --full-rudder-deg out",
+                self.origin
+            )));
+        }
+        match self.full_rudder {
+            Some(known) if (known.angle_rad - angle_rad).abs() > 1e-6 => {
+                Err(Error::Setting(format!(
+                    "{}: its models were found with full steering at {:.1} degrees of rudder; gains for another angle need a trial with it: leave --full-rudder-deg out",
+                    self.origin,
+                    known.angle_rad.to_degrees()
+                )))
+            }
+            _ => {
+                self.full_rudder = Some(FullRudder {
+                    angle_rad,
+                    is_assumed: false,
+                });
+                Ok(self)
+            }
+        }
+    }
+
+    /// Refuses models of a rehearsal, unless they are asked for: they are not for a vehicle.
+    pub fn unless_rehearsed(&self, is_asked: bool) -> Result<(), Error> {
+        match &self.trial {
+            Some(trial) if trial.is_rehearsal && !is_asked => Err(Error::Setting(format!(
+                "{}: a rehearsal on the simulator {}, whose gains are not those of a vehicle; --rehearsal takes them all the same",
+                self.origin, trial.vehicle
+            ))),
+            _ => Ok(()),
+        }
+    }
+
     /// The models as a schedule by this key.
     pub fn schedule(&self, key: ScheduleKey) -> Result<SpeedSchedule<f64>, Error> {
         let points: Vec<SchedulePoint<f64>> = self.points.iter().map(|p| p.point).collect();
@@ -159,6 +278,14 @@ impl Models {
 fn read_text(path: &Path) -> Result<String, Error> {
     std::fs::read_to_string(path)
         .map_err(|error| Error::Input(format!("{}: {error}", path.display())))
+}
+
+/// A rudder at full steering that a source states.
+fn given(full_rudder_rad: Option<f64>) -> Option<FullRudder> {
+    full_rudder_rad.map(|angle_rad| FullRudder {
+        angle_rad,
+        is_assumed: false,
+    })
 }
 
 /// Where the rudder is a fraction of full, so is its limit.

@@ -5,14 +5,16 @@ use std::path::Path;
 use seatrial_core::{RudderUnit, SchedulePoint, YawModel};
 use serde::{Deserialize, Serialize};
 
-use super::{ModelPoint, Models, limit_or_default, read_text};
+use super::{ModelPoint, Models, given, limit_or_default, read_text};
 use crate::Error;
+use crate::documents::Source;
 use crate::identify_log::SpeedModel;
 
 /// How the schedule file looks, for help texts.
 pub const SCHEDULE_FILE_HELP: &str = "\
 A schedule file is TOML with one [[point]] for each speed (thrust is a fraction of full; thrust,
-surge_speed_m_s and c0_rad_per_s2 may be left out):
+surge_speed_m_s and c0_rad_per_s2 may be left out; full_rudder_rad is the rudder at full steering, where
+it is not the rudder limit):
   rudder_limit_rad = 0.26
   [[point]]
   thrust = 0.6
@@ -27,6 +29,8 @@ surge_speed_m_s and c0_rad_per_s2 may be left out):
 struct ScheduleFile {
     #[serde(skip_serializing_if = "Option::is_none")]
     rudder_limit_rad: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    full_rudder_rad: Option<f64>,
     #[serde(default)]
     rudder_unit: RudderUnit,
     point: Vec<ScheduleFilePoint>,
@@ -66,15 +70,16 @@ pub fn of_schedule_file(path: &Path) -> Result<Models, Error> {
         points: file.point.into_iter().map(point).collect(),
         rudder_limit_rad: limit_or_default(file.rudder_limit_rad, file.rudder_unit),
         rudder_unit: file.rudder_unit,
+        full_rudder: given(file.full_rudder_rad),
+        trial: None,
+        cautions: Vec::new(),
+        passed_over: None,
         rejected: Vec::new(),
     })
 }
 
 /// The accepted models of a log as the text of a schedule file.
-pub fn write_schedule_file(
-    models: &[SpeedModel],
-    rudder_unit: RudderUnit,
-) -> Result<String, Error> {
+pub fn write_schedule_file(models: &[SpeedModel], log: &Source) -> Result<String, Error> {
     let point = |speed: &SpeedModel| {
         let model = speed.identification.as_ref()?.model();
         Some(ScheduleFilePoint {
@@ -88,7 +93,8 @@ pub fn write_schedule_file(
     let accepted = models.iter().filter(|model| model.verdict.accepted);
     let schedule = ScheduleFile {
         rudder_limit_rad: None,
-        rudder_unit,
+        full_rudder_rad: log.description.full_rudder_rad,
+        rudder_unit: log.rudder_unit,
         point: accepted.filter_map(point).collect(),
     };
     if schedule.point.is_empty() {

@@ -136,7 +136,8 @@ pub struct Ended {
 pub fn begin(vehicle: &dyn TrialVehicle, order: Order, sinks: Sinks) -> Result<UnderWay, NotBegun> {
     Trial::new(order.plan)?;
     let plan_text = toml::to_string_pretty(&order.plan)?;
-    let logbook = Logbook::open(&sinks.logbook)?;
+    // Nothing is written before the vehicle has answered.
+    Logbook::check_writable(&sinks.logbook)?;
     let mut taken = vehicle.take(&Terms {
         plan: &order.plan,
         plan_is_given: order.plan_is_given,
@@ -144,8 +145,7 @@ pub fn begin(vehicle: &dyn TrialVehicle, order: Order, sinks: Sinks) -> Result<U
         is_agreed: order.is_agreed,
         stop: &order.stop,
     })?;
-    let seed = vehicle.is_simulated().then_some(order.seed);
-    let about = campaign_of(vehicle.name(), &order.configuration, seed, &order.plan);
+    let about = campaign_on(vehicle, &order);
     let new = NewCampaign {
         configuration: &about.configuration,
         notes: order.notes.as_deref(),
@@ -153,9 +153,12 @@ pub fn begin(vehicle: &dyn TrialVehicle, order: Order, sinks: Sinks) -> Result<U
         vehicle: &about.vehicle,
         seed: about.seed,
         rudder_limit_rad: about.rudder_limit_rad,
+        full_rudder: about.full_rudder,
+        scenario: about.scenario.as_deref(),
         plan: &plan_text,
     };
-    let recorder = Recorder::begin(logbook, &new).inspect_err(|_| {
+    let recorder = Logbook::open(&sinks.logbook).and_then(|logbook| Recorder::begin(logbook, &new));
+    let recorder = recorder.inspect_err(|_| {
         taken.hand_back();
     })?;
     let begun = Begun {
@@ -228,6 +231,15 @@ pub fn rehearse<V: Vehicle<f64>>(
     conduct(vehicle, plan, about, &mut Unwatched)
 }
 
+fn campaign_on(vehicle: &dyn TrialVehicle, order: &Order) -> Campaign {
+    let seed = vehicle.is_simulated().then_some(order.seed);
+    Campaign {
+        full_rudder: vehicle.full_rudder(),
+        scenario: vehicle.scenario(),
+        ..campaign_of(vehicle.name(), &order.configuration, seed, &order.plan)
+    }
+}
+
 fn campaign_of(
     vehicle: &str,
     configuration: &str,
@@ -240,6 +252,8 @@ fn campaign_of(
         configuration: configuration.into(),
         seed,
         rudder_limit_rad: plan.rudder_limit_rad,
+        full_rudder: None,
+        scenario: None,
         runs: Vec::new(),
         outcome: None,
     }

@@ -4,6 +4,7 @@ use std::fmt::{self, Display};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use seatrial::FullRudder;
 use seatrial::preview::{Preview, Prior, preview};
 use seatrial_core::{AbortReason, Action, Outcome, Plan, Sample, Vehicle};
 use seatrial_logs::RowWriter;
@@ -19,6 +20,14 @@ pub trait TrialVehicle: Send + Sync {
 
     /// Is it a simulator? Anything else moves.
     fn is_simulated(&self) -> bool;
+
+    /// Its rudder at full steering, where it is known or had to be assumed.
+    fn full_rudder(&self) -> Option<FullRudder>;
+
+    /// The file of the faults that it meets, where it is simulated with any.
+    fn scenario(&self) -> Option<String> {
+        None
+    }
 
     /// What is believed of it before its trial.
     fn prior(&self, plan: &Plan<f64>) -> Result<Prior, VehicleError>;

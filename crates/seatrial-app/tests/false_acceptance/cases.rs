@@ -119,6 +119,8 @@ fn trial(config: VehicleConfig, plan: Plan<f64>, limit_rad: f64, seed: u64) -> C
         configuration: "default".into(),
         seed: Some(seed),
         rudder_limit_rad: plan.rudder_limit_rad,
+        full_rudder: None,
+        scenario: None,
         runs: Vec::new(),
         outcome: None,
     };

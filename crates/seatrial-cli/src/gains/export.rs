@@ -2,11 +2,10 @@
 
 use seatrial::GainAllowance;
 use seatrial::export::{OperatingPoint, Schedule, ardupilot, px4};
-use seatrial_core::SchedulePoint;
 
 use super::{Args, asked, beyond, cautious, no_such_place};
 use crate::output::{Failure, Output, say};
-use seatrial_app::models::{ModelPoint, Models};
+use seatrial_app::models::{ModelPoint, Models, Tuned};
 
 /// A form that controllers read.
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -39,6 +38,7 @@ pub fn write(format: Format, args: &Args, source: &Models, output: &Output) -> R
             "--json and an --export that is no JSON: give a file with --out",
         ));
     }
+    source.unless_rehearsed(args.rehearsal)?;
     let vehicle = match args.vehicle_type {
         VehicleType::Surface => seatrial::export::VehicleType::Surface,
         VehicleType::Underwater => seatrial::export::VehicleType::Underwater,
@@ -64,18 +64,12 @@ fn schedule(args: &Args, source: &Models) -> Result<Schedule, Failure> {
     for point in &source.points {
         check(args, source, point)?;
     }
-    let models: Vec<(SchedulePoint<f64>, GainAllowance)> = source
-        .points
-        .iter()
-        .map(|p| (p.point, p.allowance))
-        .collect();
-    Schedule::design(&source.origin, &models, args.zeta, source.rudder_limit_rad)
-        .map_err(Failure::internal)
+    Ok(source.gain_schedule(args.zeta)?)
 }
 
 /// The model at the place asked for, else the fastest.
 fn operating_point(args: &Args, source: &Models) -> Result<OperatingPoint, Failure> {
-    let (at, allowance, covariance) = match (asked(args), source.points.as_slice()) {
+    let tuned = match (asked(args), source.points.as_slice()) {
         (Some((key, value)), _) => {
             let model = source
                 .schedule(key)?
@@ -89,7 +83,11 @@ fn operating_point(args: &Args, source: &Models) -> Result<OperatingPoint, Failu
                 damping_per_s: cautious.value().model.a22_per_s - model.value().model.a22_per_s,
                 timing,
             };
-            (*model.value(), allowance, None)
+            Tuned {
+                at: *model.value(),
+                allowance,
+                covariance: None,
+            }
         }
         (None, [.., fastest]) => {
             check(args, source, fastest)?;
@@ -100,18 +98,18 @@ fn operating_point(args: &Args, source: &Models) -> Result<OperatingPoint, Failu
                     fastest.name()
                 ));
             }
-            (fastest.point, fastest.allowance, fastest.covariance)
+            Tuned::from(fastest)
         }
         (None, []) => return Err(Failure::input(format!("{}: no model", source.origin))),
     };
-    Ok(OperatingPoint {
-        source: source.origin.clone(),
-        at,
-        damping_ratio: args.zeta,
-        rudder_limit_rad: source.rudder_limit_rad,
-        allowance,
-        covariance,
-    })
+    let point = source.operating_point(&tuned, args.zeta)?;
+    point
+        .notes
+        .iter()
+        .cloned()
+        .chain(point.extrapolation())
+        .for_each(say);
+    Ok(point)
 }
 
 /// Refuses a model without a gain.

@@ -283,7 +283,7 @@ fn finish(args: &Args, plan: Plan<f64>, ended: Ended, output: &Output) -> Result
         plan,
     };
     output.print(&document, || {
-        text(&document.campaign, &args.logbook, report, width())
+        text(&document.campaign, number, &args.logbook, report, width())
     })?;
     Ok(exit)
 }
@@ -305,7 +305,7 @@ fn save_report(
     // A logbook that cannot be read any more was told of already.
     let entry = Logbook::open_read_only(&args.logbook).and_then(|logbook| logbook.entry(number));
     provenance.extend(entry.ok().map(|entry| (report::STARTED, entry.started)));
-    let command = next::after_trial(campaign, &args.logbook);
+    let command = next::after_trial(campaign, number, &args.logbook);
     std::fs::write(path, report::render(campaign, &provenance, &command)).map_err(|error| {
         Failure::not_saved(format!("{}: report not saved: {error}", path.display()))
     })

@@ -6,6 +6,7 @@ use std::path::Path;
 use seatrial::campaign::{Campaign, Run};
 use seatrial_app::next;
 use seatrial_core::Outcome;
+use seatrial_logbook::CampaignId;
 
 use crate::identify::cause_text;
 use crate::screen::command;
@@ -24,6 +25,7 @@ pub(super) fn run_line(run: &Run) -> String {
 /// What is printed of the campaign: its outcome, what decides it, and a line for each speed.
 pub(super) fn text(
     campaign: &Campaign,
+    number: CampaignId,
     logbook: &Path,
     report: Option<&Path>,
     width: usize,
@@ -51,5 +53,9 @@ pub(super) fn text(
     if let Some(report) = report {
         let _ = writeln!(text, "Report {}", report.display());
     }
-    text + &command("Next   ", &next::after_trial(campaign, logbook), width)
+    text + &command(
+        "Next   ",
+        &next::after_trial(campaign, number, logbook),
+        width,
+    )
 }

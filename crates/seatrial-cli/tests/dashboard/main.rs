@@ -123,7 +123,7 @@ fn cli_trials_are_started_watched_compared_and_downloaded() {
     assert!(download("samples.csv").starts_with(b"time_s,heading_rad,rudder_rad"));
     assert!(download("samples.mcap").starts_with(b"\x89MCAP"));
     assert!(
-        String::from_utf8(download("gains.param"))
+        String::from_utf8(download("gains.param?rehearsal=true"))
             .unwrap()
             .contains("ATC_STR_RAT_")
     );

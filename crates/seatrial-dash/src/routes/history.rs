@@ -231,6 +231,9 @@ pub struct Autopilot {
     /// [default: surface]
     #[param(inline)]
     vehicle_type: Option<VehicleType>,
+    /// Must be true for a rehearsal on a simulator, whose parameters are not those of a vehicle.
+    #[param(inline)]
+    rehearsal: Option<bool>,
 }
 
 /// Parameters of ArduPilot for the fastest accepted model of a campaign.
@@ -247,8 +250,9 @@ pub async fn param(
         None | Some(VehicleType::Surface) => export::VehicleType::Surface,
         Some(VehicleType::Underwater) => export::VehicleType::Underwater,
     };
+    let rehearsal = asked.rehearsal.unwrap_or(false);
     let file = blocking(shared, move |shared| {
-        history::param_file(&shared.reader()?, id, vehicle)
+        history::param_file(&shared.reader()?, id, vehicle, rehearsal)
     });
     Ok(download(
         "text/plain; charset=utf-8",

@@ -63,6 +63,8 @@ pub struct Settings {
     pub profile: Option<Profile>,
     /// Rudder at full steering, rad.
     pub full_rudder_rad: f64,
+    /// Nobody told that angle.
+    pub is_full_rudder_assumed: bool,
     /// Outputs that steer [as its parameters say].
     pub outputs: Option<SteeringOutputs>,
     /// Time between samples, s.
@@ -96,6 +98,7 @@ impl Default for Settings {
             vehicle: None,
             profile: None,
             full_rudder_rad: 35_f64.to_radians(),
+            is_full_rudder_assumed: true,
             outputs: None,
             sample_interval_s: 0.05,
             lowest_battery_percent: 20,
@@ -108,6 +111,19 @@ impl Default for Settings {
             is_reversed: false,
             envelope: None,
             abort: Arc::default(),
+        }
+    }
+}
+
+impl Settings {
+    /// The angle at full steering, for people.
+    fn full_rudder_text(&self) -> String {
+        let degrees = self.full_rudder_rad.to_degrees();
+        match self.is_full_rudder_assumed {
+            true => format!(
+                "full steering is ASSUMED to be {degrees:.1} degrees of rudder; measure it and say --full-rudder-deg DEG: rudder angles, b2 and gains in rad are as wrong as it is, parameters for the autopilot are not"
+            ),
+            false => format!("full steering is {degrees:.1} degrees of rudder, as given"),
         }
     }
 }

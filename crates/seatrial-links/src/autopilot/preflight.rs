@@ -76,6 +76,7 @@ impl<W: Wire> Autopilot<W> {
                 ),
             ),
         }
+        found.check("full rudder", true, self.settings.full_rudder_text());
         if profile == Profile::Rover {
             let dead_us = self.parameters.get("RC1_DZ").unwrap_or(f64::NAN);
             let known = dead_us.is_finite();

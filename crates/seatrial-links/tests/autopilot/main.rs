@@ -1,5 +1,6 @@
 //! Trials on a vehicle that speaks MAVLink, in made-up time: bad links, pilots, failsafes, a process that is gone.
 
+mod exported;
 mod links;
 mod mishaps;
 mod preflight;
@@ -43,6 +44,8 @@ fn about() -> Campaign {
         configuration: "default".into(),
         seed: None,
         rudder_limit_rad: FULL_RUDDER_RAD,
+        full_rudder: None,
+        scenario: None,
         runs: Vec::new(),
         outcome: None,
     }

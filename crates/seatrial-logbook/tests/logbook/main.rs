@@ -27,6 +27,8 @@ const NEW: NewCampaign = NewCampaign {
     vehicle: "sim:starfish",
     seed: Some(u64::MAX),
     rudder_limit_rad: 0.26,
+    full_rudder: None,
+    scenario: None,
     plan: "speeds = [0.6, 0.8]\n",
 };
 
@@ -480,7 +482,7 @@ fn io_a_logbook_of_the_first_schema_opens_and_goes_on() {
     let campaign = example(&path);
     let old = Connection::open(&path).unwrap();
     old.execute_batch(
-        "DROP TABLE pitch_sample; DROP TABLE pitch_trial; DROP TABLE review; DROP TABLE command; ALTER TABLE sample DROP COLUMN thrust; PRAGMA user_version = 1",
+        "DROP TABLE pitch_sample; DROP TABLE pitch_trial; DROP TABLE review; DROP TABLE command; ALTER TABLE sample DROP COLUMN thrust; ALTER TABLE campaign DROP COLUMN full_rudder_rad; ALTER TABLE campaign DROP COLUMN full_rudder_assumed; ALTER TABLE campaign DROP COLUMN scenario; PRAGMA user_version = 1",
     )
         .unwrap();
     drop(old);

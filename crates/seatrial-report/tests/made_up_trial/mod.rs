@@ -53,6 +53,8 @@ pub fn campaign(thrusts: &[f64]) -> Campaign {
         configuration: "base + DVL + sidescan".to_owned(),
         seed: Some(7),
         rudder_limit_rad: 0.26,
+        full_rudder: None,
+        scenario: None,
         runs: runs.collect(),
         outcome: Some(Outcome::Finished),
     }

@@ -37,17 +37,15 @@ fn rover(point: &OperatingPoint) -> Vec<Parameter> {
     let speed = point.at.surge_speed_m_s;
     let scaling = speed.map_or(1.0, |speed| (SCALING_SPEED_M_S / speed).min(1.0));
     let cascade = point
-        .cascade(point.rudder_limit_rad * scaling, Cascade::with_feed_forward)
+        .cascade(point.full_rudder_rad * scaling, Cascade::with_feed_forward)
         .flatten();
     let base = speed.map_or(0.0, |_| SCALING_SPEED_M_S);
-    let yaw_rate = point.yaw_rate_limit_rad_s();
-    let turn = yaw_rate.zip(speed);
-    Parameter::determined(&[
+    let mut parameters = Parameter::determined(&[
         (
             "MOT_SPD_SCA_BASE",
             cascade.map(|_| base),
             "m/s",
-            "steering is divided by the speed above this one (0: never); B = |b2| rudder limit min(1, base/V)",
+            "steering is divided by the speed above this one (0: never); B = |b2| full rudder min(1, base/V)",
         ),
         (
             "ATC_STR_RAT_FF",
@@ -79,6 +77,15 @@ fn rover(point: &OperatingPoint) -> Vec<Parameter> {
             "1/s",
             "p w^2/x: heading poles s^2 + alpha s + w^2, those of K_p",
         ),
+    ]);
+    parameters.extend(rover_limits(point));
+    parameters
+}
+
+fn rover_limits(point: &OperatingPoint) -> Vec<Parameter> {
+    let yaw_rate = point.yaw_rate_limit_rad_s();
+    let turn = yaw_rate.zip(point.at.surge_speed_m_s);
+    Parameter::limits(&[
         (
             "ATC_STR_RAT_MAX",
             yaw_rate.map(f64::to_degrees),
@@ -89,7 +96,7 @@ fn rover(point: &OperatingPoint) -> Vec<Parameter> {
             "ATC_STR_ACC_MAX",
             point.yaw_acceleration_limit_rad_s2().map(f64::to_degrees),
             "deg/s^2",
-            "alpha r_max = |b2| rudder limit - |C0|",
+            "alpha r_max = |b2| full rudder - |C0|",
         ),
         (
             "ATC_TURN_MAX_G",
@@ -108,14 +115,14 @@ fn rover(point: &OperatingPoint) -> Vec<Parameter> {
 
 /// steering = P (r_d - r) + I integral: Sub takes no feed-forward.
 fn sub(point: &OperatingPoint) -> Vec<Parameter> {
-    let cascade = point.cascade(point.rudder_limit_rad, Cascade::without_feed_forward);
+    let cascade = point.cascade(point.full_rudder_rad, Cascade::without_feed_forward);
     let acceleration = point.yaw_acceleration_limit_rad_s2();
-    Parameter::determined(&[
+    let mut parameters = Parameter::determined(&[
         (
             "ATC_RAT_YAW_P",
             cascade.map(|c| c.rate_gain_s),
             "1/(rad/s)",
-            "alpha/B with B = |b2| rudder limit",
+            "alpha/B with B = |b2| full rudder",
         ),
         (
             "ATC_RAT_YAW_I",
@@ -135,6 +142,8 @@ fn sub(point: &OperatingPoint) -> Vec<Parameter> {
             "1/s",
             "w^2/alpha: heading poles s^2 + alpha s + w^2, those of K_p",
         ),
+    ]);
+    parameters.extend(Parameter::limits(&[
         (
             "ATC_RATE_Y_MAX",
             point.yaw_rate_limit_rad_s().map(f64::to_degrees),
@@ -145,7 +154,8 @@ fn sub(point: &OperatingPoint) -> Vec<Parameter> {
             "ATC_ACCEL_Y_MAX",
             acceleration.map(|a| 100.0 * a.to_degrees()),
             "cdeg/s^2",
-            "alpha r_max = |b2| rudder limit - |C0|",
+            "alpha r_max = |b2| full rudder - |C0|",
         ),
-    ])
+    ]));
+    parameters
 }

@@ -9,7 +9,7 @@ impl Schedule {
     pub fn c_header(&self) -> String {
         let columns = self.columns();
         let mut text = format!(
-            "/* Heading gains by seatrial from {}\n *\n * {}\n * {}\n *\n \
+            "/* Heading gains by seatrial from {}\n *\n * {}\n * {}\n *\n{} \
              * Rows in increasing order of their first column; interpolate between them, do not extrapolate. */\n\
              #ifndef SEATRIAL_GAINS_H\n#define SEATRIAL_GAINS_H\n\n\
              #define SEATRIAL_DAMPING_RATIO {}\n\
@@ -19,6 +19,7 @@ impl Schedule {
             comment(&self.source),
             self.law,
             self.allows_for(),
+            self.note_lines(" * "),
             decimal(self.damping_ratio),
             decimal(self.rudder_limit_rad),
             self.points.len()

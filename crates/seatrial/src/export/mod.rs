@@ -43,6 +43,10 @@ pub struct Schedule {
     /// What the gains allow for.
     timing: LoopTiming<f64>,
     rudder_limit_rad: f64,
+    /// The vehicle's rudder at full steering, where it is known.
+    full_rudder_rad: Option<f64>,
+    /// What has to be known of the source.
+    notes: Vec<String>,
     points: Vec<Point>,
 }
 
@@ -100,8 +104,23 @@ impl Schedule {
             damping_ratio,
             timing: longest(models.iter().map(|(_, allowance)| *allowance)),
             rudder_limit_rad,
+            full_rudder_rad: None,
+            notes: Vec::new(),
             points,
         })
+    }
+
+    /// The same, saying what the vehicle's rudder is at full steering.
+    pub fn with_full_rudder(self, full_rudder_rad: Option<f64>) -> Self {
+        Self {
+            full_rudder_rad,
+            ..self
+        }
+    }
+
+    /// The same, saying what has to be known of the source.
+    pub fn noting(self, notes: Vec<String>) -> Self {
+        Self { notes, ..self }
     }
 
     /// What the gains allow for, for a comment.
@@ -110,6 +129,14 @@ impl Schedule {
             "The gains allow for {} and the least damped model of each 95 % interval",
             delays(&self.timing)
         )
+    }
+
+    /// What has to be known, a comment a line.
+    fn note_lines(&self, begin: &str) -> String {
+        let lines = self.notes.iter();
+        lines
+            .map(|note| format!("{begin}{}\n", comment(note)))
+            .collect()
     }
 
     /// The columns that every point has: name, unit and values.

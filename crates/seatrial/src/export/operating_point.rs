@@ -9,6 +9,9 @@ use super::{comment, delays};
 use crate::gain_allowance::GainAllowance;
 use crate::propagation::interval_95;
 
+/// A record whose rudder went at least to this share of full rudder has seen full rudder.
+const NEARLY: f64 = 0.95;
+
 /// A model and what is wanted of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OperatingPoint {
@@ -18,12 +21,16 @@ pub struct OperatingPoint {
     pub at: SchedulePoint<f64>,
     /// zeta of the heading loop.
     pub damping_ratio: f64,
-    /// The rudder angle at full steering, rad.
-    pub rudder_limit_rad: f64,
+    /// The vehicle's rudder angle at full steering, rad; a trial may have kept its rudder within a smaller one.
+    pub full_rudder_rad: f64,
+    /// The largest rudder angle of the record that the model is of, rad, where it is known.
+    pub seen_rudder_rad: Option<f64>,
     /// What the gains allow for.
     pub allowance: GainAllowance,
     /// Covariance of [a22, b2, C0], where known.
     pub covariance: Option<[[f64; 3]; 3]>,
+    /// What has to be known of the source, a comment each.
+    pub notes: Vec<String>,
 }
 
 /// A parameter and what it follows from: name, value where the model determines it, unit, derivation.
@@ -42,6 +49,10 @@ pub struct Parameter {
     pub because: &'static str,
     /// What the uncertainty of the model makes of it, `[low, high]`.
     pub interval_95: Option<[f64; 2]>,
+    /// Is it a limit of what the vehicle does under full rudder?
+    pub is_limit: bool,
+    /// Of a limit that is extrapolated: its value at the largest rudder of the record.
+    pub seen: Option<f64>,
 }
 
 impl Parameter {
@@ -54,9 +65,18 @@ impl Parameter {
                 unit,
                 because,
                 interval_95: None,
+                is_limit: false,
+                seen: None,
             })
         };
         rows.iter().filter_map(parameter).collect()
+    }
+
+    /// Those of them that are limits of what the vehicle does under full rudder.
+    pub(super) fn limits(rows: &[Row]) -> Vec<Self> {
+        let mut limits = Self::determined(rows);
+        limits.iter_mut().for_each(|limit| limit.is_limit = true);
+        limits
     }
 
     /// The comment above it in a file.
@@ -64,7 +84,10 @@ impl Parameter {
         let interval = self.interval_95.map_or(String::new(), |[low, high]| {
             format!("; 95 %: {low:.4} to {high:.4}")
         });
-        format!("# {} [{}]{interval}", self.because, self.unit)
+        let seen = self.seen.map_or(String::new(), |seen| {
+            format!("; EXTRAPOLATED, {seen:.4} at the rudder of the record")
+        });
+        format!("# {} [{}]{interval}{seen}", self.because, self.unit)
     }
 }
 
@@ -84,6 +107,7 @@ impl OperatingPoint {
     /// What `design` makes of this point, with intervals where a parameter depends on the model.
     pub(super) fn parameters(&self, design: fn(&Self) -> Vec<Parameter>) -> Vec<Parameter> {
         let mut parameters = design(self);
+        self.add_seen(&mut parameters, design);
         let Some(covariance) = &self.covariance else {
             return parameters;
         };
@@ -101,6 +125,41 @@ impl OperatingPoint {
                 interval_95(&self.at.model, covariance, of_model).filter(|[low, high]| low < high);
         }
         parameters
+    }
+
+    /// Beside each limit that is extrapolated its value at the largest rudder of the record.
+    fn add_seen(&self, parameters: &mut [Parameter], design: fn(&Self) -> Vec<Parameter>) {
+        let Some(seen_rudder_rad) = self.extrapolated_from() else {
+            return;
+        };
+        let at_seen = design(&Self {
+            full_rudder_rad: seen_rudder_rad,
+            ..self.clone()
+        });
+        for limit in parameters.iter_mut().filter(|p| p.is_limit) {
+            let same = at_seen.iter().find(|p| p.name == limit.name);
+            limit.seen = same.map(|same| same.value);
+        }
+    }
+
+    /// The largest rudder of the record, where it is well below full rudder.
+    fn extrapolated_from(&self) -> Option<f64> {
+        self.seen_rudder_rad
+            .filter(|seen| *seen > 0.0 && *seen < NEARLY * self.full_rudder_rad)
+    }
+
+    /// That the limits go beyond the record, or may, for people.
+    pub fn extrapolation(&self) -> Option<String> {
+        match (self.extrapolated_from(), self.seen_rudder_rad) {
+            (Some(seen_rad), _) => Some(format!(
+                "limits of turns are EXTRAPOLATED to full rudder: in the record the rudder went to {:.0} % of it; a hull that drifts turns slower and wider in a long turn, so try full rudder before you rely on them",
+                100.0 * seen_rad / self.full_rudder_rad
+            )),
+            (None, None) => Some(
+                "limits of turns are those of full rudder; how far the rudder went in the record is not known here".into(),
+            ),
+            (None, Some(_)) => None,
+        }
     }
 
     /// K_p, for the damping ratio and what it allows for. `None` for a vehicle that is course unstable or does not steer.
@@ -126,7 +185,7 @@ impl OperatingPoint {
 
     /// r_max, rad/s.
     pub(super) fn yaw_rate_limit_rad_s(&self) -> Option<f64> {
-        yaw_rate_limit_rad_s(&self.at.model, self.rudder_limit_rad)
+        yaw_rate_limit_rad_s(&self.at.model, self.full_rudder_rad)
     }
 
     /// alpha r_max, the yaw acceleration from straight ahead under full rudder to the weaker hand, rad/s^2.
@@ -147,21 +206,24 @@ impl OperatingPoint {
         let _ = writeln!(
             text,
             "\n# Model r' = a22 r + b2 delta + C0: a22 {} 1/s, b2 {} 1/s^2, C0 {} rad/s^2\n\
-             # Rudder limit {} rad; alpha = -a22; r_max: steady yaw rate under full rudder, weaker hand\n\
+             # Full rudder {} rad at steering 1; alpha = -a22; r_max: steady yaw rate under full rudder, weaker hand\n\
              # w^2 = K_p |b2|; K_p is for a damping ratio of {} with {} and the least damped model of the 95 % interval",
             model.a22_per_s,
             model.b2_per_s2,
             model.c0_rad_per_s2,
-            self.rudder_limit_rad,
+            self.full_rudder_rad,
             self.damping_ratio,
             delays(&self.allowance.timing)
         );
         if let Some(offset) = model.delta0_rad() {
             let _ = writeln!(
                 text,
-                "# Rudder that holds a straight course: {:.1} % of the limit. Trim the steering servo so that it is there at centre.",
-                0.0 - 100.0 * offset / self.rudder_limit_rad
+                "# Rudder that holds a straight course: {:.1} % of full. Trim the steering servo so that it is there at centre.",
+                0.0 - 100.0 * offset / self.full_rudder_rad
             );
+        }
+        for note in self.notes.iter().cloned().chain(self.extrapolation()) {
+            let _ = writeln!(text, "# {}", comment(&note));
         }
         text
     }

@@ -41,12 +41,12 @@ fn rover(point: &OperatingPoint) -> Vec<Parameter> {
     let cascade = speed
         .and_then(|_| point.cascade(1.0, Cascade::with_feed_forward))
         .flatten();
-    Parameter::determined(&[
+    let mut parameters = Parameter::determined(&[
         (
             "RA_MAX_STR_ANG",
-            Some(point.rudder_limit_rad),
+            Some(point.full_rudder_rad),
             "rad",
-            "the rudder limit",
+            "the rudder at full steering; other angles here scale with it",
         ),
         (
             "RA_WHEEL_BASE",
@@ -82,6 +82,8 @@ fn rover(point: &OperatingPoint) -> Vec<Parameter> {
             "1/s",
             "p w^2/x: heading poles s^2 + alpha s + w^2, those of K_p",
         ),
+    ]);
+    parameters.extend(Parameter::limits(&[
         (
             "RO_YAW_RATE_LIM",
             point.yaw_rate_limit_rad_s().map(f64::to_degrees),
@@ -92,9 +94,10 @@ fn rover(point: &OperatingPoint) -> Vec<Parameter> {
             "RO_YAW_ACCEL_LIM",
             point.yaw_acceleration_limit_rad_s2().map(f64::to_degrees),
             "deg/s^2",
-            "alpha r_max = |b2| rudder limit - |C0|",
+            "alpha r_max = |b2| full rudder - |C0|",
         ),
-    ])
+    ]));
+    parameters
 }
 
 /// steering = P sin(psi_d - psi) - D r.
@@ -103,9 +106,9 @@ fn underwater(point: &OperatingPoint) -> Vec<Parameter> {
     Parameter::determined(&[
         (
             "UUV_YAW_P",
-            gain.map(|gain| gain.proportional_gain.abs() / point.rudder_limit_rad),
+            gain.map(|gain| gain.proportional_gain.abs() / point.full_rudder_rad),
             "1/rad",
-            "|K_p|/rudder limit",
+            "|K_p|/full rudder",
         ),
         (
             "UUV_YAW_D",

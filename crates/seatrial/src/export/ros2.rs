@@ -8,11 +8,12 @@ impl Schedule {
     /// A parameter file of ROS 2 for a node `heading_controller`: the schedule as arrays.
     pub fn ros2_yaml(&self) -> String {
         let mut text = format!(
-            "# Heading gains by seatrial from {}\n# {}\n# {}\nheading_controller:\n  ros__parameters:\n    \
+            "# Heading gains by seatrial from {}\n# {}\n# {}\n{}heading_controller:\n  ros__parameters:\n    \
              damping_ratio: {}\n    rudder_limit_rad: {}\n    schedule:\n",
             comment(&self.source),
             self.law,
             self.allows_for(),
+            self.note_lines("# "),
             decimal(self.damping_ratio),
             decimal(self.rudder_limit_rad)
         );

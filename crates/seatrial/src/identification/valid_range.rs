@@ -27,10 +27,14 @@ pub struct ValidRange {
 }
 
 impl ValidRange {
+    /// The largest rudder angle to either side, rad or share of full rudder.
+    pub fn largest_rudder(&self) -> f64 {
+        self.rudder.into_iter().map(f64::abs).fold(0.0, f64::max)
+    }
+
     /// Why a rudder of this angle either side is beyond the range, in words.
     pub fn beyond_rudder(&self, angle: f64, unit: RudderUnit) -> Option<String> {
-        let [low, high] = self.rudder;
-        let seen = low.abs().max(high.abs());
+        let seen = self.largest_rudder();
         (angle > NOTED_BEYOND * seen).then(|| {
             format!(
                 "the model was seen with at most {} of rudder; {} is beyond",
@@ -42,8 +46,7 @@ impl ValidRange {
 
     /// Where another range leaves this one, in words.
     pub fn left_by(&self, other: &Self, unit: RudderUnit) -> Vec<String> {
-        let seen = |range: &Self| range.rudder.map(f64::abs).into_iter().fold(0.0, f64::max);
-        let rudder = self.beyond_rudder(seen(other), unit);
+        let rudder = self.beyond_rudder(other.largest_rudder(), unit);
         let headings = [self, other].map(|range| range.heading_amplitude_rad.to_degrees());
         let heading = (headings[1] > NOTED_BEYOND * headings[0]).then(|| {
             format!(
