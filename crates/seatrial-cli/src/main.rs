@@ -4,6 +4,7 @@ mod ardupilot_json;
 mod autopilot;
 
 mod commission;
+mod commission_study;
 mod compare;
 mod completions;
 mod demo;

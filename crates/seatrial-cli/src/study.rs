@@ -15,6 +15,7 @@ use seatrial_sim::SimulatedConfig;
 use seatrial_sim::plant::Disturbance;
 use serde::Serialize;
 
+use crate::commission_study;
 use crate::fault_matrix;
 use crate::lying_logs;
 use crate::output::{Exit, Failure, Output};
@@ -79,6 +80,7 @@ pub struct Args {
 enum What {
     Faults(fault_matrix::Args),
     Lies(lying_logs::Args),
+    Commission(commission_study::Args),
 }
 
 fn not_negative(text: &str) -> Result<f64, String> {
@@ -133,6 +135,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     match &args.what {
         Some(What::Faults(args)) => return fault_matrix::run(args, output),
         Some(What::Lies(args)) => return lying_logs::run(args, output),
+        Some(What::Commission(args)) => return commission_study::run(args, output),
         None => {}
     }
     let base = vehicle::config(&args.vehicle)?;

@@ -178,3 +178,34 @@ fn cli_a_commission_without_a_model_an_envelope_or_an_autopilot_says_what_to_do(
         assert!(errors.contains(expected), "{arguments:?}: {errors}");
     }
 }
+
+/// The goals of the README's table: overshoot at most 5 % in the middle, every boat settles, none later than with the defaults.
+#[test]
+fn cli_the_study_of_commissions_reaches_its_goals() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = run_in(
+        folder.path(),
+        &["study", "commission", "--boats", "4", "--json"],
+    );
+    let found = document(&output);
+    for class in found["classes"].as_array().unwrap() {
+        assert_eq!(
+            (&class["refused"], &class["kept"]),
+            (&0.into(), &4.into()),
+            "{class}"
+        );
+        let commissioned = &class["methods"][3];
+        assert_eq!(commissioned["method"], "commissioned");
+        assert!(
+            commissioned["overshoot_median"].as_f64().unwrap() <= 0.05,
+            "{class}"
+        );
+        assert_eq!(commissioned["unsettled"], 0, "{class}");
+        assert_eq!(commissioned["later_than_defaults"], 0, "{class}");
+        let quick_tuned = &class["methods"][1];
+        assert!(
+            quick_tuned["overshoot_median"].as_f64().unwrap() > 0.05,
+            "{class}"
+        );
+    }
+}

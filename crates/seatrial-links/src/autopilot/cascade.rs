@@ -80,7 +80,7 @@ const ROWS: [Row; 11] = [
         target_filter_hz,
         1.0,
         Some(0.0),
-        "filter of the wanted turn rate"
+        "filter of the wanted turn rate, so that the rudder does not follow the noise of the heading"
     ),
     row!(
         "ATC_STR_RAT_FLTE",

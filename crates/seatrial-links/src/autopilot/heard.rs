@@ -1,7 +1,8 @@
 //! What a vehicle has reported.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 
+use super::overrides::Overrides;
 use super::stop::Stop;
 use super::{Profile, Settings};
 use crate::link::message::{
@@ -17,6 +18,8 @@ const ARMED: u8 = 0x80;
 const CRITICAL: u8 = 5;
 /// A stick that is moved by more than this, us, is the pilot's.
 const MOVED_US: u16 = 100;
+/// Autopilots that are told apart.
+const MOST_AUTOPILOTS: usize = 16;
 /// Questions for the clock that may be under way.
 const UNANSWERED: usize = 8;
 
@@ -48,7 +51,11 @@ pub(super) struct Heard {
     /// Questions for the clock: our time, ns, and the vehicle's newest, s.
     asked: VecDeque<(i64, f64)>,
     /// Another ground station has our system id.
-    pub has_double: bool,
+    pub double: Option<Sender>,
+    /// What we override, and what of that the vehicle reports.
+    pub overrides: Overrides,
+    /// Every autopilot that was heard.
+    pub autopilots: BTreeSet<Sender>,
     /// Refused requests for message rates.
     pub denied: u32,
 }
@@ -56,11 +63,14 @@ pub(super) struct Heard {
 impl Heard {
     /// Is it from the vehicle? The first autopilot that is heard, of the system that is wanted.
     pub fn is_vehicle(&mut self, sender: Sender, message: &Message, wanted: Option<u8>) -> bool {
-        if let (None, Message::Heartbeat(heartbeat)) = (self.vehicle, message)
+        if let Message::Heartbeat(heartbeat) = message
             && heartbeat.autopilot != NO_AUTOPILOT
-            && wanted.is_none_or(|system| system == sender.system)
+            && self.autopilots.len() < MOST_AUTOPILOTS
         {
-            self.vehicle = Some(sender);
+            self.autopilots.insert(sender);
+            if self.vehicle.is_none() && wanted.is_none_or(|system| system == sender.system) {
+                self.vehicle = Some(sender);
+            }
         }
         self.vehicle == Some(sender)
     }
@@ -94,7 +104,10 @@ impl Heard {
             Message::EstimatorStatus(status) => self.estimator = Some(status),
             Message::GpsRawInt(fix) => self.gps = Some(fix),
             Message::ServoOutputRaw(servo) if servo.port == 0 => self.outputs = Some(servo.pulses),
-            Message::RcChannels(channels) => self.remote_control = Some(channels),
+            Message::RcChannels(channels) => {
+                self.overrides.reported(&channels, self.sticks);
+                self.remote_control = Some(channels);
+            }
             Message::NamedValueFloat(number) if number.name.text() == "PilotGain" => {
                 self.pilot_gain = Some(number.value.into());
             }
@@ -153,6 +166,9 @@ impl Heard {
         }
         if let Some(channel) = self.moved_stick(profile) {
             return Some(Stop::PilotStick(channel));
+        }
+        if self.overrides.is_foreign() {
+            return Some(Stop::SecondStation(settings.system_id));
         }
         if let Some(text) = &self.failsafe {
             return Some(Stop::Failsafe(text.clone()));

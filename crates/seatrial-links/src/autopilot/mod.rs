@@ -11,6 +11,7 @@ mod hand_back;
 mod heading;
 mod health;
 mod heard;
+mod overrides;
 mod parameters;
 mod preflight;
 mod profile;

@@ -3,7 +3,7 @@
 use super::profile::Rudder;
 use super::{Autopilot, Profile, health};
 use crate::handover::{CONNECT_S, Controls, Preflight};
-use crate::link::Wire;
+use crate::link::{Sender, Wire};
 
 impl<W: Wire> Autopilot<W> {
     /// Looks at the vehicle without touching its controls. It is asked for messages more often.
@@ -156,10 +156,31 @@ impl<W: Wire> Autopilot<W> {
         }
         found.check(
             "one station",
-            !self.heard.has_double,
-            match self.heard.has_double {
-                true => format!("another ground station has our system id {ours}: stop it, or give one of both another id"),
-                false => format!("nobody else has our system id {ours}"),
+            self.heard.double.is_none(),
+            match self.heard.double {
+                Some(sender) => format!(
+                    "{} has our system id {ours}: stop it, or give one of both another id",
+                    station_name(sender)
+                ),
+                None => format!("nobody else has our system id {ours}"),
+            },
+        );
+        let systems: Vec<String> = self
+            .heard
+            .autopilots
+            .iter()
+            .map(|s| s.system.to_string())
+            .collect();
+        let is_told = systems.len() <= 1 || self.settings.vehicle.is_some();
+        found.check(
+            "one autopilot",
+            is_told,
+            match is_told {
+                true => format!("system {}", self.system()),
+                false => format!(
+                    "autopilots of the systems {} are heard: say which is yours with --vehicle-id",
+                    systems.join(" and ")
+                ),
             },
         );
     }
@@ -182,4 +203,14 @@ impl<W: Wire> Autopilot<W> {
         };
         found.check("takeover", passed, text);
     }
+}
+
+/// What a ground station is, as far as its component tells.
+fn station_name(sender: Sender) -> String {
+    // MAV_COMP_ID_MISSIONPLANNER, which QGroundControl has as well.
+    let name = match sender.component {
+        190 => "Mission Planner or QGroundControl",
+        _ => "another ground station",
+    };
+    format!("{name} (component {})", sender.component)
 }

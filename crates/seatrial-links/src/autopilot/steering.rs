@@ -2,10 +2,11 @@
 
 use seatrial_core::{AbortReason, Action, Sample, Steering, Vehicle};
 
+use super::parameters::LONGEST_OVERRIDE_S;
 use super::profile::Demand;
 use super::{Autopilot, Stop};
 use crate::handover::{FOLLOWS, HeadingHold, WAIT_S};
-use crate::link::{Wire, message};
+use crate::link::{Message, Wire, message};
 
 /// A rudder that is held this long without a demand from the trial, s, ends it.
 const DEFLECTED_ALONE_S: f64 = 1.0;
@@ -33,6 +34,9 @@ impl<W: Wire> Autopilot<W> {
         let message = self
             .profile()
             .demand(demand, &self.parameters, self.system());
+        if let Message::RcChannelsOverride(asked) = message {
+            self.heard.overrides.asked(now_s, &asked.pulses);
+        }
         self.send(message);
     }
 
@@ -59,6 +63,13 @@ impl<W: Wire> Autopilot<W> {
         };
         let absent_s = now_s - self.attended_s;
         (absent_s > longest_s).then_some(Stop::NotAttended(absent_s))
+    }
+
+    /// Was this program held up for so long that the autopilot has let go?
+    pub(super) fn suspension(&self, now_s: f64) -> Option<Stop> {
+        let absent_s = now_s - self.pumped_s;
+        let asks = self.demand.is_some() || self.course.is_some();
+        (asks && absent_s > LONGEST_OVERRIDE_S).then_some(Stop::NotAttended(absent_s))
     }
 
     pub(super) fn hear_servo(&mut self, servo: &message::ServoOutputRaw, now_s: f64) {

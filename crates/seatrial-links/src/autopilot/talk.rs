@@ -28,6 +28,10 @@ impl<W: Wire> Autopilot<W> {
         if now_s - self.pumped_s > REPEAT_S {
             self.resumed_s = now_s;
         }
+        if let Some(stop) = self.suspension(now_s) {
+            // Before what came meanwhile is heard: what the vehicle did then, it did because of us.
+            self.stop_on_guard(stop);
+        }
         if now_s - self.beat_s >= HEARTBEAT_S {
             self.beat(now_s);
         }
@@ -78,10 +82,8 @@ impl<W: Wire> Autopilot<W> {
 
     fn hear(&mut self, sender: Sender, message: &Message, now_s: f64) {
         if sender.system == self.settings.system_id {
-            if matches!(message, Message::Heartbeat(_)) {
-                self.heard.has_double = true;
-                self.stop_on_guard(Stop::SecondStation(sender.system));
-            }
+            self.heard.double = Some(sender);
+            self.stop_on_guard(Stop::SecondStation(sender.system));
             return;
         }
         if !self

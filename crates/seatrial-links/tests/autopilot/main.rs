@@ -6,6 +6,7 @@ mod mishaps;
 mod preflight;
 mod sea;
 mod second_station;
+mod stations;
 
 use seatrial::Step;
 use seatrial::campaign::Campaign;

@@ -47,6 +47,8 @@ pub enum Mishap {
     Disarmed,
     Reboot,
     SecondStation,
+    /// Its joystick steers the vehicle; we hear nothing of it.
+    SecondJoystick,
     /// Nothing comes any more, and nothing arrives.
     LinkLost,
     /// Likewise, for 3 s.
@@ -229,6 +231,9 @@ impl Sea {
                 }
             } else {
                 self.step_s += INTERVAL_S;
+                if self.has_happened && self.mishap.is_some_and(|m| m.1 == Mishap::SecondJoystick) {
+                    self.boat.receive(&second_station::joystick());
+                }
                 if self.boat.is_steered() && self.boat.steering().abs() > 0.05 {
                     self.held_s = self.now_s;
                 }

@@ -2,17 +2,18 @@
 //!
 //! ```text
 //! alpha = -a22,  beta = alpha + B P,   T = T_l + T_d + h + T_E
-//! F = alpha/B,   P = p/B,   A = k/(1/beta + T),   I = 0.2 A beta/B
+//! F = alpha/B,   P = p/B,   A = k/(1/beta + T + T_T),   I = 0.2 A beta/B
 //! a_max = 0.8 (B - |C0|),   r_max = 0.85 (B - |C0|)/alpha
 //! ```
 //!
-//! p and k are searched for: of the pairs whose 30 degree step overshoots by less than [`MOST_OVERSHOOT`] and settles for
+//! p, k and T_T are searched for: of those whose 30 degree step overshoots by less than [`MOST_OVERSHOOT`] and settles for
 //! each of the least favourable boats, the one that settles soonest for the slowest of them.
 //!
 //! | symbol | identifier | unit |
 //! |---|---|---|
 //! | T | the delays of the rate loop: rudder, half a loop held, filter of the rate error | s |
 //! | h | `loop_interval_s` | s |
+//! | T_T | filter of the wanted turn rate, against the noise of the heading | s |
 //! | p | damping that feedback of the rate adds, at most what 0.3/T leaves | 1/s |
 
 use seatrial_core::{CascadeSettings, YawModel};
@@ -28,9 +29,10 @@ const MOST_OVERSHOOT: f64 = 0.04;
 const MOST_ACTIVITY_PER_S: f64 = 0.25;
 /// beta T at most.
 const MOST_BANDWIDTH: f64 = 0.3;
-/// p/alpha and k that are tried.
-const DAMPING: [f64; 7] = [0.0, 0.2, 0.5, 1.0, 1.5, 2.5, 4.0];
-const ANGLE: [f64; 10] = [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55];
+/// p/alpha, k and times of the filter as shares of 1/beta that are tried.
+const DAMPING: [f64; 6] = [0.0, 0.3, 0.7, 1.3, 2.2, 4.0];
+const ANGLE: [f64; 8] = [0.2, 0.27, 0.33, 0.38, 0.43, 0.48, 0.54, 0.6];
+const FILTER: [f64; 2] = [0.0, 0.25];
 /// A boat is stepped through in this share of its time constant, and in no longer steps, s.
 const DENSITY: f64 = 0.02;
 const SLOWEST_LOOP_S: f64 = 0.1;
@@ -163,21 +165,32 @@ impl Evidence {
         self.lag_s + self.delay_s + self.loop_interval_s + filter_s
     }
 
-    /// The settings of one pair, p/alpha and k.
+    /// p, as this share of alpha and no more than the delays leave, 1/s.
+    fn added(&self, share: f64, found: &CascadeSettings<f64>) -> f64 {
+        let alpha = -self.model.a22_per_s;
+        let most = (MOST_BANDWIDTH / self.lateness_s(found.error_filter_hz) - alpha).max(0.0);
+        (share * alpha).min(most)
+    }
+
+    /// The settings for p, k and a filter of the wanted turn rate with this time constant, as a share of 1/beta; 0: the
+    /// filter that was found.
     fn candidate(
         &self,
-        damping: f64,
+        added: f64,
         k: f64,
+        filter: f64,
         found: &CascadeSettings<f64>,
     ) -> CascadeSettings<f64> {
         let alpha = -self.model.a22_per_s;
         let authority = self.model.b2_per_s2;
-        let late_s = self.lateness_s(found.error_filter_hz);
-        let most = (MOST_BANDWIDTH / late_s - alpha).max(0.0);
-        let added = (damping * alpha).min(most);
         let beta = alpha + added;
+        let late_s = self.lateness_s(found.error_filter_hz) + filter / beta;
         let angle_gain_per_s = k / (1.0 / beta + late_s);
         let spare = authority - self.model.c0_rad_per_s2.abs();
+        let target_filter_hz = match filter > 0.0 {
+            true => beta / (2.0 * std::f64::consts::PI * filter),
+            false => found.target_filter_hz,
+        };
         CascadeSettings {
             angle_gain_per_s,
             feed_forward_s: alpha / authority,
@@ -185,12 +198,22 @@ impl Evidence {
             rate_integral_gain: 0.2 * angle_gain_per_s * beta / authority,
             rate_derivative_gain_s2: 0.0,
             integral_limit: found.integral_limit,
-            target_filter_hz: found.target_filter_hz,
+            target_filter_hz,
             error_filter_hz: found.error_filter_hz,
             derivative_filter_hz: found.derivative_filter_hz,
             rate_limit_rad_s: 0.85 * spare / alpha,
             acceleration_limit_rad_s2: 0.8 * spare,
         }
+    }
+
+    /// Every candidate, those that damp least first.
+    fn candidates(&self, found: &CascadeSettings<f64>) -> Vec<CascadeSettings<f64>> {
+        let mut added = DAMPING.map(|share| self.added(share, found)).to_vec();
+        added.dedup();
+        let pairs = added.iter().flat_map(|p| ANGLE.map(|k| (*p, k)));
+        pairs
+            .flat_map(|(p, k)| FILTER.map(|filter| self.candidate(p, k, filter, found)))
+            .collect()
     }
 
     /// A step that lets this candidate settle. A slow boat is stepped through in steps of its own time, which a faster loop
@@ -210,7 +233,7 @@ impl Evidence {
     }
 }
 
-/// The settings for a boat whose autopilot has these now. Filters and the limit of the integral stay as they are.
+/// The settings for a boat whose autopilot has these now. The filter of the rate error and the limit of the integral stay as they are.
 pub fn propose(
     evidence: &Evidence,
     found: &CascadeSettings<f64>,
@@ -218,16 +241,13 @@ pub fn propose(
     evidence.check()?;
     let boats = evidence.boats();
     let mut best: Option<(f64, CascadeSettings<f64>)> = None;
-    for damping in DAMPING {
-        for k in ANGLE {
-            let settings = evidence.candidate(damping, k, found);
-            let soonest_s = best.as_ref().map_or(f64::INFINITY, |(best_s, _)| *best_s);
-            let Some(slowest_s) = slowest(evidence, &boats, &settings, soonest_s) else {
-                continue;
-            };
-            if is_quiet(evidence, &settings) {
-                best = Some((slowest_s, settings));
-            }
+    for settings in evidence.candidates(found) {
+        let soonest_s = best.as_ref().map_or(f64::INFINITY, |(best_s, _)| *best_s);
+        let Some(slowest_s) = slowest(evidence, &boats, &settings, soonest_s) else {
+            continue;
+        };
+        if is_quiet(evidence, &settings) {
+            best = Some((slowest_s, settings));
         }
     }
     best.map(|(_, settings)| settings)
