@@ -17,8 +17,8 @@ const MOST_ACTIVITY_PER_S: f64 = 0.5;
 const SMALL_STEP_RAD: f64 = 0.0175;
 /// New gains are no worse than old ones within these: overshoot, a fraction of the step; settling, a share, and s.
 const OVERSHOOT_ALIKE: f64 = 0.04;
-const SETTLING_ALIKE: f64 = 1.15;
-const SETTLING_ALIKE_S: f64 = 0.3;
+const SETTLING_ALIKE: f64 = 1.0;
+const SETTLING_ALIKE_S: f64 = 0.1;
 /// Beyond what was foreseen: overshoot, a fraction of the step; settling and activity, shares.
 const BEYOND_OVERSHOOT: f64 = 0.06;
 const BEYOND_SETTLING: f64 = 1.6;
