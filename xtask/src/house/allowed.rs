@@ -17,7 +17,7 @@ pub const ALLOWED: &[&str] = &[
 ];
 
 /// Functions of more than 60 lines, where they are more than the plan allows.
-pub const LONG_FUNCTIONS: usize = 49;
+pub const LONG_FUNCTIONS: usize = 48;
 
 /// Lines with a `Result` whose error is a `String`, by crate.
 pub const STRING_ERRORS: &[(&str, usize)] = &[
