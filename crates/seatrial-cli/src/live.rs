@@ -9,6 +9,7 @@ use ratatui::style::{Color, Modifier, Style, Stylize};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Gauge, Paragraph};
 use ratatui::{Frame, Terminal, TerminalOptions, Viewport};
+use seatrial::plain_text::plain;
 use seatrial_core::Stage;
 
 /// Rows of the live view.
@@ -120,6 +121,7 @@ impl Live {
 
     /// Prints a line that stays.
     pub fn line(&mut self, text: &str) {
+        let text = &*plain(text);
         match self {
             Self::Terminal { terminal, .. } => {
                 let _ = terminal.insert_before(1, |buffer| {

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use seatrial::Window;
+use seatrial::plain_text::plain;
 use seatrial::segmentation::Proposal;
 use seatrial::servo::Servo;
 use seatrial_app::logs::{self, Observer, OpenedLog, ReadSettings};
@@ -220,6 +221,7 @@ impl Told {
 
 /// A line on standard error, broken where a terminal ends.
 fn tell(line: &str) {
+    let line = &*plain(line);
     match std::io::stderr().is_terminal() {
         true => eprint!("{}", labelled("", line, width())),
         false => eprintln!("{line}"),

@@ -7,6 +7,7 @@ use clap::Subcommand;
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
 use seatrial::difference::{Difference, ThrustDifference};
+use seatrial::figures::{r2_text, with_decimals, within};
 use seatrial::identification::Identification;
 use seatrial_app::models::{campaign_named, campaign_numbered};
 use seatrial_core::Outcome;
@@ -250,7 +251,7 @@ fn write_run(text: &mut String, run: &Run) {
         digits(model.and_then(|model| model.delta0_rad()), 5),
         digits(nomoto.map(|nomoto| nomoto.t_s), 2),
         digits(nomoto.map(|nomoto| nomoto.k_per_s), 2),
-        digits(r2, 3),
+        r2_text(r2),
     );
     if let Some(refined) = run.identification.as_ref().and_then(|i| i.refined.as_ref()) {
         let intervals = &refined.interval_95;
@@ -258,23 +259,24 @@ fn write_run(text: &mut String, run: &Run) {
             text,
             "{:20}{:^18}{:^18}{:^20}{:^20}",
             "",
-            interval(Some(intervals.a22_per_s), 3),
-            interval(Some(intervals.b2_per_s2), 3),
-            interval(Some(intervals.c0_rad_per_s2), 5),
-            interval(intervals.delta0_rad, 5),
+            interval(Some(intervals.a22_per_s)),
+            interval(Some(intervals.b2_per_s2)),
+            interval(Some(intervals.c0_rad_per_s2)),
+            interval(intervals.delta0_rad),
         );
     }
 }
 
 fn digits(value: Option<f64>, places: usize) -> String {
     value.map_or("-".into(), |value| {
-        format!("{value:.*}", decimals(value, places))
+        with_decimals(value, decimals(value, places))
     })
 }
 
-fn interval(interval: Option<[f64; 2]>, places: usize) -> String {
-    interval.map_or("-".into(), |[low, high]| {
-        format!("[{low:.places$} {high:.places$}]")
+fn interval(interval: Option<[f64; 2]>) -> String {
+    interval.map_or("-".into(), |interval| {
+        let [low, high] = interval.map(|bound| within(bound, Some(interval)));
+        format!("[{low} {high}]")
     })
 }
 

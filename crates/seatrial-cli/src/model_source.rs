@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use seatrial_app::models::{Models, of_campaign, of_document, of_schedule_file};
 use seatrial_core::YawModel;
 
-use crate::output::Failure;
+use crate::output::{Failure, say};
 
 /// The options that give one model or several.
 #[derive(clap::Args, Debug)]
@@ -102,7 +102,7 @@ pub fn warn(models: &Models) {
     let beyond = models.beyond_range();
     let against = models.cautions.iter().chain(&models.rejected);
     for reason in against.chain(&beyond).chain(&models.passed_over) {
-        eprintln!("seatrial: warning: {}: {reason}", models.origin);
+        say(format!("warning: {}: {reason}", models.origin));
     }
 }
 

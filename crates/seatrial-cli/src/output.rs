@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use seatrial::identification::Verdict;
+use seatrial::plain_text::plain;
 use seatrial_app::trial_run::{NotBegun, VehicleError};
 use serde::Serialize;
 
@@ -151,7 +152,23 @@ impl fmt::Display for Failure {
 
 /// Says something on standard error. One that cannot be written to, as on a full disk, is no reason to stop.
 pub fn say(message: impl fmt::Display) {
-    let _ = writeln!(std::io::stderr(), "seatrial: {message}");
+    let message = message.to_string();
+    let _ = writeln!(std::io::stderr(), "seatrial: {}", plain(&message));
+}
+
+/// JSON escapes the lower control characters itself; a terminal obeys some of the upper ones, too.
+fn without_commands(json: String) -> String {
+    let is_command = |c: char| c.is_control() && c != '\n';
+    if !json.contains(is_command) {
+        return json;
+    }
+    json.chars().fold(String::new(), |mut text, c| {
+        match is_command(c) {
+            true => text += &format!("\\u{:04x}", u32::from(c)),
+            false => text.push(c),
+        }
+        text
+    })
 }
 
 /// Writes a page.
@@ -179,9 +196,9 @@ impl Output {
         text: impl FnOnce() -> String,
     ) -> Result<(), Failure> {
         let printed = if self.json {
-            serde_json::to_string_pretty(document).map_err(Failure::internal)?
+            without_commands(serde_json::to_string_pretty(document).map_err(Failure::internal)?)
         } else {
-            text()
+            plain(&text()).into_owned()
         };
         let mut stdout = std::io::stdout().lock();
         match writeln!(stdout, "{}", printed.trim_end()) {

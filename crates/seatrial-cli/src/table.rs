@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use seatrial::figures::{bounds_text, decimals_of, with_decimals};
+use seatrial::figures::{bounds_text, with_decimals, within};
 use seatrial_app::models::Estimate;
 
 /// Rows of cells under a heading; every column is flush right.
@@ -68,7 +68,7 @@ pub fn estimate_text(estimate: &Estimate, least_decimals: usize, scale: f64) -> 
     };
     let mut interval = interval.map(|bound| bound * scale);
     interval.sort_by(f64::total_cmp);
-    let value = with_decimals(value, decimals_of(interval));
+    let value = within(value, Some(interval));
     format!("{value} ({})", bounds_text(interval))
 }
 

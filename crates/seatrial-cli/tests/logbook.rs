@@ -269,6 +269,27 @@ fn cli_logbook_verify_tells_whole_from_damaged() {
     }
 }
 
+/// Names come from files and over the network: none of them commands a terminal.
+#[test]
+fn cli_names_cannot_command_a_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    let logbook = folder.path().join("seatrial.db");
+    let hostile = "pay\u{1b}[2J\u{9b}31mload";
+    record(&logbook, hostile, YawModel::from_theta([-1.0, 1.0, 0.0]));
+    for arguments in [
+        &["list"][..],
+        &["show"],
+        &["show", "--json"],
+        &["list", "--json"],
+        &["diff", "1", "none"],
+    ] {
+        let output = seatrial(&logbook, arguments);
+        let printed = text(&output.stdout) + &text(&output.stderr);
+        assert!(printed.contains("pay\\u"), "{arguments:?}: {printed:?}");
+        assert!(!printed.contains(['\u{1b}', '\u{9b}']), "{printed:?}");
+    }
+}
+
 /// A trial on a boat, a rehearsal, a trial that was aborted and one that was killed.
 fn four_campaigns(logbook: &Path) {
     let on_a_boat = NewCampaign {

@@ -5,20 +5,20 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use seatrial::Window;
 use seatrial::identification::Reader;
 use seatrial::identify::evenly_sampled::{BatchError, EvenlySampled};
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, lambda_of};
 use seatrial::servo::Servo;
-use seatrial::{Record, Window};
 use seatrial_app::Options;
 use seatrial_app::identify_log::Windows;
-use seatrial_app::logs::ReadSettings;
+use seatrial_app::logs::{ReadSettings, Unobserved, open};
 use seatrial_core::RudderUnit;
 use seatrial_core::estimator::Method;
 use seatrial_logs::{ChannelChoice, Quantity};
 
 use crate::arrays::{Column, Columns, dictionary};
-use crate::{error, json, unread, usage};
+use crate::{error, json, usage};
 
 type Span = (Option<f64>, Option<f64>);
 
@@ -254,26 +254,20 @@ fn failed(py: Python<'_>, found: &seatrial_app::Error) -> PyErr {
     error(py, class, found)
 }
 
-/// The samples of a log of any format that the command reads. Where the log has what the servo was told and nobody
-/// said which angle that is, the rudder is `rudder_of_full` in place of `rudder_rad`.
+/// The samples of a log of any format that the command reads, and the log as documents show it; JSON. Where the log has
+/// what the servo was told and nobody said which angle that is, the rudder is `rudder_of_full` in place of `rudder_rad`.
 #[pyfunction]
-pub fn read_log<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyDict>> {
-    let read = py.detach(|| -> Result<Record, seatrial_logs::ReadError> {
-        let log = seatrial_logs::open(&path, &ChannelChoice::default())?;
-        let rudder_unit = log.description().rudder_unit;
-        let mut record: Record = log.collect::<Result<_, _>>()?;
-        record.rudder_unit = rudder_unit;
-        Ok(record)
-    });
-    let record = read.map_err(|found| unread(py, &found))?;
-    let arrays = dictionary(py, &record.samples)?;
-    if record.rudder_unit == RudderUnit::FullRudder
+pub fn read_log<'py>(py: Python<'py>, path: PathBuf) -> PyResult<(Bound<'py, PyDict>, String)> {
+    let opened = py.detach(|| open(&path, &ReadSettings::default(), None, &mut Unobserved));
+    let log = opened.map_err(|found| failed(py, &found))?;
+    let arrays = dictionary(py, &log.record.samples)?;
+    if log.rudder_unit() == RudderUnit::FullRudder
         && let Some(rudder) = arrays.get_item("rudder_rad")?
     {
         arrays.set_item("rudder_of_full", rudder)?;
         arrays.del_item("rudder_rad")?;
     }
-    Ok(arrays)
+    Ok((arrays, json(py, &log.source())?))
 }
 
 /// The paper's printed numbers beside recomputed ones; JSON.

@@ -9,7 +9,6 @@ mod identify;
 mod simulate;
 
 use pyo3::prelude::*;
-use seatrial_logs::ReadError;
 
 /// An exception of the Python part, by its name; it carries the exit code of the command.
 fn error(py: Python<'_>, class: &str, message: impl ToString) -> PyErr {
@@ -25,10 +24,6 @@ fn error(py: Python<'_>, class: &str, message: impl ToString) -> PyErr {
 
 fn usage(py: Python<'_>, message: impl ToString) -> PyErr {
     error(py, "UsageError", message)
-}
-
-fn unread(py: Python<'_>, found: &ReadError) -> PyErr {
-    error(py, "InputError", found)
 }
 
 /// A document as JSON.

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
+import pickle
 import subprocess
 import sys
 import threading
@@ -25,6 +27,16 @@ def test_val_table_iv() -> None:
     # Half a unit of the last digit printed.
     assert turn.u_turn_time_s == pytest.approx(20.65, abs=0.005)
     assert turn.u_turn_mean_radius_m == pytest.approx(9.20, abs=0.005)
+
+
+@pytest.mark.parametrize("hand", ["Starboard", "right", " RIGHT "])
+def test_exact_words_for_starboard(hand: str) -> None:
+    model = seatrial.Model(-1.0, 1.0, 0.1)
+    assert seatrial.turning(model, 0.26, hand=hand) == seatrial.turning(model, 0.26)
+    assert seatrial.turning(model, 0.26, hand="Left") == seatrial.turning(model, 0.26, hand="port")
+    assert seatrial.turning(model, 0.26, hand="left") != seatrial.turning(model, 0.26, hand=hand)
+    with pytest.raises(seatrial.UsageError, match="'starboard' or 'port'"):
+        seatrial.turning(model, 0.26, hand="larboard")
 
 
 def test_exact_gain_of_57() -> None:
@@ -72,7 +84,7 @@ def test_cli_exceptions_carry_the_exit_codes_of_the_command(tmp_path: Path) -> N
         seatrial.identify(time_s, np.sin(time_s), np.zeros(100))
     assert (rejected.value.code, rejected.value.reason) == (4, "rudder_constant")
     with pytest.raises(seatrial.UsageError, match="expected as many"):
-        seatrial.identify(time_s, time_s, time_s[1:])
+        seatrial.identify(time_s, time_s, np.zeros(99))
     with pytest.raises(seatrial.UsageError, match="lambda"):
         seatrial.Estimator(lambda_rad_s=-1.0)
     with pytest.raises(seatrial.InputError) as unread:
@@ -82,6 +94,85 @@ def test_cli_exceptions_carry_the_exit_codes_of_the_command(tmp_path: Path) -> N
     assert str(unread.value) in done.stderr
     with pytest.raises(seatrial.InputError, match="no column 'rudder_rad'"):
         seatrial.identify_table({"time_s": time_s, "heading_rad": time_s})
+
+
+def doublet() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Time, heading and rudder of a first-order vehicle."""
+    time_s = np.arange(400) * 0.05
+    rudder = np.where(time_s < 2, 0.0, np.where(time_s < 4, 0.2, np.where(time_s < 6, -0.2, 0.0)))
+    heading, rate = np.zeros(400), 0.0
+    for k in range(399):
+        heading[k + 1] = heading[k] + 0.05 * rate
+        rate += 0.05 * (-rate + rudder[k])
+    return time_s, heading, rudder
+
+
+def test_exact_dates_and_durations_are_seconds() -> None:
+    time_s, heading, rudder = doublet()
+    expected = seatrial.identify(time_s, heading, rudder).model
+    nanoseconds = np.round(time_s * 1e9).astype("timedelta64[ns]")
+    start = np.datetime64("2026-06-01T12:00:00", "ns")
+    for dates in (start + nanoseconds, nanoseconds, (start + nanoseconds).astype("datetime64[us]")):
+        found = seatrial.identify(dates, heading, rudder).model
+        # Nanoseconds are rounded.
+        assert found.theta == pytest.approx(expected.theta, rel=1e-6, abs=1e-9)
+    with pytest.raises(seatrial.UsageError, match="heading has dates"):
+        seatrial.identify(time_s, start + nanoseconds, rudder)
+
+
+def test_exact_what_is_no_column_of_numbers_is_a_usage_error() -> None:
+    time_s, heading, rudder = doublet()
+    masked = np.ma.masked_array(heading, mask=time_s > 19)
+    for wrong, found in [
+        (heading + 1j, "complex"),
+        (masked, "masked"),
+        (heading[:, None], "2 dimensions"),
+        (heading[1:], "as many"),
+        (["north"] * 400, "expected numbers"),
+    ]:
+        with pytest.raises(seatrial.UsageError, match=found):
+            seatrial.identify(time_s, wrong, rudder)
+    # A speed that is masked is not known, and the model is found all the same.
+    speed = np.ma.masked_array(np.full(400, 1.5), mask=time_s < 1)
+    assert seatrial.identify(time_s, heading, rudder, speed).document["online"]
+
+
+def test_exact_degrees_are_hinted_at() -> None:
+    time_s, heading, rudder = doublet()
+    with pytest.raises(seatrial.UsageError, match="np.radians"):
+        seatrial.identify(time_s, heading, np.degrees(rudder))
+    compass = np.degrees(heading - 0.1) % 360.0
+    with pytest.warns(UserWarning, match="np.radians"):
+        seatrial.identify(time_s, compass, rudder)
+
+
+def test_parity_an_estimator_that_was_pickled_goes_on_with_the_same_bits() -> None:
+    whole, rows = seatrial.Estimator(), list(zip(*doublet()))
+    for row in rows[:20]:
+        whole.warm(*row)
+    for row in rows[20:200]:
+        whole.update(*row)
+    whole.excitation_ended()
+    again = pickle.loads(pickle.dumps(whole))
+    for row in rows[200:]:
+        assert whole.update(*row) == again.update(*row)
+        assert whole.model == again.model
+    assert (whole.covariance == again.covariance).all()
+    assert copy.deepcopy(again).model == whole.model
+
+
+def test_io_a_log_says_how_it_was_read(tmp_path: Path) -> None:
+    time_s, heading, rudder = doublet()
+    log = tmp_path / "run.csv"
+    rows = zip(time_s, np.degrees(heading), 1500.0 + 1000.0 * rudder)
+    lines = [f"{t},{psi},{pwm}" for t, psi, pwm in rows]
+    log.write_text("\n".join(["time_s,heading_deg,rudder_pwm", *lines]))
+    found = seatrial.read_log(log)
+    assert found.rudder_unit == "full_rudder"
+    assert "rudder_of_full" in found and "rudder_rad" not in found
+    assert any("--rudder-range-deg" in warning for warning in found.warnings)
+    assert isinstance(found.assumptions, dict)
+    assert found.source["samples_read"] == 400
 
 
 def test_prop_other_threads_run_while_a_study_does() -> None:

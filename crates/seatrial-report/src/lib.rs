@@ -35,6 +35,7 @@ pub use pitch::render as render_pitch;
 use run_figures::Source;
 use seatrial::campaign::{Campaign, Run};
 use seatrial::identification::{Reason, Verdict};
+use seatrial::plain_text::plain;
 pub use segmentation::{Found, render as render_found};
 pub use standard::render as render_standard;
 pub use study::render as render_study;
@@ -211,6 +212,7 @@ impl Page {
     const SCRIPT: &'static str = include_str!("theme.js");
 
     fn text(&self) -> String {
-        self.render().expect("writing into a string cannot fail")
+        let page = self.render().expect("writing into a string cannot fail");
+        plain(&page).into_owned()
     }
 }

@@ -66,7 +66,7 @@ pub fn render(log: &Log) -> String {
         title: format!("Steering of {}", log.name),
         subtitle: speeds_text(log.models),
         headline: headline::of_log(log.verdict, log.command),
-        summary: has_models.then(|| tables::log_summary(log.models)),
+        summary: has_models.then(|| tables::log_summary(log.models, log.record.rudder_unit)),
         runs: vec![RunSection {
             anchor: "run-1".to_owned(),
             title: "The record".to_owned(),

@@ -2,8 +2,17 @@
 
 use std::fmt::Write;
 
-use seatrial::figures::{r2_text, with_decimals};
+use seatrial::figures::{r2_text, three_figures, with_decimals};
 use seatrial::identification::Reason;
+use seatrial_core::RudderUnit;
+
+/// How many of the unit that a rudder is shown in one is, and its sign.
+pub(super) fn rudder_unit(unit: RudderUnit) -> (f64, &'static str) {
+    match unit {
+        RudderUnit::Rad => (1_f64.to_degrees(), "°"),
+        RudderUnit::FullRudder => unit.for_people(),
+    }
+}
 
 /// What stands for a missing value.
 pub(super) const MISSING: &str = "–";
@@ -29,8 +38,11 @@ pub(super) fn decimals_or_missing(value: Option<f64>, count: usize) -> String {
     value.map_or_else(|| MISSING.to_owned(), |value| decimals(value, count))
 }
 
-/// A number with so many significant digits, never as a power of ten.
+/// A number with so many significant digits; a tiny one as a power of ten.
 pub(super) fn significant(value: f64, digits: i32) -> String {
+    if value != 0.0 && value.abs() < 1e-6 {
+        return three_figures(value).replace('-', "−");
+    }
     let magnitude = value.abs().log10().floor();
     let count = if magnitude.is_finite() {
         (digits - 1 - magnitude as i32).clamp(0, 8)
@@ -91,6 +103,7 @@ mod tests {
         assert_eq!(significant(0.0123456, 3), "0.0123");
         assert_eq!(significant(-123.4, 2), "−123");
         assert_eq!(significant(0.0, 3), "0.00");
+        assert_eq!(significant(-1.2e-8, 3), "−1.20e−8");
         assert_eq!(significant(f64::INFINITY, 3), MISSING);
     }
 

@@ -7,7 +7,7 @@ use seatrial_core::{Real, Sample};
 use super::Figure;
 use super::chart::{Chart, Layer, Mark, PLOT_WIDTH, Panel, Shape, Span};
 use super::fit::usable;
-use super::number::decimals;
+use super::number::{decimals, rudder_unit};
 use seatrial::campaign::{Stage, StageSpan};
 use seatrial::identification::Identification;
 use seatrial::manoeuvre::Manoeuvre;
@@ -120,6 +120,15 @@ pub(super) fn present(points: &[[f64; 2]]) -> bool {
     points.iter().any(|point| point[1].is_finite())
 }
 
+/// The rudder in degrees, or in per cent of full where nobody said which angle that is.
+fn rudder_panel(samples: &[Sample<f64>], source: &Source) -> Panel {
+    let (scale, unit) = rudder_unit(source.record.rudder_unit);
+    let mut points = series(samples, source.origin_s, |s| Some(s.rudder_rad));
+    points.iter_mut().for_each(|point| point[1] *= scale);
+    let layers = vec![Layer::line("b", "", points)];
+    Panel::linear(format!("Rudder, {unit}"), 66.0, layers)
+}
+
 /// Heading, rudder, rate and what else was measured, with the stages shaded (Figs. 5 and 7).
 pub(super) fn manoeuvre(source: &Source) -> Option<Figure> {
     let all = &source.record.samples;
@@ -157,11 +166,7 @@ pub(super) fn manoeuvre(source: &Source) -> Option<Figure> {
     }
     let mut panels = vec![
         Panel::linear("Heading, °", 92.0, vec![Layer::line("a", "", heading)]),
-        Panel::linear(
-            "Rudder, °",
-            66.0,
-            vec![Layer::line("b", "", line(|s| degrees(Some(s.rudder_rad))))],
-        ),
+        rudder_panel(samples, source),
     ];
     let (rate, name) = yaw_rate(samples, source.origin_s);
     if present(&rate) {

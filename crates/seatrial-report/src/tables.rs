@@ -1,15 +1,17 @@
 //! The tables: summary, Tables II, III and V of the paper, every run.
 
 use seatrial_core::heading_loop::HeadingLoop;
-use seatrial_core::{HeadingGain, Nomoto, YawModel};
+use seatrial_core::{HeadingGain, Nomoto, RudderUnit, YawModel};
 
 use super::fit::usable;
 use super::headline::Tone;
 use super::log_model::LogModel;
-use super::number::{MISSING, decimals, decimals_or_missing, joined, percent, r2, significant};
+use super::number::{
+    MISSING, decimals, decimals_or_missing, joined, percent, r2, rudder_unit, significant,
+};
 use super::speed_figures::{DAMPING_RATIO, Speed, gain_interval};
 use seatrial::campaign::{Campaign, Run, Stage};
-use seatrial::figures::decimals_of;
+use seatrial::figures::within;
 use seatrial::identification::{Identification, Intervals, Verdict};
 use seatrial::identify::simplex;
 use seatrial::identify::validation::goodness_of_fit;
@@ -63,11 +65,14 @@ impl Cell {
         let Some(interval) = interval else {
             return significant(value, 3).into();
         };
-        let count = decimals_of(interval);
-        let [low, high] = interval.map(|bound| decimals(bound, count));
+        let shown = |value: f64| match value.is_finite() {
+            true => within(value, Some(interval)).replace('-', "−"),
+            false => MISSING.to_owned(),
+        };
+        let [low, high] = interval.map(shown);
         Self {
             detail: format!("{low} … {high}"),
-            ..Self::from(decimals(value, count))
+            ..Self::from(shown(value))
         }
     }
 
@@ -86,44 +91,54 @@ pub(super) fn columns(named: &[(&'static str, &'static str)]) -> Vec<Column> {
     columns.collect()
 }
 
-/// The cells of a22, b2, C0 and delta0 (deg) of the model that goes to the controller.
-fn parameters(identification: &Identification) -> [Cell; 4] {
+/// The cells of a22, b2, C0 and delta0 of the model that goes to the controller.
+fn parameters(identification: &Identification, unit: RudderUnit) -> [Cell; 4] {
+    let (scale, _) = rudder_unit(unit);
     let model = identification.model();
     let intervals = identification.refined.as_ref().map(|r| r.interval_95);
     let interval = |of: fn(&Intervals) -> [f64; 2]| intervals.as_ref().map(of);
-    let in_degrees = |pair: [f64; 2]| pair.map(f64::to_degrees);
+    let shown = |pair: [f64; 2]| pair.map(|angle| scale * angle);
     [
         Cell::with_interval(model.a22_per_s, interval(|i| i.a22_per_s)),
         Cell::with_interval(model.b2_per_s2, interval(|i| i.b2_per_s2)),
         Cell::with_interval(model.c0_rad_per_s2, interval(|i| i.c0_rad_per_s2)),
         model.delta0_rad().map_or(MISSING.to_owned().into(), |d| {
-            let interval = intervals.and_then(|i| i.delta0_rad).map(in_degrees);
-            Cell::with_interval(d.to_degrees(), interval)
+            let interval = intervals.and_then(|i| i.delta0_rad).map(shown);
+            Cell::with_interval(scale * d, interval)
         }),
     ]
 }
 
-const SUMMARY_PARAMETERS: [(&str, &str); 8] = [
-    ("Damping a₂₂", "1/s"),
-    ("Authority b₂", "1/s²"),
-    ("Offset C₀", "rad/s²"),
-    ("Offset δ₀", "°"),
-    ("Nomoto T", "s"),
-    ("Nomoto K", "1/s"),
-    ("R²", "validation"),
-    ("Gain Kₚ", "°/°"),
-];
+/// What is shown of a model whose rudder is in this unit.
+fn summary_parameters(unit: RudderUnit) -> [(&'static str, &'static str); 8] {
+    let (_, rudder) = rudder_unit(unit);
+    let [authority, nomoto_k, gain] = match unit {
+        RudderUnit::Rad => ["1/s²", "1/s", "°/°"],
+        RudderUnit::FullRudder => ["1/s² per full rudder", "1/s per full rudder", "full/rad"],
+    };
+    [
+        ("Damping a₂₂", "1/s"),
+        ("Authority b₂", authority),
+        ("Offset C₀", "rad/s²"),
+        ("Offset δ₀", rudder),
+        ("Nomoto T", "s"),
+        ("Nomoto K", nomoto_k),
+        ("R²", "validation"),
+        ("Gain Kₚ", gain),
+    ]
+}
 
 fn summary_cells(
     identification: &Identification,
     verdict: &Verdict,
     gain: Option<Cell>,
+    unit: RudderUnit,
 ) -> Vec<Cell> {
     let nomoto = identification.nomoto;
     let judged = identification
         .validation
         .and_then(|v| v.judged_r2_heading());
-    let mut cells = Vec::from(parameters(identification));
+    let mut cells = Vec::from(parameters(identification, unit));
     let nomoto_cell = |of: fn(Nomoto<f64>) -> f64| {
         let interval = identification.refined.as_ref().and_then(|refined| {
             interval_95(&refined.model, &refined.covariance, |model| {
@@ -170,10 +185,17 @@ pub(super) fn summary(campaign: &Campaign, speeds: &[Speed]) -> Table {
             .and_then(|speed| Some(gain_cell(speed, speed.gain?.proportional_gain)));
         match &run.identification {
             Some(identification) => {
-                row.extend(summary_cells(identification, &run.verdict, gain));
+                row.extend(summary_cells(
+                    identification,
+                    &run.verdict,
+                    gain,
+                    RudderUnit::Rad,
+                ));
             }
             None => {
-                row.extend(SUMMARY_PARAMETERS.map(|_| Cell::from(MISSING.to_owned())));
+                row.extend(
+                    summary_parameters(RudderUnit::Rad).map(|_| Cell::from(MISSING.to_owned())),
+                );
                 row.push(Cell::verdict(&run.verdict));
             }
         }
@@ -186,7 +208,7 @@ pub(super) fn summary(campaign: &Campaign, speeds: &[Speed]) -> Table {
         columns: columns(
             &[
                 &[("Thrust", ""), ("Speed", "m/s")],
-                &SUMMARY_PARAMETERS[..],
+                &summary_parameters(RudderUnit::Rad)[..],
                 &[("Verdict", "")],
             ]
             .concat(),
@@ -195,7 +217,8 @@ pub(super) fn summary(campaign: &Campaign, speeds: &[Speed]) -> Table {
 }
 
 /// One line for each model of a log.
-pub(super) fn log_summary(models: &[LogModel]) -> Table {
+pub(super) fn log_summary(models: &[LogModel], unit: RudderUnit) -> Table {
+    let parameters = summary_parameters(unit);
     let identifications = models.iter().filter_map(|model| model.identification);
     let rows = models.iter().map(|model| {
         let gain = model.gain().map(|gain| Cell::from(significant(gain, 3)));
@@ -208,10 +231,10 @@ pub(super) fn log_summary(models: &[LogModel]) -> Table {
         ];
         match model.identification {
             Some(identification) => {
-                row.extend(summary_cells(identification, model.verdict, gain));
+                row.extend(summary_cells(identification, model.verdict, gain, unit));
             }
             None => {
-                row.extend(SUMMARY_PARAMETERS.map(|_| Cell::from(MISSING.to_owned())));
+                row.extend(parameters.map(|_| Cell::from(MISSING.to_owned())));
                 row.push(Cell::verdict(model.verdict));
             }
         }
@@ -224,7 +247,7 @@ pub(super) fn log_summary(models: &[LogModel]) -> Table {
         columns: columns(
             &[
                 &[("Thrust", ""), ("Speed", "m/s")],
-                &SUMMARY_PARAMETERS[..],
+                &parameters[..],
                 &[("Verdict", "")],
             ]
             .concat(),

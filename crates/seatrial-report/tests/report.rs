@@ -2,10 +2,10 @@
 
 mod made_up_trial;
 
-use seatrial::Campaign;
 use seatrial::identification::{EstimateMethod, Outcome as Usable, Reason, ReasonCode, Verdict};
 use seatrial::time_scale::LambdaReason;
-use seatrial_core::{AbortReason, Outcome};
+use seatrial::{Campaign, Record};
+use seatrial_core::{AbortReason, Outcome, RudderUnit};
 use seatrial_report::{self as report, Log, LogModel};
 
 /// Keeps a page where a person can open it and returns its text.
@@ -266,6 +266,51 @@ fn prop_names_cannot_write_markup() {
     };
     let page = report::render_log(&log);
     assert!(!page.contains("<script>alert") && !page.contains("<img"));
+}
+
+/// No name brings a command of a terminal, or turns the lines around, for who reads the page's source or copies from it.
+#[test]
+fn prop_names_cannot_command_a_terminal() {
+    let hostile = "pay\u{1b}[2Jload\u{9b}31m\u{202e}";
+    let mut campaign = made_up_trial::campaign(&[0.6]);
+    campaign.vehicle = hostile.to_owned();
+    campaign.configuration = hostile.to_owned();
+    let page = report::render(&campaign, &[("Plan", hostile.to_owned())], "");
+    assert!(!page.contains(['\u{1b}', '\u{9b}', '\u{202e}']));
+    assert!(page.contains("pay\\u{1b}[2Jload"));
+}
+
+/// A rudder of which nobody said the angle is in per cent of full, and is never called degrees.
+#[test]
+fn exact_a_fraction_of_full_rudder_is_no_angle() {
+    let campaign = made_up_trial::campaign(&[0.6]);
+    let run = &campaign.runs[0];
+    let mut record = run.record.clone();
+    let page = |record: &Record| {
+        report::render_log(&Log {
+            name: "run.csv",
+            record,
+            fresh: None,
+            identification: run.identification.as_ref(),
+            verdict: &run.verdict,
+            models: &[LogModel {
+                thrust: None,
+                surge_speed_m_s: None,
+                identification: run.identification.as_ref(),
+                verdict: &run.verdict,
+            }],
+            command: "",
+            provenance: &[],
+        })
+    };
+    let angles = page(&record);
+    assert!(angles.contains("Rudder, °") && angles.contains("°/°"));
+    record.rudder_unit = RudderUnit::FullRudder;
+    let fractions = page(&record);
+    assert!(!fractions.contains("Rudder, °") && !fractions.contains("°/°"));
+    for shown in ["Rudder, % of full", "full/rad", "1/s² per full rudder"] {
+        assert!(fractions.contains(shown), "{shown}");
+    }
 }
 
 /// Values that no vehicle sends must not break the page.

@@ -64,19 +64,30 @@ pub fn with_decimals(value: f64, decimals: usize) -> String {
     }
 }
 
-/// The bounds of an interval, `-1.12 to -1.02`.
+/// The bounds of an interval, `-1.12 to -1.02`, or `1.20e-8 to 1.40e-8`.
 pub fn bounds_text(interval: [f64; 2]) -> String {
-    let decimals = decimals_of(interval);
-    let [low, high] = interval.map(|bound| with_decimals(bound, decimals));
+    let [low, high] = interval.map(|bound| within(bound, Some(interval)));
     format!("{low} to {high}")
+}
+
+/// The power of ten that an interval of tiny numbers is written with.
+fn power_of([low, high]: [f64; 2]) -> Option<i32> {
+    let largest = low.abs().max(high.abs());
+    (largest > f64::MIN_POSITIVE && largest < PLAIN.start).then(|| largest.log10().floor() as i32)
 }
 
 /// A value with the decimals that its interval leaves it; to three significant figures without one.
 pub fn within(value: f64, interval: Option<[f64; 2]>) -> String {
-    interval.map_or_else(
-        || three_figures(value),
-        |interval| with_decimals(value, decimals_of(interval)),
-    )
+    let Some(interval) = interval else {
+        return three_figures(value);
+    };
+    let Some(power) = power_of(interval) else {
+        return with_decimals(value, decimals_of(interval));
+    };
+    // Divided: a power of ten below the least number is 0.
+    let digits = |value: f64| value / 10_f64.powi(power);
+    let decimals = decimals_of(interval.map(digits));
+    format!("{}e{power}", with_decimals(digits(value), decimals))
 }
 
 #[cfg(test)]
@@ -95,6 +106,8 @@ mod tests {
         assert_eq!(bounds_text([-0.001, 0.2]), "0.00 to 0.20");
         assert_eq!(within(1.0, Some([1.0, 1.0])), "1.00000");
         assert_eq!(within(0.012_345, None), "0.0123");
+        assert_eq!(bounds_text([1.2e-8, 1.4e-8]), "1.20e-8 to 1.40e-8");
+        assert_eq!(within(-3.1e-12, Some([-4e-12, -2e-12])), "-3.1e-12");
     }
 
     #[test]

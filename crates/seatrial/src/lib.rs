@@ -81,6 +81,7 @@ pub mod identify;
 pub mod legs;
 pub mod manoeuvre;
 pub mod pitch;
+pub mod plain_text;
 pub mod plausibility;
 pub mod preview;
 pub mod propagation;

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import math
+from array import array as numbers
 from dataclasses import dataclass
 from os import PathLike
 from typing import Any, Iterable, Literal, Optional, Sequence
@@ -17,7 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
-from ._columns import Array, array, columns, optional
+from ._columns import Array, array, columns, optional, seconds
+from ._degrees import refuse_degrees
 from ._errors import (
     AbortedError,
     InputError,
@@ -27,10 +29,9 @@ from ._errors import (
     UsageError,
 )
 from ._fleet import fleet
-from ._native import read_log
 
 __all__ = [
-    "AbortedError", "Estimator", "Gain", "Identification", "InputError", "Model", "NotSavedError",
+    "AbortedError", "Estimator", "Gain", "Identification", "InputError", "Log", "Model", "NotSavedError",
     "Point", "RejectedError", "Schedule", "SeatrialError", "TrialResult", "Turn", "UsageError",
     "fleet", "gains", "identify", "identify_log", "identify_table", "paper_claims",
     "read_log", "study", "trial", "turning",
@@ -147,21 +148,24 @@ def identify(
 ) -> Identification:
     """Identify the yaw model of a record.
 
-    time: s, increasing. heading: rad, wrapped or not. rudder: rad, each angle acting from its time on. speed: m/s.
+    time: s, increasing, or dates or durations of NumPy. heading: rad, wrapped or not. rudder: rad, each angle acting from its time on. speed: m/s.
     yaw_rate: rad/s. thrust: fraction of full. training, validation: windows (from, to), s, half open; None is the
     record's end. estimate: ``refined`` with intervals, ``online`` as on the vehicle, ``paper`` to the letter; ``batch``
     is the paper's filters and least squares, (16)-(34), in one pass over evenly sampled arrays, for records of a million
     samples: a damaged sample is an error, and nothing is judged.
     lambda_rad_s: pole of the state variable filter, derived from the data where None. Float64 arrays are
-    read where they lie. Raises RejectedError where nothing can be estimated; look at ``accepted`` elsewhere.
+    read where they lie. Raises RejectedError where nothing can be estimated; look at ``accepted`` elsewhere. Raises
+    UsageError for arrays that are no columns of numbers and for a rudder in degrees.
     """
+    time_s, psi, delta = seconds(time), array(heading, "heading"), array(rudder, "rudder")
+    refuse_degrees(psi, delta)
     if estimate == "batch":
         if validation is not None or method not in (None, "least_squares") or trace:
             raise UsageError("estimate='batch' takes no validation, instrument or trace")
-        return _batch(array(time), array(heading), array(rudder), training, lambda_rad_s)
+        return _batch(time_s, psi, delta, training, lambda_rad_s)
     text = _native.identify(
-        array(time), array(heading), array(rudder), optional(speed), optional(yaw_rate),
-        optional(thrust), training, validation, estimate, method, lambda_rad_s, trace,
+        time_s, psi, delta, optional(speed, "speed"), optional(yaw_rate, "yaw_rate"),
+        optional(thrust, "thrust"), training, validation, estimate, method, lambda_rad_s, trace,
     )
     return Identification(json.loads(text))
 
@@ -201,6 +205,48 @@ def identify_log(
     return Identification(json.loads(text))
 
 
+class Log(dict[str, Array]):
+    """The samples of a log as arrays by their names, and how they were read.
+
+    The rudder is ``rudder_rad``, or ``rudder_of_full`` where the log has what a servo was told and nobody said which angle
+    that is. ``source`` is what ``seatrial identify LOG --json`` prints of the log.
+    """
+
+    def __init__(self, samples: dict[str, Array], source: dict[str, Any]) -> None:
+        super().__init__(samples)
+        self.source = source
+
+    @property
+    def rudder_unit(self) -> Literal["rad", "full_rudder"]:
+        """In what the rudder is: radians, or fractions of full rudder."""
+        unit: Literal["rad", "full_rudder"] = self.source["rudder_unit"]
+        return unit
+
+    @property
+    def assumptions(self) -> dict[str, str]:
+        """Why a unit was assumed, by quantity, where the log does not say it."""
+        channels = self.source["channels"]
+        return {
+            channel["quantity"]: f"{channel['column']} in {channel['unit']}: {channel['because'] or 'by its values'}"
+            for channel in channels
+            if channel["unit_source"] == "assumed"
+        }
+
+    @property
+    def warnings(self) -> list[str]:
+        """What has to be known before the samples are trusted."""
+        return list(self.source["warnings"])
+
+
+def read_log(path: str | PathLike[str]) -> Log:
+    """The samples of a log of any format that the command reads, as it reads them.
+
+    Of a log with more than 500,000 samples the segment in which the rudder varies most is kept, and a warning says so.
+    """
+    samples, source = _native.read_log(path)
+    return Log(samples, json.loads(source))
+
+
 def _batch(
     time: Array, heading: Array, rudder: Array, training: Span, lambda_rad_s: Optional[float]
 ) -> Identification:
@@ -230,15 +276,18 @@ def identify_table(
     names = dict(
         time=time, heading=heading, rudder=rudder, speed=speed, yaw_rate=yaw_rate, thrust=thrust
     )
-    return identify(**columns(table, names), **settings)  # type: ignore[arg-type]
+    return identify(**columns(table, names), **settings)
 
 
 class Estimator:
     """The estimator that runs on the vehicle, one sample at a time.
 
     Give it the settling data with ``warm``, the training data with ``update``, and call ``excitation_ended`` when the
-    doublet is over; ``restart`` before the next speed. Times are s, angles rad.
+    doublet is over; ``restart`` before the next speed. Times are s, angles rad. It can be copied and pickled; for that it
+    keeps what it was given, 32 bytes a sample.
     """
+
+    _WARM, _UPDATE, _ENDED, _RESTART = range(4)
 
     def __init__(
         self,
@@ -246,22 +295,46 @@ class Estimator:
         method: Optional[Method] = None,
         as_paper: bool = False,
     ) -> None:
+        self._settings = (lambda_rad_s, method, as_paper)
         self._native = _native.Estimator(lambda_rad_s, method, as_paper)
+        self._given = numbers("d")
+
+    def __getstate__(self) -> tuple[Any, ...]:
+        return (self._settings, self._given.tobytes())
+
+    def __setstate__(self, state: tuple[Any, ...]) -> None:
+        self._settings, given = state
+        self._native = _native.Estimator(*self._settings)
+        self._given = numbers("d", given)
+        for k in range(0, len(self._given), 4):
+            what, *sample = self._given[k : k + 4]
+            if what == self._WARM:
+                self._native.warm(*sample)
+            elif what == self._UPDATE:
+                self._native.update(*sample)
+            elif what == self._ENDED:
+                self._native.excitation_ended()
+            else:
+                self._native.restart()
 
     def warm(self, time_s: float, heading_rad: float, rudder_rad: float) -> str:
         """Take in a sample of the settling phase: 'warming' or 'rejected'."""
+        self._given.extend((self._WARM, time_s, heading_rad, rudder_rad))
         return self._native.warm(time_s, heading_rad, rudder_rad)
 
     def update(self, time_s: float, heading_rad: float, rudder_rad: float) -> str:
         """Take in a sample of the training phase: 'used', 'warming' or 'rejected'."""
+        self._given.extend((self._UPDATE, time_s, heading_rad, rudder_rad))
         return self._native.update(time_s, heading_rad, rudder_rad)
 
     def excitation_ended(self) -> None:
         """The doublet is over: convergence counts from now on and the instrument takes over."""
+        self._given.extend((self._ENDED, 0.0, 0.0, 0.0))
         self._native.excitation_ended()
 
     def restart(self) -> None:
         """Forget the estimate for the next speed; filters and guard run on."""
+        self._given.extend((self._RESTART, 0.0, 0.0, 0.0))
         self._native.restart()
 
     @property
@@ -290,6 +363,9 @@ class Estimator:
         return self._native.converged_s
 
 
+_HANDS = {"starboard": True, "right": True, "port": False, "left": False}
+
+
 @dataclass(frozen=True)
 class Turn:
     """A turn under full rudder, (40)-(50)."""
@@ -306,10 +382,15 @@ def turning(
     model: Model,
     rudder_limit_rad: float,
     surge_speed_m_s: Optional[float] = None,
-    hand: Literal["starboard", "port"] = "starboard",
+    hand: str = "starboard",
 ) -> Turn:
-    """Turning limits of a model: rates in rad/s, times in s, radii in m where the speed is given."""
-    starboard = hand == "starboard"
+    """Turning limits of a model: rates in rad/s, times in s, radii in m where the speed is given.
+
+    hand: starboard or right, port or left, in any case.
+    """
+    starboard = _HANDS.get(hand.strip().lower())
+    if starboard is None:
+        raise UsageError(f"hand={hand!r}: expected 'starboard' or 'port', 'right' or 'left'")
     return Turn(*_native.turn(model.theta, rudder_limit_rad, starboard, surge_speed_m_s))
 
 
