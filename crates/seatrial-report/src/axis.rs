@@ -1,10 +1,17 @@
 //! Ticks, thinned lines and the places of labels.
 
-use super::chart::WIDTH;
 use super::number::decimals;
 
 /// Mean width of a character, user units, a little generous.
 pub(super) const CHARACTER: f64 = 6.8;
+
+/// The least and the greatest of the values that are numbers; infinite ends in the wrong order where
+/// there are none.
+pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
+    let nothing = [f64::INFINITY, f64::NEG_INFINITY];
+    let widened = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];
+    values.into_iter().fold(nothing, widened)
+}
 
 /// About `count` round values inside the axis, steps of 1, 2 or 5 times a power of ten.
 pub(super) fn linear_ticks([low, high]: [f64; 2], count: f64) -> Vec<(f64, String)> {
@@ -90,15 +97,19 @@ pub(super) fn thinned(points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
     thin
 }
 
-/// Where each label goes: its left end and its row, so that none lies on another.
-pub(super) fn placed(mut labels: Vec<(f64, String)>) -> (Vec<(f64, usize, String)>, usize) {
+/// Where each label goes: its left end and its row, so that none lies on another and all lie
+/// inside the chart.
+pub(super) fn placed(
+    mut labels: Vec<(f64, String)>,
+    chart_width: f64,
+) -> (Vec<(f64, usize, String)>, usize) {
     labels.retain(|(x, text)| x.is_finite() && !text.is_empty());
     labels.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut row_ends: Vec<f64> = Vec::new();
     let mut placed = Vec::new();
     for (centre, text) in labels {
         let width = text.chars().count() as f64 * CHARACTER;
-        let left = (centre - width / 2.0).clamp(2.0, (WIDTH - width - 2.0).max(2.0));
+        let left = (centre - width / 2.0).clamp(2.0, (chart_width - width - 2.0).max(2.0));
         let row = row_ends
             .iter()
             .position(|end| end + 6.0 <= left)
@@ -117,6 +128,13 @@ mod tests {
     fn texts(axis: [f64; 2], count: f64) -> Vec<String> {
         let ticks = linear_ticks(axis, count);
         ticks.into_iter().map(|(_, text)| text).collect()
+    }
+
+    #[test]
+    fn exact_extent_passes_over_what_is_no_number() {
+        assert_eq!(extent([2.0, f64::NAN, -1.0, 0.5]), [-1.0, 2.0]);
+        let [low, high] = extent([f64::NAN]);
+        assert!(low > high);
     }
 
     #[test]
@@ -153,9 +171,11 @@ mod tests {
 
     #[test]
     fn prop_labels_do_not_lie_on_each_other() {
+        const WIDTH: f64 = 420.0;
         let labels = ["doublet", "armed", "converged 6.3 s", "least radius"];
         let crowded = labels.iter().zip([100.0, 104.0, 110.0, 419.0]);
-        let (placed, rows) = placed(crowded.map(|(text, x)| (x, (*text).to_owned())).collect());
+        let crowded = crowded.map(|(text, x)| (x, (*text).to_owned()));
+        let (placed, rows) = placed(crowded.collect(), WIDTH);
         assert_eq!(rows, 3);
         for (k, (left, row, text)) in placed.iter().enumerate() {
             let end = left + text.chars().count() as f64 * CHARACTER;

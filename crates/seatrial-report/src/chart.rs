@@ -11,7 +11,7 @@
 
 use std::fmt::Write;
 
-use super::axis::{CHARACTER, linear_ticks, placed, power_of_ten, thinned};
+use super::axis::{CHARACTER, extent, linear_ticks, placed, power_of_ten, thinned};
 use super::number::escaped;
 
 /// Width of every chart, user units: chosen so that text stays readable on a phone.
@@ -178,17 +178,8 @@ impl Panel {
 
     /// The vertical axis in the units in which it is even: the logarithm for a logarithmic one.
     fn axis(&self, x_range: [f64; 2]) -> [f64; 2] {
-        let values = || {
-            self.layers
-                .iter()
-                .flat_map(|layer| layer.values(x_range))
-                .map(|y| self.even(y))
-                .filter(|y| y.is_finite())
-        };
-        let found = [
-            values().fold(f64::INFINITY, f64::min),
-            values().fold(f64::NEG_INFINITY, f64::max),
-        ];
+        let values = self.layers.iter().flat_map(|layer| layer.values(x_range));
+        let found = extent(values.map(|y| self.even(y)).filter(|y| y.is_finite()));
         let [low, high] = self
             .range
             .map_or(found, |range| range.map(|y| self.even(y)));
@@ -245,7 +236,7 @@ impl Chart {
             .filter(|span| span.to > from && span.from < to)
             .map(|s| (x(0.5 * (inside(s.from) + inside(s.to))), s.label.clone()));
         let mark_labels = self.marks.iter().map(|m| (x(m.at), m.label.clone()));
-        let (labels, rows) = placed(span_labels.chain(mark_labels).collect());
+        let (labels, rows) = placed(span_labels.chain(mark_labels).collect(), WIDTH);
         let labels_height = rows as f64 * LABEL_ROW;
 
         let mut body = String::new();
@@ -381,6 +372,7 @@ fn draw_header(panel: &Panel, top: f64, body: &mut String) -> usize {
     row + 1
 }
 
+/// Draws a layer in tenths of a unit from the panel's top left corner. `x` and `y` place a value.
 fn draw_layer(
     layer: &Layer,
     body: &mut String,
@@ -388,51 +380,13 @@ fn draw_layer(
     y: impl Fn(f64) -> f64,
     width10: f64,
 ) {
-    // Far outside the panel there is nothing to see, and digits to save.
-    let tenths = |value: f64| value.clamp(-2e4, 2e4).round() as i64;
     let ink = layer.ink;
     match &layer.shape {
-        Shape::Line(points) => {
-            let unit = points.iter().map(|[a, b]| [x(*a) / 10.0, y(*b) / 10.0]);
-            let mut pen: Option<[i64; 2]> = None;
-            let _ = write!(body, "<path class=\"line {ink}\" d=\"");
-            for [a, b] in thinned(unit) {
-                if !b.is_finite() {
-                    pen = None;
-                    continue;
-                }
-                let to = [tenths(a * 10.0), tenths(b * 10.0)];
-                let _ = match pen {
-                    Some(at) => write!(body, "l{} {}", to[0] - at[0], to[1] - at[1]),
-                    None => write!(body, "M{} {}", to[0], to[1]),
-                };
-                pen = Some(to);
-            }
-            body.push_str("\"/>");
-        }
-        Shape::Dots(points) => {
-            for [a, b] in points.iter().map(|[a, b]| [x(*a), y(*b)]) {
-                if a.is_finite() && b.is_finite() {
-                    let _ = write!(
-                        body,
-                        "<circle class=\"dot {ink}\" cx=\"{}\" cy=\"{}\" r=\"32\"/>",
-                        tenths(a),
-                        tenths(b)
-                    );
-                }
-            }
-        }
+        Shape::Line(points) => draw_line(points.iter().map(|[a, b]| [x(*a), y(*b)]), ink, body),
+        Shape::Dots(points) => draw_dots(points.iter().map(|[a, b]| [x(*a), y(*b)]), ink, body),
         Shape::Bars(bars) => {
-            for [a, low, high] in bars.iter().map(|[a, l, h]| [x(*a), y(*l), y(*h)]) {
-                if a.is_finite() && low.is_finite() && high.is_finite() {
-                    let (a, low, high) = (tenths(a), tenths(low), tenths(high));
-                    let _ = write!(
-                        body,
-                        "<path class=\"line {ink}\" d=\"M{a} {low}V{high}M{} {low}h60M{0} {high}h60\"/>",
-                        a - 30
-                    );
-                }
-            }
+            let bars = bars.iter().map(|[a, low, high]| [x(*a), y(*low), y(*high)]);
+            draw_bars(bars, ink, body);
         }
         Shape::Band(ends) => {
             let [low, high] = ends.map(|end| tenths(y(end)));
@@ -454,6 +408,53 @@ fn draw_layer(
                 );
             }
         }
+    }
+}
+
+/// A whole number of tenths of a unit. Far outside the panel there is nothing to see, and digits to
+/// save.
+fn tenths(value: f64) -> i64 {
+    value.clamp(-2e4, 2e4).round() as i64
+}
+
+fn draw_line(points: impl Iterator<Item = [f64; 2]>, ink: &str, body: &mut String) {
+    let unit = points.map(|[a, b]| [a / 10.0, b / 10.0]);
+    let mut pen: Option<[i64; 2]> = None;
+    let _ = write!(body, "<path class=\"line {ink}\" d=\"");
+    for [a, b] in thinned(unit) {
+        if !b.is_finite() {
+            pen = None;
+            continue;
+        }
+        let to = [tenths(a * 10.0), tenths(b * 10.0)];
+        let _ = match pen {
+            Some(at) => write!(body, "l{} {}", to[0] - at[0], to[1] - at[1]),
+            None => write!(body, "M{} {}", to[0], to[1]),
+        };
+        pen = Some(to);
+    }
+    body.push_str("\"/>");
+}
+
+fn draw_dots(points: impl Iterator<Item = [f64; 2]>, ink: &str, body: &mut String) {
+    for [a, b] in points.filter(|point| point.iter().all(|at| at.is_finite())) {
+        let _ = write!(
+            body,
+            "<circle class=\"dot {ink}\" cx=\"{}\" cy=\"{}\" r=\"32\"/>",
+            tenths(a),
+            tenths(b)
+        );
+    }
+}
+
+fn draw_bars(bars: impl Iterator<Item = [f64; 3]>, ink: &str, body: &mut String) {
+    for bar in bars.filter(|bar| bar.iter().all(|at| at.is_finite())) {
+        let [a, low, high] = bar.map(tenths);
+        let _ = write!(
+            body,
+            "<path class=\"line {ink}\" d=\"M{a} {low}V{high}M{} {low}h60M{0} {high}h60\"/>",
+            a - 30
+        );
     }
 }
 

@@ -1,8 +1,10 @@
 //! The page of the field experiments.
 
-use super::chart::{Chart, Layer, PLOT_WIDTH, Panel};
+use super::axis::extent;
+use super::chart::{Chart, Layer, Panel};
 use super::headline::{Headline, Tone};
 use super::number::{decimals, percent, spoken};
+use super::plan_view::{PlanView, Room};
 use super::tables::{Cell, Table, columns};
 use super::{Figure, Page, recorded, speed_figures};
 use seatrial::campaign::Campaign;
@@ -195,35 +197,24 @@ fn u_turn_tracks(field: &Field) -> Option<Figure> {
             .collect()
     };
     let tracks: Vec<Vec<[f64; 2]>> = field.u_turns.iter().map(turned).collect();
-    let range = |axis: usize| {
-        let values = || tracks.iter().flatten().map(|p| p[axis]);
-        [
-            values().fold(f64::INFINITY, f64::min),
-            values().fold(f64::NEG_INFINITY, f64::max),
-        ]
+    let room = Room {
+        over_tracks: 1.15,
+        highest: 260.0,
+        least_height: 0.0,
     };
-    let ([rear, front], [right, left]) = (range(0), range(1));
-    if !((front - rear).is_finite() && (left - right).is_finite()) {
-        return None;
-    }
-    let m_per_unit = (1.1 * (front - rear) / PLOT_WIDTH).max((left - right) / 260.0);
-    let height = 1.15 * (left - right) / m_per_unit;
-    let half_width = 0.5 * PLOT_WIDTH * m_per_unit;
-    // The panel widens its range by 6 % on either side.
-    let half_height = 0.5 * height * m_per_unit / 1.12;
-    let (middle, across) = (0.5 * (rear + front), 0.5 * (right + left));
+    let view = PlanView::new(tracks.iter().flatten(), &room)?;
     let layers = tracks.iter().zip(&field.u_turns).zip(INKS.iter().cycle());
     let layers =
         layers.map(|((track, turn), ink)| Layer::line(ink, &percent(turn.thrust), track.clone()));
     let chart = Chart {
         alt: "Tracks of U-turns under full rudder from above, at each thrust.".to_owned(),
         x_label: "Along the first course, m",
-        x_range: [middle - half_width, middle + half_width],
+        x_range: view.along_m,
         spans: Vec::new(),
         marks: Vec::new(),
         panels: vec![
-            Panel::linear("Left of it, m", height, layers.collect())
-                .with_range(Some([across - half_height, across + half_height])),
+            Panel::linear("Left of it, m", view.height, layers.collect())
+                .with_range(Some(view.across_m)),
         ],
     };
     Some(Figure::new(
@@ -275,17 +266,8 @@ fn yaw_rate(field: &Field) -> Option<Figure> {
 
 /// Radii over speed: predicted and measured.
 fn radii(field: &Field) -> Option<Figure> {
-    let points = |of: fn(&UTurn) -> f64| -> Vec<[f64; 2]> {
-        let turns = field.u_turns.iter();
-        turns
-            .map(|t| [t.measured.straight_speed_m_s, of(t)])
-            .collect()
-    };
-    let speeds = || field.u_turns.iter().map(|t| t.measured.straight_speed_m_s);
-    let (low, high) = (
-        speeds().fold(f64::INFINITY, f64::min),
-        speeds().fold(f64::NEG_INFINITY, f64::max),
-    );
+    let speeds = field.u_turns.iter();
+    let [low, high] = extent(speeds.map(|t| t.measured.straight_speed_m_s));
     let margin = 0.08 * (high - low);
     let chart = Chart {
         alt: "Turning radii over speed, predicted and measured.".to_owned(),
@@ -293,44 +275,7 @@ fn radii(field: &Field) -> Option<Figure> {
         x_range: [low - margin, high + margin],
         spans: Vec::new(),
         marks: Vec::new(),
-        panels: vec![
-            Panel::linear(
-                "U-turn radius, m",
-                110.0,
-                vec![
-                    Layer::line("c", "(50)", points(|t| t.predicted.u_turn_mean_radius_m)),
-                    Layer::line(
-                        "b",
-                        "(50), speed in turn",
-                        points(|t| t.predicted.at_speed_in_turn_m),
-                    ),
-                    Layer::dots("a", "circle", points(|t| t.measured.u_turn_radius_m)),
-                ],
-            )
-            .spanning_at_least(4.0),
-            Panel::linear(
-                "Steady radius, m",
-                110.0,
-                vec![
-                    Layer::line(
-                        "c",
-                        "V/rate",
-                        points(|t| t.predicted.steady_turning_radius_m),
-                    ),
-                    Layer::line(
-                        "b",
-                        "from one U-turn",
-                        points(|t| t.predicted.from_one_u_turn_m),
-                    ),
-                    Layer::dots(
-                        "a",
-                        "circle",
-                        points(|t| t.measured.steady_turning_radius_m),
-                    ),
-                ],
-            )
-            .spanning_at_least(4.0),
-        ],
+        panels: vec![u_turn_radii(field), steady_radii(field)],
     };
     (low < high).then(|| {
         Figure::new(
@@ -338,6 +283,50 @@ fn radii(field: &Field) -> Option<Figure> {
             "Radii predicted from the trial against circles through the tracks.".to_owned(),
         )
     })
+}
+
+/// A quantity of each U-turn over the speed straight ahead.
+fn over_speed(field: &Field, quantity: fn(&UTurn) -> f64) -> Vec<[f64; 2]> {
+    let turns = field.u_turns.iter();
+    turns
+        .map(|t| [t.measured.straight_speed_m_s, quantity(t)])
+        .collect()
+}
+
+fn u_turn_radii(field: &Field) -> Panel {
+    let points = |quantity| over_speed(field, quantity);
+    let layers = vec![
+        Layer::line("c", "(50)", points(|t| t.predicted.u_turn_mean_radius_m)),
+        Layer::line(
+            "b",
+            "(50), speed in turn",
+            points(|t| t.predicted.at_speed_in_turn_m),
+        ),
+        Layer::dots("a", "circle", points(|t| t.measured.u_turn_radius_m)),
+    ];
+    Panel::linear("U-turn radius, m", 110.0, layers).spanning_at_least(4.0)
+}
+
+fn steady_radii(field: &Field) -> Panel {
+    let points = |quantity| over_speed(field, quantity);
+    let layers = vec![
+        Layer::line(
+            "c",
+            "V/rate",
+            points(|t| t.predicted.steady_turning_radius_m),
+        ),
+        Layer::line(
+            "b",
+            "from one U-turn",
+            points(|t| t.predicted.from_one_u_turn_m),
+        ),
+        Layer::dots(
+            "a",
+            "circle",
+            points(|t| t.measured.steady_turning_radius_m),
+        ),
+    ];
+    Panel::linear("Steady radius, m", 110.0, layers).spanning_at_least(4.0)
 }
 
 /// The steps at every thrust (Fig. 17).

@@ -4,24 +4,15 @@ use seatrial_core::model::YawState;
 use seatrial_core::{Sample, YawModel};
 
 use super::Figure;
+use super::axis::extent;
 use super::chart::{Chart, Layer, Panel};
+use super::curves::{degrees, present, series, usable, yaw_rate};
 use super::number::{self, decimals};
-use super::run_figures::{Source, degrees, present, series, unwrapped, yaw_rate};
+use super::source::Source;
 use seatrial::campaign::Stage;
+use seatrial::identification::Identification;
 use seatrial::identify::validation::quiet_lead_in_s;
 use seatrial::record::{Record, Window};
-
-/// Samples that a simulation can be compared with, the heading unwrapped.
-pub(super) fn usable(samples: &[Sample<f64>]) -> Vec<Sample<f64>> {
-    let mut usable: Vec<Sample<f64>> = Vec::with_capacity(samples.len());
-    for sample in samples {
-        let later = usable.last().is_none_or(|last| sample.time_s > last.time_s);
-        if later && sample.heading_rad.is_finite() && sample.rudder_rad.is_finite() {
-            usable.push(*sample);
-        }
-    }
-    unwrapped(&usable)
-}
 
 /// A simulation of usable samples with the measured rudder, from the mean of the lead-in: the
 /// initial conditions of [`Validation`](seatrial_core::validation::Validation).
@@ -77,16 +68,9 @@ pub fn overlay(record: &Record, window: Window, model: &YawModel<f64>) -> Vec<Ov
 
 /// Ends of an axis for both: a model that runs away leaves the picture.
 fn around(measured: &[[f64; 2]], simulated: &[[f64; 2]]) -> Option<[f64; 2]> {
-    let ends = |points: &[[f64; 2]]| {
-        points
-            .iter()
-            .map(|point| point[1])
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], y| {
-                [low.min(y), high.max(y)]
-            })
-    };
-    let [low, high] = ends(measured);
-    let [lowest, highest] = ends(simulated);
+    let heights = |points: &[[f64; 2]]| extent(points.iter().map(|point| point[1]));
+    let [low, high] = heights(measured);
+    let [lowest, highest] = heights(simulated);
     let span = high - low;
     span.is_finite().then(|| {
         [
@@ -96,80 +80,109 @@ fn around(measured: &[[f64; 2]], simulated: &[[f64; 2]]) -> Option<[f64; 2]> {
     })
 }
 
-/// Measured against simulated heading, on the training run and on fresh data (Figs. 10 and 11).
-pub(super) fn figure(source: &Source) -> Option<Figure> {
-    let identification = source.identification?;
-    let model = identification.model();
-    let online = &identification.online.model;
-    let mut panels = Vec::new();
-    let mut longest = 0.0_f64;
-    for (stage, record, name) in [
-        (Stage::Train, source.record, "training"),
-        (Stage::Validate, source.fresh, "fresh data"),
-    ] {
-        let Some(window) = source.window(stage) else {
-            continue;
+/// A stage with what the model makes of it.
+struct Comparison {
+    stage: Stage,
+    window: Window,
+    samples: Vec<Sample<f64>>,
+    states: Vec<YawState<f64>>,
+    /// Heading over the time since the stage began, degrees.
+    measured: Vec<[f64; 2]>,
+    /// That of the model, degrees.
+    simulated: Vec<[f64; 2]>,
+}
+
+impl Comparison {
+    /// `None` where the stage is missing or has fewer than two usable samples.
+    fn new(source: &Source, stage: Stage, model: &YawModel<f64>) -> Option<Self> {
+        let record = match stage {
+            Stage::Validate => source.fresh,
+            Stage::Settle | Stage::Train => source.record,
         };
+        let window = source.window(stage)?;
         let samples = usable(record.window(Window {
             to_s: window.to_s + 1e-6,
             ..window
         }));
         if samples.len() < 2 {
-            continue;
+            return None;
         }
-        longest = longest.max(window.to_s - window.from_s);
         let measured = series(&samples, window.from_s, |s| degrees(Some(s.heading_rad)));
-        let states = simulated(&samples, &model);
-        let simulation: Vec<[f64; 2]> = measured
-            .iter()
-            .zip(&states)
-            .map(|([t, _], state)| [*t, state.heading_rad.to_degrees()])
-            .collect();
-        let mut layers = vec![Layer::line("a", "measured", measured.clone())];
-        if identification.refined.is_some() {
-            let live = measured
-                .iter()
-                .zip(simulated(&samples, online))
-                .map(|([t, _], state)| [*t, state.heading_rad.to_degrees()]);
-            layers.push(Layer::line("c", "live model", live.collect()));
+        let states = simulated(&samples, model);
+        let mut comparison = Self {
+            stage,
+            window,
+            samples,
+            states,
+            measured,
+            simulated: Vec::new(),
+        };
+        comparison.simulated = comparison.modelled(&comparison.states, |s| s.heading_rad);
+        Some(comparison)
+    }
+
+    /// A value of the simulated states over the time since the stage began, degrees.
+    fn modelled(
+        &self,
+        states: &[YawState<f64>],
+        value: fn(&YawState<f64>) -> f64,
+    ) -> Vec<[f64; 2]> {
+        let pairs = self.measured.iter().zip(states);
+        pairs
+            .map(|([t, _], state)| [*t, value(state).to_degrees()])
+            .collect()
+    }
+
+    /// Measured and simulated heading; with that of the live model where it is another.
+    fn heading(&self, live_model: Option<&YawModel<f64>>) -> Panel {
+        let name = match self.stage {
+            Stage::Validate => "fresh data",
+            Stage::Settle | Stage::Train => "training",
+        };
+        let mut layers = vec![Layer::line("a", "measured", self.measured.clone())];
+        if let Some(model) = live_model {
+            let live = self.modelled(&simulated(&self.samples, model), |s| s.heading_rad);
+            layers.push(Layer::line("c", "live model", live));
         }
-        layers.push(Layer::line("b", "model", simulation.clone()));
-        panels.push(
-            Panel::linear(format!("Heading, {name}, °"), 88.0, layers)
-                .with_range(around(&measured, &simulation)),
-        );
-        if stage == Stage::Validate {
-            let difference = measured
-                .iter()
-                .zip(&simulation)
-                .map(|(m, s)| [m[0], m[1] - s[1]]);
+        layers.push(Layer::line("b", "model", self.simulated.clone()));
+        Panel::linear(format!("Heading, {name}, °"), 88.0, layers)
+            .with_range(around(&self.measured, &self.simulated))
+    }
+
+    /// What the model leaves of the heading.
+    fn difference(&self) -> Panel {
+        let pairs = self.measured.iter().zip(&self.simulated);
+        let difference = pairs.map(|(m, s)| [m[0], m[1] - s[1]]);
+        let layers = vec![
+            Layer::level("zero", "", 0.0),
+            Layer::line("a", "", difference.collect()),
+        ];
+        Panel::linear("Measured less model, fresh, °", 50.0, layers)
+    }
+
+    /// Measured and simulated yaw rate. `None` where neither sensor nor heading gives one.
+    fn rate(&self) -> Option<Panel> {
+        let (rate, name) = yaw_rate(&self.samples, self.window.from_s);
+        present(&rate).then(|| {
             let layers = vec![
-                Layer::level("zero", "", 0.0),
-                Layer::line("a", "", difference.collect()),
+                Layer::line("a", name, rate),
+                Layer::line(
+                    "b",
+                    "model",
+                    self.modelled(&self.states, |s| s.yaw_rate_rad_s),
+                ),
             ];
-            panels.push(Panel::linear("Measured less model, fresh, °", 50.0, layers));
-            let (rate, name) = yaw_rate(&samples, window.from_s);
-            if present(&rate) {
-                let modelled = measured
-                    .iter()
-                    .zip(&states)
-                    .map(|([t, _], state)| [*t, state.yaw_rate_rad_s.to_degrees()])
-                    .collect();
-                let layers = vec![
-                    Layer::line("a", name, rate),
-                    Layer::line("b", "model", modelled),
-                ];
-                panels.push(Panel::linear("Yaw rate, fresh, °/s", 66.0, layers));
-            }
-        }
+            Panel::linear("Yaw rate, fresh, °/s", 66.0, layers)
+        })
     }
-    if panels.is_empty() || longest <= 0.0 {
-        return None;
-    }
+}
+
+/// What validation says about the model, one sentence.
+fn validation_sentence(identification: &Identification) -> String {
     let r2 = identification
         .validation
         .and_then(|v| v.judged_r2_heading());
-    let fresh = match (identification.validation, r2) {
+    match (identification.validation, r2) {
         (Some(_), Some(r2)) => format!(
             "On validation data the model explains {} of the heading (R² = {}).",
             if r2 > 0.0 {
@@ -185,10 +198,35 @@ pub(super) fn figure(source: &Source) -> Option<Figure> {
         (None, _) => {
             "There are no validation data: nothing says yet how well the model predicts.".to_owned()
         }
-    };
+    }
+}
+
+/// Measured against simulated heading, on the training run and on fresh data (Figs. 10 and 11).
+pub(super) fn figure(source: &Source) -> Option<Figure> {
+    let identification = source.identification?;
+    let model = identification.model();
+    let refined = identification.refined.as_ref();
+    let live_model = refined.map(|_| &identification.online.model);
+    let mut panels = Vec::new();
+    let mut longest = 0.0_f64;
+    for stage in [Stage::Train, Stage::Validate] {
+        let Some(comparison) = Comparison::new(source, stage, &model) else {
+            continue;
+        };
+        longest = longest.max(comparison.window.to_s - comparison.window.from_s);
+        panels.push(comparison.heading(live_model));
+        if stage == Stage::Validate {
+            panels.push(comparison.difference());
+            panels.extend(comparison.rate());
+        }
+    }
+    if panels.is_empty() || longest <= 0.0 {
+        return None;
+    }
+    let validated = validation_sentence(identification);
     let chart = Chart {
         alt: format!(
-            "{}: measured and simulated heading over time. {fresh}",
+            "{}: measured and simulated heading over time. {validated}",
             source.name
         ),
         x_label: "Time since the stage began, s",
@@ -200,7 +238,7 @@ pub(super) fn figure(source: &Source) -> Option<Figure> {
     Some(Figure::new(
         &chart,
         format!(
-            "The model steered by the measured rudder against what the vehicle did. {fresh} The lines should lie on each other; \
+            "The model steered by the measured rudder against what the vehicle did. {validated} The lines should lie on each other; \
              a drift late in the run is what the model cannot know: disturbance and noise."
         ),
     ))

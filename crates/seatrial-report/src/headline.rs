@@ -4,7 +4,7 @@ use seatrial_core::{AbortReason, Outcome};
 
 use super::number::{decimals, percent, sentence, significant};
 use super::speed_figures::Speed;
-use seatrial::campaign::{Campaign, Run};
+use seatrial::campaign::Campaign;
 use seatrial::identification::{Outcome as ModelOutcome, Verdict};
 
 /// How good the news is.
@@ -94,33 +94,19 @@ fn thrusts(campaign: &Campaign) -> Vec<f64> {
 /// The verdict of a campaign.
 pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed], command: &str) -> Headline {
     let tried = thrusts(campaign);
-    let failed: Vec<&Run> = tried
-        .iter()
-        .filter(|thrust| !speeds.iter().any(|speed| speed.run.thrust == **thrust))
-        .filter_map(|thrust| campaign.runs.iter().rfind(|run| run.thrust == *thrust))
-        .collect();
     let judged = campaign.verdict();
-    let count = match (speeds.len(), tried.len()) {
-        (_, 0) => "No run was recorded".to_owned(),
-        (0, _) => "No usable model".to_owned(),
-        (1, 1) => "A usable model at the one speed tried".to_owned(),
-        (good, all) if good == all => format!("Usable models at all {all} speeds"),
-        (good, all) => format!("Usable models at {good} of {all} speeds"),
-    };
-    let complete = campaign.outcome == Some(Outcome::Finished);
-    let tone = judged.outcome().into();
+    let count = usable_models(speeds.len(), tried.len());
     let word = outcome_text(judged.outcome());
     let verdict = match campaign.outcome {
         Some(Outcome::Finished) => format!("{word} {count}."),
         Some(Outcome::Aborted(reason)) => {
             format!(
                 "{word} The trial was stopped: {}. {count}.",
-                abort(reason).0
+                abort_cause(reason)
             )
         }
         None => format!("{word} The trial was not finished. {count} so far."),
     };
-
     // That every speed has a model is said already.
     let mut findings = match judged.outcome() {
         ModelOutcome::Use => Vec::new(),
@@ -130,20 +116,37 @@ pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed], command: &str) 
         findings.extend(how_it_steers(slow, fast));
     }
     let mut next: Vec<String> = action(&judged).into_iter().collect();
+    next.extend(next_of_trial(campaign, speeds, &tried));
+    Headline {
+        tone: judged.outcome().into(),
+        verdict,
+        findings,
+        next,
+        command: command.to_owned(),
+    }
+}
+
+/// How many of the speeds that were tried have a usable model.
+fn usable_models(usable: usize, tried: usize) -> String {
+    match (usable, tried) {
+        (_, 0) => "No run was recorded".to_owned(),
+        (0, _) => "No usable model".to_owned(),
+        (1, 1) => "A usable model at the one speed tried".to_owned(),
+        (good, all) if good == all => format!("Usable models at all {all} speeds"),
+        (good, all) => format!("Usable models at {good} of {all} speeds"),
+    }
+}
+
+/// What to do after the trial, whatever its models are.
+fn next_of_trial(campaign: &Campaign, speeds: &[Speed], tried: &[f64]) -> Vec<String> {
+    let mut next = Vec::new();
     match campaign.outcome {
-        Some(Outcome::Aborted(reason)) => next.push(abort(reason).1.to_owned()),
+        Some(Outcome::Aborted(reason)) => next.push(abort_action(reason).to_owned()),
         None => next.push(
             "If the trial is no longer running, it was interrupted: every finished run is here; run the missing speeds again."
                 .to_owned(),
         ),
-        Some(Outcome::Finished) => {}
-    }
-    if !failed.is_empty() && complete {
-        let list: Vec<String> = failed.iter().map(|run| percent(run.thrust)).collect();
-        next.push(format!(
-            "Run {} again after removing the cause given above; until then do not use a gain at that thrust without a check at sea.",
-            list.join(", ")
-        ));
+        Some(Outcome::Finished) => next.extend(failed_speeds(campaign, speeds, tried)),
     }
     if !speeds.is_empty() {
         next.push(
@@ -157,13 +160,22 @@ pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed], command: &str) 
                 .to_owned(),
         );
     }
-    Headline {
-        tone,
-        verdict,
-        findings,
-        next,
-        command: command.to_owned(),
-    }
+    next
+}
+
+/// What to do about the speeds that were tried and have no usable model. `None` where there are none.
+fn failed_speeds(campaign: &Campaign, speeds: &[Speed], tried: &[f64]) -> Option<String> {
+    let failed = tried
+        .iter()
+        .filter(|thrust| !speeds.iter().any(|speed| speed.run.thrust == **thrust))
+        .filter_map(|thrust| campaign.runs.iter().rfind(|run| run.thrust == *thrust));
+    let failed: Vec<String> = failed.map(|run| percent(run.thrust)).collect();
+    (!failed.is_empty()).then(|| {
+        format!(
+            "Run {} again after removing the cause given above; until then do not use a gain at that thrust without a check at sea.",
+            failed.join(", ")
+        )
+    })
 }
 
 /// One sentence on stability, one on authority.
@@ -204,93 +216,93 @@ fn from_slow_to_fast(slow: String, fast: String, unit: &str) -> String {
     }
 }
 
-/// Why the trial stopped and what to do.
-fn abort(reason: AbortReason) -> (&'static str, &'static str) {
+/// Why the trial stopped.
+fn abort_cause(reason: AbortReason) -> &'static str {
     match reason {
-        AbortReason::Operator => (
-            "the operator stopped it",
-            "Nothing need be wrong: start again when ready; the runs recorded so far stay valid.",
-        ),
-        AbortReason::Depth => (
-            "the depth left its limits",
-            "Check ballast and depth control, or widen the depth limits of the plan if the water allows it.",
-        ),
-        AbortReason::Altitude => (
-            "the bottom came too close",
-            "Choose deeper water or a shallower run.",
-        ),
-        AbortReason::Roll => (
-            "the roll left its limits",
-            "Check trim and ballast, or lower the rudder amplitude of the plan.",
-        ),
-        AbortReason::Pitch => (
-            "the pitch left its limits",
-            "Check trim and depth control before the next try.",
-        ),
-        AbortReason::YawRate => (
-            "the vehicle turned faster than allowed",
-            "Lower the rudder amplitude of the plan, or raise the limit if the vehicle bears it.",
-        ),
-        AbortReason::HeadingExcursion => (
-            "the heading went too far from that of the run",
-            "Lower the rudder amplitude or shorten the doublet in the plan, and check that the heading controller holds course.",
-        ),
-        AbortReason::Area => (
-            "the vehicle reached the edge of its area",
-            "Start farther from the edge or with a heading along the longer side; “seatrial plan” shows the room that a trial needs.",
-        ),
-        AbortReason::SpeedDrift => (
-            "the speed changed too much within a stage",
-            "Allow more time to settle at each thrust, and check the propulsion and the current.",
-        ),
-        AbortReason::StaleSamples => (
-            "no usable sample came for too long",
-            "Check the compass and the link: the plot below ends where the samples stopped.",
-        ),
-        AbortReason::StageTimeLimit => (
-            "a stage took longer than its limit",
-            "Check the clock of the vehicle and the time limits of the plan.",
-        ),
-        AbortReason::ReversedRudder => (
-            "the vehicle turned against the rudder",
-            "Check the sign of the rudder and of the heading before anything else: with this sign the heading controller is unstable too. A current that sets in from the side turns a vehicle so as well.",
-        ),
-        AbortReason::NotSettled => (
-            "the vehicle did not settle in the time allowed",
-            "Look at the heading below: if it swings, lower the gain of the initial heading controller; if it drifts, check trim and current.",
-        ),
-        AbortReason::LinkLost => (
-            "the link to the vehicle was lost",
-            "Restore the link and start again; check that the vehicle did what it must on a lost link.",
-        ),
-        AbortReason::ModeChanged | AbortReason::StickMoved | AbortReason::Disarmed => (
-            "the pilot took the vehicle over",
-            "Start again when the pilot agrees; the trial takes nothing back by itself.",
-        ),
-        AbortReason::LowBattery => (
-            "the battery was low",
-            "Bring the vehicle home; charge it before the next trial.",
-        ),
-        AbortReason::Failsafe => (
-            "the autopilot reported a failsafe",
-            "Look into the autopilot's own log for what it acted upon before starting again.",
-        ),
-        AbortReason::Restarted => (
-            "the autopilot started again",
-            "Look into its supply of power; what it measured before and after is not one record.",
-        ),
-        AbortReason::SecondStation => (
-            "somebody else commanded the vehicle under our name",
-            "Stop the other ground station, or give one of both another system id.",
-        ),
-        AbortReason::RudderNotFollowed => (
-            "the rudder did something else than asked for",
-            "Look at the rudder and its servo, and at who else may command it: mode, mixer, limits of the outputs.",
-        ),
-        AbortReason::NotAttended => (
-            "the program that conducts the trial was held up",
-            "Look at the load of its computer and at the disk that keeps the logbook.",
-        ),
+        AbortReason::Operator => "the operator stopped it",
+        AbortReason::Depth => "the depth left its limits",
+        AbortReason::Altitude => "the bottom came too close",
+        AbortReason::Roll => "the roll left its limits",
+        AbortReason::Pitch => "the pitch left its limits",
+        AbortReason::YawRate => "the vehicle turned faster than allowed",
+        AbortReason::HeadingExcursion => "the heading went too far from that of the run",
+        AbortReason::Area => "the vehicle reached the edge of its area",
+        AbortReason::SpeedDrift => "the speed changed too much within a stage",
+        AbortReason::StaleSamples => "no usable sample came for too long",
+        AbortReason::StageTimeLimit => "a stage took longer than its limit",
+        AbortReason::ReversedRudder => "the vehicle turned against the rudder",
+        AbortReason::NotSettled => "the vehicle did not settle in the time allowed",
+        AbortReason::LinkLost => "the link to the vehicle was lost",
+        AbortReason::ModeChanged | AbortReason::StickMoved | AbortReason::Disarmed => {
+            "the pilot took the vehicle over"
+        }
+        AbortReason::LowBattery => "the battery was low",
+        AbortReason::Failsafe => "the autopilot reported a failsafe",
+        AbortReason::Restarted => "the autopilot started again",
+        AbortReason::SecondStation => "somebody else commanded the vehicle under our name",
+        AbortReason::RudderNotFollowed => "the rudder did something else than asked for",
+        AbortReason::NotAttended => "the program that conducts the trial was held up",
+    }
+}
+
+/// What to do after the trial stopped.
+fn abort_action(reason: AbortReason) -> &'static str {
+    match reason {
+        AbortReason::Operator => {
+            "Nothing need be wrong: start again when ready; the runs recorded so far stay valid."
+        }
+        AbortReason::Depth => {
+            "Check ballast and depth control, or widen the depth limits of the plan if the water allows it."
+        }
+        AbortReason::Altitude => "Choose deeper water or a shallower run.",
+        AbortReason::Roll => "Check trim and ballast, or lower the rudder amplitude of the plan.",
+        AbortReason::Pitch => "Check trim and depth control before the next try.",
+        AbortReason::YawRate => {
+            "Lower the rudder amplitude of the plan, or raise the limit if the vehicle bears it."
+        }
+        AbortReason::HeadingExcursion => {
+            "Lower the rudder amplitude or shorten the doublet in the plan, and check that the heading controller holds course."
+        }
+        AbortReason::Area => {
+            "Start farther from the edge or with a heading along the longer side; “seatrial plan” shows the room that a trial needs."
+        }
+        AbortReason::SpeedDrift => {
+            "Allow more time to settle at each thrust, and check the propulsion and the current."
+        }
+        AbortReason::StaleSamples => {
+            "Check the compass and the link: the plot below ends where the samples stopped."
+        }
+        AbortReason::StageTimeLimit => {
+            "Check the clock of the vehicle and the time limits of the plan."
+        }
+        AbortReason::ReversedRudder => {
+            "Check the sign of the rudder and of the heading before anything else: with this sign the heading controller is unstable too. A current that sets in from the side turns a vehicle so as well."
+        }
+        AbortReason::NotSettled => {
+            "Look at the heading below: if it swings, lower the gain of the initial heading controller; if it drifts, check trim and current."
+        }
+        AbortReason::LinkLost => {
+            "Restore the link and start again; check that the vehicle did what it must on a lost link."
+        }
+        AbortReason::ModeChanged | AbortReason::StickMoved | AbortReason::Disarmed => {
+            "Start again when the pilot agrees; the trial takes nothing back by itself."
+        }
+        AbortReason::LowBattery => "Bring the vehicle home; charge it before the next trial.",
+        AbortReason::Failsafe => {
+            "Look into the autopilot's own log for what it acted upon before starting again."
+        }
+        AbortReason::Restarted => {
+            "Look into its supply of power; what it measured before and after is not one record."
+        }
+        AbortReason::SecondStation => {
+            "Stop the other ground station, or give one of both another system id."
+        }
+        AbortReason::RudderNotFollowed => {
+            "Look at the rudder and its servo, and at who else may command it: mode, mixer, limits of the outputs."
+        }
+        AbortReason::NotAttended => {
+            "Look at the load of its computer and at the disk that keeps the logbook."
+        }
     }
 }
 

@@ -7,6 +7,8 @@
 
 mod axis;
 mod chart;
+mod control_figures;
+mod curves;
 mod field;
 mod fit;
 mod headline;
@@ -14,13 +16,16 @@ mod log;
 mod log_model;
 mod number;
 mod pitch;
+mod plan_view;
 mod recorded;
 mod run_figures;
 mod segmentation;
+mod source;
 mod speed_figures;
 mod standard;
 mod study;
 mod tables;
+mod turning_figure;
 
 use askama::Template;
 
@@ -32,11 +37,11 @@ pub use log::{Log, render as render_log};
 pub use log_model::LogModel;
 use number::{decimals, percent, sentence};
 pub use pitch::render as render_pitch;
-use run_figures::Source;
 use seatrial::campaign::{Campaign, Run};
 use seatrial::identification::{Reason, Verdict};
 use seatrial::plain_text::plain;
 pub use segmentation::{Found, render as render_found};
+use source::Source;
 pub use standard::render as render_standard;
 pub use study::render as render_study;
 use tables::Table;
@@ -67,15 +72,15 @@ pub fn render(campaign: &Campaign, provenance: &[Fact], command: &str) -> String
         methods: method_tables,
         over_speed: [
             speed_figures::authority(&speeds),
-            speed_figures::turning(&speeds, campaign.rudder_limit_rad),
+            turning_figure::turning(&speeds, campaign.rudder_limit_rad),
         ]
         .into_iter()
         .flatten()
         .collect(),
         controller: (!speeds.is_empty()).then(|| tables::controller(&speeds)),
         control: [
-            speed_figures::gains(&speeds),
-            speed_figures::heading_steps(&speeds, campaign.rudder_limit_rad),
+            control_figures::gains(&speeds),
+            control_figures::heading_steps(&speeds, campaign.rudder_limit_rad),
         ]
         .into_iter()
         .flatten()

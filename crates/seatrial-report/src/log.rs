@@ -2,7 +2,7 @@
 
 use super::log_model::LogModel;
 use super::number::percent;
-use super::run_figures::Source;
+use super::source::Source;
 use super::{Fact, Page, RunSection, headline, reasons, recorded, run_figures_of, tables};
 use seatrial::campaign::{Stage, StageSpan};
 use seatrial::identification::{Identification, Verdict};

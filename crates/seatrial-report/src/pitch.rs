@@ -7,7 +7,8 @@ use super::headline::{Headline, Tone};
 use super::number::{decimals, decimals_or_missing, percent};
 use super::tables::{Table, columns};
 use super::{Fact, Figure, Page};
-use seatrial::pitch::{PitchRun, PitchTrial, simulate};
+use seatrial::Window;
+use seatrial::pitch::{PitchIdentification, PitchRun, PitchTrial, simulate};
 
 /// The page of a pitch trial on a vehicle.
 pub fn render(vehicle: &str, trial: &PitchTrial, provenance: &[Fact]) -> String {
@@ -112,78 +113,30 @@ fn figure(trial: &PitchTrial, run: &PitchRun) -> Option<Figure> {
         .fresh
         .map_or(found.training.to_s, |fresh| fresh.window.to_s);
     let inside = |s: &&DivingSample<f64>| (from_s..=to_s).contains(&s.time_s);
-    let shown = || trial.samples.iter().filter(inside);
-    let since = |time_s: f64| time_s - from_s;
-    let training: Vec<_> = shown()
-        .filter(|s| found.training.contains(s.time_s))
-        .copied()
-        .collect();
-    let start = PitchState {
-        pitch_rad: training.first()?.pitch_rad,
-        pitch_rate_rad_s: 0.0,
+    let shown: Vec<_> = trial.samples.iter().filter(inside).copied().collect();
+    let line = |value: fn(&DivingSample<f64>) -> Option<f64>| -> Vec<[f64; 2]> {
+        let known = shown.iter();
+        known
+            .filter_map(|s| Some([s.time_s - from_s, value(s)?]))
+            .collect()
     };
-    let modelled = simulate(&found.refined.model, start, &training);
-    let depths = shown().filter_map(|s| Some([since(s.time_s), s.depth_m?]));
-    let span = |from: f64, to: f64, shade, label: &str| Span {
-        from: since(from),
-        to: since(to),
-        shade,
-        label: label.to_owned(),
-    };
-    let mut spans = vec![span(from_s, found.training.to_s, "span-train", "train")];
-    spans.extend(found.fresh.map(|fresh| {
-        span(
-            fresh.window.from_s,
-            fresh.window.to_s,
-            "span-validate",
-            "validate",
-        )
-    }));
+    let elevator = line(|s| Some(s.elevator_rad.to_degrees()));
+    let pitch = line(|s| Some(s.pitch_rad.to_degrees()));
+    let pitch = vec![
+        Layer::line("a", "measured", pitch),
+        Layer::line("b", "model", modelled_pitch(found, &shown)?),
+    ];
+    let depth = line(|s| s.depth_m);
     let chart = Chart {
         alt: format!("Elevator, pitch and depth at {}.", percent(run.thrust)),
         x_label: "Time since the start of training, s",
-        x_range: [0.0, since(to_s)],
-        spans,
+        x_range: [0.0, to_s - from_s],
+        spans: stage_spans(found),
         marks: Vec::new(),
         panels: vec![
-            Panel::linear(
-                "Elevator, °",
-                60.0,
-                vec![Layer::line(
-                    "a",
-                    "",
-                    shown()
-                        .map(|s| [since(s.time_s), s.elevator_rad.to_degrees()])
-                        .collect(),
-                )],
-            ),
-            Panel::linear(
-                "Pitch, °",
-                110.0,
-                vec![
-                    Layer::line(
-                        "a",
-                        "measured",
-                        shown()
-                            .map(|s| [since(s.time_s), s.pitch_rad.to_degrees()])
-                            .collect(),
-                    ),
-                    Layer::line(
-                        "b",
-                        "model",
-                        training
-                            .iter()
-                            .zip(modelled)
-                            .map(|(s, pitch_rad)| [since(s.time_s), pitch_rad.to_degrees()])
-                            .collect(),
-                    ),
-                ],
-            ),
-            Panel::linear(
-                "Depth, m",
-                60.0,
-                vec![Layer::line("a", "", depths.collect())],
-            ),
+            Panel::linear("Elevator, °", 60.0, vec![Layer::line("a", "", elevator)]),
+            Panel::linear("Pitch, °", 110.0, pitch),
+            Panel::linear("Depth, m", 60.0, vec![Layer::line("a", "", depth)]),
         ],
     };
     Some(Figure::new(
@@ -193,4 +146,38 @@ fn figure(trial: &PitchTrial, run: &PitchRun) -> Option<Figure> {
             percent(run.thrust)
         ),
     ))
+}
+
+/// The pitch of the model through the training, degrees over the time since it began. `None` without
+/// a sample.
+fn modelled_pitch(
+    found: &PitchIdentification,
+    shown: &[DivingSample<f64>],
+) -> Option<Vec<[f64; 2]>> {
+    let training = shown.iter().filter(|s| found.training.contains(s.time_s));
+    let training: Vec<_> = training.copied().collect();
+    let start = PitchState {
+        pitch_rad: training.first()?.pitch_rad,
+        pitch_rate_rad_s: 0.0,
+    };
+    let modelled = simulate(&found.refined.model, start, &training);
+    let points = training.iter().zip(modelled);
+    let points =
+        points.map(|(s, pitch_rad)| [s.time_s - found.training.from_s, pitch_rad.to_degrees()]);
+    Some(points.collect())
+}
+
+/// Training and validation, shaded.
+fn stage_spans(found: &PitchIdentification) -> Vec<Span> {
+    let span = |window: Window, shade, label: &str| Span {
+        from: window.from_s - found.training.from_s,
+        to: window.to_s - found.training.from_s,
+        shade,
+        label: label.to_owned(),
+    };
+    let training = span(found.training, "span-train", "train");
+    let validation = found
+        .fresh
+        .map(|fresh| span(fresh.window, "span-validate", "validate"));
+    std::iter::once(training).chain(validation).collect()
 }

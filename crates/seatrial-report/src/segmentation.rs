@@ -1,9 +1,12 @@
 //! The page of what was found in a log: the record with its manoeuvres shaded, and a table of them.
 
+use seatrial_core::Sample;
+
+use super::axis::extent;
 use super::chart::{Chart, Layer, Panel, Span};
+use super::curves::{degrees, present, series, unwrapped};
 use super::headline::{Headline, Tone};
 use super::number::{decimals, decimals_or_missing};
-use super::run_figures::{degrees, present, series, unwrapped};
 use super::tables::{Table, columns};
 use super::{Fact, Figure, Page, RunSection};
 use seatrial::record::Record;
@@ -113,26 +116,51 @@ fn table(found: &Found) -> Table {
 fn figure(found: &Found, proposal: Option<&Proposal>) -> Option<Figure> {
     let all = &found.record.samples;
     let (first_s, last_s) = (all.first()?.time_s, all.last()?.time_s);
-    let windows = || {
-        proposal
-            .into_iter()
-            .flat_map(|p| p.training.iter().chain(p.validation.iter()))
-    };
-    let used_s = windows().fold(None, |used: Option<[f64; 2]>, w| {
-        let [from_s, to_s] = used.unwrap_or([w.from_s, w.to_s]);
-        Some([from_s.min(w.from_s), to_s.max(w.to_s)])
-    });
-    let [from_s, to_s] = used_s.map_or([first_s, last_s], |[from_s, to_s]| {
-        let margin_s = 0.25 * (to_s - from_s);
-        [first_s.max(from_s - margin_s), last_s.min(to_s + margin_s)]
-    });
+    let [from_s, to_s] = proposal
+        .and_then(used_s)
+        .map_or([first_s, last_s], |[from_s, to_s]| {
+            let margin_s = 0.25 * (to_s - from_s);
+            [first_s.max(from_s - margin_s), last_s.min(to_s + margin_s)]
+        });
     if to_s <= from_s {
         return None;
     }
     let from = all.partition_point(|s| s.time_s < from_s);
     let to = all.partition_point(|s| s.time_s <= to_s);
-    let samples = &all[from..to.max(from)];
-    let (scale, unit) = found.rudder_unit;
+    let chart = Chart {
+        alt: format!(
+            "{}: heading, rudder and speed over {:.0} seconds, manoeuvres shaded.",
+            found.name,
+            to_s - from_s
+        ),
+        x_label: "Time in the log, s",
+        x_range: [from_s, to_s],
+        spans: match proposal {
+            None => found.segments.iter().map(shaded).collect(),
+            Some(proposal) => windows_shaded(proposal),
+        },
+        marks: Vec::new(),
+        panels: measurements(&all[from..to.max(from)], found.rudder_unit),
+    };
+    let caption = match proposal {
+        None => "The whole record. Manoeuvres to both hands are shaded in one colour, steps and turning circles in another, steady runs in grey.".to_owned(),
+        Some(proposal) => format!("Windows: {}.", proposal.because),
+    };
+    Some(Figure::new(&chart, caption))
+}
+
+/// From the first to the last time of a proposal's windows, s.
+fn used_s(proposal: &Proposal) -> Option<[f64; 2]> {
+    let windows = || proposal.training.iter().chain(proposal.validation.iter());
+    windows().next()?;
+    let [from_s, _] = extent(windows().map(|w| w.from_s));
+    let [_, to_s] = extent(windows().map(|w| w.to_s));
+    Some([from_s, to_s])
+}
+
+/// Heading, rudder and, where they were measured, speed and thrust.
+fn measurements(samples: &[Sample<f64>], rudder_unit: (f64, &str)) -> Vec<Panel> {
+    let (scale, unit) = rudder_unit;
     let heading = series(&unwrapped(samples), 0.0, |s| degrees(Some(s.heading_rad)));
     let rudder = series(samples, 0.0, |s| Some(scale * s.rudder_rad));
     let mut panels = vec![
@@ -143,61 +171,31 @@ fn figure(found: &Found, proposal: Option<&Proposal>) -> Option<Figure> {
             vec![Layer::line("b", "", rudder)],
         ),
     ];
-    for (label, least_span, points) in [
-        (
-            "Speed, m/s",
-            0.4,
-            series(samples, 0.0, |s| s.surge_speed_m_s),
-        ),
-        (
-            "Thrust, %",
-            5.0,
-            series(samples, 0.0, |s| s.thrust.map(|t| 100.0 * t)),
-        ),
-    ] {
+    let speed = series(samples, 0.0, |s| s.surge_speed_m_s);
+    let thrust = series(samples, 0.0, |s| s.thrust.map(|t| 100.0 * t));
+    for (label, least_span, points) in [("Speed, m/s", 0.4, speed), ("Thrust, %", 5.0, thrust)] {
         if present(&points) {
             let layers = vec![Layer::line("a", "", points)];
             panels.push(Panel::linear(label, 44.0, layers).spanning_at_least(least_span));
         }
     }
-    let spans = match proposal {
-        None => found.segments.iter().map(shaded).collect(),
-        Some(proposal) => {
-            let span = |shade: &'static str, label: &str, window: &seatrial::Window| Span {
-                from: window.from_s,
-                to: window.to_s,
-                shade,
-                label: label.to_owned(),
-            };
-            let training = proposal.training.iter();
-            training
-                .map(|window| span("span-train", "train", window))
-                .chain(
-                    proposal
-                        .validation
-                        .iter()
-                        .map(|w| span("span-validate", "validate", w)),
-                )
-                .collect()
-        }
+    panels
+}
+
+/// The windows for training and for validation, shaded.
+fn windows_shaded(proposal: &Proposal) -> Vec<Span> {
+    let span = |shade: &'static str, label: &str, window: &seatrial::Window| Span {
+        from: window.from_s,
+        to: window.to_s,
+        shade,
+        label: label.to_owned(),
     };
-    let chart = Chart {
-        alt: format!(
-            "{}: heading, rudder and speed over {:.0} seconds, manoeuvres shaded.",
-            found.name,
-            to_s - from_s
-        ),
-        x_label: "Time in the log, s",
-        x_range: [from_s, to_s],
-        spans,
-        marks: Vec::new(),
-        panels,
-    };
-    let caption = match proposal {
-        None => "The whole record. Manoeuvres to both hands are shaded in one colour, steps and turning circles in another, steady runs in grey.".to_owned(),
-        Some(proposal) => format!("Windows: {}.", proposal.because),
-    };
-    Some(Figure::new(&chart, caption))
+    let training = proposal.training.iter();
+    let validation = proposal.validation.iter();
+    training
+        .map(|window| span("span-train", "train", window))
+        .chain(validation.map(|window| span("span-validate", "validate", window)))
+        .collect()
 }
 
 fn shaded(segment: &Segment) -> Span {

@@ -3,7 +3,7 @@
 use seatrial_core::heading_loop::HeadingLoop;
 use seatrial_core::{HeadingGain, Nomoto, RudderUnit, YawModel};
 
-use super::fit::usable;
+use super::curves::usable;
 use super::headline::Tone;
 use super::log_model::LogModel;
 use super::number::{

@@ -5,19 +5,13 @@ pub const ALLOWED: &[&str] = &[
     "circle seatrial-app/documents, identify_log, logs",
     "circle seatrial-ffi/control, estimator, fixed_rate, memory",
     "circle seatrial-logbook/chain, pitch, verify, write",
-    "circle seatrial-report/axis, chart",
-    "circle seatrial-report/fit, run_figures",
     "circle seatrial-sim/config, faults, plant, sensors",
     "circle seatrial-sim/helm, instruments",
     "circle seatrial-sim/six_dof: driven, vehicle",
-    "function seatrial-report estimates",
-    "function seatrial-report figure",
-    "function seatrial-report manoeuvre",
-    "function seatrial-report turning",
 ];
 
 /// Functions of more than 60 lines, where they are more than the plan allows.
-pub const LONG_FUNCTIONS: usize = 48;
+pub const LONG_FUNCTIONS: usize = 34;
 
 /// Lines with a `Result` whose error is a `String`, by crate.
 pub const STRING_ERRORS: &[(&str, usize)] = &[

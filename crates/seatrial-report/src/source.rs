@@ -1,0 +1,50 @@
+//! A run or a log as the figures see it.
+
+use seatrial::campaign::{Stage, StageSpan};
+use seatrial::identification::Identification;
+use seatrial::record::{Record, Window};
+
+/// A run or a log as the figures see it.
+#[derive(Clone, Copy)]
+pub(super) struct Source<'a> {
+    pub record: &'a Record,
+    /// Where the validation window lies; the same record in a trial.
+    pub fresh: &'a Record,
+    pub stages: &'a [StageSpan],
+    pub identification: Option<&'a Identification>,
+    /// Its name in alternative texts.
+    pub name: &'a str,
+    /// The record's time at the left end of the manoeuvre's axis, s.
+    pub origin_s: f64,
+    /// A run of a trial, whose manoeuvres are known; otherwise a log of anything.
+    pub is_trial: bool,
+}
+
+impl Source<'_> {
+    pub(super) fn window(&self, stage: Stage) -> Option<Window> {
+        let span = self.stages.iter().find(|span| span.stage == stage)?;
+        let record = match stage {
+            Stage::Validate => self.fresh,
+            Stage::Settle | Stage::Train => self.record,
+        };
+        let samples = record.window(span.window);
+        Some(Window {
+            from_s: span.window.from_s.max(samples.first()?.time_s),
+            to_s: span.window.to_s.min(samples.last()?.time_s),
+        })
+    }
+
+    /// Are both windows on one time axis?
+    pub(super) fn one_record(&self) -> bool {
+        std::ptr::eq(self.record, self.fresh)
+    }
+}
+
+/// The name of a stage and the CSS class of its shade.
+pub(super) fn stage_name(stage: Stage) -> (&'static str, &'static str) {
+    match stage {
+        Stage::Settle => ("settle", "span-settle"),
+        Stage::Train => ("train", "span-train"),
+        Stage::Validate => ("validate", "span-validate"),
+    }
+}
