@@ -253,9 +253,9 @@ impl<T: Real> Plan<T> {
             "a positive angle below pi/2 rad",
         )?;
         require(
-            is_positive(self.sample_interval_s),
+            (0.001..=1000.0).contains(&self.sample_interval_s),
             "sample_interval_s",
-            "a positive number",
+            "a time from 0.001 to 1000 s",
         )?;
         require(
             self.stop_when.is_none_or(|target| target.is_valid()),
@@ -270,9 +270,9 @@ impl<T: Real> Plan<T> {
             require(is_in_range, field, "a time from 0 to 100 s")?;
         }
         require(
-            self.accept_from_r2 <= T::ONE && self.accept_from_r2.is_finite(),
+            self.accept_from_r2 <= T::ONE && self.accept_from_r2 >= -T::ONE,
             "accept_from_r2",
-            "a number of at most 1",
+            "a number from -1 to 1",
         )?;
         self.settle.check()?;
         self.training.check(&TRAINING)?;

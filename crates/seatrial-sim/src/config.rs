@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::plant::{Disturbance, Servo, SpeedPoint};
+pub(crate) use crate::range::{NOT_BELOW_0, POSITIVE_NUMBER, a_number, not_negative, positive};
 use crate::sensors::{Sensors, Timing};
 
 /// A first-order vehicle.
@@ -274,12 +275,7 @@ impl VehicleConfig {
     pub fn check(&self) -> Result<(), ConfigError> {
         let servo = &self.servo;
         check_numbers([
-            (
-                "depth_m",
-                self.depth_m,
-                self.depth_m.is_finite(),
-                "a number",
-            ),
+            ("depth_m", self.depth_m, a_number(self.depth_m), "a number"),
             (
                 "surge_time_constant_s",
                 self.surge_time_constant_s,
@@ -296,7 +292,7 @@ impl VehicleConfig {
                 "servo.rate_limit_rad_s",
                 servo.rate_limit_rad_s.unwrap_or(f64::INFINITY),
                 servo.rate_limit_rad_s.is_none_or(positive),
-                "a positive number or absent",
+                "a number from 1e-9 to 1e9 or absent",
             ),
         ])?;
         self.helm().check()?;
@@ -315,7 +311,7 @@ impl VehicleConfig {
                 let requirement = "above 0 and the thrust before, and at most 1";
                 return Err(invalid(field("thrust"), requirement, thrust));
             }
-            if !(speed > before.map_or(0.0, |p| p.surge_speed_m_s) && speed.is_finite()) {
+            if !(speed > before.map_or(0.0, |p| p.surge_speed_m_s) && a_number(speed)) {
                 let requirement = "above 0 and the speed before";
                 return Err(invalid(field("surge_speed_m_s"), requirement, speed));
             }
@@ -324,7 +320,7 @@ impl VehicleConfig {
                 ("b2_per_s2", point.b2_per_s2),
                 ("c0_rad_per_s2", point.c0_rad_per_s2),
             ] {
-                if !value.is_finite() {
+                if !a_number(value) {
                     return Err(invalid(field(name), "a number", value));
                 }
             }
@@ -365,13 +361,13 @@ impl HelmConfig {
             (
                 "initial_heading_rad",
                 self.initial_heading_rad,
-                self.initial_heading_rad.is_finite(),
+                a_number(self.initial_heading_rad),
                 "a number",
             ),
             (
                 "heading_hold.gain",
                 self.heading_hold.gain,
-                self.heading_hold.gain.is_finite(),
+                a_number(self.heading_hold.gain),
                 "a number",
             ),
             (
@@ -395,8 +391,8 @@ impl HelmConfig {
             (
                 "timing.sample_interval_s",
                 timing.sample_interval_s,
-                positive(timing.sample_interval_s),
-                POSITIVE_NUMBER,
+                (1e-3..=100.0).contains(&timing.sample_interval_s),
+                "a number from 0.001 to 100",
             ),
             (
                 "timing.jitter_s",
@@ -413,17 +409,6 @@ impl HelmConfig {
         ])?;
         self.sensors.check()
     }
-}
-
-pub(crate) const POSITIVE_NUMBER: &str = "a positive number";
-pub(crate) const NOT_BELOW_0: &str = "a number not below 0";
-
-pub(crate) fn positive(value: f64) -> bool {
-    value > 0.0 && value.is_finite()
-}
-
-pub(crate) fn not_negative(value: f64) -> bool {
-    value >= 0.0 && value.is_finite()
 }
 
 /// Names the first field that does not hold, of (field, what was found, does it hold, what it has to be).

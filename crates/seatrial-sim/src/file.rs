@@ -7,7 +7,7 @@ use serde::Deserialize;
 use toml::{Table, Value};
 
 use crate::config::{
-    ConfigError, NOT_BELOW_0, VehicleConfig, check_numbers, not_negative, positive,
+    ConfigError, NOT_BELOW_0, VehicleConfig, a_number, check_numbers, not_negative, positive,
 };
 use crate::six_dof::config::required;
 use crate::six_dof::fins::Drive;
@@ -225,7 +225,7 @@ impl Changed {
         if let Some(trim_n) = self.trim_n {
             config.rigid_body.buoyancy_n = config.rigid_body.weight_n() + trim_n;
         }
-        let is_a_number = self.trim_n.is_none_or(f64::is_finite);
+        let is_a_number = self.trim_n.is_none_or(a_number);
         required("vehicle.trim_n", "a number", is_a_number.then_some(()))
     }
 }
@@ -243,7 +243,7 @@ impl Payload {
             "such that mass and buoyancy stay positive",
             is_positive.then_some(()),
         )?;
-        let is_somewhere = self.position_m.iter().all(|x| x.is_finite());
+        let is_somewhere = self.position_m.iter().all(|x| a_number(*x));
         required(
             "vehicle.payload.position_m",
             "three numbers",

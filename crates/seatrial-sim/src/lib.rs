@@ -27,6 +27,7 @@ mod helm;
 mod instruments;
 pub mod lies;
 pub mod plant;
+mod range;
 pub mod sensors;
 mod simulated;
 pub mod six_dof;

@@ -86,7 +86,7 @@ impl Servo {
         let limit = self
             .rate_limit_rad_s
             .map_or(f64::INFINITY, |rate| rate * interval_s);
-        fin_rad + wanted.clamp(-limit, limit)
+        fin_rad + wanted.max(-limit).min(limit)
     }
 
     fn is_instant(&self) -> bool {

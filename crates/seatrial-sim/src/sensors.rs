@@ -8,7 +8,7 @@ use rand_pcg::Pcg64;
 use seatrial_core::Real;
 use serde::{Deserialize, Serialize};
 
-use crate::config::{ConfigError, NOT_BELOW_0, check_numbers, not_negative};
+use crate::config::{ConfigError, NOT_BELOW_0, a_number, check_numbers, not_negative};
 
 /// What a vehicle measures itself with.
 ///
@@ -276,7 +276,7 @@ impl Sensors {
             (
                 "sensors.gyro.bias_rad_s",
                 gyro.bias_rad_s,
-                gyro.bias_rad_s.is_finite(),
+                a_number(gyro.bias_rad_s),
                 "a number",
             ),
             (
@@ -288,13 +288,13 @@ impl Sensors {
             (
                 "sensors.dvl.range_m",
                 far_m,
-                far_m > near_m && far_m.is_finite(),
+                far_m > near_m && a_number(far_m),
                 "the least and then the greatest altitude",
             ),
             (
                 "sensors.pressure.bias_m",
                 pressure.bias_m,
-                pressure.bias_m.is_finite(),
+                a_number(pressure.bias_m),
                 "a number",
             ),
         ])

@@ -10,6 +10,7 @@ use thiserror::Error;
 
 use super::kind::{Kind, Values};
 use super::stages::Moment;
+use crate::range::{NOT_BELOW_0, not_negative};
 use crate::sensors::Chance;
 
 /// The faults of a rehearsal.
@@ -244,9 +245,9 @@ impl Entry {
         ];
         match times
             .iter()
-            .find(|(_, time)| time.is_some_and(|time| !(time >= 0.0 && time.is_finite())))
+            .find(|(_, time)| time.is_some_and(|time| !not_negative(time)))
         {
-            Some((name, _)) => Err(format!("{name} must be a number not below 0")),
+            Some((name, _)) => Err(format!("{name} must be {NOT_BELOW_0}")),
             None => Ok(fault),
         }
     }
@@ -269,10 +270,13 @@ impl Entry {
 
 impl Random {
     fn check(&self) -> Result<(), String> {
-        if !(self.from_s >= 0.0 && self.to_s > self.from_s && self.to_s.is_finite()) {
-            return Err("to_s must be a number above from_s, and from_s not below 0".into());
+        if !(self.from_s >= 0.0 && self.to_s > self.from_s && not_negative(self.to_s)) {
+            return Err(
+                "to_s must be a number above from_s, up to 1e9, and from_s not below 0".into(),
+            );
         }
         match &self.kinds {
+            _ if self.count > MOST_RANDOM => Err(format!("count must be at most {MOST_RANDOM}")),
             Some(kinds) if kinds.is_empty() => Err("kinds must name at least one kind".into()),
             _ => Ok(()),
         }
@@ -291,6 +295,9 @@ impl Random {
             .collect()
     }
 }
+
+/// More faults by chance than a trial has samples make no rehearsal.
+const MOST_RANDOM: u32 = 10_000;
 
 /// Keeps the faults of a seed apart from its noise.
 const OF_FAULTS: u64 = 0x000f_a017;
@@ -333,7 +340,7 @@ mod tests {
                 fault("at_s = 1.0\nstage = \"decay\""),
                 "expected either at_s",
             ),
-            (fault("at_s = -1.0"), "at_s must be a number not below 0"),
+            (fault("at_s = -1.0"), "at_s must be a number from 0 to 1e9"),
             (
                 fault("at_s = 1.0\nsise_rad = 1.0"),
                 "compass_step takes no sise_rad, but size_rad",

@@ -39,15 +39,17 @@ impl Actuator {
         command_rad: f64,
         interval_s: f64,
     ) -> ActuatorState {
-        let error = command_rad.clamp(-self.limit_rad, self.limit_rad) - state.horn_rad;
-        let acted_on = error - error.clamp(-self.dead_band_rad, self.dead_band_rad);
+        // Not `clamp`, which panics where a vehicle that fell apart in the waves has no number any more.
+        let within = |value: f64, low: f64, high: f64| value.max(low).min(high);
+        let error = within(command_rad, -self.limit_rad, self.limit_rad) - state.horn_rad;
+        let acted_on = error - within(error, -self.dead_band_rad, self.dead_band_rad);
         let horn_rad = self
             .servo
             .advance(state.horn_rad, state.horn_rad + acted_on, interval_s);
         let play = 0.5 * self.backlash_rad;
         ActuatorState {
             horn_rad,
-            fin_rad: state.fin_rad.clamp(horn_rad - play, horn_rad + play),
+            fin_rad: within(state.fin_rad, horn_rad - play, horn_rad + play),
         }
     }
 }

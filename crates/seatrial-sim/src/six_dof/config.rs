@@ -10,7 +10,8 @@ use super::propeller::Propeller;
 use super::rigid_body::RigidBody;
 use super::sea::{CurrentPoint, Sea};
 use crate::config::{
-    ConfigError, HelmConfig, NOT_BELOW_0, POSITIVE_NUMBER, check_numbers, not_negative, positive,
+    ConfigError, HelmConfig, NOT_BELOW_0, POSITIVE_NUMBER, a_number, check_numbers, not_negative,
+    positive,
 };
 use crate::faults::Damage;
 
@@ -144,7 +145,7 @@ impl SixDofConfig {
 
     fn check_places(&self) -> Result<(), ConfigError> {
         let (body, sea) = (&self.rigid_body, &self.sea);
-        let all_are_numbers = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite()).then_some(());
+        let all_are_numbers = |numbers: &[f64]| numbers.iter().all(|x| a_number(*x)).then_some(());
         let bottom: Vec<f64> = sea
             .bottom
             .iter()

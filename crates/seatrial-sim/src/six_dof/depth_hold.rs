@@ -58,7 +58,9 @@ impl DepthHold {
         state.last_s = Some(sample.time_s);
         let step_rad = self.pitch_per_integral_rad_m_s * error_m * interval_s;
         let wanted_rad = self.pitch_per_depth_rad_m * error_m + state.integral_rad + step_rad;
-        let limited_rad = wanted_rad.clamp(-self.pitch_limit_rad, self.pitch_limit_rad);
+        let limited_rad = wanted_rad
+            .max(-self.pitch_limit_rad)
+            .min(self.pitch_limit_rad);
         if wanted_rad == limited_rad {
             state.integral_rad += step_rad;
         }

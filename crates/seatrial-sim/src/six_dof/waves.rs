@@ -6,9 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::rigid_body::GRAVITY_M_S2;
-use crate::config::{
-    ConfigError, NOT_BELOW_0, POSITIVE_NUMBER, check_numbers, not_negative, positive,
-};
+use crate::config::{ConfigError, a_number, check_numbers};
 use crate::sensors::Chance;
 
 /// Frequencies from this to that multiple of the peak's carry 99.9 % of the energy that reaches a vehicle.
@@ -111,14 +109,14 @@ impl Waves {
             (
                 "sea.waves.significant_height_m",
                 height,
-                not_negative(height),
-                NOT_BELOW_0,
+                (0.0..=30.0).contains(&height),
+                "a height from 0 to 30 m",
             ),
             (
                 "sea.waves.peak_period_s",
                 period,
-                positive(period),
-                POSITIVE_NUMBER,
+                (0.5..=60.0).contains(&period),
+                "a period from 0.5 to 60 s",
             ),
             (
                 "sea.waves.peak_enhancement",
@@ -129,7 +127,7 @@ impl Waves {
             (
                 "sea.waves.towards_rad",
                 self.towards_rad,
-                self.towards_rad.is_finite(),
+                a_number(self.towards_rad),
                 "a number",
             ),
             (
