@@ -21,8 +21,8 @@ use seatrial_core::{CascadeSettings, YawModel};
 use super::boat::{Boat, StepTest};
 use super::response::Response;
 
-/// The step that gains are designed for, rad.
-const STEP_RAD: f64 = 0.5236;
+/// The step that gains are designed for: 30 degrees, rad.
+const STEP_RAD: f64 = std::f64::consts::FRAC_PI_6;
 /// The most that the least favourable boat may overshoot, a fraction of the step.
 const MOST_OVERSHOOT: f64 = 0.04;
 /// The most that the noise of the yaw rate may move the rudder, full deflections per second.

@@ -27,7 +27,7 @@ const MODEL_ERROR: f64 = 0.04;
 const LAG_ERROR: f64 = 0.15;
 const LAG_ERROR_S: f64 = 0.02;
 /// Steps of 30 degrees, held for so many time constants and at least so long, s.
-const STEP_RAD: f64 = 0.5236;
+const STEP_RAD: f64 = std::f64::consts::FRAC_PI_6;
 const HOLD_TIME_CONSTANTS: f64 = 20.0;
 const HOLD_S: f64 = 15.0;
 const SMALL_STEP_RAD: f64 = 0.14;
