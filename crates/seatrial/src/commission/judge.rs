@@ -241,7 +241,8 @@ mod tests {
     #[test]
     fn exact_good_gains_stay_and_each_fault_is_named() {
         assert_eq!(against(good(), Some(good())), []);
-        let faults: [(Response, fn(&Against) -> bool); 5] = [
+        type Names = fn(&Against) -> bool;
+        let faults: [(Response, Names); 5] = [
             (
                 Response {
                     overshoot: 0.2,
