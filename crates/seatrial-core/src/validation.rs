@@ -31,6 +31,7 @@ use crate::{Real, Sample};
 /// lead-in was measured to do slightly worse than r_0 = 0. A mean yaw rate is shrunk to 0 as
 /// far as its gyro's noise explains it (positive-part James-Stein): a slow vehicle would carry it on for its long
 /// time constant.
+/// Where the window has no lead-in at rest, [`Validation::goodness_of_fit_from_any_start`] fits psi_0 and r_0 instead.
 /// A sample whose time, heading or rudder is not finite, or whose time does not increase, is left
 /// out; the rudder before it then acts on. Exact for any intervals between samples.
 #[derive(Clone, Copy, Debug)]
@@ -187,6 +188,27 @@ impl<T: Real> Validation<T> {
         }
     }
 
+    /// R^2 of the samples so far from any start: psi_0 and r_0 are fitted to each signal by least squares, with the offset
+    /// where that is estimated again. For a window that begins in a turn, where no lead-in tells them.
+    pub fn goodness_of_fit_from_any_start(&self) -> GoodnessOfFit<T> {
+        let of = |signal: &Comparison<T>| {
+            let r2 = |[heading, rate, offset]: [T; 3]| signal.r2([heading, rate], offset);
+            (
+                r2(signal.least_squares([true, true, false])),
+                r2(signal.least_squares([true; 3])),
+            )
+        };
+        let (r2_heading, r2_heading_offset_refit) = of(&self.heading);
+        let (r2_yaw_rate, r2_yaw_rate_offset_refit) = of(&self.yaw_rate);
+        GoodnessOfFit {
+            r2_heading,
+            r2_heading_offset_refit,
+            r2_yaw_rate,
+            r2_yaw_rate_offset_refit,
+            samples: self.heading.samples,
+        }
+    }
+
     fn advance(&mut self, rudder_rad: T, interval_s: T) {
         let step = Discretisation::new(self.model.a22_per_s, interval_s);
         let input = self.model.b2_per_s2 * rudder_rad + self.model.c0_rad_per_s2;
@@ -195,6 +217,9 @@ impl<T: Real> Validation<T> {
         self.to_offset = step.advance(self.to_offset, T::ONE);
     }
 }
+
+/// A parameter of which this share or less is its own, beside the others', is not told from them.
+const PIVOT: f64 = 1e-9;
 
 /// Sums over one measured signal and its simulation.
 ///
@@ -263,6 +288,20 @@ impl<T: Real> Comparison<T> {
         offset.is_finite().then_some(offset)
     }
 
+    /// psi_0, r_0 and dC that make the squared error least; 0 for what is not `free` or does not act on this signal.
+    fn least_squares(&self, free: [bool; 3]) -> [T; 3] {
+        let [[_, error @ ..], rows @ ..] = self.gram;
+        let mut normal = [T::ZERO; 9];
+        for (i, [_, row @ ..]) in rows.iter().enumerate() {
+            for (j, entry) in row.iter().enumerate() {
+                if free[i] && free[j] {
+                    normal[3 * i + j] = *entry;
+                }
+            }
+        }
+        eliminated(normal, error)
+    }
+
     /// 1 - J / Var (35): both are 1/n of their sums.
     fn r2(&self, [heading, rate]: [T; 2], offset: T) -> Option<T> {
         let weights = [T::ONE, -heading, -rate, -offset];
@@ -281,6 +320,33 @@ impl<T: Real> Comparison<T> {
         let r2 = T::ONE - squared_error / self.sum_of_squares;
         (self.sum_of_squares > T::ZERO && r2.is_finite()).then_some(r2)
     }
+}
+
+/// Solves the normal equations of three parameters, row by row, by Gauss and Jordan; 0 for a parameter without a pivot.
+fn eliminated<T: Real>(mut normal: [T; 9], mut right: [T; 3]) -> [T; 3] {
+    let least: [T; 3] = core::array::from_fn(|i| normal[4 * i] * T::of(PIVOT));
+    let mut is_told = [false; 3];
+    for pivot in 0..3 {
+        let of_pivot = normal[4 * pivot];
+        is_told[pivot] = of_pivot > least[pivot];
+        if !is_told[pivot] {
+            continue;
+        }
+        for j in 0..3 {
+            normal[3 * pivot + j] = normal[3 * pivot + j] / of_pivot;
+        }
+        right[pivot] = right[pivot] / of_pivot;
+        for i in (0..3).filter(|i| *i != pivot) {
+            let factor = normal[3 * i + pivot];
+            for j in 0..3 {
+                let of_row = normal[3 * pivot + j];
+                normal[3 * i + j] -= factor * of_row;
+            }
+            let of_pivot = right[pivot];
+            right[i] -= factor * of_pivot;
+        }
+    }
+    core::array::from_fn(|i| if is_told[i] { right[i] } else { T::ZERO })
 }
 
 #[cfg(test)]
@@ -347,6 +413,40 @@ mod tests {
         for r2 in [fit.r2_heading_offset_refit, fit.r2_yaw_rate_offset_refit] {
             assert!((r2.unwrap() - 1.0).abs() < 1e-12, "{fit:?}");
         }
+    }
+
+    #[test]
+    fn exact_a_start_in_a_turn_is_fitted() {
+        let samples = run(0.3, |_| 0.05);
+        let mut model = YawModel::from_theta(TRUTH);
+        let fit = |model, samples: &[Sample<f64>]| {
+            let mut validation = Validation::new(model, 0.0);
+            samples.iter().for_each(|sample| validation.compare(sample));
+            validation
+        };
+        // From the middle of a stroke, where it turns.
+        let turning: Vec<_> = samples[60..]
+            .iter()
+            .map(|sample| Sample {
+                yaw_rate_rad_s: None,
+                ..*sample
+            })
+            .collect();
+        let from_rest = fit(model, &turning).goodness_of_fit();
+        assert!(from_rest.r2_heading.unwrap() < 0.9, "{from_rest:?}");
+        let found = fit(model, &turning).goodness_of_fit_from_any_start();
+        assert!((found.r2_heading.unwrap() - 1.0).abs() < 1e-12, "{found:?}");
+        assert_eq!(found.r2_yaw_rate, None);
+        // With the offset estimated again, too, and for the yaw rate.
+        model.c0_rad_per_s2 += 0.01;
+        let found = fit(model, &samples[60..]).goodness_of_fit_from_any_start();
+        for r2 in [
+            found.r2_heading_offset_refit,
+            found.r2_yaw_rate_offset_refit,
+        ] {
+            assert!((r2.unwrap() - 1.0).abs() < 1e-9, "{found:?}");
+        }
+        assert!(found.r2_heading < found.r2_heading_offset_refit);
     }
 
     #[test]

@@ -17,6 +17,7 @@ use crate::identification::{EstimateMethod, HigherOrder, Refined, ValidRange, Va
 use crate::manoeuvre::Manoeuvre;
 use crate::plausibility::{self, Doubt};
 use crate::record::duration_s;
+use crate::sway_yaw::SecondOrder;
 
 /// The chosen model and what its own record and validation data say of it: all that a verdict weighs.
 pub struct Checked<'a> {
@@ -63,17 +64,7 @@ impl<'a> Checked<'a> {
         chosen: &'a Chosen,
         data: Option<ValidationData>,
     ) -> Result<Self, IdentifyError> {
-        let higher_order = explained
-            .higher_order()
-            .map(|estimate| {
-                let on =
-                    |f: ValidationData| second_order::validate(&estimate.model, f.record, f.window);
-                Ok(HigherOrder {
-                    estimate: estimate.clone(),
-                    validation: data.map(on).transpose()?,
-                })
-            })
-            .transpose()?;
+        let higher_order = higher_order(explained.higher_orders(), data)?;
         let validation = data
             .map(|data| match chosen.lagging() {
                 Some(lagging) => second_order::validate(lagging, data.record, data.window),
@@ -127,6 +118,33 @@ impl<'a> Checked<'a> {
             },
         )
     }
+}
+
+/// Of the models of higher order the one whose simulation is nearest to the heading of validation data; the likeliest where
+/// there are none.
+fn higher_order(
+    models: &[SecondOrder],
+    data: Option<ValidationData>,
+) -> Result<Option<HigherOrder>, IdentifyError> {
+    let Some(data) = data else {
+        return Ok(models.first().map(|likeliest| HigherOrder {
+            estimate: likeliest.clone(),
+            validation: None,
+        }));
+    };
+    let validated = |estimate: &SecondOrder| {
+        let validation = second_order::validate(&estimate.model, data.record, data.window)?;
+        Ok(HigherOrder {
+            estimate: estimate.clone(),
+            validation: Some(validation),
+        })
+    };
+    let validated: Vec<HigherOrder> = models.iter().map(validated).collect::<Result<_, _>>()?;
+    let r2 = |of: &HigherOrder| of.validation.and_then(|validation| validation.r2_heading);
+    // The first of equals stays: the likeliest.
+    Ok(validated
+        .into_iter()
+        .reduce(|best, next| if r2(&next) > r2(&best) { next } else { best }))
 }
 
 /// Doubts about the log that trains, about the one that validates, and about how often the vehicle was looked at.

@@ -7,6 +7,7 @@ use super::second_order;
 use super::whole_record::robust_estimate;
 use crate::identification::{LagEffect, Refined};
 use crate::sway_yaw::{ResidualTests, SecondOrder};
+use seatrial_core::Sample;
 
 /// Which kind of vehicle explains the record. The `share` of a misfit is that of the rudder's own effect.
 #[derive(Clone, Debug)]
@@ -30,7 +31,7 @@ pub enum Explained {
         /// What a rudder that acts at once leaves unexplained.
         share: f64,
         /// The model behind the lag.
-        lagging: SecondOrder,
+        lagging: Box<SecondOrder>,
     },
     /// A vehicle that is not of first order.
     HigherOrder {
@@ -38,8 +39,8 @@ pub enum Explained {
         refined: Refined,
         /// Its misfit.
         share: f64,
-        /// The model of higher order, where the record can name it.
-        beyond: Option<SecondOrder>,
+        /// Models of higher order, the likeliest first, where the record can name them.
+        beyond: Vec<SecondOrder>,
     },
     /// A first-order vehicle, as far as is known: the hidden edges of the rudder matter more than the noise.
     Blurred {
@@ -85,10 +86,8 @@ impl Explained {
         if found.is_nearest() {
             return Self::HigherOrder {
                 beyond: match order {
-                    OrderSearch::Done => second_order::fit(samples)
-                        .ok()
-                        .filter(|estimate| estimate.order.exceeds_first_order()),
-                    OrderSearch::Skipped => None,
+                    OrderSearch::Done => models_beyond_first_order(samples),
+                    OrderSearch::Skipped => Vec::new(),
                 },
                 refined: found.refined,
                 share,
@@ -98,7 +97,7 @@ impl Explained {
             return Self::BehindLag {
                 refined: found.refined,
                 share: lag.share_without,
-                lagging,
+                lagging: Box::new(lagging),
             };
         }
         let fit = FirstOrderFit {
@@ -138,15 +137,27 @@ impl Explained {
         }
     }
 
-    /// The model of the order that the record supports, where that is more than the first.
-    pub fn higher_order(&self) -> Option<&SecondOrder> {
+    /// The models of the orders that the record supports, where that is more than the first; the likeliest first.
+    pub fn higher_orders(&self) -> &[SecondOrder] {
         match self {
-            Self::HigherOrder { beyond, .. } => beyond.as_ref(),
-            Self::BehindLag { lagging, .. } => Some(lagging),
+            Self::HigherOrder { beyond, .. } => beyond,
+            Self::BehindLag { lagging, .. } => std::slice::from_ref(&**lagging),
             Self::FirstOrder { .. }
             | Self::Disturbed { .. }
             | Self::Blurred { .. }
-            | Self::Unrefined => None,
+            | Self::Unrefined => &[],
         }
+    }
+}
+
+/// The likeliest first.
+fn models_beyond_first_order(samples: &[Sample<f64>]) -> Vec<SecondOrder> {
+    match second_order::fit_all(samples) {
+        Ok(found) if found.likeliest.order.exceeds_first_order() => {
+            let mut models = found.others;
+            models.insert(0, found.likeliest);
+            models
+        }
+        _ => Vec::new(),
     }
 }

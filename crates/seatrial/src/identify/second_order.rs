@@ -49,6 +49,21 @@ use likelihood::{A11, A21, CROSS_FLOW, Comparisons, LAG, PARAMETERS, Summit, The
 /// increase in time; headings may be wrapped; yaw rates are not used. Over 100 simulated records of each of three plants
 /// the intervals cover the truth in 92 to 96 %. 0.2 s for 330 samples.
 pub fn fit(samples: &[Sample<f64>]) -> Result<SecondOrder, RefineFailure> {
+    fit_all(samples).map(|found| found.likeliest)
+}
+
+/// The likeliest model and others that data besides the record may prefer.
+#[derive(Clone, Debug)]
+pub struct Supported {
+    /// What [`fit`] gives.
+    pub likeliest: SecondOrder,
+    /// Models of higher order that the record supports, too: the linear one, and those whose simulation alone is nearest, as if
+    /// nothing but the rudder had turned the vehicle.
+    pub others: Vec<SecondOrder>,
+}
+
+/// [`fit`], with the other models of higher order that the record supports.
+pub fn fit_all(samples: &[Sample<f64>]) -> Result<Supported, RefineFailure> {
     let samples = most_excited(samples);
     let span = RecordSpan::of(samples)?;
     let damping = span.first_damping(samples, None)?;
@@ -79,7 +94,7 @@ pub fn fit(samples: &[Sample<f64>]) -> Result<SecondOrder, RefineFailure> {
     let candidates = search::candidates(&record, &first, scale);
     let time_constants_s = search::disturbance_time_constants_s(scale);
     let quiet = quiet::disturbances(samples, block, &first, scale, &time_constants_s);
-    SecondOrder::decide(&record, &candidates, quiet).ok_or(RefineFailure::NotExcited)
+    Supported::decide(&record, &candidates, quiet).ok_or(RefineFailure::NotExcited)
 }
 
 /// The parameters of a structure that a record determines.
@@ -146,8 +161,7 @@ impl Candidate {
     }
 
     /// `None` where the record does not determine the parameters.
-    fn intervals(&self, comparisons: usize) -> Option<SwayYawIntervals> {
-        let summit = self.summit(comparisons);
+    fn intervals(&self, summit: &Summit) -> Option<SwayYawIntervals> {
         let free = free_parameters(&self.structure);
         let covariance = summit.likelihood.covariance(&free)?;
         let interval = |parameter: usize| {
@@ -166,9 +180,60 @@ impl Candidate {
             rudder_lag_s: interval(LAG),
         })
     }
+
+    /// The model at a summit. `None` where the record does not determine its parameters.
+    fn model(&self, summit: &Summit, order: ModelOrder) -> Option<SecondOrder> {
+        let free = free_parameters(&self.structure);
+        let covariance = summit.likelihood.covariance(&free)?;
+        let mut theta = summit.theta;
+        if !self.structure.has_sway() {
+            theta[A11] = 0.0;
+        }
+        let noise_rad = summit.likelihood.noise_variance_rad2(&free).sqrt();
+        let relative = summit.disturbance.relative;
+        Some(SecondOrder {
+            order,
+            model: model_of(&theta),
+            interval_95: self.intervals(summit)?,
+            covariance: core::array::from_fn(|i| core::array::from_fn(|j| covariance[(i, j)])),
+            heading_noise_rad: noise_rad,
+            disturbance_rad_s2: (relative > 0.0).then_some(relative * noise_rad),
+        })
+    }
 }
 
-impl SecondOrder {
+/// The candidates of a record against the first order.
+struct Contest<'a> {
+    record: &'a Comparisons,
+    first: &'a Candidate,
+    /// Disturbances that the quiet part allows.
+    allowed: Vec<Disturbance>,
+}
+
+impl Contest<'_> {
+    /// What the record says of a candidate.
+    fn order(&self, candidate: &Candidate) -> ModelOrder {
+        let n = self.record.count();
+        let at = |disturbance: &Disturbance| {
+            candidate.log_likelihood_at(self.record, *disturbance)
+                - self.first.log_likelihood_at(self.record, *disturbance)
+        };
+        let cautious = self.allowed.iter().map(at).fold(f64::INFINITY, f64::min);
+        ModelOrder {
+            structure: candidate.structure,
+            likelihood_ratio: 2.0 * (candidate.log_likelihood() - self.first.log_likelihood()),
+            cautious_likelihood_ratio: 2.0 * cautious,
+            threshold: candidate.threshold(n),
+            comparisons: n,
+            first_order_residual: ResidualTests::of(
+                &self.first.summit(n).likelihood.innovations,
+                &self.record.rudder_rad(),
+            ),
+        }
+    }
+}
+
+impl Supported {
     fn decide(
         record: &Comparisons,
         candidates: &[Candidate],
@@ -179,54 +244,40 @@ impl SecondOrder {
             candidates
                 .iter()
                 .filter(|c| (c.structure == Structure::FIRST_ORDER) == is_first)
-                .filter_map(|c| Some((c, c.intervals(n)?)))
-                .max_by(|a, b| a.0.gain(n).total_cmp(&b.0.gain(n)))
+                .filter(|c| c.intervals(c.summit(n)).is_some())
+                .max_by(|a, b| a.gain(n).total_cmp(&b.gain(n)))
         };
         let first = best_of(true)?;
-        let more = best_of(false);
-        let allowed = quiet.unwrap_or_else(|| vec![first.0.summit(n).disturbance]);
-        let ratios = |more: &Candidate| {
-            let at = |disturbance: &Disturbance| {
-                more.log_likelihood_at(record, *disturbance)
-                    - first.0.log_likelihood_at(record, *disturbance)
-            };
-            let cautious = allowed.iter().map(at).fold(f64::INFINITY, f64::min);
-            let own = more.log_likelihood() - first.0.log_likelihood();
-            (2.0 * own, 2.0 * cautious)
+        let contest = Contest {
+            record,
+            first,
+            allowed: quiet.unwrap_or_else(|| vec![first.summit(n).disturbance]),
         };
-        let (likelihood_ratio, cautious_likelihood_ratio) =
-            more.as_ref().map_or((0.0, 0.0), |more| ratios(more.0));
-        let threshold = more.as_ref().map_or(0.0, |(more, _)| more.threshold(n));
-        let first_order_residual = ResidualTests::of(
-            &first.0.summit(n).likelihood.innovations,
-            &record.rudder_rad(),
-        );
-        let (best, interval_95) = more
-            .filter(|_| likelihood_ratio.min(cautious_likelihood_ratio) > threshold)
-            .unwrap_or(first);
-        let summit = best.summit(n);
-        let free = free_parameters(&best.structure);
-        let covariance = summit.likelihood.covariance(&free)?;
-        let mut theta = summit.theta;
-        if !best.structure.has_sway() {
-            theta[A11] = 0.0;
-        }
-        let noise_rad = summit.likelihood.noise_variance_rad2(&free).sqrt();
-        let relative = summit.disturbance.relative;
+        let more = best_of(false).map(|more| (more, contest.order(more)));
+        let Some((best, order)) = more.filter(|(_, order)| order.is_beyond_chance()) else {
+            let order = ModelOrder {
+                structure: first.structure,
+                ..more.map_or_else(|| contest.order(first), |(_, order)| order)
+            };
+            return Some(Self {
+                likeliest: first.model(first.summit(n), order)?,
+                others: Vec::new(),
+            });
+        };
+        let linear = candidates
+            .iter()
+            .find(|c| c.structure == Structure::LINEAR && c.structure != best.structure)
+            .map(|linear| (linear, contest.order(linear)))
+            .filter(|(_, order)| order.is_beyond_chance());
+        let of_linear = linear.and_then(|(linear, order)| linear.model(linear.summit(n), order));
+        let nearest = [Some((best, order)), linear]
+            .into_iter()
+            .flatten()
+            .filter(|(candidate, _)| candidate.summit(n).disturbance.relative > 0.0)
+            .filter_map(|(candidate, order)| candidate.model(&candidate.calm, order));
         Some(Self {
-            order: ModelOrder {
-                structure: best.structure,
-                likelihood_ratio,
-                cautious_likelihood_ratio,
-                threshold,
-                comparisons: n,
-                first_order_residual,
-            },
-            model: model_of(&theta),
-            interval_95,
-            covariance: core::array::from_fn(|i| core::array::from_fn(|j| covariance[(i, j)])),
-            heading_noise_rad: noise_rad,
-            disturbance_rad_s2: (relative > 0.0).then_some(relative * noise_rad),
+            others: of_linear.into_iter().chain(nearest).collect(),
+            likeliest: best.model(best.summit(n), order)?,
         })
     }
 }

@@ -55,10 +55,10 @@ pub fn validate(
 /// measured heading.
 ///
 /// The simulation starts from the mean heading of the lead-in: what comes before the first movement
-/// of the rudder, if the vehicle is quiet there, otherwise the first sample alone.
+/// of the rudder, if the vehicle is quiet there for a time constant. Otherwise the initial heading and yaw rate are fitted.
 pub fn goodness_of_fit(model: YawModel<f64>, samples: &[Sample<f64>]) -> GoodnessOfFit<f64> {
     let lead_in_s = quiet_lead_in_s(samples);
-    let fit = validation::Validation::of(model, lead_in_s, samples);
+    let fit = compared(model, lead_in_s, samples);
     match fit.r2_yaw_rate {
         Some(_) => fit,
         None => with_derived_yaw_rate(model, samples, lead_in_s, fit),
@@ -72,7 +72,7 @@ pub(super) fn fit_by_the_clearer_rate(
     samples: &[Sample<f64>],
 ) -> GoodnessOfFit<f64> {
     let lead_in_s = quiet_lead_in_s(samples);
-    let measured = validation::Validation::of(model, lead_in_s, samples);
+    let measured = compared(model, lead_in_s, samples);
     let derived = with_derived_yaw_rate(model, samples, lead_in_s, measured);
     if derived.r2_yaw_rate > measured.r2_yaw_rate {
         derived
@@ -81,14 +81,29 @@ pub(super) fn fit_by_the_clearer_rate(
     }
 }
 
+/// From the mean of the lead-in or, where it is shorter than a time constant and shows no rest, from any start.
+fn compared(model: YawModel<f64>, lead_in_s: f64, samples: &[Sample<f64>]) -> GoodnessOfFit<f64> {
+    let mut validation = validation::Validation::new(model, lead_in_s);
+    samples.iter().for_each(|sample| validation.compare(sample));
+    match shows_rest(lead_in_s, -1.0 / model.a22_per_s) {
+        true => validation.goodness_of_fit(),
+        false => validation.goodness_of_fit_from_any_start(),
+    }
+}
+
+/// Is a vehicle of this time constant known to be at rest after a quiet lead-in?
+pub(super) fn shows_rest(lead_in_s: f64, time_constant_s: f64) -> bool {
+    lead_in_s >= time_constant_s && lead_in_s > 0.0
+}
+
 fn with_derived_yaw_rate(
     model: YawModel<f64>,
     samples: &[Sample<f64>],
     lead_in_s: f64,
     fit: GoodnessOfFit<f64>,
 ) -> GoodnessOfFit<f64> {
-    let rate = derived_yaw_rate(model, samples)
-        .map(|with_rate| validation::Validation::of(model, lead_in_s, &with_rate));
+    let rate =
+        derived_yaw_rate(model, samples).map(|with_rate| compared(model, lead_in_s, &with_rate));
     GoodnessOfFit {
         r2_yaw_rate: rate.and_then(|rate| rate.r2_yaw_rate),
         r2_yaw_rate_offset_refit: rate.and_then(|rate| rate.r2_yaw_rate_offset_refit),

@@ -35,6 +35,12 @@ impl Structure {
         ..Self::FIRST_ORDER
     };
 
+    /// Sway in proportion alone: the second-order Nomoto model.
+    pub const LINEAR: Self = Self {
+        sway_coupling: true,
+        ..Self::FIRST_ORDER
+    };
+
     /// Has yaw a second state?
     pub fn has_sway(&self) -> bool {
         self.sway_coupling || self.cross_flow
@@ -122,6 +128,11 @@ impl ModelOrder {
     /// Is the first order not to be relied upon, even if what it misses cannot be named? Schwarz's price decides.
     pub fn leans_beyond_first_order(&self) -> bool {
         self.evidence() > self.threshold / PRICE
+    }
+
+    /// Does the likelihood ratio that counts exceed what chance explains?
+    pub fn is_beyond_chance(&self) -> bool {
+        self.evidence() > self.threshold
     }
 
     /// The likelihood ratio that counts: the smaller one.

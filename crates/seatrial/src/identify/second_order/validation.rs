@@ -1,5 +1,6 @@
 //! A sway-yaw model against data that it was not made from.
 
+use nalgebra::{DMatrix, DVector, Vector3};
 use seatrial_core::validation::GoodnessOfFit;
 use seatrial_core::{Real, Sample, YawModel};
 
@@ -38,7 +39,7 @@ pub fn validate(
 /// measured heading.
 ///
 /// The simulation starts without drift, from the mean heading and the mean measured yaw rate, 0 where it is not
-/// measured, of the quiet lead-in or, where there is none, of the first sample. A sample whose time, heading or
+/// measured, of the quiet lead-in. Where that is shorter than a time constant, the initial heading and yaw rate are fitted. A sample whose time, heading or
 /// rudder is not finite, or whose time does not increase, is left out.
 pub fn goodness_of_fit(model: &SwayYawModel, samples: &[Sample<f64>]) -> GoodnessOfFit<f64> {
     let lead_in_s = validation::quiet_lead_in_s(samples);
@@ -71,12 +72,13 @@ pub fn goodness_of_fit(model: &SwayYawModel, samples: &[Sample<f64>]) -> Goodnes
         model,
         samples: &samples,
         start,
+        is_start_known: validation::shows_rest(lead_in_s, slowest_s(model)),
     };
     let rates = measured.or_else(|| run.derived_yaw_rates());
     let of = |signal: fn(&SwayYawState) -> f64, measured: &[f64]| {
         (
-            run.r2(signal, measured, 0.0),
-            run.refit_r2(signal, measured),
+            run.r2(signal, measured, Offset::OfTheModel),
+            run.r2(signal, measured, Offset::Fitted),
         )
     };
     let (r2_heading, r2_heading_offset_refit) = of(|state| state.heading_rad, &headings);
@@ -92,6 +94,12 @@ pub fn goodness_of_fit(model: &SwayYawModel, samples: &[Sample<f64>]) -> Goodnes
     }
 }
 
+/// The longest time constant of the linear part, s.
+fn slowest_s(model: &SwayYawModel) -> f64 {
+    let nomoto = model.nomoto().map(|nomoto| nomoto.t1_s.abs());
+    nomoto.unwrap_or(-1.0 / model.a22_per_s)
+}
+
 fn mean<'a>(values: impl ExactSizeIterator<Item = &'a f64>) -> f64 {
     let count = values.len().max(1) as f64;
     values.sum::<f64>() / count
@@ -105,12 +113,23 @@ fn measured_yaw_rates(samples: &[Sample<f64>]) -> Option<Vec<f64>> {
         .collect()
 }
 
-/// Validation samples, simulated from one start.
+/// Is the offset C0 estimated again?
+#[derive(Clone, Copy, PartialEq)]
+enum Offset {
+    OfTheModel,
+    Fitted,
+}
+
+/// Validation samples and where their simulation starts.
 struct ValidationRun<'a> {
     model: &'a SwayYawModel,
     samples: &'a [Sample<f64>],
     start: SwayYawState,
+    is_start_known: bool,
 }
+
+/// Changes of the initial heading, rad, the initial yaw rate, rad/s, and the offset, rad/s^2.
+type Change = Vector3<f64>;
 
 impl ValidationRun<'_> {
     /// Over the time constants that the vehicle has at the drift of this run.
@@ -132,18 +151,28 @@ impl ValidationRun<'_> {
         measured_yaw_rates(&derived)
     }
 
-    fn simulated(&self, signal: fn(&SwayYawState) -> f64, offset: f64) -> Vec<f64> {
+    fn simulated(&self, signal: fn(&SwayYawState) -> f64, change: Change) -> Vec<f64> {
         let model = SwayYawModel {
-            c0_rad_per_s2: self.model.c0_rad_per_s2 + offset,
+            c0_rad_per_s2: self.model.c0_rad_per_s2 + change[2],
             ..*self.model
         };
-        let states = model.simulate(self.samples, self.start);
+        let start = SwayYawState {
+            heading_rad: self.start.heading_rad + change[0],
+            yaw_rate_rad_s: self.start.yaw_rate_rad_s + change[1],
+            ..self.start
+        };
+        let states = model.simulate(self.samples, start);
         states.iter().map(signal).collect()
     }
 
     /// 1 - J/Var (35). `None` where the signal did not vary.
-    fn r2(&self, signal: fn(&SwayYawState) -> f64, measured: &[f64], offset: f64) -> Option<f64> {
-        let simulated = self.simulated(signal, offset);
+    fn r2_at(
+        &self,
+        signal: fn(&SwayYawState) -> f64,
+        measured: &[f64],
+        change: Change,
+    ) -> Option<f64> {
+        let simulated = self.simulated(signal, change);
         let squares = |values: &mut dyn Iterator<Item = f64>| values.map(|e| e * e).sum::<f64>();
         let errors = squares(&mut measured.iter().zip(&simulated).map(|(m, s)| m - s));
         let centre = mean(measured.iter());
@@ -152,27 +181,65 @@ impl ValidationRun<'_> {
         (variation > 0.0 && r2.is_finite()).then_some(r2)
     }
 
-    /// The best R^2 over the offset: Newton's method on the sum of squares, with secants of the simulation.
-    fn refit_r2(&self, signal: fn(&SwayYawState) -> f64, measured: &[f64]) -> Option<f64> {
+    /// R^2, the best over what is fitted: Newton's method on the sum of squares, with secants of the simulation.
+    fn r2(
+        &self,
+        signal: fn(&SwayYawState) -> f64,
+        measured: &[f64],
+        offset: Offset,
+    ) -> Option<f64> {
         const MOST_STEPS: u32 = 8;
-        let spread = 1e-4 * self.model.b2_per_s2.abs();
-        let mut offset = 0.0;
-        let mut best = self.r2(signal, measured, offset)?;
-        for _ in 0..MOST_STEPS {
-            let here = self.simulated(signal, offset);
-            let above = self.simulated(signal, offset + spread);
-            let (mut gradient, mut curvature) = (0.0, 0.0);
-            for ((measured, here), above) in measured.iter().zip(&here).zip(&above) {
-                let sensitivity = (above - here) / spread;
-                gradient += (measured - here) * sensitivity;
-                curvature += sensitivity * sensitivity;
-            }
-            let next = offset + gradient / curvature;
-            match self.r2(signal, measured, next) {
-                Some(r2) if r2 > best => (offset, best) = (next, r2),
+        let of_start = (!self.is_start_known).then_some([0, 1]);
+        let of_offset = (offset == Offset::Fitted).then_some(2);
+        let free: Vec<usize> = of_start.into_iter().flatten().chain(of_offset).collect();
+        let mut change = Change::zeros();
+        let mut best = self.r2_at(signal, measured, change)?;
+        for _ in 0..if free.is_empty() { 0 } else { MOST_STEPS } {
+            let Some(step) = self.gauss_newton_step(signal, measured, &free, change) else {
+                break;
+            };
+            let next = change + step;
+            match self.r2_at(signal, measured, next) {
+                Some(r2) if r2 > best => (change, best) = (next, r2),
                 _ => break,
             }
         }
         Some(best)
+    }
+
+    /// Secants of the simulation for derivatives; `None` where they do not determine the step.
+    fn gauss_newton_step(
+        &self,
+        signal: fn(&SwayYawState) -> f64,
+        measured: &[f64],
+        free: &[usize],
+        change: Change,
+    ) -> Option<Change> {
+        let spread = 1e-4 * self.model.b2_per_s2.abs();
+        let here = self.simulated(signal, change);
+        let sensitivity = |i: &usize| {
+            let above = self.simulated(signal, change + Change::ith(*i, spread));
+            let slopes = above.iter().zip(&here).map(|(a, h)| (a - h) / spread);
+            DVector::from_iterator(here.len(), slopes)
+        };
+        // A heading that starts elsewhere does nothing to the yaw rate.
+        let (free, columns): (Vec<usize>, Vec<DVector<f64>>) = free
+            .iter()
+            .map(|i| (*i, sensitivity(i)))
+            .filter(|(_, column)| column.norm_squared() > 0.0)
+            .unzip();
+        if columns.is_empty() {
+            return None;
+        }
+        let sensitivities = DMatrix::from_columns(&columns);
+        let missed = measured.iter().zip(&here).map(|(m, h)| m - h);
+        let missed = DVector::from_iterator(here.len(), missed);
+        let normal = sensitivities.tr_mul(&sensitivities).cholesky()?;
+        let step = normal.solve(&sensitivities.tr_mul(&missed));
+        let mut of_all = Change::zeros();
+        for (i, of_i) in free.iter().zip(step.iter()) {
+            of_all[*i] = *of_i;
+        }
+        Some(of_all)
     }
 }

@@ -121,7 +121,7 @@ impl Chain {
         self.explained = Explained::HigherOrder {
             refined: self.chosen.refined.clone().unwrap(),
             share,
-            beyond: None,
+            beyond: Vec::new(),
         };
         self
     }
