@@ -1,5 +1,6 @@
 //! `seatrial sim ardupilot-json`: the sea under an autopilot's own firmware.
 
+use seatrial_app::simulated;
 use std::fmt;
 use std::net::UdpSocket;
 use std::str::FromStr;
@@ -10,11 +11,10 @@ use std::time::{Duration, Instant};
 use seatrial_links::ardupilot_json::{SensorFrame, ServoFrame};
 use seatrial_sim::SimulatedConfig;
 use seatrial_sim::six_dof::DrivenVehicle;
-use seatrial_sim::six_dof::driven::Commands;
+use seatrial_sim::six_dof::commands::Commands;
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output, say};
-use crate::vehicle;
 
 /// Time between status lines.
 const STATUS_EVERY: Duration = Duration::from_secs(5);
@@ -173,7 +173,7 @@ struct Simulation<'a> {
 
 /// Runs until it is interrupted.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let SimulatedConfig::SixDof(config) = vehicle::config(&args.vehicle)? else {
+    let SimulatedConfig::SixDof(config) = simulated::config(&args.vehicle)? else {
         return Err(Failure::usage(format!(
             "--vehicle {}: it only turns; take sim:starfish-6dof, sim:remus100 or a file with a table vehicle",
             args.vehicle

@@ -1,13 +1,10 @@
 //! A simulated vehicle as a file.
 
-use std::io;
-use std::path::PathBuf;
-
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
+use crate::config_error::{ConfigError, check_numbers, invalid};
 use crate::plant::{Disturbance, Servo, SpeedPoint};
-pub(crate) use crate::range::{NOT_BELOW_0, POSITIVE_NUMBER, a_number, not_negative, positive};
+use crate::range::{NOT_BELOW_0, POSITIVE_NUMBER, a_number, not_negative, positive};
 use crate::sensors::{Sensors, Timing};
 
 /// A first-order vehicle.
@@ -127,6 +124,25 @@ impl Default for HeadingHold {
     }
 }
 
+impl HeadingHold {
+    fn check(&self) -> Result<(), ConfigError> {
+        check_numbers([
+            (
+                "heading_hold.gain",
+                self.gain,
+                a_number(self.gain),
+                "a number",
+            ),
+            (
+                "heading_hold.rudder_limit_rad",
+                self.rudder_limit_rad,
+                positive(self.rudder_limit_rad),
+                POSITIVE_NUMBER,
+            ),
+        ])
+    }
+}
+
 /// Steering, instruments and start of any simulated vehicle; a file of a [`VehicleConfig`] has the same fields.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -145,48 +161,6 @@ pub struct HelmConfig {
     pub sensors: Sensors,
     /// When it measures.
     pub timing: Timing,
-}
-
-/// A vehicle file that cannot be used.
-#[derive(Debug, Error)]
-pub enum ConfigError {
-    /// The file cannot be read.
-    #[error("{}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// The text is not a vehicle.
-    #[error("not a vehicle: {0}")]
-    Syntax(#[from] toml::de::Error),
-    /// A value is out of range.
-    #[error("{field} must be {requirement}, not {found}")]
-    Invalid {
-        /// The field.
-        field: String,
-        /// What it has to be.
-        requirement: &'static str,
-        /// What it is.
-        found: String,
-    },
-    /// Something is not as it has to be.
-    #[error("{field} must be {requirement}")]
-    Unfit {
-        /// The field.
-        field: String,
-        /// What it has to be.
-        requirement: &'static str,
-    },
-    /// Any of these in a file.
-    #[error("{}: {source}", path.display())]
-    InFile {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        source: Box<ConfigError>,
-    },
 }
 
 mod starfish {
@@ -344,7 +318,6 @@ impl HelmConfig {
 
     /// Names the first field that is out of range.
     pub fn check(&self) -> Result<(), ConfigError> {
-        let timing = &self.timing;
         check_numbers([
             (
                 "rudder_limit_rad",
@@ -364,72 +337,11 @@ impl HelmConfig {
                 a_number(self.initial_heading_rad),
                 "a number",
             ),
-            (
-                "heading_hold.gain",
-                self.heading_hold.gain,
-                a_number(self.heading_hold.gain),
-                "a number",
-            ),
-            (
-                "heading_hold.rudder_limit_rad",
-                self.heading_hold.rudder_limit_rad,
-                positive(self.heading_hold.rudder_limit_rad),
-                POSITIVE_NUMBER,
-            ),
-            (
-                "disturbance.standard_deviation_rad_s2",
-                self.disturbance.standard_deviation_rad_s2,
-                not_negative(self.disturbance.standard_deviation_rad_s2),
-                NOT_BELOW_0,
-            ),
-            (
-                "disturbance.correlation_time_s",
-                self.disturbance.correlation_time_s,
-                positive(self.disturbance.correlation_time_s),
-                POSITIVE_NUMBER,
-            ),
-            (
-                "timing.sample_interval_s",
-                timing.sample_interval_s,
-                (1e-3..=100.0).contains(&timing.sample_interval_s),
-                "a number from 0.001 to 100",
-            ),
-            (
-                "timing.jitter_s",
-                timing.jitter_s,
-                timing.jitter_s >= 0.0 && timing.jitter_s < timing.sample_interval_s,
-                "a number not below 0 and under timing.sample_interval_s",
-            ),
-            (
-                "timing.missing_fraction",
-                timing.missing_fraction,
-                (0.0..=0.9).contains(&timing.missing_fraction),
-                "a fraction, 0 to 0.9",
-            ),
         ])?;
+        self.heading_hold.check()?;
+        self.disturbance.check()?;
+        self.timing.check()?;
         self.sensors.check()
-    }
-}
-
-/// Names the first field that does not hold, of (field, what was found, does it hold, what it has to be).
-pub(crate) fn check_numbers<const N: usize>(
-    numbers: [(&str, f64, bool, &'static str); N],
-) -> Result<(), ConfigError> {
-    match numbers.into_iter().find(|(_, _, holds, _)| !holds) {
-        Some((field, found, _, requirement)) => Err(invalid(field, requirement, found)),
-        None => Ok(()),
-    }
-}
-
-fn invalid(
-    field: impl Into<String>,
-    requirement: &'static str,
-    found: impl ToString,
-) -> ConfigError {
-    ConfigError::Invalid {
-        field: field.into(),
-        requirement,
-        found: found.to_string(),
     }
 }
 

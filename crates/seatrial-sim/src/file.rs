@@ -6,9 +6,9 @@ use std::path::Path;
 use serde::Deserialize;
 use toml::{Table, Value};
 
-use crate::config::{
-    ConfigError, NOT_BELOW_0, VehicleConfig, a_number, check_numbers, not_negative, positive,
-};
+use crate::config::VehicleConfig;
+use crate::config_error::{ConfigError, check_numbers};
+use crate::range::{NOT_BELOW_0, a_number, not_negative, positive};
 use crate::six_dof::config::required;
 use crate::six_dof::fins::Drive;
 use crate::six_dof::rigid_body::{GRAVITY_M_S2, RigidBody};

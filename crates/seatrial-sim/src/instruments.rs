@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use seatrial_core::Real;
 
-use crate::helm::Motion;
+use crate::body::Motion;
 use crate::sensors::{Chance, Sensors};
 
 /// Part of an interval by which rounding may miss its end.

@@ -20,7 +20,9 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod body;
 pub mod config;
+mod config_error;
 pub mod faults;
 pub mod file;
 mod helm;
@@ -33,7 +35,8 @@ mod simulated;
 pub mod six_dof;
 pub mod vehicle;
 
-pub use config::{ConfigError, VehicleConfig};
+pub use config::VehicleConfig;
+pub use config_error::ConfigError;
 pub use faults::{FaultyVehicle, Scenario, ScenarioError};
 pub use file::VehicleFile;
 pub use plant::Truth;

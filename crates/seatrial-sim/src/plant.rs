@@ -4,7 +4,9 @@ use seatrial_core::YawModel;
 use seatrial_core::model::YawState;
 use serde::{Deserialize, Serialize};
 
+use crate::config_error::{ConfigError, check_numbers};
 use crate::faults::Damage;
+use crate::range::{NOT_BELOW_0, POSITIVE_NUMBER, not_negative, positive};
 
 /// Longest step over which fin and speed are held, s; both are exact at its end.
 const STEP_S: f64 = 0.005;
@@ -67,6 +69,24 @@ impl Default for Disturbance {
 }
 
 impl Disturbance {
+    /// Names the first field that is out of range.
+    pub(crate) fn check(&self) -> Result<(), ConfigError> {
+        check_numbers([
+            (
+                "disturbance.standard_deviation_rad_s2",
+                self.standard_deviation_rad_s2,
+                not_negative(self.standard_deviation_rad_s2),
+                NOT_BELOW_0,
+            ),
+            (
+                "disturbance.correlation_time_s",
+                self.correlation_time_s,
+                positive(self.correlation_time_s),
+                POSITIVE_NUMBER,
+            ),
+        ])
+    }
+
     /// The disturbance `interval_s` after it was this, by a normal deviate.
     pub(crate) fn after(&self, before_rad_s2: f64, interval_s: f64, normal: f64) -> f64 {
         let decay = libm::exp(-interval_s / self.correlation_time_s);

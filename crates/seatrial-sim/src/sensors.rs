@@ -8,7 +8,8 @@ use rand_pcg::Pcg64;
 use seatrial_core::Real;
 use serde::{Deserialize, Serialize};
 
-use crate::config::{ConfigError, NOT_BELOW_0, a_number, check_numbers, not_negative};
+use crate::config_error::{ConfigError, check_numbers};
+use crate::range::{NOT_BELOW_0, a_number, not_negative};
 
 /// What a vehicle measures itself with.
 ///
@@ -218,49 +219,24 @@ impl Sensors {
 
     /// Names the first field that is out of range.
     pub(crate) fn check(&self) -> Result<(), ConfigError> {
-        let Self {
-            compass,
-            gyro,
-            dvl,
-            pressure,
-            attitude,
-        } = self;
-        let [near_m, far_m] = dvl.range_m.unwrap_or([0.0, 1.0]);
-        let from_0 = [
-            ("sensors.compass.noise_rad", compass.noise_rad),
-            ("sensors.compass.resolution_rad", compass.resolution_rad),
-            ("sensors.compass.lag_s", compass.lag_s),
-            ("sensors.compass.interval_s", compass.interval_s),
-            ("sensors.gyro.noise_rad_s", gyro.noise_rad_s),
-            (
-                "sensors.gyro.bias_walk_rad_s_sqrt_s",
-                gyro.bias_walk_rad_s_sqrt_s,
-            ),
-            ("sensors.gyro.interval_s", gyro.interval_s),
-            ("sensors.dvl.noise_m_s", dvl.noise_m_s),
-            ("sensors.dvl.altitude_noise_m", dvl.altitude_noise_m),
-            ("sensors.dvl.range_m", near_m),
-            ("sensors.dvl.interval_s", dvl.interval_s),
-            ("sensors.pressure.noise_m", pressure.noise_m),
-            ("sensors.pressure.interval_s", pressure.interval_s),
-            ("sensors.attitude.noise_rad", attitude.noise_rad),
-            ("sensors.attitude.interval_s", attitude.interval_s),
-        ];
-        let latencies = [
-            ("sensors.compass.latency_s", compass.latency_s),
-            ("sensors.gyro.latency_s", gyro.latency_s),
-            ("sensors.dvl.latency_s", dvl.latency_s),
-            ("sensors.pressure.latency_s", pressure.latency_s),
-            ("sensors.attitude.latency_s", attitude.latency_s),
-        ];
-        let mut deviations = compass.deviation_rad.into_iter();
+        self.compass.check()?;
+        self.gyro.check()?;
+        self.dvl.check()?;
+        self.pressure.check()?;
+        self.attitude.check()
+    }
+}
+
+impl Compass {
+    fn check(&self) -> Result<(), ConfigError> {
+        let mut deviations = self.deviation_rad.into_iter();
         let too_great = deviations.find(|x| x.is_nan() || x.abs() >= 1.0);
-        check_numbers(from_0.map(|(field, x)| (field, x, not_negative(x), NOT_BELOW_0)))?;
-        check_numbers(latencies.map(|(field, x)| {
-            let holds = (0.0..=LONGEST_LATENCY_S).contains(&x);
-            (field, x, holds, "from 0 to 60 s")
-        }))?;
         check_numbers([
+            from_0("sensors.compass.noise_rad", self.noise_rad),
+            from_0("sensors.compass.resolution_rad", self.resolution_rad),
+            from_0("sensors.compass.lag_s", self.lag_s),
+            from_0("sensors.compass.interval_s", self.interval_s),
+            latency("sensors.compass.latency_s", self.latency_s),
             (
                 "sensors.compass.deviation_rad",
                 too_great.unwrap_or_default(),
@@ -269,20 +245,42 @@ impl Sensors {
             ),
             (
                 "sensors.compass.declination_rad",
-                compass.declination_rad,
-                compass.declination_rad.abs() <= PI,
+                self.declination_rad,
+                self.declination_rad.abs() <= PI,
                 "an angle from -pi to pi",
             ),
-            (
-                "sensors.gyro.bias_rad_s",
-                gyro.bias_rad_s,
-                a_number(gyro.bias_rad_s),
-                "a number",
+        ])
+    }
+}
+
+impl Gyro {
+    fn check(&self) -> Result<(), ConfigError> {
+        check_numbers([
+            from_0("sensors.gyro.noise_rad_s", self.noise_rad_s),
+            from_0(
+                "sensors.gyro.bias_walk_rad_s_sqrt_s",
+                self.bias_walk_rad_s_sqrt_s,
             ),
+            from_0("sensors.gyro.interval_s", self.interval_s),
+            latency("sensors.gyro.latency_s", self.latency_s),
+            any("sensors.gyro.bias_rad_s", self.bias_rad_s),
+        ])
+    }
+}
+
+impl Dvl {
+    fn check(&self) -> Result<(), ConfigError> {
+        let [near_m, far_m] = self.range_m.unwrap_or([0.0, 1.0]);
+        check_numbers([
+            from_0("sensors.dvl.noise_m_s", self.noise_m_s),
+            from_0("sensors.dvl.altitude_noise_m", self.altitude_noise_m),
+            from_0("sensors.dvl.range_m", near_m),
+            from_0("sensors.dvl.interval_s", self.interval_s),
+            latency("sensors.dvl.latency_s", self.latency_s),
             (
                 "sensors.dvl.dropout_fraction",
-                dvl.dropout_fraction,
-                (0.0..=1.0).contains(&dvl.dropout_fraction),
+                self.dropout_fraction,
+                (0.0..=1.0).contains(&self.dropout_fraction),
                 "a fraction, 0 to 1",
             ),
             (
@@ -291,14 +289,45 @@ impl Sensors {
                 far_m > near_m && a_number(far_m),
                 "the least and then the greatest altitude",
             ),
-            (
-                "sensors.pressure.bias_m",
-                pressure.bias_m,
-                a_number(pressure.bias_m),
-                "a number",
-            ),
         ])
     }
+}
+
+impl Pressure {
+    fn check(&self) -> Result<(), ConfigError> {
+        check_numbers([
+            from_0("sensors.pressure.noise_m", self.noise_m),
+            from_0("sensors.pressure.interval_s", self.interval_s),
+            latency("sensors.pressure.latency_s", self.latency_s),
+            any("sensors.pressure.bias_m", self.bias_m),
+        ])
+    }
+}
+
+impl Attitude {
+    fn check(&self) -> Result<(), ConfigError> {
+        check_numbers([
+            from_0("sensors.attitude.noise_rad", self.noise_rad),
+            from_0("sensors.attitude.interval_s", self.interval_s),
+            latency("sensors.attitude.latency_s", self.latency_s),
+        ])
+    }
+}
+
+/// A field, what was found, whether it holds and what it has to be.
+type Checked = (&'static str, f64, bool, &'static str);
+
+fn from_0(field: &'static str, value: f64) -> Checked {
+    (field, value, not_negative(value), NOT_BELOW_0)
+}
+
+fn latency(field: &'static str, value: f64) -> Checked {
+    let holds = (0.0..=LONGEST_LATENCY_S).contains(&value);
+    (field, value, holds, "from 0 to 60 s")
+}
+
+fn any(field: &'static str, value: f64) -> Checked {
+    (field, value, a_number(value), "a number")
 }
 
 impl Compass {
@@ -335,6 +364,32 @@ pub struct Timing {
     pub jitter_s: f64,
     /// Part of the instants at which nothing is measured: there the rudder stays as it is.
     pub missing_fraction: f64,
+}
+
+impl Timing {
+    /// Names the first field that is out of range.
+    pub(crate) fn check(&self) -> Result<(), ConfigError> {
+        check_numbers([
+            (
+                "timing.sample_interval_s",
+                self.sample_interval_s,
+                (1e-3..=100.0).contains(&self.sample_interval_s),
+                "a number from 0.001 to 100",
+            ),
+            (
+                "timing.jitter_s",
+                self.jitter_s,
+                self.jitter_s >= 0.0 && self.jitter_s < self.sample_interval_s,
+                "a number not below 0 and under timing.sample_interval_s",
+            ),
+            (
+                "timing.missing_fraction",
+                self.missing_fraction,
+                (0.0..=0.9).contains(&self.missing_fraction),
+                "a fraction, 0 to 0.9",
+            ),
+        ])
+    }
 }
 
 impl Default for Timing {

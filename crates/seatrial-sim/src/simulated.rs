@@ -5,7 +5,8 @@ use std::convert::Infallible;
 use seatrial_core::{Action, Sample, Vehicle, YawModel};
 use serde::Serialize;
 
-use crate::config::{ConfigError, HelmConfig, VehicleConfig};
+use crate::config::{HelmConfig, VehicleConfig};
+use crate::config_error::ConfigError;
 use crate::faults::{Damage, Kind, Rehearsable, Upset};
 use crate::file::VehicleFile;
 use crate::plant::{Disturbance, Truth};

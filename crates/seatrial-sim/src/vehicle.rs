@@ -4,9 +4,11 @@ use std::convert::Infallible;
 
 use seatrial_core::{Action, Sample, Vehicle, YawModel};
 
-use crate::config::{ConfigError, VehicleConfig};
+use crate::body::{Body, Motion};
+use crate::config::VehicleConfig;
+use crate::config_error::ConfigError;
 use crate::faults::{Damage, Kind, Rehearsable, Upset};
-use crate::helm::{Body, Helm, Motion};
+use crate::helm::Helm;
 use crate::plant::{Plant, Truth};
 
 /// A vehicle whose yaw follows psi'' = a22 psi' + b2 delta + C0 exactly, with a truth known at every speed.

@@ -178,39 +178,4 @@ impl Kind {
             | Self::OperatorTakeover => &[],
         }
     }
-
-    /// Its numbers: those given by name, or the defaults. In words what is wrong with one.
-    pub(super) fn values<'a>(
-        self,
-        given: impl IntoIterator<Item = (&'a str, f64)>,
-    ) -> Result<Values, String> {
-        let parameters = self.parameters();
-        let mut values = Values::default();
-        for (value, parameter) in values.iter_mut().zip(parameters) {
-            *value = parameter.default;
-        }
-        for (name, number) in given {
-            let found = parameters.iter().position(|p| p.name == name);
-            let Some((k, parameter)) = found.map(|k| (k, &parameters[k])) else {
-                let names: Vec<&str> = parameters.iter().map(|p| p.name).collect();
-                return Err(if names.is_empty() {
-                    format!("{} takes no {name}", self.name())
-                } else {
-                    format!(
-                        "{} takes no {name}, but {}",
-                        self.name(),
-                        names.join(" and ")
-                    )
-                });
-            };
-            let [least, greatest] = parameter.range;
-            if !(least..=greatest).contains(&number) {
-                return Err(format!(
-                    "{name} must be a number from {least} to {greatest}, not {number}"
-                ));
-            }
-            values[k] = number;
-        }
-        Ok(values)
-    }
 }

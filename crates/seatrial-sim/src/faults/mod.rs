@@ -1,11 +1,13 @@
 //! Faults to rehearse with.
 
+mod invalid;
 mod kind;
 mod scenario;
 mod stages;
 mod upset;
 mod vehicle;
 
+pub use invalid::{InvalidFault, InvalidRandom};
 pub use kind::{Kind, Parameter};
 pub use scenario::{Fault, Onset, Random, Scenario, ScenarioError};
 pub use stages::Moment;

@@ -8,9 +8,10 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use thiserror::Error;
 
+use super::invalid::{InvalidFault, InvalidRandom};
 use super::kind::{Kind, Values};
 use super::stages::Moment;
-use crate::range::{NOT_BELOW_0, not_negative};
+use crate::range::not_negative;
 use crate::sensors::Chance;
 
 /// The faults of a rehearsal.
@@ -118,11 +119,11 @@ pub enum ScenarioError {
         /// Its kind as the file has it.
         kind: String,
         /// What is wrong with it.
-        problem: String,
+        problem: InvalidFault,
     },
     /// The random faults are not as they have to be.
     #[error("random.{0}")]
-    Random(String),
+    Random(InvalidRandom),
     /// Any of these in a file.
     #[error("{}: {source}", path.display())]
     InFile {
@@ -218,23 +219,25 @@ impl Scenario {
 }
 
 impl Entry {
-    fn fault(self) -> Result<Fault, String> {
-        let kind = Kind::of_name(&self.kind).ok_or_else(|| {
-            let names = Kind::ALL.map(Kind::name);
-            format!("no such kind; expected one of {}", names.join(", "))
-        })?;
+    fn fault(self) -> Result<Fault, InvalidFault> {
+        let kind = Kind::of_name(&self.kind).ok_or(InvalidFault::UnknownKind)?;
         let mut given = Vec::new();
         for (name, value) in &self.parameters {
             let number = match value {
                 toml::Value::Float(number) => *number,
                 toml::Value::Integer(number) => *number as f64,
-                other => return Err(format!("{name} must be a number, not {other}")),
+                other => {
+                    return Err(InvalidFault::NotANumber {
+                        name: name.clone(),
+                        found: other.to_string(),
+                    });
+                }
             };
             given.push((name.as_str(), number));
         }
         let fault = Fault {
             kind,
-            values: kind.values(given)?,
+            values: values(kind, given)?,
             onset: self.onset()?,
             for_s: self.for_s,
         };
@@ -247,12 +250,12 @@ impl Entry {
             .iter()
             .find(|(_, time)| time.is_some_and(|time| !not_negative(time)))
         {
-            Some((name, _)) => Err(format!("{name} must be {NOT_BELOW_0}")),
+            Some((name, _)) => Err(InvalidFault::Time { name }),
             None => Ok(fault),
         }
     }
 
-    fn onset(&self) -> Result<Onset, String> {
+    fn onset(&self) -> Result<Onset, InvalidFault> {
         match (self.at_s, self.stage) {
             (Some(time_s), None) if self.run.is_none() && self.after_s.is_none() => {
                 Ok(Onset::Time(time_s))
@@ -262,22 +265,52 @@ impl Entry {
                 run: self.run.unwrap_or(1),
                 after_s: self.after_s.unwrap_or(0.0),
             }),
-            (None, Some(_)) => Err("run counts from 1".into()),
-            _ => Err("expected either at_s, or stage with run and after_s".into()),
+            (None, Some(_)) => Err(InvalidFault::RunZero),
+            _ => Err(InvalidFault::Onset),
         }
     }
 }
 
+/// The numbers of a kind: those given by name, or the defaults.
+fn values<'a>(
+    kind: Kind,
+    given: impl IntoIterator<Item = (&'a str, f64)>,
+) -> Result<Values, InvalidFault> {
+    let parameters = kind.parameters();
+    let mut values = Values::default();
+    for (value, parameter) in values.iter_mut().zip(parameters) {
+        *value = parameter.default;
+    }
+    for (name, number) in given {
+        let found = parameters.iter().position(|p| p.name == name);
+        let Some((k, parameter)) = found.map(|k| (k, &parameters[k])) else {
+            return Err(InvalidFault::UnknownParameter {
+                kind,
+                name: name.to_owned(),
+            });
+        };
+        let [least, greatest] = parameter.range;
+        if !(least..=greatest).contains(&number) {
+            return Err(InvalidFault::OutOfRange {
+                name: name.to_owned(),
+                least,
+                greatest,
+                found: number,
+            });
+        }
+        values[k] = number;
+    }
+    Ok(values)
+}
+
 impl Random {
-    fn check(&self) -> Result<(), String> {
+    fn check(&self) -> Result<(), InvalidRandom> {
         if !(self.from_s >= 0.0 && self.to_s > self.from_s && not_negative(self.to_s)) {
-            return Err(
-                "to_s must be a number above from_s, up to 1e9, and from_s not below 0".into(),
-            );
+            return Err(InvalidRandom::Interval);
         }
         match &self.kinds {
-            _ if self.count > MOST_RANDOM => Err(format!("count must be at most {MOST_RANDOM}")),
-            Some(kinds) if kinds.is_empty() => Err("kinds must name at least one kind".into()),
+            _ if self.count > MOST_RANDOM => Err(InvalidRandom::Count { most: MOST_RANDOM }),
+            Some(kinds) if kinds.is_empty() => Err(InvalidRandom::NoKinds),
             _ => Ok(()),
         }
     }

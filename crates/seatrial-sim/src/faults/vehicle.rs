@@ -6,6 +6,7 @@ use std::convert::Infallible;
 use seatrial_core::{Action, Sample, Vehicle, YawModel};
 use thiserror::Error;
 
+use super::invalid::InvalidFault;
 use super::kind::Kind;
 use super::scenario::{Fault, Onset, Scenario, ScenarioError};
 use super::stages::{Moment, Stages};
@@ -75,7 +76,7 @@ impl<V: Rehearsable> FaultyVehicle<V> {
                 return Err(ScenarioError::Fault {
                     number: k + 1,
                     kind: fault.kind.name().into(),
-                    problem: format!("this vehicle cannot play it: {reason}"),
+                    problem: InvalidFault::Unplayable(reason),
                 });
             }
         }

@@ -2,10 +2,13 @@
 
 use std::f64::consts::PI;
 
+use serde::Serialize;
+
 use super::draw::Draw;
 
 /// Can the lie be seen in the log?
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Decidability {
     /// There is no lie: the model should be accepted and right.
     Sound,

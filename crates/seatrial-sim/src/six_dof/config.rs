@@ -9,11 +9,10 @@ use super::hydrodynamics::Hull;
 use super::propeller::Propeller;
 use super::rigid_body::RigidBody;
 use super::sea::{CurrentPoint, Sea};
-use crate::config::{
-    ConfigError, HelmConfig, NOT_BELOW_0, POSITIVE_NUMBER, a_number, check_numbers, not_negative,
-    positive,
-};
+use crate::config::HelmConfig;
+use crate::config_error::{ConfigError, check_numbers};
 use crate::faults::Damage;
+use crate::range::{NOT_BELOW_0, POSITIVE_NUMBER, a_number, not_negative, positive};
 
 /// A vehicle of six degrees of freedom and the sea it is in.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,20 +1,10 @@
 //! A vehicle whose fins and propeller somebody else commands, step by step.
 
+use super::commands::Commands;
 use super::config::SixDofConfig;
 use super::vehicle::SixDofBody;
-use crate::config::ConfigError;
+use crate::config_error::ConfigError;
 use crate::sensors::Chance;
-
-/// What fins and propeller are told.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Commands {
-    /// Rudder, rad; positive turns towards increasing heading.
-    pub rudder_rad: f64,
-    /// Elevator, rad; positive pitches the bow up. Absent: the vehicle holds its depth.
-    pub elevator_rad: Option<f64>,
-    /// Thrust as a fraction of full, 0 to 1.
-    pub thrust: f64,
-}
 
 /// True motion in the axes of inertial sensors and maps.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,7 +9,7 @@ use super::propeller::Propeller;
 use super::rigid_body::{GRAVITY_M_S2, RigidBody, coriolis, join, split};
 use super::sea::{Flow, Sea};
 use super::waves::WaveField;
-use crate::config::ConfigError;
+use crate::config_error::ConfigError;
 
 /// Position, attitude and velocity, or their rates of change.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,12 +2,12 @@
 
 use seatrial_core::{Event, List, Plan, Trial, Vehicle};
 
+use super::commands::Commands;
 use super::config::SixDofConfig;
-use super::driven::Commands;
 use super::vehicle::SixDofVehicle;
-use crate::config::ConfigError;
+use crate::body::Body;
+use crate::config_error::ConfigError;
 use crate::faults::{Rehearsable, Upset};
-use crate::helm::Body;
 use crate::plant::Truth;
 
 /// Interval at which the speed is watched, s.
@@ -23,7 +23,8 @@ pub fn equivalent(config: &SixDofConfig, thrust: f64) -> Result<Option<Truth>, C
     with_rudder_offset(config, thrust, 0.0)
 }
 
-/// The same where the rudder stands off its command by an angle, rad: what it then does is not in proportion.
+/// What [`equivalent`] finds where the rudder stands off its command by an angle, rad: what it then does is not in
+/// proportion.
 pub fn with_rudder_offset(
     config: &SixDofConfig,
     thrust: f64,

@@ -3,6 +3,7 @@
 //! Axes are Fossen's: x forward, y starboard, z down on the vehicle; north, east and down over ground.
 
 pub mod actuator;
+pub mod commands;
 pub mod config;
 pub mod depth_hold;
 pub mod driven;

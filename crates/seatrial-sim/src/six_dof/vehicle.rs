@@ -8,14 +8,15 @@ use seatrial_core::{
 };
 
 use super::actuator::ActuatorState;
+use super::commands::Commands;
 use super::config::SixDofConfig;
 use super::depth_hold::DepthHoldState;
-use super::driven::Commands;
 use super::dynamics::{Dynamics, Inputs, State};
 use super::fins::Deflections;
-use crate::config::ConfigError;
+use crate::body::{Body, Motion};
+use crate::config_error::ConfigError;
 use crate::faults::{Damage, Kind, Rehearsable, Upset};
-use crate::helm::{Body, Helm, Motion};
+use crate::helm::Helm;
 
 /// Longest step of the integration, s.
 pub const STEP_S: f64 = 0.01;
@@ -175,7 +176,7 @@ impl SixDofBody {
         &self.dynamics
     }
 
-    /// The body `interval_s` later, somebody else at the helm.
+    /// Goes on for `interval_s` under these commands instead of the helm's.
     pub(super) fn drive(
         &mut self,
         commands: &Commands,

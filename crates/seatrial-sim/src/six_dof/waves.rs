@@ -6,7 +6,8 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::rigid_body::GRAVITY_M_S2;
-use crate::config::{ConfigError, a_number, check_numbers};
+use crate::config_error::{ConfigError, check_numbers};
+use crate::range::a_number;
 use crate::sensors::Chance;
 
 /// Frequencies from this to that multiple of the peak's carry 99.9 % of the energy that reaches a vehicle.

@@ -1,0 +1,70 @@
+//! Why a vehicle's configuration is refused.
+
+use std::io;
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// A vehicle file that cannot be used.
+#[derive(Debug, Error)]
+pub enum ConfigError {
+    /// The file cannot be read.
+    #[error("{}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The text is not a vehicle.
+    #[error("not a vehicle: {0}")]
+    Syntax(#[from] toml::de::Error),
+    /// A value is out of range.
+    #[error("{field} must be {requirement}, not {found}")]
+    Invalid {
+        /// The field.
+        field: String,
+        /// What it has to be.
+        requirement: &'static str,
+        /// What it is.
+        found: String,
+    },
+    /// Something is not as it has to be.
+    #[error("{field} must be {requirement}")]
+    Unfit {
+        /// The field.
+        field: String,
+        /// What it has to be.
+        requirement: &'static str,
+    },
+    /// Any of these in a file.
+    #[error("{}: {source}", path.display())]
+    InFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: Box<ConfigError>,
+    },
+}
+
+/// Names the first field that does not hold, of (field, what was found, does it hold, what it has to be).
+pub(crate) fn check_numbers<const N: usize>(
+    numbers: [(&str, f64, bool, &'static str); N],
+) -> Result<(), ConfigError> {
+    match numbers.into_iter().find(|(_, _, holds, _)| !holds) {
+        Some((field, found, _, requirement)) => Err(invalid(field, requirement, found)),
+        None => Ok(()),
+    }
+}
+
+pub(crate) fn invalid(
+    field: impl Into<String>,
+    requirement: &'static str,
+    found: impl ToString,
+) -> ConfigError {
+    ConfigError::Invalid {
+        field: field.into(),
+        requirement,
+        found: found.to_string(),
+    }
+}
