@@ -4,7 +4,7 @@ use rusqlite::Error;
 use seatrial_core::DivingSample;
 use sha2::{Digest, Sha256};
 
-use super::pitch::StoredPitchTrial;
+use super::pitch_rows::StoredPitchTrial;
 use super::read::{CampaignEntry, StoredRun};
 use super::row::{stage_name, to_json};
 use seatrial::Step;

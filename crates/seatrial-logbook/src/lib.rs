@@ -34,6 +34,7 @@ mod error;
 mod keeper;
 mod operators;
 mod pitch;
+mod pitch_rows;
 mod read;
 mod recorder;
 mod recording;

@@ -1,13 +1,11 @@
 //! Trials of the pitch axis, each entered whole when it is over.
 
-use rusqlite::{Connection, Row, params};
-use seatrial_core::DivingSample;
+use rusqlite::params;
 use serde::{Deserialize, Serialize};
 
 use super::chain::pitch_link;
-use super::read::collect;
+use super::pitch_rows::{ALL, StoredPitchTrial, samples, stored};
 use super::row::{Exact, from_json, to_json};
-use super::verify::Verification;
 use super::write::{Durability, exact_json};
 use super::{Error, Logbook};
 use seatrial::pitch::{PitchPlan, PitchRun, PitchTrial};
@@ -50,19 +48,6 @@ pub struct PitchEntry {
     pub sha256: String,
 }
 
-/// A row of `pitch_trial`, as text.
-pub(super) struct StoredPitchTrial {
-    number: i64,
-    pub(super) configuration: String,
-    pub(super) entered: String,
-    pub(super) software_version: String,
-    pub(super) vehicle: String,
-    pub(super) seed: Option<u64>,
-    pub(super) plan: String,
-    pub(super) result: String,
-    sha256: String,
-}
-
 /// The column `result`.
 #[derive(Serialize, Deserialize)]
 struct PitchResult {
@@ -78,7 +63,7 @@ impl Logbook {
         trial: &PitchTrial,
     ) -> Result<i64, Error> {
         for (run, number) in trial.runs.iter().zip(1..) {
-            exact_json(run).map_err(|found| Error::Inexact { run: number, found })?;
+            exact_json(number, run)?;
         }
         let result = PitchResult {
             runs: trial.runs.clone(),
@@ -149,29 +134,6 @@ impl Logbook {
         };
         Ok((entry, trial))
     }
-
-    pub(super) fn verify_pitch_trials(&self, found: &mut Verification) {
-        let trials = match stored(&self.connection, ALL) {
-            Ok(trials) => trials,
-            Err(error) => return found.add("pitch trials", error),
-        };
-        for trial in trials {
-            let place = format!("pitch trial {}", trial.number);
-            found.pitch_trials += 1;
-            match samples(&self.connection, trial.number) {
-                Ok(samples) => {
-                    found.samples += samples.len();
-                    if pitch_link(&trial, &samples) != trial.sha256 {
-                        found.add(
-                            &place,
-                            "a sample, the result or what it ran on was changed since it was sealed",
-                        );
-                    }
-                }
-                Err(error) => found.add(&place, error),
-            }
-        }
-    }
 }
 
 impl PitchEntry {
@@ -190,55 +152,4 @@ impl PitchEntry {
             sha256: stored.sha256,
         })
     }
-}
-
-/// Every trial, in place of a number: numbers begin at 1.
-const ALL: i64 = 0;
-
-fn stored(connection: &Connection, number: i64) -> Result<Vec<StoredPitchTrial>, rusqlite::Error> {
-    collect(
-        connection,
-        "SELECT id, configuration, entered, software_version, vehicle, seed, plan, result, sha256
-         FROM pitch_trial WHERE ?1 IN (0, id) ORDER BY id",
-        number,
-        |row| {
-            Ok(StoredPitchTrial {
-                number: row.get(0)?,
-                configuration: row.get(1)?,
-                entered: row.get(2)?,
-                software_version: row.get(3)?,
-                vehicle: row.get(4)?,
-                seed: row.get::<_, Option<i64>>(5)?.map(i64::cast_unsigned),
-                plan: row.get(6)?,
-                result: row.get(7)?,
-                sha256: row.get(8)?,
-            })
-        },
-    )
-}
-
-fn samples(
-    connection: &Connection,
-    number: i64,
-) -> Result<Vec<DivingSample<f64>>, rusqlite::Error> {
-    let known = |row: &Row, column| row.get(column).map(|Exact(value)| value);
-    let perhaps = |row: &Row, column| {
-        let value: Option<Exact> = row.get(column)?;
-        Ok::<_, rusqlite::Error>(value.map(|Exact(value)| value))
-    };
-    collect(
-        connection,
-        "SELECT time_s, pitch_rad, elevator_rad, depth_m, surge_speed_m_s
-         FROM pitch_sample WHERE trial = ? ORDER BY number",
-        number,
-        |row| {
-            Ok(DivingSample {
-                time_s: known(row, 0)?,
-                pitch_rad: known(row, 1)?,
-                elevator_rad: known(row, 2)?,
-                depth_m: perhaps(row, 3)?,
-                surge_speed_m_s: perhaps(row, 4)?,
-            })
-        },
-    )
 }

@@ -3,7 +3,8 @@
 use rusqlite::Connection;
 use serde::Serialize;
 
-use super::chain::{campaign_link, outcome_link, run_link, sha256};
+use super::chain::{campaign_link, outcome_link, pitch_link, run_link, sha256};
+use super::pitch_rows;
 use super::read::{CampaignEntry, State, collect, steps_outside, stored_run};
 use super::row::to_json;
 use super::{CampaignId, Error, Logbook};
@@ -162,6 +163,29 @@ impl Logbook {
             Err(error) => found.add(&place, error),
         }
     }
+
+    fn verify_pitch_trials(&self, found: &mut Verification) {
+        let trials = match pitch_rows::stored(&self.connection, pitch_rows::ALL) {
+            Ok(trials) => trials,
+            Err(error) => return found.add("pitch trials", error),
+        };
+        for trial in trials {
+            let place = format!("pitch trial {}", trial.number);
+            found.pitch_trials += 1;
+            match pitch_rows::samples(&self.connection, trial.number) {
+                Ok(samples) => {
+                    found.samples += samples.len();
+                    if pitch_link(&trial, &samples) != trial.sha256 {
+                        found.add(
+                            &place,
+                            "a sample, the result or what it ran on was changed since it was sealed",
+                        );
+                    }
+                }
+                Err(error) => found.add(&place, error),
+            }
+        }
+    }
 }
 
 /// What a run was sealed with.
@@ -192,7 +216,7 @@ fn sealed_runs(
 }
 
 impl Verification {
-    pub(super) fn add(&mut self, place: &str, found: impl ToString) {
+    fn add(&mut self, place: &str, found: impl ToString) {
         self.damage.push(Damage {
             place: place.into(),
             found: found.to_string(),

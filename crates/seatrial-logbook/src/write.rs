@@ -148,7 +148,7 @@ impl Logbook {
             .map(|identification| {
                 let mut summary = identification.clone();
                 summary.online.trace.clear();
-                exact_json(&summary).map_err(inexact)
+                exact_json(result.number, &summary)
             })
             .transpose()?;
         let appended = self.reading(steps_of_run(&self.connection, run.0))?;
@@ -297,14 +297,18 @@ fn set_head(transaction: &Connection, campaign: i64, link: &str) -> Result<(), r
     Ok(())
 }
 
-/// A result as JSON; refused where JSON cannot give it back exactly
+/// The result of a run as JSON; refused where JSON cannot give it back exactly
 /// (a number that is not finite).
 pub(super) fn exact_json<T: Serialize + DeserializeOwned + PartialEq>(
+    run: u32,
     result: &T,
-) -> Result<String, String> {
-    let text = to_json(result).map_err(|error| error.to_string())?;
+) -> Result<String, Error> {
+    let inexact = |found| Error::Inexact { run, found };
+    let text = to_json(result).map_err(|error| inexact(error.to_string()))?;
     match from_json::<T>(0, &text) {
         Ok(read) if read == *result => Ok(text),
-        _ => Err(format!("a number of its result is not finite: {text}")),
+        _ => Err(inexact(format!(
+            "a number of its result is not finite: {text}"
+        ))),
     }
 }
