@@ -6,9 +6,11 @@ use seatrial_core::schedule::{Beyond, ScheduleError, ScheduleKey, Scheduled};
 use seatrial_core::turning::NoTurn;
 use seatrial_core::{GainSchedule, HeadingGain, SchedulePoint, Side, SpeedSchedule, Turn};
 
+use crate::SeatrialNumber;
 use crate::estimator::{known, or_nan};
+use crate::fixed_rate::SeatrialModel;
 use crate::memory::{Outcome, give, status, take, take_all};
-use crate::{SeatrialModel, SeatrialNumber, SeatrialStatus};
+use crate::status::SeatrialStatus;
 
 /// Rudder = proportional_gain times heading error + feed_forward_rudder_rad.
 #[repr(C)]

@@ -7,9 +7,10 @@ use seatrial_core::{
     LostRudder, Method, RejectedCounts,
 };
 
-use crate::fixed_rate::{FILTER_STARTS, HOLDS};
+use crate::SeatrialNumber;
+use crate::fixed_rate::{FILTER_STARTS, HOLDS, SeatrialModel};
 use crate::memory::{Kind, Object, Outcome, give, one_of, place, reach, refuse, status, take};
-use crate::{SeatrialFault, SeatrialModel, SeatrialNumber, SeatrialStatus};
+use crate::status::{SeatrialFault, SeatrialStatus};
 
 /// The guarded estimator: seatrial_core::Estimator.
 pub struct SeatrialEstimator(Estimator<SeatrialNumber>);

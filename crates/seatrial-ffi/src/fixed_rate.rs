@@ -4,8 +4,9 @@ use core::ffi::c_void;
 
 use seatrial_core::{FilterStart, FixedRateEstimator, FixedRateSettings, Hold, YawModel};
 
+use crate::SeatrialNumber;
 use crate::memory::{Kind, Object, Outcome, give, one_of, place, reach, refuse, status, take};
-use crate::{SeatrialFault, SeatrialNumber, SeatrialStatus};
+use crate::status::{SeatrialFault, SeatrialStatus};
 
 /// The lean estimator for a loop of fixed rate: seatrial_core::FixedRateEstimator.
 pub struct SeatrialFixedRate(FixedRateEstimator<SeatrialNumber>);

@@ -5,7 +5,7 @@ use core::ffi::c_void;
 
 use seatrial_core::InvalidSetting;
 
-use crate::{SeatrialFault, SeatrialStatus};
+use crate::status::{SeatrialFault, SeatrialStatus};
 
 /// What C calls an object: its kind, then the core's own.
 pub struct Object<C> {

@@ -7,8 +7,9 @@ use seatrial_core::{
     Envelope, Excitation, InvalidSetting, List, Manoeuvre, NotSettled, Plan, RudderSense, Settle,
 };
 
+use crate::SeatrialNumber;
 use crate::memory::{give, one_of, status};
-use crate::{SeatrialNumber, SeatrialStatus};
+use crate::status::SeatrialStatus;
 
 /// Most speeds of a trial.
 pub const SEATRIAL_SPEEDS: usize = 16;

@@ -6,11 +6,12 @@ use seatrial_core::{
     AbortReason, Event, Outcome as TrialOutcome, Plan, RunResult, Sample, Stage, Steering, Trial,
 };
 
-use crate::estimator::{known, or_nan};
+use crate::SeatrialNumber;
+use crate::estimator::{SeatrialEstimate, known, or_nan};
+use crate::fixed_rate::SeatrialModel;
 use crate::memory::{Kind, Object, Outcome, give, place, reach, refuse, status, take};
-use crate::{
-    SeatrialEstimate, SeatrialFault, SeatrialModel, SeatrialNumber, SeatrialPlan, SeatrialStatus,
-};
+use crate::plan::SeatrialPlan;
+use crate::status::{SeatrialFault, SeatrialStatus};
 
 /// A sea trial: seatrial_core::Trial.
 pub struct SeatrialTrial(Trial<SeatrialNumber>);
