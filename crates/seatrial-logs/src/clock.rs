@@ -26,6 +26,19 @@ pub(crate) struct ClockFound {
     pub is_doubtful: bool,
 }
 
+impl ClockFound {
+    /// What people should know where the unit of time is a guess.
+    pub fn doubt(&self) -> Option<String> {
+        let because = self.because.as_deref().unwrap_or("values");
+        self.is_doubtful.then(|| {
+            format!(
+                "time has no unit and is taken as {}, because of its {because}; say which with --unit time=UNIT",
+                self.unit
+            )
+        })
+    }
+}
+
 impl Clock {
     /// Log time, s. `None` where the cell is no time of this clock.
     pub fn seconds(&self, cell: &Cell) -> Option<f64> {

@@ -67,6 +67,18 @@ struct Field {
 }
 
 impl Layout {
+    /// The numbers of one instance of these messages.
+    fn kind(&self, instance: usize) -> Kind {
+        let fields = self.fields.iter().filter(|field| field.is_number());
+        Kind {
+            name: match instance {
+                0 => self.name.clone(),
+                _ => format!("{}.{instance}", self.name),
+            },
+            fields: fields.map(|field| field.name.clone()).collect(),
+        }
+    }
+
     /// From the body of an FMT message.
     fn of(body: &[u8]) -> Option<(u8, Self)> {
         let (number, length) = (*body.first()?, usize::from(*body.get(1)?));
@@ -300,19 +312,7 @@ impl DataFlash {
                 let instance = layout.instance(message);
                 if layout.kinds.get(instance) == Some(&None) {
                     layout.kinds[instance] = Some(self.kinds.len());
-                    let name = &layout.name;
-                    self.kinds.push(Kind {
-                        name: match instance {
-                            0 => name.clone(),
-                            _ => format!("{name}.{instance}"),
-                        },
-                        fields: layout
-                            .fields
-                            .iter()
-                            .filter(|field| field.is_number())
-                            .map(|field| field.name.clone())
-                            .collect(),
-                    });
+                    self.kinds.push(layout.kind(instance));
                 }
             }
         }

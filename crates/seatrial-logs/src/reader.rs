@@ -87,13 +87,7 @@ impl LogReader {
 
         let mut warnings = std::mem::take(&mut found.warnings);
         warnings.extend(inferred.warnings);
-        if time.is_doubtful {
-            warnings.push(format!(
-                "time has no unit and is taken as {}, because of its {}; say which with --unit time=UNIT",
-                time.unit,
-                time.because.as_deref().unwrap_or("values")
-            ));
-        }
+        warnings.extend(time.doubt());
         let mut assumed: BTreeMap<Quantity, Assumed> = inferred
             .units
             .into_iter()

@@ -121,7 +121,15 @@ impl Telemetry {
             .heartbeat
             .is_some_and(|(vehicle, _)| vehicle == SUBMARINE);
         log.choose_steering(&learnt);
-        log.pulses = log.steering.map_or(Vec::new(), |field| {
+        log.name_kinds(&learnt);
+        log.bytes.go_to(0)?;
+        log.damage = Damage::default();
+        Ok(log)
+    }
+
+    /// The kinds of messages that the vehicle sent, with their fields and the steering.
+    fn name_kinds(&mut self, learnt: &Learnt) {
+        self.pulses = self.steering.map_or(Vec::new(), |field| {
             let steers = LOGGED.iter().find(|m| m.id == field.message);
             let names = steers.into_iter().flat_map(Definition::number_names);
             let is_pulse = |name: &str| name.ends_with("_raw");
@@ -135,20 +143,17 @@ impl Telemetry {
             if learnt.count(definition.id) == 0 {
                 continue;
             }
-            log.kind_of[message] = Some(log.kinds.len());
+            self.kind_of[message] = Some(self.kinds.len());
             let mut fields: Vec<String> = definition.number_names().map(String::from).collect();
             fields.push("arrival_us".into());
-            if log.steering.is_some_and(|s| s.message == definition.id) {
+            if self.steering.is_some_and(|s| s.message == definition.id) {
                 fields.push(STEERING.into());
             }
-            log.kinds.push(Kind {
+            self.kinds.push(Kind {
                 name: definition.name.into(),
                 fields,
             });
         }
-        log.bytes.go_to(0)?;
-        log.damage = Damage::default();
-        Ok(log)
     }
 
     fn choose_steering(&mut self, learnt: &Learnt) {

@@ -138,58 +138,70 @@ impl Decoder {
     }
 }
 
-fn next(seen: &[u8]) -> Next {
-    let garbage = |length| Next::Skip {
-        length,
-        is_garbage: true,
-    };
-    let is_version_2 = match seen.first() {
-        None => return Next::Cut,
-        Some(&VERSION_1) => false,
-        Some(&VERSION_2) => true,
-        Some(_) => {
-            let is_mark = |byte: &u8| [VERSION_1, VERSION_2].contains(byte);
-            return garbage(seen.iter().position(is_mark).unwrap_or(seen.len()));
-        }
-    };
-    let head = match (is_version_2, seen) {
-        (
-            true,
-            &[
-                _,
-                length,
-                incompatible,
-                _,
-                sequence,
-                system,
-                component,
-                low,
-                middle,
-                high,
-                ..,
-            ],
-        ) => {
-            if incompatible & !IS_SIGNED != 0 {
-                return garbage(1);
-            }
-            Head {
-                header: 10,
-                payload: length.into(),
-                sender: Sender { system, component },
-                sequence,
-                id: u32::from_le_bytes([low, middle, high, 0]),
-                is_signed: incompatible & IS_SIGNED != 0,
-            }
-        }
-        (false, &[_, length, sequence, system, component, id, ..]) => Head {
+impl Head {
+    /// `None` where the header is not complete.
+    fn of_version_1(seen: &[u8]) -> Option<Self> {
+        let &[_, length, sequence, system, component, id, ..] = seen else {
+            return None;
+        };
+        Some(Self {
             header: 6,
             payload: length.into(),
             sender: Sender { system, component },
             sequence,
             id: id.into(),
             is_signed: false,
+        })
+    }
+
+    /// `None` where the header is not complete.
+    fn of_version_2(seen: &[u8]) -> Option<Self> {
+        let &[
+            _,
+            length,
+            incompatible,
+            _,
+            sequence,
+            system,
+            component,
+            low,
+            middle,
+            high,
+            ..,
+        ] = seen
+        else {
+            return None;
+        };
+        Some(Self {
+            header: 10,
+            payload: length.into(),
+            sender: Sender { system, component },
+            sequence,
+            id: u32::from_le_bytes([low, middle, high, 0]),
+            is_signed: incompatible & IS_SIGNED != 0,
+        })
+    }
+}
+
+fn next(seen: &[u8]) -> Next {
+    let garbage = |length| Next::Skip {
+        length,
+        is_garbage: true,
+    };
+    let head = match seen.first() {
+        None => return Next::Cut,
+        Some(&VERSION_1) => Head::of_version_1(seen),
+        Some(&VERSION_2) => match Head::of_version_2(seen) {
+            Some(_) if seen[2] & !IS_SIGNED != 0 => return garbage(1),
+            head => head,
         },
-        _ => return Next::Cut,
+        Some(_) => {
+            let is_mark = |byte: &u8| [VERSION_1, VERSION_2].contains(byte);
+            return garbage(seen.iter().position(is_mark).unwrap_or(seen.len()));
+        }
+    };
+    let Some(head) = head else {
+        return Next::Cut;
     };
     let checked = head.header + head.payload;
     let length = checked + 2 + if head.is_signed { SIGNATURE } else { 0 };

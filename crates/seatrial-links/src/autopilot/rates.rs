@@ -46,6 +46,46 @@ impl<W: Wire> Autopilot<W> {
     pub(super) fn check_rates(&mut self, found: &mut Preflight) {
         // An output changes half of what lies between two messages before the one that shows it.
         self.earlier_s = 0.5 * (self.output_interval_s() - self.loop_s()).max(0.0);
+        let median_s = self.measure_interval();
+        let wanted_s = self.settings.sample_interval_s;
+        let denied = self.heard.denied;
+        match median_s {
+            Some(median_s) => found.check(
+                "rates",
+                median_s <= SLOWER * wanted_s,
+                format!(
+                    "ATTITUDE and SERVO_OUTPUT_RAW every {:.0} ms, {:.0} ms asked for{}",
+                    1e3 * median_s,
+                    1e3 * wanted_s,
+                    if denied > 0 {
+                        "; the autopilot denied some rates"
+                    } else {
+                        ""
+                    }
+                ),
+            ),
+            None => found.check(
+                "rates",
+                false,
+                "no ATTITUDE together with SERVO_OUTPUT_RAW comes; the autopilot must send both",
+            ),
+        }
+        self.wait(3.0, |autopilot| autopilot.heard.clock.is_some());
+        match self.heard.clock {
+            Some((round_trip_s, ahead_s)) => found.check(
+                "clock",
+                round_trip_s <= LONGEST_ROUND_TRIP_S,
+                format!(
+                    "its clock is {ahead_s:.3} s ahead of this trial's, round trip {:.0} ms",
+                    1e3 * round_trip_s
+                ),
+            ),
+            None => found.check("clock", false, "TIMESYNC is not answered"),
+        }
+    }
+
+    /// Asks for the rates; the median time between two samples, s. `None` where none come.
+    fn measure_interval(&mut self) -> Option<f64> {
         let wanted = self.wanted_messages();
         let mut times_s: Vec<f64> = Vec::new();
         self.sampler.skip();
@@ -76,41 +116,7 @@ impl<W: Wire> Autopilot<W> {
         times_s.retain(|time_s| *time_s >= start_s);
         let mut intervals_s: Vec<f64> = times_s.windows(2).map(|w| w[1] - w[0]).collect();
         intervals_s.sort_by(f64::total_cmp);
-        let wanted_s = self.settings.sample_interval_s;
-        let denied = self.heard.denied;
-        match intervals_s.get(intervals_s.len() / 2) {
-            Some(median_s) => found.check(
-                "rates",
-                *median_s <= SLOWER * wanted_s,
-                format!(
-                    "ATTITUDE and SERVO_OUTPUT_RAW every {:.0} ms, {:.0} ms asked for{}",
-                    1e3 * median_s,
-                    1e3 * wanted_s,
-                    if denied > 0 {
-                        "; the autopilot denied some rates"
-                    } else {
-                        ""
-                    }
-                ),
-            ),
-            None => found.check(
-                "rates",
-                false,
-                "no ATTITUDE together with SERVO_OUTPUT_RAW comes; the autopilot must send both",
-            ),
-        }
-        self.wait(3.0, |autopilot| autopilot.heard.clock.is_some());
-        match self.heard.clock {
-            Some((round_trip_s, ahead_s)) => found.check(
-                "clock",
-                round_trip_s <= LONGEST_ROUND_TRIP_S,
-                format!(
-                    "its clock is {ahead_s:.3} s ahead of this trial's, round trip {:.0} ms",
-                    1e3 * round_trip_s
-                ),
-            ),
-            None => found.check("clock", false, "TIMESYNC is not answered"),
-        }
+        intervals_s.get(intervals_s.len() / 2).copied()
     }
 }
 

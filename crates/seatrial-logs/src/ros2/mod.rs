@@ -206,43 +206,60 @@ impl Topics {
     /// Topics that feed quantities by their types, and topics of one number by their names.
     pub fn known(&self) -> Known {
         let mut known = Known::default();
-        let topics = || self.by_number.values();
         for (quantity, type_name, field, unit) in CHANNELS {
-            for topic in topics().filter(|topic| topic.type_name == type_name) {
+            for topic in self.topics().filter(|topic| topic.type_name == type_name) {
                 let column = format!("{}.{field}", self.kinds[topic.kind].name);
                 known.add(quantity, column, Some(unit), "");
             }
         }
-        for quantity in Quantity::ALL {
-            let mut named: Vec<(Fit, String)> = topics()
-                .filter(|topic| PLAIN_NUMBERS.contains(&topic.type_name.as_str()))
-                .filter_map(|topic| {
-                    let name = &self.kinds[topic.kind].name;
-                    let fit = ColumnName::new(name).fit(quantity)?;
-                    Some((fit, format!("{name}.data")))
-                })
-                .collect();
-            named.sort_by_key(|(fit, _)| fit.rank);
-            let unit = match quantity {
-                Quantity::Rudder
-                | Quantity::Heading
-                | Quantity::Roll
-                | Quantity::Pitch
-                | Quantity::Thrust => None,
-                Quantity::YawRate => Some(Unit::RadianPerSecond),
-                Quantity::Speed => Some(Unit::MetrePerSecond),
-                Quantity::Time => continue,
-                _ => Some(Unit::Metre),
-            };
-            for (fit, column) in named {
-                let stated = match fit.unit {
-                    StatedUnit::Known(unit) => Some(unit),
-                    _ => unit,
-                };
-                known.add(quantity, column, stated, "");
-            }
+        for quantity in Quantity::ALL.into_iter().filter(|q| *q != Quantity::Time) {
+            self.add_plain_numbers(quantity, &mut known);
         }
-        for topic in topics().filter(|topic| topic.type_name.starts_with("geometry_msgs/Twist")) {
+        self.add_yaw_commands(&mut known);
+        self.say_what_lacks(&mut known);
+        known
+    }
+
+    fn topics(&self) -> impl Iterator<Item = &Topic> {
+        self.by_number.values()
+    }
+
+    /// Topics of one number whose names fit a quantity.
+    fn add_plain_numbers(&self, quantity: Quantity, known: &mut Known) {
+        let plain = self
+            .topics()
+            .filter(|topic| PLAIN_NUMBERS.contains(&topic.type_name.as_str()));
+        let mut named: Vec<(Fit, String)> = plain
+            .filter_map(|topic| {
+                let name = &self.kinds[topic.kind].name;
+                let fit = ColumnName::new(name).fit(quantity)?;
+                Some((fit, format!("{name}.data")))
+            })
+            .collect();
+        named.sort_by_key(|(fit, _)| fit.rank);
+        let unit = match quantity {
+            Quantity::Rudder
+            | Quantity::Heading
+            | Quantity::Roll
+            | Quantity::Pitch
+            | Quantity::Thrust => None,
+            Quantity::YawRate => Some(Unit::RadianPerSecond),
+            Quantity::Speed => Some(Unit::MetrePerSecond),
+            _ => Some(Unit::Metre),
+        };
+        for (fit, column) in named {
+            let stated = match fit.unit {
+                StatedUnit::Known(unit) => Some(unit),
+                _ => unit,
+            };
+            known.add(quantity, column, stated, "");
+        }
+    }
+
+    /// Yaw commands, which steer where no controller follows them.
+    fn add_yaw_commands(&self, known: &mut Known) {
+        let is_twist = |topic: &&Topic| topic.type_name.starts_with("geometry_msgs/Twist");
+        for topic in self.topics().filter(is_twist) {
             let kind = &self.kinds[topic.kind];
             let command = kind
                 .fields
@@ -260,11 +277,18 @@ impl Topics {
                 });
             }
         }
-        let found: Vec<String> = topics()
+    }
+
+    /// What was expected of a heading and a rudder, and which topics there are instead.
+    fn say_what_lacks(&self, known: &mut Known) {
+        let found: Vec<String> = self
+            .topics()
             .map(|topic| format!("{} ({})", self.kinds[topic.kind].name, topic.type_name))
             .collect();
         let found = found.join(", ");
-        let pulses = topics().find(|topic| topic.type_name == "mavros_msgs/RCOut");
+        let pulses = self
+            .topics()
+            .find(|topic| topic.type_name == "mavros_msgs/RCOut");
         let pulses = pulses.map_or(String::new(), |topic| {
             let name = &self.kinds[topic.kind].name;
             format!("; {name} has the pulses of all outputs: say which one steers, as in --rudder {name}.channels[0] --unit rudder=pwm, or which two with --channels FILE")
@@ -277,7 +301,6 @@ impl Topics {
             Quantity::Rudder,
             format!("expected a number on a topic named rudder, fin or steering, ackermann_msgs/AckermannDrive or a yaw command; found {found}{pulses}"),
         );
-        known
     }
 
     /// For people.

@@ -112,6 +112,29 @@ pub(crate) struct Schema {
 
 type Definitions<'a> = BTreeMap<String, Vec<(&'a str, &'a str)>>;
 
+/// How many elements a field has.
+#[derive(Clone, Copy)]
+enum Count {
+    One,
+    Fixed(usize),
+    Any,
+}
+
+impl Count {
+    /// What stands between the brackets of a declaration.
+    fn of(between_brackets: &str) -> Self {
+        between_brackets.parse().map_or(Self::Any, Self::Fixed)
+    }
+
+    fn of_nodes(self, node: Node) -> Node {
+        match self {
+            Self::One => node,
+            Self::Fixed(count) => Node::Array(Box::new(node), count),
+            Self::Any => Node::Sequence(Box::new(node)),
+        }
+    }
+}
+
 impl Schema {
     /// The schema of the type of this name, from its definition and those it needs, as bags store them.
     pub fn parse(name: &str, text: &str) -> Option<Self> {
@@ -159,30 +182,14 @@ impl Schema {
                 prefix => format!("{prefix}.{name}"),
             };
             let (element, count) = match type_text.split_once('[') {
-                Some((element, count)) => (element, Some(count.trim_end_matches(']'))),
-                None => (*type_text, None),
+                Some((element, count)) => (element, Count::of(count.trim_end_matches(']'))),
+                None => (*type_text, Count::One),
             };
-            let fixed = count.and_then(|count| count.parse::<usize>().ok());
-            let node = match (Primitive::named(element), count, fixed) {
-                (Some(kind), None, _) => Node::Run(kind, 1, self.slot(&path, is_field)),
-                (Some(kind), Some(_), Some(count)) if count <= MOST_ELEMENTS => {
-                    let first = self.fields.len();
-                    for i in 0..count {
-                        self.slot(&format!("{path}[{i}]"), is_field);
-                    }
-                    Node::Run(kind, count, is_field.then_some(first))
-                }
-                (Some(kind), Some(_), Some(count)) => Node::Run(kind, count, None),
-                (Some(kind), Some(_), None) => {
-                    let first = self.fields.len();
-                    for i in 0..MOST_ELEMENTS {
-                        self.slot(&format!("{path}[{i}]"), is_field);
-                    }
-                    Node::Numbers(kind, is_field.then_some(first))
-                }
-                (None, ..) => {
+            let node = match Primitive::named(element) {
+                Some(kind) => self.numbers(kind, count, &path, is_field),
+                None => {
+                    let is_field = is_field && matches!(count, Count::One);
                     let is_text = element.starts_with("string") || element.starts_with("wstring");
-                    let is_field = is_field && count.is_none();
                     let node = match is_text {
                         true => Node::Text,
                         false => {
@@ -194,11 +201,7 @@ impl Schema {
                             self.parts(&known, &path, definitions, depth + 1, is_field)?
                         }
                     };
-                    match (count, fixed) {
-                        (None, _) => node,
-                        (Some(_), Some(count)) => Node::Array(Box::new(node), count),
-                        (Some(_), None) => Node::Sequence(Box::new(node)),
-                    }
+                    count.of_nodes(node)
                 }
             };
             match (parts.last_mut(), node) {
@@ -222,6 +225,24 @@ impl Schema {
             parts.push(Node::Run(Primitive::U8, 1, None));
         }
         Some(Node::Parts(parts))
+    }
+
+    /// A number, an array or a sequence of numbers, with slots for those that are fields.
+    fn numbers(&mut self, kind: Primitive, count: Count, path: &str, is_field: bool) -> Node {
+        let slots = match count {
+            Count::One => return Node::Run(kind, 1, self.slot(path, is_field)),
+            Count::Fixed(count) if count > MOST_ELEMENTS => return Node::Run(kind, count, None),
+            Count::Fixed(count) => count,
+            Count::Any => MOST_ELEMENTS,
+        };
+        let first = is_field.then_some(self.fields.len());
+        for i in 0..slots {
+            self.slot(&format!("{path}[{i}]"), is_field);
+        }
+        match count {
+            Count::Any => Node::Numbers(kind, first),
+            _ => Node::Run(kind, slots, first),
+        }
     }
 
     fn slot(&mut self, path: &str, is_field: bool) -> Option<usize> {

@@ -325,6 +325,50 @@ fn is_known(kind: u8) -> bool {
     b"BFIMPQARDLCSO".contains(&kind)
 }
 
+/// Topic and field of commands that steer where no surface is a rudder, and why they are taken.
+const YAW_COMMANDS: [(&str, &str, &str); 4] = [
+    (
+        "rover_steering_setpoint",
+        "normalized_steering_setpoint",
+        "",
+    ),
+    ("rover_steering_setpoint", "normalized_steering_angle", ""),
+    ("vehicle_torque_setpoint", "xyz[2]", YAW_TORQUE),
+    ("actuator_controls_0", "control[2]", YAW_TORQUE),
+];
+
+const YAW_TORQUE: &str = "no surface is a rudder, and this is the yaw torque asked of all of them";
+
+const ATTITUDE: &str = "vehicle_attitude";
+const POSITION: &str = "vehicle_local_position";
+
+/// Which field of which topic is which quantity, the preferred one first.
+const CHANNELS: [(Quantity, &str, &str, Unit); 8] = [
+    (Quantity::Heading, ATTITUDE, "yaw", Unit::Radian),
+    (Quantity::Roll, ATTITUDE, "roll", Unit::Radian),
+    (Quantity::Pitch, ATTITUDE, "pitch", Unit::Radian),
+    (
+        Quantity::YawRate,
+        ATTITUDE,
+        "yawspeed",
+        Unit::RadianPerSecond,
+    ),
+    (
+        Quantity::YawRate,
+        "vehicle_angular_velocity",
+        "xyz[2]",
+        Unit::RadianPerSecond,
+    ),
+    (
+        Quantity::Speed,
+        POSITION,
+        "ground_speed",
+        Unit::MetrePerSecond,
+    ),
+    (Quantity::North, POSITION, "x", Unit::Metre),
+    (Quantity::East, POSITION, "y", Unit::Metre),
+];
+
 impl Messages for ULog {
     fn format(&self) -> Format {
         Format::Ulog
@@ -339,58 +383,21 @@ impl Messages for ULog {
         if let Some((column, because)) = self.rudder_surface() {
             known.add(Quantity::Rudder, column, Some(Unit::Fraction), &because);
         }
-        let yaw_torque = "no surface is a rudder, and this is the yaw torque asked of all of them";
-        for (topic, field, because) in [
-            (
-                "rover_steering_setpoint",
-                "normalized_steering_setpoint",
-                "",
-            ),
-            ("rover_steering_setpoint", "normalized_steering_angle", ""),
-            ("vehicle_torque_setpoint", "xyz[2]", yaw_torque),
-            ("actuator_controls_0", "control[2]", yaw_torque),
-        ] {
+        for (topic, field, because) in YAW_COMMANDS {
             if self.has(topic, field) {
                 let column = format!("{topic}.{field}");
                 known.add(Quantity::Rudder, column, Some(Unit::Fraction), because);
             }
         }
-        let is_submarine = self.parameters.get("MAV_TYPE") == Some(&SUBMARINE);
-        let depth = if is_submarine { "z" } else { "" };
-        for (quantity, topic, field, unit) in [
-            (Quantity::Heading, "vehicle_attitude", "yaw", Unit::Radian),
-            (Quantity::Roll, "vehicle_attitude", "roll", Unit::Radian),
-            (Quantity::Pitch, "vehicle_attitude", "pitch", Unit::Radian),
-            (
-                Quantity::YawRate,
-                "vehicle_attitude",
-                "yawspeed",
-                Unit::RadianPerSecond,
-            ),
-            (
-                Quantity::YawRate,
-                "vehicle_angular_velocity",
-                "xyz[2]",
-                Unit::RadianPerSecond,
-            ),
-            (
-                Quantity::Speed,
-                "vehicle_local_position",
-                "ground_speed",
-                Unit::MetrePerSecond,
-            ),
-            (
-                Quantity::Depth,
-                "vehicle_local_position",
-                depth,
-                Unit::Metre,
-            ),
-            (Quantity::North, "vehicle_local_position", "x", Unit::Metre),
-            (Quantity::East, "vehicle_local_position", "y", Unit::Metre),
-        ] {
+        for (quantity, topic, field, unit) in CHANNELS {
             if self.has(topic, field) {
                 known.add(quantity, format!("{topic}.{field}"), Some(unit), "");
             }
+        }
+        // The local position of an aircraft has no depth.
+        if self.parameters.get("MAV_TYPE") == Some(&SUBMARINE) && self.has(POSITION, "z") {
+            let column = format!("{POSITION}.z");
+            known.add(Quantity::Depth, column, Some(Unit::Metre), "");
         }
         let names: Vec<&str> = self.kinds.iter().map(|kind| kind.name.as_str()).collect();
         let found = names.join(", ");

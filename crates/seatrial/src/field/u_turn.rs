@@ -131,26 +131,11 @@ impl UTurn {
         let averaged = course.partition_point(|s| s.time_s < averaged_from_s);
         let speed = |s: &Sample<f64>| s.surge_speed_m_s;
         let straight_speed_m_s = mean(&course[averaged..], "forward speed", speed)?;
-
-        let mut turned_so_far_rad = 0.0;
-        let mut last_rad = None;
-        let samples = pilot.steer(LONGEST_S, thrust, |sample| {
-            let before_rad = last_rad.replace(sample.heading_rad);
-            turned_so_far_rad +=
-                before_rad.map_or(0.0, |before| (sample.heading_rad - before).wrapped());
-            (turned_so_far_rad.abs() < WHOLE_RAD).then_some(Steering::Rudder(turn.rudder_rad))
-        })?;
+        let samples = go_round(pilot, turn.rudder_rad, thrust)?;
         // A rudder asked for acts from the next sample on.
         let samples = &samples[1..];
         let turned = turned_rad(samples);
-        let at = |angle_rad: f64| turned.iter().position(|turned| turned.abs() >= angle_rad);
-        let (Some(half), Some(whole)) = (at(PI), at(WHOLE_RAD - 0.1)) else {
-            return Err(FieldError::NotRound {
-                thrust,
-                turned_rad: turned.last().copied().unwrap_or(0.0),
-                seconds: LONGEST_S,
-            });
-        };
+        let [half, whole] = half_and_whole(&turned, thrust)?;
         let (u_turn, circle) = (&samples[..=half], &samples[half..=whole]);
         let fit = |samples: &[Sample<f64>]| {
             CircleFit::new(&track(samples)?)
@@ -193,6 +178,34 @@ impl UTurn {
             yaw_rate: yaw_rates(&point.model, u_turn)?,
         })
     }
+}
+
+/// Holds the rudder until the vehicle has turned round.
+fn go_round<V: Vehicle<f64>>(
+    pilot: &mut Pilot<V>,
+    rudder_rad: f64,
+    thrust: f64,
+) -> Result<Vec<Sample<f64>>, FieldError> {
+    let mut turned_rad = 0.0;
+    let mut last_rad = None;
+    pilot.steer(LONGEST_S, thrust, |sample| {
+        let before_rad = last_rad.replace(sample.heading_rad);
+        turned_rad += before_rad.map_or(0.0, |before| (sample.heading_rad - before).wrapped());
+        (turned_rad.abs() < WHOLE_RAD).then_some(Steering::Rudder(rudder_rad))
+    })
+}
+
+/// The samples at which the heading had changed by half a turn and by a whole one.
+fn half_and_whole(turned_rad: &[f64], thrust: f64) -> Result<[usize; 2], FieldError> {
+    let at = |angle_rad: f64| turned_rad.iter().position(|x| x.abs() >= angle_rad);
+    at(PI)
+        .zip(at(WHOLE_RAD - 0.1))
+        .map(|(half, whole)| [half, whole])
+        .ok_or(FieldError::NotRound {
+            thrust,
+            turned_rad: turned_rad.last().copied().unwrap_or(0.0),
+            seconds: LONGEST_S,
+        })
 }
 
 /// The reference: the thrust in the middle.

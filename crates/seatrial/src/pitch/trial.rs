@@ -6,6 +6,7 @@ use std::slice::Iter;
 
 use seatrial_core::{Diving, DivingSample, DivingVehicle};
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 use super::{NoPitchModel, PitchIdentification, identify};
 use crate::record::Window;
@@ -30,7 +31,7 @@ pub struct PitchPlan {
     pub validation_rad: f64,
     /// Largest change of depth, m: beyond it the trial is aborted and the depth held.
     pub depth_band_m: f64,
-    /// Largest pitch, rad: likewise.
+    /// Largest pitch, rad: beyond it the trial is aborted and the depth held.
     pub pitch_limit_rad: f64,
 }
 
@@ -116,6 +117,23 @@ impl PitchRun {
     }
 }
 
+/// Why a pitch trial ends early.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+enum Abort {
+    #[error("pitch of {:.0} degrees, the limit is {:.0}", pitch_rad.to_degrees(), limit_rad.to_degrees())]
+    Pitch { pitch_rad: f64, limit_rad: f64 },
+    #[error("depth changed from {start_m:.2} to {depth_m:.2} m, the limit is {limit_m:.2} m")]
+    Depth {
+        start_m: f64,
+        depth_m: f64,
+        limit_m: f64,
+    },
+    #[error("the vehicle takes no more commands")]
+    NoMoreCommands,
+    #[error("the vehicle sends no more samples")]
+    NoMoreSamples,
+}
+
 /// Runs a pitch trial. The vehicle holds its own depth before, between and after the doublets, and its
 /// heading throughout.
 pub fn trial<V: DivingVehicle<f64>>(vehicle: &mut V, plan: PitchPlan) -> PitchTrial {
@@ -131,7 +149,7 @@ pub fn trial<V: DivingVehicle<f64>>(vehicle: &mut V, plan: PitchPlan) -> PitchTr
             Err(reason) => {
                 // Whatever the vehicle answers, there is nothing else to hand it.
                 let _ = vehicle.dive(Diving::HoldDepth, thrust);
-                trial.aborted = Some(reason);
+                trial.aborted = Some(reason.to_string());
                 break;
             }
         }
@@ -167,7 +185,7 @@ impl PitchTrial {
         &mut self,
         vehicle: &mut V,
         thrust: f64,
-    ) -> Result<PitchRun, String> {
+    ) -> Result<PitchRun, Abort> {
         let begun = self.samples.len();
         self.stage(vehicle, thrust, self.plan.settle_s, 0.0)?;
         let stage_s = self.plan.lead_in_s + self.plan.doublet_s + self.plan.observe_s;
@@ -200,7 +218,7 @@ impl PitchTrial {
         thrust: f64,
         seconds: f64,
         amplitude_rad: f64,
-    ) -> Result<Window, String> {
+    ) -> Result<Window, Abort> {
         let first = self.next(vehicle)?;
         let mut sample = first;
         loop {
@@ -222,38 +240,35 @@ impl PitchTrial {
             };
             vehicle
                 .dive(diving, thrust)
-                .map_err(|_| "the vehicle takes no more commands".to_owned())?;
+                .map_err(|_| Abort::NoMoreCommands)?;
             sample = self.next(vehicle)?;
         }
     }
 
-    fn next<V: DivingVehicle<f64>>(
-        &mut self,
-        vehicle: &mut V,
-    ) -> Result<DivingSample<f64>, String> {
+    fn next<V: DivingVehicle<f64>>(&mut self, vehicle: &mut V) -> Result<DivingSample<f64>, Abort> {
         match vehicle.next_diving_sample() {
             Ok(Some(sample)) => {
                 self.samples.push(sample);
                 Ok(sample)
             }
-            Ok(None) | Err(_) => Err("the vehicle sends no more samples".to_owned()),
+            Ok(None) | Err(_) => Err(Abort::NoMoreSamples),
         }
     }
 
-    fn check(&self, first: &DivingSample<f64>, now: &DivingSample<f64>) -> Result<(), String> {
+    fn check(&self, first: &DivingSample<f64>, now: &DivingSample<f64>) -> Result<(), Abort> {
         if now.pitch_rad.abs() > self.plan.pitch_limit_rad {
-            return Err(format!(
-                "pitch of {:.0} degrees, the limit is {:.0}",
-                now.pitch_rad.to_degrees(),
-                self.plan.pitch_limit_rad.to_degrees()
-            ));
+            return Err(Abort::Pitch {
+                pitch_rad: now.pitch_rad,
+                limit_rad: self.plan.pitch_limit_rad,
+            });
         }
         match first.depth_m.zip(now.depth_m) {
             Some((start_m, depth_m)) if (depth_m - start_m).abs() > self.plan.depth_band_m => {
-                Err(format!(
-                    "depth changed from {start_m:.2} to {depth_m:.2} m, the limit is {:.2} m",
-                    self.plan.depth_band_m
-                ))
+                Err(Abort::Depth {
+                    start_m,
+                    depth_m,
+                    limit_m: self.plan.depth_band_m,
+                })
             }
             _ => Ok(()),
         }
