@@ -104,6 +104,14 @@ impl Modules {
         Ok(())
     }
 
+    /// Names of the modules at the top of the tree.
+    pub fn rooms(&self) -> impl Iterator<Item = &String> {
+        self.modules.keys().filter_map(|name| match &name[..] {
+            [room] => Some(room),
+            _ => None,
+        })
+    }
+
     /// Every circle of the tree.
     pub fn circles(&self) -> Vec<Circle> {
         let edges = self.edges();
