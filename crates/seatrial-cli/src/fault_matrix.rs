@@ -5,14 +5,13 @@ use std::fmt::Write as _;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use seatrial_core::{List, Plan};
-use seatrial_sim::faults::{Kind, Moment, Rehearsable};
-use serde::Serialize;
+use seatrial_app::simulated;
+use seatrial_app::studies::fault_matrix::{Cell, FaultMatrix, FaultStudy};
+use seatrial_app::workers::Workers;
+use seatrial_sim::faults::{Kind, Moment};
 
-use crate::fault_run::{Ending, Rehearsal, Result as Became};
 use crate::output::{Exit, Failure, Output};
-use crate::parallel;
-use crate::vehicle;
+use crate::progress;
 
 /// Every fault in every stage: does each trial end in a correct model, or stopped or rejected for the right reason?
 #[derive(clap::Args, Debug)]
@@ -60,98 +59,24 @@ fn moment(name: &str) -> Result<Moment, String> {
         .ok_or_else(|| format!("expected one of {}", names.join(", ")))
 }
 
-/// `study faults --json`.
-#[derive(Serialize)]
-struct Document {
-    schema: &'static str,
-    vehicle: String,
-    seed: u64,
-    seeds: u64,
-    trials: usize,
-    failed: usize,
-    cells: Vec<Cell>,
-}
-
-/// One fault in one stage.
-#[derive(Serialize)]
-struct Cell {
-    kind: Kind,
-    stage: Moment,
-    models: usize,
-    rejected: usize,
-    aborted: usize,
-    /// Abort and rejection reasons, each with how often.
-    reasons: BTreeMap<String, usize>,
-    /// Largest distance of an accepted model from the truth, in half widths of its interval.
-    farthest: Option<f64>,
-    /// Longest from the condition of an abort to neutral rudder and heading hold, s.
-    handed_back_after_s: Option<f64>,
-    /// Trials in which the fault did not come about, because the trial never got there.
-    without_fault: usize,
-    /// Trials that did not end as they must.
-    failed: Vec<Ending>,
-}
-
 /// Plays the matrix.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let config = vehicle::config(&args.vehicle)?;
-    let failure = |error| Failure::input(format!("{}: {error}", args.vehicle));
-    let playable = config.vehicle(args.seed).map_err(failure)?.playable();
-    if let Some(kind) = args.kind.iter().find(|kind| !playable.contains(kind)) {
-        return Err(Failure::usage(format!(
-            "--kind {}: {} cannot play it",
-            kind.name(),
-            args.vehicle
-        )));
-    }
-    let or_all = |chosen: &[Kind]| {
-        if chosen.is_empty() {
-            playable.clone()
-        } else {
-            chosen.to_vec()
-        }
-    };
-    let kinds = or_all(&args.kind);
-    let stages = if args.stage.is_empty() {
-        Moment::ALL.to_vec()
-    } else {
-        args.stage.clone()
-    };
-    let plan = Plan {
-        thrusts: List::from_slice(&[0.6, 0.8]).unwrap_or_default(),
-        ..Plan::paper()
-    };
-    let rehearsal = Rehearsal::new(config, plan);
-    let places: Vec<(Kind, Moment)> = kinds
-        .iter()
-        .flat_map(|kind| stages.iter().map(move |stage| (*kind, *stage)))
-        .collect();
-    let runs = args.seeds * places.len() as u64;
-    let progress = parallel::progress(runs);
-    let endings = parallel::each(runs, parallel::threads(args.threads), &progress, |run| {
-        let (kind, stage) = places[(run / args.seeds) as usize];
-        rehearsal.play(kind, stage, args.seed.wrapping_add(run % args.seeds))
-    });
-    progress.finish_and_clear();
-    let cells: Vec<Cell> = places
-        .iter()
-        .zip(endings.chunks(args.seeds as usize))
-        .map(|(&(kind, stage), endings)| Cell::of(kind, stage, endings))
-        .collect();
-    let document = Document {
-        schema: "seatrial.fault_matrix.v1",
+    let study = FaultStudy {
         vehicle: args.vehicle.clone(),
+        config: simulated::config(&args.vehicle)?,
         seed: args.seed,
         seeds: args.seeds,
-        trials: endings.len(),
-        failed: cells.iter().map(|cell| cell.failed.len()).sum(),
-        cells,
+        kinds: args.kind.clone(),
+        stages: args.stage.clone(),
     };
+    let bar = progress::bar(study.trials()?);
+    let document = study.run(&Workers::new(args.threads, &|| bar.inc(1)))?;
+    bar.finish_and_clear();
     if let Some(path) = &args.markdown {
-        std::fs::write(path, markdown(&document, &stages))
+        std::fs::write(path, markdown(&document))
             .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))?;
     }
-    output.print(&document, || text(&document, &stages))?;
+    output.print(&document, || text(&document))?;
     Ok(if document.failed == 0 {
         Exit::Done
     } else {
@@ -159,44 +84,16 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     })
 }
 
-impl Cell {
-    fn of(kind: Kind, stage: Moment, endings: &[Ending]) -> Self {
-        let count = |became| endings.iter().filter(|e| e.result == became).count();
-        let largest =
-            |of: fn(&Ending) -> Option<f64>| endings.iter().filter_map(of).max_by(f64::total_cmp);
-        let mut reasons = BTreeMap::new();
-        for reason in endings.iter().filter_map(|e| e.reason.clone()) {
-            *reasons.entry(reason).or_insert(0) += 1;
-        }
-        Self {
-            kind,
-            stage,
-            models: count(Became::Models),
-            rejected: count(Became::Rejected),
-            aborted: count(Became::Aborted),
-            reasons,
-            farthest: largest(|e| e.farthest),
-            handed_back_after_s: largest(|e| e.handed_back_after_s),
-            without_fault: endings.iter().filter(|e| e.began_s.is_none()).count(),
-            failed: endings
-                .iter()
-                .filter(|e| !e.faults.is_empty())
-                .cloned()
-                .collect(),
-        }
-    }
-
-    /// Models, rejected and aborted trials.
-    fn counts(&self) -> String {
-        let counts = format!("{}/{}/{}", self.models, self.rejected, self.aborted);
-        match self.failed.len() {
-            0 => counts,
-            failed => format!("{counts} ({failed} WRONG)"),
-        }
+/// Models, rejected and aborted trials.
+fn counts(cell: &Cell) -> String {
+    let counts = format!("{}/{}/{}", cell.models, cell.rejected, cell.aborted);
+    match cell.failed.len() {
+        0 => counts,
+        failed => format!("{counts} ({failed} WRONG)"),
     }
 }
 
-fn summary(document: &Document) -> String {
+fn summary(document: &FaultMatrix) -> String {
     let largest =
         |of: fn(&Cell) -> Option<f64>| document.cells.iter().filter_map(of).fold(0.0, f64::max);
     format!(
@@ -213,10 +110,10 @@ fn summary(document: &Document) -> String {
 }
 
 /// One row a fault, its stages beside each other.
-fn rows(document: &Document, stages: &[Moment]) -> Vec<Vec<String>> {
+fn rows(document: &FaultMatrix) -> Vec<Vec<String>> {
     document
         .cells
-        .chunks(stages.len())
+        .chunks(document.stages.len())
         .map(|cells| {
             let mut reasons = BTreeMap::new();
             for (reason, count) in cells.iter().flat_map(|cell| &cell.reasons) {
@@ -232,7 +129,7 @@ fn rows(document: &Document, stages: &[Moment]) -> Vec<Vec<String>> {
             };
             let name = cells.first().map_or("", |cell| cell.kind.name());
             std::iter::once(name.to_owned())
-                .chain(cells.iter().map(Cell::counts))
+                .chain(cells.iter().map(counts))
                 .chain([
                     largest(|cell| cell.farthest, 1),
                     largest(|cell| cell.handed_back_after_s, 2),
@@ -251,16 +148,19 @@ fn headings(stages: &[Moment]) -> Vec<&'static str> {
         .collect()
 }
 
-fn text(document: &Document, stages: &[Moment]) -> String {
+fn text(document: &FaultMatrix) -> String {
     let mut text = summary(document);
     text += "Trials with models at every speed / rejected / aborted, the farthest accepted model, the longest to hand back, and why:\n\n";
     let widths = [18]
         .into_iter()
-        .chain(vec![10; stages.len()])
+        .chain(vec![10; document.stages.len()])
         .chain([8, 7, 0]);
     let widths: Vec<usize> = widths.collect();
-    let headings: Vec<String> = headings(stages).into_iter().map(String::from).collect();
-    for row in std::iter::once(headings).chain(rows(document, stages)) {
+    let headings: Vec<String> = headings(&document.stages)
+        .into_iter()
+        .map(String::from)
+        .collect();
+    for row in std::iter::once(headings).chain(rows(document)) {
         for (cell, width) in row.iter().zip(&widths) {
             let _ = write!(text, "{cell:width$}  ");
         }
@@ -284,12 +184,15 @@ fn text(document: &Document, stages: &[Moment]) -> String {
     text
 }
 
-fn markdown(document: &Document, stages: &[Moment]) -> String {
+fn markdown(document: &FaultMatrix) -> String {
     let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-    let headings: Vec<String> = headings(stages).into_iter().map(String::from).collect();
+    let headings: Vec<String> = headings(&document.stages)
+        .into_iter()
+        .map(String::from)
+        .collect();
     let mut text = summary(document) + "\n" + &line(&headings);
     text += &line(&vec!["---".into(); headings.len()]);
-    for row in rows(document, stages) {
+    for row in rows(document) {
         text += &line(&row);
     }
     text

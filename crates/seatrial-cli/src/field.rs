@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use seatrial::campaign::Campaign;
 use seatrial::field::{Claim, Field, FieldSettings, Repeatability};
 use seatrial::heading_step::Control;
+use seatrial_app::simulated;
 use seatrial_app::trial_run::rehearse;
 use seatrial_core::{Outcome, Plan};
 use seatrial_report as report;
@@ -14,7 +15,6 @@ use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};
 use crate::table::Table;
-use crate::vehicle;
 
 /// Re-enact the paper's field experiments: trials, U-turns, heading steps, repeated trials.
 ///
@@ -87,7 +87,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 
 /// The paper's trial, and the vehicle after it.
 fn trial(name: &str, seed: u64) -> Result<(SimulatedVehicle, Campaign), Failure> {
-    let mut vehicle = vehicle::simulated(name, seed)?;
+    let mut vehicle = simulated::vehicle(name, seed)?;
     let conducted = rehearse(&mut vehicle, name, seed, Plan::paper()).map_err(Failure::internal)?;
     match conducted.campaign.outcome {
         Some(Outcome::Finished) => Ok((vehicle, conducted.campaign)),

@@ -10,11 +10,11 @@ use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use seatrial_app::fleet::{Estimate, Job, JournalError, Options, Progress, Summary};
+use seatrial_app::workers::threads;
 use serde::Serialize;
 
 use crate::log::ChannelArgs;
 use crate::output::{Exit, Failure, Output, say};
-use crate::parallel;
 
 /// Where standard error is no terminal, a line says this often how far the job is.
 const SAID_EVERY: Duration = Duration::from_secs(10);
@@ -101,7 +101,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             run_column: args.run_column.clone(),
         },
         out: args.out.clone(),
-        workers: parallel::threads(args.workers),
+        workers: threads(args.workers),
         resume: args.resume,
     };
     let teller = Teller::new();

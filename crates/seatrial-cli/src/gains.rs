@@ -4,21 +4,15 @@ mod export;
 
 use std::path::PathBuf;
 
-use seatrial::GainAllowance;
-use seatrial::gain_allowance::{least_damped_schedule, longest};
 use seatrial::verdict::three_figures;
+use seatrial_app::gains::{HeadingGains, InterpolatedGain, LoopFigures, Wanted};
+use seatrial_app::models::{Estimate, SCHEDULE_FILE_HELP};
 use seatrial_core::RudderUnit;
-use seatrial_core::heading_loop::{LoopTiming, Poles};
-use seatrial_core::schedule::{Beyond, ScheduleError, ScheduleKey};
-use seatrial_core::{GainSchedule, HeadingGain, HeadingLoop, SpeedSchedule, YawModel};
-use serde::Serialize;
+use seatrial_core::schedule::{Beyond, ScheduleKey};
 
 use crate::model_source::{SourceArgs, trial_line, warn};
 use crate::output::{Exit, Failure, Output};
 use crate::table::{Table, estimate_text};
-use seatrial_app::models::{Estimate, ModelPoint, Models, SCHEDULE_FILE_HELP, TrialOrigin};
-
-const SCHEMA: &str = "seatrial.gains.v1";
 
 /// Heading controller gains from a model or a schedule, with margins.
 ///
@@ -82,254 +76,43 @@ fn help() -> String {
     )
 }
 
-#[derive(Serialize)]
-struct Document<'a> {
-    schema: &'static str,
-    source: &'a str,
-    damping_ratio: f64,
-    rudder_limit_rad: f64,
-    rudder_unit: RudderUnit,
-    /// The trial that the models are of.
-    trial: Option<String>,
-    /// The longest of the points.
-    timing: LoopTiming<f64>,
-    points: Vec<PointGains>,
-    at: Option<InterpolatedGain>,
-}
-
-#[derive(Serialize)]
-struct PointGains {
-    thrust: Option<f64>,
-    surge_speed_m_s: Option<f64>,
-    #[serde(flatten)]
-    model: YawModel<f64>,
-    nomoto_t_s: Option<Estimate>,
-    nomoto_k_per_s: Option<Estimate>,
-    /// Why there is no gain.
-    refused: Option<String>,
-    /// To load.
-    proportional_gain: Option<Estimate>,
-    /// What it allows for.
-    allowance: GainAllowance,
-    /// The paper's gain, which allows for nothing.
-    gain_of_57: Option<Estimate>,
-    feed_forward_rudder_rad: Option<Estimate>,
-    #[serde(rename = "loop")]
-    closed_loop: Option<LoopFigures>,
-}
-
-/// The closed loop at a fixed gain.
-#[derive(Serialize)]
-struct LoopFigures {
-    poles_per_s: Poles<f64>,
-    damping_ratio: Option<Estimate>,
-    natural_frequency_rad_s: Option<Estimate>,
-    overshoot: Option<Estimate>,
-    /// A factor; null is infinite.
-    gain_margin: Option<Estimate>,
-    phase_margin_rad: Option<Estimate>,
-    delay_margin_s: Option<Estimate>,
-}
-
-#[derive(Serialize)]
-struct InterpolatedGain {
-    key: ScheduleKey,
-    value: f64,
-    extrapolated: bool,
-    proportional_gain: Estimate,
-    feed_forward_rudder_rad: f64,
-    #[serde(rename = "loop")]
-    closed_loop: Option<LoopFigures>,
-}
-
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let full_rudder_rad = args.full_rudder_deg.map(f64::to_radians);
-    let mut source = args.source.read()?.with_full_rudder(full_rudder_rad)?;
-    warn(&source);
-    for point in &mut source.points {
-        let timing = &mut point.allowance.timing;
-        timing.delay_s = args.delay.unwrap_or(timing.delay_s);
-        if let Some(interval_s) = args.interval {
-            timing.sample_interval_s = (interval_s != 0.0).then_some(interval_s);
-        }
-    }
-    let timing = longest(source.points.iter().map(|point| point.allowance));
-    check(args.zeta, timing)?;
-    let points = source.points.iter();
-    let document = Document {
-        schema: SCHEMA,
-        source: &source.origin,
-        damping_ratio: args.zeta,
-        rudder_limit_rad: source.rudder_limit_rad,
-        rudder_unit: source.rudder_unit,
-        trial: source.trial.as_ref().map(TrialOrigin::text),
-        timing,
-        points: points.map(|p| point_gains(p, args.zeta)).collect(),
-        at: interpolated(args, &source)?,
-    };
+    let wanted = args.wanted();
+    let models = wanted.timed(args.source.read()?.with_full_rudder(full_rudder_rad)?);
+    warn(&models);
+    let document = wanted.gains(&models)?;
     if let Some(format) = args.export {
-        export::write(format, args, &source, output)?;
+        export::write(format, args, &models, output)?;
     }
     if args.export.is_none() || args.out.is_some() {
         output.print(&document, || text(&document))?;
     }
-    let refused = document.points.iter().any(|p| p.refused.is_some());
-    Ok(if refused || !source.rejected.is_empty() {
+    Ok(if document.is_refused() || !models.rejected.is_empty() {
         Exit::Rejected
     } else {
         Exit::Done
     })
 }
 
-/// Refuses settings that no model could satisfy.
-fn check(zeta: f64, timing: LoopTiming<f64>) -> Result<(), Failure> {
-    let stable = YawModel::from_theta([-1.0, 1.0, 0.0]);
-    HeadingGain::design(&stable, zeta)
-        .map_err(|reason| Failure::usage(format!("--zeta {zeta}: {reason}")))?;
-    HeadingLoop::new(&stable, 1.0)
-        .and_then(|closed| closed.margins(timing))
-        .map_err(|reason| Failure::usage(format!("--delay, --interval: {reason}")))?;
-    Ok(())
-}
-
-fn point_gains(point: &ModelPoint, zeta: f64) -> PointGains {
-    let model = point.point.model;
-    let design = |model: &YawModel<f64>| point.allowance.design(model, zeta);
-    let gain = design(&model);
-    let of = |quantity: fn(HeadingGain<f64>) -> f64| {
-        point.estimate(|model| Some(quantity(design(model).ok()?)))
-    };
-    let of_57 = |model: &YawModel<f64>| HeadingGain::design(model, zeta).ok();
-    PointGains {
-        thrust: point.point.thrust,
-        surge_speed_m_s: point.point.surge_speed_m_s,
-        model,
-        nomoto_t_s: point.estimate(|model| Some(model.nomoto()?.t_s)),
-        nomoto_k_per_s: point.estimate(|model| Some(model.nomoto()?.k_per_s)),
-        refused: gain.err().map(|reason| reason.to_string()),
-        proportional_gain: of(|gain| gain.proportional_gain),
-        allowance: point.allowance,
-        gain_of_57: point.estimate(|model| Some(of_57(model)?.proportional_gain)),
-        feed_forward_rudder_rad: of(|gain| gain.feed_forward_rudder_rad),
-        closed_loop: gain
-            .ok()
-            .and_then(|gain| loop_figures(point, gain.proportional_gain, point.allowance.timing)),
+impl Args {
+    fn wanted(&self) -> Wanted {
+        let thrust = self.at_thrust.map(|thrust| (ScheduleKey::Thrust, thrust));
+        Wanted {
+            damping_ratio: self.zeta,
+            delay_s: self.delay,
+            interval_s: self.interval,
+            at: thrust.or(self.at_speed.map(|speed| (ScheduleKey::Speed, speed))),
+            beyond: match self.extrapolate {
+                true => Beyond::Extrapolate,
+                false => Beyond::Refuse,
+            },
+        }
     }
 }
 
-fn loop_figures(point: &ModelPoint, gain: f64, timing: LoopTiming<f64>) -> Option<LoopFigures> {
-    let closed = |model: &YawModel<f64>| HeadingLoop::new(model, gain).ok();
-    let margins = |model: &YawModel<f64>| closed(model)?.margins(timing).ok();
-    Some(LoopFigures {
-        poles_per_s: closed(&point.point.model)?.poles(),
-        damping_ratio: point.estimate(|model| Some(closed(model)?.damping_ratio())),
-        natural_frequency_rad_s: point
-            .estimate(|model| Some(closed(model)?.natural_frequency_rad_s())),
-        overshoot: point.estimate(|model| Some(closed(model)?.overshoot())),
-        gain_margin: point.estimate(|model| margins(model)?.gain_margin),
-        phase_margin_rad: point.estimate(|model| margins(model)?.phase_margin_rad),
-        delay_margin_s: point.estimate(|model| margins(model)?.delay_margin_s),
-    })
-}
-
-/// The place in the schedule that the command line asks for.
-fn asked(args: &Args) -> Option<(ScheduleKey, f64)> {
-    let thrust = args.at_thrust.map(|thrust| (ScheduleKey::Thrust, thrust));
-    thrust.or(args.at_speed.map(|speed| (ScheduleKey::Speed, speed)))
-}
-
-fn beyond(args: &Args) -> Beyond {
-    if args.extrapolate {
-        Beyond::Extrapolate
-    } else {
-        Beyond::Refuse
-    }
-}
-
-fn no_such_place(args: &Args, key: ScheduleKey, value: f64, error: ScheduleError) -> Failure {
-    let hint = if args.extrapolate {
-        ""
-    } else {
-        " (--extrapolate allows it)"
-    };
-    Failure::usage(format!("{} {value}: {error}{hint}", key.name()))
-}
-
-/// The least damped models, for which gains are designed, and what their loops wait for.
-fn cautious(
-    source: &Models,
-    key: ScheduleKey,
-) -> Result<(SpeedSchedule<f64>, LoopTiming<f64>), Failure> {
-    let points = source.points.iter().map(|p| (p.point, p.allowance));
-    least_damped_schedule(key, points)
-        .map_err(|error| Failure::input(format!("{}: {error}", source.origin)))
-}
-
-fn interpolated(args: &Args, source: &Models) -> Result<Option<InterpolatedGain>, Failure> {
-    let Some((key, value)) = asked(args) else {
-        return Ok(None);
-    };
-    let schedule = source.schedule(key)?;
-    let refused = |error| no_such_place(args, key, value, error);
-    let (cautious, timing) = cautious(source, key)?;
-    let gains = GainSchedule::design(cautious, args.zeta, timing)
-        .map_err(|error| Failure::input(format!("{}: {} {error}", source.origin, key.name())))?;
-    let gain = gains.lookup(value, beyond(args)).map_err(refused)?;
-    let model = schedule.lookup(value, beyond(args)).map_err(refused)?;
-    let proportional_gain = gain.value().proportional_gain;
-    let here = ModelPoint {
-        point: *model.value(),
-        covariance: None,
-        allowance: GainAllowance::default(),
-        noise: None,
-        valid_range: None,
-    };
-    Ok(Some(InterpolatedGain {
-        key,
-        value,
-        extrapolated: gain.is_extrapolated(),
-        proportional_gain: Estimate {
-            value: proportional_gain,
-            interval_95: interpolated_interval(args.zeta, source, key, value, proportional_gain),
-        },
-        feed_forward_rudder_rad: gain.value().feed_forward_rudder_rad,
-        closed_loop: loop_figures(&here, proportional_gain, timing),
-    }))
-}
-
-/// The half widths of the two neighbours, weighted by their distance; their runs err independently.
-fn interpolated_interval(
-    zeta: f64,
-    source: &Models,
-    key: ScheduleKey,
-    value: f64,
-    gain: f64,
-) -> Option<[f64; 2]> {
-    let mut known: Vec<(f64, f64)> = source
-        .points
-        .iter()
-        .filter_map(|point| {
-            let design = |model: &YawModel<f64>| point.allowance.design(model, zeta).ok();
-            let estimate = point.estimate(|model| Some(design(model)?.proportional_gain))?;
-            let [low, high] = estimate.interval_95?;
-            Some((point.point.key(key)?, (high - low) / 2.0))
-        })
-        .collect();
-    if known.len() < source.points.len() {
-        return None;
-    }
-    known.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let pair = known
-        .windows(2)
-        .find(|pair| value <= pair[1].0)
-        .or_else(|| known.windows(2).last())?;
-    let fraction = (value - pair[0].0) / (pair[1].0 - pair[0].0);
-    let half_width = ((1.0 - fraction) * pair[0].1).hypot(fraction * pair[1].1);
-    Some([gain - half_width, gain + half_width])
-}
-
-fn text(document: &Document) -> String {
+fn text(document: &HeadingGains) -> String {
     let (rudder_scale, rudder) = document.rudder_unit.for_people();
     let per_angle = match document.rudder_unit {
         RudderUnit::Rad => "rad/rad",

@@ -5,23 +5,15 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use seatrial::health::{
-    Change, Effect, Effects, Finding, HealthError, HealthSettings, Reference, SpeedModel, Watch,
-    WatchReport, compare,
+    Change, Effect, Effects, Finding, HealthError, HealthSettings, WatchReport,
 };
-use seatrial_core::YawModel;
-use serde::Serialize;
+use seatrial_app::health::{self, Comparison, Criteria, Missions, Watched};
+use seatrial_app::models::{ComparedModels, compared_models, open_named};
 
 use crate::log::{ChannelArgs, Told};
 use crate::output::{Exit, Failure, Output};
 use crate::screen::sentence;
 use crate::table::Table;
-use seatrial_app::documents::Source;
-use seatrial_app::models::{ComparedModels, compared_models, open_named};
-
-/// Changes of a22 and b2 up to this much are none, per cent, unless asked for: where two trials are compared, and
-/// over ordinary missions.
-const TOLERATED_BETWEEN_TRIALS: f64 = 0.0;
-const TOLERATED_IN_MISSIONS: f64 = 5.0;
 
 /// More windows than this are not printed.
 const MOST_ROWS: usize = 40;
@@ -90,63 +82,6 @@ enum OffsetChoice {
     Ignore,
 }
 
-/// Where models came from.
-#[derive(Serialize)]
-struct Origin<'a> {
-    origin: &'a str,
-    log: Option<&'a Source>,
-    models: Vec<OriginModel>,
-    notes: &'a [String],
-}
-
-#[derive(Serialize)]
-struct OriginModel {
-    thrust: Option<f64>,
-    surge_speed_m_s: Option<f64>,
-    #[serde(flatten)]
-    model: YawModel<f64>,
-    covariance: [[f64; 3]; 3],
-}
-
-impl<'a> Origin<'a> {
-    fn of(source: &'a ComparedModels) -> Self {
-        let model = |point: &SpeedModel| OriginModel {
-            thrust: point.thrust,
-            surge_speed_m_s: point.surge_speed_m_s,
-            model: point.model,
-            covariance: point.covariance,
-        };
-        Self {
-            origin: &source.origin,
-            log: source.log.as_ref(),
-            models: source.models.iter().map(model).collect(),
-            notes: &source.notes,
-        }
-    }
-}
-
-/// `health --json` of two sets of models.
-#[derive(Serialize)]
-struct Comparison<'a> {
-    schema: &'static str,
-    kind: &'static str,
-    reference: Origin<'a>,
-    now: Origin<'a>,
-    #[serde(flatten)]
-    change: &'a Change,
-}
-
-/// `health --watch --json`.
-#[derive(Serialize)]
-struct Watched<'a> {
-    schema: &'static str,
-    kind: &'static str,
-    reference: Origin<'a>,
-    logs: Vec<Source>,
-    #[serde(flatten)]
-    report: &'a WatchReport,
-}
-
 impl From<HealthError> for Failure {
     fn from(error: HealthError) -> Self {
         match error {
@@ -158,19 +93,20 @@ impl From<HealthError> for Failure {
 
 /// Compares or watches.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let settings = args.settings()?;
-    let source = args.models(&args.reference)?;
-    if let Some(why) = &source.without_model {
-        return Err(Failure::rejected(format!(
-            "{}: no model to compare with: {why}",
-            source.origin
-        )));
-    }
-    let reference = Reference::new(source.models.clone())
-        .map_err(|error| Failure::input(format!("{}: {error}", source.origin)))?;
+    let criteria = Criteria {
+        false_alarms: args.false_alarms / 100.0,
+        tolerated: args.tolerate.map(|percent| percent / 100.0),
+        offset_counts: args.offset.map(|choice| choice == OffsetChoice::Count),
+    };
     match &args.now {
-        Some(now) => args.compare(&source, &reference, now, &settings, output),
-        None => args.watch(&source, reference, settings, output),
+        Some(now) => {
+            let settings = criteria.between_trials()?;
+            args.compare(&args.models(&args.reference)?, now, &settings, output)
+        }
+        None => {
+            let settings = criteria.in_missions()?;
+            args.watch(&args.models(&args.reference)?, settings, output)
+        }
     }
 }
 
@@ -181,40 +117,17 @@ impl Args {
         Ok(compared_models(name, &self.logbook, &reading, &mut told)?)
     }
 
-    fn settings(&self) -> Result<HealthSettings, Failure> {
-        let watching = self.now.is_none();
-        let (tolerated, offset) = if watching {
-            (TOLERATED_IN_MISSIONS, OffsetChoice::Ignore)
-        } else {
-            (TOLERATED_BETWEEN_TRIALS, OffsetChoice::Count)
-        };
-        Ok(HealthSettings::new(
-            self.false_alarms / 100.0,
-            self.tolerate.unwrap_or(tolerated) / 100.0,
-            self.offset.unwrap_or(offset) == OffsetChoice::Count,
-        )?)
-    }
-
     fn compare(
         &self,
         source: &ComparedModels,
-        reference: &Reference,
         now: &str,
         settings: &HealthSettings,
         output: &Output,
     ) -> Result<Exit, Failure> {
+        let reference = health::reference(source)?;
         let now = self.models(now)?;
-        let change = match &now.without_model {
-            Some(why) => Change::cannot_tell(settings, format!("{}: {why}", now.origin)),
-            None => compare(reference, &now.models, settings),
-        };
-        let document = Comparison {
-            schema: "seatrial.health.v1",
-            kind: "comparison",
-            reference: Origin::of(source),
-            now: Origin::of(&now),
-            change: &change,
-        };
+        let change = health::change(&reference, &now, settings);
+        let document = Comparison::of(source, &now, &change);
         output.print(&document, || comparison_page(source, &now, &change))?;
         Ok(Exit::of(&change.verdict))
     }
@@ -222,47 +135,17 @@ impl Args {
     fn watch(
         &self,
         source: &ComparedModels,
-        reference: Reference,
         settings: HealthSettings,
         output: &Output,
     ) -> Result<Exit, Failure> {
-        let mut watch = Watch::new(reference, settings)
-            .map_err(|error| Failure::input(format!("{}: {error}", source.origin)))?;
+        let mut missions = Missions::new(source, settings)?;
         let reading = self.channels.read_settings()?;
-        let mut logs = Vec::new();
-        let mut started: Option<(String, String)> = None;
         for name in &self.watch {
             let (log, window) = open_named(name, &reading, &mut Told::default())?;
-            if let Some(start) = &log.description.start_utc {
-                if let Some((earlier, earlier_start)) = &started
-                    && start < earlier_start
-                {
-                    return Err(Failure::usage(format!(
-                        "{name} begins at {start}, before {earlier}, which begins at {earlier_start}: give the logs in order of time"
-                    )));
-                }
-                started = Some((name.clone(), start.clone()));
-            }
-            let samples = log.record.window(window).to_vec();
-            let rudder_unit = log.rudder_unit();
-            watch.read(
-                name,
-                &seatrial::Record {
-                    samples,
-                    rudder_unit,
-                    units: log.record.units,
-                },
-            );
-            logs.push(log.source());
+            missions.read(name, &log, window)?;
         }
-        let report = watch.report();
-        let document = Watched {
-            schema: "seatrial.health.v1",
-            kind: "watch",
-            reference: Origin::of(source),
-            logs,
-            report: &report,
-        };
+        let report = missions.report();
+        let document = Watched::of(source, missions.logs(), &report);
         output.print(&document, || watch_page(source, &self.watch, &report))?;
         Ok(Exit::of(&report.verdict))
     }
@@ -336,9 +219,22 @@ fn watch_page(reference: &ComparedModels, logs: &[String], report: &WatchReport)
     if report.windows.is_empty() {
         return text;
     }
+    let first = report.windows.len().saturating_sub(MOST_ROWS);
+    let table = window_table(report, first);
+    let _ = writeln!(
+        text,
+        "\nChange from the reference in each window, with 95 % intervals; p is that of the recent windows together\n{table}"
+    );
+    if first > 0 {
+        let _ = writeln!(text, "{first} windows before these: see --json");
+    }
+    text + &rate_text(&report.settings)
+}
+
+/// The windows of a watch from this one on.
+fn window_table(report: &WatchReport, first: usize) -> Table {
     let has_offset = report.windows[0].effects.offset_rad.is_some();
     let mut table = effect_table(&["log", "seconds", "m/s"], has_offset);
-    let first = report.windows.len().saturating_sub(MOST_ROWS);
     for (index, window) in report.windows.iter().enumerate().skip(first) {
         let speed = window.surge_speed_m_s;
         let mut row = vec![
@@ -358,17 +254,9 @@ fn watch_page(reference: &ComparedModels, logs: &[String], report: &WatchReport)
         });
         table.row(row);
     }
-    let _ = writeln!(
-        text,
-        "\nChange from the reference in each window, with 95 % intervals; p is that of the recent windows together\n{table}"
-    );
-    if first > 0 {
-        let _ = writeln!(text, "{first} windows before these: see --json");
-    }
-    text + &rate_text(&report.settings)
+    table
 }
 
-/// Begins with a capital letter, ends with a full stop.
 fn plural(count: usize) -> &'static str {
     if count == 1 { "" } else { "s" }
 }

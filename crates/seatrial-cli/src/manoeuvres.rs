@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use seatrial::field::{SpiralPoint, StandardManoeuvres};
+use seatrial_app::simulated;
 use seatrial_report as report;
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};
 use crate::table::Table;
-use crate::vehicle;
 
 /// Rudder angles of the spiral, degrees.
 const SPIRAL_DEG: [f64; 13] = [
@@ -58,7 +58,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     }
     let mut manoeuvres = Vec::new();
     for thrust in thrusts {
-        let mut vehicle = vehicle::simulated(&args.vehicle, args.seed)?;
+        let mut vehicle = simulated::vehicle(&args.vehicle, args.seed)?;
         let rudders = SPIRAL_DEG.map(f64::to_radians);
         let made = StandardManoeuvres::make(&mut vehicle, *thrust, &rudders)
             .map_err(|error| Failure::rejected(format!("{}: {error}", args.vehicle)))?;

@@ -3,11 +3,11 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use seatrial_app::paper::recreated::{self, RecreatedTable};
 use seatrial_app::paper::{Agreement, Claim, ERRATA, Erratum, claims};
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};
-use crate::recreated::{self, RecreatedTable};
 
 /// Reproduces the paper's tables and claims: printed value beside recomputed value.
 ///
@@ -55,7 +55,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         },
         claims,
         errata: &ERRATA,
-        recreated: recreated::tables()?,
+        recreated: recreated::tables().map_err(Failure::internal)?,
     };
     let json = serde_json::to_string_pretty(&document).map_err(Failure::internal)?;
     std::fs::create_dir_all(&args.out).map_err(|error| not_saved(&args.out, error))?;

@@ -15,9 +15,9 @@ use serde::Serialize;
 use crate::log::LogArgs;
 use crate::output::{Exit, Failure, Output, save_page};
 use crate::table::Table;
-use crate::vehicle;
 use crate::windows::WindowArgs;
 use seatrial_app::documents::Source;
+use seatrial_app::simulated;
 
 /// Columns of a pitch log.
 const COLUMNS: [&str; 5] = [
@@ -210,7 +210,7 @@ pub fn trial(
 ) -> Result<Exit, Failure> {
     let plan = plan.map_or(Ok(PitchPlan::default()), load_plan)?;
     let mut logbook = Logbook::open(kept.logbook)?;
-    let SimulatedVehicle::SixDof(mut vehicle) = vehicle::simulated(name, seed)? else {
+    let SimulatedVehicle::SixDof(mut vehicle) = simulated::vehicle(name, seed)? else {
         return Err(Failure::usage(format!(
             "--axis pitch: {name} has no pitch, it only turns; take sim:starfish-6dof or sim:remus100"
         )));

@@ -10,7 +10,8 @@ use serde::Serialize;
 
 use crate::autopilot::LinkArgs;
 use crate::output::{Exit, Failure, Output, say};
-use crate::vehicle::{self, BUILT_IN};
+use crate::vehicle;
+use seatrial_app::simulated::BUILT_IN;
 
 /// Serve the dashboard: watch, command and look up trials in a browser, or over its programming interface.
 #[derive(clap::Args, Debug)]

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args as ClapArgs, Subcommand};
 use seatrial::Window;
 use seatrial_app::recording;
+use seatrial_app::simulated;
 use seatrial_core::{Event, List, Outcome, Plan, Sample, Stage, Trial, Vehicle};
 use seatrial_logs::Row;
 use seatrial_sim::{ConfigError, SimulatedConfig, SimulatedVehicle, Truth};
@@ -17,7 +18,6 @@ use crate::manoeuvres;
 use crate::output::{Exit, Failure, Output};
 use crate::record::format_of;
 use crate::sim_mavlink;
-use crate::vehicle;
 
 /// A simulated vehicle for others.
 #[derive(ClapArgs, Debug)]
@@ -121,7 +121,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 fn log(args: &SimLogArgs, output: &Output) -> Result<Exit, Failure> {
     let format = format_of(&args.out, "--out")?;
     args.truth.as_deref().map_or(Ok(()), check_truth_name)?;
-    let config = vehicle::config(&args.vehicle)?;
+    let config = simulated::config(&args.vehicle)?;
     let mut vehicle = config
         .vehicle(args.seed)
         .map_err(|error| Failure::input(format!("{}: {error}", args.vehicle)))?;

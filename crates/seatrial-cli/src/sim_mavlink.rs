@@ -1,5 +1,6 @@
 //! `seatrial sim mavlink`: a simulated vehicle that speaks MAVLink.
 
+use seatrial_app::simulated;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream, UdpSocket};
 use std::path::PathBuf;
@@ -12,7 +13,6 @@ use serde::Serialize;
 
 use crate::autopilot::{parse_profile, signing};
 use crate::output::{Exit, Failure, Output, say};
-use crate::vehicle;
 
 /// Play a vehicle that speaks MAVLink as ArduPilot's Rover, ArduSub or PX4 do, which holds its heading until somebody takes it.
 #[derive(clap::Args, Debug)]
@@ -152,10 +152,10 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if args.profile == Profile::Generic {
         return Err(Failure::usage("--profile: expected rover, sub or px4"));
     }
-    let config = vehicle::config(&args.vehicle)?;
+    let config = simulated::config(&args.vehicle)?;
     let helm = config.helm();
     let interval_s = helm.timing.sample_interval_s;
-    let simulated = vehicle::simulated(&args.vehicle, args.seed)?;
+    let simulated = simulated::vehicle(&args.vehicle, args.seed)?;
     let signing = signing(args.signing_key.as_deref(), 1)?;
     let mut speaker = Speaker::new(
         simulated,

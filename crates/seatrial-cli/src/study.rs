@@ -3,25 +3,18 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use indicatif::ProgressBar;
-use seatrial::identify::cramer_rao::Noise;
-use seatrial::study::{
-    Accuracy, Cell, Convergence, Estimator, Experiment, Outcome, QuantityAccuracy, Truth, accuracy,
-    convergence,
-};
-use seatrial_core::{List, Plan};
+use seatrial::study::{Accuracy, Convergence, Estimator, QuantityAccuracy};
+use seatrial_app::simulated;
+use seatrial_app::studies::estimators::{EstimatorAccuracy, EstimatorStudy};
+use seatrial_app::workers::Workers;
 use seatrial_report::render_study;
-use seatrial_sim::SimulatedConfig;
-use seatrial_sim::plant::Disturbance;
-use serde::Serialize;
 
 use crate::commission_study;
 use crate::fault_matrix;
 use crate::lying_logs;
 use crate::output::{Exit, Failure, Output};
-use crate::parallel;
+use crate::progress;
 use crate::table::Table;
-use crate::vehicle;
 
 /// Most runs of a cell.
 const MOST_RUNS: u64 = 1_000_000;
@@ -119,17 +112,6 @@ fn estimator(text: &str) -> Result<Estimator, String> {
         .ok_or_else(|| format!("expected one of {}", names.join(", ")))
 }
 
-/// `study --json`.
-#[derive(Serialize)]
-struct Document {
-    schema: &'static str,
-    vehicle: String,
-    thrust: f64,
-    runs_per_cell: u64,
-    seed: u64,
-    cells: Vec<Cell>,
-}
-
 /// Studies the estimators.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     match &args.what {
@@ -138,46 +120,20 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         Some(What::Commission(args)) => return commission_study::run(args, output),
         None => {}
     }
-    let base = vehicle::config(&args.vehicle)?;
-    let own = base.helm();
-    let noises_deg = if args.noise_deg.is_empty() {
-        vec![own.sensors.compass.noise_rad.to_degrees()]
-    } else {
-        args.noise_deg.clone()
-    };
-    let disturbances = if args.disturbance.is_empty() {
-        let own = own.disturbance;
-        vec![(own.standard_deviation_rad_s2, own.correlation_time_s)]
-    } else {
-        args.disturbance.clone()
-    };
-    let study = Study {
-        plan: plan(args.thrust)?,
-        seed: args.seed,
-        runs: args.runs,
-        threads: parallel::threads(args.threads),
-        estimators: if args.estimator.is_empty() {
-            Estimator::ALL[..3].to_vec()
-        } else {
-            args.estimator.clone()
-        },
-        progress: parallel::progress(args.runs * (noises_deg.len() * disturbances.len()) as u64),
-    };
-    let mut cells = Vec::new();
-    for &noise_deg in &noises_deg {
-        for &disturbance in &disturbances {
-            cells.push(study.cell(&base, args, noise_deg, disturbance)?);
-        }
-    }
-    study.progress.finish_and_clear();
-    let document = Document {
-        schema: "seatrial.study.v1",
+    let study = EstimatorStudy {
         vehicle: args.vehicle.clone(),
+        config: simulated::config(&args.vehicle)?,
         thrust: args.thrust,
-        runs_per_cell: args.runs,
+        runs: args.runs,
         seed: args.seed,
-        cells,
+        noises_deg: args.noise_deg.clone(),
+        disturbances: args.disturbance.clone(),
+        estimators: args.estimator.clone(),
+        width: args.width,
     };
+    let bar = progress::bar(study.runs_of_all());
+    let document = study.run(&Workers::new(args.threads, &|| bar.inc(1)))?;
+    bar.finish_and_clear();
     output.print(&document, || text(&document))?;
     if let Some(path) = &args.report {
         let title = format!("{} at {:.0} % thrust", args.vehicle, 100.0 * args.thrust);
@@ -187,99 +143,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
-fn plan(thrust: f64) -> Result<Plan<f64>, Failure> {
-    let plan = Plan {
-        thrusts: List::from_slice(&[thrust]).unwrap_or_default(),
-        max_repeats: 0,
-        ..Plan::paper()
-    };
-    plan.check().map_err(|_| {
-        Failure::usage(format!(
-            "--thrust {thrust}: expected a fraction of full thrust, above 0 and at most 1"
-        ))
-    })?;
-    Ok(plan)
-}
-
-struct Study {
-    plan: Plan<f64>,
-    seed: u64,
-    runs: u64,
-    threads: usize,
-    estimators: Vec<Estimator>,
-    progress: ProgressBar,
-}
-
-impl Study {
-    fn cell(
-        &self,
-        base: &SimulatedConfig,
-        args: &Args,
-        noise_deg: f64,
-        (strength_rad_s2, time_s): (f64, f64),
-    ) -> Result<Cell, Failure> {
-        let noise = Noise {
-            heading_rad: noise_deg.to_radians(),
-            disturbance_rad_s2: strength_rad_s2,
-            disturbance_time_s: time_s,
-        };
-        let config = base.disturbed(
-            noise.heading_rad,
-            Disturbance {
-                standard_deviation_rad_s2: noise.disturbance_rad_s2,
-                correlation_time_s: noise.disturbance_time_s,
-            },
-        );
-        let failure = |error| Failure::input(format!("{}: {error}", args.vehicle));
-        let true_model = config.truth(args.thrust).map_err(failure)?.ok_or_else(|| {
-            Failure::input(format!(
-                "{}: no yaw model is known at thrust {}",
-                args.vehicle, args.thrust
-            ))
-        })?;
-        // Refuses what a vehicle cannot be made of before the threads start.
-        config.vehicle(self.seed).map_err(failure)?;
-        let truth = Truth {
-            model: true_model.model,
-            noise,
-            rudder_limit_rad: self.plan.rudder_limit_rad,
-        };
-        let has_bound = config.is_first_order() && noise.heading_rad > 0.0;
-        let outcomes = self.outcomes(&config, &truth, has_bound, args.width);
-        Ok(Cell {
-            compass_noise_deg: noise_deg,
-            disturbance_rad_s2: strength_rad_s2,
-            disturbance_time_s: time_s,
-            runs: outcomes.len(),
-            aborted: self.runs - outcomes.len() as u64,
-            estimators: accuracy(&outcomes, &truth, &self.estimators),
-            convergence: args.width.and_then(|width| convergence(&outcomes, width)),
-        })
-    }
-
-    /// The outcomes in the order of their seeds, from all threads.
-    fn outcomes(
-        &self,
-        config: &SimulatedConfig,
-        truth: &Truth,
-        has_bound: bool,
-        width: Option<f64>,
-    ) -> Vec<Outcome> {
-        parallel::each(self.runs, self.threads, &self.progress, |run| {
-            let mut vehicle = config.vehicle(self.seed.wrapping_add(run)).ok()?;
-            let experiment = Experiment::of(&mut vehicle, self.plan)?;
-            Some(Outcome::of(
-                &experiment,
-                truth,
-                &self.estimators,
-                has_bound,
-                width,
-            ))
-        })
-    }
-}
-
-fn text(document: &Document) -> String {
+fn text(document: &EstimatorAccuracy) -> String {
     let mut text = format!(
         "{} at {:.0} % thrust, {} runs a cell, seeds from {}\n",
         document.vehicle,

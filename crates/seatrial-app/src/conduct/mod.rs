@@ -122,6 +122,16 @@ pub fn conduct<V: Vehicle<f64> + ?Sized>(
     }))
 }
 
+/// Ends a trial whose vehicle sends no more samples. Should only the samples be lost, the vehicle still gets its
+/// rudder and heading back.
+fn hand_back<V: Vehicle<f64> + ?Sized>(trial: &mut Trial<f64>, vehicle: &mut V) {
+    trial.abort(vehicle.ended_for().unwrap_or(AbortReason::LinkLost));
+    for _ in 0..HAND_BACK_ACTIONS {
+        let action = trial.step(&Sample::default());
+        let _ = vehicle.act(&action);
+    }
+}
+
 /// The runs of a trial: one is open, some are being judged, the others are in the campaign.
 struct Runs<'a> {
     campaign: Campaign,
@@ -136,7 +146,6 @@ impl Runs<'_> {
         mut trial: Trial<f64>,
         vehicle: &mut V,
     ) -> Conducted<V::Error> {
-        let stop_when = trial.plan().stop_when;
         let mut fault = None;
         loop {
             if self.watch.wants_abort() || vehicle.is_taken_over() {
@@ -171,23 +180,10 @@ impl Runs<'_> {
                 break;
             }
             // After the command has gone out: a look takes longer than a step may.
-            if stop_when.is_some() || self.watch.wants_intervals() {
-                let refined = self.open.as_mut().and_then(|run| run.look(&trial));
-                if let Some(refined) = refined {
-                    self.watch.interval(&refined);
-                    if stop_when.is_some_and(|target| reaches(&refined, target)) {
-                        trial.finish_training();
-                    }
-                }
-            }
+            self.look(&mut trial);
         }
         if trial.outcome().is_none() {
-            trial.abort(vehicle.ended_for().unwrap_or(AbortReason::LinkLost));
-            // Should only the samples be lost, the vehicle still gets its rudder and heading back.
-            for _ in 0..HAND_BACK_ACTIONS {
-                let action = trial.step(&Sample::default());
-                let _ = vehicle.act(&action);
-            }
+            hand_back(&mut trial, vehicle);
         }
         self.await_verdicts();
         if let Some((run, outcome)) = self.open.take().zip(trial.outcome()) {
@@ -198,6 +194,21 @@ impl Runs<'_> {
         Conducted {
             campaign: self.campaign,
             fault,
+        }
+    }
+
+    /// Shows the intervals of the open run, and ends its training where they are narrow enough.
+    fn look(&mut self, trial: &mut Trial<f64>) {
+        let stop_when = trial.plan().stop_when;
+        if stop_when.is_none() && !self.watch.wants_intervals() {
+            return;
+        }
+        let refined = self.open.as_mut().and_then(|run| run.look(trial));
+        if let Some(refined) = refined {
+            self.watch.interval(&refined);
+            if stop_when.is_some_and(|target| reaches(&refined, target)) {
+                trial.finish_training();
+            }
         }
     }
 

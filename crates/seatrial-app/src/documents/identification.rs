@@ -9,9 +9,8 @@ use seatrial_core::Nomoto;
 use seatrial_core::heading_loop::LoopTiming;
 use serde::{Deserialize, Serialize};
 
-use super::Source;
 use crate::identify_log::{IdentifiedLog, SpeedModel};
-use crate::logs::OpenedLog;
+use crate::logs::{OpenedLog, Source};
 
 /// What a log was identified as: a model, or several, or why there is none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -60,6 +59,13 @@ pub struct UsedSource {
     pub samples_rejected: u32,
     /// These by cause.
     pub rejected: RejectedSamples,
+}
+
+impl IdentifiedLog {
+    /// What `seatrial identify --json` prints.
+    pub fn document(&self) -> IdentificationDocument {
+        IdentificationDocument::of(self)
+    }
 }
 
 impl IdentificationDocument {

@@ -144,16 +144,19 @@ impl<'a> Queue<'a> {
 /// The error row of what failed or panicked.
 fn failure<T>(
     source: &Source,
-    result: Result<Result<T, seatrial_logs::ReadError>, String>,
+    result: Result<Result<T, seatrial_logs::ReadError>, Panicked>,
 ) -> Result<T, Box<Row>> {
     match result {
         Ok(Ok(value)) => Ok(value),
         Ok(Err(error)) => Err(Box::new(log::failed(log::blank(source), &error))),
-        Err(message) => Err(Box::new(panicked(source, &message))),
+        Err(panic) => Err(Box::new(panicked(source, &panic))),
     }
 }
 
-fn panicked(source: &Source, message: &str) -> Row {
+/// A panic, by its message.
+struct Panicked(String);
+
+fn panicked(source: &Source, Panicked(message): &Panicked) -> Row {
     let mut row = log::blank(source);
     let path = source.path.display();
     row.failed(
@@ -163,12 +166,12 @@ fn panicked(source: &Source, message: &str) -> Row {
     row
 }
 
-/// What `work` gives, or the message of its panic.
-fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
+/// What `work` gives, or its panic.
+fn caught<T>(work: impl FnOnce() -> T) -> Result<T, Panicked> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|panic: Box<dyn Any + Send>| {
         let text = panic.downcast_ref::<String>().map(String::as_str);
         let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
-        text.unwrap_or("no message").to_owned()
+        Panicked(text.unwrap_or("no message").to_owned())
     })
 }
 
@@ -179,7 +182,7 @@ fn entry(source: &Source, run: u64, work: impl FnOnce() -> Vec<Row>) -> Entry {
         bytes: source.bytes,
         modified_ns: source.modified_ns,
         run,
-        rows: caught(work).unwrap_or_else(|message| vec![panicked(source, &message)]),
+        rows: caught(work).unwrap_or_else(|panic| vec![panicked(source, &panic)]),
     }
 }
 

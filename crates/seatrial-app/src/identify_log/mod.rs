@@ -10,7 +10,6 @@ use seatrial::identification::Verdict;
 use seatrial::identify::{IdentifyError, IdentifySettings, identify};
 
 use crate::Error;
-use crate::documents::IdentificationDocument;
 use crate::logs::{Observer, OpenedLog, ReadSettings, Unobserved};
 
 pub use speeds::{SpeedModel, foremost, identify_speeds};
@@ -104,11 +103,6 @@ impl IdentifiedLog {
             Ok(identification) => &identification.verdict,
             Err(verdict) => verdict,
         }
-    }
-
-    /// What `seatrial identify --json` prints.
-    pub fn document(&self) -> IdentificationDocument {
-        IdentificationDocument::of(self)
     }
 }
 

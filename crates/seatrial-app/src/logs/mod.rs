@@ -2,6 +2,7 @@
 
 mod mapping;
 mod most_excited;
+mod source;
 mod stated_units;
 
 use std::path::{Path, PathBuf};
@@ -13,9 +14,9 @@ use seatrial_core::RudderUnit;
 use seatrial_logs::{ChannelChoice, Counts, LogDescription};
 
 use crate::Error;
-use crate::documents::Source;
 use mapping::Mapping;
 use most_excited::MostExcited;
+pub use source::Source;
 pub(crate) use stated_units::stated_units;
 
 /// So many samples are read between two reports of progress.

@@ -2,6 +2,7 @@
 
 mod claims;
 mod errata;
+pub mod recreated;
 pub mod tables;
 
 use serde::Serialize;

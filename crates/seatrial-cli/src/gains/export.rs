@@ -1,11 +1,10 @@
 //! `gains --export`: gains and limits as files that controllers read.
 
-use seatrial::GainAllowance;
-use seatrial::export::{OperatingPoint, Schedule, ardupilot, px4};
+use seatrial::export::{OperatingPoint, ardupilot, px4};
+use seatrial_app::models::Models;
 
-use super::{Args, asked, beyond, cautious, no_such_place};
+use super::Args;
 use crate::output::{Failure, Output, say};
-use seatrial_app::models::{ModelPoint, Models, Tuned};
 
 /// A form that controllers read.
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -46,10 +45,11 @@ pub fn write(format: Format, args: &Args, source: &Models, output: &Output) -> R
     let text = match format {
         Format::Ardupilot => ardupilot::param_file(&operating_point(args, source)?, vehicle),
         Format::Px4 => px4::params_file(&operating_point(args, source)?, vehicle),
-        Format::Ros2 => schedule(args, source)?.ros2_yaml(),
-        Format::C => schedule(args, source)?.c_header(),
+        Format::Ros2 => args.wanted().schedule(source)?.ros2_yaml(),
+        Format::C => args.wanted().schedule(source)?.c_header(),
         Format::Json => {
-            serde_json::to_string_pretty(&schedule(args, source)?).map_err(Failure::internal)?
+            serde_json::to_string_pretty(&args.wanted().schedule(source)?)
+                .map_err(Failure::internal)?
                 + "\n"
         }
     };
@@ -60,49 +60,17 @@ pub fn write(format: Format, args: &Args, source: &Models, output: &Output) -> R
     }
 }
 
-fn schedule(args: &Args, source: &Models) -> Result<Schedule, Failure> {
-    for point in &source.points {
-        check(args, source, point)?;
+/// One set of parameters, telling whose and what to know about them.
+fn operating_point(args: &Args, models: &Models) -> Result<OperatingPoint, Failure> {
+    let wanted = args.wanted();
+    let point = wanted.operating_point(models)?;
+    if let (None, [_, .., fastest]) = (wanted.at, models.points.as_slice()) {
+        say(format!(
+            "one set of parameters for {} models: those of {} (--at-speed and --at-thrust choose others)",
+            models.points.len(),
+            fastest.name()
+        ));
     }
-    Ok(source.gain_schedule(args.zeta)?)
-}
-
-/// The model at the place asked for, else the fastest.
-fn operating_point(args: &Args, source: &Models) -> Result<OperatingPoint, Failure> {
-    let tuned = match (asked(args), source.points.as_slice()) {
-        (Some((key, value)), _) => {
-            let model = source
-                .schedule(key)?
-                .lookup(value, beyond(args))
-                .map_err(|error| no_such_place(args, key, value, error))?;
-            let (cautious, timing) = cautious(source, key)?;
-            let cautious = cautious
-                .lookup(value, beyond(args))
-                .map_err(|error| no_such_place(args, key, value, error))?;
-            let allowance = GainAllowance {
-                damping_per_s: cautious.value().model.a22_per_s - model.value().model.a22_per_s,
-                timing,
-            };
-            Tuned {
-                at: *model.value(),
-                allowance,
-                covariance: None,
-            }
-        }
-        (None, [.., fastest]) => {
-            check(args, source, fastest)?;
-            if source.points.len() > 1 {
-                say(format!(
-                    "one set of parameters for {} models: those of {} (--at-speed and --at-thrust choose others)",
-                    source.points.len(),
-                    fastest.name()
-                ));
-            }
-            Tuned::from(fastest)
-        }
-        (None, []) => return Err(Failure::input(format!("{}: no model", source.origin))),
-    };
-    let point = source.operating_point(&tuned, args.zeta)?;
     point
         .notes
         .iter()
@@ -110,16 +78,4 @@ fn operating_point(args: &Args, source: &Models) -> Result<OperatingPoint, Failu
         .chain(point.extrapolation())
         .for_each(say);
     Ok(point)
-}
-
-/// Refuses a model without a gain.
-fn check(args: &Args, source: &Models, point: &ModelPoint) -> Result<(), Failure> {
-    match point.allowance.design(&point.point.model, args.zeta) {
-        Ok(_) => Ok(()),
-        Err(reason) => Err(Failure::input(format!(
-            "{}: no gain for {}: {reason}",
-            source.origin,
-            point.name()
-        ))),
-    }
 }

@@ -6,15 +6,14 @@ use seatrial::campaign::{Campaign, Run};
 use seatrial::identify::simplex;
 use seatrial::identify::validation::validate;
 use seatrial::verdict::three_figures;
-use seatrial_app::conduct::{Unwatched, conduct};
-use seatrial_app::paper::tables::{Row, TABLE_II, TABLE_III, TABLE_III_ITERATIONS, TABLE_V};
 use seatrial_core::heading_control::HeadingGain;
 use seatrial_core::{Plan, YawModel};
 use seatrial_sim::plant::SpeedPoint;
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 use serde::Serialize;
 
-use crate::output::Failure;
+use super::tables::{Row, TABLE_II, TABLE_III, TABLE_III_ITERATIONS, TABLE_V};
+use crate::conduct::{Unwatched, conduct};
 
 /// Seeds of the trials: of Tables II and III, of Table V, and of its repeated run.
 const SEEDS: [u64; 3] = [1, 2, 3];
@@ -56,8 +55,19 @@ pub struct RecreatedRow {
     pub proportional_gain: Option<f64>,
 }
 
+/// Tables of the paper that no vehicle or no plan can be made of.
+#[derive(Debug, thiserror::Error)]
+pub enum NotRecreated {
+    /// The vehicle.
+    #[error(transparent)]
+    Vehicle(#[from] seatrial_sim::ConfigError),
+    /// The plan.
+    #[error(transparent)]
+    Plan(#[from] seatrial_core::InvalidSetting),
+}
+
 /// Runs the trials.
-pub fn tables() -> Result<Vec<RecreatedTable>, Failure> {
+pub fn tables() -> Result<Vec<RecreatedTable>, NotRecreated> {
     let first = trial(&TABLE_II, SEEDS[0])?;
     let (repeat, others): (Vec<_>, Vec<_>) = TABLE_V
         .iter()
@@ -88,7 +98,7 @@ pub fn tables() -> Result<Vec<RecreatedTable>, Failure> {
 }
 
 /// A trial of a vehicle with these rows for truth, at their thrusts.
-fn trial(truth: &[Row], seed: u64) -> Result<Campaign, Failure> {
+fn trial(truth: &[Row], seed: u64) -> Result<Campaign, NotRecreated> {
     let speeds = truth
         .iter()
         .map(|row| SpeedPoint {
@@ -101,14 +111,13 @@ fn trial(truth: &[Row], seed: u64) -> Result<Campaign, Failure> {
         .collect::<Vec<_>>();
     let mut plan = Plan::paper();
     let thrusts: Vec<f64> = speeds.iter().map(|speed| speed.thrust).collect();
-    plan.thrusts = seatrial_core::List::from_slice(&thrusts)
-        .ok_or_else(|| Failure::internal("more thrusts than a plan has"))?;
+    plan.thrusts = seatrial_core::List::from_slice(&thrusts).unwrap_or_default();
     let config = VehicleConfig {
         initial_thrust: thrusts[0],
         speeds,
         ..VehicleConfig::starfish()
     };
-    let mut vehicle = FirstOrderVehicle::new(config, seed).map_err(Failure::internal)?;
+    let mut vehicle = FirstOrderVehicle::new(config, seed)?;
     let about = Campaign {
         software_version: env!("CARGO_PKG_VERSION").into(),
         vehicle: "sim".into(),
@@ -120,9 +129,7 @@ fn trial(truth: &[Row], seed: u64) -> Result<Campaign, Failure> {
         runs: Vec::new(),
         outcome: None,
     };
-    conduct(&mut vehicle, plan, about, &mut Unwatched)
-        .map(|conducted| conducted.campaign)
-        .map_err(Failure::internal)
+    Ok(conduct(&mut vehicle, plan, about, &mut Unwatched)?.campaign)
 }
 
 fn refined_rows(campaign: &Campaign, truth: &[Row]) -> Vec<RecreatedRow> {

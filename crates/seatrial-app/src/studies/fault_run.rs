@@ -1,16 +1,18 @@
 //! One trial with a fault, and whether it ended as it must.
 
 use std::collections::HashMap;
+use std::fmt;
 use std::sync::Mutex;
 
 use seatrial::campaign::{Campaign, Run, Stage};
-use seatrial::identification::Identification;
-use seatrial_app::trial_run::rehearse;
+use seatrial::identification::{Identification, ReasonCode};
 use seatrial_core::{AbortReason, Action, Outcome, Plan, Sample, Steering, Vehicle, YawModel};
 use seatrial_sim::faults::{Fault, Kind, LinkLost, Moment, Onset, Upset};
 use seatrial_sim::sensors::Chance;
 use seatrial_sim::{FaultyVehicle, Scenario, SimulatedConfig, SimulatedVehicle};
 use serde::Serialize;
+
+use crate::trial_run::rehearse;
 
 /// Time from the condition of an abort to neutral rudder and heading hold, s.
 const HANDED_BACK_WITHIN_S: f64 = 0.5;
@@ -33,13 +35,32 @@ pub struct Ending {
     /// What became of the trial.
     pub result: Result,
     /// Why it was aborted, or the first reason of the last run that was rejected.
-    pub reason: Option<String>,
+    pub reason: Option<Why>,
     /// The largest distance of an accepted model from the truth, in half widths of its 95 % interval.
     pub farthest: Option<f64>,
     /// From the condition of the abort to neutral rudder and heading hold, s.
     pub handed_back_after_s: Option<f64>,
     /// What is not as it must be.
     pub faults: Vec<String>,
+}
+
+/// Why a trial gave no model: the code of an abort or of a verdict.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(untagged)]
+pub enum Why {
+    /// It was aborted.
+    Aborted(AbortReason),
+    /// A run was rejected.
+    Rejected(ReasonCode),
+}
+
+impl fmt::Display for Why {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Aborted(reason) => reason.serialize(f),
+            Self::Rejected(code) => code.serialize(f),
+        }
+    }
 }
 
 /// What became of a trial.
@@ -91,56 +112,24 @@ impl Rehearsal {
     }
 
     fn judge(&self, fault: Fault, seed: u64, campaign: &Campaign, seen: &Observed) -> Ending {
-        let mut faults = Vec::new();
         let began_s = seen.vehicle.first_fault_s();
         let aborted = match campaign.outcome {
             Some(Outcome::Aborted(reason)) => Some(reason),
             _ => None,
         };
-        let expected = Expected::of(&fault);
-        if let Some(reason) = aborted
-            && !expected.aborts.contains(&reason)
-        {
-            faults.push(format!("aborted because {}", code(reason)));
-        }
-        if expected.must_abort && began_s.is_some() && aborted.is_none() {
-            faults.push("not aborted".into());
-        }
         let rejected: Vec<&Run> = campaign
             .runs
             .iter()
             .filter(|run| !run.verdict.accepted && run.identification.is_some())
             .collect();
-        for run in &rejected {
-            let code = run
-                .verdict
-                .reasons
-                .first()
-                .map_or_else(String::new, |r| r.code.to_string());
-            if began_s.is_some() && !expected.codes.contains(&code.as_str()) {
-                faults.push(format!("run {} rejected because {code}", run.number));
-            }
-        }
         let handed_back_after_s = aborted.and_then(|reason| seen.handed_back_after_s(reason));
+        let mut faults = Expected::of(&fault).faults(aborted, &rejected, began_s.is_some());
         if aborted.is_some()
             && !handed_back_after_s.is_some_and(|after_s| after_s <= HANDED_BACK_WITHIN_S)
         {
             faults.push(format!("handed back after {handed_back_after_s:?} s"));
         }
-        let mut farthest: Option<f64> = None;
-        for run in campaign.runs.iter().filter(|run| run.verdict.accepted) {
-            let Some(identification) = &run.identification else {
-                continue;
-            };
-            let (parameter, distance) = self.distance(run, identification, seen);
-            farthest = Some(farthest.map_or(distance, |other| other.max(distance)));
-            if distance > INTERVALS {
-                faults.push(format!(
-                    "run {} accepted with {parameter} {distance:.1} half widths from the truth",
-                    run.number
-                ));
-            }
-        }
+        let farthest = self.farthest(campaign, seen, &mut faults);
         let result = if aborted.is_some() {
             Result::Aborted
         } else if campaign.accepted_runs().len() == self.plan.thrusts.len() {
@@ -156,12 +145,36 @@ impl Rehearsal {
             began_s,
             result,
             reason: aborted
-                .map(code)
-                .or_else(|| rejection.map(|reason| reason.code.to_string())),
+                .map(Why::Aborted)
+                .or_else(|| rejection.map(|reason| Why::Rejected(reason.code.clone()))),
             farthest,
             handed_back_after_s,
             faults,
         }
+    }
+
+    /// The largest distance of an accepted model from the truth; each that is too far is a fault.
+    fn farthest(
+        &self,
+        campaign: &Campaign,
+        seen: &Observed,
+        faults: &mut Vec<String>,
+    ) -> Option<f64> {
+        let mut farthest: Option<f64> = None;
+        for run in campaign.runs.iter().filter(|run| run.verdict.accepted) {
+            let Some(identification) = &run.identification else {
+                continue;
+            };
+            let (parameter, distance) = self.distance(run, identification, seen);
+            farthest = Some(farthest.map_or(distance, |other| other.max(distance)));
+            if distance > INTERVALS {
+                faults.push(format!(
+                    "run {} accepted with {parameter} {distance:.1} half widths from the truth",
+                    run.number
+                ));
+            }
+        }
+        farthest
     }
 
     /// The parameter that is farthest from what was true during the training, and how far, in half widths of its interval.
@@ -227,13 +240,6 @@ impl Rehearsal {
         self.truths.lock().ok()?.insert(key, model);
         model.map(|body| besides.apparent(body))
     }
-}
-
-/// A reason as logbooks and JSON documents have it.
-fn code(reason: AbortReason) -> String {
-    let code = serde_json::to_value(reason).ok();
-    code.and_then(|code| code.as_str().map(String::from))
-        .unwrap_or_default()
 }
 
 /// The vehicle as an independent observer sees it.
@@ -357,81 +363,102 @@ impl Vehicle<f64> for Observed {
 
 /// How a trial with a fault may end besides with models.
 struct Expected {
+    kind: Kind,
     must_abort: bool,
     aborts: &'static [AbortReason],
-    codes: &'static [&'static str],
 }
 
 impl Expected {
     fn of(fault: &Fault) -> Self {
-        use AbortReason::*;
         let lasts = fault.for_s.is_none();
-        let aborts: &[AbortReason] = match fault.kind {
-            Kind::CompassDropout | Kind::DepthLoss | Kind::ClockJump => &[StaleSamples],
-            Kind::LinkLoss if lasts => &[LinkLost],
-            Kind::LinkLoss => &[StaleSamples],
-            Kind::OperatorTakeover => &[Operator],
-            Kind::DuplicatedSamples | Kind::ReorderedSamples => &[],
-            // A vehicle lighter than water cannot hold its depth without speed.
-            Kind::ThrustLoss => &[SpeedDrift, Depth],
-            Kind::CurrentStep => &[SpeedDrift, HeadingExcursion],
-            Kind::CompassSpike | Kind::CompassStep | Kind::CompassDrift => {
-                &[HeadingExcursion, ReversedRudder, StaleSamples]
-            }
-            Kind::CompassFreeze => &[StaleSamples],
-            Kind::RudderJam | Kind::RudderReversed => {
-                &[HeadingExcursion, ReversedRudder, SpeedDrift, YawRate, Roll]
-            }
-            Kind::RudderOffset | Kind::LostFin | Kind::PayloadChange => {
-                &[HeadingExcursion, SpeedDrift, Roll]
-            }
-        };
         Self {
+            kind: fault.kind,
             must_abort: match fault.kind {
                 Kind::OperatorTakeover => true,
                 Kind::CompassDropout | Kind::DepthLoss | Kind::LinkLoss => lasts,
                 _ => false,
             },
-            aborts,
-            codes: match fault.kind {
-                // Noise alone may make the trial repeat a run, or leave the validation data too uncertain.
-                Kind::OperatorTakeover | Kind::DepthLoss => &["low_r2", "weakly_validated"],
-                Kind::DuplicatedSamples | Kind::ReorderedSamples => {
-                    &["low_r2", "weakly_validated", "rejected_samples"]
-                }
-                Kind::CompassFreeze
-                | Kind::CompassStep
-                | Kind::CompassSpike
-                | Kind::CompassDrift
-                | Kind::ClockJump => &[
-                    "compass_error",
-                    "compass_deviation",
-                    "compass_late",
-                    // A compass that errs in the validation data alone gives another model.
-                    "contradicted",
-                    "rejected_samples",
-                    "low_r2",
-                    "weakly_validated",
-                    "does_not_fit",
-                    "disagreement",
-                    "not_identifiable",
-                    "under_excited",
-                    "heading_constant",
-                ],
-                _ => &[
-                    "rejected_samples",
-                    "low_r2",
-                    "weakly_validated",
-                    "does_not_fit",
-                    "disagreement",
-                    "not_identifiable",
-                    "under_excited",
-                    "unstable",
-                    // What changed between training and validation data gives another model.
-                    "contradicted",
-                    "rudder_saturated",
-                ],
-            },
+            aborts: aborts(fault.kind, lasts),
         }
+    }
+
+    /// Where a trial ended otherwise; a rejection counts once the fault has come about.
+    fn faults(&self, aborted: Option<AbortReason>, rejected: &[&Run], began: bool) -> Vec<String> {
+        let mut faults = Vec::new();
+        if let Some(reason) = aborted.filter(|reason| !self.aborts.contains(reason)) {
+            faults.push(format!("aborted because {}", Why::Aborted(reason)));
+        }
+        if self.must_abort && began && aborted.is_none() {
+            faults.push("not aborted".into());
+        }
+        for run in rejected.iter().filter(|_| began) {
+            let code = run.verdict.reasons.first().map(|reason| &reason.code);
+            if !code.is_some_and(|code| may_reject(self.kind, code)) {
+                let code = code.map_or_else(String::new, ToString::to_string);
+                faults.push(format!("run {} rejected because {code}", run.number));
+            }
+        }
+        faults
+    }
+}
+
+/// Reasons for which a trial with this fault may be aborted.
+fn aborts(kind: Kind, lasts: bool) -> &'static [AbortReason] {
+    use AbortReason::*;
+    match kind {
+        Kind::CompassDropout | Kind::DepthLoss | Kind::ClockJump => &[StaleSamples],
+        Kind::LinkLoss if lasts => &[LinkLost],
+        Kind::LinkLoss => &[StaleSamples],
+        Kind::OperatorTakeover => &[Operator],
+        Kind::DuplicatedSamples | Kind::ReorderedSamples => &[],
+        // A vehicle lighter than water cannot hold its depth without speed.
+        Kind::ThrustLoss => &[SpeedDrift, Depth],
+        Kind::CurrentStep => &[SpeedDrift, HeadingExcursion],
+        Kind::CompassSpike | Kind::CompassStep | Kind::CompassDrift => {
+            &[HeadingExcursion, ReversedRudder, StaleSamples]
+        }
+        Kind::CompassFreeze => &[StaleSamples],
+        Kind::RudderJam | Kind::RudderReversed => {
+            &[HeadingExcursion, ReversedRudder, SpeedDrift, YawRate, Roll]
+        }
+        Kind::RudderOffset | Kind::LostFin | Kind::PayloadChange => {
+            &[HeadingExcursion, SpeedDrift, Roll]
+        }
+    }
+}
+
+/// May a run with this fault be rejected for this reason?
+fn may_reject(kind: Kind, code: &ReasonCode) -> bool {
+    use ReasonCode::*;
+    let does_not_tell = matches!(
+        code,
+        RejectedSamples
+            | LowR2
+            | WeaklyValidated
+            | DoesNotFit
+            | Disagreement
+            | NotIdentifiable
+            | UnderExcited
+            // What changed between training and validation data gives another model.
+            | Contradicted
+    );
+    match kind {
+        // Noise alone may make the trial repeat a run, or leave the validation data too uncertain.
+        Kind::OperatorTakeover | Kind::DepthLoss => matches!(code, LowR2 | WeaklyValidated),
+        Kind::DuplicatedSamples | Kind::ReorderedSamples => {
+            matches!(code, LowR2 | WeaklyValidated | RejectedSamples)
+        }
+        Kind::CompassFreeze
+        | Kind::CompassStep
+        | Kind::CompassSpike
+        | Kind::CompassDrift
+        | Kind::ClockJump => {
+            let is_of_compass = matches!(
+                code,
+                CompassError | CompassDeviation | CompassLate | HeadingConstant
+            );
+            is_of_compass || does_not_tell
+        }
+        _ => does_not_tell || matches!(code, Unstable | RudderSaturated),
     }
 }

@@ -36,7 +36,7 @@ pub struct Ending {
     /// Why it was refused; `unreadable` where the reader did.
     pub refused: Option<String>,
     /// What was noted of an accepted model.
-    pub notes: Vec<String>,
+    pub notes: Vec<ReasonCode>,
 }
 
 impl Ending {
@@ -78,11 +78,11 @@ impl Ending {
             .filter_map(|(_, identification)| distance((*identification)?, truth, unit))
             .max_by(|a, b| a.0.total_cmp(&b.0));
         let verdict = accepted.first().copied().or(found.first()).map(|(v, _)| *v);
-        let codes = |verdict: &Verdict| -> Vec<String> {
+        let codes = |verdict: &Verdict| -> Vec<ReasonCode> {
             let codes = verdict.reasons.iter().map(|reason| &reason.code);
             codes
                 .filter(|code| **code != ReasonCode::Ok)
-                .map(ToString::to_string)
+                .cloned()
                 .collect()
         };
         let codes = verdict.map(codes).unwrap_or_default();
@@ -91,7 +91,10 @@ impl Ending {
             accepted: is_accepted,
             farthest: worst.map(|(farthest, _)| farthest),
             errors: worst.map(|(_, errors)| errors),
-            refused: codes.first().filter(|_| !is_accepted).cloned(),
+            refused: codes
+                .first()
+                .filter(|_| !is_accepted)
+                .map(ToString::to_string),
             notes: if is_accepted { codes } else { Vec::new() },
         }
     }

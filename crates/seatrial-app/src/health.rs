@@ -1,0 +1,203 @@
+//! Has the vehicle changed? Two sets of models compared, or mission logs watched.
+
+use seatrial::health::{
+    Change, HealthError, HealthSettings, Reference, SpeedModel, Watch, WatchReport, compare,
+};
+use seatrial::{Record, Window};
+use seatrial_core::YawModel;
+use serde::Serialize;
+
+use crate::Error;
+use crate::logs::{OpenedLog, Source};
+use crate::models::ComparedModels;
+
+/// Changes of a22 and b2 up to this share are none, unless asked for, where two trials are compared.
+const TOLERATED_BETWEEN_TRIALS: f64 = 0.0;
+/// Changes of a22 and b2 up to this share are none, unless asked for, over ordinary missions.
+const TOLERATED_IN_MISSIONS: f64 = 0.05;
+
+/// How a change is told from none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Criteria {
+    /// How often an unchanged vehicle may be called changed, as a share of all answers.
+    pub false_alarms: f64,
+    /// Changes of damping and rudder up to this share are none; without, 0, and 0.05 over missions.
+    pub tolerated: Option<f64>,
+    /// Is an offset that moved a change? Without: between trials yes, over missions no, where wind, current and trim move it.
+    pub offset_counts: Option<bool>,
+}
+
+impl Criteria {
+    /// The settings for two sets of models.
+    pub fn between_trials(&self) -> Result<HealthSettings, HealthError> {
+        self.settings(TOLERATED_BETWEEN_TRIALS, true)
+    }
+
+    /// The settings for mission logs.
+    pub fn in_missions(&self) -> Result<HealthSettings, HealthError> {
+        self.settings(TOLERATED_IN_MISSIONS, false)
+    }
+
+    fn settings(&self, tolerated: f64, offset_counts: bool) -> Result<HealthSettings, HealthError> {
+        HealthSettings::new(
+            self.false_alarms,
+            self.tolerated.unwrap_or(tolerated),
+            self.offset_counts.unwrap_or(offset_counts),
+        )
+    }
+}
+
+/// The models that others are compared with.
+pub fn reference(models: &ComparedModels) -> Result<Reference, Error> {
+    if let Some(why) = &models.without_model {
+        return Err(Error::Rejected(format!(
+            "{}: no model to compare with: {why}",
+            models.origin
+        )));
+    }
+    Reference::new(models.models.clone())
+        .map_err(|error| Error::Input(format!("{}: {error}", models.origin)))
+}
+
+/// The change from the reference to what is now.
+pub fn change(reference: &Reference, now: &ComparedModels, settings: &HealthSettings) -> Change {
+    match &now.without_model {
+        Some(why) => Change::cannot_tell(settings, format!("{}: {why}", now.origin)),
+        None => compare(reference, &now.models, settings),
+    }
+}
+
+/// Mission logs that are watched, in order of time.
+pub struct Missions {
+    watch: Watch,
+    started: Option<(String, String)>,
+    logs: Vec<Source>,
+}
+
+impl Missions {
+    /// Watches for a change from the models of a reference.
+    pub fn new(models: &ComparedModels, settings: HealthSettings) -> Result<Self, Error> {
+        let watch = Watch::new(reference(models)?, settings)
+            .map_err(|error| Error::Input(format!("{}: {error}", models.origin)))?;
+        Ok(Self {
+            watch,
+            started: None,
+            logs: Vec::new(),
+        })
+    }
+
+    /// Takes the next log, or a window of it. One that began before the last is refused.
+    pub fn read(&mut self, name: &str, log: &OpenedLog, window: Window) -> Result<(), Error> {
+        if let Some(start) = &log.description.start_utc {
+            if let Some((earlier, earlier_start)) = &self.started
+                && start < earlier_start
+            {
+                return Err(Error::Setting(format!(
+                    "{name} begins at {start}, before {earlier}, which begins at {earlier_start}: give the logs in order of time"
+                )));
+            }
+            self.started = Some((name.to_owned(), start.clone()));
+        }
+        let record = Record {
+            samples: log.record.window(window).to_vec(),
+            rudder_unit: log.rudder_unit(),
+            units: log.record.units,
+        };
+        self.watch.read(name, &record);
+        self.logs.push(log.source());
+        Ok(())
+    }
+
+    /// What was found in them.
+    pub fn report(&self) -> WatchReport {
+        self.watch.report()
+    }
+
+    /// The logs.
+    pub fn logs(&self) -> &[Source] {
+        &self.logs
+    }
+}
+
+/// Where models came from.
+#[derive(Debug, Serialize)]
+pub struct Origin<'a> {
+    origin: &'a str,
+    log: Option<&'a Source>,
+    models: Vec<OriginModel>,
+    notes: &'a [String],
+}
+
+#[derive(Debug, Serialize)]
+struct OriginModel {
+    thrust: Option<f64>,
+    surge_speed_m_s: Option<f64>,
+    #[serde(flatten)]
+    model: YawModel<f64>,
+    covariance: [[f64; 3]; 3],
+}
+
+impl<'a> Origin<'a> {
+    fn of(source: &'a ComparedModels) -> Self {
+        let model = |point: &SpeedModel| OriginModel {
+            thrust: point.thrust,
+            surge_speed_m_s: point.surge_speed_m_s,
+            model: point.model,
+            covariance: point.covariance,
+        };
+        Self {
+            origin: &source.origin,
+            log: source.log.as_ref(),
+            models: source.models.iter().map(model).collect(),
+            notes: &source.notes,
+        }
+    }
+}
+
+/// `health --json` of two sets of models.
+#[derive(Debug, Serialize)]
+pub struct Comparison<'a> {
+    schema: &'static str,
+    kind: &'static str,
+    reference: Origin<'a>,
+    now: Origin<'a>,
+    #[serde(flatten)]
+    change: &'a Change,
+}
+
+impl<'a> Comparison<'a> {
+    /// The document of a change.
+    pub fn of(reference: &'a ComparedModels, now: &'a ComparedModels, change: &'a Change) -> Self {
+        Self {
+            schema: "seatrial.health.v1",
+            kind: "comparison",
+            reference: Origin::of(reference),
+            now: Origin::of(now),
+            change,
+        }
+    }
+}
+
+/// `health --watch --json`.
+#[derive(Debug, Serialize)]
+pub struct Watched<'a> {
+    schema: &'static str,
+    kind: &'static str,
+    reference: Origin<'a>,
+    logs: &'a [Source],
+    #[serde(flatten)]
+    report: &'a WatchReport,
+}
+
+impl<'a> Watched<'a> {
+    /// The document of what was found in missions.
+    pub fn of(reference: &'a ComparedModels, logs: &'a [Source], report: &'a WatchReport) -> Self {
+        Self {
+            schema: "seatrial.health.v1",
+            kind: "watch",
+            reference: Origin::of(reference),
+            logs,
+            report,
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! Simulated vehicles by their names, as every verb and function takes them.
+
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+
+use seatrial::FullRudder;
+use seatrial::identify::cramer_rao::Noise;
+use seatrial::preview::{Prior, PriorSpeed};
+use seatrial_core::Plan;
+use seatrial_sim::config::HelmConfig;
+use seatrial_sim::{FaultyVehicle, Scenario, SimulatedConfig, SimulatedVehicle, VehicleFile};
+
+use crate::trial_run::{Check, Preflight, TakenVehicle, Terms, TrialVehicle, VehicleError, taken};
+
+/// The simulators that need no file.
+pub const BUILT_IN: [(&str, &str); 3] = [
+    ("sim:starfish", "the paper's vehicle, first order in yaw"),
+    (
+        "sim:starfish-6dof",
+        "the paper's vehicle in six degrees of freedom",
+    ),
+    ("sim:remus100", "REMUS 100 in six degrees of freedom"),
+];
+
+/// A simulated vehicle for trials, and the file of the faults that it meets.
+pub struct Simulator {
+    name: String,
+    scenario: Option<PathBuf>,
+}
+
+impl Simulator {
+    /// Refuses a vehicle that cannot be made or cannot play the faults.
+    pub fn new(name: &str, scenario: Option<&Path>) -> Result<Self, VehicleError> {
+        rehearsed(name, scenario, 1)?;
+        Ok(Self {
+            name: name.into(),
+            scenario: scenario.map(PathBuf::from),
+        })
+    }
+}
+
+impl TrialVehicle for Simulator {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn description(&self) -> &str {
+        let known = BUILT_IN.iter().find(|(name, _)| *name == self.name);
+        known.map_or("a vehicle file", |(_, description)| description)
+    }
+
+    fn is_simulated(&self) -> bool {
+        true
+    }
+
+    fn full_rudder(&self) -> Option<FullRudder> {
+        let helm = config(&self.name).ok()?.helm();
+        Some(FullRudder {
+            angle_rad: helm.rudder_limit_rad,
+            is_assumed: false,
+        })
+    }
+
+    fn scenario(&self) -> Option<String> {
+        let scenario = self.scenario.as_ref()?;
+        Some(scenario.display().to_string())
+    }
+
+    fn prior(&self, plan: &Plan<f64>) -> Result<Prior, VehicleError> {
+        prior(&self.name, plan)
+    }
+
+    fn inspect(&self, _: &Plan<f64>) -> Result<Preflight, VehicleError> {
+        let found = match vehicle(&self.name, 1) {
+            Ok(_) => (true, "simulated".into()),
+            Err(error) => (false, error.to_string()),
+        };
+        Ok(Preflight {
+            checks: vec![Check::new("vehicle", found.0, found.1)],
+            changes: Vec::new(),
+        })
+    }
+
+    fn take(&self, terms: &Terms) -> Result<Box<dyn TakenVehicle>, VehicleError> {
+        let vehicle = rehearsed(&self.name, self.scenario.as_deref(), terms.seed)?;
+        Ok(taken(vehicle, |_| None, None))
+    }
+}
+
+/// What a simulated vehicle of this name is made from.
+pub fn config(name: &str) -> Result<SimulatedConfig, VehicleError> {
+    let name_of_it = name.strip_prefix("sim:").unwrap_or_default();
+    if name_of_it.ends_with(".toml") {
+        let file = VehicleFile::load(Path::new(name_of_it));
+        return Ok(file.map_err(VehicleError::unreachable)?.into());
+    }
+    SimulatedConfig::built_in(name_of_it).ok_or_else(|| {
+        VehicleError::setting(format!(
+            "vehicle {name}: expected sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml"
+        ))
+    })
+}
+
+/// The simulated vehicle of this name.
+pub fn vehicle(name: &str, seed: u64) -> Result<SimulatedVehicle, VehicleError> {
+    config(name)?
+        .vehicle(seed)
+        .map_err(|error| VehicleError::unreachable(format!("{name}: {error}")))
+}
+
+/// The simulated vehicle of this name with the faults of a scenario file.
+fn rehearsed(
+    name: &str,
+    scenario: Option<&Path>,
+    seed: u64,
+) -> Result<FaultyVehicle<SimulatedVehicle>, VehicleError> {
+    let Some(path) = scenario else {
+        let vehicle = vehicle(name, seed)?;
+        let faulty = FaultyVehicle::new(vehicle, &Scenario::default(), seed);
+        return faulty.map_err(VehicleError::internal);
+    };
+    let scenario = Scenario::load(path).map_err(VehicleError::unreachable)?;
+    let refused =
+        |error: &dyn Display| VehicleError::unreachable(format!("{}: {error}", path.display()));
+    let vehicle = config(name)?
+        .with(scenario.conditions.clone())
+        .and_then(|config| config.vehicle(seed))
+        .map_err(|error| refused(&error))?;
+    FaultyVehicle::new(vehicle, &scenario, seed).map_err(|error| refused(&error))
+}
+
+/// The prior of a simulated vehicle: what it is made from.
+pub fn prior(name: &str, plan: &Plan<f64>) -> Result<Prior, VehicleError> {
+    let config = config(name)?;
+    let helm = config.helm();
+    let truth = |thrust: f64| {
+        let truth = config.truth(thrust).map_err(VehicleError::unreachable)?;
+        truth.ok_or_else(|| {
+            VehicleError::unreachable(format!(
+                "{name}: has no yaw model at {:.0} % thrust",
+                100.0 * thrust
+            ))
+        })
+    };
+    let noise = noise_of(&helm);
+    let speeds = plan.thrusts.iter().map(|thrust| {
+        let truth = truth(*thrust)?;
+        Ok(PriorSpeed {
+            thrust: *thrust,
+            surge_speed_m_s: Some(truth.surge_speed_m_s),
+            model: truth.model,
+            hold_gain: helm.heading_hold.gain,
+            noise,
+        })
+    });
+    Ok(Prior {
+        speeds: speeds.collect::<Result<_, VehicleError>>()?,
+        speed_before_m_s: Some(truth(helm.initial_thrust)?.surge_speed_m_s),
+        surge_time_constant_s: config
+            .surge_time_constant_s()
+            .map_err(VehicleError::unreachable)?,
+        heading_rad: helm.initial_heading_rad,
+        depth_m: Some(config.depth_m()),
+        rudder_limit_rad: helm.rudder_limit_rad,
+        hold_limit_rad: helm.heading_hold.rudder_limit_rad,
+        sample_interval_s: helm.timing.sample_interval_s,
+    })
+}
+
+/// Steps of a compass count as noise spread evenly over one step. Fewer samples count as more noise on all of them.
+fn noise_of(helm: &HelmConfig) -> Noise {
+    let sensors = helm.sensors;
+    let step_rad2 = sensors.compass.resolution_rad.powi(2) / 12.0;
+    let variance_rad2 = sensors.compass.noise_rad.powi(2) + step_rad2;
+    Noise {
+        heading_rad: (variance_rad2 / (1.0 - helm.timing.missing_fraction)).sqrt(),
+        disturbance_rad_s2: helm.disturbance.standard_deviation_rad_s2,
+        disturbance_time_s: helm.disturbance.correlation_time_s,
+    }
+}

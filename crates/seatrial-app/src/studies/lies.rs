@@ -1,0 +1,246 @@
+//! Logs that lie or fall short, each kind many times: is a wrong model accepted?
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use seatrial::identification::ReasonCode;
+use seatrial_sim::lies::{Decidability, KINDS, Kind, kind_of_name};
+use serde::Serialize;
+
+use super::lying_log::{Ending, Truth};
+use crate::Error;
+use crate::identify_log::{Options, Windows};
+use crate::workers::Workers;
+
+/// Which kinds of logs are identified, how many of each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LyingLogStudy {
+    /// The first seed.
+    pub seed: u64,
+    /// Logs of each kind.
+    pub seeds: u64,
+    /// Kinds, or the first letters of several; empty: all.
+    pub kinds: Vec<String>,
+}
+
+/// `study lies --json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct LyingLogs {
+    /// `seatrial.lying_logs.v1`
+    pub schema: &'static str,
+    /// The first seed.
+    pub seed: u64,
+    /// Logs of each kind.
+    pub seeds: u64,
+    /// All kinds that are as decidable.
+    pub totals: Vec<Total>,
+    /// Each kind.
+    pub kinds: Vec<Row>,
+}
+
+/// All kinds that are as decidable.
+#[derive(Clone, Debug, Serialize)]
+pub struct Total {
+    /// Can the log itself show what is wrong with it?
+    pub decidability: Decidability,
+    /// Logs.
+    pub logs: usize,
+    /// Logs with an accepted model.
+    pub accepted: usize,
+    /// Accepted and beyond two half widths of the truth.
+    pub wrong: usize,
+    /// Wrong without a note on what the log cannot show.
+    pub wrong_without_note: usize,
+}
+
+/// One kind.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// Its name.
+    pub kind: &'static str,
+    /// What is wrong with its logs.
+    pub sentence: &'static str,
+    /// Can the log itself show it?
+    pub decidability: Decidability,
+    /// Logs.
+    pub logs: usize,
+    /// Logs with an accepted model.
+    pub accepted: usize,
+    /// Accepted and beyond two half widths of the truth.
+    pub wrong: usize,
+    /// Wrong without a note on what the log cannot show.
+    pub wrong_without_note: usize,
+    /// Accepted models outside their 95 % intervals.
+    pub outside: usize,
+    /// Reasons of refusals, each with how often.
+    pub refused: BTreeMap<String, usize>,
+    /// Notes on accepted models, each with how often.
+    pub noted: BTreeMap<String, usize>,
+}
+
+/// From logs without a fault to those whose fault no log can show.
+const DECIDABILITIES: [Decidability; 3] = [
+    Decidability::Sound,
+    Decidability::Decidable,
+    Decidability::Undecidable,
+];
+
+impl LyingLogStudy {
+    /// The kinds that are asked for.
+    pub fn chosen(&self) -> Result<Vec<&'static Kind>, Error> {
+        let is_known = |name: &str| KINDS.iter().any(|kind| kind.name.starts_with(name));
+        if let Some(unknown) = self.kinds.iter().find(|name| !is_known(name)) {
+            let known: Vec<&str> = KINDS.iter().map(|kind| kind.name).collect();
+            return Err(Error::Setting(format!(
+                "--kinds {unknown}: expected one of {}",
+                known.join(", ")
+            )));
+        }
+        let is_chosen = |kind: &&Kind| {
+            self.kinds.is_empty()
+                || self.kinds.iter().any(|name| match kind_of_name(name) {
+                    Some(named) => named.name == kind.name,
+                    None => kind.name.starts_with(name.as_str()),
+                })
+        };
+        Ok(KINDS.iter().filter(is_chosen).collect())
+    }
+
+    /// Writes the logs to a folder, one after the other, and identifies them.
+    pub fn run(&self, folder: &Path, workers: &Workers) -> Result<LyingLogs, Error> {
+        let kinds = self.chosen()?;
+        let endings = workers.each(self.seeds * kinds.len() as u64, |run| {
+            let kind = kinds[(run / self.seeds) as usize];
+            let seed = self.seed.wrapping_add(run % self.seeds);
+            Some(ending(kind, seed, folder))
+        });
+        let endings = endings
+            .into_iter()
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(|error| Error::Input(format!("{}: {error}", folder.display())))?;
+        let rows: Vec<Row> = kinds
+            .iter()
+            .zip(endings.chunks(self.seeds as usize))
+            .map(|(kind, endings)| Row::of(kind, endings))
+            .collect();
+        Ok(LyingLogs {
+            schema: "seatrial.lying_logs.v1",
+            seed: self.seed,
+            seeds: self.seeds,
+            totals: totals(&rows),
+            kinds: rows,
+        })
+    }
+}
+
+impl LyingLogs {
+    /// Logs that did not end as they must.
+    pub fn failed(&self) -> usize {
+        self.totals.iter().map(Total::failed).sum()
+    }
+}
+
+/// Writes and identifies one log.
+fn ending(kind: &Kind, seed: u64, folder: &Path) -> std::io::Result<Ending> {
+    let log = kind.log(seed);
+    let path = folder.join(format!("{}_{seed}.csv", kind.name));
+    std::fs::write(&path, &log.csv)?;
+    let windows = if seed.is_multiple_of(2) {
+        Windows {
+            from_s: Some(log.training_s[0]),
+            to_s: Some(log.training_s[1]),
+            validate_from_s: Some(log.validation_s[0]),
+            validate_to_s: Some(log.validation_s[1]),
+            validate_on: None,
+        }
+    } else {
+        Windows::default()
+    };
+    let options = Options {
+        windows,
+        ..Options::default()
+    };
+    let truth = Truth {
+        a22_per_s: log.truth.a22_per_s,
+        b2_per_s2: log.truth.b2_per_s2,
+        full_rudder_rad: log.truth.full_rudder_rad,
+    };
+    let ending = Ending::of(&path, &options, &truth);
+    std::fs::remove_file(&path)?;
+    Ok(ending)
+}
+
+impl Row {
+    fn of(kind: &'static Kind, endings: &[Ending]) -> Self {
+        let count = |is: &dyn Fn(&Ending) -> bool| endings.iter().filter(|e| is(e)).count();
+        // What a log cannot show.
+        let is_note = |code: &ReasonCode| {
+            matches!(
+                code,
+                ReasonCode::HeadingUnchecked | ReasonCode::RudderUnchecked
+            )
+        };
+        let is_noted = |e: &Ending| e.notes.iter().any(is_note);
+        let mut refused = BTreeMap::new();
+        let mut noted = BTreeMap::new();
+        for ending in endings {
+            if let Some(code) = &ending.refused {
+                *refused.entry(code.clone()).or_insert(0) += 1;
+            }
+            for code in &ending.notes {
+                *noted.entry(code.to_string()).or_insert(0) += 1;
+            }
+        }
+        Self {
+            kind: kind.name,
+            sentence: kind.sentence,
+            decidability: kind.decidability,
+            logs: endings.len(),
+            accepted: count(&|e| e.accepted),
+            wrong: count(&Ending::is_wrong),
+            wrong_without_note: count(&|e| e.is_wrong() && !is_noted(e)),
+            outside: count(&|e| e.farthest.is_some_and(|farthest| farthest > 1.0)),
+            refused,
+            noted,
+        }
+    }
+}
+
+impl Total {
+    /// Logs that did not end as they must.
+    fn failed(&self) -> usize {
+        match self.decidability {
+            Decidability::Undecidable => self.wrong_without_note,
+            Decidability::Sound | Decidability::Decidable => self.wrong,
+        }
+    }
+}
+
+/// The word for it.
+pub fn name(decidability: Decidability) -> &'static str {
+    match decidability {
+        Decidability::Sound => "sound",
+        Decidability::Decidable => "decidable",
+        Decidability::Undecidable => "undecidable",
+    }
+}
+
+fn totals(rows: &[Row]) -> Vec<Total> {
+    DECIDABILITIES
+        .into_iter()
+        .map(|decidability| {
+            let sum = |of: fn(&Row) -> usize| {
+                let rows = rows.iter().filter(|row| row.decidability == decidability);
+                rows.map(of).sum()
+            };
+            Total {
+                decidability,
+                logs: sum(|row| row.logs),
+                accepted: sum(|row| row.accepted),
+                wrong: sum(|row| row.wrong),
+                wrong_without_note: sum(|row| row.wrong_without_note),
+            }
+        })
+        .filter(|total| total.logs > 0)
+        .collect()
+}
