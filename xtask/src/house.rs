@@ -153,6 +153,12 @@ impl Survey {
                     .push(format!("{} at {place}", function.name));
             }
         }
+        for (number, line) in source.text.lines().enumerate() {
+            if leans_on_another(line) {
+                let detail = format!("{path}:{}", number + 1);
+                self.add("comment", "that does not stand alone", detail);
+            }
+        }
         if !floors::is_edge(package) {
             for line in source.string_errors() {
                 let detail = format!("{path}:{line}");
@@ -194,6 +200,18 @@ impl Survey {
         }
         faults
     }
+}
+
+/// Does a documentation comment begin so that it is understood beside another one only?
+fn leans_on_another(line: &str) -> bool {
+    let line = line.trim_start();
+    let text = line
+        .strip_prefix("///")
+        .or_else(|| line.strip_prefix("//!"));
+    let text = text.unwrap_or_default().trim_start();
+    ["The same ", "Likewise", "Of it"]
+        .iter()
+        .any(|opening| text.starts_with(opening))
 }
 
 /// The words of a crate in the list of rooms; `None` where it is not in the list.

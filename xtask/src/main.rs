@@ -21,12 +21,16 @@ use std::time::Instant;
 const NEXTEST_VERSION: &str = "0.9.143";
 
 /// Names, and the cargo commands that run in the order in which they fail fastest.
-const CHECKS: [(&str, &str); 7] = [
+const CHECKS: [(&str, &str); 8] = [
     ("format", "fmt --all --check"),
     ("lints", "clippy --workspace --all-targets -- -D warnings"),
     (
         "core on Cortex-M",
         "build -p seatrial-core --target thumbv7em-none-eabihf",
+    ),
+    (
+        "estimation for a browser",
+        "check -p seatrial -p seatrial-report -p seatrial-sim --target wasm32-unknown-unknown",
     ),
     ("the release binary", "build --release -p seatrial-cli"),
     ("tests", "nextest run --workspace --no-fail-fast"),

@@ -26,7 +26,7 @@ fn main() {
         .map_or(100, |text| text.parse().expect("a number of cases"));
     let named: Vec<String> = std::env::args().skip(2).collect();
     println!(
-        "accepted of {cases} cases each, and without the note that the fresh data could not tell; compass noise, deg: {NOISES_DEG:?}\n"
+        "accepted of {cases} cases each, and without the note that the validation data could not tell; compass noise, deg: {NOISES_DEG:?}\n"
     );
     println!("| case | disturbance, rad/s^2, s | 0.2 | 0.5 | 1 | 2 |\n|---|---|---|---|---|---|");
     let is_wanted = |kind: &Kind| named.is_empty() || named.contains(&format!("{kind:?}"));

@@ -60,14 +60,16 @@ pub struct PointLimits {
     /// Nomoto's gain, 1/s.
     pub nomoto_k_per_s: Option<Estimate>,
     /// To starboard and to port.
-    pub hands: [SideLimits; 2],
+    #[serde(rename = "hands")]
+    pub sides: [SideLimits; 2],
 }
 
 /// Limits to one side.
 #[derive(Clone, Debug, Serialize)]
 pub struct SideLimits {
     /// The side.
-    pub hand: Side,
+    #[serde(rename = "hand")]
+    pub side: Side,
     /// Why there is no turn to this side.
     pub refused: Option<String>,
     /// Full rudder with its sign, rad.
@@ -139,7 +141,7 @@ impl TurningLimits {
 
     /// Is there a side to which a model does not turn?
     pub fn is_refused(&self) -> bool {
-        let mut sides = self.points.iter().flat_map(|point| &point.hands);
+        let mut sides = self.points.iter().flat_map(|point| &point.sides);
         sides.any(|side| side.refused.is_some())
     }
 }
@@ -147,7 +149,7 @@ impl TurningLimits {
 /// Speeds outside the identified ones by this factor are too far for a ratio.
 const FAR: f64 = 1.1;
 
-/// The measured radius over the model's, mean of both hands and linear in speed between the points.
+/// The measured radius over the model's, mean of both sides and linear in speed between the points.
 fn ratio(u_turn: MeasuredUTurn, source: &Models) -> Result<f64, Error> {
     let refused = |reason: &str| Error::Setting(format!("--measured-u-turn: {reason}"));
     let mut radii: Vec<[f64; 2]> = source
@@ -155,8 +157,8 @@ fn ratio(u_turn: MeasuredUTurn, source: &Models) -> Result<f64, Error> {
         .iter()
         .filter_map(|point| {
             let speed_m_s = point.point.surge_speed_m_s?;
-            let radius = |hand| {
-                let turn = Turn::new(&point.point.model, source.rudder_limit_rad, hand).ok()?;
+            let radius = |side| {
+                let turn = Turn::new(&point.point.model, source.rudder_limit_rad, side).ok()?;
                 Some(turn.steady_turning_radius_m(speed_m_s))
             };
             Some([
@@ -168,7 +170,7 @@ fn ratio(u_turn: MeasuredUTurn, source: &Models) -> Result<f64, Error> {
     radii.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let speed_m_s = u_turn.surge_speed_m_s;
     let (Some([slowest, _]), Some([fastest, _])) = (radii.first(), radii.last()) else {
-        return Err(refused("no model here has a speed and turns to both hands"));
+        return Err(refused("no model here has a speed and turns to both sides"));
     };
     if speed_m_s < slowest / FAR || speed_m_s > fastest * FAR {
         return Err(refused(&format!(
@@ -198,14 +200,14 @@ fn point_limits(
         surge_speed_m_s,
         model,
     } = point.point;
-    let limits = |hand: Side| {
-        let turn = |model: &YawModel<f64>| Turn::new(model, source.rudder_limit_rad, hand);
+    let limits = |side: Side| {
+        let turn = |model: &YawModel<f64>| Turn::new(model, source.rudder_limit_rad, side);
         let of = |quantity: &dyn Fn(Turn<f64>) -> Option<f64>| {
             point.estimate(|model| quantity(turn(model).ok()?))
         };
         let found = turn(&model);
         SideLimits {
-            hand,
+            side,
             refused: found.err().map(|reason| reason.to_string()),
             rudder_rad: found.ok().map(|turn| turn.rudder_rad),
             yaw_rate_rad_s: of(&|turn| Some(turn.yaw_rate_rad_s)),
@@ -229,7 +231,7 @@ fn point_limits(
         delta0_rad: model.delta0_rad(),
         nomoto_t_s: point.estimate(|model| Some(model.nomoto()?.t_s)),
         nomoto_k_per_s: point.estimate(|model| Some(model.nomoto()?.k_per_s)),
-        hands: [Side::Starboard, Side::Port].map(limits),
+        sides: [Side::Starboard, Side::Port].map(limits),
     }
 }
 

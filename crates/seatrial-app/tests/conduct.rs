@@ -129,7 +129,7 @@ fn exact_noise_free_trial_recovers_every_speed() {
     }
 }
 
-/// The live estimate of every run is what a fresh trial makes of the same samples.
+/// The live estimate of every run is what a new trial makes of the same samples.
 #[test]
 fn parity_live_estimates_are_those_of_a_second_trial() {
     struct Steps(Vec<Step>);
@@ -178,7 +178,7 @@ enum Fault {
     Bursts,
     /// Something turns the vehicle for as long as a validation stage lasts; its gyro shows the manoeuvre all the same.
     Drift,
-    /// The same of a vehicle without a gyro.
+    /// Something turns a vehicle without a gyro for as long as a validation stage lasts.
     DriftWithoutGyro,
     None,
 }

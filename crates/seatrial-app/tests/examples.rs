@@ -8,6 +8,9 @@ mod gains_to_autopilot;
 #[path = "../examples/identify_log.rs"]
 #[allow(dead_code, reason = "main is not called here")]
 mod identify_log;
+#[path = "../examples/trial_on_simulator.rs"]
+#[allow(dead_code, reason = "main is not called here")]
+mod trial_on_simulator;
 
 #[test]
 fn recover_a_log_is_identified_at_each_of_its_speeds() {
@@ -21,4 +24,10 @@ fn recover_a_log_is_identified_at_each_of_its_speeds() {
 fn io_gains_become_parameters_of_an_autopilot() {
     let parameters = gains_to_autopilot::run(None).unwrap();
     assert!(parameters.contains("\nATC_STR_ANG_P,"), "{parameters}");
+}
+
+#[test]
+fn recover_a_trial_on_a_simulator_has_a_model_at_each_speed() {
+    let campaign = trial_on_simulator::run().unwrap();
+    assert_eq!(campaign.accepted_runs().len(), 2);
 }

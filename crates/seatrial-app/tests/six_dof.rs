@@ -46,7 +46,7 @@ fn trial_record(config: SixDofConfig, thrust: f64) -> (Record, f64) {
     }
 }
 
-/// The same record with the fin instead of its command: the mean over each sample of a first-order lag.
+/// A record with the fin instead of its command: the mean over each sample of a first-order lag.
 fn with_fin(mut record: Record, lag_s: f64) -> Record {
     let mut fin_rad = 0.0;
     let times_s: Vec<f64> = record.samples.iter().map(|s| s.time_s).collect();

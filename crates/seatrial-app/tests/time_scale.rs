@@ -68,12 +68,12 @@ fn recover_any_time_scale() {
                 let log = run.record.clone();
                 let [training, validation] =
                     [Stage::Train, Stage::Validate].map(|s| run.stage(s).unwrap());
-                let fresh = ValidationData {
+                let held_out = ValidationData {
                     record: &log,
                     window: validation,
                 };
                 let of_log =
-                    identify(&log, training, Some(fresh), &IdentifySettings::default()).unwrap();
+                    identify(&log, training, Some(held_out), &IdentifySettings::default()).unwrap();
                 for found in [of_trial, &of_log] {
                     accepted += i32::from(found.verdict.accepted);
                     let refined = found.refined.as_ref().unwrap();

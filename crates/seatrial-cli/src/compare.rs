@@ -20,8 +20,8 @@ use crate::windows::WindowArgs;
 /// Every method on the identical record, side by side, with time and disagreement.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
-Without a validation window what follows the training window is fresh. Without any the windows are those of
-`seatrial identify`: of the manoeuvres of its surest model the best excited one trains and another one is fresh.
+Without a validation window what follows the training window validates. Without any the windows are those of
+`seatrial identify`: of the manoeuvres of its surest model the best excited one trains and another one validates.
 A log without such manoeuvres but with several strokes of the rudder is split in its middle.
 
 Example:
@@ -43,7 +43,7 @@ struct Document {
     schema: &'static str,
     source: Source,
     validation_source: Option<Source>,
-    /// Which data were fresh, and why these.
+    /// Which data validate, and why these.
     windows_because: String,
     #[serde(flatten)]
     comparison: Comparison,
@@ -61,7 +61,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let comparison = compare(
         record,
         chosen.training,
-        chosen.fresh,
+        chosen.validation,
         args.lambda,
         &clock_ms,
     )
@@ -79,7 +79,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 
 struct Chosen<'a> {
     training: Window,
-    fresh: ValidationData<'a>,
+    validation: ValidationData<'a>,
     because: String,
 }
 
@@ -89,13 +89,13 @@ impl<'a> Chosen<'a> {
         let training = logs.training;
         let on_this_log = |training, window, because: &str| Self {
             training,
-            fresh: ValidationData { record, window },
+            validation: ValidationData { record, window },
             because: because.into(),
         };
-        if let Some(fresh) = logs.validation_data() {
+        if let Some(validation) = logs.validation_data() {
             return Ok(Self {
                 training,
-                fresh,
+                validation,
                 because: "as given; without, what follows the training window".into(),
             });
         }
@@ -103,14 +103,14 @@ impl<'a> Chosen<'a> {
             && let settings = IdentifySettings::default()
             && let Some(models) = identify_speeds(&logs.log, &settings, &mut Told::default())?
             && let Some(SpeedModel { windows, .. }) = foremost(&models)
-            && let (Some(training), Some(fresh)) = (windows.training.first(), windows.validation)
+            && let (Some(training), Some(validation)) = (windows.training.first(), windows.validation)
         {
-            return Ok(on_this_log(*training, fresh, &windows.because));
+            return Ok(on_this_log(*training, validation, &windows.because));
         }
         Ok(match split(record).filter(|_| training == Window::ALL) {
-            Some((training, fresh)) => on_this_log(
+            Some((training, validation)) => on_this_log(
                 training,
-                fresh,
+                validation,
                 "the log was split in the middle of its strokes",
             ),
             None => on_this_log(
@@ -142,12 +142,12 @@ fn page(logs: &Logs, document: &Document) -> String {
     if let Some(other) = &logs.validation_log {
         text += &source_text("Validated on", other);
     }
-    let fresh = comparison.methods.iter().find_map(|m| m.validation);
+    let validation = comparison.methods.iter().find_map(|m| m.validation);
     let _ = writeln!(text, "Training    {}", comparison.training);
     let _ = writeln!(
         text,
         "Validation  {} ({})",
-        fresh.map_or_else(String::new, |v| v.window.to_string()),
+        validation.map_or_else(String::new, |v| v.window.to_string()),
         document.windows_because
     );
     let _ = writeln!(

@@ -214,7 +214,7 @@ fn at_text(at: &InterpolatedGain, rudder_unit: RudderUnit) -> String {
     };
     let figures = at.closed_loop.as_ref().map_or(String::new(), |figures| {
         format!(
-            ", damping {} and phase margin {} deg with the model interpolated likewise",
+            ", damping {} and phase margin {} deg with the model interpolated between the same speeds",
             estimate(&figures.damping_ratio, 3, 1.0),
             estimate(&figures.phase_margin_rad, 1, 1_f64.to_degrees())
         )

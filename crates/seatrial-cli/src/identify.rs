@@ -13,7 +13,7 @@ use seatrial_app::next;
 use seatrial_core::estimator::Method;
 
 use crate::log::{LogArgs, Told};
-use crate::model_text::{fresh_text, model_text, source_text, training_text, verdict_text};
+use crate::model_text::{validation_text, model_text, source_text, training_text, verdict_text};
 use crate::output::{Exit, Failure, Output};
 use crate::pitch::{self, Axis};
 use crate::screen::{command, labelled, sentence, width};
@@ -21,7 +21,7 @@ use crate::speed_table::{SpeedRow, offset_text, speed_table};
 use crate::speeds;
 use crate::windows::WindowArgs;
 
-/// Identify a yaw model from a log, validate it on fresh data and judge it.
+/// Identify a yaw model from a log, validate it on validation data and judge it.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
 Without windows the manoeuvres of the log are looked for: for each speed (thrust, where the log has it) the best excited
@@ -109,7 +109,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         .identify(&args.log, &args.windows, args.trace, args.verbose)?;
     if args.schedule.is_some() && found.models.is_none() {
         return Err(Failure::rejected(format!(
-            "{}: --schedule: no manoeuvres to both hands were found in it, or it is a single one",
+            "{}: --schedule: no manoeuvres to both sides were found in it, or it is a single one",
             found.logs.log.path.display()
         )));
     }
@@ -258,7 +258,7 @@ impl EstimatorArgs {
 fn page(logs: &Logs, identification: &Identification) -> String {
     let mut text = verdict_text(&identification.verdict);
     text += &model_text(identification, logs.log.rudder_unit());
-    text += &fresh_text(identification.validation);
+    text += &validation_text(identification.validation);
     text += "\n";
     text += &source_text("Log", &logs.log);
     if let Some(other) = &logs.validation_log {

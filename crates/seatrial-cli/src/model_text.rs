@@ -82,7 +82,7 @@ pub fn model_text(identification: &Identification, unit: RudderUnit) -> String {
 }
 
 /// R^2 on validation data.
-pub fn fresh_text(validation: Option<Validation>) -> String {
+pub fn validation_text(validation: Option<Validation>) -> String {
     let Some(validation) = validation else {
         return "Validation  none\n".into();
     };

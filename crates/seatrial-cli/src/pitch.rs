@@ -317,10 +317,12 @@ fn trial_text(document: &TrialDocument) -> String {
             with_width(2, b, 2),
             with_width(3, c, 4),
             format!("{:.2}", (-c / b).to_degrees()),
-            optional(found.fresh.map(|fresh| fresh.r2_pitch), 3),
+            optional(found.validation.map(|found| found.r2_pitch), 3),
             optional(run.depth_excursion_m, 2),
             window(found.training),
-            found.fresh.map_or("-".into(), |fresh| window(fresh.window)),
+            found
+                .validation
+                .map_or("-".into(), |found| window(found.window)),
         ]);
     }
     let ended = document.aborted.map_or(String::new(), |reason| {

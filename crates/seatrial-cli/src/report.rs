@@ -120,7 +120,7 @@ pub fn page(found: &IdentifiedLog, path: &Path) -> String {
     report::render_log(&report::Log {
         name: &name.to_string_lossy(),
         record: &logs.log.record,
-        fresh: logs.validation_log.as_ref().map(|log| &log.record),
+        validation: logs.validation_log.as_ref().map(|log| &log.record),
         identification: found.identification(),
         verdict,
         models: &rows,

@@ -10,7 +10,7 @@ use seatrial_app::identify_log::SpeedModel;
 use seatrial_app::models::write_schedule_file;
 use seatrial_core::RudderUnit;
 
-use crate::model_text::{fresh_text, model_text, speed_text, training_text, verdict_text};
+use crate::model_text::{validation_text, model_text, speed_text, training_text, verdict_text};
 use crate::output::Failure;
 
 /// A paragraph of the page.
@@ -20,7 +20,7 @@ fn paragraph(model: &SpeedModel, unit: RudderUnit) -> String {
     if let Some(identification) = &model.identification {
         text += &model_text(identification, unit);
         text += &joined_text(model.joined.as_ref());
-        text += &fresh_text(identification.validation);
+        text += &validation_text(identification.validation);
         text += &training_text(identification);
     }
     let _ = writeln!(text, "Windows     {}\n", model.windows.because);

@@ -1,7 +1,7 @@
-//! `seatrial turn`: turning limits to either hand, and over speed.
+//! `seatrial turn`: turning limits to either side, and over speed.
 
 use seatrial_app::models::{Estimate, SCHEDULE_FILE_HELP};
-use seatrial_app::turning::{MeasuredUTurn, OverSpeed, TurningLimits};
+use seatrial_app::turning::{MeasuredUTurn, OverSpeed, PointLimits, SideLimits, TurningLimits};
 use seatrial_core::Side;
 use seatrial_core::authority::AuthorityForm;
 
@@ -9,7 +9,7 @@ use crate::model_source::{SourceArgs, trial_line, warn};
 use crate::output::{Exit, Failure, Output};
 use crate::table::{Table, estimate_text};
 
-/// Turning limits from a model or a schedule, to either hand.
+/// Turning limits from a model or a schedule, to either side.
 ///
 /// The rudder is taken to move at once to its limit and the speed to stay the same. The U-turn mean
 /// radius is the paper's (50), with the time to build up the yaw rate; the steady radius is that of
@@ -83,7 +83,7 @@ fn text(document: &TurningLimits) -> String {
         ("b2", "1/s^2"),
         ("Nomoto T", "s"),
         ("Nomoto K", "1/s"),
-        ("hand", ""),
+        ("side", ""),
         ("rudder", rudder),
         ("yaw rate", "deg/s"),
         ("U-turn", "s"),
@@ -93,38 +93,12 @@ fn text(document: &TurningLimits) -> String {
         ("change", "s, trapezoid"),
         ("change", "s, full rudder"),
     ]);
-    let estimate = |estimate: &Option<Estimate>, decimals, scale| {
-        estimate.map_or("-".into(), |e: Estimate| estimate_text(&e, decimals, scale))
-    };
     let mut notes = Vec::new();
     for point in &document.points {
-        for limits in &point.hands {
-            let optional = |x: Option<f64>, scale: f64, decimals: usize| {
-                x.map_or("-".into(), |x| format!("{:.decimals$}", x * scale))
-            };
-            let hand = match limits.hand {
-                Side::Starboard => "starboard",
-                Side::Port => "port",
-            };
-            table.row(vec![
-                optional(point.thrust, 100.0, 0),
-                optional(point.surge_speed_m_s, 1.0, 2),
-                format!("{:.3}", point.model.a22_per_s),
-                format!("{:.3}", point.model.b2_per_s2),
-                estimate(&point.nomoto_t_s, 2, 1.0),
-                estimate(&point.nomoto_k_per_s, 2, 1.0),
-                hand.into(),
-                optional(limits.rudder_rad, rudder_scale, 1),
-                estimate(&limits.yaw_rate_rad_s, 2, 1_f64.to_degrees()),
-                estimate(&limits.u_turn_time_s, 2, 1.0),
-                estimate(&limits.u_turn_mean_radius_m, 2, 1.0),
-                estimate(&limits.steady_turning_radius_m, 2, 1.0),
-                estimate(&limits.circle_by_u_turn_m, 2, 1.0),
-                estimate(&limits.trapezoid_time_s, 2, 1.0),
-                estimate(&limits.full_rudder_time_s, 2, 1.0),
-            ]);
+        for limits in &point.sides {
+            table.row(row(point, limits, rudder_scale));
             if let Some(reason) = &limits.refused {
-                notes.push(format!("No turn to {hand}: {reason}."));
+                notes.push(format!("No turn to {}: {reason}.", side_name(limits.side)));
             }
         }
     }
@@ -137,6 +111,40 @@ fn text(document: &TurningLimits) -> String {
         trial_line(document.trial.as_deref()),
         notes.join("\n")
     )
+}
+
+/// Limits of a model to one side.
+fn row(point: &PointLimits, limits: &SideLimits, rudder_scale: f64) -> Vec<String> {
+    let optional = |x: Option<f64>, scale: f64, decimals: usize| {
+        x.map_or("-".into(), |x| format!("{:.decimals$}", x * scale))
+    };
+    let estimate = |estimate: &Option<Estimate>, decimals, scale| {
+        estimate.map_or("-".into(), |e: Estimate| estimate_text(&e, decimals, scale))
+    };
+    vec![
+        optional(point.thrust, 100.0, 0),
+        optional(point.surge_speed_m_s, 1.0, 2),
+        format!("{:.3}", point.model.a22_per_s),
+        format!("{:.3}", point.model.b2_per_s2),
+        estimate(&point.nomoto_t_s, 2, 1.0),
+        estimate(&point.nomoto_k_per_s, 2, 1.0),
+        side_name(limits.side).into(),
+        optional(limits.rudder_rad, rudder_scale, 1),
+        estimate(&limits.yaw_rate_rad_s, 2, 1_f64.to_degrees()),
+        estimate(&limits.u_turn_time_s, 2, 1.0),
+        estimate(&limits.u_turn_mean_radius_m, 2, 1.0),
+        estimate(&limits.steady_turning_radius_m, 2, 1.0),
+        estimate(&limits.circle_by_u_turn_m, 2, 1.0),
+        estimate(&limits.trapezoid_time_s, 2, 1.0),
+        estimate(&limits.full_rudder_time_s, 2, 1.0),
+    ]
+}
+
+fn side_name(side: Side) -> &'static str {
+    match side {
+        Side::Starboard => "starboard",
+        Side::Port => "port",
+    }
 }
 
 fn over_speed_text(over_speed: &OverSpeed) -> String {

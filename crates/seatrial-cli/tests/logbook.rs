@@ -120,7 +120,7 @@ const REHEARSAL: NewCampaign = NewCampaign {
     plan: "",
 };
 
-/// The same of another campaign that ended so; without an end it was killed.
+/// Records a trial of a campaign that ended with this outcome; without one it was killed.
 fn record_trial(logbook: &Path, new: &NewCampaign, model: YawModel<f64>, outcome: Option<Outcome>) {
     let mut recorder = Recorder::begin(Logbook::open(logbook).unwrap(), new).unwrap();
     let steps: Vec<Step> = (0..200)

@@ -43,9 +43,9 @@ fn cli_a_pitch_trial_and_its_log_give_the_same_model() {
             "--to",
             &time(&live["training"], "to_s"),
             "--validate-from",
-            &time(&live["fresh"]["window"], "from_s"),
+            &time(&live["validation"]["window"], "from_s"),
             "--validate-to",
-            &time(&live["fresh"]["window"], "to_s"),
+            &time(&live["validation"]["window"], "to_s"),
         ],
     );
     assert!(run.status.success(), "{run:?}");

@@ -128,13 +128,13 @@ fn cli_report_of_a_log_draws_it_with_and_without_a_model() {
     let (larger, smaller) = (["120", "136.5"], ["136.5", "153"]);
     let page_of = |[from, to]: [&str; 2], [validate_from, validate_to]: [&str; 2]| {
         let windows = ["run.csv", "--from", from, "--to", to];
-        let fresh = [
+        let held_out = [
             "--validate-from",
             validate_from,
             "--validate-to",
             validate_to,
         ];
-        let output = seatrial(&[&windows[..], &fresh].concat(), folder.path());
+        let output = seatrial(&[&windows[..], &held_out].concat(), folder.path());
         let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
         assert_eq!(charts(&page).len(), 3);
         (page, output.status.code())

@@ -59,14 +59,14 @@ fn val_ardupilot_rover_with_a_lagging_rudder() {
         let [from, to, validate_from, validate_to] = windows;
         let identified = |given: &[&str], share: f64| {
             let windows = ["--from", from, "--to", to];
-            let fresh = [
+            let held_out = [
                 "--validate-from",
                 validate_from,
                 "--validate-to",
                 validate_to,
             ];
             let range = ["--rudder-range-deg", "35"];
-            let (document, code) = identify(&log, &[&windows[..], &fresh, &range, given].concat());
+            let (document, code) = identify(&log, &[&windows[..], &held_out, &range, given].concat());
             assert_eq!(code, Some(0));
             assert_within(&document, "a22_per_s", a22, share);
             assert_within(&document, "b2_per_s2", b2, share);

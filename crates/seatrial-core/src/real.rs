@@ -59,7 +59,7 @@ pub trait Real:
     fn abs(self) -> Self;
     /// Nearest integer, halves away from zero.
     fn round(self) -> Self;
-    /// Neither infinite nor NaN.
+    /// Is it neither infinite nor NaN?
     fn is_finite(self) -> bool;
 
     /// The larger of two numbers; the other one where one is NaN.

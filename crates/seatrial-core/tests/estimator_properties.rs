@@ -200,7 +200,7 @@ fn prop_an_instrument_that_cannot_learn_refuses_no_sample() {
     assert!(unlearnt > 0);
 }
 
-/// The same manoeuvre a hundred times slower: everything follows the time scale.
+/// A manoeuvre a hundred times slower: everything follows the time scale.
 #[test]
 fn prop_settings_follow_the_time_scale() {
     let mut fast = estimator(EstimatorSettings::for_time_scale(1.0));

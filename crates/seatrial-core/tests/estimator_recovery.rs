@@ -184,7 +184,7 @@ fn exact_missing_samples_with_the_rudder_held() {
     assert_one_percent(errors::<f64>(LostRudder::Held, link, 20));
 }
 
-/// The same with the assumption that suits a log: a22 and b2 stand it.
+/// A fifth of the samples do not arrive, the rudder waits, and is assumed to move evenly as in a log: a22 and b2 stand it.
 #[test]
 fn exact_missing_samples_with_the_rudder_held_but_interpolated() {
     let link = Link {

@@ -1,11 +1,4 @@
-//! seatrial-core for C.
-//!
-//! No heap: every object lives in memory of the caller, `SEATRIAL_..._BYTES` of it, aligned to 8 bytes. Every
-//! function answers with a [`SeatrialStatus`]; nothing that a caller passes makes it panic, and a build without
-//! `std` that had a panic path would not link. An object is not to be used by two threads at once.
-//!
-//! Numbers are `double`, times always; with the feature `single` (and `SEATRIAL_SINGLE` defined for the header) the
-//! others are `float`. Units are SI, angles rad, and NaN stands for what is not measured or not known.
+#![doc = include_str!("../README.md")]
 #![cfg_attr(not(feature = "std"), no_std)]
 #![allow(clippy::missing_safety_doc)]
 

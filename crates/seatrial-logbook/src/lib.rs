@@ -26,6 +26,34 @@
 //! **Attributable.** What operators commanded over the network is kept, and their word on a run, which goes before its
 //! verdict wherever the run is read; the hash chain and a replay are those of what the program found.
 //!
+//! ```
+//! use seatrial_core::Outcome;
+//! use seatrial_logbook::{Logbook, NewCampaign, Recorder};
+//!
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("seatrial.db");
+//! let new = NewCampaign {
+//!     configuration: "bare hull",
+//!     notes: Some("new antifouling"),
+//!     software_version: "0.2.0",
+//!     vehicle: "my boat",
+//!     seed: None,
+//!     rudder_limit_rad: 0.26,
+//!     full_rudder: None,
+//!     scenario: None,
+//!     plan: "",
+//! };
+//! let mut recorder = Recorder::begin(Logbook::open(&path)?, &new)?;
+//! recorder.begin_run(1, 0.6, 1)?;
+//! // For every sample `recorder.step(step)`, at the end of the run `recorder.finish_run(&run)`.
+//! recorder.finish(Outcome::Finished)?;
+//!
+//! let logbook = Logbook::open_read_only(&path)?;
+//! assert_eq!(logbook.campaigns()?.len(), 1);
+//! assert!(logbook.verify()?.damage.is_empty());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Reading never writes, but rolls back what a killed process left half written. Several processes
 //! may read while one writes.
 
@@ -62,6 +90,11 @@ pub use verify::{Damage, Verification};
 pub use write::NewCampaign;
 
 use schema::{Identity, MIGRATIONS, identity, migrate};
+
+/// The example of the readme, which is compiled.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
 
 /// Number of a campaign in its logbook.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

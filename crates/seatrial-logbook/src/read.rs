@@ -128,7 +128,7 @@ impl Logbook {
         Ok(whole)
     }
 
-    /// The same with the verdicts that the program found.
+    /// A campaign with the verdicts that the program found, whatever operators decided.
     pub(super) fn as_found(&self, campaign: CampaignId) -> Result<Campaign, Error> {
         let entry = self.entry(campaign)?;
         let runs = self

@@ -39,6 +39,13 @@ pub enum Format {
     Rosbag,
 }
 
+/// The name that documents have: `dataflash`.
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        self.serialize(f)
+    }
+}
+
 /// What the user said about a log; everything else is found out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ChannelChoice {

@@ -93,7 +93,7 @@ pub enum Fault {
         /// The line.
         found: String,
     },
-    /// Neither text nor a format that is known.
+    /// The file is neither text nor of a known format.
     #[error(
         "byte {offset} is {found:#04x}, which is neither UTF-8 text nor the start of a known format; expected text or one of the binary formats {}: export the log as CSV in UTF-8",
         BINARY_FORMATS

@@ -121,7 +121,7 @@ impl Mcap {
     pub fn open(file: File) -> Result<Self, Fault> {
         let mut log = Self {
             bytes: Bytes::new(file)?,
-            reader: fresh_reader(),
+            reader: new_reader(),
             topics: Topics::default(),
             unpacked: 0,
             is_at_end: false,
@@ -203,7 +203,7 @@ impl Mcap {
         self.bytes.go_to(0)?;
         let mut directory = Directory::default();
         while self.next_record(|record| directory.take(record))? {}
-        self.reader = fresh_reader();
+        self.reader = new_reader();
         Ok(directory)
     }
 
@@ -276,7 +276,7 @@ enum Next {
     End,
 }
 
-fn fresh_reader() -> LinearReader {
+fn new_reader() -> LinearReader {
     LinearReader::new_with_options(
         LinearReaderOptions::default()
             .with_skip_end_magic(true)

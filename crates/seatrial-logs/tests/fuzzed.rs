@@ -19,7 +19,7 @@ const SOON: Duration = Duration::from_secs(1);
 /// What readers may hold beside twice the log.
 const MOST_MEMORY_KB: u64 = 64 << 10;
 
-/// Bits turned, numbers made extreme, stretches lost or repeated, the end cut off.
+/// Bits turned, numbers made extreme, segments lost or repeated, the end cut off.
 fn damaged(seed: &[u8], random: &mut Random) -> Vec<u8> {
     let mut bytes = seed.to_vec();
     for _ in 0..=random.below(6) {

@@ -1,4 +1,4 @@
-//! MAVLink frames, signing and the messages that steer a vehicle, and ArduPilot's output parameters; no I/O.
+#![doc = include_str!("../README.md")]
 
 pub mod ardupilot;
 mod checksum;

@@ -110,11 +110,11 @@ pub fn identify(
         }
     }
     let found = py.detach(|| {
-        let fresh = validation.map(|window| ValidationData {
+        let held_out = validation.map(|window| ValidationData {
             record: &record,
             window,
         });
-        seatrial::identify::identify(&record, training, fresh, &settings)
+        seatrial::identify::identify(&record, training, held_out, &settings)
     });
     match found {
         Ok(mut found) => {

@@ -33,7 +33,7 @@ pub(super) struct Chart {
     pub x_label: &'static str,
     /// Ends of the horizontal axis.
     pub x_range: [f64; 2],
-    /// Shaded stretches of the horizontal axis, through every panel.
+    /// Shaded spans of the horizontal axis, through every panel.
     pub spans: Vec<Span>,
     /// Vertical lines through every panel.
     pub marks: Vec<Mark>,
@@ -41,7 +41,7 @@ pub(super) struct Chart {
     pub panels: Vec<Panel>,
 }
 
-/// A shaded stretch of the horizontal axis.
+/// A shaded span of the horizontal axis.
 pub(super) struct Span {
     pub from: f64,
     pub to: f64,
@@ -94,7 +94,7 @@ pub(super) enum Shape {
     Bars(Vec<[f64; 3]>),
     /// A horizontal line over the whole width.
     Level(f64),
-    /// A filled stretch of the vertical axis over the whole width.
+    /// A filled span of the vertical axis over the whole width.
     Band([f64; 2]),
 }
 

@@ -18,7 +18,7 @@ pub(super) fn usable(samples: &[Sample<f64>]) -> Vec<Sample<f64>> {
     unwrapped(&usable)
 }
 
-/// The same samples with the jumps of the heading at the wrap taken out, their mean between 0 and
+/// Samples with the jumps of the heading at the wrap taken out, their mean between 0 and
 /// a full turn.
 pub(super) fn unwrapped(samples: &[Sample<f64>]) -> Vec<Sample<f64>> {
     let mut last: Option<[f64; 2]> = None;

@@ -96,7 +96,7 @@ impl Comparison {
     /// `None` where the stage is missing or has fewer than two usable samples.
     fn new(source: &Source, stage: Stage, model: &YawModel<f64>) -> Option<Self> {
         let record = match stage {
-            Stage::Validate => source.fresh,
+            Stage::Validate => source.validation,
             Stage::Settle | Stage::Train => source.record,
         };
         let window = source.window(stage)?;
@@ -136,7 +136,7 @@ impl Comparison {
     /// Measured and simulated heading; with that of the live model where it is another.
     fn heading(&self, live_model: Option<&YawModel<f64>>) -> Panel {
         let name = match self.stage {
-            Stage::Validate => "fresh data",
+            Stage::Validate => "validation data",
             Stage::Settle | Stage::Train => "training",
         };
         let mut layers = vec![Layer::line("a", "measured", self.measured.clone())];
@@ -157,7 +157,7 @@ impl Comparison {
             Layer::level("zero", "", 0.0),
             Layer::line("a", "", difference.collect()),
         ];
-        Panel::linear("Measured less model, fresh, °", 50.0, layers)
+        Panel::linear("Measured less model, validation, °", 50.0, layers)
     }
 
     /// Measured and simulated yaw rate. `None` where neither sensor nor heading gives one.
@@ -172,7 +172,7 @@ impl Comparison {
                     self.modelled(&self.states, |s| s.yaw_rate_rad_s),
                 ),
             ];
-            Panel::linear("Yaw rate, fresh, °/s", 66.0, layers)
+            Panel::linear("Yaw rate, validation, °/s", 66.0, layers)
         })
     }
 }
@@ -201,7 +201,7 @@ fn validation_sentence(identification: &Identification) -> String {
     }
 }
 
-/// Measured against simulated heading, on the training run and on fresh data (Figs. 10 and 11).
+/// Measured against simulated heading, on the training run and on validation data (Figs. 10 and 11).
 pub(super) fn figure(source: &Source) -> Option<Figure> {
     let identification = source.identification?;
     let model = identification.model();

@@ -1,9 +1,4 @@
-//! The report: one HTML file without any outside reference, for the person who ran the trial.
-//!
-//! [`render`] draws a whole trial, [`render_log`] one identification on a log, [`render_field`] the field
-//! experiments after a trial, [`render_pitch`] a pitch trial. The verdict and the next
-//! action come first, then one table, then the figures; every run is drawn, also where the trial
-//! was stopped or nothing was accepted. The same input gives the same bytes.
+#![doc = include_str!("../README.md")]
 
 mod axis;
 mod chart;
@@ -151,7 +146,7 @@ fn run_section(run: &Run) -> RunSection {
     );
     let source = Source {
         record: &run.record,
-        fresh: &run.record,
+        validation: &run.record,
         stages: &run.stages,
         identification: run.identification.as_ref(),
         name: &title,

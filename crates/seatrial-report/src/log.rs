@@ -16,7 +16,7 @@ pub struct Log<'a> {
     /// The record that the model was made from.
     pub record: &'a Record,
     /// The record of validation data, where it is another one.
-    pub fresh: Option<&'a Record>,
+    pub validation: Option<&'a Record>,
     /// The model that stands for all, where there is one.
     pub identification: Option<&'a Identification>,
     /// May it be used?
@@ -44,7 +44,7 @@ pub fn render(log: &Log) -> String {
     }));
     let source = Source {
         record: log.record,
-        fresh: log.fresh.unwrap_or(log.record),
+        validation: log.validation.unwrap_or(log.record),
         stages: &stages,
         identification,
         name: log.name,
@@ -56,7 +56,7 @@ pub fn render(log: &Log) -> String {
         format!("seatrial {}", env!("CARGO_PKG_VERSION")),
     )];
     recorded.extend(log.provenance.iter().cloned());
-    let records: Vec<&Record> = [Some(log.record), log.fresh]
+    let records: Vec<&Record> = [Some(log.record), log.validation]
         .into_iter()
         .flatten()
         .collect();

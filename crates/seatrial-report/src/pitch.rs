@@ -82,7 +82,7 @@ fn models(runs: &[PitchRun]) -> Table {
             row.push(format!("{} ± {half_width}", decimals(value, digits)).into());
         }
         row.push(decimals((-offset / authority).to_degrees(), 2).into());
-        row.push(decimals_or_missing(found.fresh.map(|fresh| fresh.r2_pitch), 2).into());
+        row.push(decimals_or_missing(found.validation.map(|found| found.r2_pitch), 2).into());
         row.push(decimals_or_missing(run.depth_excursion_m, 2).into());
         Some(row)
     });
@@ -110,8 +110,8 @@ fn figure(trial: &PitchTrial, run: &PitchRun) -> Option<Figure> {
     let found = run.identification.as_ref()?;
     let from_s = found.training.from_s;
     let to_s = found
-        .fresh
-        .map_or(found.training.to_s, |fresh| fresh.window.to_s);
+        .validation
+        .map_or(found.training.to_s, |validation| validation.window.to_s);
     let inside = |s: &&DivingSample<f64>| (from_s..=to_s).contains(&s.time_s);
     let shown: Vec<_> = trial.samples.iter().filter(inside).copied().collect();
     let line = |value: fn(&DivingSample<f64>) -> Option<f64>| -> Vec<[f64; 2]> {
@@ -177,7 +177,7 @@ fn stage_spans(found: &PitchIdentification) -> Vec<Span> {
     };
     let training = span(found.training, "span-train", "train");
     let validation = found
-        .fresh
-        .map(|fresh| span(fresh.window, "span-validate", "validate"));
+        .validation
+        .map(|validation| span(validation.window, "span-validate", "validate"));
     std::iter::once(training).chain(validation).collect()
 }

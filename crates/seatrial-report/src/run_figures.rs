@@ -46,7 +46,7 @@ pub(super) fn manoeuvre(source: &Source) -> Option<Figure> {
             "The manoeuvre. The rudder kicks to both sides and the heading must follow; between the kicks the heading controller holds \
              course. Speed and depth should stay level."
         } else {
-            "What the log holds, with the stretches used for training and for validation shaded. The heading must follow the rudder; \
+            "What the log holds, with the segments used for training and for validation shaded. The heading must follow the rudder; \
              speed and depth should stay level."
         }
         .to_owned(),

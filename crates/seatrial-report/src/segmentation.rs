@@ -143,7 +143,7 @@ fn figure(found: &Found, proposal: Option<&Proposal>) -> Option<Figure> {
         panels: measurements(&all[from..to.max(from)], found.rudder_unit),
     };
     let caption = match proposal {
-        None => "The whole record. Manoeuvres to both hands are shaded in one colour, steps and turning circles in another, steady runs in grey.".to_owned(),
+        None => "The whole record. Manoeuvres to both sides are shaded in one colour, steps and turning circles in another, steady runs in grey.".to_owned(),
         Some(proposal) => format!("Windows: {}.", proposal.because),
     };
     Some(Figure::new(&chart, caption))
@@ -201,7 +201,7 @@ fn windows_shaded(proposal: &Proposal) -> Vec<Span> {
 fn shaded(segment: &Segment) -> Span {
     let (shade, label) = match segment.kind {
         Kind::Steady => ("span-settle", String::new()),
-        kind if kind.uses_both_hands() => ("span-train", kind.name().to_owned()),
+        kind if kind.uses_both_sides() => ("span-train", kind.name().to_owned()),
         kind => ("span-validate", kind.name().to_owned()),
     };
     Span {

@@ -9,7 +9,7 @@ use seatrial::record::{Record, Window};
 pub(super) struct Source<'a> {
     pub record: &'a Record,
     /// Where the validation window lies; the same record in a trial.
-    pub fresh: &'a Record,
+    pub validation: &'a Record,
     pub stages: &'a [StageSpan],
     pub identification: Option<&'a Identification>,
     /// Its name in alternative texts.
@@ -24,7 +24,7 @@ impl Source<'_> {
     pub(super) fn window(&self, stage: Stage) -> Option<Window> {
         let span = self.stages.iter().find(|span| span.stage == stage)?;
         let record = match stage {
-            Stage::Validate => self.fresh,
+            Stage::Validate => self.validation,
             Stage::Settle | Stage::Train => self.record,
         };
         let samples = record.window(span.window);
@@ -36,7 +36,7 @@ impl Source<'_> {
 
     /// Are both windows on one time axis?
     pub(super) fn one_record(&self) -> bool {
-        std::ptr::eq(self.record, self.fresh)
+        std::ptr::eq(self.record, self.validation)
     }
 }
 

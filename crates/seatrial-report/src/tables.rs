@@ -289,7 +289,7 @@ fn thrust_and_speed(speed: &Speed) -> Vec<Cell> {
     ]
 }
 
-fn fresh_r2(speed: &Speed, model: &YawModel<f64>) -> Cell {
+fn validation_r2(speed: &Speed, model: &YawModel<f64>) -> Cell {
     let window = speed.run.stage(Stage::Validate);
     let samples = window.map(|window| speed.run.record.window(window));
     r2(samples.and_then(|s| goodness_of_fit(*model, s).r2_heading)).into()
@@ -301,7 +301,7 @@ pub(super) fn online(speeds: &[Speed]) -> Table {
         let model = &speed.identification.online.model;
         let mut row = thrust_and_speed(speed);
         row.extend(as_printed(model));
-        row.push(fresh_r2(speed, model));
+        row.push(validation_r2(speed, model));
         row.push(decimals_or_missing(speed.identification.online.convergence.detected_s, 1).into());
         row
     });
@@ -324,7 +324,7 @@ pub(super) fn offline(speeds: &[Speed]) -> Table {
         let model = YawModel::from_theta(minimum.at);
         let mut row = thrust_and_speed(speed);
         row.extend(as_printed(&model));
-        row.push(fresh_r2(speed, &model));
+        row.push(validation_r2(speed, &model));
         row.push(minimum.iterations.to_string().into());
         Some(row)
     });

@@ -10,7 +10,7 @@ use super::chart::{Chart, Layer, Mark, Panel};
 use super::number::decimals;
 use super::speed_figures::{Speed, evenly, identified, points};
 
-/// Radii, yaw rate and time of a U-turn over speed, to both hands (Fig. 14).
+/// Radii, yaw rate and time of a U-turn over speed, to both sides (Fig. 14).
 pub(super) fn turning(speeds: &[Speed], rudder_limit_rad: f64) -> Option<Figure> {
     let turning = Turning::new(&points(speeds), rudder_limit_rad)?;
     let [slowest, fastest] = turning.with_constant.authority.speed_range_m_s;
@@ -41,7 +41,7 @@ pub(super) fn turning(speeds: &[Speed], rudder_limit_rad: f64) -> Option<Figure>
     Some(Figure::new(
         &chart,
         format!(
-            "Turning under full rudder ({}°). Dots: each identified speed with its own offset, to either hand; lines: mean damping and fitted \
+            "Turning under full rudder ({}°). Dots: each identified speed with its own offset, to either side; lines: mean damping and fitted \
              authority, without offset. Only the shaded speeds were measured; beyond them the lines are an assumption. The mean radius of a U-turn \
              includes its slow start and end, the steady radius is that of the circle in between.{minimum_words}",
             decimals(rudder_limit_rad.to_degrees(), 1)

@@ -54,7 +54,7 @@ fn pages() -> Vec<(&'static str, String)> {
     let log = Log {
         name: "run_80.csv",
         record: &run.record,
-        fresh: None,
+        validation: None,
         identification: run.identification.as_ref(),
         verdict: &run.verdict,
         models: &models,
@@ -257,7 +257,7 @@ fn prop_names_cannot_write_markup() {
     let log = Log {
         name: hostile,
         record: &run.record,
-        fresh: Some(&run.record),
+        validation: Some(&run.record),
         identification: run.identification.as_ref(),
         verdict: &run.verdict,
         models: &[],
@@ -290,7 +290,7 @@ fn exact_a_fraction_of_full_rudder_is_no_angle() {
         report::render_log(&Log {
             name: "run.csv",
             record,
-            fresh: None,
+            validation: None,
             identification: run.identification.as_ref(),
             verdict: &run.verdict,
             models: &[LogModel {

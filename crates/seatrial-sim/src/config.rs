@@ -220,7 +220,7 @@ impl VehicleConfig {
         Ok(config)
     }
 
-    /// The same vehicle in still water with exact sensors.
+    /// This vehicle in still water with exact sensors.
     pub fn noise_free(self) -> Self {
         Self {
             disturbance: Disturbance {
@@ -304,7 +304,7 @@ impl VehicleConfig {
 }
 
 impl HelmConfig {
-    /// The same helm with exact sensors and no disturbance.
+    /// This helm with exact sensors and no disturbance.
     pub fn noise_free(self) -> Self {
         Self {
             disturbance: Disturbance {

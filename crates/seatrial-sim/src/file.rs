@@ -154,7 +154,8 @@ impl VehicleFile {
 }
 
 impl VehicleConfig {
-    /// The same vehicle where these fields of a file take the place of its own.
+    /// This vehicle with the fields of a file in place of its own. Refuses a field that it does not have or that is out of
+    /// range.
     pub fn with(&self, fields: Table) -> Result<Self, ConfigError> {
         let mut table = own(self)?;
         overlay(&mut table, fields);
@@ -165,7 +166,8 @@ impl VehicleConfig {
 }
 
 impl SixDofConfig {
-    /// The same vehicle where these fields of a file take the place of its own.
+    /// This vehicle with the fields of a file in place of its own. Refuses a field that it does not have or that is out of
+    /// range.
     pub fn with(&self, mut fields: Table) -> Result<Self, ConfigError> {
         let helm: Table = OF_THE_HELM
             .into_iter()

@@ -1,23 +1,4 @@
-//! Simulated vehicles with known true parameters.
-//!
-//! No estimator depends on this crate: truth cannot leak into estimation.
-//!
-//! ```
-//! use seatrial_core::{Plan, Trial, Vehicle};
-//! use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
-//!
-//! let mut vehicle = FirstOrderVehicle::new(VehicleConfig::starfish(), 1)?;
-//! let mut trial = Trial::new(Plan::paper())?;
-//! while let Some(sample) = vehicle.next_sample()? {
-//!     let action = trial.step(&sample);
-//!     vehicle.act(&action)?;
-//!     if action.outcome.is_some() {
-//!         break;
-//!     }
-//! }
-//! assert_eq!(trial.outcome(), Some(seatrial_core::Outcome::Finished));
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
+#![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
 mod body;

@@ -20,7 +20,7 @@ use crate::plant::{Plant, Truth};
 /// controller has the heading of t_k when it sets the rudder of t_k.
 /// A servo with a lag is not in the sample: the rudder reported is the command.
 ///
-/// The same seed gives the same samples bit for bit on every platform.
+/// A seed gives equal samples, bit for bit, on every platform.
 #[derive(Clone, Debug)]
 pub struct FirstOrderVehicle {
     config: VehicleConfig,

@@ -336,7 +336,7 @@ fn prop_same_seed_same_samples() {
 #[test]
 fn regress_a_second_costs_less_than_a_millisecond() {
     let mut vehicle = SixDofVehicle::new(starfish::config(), 1).unwrap();
-    // The quickest of short stretches: on a busy machine others run in between.
+    // The quickest of short runs: on a busy machine others run in between.
     let per_second_ms = (0..40)
         .map(|_| {
             let start = Instant::now();

@@ -103,3 +103,8 @@ pub use identify::verdict;
 pub use record::{Record, Window};
 pub use seatrial_core::Sample;
 pub use step::Step;
+
+/// The examples of the readme, which are compiled.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -148,20 +148,20 @@ fn codes(identification: &Identification) -> Vec<String> {
 
 /// What the README states of the default settings on the KVLCC2 model: yaw rate of validation data, and accepted.
 #[test]
-fn val_kvlcc2_predicts_the_zig_zag_to_the_other_hand() {
+fn val_kvlcc2_predicts_the_zig_zag_to_the_other_side() {
     let Some(folder) = data(".") else {
         return;
     };
     let port = read(&folder, "real/kvlcc2hsva_Z_20_10_P.csv");
     let starboard = read(&folder, "real/kvlcc2hsva_Z_20_10_S.csv");
-    let fresh = ValidationData {
+    let held_out = ValidationData {
         record: &starboard,
         window: Window::ALL,
     };
     let found = identify(
         &port,
         Window::ALL,
-        Some(fresh),
+        Some(held_out),
         &IdentifySettings::default(),
     )
     .unwrap();
@@ -175,7 +175,7 @@ fn val_kvlcc2_predicts_the_zig_zag_to_the_other_hand() {
 /// What the README states of the default settings on the simulated REMUS runs: mean R^2 of the measured
 /// heading with the trained offset, three thrusts with and without current.
 #[test]
-fn val_remus_mean_r2_of_fresh_heading() {
+fn val_remus_mean_r2_of_validation_heading() {
     let Some(folder) = data(".") else {
         return;
     };
@@ -187,14 +187,14 @@ fn val_remus_mean_r2_of_fresh_heading() {
                     &folder,
                     &format!("simulated/remus100_{thrust}_native_{noise}_{current}.csv"),
                 );
-                let fresh = ValidationData {
+                let held_out = ValidationData {
                     record: &record,
                     window: window(56.5, 73.0),
                 };
                 let found = identify(
                     &record,
                     window(40.0, 56.5),
-                    Some(fresh),
+                    Some(held_out),
                     &IdentifySettings::default(),
                 )
                 .unwrap();
@@ -303,7 +303,7 @@ fn recover_a_vehicle_behind_a_lag_from_logs_with_missing_rows() {
     }
 }
 
-/// The same vehicle heard by outputs every 20 ms and attitudes every 50 ms, of which three in ten are lost, each by itself:
+/// A vehicle behind a lag, heard by outputs every 20 ms and attitudes every 50 ms, of which three in ten are lost, each by itself:
 /// the rudder of a sample is the mean of the last outputs heard, which is late where one at an edge was lost.
 #[test]
 fn recover_a_vehicle_behind_a_lag_from_messages_lost_apart() {
@@ -478,11 +478,11 @@ fn val_reference_comparison_on_a_split_record() {
         let record = read(&folder, &format!("simulated/{file}"));
         let (_, second) = split(&record).unwrap();
         assert_eq!(second.from_s, numbers(&run["validation"])[0], "{file}");
-        let fresh = ValidationData {
+        let held_out = ValidationData {
             record: &record,
             window: second,
         };
-        let comparison = compare(&record, training_of(run), fresh, Some(1.5), &|| 0.0).unwrap();
+        let comparison = compare(&record, training_of(run), held_out, Some(1.5), &|| 0.0).unwrap();
         let simplex = comparison
             .methods
             .iter()
@@ -527,12 +527,12 @@ fn exact_vehicles_of_every_pace_need_no_option() {
     for time_constant_s in [0.25, 0.93, 11.0, 100.0] {
         let record = run_of(time_constant_s, true, || 0.0);
         let pace = time_constant_s * 1.07;
-        let fresh = ValidationData {
+        let held_out = ValidationData {
             record: &record,
             window: window(26.5 * pace, f64::INFINITY),
         };
         let training = window(10.0 * pace, 26.5 * pace);
-        let found = identify(&record, training, Some(fresh), &IdentifySettings::default()).unwrap();
+        let found = identify(&record, training, Some(held_out), &IdentifySettings::default()).unwrap();
         // A lag of 0.1 s is ruled out by the record itself.
         assert_eq!(
             codes(&found),

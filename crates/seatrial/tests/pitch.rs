@@ -19,7 +19,7 @@ fn made(config: SixDofConfig, seed: u64) -> PitchTrial {
     made
 }
 
-/// With noise, fresh pitch is predicted at every thrust while depth is held, and the intervals hold what the same manoeuvre
+/// With noise, the pitch of validation data is predicted at every thrust while depth is held, and the intervals hold what the same manoeuvre
 /// gives without noise.
 #[test]
 fn recover_pitch_predicts_fresh_pitch() {
@@ -29,11 +29,11 @@ fn recover_pitch_predicts_fresh_pitch() {
         for seed in 1..4 {
             for (run, quiet) in made(config.clone(), seed).runs.iter().zip(&quiet.runs) {
                 let found = run.identification.as_ref().unwrap();
-                let fresh = found.fresh.unwrap().r2_pitch;
+                let r2 = found.validation.unwrap().r2_pitch;
                 // Pitch noise of 0.3 degrees is all that is left at low thrust, where the doublet pitches by 2 degrees.
                 assert!(
-                    fresh > 0.65,
-                    "{} {} {seed}: {fresh}",
+                    r2 > 0.65,
+                    "{} {} {seed}: {r2}",
                     config.name,
                     run.thrust
                 );
@@ -239,7 +239,7 @@ fn exact_a_vehicle_of_this_form_is_found() {
                 "{found} {truth}"
             );
         }
-        assert!(found.fresh.unwrap().r2_pitch > 1.0 - 1e-6);
+        assert!(found.validation.unwrap().r2_pitch > 1.0 - 1e-6);
     }
 }
 

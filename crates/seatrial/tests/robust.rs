@@ -160,7 +160,7 @@ fn val_ships_show_no_false_fast_mode() {
     }
 }
 
-/// A doublet of 0.26 rad between stretches of heading hold, 330 samples at 20 Hz, of a rudder that lags.
+/// A doublet of 0.26 rad between segments of heading hold, 330 samples at 20 Hz, of a rudder that lags.
 fn stage(theta: [f64; 3], lag_s: f64, noise_rad: f64, seed: u64) -> Vec<Sample<f64>> {
     const PARTS: u32 = 50;
     let model = YawModel::from_theta(theta);

@@ -94,7 +94,7 @@ fn noise(heading_deg: f64, disturbance_rad_s2: f64, disturbance_time_s: f64) -> 
 /// The goals for the six-degree-of-freedom REMUS 100: mean R^2 of the measured heading with the trained offset, three
 /// thrusts with and without current. First order scores 0.87 and 0.79, the noise-free truth 0.99 and 0.90.
 #[test]
-fn val_remus_mean_r2_of_fresh_heading_by_the_order_supported() {
+fn val_remus_mean_r2_of_validation_heading_by_the_order_supported() {
     let Some(folder) = data(".") else {
         return;
     };
@@ -108,8 +108,8 @@ fn val_remus_mean_r2_of_fresh_heading_by_the_order_supported() {
                 );
                 let window = |from_s, to_s| Window { from_s, to_s };
                 let found = second_order::fit(&record.usable(window(40.0, 56.5))).unwrap();
-                let fresh = record.window(window(56.5, 73.0));
-                let r2 = goodness_of_fit(&found.model, fresh).r2_heading.unwrap();
+                let held_out = record.window(window(56.5, 73.0));
+                let r2 = goodness_of_fit(&found.model, held_out).r2_heading.unwrap();
                 println!("{noise} {current} {thrust}: {r2:.3}, {}", found.order);
                 scores.push(r2);
             }

@@ -151,13 +151,13 @@ fn recover_models_of_every_speed_with_the_truth_in_their_intervals() {
         let thrusts: Vec<Option<f64>> = proposals.iter().map(|p| p.thrust).collect();
         assert_eq!(thrusts, [Some(0.6), Some(0.8), Some(1.0)]);
         for (proposal, joined_manoeuvres) in proposals.iter().zip([None, Some(3), None]) {
-            let fresh = proposal.validation.map(|window| ValidationData {
+            let held_out = proposal.validation.map(|window| ValidationData {
                 record: &record,
                 window,
             });
             let settings = IdentifySettings::default();
             let (identification, joined) =
-                identify_joined(&record, &proposal.training, fresh, &settings).unwrap();
+                identify_joined(&record, &proposal.training, held_out, &settings).unwrap();
             let outcome = identification.verdict.outcome();
             let is_validated = proposal.validation.is_some();
             assert_eq!(
@@ -193,7 +193,7 @@ fn prop_a_quiet_mission_has_no_manoeuvres() {
 
 /// Twenty minutes by a helmsman, who lays the rudder to another angle every 2 to 8 s, at 10 deg/s.
 #[test]
-fn prop_a_hand_steered_mission_has_no_manoeuvres_to_both_hands() {
+fn prop_a_hand_steered_mission_has_no_manoeuvres_to_both_sides() {
     let angle = Normal::new(0.0, 5_f64.to_radians()).unwrap();
     for seed in 1..=10 {
         let mut chance = Pcg64::new(u128::from(seed), 0);

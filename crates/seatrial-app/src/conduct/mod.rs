@@ -48,7 +48,7 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// So many seconds of the vehicle in one of ours; 1 is real time.
+    /// Seconds of the vehicle in a second of real time.
     pub fn new(factor: f64) -> Self {
         Self {
             factor,

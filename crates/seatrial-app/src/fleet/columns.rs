@@ -96,7 +96,7 @@ pub const COLUMNS: [Column; 44] = [
     }),
     column(
         "rudder_amplitude_rad",
-        "How far the rudder was laid to either hand, rad",
+        "How far the rudder was deflected to either side, rad",
         |r| Value::Number(r.rudder_amplitude_rad),
     ),
     column(

@@ -36,7 +36,7 @@ pub struct Progress {
     pub bytes_done: u64,
     /// Manoeuvres of this job, without what was done before.
     pub manoeuvres: u64,
-    /// Error rows likewise.
+    /// Error rows written, those of earlier parts of the job included.
     pub errors: u64,
 }
 
@@ -207,7 +207,7 @@ struct Kept {
 
 impl Job {
     /// Does everything that is not done and writes the Parquet file. `None` where `watch`, which sees the progress after
-    /// every log, broke off; the journal then stays.
+    /// every log, stopped the job; the journal then stays.
     pub fn run(
         &self,
         watch: impl Fn(&Progress) -> ControlFlow<()> + Sync,

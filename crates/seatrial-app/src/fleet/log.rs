@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Row, Source};
 
-/// A longer log is read in stretches of so many samples (84 MB), each of which repeats the last fifth of the one before,
+/// A longer log is read in segments of this many samples (84 MB), each of which repeats the last fifth of the one before,
 /// so that a manoeuvre lies whole in one of them.
 const STRETCH_SAMPLES: usize = 500_000;
 const NEW_SAMPLES: usize = STRETCH_SAMPLES / 5 * 4;
@@ -137,7 +137,7 @@ fn code(fault: &Fault) -> &'static str {
     }
 }
 
-/// Reads a log to its end, stretch by stretch.
+/// Reads a log to its end, segment by segment.
 fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, ReadError> {
     let description = log.description().clone();
     let mut rows = Vec::new();
@@ -163,7 +163,6 @@ fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, 
     rows.extend(manoeuvres(&record, rest, options));
     let sha256 = log.sha256()?;
     let counts = log.counts();
-    let format = serde_json::to_value(description.format).ok();
     let rudder_unit = match description.rudder_unit {
         RudderUnit::Rad => "rad",
         RudderUnit::FullRudder => "full_rudder",
@@ -175,7 +174,7 @@ fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, 
             run: blank.run.clone(),
             bytes: blank.bytes,
             modified_unix_s: blank.modified_unix_s,
-            format: format.as_ref().and_then(|f| Some(f.as_str()?.to_owned())),
+            format: Some(description.format.to_string()),
             sha256: Some(sha256.clone()),
             start_utc: description.start_utc.clone(),
             samples_read: Some(counts.samples),
@@ -217,7 +216,7 @@ fn whole(record: &Record, segments: &[Segment], options: &Options) -> Row {
         ..Row::default()
     };
     if let [segment] = segments {
-        row.manoeuvre = kind(segment);
+        row.manoeuvre = Some(segment.kind.to_string());
     }
     estimate(&mut row, record, Window::ALL, None, options);
     row
@@ -225,32 +224,27 @@ fn whole(record: &Record, segments: &[Segment], options: &Options) -> Row {
 
 fn one(record: &Record, single: &Single, options: &Options) -> Row {
     let mut row = Row {
-        manoeuvre: kind(&single.segment),
+        manoeuvre: Some(single.segment.kind.to_string()),
         thrust: single.segment.thrust,
         surge_speed_m_s: single.segment.surge_speed_m_s,
         rudder_amplitude_rad: Some(single.segment.amplitude_rad),
         ..Row::default()
     };
-    let fresh = single
+    let held_out = single
         .validation
         .map(|window| ValidationData { record, window });
-    estimate(&mut row, record, single.training, fresh, options);
+    estimate(&mut row, record, single.training, held_out, options);
     row
-}
-
-fn kind(segment: &Segment) -> Option<String> {
-    let name = serde_json::to_value(segment.kind).ok()?;
-    Some(name.as_str()?.to_owned())
 }
 
 fn estimate(
     row: &mut Row,
     record: &Record,
     training: Window,
-    fresh: Option<ValidationData>,
+    held_out: Option<ValidationData>,
     options: &Options,
 ) {
-    match identify(record, training, fresh, &options.settings()) {
+    match identify(record, training, held_out, &options.settings()) {
         Ok(found) => row.identified(&found),
         Err(error) => {
             row.window(training);

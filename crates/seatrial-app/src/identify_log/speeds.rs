@@ -69,12 +69,12 @@ impl SpeedModel {
         proposal: Proposal,
         settings: &IdentifySettings,
     ) -> Result<Self, Error> {
-        let fresh = proposal.validation.map(|window| ValidationData {
+        let held_out = proposal.validation.map(|window| ValidationData {
             record: &log.record,
             window,
         });
         let (identification, joined, verdict) =
-            match identify_joined(&log.record, &proposal.training, fresh, settings) {
+            match identify_joined(&log.record, &proposal.training, held_out, settings) {
                 Ok((identification, joined)) => {
                     let verdict = identification.verdict.clone();
                     (Some(identification), joined, verdict)

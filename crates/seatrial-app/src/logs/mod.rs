@@ -19,7 +19,7 @@ use most_excited::MostExcited;
 pub use source::Source;
 pub(crate) use stated_units::stated_units;
 
-/// So many samples are read between two reports of progress.
+/// Samples between two reports of progress.
 const SAMPLES_A_REPORT: u64 = 1 << 16;
 
 /// How a log is read. Everything has a default.
@@ -38,7 +38,7 @@ pub struct ReadSettings {
 pub trait Observer {
     /// A log was opened: which channels are read in which units.
     fn opened(&mut self, _path: &Path, _description: &LogDescription, _servo: Option<Servo>) {}
-    /// So many bytes of it have been read.
+    /// This many bytes of it have been read.
     fn read(&mut self, _bytes: u64) {}
     /// It has been read to its end.
     fn finished(&mut self) {}

@@ -45,9 +45,9 @@ pub struct RecreatedRow {
     pub estimate: YawModel<f64>,
     /// Its 95 % intervals of a22, b2 and C0; none for the simplex.
     pub interval_95: Option<[[f64; 2]; 3]>,
-    /// R^2 of heading on fresh data as printed, and here.
+    /// R^2 of heading on validation data as printed, and here.
     pub r2_printed: f64,
-    /// R^2 of heading on fresh data here.
+    /// R^2 of heading on validation data here.
     pub r2: Option<f64>,
     /// Iterations as printed and here, Table III.
     pub iterations: Option<[u32; 2]>,

@@ -20,7 +20,7 @@ use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 pub enum Kind {
     /// Nothing: a whole run of a trial.
     SoundRun,
-    /// Nothing: the true model on fresh data.
+    /// Nothing: the true model on validation data.
     TrueModel,
     /// The vehicle only holds its heading.
     Unexcited,
@@ -69,11 +69,11 @@ pub fn verdict(kind: Kind, sea: Sea, seed: u64) -> Option<Verdict> {
         Kind::SoundRun | Kind::Reversed => trial_verdict(config, plan, f64::INFINITY, seed),
         Kind::Saturated => trial_verdict(config, plan, 0.26 * random.random_range(0.4..0.7), seed),
         Kind::Unexcited => heading_keeping(config, thrust, seed),
-        Kind::TrueModel => fresh_verdict(config, plan, truth, seed),
+        Kind::TrueModel => validated_verdict(config, plan, truth, seed),
         Kind::ThirtyPercentWrong => {
             let mut wrong = truth;
             wrong[random.random_range(0..2_usize)] *= if random.random() { 0.7 } else { 1.3 };
-            fresh_verdict(config, plan, wrong, seed)
+            validated_verdict(config, plan, wrong, seed)
         }
     }
 }
@@ -142,7 +142,7 @@ fn trial_verdict(
 }
 
 /// A given model on the training stage of a trial.
-fn fresh_verdict(
+fn validated_verdict(
     config: VehicleConfig,
     plan: Plan<f64>,
     theta: [f64; 3],
@@ -176,14 +176,14 @@ fn heading_keeping(config: VehicleConfig, thrust: f64, seed: u64) -> Option<Verd
         let Ok(()) = vehicle.act(&hold);
     }
     let window = |from_s, to_s| Window { from_s, to_s };
-    let fresh = ValidationData {
+    let held_out = ValidationData {
         record: &record,
         window: window(26.5, 43.0),
     };
     identify(
         &record,
         window(10.0, 26.5),
-        Some(fresh),
+        Some(held_out),
         &IdentifySettings::default(),
     )
     .ok()

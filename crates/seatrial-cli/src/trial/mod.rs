@@ -302,7 +302,7 @@ fn save_report(
         ),
         ("Logbook", args.logbook.display().to_string()),
     ];
-    // A logbook that cannot be read any more was told of already.
+    // That the logbook cannot be read any more was said before.
     let entry = Logbook::open_read_only(&args.logbook).and_then(|logbook| logbook.entry(number));
     provenance.extend(entry.ok().map(|entry| (report::STARTED, entry.started)));
     let command = next::after_trial(campaign, number, &args.logbook);

@@ -32,7 +32,7 @@ pub enum Injection {
     Interrupt,
     /// Nothing comes any more, and nothing arrives.
     Unplugged,
-    /// Likewise, for 3 s.
+    /// For 3 s nothing comes and nothing arrives.
     UnpluggedForAWhile,
     /// The vehicle does not hear.
     Deaf,

@@ -166,7 +166,7 @@ fn exact_bad_plans_name_the_field() {
     }
 }
 
-/// The same trial in single precision.
+/// A trial in single precision ends as in double precision.
 #[test]
 fn parity_f32_trial_agrees_with_f64() {
     let plan = Plan::<f32> {

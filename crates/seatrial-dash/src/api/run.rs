@@ -137,7 +137,7 @@ pub struct RunSummary {
     pub stages: Vec<StageSpan>,
     /// May it be used? The operator's decision goes before the program's verdict.
     pub accepted: bool,
-    /// The same in the four words that are used everywhere, and what decides it.
+    /// Whether it may be used, in the four words that every part of seatrial uses, and what decides it.
     pub verdict: Verdict,
     /// Why.
     pub reasons: Vec<Reason>,

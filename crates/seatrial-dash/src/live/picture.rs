@@ -359,7 +359,7 @@ impl Picture {
         })
     }
 
-    /// So many steps were not shown.
+    /// Steps that were not shown.
     pub fn not_shown(&mut self, steps: u64) {
         self.health.not_shown = steps;
     }

@@ -6,7 +6,7 @@ const MOST_DRAWN: usize = 2048;
 /// At most so many values: of more every second, fourth, ... is kept.
 #[derive(Debug)]
 pub struct Thinned<T> {
-    /// Those that are kept.
+    /// The points that are kept.
     pub kept: Vec<T>,
     stride: usize,
     seen: usize,

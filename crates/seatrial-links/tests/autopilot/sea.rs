@@ -51,7 +51,7 @@ pub enum Mishap {
     SecondJoystick,
     /// Nothing comes any more, and nothing arrives.
     LinkLost,
-    /// Likewise, for 3 s.
+    /// For 3 s nothing comes and nothing arrives.
     LinkLostForAWhile,
     /// The vehicle is heard but does not hear.
     Deaf,

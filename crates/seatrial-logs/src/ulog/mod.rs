@@ -451,7 +451,7 @@ impl Messages for ULog {
     fn warnings(&self) -> Vec<String> {
         let dropouts = (self.dropouts > 0).then(|| {
             format!(
-                "the logger lost {} stretches, {:.3} s in all",
+                "the logger lost {} segments, {:.3} s in all",
                 self.dropouts,
                 self.dropped_ms as f64 / 1e3
             )

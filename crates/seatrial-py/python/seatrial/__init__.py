@@ -98,7 +98,7 @@ class Identification:
 
     @property
     def validation(self) -> Optional[dict[str, Any]]:
-        """R^2 on fresh data."""
+        """R^2 on validation data."""
         found = self.document["validation"]
         return None if found is None else dict(found)
 

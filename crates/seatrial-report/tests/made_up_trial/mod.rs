@@ -123,7 +123,7 @@ fn run(number: u32, thrust: f64, speed: f64, theta: [f64; 3]) -> Run {
         accepted: true,
         reasons: vec![Reason::new(
             ReasonCode::Ok,
-            "the model holds on fresh data: R^2 of heading 0.93, of yaw rate 0.95",
+            "the model holds on validation data: R^2 of heading 0.93, of yaw rate 0.95",
         )],
     };
     Run {
@@ -252,7 +252,7 @@ pub fn reject(run: &mut Run) {
         accepted: false,
         reasons: vec![Reason::new(
             ReasonCode::LowR2,
-            "R^2 on fresh data is 0.41 for heading, 0.44 with the offset estimated again, 0.50 for yaw rate; at least 0.6 is needed: repeat the run",
+            "R^2 on validation data is 0.41 for heading, 0.44 with the offset estimated again, 0.50 for yaw rate; at least 0.6 is needed: repeat the run",
         )],
     };
     run.verdict = verdict.clone();

@@ -77,7 +77,7 @@ pub enum Onset {
         stage: Moment,
         /// The time that it begins, 1 for the first.
         run: u32,
-        /// So long into it, s.
+        /// Time from the start of the stage, s.
         after_s: f64,
     },
 }

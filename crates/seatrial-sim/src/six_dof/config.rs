@@ -41,7 +41,7 @@ pub struct SixDofConfig {
 }
 
 impl SixDofConfig {
-    /// The same vehicle in still water with exact sensors; the bottom stays.
+    /// This vehicle in still water with exact sensors; the bottom stays.
     pub fn noise_free(mut self) -> Self {
         self.helm = self.helm.noise_free();
         self.sea.current.clear();
@@ -49,7 +49,7 @@ impl SixDofConfig {
         self
     }
 
-    /// The same vehicle after damage: rudder area goes fin by fin, and what is added to the moment of inertia in yaw
+    /// This vehicle after damage: rudder area goes fin by fin, and what is added to the moment of inertia in yaw
     /// comes on top of that in pitch too, as a payload along the hull does.
     pub fn damaged(&self, damage: &Damage) -> Self {
         let mut config = self.clone();

@@ -25,7 +25,7 @@ pub struct Kinematics {
 
 /// A vehicle that starts at rest at its depth and heading and goes where it is steered.
 ///
-/// The same seed and commands give the same motion bit for bit.
+/// A seed and commands give equal motion, bit for bit, on every platform.
 #[derive(Clone, Debug)]
 pub struct DrivenVehicle {
     config: SixDofConfig,

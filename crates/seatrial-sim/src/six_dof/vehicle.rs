@@ -30,7 +30,7 @@ const RUN_IN_S: f64 = 120.0;
 /// the sample. Depth is held by the elevator from measured depth and pitch; nothing controls roll.
 /// Forward speed is over ground along the hull's axis.
 ///
-/// The same seed gives the same samples bit for bit on every platform.
+/// A seed gives equal samples, bit for bit, on every platform.
 #[derive(Clone, Debug)]
 pub struct SixDofVehicle {
     body: SixDofBody,

@@ -99,7 +99,7 @@ impl Evidence {
         }
     }
 
-    /// The same with its noise.
+    /// The most likely boat with the noise of its gyro and compass.
     pub fn noisy_boat(&self) -> Boat {
         Boat {
             rate_noise_rad_s: self.rate_noise_rad_s,

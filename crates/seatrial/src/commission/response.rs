@@ -6,7 +6,7 @@ use super::StepInstant;
 
 /// The heading has settled while it is this near, as a fraction of the step, or within [`NEAR_RAD`].
 const NEAR: f64 = 0.05;
-/// The same for small steps, rad: a compass is no better.
+/// The heading of a small step has settled while it is this near, rad: a compass is no better.
 const NEAR_RAD: f64 = 0.0175;
 
 /// What a boat made of a step away and a step back.

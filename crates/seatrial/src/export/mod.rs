@@ -110,7 +110,7 @@ impl Schedule {
         })
     }
 
-    /// The same, saying what the vehicle's rudder is at full steering.
+    /// Says what the vehicle's rudder is at full steering, rad.
     pub fn with_full_rudder(self, full_rudder_rad: Option<f64>) -> Self {
         Self {
             full_rudder_rad,
@@ -118,7 +118,7 @@ impl Schedule {
         }
     }
 
-    /// The same, saying what has to be known of the source.
+    /// Says what a user has to know of the source.
     pub fn noting(self, notes: Vec<String>) -> Self {
         Self { notes, ..self }
     }

@@ -56,7 +56,7 @@ pub struct Parameter {
 }
 
 impl Parameter {
-    /// Those that the model determines.
+    /// The parameters that the model determines.
     pub(super) fn determined(rows: &[Row]) -> Vec<Self> {
         let parameter = |&(name, value, unit, because): &Row| {
             Some(Self {
@@ -72,7 +72,7 @@ impl Parameter {
         rows.iter().filter_map(parameter).collect()
     }
 
-    /// Those of them that are limits of what the vehicle does under full rudder.
+    /// The parameters that are limits of what the vehicle does under full rudder.
     pub(super) fn limits(rows: &[Row]) -> Vec<Self> {
         let mut limits = Self::determined(rows);
         limits.iter_mut().for_each(|limit| limit.is_limit = true);

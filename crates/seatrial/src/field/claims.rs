@@ -90,7 +90,7 @@ impl Field {
             ),
             Claim::at_least(
                 "Section IV-C",
-                "the model explains 78 % of fresh heading: worst thrust, median of the trials",
+                "the model explains 78 % of the heading of validation data: worst thrust, median of the trials",
                 worst_r2.fold(f64::INFINITY, f64::min),
                 0.78,
                 "",

@@ -33,8 +33,9 @@ pub use u_turn::{MeasuredTurn, PredictedTurn, UTurn, YawRateSample};
 pub struct FieldSettings {
     /// Time on a steady course before each experiment, s.
     pub settle_s: f64,
-    /// To which hand the U-turns are.
-    pub hand: Side,
+    /// To which side the U-turns are.
+    #[serde(rename = "hand")]
+    pub side: Side,
     /// The heading steps; an ideal rudder and delay are not needed, the vehicle has its own.
     pub steps: HeadingSteps,
     /// Thrust of the repeated trials.
@@ -45,7 +46,7 @@ impl Default for FieldSettings {
     fn default() -> Self {
         Self {
             settle_s: 40.0,
-            hand: Side::Port,
+            side: Side::Port,
             steps: HeadingSteps::default(),
             repeated_thrust: 0.8,
         }
@@ -181,7 +182,7 @@ impl Field {
                 trials,
                 settings.repeated_thrust,
                 rudder_limit_rad,
-                settings.hand,
+                settings.side,
                 steps.damping_ratio,
             ),
             points,

@@ -23,7 +23,7 @@ pub struct TrialsAtThrust {
     pub accepted: [usize; 2],
     /// Seconds of training until the estimate had converged, of each trial that did.
     pub converged_s: Vec<f64>,
-    /// R^2 of heading on fresh data, of each trial.
+    /// R^2 of heading on validation data, of each trial.
     pub r2_heading: Vec<f64>,
 }
 
@@ -117,7 +117,7 @@ impl Repeatability {
         trials: &[Campaign],
         thrust: f64,
         rudder_limit_rad: f64,
-        hand: Side,
+        side: Side,
         damping_ratio: f64,
     ) -> Option<Self> {
         let runs = accepted_at(trials, thrust);
@@ -136,7 +136,7 @@ impl Repeatability {
                     u_turn_mean_radius_m: mean_radius_m(
                         &model,
                         rudder_limit_rad,
-                        hand,
+                        side,
                         run.surge_speed_m_s?,
                     )?,
                 })

@@ -124,7 +124,7 @@ impl UTurn {
         settings: &FieldSettings,
     ) -> Result<Self, FieldError> {
         let thrust = point.thrust.ok_or(FieldError::Missing("thrust"))?;
-        let turn = Turn::new(&point.model, rudder_limit_rad, settings.hand)
+        let turn = Turn::new(&point.model, rudder_limit_rad, settings.side)
             .map_err(|reason| FieldError::NoTurn { thrust, reason })?;
         let course = pilot.hold(settings.settle_s, thrust)?;
         let averaged_from_s = course.last().map_or(0.0, |s| s.time_s) - AVERAGED_S;
@@ -256,13 +256,13 @@ fn yaw_rates(
         .collect())
 }
 
-/// R (50) of a model to a hand.
+/// R (50) of a model to a side.
 pub(super) fn mean_radius_m(
     model: &YawModel<f64>,
     rudder_limit_rad: f64,
-    hand: Side,
+    side: Side,
     surge_speed_m_s: f64,
 ) -> Option<f64> {
-    let turn = Turn::new(model, rudder_limit_rad, hand).ok()?;
+    let turn = Turn::new(model, rudder_limit_rad, side).ok()?;
     Some(turn.u_turn_mean_radius_m(surge_speed_m_s))
 }

@@ -7,7 +7,7 @@ use crate::record::{RudderUnit, rudder_text};
 /// Three parameters, two initial conditions and a noise level need some samples each.
 const LEAST_SAMPLES: usize = 30;
 
-/// A rudder that moves less than this, rad (0.1 deg), was not moved; a heading likewise.
+/// A rudder or a heading that moves less than this, rad (0.1 deg), did not move.
 const LEAST_MOVEMENT_RAD: f64 = 0.0017;
 
 /// A record that cannot give any model at all: the reason, or `None` where one may be tried.

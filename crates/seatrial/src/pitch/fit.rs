@@ -68,7 +68,7 @@ pub fn fit(samples: &[DivingSample<f64>], first: &PitchModel<f64>) -> Option<Fit
     })
 }
 
-/// R^2 of a model's pitch on fresh data, with its offset and the start estimated again.
+/// R^2 of a model's pitch on validation data, with its offset and the start estimated again.
 pub(super) fn r2(samples: &[DivingSample<f64>], model: &PitchModel<f64>) -> Option<f64> {
     let measured = DVector::from_iterator(samples.len(), samples.iter().map(|s| s.pitch_rad));
     let [a, m, b, c] = model.theta();

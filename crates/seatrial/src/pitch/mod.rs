@@ -13,7 +13,7 @@ pub use trial::{PitchPlan, PitchRun, PitchTrial, trial};
 
 /// The pole of the state variable filter, rad/s: twice that of yaw, for doublets of half the length.
 pub const LAMBDA_RAD_S: f64 = 3.0;
-/// R^2 of pitch on fresh data from which a model is accepted, as for heading.
+/// R^2 of pitch on validation data from which a model is accepted, as for heading.
 pub const ACCEPT_FROM_R2: f64 = 0.6;
 /// Elevator movement that counts as excitation, rad.
 const EXCITED_RAD: f64 = 0.02;
@@ -29,17 +29,18 @@ pub struct PitchIdentification {
     pub samples_used: u32,
     /// The refined estimate: output error.
     pub refined: Fit,
-    /// R^2 of pitch on fresh data, and the window; `None` without fresh data.
-    pub fresh: Option<FreshPitch>,
+    /// R^2 of pitch on validation data, and the window; `None` without validation data.
+    #[serde(alias = "fresh")]
+    pub validation: Option<PitchValidation>,
     /// Accepted?
     pub accepted: bool,
     /// Why, in words.
     pub reason: String,
 }
 
-/// How the refined model does on fresh data.
+/// How the refined model does on validation data.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FreshPitch {
+pub struct PitchValidation {
     /// The window, s.
     pub window: Window,
     /// R^2 of pitch, simulated freely over the whole window from the elevator alone. The offset is estimated
@@ -74,14 +75,14 @@ pub enum NoPitchModel {
 /// Samples that a fit needs.
 const LEAST_SAMPLES: usize = 40;
 
-/// Identifies the pitch model from the training window of a record, and validates it on fresh data.
+/// Identifies the pitch model from the training window of a record, and validates it on validation data.
 ///
-/// The filters are warmed on what lies before the window. The excitation is over when the elevator has made its
-/// last large movement.
+/// The filters are warmed on what lies before the window. Excitation ends with the last large movement of the
+/// elevator.
 pub fn identify(
     samples: &[DivingSample<f64>],
     training: Window,
-    fresh: Option<Window>,
+    validation: Option<Window>,
 ) -> Result<PitchIdentification, NoPitchModel> {
     let inside = usable(samples, training, "training window")?;
     let elevators = || inside.iter().map(|s| s.elevator_rad);
@@ -103,25 +104,25 @@ pub fn identify(
     }
     let online = estimator.model();
     let refined = fit(&inside, &online).ok_or(NoPitchModel::NoFit)?;
-    let fresh = fresh
+    let validation = validation
         .map(|window| {
             let samples = usable(samples, window, "validation window")?;
             let r2_pitch = fit::r2(&samples, &refined.model).ok_or(NoPitchModel::NoFit)?;
-            Ok(FreshPitch { window, r2_pitch })
+            Ok(PitchValidation { window, r2_pitch })
         })
         .transpose()?;
     let stable = refined.model.damping_per_s < 0.0;
-    let (accepted, reason) = match fresh {
+    let (accepted, reason) = match validation {
         _ if !stable => (
             false,
             "a is not negative: pitch would not be damped".to_owned(),
         ),
-        None => (true, "no fresh data to validate on".to_owned()),
-        Some(fresh) => (
-            fresh.r2_pitch >= ACCEPT_FROM_R2,
+        None => (true, "no data to validate on".to_owned()),
+        Some(validation) => (
+            validation.r2_pitch >= ACCEPT_FROM_R2,
             format!(
-                "explains {:.0} % of fresh pitch; {:.0} % are needed",
-                100.0 * fresh.r2_pitch,
+                "explains {:.0} % of the pitch of the validation data; {:.0} % are needed",
+                100.0 * validation.r2_pitch,
                 100.0 * ACCEPT_FROM_R2
             ),
         ),
@@ -131,7 +132,7 @@ pub fn identify(
         online,
         samples_used: estimator.samples_used(),
         refined,
-        fresh,
+        validation,
         accepted,
         reason,
     })

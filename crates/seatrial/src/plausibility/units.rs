@@ -22,7 +22,7 @@ const USUAL_RUDDER_RAD: f64 = 0.7;
 const USUAL_RUDDER_DEG: f64 = 46.0;
 /// Nobody logs a manoeuvre at longer intervals, s; milliseconds of 20 Hz are 50.
 const LONGEST_INTERVAL_S: f64 = 40.0;
-/// And where every stamp is a whole number.
+/// The share from which a clock is doubted where every stamp is a whole number.
 const LONGEST_WHOLE_INTERVAL_S: f64 = 15.0;
 
 /// Compares the numbers with what their units allow.

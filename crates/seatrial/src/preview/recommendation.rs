@@ -95,7 +95,7 @@ pub struct Recommendation {
     pub period_s: f64,
     /// Half widths of the 95 % intervals of a22 and b2 to expect at best, as fractions; the widest of all speeds.
     pub relative_half_width_95: [f64; 2],
-    /// Those that nine of ten trials keep within.
+    /// The half widths that nine of ten trials keep within.
     pub nine_of_ten_within: [f64; 2],
     /// Farthest heading from the heading held, rad, the farthest of all speeds.
     pub heading_excursion_rad: f64,

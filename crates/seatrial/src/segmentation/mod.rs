@@ -8,6 +8,8 @@ mod proposal;
 mod stroke;
 mod trace;
 
+use std::fmt;
+
 use seatrial_core::Sample;
 use serde::{Deserialize, Serialize};
 
@@ -46,7 +48,7 @@ const SIMILAR_LENGTH: f64 = 1.6;
 /// From the first to the last sample of a segment is up to an interval less than the segment.
 const ROUNDING: f64 = 0.1;
 
-/// So many strokes from side to side are a zig-zag also where the record begins in the middle of it.
+/// Strokes from side to side that make a zig-zag also where the record begins in the middle of it.
 const STROKES_WITHOUT_LEAD_IN: usize = 4;
 
 /// What the rudder did in a segment of a record.
@@ -81,8 +83,15 @@ impl Kind {
     }
 
     /// Was the rudder deflected to both sides, so that damping, rudder and offset can be distinguished?
-    pub fn uses_both_hands(self) -> bool {
+    pub fn uses_both_sides(self) -> bool {
         matches!(self, Self::Doublet | Self::Multistep | Self::ZigZag)
+    }
+}
+
+/// The name that documents have: `zig_zag`.
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        self.serialize(f)
     }
 }
 
@@ -253,7 +262,7 @@ fn steady_runs(trace: &Trace, manoeuvres: &[Segment]) -> Vec<Segment> {
         .chain(ends)
         .zip(starts.chain([f64::INFINITY]))
         .flat_map(|(from_s, to_s)| {
-            trace.quiet_stretches(Window { from_s, to_s }, 0.5 * smallest_rad)
+            trace.quiet_segments(Window { from_s, to_s }, 0.5 * smallest_rad)
         })
         .filter(|window| window.to_s - window.from_s > longest_s)
         .map(|window| {

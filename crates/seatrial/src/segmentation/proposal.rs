@@ -143,7 +143,7 @@ fn by_speed(record: &Record, manoeuvres: &[Segment]) -> Vec<Vec<Segment>> {
     }
     let mut useful: Vec<Segment> = manoeuvres
         .iter()
-        .filter(|s| s.kind.uses_both_hands() && s.completeness >= LEAST_COMPLETENESS)
+        .filter(|s| s.kind.uses_both_sides() && s.completeness >= LEAST_COMPLETENESS)
         .copied()
         .collect();
     let key = Key::of(&useful);

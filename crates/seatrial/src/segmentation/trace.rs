@@ -126,7 +126,7 @@ impl<'a> Trace<'a> {
     }
 
     /// Segments of a window in which the rudder stays within a bound.
-    pub fn quiet_stretches(&self, window: Window, bound_rad: f64) -> Vec<Window> {
+    pub fn quiet_segments(&self, window: Window, bound_rad: f64) -> Vec<Window> {
         let indices = self.indices(window);
         let time_s = &self.time_s[indices.clone()];
         self.rudder_rad[indices]

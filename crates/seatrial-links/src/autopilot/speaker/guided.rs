@@ -37,9 +37,9 @@ impl<V: Vehicle<f64>> Speaker<V> {
         let is_guided = self.is_armed && self.profile.heading_mode() == Some(self.mode);
         let timeout_s = self.number("GUID_TIMEOUT").max(0.1);
         let target = self.guided.target.filter(|_| is_guided);
-        let fresh = target.filter(|(given_s, ..)| self.clock_s - given_s <= timeout_s);
+        let recent = target.filter(|(given_s, ..)| self.clock_s - given_s <= timeout_s);
         let settings = cascade::settings(|name| self.parameter(name).map(f64::from));
-        let (Some((_, heading_rad, share)), Ok(settings)) = (fresh, settings) else {
+        let (Some((_, heading_rad, share)), Ok(settings)) = (recent, settings) else {
             self.guided = Guided::default();
             return None;
         };
