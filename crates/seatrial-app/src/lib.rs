@@ -17,6 +17,7 @@ pub mod paper;
 pub mod recording;
 pub mod replay;
 pub mod simulated;
+pub mod simulated_log;
 pub mod studies;
 pub mod trial_run;
 pub mod turning;

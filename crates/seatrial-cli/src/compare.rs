@@ -103,7 +103,8 @@ impl<'a> Chosen<'a> {
             && let settings = IdentifySettings::default()
             && let Some(models) = identify_speeds(&logs.log, &settings, &mut Told::default())?
             && let Some(SpeedModel { windows, .. }) = foremost(&models)
-            && let (Some(training), Some(validation)) = (windows.training.first(), windows.validation)
+            && let (Some(training), Some(validation)) =
+                (windows.training.first(), windows.validation)
         {
             return Ok(on_this_log(*training, validation, &windows.because));
         }

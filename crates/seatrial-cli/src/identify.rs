@@ -13,7 +13,7 @@ use seatrial_app::next;
 use seatrial_core::estimator::Method;
 
 use crate::log::{LogArgs, Told};
-use crate::model_text::{validation_text, model_text, source_text, training_text, verdict_text};
+use crate::model_text::{model_text, source_text, training_text, validation_text, verdict_text};
 use crate::output::{Exit, Failure, Output};
 use crate::pitch::{self, Axis};
 use crate::screen::{command, labelled, sentence, width};

@@ -4,12 +4,12 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::{Args as ClapArgs, Subcommand};
-use seatrial::Window;
 use seatrial_app::recording;
 use seatrial_app::simulated;
-use seatrial_core::{Event, List, Outcome, Plan, Sample, Stage, Trial, Vehicle};
+use seatrial_app::simulated_log::{PlayedRun, SimulatedTruth, play};
+use seatrial_core::{List, Outcome, Plan};
 use seatrial_logs::Row;
-use seatrial_sim::{ConfigError, SimulatedConfig, SimulatedVehicle, Truth};
+use seatrial_sim::SimulatedConfig;
 use serde::Serialize;
 
 use crate::ardupilot_json;
@@ -67,42 +67,7 @@ struct Written {
     seed: u64,
     out: String,
     samples: usize,
-    runs: Vec<Run>,
-    outcome: Option<Outcome>,
-}
-
-/// One run of the trial and where its stages lie in the log.
-#[derive(Clone, Debug, Serialize)]
-struct Run {
-    thrust: f64,
-    attempt: u32,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    train: Option<Window>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    validate: Option<Window>,
-}
-
-/// The truth file.
-#[derive(Serialize)]
-struct TruthFile {
-    schema: &'static str,
-    seed: u64,
-    runs: Vec<TrueRun>,
-    vehicle: SimulatedConfig,
-}
-
-#[derive(Serialize)]
-struct TrueRun {
-    attempt: u32,
-    /// What an identification should find, for six degrees of freedom what it finds without noise.
-    #[serde(flatten)]
-    truth: Option<Truth>,
-}
-
-/// A trial that was played to its end.
-struct Played {
-    samples: Vec<Sample<f64>>,
-    runs: Vec<Run>,
+    runs: Vec<PlayedRun>,
     outcome: Option<Outcome>,
 }
 
@@ -125,7 +90,7 @@ fn log(args: &SimLogArgs, output: &Output) -> Result<Exit, Failure> {
     let mut vehicle = config
         .vehicle(args.seed)
         .map_err(|error| Failure::input(format!("{}: {error}", args.vehicle)))?;
-    let played = play(&mut vehicle, plan(&args.thrust)?)?;
+    let played = play(&mut vehicle, plan(&args.thrust)?).map_err(Failure::usage)?;
     let rows: Vec<Row> = played.samples.iter().copied().map(Row::from).collect();
     recording::write(&args.out, format, &rows)?;
     if let Some(path) = &args.truth {
@@ -173,101 +138,13 @@ fn plan(thrusts: &[f64]) -> Result<Plan<f64>, Failure> {
     })
 }
 
-/// Plays a trial on the vehicle.
-fn play(vehicle: &mut SimulatedVehicle, plan: Plan<f64>) -> Result<Played, Failure> {
-    let mut trial = Trial::new(plan).map_err(Failure::usage)?;
-    let mut played = Played {
-        samples: Vec::new(),
-        runs: Vec::new(),
-        outcome: None,
-    };
-    while let Ok(Some(sample)) = vehicle.next_sample() {
-        played.samples.push(sample);
-        let action = trial.step(&sample);
-        while let Some(event) = trial.take_event() {
-            played.note(event);
-        }
-        let Ok(()) = vehicle.act(&action);
-        if action.outcome.is_some() {
-            break;
-        }
-    }
-    played.outcome = trial.outcome();
-    Ok(played)
-}
-
-impl Played {
-    fn note(&mut self, event: Event<f64>) {
-        if let Event::RunStarted {
-            thrust, attempt, ..
-        } = event
-        {
-            self.runs.push(Run {
-                thrust,
-                attempt,
-                train: None,
-                validate: None,
-            });
-        }
-        let Some(run) = self.runs.last_mut() else {
-            return;
-        };
-        match event {
-            Event::StageStarted {
-                stage: Stage::Train,
-                time_s,
-            } => run.train = Some(open_from(time_s)),
-            Event::StageStarted {
-                stage: Stage::Validate,
-                time_s,
-            } => {
-                run.close_stage(time_s);
-                run.validate = Some(open_from(time_s));
-            }
-            Event::RunFinished { time_s, .. } | Event::Ended { time_s, .. } => {
-                run.close_stage(time_s);
-            }
-            _ => {}
-        }
-    }
-}
-
-fn open_from(from_s: f64) -> Window {
-    Window {
-        from_s,
-        to_s: f64::INFINITY,
-    }
-}
-
-impl Run {
-    fn close_stage(&mut self, time_s: f64) {
-        for window in [&mut self.train, &mut self.validate].into_iter().flatten() {
-            window.to_s = window.to_s.min(time_s);
-        }
-    }
-}
-
 fn write_truth(
     path: &Path,
     seed: u64,
     vehicle: SimulatedConfig,
-    runs: &[Run],
+    runs: &[PlayedRun],
 ) -> Result<(), Failure> {
-    let truth = TruthFile {
-        schema: "seatrial.truth.v1",
-        seed,
-        runs: runs
-            .iter()
-            .map(|run| {
-                Ok(TrueRun {
-                    attempt: run.attempt,
-                    truth: vehicle.truth(run.thrust)?,
-                })
-            })
-            .collect::<Result<_, ConfigError>>()
-            .map_err(Failure::internal)?,
-        vehicle,
-    };
+    let truth = SimulatedTruth::of(vehicle, seed, runs).map_err(Failure::internal)?;
     let text = match suffix(path) {
         Some("toml") => toml::to_string(&truth).map_err(Failure::internal),
         _ => serde_json::to_string_pretty(&truth).map_err(Failure::internal),

@@ -1,14 +1,13 @@
 //! `seatrial sim mavlink`: a simulated vehicle that speaks MAVLink.
 
 use seatrial_app::simulated;
-use std::io::{ErrorKind, Read, Write};
-use std::net::{TcpListener, TcpStream, UdpSocket};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use seatrial_links::autopilot::{Profile, Speaker};
+use seatrial_links::autopilot::{Profile, Speaker, Station};
+use seatrial_sim::SimulatedVehicle;
 use serde::Serialize;
 
 use crate::autopilot::{parse_profile, signing};
@@ -60,88 +59,6 @@ struct Played {
     seconds: f64,
 }
 
-enum Station {
-    Udp(UdpSocket),
-    Tcp(TcpListener, Option<TcpStream>),
-}
-
-impl Station {
-    fn open(args: &Args) -> std::io::Result<Self> {
-        match &args.tcp {
-            Some(place) => {
-                let listener = TcpListener::bind(place)?;
-                listener.set_nonblocking(true)?;
-                Ok(Self::Tcp(listener, None))
-            }
-            None => {
-                let is_loopback = ["127.", "localhost:", "[::1]"]
-                    .iter()
-                    .any(|p| args.udp.starts_with(p));
-                let any = if is_loopback {
-                    "127.0.0.1:0"
-                } else {
-                    "0.0.0.0:0"
-                };
-                let socket = UdpSocket::bind(any)?;
-                socket.connect(&args.udp)?;
-                Ok(Self::Udp(socket))
-            }
-        }
-    }
-
-    fn send(&mut self, bytes: &[u8]) {
-        match self {
-            // A station that is not there yet, or gone, does not stop the vehicle.
-            Self::Udp(socket) => drop(socket.send(bytes)),
-            Self::Tcp(_, stream) => {
-                if stream.as_mut().is_some_and(|s| s.write_all(bytes).is_err()) {
-                    *stream = None;
-                }
-            }
-        }
-    }
-
-    /// What has come, after waiting this long at most.
-    fn receive(&mut self, buffer: &mut [u8], timeout: Duration) -> usize {
-        let timeout = timeout.max(Duration::from_micros(100));
-        let received = match self {
-            Self::Udp(socket) => socket
-                .set_read_timeout(Some(timeout))
-                .and_then(|()| socket.recv(buffer)),
-            Self::Tcp(_, Some(stream)) => stream
-                .set_read_timeout(Some(timeout))
-                .and_then(|()| stream.read(buffer))
-                .and_then(|length| match length {
-                    0 => Err(ErrorKind::ConnectionReset.into()),
-                    length => Ok(length),
-                }),
-            Self::Tcp(listener, stream) => {
-                std::thread::sleep(timeout.min(Duration::from_millis(5)));
-                if let Ok((accepted, _)) = listener.accept()
-                    && accepted.set_nonblocking(false).is_ok()
-                    && accepted.set_nodelay(true).is_ok()
-                {
-                    *stream = Some(accepted);
-                }
-                return 0;
-            }
-        };
-        match received {
-            Ok(length) => length,
-            Err(error) => {
-                let is_passing =
-                    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut);
-                match self {
-                    Self::Tcp(_, stream) if !is_passing => *stream = None,
-                    _ if !is_passing => std::thread::sleep(timeout),
-                    _ => {}
-                }
-                0
-            }
-        }
-    }
-}
-
 /// Plays the vehicle until it is stopped.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if !(args.speed > 0.0 && args.speed <= 1000.0) {
@@ -164,14 +81,42 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         helm.rudder_limit_rad,
         signing,
     );
-    let mut station = Station::open(args).map_err(|error| {
-        let place = args.tcp.as_ref().unwrap_or(&args.udp);
-        Failure::input(format!("{place}: {error}"))
-    })?;
+    let mut station = station(args)?;
     say(format!(
         "full rudder is {:.1} degrees; --full-rudder-deg of the trial must say so",
         helm.rudder_limit_rad.to_degrees()
     ));
+    let steps = play(&mut speaker, &mut station, args, interval_s)?;
+    let played = Played {
+        schema: "seatrial.simulated_mavlink.v1",
+        vehicle: args.vehicle.clone(),
+        steps,
+        seconds: steps as f64 * interval_s,
+    };
+    output.print(&played, || {
+        format!(
+            "{}: {} steps, {:.0} s",
+            played.vehicle, played.steps, played.seconds
+        )
+    })?;
+    Ok(Exit::Done)
+}
+
+fn station(args: &Args) -> Result<Station, Failure> {
+    let (place, station) = match &args.tcp {
+        Some(place) => (place, Station::tcp(place)),
+        None => (&args.udp, Station::udp(&args.udp)),
+    };
+    station.map_err(|error| Failure::input(format!("{place}: {error}")))
+}
+
+/// Steps the vehicle in its time until it is stopped; how many steps it made.
+fn play(
+    speaker: &mut Speaker<SimulatedVehicle>,
+    station: &mut Station,
+    args: &Args,
+    interval_s: f64,
+) -> Result<u64, Failure> {
     let stop = Arc::new(AtomicBool::new(false));
     let handler = Arc::clone(&stop);
     ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
@@ -196,17 +141,5 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         station.send(&sent);
         steps += 1;
     }
-    let played = Played {
-        schema: "seatrial.simulated_mavlink.v1",
-        vehicle: args.vehicle.clone(),
-        steps,
-        seconds: seconds(steps),
-    };
-    output.print(&played, || {
-        format!(
-            "{}: {} steps, {:.0} s",
-            played.vehicle, played.steps, played.seconds
-        )
-    })?;
-    Ok(Exit::Done)
+    Ok(steps)
 }

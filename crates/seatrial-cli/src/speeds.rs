@@ -10,7 +10,7 @@ use seatrial_app::identify_log::SpeedModel;
 use seatrial_app::models::write_schedule_file;
 use seatrial_core::RudderUnit;
 
-use crate::model_text::{validation_text, model_text, speed_text, training_text, verdict_text};
+use crate::model_text::{model_text, speed_text, training_text, validation_text, verdict_text};
 use crate::output::Failure;
 
 /// A paragraph of the page.

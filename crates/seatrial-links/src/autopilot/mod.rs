@@ -37,7 +37,7 @@ pub use hand_back::{Backup, HandBack, Stored};
 pub use heading::HeadingControl;
 pub use profile::{Profile, SteeringOutputs};
 pub use response::Response;
-pub use speaker::Speaker;
+pub use speaker::{Speaker, Station};
 pub use stop::Stop;
 pub use tended::Tended;
 

@@ -3,6 +3,7 @@
 mod defaults;
 mod guided;
 mod report;
+mod station;
 
 use std::collections::BTreeMap;
 
@@ -15,6 +16,7 @@ use crate::link::message::{
 use crate::link::{Decoder, Encoder, Message, Sender, Signing};
 use defaults::{HALF_US, TRIM_US, parameters, resting_mode};
 use guided::Guided;
+pub use station::Station;
 
 /// A vehicle that speaks MAVLink: an autopilot like ArduPilot's Rover, ArduSub or PX4 around a [`Vehicle`], in the vehicle's
 /// own time.

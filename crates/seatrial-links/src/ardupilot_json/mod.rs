@@ -7,6 +7,8 @@
 //!
 //! Source: the readme of `libraries/SITL/examples/JSON` in ArduPilot's repository.
 
+pub mod channel;
+
 use thiserror::Error;
 
 /// Magic of a packet with 16 and with 32 channels.
