@@ -16,7 +16,7 @@ const TOLERATED_BETWEEN_TRIALS: f64 = 0.0;
 /// Changes of a22 and b2 up to this share are none, unless asked for, over ordinary missions.
 const TOLERATED_IN_MISSIONS: f64 = 0.05;
 
-/// How a change is told from none.
+/// When a difference counts as a change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Criteria {
     /// How often an unchanged vehicle may be called changed, as a share of all answers.

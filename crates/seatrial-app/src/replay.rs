@@ -140,15 +140,16 @@ fn step_difference(recorded: &Step, now: &Step) -> String {
         .into_iter()
         .zip(recorded.numbers().into_iter().zip(now.numbers()))
         .filter(|(_, (recorded, now))| bits(*recorded) != bits(*now))
-        .map(|(name, (recorded, now))| told(name, recorded, now));
-    let stage = (recorded.stage != now.stage).then(|| told("stage", recorded.stage, now.stage));
+        .map(|(name, (recorded, now))| difference(name, recorded, now));
+    let stage =
+        (recorded.stage != now.stage).then(|| difference("stage", recorded.stage, now.stage));
     let (was, is) = (recorded.action.outcome, now.action.outcome);
-    let outcome = (was != is).then(|| told("outcome", was, is));
+    let outcome = (was != is).then(|| difference("outcome", was, is));
     let all: Vec<String> = numbers.chain(stage).chain(outcome).collect();
     all.join("; ")
 }
 
-fn told<T: Debug>(name: &str, recorded: Option<T>, now: Option<T>) -> String {
+fn difference<T: Debug>(name: &str, recorded: Option<T>, now: Option<T>) -> String {
     let words = |value: Option<T>| value.map_or("none".into(), |value| format!("{value:?}"));
     format!("{name}: recorded {}, now {}", words(recorded), words(now))
 }

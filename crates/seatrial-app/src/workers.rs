@@ -11,7 +11,7 @@ pub fn threads(asked: Option<NonZeroUsize>) -> usize {
         .map_or(1, NonZeroUsize::get)
 }
 
-/// Threads, and who is told of each run that is done.
+/// Threads, and what is called after every run.
 pub struct Workers<'a> {
     threads: usize,
     done: &'a (dyn Fn() + Sync),

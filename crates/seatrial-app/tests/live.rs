@@ -66,14 +66,14 @@ impl Vehicle<f64> for Live {
 
 /// The runs that have begun and ended, and the steps between.
 #[derive(Default)]
-struct Told {
+struct Reporter {
     begun: Vec<u32>,
     ended: Vec<u32>,
     /// Steps of the second run before the first had its verdict.
     meanwhile: u32,
 }
 
-impl Watch for Told {
+impl Watch for Reporter {
     fn run_started(&mut self, number: u32, _thrust: f64, _attempt: u32) {
         self.begun.push(number);
     }
@@ -89,14 +89,14 @@ impl Watch for Told {
 
 #[test]
 fn exact_a_live_vehicle_does_not_wait_for_its_judge() {
-    let mut told = Told::default();
-    let live = conduct(&mut Live::until(f64::INFINITY), plan(), about(), &mut told).unwrap();
+    let mut reporter = Reporter::default();
+    let live = conduct(&mut Live::until(f64::INFINITY), plan(), about(), &mut reporter).unwrap();
     assert!(told.meanwhile > 0);
     assert_eq!((told.begun, told.ended), (vec![1, 2], vec![1, 2]));
 
     let mut vehicle = FirstOrderVehicle::new(VehicleConfig::starfish(), 3).unwrap();
-    let mut told = Told::default();
-    let waited = conduct(&mut vehicle, plan(), about(), &mut told).unwrap();
+    let mut reporter = Reporter::default();
+    let waited = conduct(&mut vehicle, plan(), about(), &mut reporter).unwrap();
     assert_eq!(told.meanwhile, 0);
     assert_eq!(live.campaign, waited.campaign);
 }
@@ -112,8 +112,8 @@ fn recover_a_verdict_that_is_still_waited_for_when_the_link_is_lost() {
     let first = whole.unwrap().campaign.runs.swap_remove(0);
     // Three samples into the second run.
     let ends_s = first.record.samples.last().unwrap().time_s + 0.18;
-    let mut told = Told::default();
-    let lost = conduct(&mut Live::until(ends_s), plan(), about(), &mut told).unwrap();
+    let mut reporter = Reporter::default();
+    let lost = conduct(&mut Live::until(ends_s), plan(), about(), &mut reporter).unwrap();
     let campaign = lost.campaign;
     assert_eq!(
         campaign.outcome,

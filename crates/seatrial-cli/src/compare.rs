@@ -11,7 +11,7 @@ use seatrial_app::documents::Source;
 use seatrial_app::identify_log::{Logs, SpeedModel, foremost, identify_speeds, no_model};
 use serde::Serialize;
 
-use crate::log::{LogArgs, Told};
+use crate::log::{LogArgs, Reporter};
 use crate::model_text::source_text;
 use crate::output::{Exit, Failure, Output};
 use crate::table::Table;
@@ -53,7 +53,7 @@ struct Document {
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let windows = args.windows.windows().validated_on_the_rest();
     let settings = args.log.channels.read_settings()?;
-    let logs = windows.open(&args.log.log, &settings, &mut Told::default())?;
+    let logs = windows.open(&args.log.log, &settings, &mut Reporter::default())?;
     let chosen = Chosen::of(args, &logs)?;
     let begun = Instant::now();
     let clock_ms = || begun.elapsed().as_secs_f64() * 1e3;
@@ -101,7 +101,7 @@ impl<'a> Chosen<'a> {
         }
         if !args.windows.windows().are_given()
             && let settings = IdentifySettings::default()
-            && let Some(models) = identify_speeds(&logs.log, &settings, &mut Told::default())?
+            && let Some(models) = identify_speeds(&logs.log, &settings, &mut Reporter::default())?
             && let Some(SpeedModel { windows, .. }) = foremost(&models)
             && let (Some(training), Some(validation)) =
                 (windows.training.first(), windows.validation)

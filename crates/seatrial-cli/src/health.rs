@@ -10,7 +10,7 @@ use seatrial::health::{
 use seatrial_app::health::{self, Comparison, Criteria, Missions, Watched};
 use seatrial_app::models::{ComparedModels, compared_models, open_named};
 
-use crate::log::{ChannelArgs, Told};
+use crate::log::{ChannelArgs, Reporter};
 use crate::output::{Exit, Failure, Output};
 use crate::screen::sentence;
 use crate::table::Table;
@@ -113,8 +113,13 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 impl Args {
     fn models(&self, name: &str) -> Result<ComparedModels, Failure> {
         let reading = self.channels.read_settings()?;
-        let mut told = Told::default();
-        Ok(compared_models(name, &self.logbook, &reading, &mut told)?)
+        let mut reporter = Reporter::default();
+        Ok(compared_models(
+            name,
+            &self.logbook,
+            &reading,
+            &mut reporter,
+        )?)
     }
 
     fn compare(
@@ -141,7 +146,7 @@ impl Args {
         let mut missions = Missions::new(source, settings)?;
         let reading = self.channels.read_settings()?;
         for name in &self.watch {
-            let (log, window) = open_named(name, &reading, &mut Told::default())?;
+            let (log, window) = open_named(name, &reading, &mut Reporter::default())?;
             missions.read(name, &log, window)?;
         }
         let report = missions.report();

@@ -12,7 +12,7 @@ use seatrial_app::identify_log::{IdentifiedLog, Logs, Options, identify_log_obse
 use seatrial_app::next;
 use seatrial_core::estimator::Method;
 
-use crate::log::{LogArgs, Told};
+use crate::log::{LogArgs, Reporter};
 use crate::model_text::{model_text, source_text, training_text, validation_text, verdict_text};
 use crate::output::{Exit, Failure, Output};
 use crate::pitch::{self, Axis};
@@ -227,8 +227,8 @@ impl EstimatorArgs {
             windows: windows.windows(),
             settings: self.settings(trace),
         };
-        let mut told = Told::windows(is_verbose);
-        Ok(identify_log_observed(&log.log, &options, &mut told)?)
+        let mut reporter = Reporter::windows(is_verbose);
+        Ok(identify_log_observed(&log.log, &options, &mut reporter)?)
     }
 
     /// The settings that these options stand for.

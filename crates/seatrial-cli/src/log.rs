@@ -191,25 +191,30 @@ pub fn open(
     keep: Option<Window>,
 ) -> Result<OpenedLog, Failure> {
     let settings = channels.read_settings()?;
-    Ok(logs::open(path, &settings, keep, &mut Told::default())?)
+    Ok(logs::open(path, &settings, keep, &mut Reporter::default())?)
 }
 
 /// Reads what is inside `keep`, or, to be able to say what the log has instead, all of it.
 pub fn open_inside(args: &LogArgs, keep: Window) -> Result<OpenedLog, Failure> {
     let settings = args.channels.read_settings()?;
-    let mut told = Told::default();
-    Ok(logs::open_inside(&args.log, &settings, keep, &mut told)?)
+    let mut reporter = Reporter::default();
+    Ok(logs::open_inside(
+        &args.log,
+        &settings,
+        keep,
+        &mut reporter,
+    )?)
 }
 
 /// Says on standard error what is found in a log, and draws a bar on a terminal for logs that take more than a second.
 #[derive(Default)]
-pub struct Told {
+pub struct Reporter {
     /// Also which windows are chosen, and why.
     windows: bool,
     reading: Option<Reading>,
 }
 
-impl Told {
+impl Reporter {
     /// Also says which windows are chosen, and why, where that is wanted.
     pub fn windows(windows: bool) -> Self {
         Self {
@@ -234,7 +239,7 @@ struct Reading {
     begun: Instant,
 }
 
-impl Observer for Told {
+impl Observer for Reporter {
     fn opened(&mut self, path: &Path, description: &LogDescription, servo: Option<Servo>) {
         tell(&format!(
             "{}: {}",

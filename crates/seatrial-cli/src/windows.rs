@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use seatrial_app::identify_log::{Logs, Windows};
 
-use crate::log::{LogArgs, Told};
+use crate::log::{LogArgs, Reporter};
 use crate::output::Failure;
 
 /// Training and validation windows, half open, in the log's own seconds.
@@ -43,7 +43,7 @@ impl WindowArgs {
     /// Reads the windows, then as much of the logs as they need.
     pub fn open(&self, args: &LogArgs) -> Result<Logs, Failure> {
         let settings = args.channels.read_settings()?;
-        let mut told = Told::default();
-        Ok(self.windows().open(&args.log, &settings, &mut told)?)
+        let mut reporter = Reporter::default();
+        Ok(self.windows().open(&args.log, &settings, &mut reporter)?)
     }
 }

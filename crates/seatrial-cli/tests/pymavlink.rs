@@ -25,7 +25,7 @@ struct Scene {
 }
 
 /// What a trial came to and what the vehicle tells.
-struct Told {
+struct Reporter {
     code: Option<i32>,
     document: Value,
     errors: String,
@@ -105,13 +105,13 @@ impl Scene {
         assert_ne!(replayed["estimates"], 0, "{replayed}");
     }
 
-    fn end(mut self, output: &Output) -> Told {
+    fn end(mut self, output: &Output) -> Reporter {
         drop(self.boat.stdin.take());
         let mut text = String::new();
         let stdout = self.boat.stdout.as_mut().unwrap();
         stdout.read_to_string(&mut text).unwrap();
         self.boat.wait().unwrap();
-        Told {
+        Reporter {
             code: output.status.code(),
             document: serde_json::from_slice(&output.stdout).unwrap_or_default(),
             errors: String::from_utf8_lossy(&output.stderr).into_owned(),
@@ -128,7 +128,7 @@ impl Scene {
     }
 }
 
-impl Told {
+impl Reporter {
     fn assert_as_before(&self) {
         let (boat, errors) = (&self.boat, &self.errors);
         assert_eq!(boat["changed"], serde_json::json!({}), "{errors}");

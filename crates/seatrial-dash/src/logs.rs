@@ -33,7 +33,7 @@ pub fn identified(log: &Path, reading: LogReading) -> Result<IdentifiedLog, Refu
         .identification()
         .and_then(|found| Some((found.model(), found.validation?.window)));
     Ok(IdentifiedLog {
-        document: IdentificationDocument::of(&found).told_to(Reader::Dashboard),
+        document: IdentificationDocument::of(&found).addressed_to(Reader::Dashboard),
         verdict: found.verdict().into(),
         series: series_of(&found.logs.log.record, validated),
     })

@@ -46,7 +46,7 @@ pub struct Kept {
 
 impl Keeper {
     /// Keeps with this recorder. On a vehicle that is [live](seatrial_core::Vehicle::is_live) the trial does not wait for a
-    /// run to be sealed; any other does, so that what is told of a run is in the logbook.
+    /// run to be sealed; any other does, so that what is reported of a run is in the logbook.
     pub fn new(recorder: Recorder, is_live: bool) -> Self {
         let (entries, to_keep) = sync_channel(WAITING);
         let (tell, seen_to) = channel();
@@ -198,12 +198,12 @@ mod tests {
         for second in 0..100 {
             keeper.keep(&step(second));
         }
-        let mut told = run.clone();
-        keeper.end_run(&told);
-        keeper.release(&mut told);
+        let mut reported = run.clone();
+        keeper.end_run(&reported);
+        keeper.release(&mut reported);
         // The lock is waited for 5 s.
         assert!(begun.elapsed() < Duration::from_secs(1));
-        assert!(told.record.samples.is_empty());
+        assert!(reported.record.samples.is_empty());
         holder.execute_batch("ROLLBACK").unwrap();
         assert_eq!(keeper.end(Some(Outcome::Finished)).unsaved, [""; 0]);
         let logbook = Logbook::open_read_only(&path).unwrap();
@@ -218,10 +218,10 @@ mod tests {
         keeper.begin_run(1, 0.6, 1);
         // Its record has a sample that never came.
         let run = run(1);
-        let mut told = run.clone();
-        keeper.end_run(&told);
-        keeper.release(&mut told);
-        let mut runs = [told];
+        let mut reported = run.clone();
+        keeper.end_run(&reported);
+        keeper.release(&mut reported);
+        let mut runs = [reported];
         let unsaved = keeper.end(Some(Outcome::Finished)).put_back(&mut runs);
         assert_eq!(unsaved.len(), 1, "{unsaved:?}");
         assert_eq!(runs, [run]);

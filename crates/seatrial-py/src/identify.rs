@@ -118,7 +118,7 @@ pub fn identify(
     });
     match found {
         Ok(mut found) => {
-            found.verdict = found.verdict.told_to(Reader::Python);
+            found.verdict = found.verdict.addressed_to(Reader::Python);
             json(py, &found)
         }
         Err(found) => Err(no_model(py, found)),
@@ -237,7 +237,7 @@ pub fn identify_log(
         settings: settings(py, estimate, method, lambda_rad_s, trace)?,
     };
     match py.detach(|| seatrial_app::identify_log(&path, &options)) {
-        Ok(found) => json(py, &found.document().told_to(Reader::Python)),
+        Ok(found) => json(py, &found.document().addressed_to(Reader::Python)),
         Err(found) => Err(failed(py, &found)),
     }
 }

@@ -43,7 +43,7 @@ pub struct Campaign {
 pub struct FullRudder {
     /// The angle, rad.
     pub angle_rad: f64,
-    /// Nobody told the angle: models in rad are as wrong as it is, what they say of steering from -1 to 1 is not.
+    /// The angle is not known: models in rad are as wrong as it is, what they say of steering from -1 to 1 is not.
     pub is_assumed: bool,
 }
 

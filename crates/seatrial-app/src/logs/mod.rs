@@ -34,7 +34,7 @@ pub struct ReadSettings {
     pub servo: Option<Servo>,
 }
 
-/// Who is told what is found while a log is read and identified.
+/// Who gets reports while a log is read and identified.
 pub trait Observer {
     /// A log was opened: which channels are read in which units.
     fn opened(&mut self, _path: &Path, _description: &LogDescription, _servo: Option<Servo>) {}
@@ -48,7 +48,7 @@ pub trait Observer {
     fn found(&mut self, _path: &Path, _proposal: &Proposal) {}
 }
 
-/// Nobody is told.
+/// Takes no reports.
 #[derive(Clone, Copy, Debug)]
 pub struct Unobserved;
 
@@ -74,7 +74,7 @@ pub struct OpenedLog {
 }
 
 impl OpenedLog {
-    /// In what the rudder is: radians, or fractions of a full rudder whose angle nobody told.
+    /// In what the rudder is: radians, or fractions of a full rudder whose angle is not known.
     pub fn rudder_unit(&self) -> RudderUnit {
         self.record.rudder_unit
     }

@@ -118,7 +118,7 @@ fn cli_a_log_gets_one_outcome_in_all_places() {
         );
 
         for reader in [Reader::Terminal, Reader::Dashboard, Reader::Python] {
-            let document = IdentificationDocument::of(log).told_to(reader);
+            let document = IdentificationDocument::of(log).addressed_to(reader);
             let is_silent = reader == Reader::Terminal || has_no_option(&document.verdict);
             assert!(is_silent, "{name}: {:?}", document.verdict);
             let json = serde_json::to_value(&document).expect("JSON");

@@ -18,7 +18,7 @@ const ARMED: u8 = 0x80;
 const CRITICAL: u8 = 5;
 /// A stick that is moved by more than this, us, is the pilot's.
 const MOVED_US: u16 = 100;
-/// Autopilots that are told apart.
+/// Autopilots that are distinguished.
 const MOST_AUTOPILOTS: usize = 16;
 /// Questions for the clock that may be under way.
 const UNANSWERED: usize = 8;

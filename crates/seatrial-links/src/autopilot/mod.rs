@@ -64,7 +64,7 @@ pub struct Settings {
     pub profile: Option<Profile>,
     /// Rudder at full steering, rad.
     pub full_rudder_rad: f64,
-    /// Nobody told that angle.
+    /// That angle is not known.
     pub is_full_rudder_assumed: bool,
     /// Outputs that steer [as its parameters say].
     pub outputs: Option<SteeringOutputs>,

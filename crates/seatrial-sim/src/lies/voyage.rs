@@ -22,7 +22,7 @@ const TURNING: f64 = 3.0;
 pub struct Moment {
     pub heading_rad: f64,
     pub yaw_rate_rad_s: f64,
-    /// What the fin was told.
+    /// The command to the fin, rad.
     pub command_rad: f64,
     /// Where it stands.
     pub fin_rad: f64,

@@ -92,7 +92,7 @@ impl Verdict {
     }
 
     /// With what to do in the words of the place where it is read.
-    pub fn told_to(mut self, reader: Reader) -> Self {
+    pub fn addressed_to(mut self, reader: Reader) -> Self {
         for reason in &mut self.reasons {
             reason.action = reason.action_for(reader).to_owned();
         }
@@ -209,7 +209,7 @@ mod tests {
         }
     }
 
-    /// What is told in a browser or to Python names none of the command's options.
+    /// What a browser or Python shows names none of the command's options.
     #[test]
     fn exact_advice_fits_where_it_is_read() {
         let reason = Reason::new(ReasonCode::NotValidated, "measured");

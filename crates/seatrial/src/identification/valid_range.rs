@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::figures::three_figures;
 use crate::record::rudder_text;
 
-/// A use this much beyond what was seen is told.
+/// A use this much beyond what was seen is reported.
 const NOTED_BEYOND: f64 = 1.2;
 
 /// The rudder, headings, speeds and frequencies of the training and validation data.
