@@ -90,14 +90,20 @@ impl Watch for Reporter {
 #[test]
 fn exact_a_live_vehicle_does_not_wait_for_its_judge() {
     let mut reporter = Reporter::default();
-    let live = conduct(&mut Live::until(f64::INFINITY), plan(), about(), &mut reporter).unwrap();
-    assert!(told.meanwhile > 0);
-    assert_eq!((told.begun, told.ended), (vec![1, 2], vec![1, 2]));
+    let live = conduct(
+        &mut Live::until(f64::INFINITY),
+        plan(),
+        about(),
+        &mut reporter,
+    )
+    .unwrap();
+    assert!(reporter.meanwhile > 0);
+    assert_eq!((reporter.begun, reporter.ended), (vec![1, 2], vec![1, 2]));
 
     let mut vehicle = FirstOrderVehicle::new(VehicleConfig::starfish(), 3).unwrap();
     let mut reporter = Reporter::default();
     let waited = conduct(&mut vehicle, plan(), about(), &mut reporter).unwrap();
-    assert_eq!(told.meanwhile, 0);
+    assert_eq!(reporter.meanwhile, 0);
     assert_eq!(live.campaign, waited.campaign);
 }
 
@@ -125,7 +131,7 @@ fn recover_a_verdict_that_is_still_waited_for_when_the_link_is_lost() {
     assert_eq!(*judged, first);
     assert_eq!(stopped.verdict.reasons[0].code, ReasonCode::Aborted);
     assert_eq!(stopped.record.samples.len(), 3);
-    assert_eq!(told.ended, [1, 2]);
+    assert_eq!(reporter.ended, [1, 2]);
 }
 
 struct Released(Keeper);

@@ -66,7 +66,8 @@ fn val_ardupilot_rover_with_a_lagging_rudder() {
                 validate_to,
             ];
             let range = ["--rudder-range-deg", "35"];
-            let (document, code) = identify(&log, &[&windows[..], &held_out, &range, given].concat());
+            let (document, code) =
+                identify(&log, &[&windows[..], &held_out, &range, given].concat());
             assert_eq!(code, Some(0));
             assert_within(&document, "a22_per_s", a22, share);
             assert_within(&document, "b2_per_s2", b2, share);

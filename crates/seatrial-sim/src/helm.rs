@@ -4,7 +4,7 @@ use seatrial_core::{Action, Real, Sample, Steering};
 
 use crate::body::{Body, Motion};
 use crate::config::HelmConfig;
-use crate::faults::{Damage, Upset};
+use crate::faults::Upset;
 use crate::instruments::{Instruments, Sources};
 use crate::sensors::Chance;
 

@@ -532,7 +532,13 @@ fn exact_vehicles_of_every_pace_need_no_option() {
             window: window(26.5 * pace, f64::INFINITY),
         };
         let training = window(10.0 * pace, 26.5 * pace);
-        let found = identify(&record, training, Some(held_out), &IdentifySettings::default()).unwrap();
+        let found = identify(
+            &record,
+            training,
+            Some(held_out),
+            &IdentifySettings::default(),
+        )
+        .unwrap();
         // A lag of 0.1 s is ruled out by the record itself.
         assert_eq!(
             codes(&found),

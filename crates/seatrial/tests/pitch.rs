@@ -31,12 +31,7 @@ fn recover_pitch_predicts_fresh_pitch() {
                 let found = run.identification.as_ref().unwrap();
                 let r2 = found.validation.unwrap().r2_pitch;
                 // Pitch noise of 0.3 degrees is all that is left at low thrust, where the doublet pitches by 2 degrees.
-                assert!(
-                    r2 > 0.65,
-                    "{} {} {seed}: {r2}",
-                    config.name,
-                    run.thrust
-                );
+                assert!(r2 > 0.65, "{} {} {seed}: {r2}", config.name, run.thrust);
                 assert!(
                     found.accepted && run.depth_excursion_m.unwrap() < 0.7,
                     "{run:?}"

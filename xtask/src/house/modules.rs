@@ -104,9 +104,10 @@ impl Modules {
         Ok(())
     }
 
-    /// Names of the modules at the top of the tree.
+    /// Names of the modules at the top of the tree that have a file of their own.
     pub fn rooms(&self) -> impl Iterator<Item = &String> {
-        self.modules.keys().filter_map(|name| match &name[..] {
+        let with_file = self.modules.iter().filter(|(_, module)| module.file > 0);
+        with_file.filter_map(|(name, _)| match &name[..] {
             [room] => Some(room),
             _ => None,
         })
