@@ -51,6 +51,9 @@ fn check_is_log(start: &[u8]) -> Result<(), Fault> {
     if start.starts_with(b"s: T ") || start.starts_with(b"s: F ") {
         return Err(Fault::SlocumCache);
     }
+    if start.starts_with(b"#ROSBAG V") {
+        return Err(Fault::Ros1Bag);
+    }
     Ok(())
 }
 

@@ -165,6 +165,9 @@ pub struct Counts {
     pub invalid: u64,
     /// The time of the sample before.
     pub repeated_time: u64,
+    /// Those of them with another heading or rudder: the clock does not tell such rows apart.
+    #[serde(skip)]
+    pub differing_at_a_time: u64,
     /// Earlier than the sample before.
     pub reversed_time: u64,
 }

@@ -65,6 +65,11 @@ pub enum Fault {
         "is a cache file of a Slocum glider, which names the sensors of logs and holds no samples: give the log itself (.dbd, .sbd or .mbd)"
     )]
     SlocumCache,
+    /// A recording of ROS 1.
+    #[error(
+        "is a bag of ROS 1; bags of ROS 2 are read: convert it (pip install rosbags; rosbags-convert --src FILE.bag --dst FOLDER) and give the .db3 file in FOLDER"
+    )]
+    Ros1Bag,
     /// No bytes, or nothing but blank and comment lines.
     #[error(
         "is empty; expected a header line with column names and one line per sample: was the logger running?"

@@ -6,6 +6,7 @@ use crate::description::ChannelChoice;
 use crate::error::Fault;
 use crate::name::{ColumnName, StatedUnit};
 use crate::table::Known;
+use crate::words::words;
 use crate::{Quantity, Unit};
 
 /// A column that feeds a quantity.
@@ -61,7 +62,17 @@ pub(crate) fn match_columns(
     };
     for quantity in Quantity::ALL {
         let column = match choice.columns.get(&quantity) {
-            Some(name) => chosen(name, columns, quantity)?,
+            Some(name) => match meant(name, columns, quantity) {
+                Some(column) => {
+                    found.warnings.push(format!(
+                        "{} {name}: there is no such column; `{}` is taken",
+                        quantity.option(),
+                        columns[column]
+                    ));
+                    Some(column)
+                }
+                None => chosen(name, columns, quantity)?,
+            },
             None if !known.is_empty() => preferred(known, columns, quantity)?,
             None => best(&names, columns, quantity, choice, &mut found.warnings)?,
         };
@@ -157,6 +168,43 @@ fn chosen(name: &str, columns: &[String], quantity: Quantity) -> Result<Option<u
     }
 }
 
+/// The only column that a name can mean which is not there: without the unit that the column states, or misspelt.
+fn meant(name: &str, columns: &[String], quantity: Quantity) -> Option<usize> {
+    if columns
+        .iter()
+        .any(|column| column.eq_ignore_ascii_case(name))
+    {
+        return None;
+    }
+    let wanted = words(name);
+    let plain: Vec<Vec<String>> = columns
+        .iter()
+        .map(|column| ColumnName::new(column).without_unit(quantity))
+        .collect();
+    let of_the_unit_only = only(&plain, |column| *column == wanted);
+    of_the_unit_only.or_else(|| only(&plain, |column| is_misspelt(&wanted, column)))
+}
+
+/// The only place at which something holds.
+fn only<T>(of: &[T], holds: impl Fn(&T) -> bool) -> Option<usize> {
+    let mut places = (0..of.len()).filter(|i| holds(&of[*i]));
+    places.next().filter(|_| places.next().is_none())
+}
+
+/// Is each word the other's, or a long one with a letter wrong, missing, too many or two exchanged? A digit, or a word of a
+/// letter or two, tells columns apart.
+fn is_misspelt(wanted: &[String], column: &[String]) -> bool {
+    const SHORTEST: usize = 5;
+    let digits = |word: &str| -> String { word.chars().filter(char::is_ascii_digit).collect() };
+    wanted.len() == column.len()
+        && wanted.iter().zip(column).all(|(wanted, word)| {
+            wanted == word
+                || (word.chars().count() >= SHORTEST
+                    && digits(wanted) == digits(word)
+                    && strsim::osa_distance(wanted, word) <= 1)
+        })
+}
+
 /// The column that the format prefers.
 fn preferred(
     known: &Known,
@@ -200,6 +248,14 @@ fn best(
             return Ok(None);
         }
         let known: Vec<&str> = quantity.names().concat();
+        if let Some(column) = misspelt(columns, quantity) {
+            warnings.push(format!(
+                "no column is named for {quantity}; `{}` is taken: say another with {} NAME",
+                columns[column],
+                quantity.option()
+            ));
+            return Ok(Some(column));
+        }
         return Err(Fault::MissingColumn {
             quantity,
             columns: columns.to_vec(),
@@ -230,6 +286,20 @@ fn best(
     }
 }
 
+/// The only column whose name is one of the quantity's misspelt.
+fn misspelt(columns: &[String], quantity: Quantity) -> Option<usize> {
+    let known: Vec<&str> = quantity.names().concat();
+    let plain: Vec<String> = columns
+        .iter()
+        .map(|column| ColumnName::new(column).without_unit(quantity).concat())
+        .collect();
+    only(&plain, |column| {
+        known
+            .iter()
+            .any(|name| is_misspelt(&[(*name).to_string()], std::slice::from_ref(column)))
+    })
+}
+
 /// The column whose name is most like one of these.
 fn nearest(columns: &[String], wanted: &[&str]) -> Option<String> {
     // Under this similarity a hint would rather mislead.
@@ -237,7 +307,7 @@ fn nearest(columns: &[String], wanted: &[&str]) -> Option<String> {
     columns
         .iter()
         .map(|column| {
-            let plain = crate::words::words(column).concat();
+            let plain = words(column).concat();
             let alike = wanted
                 .iter()
                 .filter(|name| name.len() > 2)
@@ -248,4 +318,66 @@ fn nearest(columns: &[String], wanted: &[&str]) -> Option<String> {
         .filter(|(alike, _)| *alike >= ALIKE)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, column)| column.clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The column of the heading and what was said of it.
+    fn heading(columns: &[&str], name: Option<&str>) -> Result<(String, String), Fault> {
+        let columns: Vec<String> = columns.iter().map(|name| (*name).into()).collect();
+        let mut choice = ChannelChoice::default();
+        if let Some(name) = name {
+            choice.columns.insert(Quantity::Heading, name.into());
+        }
+        let found = match_columns(&columns, &Known::default(), &choice)?;
+        let heading = found
+            .matches
+            .iter()
+            .find(|m| m.quantity == Quantity::Heading);
+        Ok((
+            columns[heading.unwrap().column].clone(),
+            found.warnings.join("\n"),
+        ))
+    }
+
+    #[test]
+    fn io_a_name_without_its_unit_or_misspelt_is_taken_and_said() {
+        for (column, name) in [
+            ("Course steered [deg]", "Course steered"),
+            ("yaw (rad)", "YAW"),
+            ("ship_head_deg", "ship_head"),
+            ("compass_reading", "compas_reading"),
+            ("heading_deg", "haeding_deg"),
+        ] {
+            let (taken, said) = heading(&["time_s", column, "rudder_deg"], Some(name)).unwrap();
+            assert_eq!(taken, column);
+            assert!(
+                said.contains(&format!("--heading {name}: there is no such column")),
+                "{said}"
+            );
+        }
+        let (taken, said) = heading(&["time_s", "headng [deg]", "rudder_deg"], None).unwrap();
+        assert_eq!(taken, "headng [deg]");
+        assert!(said.contains("no column is named for heading"), "{said}");
+        let (_, said) = heading(&["time_s", "heading_deg", "rudder_deg"], None).unwrap();
+        assert_eq!(said, "");
+    }
+
+    #[test]
+    fn io_a_name_that_may_be_several_is_refused() {
+        for (columns, name) in [
+            (["time_s", "yaw [deg]", "yaw [rad]", "rudder"], "yaw"),
+            (["time_s", "compass1", "yaw", "rudder"], "compass2"),
+            (["time_s", "m_fin", "yaw", "rudder"], "c_fin"),
+            (["time_s", "headingx", "headingz", "rudder"], "headingy"),
+        ] {
+            let refused = heading(&columns, Some(name));
+            assert!(
+                matches!(refused, Err(Fault::NoSuchColumn { .. })),
+                "{refused:?}"
+            );
+        }
+    }
 }

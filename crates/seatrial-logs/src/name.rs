@@ -159,20 +159,33 @@ impl ColumnName {
 
     /// The unit that the name states for a quantity it was chosen for, whatever the name is.
     pub fn unit(&self, quantity: Quantity) -> StatedUnit {
-        let dimension = quantity.dimension();
         if let Some(text) = &self.bracket {
-            return stated(text, dimension);
+            return stated(text, quantity.dimension());
         }
-        (1..self.words.len().min(5))
-            .rev()
-            .find_map(|count| {
-                let suffix: Vec<&str> = self.words[self.words.len() - count..]
-                    .iter()
-                    .map(String::as_str)
-                    .collect();
-                Unit::of_words(&suffix, dimension)
-            })
-            .map_or(StatedUnit::None, StatedUnit::Known)
+        self.unit_at_the_end(quantity)
+            .map_or(StatedUnit::None, |(_, unit)| StatedUnit::Known(unit))
+    }
+
+    /// The words of the name before the unit that it states for a quantity.
+    pub fn without_unit(&self, quantity: Quantity) -> Vec<String> {
+        let mut words = self.words.clone();
+        if self.bracket.is_none()
+            && let Some((count, _)) = self.unit_at_the_end(quantity)
+        {
+            words.truncate(words.len() - count);
+        }
+        words
+    }
+
+    /// A unit in the last words of the name, and how many words that is; the longest unit where several fit.
+    fn unit_at_the_end(&self, quantity: Quantity) -> Option<(usize, Unit)> {
+        (1..self.words.len().min(5)).rev().find_map(|count| {
+            let suffix: Vec<&str> = self.words[self.words.len() - count..]
+                .iter()
+                .map(String::as_str)
+                .collect();
+            Some((count, Unit::of_words(&suffix, quantity.dimension())?))
+        })
     }
 }
 

@@ -27,7 +27,7 @@ pub struct LogReader {
     drop_invalid: bool,
     look_ahead: VecDeque<Row>,
     cells: Vec<Cell>,
-    previous_s: Option<f64>,
+    previous: Option<Sample<f64>>,
     counts: Counts,
     is_finished: bool,
 }
@@ -115,7 +115,7 @@ impl LogReader {
             drop_invalid: choice.drop_invalid,
             look_ahead: rows,
             cells: Vec::new(),
-            previous_s: None,
+            previous: None,
             counts: Counts::default(),
             is_finished: false,
         })
@@ -188,19 +188,22 @@ impl LogReader {
             self.counts.missing += 1;
             return Ok(Some(None));
         };
-        match self.previous_s {
-            Some(before) if sample.time_s == before => {
+        match self.previous {
+            Some(before) if sample.time_s == before.time_s => {
+                let is_same = sample.heading_rad == before.heading_rad
+                    && sample.rudder_rad == before.rudder_rad;
                 self.counts.repeated_time += 1;
+                self.counts.differing_at_a_time += u64::from(!is_same);
                 Ok(Some(None))
             }
-            Some(before) if sample.time_s < before => Err(Fault::TimeReversed {
+            Some(before) if sample.time_s < before.time_s => Err(Fault::TimeReversed {
                 place,
                 column: self.column(Quantity::Time),
-                before,
+                before: before.time_s,
                 after: sample.time_s,
             }),
             _ => {
-                self.previous_s = Some(sample.time_s);
+                self.previous = Some(sample);
                 Ok(Some(Some(sample)))
             }
         }

@@ -51,7 +51,6 @@ struct Sensor {
 /// The header as far as it matters.
 #[derive(Default)]
 struct Header {
-    sensors: usize,
     state_bytes: usize,
     list: String,
     is_factored: bool,
@@ -63,11 +62,8 @@ impl Glider {
         let mut bytes = Bytes::new(file)?;
         let header = Header::read(&mut bytes)?;
         let sensors = match header.is_factored {
-            true => {
-                let mut cache = Bytes::new(cache_file(path, &header.list)?)?;
-                sensors(&mut cache, usize::MAX)?
-            }
-            false => sensors(&mut bytes, header.sensors)?,
+            true => sensors(&mut Bytes::new(cache_file(path, &header.list)?)?, false)?,
+            false => sensors(&mut bytes, true)?,
         };
         if sensors.is_empty() || header.state_bytes * 4 < sensors.len() {
             return Err(damaged(format!(
@@ -205,7 +201,6 @@ impl Header {
             };
             match key {
                 "num_ascii_tags" => lines = count()?.min(MOST_HEADER_LINES),
-                "sensors_per_cycle" => header.sensors = count()?,
                 "state_bytes_per_cycle" => header.state_bytes = count()?,
                 "sensor_list_crc" => header.list = value.to_lowercase(),
                 "sensor_list_factored" => header.is_factored = value == "1",
@@ -216,10 +211,11 @@ impl Header {
     }
 }
 
-/// The sensors that are logged, from lines `s: T index index width name unit`.
-fn sensors(bytes: &mut Bytes, most: usize) -> Result<Vec<Sensor>, Fault> {
+/// The sensors that are logged, from lines `s: T index index width name unit`; those of sensors that are not, `s: F`, stand
+/// between and behind them. In a log the list ends where other lines begin.
+fn sensors(bytes: &mut Bytes, is_in_log: bool) -> Result<Vec<Sensor>, Fault> {
     let mut sensors = Vec::new();
-    while sensors.len() < most.min(MOST_SENSORS) {
+    while sensors.len() < MOST_SENSORS && (!is_in_log || bytes.peek(2)?.starts_with(b"s:")) {
         let Some(line) = bytes.line()? else { break };
         let line = text_of(line);
         let cells: Vec<&str> = line.split_whitespace().collect();

@@ -291,7 +291,7 @@ fn io_faults_name_place_column_and_value() {
             "t,yaw,rudder\n0,0,0.1,9\n",
             "line 2: found 4 cells, expected 3",
         ),
-        ("t,yaw,ruder\n0,0,0.1\n", "did you mean `ruder`?"),
+        ("t,yaw,ruddle\n0,0,0.1\n", "did you mean `ruddle`?"),
         (
             "t,yaw,heading,rudder\n0,0,0,0.1\n",
             "`yaw`, `heading`; say which with --heading NAME",
@@ -326,6 +326,7 @@ fn io_invalid_rows_are_left_out_when_asked_and_counted() {
         missing: 1,
         invalid: 3,
         repeated_time: 1,
+        differing_at_a_time: 0,
         reversed_time: 1,
     };
     assert_eq!(read.counts, expected);

@@ -1,7 +1,7 @@
 //! Logs as vehicles write them: every number as the formats' own Python libraries read it, every channel found.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use seatrial_core::Sample;
 use seatrial_dev::data;
@@ -12,7 +12,7 @@ fn samples(reader: &mut LogReader) -> Vec<Sample<f64>> {
 }
 
 /// A field of every message, through the channel of the heading: `unit=rad` leaves numbers as they are.
-fn values(path: &std::path::Path, column: &str) -> Vec<f64> {
+fn values(path: &Path, column: &str) -> Vec<f64> {
     let of_both = |to: &str| {
         BTreeMap::from([Quantity::Heading, Quantity::Rudder].map(|q| (q, to.to_string())))
     };
@@ -161,6 +161,43 @@ fn io_a_glider_log_without_its_cache_file_names_it() {
     assert!(message.contains("468fd1be.cac"), "{message}");
 }
 
+/// A bag of ROS 1 says how it becomes one that is read.
+#[test]
+fn io_a_bag_of_ros_1_names_the_command_that_converts_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = folder.path().join("dive.bag");
+    std::fs::write(&bag, b"#ROSBAG V2.0\nE\0\0\0").unwrap();
+    let refused = open(&bag, &ChannelChoice::default()).err().unwrap();
+    let message = refused.to_string();
+    assert!(
+        message.contains("rosbags-convert --src FILE.bag --dst FOLDER"),
+        "{message}"
+    );
+}
+
+/// The list of sensors may stand in the log itself, those that are not logged among them.
+#[test]
+fn io_a_glider_log_with_its_own_list_of_sensors_reads_alike() {
+    let Some(path) = data("native/slocum/amadeus-2014-204-05-000.dbd") else {
+        return;
+    };
+    let read = |path: &Path| samples(&mut open(path, &ChannelChoice::default()).unwrap());
+    let log = std::fs::read(&path).unwrap();
+    let list = std::fs::read_to_string(path.with_file_name("cac").join("468fd1be.cac")).unwrap();
+    let head = log.windows(4).position(|bytes| bytes == *b"sa\x124");
+    let (head, cycles) = log.split_at(head.unwrap());
+    let head = String::from_utf8(head.to_vec()).unwrap();
+    let mut whole = head.replace("sensor_list_factored:    1", "sensor_list_factored:    0");
+    whole += &list;
+    whole += "s: F 2027 -1 4 c_not_logged nodim\n";
+    let mut whole = whole.into_bytes();
+    whole.extend(cycles);
+    let folder = tempfile::tempdir().unwrap();
+    let alone = folder.path().join("log.dbd");
+    std::fs::write(&alone, whole).unwrap();
+    assert_eq!(read(&alone), read(&path));
+}
+
 fn column(reader: &LogReader, quantity: Quantity) -> Option<(&str, Unit)> {
     let channels = &reader.description().channels;
     channels
@@ -291,7 +328,7 @@ fn refusal(error: &seatrial_logs::ReadError) -> String {
 }
 
 /// Times and headings, or why there are none.
-fn headings(path: &std::path::Path) -> Result<(Vec<[f64; 2]>, Vec<String>), String> {
+fn headings(path: &Path) -> Result<(Vec<[f64; 2]>, Vec<String>), String> {
     let heading_alone = |column: &str| ChannelChoice {
         columns: BTreeMap::from([Quantity::Heading, Quantity::Rudder].map(|q| (q, column.into()))),
         units: BTreeMap::from([Quantity::Heading, Quantity::Rudder].map(|q| (q, Unit::Radian))),
