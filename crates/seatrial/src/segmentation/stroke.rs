@@ -14,7 +14,8 @@ const HELD_AT_LEVEL: (f64, f64) = (0.58, 1.51);
 /// Half of a held stroke lies within this share of its median angle.
 const HELD_WITHIN: f64 = 0.1;
 
-/// The angles of successive strokes differ by less than this factor: the neutral angle is known to a tenth or so.
+/// The angles of successive strokes, from neutral or from zero, differ by less than this factor: the neutral angle is known to a
+/// tenth or so, and a helmsman or a program deflects a trimmed rudder by as much from either.
 const SAME_ANGLE: f64 = 1.3;
 
 /// Strokes follow each other within this share of the shorter one: the time that a servo takes.
@@ -55,16 +56,23 @@ impl Stroke {
         length_s < BRIEF * self.duration_s() && pause_s <= length_s
     }
 
-    fn is_followed_by(&self, next: &Self) -> bool {
+    fn is_followed_by(&self, next: &Self, neutral_rad: f64) -> bool {
         let (Some(held), Some(next_held)) = (self.held, next.held) else {
             return false;
         };
-        let angles = [held.angle_rad, next_held.angle_rad];
+        let trim_rad = if self.is_positive {
+            neutral_rad
+        } else {
+            -neutral_rad
+        };
+        let from_neutral = [held.angle_rad, next_held.angle_rad];
+        let from_zero = [held.angle_rad + trim_rad, next_held.angle_rad - trim_rad];
+        let are_alike = |[a, b]: [f64; 2]| a.max(b) < SAME_ANGLE * a.min(b);
         let pause_s = next.window.from_s - self.window.to_s;
         let shorter_s = self.duration_s().min(next.duration_s());
         self.is_positive != next.is_positive
             && pause_s <= LARGEST_PAUSE * shorter_s
-            && angles[0].max(angles[1]) < SAME_ANGLE * angles[0].min(angles[1])
+            && (are_alike(from_neutral) || are_alike(from_zero))
     }
 }
 
@@ -118,7 +126,7 @@ pub(super) fn chains(trace: &Trace, level_rad: f64) -> Vec<Chain> {
         let goes_on = chain
             .strokes
             .last()
-            .is_some_and(|last| last.is_followed_by(&stroke));
+            .is_some_and(|last| last.is_followed_by(&stroke, trace.neutral_rad()));
         if !goes_on && !chain.strokes.is_empty() {
             chains.push(std::mem::take(&mut chain).without_recovery());
         }

@@ -41,6 +41,19 @@ fn kinds(found: &[Segment]) -> Vec<Kind> {
     found.iter().map(|segment| segment.kind).collect()
 }
 
+/// A trim of 2.3 deg makes the sides of 8.6 deg unequal by 1.7 from neutral.
+#[test]
+fn regress_a_trim_hides_no_doublet() {
+    for trim_rad in [-0.04, 0.0, 0.04] {
+        let samples = steered(60.0, |t| match strokes(t, 20.0, &[2.0, 2.0]) {
+            0.0 => trim_rad,
+            side => 0.15 * side,
+        });
+        let doublets = find(&samples);
+        assert!(kinds(&doublets).contains(&Kind::Doublet), "{trim_rad}");
+    }
+}
+
 #[test]
 fn exact_every_kind_is_told_from_the_others() {
     let cases: [(&[f64], Kind); 6] = [

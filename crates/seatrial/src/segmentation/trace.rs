@@ -14,6 +14,7 @@ const EDGE: f64 = 0.1;
 pub(super) struct Trace<'a> {
     samples: &'a [Sample<f64>],
     time_s: Vec<f64>,
+    neutral_rad: f64,
     rudder_rad: Vec<f64>,
     heading_rad: Vec<f64>,
     usual_interval_s: f64,
@@ -31,6 +32,7 @@ impl<'a> Trace<'a> {
         let mut trace = Self {
             samples,
             time_s: Vec::with_capacity(samples.len()),
+            neutral_rad: 0.0,
             rudder_rad: Vec::with_capacity(samples.len()),
             heading_rad: Vec::with_capacity(samples.len()),
             usual_interval_s: median_interval_s(samples)?,
@@ -59,7 +61,13 @@ impl<'a> Trace<'a> {
         for rudder_rad in &mut trace.rudder_rad {
             *rudder_rad -= neutral_rad;
         }
+        trace.neutral_rad = neutral_rad;
         Some(trace)
+    }
+
+    /// The middle of the shortest interval of angles that holds half of the samples.
+    pub fn neutral_rad(&self) -> f64 {
+        self.neutral_rad
     }
 
     pub fn largest_rudder_rad(&self) -> f64 {
