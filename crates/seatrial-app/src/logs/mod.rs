@@ -158,7 +158,7 @@ pub fn open(
         None => segment.into_record(),
     };
     record.rudder_unit = reader.description().rudder_unit;
-    record.units = stated_units(reader.description());
+    record.units = stated_units(reader.description(), &reader.counts());
 
     let mut late = reader.warnings();
     late.extend(shortened(&record, samples_inside));

@@ -1,11 +1,14 @@
 //! The units of a log's columns, as plausibility checks need them.
 
 use seatrial::stated_units::{ColumnUnit, Origin, StatedUnits};
-use seatrial_logs::{Channel, LogDescription, Quantity, UnitSource};
+use seatrial_logs::{Channel, Counts, LogDescription, Quantity, UnitSource};
+
+/// A clock is coarser than its rows where more than this share of them differs from the row before at the same time.
+const SHARED: f64 = 0.05;
 
 /// Which units a log states for time, heading, rudder and yaw rate, and who says so. A column that a channel file scales
 /// or turns was looked at by a person, and counts as given.
-pub(crate) fn stated_units(description: &LogDescription) -> StatedUnits {
+pub(crate) fn stated_units(description: &LogDescription, counts: &Counts) -> StatedUnits {
     let of = |quantity| {
         description
             .channels
@@ -18,6 +21,7 @@ pub(crate) fn stated_units(description: &LogDescription) -> StatedUnits {
         heading: of(Quantity::Heading),
         rudder: of(Quantity::Rudder),
         yaw_rate: of(Quantity::YawRate),
+        times_are_shared: counts.differing_at_a_time as f64 > SHARED * counts.rows as f64,
     }
 }
 

@@ -46,6 +46,10 @@ pub enum ReasonCode {
     SampledTooSeldom,
     /// Intervals between samples are uneven.
     ClockJitter,
+    /// Rows that differ share a time.
+    TimesShared,
+    /// The clock jumped.
+    ClockJumped,
     /// The rudder stopped short of the angle that was asked for.
     RudderSaturated,
     /// The heading comes in coarse steps.

@@ -100,6 +100,18 @@ fn of_log(code: &ReasonCode) -> Option<Words> {
             "The time between samples is uneven.",
             "Log without losses, with the time of the measurement.",
         ),
+        ReasonCode::TimesShared => each(
+            "Rows that differ have the same time.",
+            "Write the time with more digits, or name another column with --time.",
+            "Write the time with more digits, or enter another column for the time.",
+            "Write the time with more digits, or pass columns={\"time\": ...}.",
+        ),
+        ReasonCode::ClockJumped => each(
+            "The clock of the log jumped.",
+            "Use the part before or behind the jump, with --from and --to.",
+            "Use the part before or behind the jump.",
+            "Use the part before or behind the jump: pass training=(from, to).",
+        ),
         ReasonCode::SampledTooSeldom | ReasonCode::LoggedTooSlowly => same(
             "Heading or rudder is logged too seldom for this vehicle.",
             "Log both faster: ten samples in the time that a turn takes to die out.",

@@ -160,6 +160,12 @@ fn doubts(prepared: &Prepared, chosen: &Chosen, data: Option<ValidationData>) ->
         prepared.accepted,
         chosen.model.a22_per_s,
     ));
+    if prepared.log.times_are_shared {
+        doubts.extend(plausibility::shared_times(
+            prepared.accepted,
+            chosen.model.a22_per_s,
+        ));
+    }
     doubts.extend(prepared.log.unchecked.iter().cloned());
     doubts
 }

@@ -39,6 +39,8 @@ pub struct LogStatistics {
     pub hidden_edges: usize,
     /// Whether its columns are in the units that they say.
     pub unit_doubts: Vec<Doubt>,
+    /// Do rows that differ share a time?
+    pub times_are_shared: bool,
     /// What it cannot show.
     pub unchecked: Vec<Doubt>,
 }
@@ -67,6 +69,7 @@ impl LogStatistics {
             compass: CompassError::of(&pass.accepted),
             hidden_edges,
             unit_doubts: plausibility::unit_doubts(record),
+            times_are_shared: record.units.times_are_shared,
             unchecked: plausibility::unchecked(record),
         }
     }

@@ -59,6 +59,18 @@ pub enum Doubt {
         /// What that may do to a22, as a share of it.
         effect: f64,
     },
+    /// Rows that differ share a time.
+    TimesShared {
+        /// The interval between times, s.
+        interval_s: f64,
+        /// What that may do to a22, as a share of it.
+        effect: f64,
+    },
+    /// The heading went on over a gap in time as if there were none.
+    ClockJumped {
+        /// Length of the gap, s.
+        gap_s: f64,
+    },
     /// Nothing shows whether the rudder goes where its column says.
     RudderUnchecked,
     /// There is no yaw rate to compare the heading with.
@@ -96,6 +108,8 @@ impl Doubt {
             Self::SlowLog { .. } => ReasonCode::LoggedTooSlowly,
             Self::HeadingHeld { .. } => ReasonCode::HeadingHeld,
             Self::RudderHeld { .. } => ReasonCode::RudderHeld,
+            Self::TimesShared { .. } => ReasonCode::TimesShared,
+            Self::ClockJumped { .. } => ReasonCode::ClockJumped,
             Self::HeadingUnchecked => ReasonCode::HeadingUnchecked,
             Self::RudderUnchecked => ReasonCode::RudderUnchecked,
         }
@@ -149,6 +163,15 @@ impl Doubt {
                 "the rudder changes only every {} s while rows come faster; if it moved in between, it is late by half of that and a22 is wrong by some {:.0} %: log the rudder as often as the heading",
                 three_figures(*refresh_s),
                 100.0 * effect
+            ),
+            Self::TimesShared { interval_s, effect } => format!(
+                "rows that differ have the same time, which is new every {} s only: when the rudder moved is not known, and a22 may be wrong by some {:.0} %; write the time with more digits, or name another column with --time",
+                three_figures(*interval_s),
+                100.0 * effect
+            ),
+            Self::ClockJumped { gap_s } => format!(
+                "over {} s without samples the heading went on as if a row had passed: the clock jumped; identify from the part before or behind it with --from and --to",
+                three_figures(*gap_s)
             ),
             Self::RudderUnchecked => "nothing in the log shows that the rudder goes where its column says: one that stops at the same share of its command in training and in validation looks like one with less effect, and b2 is then that of the command; log the rudder's own angle".into(),
             Self::HeadingUnchecked => "the log has no yaw rate to compare the heading with: a compass that deviates would make b2 wrong by its slope, a heading that is late or filtered a22 by twice that time over the time constant, and a course over ground is none; log a gyro's yaw rate, or swing the compass".into(),

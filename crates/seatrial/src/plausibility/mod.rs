@@ -5,10 +5,12 @@
 //! | unit of heading or rudder | the numbers in the file with those that the unit allows |
 //! | scale of the rudder | what the file says of its unit with what it says of the others |
 //! | unit of time or yaw rate | the heading's change with the integral of the yaw rate; without a yaw rate, the interval between samples |
+//! | clock that jumped | the heading's change over a gap in time with its rate before and after |
 //! | slow rows, held channels | the interval at which a channel changes with the vehicle's time constant 1/|a22| |
 //!
 //! A unit that the user gave is never doubted: giving it is how a doubt is settled.
 
+mod clock;
 mod doubt;
 mod refresh;
 mod turn;
@@ -26,12 +28,20 @@ pub fn unit_doubts(record: &Record) -> Vec<Doubt> {
     doubts
 }
 
-/// What is doubtful about how often the channels of a training record were logged, for a vehicle with this damping.
+/// What is doubtful about when the channels of a training record were logged, for a vehicle with this damping.
 pub fn timing_doubts(samples: &[Sample<f64>], a22_per_s: f64) -> Vec<Doubt> {
     if a22_per_s.is_nan() || a22_per_s >= 0.0 {
         return Vec::new();
     }
-    refresh::doubts(samples, -1.0 / a22_per_s)
+    let time_constant_s = -1.0 / a22_per_s;
+    let mut doubts = refresh::doubts(samples, time_constant_s);
+    doubts.extend(clock::jump(samples, time_constant_s));
+    doubts
+}
+
+/// The doubt about a training record whose clock is coarser than its rows, for a vehicle with this damping.
+pub fn shared_times(samples: &[Sample<f64>], a22_per_s: f64) -> Option<Doubt> {
+    refresh::shared_times(samples, a22_per_s.abs().recip())
 }
 
 /// What no model of a record that was read from a log can show, sound or not.

@@ -59,6 +59,14 @@ pub(super) fn doubts(samples: &[Sample<f64>], time_constant_s: f64) -> Vec<Doubt
     heading.into_iter().chain(rudder).filter(matters).collect()
 }
 
+/// Of rows that share a time the first is kept: what the rudder did at the others shows at the next time, a quarter of the
+/// interval late on average.
+pub(super) fn shared_times(samples: &[Sample<f64>], time_constant_s: f64) -> Option<Doubt> {
+    let interval_s = median_interval_s(samples)?;
+    let effect = 0.5 * interval_s / time_constant_s;
+    (effect > LEAST_EFFECT).then_some(Doubt::TimesShared { interval_s, effect })
+}
+
 /// Rows between new headings while the vehicle turns, where more than chance repeats.
 fn heading_refresh(samples: &[Sample<f64>]) -> Option<f64> {
     let steps: Vec<f64> = samples

@@ -35,6 +35,7 @@ fn stated_degrees() -> StatedUnits {
         heading: unit(DEG, Origin::Stated),
         rudder: unit(DEG, Origin::Stated),
         yaw_rate: unit(DEG, Origin::Stated),
+        times_are_shared: false,
     }
 }
 
@@ -223,4 +224,35 @@ fn exact_steps_of_a_coarse_compass_are_not_held() {
         sample.heading_rad = (sample.heading_rad / 0.0087).round() * 0.0087;
     }
     assert_eq!(timing_doubts(&samples, -1.0), []);
+}
+
+#[test]
+fn exact_a_clock_that_jumped_is_told_from_lost_rows() {
+    let codes = |samples: &[Sample<f64>]| -> Vec<ReasonCode> {
+        let doubts = timing_doubts(samples, -1.0);
+        doubts.iter().map(Doubt::code).collect()
+    };
+    let mut jumped = held(1, 1);
+    for sample in jumped.iter_mut().skip(40) {
+        sample.time_s += 1.0;
+    }
+    assert_eq!(codes(&jumped), [ReasonCode::ClockJumped]);
+    let mut lost = held(1, 1);
+    lost.drain(40..60);
+    assert_eq!(codes(&lost), []);
+    // Where the vehicle does not turn a jump does not show.
+    let mut at_rest = held(1, 1);
+    for sample in at_rest.iter_mut().skip(63) {
+        sample.time_s += 1.0;
+    }
+    assert_eq!(codes(&at_rest), []);
+}
+
+#[test]
+fn exact_times_that_are_shared_matter_to_a_fast_vehicle() {
+    let samples: Vec<Sample<f64>> = held(1, 1).into_iter().step_by(2).collect();
+    let doubt = shared_times(&samples, -1.0).unwrap();
+    assert_eq!(doubt.code(), ReasonCode::TimesShared);
+    assert!(doubt.refuses());
+    assert_eq!(shared_times(&samples, -0.1), None);
 }

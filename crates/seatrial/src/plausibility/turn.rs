@@ -6,8 +6,8 @@ use super::doubt::{Doubt, RateMismatch};
 use super::units::counts;
 use crate::record::Record;
 
-/// Rows over which a change of heading is compared.
-const SPAN: usize = 5;
+/// Rows over which a change of heading is compared, the next where noise hides it over the one before.
+const SPANS: [usize; 3] = [5, 20, 60];
 /// Columns that correlate less do not tell each other's unit.
 const LEAST_CORRELATION: f64 = 0.7;
 /// Ratios in which a compass that deviates and a gyro of a wrong scale are left to the compass's own test.
@@ -24,8 +24,21 @@ pub(super) fn doubt(record: &Record) -> Option<Doubt> {
     if !record.units.turn_is_open() {
         return None;
     }
+    let ratio = SPANS.iter().find_map(|rows| ratio(record, *rows))?;
+    let agrees = (SOUND[0]..=SOUND[1]).contains(&ratio);
+    (!agrees).then(|| {
+        Doubt::RateMismatch(RateMismatch {
+            ratio,
+            interval_s: record.median_interval_s().unwrap_or(f64::NAN),
+            is_index: counts(record),
+        })
+    })
+}
+
+/// The ratio over spans of so many rows. `None` where the columns do not correlate.
+fn ratio(record: &Record, rows: usize) -> Option<f64> {
     let (mut cross, mut turned_square, mut change_square) = (0.0, 0.0, 0.0);
-    for span in record.samples.chunks(SPAN + 1) {
+    for span in record.samples.chunks(rows + 1) {
         let (Some(change), Some(turned)) = (change_rad(span), turned_rad(span)) else {
             continue;
         };
@@ -34,16 +47,7 @@ pub(super) fn doubt(record: &Record) -> Option<Doubt> {
         change_square += change * change;
     }
     let correlation = cross / (turned_square * change_square).sqrt();
-    let ratio = cross / turned_square;
-    let is_known = correlation.abs() >= LEAST_CORRELATION;
-    let agrees = (SOUND[0]..=SOUND[1]).contains(&ratio);
-    (is_known && !agrees).then(|| {
-        Doubt::RateMismatch(RateMismatch {
-            ratio,
-            interval_s: record.median_interval_s().unwrap_or(f64::NAN),
-            is_index: counts(record),
-        })
-    })
+    (correlation.abs() >= LEAST_CORRELATION).then(|| cross / turned_square)
 }
 
 fn change_rad(span: &[Sample<f64>]) -> Option<f64> {

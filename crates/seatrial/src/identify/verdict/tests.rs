@@ -90,6 +90,7 @@ impl Chain {
                 compass: CompassError::default(),
                 hidden_edges: 0,
                 unit_doubts: Vec::new(),
+                times_are_shared: false,
                 unchecked: Vec::new(),
             },
             online: refined.model,

@@ -1,0 +1,122 @@
+//! Did the clock jump, or were rows lost?
+//!
+//! ```text
+//! d = psi(after) - psi(before),   d ~ r dt where rows were lost,   d ~ r h where the clock jumped
+//! ```
+//!
+//! | symbol | meaning |
+//! |---|---|
+//! | dt, h | time over the gap, and the usual interval, s |
+//! | r | yaw rate from straight lines through the headings before and after the gap, rad/s |
+//!
+//! Only a gap on both sides of which the vehicle turns the same way tells. Where the clock jumps and the vehicle does not turn, the
+//! rudder's record is as wrong, but a model from it predicts no other manoeuvre.
+
+use seatrial_core::{Real, Sample};
+
+use super::doubt::Doubt;
+use crate::record::median_interval_s;
+
+/// A gap is longer than so many usual intervals.
+const GAP: f64 = 3.0;
+/// Headings on either side, in time constants of the vehicle, and how many there must be.
+const SIDE: f64 = 0.3;
+const LEAST_ROWS: usize = 4;
+const MOST_ROWS: usize = 40;
+/// Standard deviations of a yaw rate that is one, and of a change that agrees or differs, to which shares of the turn over the gap
+/// are added for a rate that changes.
+const TURNS: f64 = 4.0;
+const AGREES: [f64; 2] = [3.0, 0.2];
+const DIFFERS: [f64; 2] = [6.0, 0.5];
+
+/// The first gap over which the heading went on as if no time had passed.
+pub(super) fn jump(samples: &[Sample<f64>], time_constant_s: f64) -> Option<Doubt> {
+    let usual_s = median_interval_s(samples)?;
+    let rows = ((SIDE * time_constant_s / usual_s) as usize).clamp(LEAST_ROWS, MOST_ROWS);
+    let noise_rad = noise_rad(samples);
+    let is_jump = |before: usize| {
+        let gap_s = samples[before + 1].time_s - samples[before].time_s;
+        let (left, right) = (
+            samples.get((before + 1).checked_sub(rows)?..=before)?,
+            samples.get(before + 1..=before + rows)?,
+        );
+        let (left, right) = (
+            Line::through(left, left.last()?),
+            Line::through(right, right.first()?),
+        );
+        let rates = [left.rate_rad_s, right.rate_rad_s];
+        let turns = |line: &Line| line.rate_rad_s.abs() > TURNS * noise_rad * line.rate_error_per_s;
+        let turns_on = rates[0] * rates[1] > 0.0 && turns(&left) && turns(&right);
+        let rate_rad_s = 0.5 * (rates[0] + rates[1]);
+        let [end, start] = [samples[before].heading_rad, samples[before + 1].heading_rad];
+        let moved_rad = Real::wrapped(start - end) + right.above_rad - left.above_rad;
+        let error = |over_s: f64| {
+            let of_rates = over_s * 0.5 * left.rate_error_per_s.hypot(right.rate_error_per_s);
+            noise_rad * of_rates.hypot(left.end_error.hypot(right.end_error))
+        };
+        let is_near = |over_s: f64, [deviations, share]: [f64; 2]| {
+            let limit = deviations * error(over_s) + share * (rate_rad_s * gap_s).abs();
+            (moved_rad - rate_rad_s * over_s).abs() < limit
+        };
+        let (as_a_row, as_time) = (is_near(usual_s, AGREES), is_near(gap_s, DIFFERS));
+        (turns_on && as_a_row && !as_time).then_some(gap_s)
+    };
+    let gap_s = (0..samples.len() - 1)
+        .filter(|row| samples[row + 1].time_s - samples[*row].time_s > GAP * usual_s)
+        .find_map(is_jump)?;
+    Some(Doubt::ClockJumped { gap_s })
+}
+
+/// Standard deviation of a heading's noise from the median of second differences, rad.
+fn noise_rad(samples: &[Sample<f64>]) -> f64 {
+    let change = |pair: &[Sample<f64>]| Real::wrapped(pair[1].heading_rad - pair[0].heading_rad);
+    let mut differences: Vec<f64> = samples
+        .windows(3)
+        .map(|three| (change(&three[1..]) - change(&three[..2])).abs())
+        .collect();
+    if differences.is_empty() {
+        return 0.0;
+    }
+    let middle = differences.len() / 2;
+    let (_, median, _) = differences.select_nth_unstable_by(middle, f64::total_cmp);
+    // The median of |N(0, 6 sigma^2)|.
+    *median / (0.674_489_75 * 6_f64.sqrt())
+}
+
+/// A straight line through headings beside a gap.
+struct Line {
+    rate_rad_s: f64,
+    /// Standard deviation of the rate for noise of 1, 1/s.
+    rate_error_per_s: f64,
+    /// The line at the heading next to the gap above that heading, rad.
+    above_rad: f64,
+    /// Standard deviation of the line there for noise of 1.
+    end_error: f64,
+}
+
+impl Line {
+    /// `at` is the one next to the gap.
+    fn through(samples: &[Sample<f64>], at: &Sample<f64>) -> Self {
+        let points: Vec<(f64, f64)> = samples
+            .iter()
+            .map(|s| {
+                (
+                    s.time_s - at.time_s,
+                    Real::wrapped(s.heading_rad - at.heading_rad),
+                )
+            })
+            .collect();
+        let count = points.len() as f64;
+        let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
+        let (time_s, heading_rad) = (mean(|p| p.0), mean(|p| p.1));
+        let square: f64 = points.iter().map(|p| (p.0 - time_s).powi(2)).sum();
+        let cross: f64 = points.iter().map(|p| (p.0 - time_s) * p.1).sum();
+        let rate_rad_s = cross / square;
+        Self {
+            rate_rad_s,
+            rate_error_per_s: square.sqrt().recip(),
+            above_rad: heading_rad - rate_rad_s * time_s,
+            end_error: (count.recip() + time_s * time_s / square).sqrt(),
+        }
+    }
+}
