@@ -24,7 +24,10 @@ pub fn stamps(
             let jitter_s = clock.jitter * row_s * chance.normal();
             (
                 row,
-                clock.start_s + time_s + jump_s + jitter_s.clamp(-0.45 * row_s, 0.45 * row_s),
+                clock.start_s
+                    + time_s * (1.0 + clock.gains)
+                    + jump_s
+                    + jitter_s.clamp(-0.45 * row_s, 0.45 * row_s),
             )
         })
         .collect();

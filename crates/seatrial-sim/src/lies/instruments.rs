@@ -28,7 +28,8 @@ pub fn write(setup: &Setup, voyage: &Voyage, seed: u64) -> LyingLog {
         times_s
             .iter()
             .map(|&t| {
-                let rate = voyage.at(t).yaw_rate_rad_s + gyro.noise_rad_s * chance.normal();
+                let true_rad_s = voyage.at((t - gyro.late_s).max(0.0)).yaw_rate_rad_s;
+                let rate = true_rad_s + gyro.noise_rad_s * chance.normal();
                 gyro.factor * column * rate
             })
             .collect()

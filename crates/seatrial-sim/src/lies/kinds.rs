@@ -29,7 +29,7 @@ const fn kind(
 
 /// Sound logs first, then lies of time, heading, rudder, units, and of the vehicle.
 #[rustfmt::skip]
-pub const KINDS: [Kind; 69] = [
+pub const KINDS: [Kind; 97] = [
     kind("sound_20_hz", Sound, "A doublet logged at 20 Hz.", |_, _| {}),
     kind("sound_low_noise", Sound, "A compass with 0.02 deg of noise.", |s, _| s.noise_rad = 0.02 / DEG),
     kind("sound_noisy", Sound, "A compass with 1 deg of noise.", |s, _| { s.noise_rad = 1.0 / DEG; s.disturbance = 0.003; }),
@@ -57,9 +57,9 @@ pub const KINDS: [Kind; 69] = [
     kind("rows_swapped", Decidable, "Some rows have changed places.", |s, d| s.clock.swap_every = d.one_of(&[7, 20, 60])),
     kind("blocks_missing", Decidable, "Blocks of half a time constant are missing.", |s, d| s.clock.missing = d.within(0.05, 0.2)),
 
-    kind("heading_late", Undecidable, "The heading is 0.2 to 0.5 s late, and there is no gyro.", |s, d| { s.heading.late_s = d.within(0.2, 0.5); s.gyro = None; }),
+    kind("heading_late", Decidable, "The heading is 0.2 to 0.5 s late, and there is no gyro.", |s, d| { s.heading.late_s = d.within(0.2, 0.5); s.gyro = None; }),
     kind("heading_late_gyro", Decidable, "The heading is 0.2 to 0.5 s late, and there is a gyro.", |s, d| { s.heading.late_s = d.within(0.2, 0.5); s.with_gyro(d); }),
-    kind("heading_filtered", Undecidable, "The heading went through a low-pass filter of 0.3 s, and there is no gyro.", |s, _| { s.heading.low_pass_s = 0.3; s.gyro = None; }),
+    kind("heading_filtered", Decidable, "The heading went through a low-pass filter of 0.3 s, and there is no gyro.", |s, _| { s.heading.low_pass_s = 0.3; s.gyro = None; }),
     kind("heading_filtered_gyro", Decidable, "The heading went through a low-pass filter of 0.3 s, and there is a gyro.", |s, d| { s.heading.low_pass_s = 0.3; s.with_gyro(d); }),
     kind("heading_held", Decidable, "The heading is refreshed at 2.5 Hz in a log of 5 Hz.", |s, d| { let t = d.within(1.2, 2.0); s.with_time_constant(t, 0.0, d); s.with_interval(0.2); s.heading.held_s = 0.4; s.gyro = None; }),
     kind("heading_held_5_hz", Decidable, "The heading is refreshed at 5 Hz in a log of 20 Hz.", |s, _| s.heading.held_s = 0.2),
@@ -104,7 +104,63 @@ pub const KINDS: [Kind; 69] = [
     kind("thrust_changed", Decidable, "The thrust changes within training, and the speed by a third.", |s, d| s.hulls[0].speed_change = d.one_of(&[0.67, 1.33])),
     kind("current_step", Decidable, "A current turns the vehicle from the middle of training on.", |s, d| s.current_step = d.sign() * d.within(0.1, 0.3)),
     kind("window_begins_in_turn", Decidable, "Both windows begin while the vehicle is turning.", |s, _| s.begins_in_turn = true),
+
+    kind("any_sound", Sound, "Any vehicle, log and manoeuvre.", |s, d| any(s, d)),
+    kind("any_noisy", Sound, "Any vehicle with 1 to 2 deg of noise in its compass.", |s, d| { any(s, d); s.noise_rad = d.within(1.0, 2.0) / DEG; }),
+    kind("any_heading_late", Decidable, "A heading late by a tenth to half of the time constant, and no gyro.", |s, d| { any(s, d); s.heading.late_s = d.within(0.1, 0.5) * s.time_constant_s(); s.gyro = None; }),
+    kind("any_heading_late_gyro", Decidable, "A heading late by a tenth to half of the time constant, and a gyro.", |s, d| { any(s, d); s.heading.late_s = d.within(0.1, 0.5) * s.time_constant_s(); s.with_gyro(d); }),
+    kind("any_heading_filtered", Decidable, "A low-pass filter of a tenth to 0.4 of the time constant before the heading, and no gyro.", |s, d| { any(s, d); s.heading.low_pass_s = d.within(0.1, 0.4) * s.time_constant_s(); s.gyro = None; }),
+    kind("any_heading_held", Decidable, "A heading refreshed every 2 to 5 rows.", |s, d| { any(s, d); s.heading.held_s = d.one_of(&[2.0, 3.0, 5.0]) * s.row_s(); s.gyro = None; }),
+    kind("any_heading_coarse", Decidable, "A heading in steps of 1 to 3 deg.", |s, d| { any(s, d); s.columns = IN_DEGREES; s.heading.resolution = d.one_of(&[1.0, 2.0, 3.0]); }),
+    kind("any_heading_stuck", Decidable, "A heading that sticks for eight rows now and then.", |s, d| { any(s, d); s.heading.stuck_share = 0.15; }),
+    kind("any_compass_deviation", Undecidable, "Hard iron of 5 to 15 deg, and no gyro.", |s, d| { any(s, d); deviation(s, d); s.gyro = None; }),
+    kind("any_gyro_late", Decidable, "A gyro late by a tenth to half of the time constant.", |s, d| { any(s, d); s.with_gyro(d); let late_s = d.within(0.1, 0.5) * s.time_constant_s(); s.gyro = s.gyro.map(|gyro| GyroChannel { late_s, ..gyro }); }),
+    kind("any_gyro_scaled", Decidable, "A gyro whose scale is wrong by 0.7 to 1.4.", |s, d| { any(s, d); s.with_gyro(d); scale_gyro(s, d.one_of(&[0.7, 1.4])); }),
+    kind("any_rudder_held", Decidable, "A rudder refreshed every 2 to 10 rows.", |s, d| { any(s, d); s.rudder.held_s = d.one_of(&[2.0, 4.0, 10.0]) * s.row_s(); }),
+    kind("any_rudder_late", Decidable, "A rudder that stands one or two rows late or early.", |s, d| { any(s, d); s.rudder.late_rows = d.one_of(&[-2, -1, 1, 2]); }),
+    kind("any_rudder_lags", Decidable, "What a servo was told, with a lag of 0.05 to 0.5 of the time constant.", |s, d| { any(s, d); s.servo_lag_s = d.within(0.05, 0.5) * s.time_constant_s(); }),
+    kind("any_rudder_stops_in_training", Decidable, "A rudder that stops at half of what it was told in training.", |s, d| { any(s, d); s.hulls[0].stop = Some(0.5); }),
+    kind("any_rudder_stops_in_both", Undecidable, "A rudder that stops at half of what it was told in both manoeuvres.", |s, d| { any(s, d); s.hulls.iter_mut().for_each(|hull| hull.stop = Some(0.5)); }),
+    kind("any_rudder_backlash", Decidable, "A rudder with 1 to 3 deg of play.", |s, d| { any(s, d); s.backlash_rad = d.within(1.0, 3.0) / DEG; }),
+    kind("any_clock_jump", Decidable, "A clock that jumps ahead by 0.2 to 2 time constants within training.", |s, d| { any(s, d); s.clock.jump_s = d.within(0.2, 2.0) * s.time_constant_s(); }),
+    kind("any_clock_gains", Decidable, "A clock that gains or loses a thousandth.", |s, d| { any(s, d); s.clock.gains = 1e-3 * d.sign(); }),
+    kind("any_clock_jitter", Decidable, "Stamps off by a third of the interval.", |s, d| { any(s, d); s.clock.jitter = 0.33; }),
+    kind("any_clock_rounded", Decidable, "Stamps rounded to two or five rows.", |s, d| { any(s, d); s.clock.rounding_s = d.one_of(&[2.0, 5.0]) * s.row_s(); }),
+    kind("any_blocks_missing", Decidable, "Blocks of half a time constant are missing.", |s, d| { any(s, d); s.clock.missing = d.within(0.05, 0.2); }),
+    kind("any_waves", Decidable, "Waves of 0.2 to 1.5 of the rudder's effect.", |s, d| { any(s, d); let (share, frequency) = (d.within(0.2, 1.5), d.within(2.0, 10.0)); s.waves = Some(Waves { share, frequency_rad_s: frequency / s.time_constant_s() }); }),
+    kind("any_speed_changes", Decidable, "Another speed in validation, by 0.7 to 1.4.", |s, d| { any(s, d); let by = d.one_of(&[0.7, 0.85, 1.2, 1.4]); s.hulls[1].a22_per_s *= by; s.hulls[1].b2_per_s2 *= by * by; }),
+    kind("any_thrust_changes", Decidable, "The speed changes within training by 0.7 to 1.4.", |s, d| { any(s, d); s.hulls[0].speed_change = d.one_of(&[0.7, 0.85, 1.2, 1.4]); }),
+    kind("any_trim_changes", Decidable, "Another trim in validation, by 2 to 6 deg.", |s, d| { any(s, d); s.hulls[1].delta0_rad += d.sign() * d.within(2.0, 6.0) / DEG; }),
+    kind("any_current_step", Decidable, "A current turns the vehicle from the middle of training on.", |s, d| { any(s, d); s.current_step = d.sign() * d.within(0.1, 0.4); }),
+    kind("any_other_vehicle", Decidable, "Another vehicle's validation: a22 and b2 are 1.4 and 1.8 times those of training.", |s, d| { any(s, d); s.hulls[1].a22_per_s *= 1.4; s.hulls[1].b2_per_s2 *= 1.8; }),
 ];
+
+/// Intervals between rows of usual logs, s.
+const INTERVALS_S: [f64; 12] = [
+    0.01, 0.02, 0.04, 0.05, 0.1, 0.2, 0.25, 0.5, 1.0, 2.0, 4.0, 5.0,
+];
+
+/// Any vehicle with a time constant of 0.3 to 100 s, with 12 to 60 rows in a time constant.
+fn any(setup: &mut Setup, draw: &mut Draw) {
+    let time_constant_s = draw.log_within(0.3, 100.0);
+    let usual: Vec<f64> = INTERVALS_S
+        .into_iter()
+        .filter(|row_s| (12.0..60.0).contains(&(time_constant_s / row_s)))
+        .collect();
+    setup.with_interval(draw.one_of(&usual));
+    let amplitude_rad = draw.within(0.15, 0.35);
+    setup.amplitudes_rad = [amplitude_rad, draw.within(0.6, 1.0) * amplitude_rad];
+    setup.pattern = draw.one_of(&[Pattern::Doublet, Pattern::ZigZag(0.26), Pattern::Random]);
+    setup.noise_rad = draw.log_within(0.02, 0.6) / DEG;
+    setup.disturbance = draw.log_within(0.001, 0.012);
+    setup.speed_m_s = draw.within(0.5, 8.0);
+    let delta0_rad = draw.within(-0.05, 0.05);
+    setup.with_time_constant(time_constant_s, delta0_rad, draw);
+    setup.gyro = None;
+    if draw.chance(0.4) {
+        setup.with_gyro(draw);
+    }
+}
 
 fn boat(setup: &mut Setup, draw: &mut Draw, interval_s: f64) {
     setup.with_interval(interval_s);

@@ -38,6 +38,8 @@ pub enum Pattern {
     Doublet,
     /// To a side until the heading has changed by this angle, rad, then to the other.
     ZigZag(f64),
+    /// Angles and durations by chance.
+    Random,
 }
 
 /// The vehicle in one of the two manoeuvres.
@@ -103,6 +105,7 @@ pub struct RudderChannel {
 #[derive(Clone, Copy, Debug)]
 pub struct GyroChannel {
     pub noise_rad_s: f64,
+    pub late_s: f64,
     /// Factor on the rate in the file's unit.
     pub factor: f64,
 }
@@ -114,6 +117,8 @@ pub struct ClockChannel {
     pub per_second: f64,
     /// The clock at the first row, s.
     pub start_s: f64,
+    /// Seconds by which the clock gains in a second.
+    pub gains: f64,
     pub rounding_s: f64,
     /// Standard deviation of the stamps, as a share of the interval.
     pub jitter: f64,
@@ -288,6 +293,7 @@ impl Setup {
     pub fn with_gyro(&mut self, draw: &mut Draw) {
         self.gyro = Some(GyroChannel {
             noise_rad_s: draw.within(0.1, 0.4) / DEG / self.time_constant_s(),
+            late_s: 0.0,
             factor: 1.0,
         });
     }

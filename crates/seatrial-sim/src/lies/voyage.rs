@@ -73,6 +73,8 @@ struct Pilot {
     reference_rad: f64,
     zig_zag_side: f64,
     legs: usize,
+    /// The random test's rudder, as a share of the amplitude, in each third of a time constant.
+    random: Vec<f64>,
 }
 
 impl Pilot {
@@ -105,7 +107,10 @@ impl Pilot {
                 }
                 self.zig_zag_side * amplitude_rad
             }
-            Pattern::Doublet | Pattern::ZigZag(_) => hold(),
+            Pattern::Random if at < STAGE - BEFORE - 3.0 => {
+                self.random[((3.0 * at) as usize).min(self.random.len() - 1)] * amplitude_rad
+            }
+            Pattern::Doublet | Pattern::ZigZag(_) | Pattern::Random => hold(),
         }
     }
 }
@@ -128,6 +133,7 @@ impl Voyage {
             reference_rad: heading_rad,
             zig_zag_side: 1.0,
             legs: 0,
+            random: random_test(seed),
         };
         let mut fin = Fin {
             servo_rad: -hull.delta0_rad,
@@ -196,6 +202,19 @@ impl Voyage {
             ..below
         }
     }
+}
+
+/// Rudder angles as shares of the amplitude, each for one to six thirds of a time constant and away from the one before.
+fn random_test(seed: u64) -> Vec<f64> {
+    let mut chance = Draw::new(seed ^ 0x7e57_0000);
+    let mut side = 1.0;
+    let mut angles = Vec::new();
+    while angles.len() < 3 * STAGE as usize {
+        let angle = side * chance.one_of(&[0.6, 0.8, 1.0]);
+        angles.resize(angles.len() + chance.one_of(&[1, 2, 3, 4, 6]), angle);
+        side = -side;
+    }
+    angles
 }
 
 /// The yaw acceleration that is not the rudder's, as a share of the rudder's effect.
