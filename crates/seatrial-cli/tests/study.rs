@@ -141,3 +141,21 @@ fn recover_intervals_are_narrow_not_long_after_the_bound_allows() {
     let page = std::fs::read_to_string(page).unwrap();
     assert!(page.contains("the bound allows") && page.contains("Efficiency"));
 }
+
+/// Two logs of every kind, one with windows and one without; `validation/2026-11-24-lies` has fifty.
+#[test]
+fn recover_a_lying_log_gives_no_wrong_model_unsaid() {
+    let output = study(&["lies", "--seeds", "2"]);
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(document["schema"], "seatrial.lying_logs.v1");
+    let share = |decidability: &str, of: &str, among: &str| {
+        let totals = document["totals"].as_array().unwrap();
+        let total = totals.iter().find(|t| t["decidability"] == decidability);
+        let total = total.unwrap();
+        total[of].as_f64().unwrap() / total[among].as_f64().unwrap()
+    };
+    // 95 % and under 1 % of fifty seeds: one of these logs more or less is 4 % and 0.7 %.
+    assert!(share("sound", "accepted", "logs") >= 0.92);
+    assert!(share("decidable", "wrong", "logs") < 0.014);
+    assert_eq!(share("undecidable", "wrong_without_note", "logs"), 0.0);
+}

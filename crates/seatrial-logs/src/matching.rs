@@ -176,11 +176,9 @@ fn meant(name: &str, columns: &[String], quantity: Quantity) -> Option<usize> {
     {
         return None;
     }
-    let wanted = words(name);
-    let plain: Vec<Vec<String>> = columns
-        .iter()
-        .map(|column| ColumnName::new(column).without_unit(quantity))
-        .collect();
+    let without_unit = |name: &String| ColumnName::new(name).without_unit(quantity);
+    let wanted = without_unit(&name.to_string());
+    let plain: Vec<Vec<String>> = columns.iter().map(without_unit).collect();
     let of_the_unit_only = only(&plain, |column| *column == wanted);
     of_the_unit_only.or_else(|| only(&plain, |column| is_misspelt(&wanted, column)))
 }
@@ -191,8 +189,8 @@ fn only<T>(of: &[T], holds: impl Fn(&T) -> bool) -> Option<usize> {
     places.next().filter(|_| places.next().is_none())
 }
 
-/// Is each word the other's, or a long one with a letter wrong, missing, too many or two exchanged? A digit, or a word of a
-/// letter or two, tells columns apart.
+/// Is each word the other's, or a long one with a letter behind the first wrong, missing, too many or two exchanged? A digit,
+/// or a word of a letter or two, tells columns apart.
 fn is_misspelt(wanted: &[String], column: &[String]) -> bool {
     const SHORTEST: usize = 5;
     let digits = |word: &str| -> String { word.chars().filter(char::is_ascii_digit).collect() };
@@ -200,6 +198,7 @@ fn is_misspelt(wanted: &[String], column: &[String]) -> bool {
         && wanted.iter().zip(column).all(|(wanted, word)| {
             wanted == word
                 || (word.chars().count() >= SHORTEST
+                    && wanted.chars().next() == word.chars().next()
                     && digits(wanted) == digits(word)
                     && strsim::osa_distance(wanted, word) <= 1)
         })

@@ -56,15 +56,11 @@ impl Stroke {
         length_s < BRIEF * self.duration_s() && pause_s <= length_s
     }
 
-    fn is_followed_by(&self, next: &Self, neutral_rad: f64) -> bool {
+    fn is_followed_by(&self, next: &Self, trace: &Trace) -> bool {
         let (Some(held), Some(next_held)) = (self.held, next.held) else {
             return false;
         };
-        let trim_rad = if self.is_positive {
-            neutral_rad
-        } else {
-            -neutral_rad
-        };
+        let trim_rad = trace.trim_rad(self.is_positive);
         let from_neutral = [held.angle_rad, next_held.angle_rad];
         let from_zero = [held.angle_rad + trim_rad, next_held.angle_rad - trim_rad];
         let are_alike = |[a, b]: [f64; 2]| a.max(b) < SAME_ANGLE * a.min(b);
@@ -121,12 +117,12 @@ pub(super) fn chains(trace: &Trace, level_rad: f64) -> Vec<Chain> {
         let stroke = Stroke {
             window: excursion.window,
             is_positive: excursion.is_positive,
-            held: held(trace, excursion.window, level_rad, &mut scratch),
+            held: held(trace, &excursion, level_rad, &mut scratch),
         };
         let goes_on = chain
             .strokes
             .last()
-            .is_some_and(|last| last.is_followed_by(&stroke, trace.neutral_rad()));
+            .is_some_and(|last| last.is_followed_by(&stroke, trace));
         if !goes_on && !chain.strokes.is_empty() {
             chains.push(std::mem::take(&mut chain).without_recovery());
         }
@@ -141,8 +137,13 @@ pub(super) fn chains(trace: &Trace, level_rad: f64) -> Vec<Chain> {
 }
 
 /// How the rudder was held, if it was, and near the level.
-fn held(trace: &Trace, window: Window, level_rad: f64, scratch: &mut Vec<f64>) -> Option<Held> {
-    let indices = trace.indices(window);
+fn held(
+    trace: &Trace,
+    excursion: &Excursion,
+    level_rad: f64,
+    scratch: &mut Vec<f64>,
+) -> Option<Held> {
+    let indices = trace.indices(excursion.window);
     scratch.clear();
     scratch.extend(trace.rudder_rad(indices.clone()).iter().map(|d| d.abs()));
     if scratch.len() < LEAST_SAMPLES {
@@ -152,7 +153,10 @@ fn held(trace: &Trace, window: Window, level_rad: f64, scratch: &mut Vec<f64>) -
     let (_, median, _) = scratch.select_nth_unstable_by(middle, f64::total_cmp);
     let angle_rad = *median;
     let (least, most) = HELD_AT_LEVEL;
-    let is_near_level = (least * level_rad..most * level_rad).contains(&angle_rad);
+    let from_zero_rad = angle_rad + trace.trim_rad(excursion.is_positive);
+    let is_near_level = [angle_rad, from_zero_rad]
+        .iter()
+        .any(|angle_rad| (least * level_rad..most * level_rad).contains(angle_rad));
     let is_near = |d: &f64| (d.abs() - angle_rad).abs() <= HELD_WITHIN * angle_rad;
     let rudder_rad = trace.rudder_rad(indices.clone());
     let count = rudder_rad.iter().filter(|d| is_near(d)).count();

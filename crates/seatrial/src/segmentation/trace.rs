@@ -65,9 +65,12 @@ impl<'a> Trace<'a> {
         Some(trace)
     }
 
-    /// The middle of the shortest interval of angles that holds half of the samples.
-    pub fn neutral_rad(&self) -> f64 {
-        self.neutral_rad
+    /// What makes an angle from neutral one from zero, on one side.
+    pub fn trim_rad(&self, is_positive: bool) -> f64 {
+        match is_positive {
+            true => self.neutral_rad,
+            false => -self.neutral_rad,
+        }
     }
 
     pub fn largest_rudder_rad(&self) -> f64 {
