@@ -83,23 +83,25 @@ impl Weighing {
                 ),
             );
         }
-        if matches!(checked.explained, Explained::HigherOrder { .. }) {
-            // More rudder does not make the vehicle a first-order one.
+        let more = (b2.half_width / WIDEST_B2).max(a22.half_width / WIDEST_A22);
+        if more <= 1.0 {
             return;
         }
-        // The interval is inversely proportional to the rudder amplitude at equal noise.
-        let more = (b2.half_width / WIDEST_B2).max(a22.half_width / WIDEST_A22);
-        if more > 1.0 {
-            self.reject(
-                ReasonCode::UnderExcited,
-                format!(
-                    "95 % intervals of {} % of b2 (at most {} %) and {} % of a22 (at most {} %) are too wide; at this noise {} times the rudder, {} either side, or {} repeats of the manoeuvre would do",
-                    percent(b2.half_width), percent(WIDEST_B2),
-                    percent(a22.half_width), percent(WIDEST_A22),
-                    three_figures(more), rudder_text(checked.log.rudder_unit, more * checked.log.rudder_amplitude_rad), (more * more).ceil()
-                ),
-            );
-        }
+        let widths = format!(
+            "95 % intervals of {} % of b2 (at most {} %) and {} % of a22 (at most {} %) are too wide",
+            percent(b2.half_width), percent(WIDEST_B2),
+            percent(a22.half_width), percent(WIDEST_A22),
+        );
+        let remedy = if matches!(checked.explained, Explained::HigherOrder { .. }) {
+            "the vehicle is not of first order, so more rudder alone does not narrow them; a longer manoeuvre at one speed and one rudder angle does".into()
+        } else {
+            // The interval is inversely proportional to the rudder amplitude at equal noise.
+            format!(
+                "at this noise {} times the rudder, {} either side, or {} repeats of the manoeuvre would do",
+                three_figures(more), rudder_text(checked.log.rudder_unit, more * checked.log.rudder_amplitude_rad), (more * more).ceil()
+            )
+        };
+        self.reject(ReasonCode::UnderExcited, format!("{widths}; {remedy}"));
     }
 
     /// The interval that reaches the validation data's own estimate must not hold 0 either.
