@@ -74,7 +74,11 @@ impl Plant {
             0.0,
         );
         let mut point = Point([0.0; PARAMETERS]);
-        for (i, value) in [(B2, self.theta[1]), (C0, self.theta[2]), (A22, self.theta[0])] {
+        for (i, value) in [
+            (B2, self.theta[1]),
+            (C0, self.theta[2]),
+            (A22, self.theta[0]),
+        ] {
             point.0[i] = value;
         }
         point.0[DELAY] = self.lag_s;
@@ -105,7 +109,10 @@ impl Plant {
 #[test]
 #[ignore = "a study of a minute: cargo test --release -p seatrial --test exact_plants -- --ignored --nocapture"]
 fn val_plants_behind_an_unknown_lag() {
-    let runs: u64 = std::env::var("RUNS").ok().and_then(|n| n.parse().ok()).unwrap_or(200);
+    let runs: u64 = std::env::var("RUNS")
+        .ok()
+        .and_then(|n| n.parse().ok())
+        .unwrap_or(200);
     for noise_deg in [2e-4, 2e-3, 2e-2, 0.1, 0.3, 1.0] {
         let mut held = [0; 2];
         let mut squares = [0.0; 2];
@@ -116,8 +123,12 @@ fn val_plants_behind_an_unknown_lag() {
             let mut random = Pcg64::seed_from_u64(seed);
             let plant = Plant::draw(&mut random, noise_deg);
             let samples = plant.stage(&mut random);
-            let Some(bound) = plant.bound(&samples) else { continue };
-            let Ok(found) = robust_estimate(&samples) else { continue };
+            let Some(bound) = plant.bound(&samples) else {
+                continue;
+            };
+            let Ok(found) = robust_estimate(&samples) else {
+                continue;
+            };
             let refined = found.refined;
             count += 1;
             for (i, [low, high]) in [refined.interval_95.a22_per_s, refined.interval_95.b2_per_s2]
@@ -135,10 +146,14 @@ fn val_plants_behind_an_unknown_lag() {
         let n = f64::from(count);
         println!(
             "{noise_deg} deg, {count} runs: held {:.3} {:.3}; error/bound {:.2} {:.2}; rms error {:.2} % {:.2} %; half width {:.2} % {:.2} %",
-            f64::from(held[0]) / n, f64::from(held[1]) / n,
-            (squares[0] / n).sqrt(), (squares[1] / n).sqrt(),
-            100.0 * (relative[0] / n).sqrt(), 100.0 * (relative[1] / n).sqrt(),
-            100.0 * widths[0], 100.0 * widths[1],
+            f64::from(held[0]) / n,
+            f64::from(held[1]) / n,
+            (squares[0] / n).sqrt(),
+            (squares[1] / n).sqrt(),
+            100.0 * (relative[0] / n).sqrt(),
+            100.0 * (relative[1] / n).sqrt(),
+            100.0 * widths[0],
+            100.0 * widths[1],
         );
     }
 }

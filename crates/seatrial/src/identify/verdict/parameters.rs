@@ -89,8 +89,10 @@ impl Weighing {
         }
         let widths = format!(
             "95 % intervals of {} % of b2 (at most {} %) and {} % of a22 (at most {} %) are too wide",
-            percent(b2.half_width), percent(WIDEST_B2),
-            percent(a22.half_width), percent(WIDEST_A22),
+            percent(b2.half_width),
+            percent(WIDEST_B2),
+            percent(a22.half_width),
+            percent(WIDEST_A22),
         );
         let remedy = if matches!(checked.explained, Explained::HigherOrder { .. }) {
             "the vehicle is not of first order, so more rudder alone does not narrow them; a longer manoeuvre at one speed and one rudder angle does".into()
@@ -98,7 +100,12 @@ impl Weighing {
             // The interval is inversely proportional to the rudder amplitude at equal noise.
             format!(
                 "at this noise {} times the rudder, {} either side, or {} repeats of the manoeuvre would do",
-                three_figures(more), rudder_text(checked.log.rudder_unit, more * checked.log.rudder_amplitude_rad), (more * more).ceil()
+                three_figures(more),
+                rudder_text(
+                    checked.log.rudder_unit,
+                    more * checked.log.rudder_amplitude_rad
+                ),
+                (more * more).ceil()
             )
         };
         self.reject(ReasonCode::UnderExcited, format!("{widths}; {remedy}"));
