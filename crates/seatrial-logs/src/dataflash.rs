@@ -40,6 +40,7 @@ pub(crate) struct DataFlash {
     /// Where the pulses of the outputs stand among the numbers of RCOU.
     outputs: Vec<Option<usize>>,
     is_submarine: bool,
+    aircraft: Option<&'static str>,
     last_time_s: f64,
     damage: Damage,
 }
@@ -194,6 +195,7 @@ impl DataFlash {
             steering: None,
             outputs: Vec::new(),
             is_submarine: false,
+            aircraft: None,
             last_time_s: 0.0,
             damage: Damage::default(),
         };
@@ -306,6 +308,7 @@ impl DataFlash {
             "MSG" => {
                 let text = layout.text(message, "Message").unwrap_or_default();
                 self.is_submarine |= text.starts_with("ArduSub");
+                self.aircraft = self.aircraft.or(aircraft_of_firmware(&text));
             }
             "UNIT" | "MULT" => {}
             _ => {
@@ -327,7 +330,24 @@ impl DataFlash {
     }
 }
 
+/// What a firmware flies, by how it calls itself.
+fn aircraft_of_firmware(text: &str) -> Option<&'static str> {
+    [
+        ("ArduCopter", "a copter"),
+        ("APM:Copter", "a copter"),
+        ("ArduPlane", "a plane"),
+        ("APM:Plane", "a plane"),
+        ("Blimp", "an airship"),
+    ]
+    .into_iter()
+    .find_map(|(firmware, aircraft)| text.starts_with(firmware).then_some(aircraft))
+}
+
 impl Messages for DataFlash {
+    fn aircraft(&self) -> Option<&'static str> {
+        self.aircraft
+    }
+
     fn format(&self) -> Format {
         Format::DataFlash
     }

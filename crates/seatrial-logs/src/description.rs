@@ -146,6 +146,9 @@ pub struct LogDescription {
     /// The angle that a servo's full deflection was taken for, rad.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub full_rudder_rad: Option<f64>,
+    /// The aircraft that the log says it is of, with its article: a copter.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub aircraft: Option<String>,
     /// Second 0 of the samples in UTC, where the log has an epoch or calendar time.
     pub start_utc: Option<String>,
     /// What people should know before they trust the samples.

@@ -63,6 +63,11 @@ pub(crate) trait Messages {
 
     /// What was left out, after the last message.
     fn warnings(&self) -> Vec<String>;
+
+    /// The aircraft that the log says it is of, with its article: a copter.
+    fn aircraft(&self) -> Option<&'static str> {
+        None
+    }
 }
 
 impl Known {
@@ -198,6 +203,10 @@ impl<M: Messages> Joined<M> {
 impl<M: Messages + Send> Table for Joined<M> {
     fn format(&self) -> Format {
         self.messages.format()
+    }
+
+    fn aircraft(&self) -> Option<&'static str> {
+        self.messages.aircraft()
     }
 
     fn columns(&self) -> &[String] {

@@ -19,6 +19,7 @@ mod error;
 mod half_difference;
 mod infer;
 mod joined;
+mod languages;
 mod look_ahead;
 mod matching;
 #[cfg(feature = "mcap")]
@@ -48,7 +49,7 @@ pub use description::{
 };
 pub use error::{Fault, Place, ReadError};
 pub use quantity::{Quantity, UnknownQuantity};
-pub use reader::{LogReader, open};
+pub use reader::{LogReader, columns, open};
 pub use runs::{Run, Runs};
 pub use unit::{Unit, UnknownUnit};
 #[cfg(feature = "foxglove")]

@@ -1,6 +1,7 @@
 //! Names of columns taken apart: words, and a unit in brackets or at the end.
 
 use crate::Quantity;
+use crate::languages;
 use crate::unit::{Dimension, Unit};
 use crate::words::words;
 
@@ -35,7 +36,10 @@ const CONTAINED: usize = 10;
 const MOST_WORDS: usize = 32;
 
 /// Words that make another quantity of a name that contains a quantity's name.
-const OTHER_QUANTITY: [&str; 44] = [
+const OTHER_QUANTITY: [&str; 47] = [
+    "soll",
+    "sollwert",
+    "kommando",
     "desired",
     "des",
     "target",
@@ -105,6 +109,9 @@ const SAME_QUANTITY: [&str; 17] = [
 
 impl ColumnName {
     pub fn new(name: &str) -> Self {
+        // Japanese text has brackets of its own width.
+        let name = name.replace(['（', '［'], "[").replace(['）', '］'], "]");
+        let name = name.as_str();
         // An index, as in `control[2]`, is no unit.
         let is_index = |rest: &str| {
             rest[1..]
@@ -204,18 +211,22 @@ fn rank(words: &[String], quantity: Quantity) -> Option<usize> {
         return None;
     }
     let whole = words.concat();
-    let exact = quantity
-        .names()
-        .iter()
-        .position(|group| group.contains(&whole.as_str()));
+    let exact = groups(quantity).position(|group| group.contains(&whole.as_str()));
     exact.or_else(|| contained_rank(words, quantity))
+}
+
+/// Names from the clearest to the vaguest: English, then other languages.
+fn groups(quantity: Quantity) -> impl Iterator<Item = &'static [&'static str]> {
+    let others = languages::names(quantity);
+    let english = quantity.names().iter().copied();
+    english.chain([others.clear, others.vague])
 }
 
 /// `ATT.Yaw`, `nav_heading_true`, `rudder1`: a clear name among words that do not change its meaning.
 fn contained_rank(words: &[String], quantity: Quantity) -> Option<usize> {
     let greek_or_short =
         |name: &str| name.len() < 3 || matches!(name, "psi" | "phi" | "theta" | "delta" | "rot");
-    for (group, names) in quantity.names().iter().enumerate() {
+    for (group, names) in groups(quantity).enumerate() {
         for from in 0..words.len() {
             for to in from + 1..=words.len() {
                 let joined = words[from..to].concat();
@@ -271,6 +282,26 @@ mod tests {
             ("Rudder %", Rudder, 0, Some(Unit::Percent)),
             ("rudder_cmd", Rudder, 2, None),
             ("delta_r", Rudder, 0, None),
+            ("Ruderwinkel [Grad]", Rudder, 4, Some(Unit::Degree)),
+            ("Steuerkurs (Grad)", Heading, 2, Some(Unit::Degree)),
+            ("Fahrt [Knoten]", Speed, 3, Some(Unit::Knot)),
+            ("Zeit [s]", Time, 3, Some(Unit::Second)),
+            (
+                "Drehrate [Grad/min]",
+                YawRate,
+                2,
+                Some(Unit::DegreePerMinute),
+            ),
+            ("舵角（度）", Rudder, 4, Some(Unit::Degree)),
+            ("船首方位[deg]", Heading, 2, Some(Unit::Degree)),
+            ("経過時間(秒)", Time, 3, Some(Unit::Second)),
+            ("船速（ノット）", Speed, 3, Some(Unit::Knot)),
+            (
+                "回頭角速度 [度/秒]",
+                YawRate,
+                2,
+                Some(Unit::DegreePerSecond),
+            ),
             ("yaw_rate_rad_s", YawRate, 0, Some(Unit::RadianPerSecond)),
             ("YawRate [deg/s]", YawRate, 0, Some(Unit::DegreePerSecond)),
             ("gyro_z", YawRate, 1, None),

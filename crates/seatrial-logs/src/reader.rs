@@ -40,6 +40,13 @@ pub fn open(path: &Path, choice: &ChannelChoice) -> Result<LogReader, ReadError>
         .map_err(|fault| ReadError { log, fault })
 }
 
+/// The names of a log's columns, topics with fields, or messages with fields, whether or not their meaning is known.
+pub fn columns(path: &Path) -> Result<Vec<String>, ReadError> {
+    let named = table(path).map(|table| table.columns().to_vec());
+    let log = path.display().to_string();
+    named.map_err(|fault| ReadError { log, fault })
+}
+
 pub(crate) fn table(path: &Path) -> Result<Box<dyn Table>, Fault> {
     if path == Path::new("-") {
         return content::open_stream(io::stdin());
@@ -107,6 +114,7 @@ impl LogReader {
                 rudder_unit: rudder_unit(&channels, &choice),
                 full_rudder_rad: choice.full_rudder_rad.filter(|_| is_of_servo(&channels)),
                 channels,
+                aircraft: table.aircraft().map(str::to_owned),
                 start_utc: time.clock.start(),
                 warnings,
             },

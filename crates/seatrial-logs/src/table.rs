@@ -58,6 +58,11 @@ pub(crate) trait Table: Send {
 
     /// What was put right while reading, for people.
     fn warnings(&self) -> Vec<String>;
+
+    /// The aircraft that the log says it is of, with its article: a copter.
+    fn aircraft(&self) -> Option<&'static str> {
+        None
+    }
 }
 
 /// The channels of a format that says itself what they are.

@@ -16,7 +16,7 @@ use seatrial_mavlink::logged::{Frame, LONGEST_FRAME, Next, PAYLOAD, STAMP};
 use seatrial_mavlink::message::{
     Attitude, Heartbeat, LOGGED, ParamValue, RcChannels, RcChannelsScaled, ServoOutputRaw,
 };
-use seatrial_mavlink::{Definition, MessageClock, Sender};
+use seatrial_mavlink::{Definition, MessageClock, Sender, aircraft};
 
 /// Outputs in SERVO_OUTPUT_RAW.
 const OUTPUTS: usize = 16;
@@ -52,6 +52,7 @@ pub(crate) struct Telemetry {
     /// Where the pulses of output 1 and those that follow stand among the numbers of the message that steers.
     pulses: Vec<usize>,
     is_submarine: bool,
+    aircraft: Option<&'static str>,
     because: String,
     doubt: Option<String>,
     boot_s: f64,
@@ -92,6 +93,7 @@ impl Telemetry {
             steering: None,
             pulses: Vec::new(),
             is_submarine: false,
+            aircraft: None,
             because: String::new(),
             doubt: None,
             boot_s: 0.0,
@@ -120,6 +122,7 @@ impl Telemetry {
         log.is_submarine = learnt
             .heartbeat
             .is_some_and(|(vehicle, _)| vehicle == SUBMARINE);
+        log.aircraft = learnt.heartbeat.and_then(|(vehicle, _)| aircraft(vehicle));
         log.choose_steering(&learnt);
         log.name_kinds(&learnt);
         log.bytes.go_to(0)?;
@@ -315,6 +318,10 @@ fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
 }
 
 impl Messages for Telemetry {
+    fn aircraft(&self) -> Option<&'static str> {
+        self.aircraft
+    }
+
     fn format(&self) -> Format {
         Format::Tlog
     }

@@ -55,22 +55,22 @@ macro_rules! units {
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 units! {
-    Second "s" Time 1.0, &["s", "sec", "secs", "second", "seconds"];
-    Millisecond "ms" Time 1e-3, &["ms", "msec", "millis", "milliseconds"];
+    Second "s" Time 1.0, &["s", "sec", "secs", "second", "seconds", "sek", "sekunden", "秒"];
+    Millisecond "ms" Time 1e-3, &["ms", "msec", "millis", "milliseconds", "millisekunden", "ミリ秒"];
     Microsecond "us" Time 1e-6, &["us", "µs", "usec", "micros", "microseconds"];
     Nanosecond "ns" Time 1e-9, &["ns", "nsec", "nanos", "nanoseconds"];
-    Radian "rad" Angle 1.0, &["rad", "radian", "radians"];
-    Degree "deg" Angle DEGREE, &["deg", "degree", "degrees"];
+    Radian "rad" Angle 1.0, &["rad", "radian", "radians", "radiant", "bogenmaß", "ラジアン"];
+    Degree "deg" Angle DEGREE, &["deg", "degree", "degrees", "grad", "度"];
     PulseWidth "pwm" Steering 1.0 / 400.0, &["pwm", "us", "µs"];
-    Percent "percent" Steering 0.01, &["percent", "pct"];
+    Percent "percent" Steering 0.01, &["percent", "pct", "prozent", "パーセント"];
     Fraction "fraction" Steering 1.0, &["fraction", "norm", "normalised", "normalized"];
-    RadianPerSecond "rad/s" AngularRate 1.0, &["rad s", "rads", "radian second"];
-    DegreePerSecond "deg/s" AngularRate DEGREE, &["deg s", "dps", "degs", "deg sec", "degree second", "degrees second"];
-    DegreePerMinute "deg/min" AngularRate DEGREE / 60.0, &["deg min", "dpm", "degree minute", "degrees minute"];
+    RadianPerSecond "rad/s" AngularRate 1.0, &["rad s", "rads", "radian second", "ラジアン 秒"];
+    DegreePerSecond "deg/s" AngularRate DEGREE, &["deg s", "dps", "degs", "deg sec", "degree second", "degrees second", "grad s", "grad sekunde", "度 秒"];
+    DegreePerMinute "deg/min" AngularRate DEGREE / 60.0, &["deg min", "dpm", "degree minute", "degrees minute", "grad min", "grad minute", "度 分"];
     MetrePerSecond "m/s" Speed 1.0, &["m s", "mps", "ms"];
-    Knot "kn" Speed 1852.0 / 3600.0, &["kn", "kt", "kts", "knot", "knots"];
+    Knot "kn" Speed 1852.0 / 3600.0, &["kn", "kt", "kts", "knot", "knots", "knoten", "ノット"];
     KilometrePerHour "km/h" Speed 1.0 / 3.6, &["km h", "kmh", "kph"];
-    Metre "m" Length 1.0, &["m", "metre", "metres", "meter", "meters"];
+    Metre "m" Length 1.0, &["m", "metre", "metres", "meter", "meters", "メートル"];
     Foot "ft" Length 0.3048, &["ft", "foot", "feet"];
 }
 

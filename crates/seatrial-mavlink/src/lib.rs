@@ -10,9 +10,11 @@ pub mod message;
 mod seeds;
 mod sender;
 mod signing;
+mod vehicle_type;
 
 pub use definition::{Definition, MessageClock};
 pub use frame::{Damage, Decoder, Encoder, Frame};
 pub use message::Message;
 pub use sender::Sender;
 pub use signing::{Key, KeyError, Refused, Signing};
+pub use vehicle_type::aircraft;

@@ -6,7 +6,7 @@ mod windows;
 use std::path::Path;
 
 use seatrial::Identification;
-use seatrial::identification::Verdict;
+use seatrial::identification::{Reason, ReasonCode, Verdict};
 use seatrial::identify::{IdentifyError, IdentifySettings, identify};
 
 use crate::Error;
@@ -62,6 +62,13 @@ pub fn identify_opened(
     observer: &mut dyn Observer,
 ) -> Result<IdentifiedLog, Error> {
     let settings = &options.settings;
+    if let Some(aircraft) = &logs.log.description.aircraft {
+        return Ok(IdentifiedLog {
+            models: None,
+            single: Err(Verdict::refused(not_a_vessel(aircraft))),
+            logs,
+        });
+    }
     if !options.windows.are_given()
         && !settings.as_paper
         && let Some(models) = identify_speeds(&logs.log, settings, observer)?
@@ -89,6 +96,17 @@ pub fn identify_opened(
         single,
         logs,
     })
+}
+
+/// The log is of what does not steer in the water.
+fn not_a_vessel(aircraft: &str) -> Reason {
+    Reason {
+        action: "Use the log of a boat, a ship or an underwater vehicle.".into(),
+        ..Reason::new(
+            ReasonCode::NotAVessel,
+            format!("This is the log of {aircraft}, which has no rudder in the water."),
+        )
+    }
 }
 
 impl IdentifiedLog {

@@ -10,6 +10,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::sync::Arc;
 
+use seatrial_mavlink::aircraft;
+
 use crate::bytes::{Bytes, Damage, text_of};
 use crate::description::Format;
 use crate::error::Fault;
@@ -374,6 +376,11 @@ impl Messages for ULog {
         Format::Ulog
     }
 
+    fn aircraft(&self) -> Option<&'static str> {
+        let kind = self.parameters.get("MAV_TYPE")?;
+        (0.0..256.0).contains(kind).then(|| aircraft(*kind as u8))?
+    }
+
     fn kinds(&self) -> &[Kind] {
         &self.kinds
     }
@@ -451,7 +458,7 @@ impl Messages for ULog {
     fn warnings(&self) -> Vec<String> {
         let dropouts = (self.dropouts > 0).then(|| {
             format!(
-                "the logger lost {} segments, {:.3} s in all",
+                "the logger lost samples {} times, {:.3} s in all",
                 self.dropouts,
                 self.dropped_ms as f64 / 1e3
             )

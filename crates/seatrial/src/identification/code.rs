@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 pub enum ReasonCode {
     /// The model may be used.
     Ok,
+    /// The log is of an aircraft.
+    NotAVessel,
     /// The training window holds too few usable samples.
     TooFewSamples,
     /// The rudder did not move.
