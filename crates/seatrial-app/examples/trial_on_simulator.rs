@@ -29,6 +29,7 @@ pub fn run() -> Result<Campaign, Box<dyn Error>> {
         seed: 1,
         configuration: "bare hull".into(),
         notes: None,
+        circumstances: Default::default(),
         realtime_factor: None,
         is_agreed: true,
         // Set it from another thread to have the vehicle back.

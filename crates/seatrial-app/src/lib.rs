@@ -16,6 +16,7 @@ pub mod next;
 pub mod paper;
 pub mod recording;
 pub mod replay;
+pub mod report;
 pub mod simulated;
 pub mod simulated_log;
 pub mod studies;

@@ -6,7 +6,8 @@ use seatrial_app::identify_log::{IdentifiedLog, foremost};
 use seatrial_app::logs::OpenedLog;
 use seatrial_app::models::{Purpose, chosen_campaign};
 use seatrial_app::next;
-use seatrial_logbook::{CampaignEntry, Logbook};
+use seatrial_app::report::campaign_page;
+use seatrial_logbook::Logbook;
 use seatrial_report::{self as report, Fact};
 use serde::Serialize;
 
@@ -83,13 +84,7 @@ fn of_logbook(path: &Path, args: &Args) -> Result<String, Failure> {
     let chosen = chosen_campaign(&logbook, args.campaign.as_deref(), Purpose::Record)?;
     chosen.passed_over.iter().for_each(say_on_stderr);
     let entry = chosen.entry;
-    let campaign = logbook.campaign(entry.id)?;
-    let command = next::after_trial(&campaign, entry.id, path);
-    Ok(report::render(
-        &campaign,
-        &provenance(&logbook, &entry),
-        &command,
-    ))
+    Ok(campaign_page(&logbook, &entry)?)
 }
 
 fn of_log(path: &Path, args: &Args) -> Result<(String, Exit), Failure> {
@@ -138,20 +133,6 @@ pub fn source(title: &'static str, log: &OpenedLog) -> Vec<Fact> {
     ];
     facts.extend(log.warnings.iter().map(|text| ("Warning", text.clone())));
     facts
-}
-
-/// Where a campaign lies and what it was told to do.
-fn provenance(logbook: &Logbook, entry: &CampaignEntry) -> Vec<Fact> {
-    vec![
-        (
-            "Logbook",
-            format!("{}, campaign {}", logbook.path().display(), entry.id.0),
-        ),
-        (report::STARTED, entry.started.clone()),
-        ("SHA-256 of the campaign", entry.head_sha256.clone()),
-        ("SHA-256 of the plan", entry.plan_sha256.clone()),
-        ("Plan", entry.plan.clone()),
-    ]
 }
 
 #[derive(Serialize)]

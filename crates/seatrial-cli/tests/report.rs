@@ -90,7 +90,7 @@ fn cli_report_of_a_logbook_draws_what_was_run() {
     assert_eq!(saved["schema"], "seatrial.report.v1");
     assert_eq!(saved["bytes"], page.len());
     // A logbook keeps every bit, so the charts are those of the campaign itself.
-    let direct = seatrial_report::render(&campaign, &[], "");
+    let direct = seatrial_report::render(&campaign, &seatrial_report::About::default(), "");
     assert_eq!(charts(&page), charts(&direct));
     assert!(page.contains("The trial was stopped: the roll left its limits."));
     assert!(page.contains("seatrial.db, campaign 2"));

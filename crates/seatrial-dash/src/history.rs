@@ -3,21 +3,18 @@
 use std::fmt::Display;
 
 use seatrial::difference::{Difference as ModelDifference, ParameterDifference, ThrustDifference};
-use seatrial::export::{VehicleType, ardupilot};
 use seatrial::gain_allowance::{GainAllowance, least_damped_schedule};
 use seatrial::health::{HealthSettings, Reference, SpeedModel, compare};
 use seatrial::propagation::interval_95;
 use seatrial::{Campaign, Run};
-use seatrial_app::models::{Tuned, of_entry};
-use seatrial_app::next;
+use seatrial_app::report::campaign_page;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 use seatrial_core::{
     GainSchedule, HeadingGain, HeadingLoop, SchedulePoint as ModelAt, Side, SpeedSchedule, Turn,
     YawModel,
 };
-use seatrial_logbook::{CampaignEntry, CampaignId, Logbook};
+use seatrial_logbook::{CampaignId, Logbook};
 use seatrial_logs::{Estimate, Row, write_csv, write_mcap};
-use seatrial_report::{self as report, Fact};
 
 use crate::api::{
     CampaignDetail, CampaignSummary, Comparison, Difference, Figure, Model, OperatingPoint, Reason,
@@ -395,24 +392,7 @@ fn at_speed(
 /// The report of a campaign, HTML.
 pub fn report(logbook: &Logbook, id: i64) -> Result<String, Refusal> {
     let entry = logbook.entry(CampaignId(id))?;
-    let campaign = logbook.campaign(entry.id)?;
-    let command = next::after_trial(&campaign, entry.id, logbook.path());
-    Ok(report::render(
-        &campaign,
-        &provenance(logbook, entry),
-        &command,
-    ))
-}
-
-fn provenance(logbook: &Logbook, entry: CampaignEntry) -> Vec<Fact> {
-    let place = format!("{}, campaign {}", logbook.path().display(), entry.id.0);
-    vec![
-        ("Logbook", place),
-        (report::STARTED, entry.started),
-        ("SHA-256 of the campaign", entry.head_sha256),
-        ("SHA-256 of the plan", entry.plan_sha256),
-        ("Plan", entry.plan),
-    ]
+    Ok(campaign_page(logbook, &entry)?)
 }
 
 /// Formats of a campaign's samples.
@@ -447,29 +427,4 @@ pub fn samples(logbook: &Logbook, id: i64, format: Format) -> Result<Vec<u8>, Re
     }
     .map_err(|error| Refusal::unprocessable("not_written", error))?;
     Ok(file.into_inner())
-}
-
-/// Parameters of ArduPilot for the fastest accepted model of a campaign.
-pub fn param_file(
-    logbook: &Logbook,
-    id: i64,
-    vehicle: VehicleType,
-    rehearsal: bool,
-) -> Result<String, Refusal> {
-    let entry = logbook.entry(CampaignId(id))?;
-    let refused = |error: &dyn Display| Refusal::unprocessable("no_model", error);
-    let models = of_entry(logbook, &entry).map_err(|error| refused(&error))?;
-    models
-        .unless_rehearsed(rehearsal)
-        .map_err(|error| Refusal::unprocessable("rehearsal", error))?;
-    let fastest = models.points.last();
-    let fastest = fastest.ok_or_else(|| refused(&"the campaign has no accepted model"))?;
-    fastest
-        .allowance
-        .design(&fastest.point.model, DAMPING_RATIO)
-        .map_err(|reason| Refusal::unprocessable("no_gain", format!("campaign {id}: {reason}")))?;
-    let point = models
-        .operating_point(&Tuned::from(fastest), DAMPING_RATIO)
-        .map_err(|error| Refusal::unprocessable("no_parameters", error))?;
-    Ok(ardupilot::param_file(&point, vehicle))
 }

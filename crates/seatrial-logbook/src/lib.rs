@@ -81,7 +81,7 @@ use serde::Serialize;
 
 pub use error::Error;
 pub use keeper::{Keeper, Kept};
-pub use operators::{CommandEntry, NewCommand, Review};
+pub use operators::{Circumstances, CommandEntry, NewCommand, Review};
 pub use pitch::{NewPitchTrial, PitchEntry};
 pub use read::{CampaignEntry, RunEntry, State};
 pub use recorder::Recorder;

@@ -1,7 +1,7 @@
 //! What operators commanded, and their word on runs.
 
 use rusqlite::params;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::read::collect;
 use super::write::Durability;
@@ -54,6 +54,33 @@ pub struct Review {
     pub reviewer: String,
     /// UTC, ISO 8601.
     pub time: String,
+}
+
+/// Who conducted a trial, and where. What nobody said is `None`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Circumstances {
+    /// Who.
+    pub operator: Option<String>,
+    /// Where, in the operator's words.
+    pub place: Option<String>,
+}
+
+/// The command under which the circumstances of a campaign stand in the audit trail.
+const CONDUCT: &str = "conduct_trial";
+
+/// What the audit trail says of a campaign's circumstances.
+#[derive(Serialize, Deserialize)]
+struct Conducted {
+    campaign: i64,
+    #[serde(flatten)]
+    circumstances: Circumstances,
+}
+
+impl Circumstances {
+    /// Is nothing known?
+    pub fn is_unknown(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 impl Review {
@@ -110,6 +137,44 @@ impl Logbook {
                 })
             },
         ))
+    }
+
+    /// Enters who conducts a campaign, and where, in the audit trail.
+    pub fn enter_circumstances(
+        &mut self,
+        campaign: CampaignId,
+        circumstances: &Circumstances,
+    ) -> Result<(), Error> {
+        let conducted = Conducted {
+            campaign: campaign.0,
+            circumstances: circumstances.clone(),
+        };
+        self.enter_command(&NewCommand {
+            actor: circumstances.operator.as_deref().unwrap_or_default(),
+            address: "",
+            command: CONDUCT,
+            details: &serde_json::to_string(&conducted).unwrap_or_default(),
+            result: "done",
+        })
+    }
+
+    /// Who conducted a campaign, and where; nothing is known of one where nobody said so.
+    pub fn circumstances(&self, campaign: CampaignId) -> Result<Circumstances, Error> {
+        let entered: Vec<String> = self.reading(collect(
+            &self.connection,
+            "SELECT details FROM command WHERE command = 'conduct_trial'
+                 AND details ->> '$.campaign' = ? ORDER BY id DESC LIMIT 1",
+            campaign.0,
+            |row| row.get(0),
+        ))?;
+        let conducted = entered
+            .first()
+            .and_then(|details| serde_json::from_str(details).ok());
+        Ok(
+            conducted.map_or_else(Circumstances::default, |conducted: Conducted| {
+                conducted.circumstances
+            }),
+        )
     }
 
     /// Enters an operator's word on a run of a campaign. `None` where there is no such run, or where one without a model

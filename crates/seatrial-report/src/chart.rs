@@ -7,11 +7,14 @@
 //! axis under marks and stages that run through all panels.
 //!
 //! Everything is drawn in a user space [`WIDTH`] units wide. Data are drawn inside nested `svg`
-//! elements, which clip, in tenths of a unit, as relative integer steps.
+//! elements, which clip, in tenths of a unit, as relative integer steps. A panel's `data-x` and `data-y` are the ends
+//! of its axes, from which `figures.js` tells values under the pointer; `data-ink` ties a line to its legend.
 
 use std::fmt::Write;
 
-use super::axis::{CHARACTER, extent, linear_ticks, placed, power_of_ten, thinned};
+use super::axis::{CHARACTER, extent, linear_ticks, placed, power_of_ten};
+use super::layer::draw_layer;
+pub(super) use super::layer::{Layer, Shape};
 use super::number::escaped;
 
 /// Width of every chart, user units: chosen so that text stays readable on a phone.
@@ -75,78 +78,6 @@ pub(super) struct Panel {
 pub(super) enum Scale {
     Linear,
     Logarithmic,
-}
-
-/// Something drawn in a panel. `ink` is the CSS class that gives colour and dashes.
-pub(super) struct Layer {
-    pub ink: &'static str,
-    /// Printed in the panel's legend where not empty.
-    pub name: String,
-    pub shape: Shape,
-}
-
-pub(super) enum Shape {
-    /// A line through points, interrupted where one is not finite.
-    Line(Vec<[f64; 2]>),
-    /// A dot at each point.
-    Dots(Vec<[f64; 2]>),
-    /// At each x a bar from low to high.
-    Bars(Vec<[f64; 3]>),
-    /// A horizontal line over the whole width.
-    Level(f64),
-    /// A filled span of the vertical axis over the whole width.
-    Band([f64; 2]),
-}
-
-impl Layer {
-    pub fn line(ink: &'static str, name: &str, points: Vec<[f64; 2]>) -> Self {
-        Self::new(ink, name, Shape::Line(points))
-    }
-
-    pub fn dots(ink: &'static str, name: &str, points: Vec<[f64; 2]>) -> Self {
-        Self::new(ink, name, Shape::Dots(points))
-    }
-
-    pub fn bars(ink: &'static str, name: &str, bars: Vec<[f64; 3]>) -> Self {
-        Self::new(ink, name, Shape::Bars(bars))
-    }
-
-    pub fn level(ink: &'static str, name: &str, at: f64) -> Self {
-        Self::new(ink, name, Shape::Level(at))
-    }
-
-    pub fn new(ink: &'static str, name: &str, shape: Shape) -> Self {
-        Self {
-            ink,
-            name: name.to_owned(),
-            shape,
-        }
-    }
-
-    /// Is there nothing to draw?
-    pub fn is_empty(&self) -> bool {
-        match &self.shape {
-            Shape::Line(points) | Shape::Dots(points) => points.is_empty(),
-            Shape::Bars(bars) => bars.is_empty(),
-            Shape::Level(_) | Shape::Band(_) => false,
-        }
-    }
-
-    fn values(&self, [from, to]: [f64; 2]) -> Vec<f64> {
-        let inside = |x: f64| from <= x && x <= to;
-        match &self.shape {
-            Shape::Line(points) | Shape::Dots(points) => {
-                let visible = points.iter().filter(|[x, _]| inside(*x));
-                visible.map(|[_, y]| *y).collect()
-            }
-            Shape::Bars(bars) => {
-                let visible = bars.iter().filter(|[x, ..]| inside(*x));
-                visible.flat_map(|[_, low, high]| [*low, *high]).collect()
-            }
-            Shape::Level(at) => vec![*at],
-            Shape::Band(ends) => ends.to_vec(),
-        }
-    }
 }
 
 impl Panel {
@@ -250,7 +181,7 @@ impl Chart {
         }
         let bottom = top - GAP;
         for (value, text) in linear_ticks([from, to], 7.0) {
-            text_at(&mut body, [x(value), bottom + 14.0], "tick middle", &text);
+            text_at(&mut body, [x(value), bottom + 14.0], "tick x middle", &text);
         }
         let middle = LEFT + PLOT_WIDTH / 2.0;
         text_at(
@@ -276,8 +207,25 @@ impl Chart {
         }
     }
 
+    /// Shades the spans, over this height in tenths of a unit; `x` places a value.
+    fn draw_spans(&self, height10: f64, x: impl Fn(f64) -> f64, body: &mut String) {
+        let [from, to] = self.ends();
+        for span in &self.spans {
+            let (left, right) = (x(span.from.clamp(from, to)), x(span.to.clamp(from, to)));
+            if right > left {
+                let _ = write!(
+                    body,
+                    "<rect class=\"{}\" x=\"{left:.0}\" width=\"{:.0}\" height=\"{height10}\"/>",
+                    span.shade,
+                    right - left
+                );
+            }
+        }
+    }
+
     /// Draws one panel below `top` and returns where the next one starts.
     fn draw_panel(&self, panel: &Panel, top: f64, body: &mut String) -> f64 {
+        body.push_str("<g class=\"panel\">");
         let legend_rows = draw_header(panel, top, body);
         let top = top + legend_rows as f64 * HEADER;
         let height = panel.height;
@@ -290,19 +238,13 @@ impl Chart {
         let (width10, height10) = (PLOT_WIDTH * 10.0, height * 10.0);
         let _ = write!(
             body,
-            "<svg x=\"{LEFT}\" y=\"{top}\" width=\"{PLOT_WIDTH}\" height=\"{height}\" viewBox=\"0 0 {width10} {height10}\" aria-hidden=\"true\"><rect class=\"ground\" width=\"{width10}\" height=\"{height10}\"/>"
-        );
-        for span in &self.spans {
-            let (left, right) = (x(span.from.clamp(from, to)), x(span.to.clamp(from, to)));
-            if right > left {
-                let _ = write!(
-                    body,
-                    "<rect class=\"{}\" x=\"{left:.0}\" width=\"{:.0}\" height=\"{height10}\"/>",
-                    span.shade,
-                    right - left
-                );
+            "<svg class=\"plot\" x=\"{LEFT}\" y=\"{top}\" width=\"{PLOT_WIDTH}\" height=\"{height}\" viewBox=\"0 0 {width10} {height10}\" data-x=\"{from} {to}\" data-y=\"{low} {high}\"{} aria-hidden=\"true\"><rect class=\"ground\" width=\"{width10}\" height=\"{height10}\"/>",
+            match panel.scale {
+                Scale::Linear => "",
+                Scale::Logarithmic => " data-log=\"\"",
             }
-        }
+        );
+        self.draw_spans(height10, x, body);
         let ticks = panel.ticks([low, high]);
         let tick_heights: Vec<f64> = ticks
             .iter()
@@ -330,6 +272,7 @@ impl Chart {
         for ((_, text), tick) in ticks.iter().zip(tick_heights) {
             text_at(body, [LEFT - 5.0, top + tick + 3.5], "tick end", text);
         }
+        body.push_str("</g>");
         top + height + GAP
     }
 }
@@ -353,6 +296,7 @@ fn draw_header(panel: &Panel, top: f64, body: &mut String) -> usize {
             left = LEFT;
         }
         let y = top + row as f64 * HEADER + 9.0;
+        let _ = write!(body, "<g class=\"key\" data-ink=\"{}\">", layer.ink);
         let _ = match layer.shape {
             Shape::Dots(_) => write!(
                 body,
@@ -367,95 +311,10 @@ fn draw_header(panel: &Panel, top: f64, body: &mut String) -> usize {
             ),
         };
         text_at(body, [left + SWATCH + 3.0, y + 4.0], "legend", &layer.name);
+        body.push_str("</g>");
         left += width(layer) + BETWEEN;
     }
     row + 1
-}
-
-/// Draws a layer in tenths of a unit from the panel's top left corner. `x` and `y` place a value.
-fn draw_layer(
-    layer: &Layer,
-    body: &mut String,
-    x: impl Fn(f64) -> f64,
-    y: impl Fn(f64) -> f64,
-    width10: f64,
-) {
-    let ink = layer.ink;
-    match &layer.shape {
-        Shape::Line(points) => draw_line(points.iter().map(|[a, b]| [x(*a), y(*b)]), ink, body),
-        Shape::Dots(points) => draw_dots(points.iter().map(|[a, b]| [x(*a), y(*b)]), ink, body),
-        Shape::Bars(bars) => {
-            let bars = bars.iter().map(|[a, low, high]| [x(*a), y(*low), y(*high)]);
-            draw_bars(bars, ink, body);
-        }
-        Shape::Band(ends) => {
-            let [low, high] = ends.map(|end| tenths(y(end)));
-            if ends.iter().all(|end| end.is_finite()) {
-                let _ = write!(
-                    body,
-                    "<rect class=\"{ink}\" y=\"{high}\" width=\"{width10}\" height=\"{}\"/>",
-                    (low - high).max(8)
-                );
-            }
-        }
-        Shape::Level(at) => {
-            let at = y(*at);
-            if at.is_finite() {
-                let _ = write!(
-                    body,
-                    "<path class=\"line {ink}\" d=\"M0 {}h{width10}\"/>",
-                    tenths(at)
-                );
-            }
-        }
-    }
-}
-
-/// A whole number of tenths of a unit. Far outside the panel there is nothing to see, and digits to
-/// save.
-fn tenths(value: f64) -> i64 {
-    value.clamp(-2e4, 2e4).round() as i64
-}
-
-fn draw_line(points: impl Iterator<Item = [f64; 2]>, ink: &str, body: &mut String) {
-    let unit = points.map(|[a, b]| [a / 10.0, b / 10.0]);
-    let mut pen: Option<[i64; 2]> = None;
-    let _ = write!(body, "<path class=\"line {ink}\" d=\"");
-    for [a, b] in thinned(unit) {
-        if !b.is_finite() {
-            pen = None;
-            continue;
-        }
-        let to = [tenths(a * 10.0), tenths(b * 10.0)];
-        let _ = match pen {
-            Some(at) => write!(body, "l{} {}", to[0] - at[0], to[1] - at[1]),
-            None => write!(body, "M{} {}", to[0], to[1]),
-        };
-        pen = Some(to);
-    }
-    body.push_str("\"/>");
-}
-
-fn draw_dots(points: impl Iterator<Item = [f64; 2]>, ink: &str, body: &mut String) {
-    for [a, b] in points.filter(|point| point.iter().all(|at| at.is_finite())) {
-        let _ = write!(
-            body,
-            "<circle class=\"dot {ink}\" cx=\"{}\" cy=\"{}\" r=\"32\"/>",
-            tenths(a),
-            tenths(b)
-        );
-    }
-}
-
-fn draw_bars(bars: impl Iterator<Item = [f64; 3]>, ink: &str, body: &mut String) {
-    for bar in bars.filter(|bar| bar.iter().all(|at| at.is_finite())) {
-        let [a, low, high] = bar.map(tenths);
-        let _ = write!(
-            body,
-            "<path class=\"line {ink}\" d=\"M{a} {low}V{high}M{} {low}h60M{0} {high}h60\"/>",
-            a - 30
-        );
-    }
 }
 
 fn text_at(body: &mut String, [x, y]: [f64; 2], class: &str, text: &str) {

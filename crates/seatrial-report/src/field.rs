@@ -20,9 +20,6 @@ pub fn render(campaign: &Campaign, field: &Field) -> String {
         subtitle: "Section VI of the paper, re-enacted after a trial".to_owned(),
         headline: headline(field),
         summary: Some(claims(field)),
-        runs: Vec::new(),
-        together: Vec::new(),
-        methods: Vec::new(),
         over_speed: [
             u_turn_tracks(field),
             yaw_rate(field),
@@ -39,6 +36,7 @@ pub fn render(campaign: &Campaign, field: &Field) -> String {
             .collect(),
         every_run: Some(steps(field)),
         recorded: recorded::of_campaign(campaign),
+        ..Page::default()
     };
     page.text()
 }

@@ -8,9 +8,10 @@ use seatrial::campaign::Campaign;
 use seatrial::identification::{Outcome as ModelOutcome, Verdict};
 
 /// How good the news is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Tone {
     Good,
+    #[default]
     Partly,
     Bad,
 }
@@ -46,6 +47,7 @@ impl Tone {
 }
 
 /// The first thing that a reader sees.
+#[derive(Default)]
 pub(super) struct Headline {
     pub tone: Tone,
     pub verdict: String,
@@ -149,11 +151,7 @@ fn next_of_trial(campaign: &Campaign, speeds: &[Speed], tried: &[f64]) -> Vec<St
         Some(Outcome::Finished) => next.extend(failed_speeds(campaign, speeds, tried)),
     }
     if !speeds.is_empty() {
-        next.push(
-            "Load the gains and the feed-forward rudder of the table “Controller” into the autopilot, then check one heading step at the lowest \
-             and one at the highest speed against the figure of the heading step."
-                .to_owned(),
-        );
+        next.push(what_to_do_with_models(campaign).to_owned());
     } else if campaign.runs.is_empty() {
         next.push(
             "Check that the vehicle sends samples and reaches a steady heading, then start the trial again."
@@ -161,6 +159,19 @@ fn next_of_trial(campaign: &Campaign, speeds: &[Speed], tried: &[f64]) -> Vec<St
         );
     }
     next
+}
+
+/// Where the gains of a trial go: it depends on what it was made on.
+fn what_to_do_with_models(campaign: &Campaign) -> &'static str {
+    if campaign.seed.is_some() {
+        "This was a rehearsal: the numbers are those of the simulated vehicle. Make the trial on your own vehicle: seatrial trial --vehicle."
+    } else if campaign.vehicle.starts_with("mavlink:") {
+        "Put the gains into the autopilot with the command below: it shows old and new gains, writes, tries heading steps, and puts the old \
+         ones back where they do better. Or write the file of parameters with seatrial gains --export ardupilot."
+    } else {
+        "Write the gains for your controller with seatrial gains --export, then check one heading step at the lowest and one at the highest \
+         speed against the figure of the heading step."
+    }
 }
 
 /// What to do about the speeds that were tried and have no usable model. `None` where there are none.

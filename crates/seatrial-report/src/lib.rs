@@ -7,6 +7,7 @@ mod curves;
 mod field;
 mod fit;
 mod headline;
+mod layer;
 mod log;
 mod log_model;
 mod number;
@@ -35,6 +36,7 @@ pub use pitch::render as render_pitch;
 use seatrial::campaign::{Campaign, Run};
 use seatrial::identification::{Reason, Verdict};
 use seatrial::plain_text::plain;
+use seatrial_core::Plan;
 pub use segmentation::{Found, render as render_found};
 use source::Source;
 pub use standard::render as render_standard;
@@ -44,24 +46,46 @@ use tables::Table;
 /// A name and a value for the list of what was recorded.
 pub type Fact = (&'static str, String);
 
-/// When a campaign was started, among the facts of its provenance.
-pub const STARTED: &str = "Started (UTC)";
+/// What is known of a trial beside its campaign. What is not known is left out of the page.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct About<'a> {
+    /// When it was started, UTC, as the logbook has it.
+    pub started: Option<&'a str>,
+    /// Where it was.
+    pub place: Option<&'a str>,
+    /// Who conducted it.
+    pub operator: Option<&'a str>,
+    /// What the vehicle's autopilot runs.
+    pub firmware: Option<&'a str>,
+    /// Notes on the configuration.
+    pub notes: Option<&'a str>,
+    /// What it was told to do.
+    pub plan: Option<&'a Plan<f64>>,
+    /// The plan as text, to run it again.
+    pub plan_text: &'a str,
+    /// Where it is kept, and what proves that it is unchanged.
+    pub provenance: &'a [Fact],
+}
 
-/// The page of a whole trial. `provenance` is what else is known of it: its plan, its place in a
-/// logbook, when it was [started](STARTED). `command` is what to type next.
-pub fn render(campaign: &Campaign, provenance: &[Fact], command: &str) -> String {
+/// The page of a whole trial. `command` is what to type next.
+pub fn render(campaign: &Campaign, about: &About, command: &str) -> String {
     let campaign = &*campaign.with_acting_rudder();
     let speeds = speed_figures::accepted(campaign);
     let method_tables = if speeds.is_empty() {
         Vec::new()
     } else {
-        vec![tables::online(&speeds), tables::offline(&speeds)]
+        vec![
+            tables::online(&speeds),
+            tables::offline(&speeds),
+            tables::gains_of_paper(&speeds),
+        ]
     };
     let page = Page {
         title: format!("Sea trial of {}", campaign.vehicle),
-        subtitle: subtitle(campaign, provenance),
+        about: circumstances(campaign, about),
         headline: headline::of_campaign(campaign, &speeds, command),
         summary: (!campaign.runs.is_empty()).then(|| tables::summary(campaign, &speeds)),
+        is_folded: campaign.runs.len() > 1,
         runs: campaign.runs.iter().map(run_section).collect(),
         together: speed_figures::together(&speeds).into_iter().collect(),
         methods: method_tables,
@@ -72,7 +96,6 @@ pub fn render(campaign: &Campaign, provenance: &[Fact], command: &str) -> String
         .into_iter()
         .flatten()
         .collect(),
-        controller: (!speeds.is_empty()).then(|| tables::controller(&speeds)),
         control: [
             control_figures::gains(&speeds),
             control_figures::heading_steps(&speeds, campaign.rudder_limit_rad),
@@ -81,19 +104,32 @@ pub fn render(campaign: &Campaign, provenance: &[Fact], command: &str) -> String
         .flatten()
         .collect(),
         every_run: (!campaign.runs.is_empty()).then(|| tables::runs(campaign)),
-        recorded: [recorded::of_campaign(campaign), provenance.to_vec()].concat(),
+        plan: about.plan.map_or_else(Vec::new, recorded::plan),
+        plan_text: about.plan_text.to_owned(),
+        recorded: [recorded::of_campaign(campaign), about.provenance.to_vec()].concat(),
+        ..Page::default()
     };
     page.text()
 }
 
-/// Configuration and date, as far as they are known.
-fn subtitle(campaign: &Campaign, provenance: &[Fact]) -> String {
-    let configuration = format!("Configuration {}", campaign.configuration);
-    let started = provenance.iter().find(|(name, _)| *name == STARTED);
-    match started {
-        Some((_, date)) => format!("{configuration}, started {}", minute(date)),
-        None => configuration,
-    }
+/// When, where, on what and by whom, as far as it is known.
+fn circumstances(campaign: &Campaign, about: &About) -> Vec<Fact> {
+    let configuration = match about.notes.filter(|notes| !notes.is_empty()) {
+        Some(notes) => format!("{} ({notes})", campaign.configuration),
+        None => campaign.configuration.clone(),
+    };
+    let known = [
+        ("Date", about.started.map(minute)),
+        ("Place", about.place.map(str::to_owned)),
+        ("Vehicle", Some(campaign.vehicle.clone())),
+        ("Firmware", about.firmware.map(str::to_owned)),
+        ("Configuration", Some(configuration)),
+        ("Operator", about.operator.map(str::to_owned)),
+    ];
+    let known = known.into_iter();
+    known
+        .filter_map(|(name, value)| Some((name, value?)))
+        .collect()
 }
 
 /// A time of the logbook, `2026-11-24T00:39:11.123Z`, to the minute.
@@ -190,29 +226,77 @@ fn run_figures_of(source: &Source) -> Vec<Figure> {
 }
 
 /// The page. Parts that are empty are left out.
-#[derive(Template)]
+#[derive(Default, Template)]
 #[template(path = "page.html")]
 struct Page {
     title: String,
     subtitle: String,
+    about: Vec<Fact>,
     headline: Headline,
     summary: Option<Table>,
+    /// Each run is folded: a reader opens those that matter.
+    is_folded: bool,
     runs: Vec<RunSection>,
     together: Vec<Figure>,
     methods: Vec<Table>,
     over_speed: Vec<Figure>,
+    /// What goes beside the figures of the controller.
     controller: Option<Table>,
     control: Vec<Figure>,
     every_run: Option<Table>,
+    plan: Vec<Fact>,
+    plan_text: String,
     recorded: Vec<Fact>,
 }
 
 impl Page {
     const STYLE: &'static str = concat!(include_str!("tokens.css"), include_str!("style.css"));
-    const SCRIPT: &'static str = include_str!("theme.js");
+    const SCRIPT: &'static str = concat!(include_str!("theme.js"), include_str!("figures.js"));
 
     fn text(&self) -> String {
         let page = self.render().expect("writing into a string cannot fail");
         plain(&page).into_owned()
+    }
+
+    fn controller_title(&self) -> &str {
+        self.controller
+            .as_ref()
+            .map_or("Controller", |table| table.title)
+    }
+
+    /// The parts that stand on the page below the headline: where a click leads, and what it is called.
+    fn contents(&self) -> Vec<(String, String)> {
+        let part = |is_there: bool, anchor: &str, name: &str| {
+            is_there.then(|| (format!("#{anchor}"), name.to_owned()))
+        };
+        let named = |table: &Option<Table>| table.as_ref().map_or("", |table| table.title);
+        let runs = self.runs.iter().map(|run| {
+            let sign = run.verdict.map_or("", |(tone, _)| tone.sign());
+            (format!("#{}", run.anchor), format!("{} {sign}", run.title))
+        });
+        let has_plan = !self.plan.is_empty() || !self.plan_text.is_empty();
+        let before = [
+            part(self.summary.is_some(), "summary", named(&self.summary)),
+            part(
+                !self.control.is_empty() || self.controller.is_some(),
+                "controller",
+                self.controller_title(),
+            ),
+            part(!self.over_speed.is_empty(), "over-speed", "Turning"),
+        ];
+        let after = [
+            part(!self.methods.is_empty(), "methods", "Methods side by side"),
+            part(
+                self.every_run.is_some(),
+                "every-run",
+                named(&self.every_run),
+            ),
+            part(has_plan, "plan", "Plan"),
+            part(true, "assumptions", "What the numbers assume"),
+            part(true, "recorded", "What was recorded"),
+        ];
+        let before: Vec<(String, String)> = before.into_iter().flatten().collect();
+        let after: Vec<(String, String)> = after.into_iter().flatten().collect();
+        [before, runs.collect(), after].concat()
     }
 }

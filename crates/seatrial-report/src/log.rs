@@ -75,13 +75,8 @@ pub fn render(log: &Log) -> String {
             facts: identification.map_or(Vec::new(), recorded::method),
             figures: run_figures_of(&source),
         }],
-        together: Vec::new(),
-        methods: Vec::new(),
-        over_speed: Vec::new(),
-        controller: None,
-        control: Vec::new(),
-        every_run: None,
         recorded,
+        ..Page::default()
     };
     page.text()
 }

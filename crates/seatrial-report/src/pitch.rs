@@ -38,18 +38,13 @@ pub fn render(vehicle: &str, trial: &PitchTrial, provenance: &[Fact]) -> String 
             command: String::new(),
         },
         summary: Some(models(&trial.runs)),
-        runs: Vec::new(),
-        together: Vec::new(),
-        methods: Vec::new(),
         over_speed: trial
             .runs
             .iter()
             .filter_map(|run| figure(trial, run))
             .collect(),
-        controller: None,
-        control: Vec::new(),
-        every_run: None,
         recorded: provenance.to_vec(),
+        ..Page::default()
     };
     page.text()
 }

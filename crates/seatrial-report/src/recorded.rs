@@ -7,6 +7,7 @@ use super::number::{MISSING, decimals, percent, significant, spoken};
 use seatrial::campaign::{Campaign, Stage};
 use seatrial::identification::Identification;
 use seatrial::record::{Record, Window};
+use seatrial_core::{Envelope, Excitation, Manoeuvre, Plan};
 
 /// How an identification was made.
 pub(super) fn method(identification: &Identification) -> Vec<Fact> {
@@ -138,4 +139,90 @@ fn stages_as_run(campaign: &Campaign) -> String {
     } else {
         format!("{} (mean)", texts.join(", "))
     }
+}
+
+/// What a trial was told to do, one line for each setting that a person chooses.
+pub(super) fn plan(plan: &Plan<f64>) -> Vec<Fact> {
+    let thrusts: Vec<String> = plan.thrusts.iter().map(|thrust| percent(*thrust)).collect();
+    let [shortest, longest] =
+        [plan.settle.at_least_s, plan.settle.at_most_s].map(|time_s| significant(time_s, 3));
+    let mut facts = vec![
+        ("Speeds, thrust", thrusts.join(", ")),
+        ("Settle", format!("{shortest} to {longest} s")),
+        ("Train", manoeuvre(&plan.training)),
+        ("Validate", manoeuvre(&plan.validation)),
+        ("Largest rudder", degrees(plan.rudder_limit_rad)),
+        (
+            "Accepted from R²",
+            format!(
+                "{}, repeated {} times at most",
+                decimals(plan.accept_from_r2, 2),
+                plan.max_repeats
+            ),
+        ),
+    ];
+    facts.extend(limits(&plan.envelope));
+    facts
+}
+
+fn degrees(angle_rad: f64) -> String {
+    format!("{}°", decimals(angle_rad.to_degrees(), 1))
+}
+
+/// The limits within which a trial went on.
+fn limits(limits: &Envelope<f64>) -> [Fact; 5] {
+    [
+        (
+            "Depth",
+            format!(
+                "{} to {} m, {} m above the bottom",
+                decimals(limits.depth_min_m, 1),
+                decimals(limits.depth_max_m, 1),
+                decimals(limits.altitude_min_m, 1)
+            ),
+        ),
+        (
+            "Roll, pitch at most",
+            format!(
+                "{}, {}",
+                degrees(limits.roll_max_rad),
+                degrees(limits.pitch_max_rad)
+            ),
+        ),
+        (
+            "Turning at most",
+            format!(
+                "{}/s, {} from the heading of the run",
+                degrees(limits.yaw_rate_max_rad_s),
+                degrees(limits.heading_excursion_max_rad)
+            ),
+        ),
+        ("Change of speed at most", percent(limits.speed_drift_max)),
+        (
+            "Area",
+            match limits.area.len() {
+                0 => "anywhere".to_owned(),
+                corners => format!("within {corners} corners"),
+            },
+        ),
+    ]
+}
+
+/// A manoeuvre in a line: what the rudder does and for how long.
+fn manoeuvre(manoeuvre: &Manoeuvre<f64>) -> String {
+    let excitation = &manoeuvre.excitation;
+    let kind = match excitation {
+        Excitation::Doublet { .. } => "doublet",
+        Excitation::ThreeTwoOneOne { .. } => "3-2-1-1",
+        Excitation::Switched { .. } => "deflections to alternating sides",
+        Excitation::Multisine { .. } => "multisine",
+    };
+    let seconds = |time_s: f64| significant(time_s, 3);
+    format!(
+        "{kind} of {}° over {} s, after {} s of steady course and before {} s of it",
+        decimals(excitation.amplitude_rad().to_degrees(), 1),
+        seconds(excitation.duration_s()),
+        seconds(manoeuvre.lead_in_s),
+        seconds(manoeuvre.observe_s)
+    )
 }

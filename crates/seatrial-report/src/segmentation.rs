@@ -35,7 +35,6 @@ pub fn render(found: &Found) -> String {
     let count = manoeuvres.count();
     let page = Page {
         title: format!("Manoeuvres in {}", found.name),
-        subtitle: String::new(),
         headline: Headline {
             tone: if found.proposals.is_empty() {
                 Tone::Partly
@@ -67,13 +66,8 @@ pub fn render(found: &Found) -> String {
                 )
                 .collect(),
         }],
-        together: Vec::new(),
-        methods: Vec::new(),
-        over_speed: Vec::new(),
-        controller: None,
-        control: Vec::new(),
-        every_run: None,
         recorded: found.provenance.to_vec(),
+        ..Page::default()
     };
     page.text()
 }

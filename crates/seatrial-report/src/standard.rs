@@ -20,16 +20,11 @@ pub fn render(vehicle: &str, manoeuvres: &[StandardManoeuvres]) -> String {
             next: Vec::new(),
         },
         summary: Some(zig_zag_table(manoeuvres)),
-        runs: Vec::new(),
-        together: Vec::new(),
-        methods: Vec::new(),
         over_speed: std::iter::once(spiral(manoeuvres))
             .chain(manoeuvres.iter().map(zig_zag))
             .collect(),
-        controller: None,
-        control: Vec::new(),
         every_run: Some(spiral_table(manoeuvres)),
-        recorded: Vec::new(),
+        ..Page::default()
     };
     page.text()
 }

@@ -23,7 +23,6 @@ pub fn render(title: &str, runs: u64, cells: &[Cell]) -> String {
             command: String::new(),
             next: Vec::new(),
         },
-        summary: None,
         runs: vec![RunSection {
             anchor: "against-the-bound".to_owned(),
             title: "Against the bound".to_owned(),
@@ -34,13 +33,8 @@ pub fn render(title: &str, runs: u64, cells: &[Cell]) -> String {
                 .filter_map(|estimator| figure(cells, estimator))
                 .collect(),
         }],
-        together: Vec::new(),
-        methods: Vec::new(),
-        over_speed: Vec::new(),
-        controller: None,
-        control: Vec::new(),
         every_run: Some(table(cells)),
-        recorded: Vec::new(),
+        ..Page::default()
     };
     page.text()
 }

@@ -12,7 +12,7 @@ use super::number::{
 use super::speed_figures::{DAMPING_RATIO, Speed, gain_interval};
 use seatrial::campaign::{Campaign, Run, Stage};
 use seatrial::figures::within;
-use seatrial::identification::{Identification, Intervals, Verdict};
+use seatrial::identification::{Identification, Intervals, Outcome, Verdict};
 use seatrial::identify::simplex;
 use seatrial::identify::validation::goodness_of_fit;
 use seatrial::propagation::interval_95;
@@ -109,52 +109,69 @@ fn parameters(identification: &Identification, unit: RudderUnit) -> [Cell; 4] {
     ]
 }
 
-/// What is shown of a model whose rudder is in this unit.
-fn summary_parameters(unit: RudderUnit) -> [(&'static str, &'static str); 8] {
+/// The columns of a summary whose rudder is in this unit. The loop's are known of a trial only.
+fn summary_columns(unit: RudderUnit, has_loop: bool) -> Vec<Column> {
     let (_, rudder) = rudder_unit(unit);
     let [authority, nomoto_k, gain] = match unit {
         RudderUnit::Rad => ["1/s²", "1/s", "°/°"],
         RudderUnit::FullRudder => ["1/s² per full rudder", "1/s per full rudder", "full/rad"],
     };
-    [
+    let mut named = vec![
+        ("Thrust", ""),
+        ("Speed", "m/s"),
+        ("Verdict", ""),
+        ("Nomoto T", "s"),
+        ("Nomoto K", nomoto_k),
         ("Damping a₂₂", "1/s"),
         ("Authority b₂", authority),
         ("Offset C₀", "rad/s²"),
         ("Offset δ₀", rudder),
-        ("Nomoto T", "s"),
-        ("Nomoto K", nomoto_k),
         ("R²", "validation"),
         ("Gain Kₚ", gain),
-    ]
+    ];
+    if has_loop {
+        named.extend([
+            ("Phase margin", "°"),
+            ("Gain margin", "×"),
+            ("Overshoot", "%"),
+        ]);
+    }
+    columns(&named)
 }
 
-fn summary_cells(
-    identification: &Identification,
+/// T, K, a22, b2, C0, delta0 and R^2 of a model. One that is not to be used has no numbers here.
+fn model_cells(
+    identification: Option<&Identification>,
     verdict: &Verdict,
-    gain: Option<Cell>,
     unit: RudderUnit,
 ) -> Vec<Cell> {
-    let nomoto = identification.nomoto;
-    let judged = identification
-        .validation
-        .and_then(|v| v.judged_r2_heading());
-    let mut cells = Vec::from(parameters(identification, unit));
+    let shown = identification.filter(|_| verdict.outcome() != Outcome::DoNotUse);
+    let Some(identification) = shown else {
+        return std::iter::repeat_with(missing).take(7).collect();
+    };
     let nomoto_cell = |of: fn(Nomoto<f64>) -> f64| {
         let interval = identification.refined.as_ref().and_then(|refined| {
             interval_95(&refined.model, &refined.covariance, |model| {
                 model.nomoto().map(of)
             })
         });
-        nomoto.map_or(MISSING.to_owned().into(), |nomoto| {
-            Cell::with_interval(of(nomoto), interval)
-        })
+        let nomoto = identification.nomoto;
+        nomoto.map_or_else(missing, |nomoto| Cell::with_interval(of(nomoto), interval))
     };
-    cells.push(nomoto_cell(|nomoto| nomoto.t_s));
-    cells.push(nomoto_cell(|nomoto| nomoto.k_per_s));
+    let judged = identification
+        .validation
+        .and_then(|v| v.judged_r2_heading());
+    let mut cells = vec![
+        nomoto_cell(|nomoto| nomoto.t_s),
+        nomoto_cell(|nomoto| nomoto.k_per_s),
+    ];
+    cells.extend(parameters(identification, unit));
     cells.push(r2(judged).into());
-    cells.push(gain.unwrap_or_else(|| MISSING.to_owned().into()));
-    cells.push(Cell::verdict(verdict));
     cells
+}
+
+fn missing() -> Cell {
+    MISSING.to_owned().into()
 }
 
 /// What the small print of a summary means.
@@ -167,7 +184,12 @@ fn summary_note<'a>(mut identifications: impl Iterator<Item = &'a Identification
     format!("{intervals} Kₚ gives no more than about 5 % overshoot (damping ratio 0.71).")
 }
 
-/// One line per thrust: the run that decides about it.
+/// What the columns of the control loop mean.
+const LOOP_NOTE: &str = "Rudder = Kₚ (wanted heading − heading) + feed-forward, within the rudder limit; the feed-forward is −δ₀. Kₚ allows for a \
+     sample of delay, the hold over a sample and a rudder lag that the record tells, and for the least damped model of the 95 % interval. Margins \
+     count the same delays: the gain may grow by the gain margin before the loop is unstable.";
+
+/// One line per thrust: the run that decides about it, with what goes into the autopilot.
 pub(super) fn summary(campaign: &Campaign, speeds: &[Speed]) -> Table {
     let runs = campaign.deciding_runs();
     let note = summary_note(runs.iter().filter_map(|run| run.identification.as_ref()));
@@ -178,80 +200,65 @@ pub(super) fn summary(campaign: &Campaign, speeds: &[Speed]) -> Table {
                 ..percent(run.thrust).into()
             },
             decimals_or_missing(run.surge_speed_m_s, 2).into(),
+            Cell::verdict(&run.verdict),
         ];
-        let gain = speeds
-            .iter()
-            .find(|speed| std::ptr::eq(speed.run, run))
-            .and_then(|speed| Some(gain_cell(speed, speed.gain?.proportional_gain)));
-        match &run.identification {
-            Some(identification) => {
-                row.extend(summary_cells(
-                    identification,
-                    &run.verdict,
-                    gain,
-                    RudderUnit::Rad,
-                ));
-            }
-            None => {
-                row.extend(
-                    summary_parameters(RudderUnit::Rad).map(|_| Cell::from(MISSING.to_owned())),
-                );
-                row.push(Cell::verdict(&run.verdict));
-            }
-        }
+        let identification = run.identification.as_ref();
+        row.extend(model_cells(identification, &run.verdict, RudderUnit::Rad));
+        let speed = speeds.iter().find(|speed| std::ptr::eq(speed.run, run));
+        row.extend(loop_cells(speed));
         row
     });
     Table {
         title: "Summary",
-        note,
+        note: match speeds.is_empty() {
+            true => note,
+            false => format!("{note} {LOOP_NOTE}"),
+        },
         rows: rows.collect(),
-        columns: columns(
-            &[
-                &[("Thrust", ""), ("Speed", "m/s")],
-                &summary_parameters(RudderUnit::Rad)[..],
-                &[("Verdict", "")],
-            ]
-            .concat(),
-        ),
+        columns: summary_columns(RudderUnit::Rad, true),
     }
+}
+
+/// K_p with the margins and the overshoot that it gives.
+fn loop_cells(speed: Option<&Speed>) -> [Cell; 4] {
+    let gain = speed.and_then(|speed| Some((speed, speed.gain?.proportional_gain)));
+    let margins = speed.and_then(|speed| speed.margins);
+    let phase = margins.and_then(|m| m.phase_margin_rad);
+    let overshoot = gain
+        .and_then(|(speed, gain)| HeadingLoop::new(&speed.point.model, gain).ok())
+        .map(|closed| 100.0 * closed.overshoot());
+    [
+        gain.map_or_else(missing, |(speed, gain)| Cell {
+            class: "strong",
+            ..gain_cell(speed, gain)
+        }),
+        decimals_or_missing(phase.map(f64::to_degrees), 0).into(),
+        decimals_or_missing(margins.and_then(|m| m.gain_margin), 1).into(),
+        decimals_or_missing(overshoot, 1).into(),
+    ]
 }
 
 /// One line for each model of a log.
 pub(super) fn log_summary(models: &[LogModel], unit: RudderUnit) -> Table {
-    let parameters = summary_parameters(unit);
     let identifications = models.iter().filter_map(|model| model.identification);
     let rows = models.iter().map(|model| {
-        let gain = model.gain().map(|gain| Cell::from(significant(gain, 3)));
+        let thrust = model.thrust.map_or_else(|| MISSING.to_owned(), percent);
         let mut row = vec![
-            model
-                .thrust
-                .map_or_else(|| MISSING.to_owned(), percent)
-                .into(),
+            thrust.into(),
             decimals_or_missing(model.surge_speed_m_s, 2).into(),
+            Cell::verdict(model.verdict),
         ];
-        match model.identification {
-            Some(identification) => {
-                row.extend(summary_cells(identification, model.verdict, gain, unit));
-            }
-            None => {
-                row.extend(parameters.map(|_| Cell::from(MISSING.to_owned())));
-                row.push(Cell::verdict(model.verdict));
-            }
-        }
+        row.extend(model_cells(model.identification, model.verdict, unit));
+        let is_usable = model.verdict.outcome() != Outcome::DoNotUse;
+        let gain = model.gain().filter(|_| is_usable);
+        row.push(gain.map_or_else(missing, |gain| significant(gain, 3).into()));
         row
     });
     Table {
         title: "Summary",
         note: summary_note(identifications),
         rows: rows.collect(),
-        columns: columns(
-            &[
-                &[("Thrust", ""), ("Speed", "m/s")],
-                &parameters[..],
-                &[("Verdict", "")],
-            ]
-            .concat(),
-        ),
+        columns: summary_columns(unit, false),
     }
 }
 
@@ -269,7 +276,7 @@ fn as_printed(model: &YawModel<f64>) -> Vec<Cell> {
         decimals(model.a22_per_s, 2).into(),
         decimals(model.b2_per_s2, 2).into(),
         decimals(model.c0_rad_per_s2, 4).into(),
-        decimals_or_missing(model.delta0_rad(), 3).into(),
+        decimals_or_missing(model.delta0_rad().map(f64::to_degrees), 2).into(),
     ]
 }
 
@@ -279,7 +286,7 @@ const AS_PRINTED: [(&str, &str); 6] = [
     ("a₂₂", "1/s"),
     ("b₂", "1/s²"),
     ("C₀", "rad/s²"),
-    ("δ₀", "rad"),
+    ("δ₀", "°"),
 ];
 
 fn thrust_and_speed(speed: &Speed) -> Vec<Cell> {
@@ -340,58 +347,27 @@ pub(super) fn offline(speeds: &[Speed]) -> Table {
     }
 }
 
-/// Table V: the final model with what goes into the autopilot.
-pub(super) fn controller(speeds: &[Speed]) -> Table {
+/// The gain to load beside the one that Table V of the paper prints.
+pub(super) fn gains_of_paper(speeds: &[Speed]) -> Table {
     let rows = speeds.iter().map(|speed| {
-        let model = &speed.point.model;
         let mut row = thrust_and_speed(speed);
-        row.extend(as_printed(model));
-        let judged = speed.identification.validation;
-        row.push(r2(judged.and_then(|v| v.judged_r2_heading())).into());
-        let gain = speed.gain;
-        row.push(gain.map_or(MISSING.to_owned().into(), |g| Cell {
-            class: "strong",
-            ..gain_cell(speed, g.proportional_gain)
-        }));
-        let paper = HeadingGain::design(model, DAMPING_RATIO).ok();
+        let gain = speed.gain.map(|gain| gain.proportional_gain);
+        row.push(decimals_or_missing(gain, 2).into());
+        let paper = HeadingGain::design(&speed.point.model, DAMPING_RATIO).ok();
         row.push(decimals_or_missing(paper.map(|g| g.proportional_gain), 2).into());
-        let feed_forward = gain.map(|g| g.feed_forward_rudder_rad.to_degrees());
-        row.push(Cell {
-            class: "strong",
-            ..decimals_or_missing(feed_forward, 2).into()
-        });
-        let phase = speed.margins.and_then(|m| m.phase_margin_rad);
-        row.push(decimals_or_missing(phase.map(f64::to_degrees), 0).into());
-        let gain_margin = speed.margins.and_then(|m| m.gain_margin);
-        row.push(decimals_or_missing(gain_margin, 1).into());
-        let overshoot = gain
-            .and_then(|g| HeadingLoop::new(model, g.proportional_gain).ok())
-            .map(|closed| 100.0 * closed.overshoot());
-        row.push(decimals_or_missing(overshoot, 1).into());
         row
     });
     Table {
-        title: "Controller",
-        note: "As Table V of the paper: the final model of each speed and what to load. Rudder = Kₚ (wanted heading − heading) + feed-forward, within the \
-               rudder limit. Kₚ allows for a sample of delay, the hold over a sample and a rudder lag that the record tells, and for the least damped \
-               model of the 95 % interval; the paper's (57) for none of these. Margins count the same delays: the gain may grow by the gain margin before the loop is unstable."
+        title: "The paper’s gain",
+        note: "Equation (57) allows neither for delay nor for what the interval leaves open."
             .to_owned(),
         rows: rows.collect(),
-        columns: columns(
-            &[
-                &AS_PRINTED[..],
-                &[
-                    ("R²", "validation"),
-                    ("Kₚ", "°/°"),
-                    ("Kₚ (57)", "°/°"),
-                    ("Feed-forward −δ₀", "°"),
-                    ("Phase margin", "°"),
-                    ("Gain margin", "×"),
-                    ("Overshoot", "%"),
-                ],
-            ]
-            .concat(),
-        ),
+        columns: columns(&[
+            ("Thrust", "%"),
+            ("Speed", "m/s"),
+            ("Kₚ", "°/°"),
+            ("Kₚ (57)", "°/°"),
+        ]),
     }
 }
 

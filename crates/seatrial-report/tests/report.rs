@@ -5,8 +5,8 @@ mod made_up_trial;
 use seatrial::identification::{EstimateMethod, Outcome as Usable, Reason, ReasonCode, Verdict};
 use seatrial::time_scale::LambdaReason;
 use seatrial::{Campaign, Record};
-use seatrial_core::{AbortReason, Outcome, RudderUnit};
-use seatrial_report::{self as report, Log, LogModel};
+use seatrial_core::{AbortReason, Outcome, Plan, RudderUnit};
+use seatrial_report::{self as report, About, Log, LogModel};
 
 /// Keeps a page where a person can open it and returns its text.
 fn kept(name: &str, page: String) -> String {
@@ -77,15 +77,18 @@ fn pages() -> Vec<(&'static str, String)> {
             "finished",
             report::render(
                 &made_up_trial::campaign(&[0.6, 0.7, 0.8, 0.9, 1.0]),
-                &[],
+                &About::default(),
                 "",
             ),
         ),
-        ("partly", report::render(&partly, &[], "")),
-        ("rejected", report::render(&rejected(), &[], "")),
-        ("aborted", report::render(&aborted(), &[], "")),
-        ("empty", report::render(&empty(), &[], "")),
-        ("one_speed", report::render(&one, &[], "")),
+        ("partly", report::render(&partly, &About::default(), "")),
+        (
+            "rejected",
+            report::render(&rejected(), &About::default(), ""),
+        ),
+        ("aborted", report::render(&aborted(), &About::default(), "")),
+        ("empty", report::render(&empty(), &About::default(), "")),
+        ("one_speed", report::render(&one, &About::default(), "")),
         ("log", report::render_log(&log)),
     ]
 }
@@ -182,7 +185,7 @@ fn prop_every_chart_has_words() {
 fn exact_finished_trial_has_every_part() {
     let page = report::render(
         &made_up_trial::campaign(&[0.6, 0.7, 0.8, 0.9, 1.0]),
-        &[],
+        &About::default(),
         "",
     );
     for part in [
@@ -216,7 +219,7 @@ fn exact_finished_trial_has_every_part() {
 /// No plots when the analysis fails is the complaint; every run of a bad trial is drawn.
 #[test]
 fn exact_bad_trials_are_drawn() {
-    let page = report::render(&aborted(), &[], "");
+    let page = report::render(&aborted(), &About::default(), "");
     assert!(
         page.contains("the roll left its limits. A usable model")
             || page.contains("the roll left its limits. Usable models at 1 of 2 speeds.")
@@ -225,13 +228,13 @@ fn exact_bad_trials_are_drawn() {
     assert!(page.contains("id=\"run-2\""));
     assert!(page.matches("The manoeuvre.").count() == 2);
 
-    let page = report::render(&rejected(), &[], "");
+    let page = report::render(&rejected(), &About::default(), "");
     assert!(page.contains("No usable model."));
     assert!(page.matches("The manoeuvre.").count() == 2);
     assert!(page.matches("Measured less model").count() == 2);
     assert!(!page.contains("Load the gains"));
 
-    let page = report::render(&empty(), &[], "");
+    let page = report::render(&empty(), &About::default(), "");
     assert!(page.contains("No run was recorded so far."));
     assert!(page.contains("What was recorded"));
 }
@@ -248,7 +251,7 @@ fn prop_names_cannot_write_markup() {
     identification.settings.lambda_because = LambdaReason::Recorded(hostile.to_owned());
     identification.online.method = EstimateMethod::Other(hostile.to_owned());
     identification.refined.as_mut().unwrap().method = EstimateMethod::Other(hostile.to_owned());
-    let page = report::render(&campaign, &[], "");
+    let page = report::render(&campaign, &About::default(), "");
     assert!(!page.contains("<script>alert"));
     assert!(!page.contains("<img"));
     assert!(page.contains("alert(1)"));
@@ -275,7 +278,17 @@ fn prop_names_cannot_command_a_terminal() {
     let mut campaign = made_up_trial::campaign(&[0.6]);
     campaign.vehicle = hostile.to_owned();
     campaign.configuration = hostile.to_owned();
-    let page = report::render(&campaign, &[("Plan", hostile.to_owned())], "");
+    let page = report::render(
+        &campaign,
+        &About {
+            place: Some(hostile),
+            operator: Some(hostile),
+            plan_text: hostile,
+            provenance: &[("Plan", hostile.to_owned())],
+            ..About::default()
+        },
+        "",
+    );
     assert!(!page.contains(['\u{1b}', '\u{9b}', '\u{202e}']));
     assert!(page.contains("pay\\u{1b}[2Jload"));
 }
@@ -313,6 +326,59 @@ fn exact_a_fraction_of_full_rudder_is_no_angle() {
     }
 }
 
+/// What a reader looks for first: verdict, circumstances, contents; runs and plan behind folds that print open.
+#[test]
+fn exact_the_head_says_when_where_and_by_whom_and_the_rest_is_folded() {
+    let campaign = made_up_trial::campaign(&[0.6, 0.8]);
+    let plan = Plan::paper();
+    let about = About {
+        started: Some("2026-11-24T07:38:14.123Z"),
+        place: Some("Lake of Constance"),
+        operator: Some("Ada"),
+        plan: Some(&plan),
+        plan_text: "thrusts = [0.6]",
+        ..About::default()
+    };
+    let page = report::render(&campaign, &about, "seatrial gains");
+    for fact in ["2026-11-24 07:38 UTC", "Lake of Constance", "Ada"] {
+        assert!(page.contains(&format!("<dd>{fact}</dd>")), "{fact}");
+    }
+    assert_eq!(page.matches("<details class=\"run\">").count(), 2);
+    for part in ["summary", "run-1", "run-2", "plan", "recorded"] {
+        assert!(page.contains(&format!("href=\"#{part}\"")), "{part}");
+        assert!(page.contains(&format!("id=\"{part}\"")), "{part}");
+    }
+    assert!(page.contains("doublet of 14.9° over 4.00 s"));
+    assert!(page.contains("thrusts = [0.6]"));
+    // One model table of trial: its columns are not repeated in another one that is not folded.
+    assert_eq!(page.matches("Damping a₂₂<span").count(), 1);
+    // A single run is what the page is about.
+    let single = report::render(&made_up_trial::campaign(&[0.6]), &about, "");
+    assert!(single.contains("<details class=\"run\" open>"));
+}
+
+/// The script tells values from the axes of a panel, and a legend by its ink.
+#[test]
+fn exact_charts_carry_what_the_script_reads() {
+    let page = report::render(&made_up_trial::campaign(&[0.6]), &About::default(), "");
+    let plots = page.matches("<svg class=\"plot\"").count();
+    assert!(plots > 10, "{plots}");
+    assert_eq!(plots, page.matches(" data-x=\"").count());
+    assert_eq!(plots, page.matches(" data-y=\"").count());
+    assert!(page.contains("data-log=\"\""));
+    assert!(page.contains("<g class=\"key\" data-ink=\""));
+}
+
+/// Numbers of a model that is not to be used do not stand in the summary.
+#[test]
+fn exact_a_rejected_model_has_no_numbers_in_the_summary() {
+    let page = report::render(&rejected(), &About::default(), "");
+    let (_, rest) = page.split_once("id=\"summary\"").unwrap();
+    let (summary, _) = rest.split_once("</section>").unwrap();
+    assert!(summary.contains("do not use"));
+    assert!(!summary.contains("class=\"interval\""), "{summary}");
+}
+
 /// Values that no vehicle sends must not break the page.
 #[test]
 fn prop_wild_samples_are_drawn_or_left_out() {
@@ -343,7 +409,7 @@ fn prop_wild_samples_are_drawn_or_left_out() {
             refined.interval_95.b2_per_s2 = [wild; 2];
             run.surge_speed_m_s = Some(wild);
         }
-        let page = report::render(&campaign, &[], "");
+        let page = report::render(&campaign, &About::default(), "");
         for wrong in ["NaN", "inf ", "inf\"", ">inf", "-inf"] {
             assert!(!page.contains(wrong), "{wild}: {wrong}");
         }
@@ -356,7 +422,7 @@ fn prop_records_of_none_and_one_sample() {
         let mut campaign = made_up_trial::campaign(&[0.6]);
         let run = &mut campaign.runs[0];
         run.record.samples.truncate(count);
-        let page = report::render(&campaign, &[], "");
+        let page = report::render(&campaign, &About::default(), "");
         assert!(page.contains("id=\"run-1\""), "{count} samples");
     }
 }
@@ -376,7 +442,7 @@ fn exact_a_campaign_has_an_outcome_of_its_own() {
         let verdict = campaign.verdict();
         assert_eq!(verdict.outcome(), outcome, "{verdict:?}");
         assert_eq!(verdict.cause().unwrap().code, cause, "{verdict:?}");
-        let page = report::render(&campaign, &[], "seatrial gains");
+        let page = report::render(&campaign, &About::default(), "seatrial gains");
         let name = outcome.name();
         let capital = name[..1].to_uppercase() + &name[1..];
         assert!(page.contains(&format!("</span> {capital}.")), "{name}");
@@ -394,6 +460,6 @@ fn exact_r2_below_zero_never_stands_beside_use() {
     validation.r2_heading = Some(-0.001);
     validation.r2_heading_offset_refit = Some(0.87);
     assert_eq!(validation.judged_r2_heading(), Some(0.87));
-    let page = report::render(&campaign, &[], "");
+    let page = report::render(&campaign, &About::default(), "");
     assert!(page.contains(">0.87<") && !page.contains(">−0.00"));
 }

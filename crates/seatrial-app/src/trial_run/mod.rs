@@ -13,14 +13,14 @@ mod vehicle;
 mod watched;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::SystemTime;
 
 use seatrial::Campaign;
 use seatrial_core::{InvalidSetting, Outcome, Plan, Trial, Vehicle};
-use seatrial_logbook::{CampaignId, Logbook, NewCampaign, Recorder};
+use seatrial_logbook::{CampaignId, Circumstances, Logbook, NewCampaign, Recorder};
 use seatrial_logs::RowWriter;
 
 use crate::conduct::{Conducted, Pace, Unwatched, Watch, conduct};
@@ -46,6 +46,8 @@ pub struct Order {
     pub configuration: String,
     /// Notes on the configuration.
     pub notes: Option<String>,
+    /// Who conducts it, and where.
+    pub circumstances: Circumstances,
     /// How many times faster than real time a simulated vehicle runs; `None` is as fast as it can.
     pub realtime_factor: Option<f64>,
     /// Has somebody agreed that the vehicle moves?
@@ -157,7 +159,7 @@ pub fn begin(vehicle: &dyn TrialVehicle, order: Order, sinks: Sinks) -> Result<U
         scenario: about.scenario.as_deref(),
         plan: &plan_text,
     };
-    let recorder = Logbook::open(&sinks.logbook).and_then(|logbook| Recorder::begin(logbook, &new));
+    let recorder = entered(&sinks.logbook, &new, &order.circumstances);
     let recorder = recorder.inspect_err(|_| {
         taken.hand_back();
     })?;
@@ -185,6 +187,19 @@ pub fn begin(vehicle: &dyn TrialVehicle, order: Order, sinks: Sinks) -> Result<U
         begun,
         watched,
     })
+}
+
+/// Enters a campaign, and who conducts it where.
+fn entered(
+    path: &Path,
+    new: &NewCampaign,
+    circumstances: &Circumstances,
+) -> Result<Recorder, seatrial_logbook::Error> {
+    let recorder = Recorder::begin(Logbook::open(path)?, new)?;
+    if !circumstances.is_unknown() {
+        Logbook::open(path)?.enter_circumstances(recorder.campaign(), circumstances)?;
+    }
+    Ok(recorder)
 }
 
 impl UnderWay {

@@ -13,11 +13,12 @@ use seatrial::identification::{Reason, Verdict};
 use seatrial::preview::{Target, parse_target};
 use seatrial_app::next;
 use seatrial_app::recording::Recording;
+use seatrial_app::report::page;
 use seatrial_app::trial_run::{self, Ended, Order, Sinks};
 use seatrial_core::{Outcome, Plan, Trial};
 use seatrial_dash::{Server, Shown};
-use seatrial_logbook::{CampaignId, Logbook};
-use seatrial_report as report;
+use seatrial_logbook::{CampaignId, Circumstances, Logbook};
+use seatrial_report::{About, render};
 use serde::Serialize;
 
 use crate::autopilot::LinkArgs;
@@ -89,6 +90,12 @@ pub struct Args {
     /// Notes on the configuration.
     #[arg(long, value_name = "TEXT")]
     notes: Option<String>,
+    /// Who conducts the trial; stands in the report and in the logbook's audit trail.
+    #[arg(long, value_name = "NAME")]
+    operator: Option<String>,
+    /// Where the trial is; stands in the report and in the logbook's audit trail.
+    #[arg(long, value_name = "TEXT")]
+    place: Option<String>,
     /// Seed of a simulated vehicle.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -182,6 +189,10 @@ impl Args {
             seed: self.seed,
             configuration: self.configuration.clone(),
             notes: self.notes.clone(),
+            circumstances: Circumstances {
+                operator: self.operator.clone(),
+                place: self.place.clone(),
+            },
             realtime_factor: times_faster.or(self.realtime.then_some(1.0)),
             is_agreed: self.yes,
             stop,
@@ -288,6 +299,7 @@ fn finish(args: &Args, plan: Plan<f64>, ended: Ended, output: &Output) -> Result
     Ok(exit)
 }
 
+/// Writes the report. The campaign is the one at hand: its samples need not be read again.
 fn save_report(
     path: &Path,
     args: &Args,
@@ -295,18 +307,21 @@ fn save_report(
     number: CampaignId,
     campaign: &Campaign,
 ) -> Result<(), Failure> {
-    let mut provenance = vec![
-        (
-            "Plan",
-            toml::to_string_pretty(plan).map_err(Failure::internal)?,
-        ),
-        ("Logbook", args.logbook.display().to_string()),
-    ];
-    // That the logbook cannot be read any more was said before.
-    let entry = Logbook::open_read_only(&args.logbook).and_then(|logbook| logbook.entry(number));
-    provenance.extend(entry.ok().map(|entry| (report::STARTED, entry.started)));
-    let command = next::after_trial(campaign, number, &args.logbook);
-    std::fs::write(path, report::render(campaign, &provenance, &command)).map_err(|error| {
+    let kept = Logbook::open_read_only(&args.logbook).and_then(|logbook| {
+        let entry = logbook.entry(number)?;
+        let circumstances = logbook.circumstances(number)?;
+        Ok(page(&logbook, &entry, campaign, &circumstances))
+    });
+    // A logbook that cannot be read any more was told of already; the trial is reported all the same.
+    let text = kept.unwrap_or_else(|_| {
+        let about = About {
+            plan: Some(plan),
+            ..About::default()
+        };
+        let command = next::after_trial(campaign, number, &args.logbook);
+        render(campaign, &about, &command)
+    });
+    std::fs::write(path, text).map_err(|error| {
         Failure::not_saved(format!("{}: report not saved: {error}", path.display()))
     })
 }
