@@ -66,12 +66,31 @@ export function significant(value: number, digits = 3): string {
   return minus(value.toFixed(Math.min(decimals, 8)));
 }
 
+/** The decimals of a value with an interval: two significant digits of half its width, six of the larger bound at most. */
+function decimalsOf(low: number, high: number): number {
+  const ofWidth = 1 - Math.floor(Math.log10(Math.abs(high - low) / 2));
+  const most = 5 - Math.floor(Math.log10(Math.max(Math.abs(low), Math.abs(high))));
+  const decimals = Math.min(ofWidth, most);
+  return Number.isFinite(decimals) ? Math.min(Math.max(decimals, 0), 9) : 3;
+}
+
+/** A value and its bounds with the digits that the interval leaves them. */
+export function bounded(value: number, low: number, high: number): [value: string, low: string, high: string] {
+  const size = Math.max(Math.abs(low), Math.abs(high));
+  const isTiny = size > 0 && size < 1e-4;
+  const decimals = decimalsOf(low, high);
+  const text = (one: number): string =>
+    isTiny || Math.abs(one) >= 1e6 ? significant(one) : minus(one.toFixed(decimals).replace(/^-(?=[0.]*$)/, ""));
+  return [text(value), text(low), text(high)];
+}
+
 /** "1.20 [1.10, 1.31]". */
 export function withInterval(value: number | null | undefined, interval: readonly number[] | null | undefined): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return MISSING;
   const [low, high] = interval ?? [];
   if (low === undefined || high === undefined) return significant(value);
-  return `${significant(value)} [${significant(low)}, ${significant(high)}]`;
+  const [middle, from, to] = bounded(value, low, high);
+  return `${middle} [${from}, ${to}]`;
 }
 
 /** "1:05" for 65 s. */

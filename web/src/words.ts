@@ -62,7 +62,7 @@ export function situation(live: Live): Said {
     return { tone: "bad", loud: "The server wants a token", details: [live.refusal ?? ""] };
   if (trial === null)
     return live.connection === "open"
-      ? { tone: "plain", loud: "No trial is running", details: ["Prepare one under Control."] }
+      ? { tone: "plain", loud: "No trial is running", details: [] }
       : { tone: "plain", loud: "Looking for the server", details: [] };
   return trial.running ? underWay(trial) : ended(trial);
 }
@@ -92,7 +92,8 @@ function ended(trial: TrialState): Said {
   const thrusts = new Set(planned(trial));
   const accepted = new Set(trial.runs.filter((run) => run.accepted).map((run) => run.thrust));
   const count = `${accepted.size} of ${thrusts.size} speeds have a usable model.`;
-  const details = [count, ...trial.warnings];
+  const handedBack = trial.warnings.length === 0 ? ["The rudder is neutral and the vehicle is handed back."] : [];
+  const details = [...handedBack, count, ...trial.warnings];
   if (trial.outcome?.finished === true)
     return { tone: accepted.size === thrusts.size ? "good" : "partly", loud: "The trial is finished", details };
   return { tone: "bad", loud: `The trial ended early: ${trial.outcome?.text ?? "it met a fault"}`, details };

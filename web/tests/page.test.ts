@@ -95,6 +95,8 @@ test("take control, start, watch, abort in mid doublet by key, with a wrong cloc
   await until("the doublet", async () => ((await server.trial()).progress?.elapsed_s ?? 0) > 2.5);
   await page.keyboard.press(".");
   await page.locator(".loud", { hasText: "The trial ended early" }).waitFor();
+  await page.getByText("The rudder is neutral and the vehicle is handed back.").waitFor();
+  await page.getByRole("button", { name: "Go on at the next speed" }).waitFor();
   const ended = await server.trial();
   assert.equal(ended.outcome?.reason, "operator");
   assert.equal(ended.running, false);
@@ -103,6 +105,7 @@ test("take control, start, watch, abort in mid doublet by key, with a wrong cloc
 test("two trials are validated, compared and looked at over speed", async () => {
   await start("60, 80", "bare", "as fast as it can");
   await page.locator(".loud", { hasText: "The trial is finished" }).waitFor();
+  await page.getByRole("link", { name: "Gains, limits and files" }).waitFor();
   await page.locator("p", { hasText: /the model explains \d/ }).waitFor();
   assert.ok((await server.trial()).runs.every((run) => run.accepted));
   await start("60, 80", "sonar", "as fast as it can");
@@ -122,6 +125,17 @@ test("two trials are validated, compared and looked at over speed", async () => 
   const file = page.waitForEvent("download");
   await page.getByRole("button", { name: "Report, HTML" }).click();
   assert.equal((await file).suggestedFilename(), "campaign-3.html");
+  for (const [name, extension] of [
+    ["ArduPilot", "param"],
+    ["PX4", "params"],
+    ["ROS 2", "yaml"],
+    ["JSON", "json"],
+    ["C header", "h"],
+  ] as const) {
+    const gains = page.waitForEvent("download");
+    await page.getByRole("button", { name: new RegExp(`^${name}`) }).click();
+    assert.equal((await gains).suggestedFilename(), `campaign-3.${extension}`);
+  }
 });
 
 test("a run is rejected with a note and accepted again", async () => {
@@ -171,11 +185,69 @@ test("a log with names of its own is read as told", async () => {
     .locator("input[type=file]")
     .setInputFiles({ name: "odd.csv", mimeType: "text/csv", buffer: Buffer.from(odd) });
   await page.getByRole("alert").getByText("no column for heading").waitFor();
-  await page.getByLabel("Heading from column").fill("alpha");
-  await page.getByLabel("Units").last().fill("heading=rad");
+  await page.getByLabel("Heading from column").selectOption("alpha");
+  await page.getByLabel("Heading is in").selectOption("rad");
   await page.getByRole("button", { name: "Read the log again" }).click();
   await page.getByText(/^odd.csv: (✓ use|! use with care)$/).waitFor();
   faults.splice(before);
+});
+
+test("windows are dragged over the record, and its model is kept as a file", async () => {
+  await visit("#/history/log");
+  await page.reload();
+  await page.locator("input[type=file]").setInputFiles(join(scratch, "run.csv"));
+  const form = page.getByRole("form", { name: "Windows" });
+  await form.waitFor();
+  const [from, to, validateFrom] = [0, 1, 2].map((at) => form.locator("input[type=number]").nth(at));
+  const found = await to?.inputValue();
+  const over = page.locator(".u-over").first();
+  await over.scrollIntoViewIfNeeded();
+  const box = await over.boundingBox();
+  assert.ok(box && from && to && validateFrom);
+  await page.mouse.move(box.x + 0.1 * box.width, box.y + 20);
+  await page.mouse.down();
+  await page.mouse.move(box.x + 0.4 * box.width, box.y + 20, { steps: 4 });
+  await page.mouse.up();
+  const dragged = await to.inputValue();
+  assert.notEqual(dragged, found);
+  assert.ok(Number(dragged) > Number(await from.inputValue()));
+  await page.getByRole("button", { name: "Identify with these windows" }).click();
+  await page.getByText(/^run.csv: /).waitFor();
+  assert.equal(await form.locator("input[type=number]").nth(1).inputValue(), dragged);
+  await page.getByRole("button", { name: "Find the manoeuvres" }).click();
+  await page.getByText(/^run.csv: (✓ use|! use with care)$/).waitFor();
+  const file = page.waitForEvent("download");
+  await page.getByRole("button", { name: "Model, JSON" }).click();
+  assert.equal((await file).suggestedFilename(), "run.model.json");
+});
+
+test("who comes first has three ways to go, each leads on", async () => {
+  const fresh = await serve("first.db", "--listen", "127.0.0.1:0");
+  const own = await (await browser.newContext()).newPage();
+  try {
+    await own.goto(fresh.url);
+    assert.deepEqual(await own.locator(".start b").allInnerTexts(), ["Rehearse", "Trial", "Open a log"]);
+    await own.getByRole("link", { name: /^Rehearse/ }).click();
+    await own.getByLabel("Vehicle").waitFor();
+    await own.goto(fresh.url);
+    await own.getByRole("link", { name: /^Trial/ }).click();
+    await own.getByText("Start it with yours").waitFor();
+    await own.goto(fresh.url);
+    await own.getByRole("link", { name: /^Open a log/ }).click();
+    await own.getByText("Drop a log here").waitFor();
+  } finally {
+    await own.context().close();
+    await fresh.stop();
+  }
+});
+
+test("who comes back without the lease waits for it with a countdown", async () => {
+  const own = await (await browser.newContext()).newPage();
+  await visit("#/control", own);
+  await own.getByLabel("Your name").fill("Bo");
+  await own.getByRole("button", { name: "Take over when it lapses" }).click();
+  await own.getByText(/^Ada was last heard \d+ s ago. Control is yours in \d+ s/).waitFor();
+  await own.context().close();
 });
 
 test("a campaign that ended early goes on at the speed that was broken off", async () => {

@@ -275,6 +275,7 @@ impl Leases {
         Control {
             holder: held.as_ref().map(|held| held.name.clone()),
             since: held.as_ref().map(|held| held.since.clone()),
+            silent_for_s: held.as_ref().map(|held| held.seen.elapsed().as_secs_f64()),
             is_you,
         }
     }

@@ -6,6 +6,7 @@ mod access;
 mod background;
 mod connections;
 mod convert;
+mod gains;
 mod guard;
 mod history;
 mod live;

@@ -1,16 +1,17 @@
 //! Logs that are opened in the page: read, identified, inspected, drawn.
 
+use std::fmt::Display;
 use std::path::Path;
 
 use seatrial::identification::Reader;
 use seatrial::servo::Servo;
+use seatrial_app::Inspection;
 use seatrial_app::documents::IdentificationDocument;
-use seatrial_app::identify_log::{Options, identify_opened};
+use seatrial_app::identify_log::{Options, Windows, identify_opened};
 use seatrial_app::logs::{OpenedLog, ReadSettings, Unobserved, open};
-use seatrial_app::{Error, Inspection};
 use seatrial_logs::{ChannelChoice, Quantity, Unit, UnknownQuantity, UnknownUnit};
 
-use crate::api::{IdentifiedLog, InspectedLog, LogReading};
+use crate::api::{IdentifiedLog, InspectedLog, LogColumns, LogReading};
 use crate::refusal::Refusal;
 use crate::series::series_of;
 
@@ -18,6 +19,7 @@ use crate::series::series_of;
 pub fn identified(log: &Path, reading: LogReading) -> Result<IdentifiedLog, Refusal> {
     let name = reading.name().to_owned();
     let options = Options {
+        windows: windows(&reading),
         reading: read_settings(reading)?,
         ..Options::default()
     };
@@ -54,8 +56,25 @@ pub fn inspected(log: &Path, reading: LogReading) -> Result<InspectedLog, Refusa
     })
 }
 
+/// The names of a log's columns, for who has to say which is which.
+pub fn columns(log: &Path, reading: &LogReading) -> Result<LogColumns, Refusal> {
+    let found = seatrial_logs::columns(log);
+    let columns = found.map_err(|error| refused(log, reading.name(), &error))?;
+    Ok(LogColumns { columns })
+}
+
+fn windows(reading: &LogReading) -> Windows {
+    Windows {
+        from_s: reading.from_s,
+        to_s: reading.to_s,
+        validate_from_s: reading.validate_from_s,
+        validate_to_s: reading.validate_to_s,
+        validate_on: None,
+    }
+}
+
 /// A refusal with the log by its name, not by that of the file that it was put into.
-fn refused(log: &Path, name: &str, error: &Error) -> Refusal {
+fn refused(log: &Path, name: &str, error: &dyn Display) -> Refusal {
     let text = error.to_string().replace(&*log.to_string_lossy(), name);
     Refusal::unprocessable("log_refused", text)
 }

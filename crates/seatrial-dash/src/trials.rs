@@ -9,7 +9,7 @@ use seatrial_app::trial_run::{
     plan_to_go_on, previewed,
 };
 use seatrial_core::{Plan, Trial};
-use seatrial_logbook::{CampaignEntry, CampaignId};
+use seatrial_logbook::{CampaignEntry, CampaignId, Circumstances};
 use serde_json::Value;
 
 use crate::api::{
@@ -70,7 +70,18 @@ pub struct Wanted {
     realtime_factor: Option<f64>,
     configuration: String,
     note: Option<String>,
+    operator: Option<String>,
     agreed: bool,
+}
+
+impl Wanted {
+    /// Names who wants it.
+    pub fn by(self, operator: &str) -> Self {
+        Self {
+            operator: Some(operator.to_owned()),
+            ..self
+        }
+    }
 }
 
 /// The trial of an order.
@@ -83,6 +94,7 @@ pub fn ordered(_: &Shared, order: TrialOrder) -> Result<Wanted, Refusal> {
         realtime_factor: order.realtime_factor,
         configuration: order.configuration.unwrap_or_else(|| "default".into()),
         note: order.note,
+        operator: None,
         agreed: order.agreed,
     })
 }
@@ -121,6 +133,7 @@ fn another(entry: CampaignEntry, plan: Plan<f64>, seed: Option<u64>) -> Wanted {
         realtime_factor: None,
         configuration: entry.configuration,
         note: None,
+        operator: None,
         agreed: false,
     }
 }
@@ -151,6 +164,10 @@ pub fn start(shared: &Arc<Shared>, wanted: Wanted) -> Result<TrialState, Refusal
         seed: wanted.seed.unwrap_or(1),
         configuration: wanted.configuration,
         notes: wanted.note,
+        circumstances: Circumstances {
+            operator: wanted.operator,
+            place: None,
+        },
         realtime_factor: wanted.realtime_factor,
         is_agreed: true,
         stop,

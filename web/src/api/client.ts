@@ -125,12 +125,28 @@ export async function identify(log: File, reading: Readonly<Record<string, strin
   return (await response.json()) as IdentifiedLog;
 }
 
-/** Saves a file of the server's under its name there. */
-export async function download(path: string, name: string): Promise<void> {
-  const response = await respond("GET", path);
+/** The names of a log's columns. */
+export async function columnsOf(log: File): Promise<string[]> {
+  const query = new URLSearchParams({ name: log.name });
+  const response = await respond("POST", `logs/columns?${query}`, log, "application/octet-stream");
+  return ((await response.json()) as { columns: string[] }).columns;
+}
+
+/** Saves a text under a name on this device. */
+export function keepText(text: string, name: string): void {
+  keepBlob(new Blob([text], { type: "application/octet-stream" }), name);
+}
+
+function keepBlob(blob: Blob, name: string): void {
   const link = document.createElement("a");
-  link.href = URL.createObjectURL(await response.blob());
+  link.href = URL.createObjectURL(blob);
   link.download = name;
   link.click();
   URL.revokeObjectURL(link.href);
+}
+
+/** Saves a file of the server's under its name there. */
+export async function download(path: string, name: string): Promise<void> {
+  const response = await respond("GET", path);
+  keepBlob(await response.blob(), name);
 }

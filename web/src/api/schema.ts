@@ -72,6 +72,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/campaigns/{id}/gains/{format}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Gains and limits of a campaign in a form that a controller reads. */
+        get: operations["gains"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/campaigns/{id}/report.html": {
         parameters: {
             query?: never;
@@ -220,6 +237,23 @@ export interface paths {
         get: operations["live"];
         put?: never;
         post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/logs/columns": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** The names of a log's columns, of which `rudder`, `heading` and others choose. The log is not kept. */
+        post: operations["columns"];
         delete?: never;
         options?: never;
         head?: never;
@@ -558,6 +592,11 @@ export interface components {
             holder?: string | null;
             /** @description Is it you, by the lease of your request? */
             is_you: boolean;
+            /**
+             * Format: double
+             * @description Time since its holder was last heard, s; after 60 s control lapses.
+             */
+            silent_for_s?: number | null;
             /** @description Since when, UTC. */
             since?: string | null;
         };
@@ -942,6 +981,11 @@ export interface components {
              * @description Yaw rate, rad/s: measured, or else from the headings.
              */
             yaw_rate_rad_s?: number | null;
+        };
+        /** @description The names of a log's columns. */
+        LogColumns: {
+            /** @description In the order of the log. */
+            columns: string[];
         };
         /** @description Columns of equal length; of a long log every n-th sample. */
         LogSeries: {
@@ -1646,6 +1690,45 @@ export interface operations {
             };
         };
     };
+    gains: {
+        parameters: {
+            query?: {
+                /** @description [default: surface] */
+                vehicle_type?: "surface" | "underwater";
+                /** @description Must be true for a rehearsal on a simulator, whose parameters are not those of a vehicle. */
+                rehearsal?: boolean;
+            };
+            header?: never;
+            path: {
+                /** @description Number of the campaign */
+                id: number;
+                /** @description For which controller */
+                format: "ardupilot" | "px4" | "ros2" | "json" | "c";
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description As `gains --export` writes it */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
+                };
+            };
+            /** @description Refused */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ErrorBody"];
+                };
+            };
+        };
+    };
     report: {
         parameters: {
             query?: never;
@@ -1977,6 +2060,84 @@ export interface operations {
             };
         };
     };
+    columns: {
+        parameters: {
+            query?: {
+                /** @description What the log is called; its format is found by its content. */
+                name?: string;
+                /** @description Column with the time. */
+                time?: string;
+                /** @description Column with the heading. */
+                heading?: string;
+                /** @description Column with the rudder: measured angle, command, PWM or percent. */
+                rudder?: string;
+                /** @description Column with the forward speed; `none` leaves it out, as for all that follow. */
+                speed?: string;
+                /** @description Column with the depth. */
+                depth?: string;
+                /** @description Column with the roll angle. */
+                roll?: string;
+                /** @description Column with the pitch angle. */
+                pitch?: string;
+                /** @description Column with the measured yaw rate. */
+                yaw_rate?: string;
+                /** @description Column with the position north. */
+                north?: string;
+                /** @description Column with the position east. */
+                east?: string;
+                /** @description Column with the thrust that is asked for. */
+                thrust?: string;
+                /** @description Units of columns, as in `heading=deg,rudder=pwm`. */
+                units?: string;
+                /** @description Pulse width of the neutral rudder, us [default: 1500]. */
+                rudder_trim_us?: number;
+                /** @description Rudder angle at full deflection, degrees. */
+                rudder_range_deg?: number;
+                /** @description Dead time of the rudder behind the logged command, s. */
+                rudder_delay_s?: number;
+                /** @description Time constant with which the rudder follows the logged command, s. */
+                rudder_lag_s?: number;
+                /** @description Leave rows out that have text, no number or a time that goes back, instead of refusing the log. */
+                drop_invalid?: boolean;
+                /** @description Start of the training window, the log's own seconds; without windows the manoeuvres are found. */
+                from_s?: number;
+                /** @description End of the training window, s. */
+                to_s?: number;
+                /** @description Start of the validation window, s. */
+                validate_from_s?: number;
+                /** @description End of the validation window, s. */
+                validate_to_s?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** @description The log, of any format that seatrial reads */
+        requestBody: {
+            content: {
+                "application/octet-stream": number[];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LogColumns"];
+                };
+            };
+            /** @description Refused */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ErrorBody"];
+                };
+            };
+        };
+    };
     identify: {
         parameters: {
             query?: {
@@ -2016,6 +2177,14 @@ export interface operations {
                 rudder_lag_s?: number;
                 /** @description Leave rows out that have text, no number or a time that goes back, instead of refusing the log. */
                 drop_invalid?: boolean;
+                /** @description Start of the training window, the log's own seconds; without windows the manoeuvres are found. */
+                from_s?: number;
+                /** @description End of the training window, s. */
+                to_s?: number;
+                /** @description Start of the validation window, s. */
+                validate_from_s?: number;
+                /** @description End of the validation window, s. */
+                validate_to_s?: number;
             };
             header?: never;
             path?: never;
@@ -2086,6 +2255,14 @@ export interface operations {
                 rudder_lag_s?: number;
                 /** @description Leave rows out that have text, no number or a time that goes back, instead of refusing the log. */
                 drop_invalid?: boolean;
+                /** @description Start of the training window, the log's own seconds; without windows the manoeuvres are found. */
+                from_s?: number;
+                /** @description End of the training window, s. */
+                to_s?: number;
+                /** @description Start of the validation window, s. */
+                validate_from_s?: number;
+                /** @description End of the validation window, s. */
+                validate_to_s?: number;
             };
             header?: never;
             path?: never;

@@ -36,6 +36,10 @@ export interface StripPlan {
   /** What the horizontal axis is where it is not time. */
   readonly across?: Quantity;
   readonly isTall?: boolean;
+  /** The vertical axis grows with what is seen, and never shrinks while the same run goes on. */
+  readonly isSteady?: boolean;
+  /** Called with the ends of a stretch of time that was dragged over. */
+  readonly dragged?: (from_s: number, to_s: number) => void;
 }
 
 const DASHES: Record<Dash, number[]> = { solid: [], dashed: [9, 4], dotted: [2, 4], dots: [0, 1e6] };
@@ -50,6 +54,7 @@ export class Strip {
   private columns: readonly Column[] = [];
   private spans: readonly Span[] = [];
   private frame: readonly [number, number] | null = null;
+  private widest: [number, number] | null = null;
   private readonly undo: (() => void)[] = [];
 
   constructor(private readonly plan: StripPlan) {
@@ -84,6 +89,7 @@ export class Strip {
     spans: readonly Span[] = [],
     frame: readonly [number, number] | null = null,
   ): void {
+    if (seconds[0] !== this.seconds[0]) this.widest = null;
     this.seconds = seconds;
     this.columns = columns;
     this.spans = spans;
@@ -149,7 +155,10 @@ export class Strip {
       width,
       height: this.height(),
       legend: { show: false },
-      cursor: { show: false },
+      cursor:
+        this.plan.dragged === undefined
+          ? { show: false }
+          : { x: false, y: false, points: { show: false }, drag: { x: true, y: false, setScale: false } },
       padding: [0.4 * rem, 0.8 * rem, 0, 0],
       scales: {
         x: { time: false },
@@ -158,7 +167,9 @@ export class Strip {
             ? { distr: 3 }
             : {
                 range: (_chart, low, high) =>
-                  this.frame === null ? spread(low, high, least) : [this.frame[0] * factor, this.frame[1] * factor],
+                  this.frame === null
+                    ? this.steadied(spread(low, high, least))
+                    : [this.frame[0] * factor, this.frame[1] * factor],
               },
       },
       axes: [
@@ -183,8 +194,23 @@ export class Strip {
       ...(this.plan.band === undefined
         ? {}
         : { bands: [{ series: [this.plan.band[0] + 1, this.plan.band[1] + 1], fill: shade }] }),
-      hooks: { drawClear: [(chart) => this.shade(chart)] },
+      hooks: { drawClear: [(chart) => this.shade(chart)], setSelect: [(chart) => this.take(chart)] },
     };
+  }
+
+  private steadied([low, high]: [number, number]): [number, number] {
+    if (this.plan.isSteady !== true) return [low, high];
+    this.widest = [Math.min(low, this.widest?.[0] ?? low), Math.max(high, this.widest?.[1] ?? high)];
+    return this.widest;
+  }
+
+  private take(chart: uPlot): void {
+    const { left, width } = chart.select;
+    if (width < 4) return;
+    const across = scale(this.plan.across ?? "time").factor;
+    const [from, to] = [left, left + width].map((at) => chart.posToVal(at, "x") / across);
+    chart.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+    this.plan.dragged?.(from ?? 0, to ?? 0);
   }
 
   private shade(chart: uPlot): void {

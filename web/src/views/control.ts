@@ -10,6 +10,7 @@ import {
   preflight,
   previewPlan,
   startTrial,
+  status,
   takeControl,
   type TrialState,
   vehicles,
@@ -25,11 +26,19 @@ import { percent } from "../words.ts";
 import { runsTable } from "./runs.ts";
 
 const NAME = "seatrial.name";
+/** Control lapses when its holder was silent for so long. */
+const LAPSES_AFTER_S = 60;
+const ASK_AGAIN_MS = 1000;
+/** A check of a vehicle that may have moved since then is made again. */
+const CHECK_HOLDS_MS = 600_000;
 const SPEEDS: readonly [string, number | null][] = [
   ["real time", 1],
   ["real time × 10", 10],
   ["as fast as it can", null],
 ];
+
+/** The last check, with what it was of: it holds while that is the same. */
+let checked: { readonly of: string; readonly found: Preflight; readonly at_ms: number } | null = null;
 
 export function openControl(live: Live): View {
   const complaints = new Complaints();
@@ -77,11 +86,12 @@ export function openControl(live: Live): View {
       unwatch();
       table?.drop();
       trial.drop();
+      holder.drop();
     },
   };
 }
 
-function holderPanel(live: Live): { root: HTMLElement; draw(): void } {
+function holderPanel(live: Live): { root: HTMLElement; draw(): void; drop(): void } {
   const complaints = new Complaints();
   const words = element("p", { role: "status" });
   const name = element("input", { maxlength: 64, required: true, autocomplete: "name" });
@@ -96,6 +106,35 @@ function holderPanel(live: Live): { root: HTMLElement; draw(): void } {
     await complaints.hear(giveControlBack);
     live.open();
   };
+  // Who comes back without the lease waits until it lapses, which others can see.
+  let waiting = 0;
+  const stopWaiting = (): void => {
+    clearInterval(waiting);
+    waiting = 0;
+  };
+  const wait = (): void => {
+    if (waiting !== 0 || !root.reportValidity()) return;
+    localStorage.setItem(NAME, name.value);
+    waiting = window.setInterval(() => void askAgain(), ASK_AGAIN_MS);
+    void askAgain();
+  };
+  const askAgain = async (): Promise<void> => {
+    const found = await complaints.hear(status);
+    if (found === null || waiting === 0) return;
+    const { holder, silent_for_s: silent } = found.control;
+    if (holder === null || holder === undefined) {
+      stopWaiting();
+      await complaints.hear(() => takeControl(name.value));
+      live.open();
+      return;
+    }
+    const left = Math.max(0, Math.ceil(LAPSES_AFTER_S - (silent ?? 0)));
+    say(
+      words,
+      `${holder} was last heard ${Math.round(silent ?? 0)} s ago. Control is yours in ${left} s, unless ${holder} is heard.`,
+    );
+  };
+  const waitButton = element("button", { type: "button", onclick: wait }, "Take over when it lapses");
   const takeButton = element("button", { class: "main", type: "submit" }, "Take control");
   const backButton = element("button", { type: "button", onclick: () => void back() }, "Give control back");
   const root = element(
@@ -105,7 +144,7 @@ function holderPanel(live: Live): { root: HTMLElement; draw(): void } {
     words,
     complaints.root,
     element("label", { class: "field" }, "Your name", name),
-    element("div", { class: "row" }, takeButton, backButton),
+    element("div", { class: "row" }, takeButton, waitButton, backButton),
     element(
       "p",
       { class: "hint" },
@@ -116,17 +155,23 @@ function holderPanel(live: Live): { root: HTMLElement; draw(): void } {
     root,
     draw: () => {
       const { control } = live;
-      say(
-        words,
-        control?.holder
-          ? control.is_you
-            ? `You have control, as ${control.holder}.`
-            : `${control.holder} has control.`
-          : "Nobody has control.",
-      );
+      const isOthers = typeof control?.holder === "string" && !control.is_you;
+      if (!isOthers) stopWaiting();
+      if (waiting === 0)
+        say(
+          words,
+          control?.holder
+            ? control.is_you
+              ? `You have control, as ${control.holder}.`
+              : `${control.holder} has control.`
+            : "Nobody has control.",
+        );
+      takeButton.hidden = isOthers;
+      waitButton.hidden = !isOthers;
       takeButton.disabled = control?.is_you === true;
       backButton.disabled = control?.is_you !== true;
     },
+    drop: stopWaiting,
   };
 }
 
@@ -176,6 +221,11 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
     "aria-live": "polite",
   });
   const track = new Track("Room that it needs");
+  const none = element(
+    "p",
+    { class: "notice partly", hidden: true },
+    "This server knows simulated vehicles only. Start it with yours, as in: seatrial serve --vehicle mavlink:udp:0.0.0.0:14550",
+  );
 
   let known: Vehicles["vehicles"] = [];
   let plan: Plan | null = null;
@@ -184,7 +234,15 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
   const chosen = (): Vehicles["vehicles"][number] | undefined => known.find((one) => one.name === vehicle.value);
   const order = (): { vehicle: string; plan: never } => ({ vehicle: vehicle.value, plan: plan as never });
 
+  /** What a check is of: repeats change nothing of it. */
+  const checkedOf = (): string => JSON.stringify({ ...order(), plan: { ...plan, max_repeats: null } });
   const unsettled = (): void => {
+    if (checked?.of === checkedOf() && Date.now() - checked.at_ms < CHECK_HOLDS_MS) {
+      ready = checked.found.ready;
+      drawChecklist(checklist, checked.found, () => void check());
+      draw();
+      return;
+    }
     ready = null;
     fill(
       checklist,
@@ -206,13 +264,14 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
     const found = await complaints.hear(() => preflight(order()));
     if (found === null) return;
     ready = found.ready;
+    checked = { of: checkedOf(), found, at_ms: Date.now() };
     drawChecklist(checklist, found, () => void check());
     draw();
   };
   const look = async (): Promise<void> => {
+    if (plan !== null) plan = { ...plan, thrusts: parsedThrusts(thrusts.value), max_repeats: repeats.valueAsNumber };
     unsettled();
     if (plan === null) return;
-    plan = { ...plan, thrusts: parsedThrusts(thrusts.value), max_repeats: repeats.valueAsNumber };
     const found = await complaints.hear(() => previewPlan(order()));
     if (found === null)
       fill(
@@ -279,6 +338,7 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
     "form",
     { class: "panel stack", onsubmit: (event: Event) => void begin(event) },
     element("h2", {}, "Trial"),
+    none,
     element("label", { class: "field" }, "Vehicle", vehicle, about),
     planName,
     element("label", { class: "file" }, "Plan from a file", planFile),
@@ -310,6 +370,10 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
     if (answer === null) return;
     known = answer.vehicles;
     fill(vehicle, ...known.map((one) => element("option", { value: one.name }, one.name)));
+    const [, , wish] = location.hash.split("/");
+    const wished = known.find((one) => one.is_simulated === (wish === "rehearse"));
+    if (wish !== undefined && wished !== undefined) vehicle.value = wished.name;
+    none.hidden = wish !== "trial" || wished !== undefined;
     void changeVehicle();
   });
   fill(expectation, element("h2", {}, "What to expect"), element("p", {}, "No plan yet."));

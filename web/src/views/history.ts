@@ -8,7 +8,6 @@ import {
   compare,
   type Difference,
   download,
-  goOn,
 } from "../api/client.ts";
 import type { Live } from "../api/live.ts";
 import { pair } from "../charts/pair.ts";
@@ -18,8 +17,9 @@ import type { View } from "../shell.ts";
 import { onUnits, scale, shown, significant } from "../units.ts";
 import { causes, percent, QUANTITIES, sentence, signOf, toneOf, word } from "../words.ts";
 import { openLogView } from "./log.ts";
-import { figureCell, type Origin, paceAgain, runsTable } from "./runs.ts";
+import { figureCell, resume, runsTable } from "./runs.ts";
 import { explorer } from "./schedule.ts";
+import { commission } from "./start.ts";
 
 const STATES: Record<CampaignSummary["state"], string> = {
   running: "running",
@@ -27,6 +27,15 @@ const STATES: Record<CampaignSummary["state"], string> = {
   aborted: "aborted",
   interrupted: "interrupted",
 };
+
+/** Forms that controllers read. */
+const EXPORTS: readonly (readonly [name: string, format: string, extension: string])[] = [
+  ["ArduPilot, .param", "ardupilot", "param"],
+  ["PX4, .params", "px4", "params"],
+  ["ROS 2, YAML", "ros2", "yaml"],
+  ["JSON", "json", "json"],
+  ["C header", "c", "h"],
+];
 
 /** `#/history`, `#/history/campaign/3`, `#/history/compare/3/4`, `#/history/log`. */
 export function openHistory(_live: Live): View {
@@ -195,6 +204,7 @@ async function openCampaign(
       name,
     );
   const scheduled = explorer(id, complaints);
+  const isRehearsal = about.seed != null;
   const endedEarly = about.state === "interrupted" || about.state === "aborted";
   drops.push(scheduled.drop, runs.drop);
   fill(
@@ -230,9 +240,17 @@ async function openCampaign(
           file("Report, HTML", "report.html", `campaign-${id}.html`),
           file("Samples, CSV", "samples.csv", `campaign-${id}.csv`),
           file("Samples, MCAP", "samples.mcap", `campaign-${id}.mcap`),
-          about.seed == null
-            ? file("ArduPilot, .param", "gains.param", `campaign-${id}.param`)
-            : file("ArduPilot, .param of the rehearsal", "gains.param?rehearsal=true", `campaign-${id}.param`),
+        ),
+        element("h3", {}, isRehearsal ? "Gains of the rehearsal" : "Gains"),
+        isRehearsal
+          ? element("p", { class: "hint" }, "They are those of the simulated vehicle, not of yours.")
+          : commission(about.vehicle, id),
+        element(
+          "div",
+          { class: "row" },
+          ...EXPORTS.map(([name, format, extension]) =>
+            file(name, `gains/${format}${isRehearsal ? "?rehearsal=true" : ""}`, `campaign-${id}.${extension}`),
+          ),
         ),
         element("h3", {}, "About"),
         element(
@@ -242,29 +260,6 @@ async function openCampaign(
         ),
         element("details", {}, element("summary", {}, "Plan"), element("pre", {}, detail.plan)),
       ),
-    ),
-  );
-}
-
-/** What is left of a campaign that ended early. */
-function resume(origin: Origin, complaints: Complaints): HTMLElement {
-  const agreed = element("input", { type: "checkbox" });
-  const start = async (): Promise<void> => {
-    const { campaign } = origin;
-    const started = await complaints.hear(() =>
-      goOn({ campaign, realtime_factor: paceAgain(origin), agreed: agreed.checked }),
-    );
-    if (started !== null) location.hash = "#/live";
-  };
-  return element(
-    "div",
-    { class: "notice partly stack" },
-    element("p", {}, "It ended early. What is left of its plan can be done as a campaign of its own."),
-    element("label", { class: "choice" }, agreed, "A vehicle that is not simulated moves again"),
-    element(
-      "div",
-      { class: "row" },
-      element("button", { class: "main", type: "button", onclick: () => void start() }, "Go on at the next speed"),
     ),
   );
 }

@@ -7,6 +7,7 @@ import { type Column, type Span, Strip } from "../charts/strip.ts";
 import { Track } from "../charts/track.ts";
 import { element, fill, say } from "../element.ts";
 import type { View } from "../shell.ts";
+import { afterTrial, startPanel } from "./start.ts";
 import { clock, shown, significant, withInterval } from "../units.ts";
 import { explained, LIMITS, percent, planned, signOf, situation, STAGES, word } from "../words.ts";
 
@@ -30,14 +31,21 @@ export function openLive(live: Live): View {
     new Strip({
       title: "Heading",
       quantity: "angle",
-      leastSpan: 0.05,
+      leastSpan: 0.5,
+      isSteady: true,
       curves: [
         { name: "measured", ink: "a" },
         { name: "simulated", ink: "b", dash: "dashed" },
       ],
     }),
-    new Strip({ title: "Yaw rate", quantity: "angular_rate", leastSpan: 0.02, curves: [{ name: "", ink: "a" }] }),
-    new Strip({ title: "Rudder", quantity: "angle", leastSpan: 0.05, curves: [{ name: "", ink: "c" }] }),
+    new Strip({
+      title: "Yaw rate",
+      quantity: "angular_rate",
+      leastSpan: 0.2,
+      isSteady: true,
+      curves: [{ name: "", ink: "a" }],
+    }),
+    new Strip({ title: "Rudder", quantity: "angle", leastSpan: 0.5, isSteady: true, curves: [{ name: "", ink: "c" }] }),
   ] as const;
   const estimates = PARAMETERS.map(
     ([, title, unit]) =>
@@ -78,12 +86,17 @@ export function openLive(live: Live): View {
   const link = element("dl", { class: "facts" });
   const sure = element("p", { class: "hint" });
   const outcome = element("p", { class: "hint" });
+  const start = startPanel();
+  const after = afterTrial(live);
+  const numbers = numbersNow();
 
   const root = element(
     "div",
     {},
     notice,
-    element("section", { class: "panel", "aria-label": "Progress" }, speeds, stages.root),
+    start,
+    after.root,
+    element("section", { class: "panel", "aria-label": "Progress" }, speeds, stages.root, numbers.root),
     element(
       "div",
       { class: "panels spaced" },
@@ -137,8 +150,11 @@ export function openLive(live: Live): View {
     const said = situation(live);
     notice.className = `notice ${said.tone}`;
     fill(notice, element("p", { class: "loud" }, said.loud), ...said.details.map((text) => element("p", {}, text)));
+    start.hidden = trial !== null || live.connection !== "open";
+    after.draw();
     drawSpeeds(speeds, trial);
     stages.set(trial);
+    numbers.set(live);
 
     const spans: Span[] = live.stages.map(({ stage, from_s, to_s }) => ({ shade: stage, from_s, to_s }));
     motion[0].set(samples.time_s, [samples.heading_rad, samples.simulated_heading_rad], spans);
@@ -250,6 +266,34 @@ function drawSpeeds(list: HTMLElement, trial: TrialState | null): void {
     return item;
   });
   if (list.textContent !== items.map((item) => item.textContent).join("")) fill(list, ...items);
+}
+
+/** What the vehicle measures now, in figures that are read from afar. */
+function numbersNow(): { root: HTMLElement; set(live: Live): void } {
+  const names = ["Heading", "Rudder", "Yaw rate", "Speed", "Depth"] as const;
+  const values = names.map(() => element("dd", {}, "–"));
+  const root = element(
+    "dl",
+    { class: "numbers", "aria-label": "Now" },
+    ...names.map((name, at) => element("div", {}, element("dt", {}, name), values[at])),
+  );
+  return {
+    root,
+    set: ({ samples, trial }) => {
+      root.hidden = trial === null;
+      const heading = samples.heading_rad.at(-1);
+      const turn = 2 * Math.PI;
+      const compass = typeof heading === "number" ? ((heading % turn) + turn) % turn : null;
+      const texts = [
+        shown(compass, "angle"),
+        shown(samples.rudder_rad.at(-1), "angle", 2),
+        shown(samples.yaw_rate_rad_s.at(-1), "angular_rate", 2),
+        shown(samples.surge_speed_m_s.at(-1), "speed"),
+        shown(samples.depth_m.at(-1), "distance", 2),
+      ];
+      texts.forEach((text, at) => values[at] !== undefined && say(values[at], text));
+    },
+  };
 }
 
 function stageTimeline(): { root: HTMLElement; set(trial: TrialState | null): void } {

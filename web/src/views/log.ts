@@ -1,12 +1,13 @@
 //! A log that a person drops on the page, identified and drawn.
 
-import { identify, type IdentifiedLog, type VerdictOutcome } from "../api/client.ts";
+import { columnsOf, identify, type IdentifiedLog, keepText, type VerdictOutcome } from "../api/client.ts";
 import { recordStrips } from "../charts/record.ts";
 import type { Span, Strip } from "../charts/strip.ts";
 import { element, fill } from "../element.ts";
 import { Complaints } from "../notice.ts";
 import { shown, significant, withInterval } from "../units.ts";
 import { causes, explained, percent, signOf, toneOf, word } from "../words.ts";
+import { readingForm, windowsForm, type WindowsForm } from "./reading.ts";
 
 type Pair = readonly [number, number];
 
@@ -57,16 +58,18 @@ export function openLogView(): { root: HTMLElement; drop(): void } {
   const charts: Strip[] = [];
   let last: File | undefined;
   const how = readingForm(() => void open(last));
+  const windows = windowsForm(() => void open(last));
   const open = async (log: File | undefined): Promise<void> => {
     if (log === undefined) return;
+    if (log !== last) windows.clear();
     last = log;
     fill(place, element("p", {}, `Reading ${log.name} …`));
     for (const chart of charts.splice(0)) chart.drop();
-    const found = await complaints.hear(() => identify(log, how.reading()));
+    const found = await complaints.hear(() => identify(log, { ...how.reading(), ...windows.reading() }));
     how.root.open ||= found === null;
-    how.allow();
+    how.allow(await columnsOf(log).catch(() => []));
     if (found === null) fill(place);
-    else fill(place, ...drawLog(log.name, found, charts));
+    else fill(place, ...drawLog(log.name, found, charts, windows));
   };
   const button = element("input", { class: "unseen", type: "file", onchange: () => void open(button.files?.[0]) });
   const zone = element(
@@ -99,63 +102,7 @@ export function openLogView(): { root: HTMLElement; drop(): void } {
   };
 }
 
-/** Columns, topics or fields of messages that a log may need to be told. */
-const COLUMNS: readonly (readonly [name: string, label: string])[] = [
-  ["time", "Time"],
-  ["heading", "Heading"],
-  ["rudder", "Rudder"],
-  ["speed", "Forward speed"],
-  ["yaw_rate", "Yaw rate"],
-  ["thrust", "Thrust"],
-];
-
-/** How the log is to be read, where its names do not say it. */
-function readingForm(again: () => void): {
-  root: HTMLDetailsElement;
-  reading(): Record<string, string>;
-  allow(): void;
-} {
-  const field = (name: string, label: string, attributes: Record<string, string | number>, hint?: string) => {
-    const input = element("input", { name, ...attributes });
-    return element("label", { class: "field" }, label, input, hint ? element("span", { class: "hint" }, hint) : null);
-  };
-  const button = element("button", { type: "submit", disabled: true }, "Read the log again");
-  const form = element(
-    "form",
-    {
-      class: "stack",
-      onsubmit: (event: Event) => {
-        event.preventDefault();
-        again();
-      },
-    },
-    element(
-      "p",
-      { class: "hint" },
-      "What is left empty is found by its name. The refusal says which columns there are.",
-    ),
-    element(
-      "div",
-      { class: "fields" },
-      ...COLUMNS.map(([name, label]) => field(name, `${label} from column`, { maxlength: 200 })),
-      field("units", "Units", { maxlength: 200, placeholder: "heading=deg,rudder=pwm" }),
-      field("rudder_range_deg", "Rudder angle at full deflection, °", { type: "number", min: 0, max: 90, step: "any" }),
-      field("rudder_trim_us", "Pulse width of the neutral rudder, µs", { type: "number", min: 0, step: "any" }),
-      field("rudder_lag_s", "Time constant of the servo, s", { type: "number", min: 0, step: "any" }),
-    ),
-    element("div", { class: "row" }, button),
-  );
-  return {
-    root: element("details", { class: "panel" }, element("summary", {}, "Columns and units"), form),
-    reading: () => {
-      const given = [...new FormData(form)].map(([name, value]) => [name, String(value).trim()] as const);
-      return Object.fromEntries(given.filter(([, value]) => value !== ""));
-    },
-    allow: () => (button.disabled = false),
-  };
-}
-
-function drawLog(name: string, found: IdentifiedLog, charts: Strip[]): HTMLElement[] {
+function drawLog(name: string, found: IdentifiedLog, charts: Strip[], windows: WindowsForm): HTMLElement[] {
   const document = found.document as unknown as Document;
   const { series } = found;
   const { verdict, validation } = document;
@@ -168,11 +115,14 @@ function drawLog(name: string, found: IdentifiedLog, charts: Strip[]): HTMLEleme
     ["R² of heading", significant(explained(validation).r2 ?? NaN)],
     ["samples", `${document.source.samples_read} read as ${document.source.format}`],
   ];
+  const { training } = document;
   const spans: Span[] = [];
-  if (document.training) spans.push({ ...document.training, shade: "train" });
+  if (training) spans.push({ ...training, shade: "train" });
   if (validation?.window) spans.push({ ...validation.window, shade: "validate" });
+  windows.propose(training, validation?.window ?? null);
+  const isUsable = verdict.outcome !== "do_not_use";
   const isShare = document.source.rudder_unit !== undefined && document.source.rudder_unit !== "rad";
-  const strips = recordStrips(series, spans, isShare);
+  const strips = recordStrips(series, spans, isShare, windows.drag);
   charts.push(...strips);
   return [
     element(
@@ -189,16 +139,40 @@ function drawLog(name: string, found: IdentifiedLog, charts: Strip[]): HTMLEleme
         "section",
         { class: "panel stack" },
         element("h2", {}, "Model"),
+        isUsable ? null : element("p", {}, "A model that is not to be used has no numbers here."),
         element(
           "dl",
           { class: "facts" },
-          ...facts.flatMap(([term, value]) => [element("dt", {}, term), element("dd", {}, value)]),
+          ...(isUsable ? facts : facts.slice(-1)).flatMap(([term, value]) => [
+            element("dt", {}, term),
+            element("dd", {}, value),
+          ]),
         ),
         speedsTable(document),
+        isUsable && keepModel(name, found),
       ),
-      element("section", { class: "panel stack" }, element("h2", {}, "Record"), ...strips.map((strip) => strip.figure)),
+      element(
+        "section",
+        { class: "panel stack" },
+        element("h2", {}, "Record"),
+        ...strips.map((strip) => strip.figure),
+        windows.root,
+      ),
     ),
   ];
+}
+
+/** The model as a file, and what makes gains of it. */
+function keepModel(name: string, found: IdentifiedLog): HTMLElement {
+  const file = `${name.replace(/\.\w+$/, "")}.model.json`;
+  const keep = (): void => keepText(`${JSON.stringify(found.document, null, 2)}\n`, file);
+  return element(
+    "div",
+    { class: "stack" },
+    element("div", { class: "row" }, element("button", { type: "button", onclick: keep }, "Model, JSON")),
+    element("p", { class: "hint" }, "Gains and limits of it, in a terminal:"),
+    element("pre", { tabindex: 0 }, `seatrial gains --model ${file}`),
+  );
 }
 
 function speedsTable(document: Document): HTMLElement | null {
@@ -217,8 +191,8 @@ function speedsTable(document: Document): HTMLElement | null {
           ? shown(one.surge_speed_m_s, "speed")
           : `${percent(one.thrust)}, ${shown(one.surge_speed_m_s, "speed")}`,
       ),
-      element("td", {}, significant(model?.a22_per_s ?? NaN)),
-      element("td", {}, significant(model?.b2_per_s2 ?? NaN)),
+      element("td", {}, significant((outcome === "do_not_use" ? null : model?.a22_per_s) ?? NaN)),
+      element("td", {}, significant((outcome === "do_not_use" ? null : model?.b2_per_s2) ?? NaN)),
       element("td", { class: toneOf(outcome) }, `${signOf(outcome)} ${word(outcome)}`),
     );
   });

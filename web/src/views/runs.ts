@@ -1,23 +1,20 @@
 //! Runs of a campaign, with the operator's word on each.
 
-import { type Figure, repeatSpeed, reviewRun, type RunSummary, seriesOf } from "../api/client.ts";
+import { type Figure, goOn, repeatSpeed, reviewRun, type RunSummary, seriesOf } from "../api/client.ts";
 import { recordStrips } from "../charts/record.ts";
 import type { Strip } from "../charts/strip.ts";
 import { element, fill } from "../element.ts";
 import { Complaints } from "../notice.ts";
-import { shown, significant } from "../units.ts";
+import { bounded, shown, significant } from "../units.ts";
 import { explained, percent, reviewed, signOf, toneOf, verdict, word } from "../words.ts";
 
 /** A value over its interval. */
 export function figureCell(figure: Figure | null | undefined, factor = 1): HTMLElement {
   const [low, high] = figure?.interval_95 ?? [];
-  const isKnown = low !== undefined && high !== undefined;
-  return element(
-    "td",
-    {},
-    figure ? significant(figure.value * factor) : "–",
-    isKnown && element("span", { class: "interval" }, `[${significant(low * factor)}, ${significant(high * factor)}]`),
-  );
+  if (!figure || low === undefined || high === undefined)
+    return element("td", {}, figure ? significant(figure.value * factor) : "–");
+  const [value, from, to] = bounded(figure.value * factor, low * factor, high * factor);
+  return element("td", {}, value, element("span", { class: "interval" }, `[${from}, ${to}]`));
 }
 
 function r2Cell(run: RunSummary): HTMLElement {
@@ -39,6 +36,29 @@ export interface Origin {
 
 /** The pace of another trial on the same vehicle: a real one has its own. */
 export const paceAgain = ({ seed }: Origin): number | null => (typeof seed === "number" ? 1 : null);
+
+/** What is left of a campaign that ended early. */
+export function resume(origin: Origin, complaints: Complaints): HTMLElement {
+  const agreed = element("input", { type: "checkbox" });
+  const start = async (): Promise<void> => {
+    const { campaign } = origin;
+    const started = await complaints.hear(() =>
+      goOn({ campaign, realtime_factor: paceAgain(origin), agreed: agreed.checked }),
+    );
+    if (started !== null) location.hash = "#/live";
+  };
+  return element(
+    "div",
+    { class: "notice partly stack" },
+    element("p", {}, "It ended early. What is left of its plan can be done as a campaign of its own."),
+    element("label", { class: "choice" }, agreed, "A vehicle that is not simulated moves again"),
+    element(
+      "div",
+      { class: "row" },
+      element("button", { class: "main", type: "button", onclick: () => void start() }, "Go on at the next speed"),
+    ),
+  );
+}
 
 /** The runs as a table; `changed` is called after a review or a repeat. */
 export function runsTable(

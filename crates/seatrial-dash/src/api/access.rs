@@ -29,6 +29,8 @@ pub struct Control {
     pub holder: Option<String>,
     /// Since when, UTC.
     pub since: Option<String>,
+    /// Time since its holder was last heard, s; after 60 s control lapses.
+    pub silent_for_s: Option<f64>,
     /// Is it you, by the lease of your request?
     pub is_you: bool,
 }

@@ -49,6 +49,21 @@ pub struct LogReading {
     pub rudder_lag_s: Option<f64>,
     /// Leave rows out that have text, no number or a time that goes back, instead of refusing the log.
     pub drop_invalid: Option<bool>,
+    /// Start of the training window, the log's own seconds; without windows the manoeuvres are found.
+    pub from_s: Option<f64>,
+    /// End of the training window, s.
+    pub to_s: Option<f64>,
+    /// Start of the validation window, s.
+    pub validate_from_s: Option<f64>,
+    /// End of the validation window, s.
+    pub validate_to_s: Option<f64>,
+}
+
+/// The names of a log's columns.
+#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+pub struct LogColumns {
+    /// In the order of the log.
+    pub columns: Vec<String>,
 }
 
 impl LogReading {

@@ -67,6 +67,7 @@ impl Picture {
             control: Control {
                 holder: None,
                 since: None,
+                silent_for_s: None,
                 is_you: false,
             },
             trial: None,

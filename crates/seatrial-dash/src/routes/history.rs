@@ -17,6 +17,7 @@ use crate::api::{
     CampaignDetail, CampaignSummary, Comparison, ErrorBody, LogSeries, ReviewOrder, RunSummary,
     Schedule,
 };
+use crate::gains::{GainsFormat, gains_file};
 use crate::history::{self, Format};
 use crate::refusal::Refusal;
 use crate::series::series_of;
@@ -242,8 +243,22 @@ pub struct Autopilot {
     responses((status = 200, description = "As `gains --export ardupilot` writes it", body = String, content_type = "text/plain"),
         (status = "4XX", description = "Refused", body = ErrorBody)))]
 pub async fn param(
-    State(shared): State<Arc<Shared>>,
+    shared: State<Arc<Shared>>,
     At(id): At<i64>,
+    asked: Asked<Autopilot>,
+) -> Result<Response, Refusal> {
+    gains(shared, At((id, GainsFormat::Ardupilot)), asked).await
+}
+
+/// Gains and limits of a campaign in a form that a controller reads.
+#[utoipa::path(get, path = "/api/v1/campaigns/{id}/gains/{format}", tag = "downloads",
+    params(("id" = i64, Path, description = "Number of the campaign"),
+        ("format" = inline(GainsFormat), Path, description = "For which controller"), Autopilot),
+    responses((status = 200, description = "As `gains --export` writes it", body = String, content_type = "text/plain"),
+        (status = "4XX", description = "Refused", body = ErrorBody)))]
+pub async fn gains(
+    State(shared): State<Arc<Shared>>,
+    At((id, format)): At<(i64, GainsFormat)>,
     Asked(asked): Asked<Autopilot>,
 ) -> Result<Response, Refusal> {
     let vehicle = match asked.vehicle_type {
@@ -252,11 +267,11 @@ pub async fn param(
     };
     let rehearsal = asked.rehearsal.unwrap_or(false);
     let file = blocking(shared, move |shared| {
-        history::param_file(&shared.reader()?, id, vehicle, rehearsal)
+        gains_file(&shared.reader()?, id, format, vehicle, rehearsal)
     });
     Ok(download(
         "text/plain; charset=utf-8",
-        &format!("campaign-{id}.param"),
+        &format!("campaign-{id}.{}", format.extension()),
         file.await?,
     ))
 }

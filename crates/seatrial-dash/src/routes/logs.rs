@@ -8,8 +8,8 @@ use axum::response::{IntoResponse, Response};
 
 use super::asked::{Asked, Upload};
 use super::blocking;
-use crate::api::{ErrorBody, IdentifiedLog, InspectedLog, LogReading};
-use crate::logs::{identified, inspected};
+use crate::api::{ErrorBody, IdentifiedLog, InspectedLog, LogColumns, LogReading};
+use crate::logs::{self, identified, inspected};
 use crate::refusal::Refusal;
 use crate::shared::Shared;
 
@@ -37,5 +37,19 @@ pub async fn inspect(
     Upload(log): Upload,
 ) -> Result<Response, Refusal> {
     let answer = move |_: &Arc<Shared>| Ok(Json(inspected(log.path(), reading)?).into_response());
+    blocking(shared, answer).await
+}
+
+/// The names of a log's columns, of which `rudder`, `heading` and others choose. The log is not kept.
+#[utoipa::path(post, path = "/api/v1/logs/columns", tag = "logs", params(LogReading),
+    request_body(content = Vec<u8>, content_type = "application/octet-stream", description = "The log, of any format that seatrial reads"),
+    responses((status = 200, body = LogColumns), (status = "4XX", description = "Refused", body = ErrorBody)))]
+pub async fn columns(
+    State(shared): State<Arc<Shared>>,
+    Asked(reading): Asked<LogReading>,
+    Upload(log): Upload,
+) -> Result<Response, Refusal> {
+    let answer =
+        move |_: &Arc<Shared>| Ok(Json(logs::columns(log.path(), &reading)?).into_response());
     blocking(shared, answer).await
 }

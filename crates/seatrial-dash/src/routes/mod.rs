@@ -68,9 +68,11 @@ and send its lease in the header `seatrial-lease`; aborting a trial needs none."
         history::csv,
         history::mcap,
         history::param,
+        history::gains,
         history::compare,
         logs::identify,
         logs::inspect,
+        logs::columns,
     ),
     components(schemas(api::Hello, api::LiveMessage))
 )]
@@ -89,6 +91,7 @@ pub fn router(shared: Arc<Shared>, upload_limit: usize) -> Router {
     let logs = Router::new()
         .route("/logs/identify", post(logs::identify))
         .route("/logs/inspect", post(logs::inspect))
+        .route("/logs/columns", post(logs::columns))
         .layer(DefaultBodyLimit::max(upload_limit));
     let api = Router::new()
         .route("/status", get(control::status))
@@ -113,6 +116,7 @@ pub fn router(shared: Arc<Shared>, upload_limit: usize) -> Router {
         .route("/campaigns/{id}/samples.csv", get(history::csv))
         .route("/campaigns/{id}/samples.mcap", get(history::mcap))
         .route("/campaigns/{id}/gains.param", get(history::param))
+        .route("/campaigns/{id}/gains/{format}", get(history::gains))
         .route("/compare", get(history::compare))
         .layer(DefaultBodyLimit::max(COMMAND_LIMIT));
     Router::new()

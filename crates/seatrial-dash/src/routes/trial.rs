@@ -78,8 +78,9 @@ async fn begun<Order: Clone + Serialize + Send + 'static>(
     wanted: fn(&Shared, Order) -> Result<Wanted, Refusal>,
 ) -> Result<(StatusCode, Json<TrialState>), Refusal> {
     let started = blocking(shared, move |shared| {
-        shared.command(&caller, command, &order, |_| {
-            trials::start(shared, wanted(shared, order.clone())?)
+        shared.command(&caller, command, &order, |operator| {
+            let wanted = wanted(shared, order.clone())?;
+            trials::start(shared, wanted.by(operator))
         })
     });
     Ok((StatusCode::CREATED, Json(started.await?)))
