@@ -4,26 +4,24 @@ use std::io::{IsTerminal, Stderr, Write, stderr};
 use std::time::{Duration, Instant};
 
 use ratatui::backend::CrosstermBackend;
-use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::{Color, Modifier, Style, Stylize};
-use ratatui::text::{Line, Span};
-use ratatui::widgets::{Gauge, Paragraph};
-use ratatui::{Frame, Terminal, TerminalOptions, Viewport};
+use ratatui::style::Style;
+use ratatui::{Terminal, TerminalOptions, Viewport};
 use seatrial::plain_text::plain;
 use seatrial_core::Stage;
 
-/// Rows of the live view.
-const ROWS: u16 = 9;
+use drawing::render;
+
+mod drawing;
+
+/// Rows above the live view, where the lines that stay are seen.
+const ROWS_ABOVE: u16 = 2;
+/// Fewest rows of the live view.
+const FEWEST_ROWS: u16 = 9;
+/// Rows of the live view on a terminal that does not tell its size.
+const USUAL_ROWS: u16 = 22;
 
 /// Time between two drawings.
 const REDRAW: Duration = Duration::from_millis(100);
-
-/// The names of the stages, in order.
-const STAGES: [(Stage, &str); 3] = [
-    (Stage::Settle, "settle"),
-    (Stage::Train, "train"),
-    (Stage::Validate, "validate"),
-];
 
 /// Everything that the live view shows at one instant.
 #[derive(Clone, Debug)]
@@ -36,6 +34,10 @@ pub struct Picture {
     pub elapsed_s: f64,
     /// Time until the stage ends at the latest, s.
     pub remaining_s: f64,
+    /// Time until the trial ends without repeats, s.
+    pub left_s: f64,
+    /// Heading, rudder, speed and depth.
+    pub strips: Vec<Strip>,
     /// a22, b2 and C0.
     pub parameters: [Parameter; 3],
     /// Step norm of the parameters (39).
@@ -61,6 +63,21 @@ pub struct Parameter {
     pub unit: &'static str,
 }
 
+/// A measurement over the last samples.
+#[derive(Clone, Debug)]
+pub struct Strip {
+    /// What it is.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Digits after the point.
+    pub decimals: usize,
+    /// The vertical axis covers at least this much, so that noise does not look like motion.
+    pub least_span: f64,
+    /// Times in s and values, oldest first.
+    pub points: Vec<(f64, f64)>,
+}
+
 /// A place for the picture of the moment and for lines that stay.
 pub enum Live {
     /// Redrawn in place.
@@ -80,8 +97,10 @@ impl Live {
     /// The live view where standard error is a terminal, otherwise the log.
     pub fn start() -> Self {
         let wanted = stderr().is_terminal() && std::env::var_os("TERM").is_none_or(|t| t != "dumb");
+        let rows = ratatui::crossterm::terminal::size()
+            .map_or(USUAL_ROWS, |(_, rows)| rows.saturating_sub(ROWS_ABOVE));
         let options = TerminalOptions {
-            viewport: Viewport::Inline(ROWS),
+            viewport: Viewport::Inline(rows.max(FEWEST_ROWS)),
         };
         match wanted.then(|| Terminal::with_options(CrosstermBackend::new(stderr()), options)) {
             Some(Ok(terminal)) => Self::Terminal {
@@ -141,87 +160,4 @@ impl Live {
             let _ = terminal.show_cursor();
         }
     }
-}
-
-fn render(frame: &mut Frame, picture: &Picture, colour: bool) {
-    let rows: [Rect; 7] = Layout::vertical([
-        Constraint::Length(1),
-        Constraint::Length(1),
-        Constraint::Length(1),
-        Constraint::Length(3),
-        Constraint::Length(1),
-        Constraint::Length(1),
-        Constraint::Length(1),
-    ])
-    .areas(frame.area());
-    let tint = |name: Color| if colour { name } else { Color::Reset };
-
-    frame.render_widget(Line::from(picture.title.clone()).bold(), rows[0]);
-    frame.render_widget(stage_line(picture), rows[1]);
-    let duration_s = picture.elapsed_s + picture.remaining_s;
-    frame.render_widget(
-        Gauge::default()
-            .ratio((picture.elapsed_s / duration_s.max(1e-9)).clamp(0.0, 1.0))
-            .label(format!("{:.0} s left", picture.remaining_s))
-            .gauge_style(Style::new().fg(tint(Color::Cyan))),
-        rows[2],
-    );
-    let parameters: Vec<Line> = picture.parameters.iter().map(parameter_line).collect();
-    frame.render_widget(Paragraph::new(parameters), rows[3]);
-    frame.render_widget(Line::from(convergence_text(picture)), rows[4]);
-    frame.render_widget(envelope_line(picture, &tint), rows[5]);
-    frame.render_widget(
-        Line::from("Ctrl-C aborts and hands the vehicle back").dim(),
-        rows[6],
-    );
-}
-
-fn stage_line(picture: &Picture) -> Line<'static> {
-    let mut spans = Vec::new();
-    for (stage, name) in STAGES {
-        let style = if picture.stage == Some(stage) {
-            Style::new().add_modifier(Modifier::BOLD | Modifier::REVERSED)
-        } else {
-            Style::new().add_modifier(Modifier::DIM)
-        };
-        spans.push(Span::styled(format!(" {name} "), style));
-        spans.push(Span::raw(" "));
-    }
-    Line::from(spans)
-}
-
-fn parameter_line(parameter: &Parameter) -> Line<'static> {
-    let interval = parameter.interval.map_or_else(String::new, |[low, high]| {
-        format!("   95 %: {low:.4} to {high:.4}")
-    });
-    Line::from(format!(
-        "{:>4} {:>9.4} {:<8}{interval}",
-        parameter.name, parameter.value, parameter.unit
-    ))
-}
-
-fn convergence_text(picture: &Picture) -> String {
-    match picture.converged_s {
-        Some(converged_s) => format!("converged {converged_s:.1} s into training"),
-        None => format!(
-            "step norm {:.1e}, converged under {:.0e}",
-            picture.step_norm, picture.threshold
-        ),
-    }
-}
-
-fn envelope_line(picture: &Picture, tint: &impl Fn(Color) -> Color) -> Line<'static> {
-    let mut spans = vec![Span::raw("envelope used:")];
-    for (name, used) in &picture.envelope {
-        let style = match used {
-            used if *used >= 0.8 => Style::new().fg(tint(Color::Red)).bold(),
-            used if *used >= 0.5 => Style::new().fg(tint(Color::Yellow)),
-            _ => Style::new(),
-        };
-        spans.push(Span::styled(
-            format!("  {name} {:.0} %", 100.0 * used),
-            style,
-        ));
-    }
-    Line::from(spans)
 }
