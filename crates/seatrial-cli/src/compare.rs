@@ -12,8 +12,9 @@ use seatrial_app::identify_log::{Logs, SpeedModel, foremost, identify_speeds, no
 use serde::Serialize;
 
 use crate::log::{LogArgs, Reporter};
-use crate::model_text::source_text;
+use crate::model_text::{source_text, span_text};
 use crate::output::{Exit, Failure, Output};
+use crate::screen::{width, wrapped};
 use crate::table::Table;
 use crate::windows::WindowArgs;
 
@@ -117,7 +118,7 @@ impl<'a> Chosen<'a> {
             None => on_this_log(
                 training,
                 training,
-                "NOT FRESH: nothing is left of the log, so the models are judged by the data that they were made from",
+                "NOT HELD OUT: nothing is left of the log, so the models are judged by the data that they were made from",
             ),
         })
     }
@@ -144,11 +145,11 @@ fn page(logs: &Logs, document: &Document) -> String {
         text += &source_text("Validated on", other);
     }
     let validation = comparison.methods.iter().find_map(|m| m.validation);
-    let _ = writeln!(text, "Training    {}", comparison.training);
+    let _ = writeln!(text, "Training    {}", span_text(comparison.training));
     let _ = writeln!(
         text,
         "Validation  {} ({})",
-        validation.map_or_else(String::new, |v| v.window.to_string()),
+        validation.map_or_else(String::new, |v| span_text(v.window)),
         document.windows_because
     );
     let _ = writeln!(
@@ -157,7 +158,7 @@ fn page(logs: &Logs, document: &Document) -> String {
         three_figures(comparison.lambda_rad_s),
         comparison.lambda_because
     );
-    let _ = writeln!(text, "{table}");
+    let _ = writeln!(text, "{}", table.fitted(width(), &["iterations", "time"]));
     for method in &comparison.methods {
         if let Some(failure) = &method.failure {
             let _ = writeln!(text, "{}: {failure}", method.method.words());
@@ -175,7 +176,7 @@ fn page(logs: &Logs, document: &Document) -> String {
         percent(comparison.disagreement.a22),
         percent(comparison.disagreement.b2)
     );
-    text
+    wrapped(&text, width())
 }
 
 fn row(method: &MethodResult) -> Vec<String> {

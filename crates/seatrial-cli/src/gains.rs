@@ -12,6 +12,7 @@ use seatrial_core::schedule::{Beyond, ScheduleKey};
 
 use crate::model_source::{SourceArgs, trial_line, warn};
 use crate::output::{Exit, Failure, Output};
+use crate::screen::{width, wrapped};
 use crate::table::{Table, estimate_text};
 
 /// Heading controller gains from a model or a schedule, with margins.
@@ -87,7 +88,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         export::write(format, args, &models, output)?;
     }
     if args.export.is_none() || args.out.is_some() {
-        output.print(&document, || text(&document))?;
+        output.print(&document, || text(&document, width()))?;
     }
     Ok(if document.is_refused() || !models.rejected.is_empty() {
         Exit::Rejected
@@ -112,7 +113,22 @@ impl Args {
     }
 }
 
-fn text(document: &HeadingGains) -> String {
+/// Columns that a narrow screen does without, first those that fewest people miss.
+const DISPENSABLE: [&str; 11] = [
+    "(57)",
+    "frequency",
+    "damping",
+    "delay margin",
+    "Nomoto K",
+    "Nomoto T",
+    "gain margin",
+    "overshoot",
+    "b2",
+    "a22",
+    "phase margin",
+];
+
+fn text(document: &HeadingGains, width: usize) -> String {
     let (rudder_scale, rudder) = document.rudder_unit.for_people();
     let per_angle = match document.rudder_unit {
         RudderUnit::Rad => "rad/rad",
@@ -162,9 +178,9 @@ fn text(document: &HeadingGains) -> String {
     if let Some(at) = &document.at {
         notes.push(at_text(at, document.rudder_unit));
     }
-    format!(
+    let text = format!(
         "Heading gains of {}, damping ratio {:.4}, rudder limit {:.1} {rudder}\n{}\
-         K_p and margins with {:.3} s delay, {}\n\n{table}\n{}",
+         K_p and margins with {:.3} s delay, {}\n\n{}\n{}",
         document.source,
         document.damping_ratio,
         document.rudder_limit_rad * rudder_scale,
@@ -177,8 +193,10 @@ fn text(document: &HeadingGains) -> String {
                 "sampled every {} s",
                 three_figures(h)
             )),
+        table.fitted(width, &DISPENSABLE),
         notes.join("\n")
-    )
+    );
+    wrapped(&text, width)
 }
 
 fn estimate(estimate: &Option<Estimate>, decimals: usize, scale: f64) -> String {

@@ -104,7 +104,8 @@ pub fn r2_sentence(validation: &Validation) -> String {
     )
 }
 
-fn span_text(window: Window) -> String {
+/// A window in seconds, to two decimals.
+pub fn span_text(window: Window) -> String {
     format!("{:.2} s to {:.2} s", window.from_s, window.to_s)
 }
 

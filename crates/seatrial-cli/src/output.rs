@@ -10,6 +10,8 @@ use seatrial::plain_text::plain;
 use seatrial_app::trial_run::{NotBegun, VehicleError};
 use serde::Serialize;
 
+use crate::screen::{width_of_stderr, wrapped};
+
 /// Exit codes of every verb. 2 (usage) is clap's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
@@ -152,8 +154,12 @@ impl fmt::Display for Failure {
 
 /// Says something on standard error. One that cannot be written to, as on a full disk, is no reason to stop.
 pub fn say(message: impl fmt::Display) {
-    let message = message.to_string();
-    let _ = writeln!(std::io::stderr(), "seatrial: {}", plain(&message));
+    let message = format!("seatrial: {}", plain(&message.to_string()));
+    let shown = match width_of_stderr() {
+        Some(width) => wrapped(&message, width),
+        None => message + "\n",
+    };
+    let _ = write!(std::io::stderr(), "{shown}");
 }
 
 /// JSON escapes the lower control characters itself; a terminal obeys some of the upper ones, too.

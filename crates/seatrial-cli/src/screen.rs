@@ -16,6 +16,15 @@ pub fn width() -> usize {
     }
 }
 
+/// Columns of the terminal that standard error is; `None` where it is none.
+pub fn width_of_stderr() -> Option<usize> {
+    if !std::io::stderr().is_terminal() {
+        return None;
+    }
+    let (columns, _) = ratatui::crossterm::terminal::size().ok()?;
+    (columns > 0).then(|| usize::from(columns).max(PLAIN_WIDTH / 2))
+}
+
 /// A text with a capital letter at its start and a full stop at its end.
 pub fn sentence(text: &str) -> String {
     let mut letters = text.trim_end_matches('.').chars();
@@ -26,6 +35,17 @@ pub fn sentence(text: &str) -> String {
 /// Lines that begin with a label, or with as many spaces, and hold no more columns than the screen has.
 pub fn labelled(label: &str, text: &str, width: usize) -> String {
     broken(label, text, width, "")
+}
+
+/// A text whose lines that hold more columns than the screen has go on in the next line.
+pub fn wrapped(text: &str, width: usize) -> String {
+    let is_long = |line: &str| line.chars().count() > width;
+    text.lines()
+        .map(|line| match is_long(line) {
+            true => labelled("", line, width),
+            false => format!("{line}\n"),
+        })
+        .collect()
 }
 
 /// A command under a label. The shell goes on over the ends of its lines.

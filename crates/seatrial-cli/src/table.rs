@@ -5,6 +5,8 @@ use std::fmt;
 use seatrial::figures::{bounds_text, with_decimals, within};
 use seatrial_app::models::Estimate;
 
+use crate::screen::labelled;
+
 /// Rows of cells under a heading; every column is flush right.
 pub struct Table {
     rows: Vec<Vec<String>>,
@@ -23,6 +25,34 @@ impl Table {
     pub fn width(&self) -> usize {
         let line = |line: &str| line.chars().count();
         self.to_string().lines().map(line).max().unwrap_or(0)
+    }
+
+    /// The table as text that fits a screen: columns of these names are left out, in this order, until it does. A line
+    /// below says so.
+    pub fn fitted(mut self, width: usize, dispensable: &[&str]) -> String {
+        let mut left_out = Vec::new();
+        for name in dispensable {
+            if self.width() <= width {
+                break;
+            }
+            while let Some(at) = self.rows[0].iter().position(|heading| heading == name) {
+                self.rows.iter_mut().for_each(|row| {
+                    row.remove(at);
+                });
+                left_out.push(*name);
+            }
+        }
+        left_out.dedup();
+        match left_out.is_empty() {
+            true => self.to_string(),
+            false => {
+                let note = format!(
+                    "On a wider screen, or with --json: {}.",
+                    left_out.join(", ")
+                );
+                format!("{self}{}", labelled("", &note, width))
+            }
+        }
     }
 
     /// Adds a row.
@@ -74,7 +104,23 @@ pub fn estimate_text(estimate: &Estimate, least_decimals: usize, scale: f64) -> 
 
 #[cfg(test)]
 mod tests {
-    use super::decimals;
+    use super::{Table, decimals};
+
+    #[test]
+    fn exact_a_table_leaves_out_what_does_not_fit() {
+        let table = || {
+            let mut table = Table::new(&[("speed", "m/s"), ("T", "s"), ("K", "1/s")]);
+            table.row(vec!["1.07".into(), "0.9".into(), "1.0".into()]);
+            table
+        };
+        assert_eq!(table().fitted(80, &["T"]), table().to_string());
+        let narrow = table().fitted(12, &["T", "K"]);
+        assert!(narrow.starts_with("speed    K\n"), "{narrow}");
+        assert!(
+            narrow.ends_with("On a wider\nscreen, or\nwith --json:\nT.\n"),
+            "{narrow}"
+        );
+    }
 
     #[test]
     fn exact_small_values_keep_three_figures() {

@@ -7,6 +7,7 @@ use seatrial_core::authority::AuthorityForm;
 
 use crate::model_source::{SourceArgs, trial_line, warn};
 use crate::output::{Exit, Failure, Output};
+use crate::screen::{width, wrapped};
 use crate::table::{Table, estimate_text};
 
 /// Turning limits from a model or a schedule, to either side.
@@ -66,7 +67,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         args.up_to_speed,
         args.measured_u_turn,
     )?;
-    output.print(&document, || text(&document))?;
+    output.print(&document, || text(&document, width()))?;
     Ok(if document.is_refused() || !models.rejected.is_empty() {
         Exit::Rejected
     } else {
@@ -74,7 +75,20 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     })
 }
 
-fn text(document: &TurningLimits) -> String {
+/// Columns that a narrow screen does without, first those that fewest people miss.
+const DISPENSABLE: [&str; 9] = [
+    "change",
+    "circle",
+    "Nomoto K",
+    "Nomoto T",
+    "b2",
+    "a22",
+    "mean radius",
+    "yaw rate",
+    "rudder",
+];
+
+fn text(document: &TurningLimits, width: usize) -> String {
     let (rudder_scale, rudder) = document.rudder_unit.for_people();
     let mut table = Table::new(&[
         ("thrust", "%"),
@@ -103,14 +117,16 @@ fn text(document: &TurningLimits) -> String {
         }
     }
     notes.extend(document.over_speed.iter().map(over_speed_text));
-    format!(
-        "Turning limits of {}, rudder limit {:.1} {rudder}, heading change {:.0} deg\n{}\n{table}\n{}",
+    let text = format!(
+        "Turning limits of {}, rudder limit {:.1} {rudder}, heading change {:.0} deg\n{}\n{}\n{}",
         document.source,
         document.rudder_limit_rad * rudder_scale,
         document.heading_change_rad.to_degrees(),
         trial_line(document.trial.as_deref()),
+        table.fitted(width, &DISPENSABLE),
         notes.join("\n")
-    )
+    );
+    wrapped(&text, width)
 }
 
 /// Limits of a model to one side.

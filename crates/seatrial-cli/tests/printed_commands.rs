@@ -55,14 +55,29 @@ fn commands(block: &str) -> Vec<String> {
         .collect()
 }
 
-/// Commands in the running text, between backticks on one line, that name a file or an option.
+/// Commands in the running text, between backticks, without a place for a name of one's own.
 fn quoted(page: &str) -> Vec<String> {
-    let flat = page.replace("\n", " ");
+    let flat = page.replace('\n', " ");
     let quoted = flat.split('`').skip(1).step_by(2);
-    quoted
-        .filter(|part| part.starts_with("seatrial ") && part.contains(" --scenario "))
-        .map(str::to_owned)
+    let commands = quoted.filter(|part| part.starts_with("seatrial "));
+    let is_open = |part: &&str| {
+        let mut words = part.split_whitespace();
+        part.contains("...")
+            || words.any(|word| {
+                word.len() > 1 && word.chars().all(|c| c.is_ascii_uppercase() || c == '_')
+            })
+    };
+    commands
+        .filter(|part| !is_open(part))
+        .map(|part| part.split_whitespace().collect::<Vec<_>>().join(" "))
         .collect()
+}
+
+/// Names a command in the running text a file or a number? Only then it is whole.
+fn is_whole(command: &str) -> bool {
+    let named = command.split_whitespace().skip(2);
+    let mut named = named.filter(|word| !word.starts_with("--"));
+    named.any(|word| word.contains('.') || word.bytes().all(|b| b.is_ascii_digit()))
 }
 
 fn run(command: &str, folder: &Path, extra: &[&str]) -> Output {
@@ -95,11 +110,12 @@ fn cli_every_printed_command_runs() {
     for page in pages() {
         let printed = std::fs::read_to_string(&page).expect("a page");
         let whole: Vec<Vec<String>> = blocks(&printed).iter().map(|b| commands(b)).collect();
-        let single = quoted(&printed).into_iter().map(|command| vec![command]);
-        for block in whole.into_iter().chain(single) {
+        let single = quoted(&printed).into_iter();
+        let single = single.map(|command| (vec![command.clone()], is_whole(&command)));
+        for (block, is_whole) in whole.into_iter().map(|block| (block, true)).chain(single) {
             let folder = folder();
             for command in block {
-                let is_run = !NOT_RUN.iter().any(|part| command.contains(part));
+                let is_run = is_whole && !NOT_RUN.iter().any(|part| command.contains(part));
                 let extra: &[&str] = if is_run { &[] } else { &["--help"] };
                 let output = run(&command, folder.path(), extra);
                 let code = output.status.code().unwrap_or(-1);
@@ -150,6 +166,11 @@ fn cli_completions_name_every_verb_of_this_binary() {
         for verb in ["trial", "identify", "doctor", "validate-on"] {
             assert!(script.contains(verb), "{shell}: {verb}");
         }
+    }
+    let pages = run("seatrial completions --man pages", folder.path(), &[]);
+    assert_eq!(pages.status.code(), Some(0), "{}", text(&pages.stderr));
+    for page in ["seatrial.1", "seatrial-identify.1", "seatrial-sim-log.1"] {
+        assert!(folder.path().join("pages").join(page).exists(), "{page}");
     }
     let version = run("seatrial --version", folder.path(), &[]);
     assert!(text(&version.stdout).starts_with("seatrial "));

@@ -7,6 +7,7 @@ use seatrial::verdict::{WIDEST_A22, WIDEST_B2};
 use seatrial_core::{Excitation, Outcome, Plan};
 
 use super::{Document, OriginAndPreview, RecommendationsFor, too_little};
+use crate::screen::{width, wrapped};
 use crate::table::Table;
 
 pub(super) fn text(document: &Document) -> String {
@@ -17,7 +18,7 @@ pub(super) fn text(document: &Document) -> String {
     if let Some(recommendation) = &document.recommendation {
         let _ = write!(text, "\n{}", recommendation_text(recommendation));
     }
-    text
+    wrapped(&text, width())
 }
 
 fn preview_text(
@@ -53,7 +54,7 @@ fn preview_text(
     let _ = writeln!(
         text,
         "\n{}\nHalf widths of the 95 % intervals to expect at best; K_p for a damping ratio of 0.7071, the radius of the steady circle under the full rudder.",
-        speeds_table(preview)
+        speeds_table(preview).fitted(width(), &DISPENSABLE)
     );
     let too_little = too_little(preview);
     if !too_little.is_empty() {
@@ -67,6 +68,17 @@ fn preview_text(
     }
     text
 }
+
+/// Columns that a narrow screen does without, first those that fewest people miss.
+const DISPENSABLE: [&str; 7] = [
+    "disturbance",
+    "noise",
+    "radius",
+    "settle",
+    "train",
+    "validate",
+    "C0",
+];
 
 fn speeds_table(preview: &Preview) -> Table {
     let mut table = Table::new(&[
