@@ -105,7 +105,7 @@ pub const KINDS: [Kind; 97] = [
     kind("current_step", Decidable, "A current turns the vehicle from the middle of training on.", |s, d| s.current_step = d.sign() * d.within(0.1, 0.3)),
     kind("window_begins_in_turn", Decidable, "Both windows begin while the vehicle is turning.", |s, _| s.begins_in_turn = true),
 
-    kind("any_sound", Sound, "Any vehicle, log and manoeuvre.", |s, d| any(s, d)),
+    kind("any_sound", Sound, "Any vehicle, log and manoeuvre.", any),
     kind("any_noisy", Sound, "Any vehicle with 1 to 2 deg of noise in its compass.", |s, d| { any(s, d); s.noise_rad = d.within(1.0, 2.0) / DEG; }),
     kind("any_heading_late", Decidable, "A heading late by a tenth to half of the time constant, and no gyro.", |s, d| { any(s, d); s.heading.late_s = d.within(0.1, 0.5) * s.time_constant_s(); s.gyro = None; }),
     kind("any_heading_late_gyro", Decidable, "A heading late by a tenth to half of the time constant, and a gyro.", |s, d| { any(s, d); s.heading.late_s = d.within(0.1, 0.5) * s.time_constant_s(); s.with_gyro(d); }),
