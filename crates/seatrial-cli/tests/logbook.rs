@@ -269,6 +269,17 @@ fn cli_logbook_verify_tells_whole_from_damaged() {
     }
 }
 
+/// Of a logbook that was cut off to nothing nobody may believe that it is whole.
+#[test]
+fn cli_logbook_an_empty_file_is_not_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let logbook = folder.path().join("seatrial.db");
+    std::fs::write(&logbook, "").unwrap();
+    let verified = seatrial(&logbook, &["verify"]);
+    assert_eq!(verified.status.code(), Some(3));
+    assert!(text(&verified.stdout).contains("file: it holds no logbook"));
+}
+
 /// Names come from files and over the network: none of them commands a terminal.
 #[test]
 fn cli_names_cannot_command_a_terminal() {

@@ -100,6 +100,10 @@ pub(super) fn campaign_link(campaign: &CampaignEntry) -> String {
         link.text("scenario");
         link.text(scenario);
     }
+    if campaign.notes_are_sealed {
+        link.text("notes");
+        link.optional_text(campaign.notes.as_deref());
+    }
     link.text(&campaign.plan);
     link.hex()
 }

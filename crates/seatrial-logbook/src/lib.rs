@@ -17,8 +17,9 @@
 //!
 //! **Provable.** A campaign's hash covers its plan and what it ran on; each run's hash covers the
 //! hash before it, every sample, action and estimate and the result; the last one how it ended.
-//! [`Logbook::verify`] recomputes the chain. There is no key in it: it proves that nothing was changed by accident or
-//! in part, not that nobody rewrote the whole chain.
+//! [`Logbook::verify`] recomputes the chain and holds every number of every row against its neighbours. There is no key in it: it
+//! proves that nothing was changed by accident or in part, not that nobody rewrote the whole chain. Not sealed are the steps of a run
+//! that has no result yet, what operators commanded, and their reviews; that the newest campaigns are missing altogether it cannot tell.
 //!
 //! **Repeatable.** From a [`Recording`] the trial is conducted again on its samples, and every action, every estimate and every
 //! result compared bit for bit; [`PitchTrial::again`](seatrial::pitch::PitchTrial::again) does so with a trial of the pitch axis.
@@ -67,6 +68,7 @@ mod read;
 mod recorder;
 mod recording;
 mod row;
+mod row_places;
 mod schema;
 mod verify;
 mod write;
@@ -109,6 +111,8 @@ pub struct RunId(i64);
 pub struct Logbook {
     connection: Connection,
     path: PathBuf,
+    /// No table was in the file when it was opened.
+    was_empty: bool,
 }
 
 impl Logbook {
@@ -121,7 +125,7 @@ impl Logbook {
         reject_directory(&path)?;
         let access = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_CREATE;
         let connection = connect(&path, access).map_err(|error| Error::reading(&path, &error))?;
-        let mut logbook = Self { connection, path };
+        let mut logbook = Self::of(connection, path);
         logbook.identify()?;
         logbook
             .prepare_for_writing()
@@ -141,11 +145,7 @@ impl Logbook {
             let opened = OpenOptions::new().append(true).open(&path);
             let connection =
                 connect_for_reading(&path).map_err(|error| Error::reading(&path, &error))?;
-            let logbook = Self {
-                connection,
-                path: path.clone(),
-            };
-            logbook.identify()?;
+            Self::of(connection, path.clone()).identify()?;
             return opened.map(drop).map_err(|error| {
                 refused(format!("{error}; make the file and its folder writable"))
             });
@@ -170,12 +170,22 @@ impl Logbook {
         }
         let connection =
             connect_for_reading(&path).map_err(|error| Error::reading(&path, &error))?;
-        let mut logbook = Self { connection, path };
-        if logbook.identify()? != Identity::Logbook(MIGRATIONS.len()) {
+        let mut logbook = Self::of(connection, path);
+        let found = logbook.identify()?;
+        logbook.was_empty = found == Identity::Empty;
+        if found != Identity::Logbook(MIGRATIONS.len()) {
             logbook.connection = migrated_copy(&logbook.connection)
                 .map_err(|error| Error::reading(&logbook.path, &error))?;
         }
         Ok(logbook)
+    }
+
+    fn of(connection: Connection, path: PathBuf) -> Self {
+        Self {
+            connection,
+            path,
+            was_empty: false,
+        }
     }
 
     /// The file.
@@ -238,24 +248,31 @@ fn connect(path: &Path, access: OpenFlags) -> Result<Connection, rusqlite::Error
     Ok(connection)
 }
 
-/// SQLite makes a file for shared memory even to read, and needs to write to roll back the journal
-/// of a process that was killed while it made the logbook. Where nothing waits to be rolled back, a
-/// folder that cannot be written to is no obstacle.
+/// Reading leaves no file behind and needs no permission to write, except to roll back the journal of a process that was killed
+/// while it made the logbook.
+///
+/// Even a reader needs files for the write-ahead log and for shared memory beside a logbook, and only a connection that may write
+/// removes them when it closes. So a logbook without them is opened by one that may write and does not, and one that nobody
+/// may write to as a file that does not change. Where they exist, a writer is at work or was killed: they are read and left.
 fn connect_for_reading(path: &Path) -> Result<Connection, rusqlite::Error> {
-    let connection = connect(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
-    let refused = identity(&connection).is_err_and(|error| {
-        let code = error.sqlite_error_code();
-        matches!(code, Some(ErrorCode::ReadOnly | ErrorCode::CannotOpen))
-    });
-    if !refused {
-        return Ok(connection);
-    }
     let name = path.to_string_lossy();
-    if ["-wal", "-journal"]
-        .iter()
-        .any(|suffix| Path::new(&format!("{name}{suffix}")).exists())
-    {
-        return connect(path, OpenFlags::SQLITE_OPEN_READ_WRITE);
+    let has_beside = |suffix: &str| Path::new(&format!("{name}{suffix}")).exists();
+    if has_beside("-wal") || has_beside("-journal") {
+        let connection = connect(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
+        return match is_refused(&connection) {
+            true => connect(path, OpenFlags::SQLITE_OPEN_READ_WRITE),
+            false => Ok(connection),
+        };
+    }
+    let may_be_written = path
+        .metadata()
+        .is_ok_and(|about| !about.permissions().readonly());
+    if may_be_written {
+        let connection = connect(path, OpenFlags::SQLITE_OPEN_READ_WRITE)?;
+        connection.pragma_update(None, "query_only", true)?;
+        if !is_refused(&connection) {
+            return Ok(connection);
+        }
     }
     let name = name
         .replace('%', "%25")
@@ -265,6 +282,14 @@ fn connect_for_reading(path: &Path) -> Result<Connection, rusqlite::Error> {
         Path::new(&format!("file:{name}?immutable=1")),
         OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI,
     )
+}
+
+/// Can it not be read without writing to its folder?
+fn is_refused(connection: &Connection) -> bool {
+    identity(connection).is_err_and(|error| {
+        let code = error.sqlite_error_code();
+        matches!(code, Some(ErrorCode::ReadOnly | ErrorCode::CannotOpen))
+    })
 }
 
 fn migrated_copy(file: &Connection) -> Result<Connection, rusqlite::Error> {

@@ -33,8 +33,11 @@ pub struct CampaignEntry {
     pub id: CampaignId,
     /// Name of the configuration (payload).
     pub configuration: String,
-    /// Notes on the configuration.
+    /// Notes on the configuration as they stood when it began.
     pub notes: Option<String>,
+    /// Does its hash cover the notes? Not in campaigns of older schemas, which show the configuration's newest notes.
+    #[serde(skip)]
+    pub(super) notes_are_sealed: bool,
     /// When it began, UTC, ISO 8601.
     pub started: String,
     /// The version of seatrial that ran it.
@@ -311,7 +314,9 @@ pub(super) fn campaign_entries(
 ) -> Result<Vec<CampaignEntry>, rusqlite::Error> {
     collect(
         connection,
-        "SELECT campaign.id, configuration.name, configuration.notes, started, software_version,
+        "SELECT campaign.id, configuration.name,
+                CASE WHEN notes_sealed IS NOT NULL THEN campaign.notes ELSE configuration.notes END,
+                started, software_version,
                 vehicle, seed, rudder_limit_rad, plan, plan_sha256, outcome, interrupted,
                 campaign.sha256, head_sha256,
                 (SELECT count(*) FROM run WHERE run.campaign = campaign.id),
@@ -320,7 +325,7 @@ pub(super) fn campaign_entries(
                     (SELECT review.accepted FROM review WHERE review.run = run.id
                      ORDER BY review.id DESC LIMIT 1), run.accepted)), 0)
                  FROM run WHERE run.campaign = campaign.id),
-                full_rudder_rad, full_rudder_assumed, scenario
+                full_rudder_rad, full_rudder_assumed, scenario, notes_sealed IS NOT NULL
          FROM campaign JOIN configuration ON configuration.id = campaign.configuration
          WHERE ? ORDER BY campaign.id",
         1,
@@ -346,6 +351,7 @@ pub(super) fn campaign_entries(
                     is_assumed: is_assumed.unwrap_or(true),
                 }),
                 scenario: row.get(19)?,
+                notes_are_sealed: row.get(20)?,
                 plan: row.get(8)?,
                 plan_sha256: row.get(9)?,
                 state,

@@ -7,7 +7,7 @@ use super::chain::{campaign_link, outcome_link, pitch_link, run_link, sha256};
 use super::pitch_rows;
 use super::read::{CampaignEntry, State, collect, steps_outside, stored_run};
 use super::row::to_json;
-use super::{CampaignId, Error, Logbook};
+use super::{CampaignId, Error, Logbook, row_places};
 
 /// What was found wrong, and where.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -38,12 +38,21 @@ pub struct Verification {
 }
 
 impl Logbook {
-    /// Checks the file's structure, its references, every sample count and every hash.
+    /// Checks the file's structure, its references, the place of every row, every sample count and every hash.
     pub fn verify(&self) -> Result<Verification, Error> {
         // One view of the file, also while another process is writing.
         let view = self.reading(self.connection.unchecked_transaction())?;
         let mut found = Verification::default();
+        if self.was_empty {
+            found.add(
+                "file",
+                "it holds no logbook: none was made in it yet, or all of it was lost",
+            );
+        }
         self.verify_structure(&mut found);
+        for (place, wrong) in row_places::misplaced(&self.connection) {
+            found.add(&place, wrong);
+        }
         match self.campaigns() {
             Ok(campaigns) => {
                 for campaign in &campaigns {

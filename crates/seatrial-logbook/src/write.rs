@@ -56,8 +56,10 @@ impl Logbook {
             transaction.execute(
                 "INSERT INTO campaign (configuration, started, software_version, vehicle, seed,
                                        rudder_limit_rad, full_rudder_rad, full_rudder_assumed,
-                                       scenario, plan, plan_sha256, sha256, head_sha256)
-                 VALUES (?, strftime('%Y-%m-%dT%H:%M:%SZ'), ?, ?, ?, ?, ?, ?, ?, ?, ?, '', '')",
+                                       scenario, plan, plan_sha256, sha256, head_sha256,
+                                       notes, notes_sealed)
+                 VALUES (?1, strftime('%Y-%m-%dT%H:%M:%SZ'), ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, '', '',
+                         (SELECT notes FROM configuration WHERE id = ?1), 1)",
                 params![
                     configuration,
                     new.software_version,

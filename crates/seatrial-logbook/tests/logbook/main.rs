@@ -1,5 +1,6 @@
 //! The logbook: exact, durable, provable, and clear about files that are none.
 
+mod changed;
 mod draw;
 
 use std::path::Path;
@@ -10,7 +11,7 @@ use rusqlite::Connection;
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run, Stage};
 use seatrial::identification::{Identification, ReasonCode};
-use seatrial::pitch::{self, PitchPlan};
+use seatrial::pitch::{self, PitchPlan, PitchTrial};
 use seatrial_core::{Action, Outcome, Sample, Steering, YawModel};
 use seatrial_logbook::{
     CampaignId, Error, Logbook, NewCampaign, NewCommand, NewPitchTrial, Recorder, State,
@@ -442,14 +443,25 @@ fn regress_a_logbook_of_schema_1_is_read_migrated_and_continued() {
     holds_the_campaign(&Logbook::open(&path).unwrap());
     assert_eq!(write(&path, &example_runs()), CampaignId(2));
     holds_the_campaign(&Logbook::open_read_only(&path).unwrap());
+    // Its table of samples had no thrust.
+    let mut recorder = Recorder::begin(Logbook::open(&path).unwrap(), &NEW).unwrap();
+    let mut step = example_step(1);
+    step.sample.thrust = Some(0.6);
+    recorder.step(step).unwrap();
+    recorder.finish(Outcome::Finished).unwrap();
+    let logbook = Logbook::open_read_only(&path).unwrap();
+    holds_the_campaign(&logbook);
+    assert_eq!(logbook.steps(CampaignId(3)).unwrap(), [(None, step)]);
 }
 
 #[test]
-fn io_an_empty_file_is_an_empty_logbook_and_reading_leaves_it_empty() {
+fn io_an_empty_file_holds_no_logbook_and_reading_leaves_it_empty() {
     let file = tempfile::NamedTempFile::new().unwrap();
     let logbook = Logbook::open_read_only(file.path()).unwrap();
     assert_eq!(logbook.campaigns().unwrap(), []);
-    assert_eq!(logbook.verify().unwrap().damage, []);
+    let damage = logbook.verify().unwrap().damage;
+    assert_eq!(damage.len(), 1, "{damage:?}");
+    assert_eq!(damage[0].place, "file");
     assert_eq!(file.as_file().metadata().unwrap().len(), 0);
     example(file.path());
 }
@@ -472,34 +484,6 @@ fn io_a_sample_takes_about_150_bytes() {
     };
     let bytes = (size("full.db", 100) - size("empty.db", 0)) as f64 / 2000.0;
     assert!((120.0..170.0).contains(&bytes), "{bytes} bytes a sample");
-}
-
-/// A logbook from before samples had a thrust is read and verified as it is, and goes on when it is written to.
-#[test]
-fn io_a_logbook_of_the_first_schema_opens_and_goes_on() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("seatrial.db");
-    let campaign = example(&path);
-    let old = Connection::open(&path).unwrap();
-    old.execute_batch(
-        "DROP TABLE pitch_sample; DROP TABLE pitch_trial; DROP TABLE review; DROP TABLE command; ALTER TABLE sample DROP COLUMN thrust; ALTER TABLE campaign DROP COLUMN full_rudder_rad; ALTER TABLE campaign DROP COLUMN full_rudder_assumed; ALTER TABLE campaign DROP COLUMN scenario; PRAGMA user_version = 1",
-    )
-        .unwrap();
-    drop(old);
-
-    let logbook = Logbook::open_read_only(&path).unwrap();
-    assert_eq!(logbook.verify().unwrap().damage, []);
-    assert_eq!(logbook.campaign(CampaignId(1)).unwrap(), campaign);
-    drop(logbook);
-    let mut recorder = Recorder::begin(Logbook::open(&path).unwrap(), &NEW).unwrap();
-    let mut step = example_step(1);
-    step.sample.thrust = Some(0.6);
-    recorder.step(step).unwrap();
-    recorder.finish(Outcome::Finished).unwrap();
-    let logbook = Logbook::open(&path).unwrap();
-    assert_eq!(logbook.verify().unwrap().damage, []);
-    assert_eq!(logbook.campaign(CampaignId(1)).unwrap(), campaign);
-    assert_eq!(logbook.steps(CampaignId(2)).unwrap(), [(None, step)]);
 }
 
 /// The operator's word counts wherever the run is read, and leaves what the program found provable.
@@ -564,17 +548,22 @@ fn io_commands_are_read_newest_first() {
     assert_eq!(names, [(3, "abort_trial"), (2, "start_trial")]);
 }
 
-/// A pitch trial comes back as it was, repeats itself, and tells a changed sample.
-#[test]
-fn io_a_pitch_trial_is_kept_and_sealed() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("seatrial.db");
+/// A trial of the pitch axis at one thrust.
+fn short_pitch_trial() -> PitchTrial {
     let mut vehicle = SixDofVehicle::new(starfish::config(), 1).unwrap();
     let plan = PitchPlan {
         thrusts: vec![0.8],
         ..PitchPlan::default()
     };
-    let made = pitch::trial(&mut vehicle, plan);
+    pitch::trial(&mut vehicle, plan)
+}
+
+/// A pitch trial comes back as it was, repeats itself, and tells a changed sample.
+#[test]
+fn io_a_pitch_trial_is_kept_and_sealed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("seatrial.db");
+    let made = short_pitch_trial();
     let about = NewPitchTrial {
         configuration: "bare",
         software_version: "test",

@@ -1,0 +1,118 @@
+//! Rows in their places: numbers, references and texts of rows that the hashes do not cover, because they hash what is read.
+
+use rusqlite::Connection;
+use seatrial_core::Outcome;
+
+use super::row::{from_json, to_json};
+
+/// A query that gives a row for each place where something is wrong: the place, and what is wrong there.
+struct Check {
+    sql: &'static str,
+    found: &'static str,
+}
+
+const NUMBERS: &str =
+    "its rows are not numbered one after the other: one was taken out, put in or moved";
+const UNFINISHED: &str = "has rows of a result, but no result";
+
+const CHECKS: [Check; 12] = [
+    Check {
+        sql: "SELECT 'table campaign' FROM (SELECT min(id) AS least, max(id) AS most, count(*) AS count FROM campaign)
+              WHERE count > 0 AND (least <> 1 OR most <> count)",
+        found: NUMBERS,
+    },
+    Check {
+        sql: "SELECT 'table pitch_trial' FROM (SELECT min(id) AS least, max(id) AS most, count(*) AS count FROM pitch_trial)
+              WHERE count > 0 AND (least <> 1 OR most <> count)",
+        found: NUMBERS,
+    },
+    Check {
+        sql: "SELECT 'campaign ' || campaign || ', runs' FROM run
+              GROUP BY campaign HAVING min(number) <> 1 OR max(number) <> count(*)",
+        found: NUMBERS,
+    },
+    Check {
+        sql: "SELECT 'campaign ' || campaign || ', samples' FROM sample
+              GROUP BY campaign HAVING min(number) <> 0 OR max(number) <> count(*) - 1",
+        found: NUMBERS,
+    },
+    Check {
+        sql: "SELECT 'run ' || run || ', stages' FROM stage
+              GROUP BY run HAVING min(number) <> 0 OR max(number) <> count(*) - 1",
+        found: NUMBERS,
+    },
+    Check {
+        sql: "SELECT 'run ' || run || ', trace' FROM trace
+              GROUP BY run HAVING min(number) <> 0 OR max(number) <> count(*) - 1",
+        found: NUMBERS,
+    },
+    Check {
+        sql: "SELECT 'pitch trial ' || trial || ', samples' FROM pitch_sample
+              GROUP BY trial HAVING min(number) <> 0 OR max(number) <> count(*) - 1",
+        found: NUMBERS,
+    },
+    Check {
+        sql: "SELECT DISTINCT 'campaign ' || sample.campaign || ', samples'
+              FROM sample JOIN run ON run.id = sample.run WHERE run.campaign <> sample.campaign",
+        found: "a sample belongs to a run of another campaign",
+    },
+    Check {
+        sql: "SELECT 'run ' || run || ', samples' FROM sample WHERE run IS NOT NULL
+              GROUP BY run HAVING max(number) - min(number) + 1 <> count(*)",
+        found: "its samples do not follow each other: one of another run is among them",
+    },
+    Check {
+        sql: "SELECT DISTINCT 'campaign ' || campaign || ', run ' || number FROM run
+              WHERE sha256 IS NULL AND (verdict IS NOT NULL OR sample_count IS NOT NULL
+                OR id IN (SELECT run FROM estimate) OR id IN (SELECT run FROM stage) OR id IN (SELECT run FROM trace))",
+        found: UNFINISHED,
+    },
+    Check {
+        sql: "SELECT 'campaign ' || id FROM campaign
+              WHERE interrupted NOT IN (0, 1) OR (interrupted = 1 AND outcome IS NOT NULL)",
+        found: "the mark of an interrupted campaign was changed",
+    },
+    Check {
+        sql: "SELECT 'configuration ' || name FROM configuration
+              JOIN (SELECT configuration, notes, notes_sealed, max(id) FROM campaign GROUP BY configuration) AS newest
+                ON newest.configuration = configuration.id
+              WHERE newest.notes_sealed IS NOT NULL AND newest.notes IS NOT configuration.notes",
+        found: "its notes are not those of its newest campaign",
+    },
+];
+
+/// Every place where a row is not as it was written, and what is wrong there.
+pub(super) fn misplaced(connection: &Connection) -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    for check in &CHECKS {
+        match column(connection, check.sql) {
+            Ok(places) => found.extend(places.into_iter().map(|place| (place, check.found.into()))),
+            Err(error) => found.push(("rows".into(), error.to_string())),
+        }
+    }
+    match column(connection, OUTCOMES) {
+        Ok(texts) => {
+            let other = texts.iter().filter(|text| !is_as_written(text));
+            let told = |text| format!("{text:?} is not as seatrial writes it");
+            found.extend(other.map(|text| ("outcomes".into(), told(text))));
+        }
+        Err(error) => found.push(("outcomes".into(), error.to_string())),
+    }
+    found
+}
+
+const OUTCOMES: &str = "SELECT outcome FROM campaign WHERE outcome IS NOT NULL
+     UNION SELECT action_outcome FROM sample WHERE action_outcome IS NOT NULL";
+
+/// Hashes are made of what an outcome says, so that blanks around it would not show.
+fn is_as_written(text: &str) -> bool {
+    let outcome = from_json::<Outcome>(0, text);
+    outcome
+        .and_then(|outcome| to_json(&outcome))
+        .is_ok_and(|again| again == text)
+}
+
+fn column(connection: &Connection, sql: &str) -> Result<Vec<String>, rusqlite::Error> {
+    let mut query = connection.prepare(sql)?;
+    query.query_map([], |row| row.get(0))?.collect()
+}

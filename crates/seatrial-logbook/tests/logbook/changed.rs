@@ -1,0 +1,224 @@
+//! Every value of every row, changed one at a time: verification tells it, or what is read is as it was.
+
+use std::path::Path;
+
+use rusqlite::Connection;
+use rusqlite::types::Value;
+use seatrial::Step;
+use seatrial::campaign::Campaign;
+use seatrial_core::Outcome;
+use seatrial_logbook::{CampaignEntry, Logbook, NewCampaign, NewPitchTrial, Recorder};
+
+use crate::{NEW, example_runs, example_step};
+
+/// What operators commanded and their reviews may come after a campaign was sealed; they are in no hash.
+const NOT_SEALED: [&str; 2] = ["command", "review"];
+
+/// Two campaigns with notes, one of them with a run that has no result; a pitch trial.
+fn write_example(path: &Path) {
+    for notes in [Some("clean hull"), None] {
+        let new = NewCampaign { notes, ..NEW };
+        let mut recorder = Recorder::begin(Logbook::open(path).unwrap(), &new).unwrap();
+        recorder.step(example_step(0)).unwrap();
+        for (run, mut steps) in example_runs() {
+            recorder.begin_run(run.number, run.thrust, 1).unwrap();
+            let mut run = run;
+            run.identification = Some(crate::example_identification());
+            run.record.samples.truncate(5);
+            steps.truncate(5);
+            for step in steps {
+                recorder.step(step).unwrap();
+            }
+            recorder.finish_run(&run).unwrap();
+        }
+        let mut last = example_step(9);
+        last.action.outcome = Some(Outcome::Finished);
+        recorder.step(last).unwrap();
+        recorder.finish(Outcome::Finished).unwrap();
+    }
+    let mut logbook = Logbook::open(path).unwrap();
+    let trial = crate::short_pitch_trial();
+    let new = NewPitchTrial {
+        configuration: "bare",
+        software_version: "test",
+        vehicle: "sim",
+        seed: None,
+    };
+    logbook.enter_pitch_trial(&new, &trial).unwrap();
+}
+
+/// All that anybody reads.
+#[derive(Debug, PartialEq)]
+struct Read {
+    entries: Vec<CampaignEntry>,
+    campaigns: Vec<(Campaign, Vec<(Option<u32>, Step)>)>,
+    pitch: Vec<seatrial_logbook::PitchEntry>,
+}
+
+fn read(path: &Path) -> Result<(usize, Read), seatrial_logbook::Error> {
+    let logbook = Logbook::open_read_only(path)?;
+    let damage = logbook.verify()?.damage.len();
+    let entries = logbook.campaigns()?;
+    let campaigns = entries
+        .iter()
+        .map(|entry| Ok((logbook.campaign(entry.id)?, logbook.steps(entry.id)?)))
+        .collect::<Result<_, seatrial_logbook::Error>>()?;
+    let pitch = logbook.pitch_trials()?;
+    Ok((
+        damage,
+        Read {
+            entries,
+            campaigns,
+            pitch,
+        },
+    ))
+}
+
+fn rows(connection: &Connection, sql: &str) -> Vec<Vec<Value>> {
+    let mut query = connection.prepare(sql).unwrap();
+    let columns = query.column_count();
+    let rows = query.query_map([], |row| (0..columns).map(|k| row.get(k)).collect());
+    rows.unwrap().collect::<Result<_, _>>().unwrap()
+}
+
+fn text(value: &Value) -> String {
+    match value {
+        Value::Text(text) => text.clone(),
+        value => panic!("no text: {value:?}"),
+    }
+}
+
+/// The values that a value is changed to.
+fn changed(value: &Value) -> Vec<Value> {
+    match value {
+        Value::Null => vec![Value::Integer(1), Value::Real(0.5), Value::Text("x".into())],
+        Value::Integer(number) => vec![Value::Integer(number + 1), Value::Null],
+        Value::Real(number) => vec![
+            Value::Real(f64::from_bits(number.to_bits() ^ 1)),
+            Value::Null,
+        ],
+        Value::Text(text) => [format!("{text} "), format!(" {text}"), text.to_uppercase()]
+            .into_iter()
+            .filter(|other| other != text)
+            .map(Value::Text)
+            .chain([Value::Null])
+            .collect(),
+        Value::Blob(bytes) => vec![Value::Blob(bytes.iter().map(|byte| !byte).collect())],
+    }
+}
+
+/// A value of a row.
+struct Place {
+    table: String,
+    column: String,
+    /// `id = 1`
+    row: String,
+    value: Value,
+}
+
+/// Every value of the first, the middle and the last row of a table: the rows between are like them.
+fn places(connection: &Connection, table: &str) -> Vec<Place> {
+    let columns = rows(
+        connection,
+        &format!("SELECT name, pk FROM pragma_table_info('{table}')"),
+    );
+    let names: Vec<String> = columns.iter().map(|column| text(&column[0])).collect();
+    let is_key = |k: &usize| columns[*k][1] != Value::Integer(0);
+    let keys: Vec<usize> = (0..columns.len()).filter(is_key).collect();
+    let all = rows(
+        connection,
+        &format!("SELECT {} FROM {table}", names.join(", ")),
+    );
+    let mut chosen = vec![0, all.len() / 2, all.len().saturating_sub(1)];
+    chosen.dedup();
+    let rows = chosen.into_iter().filter_map(|k| all.get(k));
+    rows.flat_map(|row| {
+        let condition: Vec<String> = keys
+            .iter()
+            .map(|&k| match row[k] {
+                Value::Integer(number) => format!("{} = {number}", names[k]),
+                ref other => panic!("{table}: a key {other:?}"),
+            })
+            .collect();
+        let condition = condition.join(" AND ");
+        names.iter().zip(row).map(move |(column, value)| Place {
+            table: table.into(),
+            column: column.clone(),
+            row: condition.clone(),
+            value: value.clone(),
+        })
+    })
+    .collect()
+}
+
+#[test]
+fn io_no_changed_value_of_any_table_goes_unnoticed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("seatrial.db");
+    let copy = folder.path().join("changed.db");
+    write_example(&path);
+    let (damage, before) = read(&path).unwrap();
+    assert_eq!(damage, 0);
+    let connection = Connection::open(&path).unwrap();
+    let tables = rows(
+        &connection,
+        "SELECT name FROM sqlite_schema WHERE type = 'table'",
+    );
+    let tables = tables.iter().map(|table| text(&table[0]));
+    let all: Vec<Place> = tables
+        .filter(|table| !NOT_SEALED.contains(&table.as_str()))
+        .flat_map(|table| places(&connection, &table))
+        .collect();
+    drop(connection);
+    let (mut tried, mut told) = (0, 0);
+    let mut missed = Vec::new();
+    for place in &all {
+        for other in changed(&place.value) {
+            std::fs::copy(&path, &copy).unwrap();
+            let connection = Connection::open(&copy).unwrap();
+            connection
+                .execute_batch("PRAGMA foreign_keys = OFF; PRAGMA synchronous = OFF")
+                .unwrap();
+            let change = format!(
+                "UPDATE {} SET {} = ? WHERE {}",
+                place.table, place.column, place.row
+            );
+            if connection.execute(&change, [&other]).is_err() {
+                continue;
+            }
+            drop(connection);
+            tried += 1;
+            match read(&copy) {
+                Ok((0, now)) if now == before => {}
+                Ok((0, _)) => missed.push(format!("{change}, {:?} to {other:?}", place.value)),
+                _ => told += 1,
+            }
+        }
+    }
+    assert!(missed.is_empty(), "{missed:#?}");
+    assert!(told > 300 && told * 10 > tried * 9, "{told} of {tried}");
+}
+
+/// Beside a logbook that was read nothing is left, and the file is as it was.
+#[test]
+fn io_reading_leaves_no_file_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("seatrial.db");
+    write_example(&path);
+    let names = || {
+        let entries = std::fs::read_dir(folder.path()).unwrap();
+        let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        names.collect::<Vec<_>>()
+    };
+    let bytes = std::fs::read(&path).unwrap();
+    assert_eq!(names(), ["seatrial.db"]);
+    for is_read_only in [false, true] {
+        let mut permissions = path.metadata().unwrap().permissions();
+        permissions.set_readonly(is_read_only);
+        std::fs::set_permissions(&path, permissions).unwrap();
+        assert_eq!(read(&path).unwrap().0, 0);
+        Logbook::check_writable(&path).unwrap_or_default();
+        assert_eq!(names(), ["seatrial.db"], "read-only: {is_read_only}");
+        assert_eq!(std::fs::read(&path).unwrap(), bytes);
+    }
+}
