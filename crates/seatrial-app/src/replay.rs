@@ -11,6 +11,7 @@ use serde_json::Value;
 use crate::conduct::{Watch, conduct};
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
+use seatrial::identification::ReasonCode;
 use seatrial_logbook::Recording;
 
 /// What came of conducting a recorded trial again on its samples.
@@ -22,6 +23,9 @@ pub struct Replay {
     pub estimates: usize,
     /// Runs whose result, refined estimate and verdict included, was made again.
     pub results: usize,
+    /// Runs that were stopped by something after the last sample kept: the process was killed before it kept that, so the
+    /// reason cannot be made again. Their samples, actions and estimates are compared.
+    pub runs_without_their_end: Vec<u32>,
     /// `None` where every action, estimate and result had the bits recorded.
     pub first_difference: Option<FirstDifference>,
 }
@@ -47,6 +51,7 @@ impl Replay {
         };
         let mut vehicle = RecordedVehicle {
             steps: recording.steps.iter(),
+            sample_after: sample_after_last_result(recording),
             outcome: recording.campaign.outcome,
         };
         let mut comparison = Comparison {
@@ -61,14 +66,44 @@ impl Replay {
 /// Measures what was measured, whatever it is told to do.
 struct RecordedVehicle<'a> {
     steps: std::slice::Iter<'a, (Option<u32>, Step)>,
+    /// Comes after the recorded ones.
+    sample_after: Option<Sample<f64>>,
     outcome: Option<Outcome>,
+}
+
+/// The sample that ended the last run, where the process was killed after it kept the run's result and before it kept that
+/// sample. Nothing of the result depends on it but its time, which is the end of the run's last stage.
+fn sample_after_last_result(recording: &Recording) -> Option<Sample<f64>> {
+    let (last_number, last) = recording.steps.last()?;
+    let mut runs = recording.campaign.runs.iter();
+    let run = runs.find(|run| Some(run.number) == *last_number && run.identification.is_some())?;
+    let ended_s = run.stages.last()?.window.to_s;
+    let is_missing = ended_s.is_finite() && ended_s > last.sample.time_s;
+    let mut steps = recording.steps.iter().rev().map(|(_, step)| step.sample);
+    let sample = steps.find(|sample| sample.heading_rad.is_finite())?;
+    is_missing.then_some(Sample {
+        time_s: ended_s,
+        ..sample
+    })
+}
+
+/// Was the run stopped by something that the record does not hold, because the process was killed?
+fn is_without_its_end(recording: &Recording, run: &Run) -> bool {
+    let is_last = (recording.steps.last()).is_some_and(|(number, _)| *number == Some(run.number));
+    let is_stopped = run
+        .verdict
+        .reasons
+        .iter()
+        .any(|reason| reason.code == ReasonCode::Aborted);
+    is_last && is_stopped && recording.campaign.outcome.is_none()
 }
 
 impl Vehicle<f64> for RecordedVehicle<'_> {
     type Error = Infallible;
 
     fn next_sample(&mut self) -> Result<Option<Sample<f64>>, Infallible> {
-        Ok(self.steps.next().map(|(_, step)| step.sample))
+        let recorded = self.steps.next().map(|(_, step)| step.sample);
+        Ok(recorded.or_else(|| self.sample_after.take()))
     }
 
     fn act(&mut self, _: &Action<f64>) -> Result<(), Infallible> {
@@ -117,6 +152,10 @@ impl Watch for Comparison<'_> {
         let Some(recorded) = recorded.find(|recorded| recorded.number == run.number) else {
             return;
         };
+        if is_without_its_end(self.recording, recorded) {
+            self.replay.runs_without_their_end.push(run.number);
+            return;
+        }
         match result_difference(recorded, run) {
             Some(found) => self.differs(Some(run.number), found),
             None => self.replay.results += 1,
@@ -174,8 +213,30 @@ fn value_difference(name: &str, recorded: &Value, now: &Value) -> Option<String>
             .enumerate()
             .find_map(|(k, (was, is))| value_difference(&format!("{name}[{k}]"), was, is)),
         _ => {
+            // The text of -0 is not that of 0.
             let (was, is) = (recorded.to_string(), now.to_string());
-            (was != is).then(|| format!("{name}: recorded {was}, now {is}"))
+            (was != is).then(|| {
+                let (was, is) = (in_a_few_words(recorded), in_a_few_words(now));
+                format!("{name}: recorded {was}, now {is}")
+            })
+        }
+    }
+}
+
+/// Longest text of a value in a difference, characters.
+const MOST_CHARACTERS: usize = 120;
+
+/// A number or a short text as it is; of anything larger only how large it is.
+fn in_a_few_words(value: &Value) -> String {
+    match value {
+        Value::Object(fields) => format!("a table of {} fields", fields.len()),
+        Value::Array(values) => format!("a list of {} values", values.len()),
+        value => {
+            let text = value.to_string();
+            match text.char_indices().nth(MOST_CHARACTERS) {
+                Some((end, _)) => format!("{}... ({} bytes)", &text[..end], text.len()),
+                None => text,
+            }
         }
     }
 }

@@ -92,8 +92,14 @@ fn text(document: &Document) -> String {
         "campaign {}: {} actions, {} live estimates and {} results",
         document.campaign, replay.samples, replay.estimates, replay.results
     );
+    let stopped = |run: &u32| {
+        format!(
+            "\nrun {run} was stopped after the last sample kept, because the process was killed: its reason is not replayed"
+        )
+    };
+    let without_end: String = replay.runs_without_their_end.iter().map(stopped).collect();
     let Some(difference) = &replay.first_difference else {
-        return format!("{counted} replayed, every one the same bit for bit");
+        return format!("{counted} replayed, every one the same bit for bit{without_end}");
     };
     let run = difference
         .run

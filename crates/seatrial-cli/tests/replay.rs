@@ -30,14 +30,22 @@ struct Record {
     recorder: Recorder,
     samples: usize,
     abort_before: Option<usize>,
+    /// The process is gone once it has kept the result of this run.
+    killed_after_run: Option<u32>,
+    is_killed: bool,
     gremlin: fn(usize, &mut YawModel<f64>),
 }
 
 impl Watch for Record {
     fn run_started(&mut self, number: u32, thrust: f64, attempt: u32) {
-        self.recorder.begin_run(number, thrust, attempt).unwrap();
+        if !self.is_killed {
+            self.recorder.begin_run(number, thrust, attempt).unwrap();
+        }
     }
     fn step(&mut self, step: &Step, _: &Trial<f64>) {
+        if self.is_killed {
+            return;
+        }
         let mut step = *step;
         if let Some(estimate) = &mut step.estimate {
             (self.gremlin)(self.samples, estimate);
@@ -46,16 +54,28 @@ impl Watch for Record {
         self.samples += 1;
     }
     fn run_ended(&mut self, run: &mut Run) {
-        self.recorder.finish_run(run).unwrap();
+        if !self.is_killed {
+            self.recorder.finish_run(run).unwrap();
+            self.is_killed = self.killed_after_run == Some(run.number);
+        }
     }
     fn wants_abort(&mut self) -> bool {
-        self.abort_before == Some(self.samples)
+        !self.is_killed && self.abort_before == Some(self.samples)
     }
 }
 
 /// A trial of two speeds in a logbook; its number of samples.
 fn record(
     logbook: &Path,
+    abort_before: Option<usize>,
+    gremlin: fn(usize, &mut YawModel<f64>),
+) -> usize {
+    record_until_killed(logbook, None, abort_before, gremlin)
+}
+
+fn record_until_killed(
+    logbook: &Path,
+    killed_after_run: Option<u32>,
     abort_before: Option<usize>,
     gremlin: fn(usize, &mut YawModel<f64>),
 ) -> usize {
@@ -71,6 +91,8 @@ fn record(
         recorder: Recorder::begin(Logbook::open(logbook).unwrap(), &new).unwrap(),
         samples: 0,
         abort_before,
+        killed_after_run,
+        is_killed: false,
         gremlin,
     };
     let about = Campaign {
@@ -87,7 +109,9 @@ fn record(
     let mut vehicle = FirstOrderVehicle::new(VehicleConfig::starfish(), 3).unwrap();
     let conducted = conduct(&mut vehicle, plan, about, &mut record).unwrap();
     let outcome = conducted.campaign.outcome.unwrap();
-    record.recorder.finish(outcome).unwrap();
+    if !record.is_killed {
+        record.recorder.finish(outcome).unwrap();
+    }
     record.samples
 }
 
@@ -132,6 +156,56 @@ fn parity_an_operators_abort_replays_bit_for_bit() {
         let (output, document) = replay(&logbook);
         assert_eq!(output.status.code(), Some(0), "{document}");
         assert_eq!(document["samples"], samples);
+    }
+}
+
+/// The sample that ended a run is kept after the run's result, and a process may be killed in between.
+#[test]
+fn parity_a_trial_killed_after_a_result_replays_bit_for_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    for (killed_after_run, results) in [(1, 1), (2, 2)] {
+        let logbook = folder.path().join(format!("{killed_after_run}.db"));
+        let samples = record_until_killed(&logbook, Some(killed_after_run), None, |_, _| ());
+        let (output, document) = replay(&logbook);
+        assert_eq!(output.status.code(), Some(0), "{document}");
+        assert_eq!(document["samples"], samples);
+        assert_eq!(document["results"], results);
+    }
+    // Of a run that was aborted the reason was in the sample that is missing.
+    let logbook = folder.path().join("aborted.db");
+    let samples = record_until_killed(&logbook, Some(1), Some(500), |_, _| ());
+    let (output, document) = replay(&logbook);
+    assert_eq!(output.status.code(), Some(0), "{document}");
+    assert_eq!(
+        (&document["samples"], &document["results"]),
+        (&samples.into(), &0.into())
+    );
+    assert_eq!(document["runs_without_their_end"], serde_json::json!([1]));
+    let told = program().arg("replay").arg(&logbook).output().unwrap();
+    let told = String::from_utf8(told.stdout).unwrap();
+    assert!(
+        told.contains("run 1 was stopped after the last sample kept"),
+        "{told}"
+    );
+}
+
+/// A difference is a line that can be read, whatever is recorded.
+#[test]
+fn cli_a_difference_is_short() {
+    let folder = tempfile::tempdir().unwrap();
+    let logbook = folder.path().join("seatrial.db");
+    record(&logbook, None, |_, _| ());
+    let change = rusqlite::Connection::open(&logbook).unwrap();
+    let long = serde_json::json!([{"code": "ok", "text": "x".repeat(50_000)}]);
+    for change_one in [
+        "UPDATE estimate SET identification = json_remove(identification, '$.verdict.outcome', '$.refined')",
+        &format!("UPDATE run SET verdict = json_set(verdict, '$.reasons', json('{long}'))"),
+    ] {
+        change.execute_batch(change_one).unwrap();
+        let output = program().arg("replay").arg(&logbook).output().unwrap();
+        let told = String::from_utf8(output.stdout).unwrap();
+        assert!(told.len() < 1000, "{} bytes", told.len());
+        assert_eq!(output.status.code(), Some(4), "{told}");
     }
 }
 
