@@ -17,13 +17,13 @@ const UNFINISHED: &str = "has rows of a result, but no result";
 
 const CHECKS: [Check; 12] = [
     Check {
-        sql: "SELECT 'table campaign' FROM (SELECT min(id) AS least, max(id) AS most, count(*) AS count FROM campaign)
-              WHERE count > 0 AND (least <> 1 OR most <> count)",
+        sql: "SELECT 'table campaign' FROM campaign
+              GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
         found: NUMBERS,
     },
     Check {
-        sql: "SELECT 'table pitch_trial' FROM (SELECT min(id) AS least, max(id) AS most, count(*) AS count FROM pitch_trial)
-              WHERE count > 0 AND (least <> 1 OR most <> count)",
+        sql: "SELECT 'table pitch_trial' FROM pitch_trial
+              GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
         found: NUMBERS,
     },
     Check {

@@ -212,6 +212,8 @@ impl<W: Wire> Autopilot<W> {
     /// Puts back what a backup holds, on a vehicle that nobody conducts a trial with.
     pub fn restore(&mut self, backup: &Backup) -> HandBack {
         let mut done = HandBack::default();
+        // Another autopilot may be heard first.
+        self.settings.vehicle = Some(backup.system);
         let is_there = self.wait(RECONNECT_S, |autopilot| {
             autopilot
                 .heard

@@ -5,6 +5,9 @@ use super::{Autopilot, Profile, health};
 use crate::handover::{CONNECT_S, Controls, Preflight};
 use crate::link::{Sender, Wire};
 
+/// Every autopilot says once a second that it is there.
+const OTHERS_S: f64 = 1.2;
+
 impl<W: Wire> Autopilot<W> {
     /// Looks at the vehicle without touching its controls. It is asked for messages more often.
     pub fn inspect(&mut self) -> Preflight {
@@ -23,8 +26,14 @@ impl<W: Wire> Autopilot<W> {
             );
             return found;
         }
+        // Whoever else is there is heard before anybody is asked for anything.
+        self.wait(OTHERS_S, |_| false);
         found.vehicle = format!("{}, system {}", self.profile().name(), self.system());
         found.check("heartbeat", true, found.vehicle.clone());
+        if let Some(text) = self.unclear_vehicle() {
+            found.check("one autopilot", false, text);
+            return found;
+        }
         let missing = self.read_parameters();
         if !missing.is_empty() && self.damage().unchecked_frames > 0 {
             found.check(
@@ -165,24 +174,37 @@ impl<W: Wire> Autopilot<W> {
                 None => format!("nobody else has our system id {ours}"),
             },
         );
-        let systems: Vec<String> = self
-            .heard
-            .autopilots
+        let unclear = self.unclear_vehicle();
+        let text = unclear.clone();
+        let text = text.unwrap_or_else(|| format!("system {}", self.system()));
+        found.check("one autopilot", unclear.is_none(), text);
+    }
+
+    /// Why it is not clear which autopilot is the vehicle, where several are heard. None of them is asked for anything then.
+    fn unclear_vehicle(&self) -> Option<String> {
+        let heard = &self.heard.autopilots;
+        let namesakes: Vec<String> = heard
             .iter()
-            .map(|s| s.system.to_string())
+            .filter(|sender| sender.system == self.system())
+            .map(|sender| sender.component.to_string())
             .collect();
-        let is_told = systems.len() <= 1 || self.settings.vehicle.is_some();
-        found.check(
-            "one autopilot",
-            is_told,
-            match is_told {
-                true => format!("system {}", self.system()),
-                false => format!(
-                    "autopilots of the systems {} are heard: say which is yours with --vehicle-id",
-                    systems.join(" and ")
-                ),
-            },
-        );
+        if namesakes.len() > 1 {
+            return Some(format!(
+                "components {} of system {} say that they are its autopilot, and one of them is not: find out which, or sign the link (--signing-key)",
+                namesakes.join(" and "),
+                self.system()
+            ));
+        }
+        let systems: Vec<String> = heard
+            .iter()
+            .map(|sender| sender.system.to_string())
+            .collect();
+        (systems.len() > 1 && self.settings.vehicle.is_none()).then(|| {
+            format!(
+                "autopilots of the systems {} are heard: say which is yours with --vehicle-id",
+                systems.join(" and ")
+            )
+        })
     }
 
     fn check_takeover(&mut self, found: &mut Preflight) {

@@ -1,6 +1,7 @@
 //! Trials on a vehicle that speaks MAVLink, in made-up time: bad links, pilots, failsafes, a process that is gone.
 
 mod exported;
+mod forged;
 mod links;
 mod mishaps;
 mod preflight;

@@ -139,6 +139,12 @@ impl Description {
                 1e-6,
                 1e6,
             ),
+            (
+                "feedback.trim_units",
+                feedback.map_or(0.0, |feedback| feedback.trim_units),
+                -1e6,
+                1e6,
+            ),
             ("thrust.units_at_full", self.thrust.units_at_full, -1e9, 1e9),
             ("thrust.neutral_units", self.thrust.neutral_units, -1e9, 1e9),
         ] {
