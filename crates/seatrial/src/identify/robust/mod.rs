@@ -26,6 +26,7 @@ pub mod average;
 pub mod belief;
 pub mod edges;
 pub mod estimate;
+pub mod even;
 pub mod linearised;
 pub mod misfit;
 pub mod nearest;

@@ -1,5 +1,6 @@
 //! A record made ready for the robust estimate.
 
+use super::even::{EvenResponses, even_interval_s, held_until};
 use super::response::{Dynamics, responses};
 
 /// Comparisons per time constant of the vehicle: more tell nothing new.
@@ -27,6 +28,9 @@ pub struct Record {
     pub amplitude_rad: f64,
     /// Least standard deviation of a heading's error, rad.
     pub floor_rad: f64,
+    /// The sample interval, s, where all are the same.
+    even_s: Option<f64>,
+    held_until: Vec<usize>,
 }
 
 /// Parameters, in the order of every vector and matrix of this folder.
@@ -99,6 +103,8 @@ impl Record {
         let rate_rad_s = (squares.sum::<f64>() / heading_rad.len() as f64).sqrt();
         let timing_rad = TIMING_INTERVALS * interval_s * rate_rad_s;
         Self {
+            even_s: even_interval_s(&time_s),
+            held_until: held_until(&rudder_rad),
             time_s,
             heading_rad,
             rudder_rad,
@@ -149,6 +155,24 @@ impl Record {
     /// [`responses`] of this record.
     pub fn responses(&self, dynamics: &Dynamics) -> Vec<[f64; 5]> {
         responses(&self.time_s, &self.rudder_rad, dynamics)
+    }
+
+    /// Means of [`responses`] over each comparison of `block` samples.
+    pub fn mean_responses(&self, dynamics: &Dynamics, block: usize) -> Vec<[f64; 5]> {
+        if let Some(interval_s) = self.even_s {
+            let (rudder_rad, held) = (&self.rudder_rad, &self.held_until);
+            let mut even = EvenResponses::new(rudder_rad, held, interval_s, block, dynamics);
+            return (0..self.time_s.len() / block)
+                .map(|_| even.means())
+                .collect();
+        }
+        let share = 1.0 / block as f64;
+        let mean = |rows: &[[f64; 5]]| {
+            core::array::from_fn(|i| share * rows.iter().map(|row| row[i]).sum::<f64>())
+        };
+        (self.responses(dynamics).chunks_exact(block))
+            .map(mean)
+            .collect()
     }
 
     /// Simulated headings, rad.

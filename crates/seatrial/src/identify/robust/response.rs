@@ -28,24 +28,24 @@ impl Dynamics {
 
 /// What one length of time does to `[rudder - input, yaw rate, heading]` under a constant input.
 #[derive(Clone, Copy, Debug)]
-struct Propagation {
+pub(super) struct Propagation {
     /// exp(-t / T_l).
-    rudder_decay: f64,
+    pub(super) rudder_decay: f64,
     /// exp(a22 t).
-    rate_decay: f64,
+    pub(super) rate_decay: f64,
     /// (exp(a22 t) - 1) / a22, s.
-    rate_gain_s: f64,
+    pub(super) rate_gain_s: f64,
     /// The integral of the gain, s^2.
-    heading_gain_s2: f64,
+    pub(super) heading_gain_s2: f64,
     /// From the rudder's distance to its input into the yaw rate, s.
-    lag_to_rate_s: f64,
+    pub(super) lag_to_rate_s: f64,
     /// From the rudder's distance to its input into the heading, s^2.
-    lag_to_heading_s2: f64,
+    pub(super) lag_to_heading_s2: f64,
 }
 
 impl Propagation {
     /// Over `t` s.
-    fn over(dynamics: &Dynamics, t: f64) -> Self {
+    pub(super) fn over(dynamics: &Dynamics, t: f64) -> Self {
         let a = dynamics.a22_per_s;
         let (rate_gain_s, heading_gain_s2) = gains(a, t);
         let lag_s = dynamics.separate_lag_s();
