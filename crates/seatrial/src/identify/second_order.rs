@@ -1,9 +1,15 @@
 //! The order of the yaw model that a record supports, up to sway and yaw with cross-flow damping.
 
+mod comparisons;
 mod likelihood;
+mod passage;
 mod quiet;
 mod search;
+mod simulation;
+mod tangent;
+mod theta;
 mod validation;
+mod whitening;
 
 use seatrial_core::Sample;
 use seatrial_core::refine::{Disturbance, Peak, RefineFailure};
@@ -17,7 +23,9 @@ pub use crate::sway_yaw::{
     ModelOrder, ResidualTest, ResidualTests, SecondOrder, SecondOrderNomoto, Structure,
     SwayYawIntervals, SwayYawModel, SwayYawState,
 };
-use likelihood::{A11, A21, CROSS_FLOW, Comparisons, LAG, PARAMETERS, Summit, Theta, model_of};
+use comparisons::Comparisons;
+use likelihood::Summit;
+use theta::{A11, A21, CROSS_FLOW, LAG, PARAMETERS, Theta, model_of};
 
 /// Finds the order of the yaw model that a record supports, and estimates it.
 ///

@@ -2,7 +2,8 @@
 
 use seatrial_core::Sample;
 
-use super::likelihood::{C0, Comparisons, HEADING, Theta, YAW_RATE};
+use super::comparisons::Comparisons;
+use super::theta::{C0, HEADING, Theta, YAW_RATE};
 use crate::manoeuvre::Manoeuvre;
 use seatrial_core::refine::Disturbance;
 

@@ -1,6 +1,8 @@
 //! The largest likelihood of every structure, without a disturbance and with the likeliest.
 
-use super::likelihood::{A11, A21, A22, B2, C0, CROSS_FLOW, Comparisons, LAG, Summit, Theta};
+use super::comparisons::Comparisons;
+use super::likelihood::Summit;
+use super::theta::{A11, A21, A22, B2, C0, CROSS_FLOW, LAG, Theta};
 use super::{Candidate, Structure, free_parameters};
 use seatrial_core::refine::{DISTURBANCE_TIME_CONSTANTS, Disturbance};
 
