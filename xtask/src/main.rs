@@ -30,7 +30,7 @@ const CHECKS: [(&str, &str); 8] = [
     ),
     (
         "estimation for a browser",
-        "check -p seatrial -p seatrial-report -p seatrial-sim --target wasm32-unknown-unknown",
+        "check -p seatrial -p seatrial-report --target wasm32-unknown-unknown",
     ),
     ("the release binary", "build --release -p seatrial-cli"),
     ("tests", "nextest run --workspace --no-fail-fast"),

@@ -3,30 +3,17 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use seatrial::pitch::{self, PitchIdentification, PitchPlan, PitchRun, PitchTrial};
+use seatrial::pitch::{PitchIdentification, PitchPlan, PitchRun, PitchTrial};
 use seatrial::record::Window;
 use seatrial::verdict::three_figures;
-use seatrial_core::DivingSample;
-use seatrial_logbook::{Logbook, NewPitchTrial, PitchEntry};
+use seatrial_app::pitch::{self, PitchReplay, PitchTrialDocument, PitchTrialError};
+use seatrial_logbook::Logbook;
 use seatrial_report as report;
-use seatrial_sim::SimulatedVehicle;
-use serde::Serialize;
 
 use crate::log::LogArgs;
 use crate::output::{Exit, Failure, Output, save_page};
 use crate::table::Table;
 use crate::windows::WindowArgs;
-use seatrial_app::documents::Source;
-use seatrial_app::simulated;
-
-/// Columns of a pitch log.
-const COLUMNS: [&str; 5] = [
-    "time_s",
-    "pitch_rad",
-    "elevator_rad",
-    "depth_m",
-    "surge_speed_m_s",
-];
 
 /// Which motion is identified.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -35,47 +22,6 @@ pub enum Axis {
     Yaw,
     /// Pitch under the elevator.
     Pitch,
-}
-
-#[derive(Serialize)]
-struct TrialDocument<'a> {
-    schema: &'static str,
-    vehicle: &'a str,
-    seed: Option<u64>,
-    plan: &'a PitchPlan,
-    runs: &'a [PitchRun],
-    aborted: Option<&'a str>,
-}
-
-impl<'a> TrialDocument<'a> {
-    fn of(
-        schema: &'static str,
-        vehicle: &'a str,
-        seed: Option<u64>,
-        trial: &'a PitchTrial,
-    ) -> Self {
-        Self {
-            schema,
-            vehicle,
-            seed,
-            plan: &trial.plan,
-            runs: &trial.runs,
-            aborted: trial.aborted.as_deref(),
-        }
-    }
-}
-
-/// The pitch trial of that number, or the last one.
-fn chosen(logbook: &Logbook, number: Option<i64>) -> Result<(PitchEntry, PitchTrial), Failure> {
-    let last = || Ok(logbook.pitch_trials()?.last().map(|entry| entry.number));
-    let number = number.map_or_else(last, |number| Ok::<_, Failure>(Some(number)))?;
-    let number = number.ok_or_else(|| {
-        Failure::input(format!(
-            "{}: the logbook holds no pitch trial yet; `seatrial trial --axis pitch` runs one",
-            logbook.path().display()
-        ))
-    })?;
-    Ok(logbook.pitch_trial(number)?)
 }
 
 /// The number of a pitch trial on the command line.
@@ -92,9 +38,9 @@ pub fn number(given: Option<&str>) -> Result<Option<i64>, Failure> {
 
 /// `logbook show --axis pitch`.
 pub fn show(logbook: &Logbook, number: Option<i64>, output: &Output) -> Result<Exit, Failure> {
-    let (entry, trial) = chosen(logbook, number)?;
+    let (entry, trial) = pitch::chosen(logbook, number)?;
     output.print(&entry, || {
-        let document = TrialDocument::of("", &entry.vehicle, entry.seed, &trial);
+        let document = PitchTrialDocument::of(&entry.vehicle, entry.seed, &trial);
         format!(
             "pitch trial {}, {}, configuration {}, seatrial {}\n{}",
             entry.number,
@@ -114,22 +60,22 @@ pub fn export(
     out: Option<&Path>,
     output: &Output,
 ) -> Result<Exit, Failure> {
-    let (entry, trial) = chosen(logbook, number)?;
+    let (entry, trial) = pitch::chosen(logbook, number)?;
     match out {
         Some(path) => save_log(path, &trial)?,
-        None => output.print(&entry, || csv(&trial.samples))?,
+        None => output.print(&entry, || pitch::csv(&trial.samples))?,
     }
     Ok(Exit::Done)
 }
 
 fn save_log(path: &Path, trial: &PitchTrial) -> Result<(), Failure> {
-    std::fs::write(path, csv(&trial.samples))
+    std::fs::write(path, pitch::csv(&trial.samples))
         .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))
 }
 
 /// `report --axis pitch`.
 pub fn page(logbook: &Logbook, number: Option<i64>) -> Result<String, Failure> {
-    let (entry, _) = chosen(logbook, number)?;
+    let (entry, _) = pitch::chosen(logbook, number)?;
     page_of(logbook, entry.number)
 }
 
@@ -147,45 +93,27 @@ fn page_of(logbook: &Logbook, number: i64) -> Result<String, Failure> {
     Ok(report::render_pitch(&entry.vehicle, &trial, &provenance))
 }
 
-#[derive(Serialize)]
-struct ReplayDocument<'a> {
-    schema: &'static str,
-    pitch_trial: i64,
-    recorded_by: &'a str,
-    replayed_by: &'static str,
-    identical: bool,
-    samples: usize,
-}
-
 /// `replay --axis pitch`.
 pub fn replay(logbook: &Logbook, number: Option<i64>, output: &Output) -> Result<Exit, Failure> {
-    let (entry, trial) = chosen(logbook, number)?;
-    let identical = trial.again() == trial;
-    let document = ReplayDocument {
-        schema: "seatrial.pitch_replay.v1",
-        pitch_trial: entry.number,
-        recorded_by: &entry.software_version,
-        replayed_by: env!("CARGO_PKG_VERSION"),
-        identical,
-        samples: trial.samples.len(),
-    };
-    output.print(&document, || {
+    let (entry, trial) = pitch::chosen(logbook, number)?;
+    let replay = PitchReplay::of(&entry, &trial);
+    output.print(&replay, || {
         format!(
             "pitch trial {}: {} results of {} samples {}",
-            entry.number,
-            trial.runs.len(),
-            document.samples,
-            if identical {
+            replay.pitch_trial,
+            replay.results,
+            replay.samples,
+            if replay.identical {
                 "replayed, every one the same bit for bit".into()
             } else {
                 format!(
                     "differ; recorded by seatrial {}, replayed by {}",
-                    document.recorded_by, document.replayed_by
+                    replay.recorded_by, replay.replayed_by
                 )
             }
         )
     })?;
-    Ok(if identical {
+    Ok(if replay.identical {
         Exit::Done
     } else {
         Exit::Rejected
@@ -208,28 +136,16 @@ pub fn trial(
     kept: &Kept,
     output: &Output,
 ) -> Result<Exit, Failure> {
-    let plan = plan.map_or(Ok(PitchPlan::default()), load_plan)?;
+    let plan = plan.map_or(Ok(PitchPlan::default()), pitch::load_plan)?;
     let mut logbook = Logbook::open(kept.logbook)?;
-    let SimulatedVehicle::SixDof(mut vehicle) = simulated::vehicle(name, seed)? else {
-        return Err(Failure::usage(format!(
-            "--axis pitch: {name} has no pitch, it only turns; take sim:starfish-6dof or sim:remus100"
-        )));
-    };
-    let trial = pitch::trial(vehicle.as_mut(), plan);
-    let about = NewPitchTrial {
-        configuration: kept.configuration,
-        software_version: env!("CARGO_PKG_VERSION"),
-        vehicle: name,
-        seed: Some(seed),
-    };
-    let number = logbook.enter_pitch_trial(&about, &trial)?;
+    let (number, trial) = pitch::trial(name, seed, plan, kept.configuration, &mut logbook)?;
     if let Some(path) = kept.log {
         save_log(path, &trial)?;
     }
     if let Some(path) = kept.page {
         save_page(path, &page_of(&logbook, number)?)?;
     }
-    let document = TrialDocument::of("seatrial.pitch_trial.v1", name, Some(seed), &trial);
+    let document = PitchTrialDocument::of(name, Some(seed), &trial);
     output.print(&document, || {
         format!(
             "{}\nlogbook  {}, pitch trial {number}",
@@ -246,35 +162,7 @@ pub fn trial(
     })
 }
 
-/// The plan of a file; what it leaves out is the default's.
-fn load_plan(path: &Path) -> Result<PitchPlan, Failure> {
-    let failure = |problem: &str| Failure::input(format!("{}: {problem}", path.display()));
-    let text = std::fs::read_to_string(path).map_err(|error| failure(&error.to_string()))?;
-    let plan: PitchPlan = toml::from_str(&text)
-        .map_err(|error| failure(&format!("not a plan of a pitch trial: {error}")))?;
-    plan.check()
-        .map_err(|(field, requirement)| failure(&format!("{field} must be {requirement}")))?;
-    Ok(plan)
-}
-
-fn csv(samples: &[DivingSample<f64>]) -> String {
-    let mut text = COLUMNS.join(",") + "\n";
-    let optional = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
-    for sample in samples {
-        let _ = writeln!(
-            text,
-            "{},{},{},{},{}",
-            sample.time_s,
-            sample.pitch_rad,
-            sample.elevator_rad,
-            optional(sample.depth_m),
-            optional(sample.surge_speed_m_s)
-        );
-    }
-    text
-}
-
-fn trial_text(document: &TrialDocument) -> String {
+fn trial_text(document: &PitchTrialDocument) -> String {
     let mut table = Table::new(&[
         ("thrust", "%"),
         ("speed", "m/s"),
@@ -335,14 +223,6 @@ fn trial_text(document: &TrialDocument) -> String {
     )
 }
 
-#[derive(Serialize)]
-struct LogDocument<'a> {
-    schema: &'static str,
-    source: Source,
-    #[serde(flatten)]
-    identification: &'a PitchIdentification,
-}
-
 /// A pitch model from a log.
 pub fn identify(log: &LogArgs, windows: &WindowArgs, output: &Output) -> Result<Exit, Failure> {
     let mut channels = log.channels.clone();
@@ -354,37 +234,24 @@ pub fn identify(log: &LogArgs, windows: &WindowArgs, output: &Output) -> Result<
         log: log.log.clone(),
         channels,
     })?;
-    if logs.validation_log.is_some() {
-        return Err(Failure::usage(
-            "--validate-on does not go with --axis pitch",
-        ));
-    }
-    let samples: Vec<DivingSample<f64>> = logs
-        .log
-        .record
-        .samples
-        .iter()
-        .map(|sample| DivingSample {
-            time_s: sample.time_s,
-            pitch_rad: sample.heading_rad,
-            elevator_rad: sample.rudder_rad,
-            depth_m: sample.depth_m,
-            surge_speed_m_s: sample.surge_speed_m_s,
-        })
-        .collect();
-    let identification = pitch::identify(&samples, logs.training, logs.validation)
-        .map_err(|error| Failure::rejected(format!("{}: {error}", logs.log.path.display())))?;
-    let document = LogDocument {
-        schema: "seatrial.pitch_identification.v1",
-        source: logs.log.source(),
-        identification: &identification,
-    };
-    output.print(&document, || identification_text(&identification))?;
-    Ok(if identification.accepted {
+    let document = pitch::identify(&logs)?;
+    let found = &document.identification;
+    output.print(&document, || identification_text(found))?;
+    Ok(if found.accepted {
         Exit::Done
     } else {
         Exit::Rejected
     })
+}
+
+impl From<PitchTrialError> for Failure {
+    fn from(error: PitchTrialError) -> Self {
+        match error {
+            PitchTrialError::NoPitch(_) => Self::usage(error),
+            PitchTrialError::Vehicle(error) => error.into(),
+            PitchTrialError::Logbook(error) => error.into(),
+        }
+    }
 }
 
 fn identification_text(found: &PitchIdentification) -> String {
