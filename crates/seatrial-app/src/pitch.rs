@@ -77,7 +77,7 @@ pub struct PitchReplay {
     pub recorded_by: String,
     /// The version that ran it again.
     pub replayed_by: &'static str,
-    /// Is every result equal, bit for bit?
+    /// Is every number and every decision equal, bit for bit? The words of reasons may be those of another version.
     pub identical: bool,
     /// Samples taken.
     pub samples: usize,
@@ -94,11 +94,20 @@ impl PitchReplay {
             pitch_trial: entry.number,
             recorded_by: entry.software_version.clone(),
             replayed_by: env!("CARGO_PKG_VERSION"),
-            identical: trial.again() == *trial,
+            identical: without_words(trial.again()) == without_words(trial.clone()),
             samples: trial.samples.len(),
             results: trial.runs.len(),
         }
     }
+}
+
+fn without_words(mut trial: PitchTrial) -> PitchTrial {
+    let found = trial
+        .runs
+        .iter_mut()
+        .filter_map(|run| run.identification.as_mut());
+    found.for_each(|found| found.reason.clear());
+    trial
 }
 
 /// Runs a pitch trial on a simulated vehicle and enters it in the logbook; its number there.
