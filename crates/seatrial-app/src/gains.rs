@@ -1,4 +1,17 @@
 //! Gains, feed-forward and margins of the heading controller, from models and between them.
+//!
+//! ```no_run
+//! use std::path::Path;
+//!
+//! use seatrial_app::gains::Wanted;
+//! use seatrial_app::models::of_schedule_file;
+//!
+//! let models = of_schedule_file(Path::new("schedule.toml"))?;
+//! for point in Wanted::default().gains(&models)?.points {
+//!     println!("{:?} m/s: {:?}", point.surge_speed_m_s, point.proportional_gain);
+//! }
+//! # Ok::<(), seatrial_app::Error>(())
+//! ```
 
 use seatrial::GainAllowance;
 use seatrial::export::{OperatingPoint, Schedule};
@@ -25,6 +38,19 @@ pub struct Wanted {
     pub at: Option<(ScheduleKey, f64)>,
     /// What to do with a place beyond the identified range.
     pub beyond: Beyond,
+}
+
+impl Default for Wanted {
+    /// What `seatrial gains` takes without options: a damping ratio of 1/sqrt(2), and what the record tells of the loop.
+    fn default() -> Self {
+        Self {
+            damping_ratio: std::f64::consts::FRAC_1_SQRT_2,
+            delay_s: None,
+            interval_s: None,
+            at: None,
+            beyond: Beyond::Refuse,
+        }
+    }
 }
 
 /// `gains --json`.

@@ -209,7 +209,8 @@ impl<T: Real> Estimator<T> {
         })
     }
 
-    /// Takes in a sample of the settling phase: moves the filters, learns nothing.
+    /// Takes in a sample of the settling phase: moves the filters, learns nothing. Call it before the training, too, so that the
+    /// filters have settled. Answers what became of the sample; [`rejected`](Self::rejected) counts those that were refused.
     pub fn warm(&mut self, time_s: f64, heading_rad: T, rudder_rad: T) -> Intake {
         match self.filter(time_s, heading_rad, rudder_rad) {
             Filtering::Rejected(cause) => Intake::Rejected(cause),
@@ -217,7 +218,8 @@ impl<T: Real> Estimator<T> {
         }
     }
 
-    /// Takes in a sample of the training phase. The rudder acts from this instant on.
+    /// Takes in a sample of the training phase. The rudder, rad, acts from this instant until the next sample. Answers what
+    /// became of the sample; [`rejected`](Self::rejected) counts those that were refused.
     pub fn update(&mut self, time_s: f64, heading_rad: T, rudder_rad: T) -> Intake {
         let filtering = self.filter(time_s, heading_rad, rudder_rad);
         let now = self.filtered();
