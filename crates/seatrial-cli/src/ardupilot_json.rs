@@ -9,9 +9,8 @@ use std::time::{Duration, Instant};
 
 use seatrial_links::ardupilot_json::channel::{Channel, mean_deflection};
 use seatrial_links::ardupilot_json::{SensorFrame, ServoFrame};
-use seatrial_sim::SimulatedConfig;
-use seatrial_sim::six_dof::DrivenVehicle;
 use seatrial_sim::six_dof::commands::Commands;
+use seatrial_sim::{Driven, SimulatedConfig};
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output, say};
@@ -28,7 +27,8 @@ const PACKET_BYTES: usize = 1024;
 #[command(after_help = "\
 Time goes on by one frame for every new frame of ArduPilot, however long that takes. A channel is written as
 NUMBER[:MIN:TRIM:MAX] in us; MIN above MAX reverses it. A pulse of 0 is the trim. Several, with commas between them, are
-thrusters that share it: it is their mean. Without --elevator the vehicle holds its depth itself. Ends with Ctrl-C.
+thrusters that share it: it is their mean. Without --elevator, and where it has none, the vehicle holds its depth itself. Ends
+with Ctrl-C.
 
 ArduPilot sends to port 9002 of the address after JSON:, here as a rover that steers with channel 1 and drives with 3:
   sim_vehicle.py -v Rover --model JSON:127.0.0.1
@@ -39,7 +39,7 @@ and as ArduSub's vectored frame, with the options
 Example:
   seatrial sim ardupilot-json --vehicle sim:remus100 --rudder 4 --elevator 2 --throttle 3:1000:1000:2000 --frames 0")]
 pub struct Args {
-    /// The vehicle: sim:starfish-6dof, sim:remus100, or sim:FILE.toml of six degrees of freedom.
+    /// The vehicle: sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml.
     #[arg(long, value_name = "VEHICLE", default_value = "sim:starfish-6dof")]
     vehicle: String,
     /// Seed of disturbance and waves.
@@ -98,8 +98,8 @@ struct Document<'a> {
 /// One vehicle and whoever drives it.
 struct Simulation<'a> {
     args: &'a Args,
-    start: DrivenVehicle,
-    vehicle: DrivenVehicle,
+    start: Driven,
+    vehicle: Driven,
     limits_rad: [f64; 2],
     last: Option<(ServoFrame, String)>,
     commands: Commands,
@@ -108,18 +108,13 @@ struct Simulation<'a> {
 
 /// Runs until it is interrupted.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let SimulatedConfig::SixDof(config) = simulated::config(&args.vehicle)? else {
-        return Err(Failure::usage(format!(
-            "--vehicle {}: it only turns; take sim:starfish-6dof, sim:remus100 or a file with a table vehicle",
-            args.vehicle
-        )));
-    };
-    let start = DrivenVehicle::new(config.as_ref().clone(), args.seed).map_err(Failure::input)?;
+    let config = simulated::config(&args.vehicle)?;
+    let start = Driven::new(&config, args.seed).map_err(Failure::input)?;
     let mut simulation = Simulation {
         args,
         vehicle: start.clone(),
         start,
-        limits_rad: [config.rudder.limit_rad, config.elevator.limit_rad],
+        limits_rad: limits_rad(&config),
         last: None,
         commands: Commands::default(),
         traffic: Traffic::default(),
@@ -134,6 +129,14 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     };
     output.print(&document, || simulation.to_string())?;
     Ok(Exit::Done)
+}
+
+/// The largest angles of rudder and elevator, rad.
+fn limits_rad(config: &SimulatedConfig) -> [f64; 2] {
+    match config {
+        SimulatedConfig::FirstOrder(config) => [config.rudder_limit_rad, 0.0],
+        SimulatedConfig::SixDof(config) => [config.rudder.limit_rad, config.elevator.limit_rad],
+    }
 }
 
 impl Simulation<'_> {

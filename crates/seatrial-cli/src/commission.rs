@@ -1,5 +1,6 @@
 //! `seatrial commission`: gains into an autopilot, proven by heading steps, kept or put back.
 
+mod own;
 mod vehicle;
 
 use std::path::{Path, PathBuf};
@@ -29,13 +30,18 @@ The boat steps with its old gains first: a model that does not tell what it does
 the new gains are written and read back, tried by a small step and by full ones, and stay only if they do no worse than the
 old ones and than foreseen. Whatever ends it, the old gains are put back or listed for `seatrial vehicle restore`.
 
+Where the heading controller is ours, the constant gain of the slowest speed steps first at every speed of the campaign, and the
+gain of the speed after it.
+
 Exit code 0: the new gains are proven and stay; 4: refused, or the old ones are back; 5: aborted and handed back; 6: something
 could not be put back.
 
-Example:
-  seatrial commission --vehicle mavlink:udp:127.0.0.1:14550 --logbook seatrial.db --yes")]
+Examples:
+  seatrial commission --vehicle mavlink:udp:127.0.0.1:14550 --logbook seatrial.db --yes
+  seatrial trial && seatrial commission --vehicle sim:starfish")]
 pub struct Args {
-    /// The vehicle: mavlink:udp:HOST:PORT, mavlink:udpout:HOST:PORT, mavlink:tcp:HOST:PORT or mavlink:serial:DEVICE:BAUD.
+    /// The vehicle: mavlink:udp:HOST:PORT, mavlink:udpout:HOST:PORT, mavlink:tcp:HOST:PORT or mavlink:serial:DEVICE:BAUD, whose
+    /// autopilot steers; sim:starfish, sim:FILE.toml or ros2:FILE.toml, which our own heading controller steers.
     #[arg(long, value_name = "VEHICLE")]
     vehicle: String,
     /// Logbook with the vehicle's trial; what is changed is kept beside it until it is put back.
@@ -59,6 +65,9 @@ pub struct Args {
     /// The plan whose envelope holds, a TOML file [default: the campaign's].
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
+    /// Seed of a simulated vehicle.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
     /// Do not ask before the vehicle moves and its gains change.
     #[arg(long)]
     yes: bool,
@@ -96,6 +105,9 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             args.step_deg,
             plan.envelope.heading_excursion_max_rad.to_degrees()
         )));
+    }
+    if !args.vehicle.starts_with("mavlink:") {
+        return own::run(args, &models, &plan, output);
     }
     let files = Files::beside(&args.logbook);
     files.refuse_left_over(&args.vehicle)?;
@@ -140,7 +152,8 @@ impl Args {
             Some(path) => of_document(path, None)?,
             None => of_campaign(&self.logbook, self.campaign.as_deref())?,
         };
-        models.unless_rehearsed(self.rehearsal)?;
+        // A simulator may have what a rehearsal found.
+        models.unless_rehearsed(self.rehearsal || self.vehicle.starts_with("sim:"))?;
         if let Some(reason) = models.rejected.first() {
             return Err(Failure::rejected(format!("{}: {reason}", models.origin)));
         }

@@ -1,10 +1,14 @@
 //! `seatrial study commission`: commissions of many simulated boats, beside the defaults and QuickTune's rule.
 
 use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
 
-use seatrial::commission::study::Method;
+use seatrial::commission::study::{CLASSES_S, Method, boat_of};
 use seatrial_app::studies::commission::{Class, Commissions, boats_of_all, commission_boats};
 use seatrial_app::workers::Workers;
+use seatrial_sim::VehicleConfig;
+use seatrial_sim::plant::{Disturbance, Servo, SpeedPoint};
+use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};
 use crate::progress;
@@ -27,13 +31,25 @@ pub struct Args {
     /// Loops of the autopilot per second.
     #[arg(long, value_name = "HZ", default_value_t = 50, value_parser = clap::value_parser!(u32).range(10..=1000))]
     loop_rate: u32,
+    /// Write each boat into this folder, for `sim ardupilot-json --vehicle sim:FILE.toml`, and commission none.
+    #[arg(long, value_name = "DIR")]
+    vehicles: Option<PathBuf>,
     /// Threads [default: all cores]. The result does not depend on it.
     #[arg(long)]
     threads: Option<NonZeroUsize>,
 }
 
+/// Of the boats that are written: rudder at full steering, rad; speed at half thrust, m/s; disturbance as a share of what full
+/// steering gives.
+const FULL_RUDDER_RAD: f64 = 0.6;
+const SURGE_SPEED_M_S: f64 = 1.5;
+const DISTURBANCE: f64 = 0.001;
+
 /// Commissions them.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    if let Some(folder) = &args.vehicles {
+        return write_vehicles(args, folder, output);
+    }
     let bar = progress::bar(boats_of_all(args.boats));
     let done = || bar.inc(1);
     let workers = Workers::new(args.threads, &done);
@@ -41,6 +57,78 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     bar.finish_and_clear();
     output.print(&document, || text(&document))?;
     Ok(Exit::Done)
+}
+
+/// The seed of the first boat of a class.
+fn first_seed(args: &Args, class: usize) -> u64 {
+    args.seed.wrapping_add(1_000_000 * class as u64)
+}
+
+/// The files of boats that `study commission --vehicles` has written.
+#[derive(Serialize)]
+struct Written {
+    schema: &'static str,
+    vehicles: Vec<PathBuf>,
+}
+
+fn write_vehicles(args: &Args, folder: &Path, output: &Output) -> Result<Exit, Failure> {
+    let failed = |path: &Path, error: &dyn std::fmt::Display| {
+        Failure::input(format!("{}: {error}", path.display()))
+    };
+    std::fs::create_dir_all(folder).map_err(|error| failed(folder, &error))?;
+    let mut written = Written {
+        schema: "seatrial.commission_boats.v1",
+        vehicles: Vec::new(),
+    };
+    for (number, class_s) in CLASSES_S.iter().enumerate() {
+        for boat in 0..args.boats {
+            let seed = first_seed(args, number).wrapping_add(boat);
+            let name = format!("boat-{}-{}", number + 1, boat + 1);
+            let path = folder.join(format!("{name}.toml"));
+            let config = vehicle(name, *class_s, seed);
+            let text = toml::to_string(&config).map_err(Failure::internal)?;
+            std::fs::write(&path, text).map_err(|error| failed(&path, &error))?;
+            written.vehicles.push(path);
+        }
+    }
+    output.print(&written, || {
+        let count = written.vehicles.len();
+        format!("{count} boats in {}", folder.display())
+    })?;
+    Ok(Exit::Done)
+}
+
+/// A boat of the study as a vehicle. Its rudder has the boat's lag; the dead time is the autopilot's own.
+fn vehicle(name: String, class_s: [f64; 2], seed: u64) -> VehicleConfig {
+    let boat = boat_of(class_s, seed);
+    let [a22_per_s, authority, c0_rad_per_s2] = boat.model.theta();
+    let b2_per_s2 = authority / FULL_RUDDER_RAD;
+    let at = |thrust: f64| {
+        let faster = thrust / 0.5;
+        SpeedPoint {
+            thrust,
+            surge_speed_m_s: faster * SURGE_SPEED_M_S,
+            a22_per_s: faster * a22_per_s,
+            b2_per_s2: faster * faster * b2_per_s2,
+            c0_rad_per_s2: faster * faster * c0_rad_per_s2,
+        }
+    };
+    VehicleConfig {
+        name,
+        rudder_limit_rad: FULL_RUDDER_RAD,
+        depth_m: 0.0,
+        initial_thrust: 0.5,
+        servo: Servo {
+            time_constant_s: boat.lag_s,
+            rate_limit_rad_s: None,
+        },
+        disturbance: Disturbance {
+            standard_deviation_rad_s2: DISTURBANCE * authority,
+            correlation_time_s: 2.0,
+        },
+        speeds: vec![at(0.5), at(1.0)],
+        ..VehicleConfig::starfish()
+    }
 }
 
 fn text(document: &Commissions) -> String {

@@ -38,7 +38,7 @@ b2_per_s2 = 10.0
 c0_rad_per_s2 = 0.04
 "#;
 
-/// Times faster than a real vehicle: a heading is repeated every 0.1 s, and the autopilot waits 0.4 s of its own for it.
+/// Times faster than a real vehicle, on a busy computer: the autopilot waits for a heartbeat for 0.3 s of its own.
 const SPEED: &str = "3";
 
 /// A vehicle that plays until it is dropped.
@@ -48,14 +48,14 @@ struct Played {
 }
 
 impl Played {
-    fn start(folder: &Path) -> Self {
+    fn start(folder: &Path, vehicle: &str) -> Self {
         std::fs::write(folder.join("boat.toml"), BOAT).unwrap();
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let place = listener.local_addr().unwrap().to_string();
         drop(listener);
         let process = program()
             .current_dir(folder)
-            .args(["sim", "mavlink", "--vehicle", "sim:boat.toml"])
+            .args(["sim", "mavlink", "--vehicle", vehicle])
             .args(["--speed", SPEED, "--tcp", &place])
             .stdout(Stdio::null())
             .stderr(Stdio::null())
@@ -94,7 +94,7 @@ fn commission(folder: &Path, boat: &Played, source: &[&str]) -> (Option<i32>, Va
 fn cli_gains_from_a_trial_are_proven_kept_and_undone() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let boat = Played::start(folder);
+    let boat = Played::start(folder, "sim:boat.toml");
     std::fs::write(folder.join("plan.toml"), "thrusts = [0.5]\n").unwrap();
     let trial = ["trial", "--yes", "--plan", "plan.toml"];
     let trial = run_in(folder, &[&trial[..], &boat.link()].concat());
@@ -208,4 +208,48 @@ fn cli_the_study_of_commissions_reaches_its_goals() {
             "{class}"
         );
     }
+}
+
+/// Boats of the study for the firmware's simulation: each is a vehicle of its class.
+#[test]
+fn cli_the_boats_of_the_study_are_vehicles() {
+    let folder = tempfile::tempdir().unwrap();
+    let written = ["study", "commission", "--boats", "2", "--vehicles", "boats"];
+    let output = run_in(folder.path(), &[&written[..], &["--json"]].concat());
+    let found = document(&output);
+    let vehicles = found["vehicles"].as_array().unwrap();
+    assert_eq!(vehicles.len(), 6);
+    for (number, path) in vehicles.iter().enumerate() {
+        let path = folder.path().join(path.as_str().unwrap());
+        let config =
+            seatrial_sim::VehicleConfig::from_toml(&std::fs::read_to_string(path).unwrap());
+        let time_constant_s = -1.0 / config.unwrap().speeds[0].a22_per_s;
+        let [low, high] = [[0.2, 0.6], [0.6, 2.0], [2.0, 6.0]][number / 2];
+        assert!((low..=high).contains(&time_constant_s), "{time_constant_s}");
+    }
+}
+
+/// Every command of docs/ardupilot.md in turn, on the vehicle that the page plays.
+#[test]
+fn cli_the_page_for_an_ardupilot_boat_is_walked() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/ardupilot.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let boat = Played::start(folder.path(), "sim:starfish");
+    // Not those that install, and not the vehicle itself.
+    let is_walked = |line: &&str| line.starts_with("seatrial ") && !line.contains(" sim mavlink");
+    let mut commissioned = false;
+    for line in page.lines().filter(is_walked) {
+        let line = line.replace("mavlink:udp:127.0.0.1:14550", &boat.address);
+        let arguments: Vec<&str> = line.split(' ').skip(1).collect();
+        let output = run_in(folder.path(), &arguments);
+        let (said, errors) = (text(&output.stdout), text(&output.stderr));
+        assert_eq!(output.status.code(), Some(0), "{line}\n{said}{errors}");
+        if arguments[0] == "commission" {
+            assert!(said.starts_with("KEPT"), "{said}");
+            commissioned = true;
+        }
+    }
+    assert!(commissioned);
+    assert!(!folder.path().join("seatrial.old-gains.toml").exists());
 }

@@ -9,7 +9,7 @@
 //! s   = limit(F t + P x + i + D d, 1),   i = limit(i + I x h, i_max)
 //! ```
 //!
-//! While the steering is at its limit, i only shrinks.
+//! While the steering is at its limit, i only shrinks; where I is 0, so is i.
 //!
 //! | symbol | identifier | unit | positive sense |
 //! |---|---|---|---|
@@ -126,6 +126,9 @@ impl<T: Real> RateCascade<T> {
         let grown = state.integral + s.rate_integral_gain * state.error * interval_s;
         if !state.is_limited || grown.abs() < state.integral.abs() {
             state.integral = grown.limited_to(s.integral_limit);
+        }
+        if s.rate_integral_gain == T::ZERO {
+            state.integral = T::ZERO;
         }
         let asked = s.feed_forward_s * state.target
             + s.rate_gain_s * state.error

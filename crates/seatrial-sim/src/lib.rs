@@ -4,6 +4,7 @@
 mod body;
 pub mod config;
 mod config_error;
+pub mod driven;
 pub mod faults;
 pub mod file;
 mod helm;
@@ -18,6 +19,7 @@ pub mod vehicle;
 
 pub use config::VehicleConfig;
 pub use config_error::ConfigError;
+pub use driven::Driven;
 pub use faults::{FaultyVehicle, Scenario, ScenarioError};
 pub use file::VehicleFile;
 pub use plant::Truth;

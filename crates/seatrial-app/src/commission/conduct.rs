@@ -68,7 +68,7 @@ impl Commission<'_> {
     fn run(&mut self, found: &mut Commissioned) -> Result<Ending, Lost> {
         let proposal = self.order.proposal;
         let old = self.steps(&proposal.test, "old gains")?;
-        let response = self.measured(&old.legs, proposal.test.step_rad, "old gains")?;
+        let response = self.measured(&old, proposal.test.step_rad, "old gains")?;
         found.old = Some(response);
         let check = check_model(&proposal.evidence.boat(), &old.legs);
         (self.progress)(&format!("model: {}", check_text(&check)));
@@ -92,7 +92,7 @@ impl Commission<'_> {
                 Stage::Full => "new gains",
             };
             let steps = self.steps(&test, name)?;
-            let new = self.measured(&steps.legs, test.step_rad, name)?;
+            let new = self.measured(&steps, test.step_rad, name)?;
             match stage {
                 Stage::Small => found.small = Some(new),
                 Stage::Full => found.new = Some(new),
@@ -173,13 +173,15 @@ impl Commission<'_> {
 
     fn measured(
         &mut self,
-        legs: &[Vec<StepInstant>],
+        record: &StepRecord,
         step_rad: f64,
         name: &str,
     ) -> Result<Response, Lost> {
-        let response = Response::measure(legs, step_rad, self.order.proposal.smoothing_s);
+        let response = Response::measure(&record.legs, step_rad, self.order.proposal.smoothing_s);
         let response = response.ok_or_else(|| ended_for(AbortReason::StaleSamples))?;
-        (self.progress)(&format!("{name}: {}", response_text(&response)));
+        let speed = record.surge_speed_m_s;
+        let at = speed.map_or(String::new(), |speed| format!("at {speed:.2} m/s "));
+        (self.progress)(&format!("{name}: {at}{}", response_text(&response)));
         Ok(response)
     }
 }

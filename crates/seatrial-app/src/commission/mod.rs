@@ -9,6 +9,7 @@
 //! Whatever ends it, the vehicle is handed back with the gains that it was found with, unless the new ones were proven.
 
 mod conduct;
+mod own_loop;
 mod proposal;
 mod step_run;
 
@@ -17,6 +18,7 @@ use seatrial_core::{AbortReason, CascadeSettings, Sample};
 use serde::Serialize;
 
 pub use conduct::{Order, Progress, conduct};
+pub use own_loop::{OwnLoop, OwnProposal, OwnSpeed, propose_own};
 pub use proposal::{Control, Proposal, model_at, propose};
 pub use step_run::{StepRecord, StepRun, Wanted};
 

@@ -63,27 +63,11 @@ pub fn propose(
 ) -> Result<Proposal, NoProposal> {
     let evidence = evidence(point, full_rudder_rad * control.output_scale, control);
     let settings = designed(&evidence, &control.settings)?;
-    let loops = (control.sample_interval_s / control.loop_interval_s)
-        .round()
-        .max(1.0);
     let smoothing_s = 0.2 / settings.angle_gain_per_s;
-    let longest = StepTest {
-        step_rad,
-        settle_s: 5.0,
-        hold_s: LONGEST_HOLD_S,
-        sample_interval_s: loops * control.loop_interval_s,
-        loop_interval_s: control.loop_interval_s,
-    };
-    let settled_s: f64 = foresee(&evidence, &settings, &longest, smoothing_s)
-        .settling_s
-        .high;
-    let test = StepTest {
-        hold_s: (2.5 * settled_s + 2.0).clamp(SHORTEST_HOLD_S, LONGEST_HOLD_S),
-        ..longest
-    };
+    let (test, new_foreseen) = held_steps(&evidence, &settings, step_rad, control, smoothing_s);
     Ok(Proposal {
         old_foreseen: foresee(&evidence, &control.settings, &test, smoothing_s),
-        new_foreseen: foresee(&evidence, &settings, &test, smoothing_s),
+        new_foreseen,
         evidence,
         control: *control,
         settings,
@@ -91,6 +75,34 @@ pub fn propose(
         test,
         smoothing_s,
     })
+}
+
+/// Steps that are held for as long as boats with these settings take to settle, and what they are foreseen to do.
+pub(super) fn held_steps(
+    evidence: &Evidence,
+    settings: &CascadeSettings<f64>,
+    step_rad: f64,
+    control: &Control,
+    smoothing_s: f64,
+) -> (StepTest, Foreseen) {
+    let loops = (control.sample_interval_s / control.loop_interval_s)
+        .round()
+        .max(1.0);
+    let longest = StepTest {
+        step_rad,
+        settle_s: 5.0,
+        hold_s: LONGEST_HOLD_S,
+        sample_interval_s: loops * control.loop_interval_s,
+        loop_interval_s: control.loop_interval_s,
+    };
+    let settled_s = foresee(evidence, settings, &longest, smoothing_s)
+        .settling_s
+        .high;
+    let test = StepTest {
+        hold_s: (2.5 * settled_s + 2.0).clamp(SHORTEST_HOLD_S, LONGEST_HOLD_S),
+        ..longest
+    };
+    (test, foresee(evidence, settings, &test, smoothing_s))
 }
 
 /// The model identified nearest to a speed, or the fastest where speeds are not known. It must not be faster than the
@@ -119,7 +131,8 @@ pub fn model_at(
     })
 }
 
-fn evidence(point: &ModelPoint, full_rad: f64, control: &Control) -> Evidence {
+/// What is believed of a boat of this model, its rudder in fractions of full.
+pub(super) fn evidence(point: &ModelPoint, full_rad: f64, control: &Control) -> Evidence {
     let model = point.point.model;
     let unit = [1.0, full_rad, 1.0];
     let stated = point.covariance.unwrap_or_else(|| {

@@ -4,11 +4,14 @@ use seatrial::commission::{StepInstant, StepTest};
 use seatrial_core::envelope::EnvelopeWatch;
 use seatrial_core::{AbortReason, Envelope, Real, Sample};
 
-/// The vehicle has settled on its heading within this share of the step, rad, and of its speed, for so long, s.
-const NEAR_SHARE: f64 = 0.15;
-const NEAR_SPEED: f64 = 0.15;
-const SETTLED_S: f64 = 2.0;
-/// It is waited for at most so long, s: gains that do not settle are measured all the same.
+/// The vehicle has settled on its heading within this share of the step, and of its speed, for so long, s. What it is off
+/// by and still moves counts as overshoot.
+const NEAR_SHARE: f64 = 0.05;
+const NEAR_SPEED: f64 = 0.05;
+const SETTLED_S: f64 = 3.0;
+/// Smaller steps need no better than those of this size, rad.
+const SMALLEST_RAD: f64 = 0.2;
+/// It is waited for at most so long, s, or as long as a step is held: gains that do not settle are measured all the same.
 const LONGEST_SETTLE_S: f64 = 30.0;
 
 /// What is wanted of the vehicle until the next sample.
@@ -138,7 +141,7 @@ impl StepRun {
 
     fn settle(&mut self, sample: &Sample<f64>, since_s: f64, settled_s: Option<f64>) {
         let error_rad = (sample.heading_rad - self.base_rad).wrapped();
-        let is_near = error_rad.abs() < NEAR_SHARE * self.test.step_rad.max(0.2);
+        let is_near = error_rad.abs() < NEAR_SHARE * self.test.step_rad.max(SMALLEST_RAD);
         let is_fast = self
             .speed_m_s
             .zip(sample.surge_speed_m_s)
@@ -148,8 +151,9 @@ impl StepRun {
             .filter(|_| is_near && is_fast);
         let is_settled = settled_s.is_some_and(|at_s| sample.time_s - at_s >= SETTLED_S);
         let elapsed_s = sample.time_s - since_s;
+        let longest_s = LONGEST_SETTLE_S.max(self.test.hold_s);
         self.phase = Some(
-            if is_settled && elapsed_s >= self.test.settle_s || elapsed_s > LONGEST_SETTLE_S {
+            if is_settled && elapsed_s >= self.test.settle_s || elapsed_s > longest_s {
                 Phase::Leg {
                     leg: 0,
                     since_s: sample.time_s,

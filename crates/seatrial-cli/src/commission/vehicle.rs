@@ -124,17 +124,13 @@ impl GainedVehicle for OnHeading {
     }
 
     fn write(&mut self, settings: &CascadeSettings<f64>) -> Result<(), Lost> {
-        for change in cascade::differences(&self.settings, settings) {
-            let is_written = self
-                .autopilot
-                .autopilot()
-                .write_parameter(&change.name, change.to);
+        for (name, value) in cascade::writes(&self.settings, settings) {
+            let is_written = self.autopilot.autopilot().write_parameter(name, value);
             if let Some(stopped) = self.stopped() {
                 return Err(stopped);
             }
             if !is_written {
-                let why = format!("{} could not be set to {}", change.name, change.to);
-                return Err(self.lost(why));
+                return Err(self.lost(format!("{name} could not be set to {value}")));
             }
         }
         self.settings = *settings;

@@ -149,6 +149,22 @@ pub fn differences(from: &CascadeSettings<f64>, to: &CascadeSettings<f64>) -> Ve
         .collect()
 }
 
+/// The integral gain.
+const INTEGRAL: &str = "ATC_STR_RAT_I";
+
+/// The parameters that make some settings of others, in the order in which they are written. The integral gain is 0 meanwhile,
+/// which empties the integral: what the old gains have gathered in it would push the vehicle aside for minutes.
+pub fn writes(from: &CascadeSettings<f64>, to: &CascadeSettings<f64>) -> Vec<(&'static str, f64)> {
+    let mut writes = vec![(INTEGRAL, 0.0)];
+    let changes = differences(from, to);
+    for row in ROWS.iter().filter(|row| row.name != INTEGRAL) {
+        let change = changes.iter().find(|change| change.name == row.name);
+        writes.extend(change.map(|change| (row.name, change.to)));
+    }
+    writes.push((INTEGRAL, rounded(to.rate_integral_gain)));
+    writes
+}
+
 /// A number with six figures, of those that a parameter can hold.
 fn rounded(value: f64) -> f64 {
     let short = format!("{value:.5e}").parse().unwrap_or(value);
@@ -187,6 +203,15 @@ mod tests {
             ("ATC_STR_RAT_MAX", 120.0, 28.6479),
         ];
         assert!(numbers.eq(expected), "{changed:?}");
+        let written = writes(&found, &slower);
+        let integral = ("ATC_STR_RAT_I", 0.2);
+        let expected = [
+            ("ATC_STR_RAT_I", 0.0),
+            ("ATC_STR_RAT_P", 0.333333),
+            ("ATC_STR_RAT_MAX", 28.6479),
+            integral,
+        ];
+        assert_eq!(written, expected);
         assert_eq!(settings(|_| None), Err("ATC_STR_ANG_P"));
     }
 

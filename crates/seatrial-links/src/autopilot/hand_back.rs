@@ -122,7 +122,7 @@ impl<W: Wire> Autopilot<W> {
 
     pub(super) fn release_controls(&mut self) {
         // Without a release, or a remote control to release to, the last demand would stay; a pilot who has one has his own.
-        let is_pilots = self.stopped.as_ref().is_some_and(super::Stop::is_pilot);
+        let is_pilots = self.is_pilots();
         if self.heard.is_guided {
             self.release_course(is_pilots);
             return;
@@ -137,6 +137,14 @@ impl<W: Wire> Autopilot<W> {
         }
         self.demand = None;
         self.sampler.thrust = None;
+    }
+
+    /// Does the pilot have the vehicle? A stick alone does nothing in a mode in which the autopilot steers.
+    fn is_pilots(&self) -> bool {
+        self.stopped.as_ref().is_some_and(|stop| {
+            let is_in_vain = self.heard.is_guided && matches!(stop, super::Stop::PilotStick(_));
+            stop.is_pilot() && !is_in_vain
+        })
     }
 
     /// The autopilot, which steers by itself, does nothing from now on; a pilot has chosen what it does.
@@ -185,6 +193,7 @@ impl<W: Wire> Autopilot<W> {
         }
         self.heard.our_mode = None;
         self.heard.is_guided = false;
+        self.beats_quickly = false;
         done
     }
 
@@ -194,8 +203,7 @@ impl<W: Wire> Autopilot<W> {
         let is_heading_mode = self.heard.is_guided && mode == self.profile().heading_mode();
         let is_ours =
             self.heard.our_mode.is_none() || mode == self.heard.our_mode || is_heading_mode;
-        let is_pilots = self.stopped.as_ref().is_some_and(super::Stop::is_pilot);
-        if !is_ours || is_pilots {
+        if !is_ours || self.is_pilots() {
             return;
         }
         done.rudder_neutral = Some(self.wait(2.0, |autopilot| autopilot.is_rudder_neutral()));
@@ -214,6 +222,7 @@ impl<W: Wire> Autopilot<W> {
         let mut done = HandBack::default();
         // Another autopilot may be heard first.
         self.settings.vehicle = Some(backup.system);
+        self.beats_quickly = backup.parameters.contains_key("FS_GCS_TIMEOUT");
         let is_there = self.wait(RECONNECT_S, |autopilot| {
             autopilot
                 .heard
@@ -241,6 +250,7 @@ impl<W: Wire> Autopilot<W> {
         if let Some(mode) = backup.mode.filter(|_| is_left_behind) {
             done.mode_restored = Some(self.set_mode(mode, RESTORE_S));
         }
+        self.beats_quickly = false;
         done
     }
 
@@ -251,7 +261,11 @@ impl<W: Wire> Autopilot<W> {
             self.wait(LOOKS_S, |_| false);
             self.wait(FAILSAFE_S, |autopilot| !autopilot.heard.is_critical());
         }
-        for (name, stored) in &backup.parameters {
+        // What enables a failsafe comes after what it goes by.
+        let is_last = |(name, _): &(&String, &Stored)| name.as_str() == "FS_GCS_ENABLE";
+        let parameters = backup.parameters.iter();
+        let (last, first): (Vec<_>, Vec<_>) = parameters.partition(is_last);
+        for (name, stored) in first.into_iter().chain(last) {
             if self.set_parameter(name, *stored, RESTORE_S) {
                 done.restored.push(name.clone());
             } else {

@@ -1,6 +1,7 @@
 //! The autopilot's own heading controller: asked for a heading and a speed, its gains changed and read back.
 //!
-//! Rover does it in GUIDED by SET_ATTITUDE_TARGET, which it forgets GUID_TIMEOUT after the last one.
+//! Rover does it in GUIDED by SET_ATTITUDE_TARGET, which it forgets 3 s after the last one. Its ground station failsafe is set to hold
+//! the vehicle sooner.
 
 use std::io;
 
@@ -21,11 +22,15 @@ const PARAMETERS_S: f64 = 6.0;
 const OPTIONAL_S: f64 = 1.5;
 /// Longest wait for one change, s.
 const CHANGE_S: f64 = 6.0;
-/// After this long without us the autopilot stops the vehicle, s.
-const TIMEOUT_S: f64 = 0.4;
+/// The autopilot's ground station failsafe acts this long after our last heartbeat, s.
+const STATION_S: f64 = 0.3;
+/// It looks for heartbeats so often, s, and acts one look after it has missed them.
+const LOOK_S: f64 = 0.1;
+/// FS_ACTION that holds the vehicle.
+const HOLD: f64 = 2.0;
 /// A vehicle that was heard so long ago is asked for nothing again, s.
 const HEARD_S: f64 = 0.1;
-/// Without GUID_TIMEOUT Rover waits this long, s.
+/// Without FS_GCS_TIMEOUT it is the last heading that Rover forgets, after this long, s.
 const LONGEST_TIMEOUT_S: f64 = 3.0;
 /// The frequency of the autopilot's loop where it does not say, Hz: Rover's as it comes.
 const LOOP_RATE_HZ: f64 = 50.0;
@@ -100,7 +105,8 @@ impl<W: Wire> Autopilot<W> {
             "CRUISE_SPEED",
             "WP_SPEED",
             "MOT_SPD_SCA_BASE",
-            "GUID_TIMEOUT",
+            "FS_GCS_TIMEOUT",
+            "FS_TIMEOUT",
         ];
         let all: Vec<&str> = cascade::names().chain(speeds).collect();
         self.read_all(&all, OPTIONAL_S);
@@ -140,17 +146,34 @@ impl<W: Wire> Autopilot<W> {
     }
 
     fn check_timeout(&mut self, found: &mut Preflight) {
-        let timeout_s = self.parameters.get("GUID_TIMEOUT");
-        if let Some(from) = timeout_s.filter(|from| *from > TIMEOUT_S) {
-            found.changes.push(Change {
-                name: "GUID_TIMEOUT".into(),
-                from,
-                to: TIMEOUT_S,
-                why: "the autopilot stops the vehicle this long after our last heading",
-            });
-        }
-        let stops_s = timeout_s.map_or(LONGEST_TIMEOUT_S, |_| TIMEOUT_S);
-        let text = format!("without us the autopilot stops the vehicle after {stops_s} s");
+        let mut change = |name: &str, to: f64, is_so: fn(f64, f64) -> bool, why: &'static str| {
+            let from = self.parameters.get(name)?;
+            let is_changed = found.changes.iter().any(|change| change.name == name);
+            if !is_changed && !is_so(from, to) {
+                let name = name.into();
+                found.changes.push(Change {
+                    name,
+                    from,
+                    to,
+                    why,
+                });
+            }
+            Some(())
+        };
+        let soon = "the autopilot holds the vehicle this long after our last heartbeat";
+        let stops_s = match change("FS_GCS_TIMEOUT", STATION_S, |from, to| from <= to, soon) {
+            Some(()) => STATION_S + 2.0 * LOOK_S,
+            None => LONGEST_TIMEOUT_S,
+        };
+        change(
+            "FS_TIMEOUT",
+            0.0,
+            |from, to| from <= to,
+            "and waits no longer",
+        );
+        let holds = "a failsafe holds the vehicle";
+        change("FS_ACTION", HOLD, |from, to| from == to, holds);
+        let text = format!("without us the autopilot holds the vehicle after {stops_s} s");
         found.check("heading mode", true, text);
     }
 
@@ -182,6 +205,7 @@ impl<W: Wire> Autopilot<W> {
         }
         self.backup = Some(backup);
         self.heard.is_guided = true;
+        self.beats_quickly = true;
         for change in changes {
             if !self.write_parameter(&change.name, change.to) {
                 let text = format!("{} could not be set to {}", change.name, change.to);

@@ -158,6 +158,10 @@ pub struct Autopilot<W: Wire> {
     attended_s: f64,
     following: Following,
     beat_s: f64,
+    /// The vehicle's clock at a heartbeat, s.
+    beat_clock_s: f64,
+    /// A failsafe acts soon after the last heartbeat.
+    beats_quickly: bool,
     /// When bytes were last looked for, and since when without a break.
     pumped_s: f64,
     resumed_s: f64,
@@ -202,6 +206,8 @@ impl<W: Wire> Autopilot<W> {
             attended_s: 0.0,
             following: Following::default(),
             beat_s: f64::NEG_INFINITY,
+            beat_clock_s: f64::NEG_INFINITY,
+            beats_quickly: false,
             pumped_s: f64::NEG_INFINITY,
             resumed_s: 0.0,
             heard_s,

@@ -11,6 +11,8 @@ use crate::link::{Message, Sender, Wire};
 
 /// Between our heartbeats, s: one that is late still comes within a second.
 const HEARTBEAT_S: f64 = 0.5;
+/// The same where a failsafe acts soon after the last one, s.
+const QUICK_HEARTBEAT_S: f64 = 0.1;
 /// The most parameters that are kept.
 const MOST_PARAMETERS: usize = 8192;
 
@@ -32,7 +34,12 @@ impl<W: Wire> Autopilot<W> {
             // Before what came meanwhile is heard: what the vehicle did then, it did because of us.
             self.stop_on_guard(stop);
         }
-        if now_s - self.beat_s >= HEARTBEAT_S {
+        let every_s = match self.beats_quickly {
+            true => QUICK_HEARTBEAT_S,
+            false => HEARTBEAT_S,
+        };
+        // A vehicle that steers to our headings is told that we are there only as long as we hear it.
+        if self.course.is_none() && now_s - self.beat_s >= every_s {
             self.beat(now_s);
         }
         if self.settings.abort.load(Ordering::Relaxed) {
@@ -68,6 +75,15 @@ impl<W: Wire> Autopilot<W> {
             there_ns: 0,
             here_ns,
         });
+    }
+
+    /// Heartbeats by the vehicle's own clock, which may run faster than ours.
+    fn beat_with_vehicle(&mut self) {
+        let clock_s = self.sampler.clock_s();
+        if self.beats_quickly && (clock_s - self.beat_clock_s).abs() >= QUICK_HEARTBEAT_S - 1e-3 {
+            self.beat_clock_s = clock_s;
+            self.send(message::Heartbeat::GROUND_STATION);
+        }
     }
 
     /// What came while nobody listened waits to be read; until it is, the silence begins when we listen again.
@@ -115,6 +131,7 @@ impl<W: Wire> Autopilot<W> {
                 }
                 self.heard_s = now_s;
                 self.sampler.attitude(attitude);
+                self.beat_with_vehicle();
             }
             Message::ServoOutputRaw(servo) if servo.port == 0 => self.hear_servo(&servo, now_s),
             Message::VfrHud(hud) => self.sampler.ground_speed(hud.ground_speed_m_s.into()),

@@ -39,10 +39,15 @@ pub struct Weather {
 }
 
 /// What happens to the vehicle or the link.
+#[allow(dead_code, reason = "trials and commissions suffer some each")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mishap {
     PilotMode,
+    /// The pilot takes MANUAL.
+    PilotManual,
     PilotStick,
+    SteeringStick,
+    ThrottleStick,
     Battery,
     Disarmed,
     Reboot,
@@ -51,16 +56,26 @@ pub enum Mishap {
     SecondJoystick,
     /// Nothing comes any more, and nothing arrives.
     LinkLost,
-    /// For 3 s nothing comes and nothing arrives.
+    /// Nothing comes and nothing arrives for 3 s.
     LinkLostForAWhile,
+    /// Nothing comes and nothing arrives for half a second.
+    LinkGap,
     /// The vehicle is heard but does not hear.
     Deaf,
+    /// It does not hear for 3 s.
+    DeafForAWhile,
     /// The vehicle hears but is not heard.
     Mute,
+    /// It is not heard for 3 s.
+    MuteForAWhile,
+    /// The vehicle takes no parameter any more.
+    ParametersLost,
     /// The operator stops the trial.
     Abort,
     /// Our process is gone.
     Killed,
+    /// Our process is gone, and the vehicle starts again.
+    KilledAndRebooted,
 }
 
 pub const MISHAPS: [Mishap; 12] = [
@@ -130,8 +145,11 @@ impl Sea {
         match mishap {
             Mishap::LinkLost => true,
             Mishap::LinkLostForAWhile => self.now_s < at_s + 3.0,
+            Mishap::LinkGap => self.now_s < at_s + 0.5,
             Mishap::Deaf => !to_us,
+            Mishap::DeafForAWhile => !to_us && self.now_s < at_s + 3.0,
             Mishap::Mute => to_us,
+            Mishap::MuteForAWhile => to_us && self.now_s < at_s + 3.0,
             _ => false,
         }
     }
@@ -173,13 +191,44 @@ impl Sea {
         self.has_happened = true;
         match mishap {
             Mishap::PilotMode => self.boat.mode = 4,
+            Mishap::PilotManual => self.boat.mode = 0,
             Mishap::PilotStick => self.boat.sticks_us[6] = 1900,
+            Mishap::SteeringStick => self.boat.sticks_us[0] = 1800,
+            Mishap::ThrottleStick => self.boat.sticks_us[2] = 1200,
             Mishap::Battery => self.boat.battery_percent = 5,
             Mishap::Disarmed => self.boat.is_armed = false,
-            Mishap::Reboot => self.boat = boat(&self.config, Profile::Rover),
+            Mishap::Reboot => self.restart(),
+            Mishap::KilledAndRebooted => {
+                self.restart();
+                self.seen_s = Some(self.now_s);
+            }
             Mishap::SecondStation => self.throw(second_station::heartbeat(), true),
             _ => self.seen_s = Some(self.now_s),
         }
+    }
+
+    /// The vehicle's autopilot starts again, disarmed, with its parameters.
+    fn restart(&mut self) {
+        let kept: Vec<_> = self.boat.parameters().collect();
+        let mut fresh = boat(&self.config, Profile::Rover);
+        for (name, value) in kept {
+            fresh.set_parameter(&name, value);
+        }
+        fresh.is_armed = false;
+        self.boat = fresh;
+    }
+
+    /// Is a message to the vehicle lost?
+    fn is_lost(&self, bytes: &[u8]) -> bool {
+        let mishap = self.mishap.filter(|(at_s, _)| self.now_s >= *at_s);
+        if mishap.map(|(_, mishap)| mishap) != Some(Mishap::ParametersLost) {
+            return false;
+        }
+        let mut decoder = Decoder::default();
+        decoder.push(bytes);
+        let frame = decoder.next(None, 0.0);
+        let message = frame.and_then(|frame| frame.message());
+        matches!(message, Some(Message::ParamSet(_)))
     }
 
     /// Does what has come tell of the mishap?
@@ -190,8 +239,11 @@ impl Sea {
                 continue;
             };
             let tells = match (mishap, message) {
-                (Mishap::PilotMode, Message::Heartbeat(h)) => h.custom_mode != 0,
+                (Mishap::PilotMode, Message::Heartbeat(h)) => h.custom_mode == 4,
+                (Mishap::PilotManual, Message::Heartbeat(h)) => h.custom_mode == 0,
                 (Mishap::PilotStick, Message::RcChannels(rc)) => rc.pulses[6] == 1900,
+                (Mishap::SteeringStick, Message::RcChannels(rc)) => rc.pulses[0] == 1800,
+                (Mishap::ThrottleStick, Message::RcChannels(rc)) => rc.pulses[2] == 1200,
                 (Mishap::Battery, Message::SysStatus(status)) => status.battery_percent == 5,
                 (Mishap::Disarmed, Message::Heartbeat(h)) => h.base_mode & 0x80 == 0,
                 (Mishap::Reboot, Message::Attitude(_)) => true,
@@ -220,7 +272,9 @@ impl Sea {
             self.now_s = self.now_s.max(due_s);
             self.happen();
             if boat_s <= due_s {
-                if let Some((_, bytes)) = self.to_boat.pop_front() {
+                if let Some((_, bytes)) = self.to_boat.pop_front()
+                    && !self.is_lost(&bytes)
+                {
                     self.boat.receive(&bytes);
                 }
             } else if next_s <= due_s {

@@ -32,7 +32,9 @@ fn recover_gains_of_a_true_model_are_kept_and_can_be_undone() {
     // The failsafes and the mode are as before, and nothing is left to restore.
     assert_eq!(vehicle.restore, None);
     let boat = &vehicle.autopilot.wire().boat;
-    assert_eq!((boat.mode, boat.parameter("GUID_TIMEOUT")), (4, Some(3.0)));
+    let failsafe = ["FS_GCS_TIMEOUT", "FS_TIMEOUT", "FS_GCS_ENABLE"].map(|n| boat.parameter(n));
+    assert_eq!(failsafe, [Some(5.0), Some(1.5), Some(0.0)]);
+    assert_eq!(boat.mode, 4);
     let undo = vehicle.undo.clone().unwrap();
     assert!(vehicle.autopilot.restore(&undo).is_complete());
     assert_eq!(vehicle.gains(), before);

@@ -9,7 +9,8 @@ mod second_station;
 mod endings;
 mod mishaps;
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 use seatrial_app::commission::{
     Commissioned, Control, GainedVehicle, Lost, Order, Proposal, conduct, propose,
@@ -50,6 +51,41 @@ fn changed(damping: f64, effect: f64) -> ModelPoint {
     point
 }
 
+/// Where a commission is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    OldSteps,
+    Writing,
+    SmallStep,
+    FullSteps,
+    HandBack,
+    PuttingBack,
+}
+
+impl Stage {
+    const ALL: [Self; 6] = [
+        Self::OldSteps,
+        Self::Writing,
+        Self::SmallStep,
+        Self::FullSteps,
+        Self::HandBack,
+        Self::PuttingBack,
+    ];
+
+    /// The one that begins when this is told.
+    fn told(text: &str) -> Option<Self> {
+        let is_steps = text.contains("steps of");
+        match text {
+            _ if text.starts_with("old gains") && is_steps => Some(Self::OldSteps),
+            "writing the new gains" => Some(Self::Writing),
+            _ if text.starts_with("new gains, small step") && is_steps => Some(Self::SmallStep),
+            _ if text.starts_with("new gains") && is_steps => Some(Self::FullSteps),
+            "putting the old gains back" => Some(Self::PuttingBack),
+            _ => None,
+        }
+    }
+}
+
 /// A vehicle in its heading mode. What would put it back is kept as a file would keep it.
 struct OnSea {
     autopilot: Autopilot<Sea>,
@@ -62,11 +98,19 @@ struct OnSea {
     handed_back: Option<HandBack>,
     /// When the process is gone, s.
     killed_s: Option<f64>,
+    /// When the operator wants the vehicle back, s, and what tells so.
+    abort_s: Option<f64>,
+    abort: Arc<AtomicBool>,
+    /// The stage that has been told, and every one that has begun and when, s.
+    stage: Arc<Mutex<Option<Stage>>>,
+    begun: Vec<(Stage, f64)>,
 }
 
 impl OnSea {
     fn take(sea: Sea) -> Self {
-        let mut autopilot = Autopilot::new(sea, settings(), None);
+        let settings = settings();
+        let abort = Arc::clone(&settings.abort);
+        let mut autopilot = Autopilot::new(sea, settings, None);
         let (preflight, control) = autopilot.inspect_heading();
         let failed: Vec<_> = preflight.checks.iter().filter(|c| !c.passed).collect();
         assert!(failed.is_empty(), "{failed:?}");
@@ -85,6 +129,10 @@ impl OnSea {
             undo: None,
             handed_back: None,
             killed_s: None,
+            abort_s: None,
+            abort,
+            stage: Arc::default(),
+            begun: Vec::new(),
         }
     }
 
@@ -100,13 +148,35 @@ impl OnSea {
 
     fn commission(&mut self, point: &ModelPoint) -> Commissioned {
         let proposal = self.proposal(point);
-        let stop = AtomicBool::new(false);
+        self.carry_out(&proposal)
+    }
+
+    fn carry_out(&mut self, proposal: &Proposal) -> Commissioned {
+        let abort = Arc::clone(&self.abort);
+        let stage = Arc::clone(&self.stage);
         let order = Order {
-            proposal: &proposal,
+            proposal,
             envelope: Envelope::default(),
-            stop: &stop,
+            stop: &abort,
         };
-        conduct(self, &order, &mut |_| {})
+        conduct(self, &order, &mut |text| {
+            if let Some(begun) = Stage::told(text) {
+                *stage.lock().unwrap() = Some(begun);
+            }
+        })
+    }
+
+    /// Takes note of what has been told, and of a process that is gone.
+    fn pass(&mut self, begun: Option<Stage>) {
+        let now_s = self.autopilot.wire().now_s;
+        let told = self.stage.lock().unwrap().take();
+        self.begun
+            .extend(begun.or(told).map(|stage| (stage, now_s)));
+        if self.abort_s.is_some_and(|at_s| now_s >= at_s) {
+            self.abort.store(true, Ordering::Relaxed);
+        }
+        let is_alive = self.killed_s.is_none_or(|at_s| now_s < at_s);
+        assert!(is_alive, "the process is gone");
     }
 
     fn lost(&self, why: String) -> Lost {
@@ -126,11 +196,7 @@ impl OnSea {
 
 impl GainedVehicle for OnSea {
     fn next_sample(&mut self) -> Result<Sample<f64>, Lost> {
-        let now_s = self.autopilot.wire().now_s;
-        assert!(
-            self.killed_s.is_none_or(|at_s| now_s < at_s),
-            "the process is gone"
-        );
+        self.pass(None);
         match self.autopilot.next_sample() {
             Ok(Some(sample)) => Ok(Sample {
                 rudder_rad: sample.rudder_rad / FULL_RUDDER_RAD,
@@ -147,13 +213,14 @@ impl GainedVehicle for OnSea {
     }
 
     fn write(&mut self, settings: &CascadeSettings<f64>) -> Result<(), Lost> {
-        for change in cascade::differences(&self.now, settings) {
-            let is_written = self.autopilot.write_parameter(&change.name, change.to);
+        for (name, value) in cascade::writes(&self.now, settings) {
+            self.pass(None);
+            let is_written = self.autopilot.write_parameter(name, value);
             if let Some(stop) = self.autopilot.stopped() {
                 return Err(self.lost(stop.to_string()));
             }
             if !is_written {
-                return Err(self.lost(change.name));
+                return Err(self.lost(name.into()));
             }
         }
         self.now = *settings;
@@ -167,6 +234,7 @@ impl GainedVehicle for OnSea {
     }
 
     fn hand_back(&mut self) -> Option<String> {
+        self.pass(Some(Stage::HandBack));
         let done = self.autopilot.hand_back();
         let is_left = done.needs_restoring();
         if !is_left {

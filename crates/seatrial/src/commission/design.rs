@@ -136,7 +136,8 @@ impl Evidence {
         boats
     }
 
-    fn check(&self) -> Result<(), NoProposal> {
+    /// Can such a boat be steered at all?
+    pub fn check(&self) -> Result<(), NoProposal> {
         let [of_a22, of_b] = self.deviations().map(|deviation| DEVIATIONS * deviation);
         let YawModel {
             a22_per_s,

@@ -97,6 +97,11 @@ fn quick_tuned(boat: &Boat) -> CascadeSettings<f64> {
     }
 }
 
+/// The boat of a class that a seed draws.
+pub fn boat_of(class_s: [f64; 2], seed: u64) -> Boat {
+    drawn(class_s, &mut Draw::new(seed))
+}
+
 /// Commissions one boat of a class; `None` where no gains are proposed for it.
 pub fn commission_one(class_s: [f64; 2], seed: u64, loop_interval_s: f64) -> Option<Commissioning> {
     let mut draw = Draw::new(seed);

@@ -20,7 +20,7 @@ pub(super) fn resting_mode(profile: Profile) -> u32 {
 }
 
 /// How Rover controls its heading as it comes, but for the speed.
-const HEADING_CONTROL: [(&str, f32); 16] = [
+const HEADING_CONTROL: [(&str, f32); 15] = [
     ("ATC_STR_ANG_P", 2.0),
     ("ATC_STR_RAT_FF", 0.2),
     ("ATC_STR_RAT_P", 0.2),
@@ -36,7 +36,6 @@ const HEADING_CONTROL: [(&str, f32); 16] = [
     ("CRUISE_THROTTLE", 80.0),
     ("WP_SPEED", 0.0),
     ("MOT_SPD_SCA_BASE", 1.0),
-    ("GUID_TIMEOUT", 3.0),
 ];
 
 /// Its parameters.

@@ -9,6 +9,8 @@ use crate::link::message::SetAttitudeTarget;
 /// Gains of the speed: throttle per m/s, and per m.
 const SPEED_GAIN: f64 = 0.2;
 const SPEED_INTEGRAL_GAIN: f64 = 0.2;
+/// A target is forgotten after this long, s.
+const TARGET_S: f64 = 3.0;
 /// A target without body rates, with attitude and thrust.
 const RATES_IGNORED: u8 = 0b111;
 
@@ -35,9 +37,8 @@ impl<V: Vehicle<f64>> Speaker<V> {
     /// Steering and thrust towards the target; `None` in another mode, without a target or with an old one.
     pub(super) fn guide(&mut self, sample: &Sample<f64>) -> Option<[f64; 2]> {
         let is_guided = self.is_armed && self.profile.heading_mode() == Some(self.mode);
-        let timeout_s = self.number("GUID_TIMEOUT").max(0.1);
         let target = self.guided.target.filter(|_| is_guided);
-        let recent = target.filter(|(given_s, ..)| self.clock_s - given_s <= timeout_s);
+        let recent = target.filter(|(given_s, ..)| self.clock_s - given_s <= TARGET_S);
         let settings = cascade::settings(|name| self.parameter(name).map(f64::from));
         let (Some((_, heading_rad, share)), Ok(settings)) = (recent, settings) else {
             self.guided = Guided::default();

@@ -23,7 +23,7 @@ pub use station::Station;
 ///
 /// In its manual mode, steering and throttle follow RC_CHANNELS_OVERRIDE (Rover) or MANUAL_CONTROL of the ground station
 /// whose system id is MAV_GCS_SYSID (PX4: of any), and are neutral RC_OVERRIDE_TIME (PX4: COM_RC_LOSS_T) after the last of
-/// them. In GUIDED, Rover steers to the heading of SET_ATTITUDE_TARGET for GUID_TIMEOUT by its own parameters. In any other mode, and without a
+/// them. In GUIDED, Rover steers to the heading of SET_ATTITUDE_TARGET for 3 s by its own parameters. In any other mode, and without a
 /// target, the vehicle holds its heading. ArduSub without a remote control keeps the last of them until FS_PILOT_TIMEOUT,
 /// and does then what FS_PILOT_INPUT says.
 pub struct Speaker<V> {
@@ -103,6 +103,13 @@ impl<V: Vehicle<f64>> Speaker<V> {
     /// One of its parameters.
     pub fn parameter(&self, name: &str) -> Option<f32> {
         self.parameters.get(name).copied()
+    }
+
+    /// All of them.
+    pub fn parameters(&self) -> impl Iterator<Item = (String, f32)> + '_ {
+        self.parameters
+            .iter()
+            .map(|(name, value)| (name.clone(), *value))
     }
 
     /// As its owner sets it.
@@ -239,10 +246,8 @@ impl<V: Vehicle<f64>> Speaker<V> {
                 self.joystick = Some((self.clock_s, asked));
                 self.station_s = Some(self.clock_s);
             }
-            Message::SetAttitudeTarget(target) if is_obeyed => {
-                self.take_target(&target);
-                self.station_s = Some(self.clock_s);
-            }
+            // No sign of life: Rover goes by heartbeats and sticks.
+            Message::SetAttitudeTarget(target) if is_obeyed => self.take_target(&target),
             Message::ParamRequestRead(request) => {
                 let name = request.name.text();
                 if self.parameters.contains_key(&name) {
