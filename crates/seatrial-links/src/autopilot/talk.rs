@@ -11,7 +11,7 @@ use crate::link::{Message, Sender, Wire};
 
 /// Between our heartbeats, s: one that is late still comes within a second.
 const HEARTBEAT_S: f64 = 0.5;
-/// The same where a failsafe acts soon after the last one, s.
+/// Between heartbeats where a failsafe acts soon after the last one, s.
 const QUICK_HEARTBEAT_S: f64 = 0.1;
 /// The most parameters that are kept.
 const MOST_PARAMETERS: usize = 8192;
