@@ -47,11 +47,14 @@ fn write_example(path: &Path) {
     logbook.enter_pitch_trial(&new, &trial).unwrap();
 }
 
+/// Steps with the numbers of their runs.
+type Steps = Vec<(Option<u32>, Step)>;
+
 /// All that anybody reads.
 #[derive(Debug, PartialEq)]
 struct Read {
     entries: Vec<CampaignEntry>,
-    campaigns: Vec<(Campaign, Vec<(Option<u32>, Step)>)>,
+    campaigns: Vec<(Campaign, Steps)>,
     pitch: Vec<seatrial_logbook::PitchEntry>,
 }
 
