@@ -12,12 +12,17 @@ const ENVIRONMENT: Environment = Environment {
     requirements: "crates/seatrial-dash/tests/schemathesis/requirements.txt",
 };
 const CONFIG: &str = "crates/seatrial-dash/tests/schemathesis/schemathesis.toml";
-const BINARY: &str = "target/release/seatrial";
+const BINARY: &str = "target/debug/seatrial";
 /// Its operation in the document.
 const GIVES_CONTROL_BACK: &str = "release";
 const LOGBOOK: &str = "target/schemathesis.db";
 
-/// Makes the environment where it is missing and tries the server of the release binary. Where there is no Python that
+/// Makes the environment where it is missing.
+pub fn prepare() {
+    ENVIRONMENT.is_ready();
+}
+
+/// Makes the environment where it is missing and tries the server of the binary that the tests built. Where there is no Python that
 /// can, this is said and skipped; with `CI=true` it is a failure.
 pub fn check() -> Result<(), String> {
     if !ENVIRONMENT.is_ready() {
@@ -60,7 +65,7 @@ pub fn check() -> Result<(), String> {
     }
 }
 
-/// A server of the release binary, ended when dropped.
+/// A server of the binary that the tests built, ended when dropped.
 struct Served {
     process: Child,
     address: String,

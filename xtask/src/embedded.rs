@@ -132,7 +132,7 @@ fn sources_are_clean() -> Checked {
 
 /// What this machine computes.
 fn parity_vectors() -> Result<String, String> {
-    let output = cargo(&["run", "--quiet", "-p", "seatrial-parity"])
+    let output = cargo(&["run", "--quiet", "--release", "-p", "seatrial-parity"])
         .stderr(Stdio::inherit())
         .output()
         .map_err(|error| format!("cargo run -p seatrial-parity: {error}"))?;

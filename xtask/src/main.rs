@@ -1,16 +1,19 @@
 //! The project's own commands.
 //!
-//! `cargo xtask test` runs every check in the order in which they fail fastest; `cargo xtask embedded` the one
+//! `cargo xtask test` runs every check: those that need the workspace built for tests, in the order in which they fail fastest, and beside
+//! them those that have a build of their own (`cargo xtask beside`); everything is built once, for tests. `cargo xtask embedded` is the one
 //! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask instructions` that of the kernels'
 //! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page. `cargo xtask ros2` checks what
 //! needs the features `ros2` and `ros2-zenoh`. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
 
+mod beside;
 mod c_library;
 mod dash;
 mod embedded;
 mod environment;
 mod house;
 mod instructions;
+mod nextest;
 mod page;
 mod python;
 mod same_answers;
@@ -18,10 +21,10 @@ mod same_answers;
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
-const NEXTEST_VERSION: &str = "0.9.143";
+use beside::Beside;
 
 /// Names, and the cargo commands that run in the order in which they fail fastest.
-const CHECKS: [(&str, &str); 8] = [
+const CHECKS: [(&str, &str); 7] = [
     ("format", "fmt --all --check"),
     ("lints", "clippy --workspace --all-targets -- -D warnings"),
     (
@@ -32,7 +35,6 @@ const CHECKS: [(&str, &str); 8] = [
         "estimation for a browser",
         "check -p seatrial -p seatrial-report --target wasm32-unknown-unknown",
     ),
-    ("the release binary", "build --release -p seatrial-cli"),
     ("tests", "nextest run --workspace --no-fail-fast"),
     ("doc tests", "test --workspace --doc --quiet"),
     ("documentation", "doc --workspace --no-deps --quiet"),
@@ -43,6 +45,7 @@ fn main() -> ExitCode {
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let passed = match arguments.as_slice() {
         ["test"] => test(),
+        ["beside"] => beside_the_tests(),
         ["house"] => in_order(false),
         ["house", "--list"] => in_order(true),
         ["embedded"] => on_microcontrollers(),
@@ -66,25 +69,42 @@ fn main() -> ExitCode {
 }
 
 fn test() -> bool {
-    if !install_nextest() {
-        eprintln!("xtask: cargo-nextest {NEXTEST_VERSION} could not be installed");
+    let begin = Instant::now();
+    if !in_order(false) {
         return false;
     }
-    let begin = Instant::now();
-    let all: [fn() -> bool; 7] = [
-        || in_order(false),
-        with_cargo,
-        in_few_instructions,
-        on_microcontrollers,
-        in_python,
-        in_dash,
-        in_browser,
-    ];
-    let passed = all.iter().all(|passes| passes());
+    let beside = match Beside::begin() {
+        Ok(beside) => beside,
+        Err(message) => {
+            eprintln!("xtask: {message}");
+            return false;
+        }
+    };
+    let passed = with_cargo();
+    // What waits for processes in real time is not disturbed.
+    let passed = beside.passed() && passed;
+    let with_the_binary: [fn() -> bool; 3] = [in_python, in_dash, in_browser];
+    let passed = passed && with_the_binary.iter().all(|passes| passes());
     if passed {
         eprintln!("== all passed in {:.0} s", begin.elapsed().as_secs_f64());
     }
     passed
+}
+
+/// What is built apart from the workspace's tests.
+fn beside_the_tests() -> bool {
+    let all: [fn() -> bool; 3] = [tools_are_there, in_few_instructions, on_microcontrollers];
+    all.iter().all(|passes| passes())
+}
+
+/// Fetches what later checks need; one that cannot be had is told by the check that needs it.
+fn tools_are_there() -> bool {
+    passes("tools", || {
+        python::prepare();
+        dash::prepare();
+        page::prepare();
+        Ok(())
+    })
 }
 
 /// Ends with the tests that were skipped for want of data or tools.
@@ -96,10 +116,10 @@ fn with_cargo() -> bool {
     let passed = CHECKS.iter().all(|(name, command)| {
         let arguments: Vec<&str> = command.split(' ').collect();
         passes(name, || {
-            let mut cargo = cargo(&arguments);
-            cargo.env("RUSTDOCFLAGS", "-D warnings");
-            cargo.env("SEATRIAL_SKIPPED", &skipped);
-            succeeds(&mut cargo)
+            let mut command_line = cargo_or_nextest(&arguments)?;
+            command_line.env("RUSTDOCFLAGS", "-D warnings");
+            command_line.env("SEATRIAL_SKIPPED", &skipped);
+            succeeds(&mut command_line)
                 .then_some(())
                 .ok_or(format!("cargo {command}"))
         })
@@ -131,9 +151,8 @@ fn in_python() -> bool {
 
 fn on_ros2() -> bool {
     let of_features = |verb: &[&str], features: &str, rest: &[&str]| {
-        succeeds(&mut cargo(
-            &[verb, &["--features", features], rest].concat(),
-        ))
+        let arguments = [verb, &["--features", features], rest].concat();
+        cargo_or_nextest(&arguments).is_ok_and(|mut command| succeeds(&mut command))
     };
     let lint = ["clippy", "-p", "seatrial-links", "-p", "seatrial-cli"];
     let strict = ["--", "-D", "warnings"];
@@ -191,19 +210,11 @@ fn passes(name: &str, check: impl FnOnce() -> Result<(), String>) -> bool {
     }
 }
 
-/// nextest is the one tool that a toolchain does not bring.
-fn install_nextest() -> bool {
-    let present = cargo(&["nextest", "--version"])
-        .output()
-        .is_ok_and(|output| output.status.success());
-    present
-        || succeeds(&mut cargo(&[
-            "install",
-            "cargo-nextest",
-            "--version",
-            NEXTEST_VERSION,
-            "--locked",
-        ]))
+fn cargo_or_nextest(arguments: &[&str]) -> Result<Command, String> {
+    match arguments.split_first() {
+        Some((&"nextest", rest)) => nextest::command(rest),
+        _ => Ok(cargo(arguments)),
+    }
 }
 
 fn cargo(arguments: &[&str]) -> Command {

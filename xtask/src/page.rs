@@ -11,6 +11,11 @@ const COMMITTED: &str = "crates/seatrial-dash/dist";
 const REBUILT: &str = "target/page";
 const BROWSER: &str = "/usr/bin/chromium";
 
+/// Installs what the lock names where it is not there.
+pub fn prepare() {
+    let _ = is_installed() || install();
+}
+
 /// Builds the page and proves that the committed one is the same bytes, then opens it in a browser over `seatrial serve`.
 /// Where npm or the browser is missing, this is said and skipped; with `CI=true` it is a failure.
 pub fn check() -> Result<(), String> {
@@ -35,7 +40,7 @@ pub fn check() -> Result<(), String> {
     if !Path::new(BROWSER).exists() {
         return skipped("the page", "chromium is missing");
     }
-    let binary = std::path::absolute("target/release/seatrial").map_err(|e| e.to_string())?;
+    let binary = std::path::absolute("target/debug/seatrial").map_err(|e| e.to_string())?;
     let mut tests = node();
     tests
         .args(["--test", "--test-reporter=spec", "tests/*.test.ts"])

@@ -9,6 +9,11 @@ const ENVIRONMENT: Environment = Environment {
 };
 const PACKAGE: &str = "crates/seatrial-py";
 
+/// Makes the environment where it is missing.
+pub fn prepare() {
+    ENVIRONMENT.is_ready();
+}
+
 /// Makes the environment where it is missing, builds the package into it and runs its tests. Where there is no Python that
 /// can, this is said and skipped; with `CI=true` it is a failure.
 pub fn check() -> Result<(), String> {
@@ -22,7 +27,7 @@ pub fn check() -> Result<(), String> {
         return Err("maturin develop".into());
     }
     let mut tests = ENVIRONMENT.program("pytest", &["-q", "-s"]);
-    let binary = std::path::absolute("target/release/seatrial").map_err(|e| e.to_string())?;
+    let binary = std::path::absolute("target/debug/seatrial").map_err(|e| e.to_string())?;
     tests.env("SEATRIAL", binary).current_dir(PACKAGE);
     if !succeeds(&mut tests) {
         return Err("pytest".into());
