@@ -45,8 +45,8 @@ fn cli_unreadable_logs_say_what_is_wrong_and_exit_3() {
         (&b""[..], "is empty"),
         (b"t,yaw,rudder\n", "header and no samples"),
         (
-            b"t,yaw,ruder\n0,0,0\n",
-            "no column for rudder; found the columns `t`, `yaw`, `ruder`",
+            b"t,yaw,wheel\n0,0,0\n",
+            "no column for rudder; found the columns `t`, `yaw`, `wheel`",
         ),
         (
             b"t,yaw,heading,rudder\n0,0,0,0\n",
