@@ -38,7 +38,7 @@ fn wants_all() -> bool {
     std::env::var("SEATRIAL_LOGS").is_ok_and(|wish| wish == "all")
 }
 
-/// Files below a folder that are logs.
+/// Files below a folder that are logs of one file; a glider's needs its list of sensors beside it.
 fn logs_below(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
@@ -49,7 +49,7 @@ fn logs_below(folder: &Path, found: &mut Vec<PathBuf>) {
         let extension = extension.to_ascii_lowercase();
         if path.is_dir() {
             logs_below(&path, found);
-        } else if ["csv", "bin", "tlog", "ulg", "dbd", "raw", "all"].contains(&extension.as_str()) {
+        } else if ["csv", "bin", "tlog", "ulg", "raw", "all"].contains(&extension.as_str()) {
             found.push(path);
         }
     }
