@@ -20,6 +20,9 @@ pub const WIDEST_A22: f64 = 0.5;
 /// Largest half width of the 95 % interval of b2, as a fraction of it, with which a model is accepted.
 pub const WIDEST_B2: f64 = 0.4;
 
+/// Times as wide may the intervals be of a vehicle that is not of first order: they hold what its candidates disagree about.
+const HIGHER_ORDER: f64 = 1.5;
+
 /// Difference between two methods, as a fraction of the parameter and beyond both intervals, from
 /// which it is noted, and from which the model is refused.
 const NOTED_DISAGREEMENT: f64 = 0.25;
@@ -83,18 +86,21 @@ impl Weighing {
                 ),
             );
         }
-        let more = (b2.half_width / WIDEST_B2).max(a22.half_width / WIDEST_A22);
+        let is_higher_order = matches!(checked.explained, Explained::HigherOrder { .. });
+        let allowance = if is_higher_order { HIGHER_ORDER } else { 1.0 };
+        let (widest_b2, widest_a22) = (allowance * WIDEST_B2, allowance * WIDEST_A22);
+        let more = (b2.half_width / widest_b2).max(a22.half_width / widest_a22);
         if more <= 1.0 {
             return;
         }
         let widths = format!(
             "95 % intervals of {} % of b2 (at most {} %) and {} % of a22 (at most {} %) are too wide",
             percent(b2.half_width),
-            percent(WIDEST_B2),
+            percent(widest_b2),
             percent(a22.half_width),
-            percent(WIDEST_A22),
+            percent(widest_a22),
         );
-        let remedy = if matches!(checked.explained, Explained::HigherOrder { .. }) {
+        let remedy = if is_higher_order {
             "the vehicle is not of first order, so more rudder alone does not narrow them; a longer manoeuvre at one speed and one rudder angle does".into()
         } else {
             // The interval is inversely proportional to the rudder amplitude at equal noise.
