@@ -14,9 +14,11 @@ const HELD_AT_LEVEL: (f64, f64) = (0.58, 1.51);
 /// Half of a held stroke lies within this share of its median angle.
 const HELD_WITHIN: f64 = 0.1;
 
-/// The angles of successive strokes, from neutral or from zero, differ by less than this factor: the neutral angle is known to a
-/// tenth or so, and a helmsman or a program deflects a trimmed rudder by as much from either.
+/// The angles of successive strokes from neutral differ by less than this factor: the neutral angle is known to a tenth or so.
 const SAME_ANGLE: f64 = 1.3;
+
+/// A program that deflects a trimmed rudder by as much from zero to either side is this precise.
+const SAME_FROM_ZERO: f64 = 1.05;
 
 /// Strokes follow each other within this share of the shorter one: the time that a servo takes.
 const LARGEST_PAUSE: f64 = 0.5;
@@ -63,12 +65,12 @@ impl Stroke {
         let trim_rad = trace.trim_rad(self.is_positive);
         let from_neutral = [held.angle_rad, next_held.angle_rad];
         let from_zero = [held.angle_rad + trim_rad, next_held.angle_rad - trim_rad];
-        let are_alike = |[a, b]: [f64; 2]| a.max(b) < SAME_ANGLE * a.min(b);
+        let are_alike = |[a, b]: [f64; 2], factor: f64| a.max(b) < factor * a.min(b);
         let pause_s = next.window.from_s - self.window.to_s;
         let shorter_s = self.duration_s().min(next.duration_s());
         self.is_positive != next.is_positive
             && pause_s <= LARGEST_PAUSE * shorter_s
-            && (are_alike(from_neutral) || are_alike(from_zero))
+            && (are_alike(from_neutral, SAME_ANGLE) || are_alike(from_zero, SAME_FROM_ZERO))
     }
 }
 
