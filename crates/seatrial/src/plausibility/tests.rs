@@ -232,13 +232,14 @@ fn exact_a_clock_that_jumped_is_told_from_lost_rows() {
         let doubts = timing_doubts(samples, -1.0);
         doubts.iter().map(Doubt::code).collect()
     };
+    // At full yaw rate.
     let mut jumped = held(1, 1);
-    for sample in jumped.iter_mut().skip(40) {
+    for sample in jumped.iter_mut().skip(251) {
         sample.time_s += 1.0;
     }
     assert_eq!(codes(&jumped), [ReasonCode::ClockJumped]);
     let mut lost = held(1, 1);
-    lost.drain(40..60);
+    lost.drain(251..271);
     assert_eq!(codes(&lost), []);
     // Where the vehicle does not turn a jump does not show.
     let mut at_rest = held(1, 1);
