@@ -1,9 +1,11 @@
 //! What `plan` believes of the vehicle: a simulated one, or models with noise from the command line.
 
+use seatrial::figures::three_figures;
 use seatrial::preview::Prior;
 use seatrial_app::expected::Stated;
 use seatrial_app::simulated;
 use seatrial_core::Plan;
+use seatrial_core::plan::times_slower;
 
 use crate::model_source::{SourceArgs, warn};
 use crate::output::{Failure, say};
@@ -14,7 +16,7 @@ const DEFAULT_VEHICLE: &str = "sim:starfish";
 #[derive(clap::Args, Debug)]
 pub struct PriorArgs {
     /// Expect this simulated vehicle, with its models, noise, disturbance and heading controller
-    /// [default: sim:starfish, unless a model is given].
+    /// [default: sim:starfish, in the time of --time-constant, unless a model is given].
     #[arg(long, value_name = "VEHICLE", conflicts_with_all = ["a22", "model", "schedule", "logbook"])]
     vehicle: Option<String>,
     #[command(flatten)]
@@ -66,8 +68,8 @@ pub struct Named {
 }
 
 impl PriorArgs {
-    /// The prior for this plan.
-    pub fn read(&self, plan: &Plan<f64>) -> Result<Named, Failure> {
+    /// The prior for this plan. Where no vehicle is given, the default one has the time constant that the plan was made for, s.
+    pub fn read(&self, plan: &Plan<f64>, time_constant_s: Option<f64>) -> Result<Named, Failure> {
         let stated = Stated {
             noise_rad: self.noise_deg.map(f64::to_radians),
             disturbance: self.disturbance,
@@ -82,6 +84,15 @@ impl PriorArgs {
                 say(format!("warning: {warning}"));
             }
             (models.origin, prior)
+        } else if let (None, Some(time_constant_s)) = (&self.vehicle, time_constant_s) {
+            let prior = simulated::prior(DEFAULT_VEHICLE, plan)?;
+            (
+                format!(
+                    "{DEFAULT_VEHICLE} with a time constant of {} s",
+                    three_figures(time_constant_s)
+                ),
+                prior.slowed(times_slower(time_constant_s)),
+            )
         } else {
             let name = self.vehicle.as_deref().unwrap_or(DEFAULT_VEHICLE);
             (name.into(), simulated::prior(name, plan)?)

@@ -17,6 +17,11 @@ const LAMBDA_TIMES_PERIOD: f64 = 6.0;
 /// The paper's vehicle at its middle speed: T = 1/1.07 s (Table II).
 const PAPER_TIME_CONSTANT_S: f64 = 1.0 / 1.07;
 
+/// How many times slower than the paper's vehicle one is whose yaw rate follows the rudder with this time constant T = -1/a22, s.
+pub fn times_slower(time_constant_s: f64) -> f64 {
+    time_constant_s / PAPER_TIME_CONSTANT_S
+}
+
 /// Dead times and time constants of a rudder, s: none of the largest ship is longer.
 const SERVO_TIMES_S: RangeInclusive<f64> = 0.0..=100.0;
 
@@ -179,7 +184,7 @@ impl<T: Real> Plan<T> {
     /// The paper's plan in the time of a vehicle whose yaw rate follows the rudder with this time constant T = -1/a22, s:
     /// every time is T / 0.93 s of the paper's, every rate the inverse; angles, thrusts and depths stay.
     pub fn for_time_constant(time_constant_s: f64, sample_interval_s: f64) -> Self {
-        Self::paced(time_constant_s / PAPER_TIME_CONSTANT_S, sample_interval_s)
+        Self::paced(times_slower(time_constant_s), sample_interval_s)
     }
 
     fn paced(pace: f64, sample_interval_s: f64) -> Self {

@@ -133,7 +133,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         ));
     }
     let mut plan = planned(args)?;
-    let Named { origin, prior } = args.prior.read(&plan)?;
+    let Named { origin, prior } = args.prior.read(&plan, args.time_constant)?;
     let recommendation = args.target.map(|target| RecommendationsFor {
         target,
         doublets: recommend(&plan, &prior, target),

@@ -42,6 +42,23 @@ pub struct Prior {
     pub sample_interval_s: f64,
 }
 
+impl Prior {
+    /// A vehicle that does all the same in `times` the time: rates are divided by `times`, accelerations by its square; angles,
+    /// gains from heading to rudder and speeds stay.
+    pub fn slowed(mut self, times: f64) -> Self {
+        self.surge_time_constant_s *= times;
+        for speed in &mut self.speeds {
+            let (model, noise) = (&mut speed.model, &mut speed.noise);
+            model.a22_per_s /= times;
+            model.b2_per_s2 /= times * times;
+            model.c0_rad_per_s2 /= times * times;
+            noise.disturbance_rad_s2 /= times * times;
+            noise.disturbance_time_s *= times;
+        }
+        self
+    }
+}
+
 /// What is believed of the vehicle at one thrust.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PriorSpeed {
