@@ -204,12 +204,14 @@ fn warning(used: f64, tint: Tint) -> Style {
     }
 }
 
-/// The part used of each limit, in one line.
+/// The part used of each limit in one line, the closest first, so that a narrow terminal shows those.
 fn limit_line(picture: &Picture, tint: Tint) -> Line<'static> {
+    let mut limits = picture.envelope.clone();
+    limits.sort_by(|a, b| b.1.total_cmp(&a.1));
     let mut spans = vec![Span::raw("limits used:")];
-    for (name, used) in &picture.envelope {
+    for (name, used) in limits {
         let text = format!("  {name} {:.0} %", 100.0 * used);
-        spans.push(Span::styled(text, warning(*used, tint)));
+        spans.push(Span::styled(text, warning(used, tint)));
     }
     Line::from(spans)
 }
@@ -280,7 +282,7 @@ mod tests {
                 "depth", "altitude", "roll", "pitch", "rate", "heading", "area", "speed",
                 "silence", "time",
             ]
-            .map(|name| (name, 0.4))
+            .map(|name| (name, if name == "silence" { 0.9 } else { 0.4 }))
             .to_vec(),
         }
     }
