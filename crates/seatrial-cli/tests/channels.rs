@@ -95,7 +95,7 @@ fn cli_errors_of_a_channels_file_name_file_line_and_field() {
     for (from, to, expected) in [
         (
             "\"compass\"",
-            "\"compas\"",
+            "\"bearing\"",
             "channels.toml line 6, channels.heading",
         ),
         (
@@ -135,6 +135,23 @@ fn cli_errors_of_a_channels_file_name_file_line_and_field() {
             "{to}: {said}"
         );
     }
+}
+
+/// A name with one letter wrong can mean one column only: it is taken, and said.
+#[test]
+fn cli_a_misspelt_column_is_taken_and_said() {
+    let folder = tempfile::tempdir().unwrap();
+    write_log(folder.path());
+    let text = MAPPING.replace("\"compass\"", "\"compas\"");
+    std::fs::write(folder.path().join("channels.toml"), text).unwrap();
+    let arguments = ["inspect", "run.csv", "--channels", "channels.toml"];
+    let output = seatrial(&arguments, folder.path(), None);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_ne!(output.status.code(), Some(3), "{said}");
+    assert!(
+        said.contains("no such column; `compass` is taken"),
+        "{said}"
+    );
 }
 
 /// Binary formats are read twice.

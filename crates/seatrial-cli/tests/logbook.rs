@@ -13,7 +13,7 @@ use seatrial::identification::{
 };
 use seatrial::record::Window;
 use seatrial_core::{AbortReason, Action, Outcome, Sample, Steering, YawModel};
-use seatrial_dev::{program, text};
+use seatrial_dev::{program, text, unwrapped};
 use seatrial_logbook::{Logbook, NewCampaign, Recorder};
 use serde_json::Value;
 
@@ -358,7 +358,7 @@ fn cli_the_last_trial_of_a_vehicle_that_was_accepted_is_taken() {
         assert_eq!(a22_per_s, -1.3);
         assert!(told.contains("was aborted"), "{told}");
         assert!(
-            ask(&[verb]).1.contains(
+            unwrapped(&ask(&[verb]).1).contains(
                 "Campaign 1 on vehicle mavlink:udp:0.0.0.0:14550, configuration bare, 20"
             )
         );

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use seatrial_app::documents::IdentificationDocument;
 use seatrial_app::{Options, identify_log};
-use seatrial_dev::{data, document, run};
+use seatrial_dev::{data, document, run, unwrapped};
 
 /// ArduPilot's Rover firmware on a simulated boat, if the shared data are here.
 fn rover_log() -> Option<String> {
@@ -55,7 +55,7 @@ fn val_ardupilot_rover_makes_a_schedule_and_an_inspection() {
     assert_eq!(document(&gains)["points"].as_array().map(Vec::len), Some(2));
     for verb in ["gains", "turn"] {
         let page = run(&[verb, "--schedule", &schedule]);
-        let page = String::from_utf8_lossy(&page.stdout).into_owned();
+        let page = unwrapped(&String::from_utf8_lossy(&page.stdout));
         assert!(page.contains("rudder limit 100.0 % of full"), "{page}");
     }
 

@@ -12,4 +12,6 @@ mod needed;
 mod process;
 
 pub use needed::{data, python_with, skip};
-pub use process::{document, program, program_path, run, run_in, run_to_text, start_in, text};
+pub use process::{
+    document, program, program_path, run, run_in, run_to_text, start_in, text, unwrapped,
+};

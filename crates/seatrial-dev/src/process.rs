@@ -79,3 +79,8 @@ pub fn document(output: &Output) -> Value {
 pub fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).expect("UTF-8")
 }
+
+/// A text on one line, its words a blank apart: lines are broken where the terminal ends.
+pub fn unwrapped(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}

@@ -171,9 +171,12 @@ fn cli_trials_are_started_watched_compared_and_downloaded() {
         commands,
         [
             "repeat_speed",
+            "conduct_trial",
             "review_run",
             "start_trial",
+            "conduct_trial",
             "start_trial",
+            "conduct_trial",
             "take_control"
         ]
     );
@@ -214,7 +217,7 @@ fn cli_abort_in_mid_doublet() {
         .iter()
         .map(|entry| entry["result"].clone())
         .collect();
-    assert_eq!(results, ["no_trial", "done", "done", "done"]);
+    assert_eq!(results, ["no_trial", "done", "done", "done", "done"]);
 }
 
 #[test]

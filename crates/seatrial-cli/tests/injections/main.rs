@@ -113,6 +113,10 @@ fn inject(injection: Injection, after_s: f64, tally: &mut Tally) {
 
 /// How much of what the vehicle sent before the injection is not in the logbook, s; 0 where the trial had not begun.
 fn missing_s(logbook: &Path, boat: &Boat, told: &str) -> f64 {
+    if !logbook.exists() {
+        assert!(!boat.is_under_way(), "nothing was kept: {told}");
+        return 0.0;
+    }
     let logbook = Logbook::open_read_only(logbook).unwrap();
     assert_eq!(logbook.verify().unwrap().damage, [], "{told}");
     let steps = logbook.steps(CampaignId(1)).unwrap();
