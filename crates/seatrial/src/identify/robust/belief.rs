@@ -42,7 +42,7 @@ impl Equations {
     /// |---|---|
     /// | s, s+, s- | delay T_l + tau, its positive and its negative part |
     /// | v | T_l^2 |
-    /// | T_u | usual lag, a fifth of the vehicle's time constant, no less than a sample interval |
+    /// | T_u | usual lag, 0.3 of the vehicle's time constant, no less than a sample interval |
     /// | sigma | standard deviation of the shift tau, half a sample interval |
     /// | delta_f, A | the first rudder's distance from its record; the rudder's amplitude |
     ///
