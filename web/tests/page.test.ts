@@ -228,7 +228,7 @@ test("who comes first has three ways to go, each leads on", async () => {
     await own.goto(fresh.url);
     assert.deepEqual(await own.locator(".start b").allInnerTexts(), ["Rehearse", "Trial", "Open a log"]);
     await own.getByRole("link", { name: /^Rehearse/ }).click();
-    await own.getByLabel("Vehicle").waitFor();
+    await own.getByRole("combobox", { name: /^Vehicle/ }).waitFor();
     await own.goto(fresh.url);
     await own.getByRole("link", { name: /^Trial/ }).click();
     await own.getByText("Start it with yours").waitFor();
