@@ -112,6 +112,11 @@ function holderPanel(live: Live): { root: HTMLElement; draw(): void; drop(): voi
     clearInterval(waiting);
     waiting = 0;
   };
+  const takeNow = async (): Promise<void> => {
+    stopWaiting();
+    await complaints.hear(() => takeControl(name.value));
+    live.open();
+  };
   const wait = (): void => {
     if (waiting !== 0 || !root.reportValidity()) return;
     localStorage.setItem(NAME, name.value);
@@ -122,12 +127,7 @@ function holderPanel(live: Live): { root: HTMLElement; draw(): void; drop(): voi
     const found = await complaints.hear(status);
     if (found === null || waiting === 0) return;
     const { holder, silent_for_s: silent } = found.control;
-    if (holder === null || holder === undefined) {
-      stopWaiting();
-      await complaints.hear(() => takeControl(name.value));
-      live.open();
-      return;
-    }
+    if (holder === null || holder === undefined) return takeNow();
     const left = Math.max(0, Math.ceil(LAPSES_AFTER_S - (silent ?? 0)));
     say(
       words,
@@ -156,7 +156,7 @@ function holderPanel(live: Live): { root: HTMLElement; draw(): void; drop(): voi
     draw: () => {
       const { control } = live;
       const isOthers = typeof control?.holder === "string" && !control.is_you;
-      if (!isOthers) stopWaiting();
+      if (waiting !== 0 && control && !isOthers) void (control.holder ? stopWaiting() : takeNow());
       if (waiting === 0)
         say(
           words,
