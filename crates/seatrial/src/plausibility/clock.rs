@@ -17,8 +17,9 @@ use seatrial_core::{Real, Sample};
 use super::doubt::Doubt;
 use crate::record::median_interval_s;
 
-/// A gap is longer than so many usual intervals.
+/// A gap is longer than so many usual intervals, and matters to the vehicle: times that are rounded to a second are nothing to a ship.
 const GAP: f64 = 3.0;
+const GAP_TIME_CONSTANTS: f64 = 0.1;
 /// Headings on either side, in time constants of the vehicle, and how many there must be.
 const SIDE: f64 = 0.3;
 const LEAST_ROWS: usize = 4;
@@ -61,8 +62,9 @@ pub(super) fn jump(samples: &[Sample<f64>], time_constant_s: f64) -> Option<Doub
         let (as_a_row, as_time) = (is_near(usual_s, AGREES), is_near(gap_s, DIFFERS));
         (turns_on && as_a_row && !as_time).then_some(gap_s)
     };
+    let shortest_s = (GAP * usual_s).max(GAP_TIME_CONSTANTS * time_constant_s);
     let gap_s = (0..samples.len() - 1)
-        .filter(|row| samples[row + 1].time_s - samples[*row].time_s > GAP * usual_s)
+        .filter(|row| samples[row + 1].time_s - samples[*row].time_s > shortest_s)
         .find_map(is_jump)?;
     Some(Doubt::ClockJumped { gap_s })
 }

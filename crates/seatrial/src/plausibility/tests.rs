@@ -238,6 +238,8 @@ fn exact_a_clock_that_jumped_is_told_from_lost_rows() {
         sample.time_s += 1.0;
     }
     assert_eq!(codes(&jumped), [ReasonCode::ClockJumped]);
+    // Of no account to a ship whose time constant is 20 s.
+    assert_eq!(timing_doubts(&jumped, -0.05), []);
     let mut lost = held(1, 1);
     lost.drain(251..271);
     assert_eq!(codes(&lost), []);
