@@ -142,7 +142,7 @@ fn recover_intervals_are_narrow_not_long_after_the_bound_allows() {
     assert!(page.contains("the bound allows") && page.contains("Efficiency"));
 }
 
-/// Two logs of every kind, one with windows and one without; `validation/2026-11-24-lies` has fifty.
+/// Two logs of every kind, one with windows and one without; `validation/2026-11-24-lies` has 24.
 #[test]
 fn recover_a_lying_log_gives_no_wrong_model_unsaid() {
     let output = study(&["lies", "--seeds", "2"]);
