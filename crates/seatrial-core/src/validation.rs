@@ -177,15 +177,7 @@ impl<T: Real> Validation<T> {
                     .and_then(|offset| signal.r2(initial, offset)),
             )
         };
-        let (r2_heading, r2_heading_offset_refit) = of(&self.heading);
-        let (r2_yaw_rate, r2_yaw_rate_offset_refit) = of(&self.yaw_rate);
-        GoodnessOfFit {
-            r2_heading,
-            r2_heading_offset_refit,
-            r2_yaw_rate,
-            r2_yaw_rate_offset_refit,
-            samples: self.heading.samples,
-        }
+        self.fit_of(of)
     }
 
     /// R^2 of the samples so far from any start: psi_0 and r_0 are fitted to each signal by least squares, with the offset
@@ -198,8 +190,14 @@ impl<T: Real> Validation<T> {
                 r2(signal.least_squares([true; 3])),
             )
         };
-        let (r2_heading, r2_heading_offset_refit) = of(&self.heading);
-        let (r2_yaw_rate, r2_yaw_rate_offset_refit) = of(&self.yaw_rate);
+        self.fit_of(of)
+    }
+
+    /// R^2 of both signals, each without and with the offset estimated again.
+    #[inline]
+    fn fit_of(&self, r2: impl Fn(&Comparison<T>) -> (Option<T>, Option<T>)) -> GoodnessOfFit<T> {
+        let (r2_heading, r2_heading_offset_refit) = r2(&self.heading);
+        let (r2_yaw_rate, r2_yaw_rate_offset_refit) = r2(&self.yaw_rate);
         GoodnessOfFit {
             r2_heading,
             r2_heading_offset_refit,
