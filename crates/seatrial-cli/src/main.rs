@@ -9,6 +9,7 @@ mod compare;
 mod completions;
 mod demo;
 mod doctor;
+mod export;
 mod fault_matrix;
 mod field;
 mod fleet;
@@ -78,6 +79,7 @@ enum Verb {
     Logbook(logbook::Args),
     Turn(turn::Args),
     Gains(gains::Args),
+    Export(Box<export::Args>),
     Health(health::Args),
     Study(study::Args),
     Fleet(fleet::Args),
@@ -105,6 +107,7 @@ impl Verb {
             Self::Logbook(args) => logbook::run(args, output),
             Self::Turn(args) => turn::run(args, output),
             Self::Gains(args) => gains::run(args, output),
+            Self::Export(args) => export::run(args, output),
             Self::Health(args) => health::run(args, output),
             Self::Study(args) => study::run(args, output),
             Self::Fleet(args) => fleet::run(args, output),

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::config_error::{ConfigError, check_numbers, invalid};
-use crate::plant::{Disturbance, Servo, SpeedPoint};
+use crate::plant::{Disturbance, Servo, SpeedPoint, Surge, SurgeDrag};
 use crate::range::{NOT_BELOW_0, POSITIVE_NUMBER, a_number, not_negative, positive};
 use crate::sensors::{Sensors, Timing};
 
@@ -18,6 +18,7 @@ use crate::sensors::{Sensors, Timing};
 /// rudder_limit_rad = 0.5
 /// depth_m = 0.0
 /// surge_time_constant_s = 3.0      # speed after a change of thrust
+/// rudder_delay_s = 0.05            # dead time before the servo
 /// initial_thrust = 0.5             # its own setting before and after a trial
 /// initial_heading_rad = 1.2
 ///
@@ -80,6 +81,9 @@ pub struct VehicleConfig {
     /// Time constant of the speed after a change of thrust, s.
     #[serde(default = "starfish::surge_time_constant_s")]
     pub surge_time_constant_s: f64,
+    /// Drag that grows with the square of the speed, in the place of that time constant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surge_drag: Option<SurgeDrag>,
     /// Thrust before and after a trial, as a fraction of full.
     #[serde(default = "starfish::initial_thrust")]
     pub initial_thrust: f64,
@@ -89,6 +93,9 @@ pub struct VehicleConfig {
     /// The vehicle's own heading controller.
     #[serde(default)]
     pub heading_hold: HeadingHold,
+    /// Dead time until a command reaches the servo, s.
+    #[serde(default)]
+    pub rudder_delay_s: f64,
     /// The rudder servo.
     #[serde(default)]
     pub servo: Servo,
@@ -194,9 +201,11 @@ impl VehicleConfig {
             rudder_limit_rad: starfish::rudder_limit_rad(),
             depth_m: starfish::depth_m(),
             surge_time_constant_s: starfish::surge_time_constant_s(),
+            surge_drag: None,
             initial_thrust: starfish::initial_thrust(),
             initial_heading_rad: 0.0,
             heading_hold: HeadingHold::default(),
+            rudder_delay_s: 0.0,
             servo: Servo::default(),
             disturbance: Disturbance::default(),
             sensors: Sensors::default(),
@@ -232,6 +241,14 @@ impl VehicleConfig {
         }
     }
 
+    /// How its speed follows its thrust.
+    pub fn surge(&self) -> Surge {
+        Surge {
+            time_constant_s: self.surge_time_constant_s,
+            drag: self.surge_drag,
+        }
+    }
+
     /// Its steering, instruments and start.
     pub fn helm(&self) -> HelmConfig {
         HelmConfig {
@@ -263,12 +280,19 @@ impl VehicleConfig {
                 NOT_BELOW_0,
             ),
             (
+                "rudder_delay_s",
+                self.rudder_delay_s,
+                (0.0..=60.0).contains(&self.rudder_delay_s),
+                "a number from 0 to 60",
+            ),
+            (
                 "servo.rate_limit_rad_s",
                 servo.rate_limit_rad_s.unwrap_or(f64::INFINITY),
                 servo.rate_limit_rad_s.is_none_or(positive),
                 "a number from 1e-9 to 1e9 or absent",
             ),
         ])?;
+        self.surge_drag.as_ref().map_or(Ok(()), SurgeDrag::check)?;
         self.helm().check()?;
         self.check_speeds()
     }

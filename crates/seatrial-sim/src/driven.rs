@@ -68,11 +68,12 @@ impl DrivenBoat {
             disturbance_rad_s2: config.disturbance.standard_deviation_rad_s2 * disturbance.normal(),
             plant: Plant::new(
                 config.speeds.clone(),
-                config.surge_time_constant_s,
+                config.surge(),
                 config.servo,
                 0.0,
                 config.initial_heading_rad,
-            ),
+            )
+            .with_rudder_delay(config.rudder_delay_s),
             config,
             disturbance,
             time_s: 0.0,

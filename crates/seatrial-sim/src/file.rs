@@ -1,4 +1,4 @@
-//! Vehicle files of both kinds, and conditions that take the place of a vehicle's own.
+//! Vehicle files of every kind, and conditions that take the place of a vehicle's own.
 
 use std::fs;
 use std::path::Path;
@@ -8,6 +8,7 @@ use toml::{Table, Value};
 
 use crate::config::VehicleConfig;
 use crate::config_error::{ConfigError, check_numbers};
+use crate::identified::IdentifiedVehicle;
 use crate::range::{NOT_BELOW_0, a_number, not_negative, positive};
 use crate::six_dof::config::required;
 use crate::six_dof::fins::Drive;
@@ -15,6 +16,8 @@ use crate::six_dof::rigid_body::{GRAVITY_M_S2, RigidBody};
 use crate::six_dof::{SixDofConfig, remus100, starfish};
 
 /// What a vehicle file holds.
+///
+/// A file with a `schema` is an [`IdentifiedVehicle`], whose twin has a yaw model at every speed.
 ///
 /// A file with a table `vehicle` is one of six degrees of freedom: it names a vehicle to begin with, and everything
 /// else in the file takes the place of that vehicle's numbers. Any field of [`SixDofConfig`] may; those of its helm
@@ -126,6 +129,10 @@ impl VehicleFile {
     /// The vehicle of a TOML text.
     pub fn from_toml(text: &str) -> Result<Self, ConfigError> {
         let mut table: Table = toml::from_str(text)?;
+        if table.contains_key("schema") {
+            let vehicle = IdentifiedVehicle::from_toml(text)?;
+            return Ok(Self::FirstOrder(Box::new(vehicle.twin())));
+        }
         let Some(vehicle) = table.remove("vehicle") else {
             return VehicleConfig::from_toml(text).map(|config| Self::FirstOrder(Box::new(config)));
         };

@@ -1,5 +1,7 @@
 //! The moving vehicle: surge, servo, yaw and position.
 
+use std::collections::VecDeque;
+
 use seatrial_core::YawModel;
 use seatrial_core::model::YawState;
 use serde::{Deserialize, Serialize};
@@ -10,6 +12,8 @@ use crate::range::{NOT_BELOW_0, POSITIVE_NUMBER, not_negative, positive};
 
 /// Longest step over which fin and speed are held, s; both are exact at its end.
 const STEP_S: f64 = 0.005;
+/// That step of a vehicle whose fastest motion is slow, as a part of its time constant.
+const STEP_SHARE: f64 = 0.005;
 
 /// The truth at one thrust.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,6 +51,73 @@ pub struct Servo {
     pub time_constant_s: f64,
     /// Fastest motion, rad/s; absent is unlimited.
     pub rate_limit_rad_s: Option<f64>,
+}
+
+/// How the forward speed u follows the steady speed u_s of the thrust.
+///
+/// ```text
+/// u' = (u_s - u)/T                        without drag
+/// u' = (u_s^2 - u^2)/l - d r^2            with drag, r the yaw rate
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surge {
+    /// T, s.
+    pub time_constant_s: f64,
+    /// l and d.
+    pub drag: Option<SurgeDrag>,
+}
+
+/// Drag that grows with the square of the speed, and what a turn costs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SurgeDrag {
+    /// l, mass over drag per speed squared, m.
+    pub drag_length_m: f64,
+    /// d, m.
+    #[serde(default)]
+    pub turning_drag_m: f64,
+}
+
+impl SurgeDrag {
+    /// Names the first field that is out of range.
+    pub(crate) fn check(&self) -> Result<(), ConfigError> {
+        check_numbers([
+            (
+                "surge_drag.drag_length_m",
+                self.drag_length_m,
+                positive(self.drag_length_m),
+                POSITIVE_NUMBER,
+            ),
+            (
+                "surge_drag.turning_drag_m",
+                self.turning_drag_m,
+                not_negative(self.turning_drag_m),
+                NOT_BELOW_0,
+            ),
+        ])
+    }
+}
+
+impl Surge {
+    /// The speed `interval_s` later, exact without drag and by the midpoint with it.
+    fn advance(
+        &self,
+        speed_m_s: f64,
+        target_m_s: f64,
+        yaw_rate_rad_s: f64,
+        interval_s: f64,
+    ) -> f64 {
+        let Some(drag) = self.drag else {
+            let decay = libm::exp(-interval_s / self.time_constant_s);
+            return target_m_s + (speed_m_s - target_m_s) * decay;
+        };
+        let acceleration = |u: f64| {
+            (target_m_s * target_m_s.abs() - u * u.abs()) / drag.drag_length_m
+                - drag.turning_drag_m * yaw_rate_rad_s * yaw_rate_rad_s * u.signum()
+        };
+        let midpoint = speed_m_s + 0.5 * interval_s * acceleration(speed_m_s);
+        speed_m_s + interval_s * acceleration(midpoint)
+    }
 }
 
 /// Yaw acceleration that is not the rudder's: a first-order Gauss-Markov process.
@@ -114,12 +185,50 @@ impl Servo {
     }
 }
 
+/// Commands on their way to a servo with a dead time.
+#[derive(Clone, Debug)]
+struct Underway {
+    delay_s: f64,
+    time_s: f64,
+    /// When each acts, s, and the command, rad.
+    commands: VecDeque<[f64; 2]>,
+    acting_rad: f64,
+}
+
+impl Underway {
+    fn send(&mut self, command_rad: f64) {
+        let last = self
+            .commands
+            .back()
+            .map_or(self.acting_rad, |[_, last]| *last);
+        if last != command_rad {
+            let acts_s = self.time_s + self.delay_s;
+            self.commands.push_back([acts_s, command_rad]);
+        }
+    }
+
+    /// The command that acts over the next step.
+    fn next(&mut self, interval_s: f64) -> f64 {
+        let middle_s = self.time_s + 0.5 * interval_s;
+        while let Some([_, command_rad]) = self
+            .commands
+            .pop_front_if(|[acts_s, _]| *acts_s <= middle_s)
+        {
+            self.acting_rad = command_rad;
+        }
+        self.time_s += interval_s;
+        self.acting_rad
+    }
+}
+
 /// The true vehicle.
 #[derive(Clone, Debug)]
 pub struct Plant {
     speeds: Vec<SpeedPoint>,
-    surge_time_constant_s: f64,
+    surge: Surge,
     servo: Servo,
+    longest_step_s: f64,
+    underway: Option<Underway>,
     /// Heading and yaw rate.
     pub yaw: YawState<f64>,
     /// Forward speed, m/s.
@@ -136,15 +245,17 @@ impl Plant {
     /// A vehicle that runs straight at the steady speed of `thrust`, with the fin that keeps it so.
     pub fn new(
         speeds: Vec<SpeedPoint>,
-        surge_time_constant_s: f64,
+        surge: Surge,
         servo: Servo,
         thrust: f64,
         heading_rad: f64,
     ) -> Self {
         let mut plant = Self {
             speeds,
-            surge_time_constant_s,
+            surge,
             servo,
+            longest_step_s: STEP_S,
+            underway: None,
             yaw: YawState {
                 heading_rad,
                 yaw_rate_rad_s: 0.0,
@@ -158,6 +269,31 @@ impl Plant {
         plant.surge_speed_m_s = truth.surge_speed_m_s;
         plant.fin_rad = -truth.model.delta0_rad().unwrap_or(0.0);
         plant
+    }
+
+    /// With a dead time until a command reaches the servo, s, kept to the 5 ms in which the vehicle moves.
+    pub fn with_rudder_delay(mut self, delay_s: f64) -> Self {
+        self.underway = (delay_s > 0.0).then(|| Underway {
+            delay_s,
+            time_s: 0.0,
+            commands: VecDeque::new(),
+            acting_rad: self.fin_rad,
+        });
+        self
+    }
+
+    /// In steps that suit a slow vehicle: 1/200 of the shortest time constant of yaw, speed and servo where that is longer than 5 ms.
+    pub fn in_its_own_steps(mut self) -> Self {
+        let yaw = self.speeds.iter().map(|p| 1.0 / p.a22_per_s.abs());
+        let speeds = self.speeds.iter().map(|p| p.surge_speed_m_s);
+        let surge = speeds.map(|u| match self.surge.drag {
+            Some(drag) => 0.5 * drag.drag_length_m / u,
+            None => self.surge.time_constant_s,
+        });
+        let servo = (self.servo.time_constant_s > 0.0).then_some(self.servo.time_constant_s);
+        let shortest_s = yaw.chain(surge).chain(servo).fold(f64::MAX, f64::min);
+        self.longest_step_s = (STEP_SHARE * shortest_s).clamp(STEP_S, 1.0);
+        self
     }
 
     /// Steady speed and yaw model at a thrust.
@@ -196,13 +332,17 @@ impl Plant {
         interval_s: f64,
     ) {
         let target_m_s = self.truth(thrust).surge_speed_m_s;
-        let steps = (interval_s / STEP_S).ceil().max(1.0);
+        let steps = (interval_s / self.longest_step_s).ceil().max(1.0);
         let h = interval_s / steps;
-        let surge_decay = libm::exp(-h / self.surge_time_constant_s);
+        if let Some(underway) = &mut self.underway {
+            underway.send(rudder_command_rad);
+        }
         for _ in 0..steps as u32 {
-            let fin_after = self.servo.advance(self.fin_rad, rudder_command_rad, h);
+            let underway = self.underway.as_mut();
+            let command_rad = underway.map_or(rudder_command_rad, |underway| underway.next(h));
+            let fin_after = self.servo.advance(self.fin_rad, command_rad, h);
             let fin = if self.servo.is_instant() {
-                rudder_command_rad
+                command_rad
             } else {
                 (self.fin_rad + fin_after) / 2.0
             };
@@ -214,7 +354,9 @@ impl Plant {
             self.position_m[1] += self.surge_speed_m_s * h * libm::sin(course);
             self.yaw = yaw;
             self.fin_rad = fin_after;
-            self.surge_speed_m_s = target_m_s + (self.surge_speed_m_s - target_m_s) * surge_decay;
+            self.surge_speed_m_s =
+                self.surge
+                    .advance(self.surge_speed_m_s, target_m_s, yaw.yaw_rate_rad_s, h);
         }
     }
 
@@ -247,7 +389,8 @@ mod tests {
 
     fn starfish() -> Plant {
         let config = VehicleConfig::starfish();
-        Plant::new(config.speeds, 2.0, Servo::default(), 0.8, 0.3)
+        let surge = config.surge();
+        Plant::new(config.speeds, surge, Servo::default(), 0.8, 0.3)
     }
 
     #[test]
@@ -289,5 +432,47 @@ mod tests {
             rate_limit_rad_s: Some(1.0),
         };
         assert_eq!(limited.advance(0.0, 0.2, 0.005), 0.005);
+    }
+
+    /// A command acts after the dead time, whatever comes between.
+    #[test]
+    fn exact_a_dead_time_moves_the_turn() {
+        let config = VehicleConfig::starfish();
+        let surge = config.surge();
+        let mut late = Plant::new(config.speeds.clone(), surge, Servo::default(), 0.8, 0.0)
+            .with_rudder_delay(0.3);
+        let mut prompt = Plant::new(config.speeds, surge, Servo::default(), 0.8, 0.0);
+        let straight_rad = prompt.fin_rad;
+        prompt.advance(straight_rad, 0.8, 0.0, 0.3);
+        for command_rad in [0.2, 0.2, -0.1, -0.1] {
+            prompt.advance(command_rad, 0.8, 0.0, 0.1);
+        }
+        for command_rad in [0.2, 0.2, -0.1, -0.1, 0.0, 0.0, 0.0] {
+            late.advance(command_rad, 0.8, 0.0, 0.1);
+        }
+        // The rounding of 140 exact steps.
+        assert!((late.yaw.heading_rad - prompt.yaw.heading_rad).abs() < 1e-13);
+    }
+
+    /// u = u_s tanh(u_s t/l) solves u' = (u_s^2 - u^2)/l from rest; a steady turn costs l d r^2 of u^2.
+    #[test]
+    fn exact_drag_that_grows_with_the_square_of_the_speed() {
+        let mut config = VehicleConfig::starfish();
+        config.speeds.iter_mut().for_each(|p| p.c0_rad_per_s2 = 0.0);
+        config.surge_drag = Some(SurgeDrag {
+            drag_length_m: 9.0,
+            turning_drag_m: 2.0,
+        });
+        let surge = config.surge();
+        let mut plant = Plant::new(config.speeds, surge, Servo::default(), 0.0, 0.0);
+        let steady_m_s = plant.truth(0.8).surge_speed_m_s;
+        plant.advance(0.0, 0.8, 0.0, 4.0);
+        let expected = steady_m_s * (steady_m_s * 4.0 / 9.0).tanh();
+        // The midpoint rule in steps of 5 ms against a time constant of 3 s.
+        assert!((plant.surge_speed_m_s / expected - 1.0).abs() < 1e-6);
+        plant.advance(0.2, 0.8, 0.0, 60.0);
+        let lost = 9.0 * 2.0 * plant.yaw.yaw_rate_rad_s.powi(2);
+        let left = (steady_m_s * steady_m_s - lost).sqrt();
+        assert!((plant.surge_speed_m_s / left - 1.0).abs() < 1e-6);
     }
 }

@@ -41,11 +41,12 @@ impl FirstOrderVehicle {
         config.check()?;
         let plant = Plant::new(
             config.speeds.clone(),
-            config.surge_time_constant_s,
+            config.surge(),
             config.servo,
             config.initial_thrust,
             config.initial_heading_rad,
-        );
+        )
+        .with_rudder_delay(config.rudder_delay_s);
         Ok(Self {
             helm: Helm::new(config.helm(), plant.fin_rad, seed),
             body: FirstOrderBody {

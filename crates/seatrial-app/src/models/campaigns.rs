@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use seatrial::surge::SurgeModel;
 use seatrial::{Campaign, GainAllowance};
 use seatrial_core::{RudderUnit, SchedulePoint};
 use seatrial_logbook::{CampaignEntry, Logbook};
@@ -82,6 +83,7 @@ impl Models {
             full_rudder: campaign.full_rudder,
             trial: Some(TrialOrigin::of(campaign)),
             cautions: Vec::new(),
+            surge: SurgeModel::of(campaign),
             passed_over: None,
             rejected: against(campaign),
         })

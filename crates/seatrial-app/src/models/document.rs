@@ -124,6 +124,7 @@ pub fn of_document(path: &Path, surge_speed_m_s: Option<f64>) -> Result<Models, 
         full_rudder,
         trial,
         cautions: Vec::new(),
+        surge: None,
         passed_over: None,
         rejected: Vec::new(),
     };

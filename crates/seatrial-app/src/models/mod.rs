@@ -11,6 +11,7 @@ use std::path::Path;
 
 use seatrial::identification::ValidRange;
 use seatrial::propagation::interval_95;
+use seatrial::surge::SurgeModel;
 use seatrial::{Campaign, FullRudder, GainAllowance};
 use seatrial_core::schedule::ScheduleKey;
 use seatrial_core::{RudderUnit, SchedulePoint, SpeedSchedule, YawModel};
@@ -43,6 +44,8 @@ pub struct Models {
     pub full_rudder: Option<FullRudder>,
     /// The trial that the models are of.
     pub trial: Option<TrialOrigin>,
+    /// How the speed follows the thrust, where a trial tells it.
+    pub surge: Option<SurgeModel>,
     /// What has to be known before they are used.
     pub cautions: Vec<String>,
     /// Why the newest campaign of the logbook is not the one.
@@ -184,6 +187,7 @@ impl Models {
             full_rudder: None,
             trial: None,
             cautions: Vec::new(),
+            surge: None,
             passed_over: None,
             rejected: Vec::new(),
         }

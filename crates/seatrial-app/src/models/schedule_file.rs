@@ -73,6 +73,7 @@ pub fn of_schedule_file(path: &Path) -> Result<Models, Error> {
         full_rudder: given(file.full_rudder_rad),
         trial: None,
         cautions: Vec::new(),
+        surge: None,
         passed_over: None,
         rejected: Vec::new(),
     })

@@ -1,0 +1,193 @@
+//! The ranges of the numbers in a vehicle file.
+
+use std::f64::consts::FRAC_PI_2;
+
+use super::{IdentifiedVehicle, SCHEMA};
+use crate::config_error::{ConfigError, check_numbers, invalid};
+
+impl IdentifiedVehicle {
+    /// Names the first field that is out of range.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        if self.schema != SCHEMA {
+            let requirement = "seatrial.vehicle.v1, the version that this seatrial reads";
+            return Err(invalid("schema", requirement, &self.schema));
+        }
+        self.check_rudder()?;
+        self.check_surge_and_noise()?;
+        if self.speeds.is_empty() {
+            return Err(invalid("speed", "a list of at least one speed", "empty"));
+        }
+        for k in 0..self.speeds.len() {
+            self.check_speed(k)?;
+        }
+        Ok(())
+    }
+
+    fn check_rudder(&self) -> Result<(), ConfigError> {
+        let rudder = &self.rudder;
+        check_numbers([
+            (
+                "rudder.limit_rad",
+                rudder.limit_rad,
+                rudder.limit_rad >= 1e-3 && rudder.limit_rad <= FRAC_PI_2,
+                "an angle from 0.001 to 1.5708 rad",
+            ),
+            (
+                "rudder.lag_s",
+                rudder.lag_s,
+                (0.0..=600.0).contains(&rudder.lag_s),
+                "a time from 0 to 600 s",
+            ),
+            (
+                "rudder.delay_s",
+                rudder.delay_s,
+                (0.0..=60.0).contains(&rudder.delay_s),
+                "a time from 0 to 60 s",
+            ),
+            (
+                "rudder.rate_limit_rad_s",
+                rudder.rate_limit_rad_s.unwrap_or(1.0),
+                rudder
+                    .rate_limit_rad_s
+                    .is_none_or(|rate| (1e-4..=1e3).contains(&rate)),
+                "absent or a rate from 0.0001 to 1000 rad/s",
+            ),
+        ])
+    }
+
+    fn check_surge_and_noise(&self) -> Result<(), ConfigError> {
+        let surge = &self.surge;
+        let interval_s = self.sample_interval_s.unwrap_or(1.0);
+        check_numbers([
+            (
+                "sample_interval_s",
+                interval_s,
+                (1e-3..=60.0).contains(&interval_s),
+                "absent or a time from 0.001 to 60 s",
+            ),
+            (
+                "surge.time_constant_s",
+                surge.time_constant_s,
+                (1e-3..=1e5).contains(&surge.time_constant_s),
+                "a time from 0.001 to 100000 s",
+            ),
+            (
+                "surge.drag_length_m",
+                surge.drag_length_m.unwrap_or(1.0),
+                surge
+                    .drag_length_m
+                    .is_none_or(|l| (1e-2..=1e6).contains(&l)),
+                "absent or a length from 0.01 to 1000000 m",
+            ),
+            (
+                "surge.turning_drag_m",
+                surge.turning_drag_m.unwrap_or(0.0),
+                surge
+                    .turning_drag_m
+                    .is_none_or(|d| (0.0..=1e6).contains(&d)),
+                "absent or a length from 0 to 1000000 m",
+            ),
+        ])?;
+        let Some(noise) = &self.noise else {
+            return Ok(());
+        };
+        let time_s = noise.disturbance_time_s.unwrap_or(1.0);
+        check_numbers([
+            (
+                "noise.heading_rad",
+                noise.heading_rad,
+                (0.0..=1.0).contains(&noise.heading_rad),
+                "an angle from 0 to 1 rad",
+            ),
+            (
+                "noise.disturbance_rad_s2",
+                noise.disturbance_rad_s2,
+                (0.0..=1e3).contains(&noise.disturbance_rad_s2),
+                "a number from 0 to 1000 rad/s^2",
+            ),
+            (
+                "noise.disturbance_time_s",
+                time_s,
+                (1e-3..=1e5).contains(&time_s),
+                "absent or a time from 0.001 to 100000 s",
+            ),
+        ])
+    }
+
+    fn check_speed(&self, k: usize) -> Result<(), ConfigError> {
+        let speed = &self.speeds[k];
+        let before = k.checked_sub(1).map(|k| &self.speeds[k]);
+        let above =
+            |now: f64, last: Option<f64>, most: f64| now > last.unwrap_or(0.0) && now <= most;
+        let field = |name: &str| format!("speed[{k}].{name}");
+        for (name, value, holds, requirement) in [
+            (
+                "thrust",
+                speed.thrust,
+                above(speed.thrust, before.map(|p| p.thrust), 1.0),
+                "above 0 and the thrust before, and at most 1",
+            ),
+            (
+                "surge_speed_m_s",
+                speed.surge_speed_m_s,
+                above(
+                    speed.surge_speed_m_s,
+                    before.map(|p| p.surge_speed_m_s),
+                    100.0,
+                ),
+                "above 0 and the speed before, and at most 100 m/s",
+            ),
+            (
+                "a22_per_s",
+                speed.a22_per_s,
+                speed.a22_per_s.abs() <= 1e3,
+                "a number from -1000 to 1000 1/s",
+            ),
+            (
+                "b2_per_s2",
+                speed.b2_per_s2,
+                (1e-9..=1e6).contains(&speed.b2_per_s2.abs()),
+                "a number other than 0, to 1000000 1/s^2 on either side",
+            ),
+            (
+                "c0_rad_per_s2",
+                speed.c0_rad_per_s2,
+                speed.c0_rad_per_s2.abs() <= 1e3,
+                "a number from -1000 to 1000 rad/s^2",
+            ),
+            (
+                "seen_rudder_rad",
+                speed.seen_rudder_rad.unwrap_or(0.0),
+                speed
+                    .seen_rudder_rad
+                    .is_none_or(|seen| (0.0..=FRAC_PI_2).contains(&seen)),
+                "absent or an angle from 0 to 1.5708 rad",
+            ),
+        ] {
+            if !holds {
+                return Err(invalid(field(name), requirement, value));
+            }
+        }
+        match speed.covariance {
+            Some(covariance) if !is_a_covariance(&covariance) => Err(invalid(
+                field("covariance"),
+                "absent or three rows of three, symmetric, no variance below 0, no correlation beyond 1",
+                format!("{covariance:?}"),
+            )),
+            _ => Ok(()),
+        }
+    }
+}
+
+fn is_a_covariance(covariance: &[[f64; 3]; 3]) -> bool {
+    (0..3).all(|i| {
+        let variance = covariance[i][i];
+        (0.0..=1e12).contains(&variance)
+            && (0..3).all(|j| {
+                let most = (variance * covariance[j][j]).sqrt();
+                let asymmetry = (covariance[i][j] - covariance[j][i]).abs();
+                // Rounding of decimal digits in a file.
+                covariance[i][j].abs() <= most * (1.0 + 1e-9) && asymmetry <= 1e-9 * most
+            })
+    })
+}
