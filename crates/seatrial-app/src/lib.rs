@@ -23,6 +23,7 @@ pub mod simulated_log;
 pub mod studies;
 pub mod trial_run;
 pub mod turning;
+pub mod vehicle_export;
 pub mod vehicle_file;
 pub mod workers;
 

@@ -82,7 +82,7 @@ impl Stated {
         let stated = self.full_rudder_rad;
         if let Some(angle_rad) = stated.filter(|angle| !(*angle > 0.0 && *angle < 1.57)) {
             return Err(Error::Setting(format!(
-                "--full-rudder-deg {}: expected an angle above 0 and below 90 degrees",
+                "--full-steering-deg {}: expected an angle above 0 and below 90 degrees",
                 angle_rad.to_degrees()
             )));
         }
@@ -90,7 +90,7 @@ impl Stated {
             RudderUnit::Rad => Ok(1.0),
             RudderUnit::FullRudder => stated.ok_or_else(|| {
                 Error::Setting(format!(
-                    "{}: its rudder is a fraction of full, and a vehicle needs the angle: give the one at full steering with --full-rudder-deg DEG",
+                    "{}: its rudder is a fraction of full, and a vehicle needs the angle: give the one at full steering with --full-steering-deg DEG",
                     models.origin
                 ))
             }),
@@ -107,27 +107,34 @@ impl Stated {
             speeds.iter().map(|p| p.surge_speed_m_s).sum::<f64>() / speeds.len() as f64;
         let found = models.surge.as_ref();
         let from_trial_s = found.and_then(|surge| surge.time_constant_s(middle_m_s));
-        match (self.surge_time_constant_s, from_trial_s) {
-            (None, Some(time_constant_s)) => SurgeLaw {
-                time_constant_s,
-                drag_length_m: found.and_then(|surge| surge.drag_length_m),
-                turning_drag_m: found.and_then(|surge| surge.turning_drag_m),
-            },
-            (stated, _) => {
-                let yaw_s = speeds.first().map_or(1.0, |p| 1.0 / p.a22_per_s.abs());
-                if stated.is_none() {
-                    assumptions.push(
-                        "surge.time_constant_s is ASSUMED to be two time constants of the yaw: no change of speed was recorded; a trial of two speeds has one, --surge-time-constant says another".into(),
-                    );
-                }
-                SurgeLaw {
-                    time_constant_s: stated
-                        .unwrap_or((ASSUMED_SURGE_TIME * yaw_s).clamp(1e-3, 1e5)),
-                    drag_length_m: None,
-                    turning_drag_m: None,
-                }
-            }
+        if let Some(time_constant_s) = self.surge_time_constant_s {
+            return linear(time_constant_s);
         }
+        if let (Some(surge), Some(time_constant_s)) = (found, from_trial_s) {
+            if surge.turning_drag_m.is_none() {
+                assumptions.push(
+                    "surge.turning_drag_m is not identifiable from this record and is ASSUMED 0: no accepted run lost speed in its turns; a U-turn under full rudder tells it".into(),
+                );
+            }
+            return SurgeLaw {
+                time_constant_s,
+                drag_length_m: surge.drag_length_m,
+                turning_drag_m: surge.turning_drag_m,
+            };
+        }
+        assumptions.push(
+            "surge is not identifiable from this record, and surge.time_constant_s is ASSUMED to be two time constants of the yaw: no run began with a change of speed; plan a second thrust, such as a step from 100 to 40 % (`seatrial plan --thrust 1 --thrust 0.4`), or give it with --surge-time-constant".into(),
+        );
+        let yaw_s = speeds.first().map_or(1.0, |p| 1.0 / p.a22_per_s.abs());
+        linear((ASSUMED_SURGE_TIME * yaw_s).clamp(1e-3, 1e5))
+    }
+}
+
+fn linear(time_constant_s: f64) -> SurgeLaw {
+    SurgeLaw {
+        time_constant_s,
+        drag_length_m: None,
+        turning_drag_m: None,
     }
 }
 

@@ -1,9 +1,11 @@
 //! `seatrial export`: the vehicle that was identified, for simulators, planners and controllers.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use seatrial_app::vehicle_export::{self, Target as Form};
 use seatrial_app::vehicle_file::Stated;
 use seatrial_sim::IdentifiedVehicle;
+use serde::Serialize;
 
 use crate::model_source::{SourceArgs, warn};
 use crate::output::{Exit, Failure, Output, say};
@@ -11,15 +13,35 @@ use crate::output::{Exit, Failure, Output, say};
 /// The vehicle that was identified, for simulators, planners and controllers.
 #[derive(clap::Args)]
 #[command(after_help = "\
-vehicle is the vehicle file, which every verb with --vehicle sim:FILE.toml reads. docs/vehicle-file.md explains its fields.
+vehicle is the vehicle file, which every verb with --vehicle sim:FILE.toml reads; docs/vehicle-file.md explains its fields, and
+docs/simulators.md the other targets.
 
 Example:
   seatrial export --to vehicle --a22 -1.07 --b2 1.08 --c0 0.012 --speed 1.63 --name myboat --out myboat.toml
-  seatrial trial --vehicle sim:myboat.toml --yes")]
+  seatrial export --to python --vehicle sim:myboat.toml --out myboat.py")]
 pub struct Args {
     /// What is written.
     #[arg(long, value_name = "TARGET")]
     to: Target,
+    #[command(flatten)]
+    vehicle: VehicleArgs,
+    /// Thrust of a target that has one speed only [default: the fastest].
+    #[arg(long, value_name = "FRACTION")]
+    at_thrust: Option<f64>,
+    /// Draws so many vehicles from what is known of this one, into the folder that --out names.
+    #[arg(long, value_name = "N", requires = "out", value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    sample: Option<u64>,
+    /// Seed of the first of them.
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "sample")]
+    seed: u64,
+    /// Where it goes; standard output without.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// The vehicle of a file or of models.
+#[derive(clap::Args)]
+pub struct VehicleArgs {
     #[command(flatten)]
     source: SourceArgs,
     /// A vehicle file, in the place of models.
@@ -34,22 +56,19 @@ pub struct Args {
     name: Option<String>,
     /// Rudder at full steering, degrees, where the models have it as a fraction of full.
     #[arg(long, value_name = "DEG")]
-    full_rudder_deg: Option<f64>,
+    full_steering_deg: Option<f64>,
     /// Time constant of the rudder's lag, s [default: the one that the record tells].
     #[arg(long, value_name = "S")]
-    rudder_lag: Option<f64>,
+    lag: Option<f64>,
     /// Dead time of the rudder, s.
     #[arg(long, value_name = "S")]
-    rudder_delay: Option<f64>,
+    dead_time: Option<f64>,
     /// Fastest motion of the rudder, degrees a second.
     #[arg(long, value_name = "DEG_S")]
     rudder_rate_deg: Option<f64>,
     /// Time constant of the speed after a change of thrust, s [default: the one that the trial tells].
     #[arg(long, value_name = "S")]
     surge_time_constant: Option<f64>,
-    /// Where it goes; standard output without.
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
 }
 
 /// What is written.
@@ -57,30 +76,132 @@ pub struct Args {
 enum Target {
     /// The vehicle file, TOML.
     Vehicle,
+    /// A Python class that needs numpy only.
+    Python,
+    /// CasADi functions in Python, for MPC and acados.
+    Casadi,
+    /// The vehicle in MuJoCo's engine, Python.
+    Mujoco,
+    /// Functions of Octave and Matlab.
+    Octave,
+    /// SDF of Gazebo with its hydrodynamics plugin.
+    Gazebo,
+    /// Configuration of MOOS-IvP's uSimMarine.
+    Moos,
+    /// Limits of ROS 2's Nav2, YAML.
+    Nav2,
+    /// Radius, rate, lookahead and waypoint radius of each speed, TOML.
+    Guidance,
+}
+
+impl Target {
+    /// The form, where it is not the vehicle file itself.
+    fn form(self) -> Option<Form> {
+        Some(match self {
+            Self::Vehicle => return None,
+            Self::Python => Form::Numpy,
+            Self::Casadi => Form::Casadi,
+            Self::Mujoco => Form::Mujoco,
+            Self::Octave => Form::Octave,
+            Self::Gazebo => Form::Gazebo,
+            Self::Moos => Form::Moos,
+            Self::Nav2 => Form::Nav2,
+            Self::Guidance => Form::Guidance,
+        })
+    }
+
+    fn suffix(self) -> &'static str {
+        match self {
+            Self::Vehicle | Self::Guidance => "toml",
+            Self::Python | Self::Casadi | Self::Mujoco => "py",
+            Self::Octave => "m",
+            Self::Gazebo => "sdf",
+            Self::Moos => "moos",
+            Self::Nav2 => "yaml",
+        }
+    }
+}
+
+/// `export --sample --json`.
+#[derive(Serialize)]
+struct Drawn {
+    schema: &'static str,
+    files: Vec<PathBuf>,
 }
 
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let (vehicle, exit) = args.vehicle()?;
-    let provenance = &vehicle.provenance;
-    provenance.assumptions.iter().for_each(say);
-    let text = match args.to {
-        Target::Vehicle => vehicle.to_toml().map_err(Failure::internal)?,
-    };
-    match &args.out {
-        Some(path) => {
-            std::fs::write(path, text)
-                .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))?;
+    let (vehicle, exit) = args.vehicle.vehicle()?;
+    vehicle.provenance.assumptions.iter().for_each(say);
+    match (&args.out, args.sample) {
+        (Some(folder), Some(count)) => {
+            let files = draw(args, &vehicle, folder, count)?;
+            let drawn = Drawn {
+                schema: "seatrial.drawn_vehicles.v1",
+                files,
+            };
+            output.print(&drawn, || {
+                format!("{count} vehicles in {}\n", folder.display())
+            })?;
+        }
+        (Some(path), None) => {
+            write(path, text(args, &vehicle)?)?;
             output.print(&vehicle, || format!("{}\n", path.display()))?;
         }
-        None => output.print(&vehicle, || text)?,
+        (None, _) => {
+            let text = text(args, &vehicle)?;
+            output.print(&vehicle, || text)?;
+        }
     }
     Ok(exit)
 }
 
-impl Args {
+fn text(args: &Args, vehicle: &IdentifiedVehicle) -> Result<String, Failure> {
+    match args.to.form() {
+        None => vehicle.to_toml().map_err(Failure::internal),
+        Some(form) => Ok(vehicle_export::text(vehicle, form, args.at_thrust)?),
+    }
+}
+
+fn write(path: &Path, text: String) -> Result<(), Failure> {
+    std::fs::write(path, text)
+        .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))
+}
+
+/// Writes vehicles that are drawn, numbered from 1.
+fn draw(
+    args: &Args,
+    vehicle: &IdentifiedVehicle,
+    folder: &Path,
+    count: u64,
+) -> Result<Vec<PathBuf>, Failure> {
+    if vehicle
+        .speeds
+        .iter()
+        .all(|speed| speed.covariance.is_none())
+    {
+        return Err(Failure::usage(format!(
+            "--sample: {} has no covariance to draw from: take the vehicle from a logbook or a document of `identify --json`",
+            vehicle.name
+        )));
+    }
+    std::fs::create_dir_all(folder)
+        .map_err(|error| Failure::not_saved(format!("{}: {error}", folder.display())))?;
+    let digits = count.to_string().len();
+    (1..=count)
+        .map(|number| {
+            let mut drawn = vehicle.drawn(args.seed.wrapping_add(number - 1));
+            drawn.name = format!("{} {number:0digits$}", vehicle.name);
+            let path = folder.join(format!("vehicle-{number:0digits$}.{}", args.to.suffix()));
+            write(&path, text(args, &drawn)?)?;
+            Ok(path)
+        })
+        .collect()
+}
+
+impl VehicleArgs {
     /// The vehicle, and whether its source says something against it.
-    fn vehicle(&self) -> Result<(IdentifiedVehicle, Exit), Failure> {
+    pub fn vehicle(&self) -> Result<(IdentifiedVehicle, Exit), Failure> {
         if let Some(name) = &self.vehicle {
             let path = name.strip_prefix("sim:").unwrap_or(name);
             let vehicle = IdentifiedVehicle::load(path.as_ref()).map_err(Failure::input)?;
@@ -99,9 +220,9 @@ impl Args {
     fn stated(&self) -> Stated {
         Stated {
             name: self.name.clone(),
-            full_rudder_rad: self.full_rudder_deg.map(f64::to_radians),
-            lag_s: self.rudder_lag,
-            delay_s: self.rudder_delay,
+            full_rudder_rad: self.full_steering_deg.map(f64::to_radians),
+            lag_s: self.lag,
+            delay_s: self.dead_time,
             rate_limit_rad_s: self.rudder_rate_deg.map(f64::to_radians),
             surge_time_constant_s: self.surge_time_constant,
         }

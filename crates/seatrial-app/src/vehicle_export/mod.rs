@@ -1,0 +1,130 @@
+//! The vehicle file in the form that simulators, planners and controllers read.
+//!
+//! A template holds the equations of [`IdentifiedVehicle`] in the target's language; where a target has a model of its own, its
+//! parameters are those that do the same at one speed. `docs/exports.md` says where each is defined and what it cannot carry.
+
+mod gazebo;
+mod guidance;
+mod moos;
+mod nav2;
+mod program;
+
+use seatrial_sim::IdentifiedVehicle;
+use seatrial_sim::identified::IdentifiedSpeed;
+
+use crate::Error;
+
+/// What a vehicle is written for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// A Python module that needs numpy only.
+    Numpy,
+    /// A Python module of CasADi functions, for MPC.
+    Casadi,
+    /// A Python module with the vehicle in MuJoCo's engine.
+    Mujoco,
+    /// Functions of Octave and Matlab.
+    Octave,
+    /// SDF of Gazebo with its hydrodynamics plugin.
+    Gazebo,
+    /// The configuration of MOOS-IvP's uSimMarine.
+    Moos,
+    /// Limits of ROS 2's Nav2: MPPI, smoother, planner.
+    Nav2,
+    /// What a path follower has to know, TOML.
+    Guidance,
+}
+
+/// Writes a vehicle for a target; one that has a model of a single speed gets that at `thrust`, the fastest without.
+pub fn text(
+    vehicle: &IdentifiedVehicle,
+    target: Target,
+    thrust: Option<f64>,
+) -> Result<String, Error> {
+    if let Some(thrust) = thrust.filter(|thrust| !(*thrust > 0.0 && *thrust <= 1.0)) {
+        return Err(Error::Setting(format!(
+            "--at-thrust {thrust}: expected a fraction of full, above 0 and at most 1"
+        )));
+    }
+    Ok(match target {
+        Target::Numpy => program::numpy(vehicle),
+        Target::Casadi => program::casadi(vehicle),
+        Target::Mujoco => program::mujoco(vehicle),
+        Target::Octave => program::octave(vehicle),
+        Target::Gazebo => gazebo::sdf(vehicle, &operating_point(vehicle, thrust)),
+        Target::Moos => moos::configuration(vehicle, &operating_point(vehicle, thrust))?,
+        Target::Nav2 => nav2::yaml(vehicle, &operating_point(vehicle, thrust))?,
+        Target::Guidance => guidance::toml(vehicle)?,
+    })
+}
+
+/// The model at a thrust, between or beyond the speeds of the file.
+fn operating_point(vehicle: &IdentifiedVehicle, thrust: Option<f64>) -> IdentifiedSpeed {
+    let fastest = vehicle.speeds[vehicle.speeds.len() - 1];
+    let Some(thrust) = thrust else {
+        return fastest;
+    };
+    let truth = vehicle.plant(thrust).truth(thrust);
+    IdentifiedSpeed {
+        thrust,
+        surge_speed_m_s: truth.surge_speed_m_s,
+        ..fastest.with_model(&truth.model)
+    }
+}
+
+/// Where the numbers come from and what the file cannot carry, a line each.
+fn head(vehicle: &IdentifiedVehicle, cannot: &[String]) -> Vec<String> {
+    let provenance = &vehicle.provenance;
+    let mut lines = vec![format!(
+        "{}, by seatrial {}",
+        plain(&vehicle.name),
+        env!("CARGO_PKG_VERSION")
+    )];
+    let mut about = |what: &str, text: &str| {
+        if !text.is_empty() {
+            lines.push(format!("{what}: {}", plain(text)));
+        }
+    };
+    about("From", &provenance.source);
+    about("Trial begun", &provenance.trial_started);
+    if provenance.is_rehearsal {
+        about("REHEARSAL", "of a simulator, not measured on a vehicle");
+    }
+    for assumption in &provenance.assumptions {
+        about("Assumed", assumption);
+    }
+    for caution in &provenance.cautions {
+        about("Caution", caution);
+    }
+    about(
+        "Not carried",
+        "the intervals of the parameters; `seatrial export --sample N` draws vehicles from them",
+    );
+    for what in cannot {
+        about("Not carried", what);
+    }
+    lines
+}
+
+/// Text on one line that ends no comment of a program.
+fn plain(text: &str) -> String {
+    let text = text.replace(char::is_control, " ");
+    let text = text.replace("\"\"\"", "'''");
+    text.replace("*/", "* /").replace('\\', "/")
+}
+
+/// What a target of one speed leaves out.
+fn single_speed(vehicle: &IdentifiedVehicle, at: &IdentifiedSpeed) -> Vec<String> {
+    let mut cannot = vec![format!(
+        "the schedule over speed: the numbers are those at {} m/s",
+        at.surge_speed_m_s
+    )];
+    let rudder = &vehicle.rudder;
+    if rudder.lag_s > 0.0 || rudder.delay_s > 0.0 {
+        cannot.push(format!(
+            "the rudder's lag of {} s and dead time of {} s",
+            rudder.lag_s, rudder.delay_s
+        ));
+    }
+    cannot
+}
