@@ -18,6 +18,7 @@ pub mod pitch;
 pub mod recording;
 pub mod replay;
 pub mod report;
+pub mod ship_trials;
 pub mod simulated;
 pub mod simulated_log;
 pub mod studies;

@@ -21,6 +21,7 @@ mod live;
 mod log;
 mod logbook;
 mod lying_logs;
+mod manoeuvre_study;
 mod manoeuvres;
 mod model_source;
 mod model_text;
@@ -36,6 +37,7 @@ mod report;
 mod ros2;
 mod screen;
 mod serve;
+mod ship_manoeuvres;
 mod sim;
 mod sim_mavlink;
 mod speed_table;
@@ -80,6 +82,7 @@ enum Verb {
     Turn(turn::Args),
     Gains(gains::Args),
     Export(Box<export::Args>),
+    Manoeuvres(Box<ship_manoeuvres::Args>),
     Health(health::Args),
     Study(study::Args),
     Fleet(fleet::Args),
@@ -108,6 +111,7 @@ impl Verb {
             Self::Turn(args) => turn::run(args, output),
             Self::Gains(args) => gains::run(args, output),
             Self::Export(args) => export::run(args, output),
+            Self::Manoeuvres(args) => ship_manoeuvres::run(args, output),
             Self::Health(args) => health::run(args, output),
             Self::Study(args) => study::run(args, output),
             Self::Fleet(args) => fleet::run(args, output),

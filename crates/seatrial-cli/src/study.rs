@@ -12,6 +12,7 @@ use seatrial_report::render_study;
 use crate::commission_study;
 use crate::fault_matrix;
 use crate::lying_logs;
+use crate::manoeuvre_study;
 use crate::output::{Exit, Failure, Output};
 use crate::progress;
 use crate::table::Table;
@@ -74,6 +75,7 @@ enum What {
     Faults(fault_matrix::Args),
     Lies(lying_logs::Args),
     Commission(commission_study::Args),
+    Manoeuvres(manoeuvre_study::Args),
 }
 
 fn not_negative(text: &str) -> Result<f64, String> {
@@ -118,6 +120,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         Some(What::Faults(args)) => return fault_matrix::run(args, output),
         Some(What::Lies(args)) => return lying_logs::run(args, output),
         Some(What::Commission(args)) => return commission_study::run(args, output),
+        Some(What::Manoeuvres(args)) => return manoeuvre_study::run(args, output),
         None => {}
     }
     let study = EstimatorStudy {

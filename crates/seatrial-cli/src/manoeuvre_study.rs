@@ -1,0 +1,79 @@
+//! `seatrial study manoeuvres`: do the predicted intervals of manoeuvres hold the truth?
+
+use std::num::NonZeroUsize;
+
+use seatrial_app::ship_trials::{ManoeuvreCoverage, ManoeuvreStudy};
+use seatrial_app::simulated;
+use seatrial_app::workers::Workers;
+
+use crate::output::{Exit, Failure, Output};
+use crate::progress;
+use crate::table::Table;
+
+/// Trials of a simulated vehicle, the manoeuvres predicted from each, and how often their intervals hold those of the truth.
+#[derive(clap::Args, Debug)]
+#[command(after_help = "Example:
+  seatrial study manoeuvres --runs 4")]
+pub struct Args {
+    /// The vehicle, of first order: sim:starfish or sim:FILE.toml.
+    #[arg(long, default_value = "sim:starfish")]
+    vehicle: String,
+    /// Thrust as a fraction of full.
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.8)]
+    thrust: f64,
+    /// Trials.
+    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
+    runs: u64,
+    /// Seed of the first.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Threads [default: all cores]. The result does not depend on it.
+    #[arg(long)]
+    threads: Option<NonZeroUsize>,
+}
+
+/// Runs the study.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let study = ManoeuvreStudy {
+        vehicle: args.vehicle.clone(),
+        config: simulated::config(&args.vehicle)?,
+        thrust: args.thrust,
+        runs: args.runs,
+        seed: args.seed,
+    };
+    let bar = progress::bar(args.runs);
+    let document = study.run(&Workers::new(args.threads, &|| bar.inc(1)))?;
+    bar.finish_and_clear();
+    output.print(&document, || text(&document))?;
+    Ok(Exit::Done)
+}
+
+fn text(document: &ManoeuvreCoverage) -> String {
+    let mut table = Table::new(&[
+        ("manoeuvre", ""),
+        ("figure", ""),
+        ("truth", ""),
+        ("bias", ""),
+        ("rms error", ""),
+        ("unit", ""),
+        ("coverage", "of 95 %"),
+    ]);
+    for index in &document.indices {
+        table.row(vec![
+            index.manoeuvre.clone(),
+            index.name.into(),
+            format!("{:.3}", index.truth),
+            format!("{:+.3}", index.bias),
+            format!("{:.3}", index.rms_error),
+            index.unit.into(),
+            format!("{:.3}", index.coverage),
+        ]);
+    }
+    format!(
+        "{} at {:.0} % thrust: {} models, {} trials without one\n{table}",
+        document.vehicle,
+        100.0 * document.thrust,
+        document.models,
+        document.without_model
+    )
+}

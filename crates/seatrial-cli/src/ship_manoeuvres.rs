@@ -1,0 +1,171 @@
+//! `seatrial manoeuvres`: the standard manoeuvres of ships, predicted from a model or read from a log.
+
+use std::path::PathBuf;
+
+use clap::{Args as ClapArgs, Subcommand};
+use seatrial::Window;
+use seatrial::figures::within;
+use seatrial::ship_manoeuvres::ShipManoeuvres;
+use seatrial_app::ship_trials::{DRAWS, Wanted, of_record, predicted};
+use seatrial_report::render_ship_manoeuvres;
+
+use crate::export::VehicleArgs;
+use crate::log::{self, LogArgs};
+use crate::output::{Exit, Failure, Output, save_page};
+use crate::screen::{width, wrapped};
+use crate::table::Table;
+
+/// Zig-zags, turning circles, pull-out, spiral and inertia stop, with intervals, against the criteria of the IMO.
+#[derive(ClapArgs)]
+pub struct Args {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Subcommand)]
+enum What {
+    Predict(Box<Predict>),
+    Read(Box<Read>),
+}
+
+/// Predict them from a model: the interval of each figure holds 95 % of those of vehicles drawn from what is known of it.
+#[derive(ClapArgs)]
+#[command(after_help = "\
+Example:
+  seatrial manoeuvres predict --a22 -0.05 --b2 0.0026 --speed 7.7 --rudder-limit-deg 35 --length 170 --report form.html")]
+struct Predict {
+    /// Thrust as a fraction of full [default: the fastest of the models].
+    #[arg(long, value_name = "FRACTION")]
+    thrust: Option<f64>,
+    /// Vehicles drawn for the intervals; 0 for none.
+    #[arg(long, value_name = "N", default_value_t = DRAWS, value_parser = clap::value_parser!(u64).range(0..=100_000))]
+    draws: u64,
+    /// Seed of the first of them.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    #[command(flatten)]
+    form: FormArgs,
+    #[command(flatten)]
+    vehicle: VehicleArgs,
+}
+
+/// Read a zig-zag or a turning circle from a log.
+#[derive(ClapArgs)]
+#[command(after_help = "\
+Example:
+  seatrial manoeuvres read LOG --from 10 --to 200 --length 170")]
+struct Read {
+    /// Where the manoeuvre begins in the log, s.
+    #[arg(long, value_name = "S")]
+    from: Option<f64>,
+    /// Where it ends, s.
+    #[arg(long, value_name = "S")]
+    to: Option<f64>,
+    #[command(flatten)]
+    form: FormArgs,
+    #[command(flatten)]
+    log: LogArgs,
+}
+
+#[derive(ClapArgs)]
+struct FormArgs {
+    /// Length between perpendiculars, m: the figures are held against the criteria of MSC.137(76).
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    length: Option<f64>,
+    /// Write the form, to print.
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+}
+
+/// Runs the verb.
+pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+    let (document, form, exit) = match &args.what {
+        What::Predict(args) => {
+            let (vehicle, exit) = args.vehicle.vehicle()?;
+            let wanted = Wanted {
+                thrust: args.thrust,
+                length_m: args.form.length,
+                draws: args.draws,
+                seed: args.seed,
+            };
+            (predicted(&vehicle, &wanted)?, &args.form, exit)
+        }
+        What::Read(args) => {
+            let window = Window {
+                from_s: args.from.unwrap_or(f64::NEG_INFINITY),
+                to_s: args.to.unwrap_or(f64::INFINITY),
+            };
+            let opened = log::open(&args.log.log, &args.log.channels, None)?;
+            let name = args.log.log.display().to_string();
+            let document = of_record(&name, opened.record.window(window), args.form.length)?;
+            (document, &args.form, Exit::Done)
+        }
+    };
+    if let Some(path) = &form.report {
+        save_page(path, &render_ship_manoeuvres(&document))?;
+    }
+    output.print(&document, || text(&document))?;
+    Ok(exit)
+}
+
+fn text(document: &ShipManoeuvres) -> String {
+    let how = if document.is_predicted {
+        "predicted"
+    } else {
+        "read from the record"
+    };
+    let mut indices = Table::new(&[
+        ("manoeuvre", ""),
+        ("figure", ""),
+        ("", ""),
+        ("95 %", ""),
+        ("unit", ""),
+    ]);
+    for index in &document.indices {
+        let interval = index.interval_95.map_or("-".into(), |interval| {
+            let ends = interval.map(|end| within(end, Some(interval)));
+            format!("{} to {}", ends[0], ends[1])
+        });
+        indices.row(vec![
+            index.manoeuvre.clone(),
+            index.name.into(),
+            within(index.value, index.interval_95),
+            interval,
+            index.unit.into(),
+        ]);
+    }
+    let mut text = format!(
+        "Manoeuvres of {}, {how}, at {:.2} m/s\n\n{indices}",
+        document.vehicle, document.surge_speed_m_s
+    );
+    if !document.criteria.is_empty() {
+        let mut criteria = Table::new(&[
+            ("MSC.137(76)", ""),
+            ("figure", ""),
+            ("value", ""),
+            ("at most", ""),
+            ("unit", ""),
+            ("", ""),
+        ]);
+        for criterion in &document.criteria {
+            criteria.row(vec![
+                criterion.clause.into(),
+                criterion.name.into(),
+                format!("{:.2}", criterion.value),
+                format!("{:.2}", criterion.limit),
+                criterion.unit.into(),
+                if criterion.holds {
+                    "holds"
+                } else {
+                    "DOES NOT HOLD"
+                }
+                .into(),
+            ]);
+        }
+        text += &format!("\n{criteria}");
+    }
+    for note in &document.notes {
+        text += &format!("\n{}\n", wrapped(note, width()));
+    }
+    text
+}

@@ -1,0 +1,182 @@
+//! The standard manoeuvres of ships: what a track says of turning and yaw checking, and the criteria of the IMO.
+//!
+//! Sources: IMO, Standards for ship manoeuvrability, resolution MSC.137(76) (2002), section 5.3, and its explanatory notes
+//! MSC/Circ.1053; ITTC, Recommended procedure 7.5-04-02-01, Full scale manoeuvring trials, for the names.
+
+mod criteria;
+mod recorded;
+
+use seatrial_core::Side;
+use serde::Serialize;
+
+pub use criteria::{Criterion, criteria};
+pub use recorded::{NoManoeuvre, Recorded, recorded};
+
+/// An instant of a manoeuvre. Headings are unwrapped, and position and heading count from where one likes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instant {
+    /// Time, s.
+    pub time_s: f64,
+    /// Heading, rad, clockwise positive, without jumps.
+    pub heading_rad: f64,
+    /// Forward speed, m/s.
+    pub surge_speed_m_s: f64,
+    /// North, m.
+    pub north_m: f64,
+    /// East, m.
+    pub east_m: f64,
+}
+
+/// A zig-zag: the rudder goes to one side until the heading has changed by as much, then to the other, and so on.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ZigZag {
+    /// Rudder angle ordered, rad.
+    pub rudder_rad: f64,
+    /// Initial turning time: from the first execute to the second, s.
+    pub initial_turning_time_s: f64,
+    /// Track reach in it, m.
+    pub initial_turning_track_m: f64,
+    /// First overshoot angle and those that follow, rad.
+    pub overshoots_rad: Vec<f64>,
+    /// Time from the second execute to the fourth, s.
+    pub period_s: Option<f64>,
+}
+
+/// A turning circle under one rudder angle.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TurningCircle {
+    /// Side of the turn.
+    pub side: Side,
+    /// Rudder angle ordered, rad.
+    pub rudder_rad: f64,
+    /// Advance: along the old course until the heading has changed by 90 degrees, m.
+    pub advance_m: f64,
+    /// Transfer: across it until then, m.
+    pub transfer_m: f64,
+    /// Tactical diameter: across it until the heading has changed by 180 degrees, m.
+    pub tactical_diameter_m: f64,
+    /// Time to change the heading by 90 and 180 degrees, s.
+    pub times_s: [f64; 2],
+}
+
+/// A figure of a manoeuvre, with the name that the ITTC gives it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Index {
+    /// The manoeuvre.
+    pub manoeuvre: String,
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit in this list: `deg`, `m`, `s`, `deg/s`.
+    pub unit: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What the uncertainty of the model makes of it, `[low, high]`; absent where it is not known.
+    pub interval_95: Option<[f64; 2]>,
+}
+
+/// Figures and criteria of one vehicle at one speed: the document of `seatrial manoeuvres --json`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ShipManoeuvres {
+    /// `seatrial.ship_manoeuvres.v1`
+    pub schema: &'static str,
+    /// The vehicle, or the log.
+    pub vehicle: String,
+    /// Are the figures those of a record, or predicted from a model?
+    pub is_predicted: bool,
+    /// Thrust as a fraction of full, where it is known.
+    pub thrust: Option<f64>,
+    /// Forward speed at the beginning, m/s.
+    pub surge_speed_m_s: f64,
+    /// Length between perpendiculars, m, where it was given.
+    pub length_m: Option<f64>,
+    /// The figures.
+    pub indices: Vec<Index>,
+    /// What the IMO requires of them; empty without a length.
+    pub criteria: Vec<Criterion>,
+    /// What has to be known of them.
+    pub notes: Vec<String>,
+}
+
+impl ZigZag {
+    /// What a track says, from its first instant on; `executes` are the instants at which the rudder was ordered over, the
+    /// first of them the first order. `None` under two swings.
+    ///
+    /// An overshoot angle is how far the heading goes on past the one at which the rudder was ordered over.
+    pub fn of(track: &[Instant], executes: &[usize], rudder_rad: f64) -> Option<Self> {
+        let at = |k: usize| track.get(*executes.get(k)?);
+        let (first, second) = (at(0)?, at(1)?);
+        let initial = track.get(executes[0]..=executes[1])?;
+        let overshoots_rad = executes
+            .windows(2)
+            .skip(1)
+            .map(|swing| overshoot(track.get(swing[0]..=swing[1])?, first.heading_rad))
+            .collect::<Option<Vec<f64>>>()?;
+        (!overshoots_rad.is_empty()).then(|| Self {
+            rudder_rad,
+            initial_turning_time_s: second.time_s - first.time_s,
+            initial_turning_track_m: track_m(initial),
+            overshoots_rad,
+            period_s: at(3).map(|fourth| fourth.time_s - second.time_s),
+        })
+    }
+}
+
+/// How far the heading goes on past that of the first instant, away from a base heading, rad.
+fn overshoot(swing: &[Instant], base_rad: f64) -> Option<f64> {
+    let executed_rad = swing.first()?.heading_rad - base_rad;
+    let side = executed_rad.signum();
+    let furthest = swing
+        .iter()
+        .map(|at| side * (at.heading_rad - base_rad))
+        .fold(f64::NEG_INFINITY, f64::max);
+    Some(furthest - side * executed_rad)
+}
+
+/// The way along a track, m.
+fn track_m(track: &[Instant]) -> f64 {
+    let steps = track.windows(2);
+    steps
+        .map(|pair| (pair[1].north_m - pair[0].north_m).hypot(pair[1].east_m - pair[0].east_m))
+        .sum()
+}
+
+impl TurningCircle {
+    /// What a track says, from the execute at its first instant on. `None` where it turns by less than 180 degrees.
+    pub fn of(track: &[Instant], rudder_rad: f64) -> Option<Self> {
+        let start = track.first()?;
+        let last = track.last()?;
+        let side = (last.heading_rad - start.heading_rad).signum();
+        let turned = |at: &Instant| side * (at.heading_rad - start.heading_rad);
+        let (sin, cos) = start.heading_rad.sin_cos();
+        let from_start = |at: &Instant| {
+            let (north, east) = (at.north_m - start.north_m, at.east_m - start.east_m);
+            [north * cos + east * sin, side * (east * cos - north * sin)]
+        };
+        let after = |angle_rad: f64| {
+            let reached = track.iter().position(|at| turned(at) >= angle_rad)?;
+            let (before, now) = (track.get(reached.checked_sub(1)?)?, track.get(reached)?);
+            let share = (angle_rad - turned(before)) / (turned(now) - turned(before));
+            let between = |a: f64, b: f64| a + share * (b - a);
+            let [[ahead_a, aside_a], [ahead_b, aside_b]] = [from_start(before), from_start(now)];
+            Some([
+                between(before.time_s, now.time_s) - start.time_s,
+                between(ahead_a, ahead_b),
+                between(aside_a, aside_b),
+            ])
+        };
+        let [quarter_s, advance_m, transfer_m] = after(std::f64::consts::FRAC_PI_2)?;
+        let [half_s, _, tactical_diameter_m] = after(std::f64::consts::PI)?;
+        Some(Self {
+            side: if side > 0.0 {
+                Side::Starboard
+            } else {
+                Side::Port
+            },
+            rudder_rad,
+            advance_m,
+            transfer_m,
+            tactical_diameter_m,
+            times_s: [quarter_s, half_s],
+        })
+    }
+}
