@@ -112,6 +112,26 @@ fn exact_an_inertia_stop_of_linear_drag() {
     assert!((value("track reach") / (0.8 * 1.6 * 3.0) - 1.0).abs() < 0.01);
 }
 
+/// A vehicle that is not stable on its course, or hardly, neither panics nor hangs.
+#[test]
+fn exact_a_vehicle_without_figures_is_refused() {
+    let wanted = Wanted {
+        thrust: None,
+        length_m: Some(100.0),
+        draws: 0,
+        seed: 1,
+    };
+    for a22_per_s in [0.0, 0.3] {
+        let mut vehicle = boat(1.2, 0.0);
+        vehicle.speeds[0].a22_per_s = a22_per_s;
+        let message = predicted(&vehicle, &wanted).unwrap_err().to_string();
+        assert!(message.contains("not stable on its course"), "{message}");
+    }
+    let mut vehicle = boat(1.2, 0.0);
+    vehicle.speeds[0].a22_per_s = -1e3;
+    assert!(predicted(&vehicle, &wanted).is_ok());
+}
+
 /// A name of any characters is an identifier and ends no comment in the files of every target.
 #[test]
 fn exact_names_are_harmless_in_every_target() {

@@ -292,7 +292,10 @@ impl VehicleConfig {
                 "a number from 1e-9 to 1e9 or absent",
             ),
         ])?;
-        self.surge_drag.as_ref().map_or(Ok(()), SurgeDrag::check)?;
+        self.surge_drag.as_ref().map_or(Ok(()), |drag| {
+            let fastest_m_s = self.speeds.last().map_or(0.0, |p| p.surge_speed_m_s);
+            drag.check(fastest_m_s)
+        })?;
         self.helm().check()?;
         self.check_speeds()
     }

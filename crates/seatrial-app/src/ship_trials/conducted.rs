@@ -8,6 +8,8 @@ use super::{circle_indices, zig_zag_indices};
 
 /// Steps of a manoeuvre in a time constant of the yaw.
 const STEPS: f64 = 50.0;
+/// The longest step, s.
+const LONGEST_STEP_S: f64 = 20.0;
 /// Longest manoeuvre, in steps.
 const MOST_STEPS: usize = 20_000;
 /// Executes of a zig-zag; the swings between them are measured.
@@ -81,7 +83,7 @@ impl<'a> Helm<'a> {
             plant,
             thrust,
             sense: model.b2_per_s2.signum(),
-            step_s: 1.0 / (STEPS * model.a22_per_s.abs()),
+            step_s: (1.0 / (STEPS * model.a22_per_s.abs())).min(LONGEST_STEP_S),
         }
     }
 

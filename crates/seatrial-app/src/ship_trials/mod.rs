@@ -53,15 +53,17 @@ pub fn predicted(vehicle: &IdentifiedVehicle, wanted: &Wanted) -> Result<ShipMan
     wanted.check()?;
     let fastest = vehicle.speeds.last().map_or(1.0, |speed| speed.thrust);
     let thrust = wanted.thrust.unwrap_or(fastest);
-    let conducted = Conducted::of(vehicle, thrust);
-    let mut indices = conducted.indices();
-    if indices.is_empty() {
+    let a22_per_s = vehicle.plant(thrust).truth(thrust).model.a22_per_s;
+    if a22_per_s >= 0.0 {
         return Err(Error::Rejected(format!(
-            "{}: it makes no manoeuvre at {:.0} % thrust: it does not turn, or is not stable on its course",
+            "{}: a22 is {} 1/s at {:.0} % thrust, and a vehicle that is not stable on its course has no such figures; choose another --thrust",
             vehicle.name,
+            three_figures(a22_per_s),
             100.0 * thrust
         )));
     }
+    let conducted = Conducted::of(vehicle, thrust);
+    let mut indices = conducted.indices();
     add_intervals(&mut indices, vehicle, thrust, wanted);
     let surge_speed_m_s = conducted.surge_speed_m_s;
     Ok(ShipManoeuvres {

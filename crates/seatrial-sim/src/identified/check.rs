@@ -5,6 +5,9 @@ use std::f64::consts::FRAC_PI_2;
 use super::{IdentifiedVehicle, SCHEMA};
 use crate::config_error::{ConfigError, check_numbers, invalid};
 
+/// Shortest drag length, s at the fastest speed.
+const SHORTEST_DRAG_S: f64 = 0.05;
+
 impl IdentifiedVehicle {
     /// Names the first field that is out of range.
     pub fn check(&self) -> Result<(), ConfigError> {
@@ -20,7 +23,19 @@ impl IdentifiedVehicle {
         for k in 0..self.speeds.len() {
             self.check_speed(k)?;
         }
-        Ok(())
+        self.check_drag()
+    }
+
+    /// A drag that stops a vehicle within a few hundredths of a second is no vehicle's, and is not followed in steps of 5 ms.
+    fn check_drag(&self) -> Result<(), ConfigError> {
+        let fastest_m_s = self.speeds.last().map_or(0.0, |p| p.surge_speed_m_s);
+        let length_m = self.surge.drag_length_m.unwrap_or(f64::INFINITY);
+        check_numbers([(
+            "surge.drag_length_m",
+            length_m,
+            length_m >= SHORTEST_DRAG_S * fastest_m_s,
+            "at least the way at the fastest speed in 0.05 s",
+        )])
     }
 
     fn check_rudder(&self) -> Result<(), ConfigError> {

@@ -103,7 +103,7 @@ fn recover_draws_have_the_covariance() {
 #[test]
 fn io_faults_name_the_field_and_what_was_found() {
     type Break = fn(&mut IdentifiedVehicle);
-    let cases: [(Break, &str); 19] = [
+    let cases: [(Break, &str); 20] = [
         (
             |v| v.schema = "seatrial.vehicle.v9".into(),
             "schema must be",
@@ -145,6 +145,10 @@ fn io_faults_name_the_field_and_what_was_found() {
         (
             |v| v.noise.as_mut().unwrap().disturbance_time_s = Some(0.0),
             "noise.disturbance_time_s must be",
+        ),
+        (
+            |v| v.surge.drag_length_m = Some(0.02),
+            "surge.drag_length_m must be at least the way",
         ),
         (|v| v.speeds.clear(), "speed must be"),
         (|v| v.speeds[0].thrust = 60.0, "speed[0].thrust must be"),
