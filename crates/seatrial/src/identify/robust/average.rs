@@ -49,7 +49,7 @@ pub const EXPECTED: Prior = Prior {
 
 /// The prior of the interval, which should also hold for a record that is worse than expected.
 pub const CAUTIOUS: Prior = Prior {
-    prompt: 0.95,
+    prompt: 0.8,
     none: 0.3,
     median_share: 0.05,
     log_deviation: 1.0,
@@ -170,6 +170,13 @@ impl Hypotheses {
             });
         }
         white.map(|white| Self { all, white, block })
+    }
+
+    /// Log of the probability of the record under a prior.
+    pub fn log_evidence(&self, prior: &Prior) -> f64 {
+        let logs = (self.all.iter()).map(|h| prior.log_of(h) + h.log_evidence);
+        let best = logs.clone().fold(f64::NEG_INFINITY, f64::max);
+        best + logs.map(|log| (log - best).exp()).sum::<f64>().ln()
     }
 
     fn weights(&self, prior: &Prior) -> Vec<f64> {
