@@ -54,6 +54,8 @@ pub enum ReasonCode {
     ClockJumped,
     /// The rudder stopped short of the angle that was asked for.
     RudderSaturated,
+    /// The rudder seems to have play.
+    RudderPlay,
     /// The heading comes in coarse steps.
     Quantised,
     /// The heading parts from where the yaw rate takes it.

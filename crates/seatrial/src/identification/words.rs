@@ -203,6 +203,10 @@ fn of_compass_and_rudder(code: &ReasonCode) -> Option<Words> {
             "The rudder seems to stop before the angle that was asked for.",
             "Look at the measured rudder angle, and repeat with a smaller one.",
         ),
+        ReasonCode::RudderPlay => same(
+            "The rudder seems to have play.",
+            "Take the slack out of the linkage, or log the measured rudder angle.",
+        ),
         ReasonCode::LagUnknown => each(
             "The rudder may follow its command late, and the log does not show how late.",
             "Log the measured rudder angle, or give the lag of the servo with --rudder-lag.",

@@ -32,6 +32,8 @@ pub enum Explained {
         share: f64,
         /// The model behind the lag.
         lagging: Box<SecondOrder>,
+        /// Play of the rudder, rad, where the record asks for it.
+        play_rad: Option<f64>,
     },
     /// A vehicle that is not of first order.
     HigherOrder {
@@ -64,6 +66,8 @@ pub struct FirstOrderFit {
     pub delay_s: f64,
     /// Covariance of [a22, b2, C0], were that known to be so.
     pub covariance_given_delay: [[f64; 3]; 3],
+    /// Play of the rudder from stop to stop, rad, where the record asks for it.
+    pub play_rad: Option<f64>,
 }
 
 impl Explained {
@@ -98,12 +102,14 @@ impl Explained {
                 refined: found.refined,
                 share: lag.share_without,
                 lagging: Box::new(lagging),
+                play_rad: found.robust.play_rad,
             };
         }
         let fit = FirstOrderFit {
             lag_effect: found.lag_effect(),
             delay_s: found.delay_s(),
             covariance_given_delay: found.robust.covariance_given_delay,
+            play_rad: found.robust.play_rad,
             residual: found.residual,
             refined: found.refined,
         };
@@ -126,6 +132,14 @@ impl Explained {
         match self {
             Self::BehindLag { lagging, .. } => Some(lagging.model.rudder_lag_s),
             _ => self.first_order().map(|fit| fit.delay_s),
+        }
+    }
+
+    /// Play of the rudder from stop to stop, rad, where the record asks for it.
+    pub fn play_rad(&self) -> Option<f64> {
+        match self {
+            Self::BehindLag { play_rad, .. } => *play_rad,
+            _ => self.first_order()?.play_rad,
         }
     }
 

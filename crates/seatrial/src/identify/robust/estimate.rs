@@ -4,6 +4,7 @@ use super::average::{CAUTIOUS, EXPECTED, Hypotheses};
 use super::edges::of_edges;
 use super::misfit::of_the_hull;
 use super::nearest::Nearest;
+use super::play::{fin_behind, likely_play_rad};
 use super::record::{A22, B2, C0, DELAY, LAG2, PARAMETERS, Record, three};
 
 /// Model error of a22 and of b2 as a share of them, in every interval: no vehicle is of first order to the last digit.
@@ -77,6 +78,8 @@ pub struct RobustEstimate {
     pub interval_95: [[f64; 2]; 3],
     /// The rudder's lag, where the record asks for one.
     pub lag: Option<Lag>,
+    /// Play of the rudder from stop to stop, rad, where the record asks for it: the intervals hold the model behind it.
+    pub play_rad: Option<f64>,
     /// What a lag does to the model.
     pub lag_slope: LagSlope,
     /// Standard deviation of the heading noise of one sample, rad.
@@ -100,7 +103,45 @@ impl RobustEstimate {
     /// tell, it is the nearest simulation; under a large disturbance the interval reaches that one.
     pub fn of(record: &Record) -> Option<Self> {
         let hypotheses = Hypotheses::of(record)?;
-        let nearest = Nearest::of(record, &hypotheses);
+        let found = Self::under(record, &hypotheses)?;
+        let behind = match found.source {
+            Source::Averaged => Self::behind_play(record, &hypotheses),
+            Source::Nearest => None,
+        };
+        Some(match behind {
+            Some((play_rad, behind)) => found.reaching_behind(play_rad, &behind),
+            None => found,
+        })
+    }
+
+    /// A play of the rudder, rad, under which the record is likelier than without, and the estimate behind it.
+    fn behind_play(record: &Record, hypotheses: &Hypotheses) -> Option<(f64, Self)> {
+        let play_rad = likely_play_rad(record, hypotheses.block, &hypotheses.white)?;
+        let fin = record.with_rudder(fin_behind(&record.rudder_rad, play_rad));
+        let with_play = Hypotheses::of(&fin)?;
+        let is_likelier = with_play.log_evidence(&EXPECTED) > hypotheses.log_evidence(&EXPECTED);
+        is_likelier.then_some((play_rad, Self::under(&fin, &with_play)?))
+    }
+
+    /// With intervals and a covariance that hold the estimate behind play, too.
+    fn reaching_behind(mut self, play_rad: f64, other: &Self) -> Self {
+        self.play_rad = Some(play_rad);
+        let away: [f64; 3] = core::array::from_fn(|i| (other.theta[i] - self.theta[i]) / NORMAL_95);
+        for i in 0..3 {
+            let [low, high] = &mut self.interval_95[i];
+            *low = low.min(other.interval_95[i][0]);
+            *high = high.max(other.interval_95[i][1]);
+            for j in 0..3 {
+                self.covariance[i][j] += away[i] * away[j];
+                self.covariance_given_delay[i][j] += away[i] * away[j];
+            }
+        }
+        self
+    }
+
+    /// Under these hypotheses, of a rudder that goes where the record says.
+    fn under(record: &Record, hypotheses: &Hypotheses) -> Option<Self> {
+        let nearest = Nearest::of(record, hypotheses);
         let mean = hypotheses.mean(&EXPECTED);
         let all = hypotheses.covariance(&CAUTIOUS, &mean);
         let averaged = (theta_of(&mean), three(&all));
@@ -121,7 +162,7 @@ impl RobustEstimate {
         let of_edges = of_edges(record, likeliest, hypotheses.block);
         let covariance = with_model_error(&theta, &sum(&covariance, &of_edges));
         let interval_95 = match source {
-            Source::Averaged if share <= LARGE_SHARE => mixed(&hypotheses, &theta, &of_edges),
+            Source::Averaged if share <= LARGE_SHARE => mixed(hypotheses, &theta, &of_edges),
             _ => normal(&theta, &covariance),
         };
         Some(Self {
@@ -133,7 +174,8 @@ impl RobustEstimate {
             },
             covariance,
             interval_95,
-            lag: lag(record, &hypotheses, &mean, &all).filter(|_| !is_hull),
+            lag: lag(record, hypotheses, &mean, &all).filter(|_| !is_hull),
+            play_rad: None,
             lag_slope: LagSlope {
                 delay_s: [mean[DELAY], hypotheses.delay_deviation_s()],
                 slope: hypotheses.lag_slope(),

@@ -19,6 +19,7 @@
 //! believed to more than what its resolution and its timing allow, and 1 % of a22 is error of the model. Restricted likelihood:
 //! Harville (1977); averaging by Laplace's method: Kass and Raftery (1995).
 //!
+//! A record that is likelier of a rudder with play has intervals that hold the estimate behind it, too.
 //! A disturbance that follows the yaw rate is the hull's: then the model is the nearest simulation, as [`estimate`] says.
 //! Valid for sample intervals up to a fifth of the vehicle's time constant. 5 ms for 330 samples, linear in the record.
 
@@ -33,6 +34,7 @@ pub mod nearest;
 pub mod noise;
 pub mod normal;
 pub mod peak;
+pub mod play;
 pub mod record;
 pub mod response;
 pub mod symmetric;

@@ -132,6 +132,15 @@ impl Record {
         }
     }
 
+    /// With another rudder at the same times, rad.
+    pub fn with_rudder(&self, rudder_rad: Vec<f64>) -> Self {
+        Self {
+            held_until: held_until(&rudder_rad),
+            rudder_rad,
+            ..self.clone()
+        }
+    }
+
     /// Length, s.
     pub fn duration_s(&self) -> f64 {
         match (self.time_s.first(), self.time_s.last()) {

@@ -161,6 +161,7 @@ fn fit(refined: &Refined, residual: Option<ResidualTests>) -> FirstOrderFit {
         lag_effect: None,
         delay_s: 0.0,
         covariance_given_delay: refined.covariance,
+        play_rad: None,
     }
 }
 
