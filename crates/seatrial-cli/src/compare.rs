@@ -1,6 +1,5 @@
 //! `seatrial compare`: every method on the identical record.
 
-use std::fmt::Write;
 use std::time::Instant;
 
 use seatrial::compare::{Comparison, MethodResult, compare, split};
@@ -14,7 +13,7 @@ use serde::Serialize;
 use crate::log::{LogArgs, Reporter};
 use crate::model_text::{source_text, span_text};
 use crate::output::{Exit, Failure, Output};
-use crate::screen::{width, wrapped};
+use crate::screen::{command, labelled, width, wrapped};
 use crate::table::Table;
 use crate::windows::WindowArgs;
 
@@ -24,6 +23,8 @@ use crate::windows::WindowArgs;
 Without a validation window what follows the training window validates. Without any the windows are those of
 `seatrial identify`: of the manoeuvres of its surest model the best excited one trains and another one validates.
 A log without such manoeuvres but with several strokes of the rudder is split in its middle.
+
+Two trials, runs or payloads are compared by `seatrial health`.
 
 Example:
   seatrial sim log --seed 1 --out run.csv && seatrial compare run.csv")]
@@ -126,6 +127,8 @@ impl<'a> Chosen<'a> {
 
 fn page(logs: &Logs, document: &Document) -> String {
     let comparison = &document.comparison;
+    let width = width();
+    let mut text = wrapped(&agreement(comparison), width) + "\n";
     let mut table = Table::new(&[
         ("method", ""),
         ("a22", "1/s"),
@@ -140,44 +143,81 @@ fn page(logs: &Logs, document: &Document) -> String {
     for method in &comparison.methods {
         table.row(row(method));
     }
-    let mut text = source_text("Log", &logs.log);
-    if let Some(other) = &logs.validation_log {
-        text += &source_text("Validated on", other);
+    text += &table.fitted(width, &["iterations", "time", "C0"]);
+    for method in &comparison.methods {
+        if let Some(failure) = &method.failure {
+            text += &labelled("", &format!("{}: {failure}", method.method.words()), width);
+        }
     }
+    text += "\n";
+    let mut sources = source_text("Log", &logs.log);
+    if let Some(other) = &logs.validation_log {
+        sources += &source_text("Validated on", other);
+    }
+    text += &wrapped(&sources, width);
+    text += &labelled("Training    ", &span_text(comparison.training), width);
     let validation = comparison.methods.iter().find_map(|m| m.validation);
-    let _ = writeln!(text, "Training    {}", span_text(comparison.training));
-    let _ = writeln!(
-        text,
-        "Validation  {} ({})",
-        validation.map_or_else(String::new, |v| span_text(v.window)),
-        document.windows_because
-    );
-    let _ = writeln!(
-        text,
-        "Filter      lambda {} rad/s: {}; the paper's is 1\n",
+    let span = validation.map_or_else(String::new, |v| span_text(v.window));
+    let windows = format!("{span} ({})", document.windows_because);
+    text += &labelled("Validation  ", &windows, width);
+    let filter = format!(
+        "lambda {} rad/s: {}; the paper's is 1",
         three_figures(comparison.lambda_rad_s),
         comparison.lambda_because
     );
-    let _ = writeln!(text, "{}", table.fitted(width(), &["iterations", "time"]));
-    for method in &comparison.methods {
-        if let Some(failure) = &method.failure {
-            let _ = writeln!(text, "{}: {failure}", method.method.words());
-        }
-    }
-    let percent = |share: Option<f64>| {
-        share.map_or_else(
-            || "unknown".into(),
-            |share| format!("{:.0} %", 100.0 * share),
-        )
-    };
-    let _ = writeln!(
-        text,
-        "The methods differ by {} of a22 and {} of b2.",
-        percent(comparison.disagreement.a22),
-        percent(comparison.disagreement.b2)
-    );
-    wrapped(&text, width())
+    text += &labelled("Filter      ", &filter, width);
+    let next = format!("seatrial identify {}", logs.log.path.display());
+    text + &command("Next        ", &next, width)
 }
+
+/// Do the methods agree, and if not which one is alone?
+fn agreement(comparison: &Comparison) -> String {
+    let found: Vec<(String, [f64; 2])> = comparison
+        .methods
+        .iter()
+        .filter_map(|method| {
+            let [a22, b2, _] = method.model?.theta();
+            Some((method.method.words(), [a22, b2]))
+        })
+        .collect();
+    let middle = |of: usize| {
+        let mut values: Vec<f64> = found.iter().map(|(_, values)| values[of]).collect();
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).copied()
+    };
+    let Some((a22, b2)) = middle(0).zip(middle(1)) else {
+        return "NO METHOD FOUND A MODEL".into();
+    };
+    let is_apart = |values: &[f64; 2]| {
+        let off = |value: f64, middle: f64| (value / middle - 1.0).abs() > SAME;
+        off(values[0], a22) || off(values[1], b2)
+    };
+    let apart: Vec<&str> = found
+        .iter()
+        .filter(|(_, values)| is_apart(values))
+        .map(|(name, _)| name.as_str())
+        .collect();
+    let middles = format!(
+        "a22 {} 1/s and b2 {} 1/s^2",
+        three_figures(a22),
+        three_figures(b2)
+    );
+    match apart.is_empty() {
+        true => format!(
+            "THE METHODS AGREE\nAll {} find {middles}, within 10 %.",
+            found.len()
+        ),
+        false => format!(
+            "THE METHODS DIFFER\n{} of {} find {middles}, within 10 %. Not so: {}.",
+            found.len() - apart.len(),
+            found.len(),
+            apart.join(", ")
+        ),
+    }
+}
+
+/// Models that differ by less than this share are called the same.
+const SAME: f64 = 0.1;
 
 fn row(method: &MethodResult) -> Vec<String> {
     let or_dash = |text: Option<String>| text.unwrap_or_else(|| "-".into());

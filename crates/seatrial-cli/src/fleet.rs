@@ -15,6 +15,7 @@ use serde::Serialize;
 
 use crate::log::ChannelArgs;
 use crate::output::{Exit, Failure, Output, say};
+use crate::screen::{labelled, width};
 
 /// Where standard error is no terminal, a line says this often how far the job is.
 const SAID_EVERY: Duration = Duration::from_secs(10);
@@ -143,9 +144,18 @@ fn text(document: &Document) -> String {
         ("Verdicts", &summary.verdicts),
         ("Errors", &summary.error_codes),
     ] {
-        let counts: Vec<String> = counts.iter().map(|(c, n)| format!("{c} {n}")).collect();
+        let mut counts: Vec<(&String, &u64)> = counts.iter().collect();
+        counts.sort_by_key(|(_, number)| std::cmp::Reverse(**number));
+        let words = |code: &str| match code {
+            "ok" => "usable".to_owned(),
+            code => code.replace('_', " "),
+        };
+        let counts: Vec<String> = counts
+            .iter()
+            .map(|(code, number)| format!("{} {number}", words(code)))
+            .collect();
         if !counts.is_empty() {
-            let _ = writeln!(text, "{title:<9} {}", counts.join(", "));
+            text += &labelled(&format!("{title:<9} "), &counts.join(", "), width());
         }
     }
     if summary.done_before > 0 {
@@ -160,7 +170,10 @@ fn text(document: &Document) -> String {
         "Rate      {:.0} manoeuvres a minute, {:.1} s on {} threads",
         document.manoeuvres_per_minute, document.wall_s, document.workers
     );
-    text + &format!("Written   {}\n", document.out)
+    text + &format!(
+        "Written   {}\nNext      seatrial identify LOG says of one of them why, and what to do\n",
+        document.out
+    )
 }
 
 /// Says how far the job is.

@@ -178,6 +178,12 @@ fn text(document: &HeadingGains, width: usize) -> String {
     if let Some(at) = &document.at {
         notes.push(at_text(at, document.rudder_unit));
     }
+    if document.points.iter().any(|point| point.refused.is_none()) {
+        notes.push(
+            "Next: the same command with --export FORMAT --out FILE writes them for a controller; FORMAT is ardupilot, px4, ros2, json or c."
+                .into(),
+        );
+    }
     let text = format!(
         "Heading gains of {}, damping ratio {:.4}, rudder limit {:.1} {rudder}\n{}\
          K_p and margins with {:.3} s delay, {}\n\n{}\n{}",

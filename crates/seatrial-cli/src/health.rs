@@ -12,7 +12,7 @@ use seatrial_app::models::{ComparedModels, compared_models, open_named};
 
 use crate::log::{ChannelArgs, Reporter};
 use crate::output::{Exit, Failure, Output};
-use crate::screen::sentence;
+use crate::screen::{labelled, sentence, width};
 use crate::table::Table;
 
 /// More windows than this are not printed.
@@ -162,10 +162,11 @@ fn comparison_page(reference: &ComparedModels, now: &ComparedModels, change: &Ch
         Finding::Changed => "CHANGED",
         Finding::CannotTell => "CANNOT TELL",
     };
-    let mut text = format!(
-        "{headline}\n  {}\n\n",
-        sentence(&change.verdict.reasons[0].text)
-    );
+    let width = width();
+    let mut text = format!("{headline}\n");
+    let cause = sentence(&change.verdict.reasons[0].text);
+    text += &labelled("Cause      ", &cause, width);
+    text += &labelled("Do         ", what_to_do(change.finding), width);
     text += &origin_text("Reference", reference);
     text += &origin_text("Now", now);
     let Some(effects) = &change.effects else {
@@ -186,12 +187,23 @@ fn comparison_page(reference: &ComparedModels, now: &ComparedModels, change: &Ch
     }
     let _ = writeln!(
         text,
-        "\nChange from the reference to now, with 95 % intervals; p is the probability of so much without any change\n{table}"
+        "\nChange from the reference to now, with 95 % bounds; chance: of so much without\nany change\n{}",
+        table.fitted(width, &["alarm below", "offset"])
     );
     for left_out in &change.left_out {
-        let _ = writeln!(text, "left out: {left_out}");
+        text += &labelled("left out: ", left_out, width);
     }
-    text + &rate_text(&change.settings)
+    text + &labelled("", &rate_text(&change.settings), width)
+}
+
+fn what_to_do(finding: Finding) -> &'static str {
+    match finding {
+        Finding::Unchanged => "Go on with the gains that are in.",
+        Finding::Changed => "Take the gains of the newer trial, and find out what has changed.",
+        Finding::CannotTell => {
+            "Repeat the trial with more rudder or more speeds, then compare again."
+        }
+    }
 }
 
 fn watch_page(reference: &ComparedModels, logs: &[String], report: &WatchReport) -> String {
@@ -200,26 +212,29 @@ fn watch_page(reference: &ComparedModels, logs: &[String], report: &WatchReport)
         Finding::Changed => "RE-TRIAL DUE",
         Finding::CannotTell => "CANNOT TELL",
     };
-    let mut text = format!(
-        "{headline}\n  {}\n\n",
-        sentence(&report.verdict.reasons[0].text)
-    );
+    let width = width();
+    let mut text = format!("{headline}\n");
+    let cause = sentence(&report.verdict.reasons[0].text);
+    text += &labelled("Cause      ", &cause, width);
+    let action = match report.finding {
+        Finding::Unchanged => "Go on with the gains that are in.",
+        Finding::Changed => "Run a new trial, and take its gains.",
+        Finding::CannotTell => "Watch more logs, of missions with more turns.",
+    };
+    text += &labelled("Do         ", action, width);
     text += &origin_text("Reference", reference);
-    let _ = writeln!(
-        text,
-        "Watched     {} log{}, {:.0} s; in {} window{} the rudder excites the vehicle",
+    let watched = format!(
+        "{} log{}, {:.0} s; in {} window{} the rudder excites the vehicle",
         logs.len(),
         plural(logs.len()),
         report.read_s,
         report.windows.len(),
         plural(report.windows.len()),
     );
+    text += &labelled("Watched    ", &watched, width);
     for skipped in &report.skipped {
-        let _ = writeln!(
-            text,
-            "  not watched {:>7.0} s: {}",
-            skipped.duration_s, skipped.because
-        );
+        let skipped = format!("{:>7.0} s: {}", skipped.duration_s, skipped.because);
+        text += &labelled("  not watched ", &skipped, width);
     }
     if report.windows.is_empty() {
         return text;
@@ -228,12 +243,13 @@ fn watch_page(reference: &ComparedModels, logs: &[String], report: &WatchReport)
     let table = window_table(report, first);
     let _ = writeln!(
         text,
-        "\nChange from the reference in each window, with 95 % intervals; p is that of the recent windows together\n{table}"
+        "\nChange from the reference in each window, with 95 % bounds; chance: of so much\nin the recent windows together without any change\n{}",
+        table.fitted(width, &["alarm below", "m/s", "offset"])
     );
     if first > 0 {
         let _ = writeln!(text, "{first} windows before these: see --json");
     }
-    text + &rate_text(&report.settings)
+    text + &labelled("", &rate_text(&report.settings), width)
 }
 
 /// The windows of a watch from this one on.
@@ -268,13 +284,13 @@ fn plural(count: usize) -> &'static str {
 
 fn origin_text(title: &str, source: &ComparedModels) -> String {
     let speeds = source.models.len();
-    let mut text = format!("{title:<11} {}", source.origin);
+    let mut origin = source.origin.clone();
     if speeds > 1 {
-        let _ = write!(text, ", {speeds} speeds");
+        let _ = write!(origin, ", {speeds} speeds");
     }
-    text.push('\n');
+    let mut text = labelled(&format!("{title:<10} "), &origin, width());
     for note in &source.notes {
-        let _ = writeln!(text, "  note: {note}");
+        text += &labelled("  note: ", note, width());
     }
     text
 }
@@ -285,19 +301,20 @@ fn effect_table(first: &[&str], has_offset: bool) -> Table {
     if has_offset {
         columns.push(("offset", "deg of rudder"));
     }
-    columns.extend([("p", ""), ("limit", "")]);
+    columns.extend([("chance", ""), ("alarm below", "")]);
     Table::new(&columns)
 }
 
 /// Rudder, damping and, where it is tested, the offset.
 fn effect_cells(effects: &Effects) -> Vec<String> {
     let cell = |effect: Effect, scale: f64, decimals: usize| {
-        let half_width = (effect.interval_95[1] - effect.interval_95[0]) / 2.0;
-        format!(
-            "{:+.decimals$} ±{:.decimals$}",
-            scale * effect.change,
-            scale * half_width
-        )
+        // Nothing has no sign: neither +0 nor -0.
+        let number = |value: f64| match format!("{value:+.decimals$}") {
+            text if text.trim_matches(['+', '-', '0', '.']).is_empty() => text[1..].to_owned(),
+            text => text,
+        };
+        let [low, high] = effect.interval_95.map(|bound| number(scale * bound));
+        format!("{} ({low} to {high})", number(scale * effect.change))
     };
     let mut cells = vec![
         cell(effects.rudder, 100.0, 0),
@@ -314,8 +331,10 @@ fn effect_cells(effects: &Effects) -> Vec<String> {
 fn probability(p: f64) -> String {
     if p < 1e-4 {
         "<0.0001".into()
-    } else {
+    } else if p < 0.01 {
         format!("{p:.4}")
+    } else {
+        format!("{p:.2}")
     }
 }
 

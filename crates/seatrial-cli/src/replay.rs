@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output, say};
 use crate::pitch::{self, Axis};
+use crate::screen::{width, wrapped};
 
 /// Takes a recorded trial through the same trial again and proves that every action, every
 /// estimate and every result is the same, bit for bit. Exit 0: identical; 4: not.
@@ -73,7 +74,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         identical: replay.first_difference.is_none(),
         replay,
     };
-    output.print(&document, || text(&document))?;
+    output.print(&document, || wrapped(&text(&document), width()))?;
     Ok(if document.identical {
         Exit::Done
     } else {
@@ -99,13 +100,13 @@ fn text(document: &Document) -> String {
     };
     let without_end: String = replay.runs_without_their_end.iter().map(stopped).collect();
     let Some(difference) = &replay.first_difference else {
-        return format!("{counted} replayed, every one the same bit for bit{without_end}");
+        return format!("SAME\n{counted}\nreplayed, every one the same bit for bit{without_end}");
     };
     let run = difference
         .run
         .map_or(String::new(), |run| format!(" of run {run}"));
     format!(
-        "{counted} the same, then a difference at sample {}{run}\n{}\nrecorded by seatrial {}, replayed by {}",
+        "DIFFERENT\n{counted}\nthe same, then a difference at sample {}{run}\n{}\nrecorded by seatrial {}, replayed by {}",
         difference.sample, difference.found, document.recorded_by, document.replayed_by
     )
 }

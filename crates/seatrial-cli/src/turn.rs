@@ -117,6 +117,7 @@ fn text(document: &TurningLimits, width: usize) -> String {
         }
     }
     notes.extend(document.over_speed.iter().map(over_speed_text));
+    notes.dedup();
     let text = format!(
         "Turning limits of {}, rudder limit {:.1} {rudder}, heading change {:.0} deg\n{}\n{}\n{}",
         document.source,
@@ -163,34 +164,30 @@ fn side_name(side: Side) -> &'static str {
     }
 }
 
+/// The speed of the tightest turn, in a sentence; how it was fitted is in the document.
 fn over_speed_text(over_speed: &OverSpeed) -> String {
-    let fit = &over_speed.fit;
-    let law = match fit.form {
-        AuthorityForm::ThroughZero => format!("{:.3} V^2", fit.per_speed_squared_per_m2),
-        AuthorityForm::WithConstant => format!(
-            "{:.3} V^2 {:+.3}",
-            fit.per_speed_squared_per_m2, fit.constant_per_s2
-        ),
-    };
     let [from, to] = over_speed.searched_m_s;
-    let found = match (&over_speed.minimum, &over_speed.refused) {
+    match (&over_speed.minimum, &over_speed.refused) {
         (Some(minimum), _) => format!(
-            "least U-turn mean radius {:.2} m at {:.2} m/s{}",
+            "The least U-turn mean radius is {:.2} m, at {:.2} m/s{}, {}.",
             minimum.u_turn_mean_radius_m,
             minimum.surge_speed_m_s,
             if minimum.extrapolated {
                 " (EXTRAPOLATED beyond the identified speeds)"
             } else {
                 ""
+            },
+            match over_speed.fit.form {
+                AuthorityForm::ThroughZero =>
+                    "where the rudder's effect grows with the speed squared",
+                AuthorityForm::WithConstant => {
+                    "where the rudder's effect grows with the speed squared and has a part that does not"
+                }
             }
         ),
-        (None, Some(reason)) => reason.clone(),
+        (None, Some(reason)) => format!("No speed of the tightest turn: {reason}."),
         (None, None) => {
-            format!("no least U-turn mean radius inside {from:.2} to {to:.2} m/s")
+            format!("The U-turn is tightest at one end of {from:.2} to {to:.2} m/s, not between.")
         }
-    };
-    format!(
-        "With b2 = {law} (rms {:.3} 1/s^2) and a22 = {:.3} 1/s: {found}.",
-        fit.rms_residual_per_s2, over_speed.mean_a22_per_s
-    )
+    }
 }

@@ -84,7 +84,9 @@ fn cli_health_of_campaigns_and_runs_of_a_logbook() {
     let book = ["--logbook", "sea.db"];
     let (same, code) = health(folder, &[&["clean", "again"], &book[..]].concat());
     assert_eq!(code, Some(0), "{same}");
-    assert!(same.starts_with("NO CHANGE FOUND\n  No change found; a change of the rudder by"));
+    assert!(
+        same.starts_with("NO CHANGE FOUND\nCause      No change found; a change of the rudder by")
+    );
     assert!(
         same.contains("5 speeds") && same.contains("at most 5 %"),
         "{same}"
@@ -93,7 +95,7 @@ fn cli_health_of_campaigns_and_runs_of_a_logbook() {
     let (changed, code) = health(folder, &[&["clean", "3"], &book[..]].concat());
     assert_eq!(code, Some(4), "{changed}");
     assert!(
-        changed.starts_with("CHANGED\n  The rudder is weaker by"),
+        changed.starts_with("CHANGED\nCause      The rudder is weaker by"),
         "{changed}"
     );
     assert!(changed.contains("100 % thrust") && changed.contains("all together"));
@@ -131,7 +133,7 @@ fn cli_health_of_campaigns_and_runs_of_a_logbook() {
     let (due, code) = watch(&["sound.csv", "weak.csv"]);
     assert_eq!(code, Some(4), "{due}");
     assert!(
-        due.starts_with("RE-TRIAL DUE\n  A re-trial is due since weak.csv"),
+        due.starts_with("RE-TRIAL DUE\nCause      A re-trial is due since weak.csv"),
         "{due}"
     );
     assert!(due.contains("changed from here"), "{due}");

@@ -50,8 +50,9 @@ pub(super) fn render(frame: &mut Frame, picture: &Picture, colour: bool) {
     .areas(frame.area());
     draw_head(frame, picture, head, tint);
     if body.width >= WIDE {
-        let [strips, side] =
-            Layout::horizontal([Constraint::Min(0), Constraint::Length(SIDE)]).areas(body);
+        let [strips, side] = Layout::horizontal([Constraint::Min(0), Constraint::Length(SIDE)])
+            .spacing(2)
+            .areas(body);
         draw_strips(frame, picture, strips, tint);
         let [numbers, limits] =
             Layout::vertical([Constraint::Length(5), Constraint::Min(0)]).areas(side);
@@ -133,16 +134,36 @@ fn number_text(strip: &Strip) -> String {
         || "-".to_owned(),
         |(_, value)| format!("{value:.*}", strip.decimals),
     );
-    format!("{:<8}{value:>8} {}", strip.name, strip.unit)
+    let number = format!("{:<8}{value:>8} {}", strip.name, strip.unit);
+    match span(strip) {
+        Some([low, high]) => {
+            let decimals = strip.decimals;
+            format!(
+                "{number}\n{:>NUMBER_END$}",
+                format!("{low:.decimals$} to {high:.decimals$}")
+            )
+        }
+        None => number,
+    }
+}
+
+/// Columns up to the end of a strip's number.
+const NUMBER_END: usize = 16;
+
+/// The least and the largest value of a strip: the ends of its curve.
+fn span(strip: &Strip) -> Option<[f64; 2]> {
+    let values = || strip.points.iter().map(|(_, value)| *value);
+    let low = values().reduce(f64::min)?;
+    Some([low, values().reduce(f64::max)?])
 }
 
 fn draw_curve(frame: &mut Frame, strip: &Strip, place: Rect, tint: Tint) {
     let (Some((from, _)), Some((to, _))) = (strip.points.first(), strip.points.last()) else {
         return;
     };
-    let values = || strip.points.iter().map(|(_, value)| *value);
-    let low = values().fold(f64::INFINITY, f64::min);
-    let high = values().fold(f64::NEG_INFINITY, f64::max);
+    let Some([low, high]) = span(strip) else {
+        return;
+    };
     let room = (0.05 * (high - low)).max(0.5 * (strip.least_span - (high - low)));
     let colour = tint.of(Color::Green);
     let canvas = Canvas::default()
@@ -166,6 +187,14 @@ fn draw_curve(frame: &mut Frame, strip: &Strip, place: Rect, tint: Tint) {
 
 /// The estimate and whether it has come to rest.
 fn draw_numbers(frame: &mut Frame, picture: &Picture, place: Rect) {
+    // While the vehicle settles there is no estimate, only where the last one stood.
+    if picture.stage == Some(Stage::Settle) {
+        frame.render_widget(
+            Paragraph::new("the estimate begins with the training"),
+            place,
+        );
+        return;
+    }
     let mut lines: Vec<Line> = picture.parameters.iter().map(parameter_line).collect();
     lines.push(Line::from(convergence_text(picture)));
     frame.render_widget(Paragraph::new(lines), place);
