@@ -255,10 +255,21 @@ fn best(
             ));
             return Ok(Some(column));
         }
+        // A column of another quantity would be a bad guess.
+        let is_others = |name: &ColumnName| {
+            let others = Quantity::ALL.into_iter().filter(|other| *other != quantity);
+            others.into_iter().any(|other| name.fit(other).is_some())
+        };
+        let free: Vec<String> = columns
+            .iter()
+            .zip(names)
+            .filter(|(_, name)| !is_others(name))
+            .map(|(column, _)| column.clone())
+            .collect();
         return Err(Fault::MissingColumn {
             quantity,
             columns: columns.to_vec(),
-            nearest: nearest(columns, &known),
+            nearest: nearest(&free, &known),
         });
     };
     let candidates: Vec<usize> = fits
@@ -362,6 +373,24 @@ mod tests {
         assert!(said.contains("no column is named for heading"), "{said}");
         let (_, said) = heading(&["time_s", "heading_deg", "rudder_deg"], None).unwrap();
         assert_eq!(said, "");
+    }
+
+    #[test]
+    fn io_a_column_of_another_quantity_is_not_suggested() {
+        for (columns, expected) in [
+            (["time_s", "alpha", "yaw_rate_rad_s", "rudder"], None),
+            (
+                ["time_s", "headi", "yaw_rate_rad_s", "rudder"],
+                Some("headi"),
+            ),
+        ] {
+            match heading(&columns, None) {
+                Err(Fault::MissingColumn { nearest, .. }) => {
+                    assert_eq!(nearest.as_deref(), expected);
+                }
+                found => panic!("{found:?}"),
+            }
+        }
     }
 
     #[test]
