@@ -241,6 +241,8 @@ fn loop_cells(speed: Option<&Speed>) -> [Cell; 4] {
 /// One line for each model of a log.
 pub(super) fn log_summary(models: &[LogModel], unit: RudderUnit) -> Table {
     let identifications = models.iter().filter_map(|model| model.identification);
+    // Few logs say the thrust: then there is no column for it.
+    let first = usize::from(models.iter().all(|model| model.thrust.is_none()));
     let rows = models.iter().map(|model| {
         let thrust = model.thrust.map_or_else(|| MISSING.to_owned(), percent);
         let mut row = vec![
@@ -252,13 +254,13 @@ pub(super) fn log_summary(models: &[LogModel], unit: RudderUnit) -> Table {
         let is_usable = model.verdict.outcome() != Outcome::DoNotUse;
         let gain = model.gain().filter(|_| is_usable);
         row.push(gain.map_or_else(missing, |gain| significant(gain, 3).into()));
-        row
+        row.split_off(first)
     });
     Table {
         title: "Summary",
         note: summary_note(identifications),
         rows: rows.collect(),
-        columns: summary_columns(unit, false),
+        columns: summary_columns(unit, false).split_off(first),
     }
 }
 
