@@ -5,6 +5,7 @@ import { Live } from "./api/live.ts";
 import { element, fill, say } from "./element.ts";
 import { setTheme, theme, type Theme, THEMES } from "./theme.ts";
 import { setUnits, type System, units } from "./units.ts";
+import { openCommission } from "./views/commission.ts";
 import { openControl } from "./views/control.ts";
 import { openHistory } from "./views/history.ts";
 import { openLive } from "./views/live.ts";
@@ -20,6 +21,7 @@ export interface View {
 const VIEWS: readonly { readonly route: string; readonly name: string; readonly open: (live: Live) => View }[] = [
   { route: "live", name: "Live", open: openLive },
   { route: "control", name: "Control", open: openControl },
+  { route: "commission", name: "Gains", open: openCommission },
   { route: "history", name: "History", open: openHistory },
 ];
 
@@ -87,7 +89,11 @@ export function openShell(body: HTMLElement): void {
     const { trial, control } = live;
     say(
       subtitle,
-      trial === null ? "no trial" : `${trial.vehicle} · ${trial.configuration}${trial.running ? "" : " · ended"}`,
+      live.commission?.running === true
+        ? `${live.commission.vehicle} · heading steps`
+        : trial === null
+          ? "no trial"
+          : `${trial.vehicle} · ${trial.configuration}${trial.running ? "" : " · ended"}`,
     );
     say(
       holder,
@@ -130,6 +136,9 @@ async function enter(live: Live): Promise<void> {
   live.open();
 }
 
+/** Is there something to abort? */
+const runs = (live: Live): boolean => live.trial?.running === true || live.commission?.running === true;
+
 /**
  * The one large red button. It asks for the abort also where the page does not know whether a trial runs, and as soon
  * as it is touched: a thumb that slips off before it is lifted makes no click.
@@ -150,10 +159,14 @@ function abortButton(live: Live, tell: (text: string | null) => void): HTMLEleme
   );
   let busy = false;
   const press = async (): Promise<void> => {
-    if (busy || (live.connection === "open" && live.trial?.running !== true)) return;
+    if (busy || (live.connection === "open" && !runs(live))) return;
     busy = true;
     button.classList.add("held");
-    tell("Aborting: the rudder goes neutral, then the heading is held.");
+    tell(
+      live.commission?.running === true
+        ? "Aborting: the old gains are put back."
+        : "Aborting: the rudder goes neutral, then the heading is held.",
+    );
     for (let attempt = 1; attempt <= ABORT_TRIES; attempt += 1) {
       try {
         await abortTrial();
@@ -170,9 +183,9 @@ function abortButton(live: Live, tell: (text: string | null) => void): HTMLEleme
     button.classList.remove("held");
   };
   const draw = (): void => {
-    const running = live.trial?.running === true;
+    const running = runs(live);
     button.setAttribute("aria-disabled", String(!running));
-    say(hint, running ? "key . or hold Esc" : "no trial is running");
+    say(hint, running ? "key . or hold Esc" : "nothing is running");
   };
   live.watch(draw);
   draw();

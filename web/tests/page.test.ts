@@ -9,7 +9,15 @@ import type { Browser, BrowserContext, Page } from "playwright-core";
 import { forget, openBrowser, PATIENCE_MS, scratch, seatrial, serve, type Server, until } from "./server.ts";
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
-const VIEWS = ["#/live", "#/control", "#/history", "#/history/campaign/1", "#/history/compare/2/3", "#/history/log"];
+const VIEWS = [
+  "#/live",
+  "#/control",
+  "#/commission",
+  "#/history",
+  "#/history/campaign/1",
+  "#/history/compare/2/3",
+  "#/history/log",
+];
 const THEMES = ["light", "dark", "sunlight"];
 
 let server: Server;

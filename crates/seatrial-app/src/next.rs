@@ -5,25 +5,57 @@ use std::path::Path;
 use seatrial::campaign::Campaign;
 use seatrial::identification::Outcome;
 use seatrial_logbook::CampaignId;
+use seatrial_logs::Format;
 
 use crate::identify_log::IdentifiedLog;
 
-/// The command that goes on from an identified log. `call` is the command that identified it, `seatrial identify run.csv`.
+/// The option that makes `seatrial gains` write parameters of ArduSub, and of Rover.
+const SUB: &str = "--export ardupilot --vehicle-type underwater --out gains.param";
+const ROVER: &str = "--export ardupilot --out gains.param";
+const PX4: &str = "--export px4 --out gains.params";
+
+/// The command that goes on from an identified log. `call` is the command that identified it, `seatrial identify run.csv`. Of an
+/// autopilot's log it writes that autopilot's file of parameters.
 pub fn after_log(found: &IdentifiedLog, call: &str) -> String {
+    let log = &found.logs.log;
     match found.verdict().outcome() {
         Outcome::Use | Outcome::UseWithCare => {
-            format!("{call} --json > model.json && seatrial gains --model model.json")
+            let gains = "seatrial gains --model model.json";
+            let is_submarine = is_ardusub(log.description.firmware.as_deref());
+            let export = match log.description.format {
+                Format::DataFlash if is_submarine => format!(" {SUB}"),
+                Format::DataFlash => format!(" {ROVER}"),
+                Format::Ulog => format!(" {PX4}"),
+                _ => String::new(),
+            };
+            format!("{call} --json > model.json && {gains}{export}")
         }
         Outcome::NotValidated => format!("{call} --validate-on SECOND_LOG"),
-        Outcome::DoNotUse => format!("seatrial inspect {}", found.logs.log.path.display()),
+        Outcome::DoNotUse => format!("seatrial inspect {}", log.path.display()),
     }
 }
 
-/// The command that goes on from the campaign of this number in a logbook.
-pub fn after_trial(campaign: &Campaign, number: CampaignId, logbook: &Path) -> String {
+/// The command that goes on from the campaign of this number in a logbook: into the autopilot that it was made on, where that steers
+/// to headings for us, else to its file of parameters.
+pub fn after_trial(
+    campaign: &Campaign,
+    number: CampaignId,
+    logbook: &Path,
+    firmware: Option<&str>,
+) -> String {
     let place = format!("--logbook {} --campaign {}", logbook.display(), number.0);
-    match campaign.accepted_runs().is_empty() {
-        true => format!("seatrial report {place}"),
-        false => format!("seatrial gains {place}"),
+    if campaign.verdict().outcome() == Outcome::DoNotUse {
+        return format!("seatrial report {place}");
     }
+    let is_autopilot = campaign.vehicle.starts_with("mavlink:") && !campaign.is_rehearsal();
+    match firmware {
+        _ if !is_autopilot => format!("seatrial gains {place}"),
+        Some(name) if name.starts_with("PX4") => format!("seatrial gains {place} {PX4}"),
+        firmware if is_ardusub(firmware) => format!("seatrial gains {place} {SUB}"),
+        _ => format!("seatrial commission --vehicle {} {place}", campaign.vehicle),
+    }
+}
+
+fn is_ardusub(firmware: Option<&str>) -> bool {
+    firmware.is_some_and(|name| name.starts_with("ArduSub"))
 }

@@ -33,12 +33,17 @@ pub fn page(
         started: Some(&entry.started),
         place: circumstances.place.as_deref(),
         operator: circumstances.operator.as_deref(),
-        firmware: None,
+        firmware: circumstances.firmware.as_deref(),
         notes: entry.notes.as_deref(),
         plan: plan.as_ref(),
         plan_text: &entry.plan,
         provenance: &provenance,
     };
-    let command = next::after_trial(campaign, entry.id, logbook.path());
+    let command = next::after_trial(
+        campaign,
+        entry.id,
+        logbook.path(),
+        circumstances.firmware.as_deref(),
+    );
     render(campaign, &about, &command)
 }

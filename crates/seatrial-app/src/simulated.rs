@@ -83,7 +83,7 @@ impl TrialVehicle for Simulator {
 
     fn take(&self, terms: &Terms) -> Result<Box<dyn TakenVehicle>, VehicleError> {
         let vehicle = rehearsed(&self.name, self.scenario.as_deref(), terms.seed)?;
-        Ok(taken(vehicle, |_| None, None))
+        Ok(taken(vehicle, |_| None, None, None))
     }
 }
 

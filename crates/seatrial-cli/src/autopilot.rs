@@ -13,10 +13,11 @@ use seatrial_core::{Plan, RudderSense};
 use seatrial_links::autopilot::{
     Autopilot, Backup, HandBack, Profile, Response, Settings, SteeringOutputs, Tended,
 };
-use seatrial_links::handover::{Check, Preflight};
+use seatrial_links::handover::{Change, Check, Preflight};
 use seatrial_links::link::{Address, Key, Signing, Transport};
 
 use crate::output::{Failure, say};
+use crate::screen::{labelled, width};
 
 /// How an autopilot is reached.
 #[derive(clap::Args, Clone, Debug)]
@@ -197,13 +198,15 @@ fn number(name: &str, value: f64, limit: f64) -> Result<f64, Failure> {
     )))
 }
 
-/// An autopilot behind MAVLink that trials may be run on.
+/// An autopilot behind MAVLink that trials may be run on, and whose gains may be tried.
+#[derive(Clone)]
 pub struct OnMavlink {
-    name: String,
-    address: String,
-    link: LinkArgs,
+    pub(crate) name: String,
+    pub(crate) address: String,
+    pub(crate) link: LinkArgs,
     /// What a trial changes is kept here until it is put back.
     backup: PathBuf,
+    pub(crate) logbook: PathBuf,
 }
 
 impl OnMavlink {
@@ -220,6 +223,7 @@ impl OnMavlink {
             address: address.into(),
             link: link.clone(),
             backup: logbook.with_extension("restore.toml"),
+            logbook: logbook.into(),
         })
     }
 
@@ -253,7 +257,9 @@ impl OnMavlink {
             .take_control(&preflight.changes, &mut |stored| keep(backup, stored));
         checks.iter().map(line).for_each(say);
         if let Err(failure) = refuse(&checks) {
-            hand_back(&mut autopilot, backup).iter().for_each(say);
+            hand_back(&mut autopilot, backup, &self.name)
+                .iter()
+                .for_each(say);
             return Err(failure);
         }
         Ok(autopilot)
@@ -289,9 +295,11 @@ impl TrialVehicle for OnMavlink {
     }
 
     fn take(&self, terms: &Terms) -> Result<Box<dyn TakenVehicle>, VehicleError> {
-        let backup = self.backup.clone();
-        let hand_back = move |autopilot: &mut _| hand_back(autopilot, &backup);
-        Ok(taken(self.taken(terms)?, hand_back, None))
+        let (backup, name) = (self.backup.clone(), self.name.clone());
+        let hand_back = move |autopilot: &mut _| hand_back(autopilot, &backup, &name);
+        let autopilot = self.taken(terms)?;
+        let firmware = autopilot.autopilot().firmware();
+        Ok(taken(autopilot, hand_back, None, Some(firmware)))
     }
 }
 
@@ -310,33 +318,36 @@ pub fn for_trial(found: Preflight) -> trial_run::Preflight {
         checks: checks
             .map(|check| trial_run::Check::new(check.name, check.passed, check.text))
             .collect(),
-        changes: changes
-            .map(|change| trial_run::Change {
-                name: change.name,
-                from: change.from,
-                to: change.to,
-                why: change.why.into(),
-            })
-            .collect(),
+        changes: changes.map(trial_change).collect(),
+    }
+}
+
+/// A change of a parameter as a trial's order asks for it.
+pub fn trial_change(change: Change) -> trial_run::Change {
+    trial_run::Change {
+        name: change.name,
+        from: change.from,
+        to: change.to,
+        why: change.why.into(),
     }
 }
 
 /// Hands an autopilot back; what could not be put back.
-fn hand_back(autopilot: &mut Tended<Transport>, backup: &Path) -> Option<String> {
+fn hand_back(autopilot: &mut Tended<Transport>, backup: &Path, vehicle: &str) -> Option<String> {
     let (done, response) = {
         let mut autopilot = autopilot.autopilot();
         (autopilot.hand_back(), autopilot.response().clone())
     };
     say(hand_back_text(&done));
     say_response(&response);
-    left_over(&done, backup)
+    left_over(&done, backup, vehicle)
 }
 
 /// What a hand-back has left, the backup being there only while something can be restored from it.
-pub fn left_over(done: &HandBack, backup: &Path) -> Option<String> {
+pub fn left_over(done: &HandBack, backup: &Path, vehicle: &str) -> Option<String> {
     if done.needs_restoring() {
         return Some(format!(
-            "not everything was put back; run `seatrial vehicle restore {}`",
+            "not everything was put back; run `seatrial vehicle restore {} --vehicle {vehicle}`",
             backup.display()
         ));
     }
@@ -421,19 +432,32 @@ pub fn limits(plan: &Plan<f64>) -> String {
 
 /// A check for people.
 pub fn line(check: &Check) -> String {
-    let mark = if check.passed { "ok      " } else { "REFUSED " };
-    format!("{mark}{:15} {}", check.name, check.text)
+    check_line(check.passed, check.name, &check.text)
 }
 
-/// A preflight for people.
+/// A check for people, by its parts.
+pub fn check_line(is_passed: bool, name: &str, text: &str) -> String {
+    let mark = if is_passed { "ok      " } else { "REFUSED " };
+    labelled(&format!("{mark}{name:15} "), text, width())
+        .trim_end()
+        .to_owned()
+}
+
+/// A change until the hand-back, for people.
+fn change_line(change: &Change) -> String {
+    let text = format!(
+        "{} -> {} until the hand-back: {}",
+        change.from, change.to, change.why
+    );
+    labelled(&format!("change  {:15} ", change.name), &text, width())
+        .trim_end()
+        .to_owned()
+}
+
+/// A preflight for people, what it came to and what to do first.
 pub fn text(preflight: &Preflight) -> String {
     let mut lines: Vec<String> = preflight.checks.iter().map(line).collect();
-    lines.extend(preflight.changes.iter().map(|change| {
-        format!(
-            "change  {:15} {} -> {} until the hand-back: {}",
-            change.name, change.from, change.to, change.why
-        )
-    }));
+    lines.extend(preflight.changes.iter().map(change_line));
     lines.join("\n")
 }
 

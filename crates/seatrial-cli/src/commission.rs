@@ -8,20 +8,18 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use seatrial_app::commission::{
-    Commissioned, Control, Ending, Order, Proposal, conduct, model_at, propose,
+    Commissioned, Ending, GainsVehicle, Order, Proposal, Request, check_step, conduct, models_for,
 };
 use seatrial_app::models::{Models, Purpose, chosen_campaign, of_campaign, of_document};
-use seatrial_core::{Plan, RudderUnit, Trial};
-use seatrial_links::autopilot::{HeadingControl, Tended, cascade};
-use seatrial_links::handover::{Change, Preflight};
-use seatrial_links::link::Transport;
+use seatrial_app::trial_run::{Change, Preflight};
+use seatrial_core::{Plan, Trial};
 use seatrial_logbook::Logbook;
 use serde::Serialize;
 
-use crate::autopilot::{self, LinkArgs, agrees, line};
+use crate::autopilot::{LinkArgs, OnMavlink, agrees, check_line};
 use crate::output::{Exit, Failure, Output, say};
+use crate::screen::{labelled, width};
 use crate::trial::load_plan;
-use vehicle::{Files, OnHeading};
 
 /// Put the gains of a model into an autopilot, prove them by heading steps, keep them or put the old ones back.
 #[derive(clap::Args, Debug)]
@@ -82,68 +80,94 @@ struct Document {
     vehicle: String,
     source: String,
     surge_speed_m_s: Option<f64>,
-    changes: Vec<Change>,
+    changes: Vec<Changed>,
     #[serde(flatten)]
     found: Commissioned,
     line: String,
 }
 
+/// A parameter that the new gains change.
+#[derive(Serialize)]
+struct Changed {
+    name: String,
+    from: f64,
+    to: f64,
+    why: String,
+}
+
+impl Changed {
+    fn of(change: &Change) -> Self {
+        Self {
+            name: change.name.clone(),
+            from: change.from,
+            to: change.to,
+            why: change.why.clone(),
+        }
+    }
+}
+
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let step_rad = args.step_deg.to_radians();
-    if !(5.0..=90.0).contains(&args.step_deg) {
-        return Err(Failure::usage(format!(
-            "--step-deg {}: expected an angle from 5 to 90",
-            args.step_deg
-        )));
-    }
-    let models = args.models()?;
-    let plan = args.plan()?;
-    if step_rad >= plan.envelope.heading_excursion_max_rad {
-        return Err(Failure::usage(format!(
-            "--step-deg {}: the envelope allows {:.0} degrees from the heading",
-            args.step_deg,
-            plan.envelope.heading_excursion_max_rad.to_degrees()
-        )));
-    }
-    if !args.vehicle.starts_with("mavlink:") {
-        return own::run(args, &models, &plan, output);
-    }
-    let files = Files::beside(&args.logbook);
-    files.refuse_left_over(&args.vehicle)?;
+    check_step(step_rad)?;
+    let request = Request {
+        models: args.models()?,
+        plan: args.plan()?,
+        at_speed_m_s: args.at_speed,
+        step_rad,
+    };
+    request.check()?;
+    let Some(address) = args.vehicle.strip_prefix("mavlink:") else {
+        return own::run(args, &request.models, &request.plan, output);
+    };
     let stop = Arc::new(AtomicBool::new(false));
     let handler = Arc::clone(&stop);
     ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
         .map_err(Failure::internal)?;
-    let address = autopilot::address(&args.vehicle)?;
-    let opened = args.link.open(address, Some(&plan), true, &stop)?;
-    let full_rudder_rad = opened.full_rudder_rad();
-    let tended = Tended::new(opened);
-    let (preflight, control) = inspected(&tended)?;
-    let proposal = args.proposal(&models, &plan, &control)?;
-    let changes = cascade::differences(&control.settings, &proposal.settings);
-    show(&preflight, &proposal, &changes);
+    let vehicle = OnMavlink::new(&args.vehicle, address, &args.link, &args.logbook)?;
+    let reached = vehicle.reach(&request.plan, &stop)?;
+    told(reached.preflight())?;
+    let proposal = request.proposal(reached.as_ref())?;
+    let changes = reached.changes(&proposal.settings);
+    show(reached.preflight(), &proposal, &changes);
     if !args.yes && !agrees()? {
         return Err(Failure::aborted("not agreed to; nothing was changed"));
     }
-    let mut vehicle = OnHeading::take(tended, &preflight.changes, control, files, full_rudder_rad)?;
+    let mut taken = reached.take()?;
     let order = Order {
         proposal: &proposal,
-        envelope: plan.envelope,
+        envelope: request.plan.envelope,
         stop: &stop,
     };
-    let found = conduct(&mut vehicle, &order, &mut |text| say(text));
+    let found = conduct(taken.as_mut(), &order, &mut |text| say(text));
     let document = Document {
         schema: "seatrial.commission.v1",
         vehicle: args.vehicle.clone(),
-        source: models.origin,
+        source: request.models.origin,
         surge_speed_m_s: proposal.surge_speed_m_s,
-        changes,
+        changes: changes.iter().map(Changed::of).collect(),
         line: found.line(),
         found,
     };
-    output.print(&document, || document.line.clone())?;
+    output.print(&document, || labelled("", &document.line, width()))?;
     Ok(exit(&document.found))
+}
+
+/// Says each check, and refuses where one has not passed.
+fn told(preflight: &Preflight) -> Result<(), Failure> {
+    let checks = || preflight.checks.iter();
+    checks().for_each(|check| say(check_line(check.passed, &check.name, &check.text)));
+    let failed: Vec<&str> = checks()
+        .filter(|check| !check.passed)
+        .map(|check| check.name.as_str())
+        .collect();
+    match failed.is_empty() {
+        true => Ok(()),
+        false => Err(Failure::aborted(format!(
+            "nothing was changed; what stands in the way: {}",
+            failed.join(", ")
+        ))),
+    }
 }
 
 impl Args {
@@ -153,18 +177,12 @@ impl Args {
             None => of_campaign(&self.logbook, self.campaign.as_deref())?,
         };
         // A simulator may have what a rehearsal found.
-        models.unless_rehearsed(self.rehearsal || self.vehicle.starts_with("sim:"))?;
-        if let Some(reason) = models.rejected.first() {
-            return Err(Failure::rejected(format!("{}: {reason}", models.origin)));
-        }
-        // The models are in the angle that their trial took for full steering, else in the one of this link.
-        let models = match (models.full_rudder, models.rudder_unit) {
-            (Some(_), _) | (None, RudderUnit::FullRudder) => models,
-            (None, RudderUnit::Rad) => {
-                models.with_full_rudder(Some(self.link.full_rudder()?.angle_rad))?
-            }
-        };
-        Ok(models.limited(None)?)
+        let is_rehearsal_asked = self.rehearsal || self.vehicle.starts_with("sim:");
+        Ok(models_for(
+            models,
+            is_rehearsal_asked,
+            Some(self.link.full_rudder()?),
+        )?)
     }
 
     /// The plan of the file, else the one of the campaign.
@@ -184,36 +202,6 @@ impl Args {
         Trial::new(plan).map_err(Failure::input)?;
         Ok(plan)
     }
-
-    fn proposal(
-        &self,
-        models: &Models,
-        plan: &Plan<f64>,
-        control: &HeadingControl,
-    ) -> Result<Proposal, Failure> {
-        let point = model_at(models, self.at_speed, control.default_speed_m_s)?;
-        let control = Control {
-            settings: control.settings,
-            loop_interval_s: control.loop_interval_s,
-            sample_interval_s: plan.sample_interval_s,
-            output_scale: control.output_scale(point.point.surge_speed_m_s),
-        };
-        propose(
-            &point,
-            models.full_steering()?.0,
-            &control,
-            self.step_deg.to_radians(),
-        )
-        .map_err(|error| Failure::rejected(format!("{}: {error}", models.origin)))
-    }
-}
-
-fn inspected(tended: &Tended<Transport>) -> Result<(Preflight, HeadingControl), Failure> {
-    let (preflight, control) = tended.autopilot().inspect_heading();
-    preflight.checks.iter().map(line).for_each(say);
-    autopilot::refuse(&preflight.checks)?;
-    let control = control.ok_or_else(|| Failure::internal("gains that were not read"))?;
-    Ok((preflight, control))
 }
 
 /// The autopilot's own parameters beside the proposed ones, and what both are foreseen to do.
@@ -244,11 +232,12 @@ fn show(preflight: &Preflight, proposal: &Proposal, changes: &[Change]) {
             100.0 * foreseen.activity_per_s.high
         ));
     }
-    let legs_s = 6.0 * (proposal.test.hold_s + proposal.test.settle_s);
+    let water = proposal.surge_speed_m_s.zip(proposal.distance_m());
     say(format!(
-        "it takes about {legs_s:.0} s{}",
-        proposal.surge_speed_m_s.map_or(String::new(), |speed| {
-            format!(" at {speed:.2} m/s: {:.0} m of water ahead", legs_s * speed)
+        "it takes about {:.0} s{}",
+        proposal.duration_s(),
+        water.map_or(String::new(), |(speed, distance)| {
+            format!(" at {speed:.2} m/s: {distance:.0} m of water ahead")
         })
     ));
 }

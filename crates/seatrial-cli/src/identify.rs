@@ -158,7 +158,7 @@ pub fn text(found: &IdentifiedLog, call: &str, width: usize) -> String {
     {
         text += &labelled("", &offset, width);
     }
-    text += &cause_text(verdict, width);
+    text += &cause_text(verdict, "--verbose or --json", width);
     text + &command("Next   ", &next::after_log(found, call), width)
 }
 
@@ -183,7 +183,8 @@ pub fn speed_rows(found: &IdentifiedLog) -> Vec<SpeedRow<'_>> {
 }
 
 /// What decides the outcome, what to do about it, and how many more there are.
-pub fn cause_text(verdict: &Verdict, width: usize) -> String {
+/// `more` says what shows these.
+pub fn cause_text(verdict: &Verdict, more: &str, width: usize) -> String {
     let Some(cause) = verdict.cause() else {
         return String::new();
     };
@@ -193,12 +194,8 @@ pub fn cause_text(verdict: &Verdict, width: usize) -> String {
     }
     text += &match verdict.other_causes() {
         0 => String::new(),
-        1 => labelled("Also   ", "1 more remark: --verbose or --json", width),
-        others => labelled(
-            "Also   ",
-            &format!("{others} more remarks: --verbose or --json"),
-            width,
-        ),
+        1 => labelled("Also   ", &format!("1 more remark: {more}"), width),
+        others => labelled("Also   ", &format!("{others} more remarks: {more}"), width),
     };
     text
 }

@@ -7,15 +7,18 @@ use clap::Subcommand;
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
 use seatrial::difference::{Difference, ThrustDifference};
-use seatrial::figures::{r2_text, with_decimals, within};
-use seatrial::identification::Identification;
+use seatrial::figures::with_decimals;
 use seatrial_app::models::{campaign_named, campaign_numbered};
+use seatrial_app::next;
 use seatrial_core::Outcome;
 use seatrial_logbook::{CampaignEntry, Error, Logbook, PitchEntry, State, Verification};
 use serde::Serialize;
 
+use crate::identify::cause_text;
 use crate::output::{Exit, Failure, Output};
 use crate::pitch::{self, Axis};
+use crate::screen::{command, labelled, width};
+use crate::speed_table::{SpeedRow, speed_table};
 use crate::table::decimals;
 
 /// Results of earlier trials: list, show, compare, export, verify.
@@ -39,8 +42,10 @@ pub struct Args {
 #[derive(Subcommand)]
 enum LogbookAction {
     /// Every campaign and pitch trial: when, on what, how many runs were accepted.
+    #[command(after_help = "Example:\n  seatrial trial --yes && seatrial logbook list")]
     List,
     /// One campaign: every run with its model, its intervals and its verdict.
+    #[command(after_help = "Example:\n  seatrial trial --yes && seatrial logbook show 1")]
     Show {
         /// Number of the campaign, or of the pitch trial; the last one where it is left out.
         campaign: Option<i64>,
@@ -49,6 +54,7 @@ enum LogbookAction {
         axis: Axis,
     },
     /// Two campaigns side by side, thrust by thrust: has the vehicle changed?
+    #[command(after_help = "Example:\n  seatrial trial --yes && seatrial logbook diff 1 1")]
     Diff {
         /// Number of a campaign, or name of a configuration (its last campaign).
         a: String,
@@ -56,6 +62,9 @@ enum LogbookAction {
         b: String,
     },
     /// Samples and actions as CSV; with --json the results.
+    #[command(
+        after_help = "Example:\n  seatrial trial --yes && seatrial logbook export 1 --out samples.csv"
+    )]
     Export {
         /// Number of the campaign, or of the pitch trial; the last one where it is left out.
         campaign: Option<i64>,
@@ -75,6 +84,7 @@ enum LogbookAction {
         out: Option<PathBuf>,
     },
     /// Proves that nothing is damaged or altered; otherwise says what and where, exit 3.
+    #[command(after_help = "Example:\n  seatrial trial --yes && seatrial logbook verify")]
     Verify,
 }
 
@@ -139,7 +149,7 @@ fn list(logbook: &Logbook, output: &Output) -> Result<Exit, Failure> {
                 entry.started,
                 entry.runs_accepted,
                 entry.runs,
-                state_word(entry.state),
+                state_name(entry.state),
                 entry.vehicle,
                 entry.configuration,
             );
@@ -183,23 +193,24 @@ fn show(logbook: &Logbook, number: Option<i64>, output: &Output) -> Result<Exit,
     {
         identification.online.trace.clear();
     }
+    let verdict = campaign.verdict();
+    let firmware = logbook.circumstances(entry.id)?.firmware;
+    let next = next::after_trial(&campaign, entry.id, logbook.path(), firmware.as_deref());
     let results = Results {
         schema: "seatrial.logbook_campaign.v1",
         campaign: &entry,
         runs: campaign.runs,
     };
     output.print(&results, || {
-        let mut text = heading(&entry);
-        let _ = writeln!(
-            text,
-            "run  thrust    m/s  {:^18}{:^18}{:^20}{:^20}   T s  K 1/s    R^2  verdict",
-            "a22 1/s", "b2 1/s^2", "C0 rad/s^2", "delta0 rad"
-        );
-        results
-            .runs
-            .iter()
-            .for_each(|run| write_run(&mut text, run));
-        text
+        let width = width();
+        let rows: Vec<SpeedRow> = results.runs.iter().map(speed_row).collect();
+        let mut text = labelled("", &verdict.outcome().name().to_uppercase(), width);
+        if let Some(table) = speed_table(&rows, width) {
+            text += &table.to_string();
+        }
+        text += &cause_text(&verdict, "seatrial report shows them", width);
+        text += &labelled("About  ", &heading(&entry), width);
+        text + &command("Next   ", &next, width)
     })?;
     Ok(Exit::Done)
 }
@@ -211,60 +222,46 @@ fn heading(entry: &CampaignEntry) -> String {
     let notes = entry
         .notes
         .as_ref()
-        .map_or(String::new(), |notes| format!("\n{notes}"));
+        .map_or(String::new(), |notes| format!("; {notes}"));
     format!(
-        "campaign {}, {}, {}{seed}, configuration {}, seatrial {}: {}{notes}\n",
+        "campaign {}, {}, {}{seed}, configuration {}, seatrial {}: {}{notes}",
         entry.id.0,
         entry.started,
         entry.vehicle,
         entry.configuration,
         entry.software_version,
-        state_word(entry.state),
+        state_text(entry.state),
     )
 }
 
-/// Two lines: the model, and under it the 95 % intervals.
-fn write_run(text: &mut String, run: &Run) {
-    let verdict = &run.verdict;
-    let outcome = verdict.outcome().name();
-    let verdict = match verdict.cause() {
-        Some(cause) if verdict.outcome() != seatrial::identification::Outcome::Use => {
-            format!("{outcome}: {}", cause.text)
-        }
-        _ => outcome.into(),
-    };
-    let model = run.identification.as_ref().map(Identification::model);
-    let nomoto = model.and_then(|model| model.nomoto());
-    let r2 = run
-        .identification
-        .as_ref()
-        .and_then(|i| i.validation.as_ref()?.judged_r2_heading());
-    let _ = writeln!(
-        text,
-        "{:>3}  {:>4.0} %  {:>5}  {:^18}{:^18}{:^20}{:^20} {:>5}  {:>5}  {:>5}  {verdict}",
-        run.number,
-        run.thrust * 100.0,
-        digits(run.surge_speed_m_s, 2),
-        digits(model.map(|model| model.a22_per_s), 3),
-        digits(model.map(|model| model.b2_per_s2), 3),
-        digits(model.map(|model| model.c0_rad_per_s2), 5),
-        digits(model.and_then(|model| model.delta0_rad()), 5),
-        digits(nomoto.map(|nomoto| nomoto.t_s), 2),
-        digits(nomoto.map(|nomoto| nomoto.k_per_s), 2),
-        r2_text(r2),
-    );
-    if let Some(refined) = run.identification.as_ref().and_then(|i| i.refined.as_ref()) {
-        let intervals = &refined.interval_95;
-        let _ = writeln!(
-            text,
-            "{:20}{:^18}{:^18}{:^20}{:^20}",
-            "",
-            interval(Some(intervals.a22_per_s)),
-            interval(Some(intervals.b2_per_s2)),
-            interval(Some(intervals.c0_rad_per_s2)),
-            interval(intervals.delta0_rad),
-        );
+fn speed_row(run: &Run) -> SpeedRow<'_> {
+    SpeedRow {
+        thrust: Some(run.thrust),
+        surge_speed_m_s: run.surge_speed_m_s,
+        identification: run.identification.as_ref(),
+        verdict: &run.verdict,
     }
+}
+
+/// What a logbook holds: `2 campaigns, 10 runs, 9002 samples`.
+fn holdings(found: &Verification) -> String {
+    let counted = |number: u32, one: &str| match number {
+        1 => format!("1 {one}"),
+        many => format!("{many} {one}s"),
+    };
+    let mut parts = vec![
+        counted(found.campaigns, "campaign"),
+        counted(found.runs_finished, "finished run"),
+    ];
+    let others = [
+        (found.campaigns_unfinished, "unfinished campaign"),
+        (found.runs_unfinished, "unfinished run"),
+        (found.pitch_trials, "pitch trial"),
+    ];
+    let others = others.into_iter().filter(|(number, _)| *number > 0);
+    parts.extend(others.map(|(number, one)| counted(number, one)));
+    parts.push(format!("{} samples", found.samples));
+    parts.join(", ")
 }
 
 fn digits(value: Option<f64>, places: usize) -> String {
@@ -273,23 +270,36 @@ fn digits(value: Option<f64>, places: usize) -> String {
     })
 }
 
-fn interval(interval: Option<[f64; 2]>) -> String {
-    interval.map_or("-".into(), |interval| {
-        let [low, high] = interval.map(|bound| within(bound, Some(interval)));
-        format!("[{low} {high}]")
-    })
-}
-
-fn state_word(state: State) -> String {
+fn state_name(state: State) -> &'static str {
     match state {
         State::Ended {
             outcome: Outcome::Finished,
-        } => "finished".into(),
+        } => "finished",
+        State::Ended {
+            outcome: Outcome::Aborted(_),
+        } => "aborted",
+        State::Unfinished => "not finished",
+        State::Interrupted => "interrupted",
+    }
+}
+
+/// How a campaign ended, and why where it was aborted.
+fn state_text(state: State) -> String {
+    match state {
+        State::Ended {
+            outcome: Outcome::Aborted(reason),
+        } => format!("aborted: {reason}"),
+        state => state_name(state).into(),
+    }
+}
+
+/// As the table of samples has it.
+fn state_word(state: State) -> String {
+    match state {
         State::Ended {
             outcome: Outcome::Aborted(reason),
         } => format!("aborted: {reason:?}"),
-        State::Unfinished => "not finished".into(),
-        State::Interrupted => "interrupted".into(),
+        state => state_name(state).into(),
     }
 }
 
@@ -312,7 +322,9 @@ fn diff(logbook: &Logbook, a: &str, b: &str, output: &Output) -> Result<Exit, Fa
         difference: Difference::between(&campaigns[0], &campaigns[1]),
     };
     output.print(&diff, || {
-        let mut text = format!("A: {}B: {}", heading(&a), heading(&b));
+        let width = width();
+        let mut text = labelled("A  ", &heading(&a), width) + &labelled("B  ", &heading(&b), width);
+        text += "                  A         B       B-A\n";
         diff.difference
             .thrusts
             .iter()
@@ -331,8 +343,15 @@ fn diff(logbook: &Logbook, a: &str, b: &str, output: &Output) -> Result<Exit, Fa
         }
         if diff.difference.thrusts.is_empty() {
             text += "no thrust at which both have an accepted run\n";
+            return text;
         }
-        text
+        let names = format!(
+            "seatrial health {} {} --logbook {}",
+            a.id.0,
+            b.id.0,
+            logbook.path().display()
+        );
+        text + &command("Next   ", &names, width) + "       says whether the vehicle has changed\n"
     })?;
     Ok(Exit::Done)
 }
@@ -347,13 +366,15 @@ fn write_difference(text: &mut String, at: &ThrustDifference) {
                 if ratio > 0.0 { "higher" } else { "lower" },
                 ratio.abs()
             ),
-            Some(ratio) => format!("the same within the intervals ({ratio:+.1} of it)"),
+            Some(_) => "the same within the intervals".into(),
             None => "an interval is missing".into(),
         };
         let _ = writeln!(
             text,
-            "  {name:<7} {:>9.5} {:>9.5} {:>+9.5}  {words}",
-            parameter.a, parameter.b, parameter.difference
+            "  {name:<7} {:>9} {:>9} {:>9}  {words}",
+            digits(Some(parameter.a), 3),
+            digits(Some(parameter.b), 3),
+            digits(Some(parameter.difference), 3)
         );
     }
 }
@@ -444,19 +465,16 @@ fn verify(logbook: &Logbook, output: &Output) -> Result<Exit, Failure> {
     };
     output.print(&verified, || {
         let found = &verified.verification;
-        let mut text = format!(
-            "{}: {} campaigns ({} not finished), {} finished runs, {} unfinished, {} pitch trials, {} samples: {}\n",
-            logbook.path().display(),
-            found.campaigns,
-            found.campaigns_unfinished,
-            found.runs_finished,
-            found.runs_unfinished,
-            found.pitch_trials,
-            found.samples,
-            if verified.whole { "whole" } else { "DAMAGED" },
-        );
+        let width = width();
+        let state = if verified.whole { "whole" } else { "DAMAGED" };
+        let mut text = labelled("", &format!("{}: {state}", logbook.path().display()), width);
         for damage in &found.damage {
-            let _ = writeln!(text, "{}: {}", damage.place, damage.found);
+            text += &labelled("  ", &format!("{}: {}", damage.place, damage.found), width);
+        }
+        text += &labelled("Holds  ", &holdings(found), width);
+        if !verified.whole {
+            let copy = "Use a copy of the logbook from before the damage; nothing of this one is taken for gains.";
+            text += &labelled("Do     ", copy, width);
         }
         text
     })?;

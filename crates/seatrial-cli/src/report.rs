@@ -120,8 +120,27 @@ pub fn page(found: &IdentifiedLog, path: &Path) -> String {
         verdict,
         models: &rows,
         command: &command,
+        about: &about(&logs.log),
         provenance: &provenance,
     })
+}
+
+/// When a log was recorded and on what, as far as it says.
+fn about(log: &OpenedLog) -> Vec<Fact> {
+    let described = &log.description;
+    let date = described
+        .start_utc
+        .as_ref()
+        .map(|start| start.replace('T', " ").replace('Z', " UTC"));
+    let known = [
+        ("Date", date),
+        ("Firmware", described.firmware.clone()),
+        ("Format", Some(described.format.to_string())),
+    ];
+    known
+        .into_iter()
+        .filter_map(|(name, value)| Some((name, value?)))
+        .collect()
 }
 
 /// Where samples came from and how they were read.

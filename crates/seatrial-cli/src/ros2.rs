@@ -176,7 +176,7 @@ impl TrialVehicle for OnRos2 {
 
     fn take(&self, terms: &Terms) -> Result<Box<dyn TakenVehicle>, VehicleError> {
         let (vehicle, estimates) = self.taken(terms)?;
-        Ok(taken(vehicle, hand_back, Some(estimates)))
+        Ok(taken(vehicle, hand_back, Some(estimates), None))
     }
 }
 

@@ -4,6 +4,7 @@ use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::channel;
 
+use seatrial_app::commission::GainsVehicle;
 use seatrial_app::trial_run::TrialVehicle;
 use seatrial_dash::{Server, Settings, StartError};
 use serde::Serialize;
@@ -81,7 +82,12 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         upload_limit: usize::from(args.largest_log) * 1_000_000,
         ..args.access.settings(&args.listen, &args.logbook)?
     };
-    let server = start(&settings, vehicles)?;
+    let autopilots = args
+        .vehicles
+        .iter()
+        .filter_map(|name| vehicle::autopilot(name, &args.link, &args.logbook).transpose())
+        .collect::<Result<_, _>>()?;
+    let server = start(&settings, vehicles, autopilots)?;
     let url = server.url();
     let served = Served {
         schema: "seatrial.served.v1",
@@ -106,8 +112,12 @@ impl AccessArgs {
 }
 
 /// Starts a server and says its tokens where they are new.
-pub fn start(settings: &Settings, vehicles: Vec<Box<dyn TrialVehicle>>) -> Result<Server, Failure> {
-    let server = Server::start(settings, vehicles).map_err(|error| match error {
+pub fn start(
+    settings: &Settings,
+    vehicles: Vec<Box<dyn TrialVehicle>>,
+    autopilots: Vec<Box<dyn GainsVehicle>>,
+) -> Result<Server, Failure> {
+    let server = Server::start(settings, vehicles, autopilots).map_err(|error| match error {
         StartError::Logbook(error) => error.into(),
         error => Failure::usage(error),
     })?;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use seatrial::Window;
-use seatrial::identification::{ValidRange, Validation, Verdict};
+use seatrial::identification::{Validation, Verdict};
 use seatrial::identify::{valid_range, validation, validation_estimate};
 use seatrial::verdict::judge_validation;
 use seatrial_app::documents::Source;
@@ -15,9 +15,9 @@ use crate::identify::cause_text;
 use crate::log::{LogArgs, open_inside};
 use crate::model_source::warn;
 use crate::model_text::r2_sentence;
-use crate::output::{Exit, Failure, Output};
+use crate::output::{Exit, Failure, Output, say};
 use crate::screen::{labelled, width};
-use seatrial_app::models::of_document;
+use seatrial_app::models::{Models, of_document};
 
 /// Simulate a stored or given model over a log and compare.
 #[derive(clap::Args, Debug)]
@@ -80,14 +80,34 @@ struct Document {
     verdict: Verdict,
 }
 
+/// What is validated.
+enum Given {
+    Numbers(YawModel<f64>),
+    Models(Box<Models>),
+}
+
 /// Validates a model on a log.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let (model, seen) = args.read_model()?;
     let window = Window {
         from_s: args.from.unwrap_or(f64::NEG_INFINITY),
         to_s: args.to.unwrap_or(f64::INFINITY),
     };
+    // What is wrong with the model is said before a long log is read.
+    let given = args.read_models()?;
     let log = open_inside(&args.log, window)?;
+    let (model, seen) = match given {
+        Given::Numbers(model) => (model, None),
+        Given::Models(models) => {
+            let point = models.of_record(&log.record.usable(window))?;
+            if models.points.len() > 1 {
+                say(format_args!(
+                    "the model of {} is taken: its speed is nearest to the log's",
+                    point.name()
+                ));
+            }
+            (point.point.model, point.valid_range)
+        }
+    };
     let validation =
         validation::validate(model, &log.record, window).map_err(|error| no_model(&log, error))?;
     let samples = log.record.usable(window);
@@ -108,31 +128,24 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         let width = width();
         let outcome = document.verdict.outcome().name().to_uppercase();
         labelled("", &outcome, width)
-            + &cause_text(&document.verdict, width)
+            + &cause_text(&document.verdict, "--json", width)
             + &labelled("R^2    ", &r2_sentence(&validation), width)
     })?;
     Ok(Exit::of(&document.verdict))
 }
 
 impl Args {
-    /// The model and, where it is known, over what it was seen.
-    fn read_model(&self) -> Result<(YawModel<f64>, Option<ValidRange>), Failure> {
+    /// The models of the file, or the one given in numbers.
+    fn read_models(&self) -> Result<Given, Failure> {
         if let Some(path) = &self.model {
             let source = of_document(path, None)?;
             warn(&source);
-            return match source.points.as_slice() {
-                [only] => Ok((only.point.model, only.valid_range)),
-                several => Err(Failure::usage(format!(
-                    "{}: {} models; choose one and give its --a22, --b2 and --c0",
-                    path.display(),
-                    several.len()
-                ))),
-            };
+            return Ok(Given::Models(Box::new(source)));
         }
         match (self.a22, self.b2) {
             (Some(a22), Some(b2)) if a22.is_finite() && b2.is_finite() => {
                 let model = YawModel::from_theta([a22, b2, self.c0.unwrap_or(0.0)]);
-                Ok((model, None))
+                Ok(Given::Numbers(model))
             }
             _ => Err(Failure::usage(
                 "no model: give --model FILE, or --a22 and --b2 as finite numbers",

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use seatrial_app::commission::GainsVehicle;
 use seatrial_app::simulated::Simulator;
 use seatrial_app::trial_run::{TrialVehicle, VehicleError};
 
@@ -21,4 +22,18 @@ pub fn named(
         Some(("ros2", file)) => Box::new(OnRos2::new(name, file)),
         _ => Box::new(Simulator::new(name, scenario)?),
     })
+}
+
+/// The autopilot of this name, whose gains may be tried; `None` where the name is of another kind of vehicle.
+pub fn autopilot(
+    name: &str,
+    link: &LinkArgs,
+    logbook: &Path,
+) -> Result<Option<Box<dyn GainsVehicle>>, VehicleError> {
+    let Some(address) = name.strip_prefix("mavlink:") else {
+        return Ok(None);
+    };
+    Ok(Some(Box::new(OnMavlink::new(
+        name, address, link, logbook,
+    )?)))
 }

@@ -13,6 +13,7 @@ use serde::Serialize;
 use crate::autopilot::{self, LinkArgs};
 use crate::output::{Exit, Failure, Output};
 use crate::ros2;
+use crate::screen::{command, labelled, width};
 use crate::trial::load_plan;
 
 /// Look at an autopilot before a trial, or put it back after a trial that was cut short.
@@ -105,12 +106,45 @@ fn check(args: &CheckArgs, output: &Output) -> Result<Exit, Failure> {
         ready: preflight.is_passed(),
         preflight,
     };
-    output.print(&checked, || autopilot::text(&checked.preflight))?;
+    output.print(&checked, || {
+        autopilot::text(&checked.preflight) + "\n" + &verdict(&checked.preflight, args)
+    })?;
     Ok(if checked.ready {
         Exit::Done
     } else {
         Exit::Rejected
     })
+}
+
+/// May a trial be run, and what is to be done next?
+fn verdict(preflight: &Preflight, args: &CheckArgs) -> String {
+    let failed: Vec<&str> = preflight
+        .checks
+        .iter()
+        .filter(|check| !check.passed)
+        .map(|check| check.name)
+        .collect();
+    let width = width();
+    match (failed.is_empty(), &args.plan) {
+        (true, Some(plan)) => {
+            let next = format!(
+                "seatrial trial --vehicle {} --plan {}",
+                args.vehicle,
+                plan.display()
+            );
+            "READY\n".to_owned() + &command("Next   ", &next, width)
+        }
+        _ => {
+            let cause = format!("A trial would be refused for: {}.", failed.join(", "));
+            "NOT READY\n".to_owned()
+                + &labelled("Cause  ", &cause, width)
+                + &labelled(
+                    "Do     ",
+                    "Do what these lines say, then check again.",
+                    width,
+                )
+        }
+    }
 }
 
 fn restore(args: &RestoreArgs, output: &Output) -> Result<Exit, Failure> {

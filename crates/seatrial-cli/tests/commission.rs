@@ -4,7 +4,7 @@ use std::net::TcpListener;
 use std::path::Path;
 use std::process::{Child, Stdio};
 
-use seatrial_dev::{document, program, run_in, text};
+use seatrial_dev::{document, program, run_in, text, unwrapped};
 use serde_json::Value;
 
 /// A quick boat with an autopilot's heading, whose full rudder is 0.6 rad.
@@ -99,6 +99,17 @@ fn cli_gains_from_a_trial_are_proven_kept_and_undone() {
     let trial = ["trial", "--yes", "--plan", "plan.toml"];
     let trial = run_in(folder, &[&trial[..], &boat.link()].concat());
     assert_eq!(trial.status.code(), Some(0), "{}", text(&trial.stderr));
+    // One next command, on the screen and in the report, which says what the autopilot runs.
+    let next = format!("seatrial commission --vehicle {}", boat.address);
+    let said = unwrapped(&text(&trial.stdout));
+    assert!(said.contains(&format!("Next {next}")), "{said}");
+    let report = run_in(
+        folder,
+        &["report", "--logbook", "seatrial.db", "--out", "trial.html"],
+    );
+    assert_eq!(report.status.code(), Some(0), "{}", text(&report.stderr));
+    let page = std::fs::read_to_string(folder.join("trial.html")).unwrap();
+    assert!(page.contains(&next) && page.contains("ArduPilot Rover"));
 
     let (code, found, errors) = commission(folder, &boat, &["--logbook", "seatrial.db"]);
     assert_eq!(code, Some(0), "{errors}");

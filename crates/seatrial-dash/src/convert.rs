@@ -139,16 +139,18 @@ impl From<trial_run::Preflight> for Preflight {
                     text: check.text,
                 })
                 .collect(),
-            changes: found
-                .changes
-                .into_iter()
-                .map(|change| Change {
-                    name: change.name,
-                    from: change.from,
-                    to: change.to,
-                    why: change.why,
-                })
-                .collect(),
+            changes: found.changes.into_iter().map(Change::from).collect(),
+        }
+    }
+}
+
+impl From<trial_run::Change> for Change {
+    fn from(change: trial_run::Change) -> Self {
+        Self {
+            name: change.name,
+            from: change.from,
+            to: change.to,
+            why: change.why,
         }
     }
 }

@@ -4,6 +4,8 @@ pub mod api;
 
 mod access;
 mod background;
+mod board;
+mod commission;
 mod connections;
 mod convert;
 mod gains;

@@ -10,6 +10,7 @@ use seatrial_app::documents::IdentificationDocument;
 use seatrial_app::identify_log::{Options, Windows, identify_opened};
 use seatrial_app::logs::{OpenedLog, ReadSettings, Unobserved, open};
 use seatrial_logs::{ChannelChoice, Quantity, Unit, UnknownQuantity, UnknownUnit};
+use tempfile::NamedTempFile;
 
 use crate::api::{IdentifiedLog, InspectedLog, LogColumns, LogReading};
 use crate::refusal::Refusal;
@@ -63,6 +64,42 @@ pub fn columns(log: &Path, reading: &LogReading) -> Result<LogColumns, Refusal> 
     Ok(LogColumns { columns })
 }
 
+/// Largest list of sensors, bytes, and how many are kept.
+const LARGEST_LIST: u64 = 4 << 20;
+const MOST_LISTS: usize = 256;
+
+/// Keeps a list of sensors by its name where logs are looked at.
+pub fn keep_sensor_list(
+    uploads: &Path,
+    list: NamedTempFile,
+    reading: &LogReading,
+) -> Result<(), Refusal> {
+    let name = reading.name().to_lowercase();
+    let number = name.strip_suffix(".cac").unwrap_or_default();
+    let is_a_name =
+        (1..=16).contains(&number.len()) && number.bytes().all(|byte| byte.is_ascii_hexdigit());
+    if !is_a_name {
+        return Err(Refusal::unprocessable(
+            "out_of_range",
+            "name: expected that of a list of sensors, as in 06a36d4e.cac",
+        ));
+    }
+    let folder = uploads.join("cac");
+    std::fs::create_dir_all(&folder).map_err(Refusal::internal)?;
+    let length = list.as_file().metadata().map_err(Refusal::internal)?.len();
+    let kept = std::fs::read_dir(&folder)
+        .map_err(Refusal::internal)?
+        .count();
+    if length > LARGEST_LIST || kept >= MOST_LISTS {
+        return Err(Refusal::unprocessable(
+            "too_large",
+            format!("expected at most {MOST_LISTS} lists of sensors of at most 4 MB each"),
+        ));
+    }
+    list.persist(folder.join(name)).map_err(Refusal::internal)?;
+    Ok(())
+}
+
 fn windows(reading: &LogReading) -> Windows {
     Windows {
         from_s: reading.from_s,
@@ -76,6 +113,9 @@ fn windows(reading: &LogReading) -> Windows {
 /// A refusal with the log by its name, not by that of the file that it was put into.
 fn refused(log: &Path, name: &str, error: &dyn Display) -> Refusal {
     let text = error.to_string().replace(&*log.to_string_lossy(), name);
+    let beside =
+        "it is neither beside it nor in a folder `cac` or `cache` there: copy it from the vehicle";
+    let text = text.replace(beside, "choose it together with the log");
     Refusal::unprocessable("log_refused", text)
 }
 

@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use seatrial_app::commission::GainsVehicle;
 use seatrial_app::trial_run::TrialVehicle;
 use seatrial_logbook::Logbook;
 use tokio::runtime::{Builder, Runtime};
@@ -15,6 +16,7 @@ use tokio::sync::{Semaphore, watch};
 
 use crate::access::{Leases, NewTokens, Rates, Tokens, secret};
 use crate::background::go_last;
+use crate::board::Board;
 use crate::connections;
 use crate::live::Live;
 use crate::routes::router;
@@ -107,10 +109,11 @@ pub struct Server {
 }
 
 impl Server {
-    /// Begins to serve. Campaigns that an earlier, killed server left open are closed as interrupted.
+    /// Begins to serve. Trials may be run on the vehicles, commissions on the autopilots. Campaigns that an earlier, killed server left open are closed as interrupted.
     pub fn start(
         settings: &Settings,
         vehicles: Vec<Box<dyn TrialVehicle>>,
+        autopilots: Vec<Box<dyn GainsVehicle>>,
     ) -> Result<Self, StartError> {
         let writer = Logbook::open(&settings.logbook).map_err(StartError::Logbook)?;
         let is_loopback = settings.listen.ip().is_loopback();
@@ -130,6 +133,7 @@ impl Server {
         let address = listener.local_addr().map_err(listen)?;
         let shared = Arc::new(Shared {
             vehicles,
+            autopilots,
             logbook: settings.logbook.clone(),
             writer: Mutex::new(writer),
             tokens,
@@ -139,7 +143,9 @@ impl Server {
             leases: Leases::default(),
             live: Live::start(secret().map_err(StartError::System)?),
             viewers: AtomicU32::new(0),
+            uploads: tempfile::tempdir().map_err(StartError::System)?,
             slot: Slot::default(),
+            commission: Board::default(),
             lanes: Semaphore::new(AT_A_TIME),
             conductor: conductor(),
             closing: watch::channel(false).0,

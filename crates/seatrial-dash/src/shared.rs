@@ -7,13 +7,16 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use axum::http::StatusCode;
+use seatrial_app::commission::GainsVehicle;
 use seatrial_app::trial_run::TrialVehicle;
 use seatrial_logbook::{Logbook, NewCommand};
 use serde::Serialize;
+use tempfile::TempDir;
 use tokio::sync::{Semaphore, watch};
 
 use crate::access::{Claim, Leases, Rates, Tokens};
 use crate::api::Role;
+use crate::board::Board;
 use crate::convert::name_of;
 use crate::live::Live;
 use crate::refusal::Refusal;
@@ -29,6 +32,8 @@ pub type Work = Box<dyn FnOnce() + Send>;
 pub struct Shared {
     /// The vehicles that trials may be run on.
     pub vehicles: Vec<Box<dyn TrialVehicle>>,
+    /// Those whose autopilot's gains may be tried.
+    pub autopilots: Vec<Box<dyn GainsVehicle>>,
     pub logbook: PathBuf,
     /// For commands and reviews; trials have a writer of their own.
     pub writer: Mutex<Logbook>,
@@ -39,7 +44,11 @@ pub struct Shared {
     pub leases: Leases,
     pub live: Live,
     pub viewers: AtomicU32,
+    /// Where uploads lie while they are read, beside lists of sensors that were sent.
+    pub uploads: TempDir,
     pub slot: Slot,
+    /// The commission that runs, or the last one.
+    pub commission: Board,
     /// How many requests may wait for a disk or compute at a time. An abort waits for none of them.
     pub lanes: Semaphore,
     /// Where trials are conducted.
@@ -72,6 +81,19 @@ impl Shared {
                 Refusal::unprocessable(
                     "unknown_vehicle",
                     format!("vehicle {name:?}: expected one of {}", known.join(", ")),
+                )
+            })
+    }
+
+    /// The vehicle of that name whose autopilot's gains may be tried.
+    pub fn autopilot(&self, name: &str) -> Result<&dyn GainsVehicle, Refusal> {
+        let mut autopilots = self.autopilots.iter().map(|vehicle| vehicle.as_ref());
+        autopilots
+            .find(|vehicle| vehicle.name() == name)
+            .ok_or_else(|| {
+                Refusal::unprocessable(
+                    "no_autopilot",
+                    format!("vehicle {name:?} is no autopilot behind MAVLink that this server was started with (--vehicle)"),
                 )
             })
     }

@@ -21,9 +21,20 @@ pub struct Slot(Arc<Mutex<Option<Running>>>);
 
 #[derive(Debug)]
 struct Running {
-    /// `None` while the vehicle is being taken.
+    /// `None` while the vehicle is being taken, and of a commission.
     campaign: Option<i64>,
+    is_commission: bool,
     stop: Arc<AtomicBool>,
+}
+
+/// The place of the one trial, had by a commission until this is dropped.
+#[derive(Debug)]
+pub struct Place(Slot);
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        *self.0.running() = None;
+    }
 }
 
 impl Slot {
@@ -48,19 +59,40 @@ impl Slot {
         Some((running.campaign, Arc::clone(&running.stop)))
     }
 
-    /// Takes the place for a trial that ends when the flag is set, and that is shown through the tap.
-    pub fn take(&self, stop: &Arc<AtomicBool>, tap: Tap) -> Result<Shown, Refusal> {
+    /// Is it a commission that has the place?
+    pub fn is_commission(&self) -> bool {
+        let running = self.running();
+        running
+            .as_ref()
+            .is_some_and(|running| running.is_commission)
+    }
+
+    /// Takes the place for a commission that ends when the flag is set.
+    pub fn place(&self, stop: &Arc<AtomicBool>) -> Result<Place, Refusal> {
+        self.enter(stop, true)?;
+        Ok(Place(self.clone()))
+    }
+
+    fn enter(&self, stop: &Arc<AtomicBool>, is_commission: bool) -> Result<(), Refusal> {
         let mut running = self.running();
-        if running.is_some() {
-            return Err(Refusal::conflict(
-                "trial_running",
-                "a trial runs; wait for its end or abort it",
-            ));
+        if let Some(running) = running.as_ref() {
+            let what = match running.is_commission {
+                true => "a commission runs; wait for its end or abort it",
+                false => "a trial runs; wait for its end or abort it",
+            };
+            return Err(Refusal::conflict("trial_running", what));
         }
         *running = Some(Running {
             campaign: None,
+            is_commission,
             stop: Arc::clone(stop),
         });
+        Ok(())
+    }
+
+    /// Takes the place for a trial that ends when the flag is set, and that is shown through the tap.
+    pub fn take(&self, stop: &Arc<AtomicBool>, tap: Tap) -> Result<Shown, Refusal> {
+        self.enter(stop, false)?;
         Ok(Shown {
             slot: self.clone(),
             tap,

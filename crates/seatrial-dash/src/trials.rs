@@ -166,7 +166,7 @@ pub fn start(shared: &Arc<Shared>, wanted: Wanted) -> Result<TrialState, Refusal
         notes: wanted.note,
         circumstances: Circumstances {
             operator: wanted.operator,
-            place: None,
+            ..Circumstances::default()
         },
         realtime_factor: wanted.realtime_factor,
         is_agreed: true,

@@ -67,7 +67,7 @@ impl Served {
             requests_per_s,
             ..Settings::new(SocketAddr::from(([127, 0, 0, 1], 0)), folder.join("s.db"))
         };
-        let server = Server::start(&settings, vec![Box::new(Slow)]).unwrap();
+        let server = Server::start(&settings, vec![Box::new(Slow)], Vec::new()).unwrap();
         let tokens = server.new_tokens().unwrap().clone();
         Self {
             server,

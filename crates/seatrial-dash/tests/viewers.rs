@@ -206,7 +206,7 @@ fn trial(viewers: usize, measured: &mut Measured) {
         requests_per_s: 1e4,
         ..Settings::new(listen, &logbook)
     };
-    let server = Server::start(&settings, Vec::new()).unwrap();
+    let server = Server::start(&settings, Vec::new(), Vec::new()).unwrap();
     let plan = Plan::paper();
     let about = Campaign {
         software_version: "test".into(),

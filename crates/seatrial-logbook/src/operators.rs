@@ -56,13 +56,16 @@ pub struct Review {
     pub time: String,
 }
 
-/// Who conducted a trial, and where. What nobody said is `None`.
+/// Who conducted a trial, where, and on what firmware. What nobody said is `None`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Circumstances {
     /// Who.
     pub operator: Option<String>,
     /// Where, in the operator's words.
     pub place: Option<String>,
+    /// What the vehicle's autopilot says that it runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub firmware: Option<String>,
 }
 
 /// The command under which the circumstances of a campaign stand in the audit trail.

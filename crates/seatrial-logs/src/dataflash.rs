@@ -8,7 +8,7 @@ use std::fs::File;
 
 use crate::bytes::{Bytes, Damage, text_of};
 use crate::description::Format;
-use crate::error::Fault;
+use crate::error::{Fault, clipped};
 use crate::joined::{Kind, Message, Messages};
 use crate::number::number;
 use crate::table::Known;
@@ -41,6 +41,7 @@ pub(crate) struct DataFlash {
     outputs: Vec<Option<usize>>,
     is_submarine: bool,
     aircraft: Option<&'static str>,
+    firmware: Option<String>,
     last_time_s: f64,
     damage: Damage,
 }
@@ -196,6 +197,7 @@ impl DataFlash {
             outputs: Vec::new(),
             is_submarine: false,
             aircraft: None,
+            firmware: None,
             last_time_s: 0.0,
             damage: Damage::default(),
         };
@@ -309,6 +311,9 @@ impl DataFlash {
                 let text = layout.text(message, "Message").unwrap_or_default();
                 self.is_submarine |= text.starts_with("ArduSub");
                 self.aircraft = self.aircraft.or(aircraft_of_firmware(&text));
+                if self.firmware.is_none() && is_firmware(&text) {
+                    self.firmware = Some(clipped(text.trim()));
+                }
             }
             "UNIT" | "MULT" => {}
             _ => {
@@ -343,7 +348,18 @@ fn aircraft_of_firmware(text: &str) -> Option<&'static str> {
     .find_map(|(firmware, aircraft)| text.starts_with(firmware).then_some(aircraft))
 }
 
+/// Is it how a firmware calls itself, with its version?
+fn is_firmware(text: &str) -> bool {
+    let name = text.split_whitespace().next().unwrap_or_default();
+    let is_known = ["ArduRover", "ArduSub", "APM:Rover"].contains(&name);
+    is_known || aircraft_of_firmware(name).is_some()
+}
+
 impl Messages for DataFlash {
+    fn firmware(&self) -> Option<&str> {
+        self.firmware.as_deref()
+    }
+
     fn aircraft(&self) -> Option<&'static str> {
         self.aircraft
     }
@@ -452,5 +468,24 @@ impl Messages for DataFlash {
 
     fn warnings(&self) -> Vec<String> {
         self.damage.warnings()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_a_firmware_is_known_by_the_name_that_it_gives_itself() {
+        for text in [
+            "ArduRover V4.5.7 (1a2b3c4d)",
+            "ArduSub V4.1.0",
+            "ArduCopter V4.3.0",
+        ] {
+            assert!(is_firmware(text), "{text}");
+        }
+        for text in ["", "Frame: BOAT", "ChibiOS: 88b84600"] {
+            assert!(!is_firmware(text), "{text}");
+        }
     }
 }

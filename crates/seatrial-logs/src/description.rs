@@ -149,6 +149,9 @@ pub struct LogDescription {
     /// The aircraft that the log says it is of, with its article: a copter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub aircraft: Option<String>,
+    /// The firmware as the log names it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub firmware: Option<String>,
     /// Second 0 of the samples in UTC, where the log has an epoch or calendar time.
     pub start_utc: Option<String>,
     /// What people should know before they trust the samples.

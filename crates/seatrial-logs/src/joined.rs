@@ -68,6 +68,11 @@ pub(crate) trait Messages {
     fn aircraft(&self) -> Option<&'static str> {
         None
     }
+
+    /// The firmware as the log names it: `ArduRover V4.5.7 (1a2b3c4d)`.
+    fn firmware(&self) -> Option<&str> {
+        None
+    }
 }
 
 impl Known {
@@ -207,6 +212,10 @@ impl<M: Messages + Send> Table for Joined<M> {
 
     fn aircraft(&self) -> Option<&'static str> {
         self.messages.aircraft()
+    }
+
+    fn firmware(&self) -> Option<&str> {
+        self.messages.firmware()
     }
 
     fn columns(&self) -> &[String] {

@@ -115,6 +115,7 @@ impl LogReader {
                 full_rudder_rad: choice.full_rudder_rad.filter(|_| is_of_servo(&channels)),
                 channels,
                 aircraft: table.aircraft().map(str::to_owned),
+                firmware: table.firmware().map(str::to_owned),
                 start_utc: time.clock.start(),
                 warnings,
             },

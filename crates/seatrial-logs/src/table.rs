@@ -63,6 +63,11 @@ pub(crate) trait Table: Send {
     fn aircraft(&self) -> Option<&'static str> {
         None
     }
+
+    /// The firmware as the log names it: `ArduRover V4.5.7 (1a2b3c4d)`.
+    fn firmware(&self) -> Option<&str> {
+        None
+    }
 }
 
 /// The channels of a format that says itself what they are.

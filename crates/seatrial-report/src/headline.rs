@@ -4,7 +4,7 @@ use seatrial_core::{AbortReason, Outcome};
 
 use super::number::{decimals, percent, sentence, significant};
 use super::speed_figures::Speed;
-use seatrial::campaign::Campaign;
+use seatrial::campaign::{Campaign, abort_action};
 use seatrial::identification::{Outcome as ModelOutcome, Verdict};
 
 /// How good the news is.
@@ -119,6 +119,8 @@ pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed], command: &str) 
     }
     let mut next: Vec<String> = action(&judged).into_iter().collect();
     next.extend(next_of_trial(campaign, speeds, &tried));
+    // The cause may be that the trial was stopped.
+    next.dedup();
     Headline {
         tone: judged.outcome().into(),
         verdict,
@@ -253,67 +255,6 @@ fn abort_cause(reason: AbortReason) -> &'static str {
         AbortReason::SecondStation => "somebody else commanded the vehicle under our name",
         AbortReason::RudderNotFollowed => "the rudder did something else than asked for",
         AbortReason::NotAttended => "the program that conducts the trial was held up",
-    }
-}
-
-/// What to do after the trial stopped.
-fn abort_action(reason: AbortReason) -> &'static str {
-    match reason {
-        AbortReason::Operator => {
-            "Nothing need be wrong: start again when ready; the runs recorded so far stay valid."
-        }
-        AbortReason::Depth => {
-            "Check ballast and depth control, or widen the depth limits of the plan if the water allows it."
-        }
-        AbortReason::Altitude => "Choose deeper water or a shallower run.",
-        AbortReason::Roll => "Check trim and ballast, or lower the rudder amplitude of the plan.",
-        AbortReason::Pitch => "Check trim and depth control before the next try.",
-        AbortReason::YawRate => {
-            "Lower the rudder amplitude of the plan, or raise the limit if the vehicle bears it."
-        }
-        AbortReason::HeadingExcursion => {
-            "Lower the rudder amplitude or shorten the doublet in the plan, and check that the heading controller holds course."
-        }
-        AbortReason::Area => {
-            "Start farther from the edge or with a heading along the longer side; “seatrial plan” shows the room that a trial needs."
-        }
-        AbortReason::SpeedDrift => {
-            "Allow more time to settle at each thrust, and check the propulsion and the current."
-        }
-        AbortReason::StaleSamples => {
-            "Check the compass and the link: the plot below ends where the samples stopped."
-        }
-        AbortReason::StageTimeLimit => {
-            "Check the clock of the vehicle and the time limits of the plan."
-        }
-        AbortReason::ReversedRudder => {
-            "Check the sign of the rudder and of the heading before anything else: with this sign the heading controller is unstable too. A current that sets in from the side turns a vehicle so as well."
-        }
-        AbortReason::NotSettled => {
-            "Look at the heading below: if it swings, lower the gain of the initial heading controller; if it drifts, check trim and current."
-        }
-        AbortReason::LinkLost => {
-            "Restore the link and start again; check that the vehicle did what it must on a lost link."
-        }
-        AbortReason::ModeChanged | AbortReason::StickMoved | AbortReason::Disarmed => {
-            "Start again when the pilot agrees; the trial takes nothing back by itself."
-        }
-        AbortReason::LowBattery => "Bring the vehicle home; charge it before the next trial.",
-        AbortReason::Failsafe => {
-            "Look into the autopilot's own log for what it acted upon before starting again."
-        }
-        AbortReason::Restarted => {
-            "Look into its supply of power; what it measured before and after is not one record."
-        }
-        AbortReason::SecondStation => {
-            "Stop the other ground station, or give one of both another system id."
-        }
-        AbortReason::RudderNotFollowed => {
-            "Look at the rudder and its servo, and at who else may command it: mode, mixer, limits of the outputs."
-        }
-        AbortReason::NotAttended => {
-            "Look at the load of its computer and at the disk that keeps the logbook."
-        }
     }
 }
 

@@ -25,6 +25,8 @@ pub struct Log<'a> {
     pub models: &'a [LogModel<'a>],
     /// What to type next; empty where there is nothing.
     pub command: &'a str,
+    /// When it was recorded and on what, as far as the log says.
+    pub about: &'a [Fact],
     /// How it was read and with what.
     pub provenance: &'a [Fact],
 }
@@ -65,6 +67,7 @@ pub fn render(log: &Log) -> String {
     let page = Page {
         title: format!("Steering of {}", log.name),
         subtitle: speeds_text(log.models),
+        about: log.about.to_vec(),
         headline: headline::of_log(log.verdict, log.command),
         summary: has_models.then(|| tables::log_summary(log.models, log.record.rudder_unit)),
         runs: vec![RunSection {

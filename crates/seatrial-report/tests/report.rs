@@ -59,6 +59,7 @@ fn pages() -> Vec<(&'static str, String)> {
         verdict: &run.verdict,
         models: &models,
         command: "seatrial gains --model model.json",
+        about: &[],
         provenance: &[("Format", "csv".to_owned())],
     };
     let verdict = Verdict::refused(Reason::new(
@@ -265,6 +266,7 @@ fn prop_names_cannot_write_markup() {
         verdict: &run.verdict,
         models: &[],
         command: "seatrial gains --model model.json",
+        about: &[],
         provenance: &[("Format", hostile.to_owned())],
     };
     let page = report::render_log(&log);
@@ -313,6 +315,7 @@ fn exact_a_fraction_of_full_rudder_is_no_angle() {
                 verdict: &run.verdict,
             }],
             command: "",
+            about: &[],
             provenance: &[],
         })
     };

@@ -2,8 +2,8 @@
 
 use std::borrow::Cow;
 
-use seatrial_core::Outcome;
 pub use seatrial_core::Stage;
+use seatrial_core::{AbortReason, Outcome};
 use serde::{Deserialize, Serialize};
 
 use crate::campaign_check::{SpeedResult, contradictions};
@@ -130,10 +130,13 @@ impl Campaign {
     fn unfinished(&self) -> Option<Reason> {
         match self.outcome {
             Some(Outcome::Finished) => None,
-            Some(Outcome::Aborted(reason)) => Some(Reason::new(
-                ReasonCode::Aborted,
-                format!("the trial was aborted: {reason}"),
-            )),
+            Some(Outcome::Aborted(reason)) => Some(Reason {
+                action: abort_action(reason).into(),
+                ..Reason::new(
+                    ReasonCode::Aborted,
+                    format!("the trial was aborted: {reason}"),
+                )
+            }),
             None => Some(Reason::new(
                 ReasonCode::Interrupted,
                 "the trial was not finished",
@@ -187,6 +190,67 @@ impl Campaign {
             })
             .collect();
         contradictions(&results)
+    }
+}
+
+/// What to do after the trial stopped.
+pub fn abort_action(reason: AbortReason) -> &'static str {
+    match reason {
+        AbortReason::Operator => {
+            "Nothing need be wrong: start again when ready; the runs recorded so far stay valid."
+        }
+        AbortReason::Depth => {
+            "Check ballast and depth control, or widen the depth limits of the plan if the water allows it."
+        }
+        AbortReason::Altitude => "Choose deeper water or a shallower run.",
+        AbortReason::Roll => "Check trim and ballast, or lower the rudder amplitude of the plan.",
+        AbortReason::Pitch => "Check trim and depth control before the next try.",
+        AbortReason::YawRate => {
+            "Lower the rudder amplitude of the plan, or raise the limit if the vehicle bears it."
+        }
+        AbortReason::HeadingExcursion => {
+            "Lower the rudder amplitude or shorten the doublet in the plan, and check that the heading controller holds course."
+        }
+        AbortReason::Area => {
+            "Start farther from the edge or with a heading along the longer side; “seatrial plan” shows the room that a trial needs."
+        }
+        AbortReason::SpeedDrift => {
+            "Allow more time to settle at each thrust, and check the propulsion and the current."
+        }
+        AbortReason::StaleSamples => {
+            "Check the compass and the link: the report shows where the samples stopped."
+        }
+        AbortReason::StageTimeLimit => {
+            "Check the clock of the vehicle and the time limits of the plan."
+        }
+        AbortReason::ReversedRudder => {
+            "Check the sign of the rudder and of the heading before anything else: with this sign the heading controller is unstable too. A current that sets in from the side turns a vehicle so as well."
+        }
+        AbortReason::NotSettled => {
+            "Look at the heading in the report: if it swings, lower the gain of the initial heading controller; if it drifts, check trim and current."
+        }
+        AbortReason::LinkLost => {
+            "Restore the link and start again; check that the vehicle did what it must on a lost link."
+        }
+        AbortReason::ModeChanged | AbortReason::StickMoved | AbortReason::Disarmed => {
+            "Start again when the pilot agrees; the trial takes nothing back by itself."
+        }
+        AbortReason::LowBattery => "Bring the vehicle home; charge it before the next trial.",
+        AbortReason::Failsafe => {
+            "Look into the autopilot's own log for what it acted upon before starting again."
+        }
+        AbortReason::Restarted => {
+            "Look into its supply of power; what it measured before and after is not one record."
+        }
+        AbortReason::SecondStation => {
+            "Stop the other ground station, or give one of both another system id."
+        }
+        AbortReason::RudderNotFollowed => {
+            "Look at the rudder and its servo, and at who else may command it: mode, mixer, limits of the outputs."
+        }
+        AbortReason::NotAttended => {
+            "Look at the load of its computer and at the disk that keeps the logbook."
+        }
     }
 }
 

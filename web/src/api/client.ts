@@ -23,6 +23,12 @@ export type CampaignDetail = Schemas["CampaignDetail"];
 export type Comparison = Schemas["Comparison"];
 export type Difference = Schemas["Difference"];
 export type Schedule = Schemas["Schedule"];
+export type CommissionOrder = Omit<Schemas["CommissionOrder"], "agreed"> & { agreed?: boolean };
+export type CommissionPreview = Schemas["CommissionPreview"];
+export type CommissionState = Schemas["CommissionState"];
+export type CommissionShown = Schemas["CommissionShown"];
+export type ExpectedSteps = Schemas["ExpectedSteps"];
+export type MeasuredSteps = Schemas["MeasuredSteps"];
 export type Series = Schemas["LogSeries"];
 export type IdentifiedLog = Schemas["IdentifiedLog"];
 export type Plan = Record<string, unknown> & { thrusts: number[] };
@@ -94,7 +100,12 @@ export const defaultPlan = (): Promise<Plan> => ask("GET", "plans/default");
 export const previewPlan = (order: PlanOrder): Promise<PlanPreview> => ask("POST", "plans/preview", order);
 export const preflight = (order: PlanOrder): Promise<Preflight> => ask("POST", "preflight", order);
 export const startTrial = (order: TrialOrder): Promise<TrialState> => ask("POST", "trial", order);
-export const abortTrial = (): Promise<TrialState> => ask("POST", "trial/abort");
+/** Nothing is answered where it was a commission. */
+export const abortTrial = (): Promise<TrialState | undefined> => ask("POST", "trial/abort");
+export const previewCommission = (order: CommissionOrder): Promise<CommissionPreview> =>
+  ask("POST", "commission/preview", order);
+export const startCommission = (order: CommissionOrder): Promise<CommissionState> => ask("POST", "commission", order);
+export const commissionSince = (after: number): Promise<CommissionShown> => ask("GET", `commission?after=${after}`);
 export const repeatSpeed = (order: RepeatOrder): Promise<TrialState> => ask("POST", "trial/repeat", order);
 export const goOn = (order: GoOnOrder): Promise<TrialState> => ask("POST", "trial/go-on", order);
 export const campaigns = (): Promise<CampaignSummary[]> => ask("GET", "campaigns");
@@ -130,6 +141,12 @@ export async function columnsOf(log: File): Promise<string[]> {
   const query = new URLSearchParams({ name: log.name });
   const response = await respond("POST", `logs/columns?${query}`, log, "application/octet-stream");
   return ((await response.json()) as { columns: string[] }).columns;
+}
+
+/** Sends a list of sensors, which logs of Slocum gliders need beside them. */
+export async function sendSensorList(list: File): Promise<void> {
+  const query = new URLSearchParams({ name: list.name });
+  await respond("POST", `logs/sensor-list?${query}`, list, "application/octet-stream");
 }
 
 /** Saves a text under a name on this device. */

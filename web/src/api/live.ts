@@ -1,6 +1,14 @@
 //! What the page knows of the trial that runs: the live stream, kept up through lost connections.
 
-import { type Control, type Figure, secrets, type Stage, status, type TrialState } from "./client.ts";
+import {
+  type CommissionState,
+  type Control,
+  type Figure,
+  secrets,
+  type Stage,
+  status,
+  type TrialState,
+} from "./client.ts";
 import type { components } from "./schema.ts";
 
 type Schemas = components["schemas"];
@@ -45,6 +53,7 @@ export class Live {
   refusal: string | null = null;
   control: Control | null = null;
   trial: TrialState | null = null;
+  commission: CommissionState | null = null;
   envelope: Envelope | null = null;
   health: Health | null = null;
   samples: Columns = noColumns();
@@ -180,6 +189,9 @@ export class Live {
         if (this.trial !== null)
           Object.assign(this.trial, { running: false, outcome: message.outcome, warnings: message.warnings });
         break;
+      case "commission":
+        this.commission = message.commission;
+        break;
       case "control":
         this.learnControl(message.control);
         break;
@@ -200,6 +212,7 @@ export class Live {
     this.stream = snapshot.stream;
     this.learnControl(snapshot.control);
     this.trial = snapshot.trial ?? null;
+    this.commission = snapshot.commission ?? null;
     this.envelope = snapshot.envelope ?? null;
     this.health = snapshot.health ?? null;
     this.heartbeat_s = snapshot.settings.heartbeat_every_s;

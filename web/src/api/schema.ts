@@ -191,6 +191,41 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/commission": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The commission that runs, or the last one, and its samples. */
+        get: operations["commission_state"];
+        put?: never;
+        /** Starts a commission: gains are written, tried by heading steps, and stay only where they do no worse than those before. */
+        post: operations["start_commission"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/commission/preview": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** What a commission would do: the autopilot's own gains beside those proposed. Looks at the vehicle without touching its controls. */
+        post: operations["preview_commission"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/compare": {
         parameters: {
             query?: never;
@@ -288,6 +323,23 @@ export interface paths {
         put?: never;
         /** Says what is in a log: channels, rates, gaps, manoeuvres. The log is not kept. */
         post: operations["inspect"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/logs/sensor-list": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Keeps a list of sensors (.cac), which logs of Slocum gliders need beside them, until the server ends. */
+        post: operations["sensor_list"];
         delete?: never;
         options?: never;
         head?: never;
@@ -405,7 +457,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Aborts the trial: neutral rudder, heading hold, the vehicle handed back. Every operator may, with control or without. */
+        /**
+         * Aborts the trial: neutral rudder, heading hold, the vehicle handed back. A commission ends with the old gains. Every operator may,
+         *     with control or without.
+         */
         post: operations["abort"];
         delete?: never;
         options?: never;
@@ -572,6 +627,110 @@ export interface components {
             /** @description What was found; where it does not pass, also what to do. */
             text: string;
         };
+        /**
+         * @description How a commission ended.
+         * @enum {string}
+         */
+        CommissionEnd: "kept" | "put_back" | "refused" | "aborted";
+        /** @description Asks for a commission, or for what it would do. */
+        CommissionOrder: {
+            /** @description The vehicle moves and its gains are changed: true agrees to it. */
+            agreed?: boolean;
+            /**
+             * Format: double
+             * @description Speed whose model is taken, m/s; the autopilot's own where it is left out.
+             */
+            at_speed_m_s?: number | null;
+            /**
+             * Format: int64
+             * @description Number of the campaign whose models give the gains.
+             */
+            campaign: number;
+            /** @description What a preview calls its proposal. Where the autopilot or the campaign gives another one now, nothing is started. */
+            proposal?: string | null;
+            /** @description Takes the models of a rehearsal on a simulator, too. */
+            rehearsal?: boolean;
+            /**
+             * Format: double
+             * @description Size of the steps, rad, 0.09 to 1.57 [default: 0.52].
+             */
+            step_rad?: number | null;
+            /** @description A name out of `/vehicles` whose `has_gains` is true. */
+            vehicle: string;
+        };
+        /** @description What a commission would do. Nothing is changed yet. */
+        CommissionPreview: {
+            /** @description What is changed on the vehicle until it is handed back, beside the gains. */
+            changes: components["schemas"]["Change"][];
+            /** @description Each check. */
+            checks: components["schemas"]["Check"][];
+            proposed?: components["schemas"]["ProposedGains"] | null;
+            /** @description Every check passed, and there are gains to propose. */
+            ready: boolean;
+            /** @description Why no gains are proposed; null where they are. */
+            refused?: string | null;
+        };
+        /** @description A sample of the steps. */
+        CommissionSample: {
+            /**
+             * Format: double
+             * @description Heading, rad; null where it is no number.
+             */
+            heading_rad?: number | null;
+            /**
+             * Format: double
+             * @description Rudder as a fraction of full.
+             */
+            rudder?: number | null;
+            /**
+             * Format: double
+             * @description The vehicle's clock, s.
+             */
+            time_s: number;
+            /**
+             * Format: double
+             * @description The heading that is asked for, rad.
+             */
+            wanted_rad?: number | null;
+        };
+        /** @description A commission and its newest samples. */
+        CommissionShown: {
+            commission?: components["schemas"]["CommissionState"] | null;
+            /**
+             * Format: int64
+             * @description What to ask for next: the number of the first sample that is not here.
+             */
+            next: number;
+            /** @description Samples from number `after` on, at most 5000. */
+            samples: components["schemas"]["CommissionSample"][];
+        };
+        /** @description A commission that runs, or the last one since the server began. */
+        CommissionState: {
+            /**
+             * Format: int64
+             * @description Number of the campaign whose model gives the gains.
+             */
+            campaign: number;
+            ended?: components["schemas"]["CommissionEnd"] | null;
+            /** @description Which gains are in, why, and how to undo it. */
+            line?: string | null;
+            /** @description Is something left that has to be put back by hand? */
+            needs_restoring: boolean;
+            new?: components["schemas"]["MeasuredSteps"] | null;
+            old?: components["schemas"]["MeasuredSteps"] | null;
+            /** @description The gains. */
+            proposed: components["schemas"]["ProposedGains"];
+            /** @description Does it run? */
+            running: boolean;
+            /** @description When it began, UTC. */
+            started: string;
+            /** @description What was reported as it went, in words. */
+            told: string[];
+            /** @description The command that puts the old gains back, where the new ones stayed. */
+            undo?: string | null;
+            /** @description The vehicle by name. */
+            vehicle: string;
+        };
         /** @description Two campaigns side by side. */
         Comparison: {
             /** @description The first. */
@@ -714,6 +873,15 @@ export interface components {
             proportional_gain?: components["schemas"]["Figure"] | null;
             /** @description Radius of the steady circle under full rudder to starboard and to port, m. */
             steady_turning_radius_m: (components["schemas"]["Figure"] | null)[];
+        };
+        /** @description What steps are expected to be, each as 95 % bounds. */
+        ExpectedSteps: {
+            /** @description Overshoot as a fraction of the step. */
+            overshoot: number[];
+            /** @description Travel of the rudder, full deflections per second. */
+            rudder_per_s: number[];
+            /** @description Time until the heading stays within 5 % of the step, s. */
+            settling_s: number[];
         };
         /** @description A value and how sure it is. */
         Figure: {
@@ -899,6 +1067,11 @@ export interface components {
             /** @enum {string} */
             type: "control";
         } | {
+            /** @description It. */
+            commission: components["schemas"]["CommissionState"];
+            /** @enum {string} */
+            type: "commission";
+        } | {
             /** @description Link and clock. */
             health: components["schemas"]["Health"];
             /** @enum {string} */
@@ -999,6 +1172,29 @@ export interface components {
             time_s: (number | null)[];
             /** @description Measured yaw rate, rad/s. */
             yaw_rate_rad_s: (number | null)[];
+        };
+        /** @description What steps were. */
+        MeasuredSteps: {
+            /**
+             * Format: double
+             * @description Overshoot as a fraction of the step.
+             */
+            overshoot: number;
+            /**
+             * Format: double
+             * @description Travel of the rudder, full deflections per second.
+             */
+            rudder_per_s: number;
+            /**
+             * Format: double
+             * @description Time until the heading stayed within 5 % of the step, s; null where it did not.
+             */
+            settling_s?: number | null;
+            /**
+             * Format: double
+             * @description Heading error at the end, rad.
+             */
+            steady_error_rad: number;
         };
         /** @description The model of one speed: psi' = r, r' = a22 r + b2 delta + C0. */
         Model: {
@@ -1197,6 +1393,37 @@ export interface components {
              */
             thrust: number;
         };
+        /** @description Gains beside those that an autopilot has. */
+        ProposedGains: {
+            /**
+             * Format: double
+             * @description Water that is needed ahead, m.
+             */
+            distance_m?: number | null;
+            /**
+             * Format: double
+             * @description How long the steps take at least, s.
+             */
+            duration_s: number;
+            /** @description What the proposed ones are. */
+            new_expected: components["schemas"]["ExpectedSteps"];
+            /** @description What the present gains are expected to do. */
+            old_expected: components["schemas"]["ExpectedSteps"];
+            /** @description Parameters that change: now, proposed, why. */
+            parameters: components["schemas"]["Change"][];
+            /** @description What to send back with the order. */
+            proposal: string;
+            /**
+             * Format: double
+             * @description Size of the steps, rad.
+             */
+            step_rad: number;
+            /**
+             * Format: double
+             * @description Speed of the model, m/s.
+             */
+            surge_speed_m_s?: number | null;
+        };
         /** @description One reason of a verdict. */
         Reason: {
             /** @description What to do about it; empty where nothing is to be done. */
@@ -1284,7 +1511,7 @@ export interface components {
              * @description Thrust as a fraction of full.
              */
             thrust: number;
-            /** @description The same in the four words that are used everywhere, and what decides it. */
+            /** @description Whether it may be used, in the four words that every part of seatrial uses, and what decides it. */
             verdict: components["schemas"]["Verdict"];
         };
         /** @description The models of a campaign over speed. */
@@ -1329,6 +1556,7 @@ export interface components {
         };
         /** @description Everything that a viewer needs to draw. */
         Snapshot: {
+            commission?: components["schemas"]["CommissionState"] | null;
             /** @description Who commands. */
             control: components["schemas"]["Control"];
             envelope?: components["schemas"]["Envelope"] | null;
@@ -1524,6 +1752,8 @@ export interface components {
         VehicleForm: {
             /** @description For people. */
             description: string;
+            /** @description Has an autopilot whose gains a commission can try. */
+            has_gains: boolean;
             /** @description A simulator; anything else moves. */
             is_simulated: boolean;
             /** @description `sim:starfish`, `mavlink:udp:0.0.0.0:14550`. */
@@ -1934,6 +2164,104 @@ export interface operations {
             };
         };
     };
+    commission_state: {
+        parameters: {
+            query?: {
+                /** @description The first sample that is wanted, from 0 [default: 0]. */
+                after?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommissionShown"];
+                };
+            };
+            /** @description Refused */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ErrorBody"];
+                };
+            };
+        };
+    };
+    start_commission: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description The lease of control */
+                "seatrial-lease"?: string | null;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CommissionOrder"];
+            };
+        };
+        responses: {
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommissionState"];
+                };
+            };
+            /** @description Refused */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ErrorBody"];
+                };
+            };
+        };
+    };
+    preview_commission: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CommissionOrder"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommissionPreview"];
+                };
+            };
+            /** @description Refused */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ErrorBody"];
+                };
+            };
+        };
+    };
     compare: {
         parameters: {
             query: {
@@ -2294,6 +2622,83 @@ export interface operations {
             };
         };
     };
+    sensor_list: {
+        parameters: {
+            query?: {
+                /** @description What the log is called; its format is found by its content. */
+                name?: string;
+                /** @description Column with the time. */
+                time?: string;
+                /** @description Column with the heading. */
+                heading?: string;
+                /** @description Column with the rudder: measured angle, command, PWM or percent. */
+                rudder?: string;
+                /** @description Column with the forward speed; `none` leaves it out, as for all that follow. */
+                speed?: string;
+                /** @description Column with the depth. */
+                depth?: string;
+                /** @description Column with the roll angle. */
+                roll?: string;
+                /** @description Column with the pitch angle. */
+                pitch?: string;
+                /** @description Column with the measured yaw rate. */
+                yaw_rate?: string;
+                /** @description Column with the position north. */
+                north?: string;
+                /** @description Column with the position east. */
+                east?: string;
+                /** @description Column with the thrust that is asked for. */
+                thrust?: string;
+                /** @description Units of columns, as in `heading=deg,rudder=pwm`. */
+                units?: string;
+                /** @description Pulse width of the neutral rudder, us [default: 1500]. */
+                rudder_trim_us?: number;
+                /** @description Rudder angle at full deflection, degrees. */
+                rudder_range_deg?: number;
+                /** @description Dead time of the rudder behind the logged command, s. */
+                rudder_delay_s?: number;
+                /** @description Time constant with which the rudder follows the logged command, s. */
+                rudder_lag_s?: number;
+                /** @description Leave rows out that have text, no number or a time that goes back, instead of refusing the log. */
+                drop_invalid?: boolean;
+                /** @description Start of the training window, the log's own seconds; without windows the manoeuvres are found. */
+                from_s?: number;
+                /** @description End of the training window, s. */
+                to_s?: number;
+                /** @description Start of the validation window, s. */
+                validate_from_s?: number;
+                /** @description End of the validation window, s. */
+                validate_to_s?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** @description The list, by its name in `name` */
+        requestBody: {
+            content: {
+                "application/octet-stream": number[];
+            };
+        };
+        responses: {
+            /** @description Kept */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Refused */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ErrorBody"];
+                };
+            };
+        };
+    };
     openapi: {
         parameters: {
             query?: never;
@@ -2499,6 +2904,13 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["TrialState"];
                 };
+            };
+            /** @description A commission is asked to end; the live stream tells how */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description Refused */
             "4XX": {

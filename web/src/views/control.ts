@@ -23,6 +23,7 @@ import { Complaints } from "../notice.ts";
 import type { View } from "../shell.ts";
 import { clock, onUnits, shown, significant } from "../units.ts";
 import { percent } from "../words.ts";
+import { checklist } from "./checks.ts";
 import { runsTable } from "./runs.ts";
 
 const NAME = "seatrial.name";
@@ -234,6 +235,10 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
   const chosen = (): Vehicles["vehicles"][number] | undefined => known.find((one) => one.name === vehicle.value);
   const order = (): { vehicle: string; plan: never } => ({ vehicle: vehicle.value, plan: plan as never });
 
+  const checking = element("p", { role: "status" });
+  const checkButton = element("button", { type: "button", onclick: () => void check() }, "Check the vehicle");
+  const unchecked = [element("h2", {}, "Preflight"), checking, element("div", { class: "row" }, checkButton)];
+
   /** What a check is of: repeats change nothing of it. */
   const checkedOf = (): string => JSON.stringify({ ...order(), plan: { ...plan, max_repeats: null } });
   const unsettled = (): void => {
@@ -244,25 +249,16 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
       return;
     }
     ready = null;
-    fill(
-      checklist,
-      element("h2", {}, "Preflight"),
-      element("p", {}, "Not checked yet."),
-      element(
-        "div",
-        { class: "row" },
-        element(
-          "button",
-          { type: "button", disabled: plan === null, onclick: () => void check() },
-          "Check the vehicle",
-        ),
-      ),
-    );
+    say(checking, "Not checked yet.");
+    checkButton.disabled = plan === null;
+    // A button that is replaced while it is pressed is not pressed.
+    if (!checkButton.isConnected) fill(checklist, ...unchecked);
     draw();
   };
   const check = async (): Promise<void> => {
+    say(checking, "Looking at the vehicle. This takes up to 20 s for an autopilot.");
     const found = await complaints.hear(() => preflight(order()));
-    if (found === null) return;
+    if (found === null) return unsettled();
     ready = found.ready;
     checked = { of: checkedOf(), found, at_ms: Date.now() };
     drawChecklist(checklist, found, () => void check());
@@ -272,6 +268,19 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
     if (plan !== null) plan = { ...plan, thrusts: parsedThrusts(thrusts.value), max_repeats: repeats.valueAsNumber };
     unsettled();
     if (plan === null) return;
+    if (chosen()?.is_simulated === false) {
+      previewed = null;
+      fill(
+        expectation,
+        element("h2", {}, "What to expect"),
+        element(
+          "p",
+          {},
+          "How this vehicle steers is not known before its first trial. Try the plan on a simulated one first.",
+        ),
+      );
+      return;
+    }
     const found = await complaints.hear(() => previewPlan(order()));
     if (found === null)
       fill(
@@ -332,6 +341,7 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
   vehicle.addEventListener("change", () => void changeVehicle());
   thrusts.addEventListener("change", () => void look());
   repeats.addEventListener("change", () => void look());
+  agreed.addEventListener("change", () => draw());
   planFile.addEventListener("change", () => void openPlan());
 
   const form = element(
@@ -353,15 +363,17 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
   );
   const draw = (): void => {
     const obstacle =
-      live.trial?.running === true
-        ? "A trial is running."
+      live.trial?.running === true || live.commission?.running === true
+        ? `A ${live.trial?.running === true ? "trial" : "commission"} is running.`
         : live.control?.is_you !== true
           ? "Take control first."
           : ready === null
             ? "Check the vehicle first."
-            : ready
-              ? ""
-              : "The preflight check has not passed.";
+            : !ready
+              ? "The preflight check has not passed."
+              : chosen()?.is_simulated === false && !agreed.checked
+                ? "Agree that the vehicle moves."
+                : "";
     start.disabled = obstacle !== "";
     say(why, obstacle);
   };
@@ -451,14 +463,6 @@ function drawExpectation(place: HTMLElement, track: Track, found: PlanPreview): 
 }
 
 function drawChecklist(place: HTMLElement, found: Preflight, again: () => void): void {
-  const items = found.checks.map((check) =>
-    element(
-      "li",
-      { class: check.passed ? "good" : "bad" },
-      element("span", { class: "sign" }, check.passed ? "✓" : "✗"),
-      element("span", {}, check.text),
-    ),
-  );
   const changes = found.changes.map((change) =>
     element("li", {}, `${change.name}: ${significant(change.from)} → ${significant(change.to)}. ${change.why}`),
   );
@@ -470,7 +474,7 @@ function drawChecklist(place: HTMLElement, found: Preflight, again: () => void):
       {},
       element("span", { class: `badge ${found.ready ? "good" : "bad"}` }, found.ready ? "✓ ready" : "✗ not ready"),
     ),
-    element("ul", { class: "checklist" }, ...items),
+    checklist(found.checks),
     changes.length === 0 ? null : element("h3", {}, "Changed until it is handed back"),
     changes.length === 0 ? null : element("ul", {}, ...changes),
     element("div", { class: "row" }, element("button", { type: "button", onclick: again }, "Check again")),

@@ -96,7 +96,7 @@ export function openLive(live: Live): View {
     notice,
     start,
     after.root,
-    element("section", { class: "panel", "aria-label": "Progress" }, speeds, stages.root, numbers.root),
+    element("section", { class: "panel spaced", "aria-label": "Progress" }, speeds, stages.root, numbers.root),
     element(
       "div",
       { class: "panels spaced" },

@@ -1,6 +1,13 @@
 //! A log that a person drops on the page, identified and drawn.
 
-import { columnsOf, identify, type IdentifiedLog, keepText, type VerdictOutcome } from "../api/client.ts";
+import {
+  columnsOf,
+  identify,
+  type IdentifiedLog,
+  keepText,
+  sendSensorList,
+  type VerdictOutcome,
+} from "../api/client.ts";
 import { recordStrips } from "../charts/record.ts";
 import type { Span, Strip } from "../charts/strip.ts";
 import { element, fill } from "../element.ts";
@@ -71,7 +78,20 @@ export function openLogView(): { root: HTMLElement; drop(): void } {
     if (found === null) fill(place);
     else fill(place, ...drawLog(log.name, found, charts, windows));
   };
-  const button = element("input", { class: "unseen", type: "file", onchange: () => void open(button.files?.[0]) });
+  const isList = (file: File): boolean => file.name.toLowerCase().endsWith(".cac");
+  /** A log, and the lists of sensors that one of a Slocum glider needs: these first. */
+  const take = async (files: FileList | null | undefined): Promise<void> => {
+    const chosen = [...(files ?? [])];
+    for (const list of chosen.filter(isList))
+      if ((await complaints.hear(() => sendSensorList(list).then(() => true))) === null) return;
+    await open(chosen.find((file) => !isList(file)) ?? last);
+  };
+  const button = element("input", {
+    class: "unseen",
+    type: "file",
+    multiple: true,
+    onchange: () => void take(button.files),
+  });
   const zone = element(
     "section",
     { class: "drop", "aria-label": "Open a log" },
@@ -82,7 +102,11 @@ export function openLogView(): { root: HTMLElement; drop(): void } {
       ": CSV, Parquet, DataFlash .bin, ULog, tlog, MCAP, rosbag, …",
     ),
     element("label", { class: "file" }, "Choose a file", button),
-    element("p", { class: "hint" }, "It is identified by this server and goes nowhere else."),
+    element(
+      "p",
+      { class: "hint" },
+      "It is identified by this server and goes nowhere else. A Slocum log needs its list of sensors (.cac): choose both together.",
+    ),
   );
   const over =
     (is: boolean) =>
@@ -94,7 +118,7 @@ export function openLogView(): { root: HTMLElement; drop(): void } {
   zone.addEventListener("dragleave", over(false));
   zone.addEventListener("drop", (event) => {
     over(false)(event);
-    void open(event.dataTransfer?.files[0]);
+    void take(event.dataTransfer?.files);
   });
   return {
     root: element("div", { class: "stack" }, zone, how.root, complaints.root, place),

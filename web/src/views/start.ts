@@ -56,6 +56,7 @@ function steps(trial: TrialState, complaints: Complaints): (HTMLElement | null)[
     element("h2", {}, "What comes next"),
     complaints.root,
     trial.outcome?.finished === true ? null : resume(trial, complaints),
+    hasModel ? commission(trial.vehicle, campaign) : null,
     element(
       "div",
       { class: "row" },
@@ -67,7 +68,6 @@ function steps(trial: TrialState, complaints: Complaints): (HTMLElement | null)[
       element("button", { type: "button", onclick: report }, "Report"),
       element("a", { class: "file", href: "#/control" }, "Another trial"),
     ),
-    hasModel ? commission(trial.vehicle, campaign) : null,
   ];
 }
 
@@ -77,7 +77,11 @@ export function commission(vehicle: string, campaign: number): HTMLElement | nul
   return element(
     "div",
     {},
-    element("p", {}, "Into the autopilot, tried with heading steps, in a terminal beside the logbook:"),
-    element("pre", { tabindex: 0 }, `seatrial commission --vehicle ${vehicle} --campaign ${campaign}`),
+    element("p", {}, "The gains into the autopilot: tried with heading steps, kept or put back."),
+    element(
+      "div",
+      { class: "row" },
+      element("a", { class: "file main", href: `#/commission/${campaign}` }, "Commission the gains"),
+    ),
   );
 }

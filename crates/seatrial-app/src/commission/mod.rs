@@ -11,6 +11,7 @@
 mod conduct;
 mod own_loop;
 mod proposal;
+mod reached;
 mod step_run;
 
 use seatrial::commission::{Against, Foreseen, ModelCheck, Response};
@@ -20,6 +21,7 @@ use serde::Serialize;
 pub use conduct::{Order, Progress, conduct};
 pub use own_loop::{OwnLoop, OwnProposal, OwnSpeed, propose_own};
 pub use proposal::{Control, Proposal, model_at, propose};
+pub use reached::{GainsVehicle, Reached, Request, check_step, models_for};
 pub use step_run::{StepRecord, StepRun, Wanted};
 
 /// A vehicle whose autopilot steers to headings by itself, taken for a commission.

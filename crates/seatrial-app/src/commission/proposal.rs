@@ -53,6 +53,18 @@ pub struct Proposal {
     pub new_foreseen: Foreseen,
 }
 
+impl Proposal {
+    /// How long the steps take at least, s: with the old gains, a small one and with the new ones, away and back.
+    pub fn duration_s(&self) -> f64 {
+        6.0 * (self.test.hold_s + self.test.settle_s)
+    }
+
+    /// How far the vehicle goes meanwhile, m, where its speed is known.
+    pub fn distance_m(&self) -> Option<f64> {
+        Some(self.duration_s() * self.surge_speed_m_s?)
+    }
+}
+
 /// The settings that a model gives, tried by steps of this size. `full_rudder_rad` is the rudder at full steering for which
 /// the model was identified.
 pub fn propose(

@@ -5,6 +5,7 @@ mod choice;
 mod compared;
 mod document;
 mod exported;
+mod of_record;
 mod schedule_file;
 
 use std::path::Path;

@@ -46,7 +46,7 @@ pub struct Order {
     pub configuration: String,
     /// Notes on the configuration.
     pub notes: Option<String>,
-    /// Who conducts it, and where.
+    /// Who conducts it, and where. The firmware is the vehicle's to say.
     pub circumstances: Circumstances,
     /// How many times faster than real time a simulated vehicle runs; `None` is as fast as it can.
     pub realtime_factor: Option<f64>,
@@ -159,7 +159,11 @@ pub fn begin(vehicle: &dyn TrialVehicle, order: Order, sinks: Sinks) -> Result<U
         scenario: about.scenario.as_deref(),
         plan: &plan_text,
     };
-    let recorder = entered(&sinks.logbook, &new, &order.circumstances);
+    let circumstances = Circumstances {
+        firmware: taken.firmware().or(order.circumstances.firmware.clone()),
+        ..order.circumstances.clone()
+    };
+    let recorder = entered(&sinks.logbook, &new, &circumstances);
     let recorder = recorder.inspect_err(|_| {
         taken.hand_back();
     })?;

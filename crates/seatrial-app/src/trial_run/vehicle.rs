@@ -63,6 +63,11 @@ pub trait TakenVehicle: Vehicle<f64, Error = VehicleFault> {
     fn rows(&mut self) -> Option<Box<dyn RowWriter>> {
         None
     }
+
+    /// What its autopilot says that it runs.
+    fn firmware(&self) -> Option<String> {
+        None
+    }
 }
 
 /// What went wrong with a vehicle during its trial.
@@ -109,11 +114,12 @@ impl VehicleError {
     }
 }
 
-/// A vehicle with the function that hands it back and where it shows estimates.
+/// A vehicle with the function that hands it back, where it shows estimates, and what its autopilot says that it runs.
 pub fn taken<V>(
     vehicle: V,
     hand_back: impl FnMut(&mut V) -> Option<String> + 'static,
     rows: Option<Box<dyn RowWriter>>,
+    firmware: Option<String>,
 ) -> Box<dyn TakenVehicle>
 where
     V: Vehicle<f64> + 'static,
@@ -123,6 +129,7 @@ where
         vehicle,
         hand_back,
         rows,
+        firmware,
     })
 }
 
@@ -130,6 +137,7 @@ struct Taken<V, H> {
     vehicle: V,
     hand_back: H,
     rows: Option<Box<dyn RowWriter>>,
+    firmware: Option<String>,
 }
 
 impl<V: Vehicle<f64>, H> Vehicle<f64> for Taken<V, H>
@@ -175,6 +183,10 @@ where
 
     fn rows(&mut self) -> Option<Box<dyn RowWriter>> {
         self.rows.take()
+    }
+
+    fn firmware(&self) -> Option<String> {
+        self.firmware.clone()
     }
 }
 

@@ -1,19 +1,96 @@
 //! An autopilot behind MAVLink whose gains are tried.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
-use seatrial_app::commission::{GainedVehicle, Lost};
-use seatrial_core::{CascadeSettings, Sample, Vehicle};
+use seatrial_app::commission::{Control, GainedVehicle, GainsVehicle, Lost, Reached};
+use seatrial_app::trial_run::{Change, Preflight, VehicleError};
+use seatrial_core::{CascadeSettings, Plan, Sample, Vehicle};
 use seatrial_links::autopilot::{Backup, HeadingControl, Tended, cascade};
-use seatrial_links::handover::Change;
+use seatrial_links::handover;
 use seatrial_links::link::Transport;
 
 use super::named;
-use crate::autopilot::{hand_back_text, keep, left_over, line, refuse};
+use crate::autopilot::{
+    OnMavlink, for_trial, hand_back_text, keep, left_over, line, refuse, trial_change,
+};
 use crate::output::{Failure, say};
 
+impl GainsVehicle for OnMavlink {
+    fn reach(
+        &self,
+        plan: &Plan<f64>,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<Box<dyn Reached>, VehicleError> {
+        let files = Files::beside(&self.logbook);
+        files.refuse_left_over(&self.name)?;
+        let opened = self.link.open(&self.address, Some(plan), true, stop)?;
+        let full_rudder_rad = opened.full_rudder_rad();
+        // The link stays alive while somebody thinks and agrees.
+        let autopilot = Tended::new(opened);
+        let (found, control) = autopilot.autopilot().inspect_heading();
+        Ok(Box::new(ReachedAutopilot {
+            autopilot,
+            changes: found.changes.clone(),
+            preflight: for_trial(found),
+            control,
+            files,
+            full_rudder_rad,
+            sample_interval_s: plan.sample_interval_s,
+            name: self.name.clone(),
+        }))
+    }
+}
+
+/// An autopilot that was looked at.
+struct ReachedAutopilot {
+    autopilot: Tended<Transport>,
+    preflight: Preflight,
+    /// Until the hand-back.
+    changes: Vec<handover::Change>,
+    control: Option<HeadingControl>,
+    files: Files,
+    full_rudder_rad: f64,
+    sample_interval_s: f64,
+    name: String,
+}
+
+impl Reached for ReachedAutopilot {
+    fn preflight(&self) -> &Preflight {
+        &self.preflight
+    }
+
+    fn control(&self, surge_speed_m_s: Option<f64>) -> Option<Control> {
+        let control = self.control?;
+        Some(Control {
+            settings: control.settings,
+            loop_interval_s: control.loop_interval_s,
+            sample_interval_s: self.sample_interval_s,
+            output_scale: control.output_scale(surge_speed_m_s),
+        })
+    }
+
+    fn default_speed_m_s(&self) -> Option<f64> {
+        self.control?.default_speed_m_s
+    }
+
+    fn changes(&self, to: &CascadeSettings<f64>) -> Vec<Change> {
+        let from = self.control.map(|control| control.settings);
+        let changes = from.map(|from| cascade::differences(&from, to));
+        changes.into_iter().flatten().map(trial_change).collect()
+    }
+
+    fn take(self: Box<Self>) -> Result<Box<dyn GainedVehicle>, VehicleError> {
+        let Some(control) = self.control else {
+            return Err(VehicleError::refused("its steering gains were not read"));
+        };
+        Ok(Box::new(OnHeading::take(*self, control)?))
+    }
+}
+
 /// The files beside a logbook that hold what was changed.
-pub struct Files {
+struct Files {
     /// While the commission runs.
     restore: PathBuf,
     /// After it, where the new gains stay.
@@ -22,7 +99,7 @@ pub struct Files {
 
 impl Files {
     /// Beside this logbook.
-    pub fn beside(logbook: &Path) -> Self {
+    fn beside(logbook: &Path) -> Self {
         let free = (1..).map(|number| match number {
             1 => named(logbook, "old-gains.toml"),
             number => named(logbook, &format!("old-gains-{number}.toml")),
@@ -37,7 +114,7 @@ impl Files {
     }
 
     /// Refuses where something is left to be restored.
-    pub fn refuse_left_over(&self, vehicle: &str) -> Result<(), Failure> {
+    fn refuse_left_over(&self, vehicle: &str) -> Result<(), Failure> {
         let path = self.restore.display();
         match self.restore.exists() {
             true => Err(Failure::aborted(format!(
@@ -49,34 +126,31 @@ impl Files {
 }
 
 /// A vehicle that was taken in its heading mode.
-pub struct OnHeading {
+struct OnHeading {
     autopilot: Tended<Transport>,
     control: HeadingControl,
     /// What the autopilot has now.
     settings: CascadeSettings<f64>,
     files: Files,
     full_rudder_rad: f64,
+    name: String,
 }
 
 impl OnHeading {
     /// Takes it. Where that fails, it has been handed back.
-    pub fn take(
-        autopilot: Tended<Transport>,
-        changes: &[Change],
-        control: HeadingControl,
-        files: Files,
-        full_rudder_rad: f64,
-    ) -> Result<Self, Failure> {
-        let restore = files.restore.clone();
-        let checks = autopilot
+    fn take(reached: ReachedAutopilot, control: HeadingControl) -> Result<Self, Failure> {
+        let restore = reached.files.restore.clone();
+        let checks = reached
+            .autopilot
             .autopilot()
-            .take_heading(changes, &mut |backup| keep(&restore, backup));
+            .take_heading(&reached.changes, &mut |backup| keep(&restore, backup));
         let mut vehicle = Self {
-            autopilot,
+            autopilot: reached.autopilot,
             settings: control.settings,
             control,
-            files,
-            full_rudder_rad,
+            files: reached.files,
+            full_rudder_rad: reached.full_rudder_rad,
+            name: reached.name,
         };
         checks.iter().map(line).for_each(say);
         if let Err(failure) = refuse(&checks) {
@@ -148,15 +222,16 @@ impl GainedVehicle for OnHeading {
         };
         saved.map_err(|error| self.lost(error.to_string()))?;
         Ok(format!(
-            "seatrial vehicle restore {} --vehicle VEHICLE",
-            self.files.undo.display()
+            "seatrial vehicle restore {} --vehicle {}",
+            self.files.undo.display(),
+            self.name
         ))
     }
 
     fn hand_back(&mut self) -> Option<String> {
         let done = self.autopilot.autopilot().hand_back();
         say(hand_back_text(&done));
-        left_over(&done, &self.files.restore)
+        left_over(&done, &self.files.restore, &self.name)
     }
 }
 

@@ -192,6 +192,7 @@ impl Args {
             circumstances: Circumstances {
                 operator: self.operator.clone(),
                 place: self.place.clone(),
+                firmware: None,
             },
             realtime_factor: times_faster.or(self.realtime.then_some(1.0)),
             is_agreed: self.yes,
@@ -219,7 +220,7 @@ impl Args {
             return Ok(None);
         };
         let settings = self.access.settings(listen, &self.logbook)?;
-        let server = serve::start(&settings, Vec::new())?;
+        let server = serve::start(&settings, Vec::new(), Vec::new())?;
         let shown = server.attach(stop);
         let shown = shown.ok_or_else(|| Failure::internal("a new dashboard shows a trial"))?;
         say(format_args!("the dashboard is at {}", server.url()));
@@ -318,7 +319,7 @@ fn save_report(
             plan: Some(plan),
             ..About::default()
         };
-        let command = next::after_trial(campaign, number, &args.logbook);
+        let command = next::after_trial(campaign, number, &args.logbook, None);
         render(campaign, &about, &command)
     });
     std::fs::write(path, text).map_err(|error| {

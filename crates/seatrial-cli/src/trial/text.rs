@@ -6,7 +6,7 @@ use std::path::Path;
 use seatrial::campaign::{Campaign, Run};
 use seatrial_app::next;
 use seatrial_core::Outcome;
-use seatrial_logbook::CampaignId;
+use seatrial_logbook::{CampaignId, Logbook};
 
 use crate::identify::cause_text;
 use crate::screen::command;
@@ -48,14 +48,17 @@ pub(super) fn text(
     if let Some(table) = speed_table(&rows, width) {
         let _ = writeln!(text, "{table}");
     }
-    text += &cause_text(&verdict, width);
+    text += &cause_text(&verdict, "seatrial report shows them", width);
     let _ = writeln!(text, "Kept   {}", logbook.display());
     if let Some(report) = report {
         let _ = writeln!(text, "Report {}", report.display());
     }
+    let circumstances =
+        Logbook::open_read_only(logbook).and_then(|kept| kept.circumstances(number));
+    let firmware = circumstances.ok().and_then(|known| known.firmware);
     text + &command(
         "Next   ",
-        &next::after_trial(campaign, number, logbook),
+        &next::after_trial(campaign, number, logbook, firmware.as_deref()),
         width,
     )
 }

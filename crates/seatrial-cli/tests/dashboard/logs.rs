@@ -53,6 +53,48 @@ fn cli_a_log_is_read_and_a_large_one_is_not() {
     assert_eq!((status, &refused["code"]), (413, &json!("too_large")));
 }
 
+/// A Slocum log needs a list of sensors, which is sent before it: then the answer is that of the terminal.
+#[test]
+fn cli_a_slocum_log_is_answered_as_in_the_terminal() {
+    let Some(data) = seatrial_dev::data("native/slocum") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::start(folder.path(), &[]);
+    let name = "amadeus-2014-204-05-000.dbd";
+    let log = data.join(name);
+    let identify = || {
+        let path = format!("/logs/identify?name={name}");
+        let bytes = std::fs::read(&log).unwrap();
+        server.ask("POST", &path).bytes(bytes).send()
+    };
+    let (status, refused) = identify();
+    assert_eq!(status, 422, "{refused}");
+    let said = refused["message"].as_str().unwrap();
+    assert!(said.contains("choose it together with the log"), "{said}");
+    for list in std::fs::read_dir(data.join("cac")).unwrap() {
+        let list = list.unwrap();
+        let name = list.file_name().into_string().unwrap();
+        let bytes = std::fs::read(list.path()).unwrap();
+        let path = format!("/logs/sensor-list?name={name}");
+        assert_eq!(server.ask("POST", &path).bytes(bytes).send().0, 204);
+    }
+    let refused = server.ask("POST", "/logs/sensor-list?name=..%2Fa.cac");
+    assert_eq!(refused.bytes(b"x".to_vec()).send().0, 422);
+    let (status, found) = identify();
+    assert_eq!(status, 200, "{found}");
+    let terminal = program().args(["identify", "--json"]).arg(&log).output();
+    let terminal: serde_json::Value = serde_json::from_slice(&terminal.unwrap().stdout).unwrap();
+    assert_eq!(
+        found["document"]["verdict"]["outcome"],
+        terminal["verdict"]["outcome"]
+    );
+    assert_eq!(
+        found["document"]["verdict"]["reasons"][0]["code"],
+        terminal["verdict"]["reasons"][0]["code"]
+    );
+}
+
 /// As the command does with options: columns, units and the rudder's range.
 #[test]
 fn cli_a_log_with_names_of_its_own_is_read_as_told() {

@@ -1,6 +1,7 @@
 //! `seatrial serve` and `trial --serve` at the process boundary, over trials on the simulator.
 
 mod broken_off;
+mod commission;
 mod logs;
 mod mavlink;
 mod server;

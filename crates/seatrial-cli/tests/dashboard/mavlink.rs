@@ -11,14 +11,14 @@ use crate::kind;
 use crate::server::{PATIENCE, Server};
 
 /// Ended when dropped.
-struct Boat {
+pub struct Boat {
     process: Child,
-    address: String,
+    pub address: String,
 }
 
 impl Boat {
-    /// Five times as fast as a real one.
-    fn launch() -> Self {
+    /// So many times as fast as a real one.
+    pub fn launch(speed: &str) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let place = listener.local_addr().unwrap().to_string();
         drop(listener);
@@ -27,7 +27,7 @@ impl Boat {
                 "sim",
                 "mavlink",
                 "--speed",
-                "5",
+                speed,
                 "--seconds",
                 "600",
                 "--tcp",
@@ -58,7 +58,7 @@ impl Drop for Boat {
 
 #[test]
 fn cli_a_trial_on_an_autopilot_is_agreed_to_and_aborted_by_the_button() {
-    let boat = Boat::launch();
+    let boat = Boat::launch("5");
     let folder = tempfile::tempdir().unwrap();
     let options = ["--vehicle", &boat.address, "--full-rudder-deg", "14.9"];
     let server = Server::start(folder.path(), &options);

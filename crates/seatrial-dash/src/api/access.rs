@@ -69,6 +69,8 @@ pub struct VehicleForm {
     pub description: String,
     /// A simulator; anything else moves.
     pub is_simulated: bool,
+    /// Has an autopilot whose gains a commission can try.
+    pub has_gains: bool,
 }
 
 /// A command as the logbook keeps it.

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
-    Control, EnvelopeUse, EstimateNow, Health, Outcome, Progress, RunSummary, Stage, TrialState,
-    ValidationOverlay,
+    CommissionState, Control, EnvelopeUse, EstimateNow, Health, Outcome, Progress, RunSummary,
+    Stage, TrialState, ValidationOverlay,
 };
 
 /// The client's first message.
@@ -101,6 +101,11 @@ pub enum LiveEvent {
         /// Who has it now.
         control: Control,
     },
+    /// A commission begins, reports or ends.
+    Commission {
+        /// It.
+        commission: Box<CommissionState>,
+    },
     /// Once a second while a trial runs.
     Health {
         /// Link and clock.
@@ -136,6 +141,9 @@ pub struct Snapshot {
     pub control: Control,
     /// The trial that runs, or the last one.
     pub trial: Option<TrialState>,
+    /// The commission that runs, or the last one.
+    #[serde(default)]
+    pub commission: Option<CommissionState>,
     /// Samples of the present run; of a long one every n-th.
     pub samples: Vec<LiveSample>,
     /// Estimates of the present run; of a long one every n-th.

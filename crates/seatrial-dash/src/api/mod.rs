@@ -3,6 +3,7 @@
 //! All quantities are SI, angles radians; a missing thing is null. A name ends in its unit.
 
 mod access;
+mod commission;
 mod history;
 mod live;
 mod log;
@@ -12,6 +13,10 @@ mod status;
 mod trial;
 
 pub use access::{AuditEntry, Control, ErrorBody, Lease, Role, TakeControl, VehicleForm, Vehicles};
+pub use commission::{
+    CommissionEnd, CommissionOrder, CommissionPreview, CommissionSample, CommissionShown,
+    CommissionState, ExpectedSteps, MeasuredSteps, ProposedGains,
+};
 pub use history::{
     CampaignDetail, CampaignSummary, Comparison, Difference, OperatingPoint, ReviewOrder, Schedule,
     SchedulePoint, State, ThrustComparison, WhatChanged,

@@ -84,7 +84,7 @@ pub struct Check {
 }
 
 /// A parameter of the autopilot that is other during the trial.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
 pub struct Change {
     /// The parameter.
     pub name: String,

@@ -12,8 +12,8 @@ use super::tap::{Moment, Report, Start};
 use super::thinned::Thinned;
 use super::{HEARTBEAT_EVERY, Message, SAMPLES_EVERY, text};
 use crate::api::{
-    Control, Envelope, EnvelopeUse, EstimateNow, Figure, Health, LiveEvent, LiveMessage,
-    LiveSample, Progress, Snapshot, Stage, StreamSettings, TrialState,
+    CommissionState, Control, Envelope, EnvelopeUse, EstimateNow, Figure, Health, LiveEvent,
+    LiveMessage, LiveSample, Progress, Snapshot, Stage, StreamSettings, TrialState,
 };
 use crate::convert::{name_of, now, run_summary, validation_of};
 
@@ -34,6 +34,7 @@ pub struct Picture {
     recent_bytes: usize,
     control: Control,
     trial: Option<TrialState>,
+    commission: Option<CommissionState>,
     envelope: Option<Envelope>,
     threshold: f64,
     intervals: Option<[[f64; 2]; 3]>,
@@ -71,6 +72,7 @@ impl Picture {
                 is_you: false,
             },
             trial: None,
+            commission: None,
             envelope: None,
             threshold: 0.0,
             intervals: None,
@@ -131,6 +133,7 @@ impl Picture {
             now: now(),
             control: self.control.clone(),
             trial: self.trial.clone(),
+            commission: self.commission.clone(),
             samples: self.samples.kept.clone(),
             estimates: self.estimates.kept.clone(),
             track_m: self.track_m.kept.clone(),
@@ -185,6 +188,10 @@ impl Picture {
                     trial.warnings.clone_from(&warnings);
                 }
                 self.publish(LiveEvent::TrialEnded { outcome, warnings });
+            }
+            Report::Commission(commission) => {
+                self.commission = Some((*commission).clone());
+                self.publish(LiveEvent::Commission { commission });
             }
             Report::Control(control) => {
                 self.control = control.clone();

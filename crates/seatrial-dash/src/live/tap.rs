@@ -12,7 +12,7 @@ use seatrial_app::conduct::Watch;
 use seatrial_core::progress::Status;
 use seatrial_core::{Plan, Sample, Trial, YawModel};
 
-use crate::api::{Control, Outcome, TrialState};
+use crate::api::{CommissionState, Control, Outcome, TrialState};
 
 /// At most so many steps wait for the publisher; later ones are not shown.
 const MOST_WAITING: u64 = 16_384;
@@ -35,6 +35,7 @@ pub enum Report {
         warnings: Vec<String>,
     },
     Control(Control),
+    Commission(Box<CommissionState>),
 }
 
 pub struct Start {
@@ -90,6 +91,10 @@ impl Tap {
 
     pub(crate) fn control(&self, control: Control) {
         self.send(Report::Control(control));
+    }
+
+    pub(crate) fn commission(&self, commission: CommissionState) {
+        self.send(Report::Commission(Box::new(commission)));
     }
 
     fn send(&self, report: Report) {

@@ -1,6 +1,7 @@
 //! Bodies, queries and paths whose faults are refusals like all others.
 
 use std::io::Write;
+use std::sync::Arc;
 
 use axum::extract::rejection::{JsonRejection, PathRejection, QueryRejection};
 use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
@@ -10,7 +11,7 @@ use http_body_util::{BodyExt, LengthLimitError};
 use tempfile::NamedTempFile;
 
 use crate::refusal::Refusal;
-use crate::shared::{Caller, must_be_operator};
+use crate::shared::{Caller, Shared, must_be_operator};
 
 /// A JSON body.
 #[derive(FromRequest)]
@@ -20,14 +21,14 @@ pub struct Body<T>(pub T);
 /// A body of bytes in a file, which is removed with this.
 pub struct Upload(pub NamedTempFile);
 
-impl<S: Sync> FromRequest<S> for Upload {
+impl FromRequest<Arc<Shared>> for Upload {
     type Rejection = Refusal;
 
-    /// Only operators may upload, and a viewer's log is not even read.
-    async fn from_request(request: Request, _: &S) -> Result<Self, Refusal> {
+    /// Only operators may upload, and a viewer's log is not even read. The file lies where the lists of sensors are.
+    async fn from_request(request: Request, shared: &Arc<Shared>) -> Result<Self, Refusal> {
         let caller = request.extensions().get::<Caller>();
         must_be_operator(caller.ok_or_else(|| Refusal::internal("a bug: who asks is not known"))?)?;
-        let mut file = NamedTempFile::new().map_err(Refusal::internal)?;
+        let mut file = NamedTempFile::new_in(shared.uploads.path()).map_err(Refusal::internal)?;
         let mut body = request.into_limited_body();
         while let Some(frame) = body.frame().await {
             let frame = frame.map_err(|error| {

@@ -6,10 +6,12 @@ use axum::Json;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 
+use axum::http::StatusCode;
+
 use super::asked::{Asked, Upload};
 use super::blocking;
 use crate::api::{ErrorBody, IdentifiedLog, InspectedLog, LogColumns, LogReading};
-use crate::logs::{self, identified, inspected};
+use crate::logs::{self, identified, inspected, keep_sensor_list};
 use crate::refusal::Refusal;
 use crate::shared::Shared;
 
@@ -52,4 +54,18 @@ pub async fn columns(
     let answer =
         move |_: &Arc<Shared>| Ok(Json(logs::columns(log.path(), &reading)?).into_response());
     blocking(shared, answer).await
+}
+
+/// Keeps a list of sensors (.cac), which logs of Slocum gliders need beside them, until the server ends.
+#[utoipa::path(post, path = "/api/v1/logs/sensor-list", tag = "logs", params(LogReading),
+    request_body(content = Vec<u8>, content_type = "application/octet-stream", description = "The list, by its name in `name`"),
+    responses((status = 204, description = "Kept"), (status = "4XX", description = "Refused", body = ErrorBody)))]
+pub async fn sensor_list(
+    State(shared): State<Arc<Shared>>,
+    Asked(reading): Asked<LogReading>,
+    Upload(list): Upload,
+) -> Result<StatusCode, Refusal> {
+    let kept = move |shared: &Arc<Shared>| keep_sensor_list(shared.uploads.path(), list, &reading);
+    blocking(shared, kept).await?;
+    Ok(StatusCode::NO_CONTENT)
 }

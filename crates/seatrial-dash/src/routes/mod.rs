@@ -1,6 +1,7 @@
 //! The routes, and the OpenAPI document made from them.
 
 mod asked;
+mod commission;
 mod control;
 mod history;
 mod logs;
@@ -59,6 +60,9 @@ and send its lease in the header `seatrial-lease`; aborting a trial needs none."
         trial::abort,
         trial::repeat,
         trial::go_on,
+        commission::preview_commission,
+        commission::start_commission,
+        commission::commission_state,
         history::campaigns,
         history::campaign,
         history::review,
@@ -73,6 +77,7 @@ and send its lease in the header `seatrial-lease`; aborting a trial needs none."
         logs::identify,
         logs::inspect,
         logs::columns,
+        logs::sensor_list,
     ),
     components(schemas(api::Hello, api::LiveMessage))
 )]
@@ -92,6 +97,7 @@ pub fn router(shared: Arc<Shared>, upload_limit: usize) -> Router {
         .route("/logs/identify", post(logs::identify))
         .route("/logs/inspect", post(logs::inspect))
         .route("/logs/columns", post(logs::columns))
+        .route("/logs/sensor-list", post(logs::sensor_list))
         .layer(DefaultBodyLimit::max(upload_limit));
     let api = Router::new()
         .route("/status", get(control::status))
@@ -107,6 +113,11 @@ pub fn router(shared: Arc<Shared>, upload_limit: usize) -> Router {
         .route("/trial/abort", post(trial::abort))
         .route("/trial/repeat", post(trial::repeat))
         .route("/trial/go-on", post(trial::go_on))
+        .route(
+            "/commission",
+            get(commission::commission_state).post(commission::start_commission),
+        )
+        .route("/commission/preview", post(commission::preview_commission))
         .route("/campaigns", get(history::campaigns))
         .route("/campaigns/{id}", get(history::campaign))
         .route("/campaigns/{id}/runs/{run}/review", post(history::review))

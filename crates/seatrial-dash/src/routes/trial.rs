@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use axum::extract::State;
 use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
 use axum::{Extension, Json};
 use seatrial_core::Plan;
 use serde::Serialize;
@@ -30,6 +31,7 @@ pub async fn vehicles(State(shared): State<Arc<Shared>>) -> Json<Vehicles> {
         name: vehicle.name().into(),
         description: vehicle.description().into(),
         is_simulated: vehicle.is_simulated(),
+        has_gains: shared.autopilot(vehicle.name()).is_ok(),
     });
     Json(Vehicles {
         vehicles: vehicles.collect(),
@@ -125,14 +127,17 @@ pub async fn go_on(
 /// How long the answer to an abort waits for its entry in the audit trail.
 const ENTERED_WITHIN: Duration = Duration::from_millis(50);
 
-/// Aborts the trial: neutral rudder, heading hold, the vehicle handed back. Every operator may, with control or without.
+/// Aborts the trial: neutral rudder, heading hold, the vehicle handed back. A commission ends with the old gains. Every operator may,
+/// with control or without.
 #[utoipa::path(post, path = "/api/v1/trial/abort", tag = "trial",
     responses((status = 202, description = "Asked for; the live stream tells the end", body = TrialState),
+        (status = 204, description = "A commission is asked to end; the live stream tells how"),
         (status = "4XX", description = "Refused", body = ErrorBody)))]
 pub async fn abort(
     State(shared): State<Arc<Shared>>,
     Extension(caller): Extension<Caller>,
-) -> Result<(StatusCode, Json<TrialState>), Refusal> {
+) -> Result<Response, Refusal> {
+    let is_commission = shared.slot.is_commission();
     let result = must_be_operator(&caller).and_then(|()| shared.stop_trial());
     let entered = tokio::task::spawn_blocking({
         let (shared, result) = (Arc::clone(&shared), result.clone());
@@ -141,6 +146,9 @@ pub async fn abort(
     // A busy disk enters it later.
     let _ = timeout(ENTERED_WITHIN, entered).await;
     let campaign = result?;
+    if is_commission {
+        return Ok(StatusCode::NO_CONTENT.into_response());
+    }
     let (trial, _) = shared.live.trial();
     let begun = trial.filter(|trial| Some(trial.campaign) == campaign);
     let begun = begun.ok_or_else(|| {
@@ -149,7 +157,7 @@ pub async fn abort(
             "the vehicle was still being taken; it is given back",
         )
     })?;
-    Ok((StatusCode::ACCEPTED, Json(begun)))
+    Ok((StatusCode::ACCEPTED, Json(begun)).into_response())
 }
 
 fn enter_abort(shared: &Shared, caller: &Caller, result: &Result<Option<i64>, Refusal>) {

@@ -246,6 +246,11 @@ impl<W: Wire> Autopilot<W> {
         &mut self.wire
     }
 
+    /// What the autopilot says that it runs, by its kind.
+    pub fn firmware(&self) -> String {
+        self.profile().name().to_owned()
+    }
+
     fn profile(&self) -> Profile {
         self.settings.profile.unwrap_or_else(|| {
             let heartbeat = self.heard.heartbeat.as_ref();

@@ -1,0 +1,65 @@
+//! Commissions: preview, start, state. The abort is that of a trial.
+
+use std::sync::Arc;
+
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::{Extension, Json};
+use serde::Deserialize;
+use utoipa::IntoParams;
+
+use super::asked::{Asked, Body};
+use super::blocking;
+use crate::api::{CommissionOrder, CommissionPreview, CommissionShown, CommissionState, ErrorBody};
+use crate::commission;
+use crate::refusal::Refusal;
+use crate::shared::{Caller, Shared, must_be_operator};
+
+/// What a commission would do: the autopilot's own gains beside those proposed. Looks at the vehicle without touching its controls.
+#[utoipa::path(post, path = "/api/v1/commission/preview", tag = "commission", request_body = CommissionOrder,
+    responses((status = 200, body = CommissionPreview), (status = "4XX", description = "Refused", body = ErrorBody)))]
+pub async fn preview_commission(
+    State(shared): State<Arc<Shared>>,
+    Extension(caller): Extension<Caller>,
+    Body(order): Body<CommissionOrder>,
+) -> Result<Json<CommissionPreview>, Refusal> {
+    must_be_operator(&caller)?;
+    let preview = blocking(shared, move |shared| commission::preview(shared, &order));
+    Ok(Json(preview.await?))
+}
+
+/// Starts a commission: gains are written, tried by heading steps, and stay only where they do no worse than those before.
+#[utoipa::path(post, path = "/api/v1/commission", tag = "commission", request_body = CommissionOrder,
+    params(("seatrial-lease" = Option<String>, Header, description = "The lease of control")),
+    responses((status = 201, body = CommissionState), (status = "4XX", description = "Refused", body = ErrorBody)))]
+pub async fn start_commission(
+    State(shared): State<Arc<Shared>>,
+    Extension(caller): Extension<Caller>,
+    Body(order): Body<CommissionOrder>,
+) -> Result<(StatusCode, Json<CommissionState>), Refusal> {
+    let started = blocking(shared, move |shared| {
+        shared.command(&caller, "commission", &order, |_| {
+            commission::start(shared, order.clone())
+        })
+    });
+    Ok((StatusCode::CREATED, Json(started.await?)))
+}
+
+/// Which samples.
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub struct From {
+    /// The first sample that is wanted, from 0 [default: 0].
+    #[param(minimum = 0)]
+    after: Option<u64>,
+}
+
+/// The commission that runs, or the last one, and its samples.
+#[utoipa::path(get, path = "/api/v1/commission", tag = "commission", params(From),
+    responses((status = 200, body = CommissionShown), (status = "4XX", description = "Refused", body = ErrorBody)))]
+pub async fn commission_state(
+    State(shared): State<Arc<Shared>>,
+    Asked(asked): Asked<From>,
+) -> Json<CommissionShown> {
+    Json(shared.commission.since(asked.after.unwrap_or(0)))
+}

@@ -1,0 +1,469 @@
+//! Gains into an autopilot: those that it has beside those proposed, heading steps as they are made, and what came of it.
+
+import {
+  type CampaignSummary,
+  campaigns,
+  commissionSince,
+  type CommissionOrder,
+  type CommissionPreview,
+  type CommissionState,
+  type ExpectedSteps,
+  type MeasuredSteps,
+  previewCommission,
+  startCommission,
+  vehicles,
+} from "../api/client.ts";
+import type { Live } from "../api/live.ts";
+import { Strip } from "../charts/strip.ts";
+import { element, fill, say } from "../element.ts";
+import { Complaints } from "../notice.ts";
+import type { View } from "../shell.ts";
+import { clock, onUnits, shown, significant } from "../units.ts";
+import { sentence, type Tone } from "../words.ts";
+import { checklist } from "./checks.ts";
+
+const ASK_EVERY_MS = 250;
+const MOST_POINTS = 6000;
+
+const ENDS: Record<NonNullable<CommissionState["ended"]>, readonly [tone: Tone, words: string]> = {
+  kept: ["good", "✓ The new gains stay"],
+  put_back: ["partly", "! The old gains are back"],
+  refused: ["partly", "! Nothing was written"],
+  aborted: ["bad", "✗ Stopped: the old gains are back"],
+};
+
+/** `#/commission`, `#/commission/3` with the models of campaign 3. */
+export function openCommission(live: Live): View {
+  const complaints = new Complaints();
+  const shownNow = steps();
+  const form = orderForm(live, complaints);
+  let seen = "";
+  const ordering = element("div", { class: "panels two spaced" }, form.root, form.proposal);
+  const draw = (): void => {
+    form.draw();
+    const { commission } = live;
+    ordering.hidden = commission?.running === true;
+    // Another commission, or another end of it: the samples are asked for again.
+    const key = JSON.stringify([commission?.started, commission?.running]);
+    if (key === seen) return;
+    seen = key;
+    if (commission !== null) shownNow.follow(commission);
+  };
+  const unwatch = live.watch(draw);
+  draw();
+  return {
+    root: element("div", {}, complaints.root, shownNow.root, ordering),
+    drop: () => {
+      unwatch();
+      form.drop();
+      shownNow.drop();
+    },
+  };
+}
+
+interface OrderForm {
+  readonly root: HTMLElement;
+  readonly proposal: HTMLElement;
+  draw(): void;
+  drop(): void;
+}
+
+function orderForm(live: Live, complaints: Complaints): OrderForm {
+  const vehicle = element("select", { required: true });
+  const campaign = element("select", { required: true });
+  const step = element("input", { type: "number", min: 5, max: 90, value: 30, required: true });
+  const speed = element("input", { type: "number", min: 0, step: "any", placeholder: "the autopilot's own" });
+  const rehearsal = element("input", { type: "checkbox" });
+  const agreed = element("input", { type: "checkbox" });
+  const why = element("p", { class: "hint", role: "status" });
+  const none = element(
+    "p",
+    { class: "notice partly", hidden: true },
+    "This server has no autopilot. Start it with one: seatrial serve --vehicle mavlink:udp:0.0.0.0:14550",
+  );
+  const noCampaign = element(
+    "p",
+    { class: "notice partly", hidden: true },
+    "No trial has given a usable model yet. Run one first.",
+  );
+  const look = element("button", { type: "button", onclick: () => void preview() }, "Look at the autopilot");
+  const start = element("button", { class: "main", type: "submit", disabled: true }, "Start the heading steps");
+  const proposal = element("section", { class: "panel stack", "aria-label": "Gains now and proposed" });
+  let known: CampaignSummary[] = [];
+  let found: CommissionPreview | null = null;
+  let busy = false;
+
+  const order = (): CommissionOrder => ({
+    vehicle: vehicle.value,
+    campaign: Number(campaign.value),
+    at_speed_m_s: Number.isFinite(speed.valueAsNumber) ? speed.valueAsNumber : null,
+    step_rad: (step.valueAsNumber * Math.PI) / 180,
+    rehearsal: rehearsal.checked,
+  });
+  const forget = (): void => {
+    found = null;
+    agreed.checked = false;
+    fill(
+      proposal,
+      element("h2", {}, "Gains now and proposed"),
+      element("p", {}, "Look at the autopilot first. It is not touched."),
+    );
+    draw();
+  };
+  const preview = async (): Promise<void> => {
+    if (!root.reportValidity()) return;
+    busy = true;
+    fill(
+      proposal,
+      element("h2", {}, "Gains now and proposed"),
+      element("p", {}, "Looking at the autopilot. This takes up to 20 s."),
+    );
+    draw();
+    const answer = await complaints.hear(() => previewCommission(order()));
+    busy = false;
+    if (answer === null) forget();
+    else {
+      found = answer;
+      drawProposal(proposal, answer);
+    }
+    draw();
+  };
+  const begin = async (event: Event): Promise<void> => {
+    event.preventDefault();
+    busy = true;
+    say(why, "The vehicle is being taken …");
+    draw();
+    const started = await complaints.hear(() =>
+      startCommission({ ...order(), proposal: found?.proposed?.proposal ?? null, agreed: agreed.checked }),
+    );
+    busy = false;
+    if (started !== null) {
+      forget();
+      scrollTo(0, 0);
+    }
+    draw();
+  };
+  for (const field of [vehicle, campaign, step, speed, rehearsal]) field.addEventListener("change", forget);
+  agreed.addEventListener("change", () => draw());
+  const root = element(
+    "form",
+    { class: "panel stack", onsubmit: (event: Event) => void begin(event) },
+    element("h2", {}, "Gains into the autopilot"),
+    element(
+      "p",
+      {},
+      "The boat makes heading steps with its present gains, then with the new ones. New gains stay only where they do no worse. Whatever else happens, the old ones are put back.",
+    ),
+    none,
+    noCampaign,
+    element("label", { class: "field" }, "Autopilot", vehicle),
+    element("label", { class: "field" }, "Models of the trial", campaign),
+    element(
+      "div",
+      { class: "fields" },
+      element("label", { class: "field" }, "Size of a step, °", step),
+      element("label", { class: "field" }, "Speed of the model, m/s", speed),
+    ),
+    element("label", { class: "choice" }, rehearsal, "Take the models of a rehearsal, too"),
+    element("div", { class: "row" }, look),
+    element("label", { class: "choice" }, agreed, "The boat may move, and its gains may be changed"),
+    why,
+    element("div", { class: "row" }, start),
+  );
+  const obstacle = (): string => {
+    if (live.trial?.running === true) return "A trial is running.";
+    if (live.commission?.running === true) return "A commission is running.";
+    if (live.control?.is_you !== true) return "Take control first, under Control.";
+    if (found === null) return "Look at the autopilot first.";
+    if (!found.ready) return "The autopilot is not ready: see what is marked.";
+    return agreed.checked ? "" : "Agree that the boat moves.";
+  };
+  const draw = (): void => {
+    look.disabled = busy || live.commission?.running === true;
+    if (!busy) say(why, obstacle());
+    start.disabled = busy || obstacle() !== "";
+  };
+  const list = async (): Promise<void> => {
+    const answer = await complaints.hear(vehicles);
+    const all = await complaints.hear(campaigns);
+    if (answer === null || all === null) return;
+    const autopilots = answer.vehicles.filter((one) => one.has_gains);
+    none.hidden = autopilots.length > 0;
+    fill(vehicle, ...autopilots.map((one) => element("option", { value: one.name }, one.name)));
+    known = all.filter((one) => one.runs_accepted > 0).reverse();
+    noCampaign.hidden = known.length > 0;
+    fill(
+      campaign,
+      ...known.map((one) =>
+        element(
+          "option",
+          { value: one.id },
+          `No. ${one.id}, ${one.vehicle}, ${one.configuration}, ${one.started.slice(0, 10)}`,
+        ),
+      ),
+    );
+    const wish = Number(location.hash.split("/")[2]);
+    const wished = known.find((one) => one.id === wish) ?? known.find((one) => one.vehicle === vehicle.value);
+    if (wished !== undefined) {
+      campaign.value = String(wished.id);
+      if (autopilots.some((one) => one.name === wished.vehicle)) vehicle.value = wished.vehicle;
+    }
+    draw();
+  };
+  forget();
+  void list();
+  const forgetUnits = onUnits(() => found !== null && drawProposal(proposal, found));
+  return { root, proposal, draw, drop: forgetUnits };
+}
+
+function drawProposal(place: HTMLElement, found: CommissionPreview): void {
+  const { proposed } = found;
+  const failed = found.checks.filter((check) => !check.passed);
+  fill(
+    place,
+    element("h2", {}, "Gains now and proposed"),
+    element(
+      "p",
+      {},
+      element("span", { class: `badge ${found.ready ? "good" : "bad"}` }, found.ready ? "✓ ready" : "✗ not ready"),
+    ),
+    failed.length === 0 ? null : checklist(failed),
+    found.refused ? element("p", { class: "notice bad" }, sentence(found.refused)) : null,
+    proposed ? gainsTable(proposed.parameters) : null,
+    proposed ? expectations(proposed.old_expected, proposed.new_expected) : null,
+    proposed
+      ? element(
+          "p",
+          {},
+          `The steps take about ${clock(proposed.duration_s)} min${proposed.surge_speed_m_s ? ` at ${shown(proposed.surge_speed_m_s, "speed")}` : ""}${proposed.distance_m ? `: ${shown(proposed.distance_m, "distance")} of free water ahead` : ""}.`,
+        )
+      : null,
+    found.changes.length === 0
+      ? null
+      : element(
+          "details",
+          {},
+          element("summary", {}, "Changed until the boat is handed back"),
+          element(
+            "ul",
+            {},
+            ...found.changes.map((change) =>
+              element(
+                "li",
+                {},
+                `${change.name}: ${significant(change.from)} → ${significant(change.to)}, ${change.why}`,
+              ),
+            ),
+          ),
+        ),
+    failed.length > 0
+      ? null
+      : element("details", {}, element("summary", {}, `${found.checks.length} checks passed`), checklist(found.checks)),
+  );
+}
+
+function gainsTable(parameters: CommissionState["proposed"]["parameters"]): HTMLElement {
+  const heads = ["parameter", "before", "new", "why"].map((name, at) =>
+    element("th", { scope: "col", class: at === 0 || at === 3 ? "words" : "" }, name),
+  );
+  const rows = parameters.map((one) =>
+    element(
+      "tr",
+      {},
+      element("th", { scope: "row", class: "words" }, one.name),
+      element("td", {}, significant(one.from)),
+      element("td", { class: "strong" }, significant(one.to)),
+      element("td", { class: "words" }, one.why),
+    ),
+  );
+  return element(
+    "div",
+    { class: "table-box", tabindex: 0, role: "region", "aria-label": "Steering parameters" },
+    element("table", {}, element("thead", {}, element("tr", {}, ...heads)), element("tbody", {}, ...rows)),
+  );
+}
+
+const range = ([low = NaN, high = NaN]: readonly number[], digits = 2): string =>
+  `${significant(low, digits)} to ${significant(high, digits)}`;
+
+const percents = (bounds: readonly number[]): string =>
+  `${bounds.map((bound) => Math.round(100 * bound)).join(" to ")}\u00a0%`;
+
+function expectations(before: ExpectedSteps, after: ExpectedSteps): HTMLElement {
+  const row = (name: string, cells: readonly [string, string]): HTMLElement =>
+    element(
+      "tr",
+      {},
+      element("th", { scope: "row", class: "words" }, name),
+      ...cells.map((cell) => element("td", {}, cell)),
+    );
+  return compared(
+    "What the model expects",
+    ["present gains", "new gains"],
+    [
+      row("overshoot", [percents(before.overshoot), percents(after.overshoot)]),
+      row("settles in, s", [range(before.settling_s), range(after.settling_s)]),
+      row("rudder, % of full a second", [percents(before.rudder_per_s), percents(after.rudder_per_s)]),
+    ],
+  );
+}
+
+function measurements(before: MeasuredSteps | null, after: MeasuredSteps | null): HTMLElement | null {
+  if (before === null) return null;
+  const row = (name: string, of: (one: MeasuredSteps) => string): HTMLElement =>
+    element(
+      "tr",
+      {},
+      element("th", { scope: "row", class: "words" }, name),
+      ...[before, after].map((one) => element("td", {}, one === null ? "–" : of(one))),
+    );
+  return compared(
+    "What the steps were",
+    ["old gains", "new gains"],
+    [
+      row("overshoot", (one) => `${Math.round(100 * one.overshoot)}\u00a0%`),
+      row("settles in, s", (one) => (one.settling_s == null ? "not" : significant(one.settling_s, 2))),
+      row("error at the end", (one) => shown(one.steady_error_rad, "angle", 2)),
+      row("rudder, % of full a second", (one) => `${Math.round(100 * one.rudder_per_s)}\u00a0%`),
+    ],
+  );
+}
+
+function compared(title: string, heads: readonly string[], rows: readonly HTMLElement[]): HTMLElement {
+  return element(
+    "div",
+    { class: "table-box", tabindex: 0, role: "region", "aria-label": title },
+    element(
+      "table",
+      {},
+      element("caption", {}, title),
+      element(
+        "thead",
+        {},
+        element("tr", {}, element("td", {}), ...heads.map((head) => element("th", { scope: "col" }, head))),
+      ),
+      element("tbody", {}, ...rows),
+    ),
+  );
+}
+
+/** The steps as they are made, and their end. */
+function steps(): { readonly root: HTMLElement; follow(commission: CommissionState): void; drop(): void } {
+  const heading = new Strip({
+    title: "Heading",
+    quantity: "angle",
+    isTall: true,
+    isSteady: true,
+    leastSpan: 0.5,
+    curves: [
+      { name: "measured", ink: "a" },
+      { name: "asked for", ink: "b", dash: "dashed" },
+    ],
+  });
+  const rudder = new Strip({
+    title: "Rudder, share of full",
+    quantity: "share",
+    isSteady: true,
+    leastSpan: 0.5,
+    curves: [{ name: "", ink: "c" }],
+  });
+  const words = element("div", {});
+  const said = element("ul", { class: "told", "aria-label": "What was done" });
+  const measured = element("div", {});
+  const charts = element(
+    "section",
+    { class: "panel stack" },
+    element("h2", {}, "Heading steps"),
+    heading.figure,
+    rudder.figure,
+  );
+  const told = element("section", { class: "panel stack" }, element("h2", {}, "What was done"), said, measured);
+  const root = element("div", { hidden: true }, words, element("div", { class: "panels two spaced" }, charts, told));
+  const seconds: number[] = [];
+  const columns: [(number | null)[], (number | null)[], (number | null)[]] = [[], [], []];
+  let next = 0;
+  let timer = 0;
+  let turned = 0;
+  let dropped = false;
+  let last: number | null = null;
+
+  /** Without the jump from one turn to the next. */
+  const unwrapped = (angle: number | null | undefined, near: number | null): number | null => {
+    if (angle === null || angle === undefined) return null;
+    return near === null ? angle : angle + 2 * Math.PI * Math.round((near - angle) / (2 * Math.PI));
+  };
+  let asking = false;
+  const ask = async (): Promise<void> => {
+    clearTimeout(timer);
+    if (asking) return;
+    asking = true;
+    const found = await commissionSince(next).catch(() => null);
+    asking = false;
+    if (dropped) return;
+    const commission = found?.commission ?? null;
+    if (found !== null && commission !== null) {
+      for (const sample of found.samples) {
+        last = unwrapped(sample.heading_rad, last) ?? last;
+        turned += 1;
+        if (seconds.length >= MOST_POINTS && turned % 2 === 0) continue;
+        seconds.push(sample.time_s);
+        columns[0].push(sample.heading_rad == null ? null : last);
+        columns[1].push(unwrapped(sample.wanted_rad, last));
+        columns[2].push(sample.rudder ?? null);
+      }
+      next = found.next;
+      const [first = 0] = seconds;
+      const since = seconds.map((at) => at - first);
+      heading.set(since, [columns[0], columns[1]]);
+      rudder.set(since, [columns[2]]);
+      tell(commission);
+      if (!commission.running && found.samples.length === 0) return;
+    }
+    timer = window.setTimeout(() => void ask(), ASK_EVERY_MS);
+  };
+  const tell = (commission: CommissionState): void => {
+    const [tone, loud] = commission.ended
+      ? ENDS[commission.ended]
+      : (["plain", "Heading steps are being made. The red button puts the old gains back."] as const);
+    const isWarned = commission.needs_restoring;
+    fill(
+      words,
+      element(
+        "section",
+        { class: `notice ${isWarned ? "bad" : tone}`, "aria-label": "What came of it", role: "status" },
+        element("p", { class: "loud" }, loud),
+        commission.line ? element("p", {}, sentence(commission.line.replace(/ To undo: .*/, ""))) : null,
+        commission.undo ? element("p", {}, "To put the old gains back, in a terminal:") : null,
+        commission.undo ? element("pre", { tabindex: 0 }, commission.undo) : null,
+      ),
+    );
+    fill(said, ...commission.told.map((text) => element("li", {}, sentence(text))));
+    fill(
+      measured,
+      measurements(commission.old ?? null, commission.new ?? null),
+      element("h3", {}, "Gains before and new"),
+      gainsTable(commission.proposed.parameters),
+    );
+    heading.describe(`Heading and the heading asked for over ${commission.told.length} stages of the steps.`);
+  };
+  return {
+    root,
+    follow: (commission) => {
+      root.hidden = false;
+      if (commission.running) {
+        next = 0;
+        seconds.length = 0;
+        for (const column of columns) column.length = 0;
+        last = null;
+      }
+      tell(commission);
+      void ask();
+    },
+    drop: () => {
+      dropped = true;
+      clearTimeout(timer);
+      heading.drop();
+      rudder.drop();
+    },
+  };
+}
