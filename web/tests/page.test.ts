@@ -316,7 +316,7 @@ test("the keyboard alone reaches every view", async () => {
   await page.reload();
   await page.keyboard.press("Tab");
   assert.equal(await page.evaluate(() => document.activeElement?.textContent), "Skip to the view");
-  for (const view of ["Live", "Control", "History"]) {
+  for (const view of ["Live", "Control", "Gains", "History"]) {
     await page.keyboard.press("Tab");
     assert.equal(await page.evaluate(() => document.activeElement?.textContent), view);
   }
