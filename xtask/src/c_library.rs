@@ -89,6 +89,8 @@ pub fn check(vectors: &str) -> Checked {
         }
         found_its_vehicle(&output(&mut Command::new(&trial))?)?;
     }
+    does_not_link_for_other_numbers(&archive)?;
+    sanitized(&tables, &archive)?;
     for (width, precision) in [&SINGLE, &DOUBLE].into_iter().enumerate() {
         let library = build_for_m4f(precision)?;
         for (program, prefixes, limits) in PROGRAMS {
@@ -113,6 +115,45 @@ pub fn check(vectors: &str) -> Checked {
         found_its_vehicle(&run_on(&BOARDS[0], &trial, &plain)?)?;
     }
     Ok(())
+}
+
+/// A program that was compiled for `float` must not link with the library of `double`: its structures are of other sizes.
+fn does_not_link_for_other_numbers(double: &[String]) -> Checked {
+    let program = root().join("target/firmware/loop_20hz-mixed");
+    let mut gcc = compiler("gcc", "loop_20hz", &program);
+    gcc.args(SINGLE.defines).args(double).args(HOST_LIBRARIES);
+    let output = gcc.output().map_err(|error| error.to_string())?;
+    let told = String::from_utf8_lossy(&output.stderr);
+    if !output.status.success() && told.contains("seatrial_trial_new_abi1_single") {
+        eprintln!("C: a program for float does not link with the library of double");
+        return Ok(());
+    }
+    Err(format!(
+        "a program for float links with the library of double, or fails for another reason:\n{told}"
+    ))
+}
+
+/// The examples once more, with every access to memory and every undefined operation of the C code checked.
+fn sanitized(tables: &[(String, String, PathBuf)], archive: &[String]) -> Checked {
+    let program = |example: &str| {
+        let program = root().join(format!("target/firmware/{example}-sanitized"));
+        let mut gcc = compiler("gcc", example, &program);
+        gcc.args([
+            "-g",
+            "-fsanitize=address,undefined",
+            "-fno-sanitize-recover=all",
+        ]);
+        gcc.args(archive).args(HOST_LIBRARIES);
+        compiled(gcc, program)
+    };
+    let (parity, trial) = (program("parity")?, program("loop_20hz")?);
+    for (table, file) in of_precision(tables, &DOUBLE) {
+        report(
+            "sanitized",
+            &output(Command::new(&parity).arg(table).arg(file))?,
+        );
+    }
+    found_its_vehicle(&output(&mut Command::new(&trial))?)
 }
 
 /// One file for every table and type that C computes: name of the table, name of the type, file.

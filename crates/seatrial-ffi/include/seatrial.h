@@ -7,10 +7,49 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* Functions by which a program enters the library have names that say which library: this header, and with or without
+ * SEATRIAL_SINGLE, links with its own library only. */
+#if defined(SEATRIAL_SINGLE)
+#define SEATRIAL_OF_THIS_LIBRARY(name) name##_abi1_single
+#else
+#define SEATRIAL_OF_THIS_LIBRARY(name) name##_abi1_double
+#endif
+#define seatrial_plan SEATRIAL_OF_THIS_LIBRARY(seatrial_plan)
+#define seatrial_trial_new SEATRIAL_OF_THIS_LIBRARY(seatrial_trial_new)
+#define seatrial_estimator_settings SEATRIAL_OF_THIS_LIBRARY(seatrial_estimator_settings)
+#define seatrial_estimator_settings_paper SEATRIAL_OF_THIS_LIBRARY(seatrial_estimator_settings_paper)
+#define seatrial_estimator_new SEATRIAL_OF_THIS_LIBRARY(seatrial_estimator_new)
+#define seatrial_fixed_rate_settings SEATRIAL_OF_THIS_LIBRARY(seatrial_fixed_rate_settings)
+#define seatrial_fixed_rate_new SEATRIAL_OF_THIS_LIBRARY(seatrial_fixed_rate_new)
+#define seatrial_heading_gain SEATRIAL_OF_THIS_LIBRARY(seatrial_heading_gain)
+#define seatrial_turn SEATRIAL_OF_THIS_LIBRARY(seatrial_turn)
+#define seatrial_schedule_lookup SEATRIAL_OF_THIS_LIBRARY(seatrial_schedule_lookup)
+#define seatrial_schedule_gain SEATRIAL_OF_THIS_LIBRARY(seatrial_schedule_gain)
+
 /*
  Most points of a schedule.
  */
 #define SEATRIAL_SCHEDULE_POINTS 16
+
+/*
+ Of the sizes and layouts in the header. Goes up with every change of them that a program notices.
+ */
+#define SEATRIAL_ABI 1
+
+/*
+ The library's version.
+ */
+#define SEATRIAL_VERSION_MAJOR 0
+
+/*
+ The library's version.
+ */
+#define SEATRIAL_VERSION_MINOR 1
+
+/*
+ The library's version.
+ */
+#define SEATRIAL_VERSION_PATCH 0
 
 /*
  Memory that a SeatrialEstimator needs, bytes.
@@ -94,6 +133,10 @@ typedef enum SeatrialStatus {
    No schedule can be made of these points.
    */
   SEATRIAL_STATUS_INVALID_SCHEDULE = 11,
+  /*
+   The library is of another ABI, or its numbers are of another size.
+   */
+  SEATRIAL_STATUS_WRONG_LIBRARY = 12,
 } SeatrialStatus;
 
 /*
@@ -1055,6 +1098,14 @@ enum SeatrialStatus seatrial_schedule_gain(const struct SeatrialSchedulePoint *p
                                            bool *extrapolated);
 
 /*
+ Is the library of the header's ABI and numbers: `seatrial_check_abi(SEATRIAL_ABI, sizeof(SeatrialNumber))`?
+ SEATRIAL_STATUS_WRONG_LIBRARY where it is not. For programs that look functions up while they run; any other does not
+ link with the wrong library.
+ */
+enum SeatrialStatus seatrial_check_abi(uint32_t abi,
+                                       size_t number_bytes);
+
+/*
  The improved settings with filters of this lambda, rad/s; 1.5 for the paper's vehicle.
  */
 enum SeatrialStatus seatrial_estimator_settings(SeatrialNumber lambda_rad_s,
@@ -1220,11 +1271,6 @@ enum SeatrialStatus seatrial_trial_status(struct SeatrialTrial *trial,
  */
 enum SeatrialStatus seatrial_trial_take_result(struct SeatrialTrial *trial,
                                                struct SeatrialRunResult *result);
-
-/*
- Defined nowhere: a program with a panic path does not link.
- */
-extern void seatrial_has_a_panic_path(void);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -3,6 +3,7 @@
 #![allow(clippy::missing_safety_doc)]
 
 mod control;
+mod entry_points;
 mod estimator;
 mod fixed_rate;
 mod memory;
@@ -11,6 +12,7 @@ mod status;
 mod trial;
 
 pub use control::*;
+pub use entry_points::*;
 pub use estimator::*;
 pub use fixed_rate::*;
 pub use plan::*;

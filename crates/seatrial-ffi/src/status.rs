@@ -33,6 +33,8 @@ pub enum SeatrialStatus {
     OutsideRange = 10,
     /// No schedule can be made of these points.
     InvalidSchedule = 11,
+    /// The library is of another ABI, or its numbers are of another size.
+    WrongLibrary = 12,
 }
 
 /// Which setting is out of range, and what it has to be: texts that live as long as the program, not ended by a zero.
@@ -76,6 +78,7 @@ pub extern "C" fn seatrial_status_text(status: u32) -> *const c_char {
         9 => c"the rudder does not turn the vehicle to this side",
         10 => c"outside the range of the schedule",
         11 => c"no schedule can be made of these points",
+        12 => c"the library is of another ABI, or its numbers are of another size",
         _ => c"unknown status",
     };
     text.as_ptr()

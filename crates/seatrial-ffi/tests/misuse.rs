@@ -293,9 +293,18 @@ fn exact_models_without_gain_or_turn() {
 
 #[test]
 fn exact_every_status_has_a_text() {
-    let texts: std::collections::HashSet<_> = (0..=12)
+    let texts: std::collections::HashSet<_> = (0..=13)
         .map(|status| unsafe { CStr::from_ptr(seatrial_status_text(status)) })
         .collect();
-    assert_eq!(texts.len(), 13);
-    assert_eq!(seatrial_status_text(12), seatrial_status_text(u32::MAX));
+    assert_eq!(texts.len(), 14);
+    assert_eq!(seatrial_status_text(13), seatrial_status_text(u32::MAX));
+}
+
+#[test]
+fn exact_another_library_is_refused() {
+    let size = size_of::<SeatrialNumber>();
+    assert_eq!(seatrial_check_abi(SEATRIAL_ABI, size), SeatrialStatus::Ok);
+    for (abi, size) in [(SEATRIAL_ABI + 1, size), (SEATRIAL_ABI, size / 2)] {
+        assert_eq!(seatrial_check_abi(abi, size), SeatrialStatus::WrongLibrary);
+    }
 }
