@@ -35,6 +35,11 @@ pub struct PitchPlan {
     pub pitch_limit_rad: f64,
 }
 
+/// No stage is longer, s.
+const LONGEST_S: f64 = 600.0;
+/// No change of depth beyond this is allowed, m.
+const WIDEST_BAND_M: f64 = 100.0;
+
 impl Default for PitchPlan {
     /// The paper's for yaw, with a doublet of half its length and two thirds of its size: pitch changes depth.
     fn default() -> Self {
@@ -55,23 +60,30 @@ impl Default for PitchPlan {
 impl PitchPlan {
     /// Names the first field that is out of range, and what it has to be.
     pub fn check(&self) -> Result<(), (&'static str, &'static str)> {
-        let positive = |x: f64| x > 0.0 && x.is_finite();
+        let a_while = |x: f64| x > 0.0 && x <= LONGEST_S;
         let thrusts_are_fractions = self.thrusts.iter().all(|x| *x > 0.0 && *x <= 1.0);
         let angle = |x: f64| x > 0.0 && x < core::f64::consts::FRAC_PI_2;
-        let (a_number, an_angle) = ("a positive number", "an angle above 0 and below pi/2");
+        let (a_time, an_angle) = (
+            "a time above 0 and at most 600 s",
+            "an angle above 0 and below pi/2",
+        );
         let checks = [
             (
                 "thrusts",
                 !self.thrusts.is_empty() && thrusts_are_fractions,
                 "at least one fraction of full thrust",
             ),
-            ("settle_s", positive(self.settle_s), a_number),
-            ("lead_in_s", positive(self.lead_in_s), a_number),
-            ("doublet_s", positive(self.doublet_s), a_number),
-            ("observe_s", positive(self.observe_s), a_number),
+            ("settle_s", a_while(self.settle_s), a_time),
+            ("lead_in_s", a_while(self.lead_in_s), a_time),
+            ("doublet_s", a_while(self.doublet_s), a_time),
+            ("observe_s", a_while(self.observe_s), a_time),
             ("training_rad", angle(self.training_rad), an_angle),
             ("validation_rad", angle(self.validation_rad), an_angle),
-            ("depth_band_m", positive(self.depth_band_m), a_number),
+            (
+                "depth_band_m",
+                self.depth_band_m > 0.0 && self.depth_band_m <= WIDEST_BAND_M,
+                "a depth above 0 and at most 100 m",
+            ),
             ("pitch_limit_rad", angle(self.pitch_limit_rad), an_angle),
         ];
         match checks.into_iter().find(|(_, holds, _)| !holds) {
