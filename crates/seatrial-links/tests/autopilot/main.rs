@@ -1,5 +1,6 @@
 //! Trials on a vehicle that speaks MAVLink, in made-up time: bad links, pilots, failsafes, a process that is gone.
 
+mod any_message;
 mod exported;
 mod forged;
 mod links;
