@@ -50,6 +50,7 @@ mod validate;
 mod vehicle;
 mod vehicle_check;
 mod windows;
+mod world;
 
 use std::process::ExitCode;
 

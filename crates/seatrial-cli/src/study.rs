@@ -16,6 +16,7 @@ use crate::manoeuvre_study;
 use crate::output::{Exit, Failure, Output};
 use crate::progress;
 use crate::table::Table;
+use crate::world;
 
 /// Most runs of a cell.
 const MOST_RUNS: u64 = 1_000_000;
@@ -76,6 +77,7 @@ enum What {
     Lies(lying_logs::Args),
     Commission(commission_study::Args),
     Manoeuvres(manoeuvre_study::Args),
+    World(world::Args),
 }
 
 fn not_negative(text: &str) -> Result<f64, String> {
@@ -121,6 +123,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         Some(What::Lies(args)) => return lying_logs::run(args, output),
         Some(What::Commission(args)) => return commission_study::run(args, output),
         Some(What::Manoeuvres(args)) => return manoeuvre_study::run(args, output),
+        Some(What::World(args)) => return world::run(args, output),
         None => {}
     }
     let study = EstimatorStudy {

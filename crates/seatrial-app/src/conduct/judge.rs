@@ -1,5 +1,6 @@
 //! Runs are judged beside the trial, because that takes longer than a rudder may wait.
 
+use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, Scope};
@@ -7,25 +8,38 @@ use std::thread::{self, Scope};
 use seatrial_core::Plan;
 use seatrial_core::progress::RunResult;
 
+use super::Judging;
 use super::open_run::OpenRun;
 use seatrial::campaign::Run;
 
-/// A thread that judges one run after the other, in their order.
-pub(super) struct Judge {
-    finished: Sender<Finished>,
-    judged: Receiver<thread::Result<Run>>,
-    waiting: usize,
+/// Judges one run after the other, in their order.
+pub(super) enum Judge {
+    /// On a thread of its own.
+    Beside {
+        finished: Sender<Finished>,
+        judged: Receiver<thread::Result<Run>>,
+        waiting: usize,
+    },
+    /// At once: by the trial alone nothing has to be computed.
+    AtOnce(VecDeque<Run>),
 }
 
-struct Finished {
+pub(super) struct Finished {
     run: OpenRun,
     time_s: f64,
     result: RunResult<f64>,
 }
 
 impl Judge {
-    /// Its thread ends with it.
-    pub(super) fn start<'scope>(scope: &'scope Scope<'scope, '_>, plan: Plan<f64>) -> Self {
+    /// Where it has a thread, that ends with it.
+    pub(super) fn start<'scope>(
+        scope: &'scope Scope<'scope, '_>,
+        plan: Plan<f64>,
+        judging: Judging,
+    ) -> Self {
+        if judging == Judging::ByTrial {
+            return Self::AtOnce(VecDeque::new());
+        }
         let (finished, to_judge) = channel::<Finished>();
         let (tell, judged) = channel();
         scope.spawn(move || {
@@ -41,7 +55,7 @@ impl Judge {
                 }
             }
         });
-        Self {
+        Self::Beside {
             finished,
             judged,
             waiting: 0,
@@ -50,34 +64,45 @@ impl Judge {
 
     /// Takes a run that was validated at this time.
     pub(super) fn take(&mut self, run: OpenRun, time_s: f64, result: RunResult<f64>) {
-        let finished = Finished {
-            run,
-            time_s,
-            result,
-        };
-        if self.finished.send(finished).is_ok() {
-            self.waiting += 1;
+        match self {
+            Self::AtOnce(judged) => judged.push_back(run.judged_by_trial(time_s, &result)),
+            Self::Beside {
+                finished, waiting, ..
+            } => {
+                let run = Finished {
+                    run,
+                    time_s,
+                    result,
+                };
+                *waiting += usize::from(finished.send(run).is_ok());
+            }
         }
     }
 
     /// The next run that has been judged, if there is one yet.
     pub(super) fn verdict(&mut self) -> Option<Run> {
-        let run = self.judged.try_recv().ok()?;
-        Some(self.taken(run))
+        match self {
+            Self::AtOnce(judged) => judged.pop_front(),
+            Self::Beside {
+                judged, waiting, ..
+            } => judged.try_recv().ok().map(|run| taken(run, waiting)),
+        }
     }
 
     /// The next run, waited for. `None`: every run has been judged.
     pub(super) fn awaited(&mut self) -> Option<Run> {
-        if self.waiting == 0 {
-            return None;
+        match self {
+            Self::AtOnce(judged) => judged.pop_front(),
+            Self::Beside { waiting: 0, .. } => None,
+            Self::Beside {
+                judged, waiting, ..
+            } => judged.recv().ok().map(|run| taken(run, waiting)),
         }
-        let run = self.judged.recv().ok()?;
-        Some(self.taken(run))
     }
+}
 
-    /// A panic goes on where the vehicle is handed back for it.
-    fn taken(&mut self, run: thread::Result<Run>) -> Run {
-        self.waiting -= 1;
-        run.unwrap_or_else(|panic| resume_unwind(panic))
-    }
+/// A panic goes on where the vehicle is handed back for it.
+fn taken(run: thread::Result<Run>, waiting: &mut usize) -> Run {
+    *waiting -= 1;
+    run.unwrap_or_else(|panic| resume_unwind(panic))
 }

@@ -97,6 +97,16 @@ pub struct Conducted<E> {
 /// Neutral rudder, then heading hold.
 const HAND_BACK_ACTIONS: usize = 2;
 
+/// By what the runs of a trial are judged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Judging {
+    /// By the refined estimate on their records, validated again: some 0.1 s a run.
+    #[default]
+    Whole,
+    /// By the trial's own R^2 alone. Runs have no model: for studies of very many trials.
+    ByTrial,
+}
+
 /// Runs a trial of `plan` on `vehicle` until it is over and handed back.
 ///
 /// `about` says what the campaign is of; its runs and outcome are filled in. The online estimate of a run is
@@ -110,12 +120,23 @@ pub fn conduct<V: Vehicle<f64> + ?Sized>(
     about: Campaign,
     watch: &mut dyn Watch,
 ) -> Result<Conducted<V::Error>, InvalidSetting> {
+    conduct_judging(vehicle, plan, about, watch, Judging::Whole)
+}
+
+/// Conducts a trial as [`conduct`] does, its runs judged like this.
+pub fn conduct_judging<V: Vehicle<f64> + ?Sized>(
+    vehicle: &mut V,
+    plan: Plan<f64>,
+    about: Campaign,
+    watch: &mut dyn Watch,
+    judging: Judging,
+) -> Result<Conducted<V::Error>, InvalidSetting> {
     let trial = Trial::new(plan)?;
     Ok(std::thread::scope(|scope| {
         let runs = Runs {
             campaign: about,
             open: None,
-            judge: Judge::start(scope, plan),
+            judge: Judge::start(scope, plan, judging),
             watch,
         };
         runs.conduct(trial, vehicle)

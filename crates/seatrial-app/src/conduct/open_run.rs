@@ -134,6 +134,24 @@ impl OpenRun {
         }
     }
 
+    /// Trained and validated: judged by the trial's own result alone.
+    pub(super) fn judged_by_trial(mut self, time_s: f64, result: &RunResult<f64>) -> Run {
+        self.close_stage(time_s);
+        let reason = match result.accepted {
+            true => Reason::new(ReasonCode::Ok, "the trial accepted the run"),
+            false => Reason::new(ReasonCode::LowR2, "the trial did not accept the run"),
+        };
+        let verdict = Verdict {
+            accepted: result.accepted,
+            reasons: vec![reason.clone()],
+        };
+        Run {
+            surge_speed_m_s: result.surge_speed_m_s,
+            verdict,
+            ..self.without_model(reason)
+        }
+    }
+
     fn identification(
         &mut self,
         result: &RunResult<f64>,

@@ -165,7 +165,7 @@ impl Rehearsal {
             let Some(identification) = &run.identification else {
                 continue;
             };
-            let (parameter, distance) = self.distance(run, identification, seen);
+            let (parameter, distance) = self.distance(run, identification, &seen.instants);
             farthest = Some(farthest.map_or(distance, |other| other.max(distance)));
             if distance > INTERVALS {
                 faults.push(format!(
@@ -180,14 +180,19 @@ impl Rehearsal {
     /// The parameter that is farthest from what was true during the training, and how far, in half widths of its interval.
     ///
     /// A truth that changed in that time is every value in between.
-    fn distance(&self, run: &Run, found: &Identification, seen: &Observed) -> (&'static str, f64) {
+    pub fn distance(
+        &self,
+        run: &Run,
+        found: &Identification,
+        instants: &[Instant],
+    ) -> (&'static str, f64) {
         let (Some(training), Some(refined)) = (run.stage(Stage::Train), &found.refined) else {
             return ("every parameter", f64::INFINITY);
         };
         let mut least = [f64::INFINITY; 3];
         let mut greatest = [f64::NEG_INFINITY; 3];
         let mut last: Option<(Upset, Option<YawModel<f64>>)> = None;
-        for instant in seen.instants.iter().filter(|i| training.contains(i.time_s)) {
+        for instant in instants.iter().filter(|i| training.contains(i.time_s)) {
             if instant.upset.rudder_jammed {
                 continue;
             }
@@ -258,11 +263,13 @@ struct Observed {
 }
 
 /// What was true when a sample was delivered.
-struct Instant {
+pub struct Instant {
     /// The sample's time, s.
-    time_s: f64,
-    upset: Upset,
-    model: Option<YawModel<f64>>,
+    pub time_s: f64,
+    /// What was wrong.
+    pub upset: Upset,
+    /// The yaw model that samples show, where the vehicle has one.
+    pub model: Option<YawModel<f64>>,
 }
 
 impl Observed {

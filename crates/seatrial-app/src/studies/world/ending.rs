@@ -1,0 +1,87 @@
+//! What came of a world.
+
+use seatrial::campaign::Campaign;
+use seatrial_core::{AbortReason, Outcome};
+use serde::Serialize;
+
+use super::drawn::{Depth, World};
+
+/// How a world ended.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Ending {
+    /// Its seed.
+    pub seed: u64,
+    /// How much of the program took part.
+    pub depth: Depth,
+    /// `finished`, why it was aborted, or `not_taken`.
+    pub outcome: String,
+    /// Runs with a result.
+    pub runs: usize,
+    /// Runs accepted.
+    pub accepted: usize,
+    /// Samples that the vehicle gave.
+    pub samples: u64,
+    /// From the condition of the abort to neutral rudder, s, where the condition is known.
+    pub neutral_after_s: Option<f64>,
+    /// The largest distance of an accepted model from the truth, in half widths of its 95 % interval.
+    pub farthest: Option<f64>,
+    /// Of all samples and actions.
+    pub digest: u64,
+    /// What is not as it must be.
+    pub broken: Vec<String>,
+}
+
+impl Ending {
+    /// Of a world of which nothing is known yet.
+    pub fn of(world: &World) -> Self {
+        Self {
+            seed: world.seed,
+            depth: world.depth,
+            outcome: String::new(),
+            runs: 0,
+            accepted: 0,
+            samples: 0,
+            neutral_after_s: None,
+            farthest: None,
+            digest: 0,
+            broken: Vec::new(),
+        }
+    }
+
+    /// Notes how the trial ended.
+    pub fn take(&mut self, campaign: &Campaign) {
+        self.outcome = match campaign.outcome {
+            Some(Outcome::Finished) => "finished".into(),
+            Some(Outcome::Aborted(reason)) => code(reason),
+            None => "none".into(),
+        };
+        self.runs = campaign.runs.len();
+        self.accepted = campaign
+            .runs
+            .iter()
+            .filter(|run| run.verdict.accepted)
+            .count();
+    }
+}
+
+/// A reason as logbooks and JSON documents have it.
+pub fn code(reason: AbortReason) -> String {
+    let code = serde_json::to_value(reason).ok();
+    code.and_then(|code| code.as_str().map(String::from))
+        .unwrap_or_default()
+}
+
+/// What the trial is of.
+pub fn about(world: &World) -> Campaign {
+    Campaign {
+        software_version: env!("CARGO_PKG_VERSION").into(),
+        vehicle: "sim:starfish".into(),
+        configuration: "world".into(),
+        seed: Some(world.seed),
+        rudder_limit_rad: world.plan.rudder_limit_rad,
+        full_rudder: None,
+        scenario: None,
+        runs: Vec::new(),
+        outcome: None,
+    }
+}

@@ -1,0 +1,162 @@
+//! Whole trials as seeded worlds of vehicle, link, disk, clock and operator, with a fault at any instant.
+//!
+//! A seed chooses the vehicle, its plan, up to two of its faults, when the operator, a killed process or lost power interrupts it,
+//! and how much of the program takes part ([`Depth`]). Time is simulated; nothing waits. In every world:
+//!
+//! 1. the trial ends, without a panic, and is handed back: neutral rudder, then heading hold, no thrust;
+//! 2. the rudder is neutral within 0.5 s of what ends the trial; 1 s where the link is cut;
+//! 3. parameters of an autopilot are back or listed, and `restore` brings back the listed ones;
+//! 4. every run that began has an end, and no finished run is lost, whatever instant the process or the power goes;
+//! 5. no accepted model is beyond two half widths of its 95 % intervals from the truth;
+//! 6. a logbook is whole, and the trial replayed from it is the trial, bit for bit;
+//! 7. memory is bounded: samples, datagrams under way, and the process;
+//! 8. played twice, a world is the same.
+
+mod drawn;
+mod ending;
+mod kept;
+mod linked;
+mod observer;
+mod play;
+mod wire;
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::workers::Workers;
+pub use drawn::Depth;
+pub use ending::Ending;
+pub use play::play;
+
+/// Most worlds with a broken invariant that are listed.
+const MOST_LISTED: usize = 20;
+/// Worlds between two summaries: memory does not grow with their number.
+const AT_A_TIME: u64 = 4096;
+
+/// Which worlds are played.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WorldStudy {
+    /// The first seed.
+    pub seed: u64,
+    /// Worlds.
+    pub seeds: u64,
+}
+
+/// `study world --json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Worlds {
+    /// `seatrial.study_world.v1`
+    pub schema: &'static str,
+    /// The first seed.
+    pub seed: u64,
+    /// Worlds.
+    pub seeds: u64,
+    /// Worlds with a broken invariant.
+    pub broken: u64,
+    /// The worlds of each depth.
+    pub depths: BTreeMap<Depth, Row>,
+    /// How trials ended, and how often.
+    pub outcomes: BTreeMap<String, u64>,
+    /// The most memory that this process has had, bytes, where the system reports it.
+    pub peak_memory_bytes: Option<u64>,
+    /// The first worlds with a broken invariant.
+    pub broken_worlds: Vec<Ending>,
+}
+
+/// Worlds of one depth.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Row {
+    /// Worlds.
+    pub worlds: u64,
+    /// Runs with a result.
+    pub runs: u64,
+    /// Accepted runs.
+    pub runs_accepted: u64,
+    /// Samples that vehicles gave.
+    pub samples: u64,
+    /// Longest from the condition of an abort to neutral rudder, s.
+    pub neutral_after_s: Option<f64>,
+    /// Largest distance of an accepted model from the truth, in half widths of its 95 % interval.
+    pub farthest: Option<f64>,
+    /// Worlds with a broken invariant.
+    pub broken: u64,
+}
+
+fn larger(one: Option<f64>, other: Option<f64>) -> Option<f64> {
+    [one, other].into_iter().flatten().max_by(f64::total_cmp)
+}
+
+impl Worlds {
+    fn take(&mut self, ending: Ending) {
+        let row = self.depths.entry(ending.depth).or_default();
+        row.worlds += 1;
+        row.runs += ending.runs as u64;
+        row.runs_accepted += ending.accepted as u64;
+        row.samples += ending.samples;
+        row.neutral_after_s = larger(row.neutral_after_s, ending.neutral_after_s);
+        row.farthest = larger(row.farthest, ending.farthest);
+        *self.outcomes.entry(ending.outcome.clone()).or_default() += 1;
+        if !ending.broken.is_empty() {
+            row.broken += 1;
+            self.broken += 1;
+            if self.broken_worlds.len() < MOST_LISTED {
+                self.broken_worlds.push(ending);
+            }
+        }
+    }
+}
+
+impl WorldStudy {
+    /// Plays the worlds.
+    pub fn run(self, workers: &Workers) -> Worlds {
+        let mut worlds = Worlds {
+            schema: "seatrial.study_world.v1",
+            seed: self.seed,
+            seeds: self.seeds,
+            broken: 0,
+            depths: BTreeMap::new(),
+            outcomes: BTreeMap::new(),
+            peak_memory_bytes: None,
+            broken_worlds: Vec::new(),
+        };
+        for begun in (0..self.seeds).step_by(AT_A_TIME as usize) {
+            let count = AT_A_TIME.min(self.seeds - begun);
+            let endings = workers.each(count, |world| {
+                Some(play(self.seed.wrapping_add(begun + world)))
+            });
+            endings.into_iter().for_each(|ending| worlds.take(ending));
+        }
+        worlds.peak_memory_bytes = peak_memory_bytes();
+        worlds
+    }
+}
+
+fn peak_memory_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024 * kilobytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of every depth some; the study of a million has its result in `validation/`.
+    #[test]
+    fn prop_no_world_breaks_an_invariant() {
+        let mut worlds: BTreeMap<Depth, u32> = BTreeMap::new();
+        for seed in 1..=400 {
+            let ending = play(seed);
+            assert_eq!(
+                ending.broken, [""; 0],
+                "seatrial study world --seed {seed} --seeds 1"
+            );
+            *worlds.entry(ending.depth).or_default() += 1;
+        }
+        assert_eq!(worlds.len(), 4, "{worlds:?}");
+    }
+}
