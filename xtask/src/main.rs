@@ -4,7 +4,7 @@
 //! them those that have a build of their own (`cargo xtask beside`); everything is built once, for tests. `cargo xtask embedded` is the one
 //! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask instructions` that of the kernels'
 //! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page. `cargo xtask ros2` checks what
-//! needs the features `ros2` and `ros2-zenoh`. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
+//! needs the features `ros2` and `ros2-zenoh`, `cargo xtask miri` runs the library for C and the core under Miri. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
 
 mod beside;
 mod c_library;
@@ -13,6 +13,7 @@ mod embedded;
 mod environment;
 mod house;
 mod instructions;
+mod miri;
 mod nextest;
 mod page;
 mod python;
@@ -52,12 +53,13 @@ fn main() -> ExitCode {
         ["python"] => in_python(),
         ["dash"] => in_dash(),
         ["ros2"] => on_ros2(),
+        ["miri"] => in_miri(),
         ["instructions"] => in_few_instructions(),
         ["web"] => in_browser(),
         ["same-answers", rest @ ..] => return same_answers::run(rest),
         _ => {
             eprintln!(
-                "usage: cargo xtask test|house [--list]|embedded|python|dash|ros2|instructions|web|same-answers"
+                "usage: cargo xtask test|house [--list]|embedded|python|dash|ros2|miri|instructions|web|same-answers"
             );
             return ExitCode::from(2);
         }
@@ -184,6 +186,10 @@ fn on_ros2() -> bool {
             .then_some(())
             .ok_or("vehicles over DDS or zenoh".into())
     })
+}
+
+fn in_miri() -> bool {
+    passes("Miri", miri::check)
 }
 
 fn in_browser() -> bool {

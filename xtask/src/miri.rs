@@ -1,0 +1,32 @@
+//! The library for C and the core under Miri, which finds wrong memory and undefined operations in every access that a test makes.
+//! It needs a nightly toolchain: `rustup toolchain install nightly --component miri,rust-src`.
+
+use std::process::Command;
+
+use super::succeeds;
+
+/// Big-endian, and without the inline assembly that `libm` has for other machines, which Miri does not know.
+const MACHINE: &str = "s390x-unknown-linux-gnu";
+/// What takes some minutes there, where an instruction takes some hundred times as long; properties of many drawn numbers take hours.
+const TESTS: [&[&str]; 2] = [
+    &["-p", "seatrial-ffi", "--test", "misuse"],
+    &["-p", "seatrial-core", "--lib", "--", "--skip", "prop_"],
+];
+
+/// Runs the tests.
+pub fn check() -> Result<(), String> {
+    for tests in TESTS {
+        let mut command = Command::new("rustup");
+        command.args([
+            "run", "nightly", "cargo", "miri", "test", "--target", MACHINE,
+        ]);
+        command.args(tests);
+        if !succeeds(&mut command) {
+            return Err(format!(
+                "cargo +nightly miri test {}: where Miri itself is missing, rustup toolchain install nightly --component miri,rust-src",
+                tests.join(" ")
+            ));
+        }
+    }
+    Ok(())
+}
