@@ -61,7 +61,7 @@ impl Served {
             token_needed: true,
             ..Settings::new(SocketAddr::from(([127, 0, 0, 1], 0)), folder.join("s.db"))
         };
-        let server = Server::start(&settings, Vec::new()).unwrap();
+        let server = Server::start(&settings, Vec::new(), Vec::new()).unwrap();
         let tokens = server.new_tokens().unwrap().clone();
         Self {
             server,

@@ -101,7 +101,7 @@ impl Served {
             requests_per_s: 1e9,
             ..Settings::new(SocketAddr::from(([127, 0, 0, 1], 0)), logbook)
         };
-        let server = Server::start(&settings, vec![Box::new(Refusing)]).unwrap();
+        let server = Server::start(&settings, vec![Box::new(Refusing)], Vec::new()).unwrap();
         Self {
             _folder: folder,
             server,
