@@ -14,7 +14,7 @@ pub mod logs;
 pub mod models;
 pub mod next;
 pub mod paper;
-pub mod pitch;
+pub mod plan_file;
 pub mod recording;
 pub mod replay;
 pub mod report;

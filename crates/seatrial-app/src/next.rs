@@ -4,6 +4,7 @@ use std::path::Path;
 
 use seatrial::campaign::Campaign;
 use seatrial::identification::Outcome;
+use seatrial_core::Axis;
 use seatrial_logbook::CampaignId;
 use seatrial_logs::Format;
 
@@ -19,6 +20,9 @@ const PX4: &str = "--export px4 --out gains.params";
 pub fn after_log(found: &IdentifiedLog, call: &str) -> String {
     let log = &found.logs.log;
     match found.verdict().outcome() {
+        Outcome::Use | Outcome::UseWithCare if found.axis == Axis::Pitch => {
+            format!("{call} --json > model.json")
+        }
         Outcome::Use | Outcome::UseWithCare => {
             let gains = "seatrial gains --model model.json";
             let is_submarine = is_ardusub(log.description.firmware.as_deref());
@@ -44,7 +48,7 @@ pub fn after_trial(
     firmware: Option<&str>,
 ) -> String {
     let place = format!("--logbook {} --campaign {}", logbook.display(), number.0);
-    if campaign.verdict().outcome() == Outcome::DoNotUse {
+    if campaign.axis == Axis::Pitch || campaign.verdict().outcome() == Outcome::DoNotUse {
         return format!("seatrial report {place}");
     }
     let is_autopilot = campaign.vehicle.starts_with("mavlink:") && !campaign.is_rehearsal();

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use seatrial::FullRudder;
 use seatrial::identify::cramer_rao::Noise;
 use seatrial::preview::{Prior, PriorSpeed};
-use seatrial_core::Plan;
+use seatrial_core::{Axis, Plan};
 use seatrial_sim::config::HelmConfig;
 use seatrial_sim::{FaultyVehicle, Scenario, SimulatedConfig, SimulatedVehicle, VehicleFile};
 
@@ -31,7 +31,7 @@ pub struct Simulator {
 impl Simulator {
     /// Refuses a vehicle that cannot be made or cannot play the faults.
     pub fn new(name: &str, scenario: Option<&Path>) -> Result<Self, VehicleError> {
-        rehearsed(name, scenario, 1)?;
+        rehearsed(name, scenario, 1, Axis::Yaw)?;
         Ok(Self {
             name: name.into(),
             scenario: scenario.map(PathBuf::from),
@@ -70,6 +70,10 @@ impl TrialVehicle for Simulator {
         prior(&self.name, plan)
     }
 
+    fn has_axis(&self, axis: Axis) -> bool {
+        config(&self.name).is_ok_and(|config| config.has_axis(axis))
+    }
+
     fn inspect(&self, _: &Plan<f64>) -> Result<Preflight, VehicleError> {
         let found = match vehicle(&self.name, 1) {
             Ok(_) => (true, "simulated".into()),
@@ -82,7 +86,8 @@ impl TrialVehicle for Simulator {
     }
 
     fn take(&self, terms: &Terms) -> Result<Box<dyn TakenVehicle>, VehicleError> {
-        let vehicle = rehearsed(&self.name, self.scenario.as_deref(), terms.seed)?;
+        let axis = terms.plan.axis;
+        let vehicle = rehearsed(&self.name, self.scenario.as_deref(), terms.seed, axis)?;
         Ok(taken(vehicle, |_| None, None, None))
     }
 }
@@ -113,9 +118,10 @@ fn rehearsed(
     name: &str,
     scenario: Option<&Path>,
     seed: u64,
+    axis: Axis,
 ) -> Result<FaultyVehicle<SimulatedVehicle>, VehicleError> {
     let Some(path) = scenario else {
-        let vehicle = vehicle(name, seed)?;
+        let vehicle = vehicle(name, seed)?.on_axis(axis);
         let faulty = FaultyVehicle::new(vehicle, &Scenario::default(), seed);
         return faulty.map_err(VehicleError::internal);
     };
@@ -126,7 +132,7 @@ fn rehearsed(
         .with(scenario.conditions.clone())
         .and_then(|config| config.vehicle(seed))
         .map_err(|error| refused(&error))?;
-    FaultyVehicle::new(vehicle, &scenario, seed).map_err(|error| refused(&error))
+    FaultyVehicle::new(vehicle.on_axis(axis), &scenario, seed).map_err(|error| refused(&error))
 }
 
 /// The prior of a simulated vehicle: what it is made from.

@@ -15,6 +15,7 @@ use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
 fn about() -> Campaign {
     Campaign {
+        axis: seatrial_core::Axis::Yaw,
         software_version: "test".into(),
         vehicle: "sim:starfish".into(),
         configuration: "default".into(),

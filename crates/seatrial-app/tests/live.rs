@@ -13,6 +13,7 @@ use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
 fn about() -> Campaign {
     Campaign {
+        axis: seatrial_core::Axis::Yaw,
         software_version: "test".into(),
         vehicle: "live".into(),
         configuration: "default".into(),

@@ -48,6 +48,7 @@ fn white() -> VehicleConfig {
 
 fn trial(config: &VehicleConfig, plan: Plan<f64>, seed: u64) -> Campaign {
     let about = Campaign {
+        axis: seatrial_core::Axis::Yaw,
         software_version: "test".into(),
         vehicle: config.name.clone(),
         configuration: "default".into(),

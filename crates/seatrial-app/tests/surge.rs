@@ -11,6 +11,7 @@ use seatrial_sim::{SixDofConfig, SixDofVehicle};
 fn campaign(config: SixDofConfig, seed: u64) -> Campaign {
     let mut vehicle = SixDofVehicle::new(config, seed).unwrap();
     let about = Campaign {
+        axis: seatrial_core::Axis::Yaw,
         software_version: "test".into(),
         vehicle: "sim".into(),
         configuration: "default".into(),

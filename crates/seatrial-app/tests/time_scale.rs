@@ -17,6 +17,7 @@ const VEHICLES: [(f64, f64); 5] = [
 
 fn about() -> Campaign {
     Campaign {
+        axis: seatrial_core::Axis::Yaw,
         software_version: "test".into(),
         vehicle: "scaled".into(),
         configuration: "default".into(),

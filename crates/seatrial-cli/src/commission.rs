@@ -11,15 +11,15 @@ use seatrial_app::commission::{
     Commissioned, Ending, GainsVehicle, Order, Proposal, Request, check_step, conduct, models_for,
 };
 use seatrial_app::models::{Models, Purpose, chosen_campaign, of_campaign, of_document};
+use seatrial_app::plan_file::load_plan;
 use seatrial_app::trial_run::{Change, Preflight};
-use seatrial_core::{Plan, Trial};
+use seatrial_core::{Axis, Plan, Trial};
 use seatrial_logbook::Logbook;
 use serde::Serialize;
 
 use crate::autopilot::{LinkArgs, OnMavlink, agrees, check_line};
 use crate::output::{Exit, Failure, Output, say};
 use crate::screen::{labelled, width};
-use crate::trial::load_plan;
 
 /// Put the gains of a model into an autopilot, prove them by heading steps, keep them or put the old ones back.
 #[derive(clap::Args, Debug)]
@@ -188,7 +188,7 @@ impl Args {
     /// The plan of the file, else the one of the campaign.
     fn plan(&self) -> Result<Plan<f64>, Failure> {
         if let Some(path) = &self.plan {
-            return load_plan(Some(path));
+            return Ok(load_plan(Some(path), Some(Axis::Yaw))?);
         }
         if self.model.is_some() {
             return Err(Failure::usage(

@@ -10,12 +10,13 @@ use seatrial::identification::{Outcome, Verdict};
 use seatrial::identify::IdentifySettings;
 use seatrial_app::identify_log::{IdentifiedLog, Logs, Options, identify_log_observed};
 use seatrial_app::next;
+use seatrial_core::Axis;
 use seatrial_core::estimator::Method;
 
+use crate::axis::AxisOption;
 use crate::log::{LogArgs, Reporter};
 use crate::model_text::{model_text, source_text, training_text, validation_text, verdict_text};
 use crate::output::{Exit, Failure, Output};
-use crate::pitch::{self, Axis};
 use crate::screen::{command, labelled, sentence, width};
 use crate::speed_table::{SpeedRow, offset_text, speed_table};
 use crate::speeds;
@@ -38,7 +39,7 @@ Example:
 pub struct Args {
     /// The axis: yaw, or pitch from the columns pitch_rad and elevator_rad, or those of --heading and --rudder.
     #[arg(long, value_name = "AXIS", default_value = "yaw")]
-    axis: Axis,
+    axis: AxisOption,
     /// Write the accepted models of a log with manoeuvres at several speeds as a schedule for `gains` and `turn`.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["WindowArgs", "as_paper"])]
     schedule: Option<PathBuf>,
@@ -101,12 +102,13 @@ enum OnlineMethod {
 
 /// Identifies a model from a log.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    if args.axis == Axis::Pitch {
-        return pitch::identify(&args.log, &args.windows, output);
-    }
-    let found = args
-        .estimator
-        .identify(&args.log, &args.windows, args.trace, args.verbose)?;
+    let found = args.estimator.identify(
+        args.axis.into(),
+        &args.log,
+        &args.windows,
+        args.trace,
+        args.verbose,
+    )?;
     if args.schedule.is_some() && found.models.is_none() {
         return Err(Failure::rejected(format!(
             "{}: --schedule: no manoeuvres to both sides were found in it, or it is a single one",
@@ -214,12 +216,14 @@ impl EstimatorArgs {
     /// Identifies a log with these options.
     pub fn identify(
         &self,
+        axis: Axis,
         log: &LogArgs,
         windows: &WindowArgs,
         trace: bool,
         is_verbose: bool,
     ) -> Result<IdentifiedLog, Failure> {
         let options = Options {
+            axis,
             reading: log.channels.read_settings()?,
             windows: windows.windows(),
             settings: self.settings(trace),

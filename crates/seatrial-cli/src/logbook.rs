@@ -10,13 +10,12 @@ use seatrial::difference::{Difference, ThrustDifference};
 use seatrial::figures::with_decimals;
 use seatrial_app::models::{campaign_named, campaign_numbered};
 use seatrial_app::next;
-use seatrial_core::Outcome;
-use seatrial_logbook::{CampaignEntry, Error, Logbook, PitchEntry, State, Verification};
+use seatrial_core::{Axis, Outcome};
+use seatrial_logbook::{CampaignEntry, Error, Logbook, State, Verification};
 use serde::Serialize;
 
 use crate::identify::cause_text;
 use crate::output::{Exit, Failure, Output};
-use crate::pitch::{self, Axis};
 use crate::screen::{command, labelled, width};
 use crate::speed_table::{SpeedRow, speed_table};
 use crate::table::decimals;
@@ -41,17 +40,14 @@ pub struct Args {
 
 #[derive(Subcommand)]
 enum LogbookAction {
-    /// Every campaign and pitch trial: when, on what, how many runs were accepted.
+    /// Every campaign: when, on what, how many runs were accepted.
     #[command(after_help = "Example:\n  seatrial trial --yes && seatrial logbook list")]
     List,
     /// One campaign: every run with its model, its intervals and its verdict.
     #[command(after_help = "Example:\n  seatrial trial --yes && seatrial logbook show 1")]
     Show {
-        /// Number of the campaign, or of the pitch trial; the last one where it is left out.
+        /// Number of the campaign; the last one where it is left out.
         campaign: Option<i64>,
-        /// A campaign, or a trial of the pitch axis.
-        #[arg(long, value_name = "AXIS", default_value = "yaw")]
-        axis: Axis,
     },
     /// Two campaigns side by side, thrust by thrust: has the vehicle changed?
     #[command(after_help = "Example:\n  seatrial trial --yes && seatrial logbook diff 1 1")]
@@ -66,19 +62,11 @@ enum LogbookAction {
         after_help = "Example:\n  seatrial trial --yes && seatrial logbook export 1 --out samples.csv"
     )]
     Export {
-        /// Number of the campaign, or of the pitch trial; the last one where it is left out.
+        /// Number of the campaign; the last one where it is left out.
         campaign: Option<i64>,
         /// Only this run.
         #[arg(long, value_name = "NUMBER")]
         run: Option<u32>,
-        /// A campaign, or the log of a trial of the pitch axis.
-        #[arg(
-            long,
-            value_name = "AXIS",
-            default_value = "yaw",
-            conflicts_with = "run"
-        )]
-        axis: Axis,
         /// Write to this file instead of standard output.
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
@@ -93,20 +81,11 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let logbook = Logbook::open_read_only(&args.logbook)?;
     match &args.action {
         LogbookAction::List => list(&logbook, output),
-        LogbookAction::Show { campaign, axis } => match axis {
-            Axis::Yaw => show(&logbook, *campaign, output),
-            Axis::Pitch => pitch::show(&logbook, *campaign, output),
-        },
+        LogbookAction::Show { campaign } => show(&logbook, *campaign, output),
         LogbookAction::Diff { a, b } => diff(&logbook, a, b, output),
-        LogbookAction::Export {
-            campaign,
-            run,
-            axis,
-            out,
-        } => match axis {
-            Axis::Yaw => export(&logbook, *campaign, *run, out.as_ref(), output),
-            Axis::Pitch => pitch::export(&logbook, *campaign, out.as_deref(), output),
-        },
+        LogbookAction::Export { campaign, run, out } => {
+            export(&logbook, *campaign, *run, out.as_ref(), output)
+        }
         LogbookAction::Verify => verify(&logbook, output),
     }
 }
@@ -125,17 +104,15 @@ impl From<Error> for Failure {
 struct List {
     schema: &'static str,
     campaigns: Vec<CampaignEntry>,
-    pitch_trials: Vec<PitchEntry>,
 }
 
 fn list(logbook: &Logbook, output: &Output) -> Result<Exit, Failure> {
     let list = List {
         schema: "seatrial.logbook_list.v1",
         campaigns: logbook.campaigns()?,
-        pitch_trials: logbook.pitch_trials()?,
     };
     output.print(&list, || {
-        if list.campaigns.is_empty() && list.pitch_trials.is_empty() {
+        if list.campaigns.is_empty() {
             return "no campaign yet".into();
         }
         let mut text = String::from(
@@ -144,7 +121,7 @@ fn list(logbook: &Logbook, output: &Output) -> Result<Exit, Failure> {
         for entry in &list.campaigns {
             let _ = writeln!(
                 text,
-                "{:>8}  {}  {:>3} of {:<2} {:<14} {}, {}",
+                "{:>8}  {}  {:>3} of {:<2} {:<14} {}, {}{}",
                 entry.id.0,
                 entry.started,
                 entry.runs_accepted,
@@ -152,23 +129,7 @@ fn list(logbook: &Logbook, output: &Output) -> Result<Exit, Failure> {
                 state_name(entry.state),
                 entry.vehicle,
                 entry.configuration,
-            );
-        }
-        for entry in &list.pitch_trials {
-            let accepted = entry.runs.iter().filter(|run| run.is_accepted());
-            let state = match entry.aborted {
-                Some(_) => "aborted",
-                None => "finished",
-            };
-            let _ = writeln!(
-                text,
-                "{:>8}  {}  {:>3} of {:<2} {state:<14} {}, {}",
-                format!("pitch {}", entry.number),
-                entry.entered,
-                accepted.count(),
-                entry.runs.len(),
-                entry.vehicle,
-                entry.configuration,
+                axis_text(entry),
             );
         }
         text
@@ -224,14 +185,23 @@ fn heading(entry: &CampaignEntry) -> String {
         .as_ref()
         .map_or(String::new(), |notes| format!("; {notes}"));
     format!(
-        "campaign {}, {}, {}{seed}, configuration {}, seatrial {}: {}{notes}",
+        "campaign {}, {}, {}{seed}, configuration {}{}, seatrial {}: {}{notes}",
         entry.id.0,
         entry.started,
         entry.vehicle,
         entry.configuration,
+        axis_text(entry),
         entry.software_version,
         state_text(entry.state),
     )
+}
+
+/// The axis of a campaign where it is not yaw.
+fn axis_text(entry: &CampaignEntry) -> &'static str {
+    match entry.axis() {
+        Axis::Yaw => "",
+        Axis::Pitch => ", pitch",
+    }
 }
 
 fn speed_row(run: &Run) -> SpeedRow<'_> {
@@ -256,7 +226,6 @@ fn holdings(found: &Verification) -> String {
     let others = [
         (found.campaigns_unfinished, "unfinished campaign"),
         (found.runs_unfinished, "unfinished run"),
-        (found.pitch_trials, "pitch trial"),
     ];
     let others = others.into_iter().filter(|(number, _)| *number > 0);
     parts.extend(others.map(|(number, one)| counted(number, one)));
@@ -409,7 +378,8 @@ fn export(
             .map(|run| logbook.run(run.id))
             .collect::<Result<_, _>>()?,
     };
-    let mut csv = format!("run,stage,{},action_outcome\n", Step::COLUMNS.join(","));
+    let columns = Step::columns(entry.axis()).join(",");
+    let mut csv = format!("run,stage,{columns},action_outcome\n");
     for (number, step) in logbook.steps(entry.id)? {
         if run.is_none() || number == run {
             write_csv_row(&mut csv, number, &step);

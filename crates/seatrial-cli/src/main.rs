@@ -3,6 +3,7 @@
 mod ardupilot_json;
 mod autopilot;
 
+mod axis;
 mod commission;
 mod commission_study;
 mod compare;
@@ -27,7 +28,6 @@ mod model_source;
 mod model_text;
 mod output;
 mod paper;
-mod pitch;
 mod plan;
 mod prior;
 mod progress;

@@ -9,7 +9,6 @@ use seatrial_logbook::{CampaignEntry, Logbook};
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output, say};
-use crate::pitch::{self, Axis};
 use crate::screen::{width, wrapped};
 
 /// Takes a recorded trial through the same trial again and proves that every action, every
@@ -23,12 +22,9 @@ pub struct Args {
     #[arg(value_name = "REC")]
     logbook: PathBuf,
     /// Number of the campaign, or name of a configuration; without, the last that finished with an accepted model, else the
-    /// last. Of a pitch trial the number; the last one where it is left out.
+    /// last.
     #[arg(long, value_name = "CAMPAIGN")]
     campaign: Option<String>,
-    /// A campaign, or a trial of the pitch axis.
-    #[arg(long, value_name = "AXIS", default_value = "yaw")]
-    axis: Axis,
 }
 
 #[derive(Serialize)]
@@ -45,10 +41,6 @@ struct Document<'a> {
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let logbook = Logbook::open_read_only(&args.logbook)?;
-    if args.axis == Axis::Pitch {
-        let number = pitch::number(args.campaign.as_deref())?;
-        return pitch::replay(&logbook, number, output);
-    }
     let chosen = chosen_campaign(&logbook, args.campaign.as_deref(), Purpose::Record)?;
     chosen.passed_over.iter().for_each(say);
     let entry = chosen.entry;

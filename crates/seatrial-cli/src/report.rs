@@ -11,11 +11,11 @@ use seatrial_logbook::Logbook;
 use seatrial_report::{self as report, Fact};
 use serde::Serialize;
 
+use crate::axis::AxisOption;
 use crate::identify::{EstimatorArgs, identify_call, speed_rows};
 use crate::log::{ChannelArgs, LogArgs, channel_text};
 use crate::model_text::windows_text;
 use crate::output::{Exit, Failure, Output, save_page, say as say_on_stderr};
-use crate::pitch::{self, Axis};
 use crate::windows::WindowArgs;
 
 /// One HTML page that shows a trial of a logbook, or a log with its model.
@@ -38,17 +38,17 @@ pub struct Args {
     )]
     logbook: Option<PathBuf>,
     /// Number of the campaign, or name of a configuration; without, the last that finished with an accepted model, else the
-    /// last. Of a pitch trial the number; the last one where it is left out.
+    /// last.
     #[arg(long, value_name = "CAMPAIGN", requires = "logbook")]
     campaign: Option<String>,
-    /// Of the logbook: a campaign, or a trial of the pitch axis.
+    /// The axis of the log: yaw, or pitch. A campaign of the logbook has its own.
     #[arg(
         long,
         value_name = "AXIS",
         default_value = "yaw",
-        conflicts_with = "log"
+        conflicts_with = "logbook"
     )]
-    axis: Axis,
+    axis: AxisOption,
     /// The page.
     #[arg(long, default_value = "report.html", value_name = "FILE")]
     out: PathBuf,
@@ -78,9 +78,6 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 
 fn of_logbook(path: &Path, args: &Args) -> Result<String, Failure> {
     let logbook = Logbook::open_read_only(path)?;
-    if args.axis == Axis::Pitch {
-        return pitch::page(&logbook, pitch::number(args.campaign.as_deref())?);
-    }
     let chosen = chosen_campaign(&logbook, args.campaign.as_deref(), Purpose::Record)?;
     chosen.passed_over.iter().for_each(say_on_stderr);
     let entry = chosen.entry;
@@ -92,7 +89,9 @@ fn of_log(path: &Path, args: &Args) -> Result<(String, Exit), Failure> {
         log: path.to_path_buf(),
         channels: args.channels.clone(),
     };
-    let found = args.estimator.identify(&log, &args.windows, true, false)?;
+    let found = args
+        .estimator
+        .identify(args.axis.into(), &log, &args.windows, true, false)?;
     Ok((page(&found, path), Exit::of(found.verdict())))
 }
 
@@ -113,6 +112,7 @@ pub fn page(found: &IdentifiedLog, path: &Path) -> String {
     let rows = speed_rows(found);
     let command = next::after_log(found, &identify_call(path));
     report::render_log(&report::Log {
+        axis: found.axis,
         name: &name.to_string_lossy(),
         record: &logs.log.record,
         validation: logs.validation_log.as_ref().map(|log| &log.record),

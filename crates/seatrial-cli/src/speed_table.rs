@@ -36,6 +36,10 @@ const K: Column = column("K", "1/s", |row| {
 });
 const A22: Column = column("a22", "1/s", |row| bounds(row, |i| i.a22_per_s));
 const B2: Column = column("b2", "1/s^2", |row| bounds(row, |i| i.b2_per_s2));
+/// The moment that rights pitch.
+const M: Column = column("m", "1/s^2", |row| {
+    Some(bounds_text(model(row)?.restoring?.interval_95_per_s2))
+});
 const A22_CENTRE: Column = column("a22", "1/s", |row| {
     let interval = intervals(row).map(|i| i.a22_per_s);
     Some(within(model(row)?.model().a22_per_s, interval))
@@ -59,11 +63,11 @@ const VERDICT: Column = column("verdict", "", |row| {
 /// Tables from the widest to the narrowest.
 const LAYOUTS: [&[Column]; 4] = [
     &[
-        THRUST, SPEED, T, K, A22_CENTRE, A22, B2_CENTRE, B2, C0, R2, GAIN, VERDICT,
+        THRUST, SPEED, T, K, A22_CENTRE, A22, M, B2_CENTRE, B2, C0, R2, GAIN, VERDICT,
     ],
-    &[THRUST, SPEED, T, K, A22, B2, GAIN, VERDICT],
-    &[THRUST, SPEED, T, A22, B2, GAIN, VERDICT],
-    &[SPEED, A22, B2, VERDICT],
+    &[THRUST, SPEED, T, K, A22, M, B2, GAIN, VERDICT],
+    &[THRUST, SPEED, T, A22, M, B2, GAIN, VERDICT],
+    &[SPEED, A22, M, B2, VERDICT],
 ];
 
 /// The widest table that fits. `None` where no row has anything but its verdict.
@@ -136,6 +140,10 @@ pub fn offset_text(row: &SpeedRow, unit: RudderUnit) -> Option<String> {
     let r2 = identification
         .validation
         .and_then(|v| v.judged_r2_heading());
-    parts.extend(r2.map(|r2| format!("R^2 of heading {}", r2_text(Some(r2)))));
+    let angle = match identification.restoring {
+        Some(_) => "pitch",
+        None => "heading",
+    };
+    parts.extend(r2.map(|r2| format!("R^2 of {angle} {}", r2_text(Some(r2)))));
     Some(parts.join(", "))
 }

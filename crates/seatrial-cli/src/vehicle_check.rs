@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::Subcommand;
+use seatrial_app::plan_file::load_plan;
 use seatrial_core::{Plan, Trial};
 use seatrial_links::autopilot::{Backup, HandBack};
 use seatrial_links::handover::Preflight;
@@ -14,7 +15,6 @@ use crate::autopilot::{self, LinkArgs};
 use crate::output::{Exit, Failure, Output};
 use crate::ros2;
 use crate::screen::{command, labelled, width};
-use crate::trial::load_plan;
 
 /// Look at an autopilot before a trial, or put it back after a trial that was cut short.
 #[derive(clap::Args, Debug)]
@@ -85,7 +85,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 }
 
 fn check(args: &CheckArgs, output: &Output) -> Result<Exit, Failure> {
-    let plan: Plan<f64> = load_plan(args.plan.as_deref())?;
+    let plan: Plan<f64> = load_plan(args.plan.as_deref(), None)?;
     Trial::new(plan).map_err(Failure::input)?;
     let abort = Arc::new(AtomicBool::new(false));
     let is_given = args.plan.is_some();

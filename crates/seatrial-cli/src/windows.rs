@@ -2,10 +2,7 @@
 
 use std::path::PathBuf;
 
-use seatrial_app::identify_log::{Logs, Windows};
-
-use crate::log::{LogArgs, Reporter};
-use crate::output::Failure;
+use seatrial_app::identify_log::Windows;
 
 /// Training and validation windows, half open, in the log's own seconds.
 #[derive(clap::Args, Clone, Debug, Default)]
@@ -38,12 +35,5 @@ impl WindowArgs {
             validate_to_s: self.validate_to,
             validate_on: self.validate_on.clone(),
         }
-    }
-
-    /// Reads the windows, then as much of the logs as they need.
-    pub fn open(&self, args: &LogArgs) -> Result<Logs, Failure> {
-        let settings = args.channels.read_settings()?;
-        let mut reporter = Reporter::default();
-        Ok(self.windows().open(&args.log, &settings, &mut reporter)?)
     }
 }

@@ -90,6 +90,7 @@ fn identification(model: YawModel<f64>) -> Identification {
             disturbance_rad_s2: 0.0,
         }),
         nomoto: model.nomoto(),
+        restoring: None,
         validation: None,
         higher_order: None,
         lag_effect: None,

@@ -96,6 +96,7 @@ fn record_until_killed(
         gremlin,
     };
     let about = Campaign {
+        axis: seatrial_core::Axis::Yaw,
         software_version: new.software_version.into(),
         vehicle: new.vehicle.into(),
         configuration: new.configuration.into(),

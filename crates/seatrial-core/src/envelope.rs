@@ -48,6 +48,9 @@ pub struct Envelope<T> {
     pub depth_min_m: T,
     /// Greatest depth, m.
     pub depth_max_m: T,
+    /// Greatest change of depth since the start of the stage, m; `None`: any.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub depth_change_max_m: Option<T>,
     /// Least height above the bottom, m.
     pub altitude_min_m: T,
     /// Greatest roll to either side, rad.
@@ -75,6 +78,7 @@ impl<T: Real> Default for Envelope<T> {
         Self {
             depth_min_m: T::of(-1.0),
             depth_max_m: T::of(10.0),
+            depth_change_max_m: None,
             altitude_min_m: T::ONE,
             roll_max_rad: T::of(0.8),
             pitch_max_rad: T::of(0.6),
@@ -96,6 +100,11 @@ impl<T: Real> Envelope<T> {
             is_positive(self.depth_max_m - self.depth_min_m),
             "envelope.depth_max_m",
             "above envelope.depth_min_m",
+        )?;
+        require(
+            self.depth_change_max_m.is_none_or(is_positive),
+            "envelope.depth_change_max_m",
+            "a positive number",
         )?;
         require(
             self.altitude_min_m >= T::ZERO && self.altitude_min_m.is_finite(),
@@ -130,7 +139,7 @@ impl<T: Real> Envelope<T> {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EnvelopeUse<T> {
-    /// Depth, from the middle of its range.
+    /// Depth, from the middle of its range; its change since the start of the stage where that is nearer to its limit.
     pub depth: Option<T>,
     /// Least height above the bottom by height.
     pub altitude: Option<T>,
@@ -187,6 +196,8 @@ pub struct EnvelopeWatch<T> {
     seen_s: [Option<f64>; 5],
     speed: Option<SpeedWatch<T>>,
     heading: Option<StillHeading<T>>,
+    /// Depth at the start of the stage, m.
+    stage_depth_m: Option<T>,
 }
 
 /// A heading that stays the same number: since when, and how far the gyro has turned since, lately.
@@ -216,6 +227,7 @@ impl<T: Real> EnvelopeWatch<T> {
             seen_s: [None; 5],
             speed: None,
             heading: None,
+            stage_depth_m: None,
         }
     }
 
@@ -224,8 +236,9 @@ impl<T: Real> EnvelopeWatch<T> {
         &self.usage
     }
 
-    /// Forgets the speed of the stage before.
+    /// Forgets speed and depth of the stage before.
     pub fn stage_started(&mut self) {
+        self.stage_depth_m = None;
         self.speed = None;
         self.usage.speed_drift = None;
     }
@@ -240,7 +253,13 @@ impl<T: Real> EnvelopeWatch<T> {
             _ => None,
         };
         let usage = &mut self.usage;
-        usage.depth = number(sample.depth_m).map(|depth| (depth - middle).abs() / half_range);
+        usage.depth = number(sample.depth_m).map(|depth| {
+            let start_m = *self.stage_depth_m.get_or_insert(depth);
+            let change = limits
+                .depth_change_max_m
+                .map_or(T::ZERO, |limit_m| (depth - start_m).abs() / limit_m);
+            change.max((depth - middle).abs() / half_range)
+        });
         usage.altitude = number(sample.altitude_m)
             .map(|altitude| limits.altitude_min_m / altitude.max(T::EPSILON));
         usage.roll = number(sample.roll_rad).map(|roll| roll.abs() / limits.roll_max_rad);

@@ -1,146 +1,15 @@
 //! The online estimator: guard, filters, recursion and convergence joined.
 
-use crate::convergence::{Convergence, ConvergenceSettings, Pace};
-use crate::guard::{Admission, Cause, Guard, GuardSettings, RejectedCounts};
+use crate::convergence::{Convergence, Pace};
+use crate::guard::{Admission, Cause, Guard, RejectedCounts};
 use crate::instrument::{AuxiliaryModel, RecursiveInstrument};
 use crate::least_squares::{Forgetting, RecursiveLeastSquares};
-use crate::lost_rudder::{LostRudder, UnseenRudder};
-use crate::setting::{InvalidSetting, is_positive, require};
+use crate::lost_rudder::UnseenRudder;
+use crate::setting::InvalidSetting;
 use crate::state_variable_filter::{FilterStart, FilterStep, Hold, StateVariableFilter};
-use crate::{Real, YawModel};
+use crate::{PitchModel, Real, YawModel};
 
-/// lambda T of the default filter: 1.5 rad/s for the paper's vehicle, T = 1/1.07 s.
-const LAMBDA_TIMES_TIME_CONSTANT: f64 = 1.5 / 1.07;
-
-/// How the parameters are estimated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-pub enum Method {
-    /// Recursive least squares throughout.
-    LeastSquares,
-    /// Recursive least squares during the excitation, the recursive instrumental variable after it.
-    InstrumentalVariable,
-}
-
-/// How the estimator works. Immutable once the estimator is made.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(
-        default,
-        deny_unknown_fields,
-        bound(deserialize = "T: Real + serde::Deserialize<'de>")
-    )
-)]
-pub struct EstimatorSettings<T> {
-    /// lambda, the filters' double pole, rad/s.
-    pub lambda_rad_s: T,
-    /// How the heading runs between samples; the rudder is always held.
-    pub heading_hold: Hold,
-    /// How the rudder ran while samples were lost.
-    pub lost_rudder: LostRudder,
-    /// Where the filters start at their first sample.
-    pub filter_start: FilterStart,
-    /// P0 = this times I.
-    pub initial_covariance: T,
-    /// By which the weight of every sample is multiplied when the next one comes, in (0, 1]; 1 forgets nothing.
-    pub forgetting_factor: T,
-    /// Least squares, or the instrumental variable after the excitation.
-    pub method: Method,
-    /// When the estimate counts as converged.
-    pub convergence: ConvergenceSettings<T>,
-    /// Which samples are used.
-    pub guard: GuardSettings<T>,
-}
-
-impl<T: Real> EstimatorSettings<T> {
-    /// What the paper does: zero filter state, heading held constant between samples, P0 = 100 I, lambda 1 rad/s,
-    /// least squares throughout, every sample used whose numbers and time are sound.
-    pub fn paper() -> Self {
-        Self {
-            lambda_rad_s: T::ONE,
-            heading_hold: Hold::ZeroOrder,
-            lost_rudder: LostRudder::Held,
-            filter_start: FilterStart::Zero,
-            initial_covariance: T::of(100.0),
-            forgetting_factor: T::ONE,
-            method: Method::LeastSquares,
-            convergence: ConvergenceSettings {
-                threshold: T::of(0.001),
-                consecutive: 10,
-                in_own_time: false,
-            },
-            guard: GuardSettings {
-                gap_time_constants: None,
-                warm_time_constants: T::ZERO,
-                heading_jump_rad: None,
-                max_yaw_rate_rad_s: T::of(3.0),
-                refused_in_a_row: 5,
-            },
-        }
-    }
-
-    /// The improved settings with filters of this lambda: those of the vehicle whose default it is.
-    pub fn for_lambda(lambda_rad_s: T) -> Self {
-        Self {
-            lambda_rad_s,
-            ..Self::for_time_scale(T::of(LAMBDA_TIMES_TIME_CONSTANT) / lambda_rad_s)
-        }
-    }
-
-    /// The improved settings for a vehicle whose yaw rate follows the rudder with this time constant
-    /// T = -1/a22, s. Instants, spans and rates follow T; what is relative to them is fixed: a silence above
-    /// 1/lambda is a gap, after which the filters settle for 8/lambda (0.3 % of their wrong start is left).
-    pub fn for_time_scale(time_constant_s: T) -> Self {
-        Self {
-            lambda_rad_s: T::of(LAMBDA_TIMES_TIME_CONSTANT) / time_constant_s,
-            heading_hold: Hold::FirstOrder,
-            lost_rudder: LostRudder::Interpolated,
-            filter_start: FilterStart::Equilibrium,
-            initial_covariance: T::of(1e6),
-            method: Method::InstrumentalVariable,
-            convergence: ConvergenceSettings {
-                in_own_time: true,
-                ..Self::paper().convergence
-            },
-            guard: GuardSettings {
-                gap_time_constants: Some(T::ONE),
-                warm_time_constants: T::of(8.0),
-                heading_jump_rad: Some(T::of(0.2)),
-                max_yaw_rate_rad_s: T::of(3.0) / time_constant_s,
-                ..Self::paper().guard
-            },
-            ..Self::paper()
-        }
-    }
-
-    /// Names the first setting that is out of its range.
-    pub fn check(&self) -> Result<(), InvalidSetting> {
-        let positive = "a positive number";
-        require(is_positive(self.lambda_rad_s), "lambda_rad_s", positive)?;
-        require(
-            is_positive(self.initial_covariance),
-            "initial_covariance",
-            positive,
-        )?;
-        require(
-            self.forgetting_factor > T::ZERO && self.forgetting_factor <= T::ONE,
-            "forgetting_factor",
-            "above 0 and at most 1",
-        )?;
-        self.convergence.check()?;
-        self.guard.check()
-    }
-}
-
-impl<T: Real> Default for EstimatorSettings<T> {
-    /// For the paper's vehicle: lambda 1.5 rad/s.
-    fn default() -> Self {
-        Self::for_lambda(T::of(1.5))
-    }
-}
+pub use crate::estimator_settings::{EstimatorSettings, Method};
 
 /// What became of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -179,7 +48,7 @@ pub struct Estimator<T> {
     /// Filter time to pass before anything is learnt, s.
     unsettled_s: T,
     unseen: UnseenRudder<T>,
-    /// Theta = [beta, a22, b2, C0], beta of the unseen rudder.
+    /// Theta = [beta, a22, b2, C0], beta of the unseen rudder; [m, a22, b2, C0] where there is a restoring moment.
     least_squares: RecursiveLeastSquares<T, 4>,
     /// Runs from the first training sample on.
     auxiliary: Option<AuxiliaryModel<T>>,
@@ -224,15 +93,30 @@ impl<T: Real> Estimator<T> {
         let filtering = self.filter(time_s, heading_rad, rudder_rad);
         let now = self.filtered();
         let before = self.model();
+        let (heading_rad, restoring_per_s2) =
+            (self.filtered_heading_rad(), self.restoring_per_s2());
         let lambda_rad_s = self.settings.lambda_rad_s;
         let mut passed_s = T::ZERO;
         match (filtering, &mut self.auxiliary) {
             (Filtering::Rejected(cause), _) => return Intake::Rejected(cause),
             (Filtering::Moved { interval_s }, Some(auxiliary)) => {
                 passed_s = interval_s;
-                auxiliary.advance(&before, now.rudder_rad, interval_s, lambda_rad_s);
+                match restoring_per_s2 {
+                    Some(m) => {
+                        let model = PitchModel::righted(&before, m);
+                        auxiliary.advance_righted(&model, now.rudder_rad, interval_s);
+                    }
+                    None => auxiliary.advance(&before, now.rudder_rad, interval_s, lambda_rad_s),
+                }
             }
-            (_, auxiliary) => *auxiliary = Some(AuxiliaryModel::new(now.rudder_rad)),
+            (_, auxiliary) => {
+                *auxiliary = Some(match restoring_per_s2 {
+                    Some(_) => {
+                        AuxiliaryModel::from(heading_rad, now.yaw_rate_rad_s, now.rudder_rad)
+                    }
+                    None => AuxiliaryModel::new(now.rudder_rad),
+                });
+            }
         }
         let start_s = *self.training_start_s.get_or_insert(time_s);
         if self.unsettled_s > T::ZERO {
@@ -251,10 +135,10 @@ impl<T: Real> Estimator<T> {
     }
 
     /// The doublet is over: convergence counts from now on, and the instrument takes over, unless the
-    /// estimate is unstable (a22 >= 0) and its auxiliary model would be, too.
+    /// estimate is unstable (a22 >= 0, or a moment that overturns) and its auxiliary model would be, too.
     pub fn excitation_ended(&mut self) {
         self.convergence.arm();
-        let stable = self.least_squares_model().a22_per_s < T::ZERO;
+        let stable = self.is_stable(&self.least_squares.theta());
         if self.settings.method == Method::InstrumentalVariable
             && self.instrument.is_none()
             && stable
@@ -276,10 +160,26 @@ impl<T: Real> Estimator<T> {
 
     /// The estimate.
     pub fn model(&self) -> YawModel<T> {
-        match &self.instrument {
-            Some(instrument) => yaw_model(instrument.theta()),
-            None => self.least_squares_model(),
-        }
+        yaw_model(self.theta())
+    }
+
+    /// m of the restoring moment, 1/s^2, negative where it rights the vehicle. `None` where the settings have none.
+    pub fn restoring_per_s2(&self) -> Option<T> {
+        let [m, ..] = self.theta();
+        self.settings.has_restoring_moment.then_some(m)
+    }
+
+    /// Of the instrument once it has taken over; with a restoring moment, unless it has left what is stable.
+    fn theta(&self) -> [T; 4] {
+        let instrument = self.instrument.map(|instrument| instrument.theta());
+        instrument
+            .filter(|theta| !self.settings.has_restoring_moment || self.is_stable(theta))
+            .unwrap_or(self.least_squares.theta())
+    }
+
+    fn is_stable(&self, theta: &[T; 4]) -> bool {
+        let [m, a22, ..] = *theta;
+        a22 < T::ZERO && (!self.settings.has_restoring_moment || m < T::ZERO)
     }
 
     /// The estimate of plain least squares, which runs on beside the instrument.
@@ -324,6 +224,12 @@ impl<T: Real> Estimator<T> {
             },
             None => FilteredSignals::default(),
         }
+    }
+
+    /// The angle at the latest sample taken in, filtered, rad, unwrapped.
+    fn filtered_heading_rad(&self) -> T {
+        let heading = self.filters.as_ref().map(|(heading, _)| heading.smoothed());
+        heading.unwrap_or(T::ZERO)
     }
 
     /// The settings it was made with.
@@ -380,6 +286,9 @@ impl<T: Real> Estimator<T> {
 
     /// Gives a rudder movement that fell among lost samples a parameter of its own.
     fn add_unseen(&mut self, moved_rad: T, unseen_s: T) {
+        if self.settings.has_restoring_moment {
+            return;
+        }
         if self.unseen.is_learnt(self.settings.lambda_rad_s) {
             self.unseen.settle(self.beta());
             self.reset_beta(self.settings.initial_covariance);
@@ -388,14 +297,17 @@ impl<T: Real> Estimator<T> {
     }
 
     fn beta(&self) -> T {
-        let [beta, ..] = match &self.instrument {
-            Some(instrument) => instrument.theta(),
-            None => self.least_squares.theta(),
-        };
-        beta
+        let [beta, ..] = self.theta();
+        match self.settings.has_restoring_moment {
+            true => T::ZERO,
+            false => beta,
+        }
     }
 
     fn reset_beta(&mut self, variance: T) {
+        if self.settings.has_restoring_moment {
+            return;
+        }
         self.least_squares.reset_first(variance);
         if let Some(instrument) = &mut self.instrument {
             instrument.reset_first(variance);
@@ -407,8 +319,12 @@ impl<T: Real> Estimator<T> {
             factor: self.settings.forgetting_factor,
             trace_limit: T::of(4.0) * self.settings.initial_covariance,
         };
-        let pulse_rad = self.unseen.pulse_rad();
-        let regressor = [pulse_rad, now.yaw_rate_rad_s, now.rudder_rad, T::ONE];
+        let has_restoring_moment = self.settings.has_restoring_moment;
+        let first_rad = match has_restoring_moment {
+            true => self.filtered_heading_rad(),
+            false => self.unseen.pulse_rad(),
+        };
+        let regressor = [first_rad, now.yaw_rate_rad_s, now.rudder_rad, T::ONE];
         let observation = now.yaw_acceleration_rad_s2 - self.unseen.settled_rad_s2();
         if !self
             .least_squares
@@ -419,7 +335,11 @@ impl<T: Real> Estimator<T> {
         }
         if let (Some(recursion), Some(auxiliary)) = (&mut self.instrument, &self.auxiliary) {
             let rate_rad_s = auxiliary.yaw_rate_rad_s();
-            let instrument = [pulse_rad, rate_rad_s, now.rudder_rad, T::ONE];
+            let first_rad = match has_restoring_moment {
+                true => auxiliary.heading_rad(),
+                false => first_rad,
+            };
+            let instrument = [first_rad, rate_rad_s, now.rudder_rad, T::ONE];
             if !recursion.update(regressor, instrument, observation) {
                 return Intake::Warming;
             }
@@ -449,7 +369,9 @@ fn started<T: Real>(
 /// Nothing known but that nothing is unseen.
 fn without_samples<T: Real>(settings: &EstimatorSettings<T>) -> RecursiveLeastSquares<T, 4> {
     let mut least_squares = RecursiveLeastSquares::new(settings.initial_covariance);
-    least_squares.reset_first(T::ZERO);
+    if !settings.has_restoring_moment {
+        least_squares.reset_first(T::ZERO);
+    }
     least_squares
 }
 

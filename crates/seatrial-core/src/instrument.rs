@@ -1,7 +1,7 @@
 //! The recursive instrumental variable.
 
 use crate::model::{Discretisation, YawModel};
-use crate::{Real, RecursiveLeastSquares};
+use crate::{PitchModel, PitchState, Real, RecursiveLeastSquares};
 
 /// Smallest denominator 1 + Phi^T P zeta with which a sample is still learnt from; least squares never goes below 1.
 const SMALLEST_DENOMINATOR: f64 = 0.1;
@@ -21,19 +21,33 @@ const SMALLEST_DENOMINATOR: f64 = 0.1;
 ///
 /// A rough early estimate must not throw z away, so a22 is taken to the nearest value between -10 and
 /// -0.05 1/s; limits made for filters of 0.5 to 4 rad/s, in proportion to lambda beyond.
+///
+/// Of pitch, the angle that the elevator alone explains is an instrument, too: [`advance_righted`](Self::advance_righted).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AuxiliaryModel<T> {
     yaw_rate_rad_s: T,
     rudder_rad: T,
+    heading_rad: T,
 }
 
 impl<T: Real> AuxiliaryModel<T> {
     /// At rest, with this filtered rudder.
     pub fn new(rudder_rad: T) -> Self {
+        Self::from(T::ZERO, T::ZERO, rudder_rad)
+    }
+
+    /// From this filtered angle, rad, its rate, rad/s, and this filtered rudder, rad.
+    pub fn from(heading_rad: T, yaw_rate_rad_s: T, rudder_rad: T) -> Self {
         Self {
-            yaw_rate_rad_s: T::ZERO,
+            yaw_rate_rad_s,
             rudder_rad,
+            heading_rad,
         }
+    }
+
+    /// The angle that the rudder alone explains, rad; moved by [`advance_righted`](Self::advance_righted) only.
+    pub fn heading_rad(&self) -> T {
+        self.heading_rad
     }
 
     /// z, rad/s.
@@ -50,6 +64,18 @@ impl<T: Real> AuxiliaryModel<T> {
         let input = model.b2_per_s2 * mean_rudder_rad + model.c0_rad_per_s2;
         self.yaw_rate_rad_s = step.decay * self.yaw_rate_rad_s + step.rate_gain_s * input;
         self.rudder_rad = rudder_rad;
+    }
+
+    /// Moves pitch on by an interval with the filtered elevator at its end.
+    pub fn advance_righted(&mut self, model: &PitchModel<T>, elevator_rad: T, interval_s: T) {
+        let state = PitchState {
+            pitch_rad: self.heading_rad,
+            pitch_rate_rad_s: self.yaw_rate_rad_s,
+        };
+        let after = model.advance(state, elevator_rad, interval_s);
+        self.heading_rad = after.pitch_rad;
+        self.yaw_rate_rad_s = after.pitch_rate_rad_s;
+        self.rudder_rad = elevator_rad;
     }
 }
 
@@ -91,8 +117,8 @@ impl<T: Real, const N: usize> RecursiveInstrument<T, N> {
         }
     }
 
-    /// Theta, in the order of the regressor: [beta, a22, b2, C0] in an [`Estimator`](crate::Estimator), [a, m, b, c] in a
-    /// [`PitchEstimator`](crate::PitchEstimator).
+    /// Theta, in the order of the regressor: [beta, a22, b2, C0] in an [`Estimator`](crate::Estimator), [m, a, b, c] where
+    /// it estimates a restoring moment.
     pub fn theta(&self) -> [T; N] {
         self.theta
     }

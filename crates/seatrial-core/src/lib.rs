@@ -9,9 +9,11 @@
 
 pub mod attitude;
 pub mod authority;
+pub mod axis;
 pub mod convergence;
 pub mod envelope;
 pub mod estimator;
+mod estimator_settings;
 pub mod excitation;
 pub mod fixed_rate;
 pub mod guard;
@@ -41,6 +43,7 @@ pub mod turning;
 pub mod validation;
 
 pub use authority::{AuthorityFit, AuthorityForm};
+pub use axis::Axis;
 pub use convergence::{Convergence, ConvergenceSettings};
 pub use envelope::{Envelope, EnvelopeUse, RudderSense};
 pub use estimator::{Estimator, EstimatorSettings, FilteredSignals, Intake, Method};
@@ -55,7 +58,7 @@ pub use list::List;
 pub use lost_rudder::{LostRudder, UnseenRudder};
 pub use model::{Nomoto, YawModel};
 pub use no_gain::NoGain;
-pub use pitch::{Diving, DivingSample, DivingVehicle, PitchEstimator, PitchModel, PitchState};
+pub use pitch::{PitchModel, PitchState};
 pub use plan::{Manoeuvre, Plan};
 pub use progress::{Event, RunResult, Stage, Status};
 pub use rate_cascade::{CascadeSettings, RateCascade};

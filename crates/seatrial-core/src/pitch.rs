@@ -1,16 +1,11 @@
-//! Pitch under the elevator: the model, its estimator and the vehicle that dives.
+//! Pitch under the elevator: the model.
 
-use crate::state_variable_filter::{FilterStart, FilterStep, Hold, StateVariableFilter};
-use crate::{Forgetting, Real, RecursiveInstrument, RecursiveLeastSquares};
+use crate::{Real, YawModel};
 
 /// Most that a step of the integration is of the fastest time constant.
 const LARGEST_STEP: f64 = 0.1;
 /// Most steps in an interval.
 const MOST_STEPS: f64 = 1000.0;
-/// Time after the first sample before anything is learnt, in time constants of the filter: 0.3 % of a wrong
-/// start is left.
-const WARM_TIME_CONSTANTS: f64 = 8.0;
-
 /// Pitch with a restoring moment.
 ///
 /// ```text
@@ -73,6 +68,18 @@ impl<T: Real> PitchModel<T> {
         ]
     }
 
+    /// The model whose a, b and c are those of `model`, with the restoring moment m, 1/s^2.
+    pub fn righted(model: &YawModel<T>, restoring_per_s2: T) -> Self {
+        let [a, b, c] = model.theta();
+        Self::from_theta([a, restoring_per_s2, b, c])
+    }
+
+    /// a, b and c as a model without restoring moment.
+    pub fn without_restoring(&self) -> YawModel<T> {
+        let [a, _, b, c] = self.theta();
+        YawModel::from_theta([a, b, c])
+    }
+
     /// Damped and not overturned by the flow: a < 0 and m < 0.
     pub fn is_stable(&self) -> bool {
         self.damping_per_s < T::ZERO && self.restoring_per_s2 < T::ZERO
@@ -118,192 +125,10 @@ impl<T: Real> PitchModel<T> {
     }
 }
 
-/// One instant of a vehicle in the diving plane.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct DivingSample<T> {
-    /// The vehicle's own clock, s.
-    pub time_s: f64,
-    /// Pitch, rad.
-    pub pitch_rad: T,
-    /// Elevator that acts from this instant on, rad.
-    pub elevator_rad: T,
-    /// Depth, m.
-    pub depth_m: Option<T>,
-    /// Forward speed, m/s.
-    pub surge_speed_m_s: Option<T>,
-}
-
-/// What the elevator is to do until the next command.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Diving<T> {
-    /// The vehicle's own controller holds its depth.
-    HoldDepth,
-    /// Hold this elevator angle, rad.
-    Elevator(T),
-}
-
-/// A vehicle whose elevator can be commanded. Its heading it holds itself.
-pub trait DivingVehicle<T> {
-    /// Why it cannot.
-    type Error;
-    /// The next sample; `None` where there are no more.
-    fn next_diving_sample(&mut self) -> Result<Option<DivingSample<T>>, Self::Error>;
-    /// Elevator and thrust from the next sample on.
-    fn dive(&mut self, diving: Diving<T>, thrust: T) -> Result<(), Self::Error>;
-}
-
-/// Estimates the pitch model while the vehicle manoeuvres: the state variable filter, least squares
-/// in four parameters and, after the excitation, the instrumental variable.
-///
-/// ```text
-/// theta''_f = a theta'_f + m theta_f + b delta_f + c
-/// ```
-///
-/// | symbol | meaning |
-/// |---|---|
-/// | _f | through the state variable filter (16), first-order hold on pitch, zero-order on the elevator |
-///
-/// The instrument is the model's own theta'_f and theta_f, driven by delta_f. As for yaw, it takes over from
-/// least squares when the excitation is over. Samples that are not finite or do not increase in time are
-/// ignored.
-#[derive(Clone, Copy, Debug)]
-pub struct PitchEstimator<T> {
-    step: FilterStep<T>,
-    filters: Option<(f64, StateVariableFilter<T>, StateVariableFilter<T>)>,
-    filtered_for_s: T,
-    least_squares: RecursiveLeastSquares<T, 4>,
-    instrument: Option<RecursiveInstrument<T, 4>>,
-    auxiliary: Option<PitchState<T>>,
-    used: u32,
-}
-
-impl<T: Real> PitchEstimator<T> {
-    /// P0, as for yaw.
-    const INITIAL_COVARIANCE: f64 = 1e6;
-
-    /// An estimator with its filter's pole at `-lambda_rad_s`.
-    pub fn new(lambda_rad_s: T) -> Self {
-        Self {
-            step: FilterStep::new(lambda_rad_s),
-            filters: None,
-            filtered_for_s: T::ZERO,
-            least_squares: RecursiveLeastSquares::new(T::of(Self::INITIAL_COVARIANCE)),
-            instrument: None,
-            auxiliary: None,
-            used: 0,
-        }
-    }
-
-    /// Takes in a sample of the settling phase: moves the filters, learns nothing.
-    pub fn warm(&mut self, sample: &DivingSample<T>) {
-        self.filter(sample);
-    }
-
-    /// Takes in a sample of the training phase. The elevator acts from this instant on.
-    pub fn update(&mut self, sample: &DivingSample<T>) {
-        let before_s = self.filtered_for_s;
-        if !self.filter(sample) {
-            return;
-        }
-        let Some((_, pitch, elevator)) = &self.filters else {
-            return;
-        };
-        let (angle, rate, acceleration) = (
-            pitch.smoothed(),
-            pitch.first_derivative(&self.step),
-            pitch.second_derivative(&self.step),
-        );
-        let elevator = elevator.smoothed();
-        let model = self.model();
-        let auxiliary = match self.auxiliary {
-            Some(state) => model.advance(state, elevator, self.filtered_for_s - before_s),
-            None => PitchState {
-                pitch_rad: angle,
-                pitch_rate_rad_s: rate,
-            },
-        };
-        self.auxiliary = Some(auxiliary);
-        if self.filtered_for_s * self.step.lambda_rad_s() < T::of(WARM_TIME_CONSTANTS) {
-            return;
-        }
-        let regressor = [rate, angle, elevator, T::ONE];
-        let forgetting = Forgetting {
-            factor: T::ONE,
-            trace_limit: T::of(4.0 * Self::INITIAL_COVARIANCE),
-        };
-        if self
-            .least_squares
-            .update(regressor, acceleration, forgetting)
-        {
-            self.used = self.used.saturating_add(1);
-        }
-        if let Some(recursion) = &mut self.instrument {
-            let instrument = [
-                auxiliary.pitch_rate_rad_s,
-                auxiliary.pitch_rad,
-                elevator,
-                T::ONE,
-            ];
-            recursion.update(regressor, instrument, acceleration);
-        }
-    }
-
-    /// The excitation is over: the instrument takes over, unless the estimate is unstable.
-    pub fn excitation_ended(&mut self) {
-        let model = PitchModel::from_theta(self.least_squares.theta());
-        if self.instrument.is_none() && model.is_stable() {
-            self.instrument = Some(RecursiveInstrument::take_over(&self.least_squares));
-        }
-    }
-
-    /// The estimate: of the instrument, unless it has left what is stable, and of least squares before.
-    pub fn model(&self) -> PitchModel<T> {
-        self.instrument
-            .map(|instrument| PitchModel::from_theta(instrument.theta()))
-            .filter(PitchModel::is_stable)
-            .unwrap_or(PitchModel::from_theta(self.least_squares.theta()))
-    }
-
-    /// Samples learnt from.
-    pub fn samples_used(&self) -> u32 {
-        self.used
-    }
-
-    /// Moves the filters; `false` where the sample is ignored.
-    fn filter(&mut self, sample: &DivingSample<T>) -> bool {
-        let finite = sample.time_s.is_finite()
-            && sample.pitch_rad.is_finite()
-            && sample.elevator_rad.is_finite();
-        if !finite {
-            return false;
-        }
-        let Some((time_s, pitch, elevator)) = &mut self.filters else {
-            let start = FilterStart::Equilibrium;
-            self.filters = Some((
-                sample.time_s,
-                StateVariableFilter::new(sample.pitch_rad, start),
-                StateVariableFilter::new(sample.elevator_rad, start),
-            ));
-            return true;
-        };
-        let interval_s = T::of(sample.time_s - *time_s);
-        if interval_s <= T::ZERO {
-            return false;
-        }
-        self.step.set_interval(interval_s);
-        pitch.advance(sample.pitch_rad, Hold::FirstOrder, &self.step);
-        // What the elevator had been set to over the interval is what its filter already has.
-        elevator.advance(sample.elevator_rad, Hold::ZeroOrder, &self.step);
-        *time_s = sample.time_s;
-        self.filtered_for_s += interval_s;
-        true
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{Estimator, EstimatorSettings, Intake};
 
     const MODEL: PitchModel<f64> = PitchModel {
         damping_per_s: -1.4,
@@ -312,7 +137,8 @@ mod tests {
         offset_rad_per_s2: 0.01,
     };
 
-    fn record(amplitude_rad: f64) -> impl Iterator<Item = DivingSample<f64>> {
+    /// Time, pitch and elevator of a doublet from rest.
+    fn record(amplitude_rad: f64) -> impl Iterator<Item = (f64, f64, f64)> {
         let mut state = PitchState {
             pitch_rad: 0.01 / 0.3,
             pitch_rate_rad_s: 0.0,
@@ -323,30 +149,35 @@ mod tests {
                 260..280 => -amplitude_rad,
                 _ => 0.0,
             };
-            let sample = DivingSample {
-                time_s: f64::from(k) * 0.05,
-                pitch_rad: state.pitch_rad,
-                elevator_rad,
-                ..DivingSample::default()
-            };
+            let sample = (f64::from(k) * 0.05, state.pitch_rad, elevator_rad);
             state = MODEL.advance(state, elevator_rad, 0.05);
             sample
         })
     }
 
-    fn estimated(samples: impl Iterator<Item = DivingSample<f64>>) -> PitchModel<f64> {
-        let mut estimator = PitchEstimator::new(3.0);
-        for (k, sample) in samples.enumerate() {
+    fn estimator() -> Estimator<f64> {
+        let settings = EstimatorSettings {
+            has_restoring_moment: true,
+            ..EstimatorSettings::for_lambda(3.0)
+        };
+        Estimator::new(settings).unwrap()
+    }
+
+    fn estimated(samples: impl Iterator<Item = (f64, f64, f64)>) -> PitchModel<f64> {
+        let mut estimator = estimator();
+        for (k, (time_s, pitch_rad, elevator_rad)) in samples.enumerate() {
             if k < 200 {
-                estimator.warm(&sample);
+                let _ = estimator.warm(time_s, pitch_rad, elevator_rad);
             } else {
                 if k == 280 {
                     estimator.excitation_ended();
                 }
-                estimator.update(&sample);
+                let _ = estimator.update(time_s, pitch_rad, elevator_rad);
             }
         }
-        estimator.model()
+        assert!(estimator.instrument().is_some());
+        let restoring_per_s2 = estimator.restoring_per_s2().unwrap();
+        PitchModel::righted(&estimator.model(), restoring_per_s2)
     }
 
     /// The closed form of the oscillation, here with m = -4: critically damped at a = -4.
@@ -375,20 +206,19 @@ mod tests {
         }
     }
 
-    /// Numbers that are none and time that stands still change nothing.
+    /// A sample that is not finite, or of the time of the one before, is refused and changes nothing.
     #[test]
     fn prop_unsound_samples_are_ignored() {
-        let unsound = record(0.1).flat_map(|sample| {
-            let bad = DivingSample {
-                pitch_rad: f64::NAN,
-                ..sample
-            };
-            [sample, bad, sample]
-        });
-        let mut estimator = PitchEstimator::new(3.0);
-        let mut reference = PitchEstimator::new(3.0);
-        unsound.for_each(|sample| estimator.update(&sample));
-        record(0.1).for_each(|sample| reference.update(&sample));
-        assert_eq!(estimator.model(), reference.model());
+        let (mut disturbed, mut reference) = (estimator(), estimator());
+        for (time_s, pitch_rad, elevator_rad) in record(0.1) {
+            let _ = reference.update(time_s, pitch_rad, elevator_rad);
+            let _ = disturbed.update(time_s, pitch_rad, elevator_rad);
+            for (time_s, pitch_rad) in [(time_s + 0.01, f64::NAN), (time_s, pitch_rad)] {
+                let intake = disturbed.update(time_s, pitch_rad, elevator_rad);
+                assert!(matches!(intake, Intake::Rejected(_)), "{intake:?}");
+            }
+        }
+        assert_eq!(disturbed.model(), reference.model());
+        assert_eq!(disturbed.restoring_per_s2(), reference.restoring_per_s2());
     }
 }

@@ -6,7 +6,7 @@ use crate::envelope::Envelope;
 use crate::estimator::EstimatorSettings;
 use crate::setting::{InvalidSetting, is_positive, require};
 use crate::settle::Settle;
-use crate::{Excitation, List, Real};
+use crate::{Axis, Excitation, List, Real, RudderSense};
 
 /// Most speeds of a trial.
 pub const SPEEDS: usize = 16;
@@ -132,6 +132,9 @@ impl<T: Real> Target<T> {
     )
 )]
 pub struct Plan<T> {
+    /// The motion that is identified. [`Plan::pitch`] is a plan of pitch; fields that a file leaves out are those of yaw.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Axis::is_yaw"))]
+    pub axis: Axis,
     /// The speeds, as thrust in fractions of full, in the order of the runs.
     pub thrusts: List<T, SPEEDS>,
     /// Largest rudder that the trial commands, rad.
@@ -187,6 +190,42 @@ impl<T: Real> Plan<T> {
         Self::paced(times_slower(time_constant_s), sample_interval_s)
     }
 
+    /// The plan of a trial of pitch: the paper's thrusts, with elevator doublets of half the length and two thirds of the size,
+    /// because pitch changes depth. The vehicle holds its depth for 40 s before each training.
+    pub fn pitch() -> Self {
+        let manoeuvre = |amplitude_rad| Manoeuvre {
+            lead_in_s: 2.0,
+            excitation: Excitation::Doublet {
+                amplitude_rad: T::of(amplitude_rad),
+                period_s: 2.0,
+            },
+            observe_s: 12.5,
+        };
+        let yaw = Self::paper();
+        Self {
+            axis: Axis::Pitch,
+            rudder_limit_rad: T::of(0.18),
+            settle: Settle {
+                // Trim differs from speed to speed: what is held is the depth.
+                heading_tolerance_rad: T::of(0.5),
+                at_least_s: 40.0,
+                at_most_s: 40.0,
+                ..yaw.settle
+            },
+            training: manoeuvre(0.18),
+            validation: manoeuvre(0.12),
+            envelope: Envelope {
+                pitch_max_rad: T::of(0.5),
+                depth_change_max_m: Some(T::ONE),
+                depth_min_m: T::of(-1.0),
+                depth_max_m: T::of(1000.0),
+                rudder_sense: RudderSense::Unknown,
+                ..yaw.envelope
+            },
+            ..yaw
+        }
+    }
+
     fn paced(pace: f64, sample_interval_s: f64) -> Self {
         let manoeuvre = |amplitude_rad| Manoeuvre {
             lead_in_s: 2.0 * pace,
@@ -199,6 +238,7 @@ impl<T: Real> Plan<T> {
         let (settle, envelope) = (Settle::<T>::default(), Envelope::<T>::default());
         let two_samples_s = 2.0 * sample_interval_s;
         Self {
+            axis: Axis::Yaw,
             thrusts: List::from_slice(&[0.6, 0.7, 0.8, 0.9, 1.0].map(T::of)).unwrap_or_default(),
             rudder_limit_rad: T::of(0.26),
             sample_interval_s,
@@ -231,10 +271,14 @@ impl<T: Real> Plan<T> {
     /// The settings of the estimator: those of the plan, or lambda = 6 / (twice the longest
     /// deflection), 1.5 rad/s for the paper's doublet.
     pub fn estimator_settings(&self) -> EstimatorSettings<T> {
-        self.estimator.unwrap_or_else(|| {
+        let settings = self.estimator.unwrap_or_else(|| {
             let period_s = 2.0 * self.training.excitation.longest_deflection_s();
             EstimatorSettings::for_lambda(T::of(LAMBDA_TIMES_PERIOD / period_s))
-        })
+        });
+        EstimatorSettings {
+            has_restoring_moment: self.axis == Axis::Pitch,
+            ..settings
+        }
     }
 
     /// Longest that the trial can take without a repeat, s.

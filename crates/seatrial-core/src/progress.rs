@@ -32,6 +32,9 @@ pub struct RunResult<T> {
     pub settled: bool,
     /// The estimate.
     pub model: YawModel<T>,
+    /// m of the restoring moment, 1/s^2, on the axis of pitch.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub restoring_per_s2: Option<T>,
     /// The estimate of plain least squares on the same samples.
     pub least_squares_model: YawModel<T>,
     /// P of plain least squares.

@@ -8,9 +8,9 @@ use crate::Real;
 pub struct Sample<T> {
     /// The vehicle's own clock, s.
     pub time_s: f64,
-    /// Heading psi, rad, wrapped or not.
+    /// Heading psi, rad, wrapped or not. On the axis of pitch the pitch, see [`Axis`](crate::Axis).
     pub heading_rad: T,
-    /// Rudder angle delta that acts from this instant on, rad.
+    /// Rudder angle delta that acts from this instant on, rad. On the axis of pitch the elevator.
     pub rudder_rad: T,
     /// Forward speed u, m/s.
     pub surge_speed_m_s: Option<T>,
@@ -39,7 +39,7 @@ pub struct Sample<T> {
 pub enum Steering<T> {
     /// Hold this rudder angle, rad.
     Rudder(T),
-    /// The vehicle's heading controller holds this heading, rad.
+    /// The vehicle's heading controller holds this heading, rad; on the axis of pitch it holds its depth.
     HoldHeading(T),
 }
 

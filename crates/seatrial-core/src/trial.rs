@@ -230,7 +230,7 @@ impl<T: Real> Trial<T> {
                 }
             }
             Phase::Validate(validation) if is_over(&self.plan.validation) => {
-                Due::NextRun(self.result(validation.goodness_of_fit()))
+                Due::NextRun(self.result(self.plan.axis.goodness_of_fit(validation)))
             }
             Phase::Validate(_) | Phase::Over(_) => Due::Same,
         }
@@ -324,7 +324,8 @@ impl<T: Real> Trial<T> {
             }
             Due::Validate => {
                 let validation =
-                    Validation::new(self.estimator.model(), self.plan.validation.lead_in_s);
+                    Validation::new(self.estimator.model(), self.plan.validation.lead_in_s)
+                        .righted_by(self.estimator.restoring_per_s2());
                 self.start_phase(Phase::Validate(validation), Stage::Validate);
             }
             Due::NextRun(result) => {
@@ -405,6 +406,7 @@ impl<T: Real> Trial<T> {
             attempt: self.attempt,
             settled: self.settled,
             model: self.estimator.model(),
+            restoring_per_s2: self.estimator.restoring_per_s2(),
             least_squares_model: self.estimator.least_squares_model(),
             covariance: self.estimator.covariance(),
             converged_s: self.estimator.converged_s(),
@@ -412,7 +414,10 @@ impl<T: Real> Trial<T> {
             surge_speed_m_s: self.training.surge_speed_m_s(),
             samples_used: self.training.samples_used,
             rejected: self.estimator.rejected().since(&self.rejected_before),
-            accepted: validation.reaches(self.plan.accept_from_r2),
+            accepted: self
+                .plan
+                .axis
+                .is_reached(&validation, self.plan.accept_from_r2),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::excitation::CLOCK_RESOLUTION_S;
 use crate::model::{Discretisation, YawModel, YawState};
-use crate::{Real, Sample};
+use crate::{PitchModel, PitchState, Real, Sample};
 
 /// Simulates a model with the measured rudder and compares it with the measured heading and yaw
 /// rate, sample by sample and without a record.
@@ -37,11 +37,14 @@ use crate::{Real, Sample};
 #[derive(Clone, Copy, Debug)]
 pub struct Validation<T> {
     model: YawModel<T>,
+    /// m of a restoring moment, 1/s^2.
+    restoring_per_s2: Option<T>,
     lead_in_s: f64,
     last: Option<Last<T>>,
     start_s: f64,
     unwrapped_heading_rad: T,
     forced: YawState<T>,
+    to_heading: YawState<T>,
     to_rate: YawState<T>,
     to_offset: YawState<T>,
     heading: Comparison<T>,
@@ -89,11 +92,16 @@ impl<T: Real> Validation<T> {
     pub fn new(model: YawModel<T>, lead_in_s: f64) -> Self {
         Self {
             model,
+            restoring_per_s2: None,
             lead_in_s,
             last: None,
             start_s: 0.0,
             unwrapped_heading_rad: T::ZERO,
             forced: YawState::default(),
+            to_heading: YawState {
+                heading_rad: T::ONE,
+                yaw_rate_rad_s: T::ZERO,
+            },
             to_rate: YawState {
                 heading_rad: T::ZERO,
                 yaw_rate_rad_s: T::ONE,
@@ -101,6 +109,14 @@ impl<T: Real> Validation<T> {
             to_offset: YawState::default(),
             heading: Comparison::default(),
             yaw_rate: Comparison::default(),
+        }
+    }
+
+    /// With a moment that rights the angle, psi'' = a22 psi' + m psi + b2 delta + C0: m, 1/s^2; `None` where there is none.
+    pub fn righted_by(self, restoring_per_s2: Option<T>) -> Self {
+        Self {
+            restoring_per_s2,
+            ..self
         }
     }
 
@@ -144,7 +160,11 @@ impl<T: Real> Validation<T> {
         self.heading.add(
             self.unwrapped_heading_rad,
             self.forced.heading_rad,
-            [T::ONE, self.to_rate.heading_rad, self.to_offset.heading_rad],
+            [
+                self.to_heading.heading_rad,
+                self.to_rate.heading_rad,
+                self.to_offset.heading_rad,
+            ],
             is_lead_in,
         );
         if let Some(rate) = sample.yaw_rate_rad_s.filter(|rate| rate.is_finite()) {
@@ -152,7 +172,7 @@ impl<T: Real> Validation<T> {
                 rate,
                 self.forced.yaw_rate_rad_s,
                 [
-                    T::ZERO,
+                    self.to_heading.yaw_rate_rad_s,
                     self.to_rate.yaw_rate_rad_s,
                     self.to_offset.yaw_rate_rad_s,
                 ],
@@ -208,11 +228,33 @@ impl<T: Real> Validation<T> {
     }
 
     fn advance(&mut self, rudder_rad: T, interval_s: T) {
-        let step = Discretisation::new(self.model.a22_per_s, interval_s);
         let input = self.model.b2_per_s2 * rudder_rad + self.model.c0_rad_per_s2;
+        if let Some(m) = self.restoring_per_s2 {
+            let righted = |state, input| righted(self.model.a22_per_s, m, state, input, interval_s);
+            self.forced = righted(self.forced, input);
+            self.to_heading = righted(self.to_heading, T::ZERO);
+            self.to_rate = righted(self.to_rate, T::ZERO);
+            self.to_offset = righted(self.to_offset, T::ONE);
+            return;
+        }
+        let step = Discretisation::new(self.model.a22_per_s, interval_s);
         self.forced = step.advance(self.forced, input);
         self.to_rate = step.advance(self.to_rate, T::ZERO);
         self.to_offset = step.advance(self.to_offset, T::ONE);
+    }
+}
+
+/// The state `interval_s` later of psi'' = a psi' + m psi + `input`, rad/s^2.
+fn righted<T: Real>(a: T, m: T, state: YawState<T>, input: T, interval_s: T) -> YawState<T> {
+    let model = PitchModel::from_theta([a, m, T::ZERO, input]);
+    let start = PitchState {
+        pitch_rad: state.heading_rad,
+        pitch_rate_rad_s: state.yaw_rate_rad_s,
+    };
+    let after = model.advance(start, T::ZERO, interval_s);
+    YawState {
+        heading_rad: after.pitch_rad,
+        yaw_rate_rad_s: after.pitch_rate_rad_s,
     }
 }
 

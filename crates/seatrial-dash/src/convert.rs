@@ -11,7 +11,6 @@ use seatrial_core as core;
 use seatrial_core::Plan;
 use seatrial_logbook::{CampaignEntry, State as LogbookState};
 use seatrial_report::overlay;
-use serde_json::Value;
 
 use crate::api::{
     CampaignSummary, Change, Check, ExpectedIntervals, Figure, Model, Outcome, PlanPreview,
@@ -32,10 +31,8 @@ pub fn utc(time: SystemTime) -> String {
 
 /// The snake_case name that serde gives a value without fields.
 pub fn name_of(value: impl serde::Serialize) -> String {
-    match serde_json::to_value(value) {
-        Ok(Value::String(name)) => name,
-        _ => String::new(),
-    }
+    let quoted = serde_json::to_string(&value).unwrap_or_default();
+    quoted.trim_matches('"').to_owned()
 }
 
 impl From<core::Stage> for Stage {
@@ -187,11 +184,11 @@ pub fn run_summary(run: &Run, review: Option<Review>) -> RunSummary {
 
 /// The validation of a run, measured and simulated.
 pub fn validation_of(run: &Run) -> Option<ValidationOverlay> {
-    let model = run.identification.as_ref()?.model();
+    let model = run.identification.as_ref()?;
     let drawn = overlay(
         &run.acting_record(),
         run.stage(core::Stage::Validate)?,
-        &model,
+        model,
     );
     Some(ValidationOverlay {
         run: run.number,
@@ -270,7 +267,7 @@ impl PlanPreview {
             })
             .collect();
         Self {
-            plan: serde_json::to_value(plan).unwrap_or_default(),
+            plan: *plan,
             outcome: preview.outcome.map(Outcome::from),
             duration_s: preview.duration_s,
             longest_s: preview.longest_s,

@@ -34,7 +34,7 @@ pub fn identified(log: &Path, reading: LogReading) -> Result<IdentifiedLog, Refu
     let found = opened.map_err(|error| refused(log, &name, &error))?;
     let validated = found
         .identification()
-        .and_then(|found| Some((found.model(), found.validation?.window)));
+        .and_then(|found| Some((found, found.validation?.window)));
     Ok(IdentifiedLog {
         document: IdentificationDocument::of(&found).addressed_to(Reader::Dashboard),
         verdict: found.verdict().into(),

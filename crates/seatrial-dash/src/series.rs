@@ -1,7 +1,7 @@
 //! Records as columns to be drawn.
 
-use seatrial::{Record, Window};
-use seatrial_core::{Real, YawModel};
+use seatrial::{Identification, Record, Window};
+use seatrial_core::Real;
 use seatrial_report::overlay;
 
 use crate::api::LogSeries;
@@ -10,11 +10,11 @@ use crate::api::LogSeries;
 const MOST_DRAWN: usize = 5000;
 
 /// The columns of a record, and where it was validated the simulation of the model.
-pub fn series_of(record: &Record, validated: Option<(YawModel<f64>, Window)>) -> LogSeries {
+pub fn series_of(record: &Record, validated: Option<(&Identification, Window)>) -> LogSeries {
     let samples = &record.samples;
     let stride = samples.len().div_ceil(MOST_DRAWN).max(1);
     let simulated =
-        validated.map_or_else(Vec::new, |(model, window)| overlay(record, window, &model));
+        validated.map_or_else(Vec::new, |(model, window)| overlay(record, window, model));
     let finite = |value: f64| Some(value).filter(|value| value.is_finite());
     let mut series = LogSeries::default();
     let mut heading_rad: Option<f64> = None;

@@ -168,7 +168,7 @@ impl TrialState {
             seed: about.seed,
             realtime_factor: begun.realtime_factor,
             started: utc(begun.time),
-            plan: serde_json::to_value(begun.plan).unwrap_or_default(),
+            plan: begun.plan,
             progress: None,
             estimate: None,
             envelope: Vec::new(),

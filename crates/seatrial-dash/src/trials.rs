@@ -10,7 +10,6 @@ use seatrial_app::trial_run::{
 };
 use seatrial_core::{Plan, Trial};
 use seatrial_logbook::{CampaignEntry, CampaignId, Circumstances};
-use serde_json::Value;
 
 use crate::api::{
     GoOnOrder, PlanOrder, PlanPreview, Preflight, RepeatOrder, TrialOrder, TrialState,
@@ -24,15 +23,16 @@ const SLOWEST: f64 = 0.1;
 /// Longest name of a configuration, characters.
 const LONGEST_NAME: usize = 200;
 
-/// A plan in JSON; the paper's where there is none.
-fn plan_of(plan: Option<Value>) -> Result<Plan<f64>, Refusal> {
-    let refused = |why: String| Refusal::unprocessable("plan_refused", format!("the plan: {why}"));
-    let plan = match plan {
-        None => Plan::paper(),
-        Some(plan) => serde_json::from_value(plan).map_err(|error| refused(error.to_string()))?,
-    };
-    Trial::new(plan).map_err(|error| refused(error.to_string()))?;
-    Ok(plan)
+/// The plan of an order; the paper's where there is none.
+fn plan_of(plan: Option<Plan<f64>>) -> Result<Plan<f64>, Refusal> {
+    let plan = plan.unwrap_or_default();
+    match Trial::new(plan) {
+        Ok(_) => Ok(plan),
+        Err(why) => Err(Refusal::unprocessable(
+            "plan_refused",
+            format!("the plan: {why}"),
+        )),
+    }
 }
 
 /// What a plan will do.

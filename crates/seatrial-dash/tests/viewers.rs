@@ -209,6 +209,7 @@ fn trial(viewers: usize, measured: &mut Measured) {
     let server = Server::start(&settings, Vec::new(), Vec::new()).unwrap();
     let plan = Plan::paper();
     let about = Campaign {
+        axis: seatrial_core::Axis::Yaw,
         software_version: "test".into(),
         vehicle: "sim:starfish".into(),
         configuration: "default".into(),

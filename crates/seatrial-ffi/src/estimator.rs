@@ -138,6 +138,7 @@ impl TryFrom<SeatrialEstimatorSettings> for EstimatorSettings<SeatrialNumber> {
             filter_start: one_of(settings.filter_start, &FILTER_STARTS, "filter_start")?,
             initial_covariance: settings.initial_covariance,
             forgetting_factor: settings.forgetting_factor,
+            has_restoring_moment: false,
             method: one_of(settings.method, &METHODS, "method")?,
             convergence: ConvergenceSettings {
                 threshold: settings.convergence_threshold,

@@ -4,7 +4,8 @@ use seatrial_core::envelope::AREA_CORNERS;
 use seatrial_core::excitation::DEFLECTIONS;
 use seatrial_core::plan::SPEEDS;
 use seatrial_core::{
-    Envelope, Excitation, InvalidSetting, List, Manoeuvre, NotSettled, Plan, RudderSense, Settle,
+    Axis, Envelope, Excitation, InvalidSetting, List, Manoeuvre, NotSettled, Plan, RudderSense,
+    Settle,
 };
 
 use crate::SeatrialNumber;
@@ -312,6 +313,7 @@ impl TryFrom<SeatrialPlan> for Plan<SeatrialNumber> {
 
     fn try_from(flat: SeatrialPlan) -> Result<Self, InvalidSetting> {
         Ok(Self {
+            axis: Axis::Yaw,
             thrusts: list(&flat.thrusts, flat.speeds, "speeds")?,
             rudder_limit_rad: flat.rudder_limit_rad,
             sample_interval_s: flat.sample_interval_s,
@@ -337,6 +339,7 @@ impl TryFrom<SeatrialPlan> for Plan<SeatrialNumber> {
             envelope: Envelope {
                 depth_min_m: flat.depth_min_m,
                 depth_max_m: flat.depth_max_m,
+                depth_change_max_m: None,
                 altitude_min_m: flat.altitude_min_m,
                 roll_max_rad: flat.roll_max_rad,
                 pitch_max_rad: flat.pitch_max_rad,

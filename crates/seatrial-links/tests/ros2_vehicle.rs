@@ -276,6 +276,7 @@ fn vehicle(mishap: Mishap, at_s: f64) -> RosVehicle<Sea> {
 
 fn about() -> Campaign {
     Campaign {
+        axis: seatrial_core::Axis::Yaw,
         software_version: "tests".into(),
         vehicle: "ros2".into(),
         configuration: "default".into(),

@@ -1,10 +1,8 @@
 //! The hash chain of a campaign: campaign -> run -> run -> outcome.
 
 use rusqlite::Error;
-use seatrial_core::DivingSample;
 use sha2::{Digest, Sha256};
 
-use super::pitch_rows::StoredPitchTrial;
 use super::read::{CampaignEntry, StoredRun};
 use super::row::{stage_name, to_json};
 use seatrial::Step;
@@ -131,28 +129,6 @@ pub(super) fn run_link(previous: &str, run: &StoredRun) -> Result<String, Error>
     }
     link.steps(&run.steps)?;
     Ok(link.hex())
-}
-
-/// The only link of a pitch trial: what it ran on, its plan, its samples and its result.
-pub(super) fn pitch_link(trial: &StoredPitchTrial, samples: &[DivingSample<f64>]) -> String {
-    let mut link = Link::after("");
-    link.text(&trial.configuration);
-    link.text(&trial.entered);
-    link.text(&trial.software_version);
-    link.text(&trial.vehicle);
-    link.integer(trial.seed.is_some().into());
-    link.integer(trial.seed.unwrap_or(0).cast_signed());
-    link.text(&trial.plan);
-    link.text(&trial.result);
-    link.length(samples.len());
-    for sample in samples {
-        link.number(sample.time_s);
-        link.number(sample.pitch_rad);
-        link.number(sample.elevator_rad);
-        link.optional_number(sample.depth_m);
-        link.optional_number(sample.surge_speed_m_s);
-    }
-    link.hex()
 }
 
 /// The last link: how the campaign ended, and the steps that belong to no run.

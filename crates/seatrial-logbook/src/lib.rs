@@ -3,7 +3,6 @@
 //! ```text
 //! configuration (payload) -> campaign (plan, software) -> run -> estimate, trace, stage
 //!                                                    \-> sample, action, live estimate
-//! pitch trial -> sample
 //! ```
 //!
 //! **Exact.** Every number comes back with the bits it had. Samples are one row each, not packed,
@@ -22,7 +21,7 @@
 //! that has no result yet, what operators commanded, and their reviews; that the newest campaigns are missing altogether it cannot tell.
 //!
 //! **Repeatable.** From a [`Recording`] the trial is conducted again on its samples, and every action, every estimate and every
-//! result compared bit for bit; [`PitchTrial::again`](seatrial::pitch::PitchTrial::again) does so with a trial of the pitch axis.
+//! result compared bit for bit, on either [axis](CampaignEntry::axis).
 //!
 //! **Attributable.** What operators commanded over the network is kept, and their word on a run, which goes before its
 //! verdict wherever the run is read; the hash chain and a replay are those of what the program found.
@@ -62,8 +61,6 @@ mod chain;
 mod error;
 mod keeper;
 mod operators;
-mod pitch;
-mod pitch_rows;
 mod read;
 mod recorder;
 mod recording;
@@ -84,7 +81,6 @@ use serde::Serialize;
 pub use error::Error;
 pub use keeper::{Keeper, Kept};
 pub use operators::{Circumstances, CommandEntry, NewCommand, Review};
-pub use pitch::{NewPitchTrial, PitchEntry};
 pub use read::{CampaignEntry, RunEntry, State};
 pub use recorder::Recorder;
 pub use recording::Recording;

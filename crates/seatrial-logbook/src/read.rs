@@ -1,8 +1,8 @@
 //! What comes out of a logbook.
 
 use rusqlite::{Connection, OptionalExtension, Row};
-use seatrial_core::Outcome;
-use serde::Serialize;
+use seatrial_core::{Axis, Outcome};
+use serde::{Deserialize, Serialize};
 
 use super::row::{Exact, from_json, json_column, stage, step_of};
 use super::{CampaignId, Error, Logbook, RunId};
@@ -76,6 +76,16 @@ impl CampaignEntry {
     pub fn is_rehearsal(&self) -> bool {
         self.seed.is_some()
     }
+
+    /// The motion that its plan identifies.
+    pub fn axis(&self) -> Axis {
+        #[derive(Deserialize)]
+        struct AxisOfPlan {
+            #[serde(default)]
+            axis: Axis,
+        }
+        toml::from_str(&self.plan).map_or(Axis::Yaw, |plan: AxisOfPlan| plan.axis)
+    }
 }
 
 /// A run without its data.
@@ -140,6 +150,7 @@ impl Logbook {
             .map(|run| self.run(run.id))
             .collect::<Result<_, _>>()?;
         Ok(Campaign {
+            axis: entry.axis(),
             software_version: entry.software_version,
             vehicle: entry.vehicle,
             configuration: entry.configuration,

@@ -15,14 +15,9 @@ const NUMBERS: &str =
     "its rows are not numbered one after the other: one was taken out, put in or moved";
 const UNFINISHED: &str = "has rows of a result, but no result";
 
-const CHECKS: [Check; 12] = [
+const CHECKS: [Check; 10] = [
     Check {
         sql: "SELECT 'table campaign' FROM campaign
-              GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
-        found: NUMBERS,
-    },
-    Check {
-        sql: "SELECT 'table pitch_trial' FROM pitch_trial
               GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
         found: NUMBERS,
     },
@@ -44,11 +39,6 @@ const CHECKS: [Check; 12] = [
     Check {
         sql: "SELECT 'run ' || run || ', trace' FROM trace
               GROUP BY run HAVING min(number) <> 0 OR max(number) <> count(*) - 1",
-        found: NUMBERS,
-    },
-    Check {
-        sql: "SELECT 'pitch trial ' || trial || ', samples' FROM pitch_sample
-              GROUP BY trial HAVING min(number) <> 0 OR max(number) <> count(*) - 1",
         found: NUMBERS,
     },
     Check {

@@ -3,8 +3,7 @@
 use rusqlite::Connection;
 use serde::Serialize;
 
-use super::chain::{campaign_link, outcome_link, pitch_link, run_link, sha256};
-use super::pitch_rows;
+use super::chain::{campaign_link, outcome_link, run_link, sha256};
 use super::read::{CampaignEntry, State, collect, steps_outside, stored_run};
 use super::row::to_json;
 use super::{CampaignId, Error, Logbook, row_places};
@@ -29,8 +28,6 @@ pub struct Verification {
     pub runs_finished: u32,
     /// Runs without a result.
     pub runs_unfinished: u32,
-    /// Trials of the pitch axis checked.
-    pub pitch_trials: u32,
     /// Samples read.
     pub samples: usize,
     /// Nothing, in a whole logbook.
@@ -61,7 +58,6 @@ impl Logbook {
             }
             Err(error) => found.add("campaigns", error),
         }
-        self.verify_pitch_trials(&mut found);
         self.reading(view.finish())?;
         Ok(found)
     }
@@ -170,29 +166,6 @@ impl Logbook {
                 "a sample, an action, an estimate or the result was changed since it was sealed",
             ),
             Err(error) => found.add(&place, error),
-        }
-    }
-
-    fn verify_pitch_trials(&self, found: &mut Verification) {
-        let trials = match pitch_rows::stored(&self.connection, pitch_rows::ALL) {
-            Ok(trials) => trials,
-            Err(error) => return found.add("pitch trials", error),
-        };
-        for trial in trials {
-            let place = format!("pitch trial {}", trial.number);
-            found.pitch_trials += 1;
-            match pitch_rows::samples(&self.connection, trial.number) {
-                Ok(samples) => {
-                    found.samples += samples.len();
-                    if pitch_link(&trial, &samples) != trial.sha256 {
-                        found.add(
-                            &place,
-                            "a sample, the result or what it ran on was changed since it was sealed",
-                        );
-                    }
-                }
-                Err(error) => found.add(&place, error),
-            }
         }
     }
 }

@@ -13,6 +13,7 @@ use seatrial::servo::Servo;
 use seatrial_app::Options;
 use seatrial_app::identify_log::Windows;
 use seatrial_app::logs::{ReadSettings, Unobserved, open};
+use seatrial_core::Axis;
 use seatrial_core::RudderUnit;
 use seatrial_core::estimator::Method;
 use seatrial_logs::{ChannelChoice, Quantity};
@@ -222,6 +223,7 @@ pub fn identify_log(
     }
     let servo = Servo::new(rudder_delay_s, rudder_lag_s).map_err(|why| usage(py, why))?;
     let options = Options {
+        axis: Axis::Yaw,
         reading: ReadSettings {
             channels_file,
             channels: choice,

@@ -1,7 +1,7 @@
 //! Measured against simulated heading.
 
 use seatrial_core::model::YawState;
-use seatrial_core::{Sample, YawModel};
+use seatrial_core::{Axis, PitchModel, PitchState, Sample, YawModel};
 
 use super::Figure;
 use super::axis::extent;
@@ -14,9 +14,49 @@ use seatrial::identification::Identification;
 use seatrial::identify::validation::quiet_lead_in_s;
 use seatrial::record::{Record, Window};
 
+/// A model of yaw, or with a restoring moment m, 1/s^2, of pitch.
+#[derive(Clone, Copy)]
+struct Motion {
+    model: YawModel<f64>,
+    restoring_per_s2: Option<f64>,
+}
+
+impl Motion {
+    /// The model of an identification that goes to the controller.
+    fn of(identification: &Identification) -> Self {
+        Self {
+            model: identification.model(),
+            restoring_per_s2: identification.restoring.map(|m| m.refined_per_s2),
+        }
+    }
+
+    /// The model that was estimated sample by sample.
+    fn live(identification: &Identification) -> Self {
+        Self {
+            model: identification.online.model,
+            restoring_per_s2: identification.restoring.map(|m| m.online_per_s2),
+        }
+    }
+
+    fn advance(&self, state: YawState<f64>, rudder_rad: f64, interval_s: f64) -> YawState<f64> {
+        let Some(m) = self.restoring_per_s2 else {
+            return self.model.advance(state, rudder_rad, interval_s);
+        };
+        let start = PitchState {
+            pitch_rad: state.heading_rad,
+            pitch_rate_rad_s: state.yaw_rate_rad_s,
+        };
+        let after = PitchModel::righted(&self.model, m).advance(start, rudder_rad, interval_s);
+        YawState {
+            heading_rad: after.pitch_rad,
+            yaw_rate_rad_s: after.pitch_rate_rad_s,
+        }
+    }
+}
+
 /// A simulation of usable samples with the measured rudder, from the mean of the lead-in: the
 /// initial conditions of [`Validation`](seatrial_core::validation::Validation).
-fn simulated(samples: &[Sample<f64>], model: &YawModel<f64>) -> Vec<YawState<f64>> {
+fn simulated(samples: &[Sample<f64>], motion: &Motion) -> Vec<YawState<f64>> {
     let Some(first) = samples.first() else {
         return Vec::new();
     };
@@ -35,7 +75,7 @@ fn simulated(samples: &[Sample<f64>], model: &YawModel<f64>) -> Vec<YawState<f64
     };
     let mut states = vec![state];
     for pair in samples.windows(2) {
-        state = model.advance(state, pair[0].rudder_rad, pair[1].time_s - pair[0].time_s);
+        state = motion.advance(state, pair[0].rudder_rad, pair[1].time_s - pair[0].time_s);
         states.push(state);
     }
     states
@@ -52,10 +92,10 @@ pub struct Overlaid {
     pub simulated_rad: f64,
 }
 
-/// A model's simulation over the measured heading of a record's window, as the report draws it.
-pub fn overlay(record: &Record, window: Window, model: &YawModel<f64>) -> Vec<Overlaid> {
+/// The simulation of a model over the measured heading of a record's window, as the report draws it.
+pub fn overlay(record: &Record, window: Window, found: &Identification) -> Vec<Overlaid> {
     let samples = usable(record.window(window));
-    let states = simulated(&samples, model);
+    let states = simulated(&samples, &Motion::of(found));
     let pairs = samples.iter().zip(states);
     pairs
         .map(|(sample, state)| Overlaid {
@@ -94,7 +134,7 @@ struct Comparison {
 
 impl Comparison {
     /// `None` where the stage is missing or has fewer than two usable samples.
-    fn new(source: &Source, stage: Stage, model: &YawModel<f64>) -> Option<Self> {
+    fn new(source: &Source, stage: Stage, motion: &Motion) -> Option<Self> {
         let record = match stage {
             Stage::Validate => source.validation,
             Stage::Settle | Stage::Train => source.record,
@@ -108,7 +148,7 @@ impl Comparison {
             return None;
         }
         let measured = series(&samples, window.from_s, |s| degrees(Some(s.heading_rad)));
-        let states = simulated(&samples, model);
+        let states = simulated(&samples, motion);
         let mut comparison = Self {
             stage,
             window,
@@ -134,18 +174,18 @@ impl Comparison {
     }
 
     /// Measured and simulated heading; with that of the live model where it is another.
-    fn heading(&self, live_model: Option<&YawModel<f64>>) -> Panel {
+    fn heading(&self, angle: &str, live: Option<&Motion>) -> Panel {
         let name = match self.stage {
             Stage::Validate => "validation data",
             Stage::Settle | Stage::Train => "training",
         };
         let mut layers = vec![Layer::line("a", "measured", self.measured.clone())];
-        if let Some(model) = live_model {
-            let live = self.modelled(&simulated(&self.samples, model), |s| s.heading_rad);
+        if let Some(live) = live {
+            let live = self.modelled(&simulated(&self.samples, live), |s| s.heading_rad);
             layers.push(Layer::line("c", "live model", live));
         }
         layers.push(Layer::line("b", "model", self.simulated.clone()));
-        Panel::linear(format!("Heading, {name}, °"), 88.0, layers)
+        Panel::linear(format!("{angle}, {name}, °"), 88.0, layers)
             .with_range(around(&self.measured, &self.simulated))
     }
 
@@ -178,13 +218,13 @@ impl Comparison {
 }
 
 /// What validation says about the model, one sentence.
-fn validation_sentence(identification: &Identification) -> String {
+fn validation_sentence(identification: &Identification, angle: &str) -> String {
     let r2 = identification
         .validation
         .and_then(|v| v.judged_r2_heading());
     match (identification.validation, r2) {
         (Some(_), Some(r2)) => format!(
-            "On validation data the model explains {} of the heading (R² = {}).",
+            "On validation data the model explains {} of the {angle} (R² = {}).",
             if r2 > 0.0 {
                 format!("{} %", decimals(100.0 * r2, 0))
             } else {
@@ -193,7 +233,7 @@ fn validation_sentence(identification: &Identification) -> String {
             number::r2(Some(r2))
         ),
         (Some(_), None) => {
-            "The heading of the validation data did not vary: R² says nothing.".to_owned()
+            format!("The {angle} of the validation data did not vary: R² says nothing.")
         }
         (None, _) => {
             "There are no validation data: nothing says yet how well the model predicts.".to_owned()
@@ -204,29 +244,32 @@ fn validation_sentence(identification: &Identification) -> String {
 /// Measured against simulated heading, on the training run and on validation data (Figs. 10 and 11).
 pub(super) fn figure(source: &Source) -> Option<Figure> {
     let identification = source.identification?;
-    let model = identification.model();
+    let motion = Motion::of(identification);
     let refined = identification.refined.as_ref();
-    let live_model = refined.map(|_| &identification.online.model);
+    let live = refined.map(|_| Motion::live(identification));
+    let angle = source.axis.angle();
     let mut panels = Vec::new();
     let mut longest = 0.0_f64;
     for stage in [Stage::Train, Stage::Validate] {
-        let Some(comparison) = Comparison::new(source, stage, &model) else {
+        let Some(comparison) = Comparison::new(source, stage, &motion) else {
             continue;
         };
         longest = longest.max(comparison.window.to_s - comparison.window.from_s);
-        panels.push(comparison.heading(live_model));
+        panels.push(comparison.heading(&source.angle(), live.as_ref()));
         if stage == Stage::Validate {
             panels.push(comparison.difference());
-            panels.extend(comparison.rate());
+            if source.axis == Axis::Yaw {
+                panels.extend(comparison.rate());
+            }
         }
     }
     if panels.is_empty() || longest <= 0.0 {
         return None;
     }
-    let validated = validation_sentence(identification);
+    let validated = validation_sentence(identification, angle);
     let chart = Chart {
         alt: format!(
-            "{}: measured and simulated heading over time. {validated}",
+            "{}: measured and simulated {angle} over time. {validated}",
             source.name
         ),
         x_label: "Time since the stage began, s",
@@ -238,8 +281,9 @@ pub(super) fn figure(source: &Source) -> Option<Figure> {
     Some(Figure::new(
         &chart,
         format!(
-            "The model steered by the measured rudder against what the vehicle did. {validated} The lines should lie on each other; \
-             a drift late in the run is what the model cannot know: disturbance and noise."
+            "The model steered by the measured {} against what the vehicle did. {validated} The lines should lie on each other; \
+             a drift late in the run is what the model cannot know: disturbance and noise.",
+            source.axis.surface()
         ),
     ))
 }

@@ -114,7 +114,9 @@ pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed], command: &str) 
         ModelOutcome::Use => Vec::new(),
         _ => cause(&judged),
     };
-    if let (Some(slow), Some(fast)) = (speeds.first(), speeds.last()) {
+    if campaign.axis.is_yaw()
+        && let (Some(slow), Some(fast)) = (speeds.first(), speeds.last())
+    {
         findings.extend(how_it_steers(slow, fast));
     }
     let mut next: Vec<String> = action(&judged).into_iter().collect();
@@ -152,7 +154,7 @@ fn next_of_trial(campaign: &Campaign, speeds: &[Speed], tried: &[f64]) -> Vec<St
         ),
         Some(Outcome::Finished) => next.extend(failed_speeds(campaign, speeds, tried)),
     }
-    if !speeds.is_empty() {
+    if !speeds.is_empty() && campaign.axis.is_yaw() {
         next.push(what_to_do_with_models(campaign).to_owned());
     } else if campaign.runs.is_empty() {
         next.push(

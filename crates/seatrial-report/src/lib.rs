@@ -11,7 +11,6 @@ mod layer;
 mod log;
 mod log_model;
 mod number;
-mod pitch;
 mod plan_view;
 mod recorded;
 mod run_figures;
@@ -33,11 +32,10 @@ use headline::{Headline, Tone};
 pub use log::{Log, render as render_log};
 pub use log_model::LogModel;
 use number::{decimals, percent, sentence};
-pub use pitch::render as render_pitch;
 use seatrial::campaign::{Campaign, Run};
 use seatrial::identification::{Reason, Verdict};
 use seatrial::plain_text::plain;
-use seatrial_core::Plan;
+use seatrial_core::{Axis, Plan};
 pub use segmentation::{Found, render as render_found};
 pub use ship_manoeuvres::render as render_ship_manoeuvres;
 use source::Source;
@@ -73,34 +71,44 @@ pub struct About<'a> {
 pub fn render(campaign: &Campaign, about: &About, command: &str) -> String {
     let campaign = &*campaign.with_acting_rudder();
     let speeds = speed_figures::accepted(campaign);
-    let method_tables = if speeds.is_empty() {
+    // Gains and turning limits are made of yaw.
+    let steered = match campaign.axis {
+        Axis::Yaw => speeds.as_slice(),
+        Axis::Pitch => &[],
+    };
+    let method_tables = if steered.is_empty() {
         Vec::new()
     } else {
         vec![
-            tables::online(&speeds),
-            tables::offline(&speeds),
-            tables::gains_of_paper(&speeds),
+            tables::online(steered),
+            tables::offline(steered),
+            tables::gains_of_paper(steered),
         ]
     };
     let page = Page {
-        title: format!("Sea trial of {}", campaign.vehicle),
+        title: match campaign.axis {
+            Axis::Yaw => format!("Sea trial of {}", campaign.vehicle),
+            Axis::Pitch => format!("Sea trial of {}, pitch", campaign.vehicle),
+        },
         about: circumstances(campaign, about),
         headline: headline::of_campaign(campaign, &speeds, command),
         summary: (!campaign.runs.is_empty()).then(|| tables::summary(campaign, &speeds)),
         is_folded: campaign.runs.len() > 1,
-        runs: campaign.runs.iter().map(run_section).collect(),
-        together: speed_figures::together(&speeds).into_iter().collect(),
+        runs: (campaign.runs.iter())
+            .map(|run| run_section(run, campaign.axis))
+            .collect(),
+        together: speed_figures::together(steered).into_iter().collect(),
         methods: method_tables,
         over_speed: [
-            speed_figures::authority(&speeds),
-            turning_figure::turning(&speeds, campaign.rudder_limit_rad),
+            speed_figures::authority(steered),
+            turning_figure::turning(steered, campaign.rudder_limit_rad),
         ]
         .into_iter()
         .flatten()
         .collect(),
         control: [
-            control_figures::gains(&speeds),
-            control_figures::heading_steps(&speeds, campaign.rudder_limit_rad),
+            control_figures::gains(steered),
+            control_figures::heading_steps(steered, campaign.rudder_limit_rad),
         ]
         .into_iter()
         .flatten()
@@ -168,7 +176,7 @@ struct RunSection {
     figures: Vec<Figure>,
 }
 
-fn run_section(run: &Run) -> RunSection {
+fn run_section(run: &Run, axis: Axis) -> RunSection {
     let speed = run.surge_speed_m_s.map_or(String::new(), |speed| {
         format!(", {} m/s", decimals(speed, 2))
     });
@@ -183,6 +191,7 @@ fn run_section(run: &Run) -> RunSection {
         percent(run.thrust)
     );
     let source = Source {
+        axis,
         record: &run.record,
         validation: &run.record,
         stages: &run.stages,

@@ -7,10 +7,13 @@ use super::{Fact, Page, RunSection, headline, reasons, recorded, run_figures_of,
 use seatrial::campaign::{Stage, StageSpan};
 use seatrial::identification::{Identification, Verdict};
 use seatrial::record::Record;
+use seatrial_core::Axis;
 
 /// A record with its models, and what to call it.
 #[derive(Clone, Copy, Debug)]
 pub struct Log<'a> {
+    /// What heading and rudder of the record are.
+    pub axis: Axis,
     /// Name of the log, as the reader knows it.
     pub name: &'a str,
     /// The record that the model was made from.
@@ -45,6 +48,7 @@ pub fn render(log: &Log) -> String {
         window: validation.window,
     }));
     let source = Source {
+        axis: log.axis,
         record: log.record,
         validation: log.validation.unwrap_or(log.record),
         stages: &stages,
@@ -65,11 +69,15 @@ pub fn render(log: &Log) -> String {
     recorded.push(("SHA-256 of the samples", recorded::fingerprint(&records)));
     let has_models = log.models.iter().any(|m| m.identification.is_some());
     let page = Page {
-        title: format!("Steering of {}", log.name),
+        title: match log.axis {
+            Axis::Yaw => format!("Steering of {}", log.name),
+            Axis::Pitch => format!("Pitch of {}", log.name),
+        },
         subtitle: speeds_text(log.models),
         about: log.about.to_vec(),
         headline: headline::of_log(log.verdict, log.command),
-        summary: has_models.then(|| tables::log_summary(log.models, log.record.rudder_unit)),
+        summary: has_models
+            .then(|| tables::log_summary(log.models, log.record.rudder_unit, log.axis)),
         runs: vec![RunSection {
             anchor: "run-1".to_owned(),
             title: "The record".to_owned(),

@@ -18,9 +18,11 @@ pub struct LogModel<'a> {
 }
 
 impl LogModel<'_> {
-    /// K_p of an accepted model, for a damping ratio of 0.71.
+    /// K_p of an accepted model of yaw, for a damping ratio of 0.71.
     pub fn gain(&self) -> Option<f64> {
-        let identification = self.identification.filter(|_| self.verdict.accepted)?;
+        let is_steered =
+            |found: &&Identification| self.verdict.accepted && found.restoring.is_none();
+        let identification = self.identification.filter(is_steered)?;
         GainAllowance::of(identification)
             .design(&identification.model(), speed_figures::DAMPING_RATIO)
             .ok()

@@ -82,6 +82,13 @@ pub(super) fn sentence(text: &str) -> String {
     format!("{}{}.", first.unwrap_or_default(), letters.as_str())
 }
 
+/// The word with a capital letter first.
+pub(super) fn sentence_start(word: &str) -> String {
+    let mut letters = word.chars();
+    let first = letters.next().map(|first| first.to_uppercase().to_string());
+    first.unwrap_or_default() + letters.as_str()
+}
+
 /// The causes of several reasons in one.
 pub(super) fn joined(reasons: &[Reason]) -> String {
     let causes: Vec<String> = reasons

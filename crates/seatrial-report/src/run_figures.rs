@@ -1,6 +1,6 @@
 //! The figures of one run: the manoeuvre, the estimates, the track.
 
-use seatrial_core::Sample;
+use seatrial_core::{Axis, Sample};
 
 use super::Figure;
 use super::axis::extent;
@@ -26,8 +26,10 @@ pub(super) fn manoeuvre(source: &Source) -> Option<Figure> {
     }
     let chart = Chart {
         alt: format!(
-            "{}: heading, rudder and other measurements over {:.0} seconds, stages shaded.",
+            "{}: {}, {} and other measurements over {:.0} seconds, stages shaded.",
             source.name,
+            source.axis.angle(),
+            source.axis.surface(),
             shown.to_s - shown.from_s
         ),
         x_label: if source.is_trial {
@@ -42,7 +44,10 @@ pub(super) fn manoeuvre(source: &Source) -> Option<Figure> {
     };
     Some(Figure::new(
         &chart,
-        if source.is_trial {
+        if source.axis == Axis::Pitch {
+            "The manoeuvre. The elevator kicks up and down and the pitch must follow; between the kicks the vehicle holds its depth. \
+             Speed should stay level."
+        } else if source.is_trial {
             "The manoeuvre. The rudder kicks to both sides and the heading must follow; between the kicks the heading controller holds \
              course. Speed and depth should stay level."
         } else {
@@ -90,18 +95,24 @@ fn measurements(samples: &[Sample<f64>], source: &Source) -> Vec<Panel> {
         degrees(Some(s.heading_rad))
     });
     let mut panels = vec![
-        Panel::linear("Heading, °", 92.0, vec![Layer::line("a", "", heading)]),
+        Panel::linear(
+            format!("{}, °", source.angle()),
+            92.0,
+            vec![Layer::line("a", "", heading)],
+        ),
         rudder_panel(samples, source),
     ];
     let (rate, name) = yaw_rate(samples, origin_s);
-    if present(&rate) {
+    if source.axis.is_yaw() && present(&rate) {
         let layers = vec![Layer::line("a", name, rate)];
         panels.push(Panel::linear("Yaw rate, °/s", 66.0, layers));
     }
-    let (roll, pitch) = (
-        line(|s| degrees(s.roll_rad)),
-        line(|s| degrees(s.pitch_rad)),
-    );
+    let roll = line(|s| degrees(s.roll_rad));
+    // On the axis of pitch it is drawn above.
+    let pitch = match source.axis {
+        Axis::Yaw => line(|s| degrees(s.pitch_rad)),
+        Axis::Pitch => Vec::new(),
+    };
     if present(&roll) || present(&pitch) {
         let layers = vec![
             Layer::line("a", "roll", roll),
@@ -126,7 +137,7 @@ fn rudder_panel(samples: &[Sample<f64>], source: &Source) -> Panel {
     let (scale, unit) = rudder_unit(source.record.rudder_unit);
     let rudder = series(samples, source.origin_s, |s| Some(scale * s.rudder_rad));
     let layers = vec![Layer::line("b", "", rudder)];
-    Panel::linear(format!("Rudder, {unit}"), 66.0, layers)
+    Panel::linear(format!("{}, {unit}", source.surface()), 66.0, layers)
 }
 
 /// The stages that lie in the record itself, shaded.
@@ -158,9 +169,13 @@ pub(super) fn estimates(source: &Source) -> Option<Figure> {
     let armed_s = manoeuvre.as_ref().and_then(Manoeuvre::both_sides_used_s);
     let settled_s = armed_s.unwrap_or(0.5 * (first + last));
     let parameter = |index, label| parameter(identification, index, label, from, settled_s);
+    let authority = match source.axis {
+        Axis::Yaw => "Rudder authority b₂, 1/s²",
+        Axis::Pitch => "Elevator authority b₂, 1/s²",
+    };
     let panels = vec![
         parameter(0, "Damping a₂₂, 1/s"),
-        parameter(1, "Rudder authority b₂, 1/s²"),
+        parameter(1, authority),
         parameter(2, "Offset C₀, rad/s²"),
         step_norm(identification, from),
     ];
@@ -202,8 +217,9 @@ pub(super) fn estimates(source: &Source) -> Option<Figure> {
     Some(Figure::new(
         &chart,
         format!(
-            "The estimates while the vehicle manoeuvres. Until the rudder has been to both sides they mean little and may leave the picture; \
-             then their change per sample is watched (“armed”) and they must come to rest. {converged}"
+            "The estimates while the vehicle manoeuvres. Until the {} has been to both sides they mean little and may leave the picture; \
+             then their change per sample is watched (“armed”) and they must come to rest. {converged}",
+            source.axis.surface()
         ),
     ))
 }

@@ -3,10 +3,15 @@
 use seatrial::campaign::{Stage, StageSpan};
 use seatrial::identification::Identification;
 use seatrial::record::{Record, Window};
+use seatrial_core::Axis;
+
+use super::number::sentence_start;
 
 /// A run or a log as the figures see it.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
+    /// What heading and rudder of the samples are.
+    pub axis: Axis,
     pub record: &'a Record,
     /// Where the validation window lies; the same record in a trial.
     pub validation: &'a Record,
@@ -32,6 +37,16 @@ impl Source<'_> {
             from_s: span.window.from_s.max(samples.first()?.time_s),
             to_s: span.window.to_s.min(samples.last()?.time_s),
         })
+    }
+
+    /// The angle as the first word of a label: `Heading`.
+    pub(super) fn angle(&self) -> String {
+        sentence_start(self.axis.angle())
+    }
+
+    /// The control surface as the first word of a label: `Rudder`.
+    pub(super) fn surface(&self) -> String {
+        sentence_start(self.axis.surface())
     }
 
     /// Are both windows on one time axis?

@@ -1,7 +1,7 @@
 //! The tables: summary, Tables II, III and V of the paper, every run.
 
 use seatrial_core::heading_loop::HeadingLoop;
-use seatrial_core::{HeadingGain, Nomoto, RudderUnit, YawModel};
+use seatrial_core::{Axis, HeadingGain, Nomoto, RudderUnit, YawModel};
 
 use super::curves::usable;
 use super::headline::Tone;
@@ -139,6 +139,50 @@ fn summary_columns(unit: RudderUnit, has_loop: bool) -> Vec<Column> {
     columns(&named)
 }
 
+/// The columns of a summary of pitch.
+fn pitch_columns() -> Vec<Column> {
+    columns(&[
+        ("Thrust", ""),
+        ("Speed", "m/s"),
+        ("Verdict", ""),
+        ("Damping a", "1/s"),
+        ("Restoring m", "1/s²"),
+        ("Authority b", "1/s²"),
+        ("Offset c", "rad/s²"),
+        ("Trim −c/b", "°"),
+        ("R²", "validation"),
+    ])
+}
+
+/// a, m, b, c, the elevator that holds the vehicle level, and R^2 of a model of pitch. One that is not to be used has no numbers here.
+fn pitch_cells(identification: Option<&Identification>, verdict: &Verdict) -> Vec<Cell> {
+    let shown = identification.filter(|_| verdict.outcome() != Outcome::DoNotUse);
+    let Some((found, m)) = shown.and_then(|found| Some((found, found.restoring?))) else {
+        return std::iter::repeat_with(missing).take(6).collect();
+    };
+    let model = found.model();
+    let intervals = found.refined.as_ref().map(|refined| refined.interval_95);
+    let interval = |of: fn(&Intervals) -> [f64; 2]| intervals.as_ref().map(of);
+    let trim = |delta0_rad: f64| -delta0_rad.to_degrees();
+    let trim_interval = intervals
+        .and_then(|i| i.delta0_rad)
+        .map(|[low, high]| [trim(high), trim(low)]);
+    let validation = found.validation.and_then(|v| v.r2_heading_offset_refit);
+    vec![
+        Cell::with_interval(model.a22_per_s, interval(|i| i.a22_per_s)),
+        Cell::with_interval(m.refined_per_s2, Some(m.interval_95_per_s2)),
+        Cell::with_interval(model.b2_per_s2, interval(|i| i.b2_per_s2)),
+        Cell::with_interval(model.c0_rad_per_s2, interval(|i| i.c0_rad_per_s2)),
+        model.delta0_rad().map_or_else(missing, |delta0| {
+            Cell::with_interval(trim(delta0), trim_interval)
+        }),
+        r2(validation).into(),
+    ]
+}
+
+/// What the columns of pitch mean.
+const PITCH_NOTE: &str = "θ'' = a θ' + m θ + b δe + c. Small print below a value: its 95 % interval. Trim is the elevator that holds the vehicle level.";
+
 /// T, K, a22, b2, C0, delta0 and R^2 of a model. One that is not to be used has no numbers here.
 fn model_cells(
     identification: Option<&Identification>,
@@ -203,6 +247,10 @@ pub(super) fn summary(campaign: &Campaign, speeds: &[Speed]) -> Table {
             Cell::verdict(&run.verdict),
         ];
         let identification = run.identification.as_ref();
+        if campaign.axis == Axis::Pitch {
+            row.extend(pitch_cells(identification, &run.verdict));
+            return row;
+        }
         row.extend(model_cells(identification, &run.verdict, RudderUnit::Rad));
         let speed = speeds.iter().find(|speed| std::ptr::eq(speed.run, run));
         row.extend(loop_cells(speed));
@@ -210,12 +258,16 @@ pub(super) fn summary(campaign: &Campaign, speeds: &[Speed]) -> Table {
     });
     Table {
         title: "Summary",
-        note: match speeds.is_empty() {
-            true => note,
-            false => format!("{note} {LOOP_NOTE}"),
+        note: match campaign.axis {
+            Axis::Pitch => PITCH_NOTE.to_owned(),
+            Axis::Yaw if speeds.is_empty() => note,
+            Axis::Yaw => format!("{note} {LOOP_NOTE}"),
         },
         rows: rows.collect(),
-        columns: summary_columns(RudderUnit::Rad, true),
+        columns: match campaign.axis {
+            Axis::Yaw => summary_columns(RudderUnit::Rad, true),
+            Axis::Pitch => pitch_columns(),
+        },
     }
 }
 
@@ -239,7 +291,7 @@ fn loop_cells(speed: Option<&Speed>) -> [Cell; 4] {
 }
 
 /// One line for each model of a log.
-pub(super) fn log_summary(models: &[LogModel], unit: RudderUnit) -> Table {
+pub(super) fn log_summary(models: &[LogModel], unit: RudderUnit, axis: Axis) -> Table {
     let identifications = models.iter().filter_map(|model| model.identification);
     // Few logs say the thrust: then there is no column for it.
     let first = usize::from(models.iter().all(|model| model.thrust.is_none()));
@@ -250,6 +302,10 @@ pub(super) fn log_summary(models: &[LogModel], unit: RudderUnit) -> Table {
             decimals_or_missing(model.surge_speed_m_s, 2).into(),
             Cell::verdict(model.verdict),
         ];
+        if axis == Axis::Pitch {
+            row.extend(pitch_cells(model.identification, model.verdict));
+            return row.split_off(first);
+        }
         row.extend(model_cells(model.identification, model.verdict, unit));
         let is_usable = model.verdict.outcome() != Outcome::DoNotUse;
         let gain = model.gain().filter(|_| is_usable);
@@ -258,9 +314,15 @@ pub(super) fn log_summary(models: &[LogModel], unit: RudderUnit) -> Table {
     });
     Table {
         title: "Summary",
-        note: summary_note(identifications),
+        note: match axis {
+            Axis::Yaw => summary_note(identifications),
+            Axis::Pitch => PITCH_NOTE.to_owned(),
+        },
         rows: rows.collect(),
-        columns: summary_columns(unit, false).split_off(first),
+        columns: match axis {
+            Axis::Yaw => summary_columns(unit, false).split_off(first),
+            Axis::Pitch => pitch_columns().split_off(first),
+        },
     }
 }
 

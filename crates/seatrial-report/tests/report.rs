@@ -52,6 +52,7 @@ fn pages() -> Vec<(&'static str, String)> {
         verdict: &run.verdict,
     }];
     let log = Log {
+        axis: seatrial_core::Axis::Yaw,
         name: "run_80.csv",
         record: &run.record,
         validation: None,
@@ -259,6 +260,7 @@ fn prop_names_cannot_write_markup() {
 
     let run = &campaign.runs[0];
     let log = Log {
+        axis: seatrial_core::Axis::Yaw,
         name: hostile,
         record: &run.record,
         validation: Some(&run.record),
@@ -303,6 +305,7 @@ fn exact_a_fraction_of_full_rudder_is_no_angle() {
     let mut record = run.record.clone();
     let page = |record: &Record| {
         report::render_log(&Log {
+            axis: seatrial_core::Axis::Yaw,
             name: "run.csv",
             record,
             validation: None,

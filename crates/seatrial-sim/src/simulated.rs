@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use seatrial_core::{Action, Sample, Vehicle, YawModel};
+use seatrial_core::{Action, Axis, Sample, Vehicle, YawModel};
 use serde::Serialize;
 
 use crate::config::{HelmConfig, VehicleConfig};
@@ -130,6 +130,11 @@ impl SimulatedConfig {
         }
     }
 
+    /// Can it be steered on this axis? A yaw model only turns.
+    pub fn has_axis(&self, axis: Axis) -> bool {
+        axis.is_yaw() || !self.is_first_order()
+    }
+
     /// Is the yaw model all there is?
     pub fn is_first_order(&self) -> bool {
         matches!(self, Self::FirstOrder(_))
@@ -148,6 +153,16 @@ impl SimulatedConfig {
         match self {
             Self::FirstOrder(config) => Ok(config.surge_time_constant_s),
             Self::SixDof(config) => equivalent::surge_time_constant_s(config),
+        }
+    }
+}
+
+impl SimulatedVehicle {
+    /// Steered on this axis where the vehicle [has](SimulatedConfig::has_axis) it, else on that of yaw.
+    pub fn on_axis(self, axis: Axis) -> Self {
+        match self {
+            Self::SixDof(vehicle) => Self::SixDof(Box::new(vehicle.on_axis(axis))),
+            only_turns @ Self::FirstOrder(_) => only_turns,
         }
     }
 }

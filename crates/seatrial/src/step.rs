@@ -1,6 +1,6 @@
 //! One step of a trial: the sample, the action that answered it, the estimate after it.
 
-use seatrial_core::{Action, Sample, Stage, Steering, Trial, YawModel};
+use seatrial_core::{Action, Axis, Sample, Stage, Steering, Trial, YawModel};
 
 /// One sample of a trial, what the trial made of it and what it answered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +49,17 @@ impl Step {
         "estimate_c0_rad_per_s2",
         "thrust",
     ];
+
+    /// The names of [`numbers`](Step::numbers) of a trial on this axis: those of pitch say pitch and elevator.
+    pub fn columns(axis: Axis) -> [&'static str; 18] {
+        Self::COLUMNS.map(|column| match (axis, column) {
+            (Axis::Pitch, "heading_rad") => "angle_rad",
+            (Axis::Pitch, "rudder_rad") => "elevator_rad",
+            (Axis::Pitch, "action_rudder_rad") => "action_elevator_rad",
+            (Axis::Pitch, "action_heading_rad") => "action_hold_depth_from_angle_rad",
+            (_, column) => column,
+        })
+    }
 
     /// Every number of the sample, the action and the estimate, in the order of [`COLUMNS`](Step::COLUMNS).
     pub fn numbers(&self) -> [Option<f64>; 18] {

@@ -210,13 +210,8 @@ fn trial(vehicle: &str, label: &str, seed: u32, is_replayed: bool, options: &[&s
     ];
     let mut case = Case::one(format!("{name}/trial"), owned(&[&fixed, options].concat()));
     if is_replayed {
-        let axis: &[&str] = match label {
-            "-pitch" => &["--axis", "pitch"],
-            _ => &[],
-        };
-        let arguments = [&["replay", "trial.db", "--json"], axis].concat();
-        case.commands
-            .push((format!("{name}/replay"), owned(&arguments)));
+        let arguments = owned(&["replay", "trial.db", "--json"]);
+        case.commands.push((format!("{name}/replay"), arguments));
     }
     case
 }

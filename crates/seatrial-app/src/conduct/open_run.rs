@@ -2,7 +2,7 @@
 
 use seatrial_core::estimator::{Estimator, EstimatorSettings};
 use seatrial_core::progress::RunResult;
-use seatrial_core::{Outcome, Plan, Real, Sample, Stage, Trial};
+use seatrial_core::{Axis, Outcome, Plan, Real, Sample, Stage, Trial};
 
 use seatrial::Step;
 use seatrial::campaign::{Run, StageSpan};
@@ -12,6 +12,7 @@ use seatrial::identification::{
 use seatrial::identify::online::{self, Pass, Segment};
 use seatrial::identify::refined::refined_estimate;
 use seatrial::identify::{IdentifyError, ValidationData, assess};
+use seatrial::pitch;
 use seatrial::record::{Record, Window};
 use seatrial::servo::Servo;
 use seatrial::time_scale::LambdaReason;
@@ -90,8 +91,11 @@ impl OpenRun {
         self.record.samples.last().map(|sample| sample.time_s)
     }
 
-    /// The intervals of the training so far, if a look is due and there are any.
+    /// The intervals of the training so far, if a look is due and there are any. Those of pitch are found when the run is over.
     pub(super) fn look(&mut self, trial: &Trial<f64>) -> Option<Refined> {
+        if trial.plan().axis == Axis::Pitch {
+            return None;
+        }
         let training = self
             .stages
             .last()
@@ -177,26 +181,26 @@ impl OpenRun {
             Some(_) => pass_behind_servo(&record, training, result, plan)?,
             None => self.live_pass(&record, training, result, &settings),
         };
-        let mut identification = assess(
-            &record,
-            training,
-            Some(ValidationData {
-                record: &record,
-                window: validation,
-            }),
-            pass,
-            Settings {
-                lambda_because: LambdaReason::PlansDoublet,
-                servo,
-                ..Settings::of(&settings)
-            },
-        )?;
+        let used = Settings {
+            lambda_because: LambdaReason::PlansDoublet,
+            servo,
+            ..Settings::of(&settings)
+        };
+        let data = Some(ValidationData {
+            record: &record,
+            window: validation,
+        });
+        let mut identification = match plan.axis {
+            Axis::Yaw => assess(&record, training, data, pass, used)?,
+            Axis::Pitch => pitch::assess(&record, training, data, pass, used)?,
+        };
         if let (Some(servo), Some(timing)) = (servo, &mut identification.loop_timing) {
             timing.delay_s += servo.late_s();
         }
         if !result.accepted {
             identification.verdict = verdict::not_taken(
                 identification.verdict,
+                plan.axis,
                 &result.validation,
                 plan.accept_from_r2,
                 result.attempt <= plan.max_repeats,
@@ -234,6 +238,7 @@ impl OpenRun {
             },
             samples_used: result.samples_used as usize,
             rejected: result.rejected.into(),
+            restoring_per_s2: result.restoring_per_s2,
             accepted: record.usable(training),
         }
     }

@@ -2,8 +2,8 @@
 
 use seatrial::Window;
 use seatrial::identification::{
-    HigherOrder, LagEffect, Online, Reader, Refined, RejectedSamples, Settings, ValidRange,
-    Validation, Verdict,
+    HigherOrder, LagEffect, Online, Reader, Refined, RejectedSamples, Restoring, Settings,
+    ValidRange, Validation, Verdict,
 };
 use seatrial_core::Nomoto;
 use seatrial_core::heading_loop::LoopTiming;
@@ -31,6 +31,9 @@ pub struct IdentificationDocument {
     pub refined: Option<Refined>,
     /// Nomoto form of the model.
     pub nomoto: Option<Nomoto<f64>>,
+    /// The moment that rights the vehicle, on the axis of pitch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restoring: Option<Restoring>,
     /// Simulation of validation data.
     pub validation: Option<Validation>,
     /// The model of the order that the record supports, where a first-order one misses something.
@@ -87,6 +90,7 @@ impl IdentificationDocument {
             online: model.map(|model| model.online.clone()),
             refined: model.and_then(|model| model.refined.clone()),
             nomoto: model.and_then(|model| model.nomoto),
+            restoring: model.and_then(|model| model.restoring),
             validation: model.and_then(|model| model.validation),
             higher_order: model.and_then(|model| model.higher_order.clone()),
             lag_effect: model.and_then(|model| model.lag_effect),

@@ -8,6 +8,8 @@ use std::path::Path;
 use seatrial::Identification;
 use seatrial::identification::{Reason, ReasonCode, Verdict};
 use seatrial::identify::{IdentifyError, IdentifySettings, identify};
+use seatrial::pitch;
+use seatrial_core::Axis;
 
 use crate::Error;
 use crate::logs::{Observer, OpenedLog, ReadSettings, Unobserved};
@@ -18,6 +20,9 @@ pub use windows::{Logs, Windows};
 /// How a log is read and identified. The default is what `seatrial identify LOG` does.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
+    /// The motion: heading under the rudder, or pitch under the elevator, from the columns `pitch_rad` and `elevator_rad`
+    /// where [`reading`](Options::reading) names no others as heading and rudder. Pitch is identified from one window.
+    pub axis: Axis,
     /// Columns, units and servo.
     pub reading: ReadSettings,
     /// What is for training and what for validation.
@@ -29,6 +34,8 @@ pub struct Options {
 /// What was found in a log: a model of each speed, or one of the whole, or why there is none.
 #[derive(Clone, Debug)]
 pub struct IdentifiedLog {
+    /// The motion.
+    pub axis: Axis,
     /// What was read.
     pub logs: Logs,
     /// The model of each speed, slowest first, where manoeuvres were looked for and found.
@@ -51,7 +58,8 @@ pub fn identify_log_observed(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<IdentifiedLog, Error> {
-    let logs = options.windows.open(path, &options.reading, observer)?;
+    let reading = options.reading.on_axis(options.axis);
+    let logs = options.windows.open(path, &reading, observer)?;
     identify_opened(logs, options, observer)
 }
 
@@ -64,6 +72,7 @@ pub fn identify_opened(
     let settings = &options.settings;
     if let Some(aircraft) = &logs.log.description.aircraft {
         return Ok(IdentifiedLog {
+            axis: options.axis,
             models: None,
             single: Err(Verdict::refused(not_a_vessel(aircraft))),
             logs,
@@ -71,27 +80,30 @@ pub fn identify_opened(
     }
     if !options.windows.are_given()
         && !settings.as_paper
+        && options.axis == Axis::Yaw
         && let Some(models) = identify_speeds(&logs.log, settings, observer)?
         && let Some(foremost) = foremost(&models)
     {
         let single = foremost.identification.clone();
         return Ok(IdentifiedLog {
+            axis: options.axis,
             single: single.map(Box::new).ok_or_else(|| foremost.verdict.clone()),
             models: Some(models),
             logs,
         });
     }
-    let single = match identify(
-        &logs.log.record,
-        logs.training,
-        logs.validation_data(),
-        settings,
-    ) {
+    let (record, training, data) = (&logs.log.record, logs.training, logs.validation_data());
+    let found = match options.axis {
+        Axis::Yaw => identify(record, training, data, settings),
+        Axis::Pitch => pitch::identify(record, training, data),
+    };
+    let single = match found {
         Ok(identification) => Ok(Box::new(identification)),
         Err(IdentifyError::Refused(reason)) => Err(Verdict::refused(reason)),
         Err(error) => return Err(no_model(&logs.log, error)),
     };
     Ok(IdentifiedLog {
+        axis: options.axis,
         models: None,
         single,
         logs,

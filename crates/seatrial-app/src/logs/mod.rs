@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use seatrial::segmentation::Proposal;
 use seatrial::servo::Servo;
 use seatrial::{Record, Window};
-use seatrial_core::RudderUnit;
-use seatrial_logs::{ChannelChoice, Counts, LogDescription};
+use seatrial_core::{Axis, RudderUnit};
+use seatrial_logs::{ChannelChoice, Counts, LogDescription, Quantity};
 
 use crate::Error;
 use mapping::Mapping;
@@ -32,6 +32,25 @@ pub struct ReadSettings {
     pub channels: ChannelChoice,
     /// The servo between the logged command and the rudder: the model is then the one behind it.
     pub servo: Option<Servo>,
+}
+
+impl ReadSettings {
+    /// For logs of this axis. Those of pitch have the columns `pitch_rad` and `elevator_rad`, where no others are named.
+    pub fn on_axis(&self, axis: Axis) -> Self {
+        let mut reading = self.clone();
+        if axis == Axis::Pitch {
+            let columns = &mut reading.channels.columns;
+            for (quantity, column) in [
+                (Quantity::Heading, "pitch_rad"),
+                (Quantity::Rudder, "elevator_rad"),
+                // Its column is read as the heading.
+                (Quantity::Pitch, "none"),
+            ] {
+                columns.entry(quantity).or_insert_with(|| column.into());
+            }
+        }
+        reading
+    }
 }
 
 /// Who gets reports while a log is read and identified.

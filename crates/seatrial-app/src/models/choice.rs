@@ -1,6 +1,6 @@
 //! Which campaign of a logbook is meant.
 
-use seatrial_core::Outcome;
+use seatrial_core::{Axis, Outcome};
 use seatrial_logbook::{CampaignEntry, CampaignId, Logbook, State};
 
 use crate::Error;
@@ -8,7 +8,7 @@ use crate::Error;
 /// What a campaign is wanted for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// Models that a vehicle is steered with: trials on vehicles go before rehearsals.
+    /// Models that a vehicle is steered with, on the axis of yaw: trials on vehicles go before rehearsals.
     Models,
     /// To be shown or replayed: where none was accepted, the last one does.
     Record,
@@ -44,18 +44,35 @@ pub fn chosen_campaign(
     purpose: Purpose,
 ) -> Result<Chosen, Error> {
     if let Some(number) = name.and_then(|name| name.parse().ok()) {
+        let entry = campaign_numbered(logbook, Some(number))?;
+        if purpose == Purpose::Models && entry.axis() == Axis::Pitch {
+            return Err(Error::Input(format!(
+                "{}: campaign {number} is of pitch; gains, turning limits and exports are made of yaw",
+                logbook.path().display()
+            )));
+        }
         return Ok(Chosen {
-            entry: campaign_numbered(logbook, Some(number))?,
+            entry,
             passed_over: None,
         });
     }
     let mut campaigns = logbook.campaigns()?;
+    if purpose == Purpose::Models {
+        campaigns.retain(|campaign| campaign.axis() == Axis::Yaw);
+    }
     if let Some(name) = name {
         campaigns = of_configuration(logbook, campaigns, name)?;
     }
     let newest = match campaigns.last() {
         Some(newest) => newest.clone(),
-        None => campaign_numbered(logbook, None)?,
+        None => {
+            let newest = campaign_numbered(logbook, None)?;
+            let path = logbook.path().display();
+            return Err(Error::Input(format!(
+                "{path}: no campaign of yaw; the newest, campaign {}, is of pitch",
+                newest.id.0
+            )));
+        }
     };
     let entry = match last_accepted(logbook, &campaigns, purpose)? {
         Some(entry) => entry,

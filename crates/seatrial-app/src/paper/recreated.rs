@@ -119,6 +119,7 @@ fn trial(truth: &[Row], seed: u64) -> Result<Campaign, NotRecreated> {
     };
     let mut vehicle = FirstOrderVehicle::new(config, seed)?;
     let about = Campaign {
+        axis: plan.axis,
         software_version: env!("CARGO_PKG_VERSION").into(),
         vehicle: "sim".into(),
         configuration: "paper".into(),

@@ -123,6 +123,7 @@ impl ManoeuvreStudy {
                 ..Plan::paper()
             };
             let about = Campaign {
+                axis: seatrial_core::Axis::Yaw,
                 software_version: env!("CARGO_PKG_VERSION").into(),
                 vehicle: self.vehicle.clone(),
                 configuration: "default".into(),

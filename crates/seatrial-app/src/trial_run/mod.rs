@@ -137,6 +137,7 @@ pub struct Ended {
 /// Takes a vehicle and enters its campaign.
 pub fn begin(vehicle: &dyn TrialVehicle, order: Order, sinks: Sinks) -> Result<UnderWay, NotBegun> {
     Trial::new(order.plan)?;
+    vehicle::check_axis(vehicle, order.plan.axis)?;
     let plan_text = toml::to_string_pretty(&order.plan)?;
     // Nothing is written before the vehicle has answered.
     Logbook::check_writable(&sinks.logbook)?;
@@ -268,6 +269,7 @@ fn campaign_of(
     Campaign {
         software_version: env!("CARGO_PKG_VERSION").into(),
         vehicle: vehicle.into(),
+        axis: plan.axis,
         configuration: configuration.into(),
         seed,
         rudder_limit_rad: plan.rudder_limit_rad,

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use seatrial::FullRudder;
 use seatrial::preview::{Preview, Prior, preview};
-use seatrial_core::{AbortReason, Action, Outcome, Plan, Sample, Vehicle};
+use seatrial_core::{AbortReason, Action, Axis, Outcome, Plan, Sample, Vehicle};
 use seatrial_logs::RowWriter;
 
 /// A vehicle that a trial can be run on: a simulator, an autopilot, a graph of topics. Whoever links the crates of a kind
@@ -20,6 +20,11 @@ pub trait TrialVehicle: Send + Sync {
 
     /// Is it a simulator? Anything else moves.
     fn is_simulated(&self) -> bool;
+
+    /// Can it be steered on this axis?
+    fn has_axis(&self, axis: Axis) -> bool {
+        axis.is_yaw()
+    }
 
     /// Its rudder at full steering, where it is known or had to be assumed.
     fn full_rudder(&self) -> Option<FullRudder>;
@@ -241,8 +246,25 @@ impl Preflight {
     }
 }
 
+/// Refuses a plan of an axis that the vehicle cannot be steered on.
+pub(super) fn check_axis(vehicle: &dyn TrialVehicle, axis: Axis) -> Result<(), VehicleError> {
+    if vehicle.has_axis(axis) {
+        return Ok(());
+    }
+    Err(VehicleError::setting(format!(
+        "{} cannot be steered in {}; sim:starfish-6dof and sim:remus100 can",
+        vehicle.name(),
+        axis.angle()
+    )))
+}
+
 /// What a plan will do on a vehicle.
 pub fn previewed(vehicle: &dyn TrialVehicle, plan: &Plan<f64>) -> Result<Preview, VehicleError> {
+    if plan.axis == Axis::Pitch {
+        return Err(VehicleError::setting(
+            "a plan for pitch: nothing is foreseen of it",
+        ));
+    }
     preview(plan, &vehicle.prior(plan)?).map_err(VehicleError::setting)
 }
 
@@ -253,6 +275,11 @@ pub fn preflight(
     is_free: bool,
 ) -> Result<Preflight, VehicleError> {
     let mut found = vehicle.inspect(plan)?;
+    if let Err(error) = check_axis(vehicle, plan.axis) {
+        found
+            .checks
+            .push(Check::new("axis", false, error.to_string()));
+    }
     found.checks.push(match previewed(vehicle, plan) {
         Ok(preview) => plan_check(&preview),
         Err(error) => Check::new("plan", true, format!("not previewed: {error}")),

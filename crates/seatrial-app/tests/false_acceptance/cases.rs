@@ -114,6 +114,7 @@ fn trial(config: VehicleConfig, plan: Plan<f64>, limit_rad: f64, seed: u64) -> C
         commanded_rad: None,
     };
     let about = Campaign {
+        axis: seatrial_core::Axis::Yaw,
         software_version: "test".into(),
         vehicle: "sim".into(),
         configuration: "default".into(),

@@ -7,12 +7,13 @@ use std::path::PathBuf;
 use seatrial::preview::{
     self, Comparison, Preview, Recommendation, Target, compare_designs, parse_target, recommend,
 };
-use seatrial_core::{Excitation, List, Outcome, Plan, Trial};
+use seatrial_app::plan_file::load_plan;
+use seatrial_core::{Axis, Excitation, List, Outcome, Plan, Trial};
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};
 use crate::prior::{Named, PriorArgs, positive};
-use crate::trial::{ServoArgs, load_plan};
+use crate::trial::ServoArgs;
 use seatrial_app::models::SCHEDULE_FILE_HELP;
 use text::text;
 
@@ -191,7 +192,7 @@ fn too_little(preview: &Preview) -> Vec<String> {
 }
 
 fn planned(args: &Args) -> Result<Plan<f64>, Failure> {
-    let mut plan = load_plan(args.plan.as_deref())?;
+    let mut plan = load_plan(args.plan.as_deref(), Some(Axis::Yaw))?;
     let sample_interval_s = args.sample_interval.unwrap_or(plan.sample_interval_s);
     if let Some(time_constant_s) = args.time_constant {
         plan = Plan::for_time_constant(time_constant_s, sample_interval_s);

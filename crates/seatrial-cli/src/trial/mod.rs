@@ -12,18 +12,19 @@ use seatrial::campaign::Campaign;
 use seatrial::identification::{Reason, Verdict};
 use seatrial::preview::{Target, parse_target};
 use seatrial_app::next;
+use seatrial_app::plan_file::load_plan;
 use seatrial_app::recording::Recording;
 use seatrial_app::report::page;
 use seatrial_app::trial_run::{self, Ended, Order, Sinks};
-use seatrial_core::{Outcome, Plan, Trial};
+use seatrial_core::{Axis, Outcome, Plan};
 use seatrial_dash::{Server, Shown};
 use seatrial_logbook::{CampaignId, Circumstances, Logbook};
 use seatrial_report::{About, render};
 use serde::Serialize;
 
 use crate::autopilot::LinkArgs;
+use crate::axis::AxisOption;
 use crate::output::{Exit, Failure, Output, say};
-use crate::pitch::{self, Axis};
 use crate::record::{format_of, show};
 use crate::screen::width;
 use crate::serve::{self, AccessArgs};
@@ -52,14 +53,11 @@ pub struct Args {
     /// Faults that befall a simulated vehicle, and sensors and sea that it meets, a TOML file as in scenarios/.
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
-    /// The axis: yaw, or pitch with elevator doublets on a vehicle of six degrees of freedom.
-    #[arg(long, value_name = "AXIS", default_value = "yaw")]
-    axis: Axis,
-    /// Write the log of a pitch trial, CSV, for `identify --axis pitch`.
-    #[arg(long, value_name = "FILE")]
-    log: Option<PathBuf>,
-    /// The plan, a TOML file as `seatrial plan` writes it [default: the paper's]. With --axis pitch the fields of the plan that
-    /// `--json` prints.
+    /// The axis: yaw, or pitch with elevator doublets on a vehicle of six degrees of freedom [default: the plan's].
+    #[arg(long, value_name = "AXIS")]
+    axis: Option<AxisOption>,
+    /// The plan, a TOML file as `seatrial plan` writes it [default: the paper's]. Of pitch it names what differs from the plan that
+    /// `trial --axis pitch --json` prints.
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
     /// End the training of a run as soon as its intervals are this narrow, as in a22:10%,b2:5% [default: the plan's].
@@ -129,54 +127,18 @@ struct Document {
 
 /// Runs the trial of a simulated vehicle so many times faster than a real one.
 pub fn rehearse(args: &Args, times_faster: f64, output: &Output) -> Result<Exit, Failure> {
-    yaw(args, Some(times_faster), output)
+    conduct(args, Some(times_faster), output)
 }
 
 /// Runs the trial.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    match args.axis {
-        Axis::Pitch => args.pitch(output),
-        Axis::Yaw if args.log.is_some() => Err(Failure::usage(
-            "--log goes with --axis pitch; a yaw trial is kept in the logbook, and `seatrial sim log` writes logs",
-        )),
-        Axis::Yaw => yaw(args, None, output),
-    }
+    conduct(args, None, output)
 }
 
 impl Args {
-    fn pitch(&self, output: &Output) -> Result<Exit, Failure> {
-        for (option, given) in [
-            ("--stop-when", self.stop_when.is_some()),
-            ("--scenario", self.scenario.is_some()),
-            ("--rudder-delay", self.servo.rudder_delay.is_some()),
-            ("--rudder-lag", self.servo.rudder_lag.is_some()),
-            ("--record", self.record.is_some()),
-            ("--foxglove", self.foxglove.is_some()),
-            ("--serve", self.serve.is_some()),
-        ] {
-            if given {
-                return Err(Failure::usage(format!(
-                    "{option} does not go with --axis pitch"
-                )));
-            }
-        }
-        pitch::trial(
-            &self.vehicle,
-            self.seed,
-            self.plan.as_deref(),
-            &pitch::Kept {
-                logbook: &self.logbook,
-                configuration: &self.configuration,
-                log: self.log.as_deref(),
-                page: self.report.as_deref(),
-            },
-            output,
-        )
-    }
-
     /// The plan of the file, changed as the options say.
     fn plan(&self) -> Result<Plan<f64>, Failure> {
-        let mut plan = load_plan(self.plan.as_deref())?;
+        let mut plan = load_plan(self.plan.as_deref(), self.axis.map(Axis::from))?;
         plan.stop_when = self.stop_when.or(plan.stop_when);
         self.servo.apply(&mut plan)?;
         Ok(plan)
@@ -228,7 +190,7 @@ impl Args {
     }
 }
 
-fn yaw(args: &Args, times_faster: Option<f64>, output: &Output) -> Result<Exit, Failure> {
+fn conduct(args: &Args, times_faster: Option<f64>, output: &Output) -> Result<Exit, Failure> {
     let plan = args.plan()?;
     let stop = Arc::new(AtomicBool::new(false));
     let handler = Arc::clone(&stop);
@@ -340,20 +302,6 @@ fn only_simulated(args: &Args) -> Result<(), Failure> {
         }
     }
     Ok(())
-}
-
-/// The plan of a file, or the paper's.
-pub fn load_plan(path: Option<&Path>) -> Result<Plan<f64>, Failure> {
-    let Some(path) = path else {
-        return Ok(Plan::paper());
-    };
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
-    let plan: Plan<f64> = toml::from_str(&text)
-        .map_err(|error| Failure::input(format!("{}: not a plan: {error}", path.display())))?;
-    Trial::new(plan)
-        .map_err(|error| Failure::input(format!("{}: {error}", path.display())))
-        .map(|_| plan)
 }
 
 fn exit(campaign: &Campaign, unsaved: bool) -> Exit {

@@ -1,7 +1,7 @@
 //! A trial: its order, where it is, how it ended, and the link to the vehicle.
 
+use seatrial_core::Plan;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 use utoipa::ToSchema;
 
 use super::{Figure, Outcome, RunSummary, Stage, ValidationOverlay};
@@ -15,7 +15,7 @@ pub struct TrialOrder {
     /// The plan, in the form that `/plans/default` gives; the default plan where it is left out.
     #[serde(default)]
     #[schema(value_type = Option<Object>)]
-    pub plan: Option<Value>,
+    pub plan: Option<Plan<f64>>,
     /// Seed of a simulated vehicle [default: 1].
     #[serde(default)]
     pub seed: Option<u64>,
@@ -143,7 +143,7 @@ pub struct TrialState {
     pub started: String,
     /// The plan.
     #[schema(value_type = Object)]
-    pub plan: Value,
+    pub plan: Plan<f64>,
     /// Where it is.
     pub progress: Option<Progress>,
     /// The estimate, from the training stage on.

@@ -121,10 +121,7 @@ pub async fn series(
                     campaign.runs.len()
                 ))
             })?;
-        let model = run
-            .identification
-            .as_ref()
-            .map(|identification| identification.model());
+        let model = run.identification.as_ref();
         Ok(series_of(
             &run.acting_record(),
             model.zip(run.stage(Stage::Validate)),

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use axum::Json;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
+use serde::Serialize;
 
 use axum::http::StatusCode;
 
@@ -24,9 +25,7 @@ pub async fn identify(
     Asked(reading): Asked<LogReading>,
     Upload(log): Upload,
 ) -> Result<Response, Refusal> {
-    // Written there, too: the document is large, and others wait for their answers here.
-    let answer = move |_: &Arc<Shared>| Ok(Json(identified(log.path(), reading)?).into_response());
-    blocking(shared, answer).await
+    answered(shared, move || identified(log.path(), reading)).await
 }
 
 /// Says what is in a log: channels, rates, gaps, manoeuvres. The log is not kept.
@@ -38,8 +37,7 @@ pub async fn inspect(
     Asked(reading): Asked<LogReading>,
     Upload(log): Upload,
 ) -> Result<Response, Refusal> {
-    let answer = move |_: &Arc<Shared>| Ok(Json(inspected(log.path(), reading)?).into_response());
-    blocking(shared, answer).await
+    answered(shared, move || inspected(log.path(), reading)).await
 }
 
 /// The names of a log's columns, of which `rudder`, `heading` and others choose. The log is not kept.
@@ -51,9 +49,15 @@ pub async fn columns(
     Asked(reading): Asked<LogReading>,
     Upload(log): Upload,
 ) -> Result<Response, Refusal> {
-    let answer =
-        move |_: &Arc<Shared>| Ok(Json(logs::columns(log.path(), &reading)?).into_response());
-    blocking(shared, answer).await
+    answered(shared, move || logs::columns(log.path(), &reading)).await
+}
+
+/// A document that is made and written on a thread of its own: it is large, and others wait for their answers here.
+async fn answered<T: Serialize + 'static>(
+    shared: Arc<Shared>,
+    made: impl FnOnce() -> Result<T, Refusal> + Send + 'static,
+) -> Result<Response, Refusal> {
+    blocking(shared, move |_| Ok(Json(made()?).into_response())).await
 }
 
 /// Keeps a list of sensors (.cac), which logs of Slocum gliders need beside them, until the server ends.

@@ -9,7 +9,6 @@ use axum::response::{IntoResponse, Response};
 use axum::{Extension, Json};
 use seatrial_core::Plan;
 use serde::Serialize;
-use serde_json::Value;
 use tokio::time::timeout;
 
 use super::asked::Body;
@@ -41,8 +40,8 @@ pub async fn vehicles(State(shared): State<Arc<Shared>>) -> Json<Vehicles> {
 /// The default plan, the paper's; its form is that of `seatrial plan`.
 #[utoipa::path(get, path = "/api/v1/plans/default", tag = "trial",
     responses((status = 200, description = "The plan", body = Object), (status = "4XX", description = "Refused", body = ErrorBody)))]
-pub async fn default_plan() -> Json<Value> {
-    Json(serde_json::to_value(Plan::<f64>::paper()).unwrap_or_default())
+pub async fn default_plan() -> Json<Plan<f64>> {
+    Json(Plan::paper())
 }
 
 /// What a plan will do on the vehicle expected: intervals, track and time.

@@ -42,6 +42,7 @@ fn settings() -> Settings {
 
 fn about() -> Campaign {
     Campaign {
+        axis: seatrial_core::Axis::Yaw,
         software_version: "test".into(),
         vehicle: "mavlink".into(),
         configuration: "default".into(),

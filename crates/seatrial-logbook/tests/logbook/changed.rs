@@ -7,14 +7,14 @@ use rusqlite::types::Value;
 use seatrial::Step;
 use seatrial::campaign::Campaign;
 use seatrial_core::Outcome;
-use seatrial_logbook::{CampaignEntry, Logbook, NewCampaign, NewPitchTrial, Recorder};
+use seatrial_logbook::{CampaignEntry, Logbook, NewCampaign, Recorder};
 
 use crate::{NEW, example_runs, example_step};
 
 /// What operators commanded and their reviews may come after a campaign was sealed; they are in no hash.
 const NOT_SEALED: [&str; 2] = ["command", "review"];
 
-/// Two campaigns with notes, one of them with a run that has no result; a pitch trial.
+/// Two campaigns with notes, one of them with a run that has no result.
 fn write_example(path: &Path) {
     for notes in [Some("clean hull"), None] {
         let new = NewCampaign { notes, ..NEW };
@@ -36,15 +36,6 @@ fn write_example(path: &Path) {
         recorder.step(last).unwrap();
         recorder.finish(Outcome::Finished).unwrap();
     }
-    let mut logbook = Logbook::open(path).unwrap();
-    let trial = crate::short_pitch_trial();
-    let new = NewPitchTrial {
-        configuration: "bare",
-        software_version: "test",
-        vehicle: "sim",
-        seed: None,
-    };
-    logbook.enter_pitch_trial(&new, &trial).unwrap();
 }
 
 /// Steps with the numbers of their runs.
@@ -55,7 +46,6 @@ type Steps = Vec<(Option<u32>, Step)>;
 struct Read {
     entries: Vec<CampaignEntry>,
     campaigns: Vec<(Campaign, Steps)>,
-    pitch: Vec<seatrial_logbook::PitchEntry>,
 }
 
 fn read(path: &Path) -> Result<(usize, Read), seatrial_logbook::Error> {
@@ -66,15 +56,7 @@ fn read(path: &Path) -> Result<(usize, Read), seatrial_logbook::Error> {
         .iter()
         .map(|entry| Ok((logbook.campaign(entry.id)?, logbook.steps(entry.id)?)))
         .collect::<Result<_, seatrial_logbook::Error>>()?;
-    let pitch = logbook.pitch_trials()?;
-    Ok((
-        damage,
-        Read {
-            entries,
-            campaigns,
-            pitch,
-        },
-    ))
+    Ok((damage, Read { entries, campaigns }))
 }
 
 fn rows(connection: &Connection, sql: &str) -> Vec<Vec<Value>> {

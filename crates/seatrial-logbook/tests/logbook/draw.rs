@@ -137,6 +137,7 @@ impl Draw {
                 disturbance_rad_s2: draw.number(),
             }),
             nomoto: None,
+            restoring: None,
             validation: self.maybe(|draw| Validation {
                 window: draw.window(),
                 r2_heading: draw.optional(),

@@ -11,13 +11,8 @@ use rusqlite::Connection;
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run, Stage};
 use seatrial::identification::{Identification, ReasonCode};
-use seatrial::pitch::{self, PitchPlan, PitchTrial};
 use seatrial_core::{Action, Outcome, Sample, Steering, YawModel};
-use seatrial_logbook::{
-    CampaignId, Error, Logbook, NewCampaign, NewCommand, NewPitchTrial, Recorder, State,
-};
-use seatrial_sim::SixDofVehicle;
-use seatrial_sim::six_dof::starfish;
+use seatrial_logbook::{CampaignId, Error, Logbook, NewCampaign, NewCommand, Recorder, State};
 
 use draw::Draw;
 
@@ -546,50 +541,4 @@ fn io_commands_are_read_newest_first() {
         .map(|c| (c.number, c.command.as_str()))
         .collect();
     assert_eq!(names, [(3, "abort_trial"), (2, "start_trial")]);
-}
-
-/// A trial of the pitch axis at one thrust.
-fn short_pitch_trial() -> PitchTrial {
-    let mut vehicle = SixDofVehicle::new(starfish::config(), 1).unwrap();
-    let plan = PitchPlan {
-        thrusts: vec![0.8],
-        ..PitchPlan::default()
-    };
-    pitch::trial(&mut vehicle, plan)
-}
-
-/// A pitch trial comes back as it was, repeats itself, and tells a changed sample.
-#[test]
-fn io_a_pitch_trial_is_kept_and_sealed() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("seatrial.db");
-    let made = short_pitch_trial();
-    let about = NewPitchTrial {
-        configuration: "bare",
-        software_version: "test",
-        vehicle: "sim",
-        seed: None,
-    };
-    let mut logbook = Logbook::open(&path).unwrap();
-    for number in [1, 2] {
-        assert_eq!(logbook.enter_pitch_trial(&about, &made).unwrap(), number);
-    }
-    let (entry, kept) = logbook.pitch_trial(2).unwrap();
-    assert_eq!(kept, made);
-    assert_eq!(kept.again(), kept);
-    assert_eq!((entry.number, entry.seed), (2, None));
-    let whole = logbook.verify().unwrap();
-    assert_eq!((whole.pitch_trials, &*whole.damage), (2, &[][..]));
-    assert_eq!(whole.samples, 2 * made.samples.len());
-
-    let changed = Connection::open(&path).unwrap();
-    let change =
-        "UPDATE pitch_sample SET pitch_rad = pitch_rad + 0.01 WHERE trial = 2 AND number = 850";
-    assert_eq!(changed.execute(change, []).unwrap(), 1);
-    let damage = logbook.verify().unwrap().damage;
-    assert_eq!(damage.len(), 1);
-    assert_eq!(damage[0].place, "pitch trial 2");
-    let (_, kept) = logbook.pitch_trial(2).unwrap();
-    assert_ne!(kept.again(), kept);
-    assert!(logbook.pitch_trial(3).is_err());
 }

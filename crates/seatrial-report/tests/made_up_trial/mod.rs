@@ -48,6 +48,7 @@ pub fn campaign(thrusts: &[f64]) -> Campaign {
         .zip(1..)
         .map(|(&(thrust, speed, theta), number)| run(number, thrust, speed, theta));
     Campaign {
+        axis: seatrial_core::Axis::Yaw,
         software_version: "0.1.0".to_owned(),
         vehicle: "sim:starfish".to_owned(),
         configuration: "base + DVL + sidescan".to_owned(),
@@ -231,6 +232,7 @@ fn identification(
             disturbance_rad_s2: 0.003,
         }),
         nomoto: model.nomoto(),
+        restoring: None,
         validation: Some(Validation {
             window: validation,
             r2_heading: Some(0.931),

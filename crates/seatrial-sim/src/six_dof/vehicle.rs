@@ -3,9 +3,7 @@
 use std::convert::Infallible;
 
 use nalgebra::Vector3;
-use seatrial_core::{
-    Action, Diving, DivingSample, DivingVehicle, Sample, Steering, Vehicle, YawModel,
-};
+use seatrial_core::{Action, Axis, Sample, Steering, Vehicle, YawModel};
 
 use super::actuator::ActuatorState;
 use super::commands::Commands;
@@ -35,6 +33,7 @@ const RUN_IN_S: f64 = 120.0;
 pub struct SixDofVehicle {
     body: SixDofBody,
     helm: Helm,
+    axis: Axis,
 }
 
 /// The moving vehicle: its state, its actuators and its depth controller.
@@ -72,7 +71,14 @@ impl SixDofVehicle {
         Ok(Self {
             helm: Helm::new(body.config.helm, body.rudder.horn_rad, seed),
             body,
+            axis: Axis::Yaw,
         })
+    }
+
+    /// Steered on this axis. On that of pitch the elevator reported is the command that acts until the next sample, and
+    /// the heading is held throughout.
+    pub fn on_axis(self, axis: Axis) -> Self {
+        Self { axis, ..self }
     }
 
     /// The true state.
@@ -96,11 +102,33 @@ impl Vehicle<f64> for SixDofVehicle {
 
     /// Never `None`: a simulated vehicle runs for ever.
     fn next_sample(&mut self) -> Result<Option<Sample<f64>>, Infallible> {
-        Ok(Some(self.helm.next_sample(&mut self.body)))
+        let sample = self.helm.next_sample(&mut self.body);
+        Ok(Some(match self.axis {
+            Axis::Yaw => sample,
+            Axis::Pitch => Sample {
+                heading_rad: sample.pitch_rad.unwrap_or(f64::NAN),
+                rudder_rad: self.body.elevator_command_rad,
+                yaw_rate_rad_s: None,
+                ..sample
+            },
+        }))
     }
 
     fn act(&mut self, action: &Action<f64>) -> Result<(), Infallible> {
-        self.helm.act(action);
+        match self.axis {
+            Axis::Yaw => self.helm.act(action),
+            Axis::Pitch => {
+                self.body.elevator_asked_rad = match action.steering {
+                    Steering::Rudder(elevator_rad) => Some(elevator_rad),
+                    Steering::HoldHeading(_) => None,
+                };
+                let heading_rad = self.body.config.helm.initial_heading_rad;
+                self.helm.act(&Action {
+                    steering: Steering::HoldHeading(heading_rad),
+                    ..*action
+                });
+            }
+        }
         Ok(())
     }
 }
@@ -117,35 +145,6 @@ impl Rehearsable for SixDofVehicle {
     /// None: what is identified of it hangs on the manoeuvre.
     fn yaw_model(&self) -> Option<YawModel<f64>> {
         None
-    }
-}
-
-impl DivingVehicle<f64> for SixDofVehicle {
-    type Error = Infallible;
-
-    /// Never `None`. The elevator reported is the command that acts until the next sample.
-    fn next_diving_sample(&mut self) -> Result<Option<DivingSample<f64>>, Infallible> {
-        let sample = self.helm.next_sample(&mut self.body);
-        Ok(sample.pitch_rad.map(|pitch_rad| DivingSample {
-            time_s: sample.time_s,
-            pitch_rad,
-            elevator_rad: self.body.elevator_command_rad,
-            depth_m: sample.depth_m,
-            surge_speed_m_s: sample.surge_speed_m_s,
-        }))
-    }
-
-    fn dive(&mut self, diving: Diving<f64>, thrust: f64) -> Result<(), Infallible> {
-        self.body.elevator_asked_rad = match diving {
-            Diving::HoldDepth => None,
-            Diving::Elevator(elevator_rad) => Some(elevator_rad),
-        };
-        self.helm.act(&Action {
-            steering: Steering::HoldHeading(self.body.config.helm.initial_heading_rad),
-            thrust: Some(thrust),
-            outcome: None,
-        });
-        Ok(())
     }
 }
 

@@ -76,6 +76,12 @@ pub enum ReasonCode {
     WeaklyValidated,
     /// Validation data use more rudder than the training.
     Extrapolating,
+    /// The elevator did not move.
+    ElevatorConstant,
+    /// The pitch is not damped: a is not negative.
+    PitchUndamped,
+    /// The elevator does not explain the pitch.
+    PitchNotExplained,
     /// Manoeuvres of one speed differ by more than chance explains.
     ManoeuvresDiffer,
     /// A speed that was tried has no model.

@@ -43,8 +43,11 @@ pub struct Identification {
     pub online: Online,
     /// The estimate made from the whole training record.
     pub refined: Option<Refined>,
-    /// Nomoto form of [`model`](Identification::model).
+    /// Nomoto form of [`model`](Identification::model); of pitch there is none.
     pub nomoto: Option<Nomoto<f64>>,
+    /// The moment that rights the vehicle, on the axis of pitch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restoring: Option<Restoring>,
     /// Simulation of validation data.
     pub validation: Option<Validation>,
     /// The model of the order that the record supports, where a first-order one misses something.
@@ -75,6 +78,17 @@ impl Identification {
         let refined = self.refined.as_ref();
         refined.map_or(&self.online.method, |r| &r.method)
     }
+}
+
+/// The restoring moment of pitch, m in theta'' = a22 theta' + m theta + b2 delta + C0.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Restoring {
+    /// m of the online estimator, 1/s^2; negative where it rights the vehicle.
+    pub online_per_s2: f64,
+    /// m from the whole training record, 1/s^2.
+    pub refined_per_s2: f64,
+    /// 95 % interval of it, 1/s^2.
+    pub interval_95_per_s2: [f64; 2],
 }
 
 /// What a model beyond the first order makes of a record, beside the model that goes to the controller.

@@ -78,6 +78,7 @@ pub(super) fn of(code: &ReasonCode) -> Option<Words> {
         .or_else(|| of_compass_and_rudder(code))
         .or_else(|| of_model(code))
         .or_else(|| of_validation(code))
+        .or_else(|| of_pitch(code))
         .or_else(|| of_several(code))
 }
 
@@ -292,6 +293,25 @@ fn of_validation(code: &ReasonCode) -> Option<Words> {
         ReasonCode::Extrapolating => same(
             "The validation data leave the range of rudder, heading or speed that the model was trained in.",
             "Train with the rudder and at the speed that you mean to use.",
+        ),
+        _ => None,
+    }
+}
+
+/// What is wrong on the axis of pitch.
+fn of_pitch(code: &ReasonCode) -> Option<Words> {
+    match code {
+        ReasonCode::ElevatorConstant => same(
+            "The elevator did not move.",
+            "Command an elevator doublet of some degrees: up, then down.",
+        ),
+        ReasonCode::PitchUndamped => same(
+            "The pitch is not damped, or the log does not show it.",
+            "Repeat the manoeuvre with a longer pause after it: gains need a damped vehicle.",
+        ),
+        ReasonCode::PitchNotExplained => same(
+            "The elevator does not explain how the vehicle pitched.",
+            "Check both channels, then repeat with more elevator to both sides.",
         ),
         _ => None,
     }

@@ -57,7 +57,7 @@ fn extent(log_s: Option<[f64; 2]>) -> String {
 }
 
 impl IdentifyError {
-    pub(super) fn empty_window(wanted: WindowUse, window: Window, record: &Record) -> Self {
+    pub(crate) fn empty_window(wanted: WindowUse, window: Window, record: &Record) -> Self {
         let ends = record.samples.first().zip(record.samples.last());
         Self::EmptyWindow {
             wanted,

@@ -256,6 +256,7 @@ impl Assessment {
             samples_used: pass.samples_used,
             samples_rejected: pass.rejected,
             nomoto: model.nomoto(),
+            restoring: None,
             online: pass.online,
             refined: self.refined,
             validation: self.validation,

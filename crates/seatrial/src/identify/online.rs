@@ -37,6 +37,8 @@ pub struct Pass {
     pub samples_used: usize,
     /// Samples that the guard rejected, settling included.
     pub rejected: RejectedSamples,
+    /// m of the restoring moment, 1/s^2, where the settings have one.
+    pub restoring_per_s2: Option<f64>,
     /// The training samples that it let through, headings unwrapped.
     pub accepted: Vec<Sample<f64>>,
 }
@@ -119,6 +121,7 @@ pub fn estimate(
         },
         samples_used,
         rejected: estimator.rejected().into(),
+        restoring_per_s2: estimator.restoring_per_s2(),
         accepted,
     })
 }

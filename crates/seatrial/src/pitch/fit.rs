@@ -1,10 +1,9 @@
 //! Output error: the pitch model whose free simulation is closest to the record.
 
 use nalgebra::{DMatrix, DVector};
-use seatrial_core::{DivingSample, PitchModel, PitchState};
-use serde::{Deserialize, Serialize};
+use seatrial_core::{PitchModel, PitchState, Sample};
 
-use super::simulate;
+use crate::identification::{EstimateMethod, Intervals, Refined, Restoring};
 use crate::propagation::NORMAL_95;
 
 /// Most iterations of the search.
@@ -15,19 +14,79 @@ const PARAMETERS: usize = 6;
 const FIRST_SAMPLES: usize = 10;
 
 /// A pitch model fitted to a record.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
     /// The model.
     pub model: PitchModel<f64>,
     /// 95 % intervals of a, m, b and c.
     pub interval_95: [[f64; 2]; 4],
+    /// Covariance of a, m, b and c.
+    pub covariance: [[f64; 4]; 4],
     /// Standard deviation of what is left, rad.
     pub residual_rad: f64,
-    /// Samples that one independent sample is worth, from the residual's correlation; 1 for white noise.
-    pub samples_per_independent: f64,
 }
 
-/// Least squares of the free simulation, by Levenberg-Marquardt from a first model.
+impl Fit {
+    /// The estimate of a, b and c.
+    pub fn refined(&self) -> Refined {
+        const KEPT: [usize; 3] = [0, 2, 3];
+        let model = self.model.without_restoring();
+        let [a22_per_s, _, b2_per_s2, c0_rad_per_s2] = self.interval_95;
+        Refined {
+            method: EstimateMethod::OutputError,
+            model,
+            delta0_rad: model.delta0_rad(),
+            interval_95: Intervals {
+                a22_per_s,
+                b2_per_s2,
+                c0_rad_per_s2,
+                delta0_rad: self.delta0_interval_rad(),
+            },
+            covariance: KEPT.map(|row| KEPT.map(|column| self.covariance[row][column])),
+            heading_noise_rad: self.residual_rad,
+            disturbance_rad_s2: 0.0,
+        }
+    }
+
+    /// The estimate of m beside that of the online estimator, 1/s^2.
+    pub fn restoring(&self, online_per_s2: f64) -> Restoring {
+        let [_, interval_95_per_s2, ..] = self.interval_95;
+        Restoring {
+            online_per_s2,
+            refined_per_s2: self.model.restoring_per_s2,
+            interval_95_per_s2,
+        }
+    }
+
+    /// 95 % of c/b to first order, rad; `None` where b may be 0.
+    fn delta0_interval_rad(&self) -> Option<[f64; 2]> {
+        if self.authority_may_be_zero() {
+            return None;
+        }
+        let (b, c) = (self.model.authority_per_s2, self.model.offset_rad_per_s2);
+        let slopes = [0.0, 0.0, -c / (b * b), 1.0 / b];
+        let rows = self.covariance.iter().zip(slopes);
+        let variance: f64 = rows
+            .map(|(row, left)| {
+                row.iter()
+                    .zip(slopes)
+                    .map(|(cov, right)| left * cov * right)
+                    .sum::<f64>()
+            })
+            .sum();
+        let half_width = NORMAL_95 * variance.sqrt();
+        Some([c / b - half_width, c / b + half_width])
+    }
+
+    /// Does the 95 % interval of b hold 0?
+    pub fn authority_may_be_zero(&self) -> bool {
+        let [_, _, [low, high], _] = self.interval_95;
+        low <= 0.0 && high >= 0.0
+    }
+}
+
+/// Least squares of the free simulation, by Levenberg-Marquardt from a first model. The heading of the samples is the pitch,
+/// their rudder the elevator.
 ///
 /// ```text
 /// min over (a, m, b, c, theta0, q0) of sum (theta_k - theta_sim,k)^2
@@ -38,9 +97,9 @@ pub struct Fit {
 /// what the model leaves unexplained: heave, a servo, depth control. First order, and for a residual that is small
 /// beside the pitch. The elevator after the doublet is that of the depth controller, which acts on measured
 /// pitch: it carries the noise of the pitch sensor, which this neglects.
-pub fn fit(samples: &[DivingSample<f64>], first: &PitchModel<f64>) -> Option<Fit> {
-    let measured = DVector::from_iterator(samples.len(), samples.iter().map(|s| s.pitch_rad));
-    let first_pitches = samples.iter().take(FIRST_SAMPLES).map(|s| s.pitch_rad);
+pub fn fit(samples: &[Sample<f64>], first: &PitchModel<f64>) -> Option<Fit> {
+    let measured = DVector::from_iterator(samples.len(), samples.iter().map(|s| s.heading_rad));
+    let first_pitches = samples.iter().take(FIRST_SAMPLES).map(|s| s.heading_rad);
     let start_rad = first_pitches.sum::<f64>() / FIRST_SAMPLES as f64;
     let starts = [first.theta(), [-1.0, -0.3, 1.0, 0.0]]
         .map(|theta| [theta[0], theta[1], theta[2], theta[3], start_rad, 0.0]);
@@ -52,10 +111,12 @@ pub fn fit(samples: &[DivingSample<f64>], first: &PitchModel<f64>) -> Option<Fit
     let degrees = (samples.len() - PARAMETERS) as f64;
     let variance = cost / degrees;
     let jacobian = sensitivities(samples, &at);
-    let covariance = (jacobian.transpose() * &jacobian).try_inverse()?;
+    let inverse = (jacobian.transpose() * &jacobian).try_inverse()?;
     let kappa = samples_per_independent(residual.as_slice());
+    let covariance = [0, 1, 2, 3]
+        .map(|row| [0, 1, 2, 3].map(|column| kappa * variance * inverse[(row, column)]));
     let interval = |i: usize| {
-        let half_width = NORMAL_95 * (kappa * variance * covariance[(i, i)]).sqrt();
+        let half_width = NORMAL_95 * covariance[i][i].sqrt();
         [at[i] - half_width, at[i] + half_width]
     };
     let interval_95 = [0, 1, 2, 3].map(interval);
@@ -63,25 +124,9 @@ pub fn fit(samples: &[DivingSample<f64>], first: &PitchModel<f64>) -> Option<Fit
     finite.then_some(Fit {
         model: model_of(&at),
         interval_95,
+        covariance,
         residual_rad: variance.sqrt(),
-        samples_per_independent: kappa,
     })
-}
-
-/// R^2 of a model's pitch on validation data, with its offset and the start estimated again.
-pub(super) fn r2(samples: &[DivingSample<f64>], model: &PitchModel<f64>) -> Option<f64> {
-    let measured = DVector::from_iterator(samples.len(), samples.iter().map(|s| s.pitch_rad));
-    let [a, m, b, c] = model.theta();
-    let start = [a, m, b, c, measured[0], 0.0];
-    let zero = simulated(samples, &start);
-    // Pitch is linear in offset and start.
-    let all = sensitivities(samples, &start);
-    let free = all.columns(3, 3).into_owned();
-    let normal = (free.transpose() * &free).try_inverse()?;
-    let residual = &measured - zero;
-    let left = &residual - &free * (normal * (free.transpose() * &residual));
-    let spread = measured.add_scalar(-measured.mean());
-    Some(1.0 - left.norm_squared() / spread.norm_squared())
 }
 
 type Parameters = [f64; PARAMETERS];
@@ -90,7 +135,7 @@ fn model_of(at: &Parameters) -> PitchModel<f64> {
     PitchModel::from_theta([at[0], at[1], at[2], at[3]])
 }
 
-fn simulated(samples: &[DivingSample<f64>], at: &Parameters) -> DVector<f64> {
+fn simulated(samples: &[Sample<f64>], at: &Parameters) -> DVector<f64> {
     let start = PitchState {
         pitch_rad: at[4],
         pitch_rate_rad_s: at[5],
@@ -98,8 +143,24 @@ fn simulated(samples: &[DivingSample<f64>], at: &Parameters) -> DVector<f64> {
     DVector::from_vec(simulate(&model_of(at), start, samples))
 }
 
+/// The pitch that a model gives at each sample, from the elevator alone, rad.
+pub fn simulate(
+    model: &PitchModel<f64>,
+    start: PitchState<f64>,
+    samples: &[Sample<f64>],
+) -> Vec<f64> {
+    let mut state = start;
+    let mut pitches = vec![start.pitch_rad];
+    for pair in samples.windows(2) {
+        let interval_s = pair[1].time_s - pair[0].time_s;
+        state = model.advance(state, pair[0].rudder_rad, interval_s);
+        pitches.push(state.pitch_rad);
+    }
+    pitches
+}
+
 /// d theta_sim / d parameter, by central differences.
-fn sensitivities(samples: &[DivingSample<f64>], at: &Parameters) -> DMatrix<f64> {
+fn sensitivities(samples: &[Sample<f64>], at: &Parameters) -> DMatrix<f64> {
     let columns = (0..PARAMETERS).map(|i| {
         let step = 1e-5 * at[i].abs().max(0.1);
         let shifted = |by: f64| {
@@ -113,7 +174,7 @@ fn sensitivities(samples: &[DivingSample<f64>], at: &Parameters) -> DMatrix<f64>
 }
 
 fn search(
-    samples: &[DivingSample<f64>],
+    samples: &[Sample<f64>],
     measured: &DVector<f64>,
     start: Parameters,
 ) -> Option<(Parameters, f64)> {

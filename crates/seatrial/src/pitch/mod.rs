@@ -1,186 +1,228 @@
-//! The diving plane: the paper's identification carried to pitch, with elevator doublets and depth held in between.
+//! The axis of pitch: the paper's identification with a restoring moment, from elevator doublets.
+//!
+//! The [heading](seatrial_core::Sample::heading_rad) of a sample is its pitch here and the rudder its elevator, see
+//! [`Axis`](seatrial_core::Axis). The model is an [`Identification`] as that of yaw, with m beside it
+//! ([`Restoring`](crate::identification::Restoring)):
+//!
+//! ```text
+//! theta'' = a22 theta' + m theta + b2 delta_e + C0
+//! ```
 
 mod fit;
-mod trial;
 
-use seatrial_core::{DivingSample, PitchEstimator, PitchModel, PitchState};
-use serde::{Deserialize, Serialize};
+use seatrial_core::estimator::EstimatorSettings;
+use seatrial_core::{GoodnessOfFit, PitchModel, Plan, Sample};
 
-use crate::record::Window;
+use crate::figures::{degrees, r2_text};
+use crate::identification::{
+    Identification, LEAST_R2, Reason, ReasonCode, Settings, Validation, Verdict,
+};
+use crate::identify::online::{self, Pass, Segment};
+use crate::identify::validation::heading_range_rad;
+use crate::identify::{IdentifyError, ValidationData, WindowUse, valid_range};
+use crate::record::{Record, Window};
+use crate::time_scale::LambdaReason;
 
-pub use fit::{Fit, fit};
-pub use trial::{PitchPlan, PitchRun, PitchTrial, trial};
+pub use fit::{Fit, fit, simulate};
 
-/// The pole of the state variable filter, rad/s: twice that of yaw, for doublets of half the length.
-pub const LAMBDA_RAD_S: f64 = 3.0;
-/// R^2 of pitch on validation data from which a model is accepted, as for heading.
-pub const ACCEPT_FROM_R2: f64 = 0.6;
 /// Elevator movement that counts as excitation, rad.
 const EXCITED_RAD: f64 = 0.02;
-
-/// A pitch model with what is known of it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PitchIdentification {
-    /// The training window, s.
-    pub training: Window,
-    /// The estimate that runs along: instrumental variable.
-    pub online: PitchModel<f64>,
-    /// Samples that it learnt from.
-    pub samples_used: u32,
-    /// The refined estimate: output error.
-    pub refined: Fit,
-    /// R^2 of pitch on validation data, and the window; `None` without validation data.
-    #[serde(alias = "fresh")]
-    pub validation: Option<PitchValidation>,
-    /// Accepted?
-    pub accepted: bool,
-    /// Why, in words.
-    pub reason: String,
-}
-
-/// How the refined model does on validation data.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PitchValidation {
-    /// The window, s.
-    pub window: Window,
-    /// R^2 of pitch, simulated freely over the whole window from the elevator alone. The offset is estimated
-    /// again: trim depends on depth and speed.
-    pub r2_pitch: f64,
-}
-
-/// Why there is no pitch model.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum NoPitchModel {
-    /// Too few samples.
-    #[error("{found} usable samples in the {window}; a pitch model needs at least {needed}")]
-    TooFew {
-        /// Which window.
-        window: &'static str,
-        /// How many there are.
-        found: usize,
-        /// How many are needed.
-        needed: usize,
-    },
-    /// The elevator did not move.
-    #[error("the elevator moves by {:.2} degrees in the training window: an elevator doublet of some degrees is needed", moved_rad.to_degrees())]
-    NotExcited {
-        /// Range of its angle, rad.
-        moved_rad: f64,
-    },
-    /// The search did not end at a model.
-    #[error("no pitch model explains the training window")]
-    NoFit,
-}
-
 /// Samples that a fit needs.
 const LEAST_SAMPLES: usize = 40;
 
 /// Identifies the pitch model from the training window of a record, and validates it on validation data.
 ///
-/// The filters are warmed on what lies before the window. Excitation ends with the last large movement of the
-/// elevator.
+/// The filters are those of [`Plan::pitch`], warmed on what lies before the window. Excitation ends with the last large
+/// movement of the elevator.
 pub fn identify(
-    samples: &[DivingSample<f64>],
+    record: &Record,
     training: Window,
-    validation: Option<Window>,
-) -> Result<PitchIdentification, NoPitchModel> {
-    let inside = usable(samples, training, "training window")?;
-    let elevators = || inside.iter().map(|s| s.elevator_rad);
-    let moved_rad =
-        elevators().fold(f64::NEG_INFINITY, f64::max) - elevators().fold(f64::INFINITY, f64::min);
-    if moved_rad < EXCITED_RAD {
-        return Err(NoPitchModel::NotExcited { moved_rad });
-    }
-    let mut estimator = PitchEstimator::new(LAMBDA_RAD_S);
-    for sample in samples.iter().filter(|s| s.time_s < inside[0].time_s) {
-        estimator.warm(sample);
-    }
-    let ended_s = excitation_end_s(&inside, moved_rad);
-    for sample in &inside {
-        if sample.time_s >= ended_s {
-            estimator.excitation_ended();
-        }
-        estimator.update(sample);
-    }
-    let online = estimator.model();
-    let refined = fit(&inside, &online).ok_or(NoPitchModel::NoFit)?;
-    let validation = validation
-        .map(|window| {
-            let samples = usable(samples, window, "validation window")?;
-            let r2_pitch = fit::r2(&samples, &refined.model).ok_or(NoPitchModel::NoFit)?;
-            Ok(PitchValidation { window, r2_pitch })
+    data: Option<ValidationData>,
+) -> Result<Identification, IdentifyError> {
+    let inside = usable(record, training, WindowUse::Training)?;
+    let excited_by_s = excitation_end_s(&inside);
+    let settling = record.window(Window {
+        from_s: f64::NEG_INFINITY,
+        to_s: inside[0].time_s,
+    });
+    let segment = Segment {
+        settling,
+        training: &inside,
+        learns_from_s: inside[0].time_s,
+        excited_by_s,
+    };
+    let estimator: EstimatorSettings<f64> = Plan::pitch().estimator_settings();
+    let pass = online::estimate(&segment, estimator, true).map_err(IdentifyError::Setting)?;
+    let settings = Settings {
+        lambda_because: LambdaReason::PlansDoublet,
+        ..Settings::of(&estimator)
+    };
+    assess(record, training, data, pass, settings)
+}
+
+/// Refines the model of a pass over the training window, validates it and judges it.
+pub fn assess(
+    record: &Record,
+    training: Window,
+    data: Option<ValidationData>,
+    mut pass: Pass,
+    settings: Settings,
+) -> Result<Identification, IdentifyError> {
+    let inside = usable(record, training, WindowUse::Training)?;
+    let online_m = pass.restoring_per_s2.unwrap_or_default();
+    let online = PitchModel::righted(&pass.online.model, online_m);
+    let fit = fit(&inside, &online).ok_or_else(|| {
+        IdentifyError::Refused(Reason::new(
+            ReasonCode::PitchNotExplained,
+            "the search for the model whose simulation is nearest to the pitch found none",
+        ))
+    })?;
+    let held_out = data
+        .map(|data| {
+            let samples = usable(data.record, data.window, WindowUse::Validation)?;
+            Ok((data.window, samples))
         })
         .transpose()?;
-    let stable = refined.model.damping_per_s < 0.0;
-    let (accepted, reason) = match validation {
-        _ if !stable => (
-            false,
-            "a is not negative: pitch would not be damped".to_owned(),
-        ),
-        None => (true, "no data to validate on".to_owned()),
-        Some(validation) => (
-            validation.r2_pitch >= ACCEPT_FROM_R2,
-            format!(
-                "explains {:.0} % of the pitch of the validation data; {:.0} % are needed",
-                100.0 * validation.r2_pitch,
-                100.0 * ACCEPT_FROM_R2
-            ),
-        ),
-    };
-    Ok(PitchIdentification {
-        training,
-        online,
-        samples_used: estimator.samples_used(),
-        refined,
+    let refined = fit.refined();
+    let validation = held_out.as_ref().map(|(window, samples)| {
+        let found = goodness_of_fit(&fit.model, samples);
+        Validation {
+            window: window.known_part(samples),
+            r2_heading: found.r2_heading,
+            r2_heading_offset_refit: found.r2_heading_offset_refit,
+            r2_yaw_rate: found.r2_yaw_rate,
+            samples: samples.len(),
+        }
+    });
+    let mut seen = vec![inside.as_slice()];
+    seen.extend(held_out.iter().map(|(_, samples)| samples.as_slice()));
+    // Batch least squares know no restoring moment.
+    pass.online.batch = None;
+    Ok(Identification {
+        training: training.known_part(&inside),
+        samples_used: pass.samples_used,
+        samples_rejected: pass.rejected,
+        settings,
+        online: pass.online,
+        nomoto: None,
+        restoring: Some(fit.restoring(online_m)),
+        valid_range: valid_range(&seen, &refined.model, refined.heading_noise_rad),
+        refined: Some(refined),
+        verdict: judge(&fit, validation.as_ref()),
         validation,
-        accepted,
-        reason,
+        higher_order: None,
+        lag_effect: None,
+        loop_timing: None,
     })
 }
 
-/// The samples of a window that are finite and increase in time.
+/// R^2 of the pitch that a model gives, from any start.
+fn goodness_of_fit(model: &PitchModel<f64>, samples: &[Sample<f64>]) -> GoodnessOfFit<f64> {
+    let mut validation = seatrial_core::Validation::new(model.without_restoring(), 0.0)
+        .righted_by(Some(model.restoring_per_s2));
+    for sample in samples {
+        validation.compare(sample);
+    }
+    validation.goodness_of_fit_from_any_start()
+}
+
+/// Weighs a model by its damping, its authority and its validation data.
+fn judge(fit: &Fit, validation: Option<&Validation>) -> Verdict {
+    let mut rejections = Vec::new();
+    let mut reject = |code, measured: String| rejections.push(Reason::new(code, measured));
+    let a = fit.model.damping_per_s;
+    if a >= 0.0 {
+        reject(
+            ReasonCode::PitchUndamped,
+            format!("a = {a:.3} 1/s is not negative"),
+        );
+    }
+    if fit.authority_may_be_zero() {
+        let [_, _, [low, high], _] = fit.interval_95;
+        reject(
+            ReasonCode::PitchNotExplained,
+            format!("the 95 % interval of b, {low:.3} to {high:.3} 1/s^2, holds 0"),
+        );
+    }
+    let r2 = validation.map(|validation| validation.r2_heading_offset_refit);
+    match r2 {
+        None => reject(
+            ReasonCode::NotValidated,
+            "nothing was held out to check the model".into(),
+        ),
+        Some(r2) if r2.is_none_or(|r2| r2 < LEAST_R2) => reject(
+            ReasonCode::LowR2,
+            format!(
+                "R^2 of pitch on validation data is {} with the offset estimated again; at least {LEAST_R2} is needed: repeat the run",
+                r2_text(r2)
+            ),
+        ),
+        Some(_) => {}
+    }
+    let accepted = rejections.is_empty();
+    if accepted {
+        rejections.push(Reason::new(
+            ReasonCode::Ok,
+            format!(
+                "the model holds on validation data: R^2 of pitch with the offset estimated again {}",
+                r2_text(r2.flatten())
+            ),
+        ));
+    }
+    Verdict {
+        accepted,
+        reasons: rejections,
+    }
+}
+
+/// The samples of a window that are finite and increase in time; refused where they are too few, or no elevator moves in training.
 fn usable(
-    samples: &[DivingSample<f64>],
+    record: &Record,
     window: Window,
-    name: &'static str,
-) -> Result<Vec<DivingSample<f64>>, NoPitchModel> {
-    let mut usable: Vec<DivingSample<f64>> = Vec::new();
-    for sample in samples.iter().filter(|s| window.contains(s.time_s)) {
-        let finite = sample.pitch_rad.is_finite() && sample.elevator_rad.is_finite();
-        if finite && usable.last().is_none_or(|last| sample.time_s > last.time_s) {
-            usable.push(*sample);
-        }
+    wanted: WindowUse,
+) -> Result<Vec<Sample<f64>>, IdentifyError> {
+    let usable = record.usable(window);
+    if usable.is_empty() {
+        return Err(IdentifyError::empty_window(wanted, window, record));
     }
     if usable.len() < LEAST_SAMPLES {
-        return Err(NoPitchModel::TooFew {
-            window: name,
-            found: usable.len(),
-            needed: LEAST_SAMPLES,
-        });
+        return Err(IdentifyError::Refused(Reason::new(
+            ReasonCode::TooFewSamples,
+            format!(
+                "{} usable samples in the {wanted} window, at least {LEAST_SAMPLES} are needed; widen the window or log faster",
+                usable.len()
+            ),
+        )));
+    }
+    let moved_rad = elevator_range_rad(&usable);
+    if wanted == WindowUse::Training && moved_rad < EXCITED_RAD {
+        return Err(IdentifyError::Refused(Reason::new(
+            ReasonCode::ElevatorConstant,
+            format!(
+                "the elevator moves by {} deg in the training window: nothing pitches the vehicle",
+                degrees(moved_rad)
+            ),
+        )));
+    }
+    if wanted == WindowUse::Training && heading_range_rad(&usable) == 0.0 {
+        return Err(IdentifyError::Refused(Reason::new(
+            ReasonCode::PitchNotExplained,
+            "the pitch does not change while the elevator moves",
+        )));
     }
     Ok(usable)
 }
 
-/// When the elevator last moved by a third of its range from one sample to the next, s.
-fn excitation_end_s(samples: &[DivingSample<f64>], moved_rad: f64) -> f64 {
-    let last = samples
-        .windows(2)
-        .rfind(|pair| (pair[1].elevator_rad - pair[0].elevator_rad).abs() > moved_rad / 3.0);
-    last.map_or(f64::INFINITY, |pair| pair[1].time_s)
+fn elevator_range_rad(samples: &[Sample<f64>]) -> f64 {
+    let elevators = || samples.iter().map(|sample| sample.rudder_rad);
+    elevators().fold(f64::NEG_INFINITY, f64::max) - elevators().fold(f64::INFINITY, f64::min)
 }
 
-/// The pitch that a model gives at each sample, from the elevator alone.
-pub fn simulate(
-    model: &PitchModel<f64>,
-    start: PitchState<f64>,
-    samples: &[DivingSample<f64>],
-) -> Vec<f64> {
-    let mut state = start;
-    let mut pitches = vec![start.pitch_rad];
-    for pair in samples.windows(2) {
-        let interval_s = pair[1].time_s - pair[0].time_s;
-        state = model.advance(state, pair[0].elevator_rad, interval_s);
-        pitches.push(state.pitch_rad);
-    }
-    pitches
+/// When the elevator last moved by a third of its range from one sample to the next, s.
+fn excitation_end_s(samples: &[Sample<f64>]) -> Option<f64> {
+    let moved_rad = elevator_range_rad(samples);
+    let last = samples
+        .windows(2)
+        .rfind(|pair| (pair[1].rudder_rad - pair[0].rudder_rad).abs() > moved_rad / 3.0);
+    last.map(|pair| pair[1].time_s)
 }

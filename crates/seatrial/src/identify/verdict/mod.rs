@@ -7,7 +7,7 @@ mod parameters;
 mod record;
 mod validation;
 
-use seatrial_core::{GoodnessOfFit, YawModel};
+use seatrial_core::{Axis, GoodnessOfFit, YawModel};
 
 use super::checked::Checked;
 pub use super::refusal::{refuse_record, rudder_constant};
@@ -66,6 +66,7 @@ pub fn judge_validation(
 /// asks for.
 pub fn not_taken(
     judged: Verdict,
+    axis: Axis,
     live: &GoodnessOfFit<f64>,
     accept_from_r2: f64,
     is_repeated: bool,
@@ -78,10 +79,8 @@ pub fn not_taken(
     let low_r2 = Reason::new(
         ReasonCode::LowR2,
         format!(
-            "with the live model R^2 on validation data was {} for heading, {} with the offset estimated again, {} for yaw rate; the plan accepts from {accept_from_r2:.2}: {then}",
-            r2_text(live.r2_heading),
-            r2_text(live.r2_heading_offset_refit),
-            r2_text(live.r2_yaw_rate)
+            "with the live model R^2 on validation data was {}; the plan accepts from {accept_from_r2:.2}: {then}",
+            live_r2(axis, live)
         ),
     );
     let others = judged
@@ -91,6 +90,18 @@ pub fn not_taken(
     Verdict {
         accepted: false,
         reasons: std::iter::once(low_r2).chain(others).collect(),
+    }
+}
+
+fn live_r2(axis: Axis, live: &GoodnessOfFit<f64>) -> String {
+    let again = r2_text(live.r2_heading_offset_refit);
+    match axis {
+        Axis::Yaw => format!(
+            "{} for heading, {again} with the offset estimated again, {} for yaw rate",
+            r2_text(live.r2_heading),
+            r2_text(live.r2_yaw_rate)
+        ),
+        Axis::Pitch => format!("{again} for pitch with the offset estimated again"),
     }
 }
 
