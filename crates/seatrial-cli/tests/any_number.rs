@@ -116,10 +116,15 @@ fn prop_any_number_in_a_schedule_file() {
 #[test]
 fn prop_any_number_in_a_plan_of_a_pitch_trial() {
     let folder = tempfile::tempdir().unwrap();
-    let plan = seatrial::pitch::PitchPlan {
-        thrusts: vec![0.6],
-        settle_s: 10.0,
-        ..Default::default()
+    let pitch = seatrial_core::Plan::<f64>::pitch();
+    let plan = seatrial_core::Plan {
+        thrusts: seatrial_core::List::from_slice(&[0.6]).unwrap(),
+        settle: seatrial_core::Settle {
+            at_least_s: 10.0,
+            at_most_s: 10.0,
+            ..pitch.settle
+        },
+        ..pitch
     };
     let plan = toml::to_string(&plan).unwrap();
     let verb = [

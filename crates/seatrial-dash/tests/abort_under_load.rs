@@ -159,6 +159,7 @@ fn sail(served: &Served, folder: &Path, is_over: &AtomicBool, begun: &AtomicBool
         ..Plan::paper()
     };
     let about = Campaign {
+        axis: seatrial_core::Axis::Yaw,
         software_version: "test".into(),
         vehicle: "sim:starfish".into(),
         configuration: "default".into(),

@@ -74,6 +74,7 @@ pub fn code(reason: AbortReason) -> String {
 /// What the trial is of.
 pub fn about(world: &World) -> Campaign {
     Campaign {
+        axis: seatrial_core::Axis::Yaw,
         software_version: env!("CARGO_PKG_VERSION").into(),
         vehicle: "sim:starfish".into(),
         configuration: "world".into(),

@@ -7,7 +7,7 @@ use super::record::{A22, B2, C0, DELAY, HEADING, PARAMETERS, RATE, Record};
 use super::symmetric::invert;
 
 /// Plays that are looked for, from stop to stop, in amplitudes of the rudder.
-const PLAYS: [f64; 5] = [0.05, 0.1, 0.15, 0.25, 0.4];
+const PLAYS: [f64; 6] = [0.02, 0.05, 0.1, 0.15, 0.25, 0.4];
 
 /// Columns of parameters, the residual, and what each play adds.
 const ALL: usize = COLUMNS + PLAYS.len();
