@@ -29,6 +29,9 @@ const WIDEST: f64 = 0.5;
 /// Probability of a rudder that acts at once under which a lag is part of the model.
 const LEAST_PROMPT: f64 = 0.02;
 
+/// Log of how much likelier a record must be with play than without: play is believed in one rudder of twenty.
+const LEAST_EVIDENCE: f64 = 3.0;
+
 /// 97.5 % of a normal distribution are below so many standard deviations.
 const NORMAL_95: f64 = 1.96;
 
@@ -114,13 +117,13 @@ impl RobustEstimate {
         })
     }
 
-    /// A play of the rudder, rad, under which the record is likelier than without, and the estimate behind it.
+    /// A play of the rudder, rad, under which the record is clearly likelier than without, and the estimate behind it.
     fn behind_play(record: &Record, hypotheses: &Hypotheses) -> Option<(f64, Self)> {
         let play_rad = likely_play_rad(record, hypotheses.block, &hypotheses.white)?;
         let fin = record.with_rudder(fin_behind(&record.rudder_rad, play_rad));
         let with_play = Hypotheses::of(&fin)?;
-        let is_likelier = with_play.log_evidence(&EXPECTED) > hypotheses.log_evidence(&EXPECTED);
-        is_likelier.then_some((play_rad, Self::under(&fin, &with_play)?))
+        let likelier = with_play.log_evidence(&EXPECTED) - hypotheses.log_evidence(&EXPECTED);
+        (likelier > LEAST_EVIDENCE).then_some((play_rad, Self::under(&fin, &with_play)?))
     }
 
     /// With intervals and a covariance that hold the estimate behind play, too.
