@@ -500,6 +500,8 @@ fn recover_the_training_ends_when_the_intervals_are_narrow() {
     assert!((whole_s - 16.5).abs() < 0.06, "{whole_s}");
     assert!(early_s > 6.0 - 0.06 && early_s < 14.0, "{early_s}");
     assert_eq!(out_of_reach_s, whole_s);
-    // What was looked at is what is reported, but for one sample.
-    assert!(early[0] <= 2.1 * whole[0] && early[1] <= 2.1 * whole[1]);
+    // What was looked at is what is reported, but for one sample: while a lag of the rudder is still possible, that moves the
+    // interval by up to a fifth.
+    let are_alike = early[0] <= 2.4 * whole[0] && early[1] <= 2.4 * whole[1];
+    assert!(are_alike, "{early:?} {whole:?} {early_s} s");
 }
