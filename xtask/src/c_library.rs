@@ -44,7 +44,7 @@ const PROGRAMS: [(&str, &[&str], [u64; 2]); 4] = [
         &["seatrial_trial_", "seatrial_plan"],
         [41_200, 54_400],
     ),
-    ("everything", &["seatrial_"], [49_200, 65_700]),
+    ("everything", &["seatrial_"], [49_200, 67_500]),
 ];
 
 /// The width of SeatrialNumber.

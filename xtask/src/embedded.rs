@@ -58,7 +58,7 @@ const M4F_LIMITS: [(&str, &str, u64); 20] = [
     ("estimator_step_f64", "instructions", 48_000),
     ("estimator_step_f64", "state_bytes", 912),
     ("trial_step_f32", "instructions", 7400),
-    ("trial_step_f32", "stack_bytes", 1110),
+    ("trial_step_f32", "stack_bytes", 1210),
     ("trial_step_f32", "state_bytes", 3600),
     ("trial_step_f64", "instructions", 64_500),
     ("trial_step_f64", "stack_bytes", 2300),

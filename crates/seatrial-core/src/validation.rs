@@ -113,6 +113,7 @@ impl<T: Real> Validation<T> {
     }
 
     /// With a moment that rights the angle, psi'' = a22 psi' + m psi + b2 delta + C0: m, 1/s^2; `None` where there is none.
+    #[inline(always)]
     pub fn righted_by(self, restoring_per_s2: Option<T>) -> Self {
         Self {
             restoring_per_s2,
@@ -331,11 +332,11 @@ impl<T: Real> Comparison<T> {
     /// psi_0, r_0 and dC that make the squared error least; 0 for what is not `free` or does not act on this signal.
     fn least_squares(&self, free: [bool; 3]) -> [T; 3] {
         let [[_, error @ ..], rows @ ..] = self.gram;
-        let mut normal = [T::ZERO; 9];
-        for (i, [_, row @ ..]) in rows.iter().enumerate() {
-            for (j, entry) in row.iter().enumerate() {
-                if free[i] && free[j] {
-                    normal[3 * i + j] = *entry;
+        let mut normal = [[T::ZERO; 3]; 3];
+        for ((to, [_, row @ ..]), row_is_free) in normal.iter_mut().zip(rows).zip(free) {
+            for ((to, entry), is_free) in to.iter_mut().zip(row).zip(free) {
+                if row_is_free && is_free {
+                    *to = entry;
                 }
             }
         }
@@ -363,30 +364,47 @@ impl<T: Real> Comparison<T> {
 }
 
 /// Solves the normal equations of three parameters, row by row, by Gauss and Jordan; 0 for a parameter without a pivot.
-fn eliminated<T: Real>(mut normal: [T; 9], mut right: [T; 3]) -> [T; 3] {
-    let least: [T; 3] = core::array::from_fn(|i| normal[4 * i] * T::of(PIVOT));
-    let mut is_told = [false; 3];
-    for pivot in 0..3 {
-        let of_pivot = normal[4 * pivot];
-        is_told[pivot] = of_pivot > least[pivot];
-        if !is_told[pivot] {
-            continue;
-        }
-        for j in 0..3 {
-            normal[3 * pivot + j] = normal[3 * pivot + j] / of_pivot;
-        }
-        right[pivot] = right[pivot] / of_pivot;
-        for i in (0..3).filter(|i| *i != pivot) {
-            let factor = normal[3 * i + pivot];
-            for j in 0..3 {
-                let of_row = normal[3 * pivot + j];
-                normal[3 * i + j] -= factor * of_row;
-            }
-            let of_pivot = right[pivot];
-            right[i] -= factor * of_pivot;
-        }
+fn eliminated<T: Real>(mut normal: [[T; 3]; 3], mut right: [T; 3]) -> [T; 3] {
+    let least = [normal[0][0], normal[1][1], normal[2][2]].map(|entry| entry * T::of(PIVOT));
+    let is_solved = [
+        pivoted::<T, 0>(&mut normal, &mut right, least[0]),
+        pivoted::<T, 1>(&mut normal, &mut right, least[1]),
+        pivoted::<T, 2>(&mut normal, &mut right, least[2]),
+    ];
+    let of = |is_solved: bool, value: T| if is_solved { value } else { T::ZERO };
+    [
+        of(is_solved[0], right[0]),
+        of(is_solved[1], right[1]),
+        of(is_solved[2], right[2]),
+    ]
+}
+
+/// Solves row P for its own parameter and takes that out of the other rows; `false` where its pivot is not above `least`.
+///
+/// Rows are told by a constant and walked by iterators: an index that could be out of range is a panic path.
+fn pivoted<T: Real, const P: usize>(
+    normal: &mut [[T; 3]; 3],
+    right: &mut [T; 3],
+    least: T,
+) -> bool {
+    let of_pivot = normal[P][P];
+    let is_large = of_pivot > least;
+    if !is_large {
+        return false;
     }
-    core::array::from_fn(|i| if is_told[i] { right[i] } else { T::ZERO })
+    let row = normal[P].map(|entry| entry / of_pivot);
+    let of_right = right[P] / of_pivot;
+    normal[P] = row;
+    right[P] = of_right;
+    let others = normal.iter_mut().zip(right).enumerate();
+    for (_, (other, right)) in others.filter(|(i, _)| *i != P) {
+        let factor = other[P];
+        for (entry, of_row) in other.iter_mut().zip(row) {
+            *entry -= factor * of_row;
+        }
+        *right -= factor * of_right;
+    }
+    true
 }
 
 #[cfg(test)]
