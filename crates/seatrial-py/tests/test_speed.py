@@ -55,7 +55,7 @@ def test_parity_a_million_samples_as_scipy_has_them() -> None:
 
     time_s = np.arange(samples) * h
     ours_s, found = fastest(lambda: seatrial.identify(
-        time_s, heading, rudder, estimate="batch", lambda_rad_s=lam), 7)
+        time_s, heading, rudder, estimate="batch", lambda_rad_s=lam), 25)
     scipy_s, theta = fastest(scipy, 3)
 
     def online(count: int) -> float:
