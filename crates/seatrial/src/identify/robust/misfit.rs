@@ -89,19 +89,20 @@ fn hull_columns(record: &Record, dynamics: &Dynamics, heading_rad: &[f64]) -> [V
     [response(&square), quick, slow]
 }
 
-/// Sum of squares that the columns but the held ones leave of the residual.
-fn left(rows: &[[f64; ALL]], held: &[usize]) -> Option<f64> {
-    let mut gram = [[0.0; ALL]; ALL];
+/// Sum of squares that the columns but the held ones leave of the residual in column `PARAMETERS`. `None` where they are not
+/// independent.
+pub fn left<const N: usize>(rows: &[[f64; N]], held: &[usize]) -> Option<f64> {
+    let mut gram = [[0.0; N]; N];
     for row in rows {
-        for i in 0..ALL {
-            for j in 0..ALL {
+        for i in 0..N {
+            for j in 0..N {
                 gram[i][j] += row[i] * row[j];
             }
         }
     }
     let right = gram[PARAMETERS];
     for i in held.iter().copied().chain([PARAMETERS]) {
-        gram[i] = [0.0; ALL];
+        gram[i] = [0.0; N];
         for row in &mut gram {
             row[i] = 0.0;
         }
@@ -109,11 +110,11 @@ fn left(rows: &[[f64; ALL]], held: &[usize]) -> Option<f64> {
     }
     let (inverse, _) = invert(&gram)?;
     let is_free = |i: &usize| *i != PARAMETERS && !held.contains(i);
-    let explained: f64 = (0..ALL)
+    let explained: f64 = (0..N)
         .filter(is_free)
         .map(|i| {
             right[i]
-                * (0..ALL)
+                * (0..N)
                     .filter(is_free)
                     .map(|j| inverse[i][j] * right[j])
                     .sum::<f64>()

@@ -2,9 +2,9 @@
 
 use super::average::Hypothesis;
 use super::linearised::COLUMNS;
+use super::misfit::left;
 use super::noise::whiten;
-use super::record::{A22, B2, C0, DELAY, HEADING, PARAMETERS, RATE, Record};
-use super::symmetric::invert;
+use super::record::{B2, DELAY, FIRST, LAG2, PARAMETERS, Record};
 
 /// Plays that are looked for, from stop to stop, in amplitudes of the rudder.
 const PLAYS: [f64; 6] = [0.02, 0.05, 0.1, 0.15, 0.25, 0.4];
@@ -41,80 +41,40 @@ pub fn fin_behind(rudder_rad: &[f64], play_rad: f64) -> Vec<f64> {
 pub fn likely_play_rad(record: &Record, block: usize, hypothesis: &Hypothesis) -> Option<f64> {
     let peak = &hypothesis.peak;
     let around = record.linearised(&peak.point, block, peak.prompt);
-    let added: Vec<Vec<f64>> = (PLAYS.iter())
-        .map(|share| added_heading_rad(record, block, hypothesis, share * record.amplitude_rad))
+    let point = &peak.point;
+    let fins: Vec<Vec<[f64; 5]>> = (PLAYS.iter())
+        .map(|share| fin_behind(&record.rudder_rad, share * record.amplitude_rad))
+        .map(|fin_rad| {
+            let fin = record.with_rudder(fin_rad);
+            fin.mean_responses(&point.dynamics(), block)
+        })
         .collect();
     let mut rows: Vec<[f64; ALL]> = (around.rows.iter().enumerate())
         .map(|(k, row)| {
             core::array::from_fn(|j| match j.checked_sub(COLUMNS) {
                 None => row[j],
-                Some(play) => added[play][k],
+                Some(play) => point.0[B2] * (fins[play][k][B2] - row[B2]),
             })
         })
         .collect();
     whiten(&around.time_s, &mut rows, &peak.noise);
-    let mut gram = [[0.0; ALL]; ALL];
-    for row in &rows {
-        for i in 0..ALL {
-            for j in 0..ALL {
-                gram[i][j] += row[i] * row[j];
-            }
-        }
-    }
-    let free: &[usize] = match peak.prompt {
-        true => &[B2, C0, HEADING, RATE, A22],
-        false => &[B2, C0, HEADING, RATE, A22, DELAY],
+    let held: &[usize] = match peak.prompt {
+        true => &[FIRST, DELAY, LAG2],
+        false => &[FIRST, LAG2],
     };
+    let of_command: Vec<[f64; COLUMNS]> = (rows.iter())
+        .map(|row| core::array::from_fn(|j| row[j]))
+        .collect();
+    let none = left(&of_command, held)?;
     let variance = peak.noise_rad * peak.noise_rad;
-    let none = left(&gram, free, None, variance)?;
     let plays = PLAYS.iter().enumerate().filter_map(|(i, share)| {
-        let likelier = (none - left(&gram, free, Some(COLUMNS + i), variance)?) / variance;
+        let mut of_fin = of_command.clone();
+        for (of_fin, row) in of_fin.iter_mut().zip(&rows) {
+            of_fin[PARAMETERS] -= row[COLUMNS + i];
+        }
+        let likelier = (none - left(&of_fin, held)?) / variance;
         Some((likelier, share * record.amplitude_rad))
     });
     let (likelier, play_rad) = plays.max_by(|a, b| a.0.total_cmp(&b.0))?;
     (likelier > LIKELIER).then_some(play_rad)
-}
-
-/// What a play adds to the heading of each comparison, rad.
-fn added_heading_rad(
-    record: &Record,
-    block: usize,
-    hypothesis: &Hypothesis,
-    play_rad: f64,
-) -> Vec<f64> {
-    let point = &hypothesis.peak.point;
-    let b2_per_s2 = point.0[B2];
-    let fin = record.with_rudder(fin_behind(&record.rudder_rad, play_rad));
-    let of = |record: &Record| record.mean_responses(&point.dynamics(), block);
-    (of(&fin).iter().zip(of(record)))
-        .map(|(fin, command)| b2_per_s2 * (fin[B2] - command[B2]))
-        .collect()
-}
-
-/// Sum of squares that the parameters leave of the residual less one column.
-fn left(
-    gram: &[[f64; ALL]; ALL],
-    free: &[usize],
-    less: Option<usize>,
-    variance: f64,
-) -> Option<f64> {
-    let residual = |i: usize| gram[i][PARAMETERS] - less.map_or(0.0, |less| gram[i][less]);
-    let mut information = [[0.0; PARAMETERS]; PARAMETERS];
-    for i in 0..PARAMETERS {
-        match free.contains(&i) {
-            true => free.iter().for_each(|&j| information[i][j] = gram[i][j]),
-            false => information[i][i] = variance,
-        }
-    }
-    let (inverse, _) = invert(&information)?;
-    let explained: f64 = (free.iter())
-        .map(|&i| {
-            free.iter()
-                .map(|&j| residual(i) * inverse[i][j] * residual(j))
-                .sum::<f64>()
-        })
-        .sum();
-    let square =
-        residual(PARAMETERS) - less.map_or(0.0, |less| gram[less][PARAMETERS] - gram[less][less]);
-    Some(square - explained)
 }
