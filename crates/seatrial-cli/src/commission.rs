@@ -126,7 +126,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         .map_err(Failure::internal)?;
     let vehicle = OnMavlink::new(&args.vehicle, address, &args.link, &args.logbook)?;
     let reached = vehicle.reach(&request.plan, &stop)?;
-    told(reached.preflight())?;
+    shown(reached.preflight())?;
     let proposal = request.proposal(reached.as_ref())?;
     let changes = reached.changes(&proposal.settings);
     show(reached.preflight(), &proposal, &changes);
@@ -154,7 +154,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 }
 
 /// Says each check, and refuses where one has not passed.
-fn told(preflight: &Preflight) -> Result<(), Failure> {
+fn shown(preflight: &Preflight) -> Result<(), Failure> {
     let checks = || preflight.checks.iter();
     checks().for_each(|check| say(check_line(check.passed, &check.name, &check.text)));
     let failed: Vec<&str> = checks()

@@ -14,15 +14,15 @@ fn counted(folder: &Path, file: &str, contents: &str, verb: &[&str]) -> (usize, 
         let written = toml::to_string(&table).unwrap();
         std::fs::write(folder.join(file), &written).unwrap();
         let output = program().args(verb).current_dir(folder).output().unwrap();
-        let told = text(&output.stderr);
-        assert!(!told.contains("panicked"), "{verb:?}: {told}\n{written}");
+        let said = text(&output.stderr);
+        assert!(!said.contains("panicked"), "{verb:?}: {said}\n{written}");
         match output.status.code() {
             Some(0 | 4 | 5) => used += 1,
             Some(2 | 3) => {
                 refused += 1;
-                assert!(told.len() > 20, "{verb:?}: {told}\n{written}");
+                assert!(said.len() > 20, "{verb:?}: {said}\n{written}");
             }
-            other => panic!("{verb:?}: {other:?}: {told}\n{written}"),
+            other => panic!("{verb:?}: {other:?}: {said}\n{written}"),
         }
     }
     (used, refused)
