@@ -122,7 +122,8 @@ impl<W: Wire> Autopilot<W> {
 
     pub(super) fn release_controls(&mut self) {
         // Without a release, or a remote control to release to, the last demand would stay; a pilot who has one has his own.
-        let is_pilots = self.is_pilots();
+        // Nobody steers a vehicle that is disarmed, and whoever forged that has not disarmed it: neutral is right for both.
+        let is_pilots = self.is_pilots() && self.stopped != Some(super::Stop::Disarmed);
         if self.heard.is_guided {
             self.release_course(is_pilots);
             return;

@@ -27,6 +27,8 @@ const UNANSWERED: usize = 8;
 pub(super) struct Heard {
     pub vehicle: Option<Sender>,
     pub heartbeat: Option<Heartbeat>,
+    /// The kind that its first heartbeat told. A vehicle does not become another; who forges its heartbeats may say so.
+    pub profile: Option<Profile>,
     pub heartbeats: u32,
     /// A heartbeat has said so. Before, the flag may lag behind the arming.
     has_been_armed: bool,
@@ -96,6 +98,7 @@ impl Heard {
         match *message {
             Message::Heartbeat(heartbeat) => {
                 self.heartbeat = Some(heartbeat);
+                self.profile.get_or_insert(Profile::of(&heartbeat));
                 self.heartbeats += 1;
                 self.has_been_armed |= self.is_armed();
             }

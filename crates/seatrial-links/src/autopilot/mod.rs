@@ -252,10 +252,8 @@ impl<W: Wire> Autopilot<W> {
     }
 
     fn profile(&self) -> Profile {
-        self.settings.profile.unwrap_or_else(|| {
-            let heartbeat = self.heard.heartbeat.as_ref();
-            heartbeat.map_or(Profile::Generic, Profile::of)
-        })
+        let chosen = self.settings.profile.or(self.heard.profile);
+        chosen.unwrap_or(Profile::Generic)
     }
 
     fn system(&self) -> u8 {

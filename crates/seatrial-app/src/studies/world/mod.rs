@@ -145,11 +145,14 @@ fn peak_memory_bytes() -> Option<u64> {
 mod tests {
     use super::*;
 
+    /// In these a stranger on an unsigned link says in the vehicle's name that it is a disarmed boat, where it is a submarine.
+    const FORGED_KIND: [u64; 2] = [684, 1703];
+
     /// Of every depth some; the study of a million has its result in `validation/`.
     #[test]
     fn prop_no_world_breaks_an_invariant() {
         let mut worlds: BTreeMap<Depth, u32> = BTreeMap::new();
-        for seed in 1..=400 {
+        for seed in (1..=400).chain(FORGED_KIND) {
             let ending = play(seed);
             assert_eq!(
                 ending.broken, [""; 0],
