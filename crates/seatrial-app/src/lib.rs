@@ -18,6 +18,7 @@ pub mod plan_file;
 pub mod recording;
 pub mod replay;
 pub mod report;
+pub mod set_up;
 pub mod ship_trials;
 pub mod simulated;
 pub mod simulated_log;
@@ -26,6 +27,7 @@ pub mod trial_run;
 pub mod turning;
 pub mod vehicle_export;
 pub mod vehicle_file;
+pub mod vehicles;
 pub mod workers;
 
 pub use error::Error;

@@ -1,9 +1,8 @@
 //! `seatrial commission`: gains into an autopilot, proven by heading steps, kept or put back.
 
 mod own;
-mod vehicle;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -13,13 +12,15 @@ use seatrial_app::commission::{
 use seatrial_app::models::{Models, Purpose, chosen_campaign, of_campaign, of_document};
 use seatrial_app::plan_file::load_plan;
 use seatrial_app::trial_run::{Change, Preflight};
+use seatrial_app::vehicles::Attendant;
 use seatrial_core::{Axis, Plan, Trial};
 use seatrial_logbook::Logbook;
 use serde::Serialize;
 
-use crate::autopilot::{LinkArgs, OnMavlink, agrees, check_line};
+use crate::autopilot::{AtTerminal, LinkArgs, check_line};
 use crate::output::{Exit, Failure, Output, say};
 use crate::screen::{labelled, width};
+use crate::vehicle::autopilot;
 
 /// Put the gains of a model into an autopilot, prove them by heading steps, keep them or put the old ones back.
 #[derive(clap::Args, Debug)]
@@ -117,20 +118,20 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         step_rad,
     };
     request.check()?;
-    let Some(address) = args.vehicle.strip_prefix("mavlink:") else {
+    if !args.vehicle.starts_with("mavlink:") {
         return own::run(args, &request.models, &request.plan, output);
-    };
+    }
     let stop = Arc::new(AtomicBool::new(false));
     let handler = Arc::clone(&stop);
     ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
         .map_err(Failure::internal)?;
-    let vehicle = OnMavlink::new(&args.vehicle, address, &args.link, &args.logbook)?;
+    let vehicle = autopilot(&args.vehicle, &args.link, &args.logbook)?;
     let reached = vehicle.reach(&request.plan, &stop)?;
     shown(reached.preflight())?;
     let proposal = request.proposal(reached.as_ref())?;
     let changes = reached.changes(&proposal.settings);
     show(reached.preflight(), &proposal, &changes);
-    if !args.yes && !agrees()? {
+    if !args.yes && !AtTerminal.agrees()? {
         return Err(Failure::aborted("not agreed to; nothing was changed"));
     }
     let mut taken = reached.take()?;
@@ -249,9 +250,4 @@ fn exit(found: &Commissioned) -> Exit {
         Ending::PutBack { .. } | Ending::Refused => Exit::Rejected,
         Ending::Aborted { .. } => Exit::Aborted,
     }
-}
-
-/// Where what a commission changes is kept.
-fn named(logbook: &Path, extension: &str) -> PathBuf {
-    logbook.with_extension(extension)
 }

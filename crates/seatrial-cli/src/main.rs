@@ -34,7 +34,6 @@ mod progress;
 mod record;
 mod replay;
 mod report;
-mod ros2;
 mod screen;
 mod serve;
 mod ship_manoeuvres;

@@ -124,17 +124,6 @@ impl From<VehicleError> for Failure {
     }
 }
 
-impl From<Failure> for VehicleError {
-    fn from(failure: Failure) -> Self {
-        match failure.exit {
-            Exit::Usage => Self::Setting(failure.message),
-            Exit::Input => Self::Unreachable(failure.message),
-            Exit::Aborted => Self::Refused(failure.message),
-            _ => Self::Internal(failure.message),
-        }
-    }
-}
-
 impl From<NotBegun> for Failure {
     fn from(error: NotBegun) -> Self {
         match error {

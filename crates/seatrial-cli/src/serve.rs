@@ -85,8 +85,9 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let autopilots = args
         .vehicles
         .iter()
-        .filter_map(|name| vehicle::autopilot(name, &args.link, &args.logbook).transpose())
-        .collect::<Result<_, _>>()?;
+        .filter(|name| name.starts_with("mavlink:"))
+        .map(|name| Ok(Box::new(vehicle::autopilot(name, &args.link, &args.logbook)?) as _))
+        .collect::<Result<_, Failure>>()?;
     let server = start(&settings, vehicles, autopilots)?;
     let url = server.url();
     let served = Served {

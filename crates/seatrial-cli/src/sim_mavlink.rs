@@ -1,6 +1,7 @@
 //! `seatrial sim mavlink`: a simulated vehicle that speaks MAVLink.
 
 use seatrial_app::simulated;
+use seatrial_app::vehicles::signing;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,7 +11,7 @@ use seatrial_links::autopilot::{Profile, Speaker, Station};
 use seatrial_sim::SimulatedVehicle;
 use serde::Serialize;
 
-use crate::autopilot::{parse_profile, signing};
+use crate::autopilot::parse_profile;
 use crate::output::{Exit, Failure, Output, say};
 
 /// Play a vehicle that speaks MAVLink as ArduPilot's Rover, ArduSub or PX4 do, which holds its heading until somebody takes it.

@@ -72,7 +72,7 @@ const LAYOUTS: [&[Column]; 4] = [
 
 /// The widest table that fits. `None` where no row has anything but its verdict.
 pub fn speed_table(rows: &[SpeedRow], width: usize) -> Option<Table> {
-    rows.iter().any(is_told).then(|| {
+    rows.iter().any(is_shown).then(|| {
         let mut tables = LAYOUTS.iter().map(|columns| table(columns, rows));
         let fitting = tables.find(|table| table.width() <= width);
         fitting.unwrap_or_else(|| table(LAYOUTS[LAYOUTS.len() - 1], rows))
@@ -81,8 +81,8 @@ pub fn speed_table(rows: &[SpeedRow], width: usize) -> Option<Table> {
 
 /// A table of these columns, without those that no row has.
 fn table(columns: &[Column], rows: &[SpeedRow]) -> Table {
-    let is_told = |column: &&Column| rows.iter().any(|row| (column.cell)(row).is_some());
-    let columns: Vec<&Column> = columns.iter().filter(is_told).collect();
+    let is_shown = |column: &&Column| rows.iter().any(|row| (column.cell)(row).is_some());
+    let columns: Vec<&Column> = columns.iter().filter(is_shown).collect();
     let heads: Vec<(&str, &str)> = columns.iter().map(|c| (c.name, c.unit)).collect();
     let mut table = Table::new(&heads);
     for row in rows {
@@ -106,7 +106,7 @@ fn bounds(row: &SpeedRow, of: fn(&Intervals) -> [f64; 2]) -> Option<String> {
     Some(bounds_text(of(&intervals(row)?)))
 }
 
-fn is_told(row: &SpeedRow) -> bool {
+fn is_shown(row: &SpeedRow) -> bool {
     row.thrust.is_some() || row.surge_speed_m_s.is_some() || model(row).is_some()
 }
 

@@ -6,14 +6,14 @@ use std::sync::atomic::AtomicBool;
 
 use clap::Subcommand;
 use seatrial_app::plan_file::load_plan;
+use seatrial_app::vehicles::{hand_back_text, inspect_ros2};
 use seatrial_core::{Plan, Trial};
 use seatrial_links::autopilot::{Backup, HandBack};
 use seatrial_links::handover::Preflight;
 use serde::Serialize;
 
-use crate::autopilot::{self, LinkArgs};
+use crate::autopilot::{LinkArgs, address, change_line, check_line};
 use crate::output::{Exit, Failure, Output};
-use crate::ros2;
 use crate::screen::{command, labelled, width};
 
 /// Look at an autopilot before a trial, or put it back after a trial that was cut short.
@@ -90,15 +90,11 @@ fn check(args: &CheckArgs, output: &Output) -> Result<Exit, Failure> {
     let abort = Arc::new(AtomicBool::new(false));
     let is_given = args.plan.is_some();
     let preflight = match args.vehicle.strip_prefix("ros2:") {
-        Some(path) => ros2::inspect(Path::new(path), &plan, is_given)?,
+        Some(path) => inspect_ros2(Path::new(path), &plan, is_given)?,
         None => args
             .link
-            .open(
-                autopilot::address(&args.vehicle)?,
-                Some(&plan),
-                is_given,
-                &abort,
-            )?
+            .options()?
+            .open(address(&args.vehicle)?, Some(&plan), is_given, &abort)?
             .inspect(),
     };
     let checked = Checked {
@@ -107,13 +103,21 @@ fn check(args: &CheckArgs, output: &Output) -> Result<Exit, Failure> {
         preflight,
     };
     output.print(&checked, || {
-        autopilot::text(&checked.preflight) + "\n" + &verdict(&checked.preflight, args)
+        text(&checked.preflight) + "\n" + &verdict(&checked.preflight, args)
     })?;
     Ok(if checked.ready {
         Exit::Done
     } else {
         Exit::Rejected
     })
+}
+
+/// A preflight for people.
+fn text(preflight: &Preflight) -> String {
+    let checks = preflight.checks.iter();
+    let checks = checks.map(|check| check_line(check.passed, check.name, &check.text));
+    let changes = preflight.changes.iter().map(change_line);
+    checks.chain(changes).collect::<Vec<_>>().join("\n")
 }
 
 /// May a trial be run, and what is to be done next?
@@ -152,7 +156,8 @@ fn restore(args: &RestoreArgs, output: &Output) -> Result<Exit, Failure> {
     let abort = Arc::new(AtomicBool::new(false));
     let mut autopilot = args
         .link
-        .open(autopilot::address(&args.vehicle)?, None, false, &abort)?;
+        .options()?
+        .open(address(&args.vehicle)?, None, false, &abort)?;
     let done = autopilot.restore(&backup);
     let restored = Restored {
         schema: "seatrial.restored.v1",
@@ -163,7 +168,7 @@ fn restore(args: &RestoreArgs, output: &Output) -> Result<Exit, Failure> {
         std::fs::remove_file(&args.backup)
             .map_err(|error| Failure::not_saved(format!("{}: {error}", args.backup.display())))?;
     }
-    output.print(&restored, || autopilot::hand_back_text(&restored.done))?;
+    output.print(&restored, || hand_back_text(&restored.done))?;
     Ok(if restored.complete {
         Exit::Done
     } else {

@@ -219,11 +219,11 @@ fn run_section(run: &Run, axis: Axis) -> RunSection {
 
 /// Each reason with what was measured.
 fn reasons(verdict: &Verdict) -> Vec<String> {
-    let told = |reason: &Reason| match reason.detail.is_empty() {
+    let text = |reason: &Reason| match reason.detail.is_empty() {
         true => sentence(&reason.text),
         false => format!("{} {}", sentence(&reason.text), sentence(&reason.detail)),
     };
-    verdict.reasons.iter().map(told).collect()
+    verdict.reasons.iter().map(text).collect()
 }
 
 fn run_figures_of(source: &Source) -> Vec<Figure> {

@@ -82,7 +82,7 @@ impl Windows {
             && training.from_s < validation.to_s
         {
             return Err(Error::Setting(format!(
-                "the training window ({training}) and the validation window ({validation}) overlap: data that were trained on are not fresh"
+                "the training window ({training}) and the validation window ({validation}) overlap: data that were trained on do not validate"
             )));
         }
         Ok((training, validation))

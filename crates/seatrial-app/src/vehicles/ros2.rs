@@ -7,7 +7,6 @@ use std::sync::atomic::AtomicBool;
 
 use seatrial::FullRudder;
 use seatrial::preview::Prior;
-use seatrial_app::trial_run::{self, TakenVehicle, Terms, TrialVehicle, VehicleError, taken};
 use seatrial_core::{Plan, RudderSense};
 use seatrial_links::handover::Preflight;
 use seatrial_links::ros2_vehicle::{
@@ -16,8 +15,9 @@ use seatrial_links::ros2_vehicle::{
 };
 use seatrial_logs::{Row, RowWriter};
 
-use crate::autopilot::{for_trial, limits, line, no_prior, refuse, text};
-use crate::output::{Failure, say};
+use super::attendant::tell_all;
+use super::{Attendant, for_trial, limits, no_prior, refuse};
+use crate::trial_run::{self, TakenVehicle, Terms, TrialVehicle, VehicleError, taken};
 
 type RosVehicle = ros2_vehicle::RosVehicle<Box<dyn Graph>>;
 
@@ -52,8 +52,8 @@ const YAW_RATE_GAIN_S: f64 = 0.4;
 const HEADING_RUDDER: f64 = 0.8;
 
 /// What a file says of its vehicle.
-fn described(path: &Path) -> Result<Description, Failure> {
-    let wrong = |error: String| Failure::input(format!("{}: {error}", path.display()));
+fn described(path: &Path) -> Result<Description, VehicleError> {
+    let wrong = |error: String| VehicleError::unreachable(format!("{}: {error}", path.display()));
     let read = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
     let description: Description =
         toml::from_str(&read).map_err(|error| wrong(format!("not a vehicle on ROS 2: {error}")))?;
@@ -69,10 +69,10 @@ fn open(
     plan: &Plan<f64>,
     is_given: bool,
     abort: &Arc<AtomicBool>,
-) -> Result<(RosVehicle, Box<dyn RowWriter>), Failure> {
+) -> Result<(RosVehicle, Box<dyn RowWriter>), VehicleError> {
     let description = described(path)?;
     if plan.rudder_limit_rad > description.rudder.limit_rad {
-        return Err(Failure::usage(format!(
+        return Err(VehicleError::setting(format!(
             "the plan's rudder_limit_rad is {} rad, more than rudder.limit_rad, {} rad, of {}",
             plan.rudder_limit_rad,
             description.rudder.limit_rad,
@@ -91,16 +91,18 @@ fn open(
     };
     let (graph, estimates) = join(&description).map_err(|error| match error {
         JoinError::NotBuilt { .. } => {
-            Failure::usage(format!("--vehicle ros2:{}: {error}", path.display()))
+            VehicleError::setting(format!("--vehicle ros2:{}: {error}", path.display()))
         }
-        JoinError::Middleware(error) => Failure::input(format!("{}: {error}", path.display())),
+        JoinError::Middleware(error) => {
+            VehicleError::unreachable(format!("{}: {error}", path.display()))
+        }
     })?;
     let vehicle = RosVehicle::new(graph, description, settings);
     Ok((vehicle, Box::new(Estimates(estimates))))
 }
 
 /// Looks at the vehicle of a file.
-pub fn inspect(path: &Path, plan: &Plan<f64>, is_given: bool) -> Result<Preflight, Failure> {
+pub fn inspect(path: &Path, plan: &Plan<f64>, is_given: bool) -> Result<Preflight, VehicleError> {
     let (mut vehicle, _) = open(path, plan, is_given, &Arc::default())?;
     Ok(vehicle.inspect())
 }
@@ -109,37 +111,41 @@ pub fn inspect(path: &Path, plan: &Plan<f64>, is_given: bool) -> Result<Prefligh
 pub struct OnRos2 {
     name: String,
     file: PathBuf,
+    attendant: Arc<dyn Attendant>,
 }
 
 impl OnRos2 {
     /// The vehicle of a file.
-    pub fn new(name: &str, file: &str) -> Self {
+    pub fn new(name: &str, file: &str, attendant: Arc<dyn Attendant>) -> Self {
         Self {
             name: name.into(),
             file: file.into(),
+            attendant,
         }
     }
 
     /// Looks at the vehicle, has somebody agree, and takes it. Whatever fails, it is handed back.
-    fn taken(&self, terms: &Terms) -> Result<(RosVehicle, Box<dyn RowWriter>), Failure> {
+    fn taken(&self, terms: &Terms) -> Result<(RosVehicle, Box<dyn RowWriter>), VehicleError> {
         let (mut vehicle, estimates) =
             open(&self.file, terms.plan, terms.plan_is_given, terms.stop)?;
         let preflight = vehicle.inspect();
-        text(&preflight).lines().for_each(say);
+        let attendant = self.attendant.as_ref();
+        tell_all(attendant, &preflight);
         refuse(&preflight.checks)?;
         if !terms.is_agreed {
-            say(format!(
+            attendant.tell(&format!(
                 "the vehicle will move; agree to it by calling {ENABLE_SERVICE} (std_srvs/SetBool) with true"
             ));
             if !vehicle.is_agreed_to() {
-                return Err(Failure::aborted("not agreed to; nothing was moved"));
+                return Err(VehicleError::refused("not agreed to; nothing was moved"));
             }
         }
         let checks = vehicle.take_control();
-        checks.iter().map(line).for_each(say);
-        if let Err(failure) = refuse(&checks) {
-            hand_back(&mut vehicle).iter().for_each(say);
-            return Err(failure);
+        checks.iter().for_each(|check| attendant.check(check));
+        if let Err(refused) = refuse(&checks) {
+            let left = hand_back(&mut vehicle, attendant);
+            left.iter().for_each(|line| attendant.tell(line));
+            return Err(refused);
         }
         Ok((vehicle, estimates))
     }
@@ -167,7 +173,7 @@ impl TrialVehicle for OnRos2 {
     }
 
     fn prior(&self, _: &Plan<f64>) -> Result<Prior, VehicleError> {
-        Err(no_prior(&self.name))
+        no_prior(&self.name)
     }
 
     fn inspect(&self, plan: &Plan<f64>) -> Result<trial_run::Preflight, VehicleError> {
@@ -176,17 +182,19 @@ impl TrialVehicle for OnRos2 {
 
     fn take(&self, terms: &Terms) -> Result<Box<dyn TakenVehicle>, VehicleError> {
         let (vehicle, estimates) = self.taken(terms)?;
+        let attendant = Arc::clone(&self.attendant);
+        let hand_back = move |vehicle: &mut _| hand_back(vehicle, attendant.as_ref());
         Ok(taken(vehicle, hand_back, Some(estimates), None))
     }
 }
 
 /// Hands a vehicle back; what was not seen to be put back.
-fn hand_back(vehicle: &mut RosVehicle) -> Option<String> {
+fn hand_back(vehicle: &mut RosVehicle, attendant: &dyn Attendant) -> Option<String> {
     let done = vehicle.hand_back();
     if let Some(stop) = vehicle.stopped().filter(|stop| stop.is_asked()) {
-        say(stop);
+        attendant.tell(&stop.to_string());
     }
-    say(hand_back_text(&done));
+    attendant.tell(&hand_back_text(&done));
     let incomplete = "the vehicle was not seen to take its rudder back: look after it";
     (!done.is_complete()).then(|| incomplete.into())
 }

@@ -4,18 +4,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use seatrial_app::commission::{Control, GainedVehicle, GainsVehicle, Lost, Reached};
-use seatrial_app::trial_run::{Change, Preflight, VehicleError};
 use seatrial_core::{CascadeSettings, Plan, Sample, Vehicle};
 use seatrial_links::autopilot::{Backup, HeadingControl, Tended, cascade};
 use seatrial_links::handover;
 use seatrial_links::link::Transport;
 
-use super::named;
-use crate::autopilot::{
-    OnMavlink, for_trial, hand_back_text, keep, left_over, line, refuse, trial_change,
-};
-use crate::output::{Failure, say};
+use super::mavlink::{OnMavlink, keep, left_over};
+use super::{Attendant, for_trial, hand_back_text, refuse, trial_change};
+use crate::commission::{Control, GainedVehicle, GainsVehicle, Lost, Reached};
+use crate::trial_run::{Change, Preflight, VehicleError};
 
 impl GainsVehicle for OnMavlink {
     fn reach(
@@ -25,7 +22,7 @@ impl GainsVehicle for OnMavlink {
     ) -> Result<Box<dyn Reached>, VehicleError> {
         let files = Files::beside(&self.logbook);
         files.refuse_left_over(&self.name)?;
-        let opened = self.link.open(&self.address, Some(plan), true, stop)?;
+        let opened = self.options.open(&self.address, Some(plan), true, stop)?;
         let full_rudder_rad = opened.full_rudder_rad();
         // The link stays alive while somebody thinks and agrees.
         let autopilot = Tended::new(opened);
@@ -39,6 +36,7 @@ impl GainsVehicle for OnMavlink {
             full_rudder_rad,
             sample_interval_s: plan.sample_interval_s,
             name: self.name.clone(),
+            attendant: Arc::clone(&self.attendant),
         }))
     }
 }
@@ -54,6 +52,7 @@ struct ReachedAutopilot {
     full_rudder_rad: f64,
     sample_interval_s: f64,
     name: String,
+    attendant: Arc<dyn Attendant>,
 }
 
 impl Reached for ReachedAutopilot {
@@ -101,23 +100,23 @@ impl Files {
     /// Beside this logbook.
     fn beside(logbook: &Path) -> Self {
         let free = (1..).map(|number| match number {
-            1 => named(logbook, "old-gains.toml"),
-            number => named(logbook, &format!("old-gains-{number}.toml")),
+            1 => logbook.with_extension("old-gains.toml"),
+            number => logbook.with_extension(format!("old-gains-{number}.toml")),
         });
         Self {
-            restore: named(logbook, "restore.toml"),
+            restore: logbook.with_extension("restore.toml"),
             undo: free
                 .take(1000)
                 .find(|path| !path.exists())
-                .unwrap_or_else(|| named(logbook, "old-gains.toml")),
+                .unwrap_or_else(|| logbook.with_extension("old-gains.toml")),
         }
     }
 
     /// Refuses where something is left to be restored.
-    fn refuse_left_over(&self, vehicle: &str) -> Result<(), Failure> {
+    fn refuse_left_over(&self, vehicle: &str) -> Result<(), VehicleError> {
         let path = self.restore.display();
         match self.restore.exists() {
-            true => Err(Failure::aborted(format!(
+            true => Err(VehicleError::refused(format!(
                 "{path}: what ran before has not put everything back; run `seatrial vehicle restore {path} --vehicle {vehicle}`"
             ))),
             false => Ok(()),
@@ -134,11 +133,12 @@ struct OnHeading {
     files: Files,
     full_rudder_rad: f64,
     name: String,
+    attendant: Arc<dyn Attendant>,
 }
 
 impl OnHeading {
     /// Takes it. Where that fails, it has been handed back.
-    fn take(reached: ReachedAutopilot, control: HeadingControl) -> Result<Self, Failure> {
+    fn take(reached: ReachedAutopilot, control: HeadingControl) -> Result<Self, VehicleError> {
         let restore = reached.files.restore.clone();
         let checks = reached
             .autopilot
@@ -151,11 +151,14 @@ impl OnHeading {
             files: reached.files,
             full_rudder_rad: reached.full_rudder_rad,
             name: reached.name,
+            attendant: Arc::clone(&reached.attendant),
         };
-        checks.iter().map(line).for_each(say);
-        if let Err(failure) = refuse(&checks) {
-            vehicle.hand_back().iter().for_each(say);
-            return Err(failure);
+        let attendant = reached.attendant.as_ref();
+        checks.iter().for_each(|check| attendant.check(check));
+        if let Err(refused) = refuse(&checks) {
+            let left = vehicle.hand_back();
+            left.iter().for_each(|text| attendant.tell(text));
+            return Err(refused);
         }
         Ok(vehicle)
     }
@@ -230,7 +233,7 @@ impl GainedVehicle for OnHeading {
 
     fn hand_back(&mut self) -> Option<String> {
         let done = self.autopilot.autopilot().hand_back();
-        say(hand_back_text(&done));
+        self.attendant.tell(&hand_back_text(&done));
         left_over(&done, &self.files.restore, &self.name)
     }
 }

@@ -1,0 +1,78 @@
+//! Vehicles that move, over their links: what a trial and a commission do with them before, at and after it.
+
+pub mod ardupilot_json;
+mod attendant;
+mod gained;
+mod mavlink;
+mod ros2;
+
+use seatrial::preview::Prior;
+use seatrial_core::Plan;
+use seatrial_links::handover::{Change, Check, Preflight};
+
+use crate::trial_run::{self, VehicleError};
+
+pub use attendant::{Attendant, hand_back_text};
+pub use mavlink::{ASSUMED_FULL_RUDDER_DEG, MavlinkOptions, OnMavlink, signing};
+pub use ros2::{OnRos2, inspect as inspect_ros2};
+
+/// Refuses where a check has not passed.
+fn refuse(checks: &[Check]) -> Result<(), VehicleError> {
+    let refused: Vec<&str> = checks
+        .iter()
+        .filter(|check| !check.passed)
+        .map(|check| check.name)
+        .collect();
+    if refused.is_empty() {
+        return Ok(());
+    }
+    Err(VehicleError::refused(format!(
+        "the trial is refused for: {}",
+        refused.join(", ")
+    )))
+}
+
+/// A vehicle whose model nobody knows yet.
+fn no_prior(name: &str) -> Result<Prior, VehicleError> {
+    Err(VehicleError::setting(format!(
+        "{name}: how it steers is not known before its trial; preview the plan on a simulator"
+    )))
+}
+
+/// A preflight as a trial's order asks for it.
+fn for_trial(found: Preflight) -> trial_run::Preflight {
+    let checks = found.checks.into_iter();
+    let changes = found.changes.into_iter();
+    trial_run::Preflight {
+        checks: checks
+            .map(|check| trial_run::Check::new(check.name, check.passed, check.text))
+            .collect(),
+        changes: changes.map(trial_change).collect(),
+    }
+}
+
+/// A change of a parameter as a trial's order asks for it.
+fn trial_change(change: Change) -> trial_run::Change {
+    trial_run::Change {
+        name: change.name,
+        from: change.from,
+        to: change.to,
+        why: change.why.into(),
+    }
+}
+
+/// The limits of a plan for people.
+fn limits(plan: &Plan<f64>) -> String {
+    let envelope = &plan.envelope;
+    let area = match envelope.area.len() {
+        0 => "no area".into(),
+        corners => format!("an area of {corners} corners"),
+    };
+    format!(
+        "heading within {:.0} degrees, yaw rate up to {:.0} degrees/s, depth {} to {} m, {area}",
+        envelope.heading_excursion_max_rad.to_degrees(),
+        envelope.yaw_rate_max_rad_s.to_degrees(),
+        envelope.depth_min_m,
+        envelope.depth_max_m
+    )
+}
