@@ -24,7 +24,8 @@ pub fn run() -> Result<Campaign, Box<dyn Error>> {
         plan: Plan {
             thrusts: List::from_slice(&[0.6, 0.8]).expect("two speeds"),
             ..Plan::paper()
-        },
+        }
+        .into(),
         plan_is_given: true,
         seed: 1,
         configuration: "bare hull".into(),

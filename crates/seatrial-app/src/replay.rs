@@ -4,10 +4,11 @@ use std::convert::Infallible;
 use std::fmt::Debug;
 
 use seatrial_core::InvalidSetting;
-use seatrial_core::{AbortReason, Action, Outcome, Plan, Sample, Trial, Vehicle};
+use seatrial_core::{AbortReason, Action, Outcome, Sample, Trial, Vehicle};
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::TrialPlan;
 use crate::conduct::{Watch, conduct};
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
@@ -43,7 +44,7 @@ pub struct FirstDifference {
 
 impl Replay {
     /// Conducts the trial again, with this plan, until something differs.
-    pub fn of(plan: Plan<f64>, recording: &Recording) -> Result<Self, InvalidSetting> {
+    pub fn of(plan: impl Into<TrialPlan>, recording: &Recording) -> Result<Self, InvalidSetting> {
         let about = Campaign {
             runs: Vec::new(),
             outcome: None,

@@ -35,7 +35,7 @@ pub fn page(
         operator: circumstances.operator.as_deref(),
         firmware: circumstances.firmware.as_deref(),
         notes: entry.notes.as_deref(),
-        plan: plan.as_ref(),
+        plan: plan.as_deref(),
         plan_text: &entry.plan,
         provenance: &provenance,
     };

@@ -7,9 +7,10 @@ use std::thread;
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run, Stage};
 use seatrial::identification::{EstimateMethod, ReasonCode};
+use seatrial::preview::Target;
+use seatrial_app::TrialPlan;
 use seatrial_app::conduct::{Conducted, Unwatched, Watch, conduct};
 use seatrial_core::estimator::{EstimatorSettings, Method};
-use seatrial_core::plan::Target;
 use seatrial_core::{AbortReason, Action, List, Outcome, Plan, Sample, Steering, Trial, Vehicle};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
@@ -469,10 +470,12 @@ fn exact_the_vehicle_acts_before_anybody_is_told() {
 #[test]
 fn recover_the_training_ends_when_the_intervals_are_narrow() {
     let training_s = |stop_when| {
-        let plan = Plan {
+        let plan = TrialPlan {
             stop_when,
-            thrusts: List::from_slice(&[0.8]).unwrap(),
-            ..Plan::paper()
+            plan: Plan {
+                thrusts: List::from_slice(&[0.8]).unwrap(),
+                ..Plan::paper()
+            },
         };
         let campaign = conduct(&mut starfish(3), plan, about(), &mut Unwatched)
             .unwrap()

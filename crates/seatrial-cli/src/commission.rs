@@ -9,11 +9,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use seatrial_app::commission::{
     Commissioned, Ending, GainsVehicle, Order, Proposal, Request, check_step, conduct, models_for,
 };
+use seatrial_app::load_plan;
 use seatrial_app::models::{Models, Purpose, chosen_campaign, of_campaign, of_document};
-use seatrial_app::plan_file::load_plan;
-use seatrial_app::trial_run::{Change, Preflight};
+use seatrial_app::trial_run::{Change, Preflight, plan_of_campaign};
 use seatrial_app::vehicles::Attendant;
-use seatrial_core::{Axis, Plan, Trial};
+use seatrial_core::{Axis, Plan};
 use seatrial_logbook::Logbook;
 use serde::Serialize;
 
@@ -189,7 +189,7 @@ impl Args {
     /// The plan of the file, else the one of the campaign.
     fn plan(&self) -> Result<Plan<f64>, Failure> {
         if let Some(path) = &self.plan {
-            return Ok(load_plan(Some(path), Some(Axis::Yaw))?);
+            return Ok(load_plan(Some(path), Some(Axis::Yaw))?.plan);
         }
         if self.model.is_some() {
             return Err(Failure::usage(
@@ -198,10 +198,9 @@ impl Args {
         }
         let logbook = Logbook::open_read_only(&self.logbook)?;
         let chosen = chosen_campaign(&logbook, self.campaign.as_deref(), Purpose::Models)?;
-        let plan =
-            seatrial_app::trial_run::plan_of_campaign(&chosen.entry).map_err(Failure::input)?;
-        Trial::new(plan).map_err(Failure::input)?;
-        Ok(plan)
+        let plan = plan_of_campaign(&chosen.entry).map_err(Failure::input)?;
+        plan.check().map_err(Failure::input)?;
+        Ok(plan.plan)
     }
 }
 

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
+use seatrial_app::TrialPlan;
 use seatrial_app::models::{Purpose, chosen_campaign};
 use seatrial_app::replay::Replay;
-use seatrial_core::Plan;
 use seatrial_logbook::{CampaignEntry, Logbook};
 use serde::Serialize;
 
@@ -48,7 +48,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if recording.steps.is_empty() {
         return Err(refusal(&logbook, &entry, "it holds no sample to replay"));
     }
-    let replay = toml::from_str::<Plan<f64>>(&entry.plan)
+    let replay = TrialPlan::parse(&entry.plan)
         .map_err(|error| error.to_string())
         .and_then(|plan| Replay::of(plan, &recording).map_err(|error| error.to_string()))
         .map_err(|error| {

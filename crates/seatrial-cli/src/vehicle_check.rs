@@ -5,9 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::Subcommand;
-use seatrial_app::plan_file::load_plan;
+use seatrial_app::load_plan;
 use seatrial_app::vehicles::{hand_back_text, inspect_ros2};
-use seatrial_core::{Plan, Trial};
 use seatrial_links::autopilot::{Backup, HandBack};
 use seatrial_links::handover::Preflight;
 use serde::Serialize;
@@ -85,8 +84,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 }
 
 fn check(args: &CheckArgs, output: &Output) -> Result<Exit, Failure> {
-    let plan: Plan<f64> = load_plan(args.plan.as_deref(), None)?;
-    Trial::new(plan).map_err(Failure::input)?;
+    let plan = load_plan(args.plan.as_deref(), None)?;
     let abort = Arc::new(AtomicBool::new(false));
     let is_given = args.plan.is_some();
     let preflight = match args.vehicle.strip_prefix("ros2:") {

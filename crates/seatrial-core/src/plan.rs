@@ -93,30 +93,6 @@ impl<T: Real> Manoeuvre<T> {
     }
 }
 
-/// Half widths of 95 % intervals to reach, as fractions of the parameter.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-pub struct Target<T> {
-    /// Of a22; `None` does not matter.
-    pub a22: Option<T>,
-    /// Of b2; `None` does not matter.
-    pub b2: Option<T>,
-}
-
-impl<T: Real> Target<T> {
-    /// The larger of the widths of a22 and b2 as a part of its target: 1 just reaches it.
-    pub fn share(&self, [a22, b2]: [T; 2]) -> T {
-        let share = |width: T, target: Option<T>| target.map_or(T::ZERO, |target| width / target);
-        share(a22, self.a22).max(share(b2, self.b2))
-    }
-
-    fn is_valid(&self) -> bool {
-        let within = |width: Option<T>| width.is_none_or(|w| w > T::ZERO && w < T::ONE);
-        within(self.a22) && within(self.b2) && (self.a22.is_some() || self.b2.is_some())
-    }
-}
-
 /// The plan of a trial. [`Default`] is the paper's, Section IV-B.
 ///
 /// [`Trial::new`](crate::Trial::new) refuses a plan that [`check`](Plan::check) finds fault with;
@@ -144,10 +120,6 @@ pub struct Plan<T> {
     /// End training when the estimate has converged; otherwise the whole stage is recorded, which
     /// the estimate from the whole record needs.
     pub stop_on_convergence: bool,
-    /// End training as soon as the intervals are this narrow, once the manoeuvre is over. The trial itself knows no
-    /// interval: who conducts it looks and calls [`Trial::finish_training`](crate::Trial::finish_training).
-    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
-    pub stop_when: Option<Target<T>>,
     /// Dead time of the rudder behind the command that the vehicle reports, s. The trial itself takes the rudder as it is
     /// reported; who identifies its runs takes the one behind the servo.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
@@ -243,7 +215,6 @@ impl<T: Real> Plan<T> {
             rudder_limit_rad: T::of(0.26),
             sample_interval_s,
             stop_on_convergence: false,
-            stop_when: None,
             rudder_delay_s: 0.0,
             rudder_lag_s: 0.0,
             accept_from_r2: T::of(0.6),
@@ -305,11 +276,6 @@ impl<T: Real> Plan<T> {
             (0.001..=1000.0).contains(&self.sample_interval_s),
             "sample_interval_s",
             "a time from 0.001 to 1000 s",
-        )?;
-        require(
-            self.stop_when.is_none_or(|target| target.is_valid()),
-            "stop_when",
-            "a22, b2 or both, each a fraction above 0 and below 1",
         )?;
         for (time_s, field) in [
             (self.rudder_delay_s, "rudder_delay_s"),

@@ -46,7 +46,7 @@ impl<'a> Asked<'a> {
         })?;
         let request = Request {
             models: models.map_err(no_model)?,
-            plan,
+            plan: plan.plan,
             at_speed_m_s: order.at_speed_m_s,
             step_rad: order.step_rad.unwrap_or(STEP_RAD),
         };

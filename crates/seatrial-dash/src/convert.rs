@@ -6,9 +6,9 @@ use jiff::{Timestamp, Unit};
 use seatrial::campaign::Run;
 use seatrial::identification::{self, Identification, Reader};
 use seatrial::preview::{Predicted, Preview};
-use seatrial_app::trial_run;
+use seatrial_app::{TrialPlan, trial_run};
 use seatrial_core as core;
-use seatrial_core::Plan;
+
 use seatrial_logbook::{CampaignEntry, State as LogbookState};
 use seatrial_report::overlay;
 
@@ -235,7 +235,7 @@ impl CampaignSummary {
 
 impl PlanPreview {
     /// A preview of a plan.
-    pub(crate) fn of(plan: &Plan<f64>, preview: &Preview) -> Self {
+    pub(crate) fn of(plan: &TrialPlan, preview: &Preview) -> Self {
         let around = |value: f64, half_width: f64| Figure {
             value,
             interval_95: Some([value - half_width, value + half_width]),

@@ -4,11 +4,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::mpsc::{Sender, channel};
 
+use seatrial_app::TrialPlan;
 use seatrial_app::trial_run::{
     self, NotAgain, NotBegun, Order, Sinks, UnderWay, VehicleError, plan_that_repeats,
     plan_to_go_on, previewed,
 };
-use seatrial_core::{Plan, Trial};
 use seatrial_logbook::{CampaignEntry, CampaignId, Circumstances};
 
 use crate::api::{
@@ -24,10 +24,10 @@ const SLOWEST: f64 = 0.1;
 const LONGEST_NAME: usize = 200;
 
 /// The plan of an order; the paper's where there is none.
-fn plan_of(plan: Option<Plan<f64>>) -> Result<Plan<f64>, Refusal> {
+fn plan_of(plan: Option<TrialPlan>) -> Result<TrialPlan, Refusal> {
     let plan = plan.unwrap_or_default();
-    match Trial::new(plan) {
-        Ok(_) => Ok(plan),
+    match plan.check() {
+        Ok(()) => Ok(plan),
         Err(why) => Err(Refusal::unprocessable(
             "plan_refused",
             format!("the plan: {why}"),
@@ -64,7 +64,7 @@ pub fn preflight(shared: &Shared, order: PlanOrder) -> Result<Preflight, Refusal
 #[derive(Clone)]
 pub struct Wanted {
     vehicle: String,
-    plan: Plan<f64>,
+    plan: TrialPlan,
     plan_is_given: bool,
     seed: Option<u64>,
     realtime_factor: Option<f64>,
@@ -124,7 +124,7 @@ pub fn go_on(shared: &Shared, order: GoOnOrder) -> Result<Wanted, Refusal> {
 }
 
 /// Another trial on the vehicle of a campaign, in its configuration, with the next seed where none is asked for.
-fn another(entry: CampaignEntry, plan: Plan<f64>, seed: Option<u64>) -> Wanted {
+fn another(entry: CampaignEntry, plan: TrialPlan, seed: Option<u64>) -> Wanted {
     Wanted {
         vehicle: entry.vehicle,
         plan,
@@ -153,7 +153,7 @@ pub fn conductor() -> Sender<Work> {
 
 /// Starts a trial: takes the vehicle, enters the campaign, conducts it on the conductor's thread.
 pub fn start(shared: &Arc<Shared>, wanted: Wanted) -> Result<TrialState, Refusal> {
-    Trial::new(wanted.plan).map_err(NotBegun::from)?;
+    wanted.plan.check().map_err(NotBegun::from)?;
     let is_simulated = shared.vehicle(&wanted.vehicle)?.is_simulated();
     check(&wanted, is_simulated)?;
     let stop = Arc::default();

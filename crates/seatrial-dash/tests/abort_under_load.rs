@@ -188,7 +188,7 @@ fn sail(served: &Served, folder: &Path, is_over: &AtomicBool, begun: &AtomicBool
     shown.begun(&Begun {
         campaign: recorder.campaign(),
         about: about.clone(),
-        plan,
+        plan: plan.into(),
         realtime_factor: None,
         time: SystemTime::now(),
     });

@@ -237,7 +237,7 @@ fn trial(viewers: usize, measured: &mut Measured) {
     shown.begun(&Begun {
         campaign: recorder.campaign(),
         about: about.clone(),
-        plan,
+        plan: plan.into(),
         realtime_factor: None,
         time: SystemTime::now(),
     });

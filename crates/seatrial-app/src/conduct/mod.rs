@@ -6,16 +6,18 @@ mod open_run;
 use std::time::{Duration, Instant};
 
 use seatrial_core::InvalidSetting;
-use seatrial_core::plan::Target;
 use seatrial_core::progress::Event;
-use seatrial_core::{AbortReason, Plan, Sample, Trial, Vehicle};
+use seatrial_core::{AbortReason, Sample, Trial, Vehicle};
 
 use judge::Judge;
 use open_run::OpenRun;
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
 use seatrial::identification::Refined;
+use seatrial::preview::Target;
 use seatrial_logbook::Keeper;
+
+use crate::TrialPlan;
 
 /// Whoever watches or records a trial. None of it can stop the trial except [`Watch::wants_abort`].
 pub trait Watch {
@@ -116,7 +118,7 @@ pub enum Judging {
 /// A vehicle that gives no more samples aborts the trial; everything up to then is kept.
 pub fn conduct<V: Vehicle<f64> + ?Sized>(
     vehicle: &mut V,
-    plan: Plan<f64>,
+    plan: impl Into<TrialPlan>,
     about: Campaign,
     watch: &mut dyn Watch,
 ) -> Result<Conducted<V::Error>, InvalidSetting> {
@@ -126,17 +128,20 @@ pub fn conduct<V: Vehicle<f64> + ?Sized>(
 /// Conducts a trial as [`conduct`] does, its runs judged like this.
 pub fn conduct_judging<V: Vehicle<f64> + ?Sized>(
     vehicle: &mut V,
-    plan: Plan<f64>,
+    plan: impl Into<TrialPlan>,
     about: Campaign,
     watch: &mut dyn Watch,
     judging: Judging,
 ) -> Result<Conducted<V::Error>, InvalidSetting> {
-    let trial = Trial::new(plan)?;
+    let plan = plan.into();
+    plan.check()?;
+    let trial = Trial::new(plan.plan)?;
     Ok(std::thread::scope(|scope| {
         let runs = Runs {
             campaign: about,
             open: None,
-            judge: Judge::start(scope, plan, judging),
+            judge: Judge::start(scope, plan.plan, judging),
+            stop_when: plan.stop_when,
             watch,
         };
         runs.conduct(trial, vehicle)
@@ -158,6 +163,8 @@ struct Runs<'a> {
     campaign: Campaign,
     open: Option<OpenRun>,
     judge: Judge,
+    /// End training as soon as the intervals are this narrow.
+    stop_when: Option<Target>,
     watch: &'a mut dyn Watch,
 }
 
@@ -220,7 +227,7 @@ impl Runs<'_> {
 
     /// Shows the intervals of the open run, and ends its training where they are narrow enough.
     fn look(&mut self, trial: &mut Trial<f64>) {
-        let stop_when = trial.plan().stop_when;
+        let stop_when = self.stop_when;
         if stop_when.is_none() && !self.watch.wants_intervals() {
             return;
         }
@@ -279,7 +286,7 @@ impl Runs<'_> {
 }
 
 /// Are the intervals as narrow as the target?
-fn reaches(refined: &Refined, target: Target<f64>) -> bool {
+fn reaches(refined: &Refined, target: Target) -> bool {
     let width = |[low, high]: [f64; 2], value: f64| 0.5 * (high - low) / value.abs();
     let interval = &refined.interval_95;
     let widths = [

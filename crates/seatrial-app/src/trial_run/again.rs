@@ -5,6 +5,8 @@ use seatrial::identification::ReasonCode;
 use seatrial_core::{List, Plan};
 use seatrial_logbook::CampaignEntry;
 
+use crate::TrialPlan;
+
 /// Why a campaign gives no plan for another trial.
 #[derive(Debug, thiserror::Error)]
 pub enum NotAgain {
@@ -28,30 +30,31 @@ pub enum NotAgain {
 }
 
 /// The plan of a campaign.
-pub fn plan_of_campaign(entry: &CampaignEntry) -> Result<Plan<f64>, NotAgain> {
-    Ok(toml::from_str(&entry.plan)?)
+pub fn plan_of_campaign(entry: &CampaignEntry) -> Result<TrialPlan, NotAgain> {
+    Ok(TrialPlan::parse(&entry.plan)?)
 }
 
 /// The plan that runs one speed of a campaign again.
-pub fn plan_that_repeats(entry: &CampaignEntry, thrust: f64) -> Result<Plan<f64>, NotAgain> {
-    let plan = plan_of_campaign(entry)?;
+pub fn plan_that_repeats(entry: &CampaignEntry, thrust: f64) -> Result<TrialPlan, NotAgain> {
+    let mut plan = plan_of_campaign(entry)?;
     if !plan.thrusts.contains(&thrust) {
         let campaign = entry.id.0;
         return Err(NotAgain::NoSuchThrust { campaign, thrust });
     }
-    let thrusts = List::from_slice(&[thrust]).unwrap_or_default();
-    Ok(Plan { thrusts, ..plan })
+    plan.thrusts = List::from_slice(&[thrust]).unwrap_or_default();
+    Ok(plan)
 }
 
 /// The plan that goes on with a campaign that ended early, at the first speed that is not done.
-pub fn plan_to_go_on(entry: &CampaignEntry, runs: &[Run]) -> Result<Plan<f64>, NotAgain> {
-    let plan = plan_of_campaign(entry)?;
+pub fn plan_to_go_on(entry: &CampaignEntry, runs: &[Run]) -> Result<TrialPlan, NotAgain> {
+    let mut plan = plan_of_campaign(entry)?;
     let thrusts = List::from_slice(speeds_left(&plan, runs)).unwrap_or_default();
     if thrusts.is_empty() {
         let campaign = entry.id.0;
         return Err(NotAgain::NothingLeft { campaign });
     }
-    Ok(Plan { thrusts, ..plan })
+    plan.thrusts = thrusts;
+    Ok(plan)
 }
 
 /// The speeds of a plan from the first that is not done. One is done when its last run was accepted or used up the

@@ -23,6 +23,7 @@ use seatrial_core::{InvalidSetting, Outcome, Plan, Trial, Vehicle};
 use seatrial_logbook::{CampaignId, Circumstances, Logbook, NewCampaign, Recorder};
 use seatrial_logs::RowWriter;
 
+use crate::TrialPlan;
 use crate::conduct::{Conducted, Pace, Unwatched, Watch, conduct};
 use crate::recording::Recording;
 use watched::Watched;
@@ -37,7 +38,7 @@ pub use vehicle::{
 #[derive(Clone, Debug)]
 pub struct Order {
     /// The plan.
-    pub plan: Plan<f64>,
+    pub plan: TrialPlan,
     /// Was the plan given, or is it the default?
     pub plan_is_given: bool,
     /// Seed of a simulated vehicle.
@@ -89,7 +90,7 @@ pub struct Begun {
     /// What it is of; without runs.
     pub about: Campaign,
     /// The plan.
-    pub plan: Plan<f64>,
+    pub plan: TrialPlan,
     /// How many times faster than real time it runs; `None` is as fast as it can.
     pub realtime_factor: Option<f64>,
     /// When.
@@ -136,7 +137,8 @@ pub struct Ended {
 
 /// Takes a vehicle and enters its campaign.
 pub fn begin(vehicle: &dyn TrialVehicle, order: Order, sinks: Sinks) -> Result<UnderWay, NotBegun> {
-    Trial::new(order.plan)?;
+    order.plan.check()?;
+    Trial::new(order.plan.plan)?;
     vehicle::check_axis(vehicle, order.plan.axis)?;
     let plan_text = toml::to_string_pretty(&order.plan)?;
     // Nothing is written before the vehicle has answered.

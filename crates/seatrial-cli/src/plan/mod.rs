@@ -7,8 +7,8 @@ use std::path::PathBuf;
 use seatrial::preview::{
     self, Comparison, Preview, Recommendation, Target, compare_designs, parse_target, recommend,
 };
-use seatrial_app::plan_file::load_plan;
-use seatrial_core::{Axis, Excitation, List, Outcome, Plan, Trial};
+use seatrial_app::{TrialPlan, load_plan};
+use seatrial_core::{Axis, Excitation, List, Outcome, Plan};
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};
@@ -105,7 +105,7 @@ Examples:
 #[derive(Serialize)]
 struct Document {
     schema: &'static str,
-    plan: Plan<f64>,
+    plan: TrialPlan,
     preview: OriginAndPreview,
     comparison: Option<Comparison>,
     recommendation: Option<RecommendationsFor>,
@@ -191,11 +191,11 @@ fn too_little(preview: &Preview) -> Vec<String> {
         .collect()
 }
 
-fn planned(args: &Args) -> Result<Plan<f64>, Failure> {
+fn planned(args: &Args) -> Result<TrialPlan, Failure> {
     let mut plan = load_plan(args.plan.as_deref(), Some(Axis::Yaw))?;
     let sample_interval_s = args.sample_interval.unwrap_or(plan.sample_interval_s);
     if let Some(time_constant_s) = args.time_constant {
-        plan = Plan::for_time_constant(time_constant_s, sample_interval_s);
+        plan = Plan::for_time_constant(time_constant_s, sample_interval_s).into();
     }
     plan.sample_interval_s = sample_interval_s;
     plan.rudder_limit_rad = args
@@ -208,9 +208,14 @@ fn planned(args: &Args) -> Result<Plan<f64>, Failure> {
             .ok_or_else(|| Failure::usage("--thrust: more speeds than a trial has"))?;
     }
     let training_deg = args.amplitude_deg;
+    let Plan {
+        training,
+        validation,
+        ..
+    } = &mut plan.plan;
     for (manoeuvre, amplitude_deg) in [
-        (&mut plan.training, training_deg),
-        (&mut plan.validation, args.validation_amplitude_deg),
+        (training, training_deg),
+        (validation, args.validation_amplitude_deg),
     ] {
         if amplitude_deg.is_none() && args.period_s.is_none() {
             continue;
@@ -233,18 +238,18 @@ fn planned(args: &Args) -> Result<Plan<f64>, Failure> {
     checked(plan)
 }
 
-fn checked(plan: Plan<f64>) -> Result<Plan<f64>, Failure> {
-    Trial::new(plan)
-        .map(|_| plan)
+fn checked(plan: TrialPlan) -> Result<TrialPlan, Failure> {
+    plan.check()
+        .map(|()| plan)
         .map_err(|error| Failure::usage(format!("the plan: {error}")))
 }
 
 fn adopted(
-    plan: Plan<f64>,
+    plan: TrialPlan,
     adopt: Adopt,
     comparison: Option<&Comparison>,
     recommendation: Option<&RecommendationsFor>,
-) -> Result<Plan<f64>, Failure> {
+) -> Result<TrialPlan, Failure> {
     let design = |name: &str| {
         let designs = &comparison?.designs;
         designs

@@ -12,11 +12,11 @@ use seatrial::campaign::Campaign;
 use seatrial::identification::{Reason, Verdict};
 use seatrial::preview::{Target, parse_target};
 use seatrial_app::next;
-use seatrial_app::plan_file::load_plan;
 use seatrial_app::recording::Recording;
 use seatrial_app::report::page;
 use seatrial_app::trial_run::{self, Ended, Order, Sinks};
-use seatrial_core::{Axis, Outcome, Plan};
+use seatrial_app::{TrialPlan, load_plan};
+use seatrial_core::{Axis, Outcome};
 use seatrial_dash::{Server, Shown};
 use seatrial_logbook::{CampaignId, Circumstances, Logbook};
 use seatrial_report::{About, render};
@@ -122,7 +122,7 @@ struct Document {
     verdict: Verdict,
     #[serde(flatten)]
     campaign: Campaign,
-    plan: Plan<f64>,
+    plan: TrialPlan,
 }
 
 /// Runs the trial of a simulated vehicle so many times faster than a real one.
@@ -137,14 +137,14 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 
 impl Args {
     /// The plan of the file, changed as the options say.
-    fn plan(&self) -> Result<Plan<f64>, Failure> {
+    fn plan(&self) -> Result<TrialPlan, Failure> {
         let mut plan = load_plan(self.plan.as_deref(), self.axis.map(Axis::from))?;
         plan.stop_when = self.stop_when.or(plan.stop_when);
         self.servo.apply(&mut plan)?;
         Ok(plan)
     }
 
-    fn order(&self, plan: Plan<f64>, times_faster: Option<f64>, stop: Arc<AtomicBool>) -> Order {
+    fn order(&self, plan: TrialPlan, times_faster: Option<f64>, stop: Arc<AtomicBool>) -> Order {
         Order {
             plan,
             plan_is_given: self.plan.is_some(),
@@ -219,7 +219,7 @@ fn conduct(args: &Args, times_faster: Option<f64>, output: &Output) -> Result<Ex
 }
 
 /// Writes the report, says what could not be saved, and prints the campaign.
-fn finish(args: &Args, plan: Plan<f64>, ended: Ended, output: &Output) -> Result<Exit, Failure> {
+fn finish(args: &Args, plan: TrialPlan, ended: Ended, output: &Output) -> Result<Exit, Failure> {
     let Ended {
         number,
         mut campaign,
@@ -266,7 +266,7 @@ fn finish(args: &Args, plan: Plan<f64>, ended: Ended, output: &Output) -> Result
 fn save_report(
     path: &Path,
     args: &Args,
-    plan: &Plan<f64>,
+    plan: &TrialPlan,
     number: CampaignId,
     campaign: &Campaign,
 ) -> Result<(), Failure> {
@@ -278,7 +278,7 @@ fn save_report(
     // A logbook that cannot be read any more was told of already; the trial is reported all the same.
     let text = kept.unwrap_or_else(|_| {
         let about = About {
-            plan: Some(plan),
+            plan: Some(&plan.plan),
             ..About::default()
         };
         let command = next::after_trial(campaign, number, &args.logbook, None);

@@ -1,6 +1,6 @@
 //! A plan before its trial: preview and preflight.
 
-use seatrial_core::Plan;
+use seatrial_app::TrialPlan;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -15,7 +15,7 @@ pub struct PlanOrder {
     /// The plan, in the form that `/plans/default` gives; the default plan where it is left out.
     #[serde(default)]
     #[schema(value_type = Option<Object>)]
-    pub plan: Option<Plan<f64>>,
+    pub plan: Option<TrialPlan>,
 }
 
 /// What a plan will do on the vehicle expected.
@@ -23,7 +23,7 @@ pub struct PlanOrder {
 pub struct PlanPreview {
     /// The plan as it would be run.
     #[schema(value_type = Object)]
-    pub plan: Plan<f64>,
+    pub plan: TrialPlan,
     /// How it ends on a noise-free vehicle: aborted where it does not fit its envelope.
     pub outcome: Option<Outcome>,
     /// Time from the first sample to the last, without repeats, s.

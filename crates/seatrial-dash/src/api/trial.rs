@@ -1,6 +1,6 @@
 //! A trial: its order, where it is, how it ended, and the link to the vehicle.
 
-use seatrial_core::Plan;
+use seatrial_app::TrialPlan;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -15,7 +15,7 @@ pub struct TrialOrder {
     /// The plan, in the form that `/plans/default` gives; the default plan where it is left out.
     #[serde(default)]
     #[schema(value_type = Option<Object>)]
-    pub plan: Option<Plan<f64>>,
+    pub plan: Option<TrialPlan>,
     /// Seed of a simulated vehicle [default: 1].
     #[serde(default)]
     pub seed: Option<u64>,
@@ -143,7 +143,7 @@ pub struct TrialState {
     pub started: String,
     /// The plan.
     #[schema(value_type = Object)]
-    pub plan: Plan<f64>,
+    pub plan: TrialPlan,
     /// Where it is.
     pub progress: Option<Progress>,
     /// The estimate, from the training stage on.

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use seatrial_core::{Excitation, Manoeuvre, Plan};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::design::{PRIOR_ERROR, fastest_turn_rad_s, thinned};
 use super::expected_vehicle::ExpectedVehicle;
@@ -32,7 +32,28 @@ const HALVINGS: u32 = 12;
 const AMPLITUDE_STEP_RAD: f64 = 0.001;
 
 /// Half widths of 95 % intervals to reach, as fractions of the parameter.
-pub type Target = seatrial_core::plan::Target<f64>;
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Target {
+    /// Of a22; `None` does not matter.
+    pub a22: Option<f64>,
+    /// Of b2; `None` does not matter.
+    pub b2: Option<f64>,
+}
+
+impl Target {
+    /// The larger of the widths of a22 and b2 as a part of its target: 1 just reaches it.
+    pub fn share(&self, [a22, b2]: [f64; 2]) -> f64 {
+        let share = |width: f64, target: Option<f64>| target.map_or(0.0, |target| width / target);
+        share(a22, self.a22).max(share(b2, self.b2))
+    }
+
+    /// Is it of a22, b2 or both, each a fraction above 0 and below 1?
+    pub fn is_valid(&self) -> bool {
+        let within = |width: Option<f64>| width.is_none_or(|w| w > 0.0 && w < 1.0);
+        within(self.a22) && within(self.b2) && (self.a22.is_some() || self.b2.is_some())
+    }
+}
 
 /// A target that cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,0 +1,214 @@
+//! The plan of a trial with what its conductor adds, and its TOML files.
+
+use std::ops::{Deref, DerefMut};
+use std::path::Path;
+
+use seatrial::preview::Target;
+use seatrial_core::{Axis, InvalidSetting, Plan};
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+
+/// What a trial does. In files and documents the fields of the plan stand beside [`stop_when`](TrialPlan::stop_when).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrialPlan {
+    /// The plan that the vehicle follows.
+    #[serde(flatten)]
+    pub plan: Plan<f64>,
+    /// End training as soon as the intervals are this narrow, once the manoeuvre is over: the trial itself knows no
+    /// interval, its conductor looks.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stop_when: Option<Target>,
+}
+
+impl TrialPlan {
+    /// Names the first setting that is out of its range.
+    pub fn check(&self) -> Result<(), InvalidSetting> {
+        if self.stop_when.is_some_and(|target| !target.is_valid()) {
+            return Err(InvalidSetting {
+                field: "stop_when",
+                requirement: "a22, b2 or both, each a fraction above 0 and below 1",
+            });
+        }
+        if self.stop_when.is_some() && self.axis == Axis::Pitch {
+            return Err(InvalidSetting {
+                field: "stop_when",
+                requirement: "left out on the axis of pitch, whose intervals are known after the run",
+            });
+        }
+        self.plan.check()
+    }
+
+    /// The plan of a TOML text. An error names its line.
+    pub fn parse(text: &str) -> Result<Self, toml::de::Error> {
+        match text.contains("stop_when") {
+            true => toml::from_str(text),
+            false => Ok(toml::from_str::<Plan<f64>>(text)?.into()),
+        }
+    }
+}
+
+impl From<Plan<f64>> for TrialPlan {
+    fn from(plan: Plan<f64>) -> Self {
+        Self {
+            plan,
+            stop_when: None,
+        }
+    }
+}
+
+impl Deref for TrialPlan {
+    type Target = Plan<f64>;
+
+    fn deref(&self) -> &Plan<f64> {
+        &self.plan
+    }
+}
+
+impl DerefMut for TrialPlan {
+    fn deref_mut(&mut self) -> &mut Plan<f64> {
+        &mut self.plan
+    }
+}
+
+/// The plan of a file, or the axis' own where there is no file: the paper's for yaw, [`Plan::pitch`] for pitch. What a file
+/// leaves out is that of the same plan. A file that names another axis than `axis` is refused.
+pub fn load_plan(path: Option<&Path>, axis: Option<Axis>) -> Result<TrialPlan, Error> {
+    let Some(path) = path else {
+        return Ok(own_plan(axis.unwrap_or_default()).into());
+    };
+    let failure = |problem: String| Error::Input(format!("{}: {problem}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(|error| failure(error.to_string()))?;
+    let named = axis_of(&text);
+    if let (Some(named), Some(axis)) = (named, axis)
+        && named != axis
+    {
+        let [named, wanted] = [named, axis].map(Axis::angle);
+        return Err(failure(format!(
+            "a plan for {named}, not for {wanted}; leave --axis out, or take another plan"
+        )));
+    }
+    let plan = read(&text, named.or(axis).unwrap_or_default())
+        .map_err(|error| failure(format!("not a plan: {error}")))?;
+    plan.check().map_err(|error| failure(error.to_string()))?;
+    Ok(plan)
+}
+
+fn own_plan(axis: Axis) -> Plan<f64> {
+    match axis {
+        Axis::Yaw => Plan::paper(),
+        Axis::Pitch => Plan::pitch(),
+    }
+}
+
+/// The axis that a plan names, if it names one that there is.
+fn axis_of(text: &str) -> Option<Axis> {
+    #[derive(Deserialize)]
+    struct Named {
+        axis: Option<Axis>,
+    }
+    toml::from_str::<Named>(text).ok()?.axis
+}
+
+fn read(text: &str, axis: Axis) -> Result<TrialPlan, toml::de::Error> {
+    if axis == Axis::Yaw {
+        return TrialPlan::parse(text);
+    }
+    let mut plan = toml::Table::try_from(own_plan(axis)).unwrap_or_default();
+    replace(&mut plan, toml::from_str(text)?);
+    plan.try_into()
+}
+
+/// Fields of `given` go before those of `base`, table by table.
+fn replace(base: &mut toml::Table, given: toml::Table) {
+    for (name, value) in given {
+        match (base.get_mut(&name), value) {
+            // A manoeuvre of another kind has other fields.
+            (Some(toml::Value::Table(base)), toml::Value::Table(given)) if name != "excitation" => {
+                replace(base, given);
+            }
+            (_, value) => {
+                base.insert(name, value);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn io_what_a_plan_of_pitch_leaves_out_is_that_of_the_plan_for_pitch() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plan.toml");
+        let load = |text: &str, axis| {
+            std::fs::write(&path, text).unwrap();
+            load_plan(Some(&path), axis)
+        };
+        let plan = load(
+            "thrusts = [0.8]\n[envelope]\nroll_max_rad = 0.3\n",
+            Some(Axis::Pitch),
+        )
+        .unwrap();
+        let mut expected = Plan::pitch();
+        expected.thrusts = seatrial_core::List::from_slice(&[0.8]).unwrap();
+        expected.envelope.roll_max_rad = 0.3;
+        assert_eq!(plan.plan, expected);
+        assert_eq!(
+            load("axis = \"pitch\"\n", None).unwrap(),
+            Plan::pitch().into()
+        );
+        assert_eq!(load("", None).unwrap(), Plan::paper().into());
+        for (text, axis, said) in [
+            (
+                "axis = \"pitch\"\n",
+                Some(Axis::Yaw),
+                "a plan for pitch, not for heading",
+            ),
+            ("thrusts = []\n", Some(Axis::Pitch), "thrusts must be"),
+            (
+                "amplitude = 1\n",
+                Some(Axis::Pitch),
+                "unknown field `amplitude`",
+            ),
+            ("axis = \"roll\"\n", None, "unknown variant `roll`"),
+        ] {
+            let refused = load(text, axis).unwrap_err().to_string();
+            assert!(refused.contains(said), "{refused}");
+        }
+    }
+
+    #[test]
+    fn io_what_the_conductor_adds_stands_beside_the_plan() {
+        let plan = TrialPlan {
+            stop_when: Some(Target {
+                a22: Some(0.1),
+                b2: None,
+            }),
+            plan: Plan::paper(),
+        };
+        let text = toml::to_string_pretty(&plan).unwrap();
+        assert_eq!(TrialPlan::parse(&text).unwrap(), plan);
+        let json = serde_json::to_value(plan).unwrap();
+        assert_eq!(
+            (&json["stop_when"]["a22"], &json["max_repeats"]),
+            (&0.1.into(), &2.into())
+        );
+        assert_eq!(serde_json::from_value::<TrialPlan>(json).unwrap(), plan);
+        for (text, said) in [
+            (
+                "stop_when = { a22 = 0.1 }\nsail = 1\n",
+                "unknown field `sail`",
+            ),
+            ("stop_when = { a22 = \"x\" }\n", "invalid type"),
+            ("thrusts = [0.6]\nsail = 1\n", "line 2"),
+        ] {
+            let refused = TrialPlan::parse(text).unwrap_err().to_string();
+            assert!(refused.contains(said), "{refused}");
+        }
+        let wide = TrialPlan::parse("stop_when = { a22 = 2.0 }").unwrap();
+        assert_eq!(wide.check().unwrap_err().field, "stop_when");
+    }
+}
