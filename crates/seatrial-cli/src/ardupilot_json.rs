@@ -12,9 +12,9 @@ use crate::output::{Exit, Failure, Output, say};
 /// The physics side of ArduPilot's JSON simulation interface.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
-Time goes on by one frame for every new frame of ArduPilot, however long that takes. A channel is written as
-NUMBER[:MIN:TRIM:MAX] in us; MIN above MAX reverses it. A pulse of 0 is the trim. Several, with commas between them, are
-thrusters that share it: it is their mean. Without --elevator, and where it has none, the vehicle holds its depth itself. Ends
+Time goes on by one frame for every new frame of ArduPilot, however long that takes. A channel is written as \
+NUMBER[:MIN:TRIM:MAX] in us; MIN above MAX reverses it. A pulse of 0 is the trim. Several, with commas between them, are \
+thrusters that share it: it is their mean. Without --elevator, and where it has none, the vehicle holds its depth itself. Ends \
 with Ctrl-C.
 
 ArduPilot sends to port 9002 of the address after JSON:, here as a rover that steers with channel 1 and drives with 3:
@@ -24,7 +24,8 @@ and as ArduSub's vectored frame, with the options
   --throttle 1:1900:1500:1100,2:1900:1500:1100,3:1100:1500:1900,4:1100:1500:1900
 
 Example:
-  seatrial sim ardupilot-json --vehicle sim:remus100 --rudder 4 --elevator 2 --throttle 3:1000:1000:2000 --frames 0")]
+  seatrial sim ardupilot-json --vehicle sim:remus100 --rudder 4 --elevator 2 \\
+      --throttle 3:1000:1000:2000 --frames 0")]
 pub struct Args {
     /// The vehicle: sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml.
     #[arg(long, value_name = "VEHICLE", default_value = "sim:starfish-6dof")]

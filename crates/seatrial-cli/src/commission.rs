@@ -25,18 +25,19 @@ use crate::vehicle::autopilot;
 /// Put the gains of a model into an autopilot, prove them by heading steps, keep them or put the old ones back.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
-The boat steps with its old gains first: a model that does not tell what it does is refused before anything is written. Then
-the new gains are written and read back, tried by a small step and by full ones, and stay only if they do no worse than the
+The boat steps with its old gains first: a model that does not tell what it does is refused before anything is written. Then \
+the new gains are written and read back, tried by a small step and by full ones, and stay only if they do no worse than the \
 old ones and than foreseen. Whatever ends it, the old gains are put back or listed for `seatrial vehicle restore`.
 
-Where the heading controller is ours, the constant gain of the slowest speed steps first at every speed of the campaign, and the
+Where the heading controller is ours, the constant gain of the slowest speed steps first at every speed of the campaign, and the \
 gain of the speed after it.
 
-Exit code 0: the new gains are proven and stay; 4: refused, or the old ones are back; 5: aborted and handed back; 6: something
+Exit code 0: the new gains are proven and stay; 4: refused, or the old ones are back; 5: aborted and handed back; 6: something \
 could not be put back.
 
 Examples:
-  seatrial commission --vehicle mavlink:udp:127.0.0.1:14550 --logbook seatrial.db --yes
+  seatrial commission --vehicle mavlink:udp:127.0.0.1:14550 \\
+      --logbook seatrial.db --yes
   seatrial trial && seatrial commission --vehicle sim:starfish")]
 pub struct Args {
     /// The vehicle: mavlink:udp:HOST:PORT, mavlink:udpout:HOST:PORT, mavlink:tcp:HOST:PORT or mavlink:serial:DEVICE:BAUD, whose

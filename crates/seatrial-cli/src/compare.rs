@@ -20,8 +20,8 @@ use crate::windows::WindowArgs;
 /// Every method on the identical record, side by side, with time and disagreement.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
-Without a validation window what follows the training window validates. Without any the windows are those of
-`seatrial identify`: of the manoeuvres of its surest model the best excited one trains and another one validates.
+Without a validation window what follows the training window validates. Without any the windows are those of \
+`seatrial identify`: of the manoeuvres of its surest model the best excited one trains and another one validates. \
 A log without such manoeuvres but with several strokes of the rudder is split in its middle.
 
 Two trials, runs or payloads are compared by `seatrial health`.

@@ -13,11 +13,12 @@ use crate::output::{Exit, Failure, Output, say};
 /// The vehicle that was identified, for simulators, planners and controllers.
 #[derive(clap::Args)]
 #[command(after_help = "\
-vehicle is the vehicle file, which every verb with --vehicle sim:FILE.toml reads; docs/vehicle-file.md explains its fields, and
+vehicle is the vehicle file, which every verb with --vehicle sim:FILE.toml reads; docs/vehicle-file.md explains its fields, and \
 docs/simulators.md the other targets.
 
 Example:
-  seatrial export --to vehicle --a22 -1.07 --b2 1.08 --c0 0.012 --speed 1.63 --name myboat --out myboat.toml
+  seatrial export --to vehicle --a22 -1.07 --b2 1.08 --c0 0.012 --speed 1.63 \\
+      --name myboat --out myboat.toml
   seatrial export --to python --vehicle sim:myboat.toml --out myboat.py")]
 pub struct Args {
     /// What is written.

@@ -16,8 +16,8 @@ use crate::progress;
 /// Every fault in every stage: does each trial end in a correct model, or stopped or rejected for the right reason?
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
-Each trial has two speeds and one fault, of a size, length and instant that the seed chooses. It must end in a
-model within 3 of its 95 % intervals of the truth, or be aborted or rejected for a reason that belongs to the fault;
+Each trial has two speeds and one fault, of a size, length and instant that the seed chooses. It must end in a \
+model within 3 of its 95 % intervals of the truth, or be aborted or rejected for a reason that belongs to the fault; \
 after an abort the rudder must be neutral and the heading held within 0.5 s. Exit code 4 where a trial does not.
 
 Example:

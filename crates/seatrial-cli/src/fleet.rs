@@ -23,10 +23,10 @@ const SAID_EVERY: Duration = Duration::from_secs(10);
 /// Identify every manoeuvre of many logs: one Parquet row each, and one for each log that cannot be read.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
-What is done is kept in OUT.journal at once. After an interruption the same command with --resume goes on where it
+What is done is kept in OUT.journal at once. After an interruption the same command with --resume goes on where it \
 stopped; OUT is written when everything is done.
 
---estimate refined gives what `identify` reports, with 95 % intervals, in some 20 ms of a core for each manoeuvre.
+--estimate refined gives what `identify` reports, with 95 % intervals, in some 20 ms of a core for each manoeuvre. \
 --estimate online gives the estimator that runs on the vehicle, without intervals, twenty times faster.
 
 Exit code 0: done, whatever the logs hold; 3: not one of them could be read.

@@ -69,11 +69,16 @@ pub struct Args {
 
 fn help() -> String {
     format!(
-        "Example:\n  seatrial gains --a22 -1.28 --b2 0.65 --c0 0.0129 --delay 0.1 --interval 0.05\n  \
-         seatrial gains --a22 -1.28 --b2 0.65 --speed 1.05 --export ardupilot --vehicle-type underwater\n\n\
-         ardupilot and px4 have no gain schedule: their parameters are those of --at-speed or --at-thrust, else of the\n\
-         fastest model, which damps well at every lower speed. docs/exports.md derives every parameter.\n\n\
-         {SCHEDULE_FILE_HELP}"
+        "\
+ardupilot and px4 have no gain schedule: their parameters are those of --at-speed or --at-thrust, else of the \
+fastest model, which damps well at every lower speed. docs/exports.md derives every parameter.
+
+Examples:
+  seatrial gains --a22 -1.28 --b2 0.65 --c0 0.0129 --delay 0.1 --interval 0.05
+  seatrial gains --a22 -1.28 --b2 0.65 --speed 1.05 --export ardupilot \\
+      --vehicle-type underwater
+
+{SCHEDULE_FILE_HELP}"
     )
 }
 

@@ -30,20 +30,21 @@ REFERENCE and NOW are each one of
   run.csv@40..56.5    the seconds 40 to 56.5 of a log; either end may be left out
 
 With --watch the logs may be ordinary missions, in order of time. Give all of them since the trial each time:
-every window in which the rudder works is identified by itself, and recent windows together are tested for one
+every window in which the rudder works is identified by itself, and recent windows together are tested for one \
 common change. The false alarm rate is that of the whole answer.
 
-The test assumes what the intervals of `identify` assume: white heading noise and a disturbance without memory of
+The test assumes what the intervals of `identify` assume: white heading noise and a disturbance without memory of \
 other runs. Speeds within 10 % of the reference's are scaled to it, others left out.
 
-Exit code 0: no change was found, and one worth knowing would have been seen; 4: the vehicle has changed, a re-trial is due,
+Exit code 0: no change was found, and one worth knowing would have been seen; 4: the vehicle has changed, a re-trial is due, \
 or the data cannot tell. The verdict says which and why.
 
 Example:
   seatrial trial --yes --logbook sea.db --configuration clean --seed 1
   seatrial trial --yes --logbook sea.db --configuration payload --seed 2
   seatrial health clean payload --logbook sea.db
-  seatrial sim log --seed 3 --thrust 0.8 --out mission.csv && seatrial health clean --logbook sea.db --watch mission.csv")]
+  seatrial sim log --seed 3 --thrust 0.8 --out mission.csv && \\
+      seatrial health clean --logbook sea.db --watch mission.csv")]
 pub struct Args {
     /// The vehicle as it was: campaign, model, schedule or log.
     reference: String,

@@ -25,13 +25,13 @@ use crate::windows::WindowArgs;
 /// Identify a yaw model from a log, validate it on validation data and judge it.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
-Without windows the manoeuvres of the log are looked for: for each speed (thrust, where the log has it) the best excited
-one trains, joined with others, and another one validates. A log without manoeuvres, or that is one, is for training
-as a whole, and validated by its own legs where the rudder was deflected four times or more: a model of the first legs
-must predict the others. For the estimator the excitation ends when the rudder has been deflected to both sides and comes
+Without windows the manoeuvres of the log are looked for: for each speed (thrust, where the log has it) the best excited \
+one trains, joined with others, and another one validates. A log without manoeuvres, or that is one, is for training \
+as a whole, and validated by its own legs where the rudder was deflected four times or more: a model of the first legs \
+must predict the others. For the estimator the excitation ends when the rudder has been deflected to both sides and comes \
 back from the second.
 
-The first line is the outcome: USE, USE WITH CARE, NOT VALIDATED or DO NOT USE. Exit code 0: the model, or one of several,
+The first line is the outcome: USE, USE WITH CARE, NOT VALIDATED or DO NOT USE. Exit code 0: the model, or one of several, \
 may be used; 4: none may, and the verdict says why.
 
 Example:

@@ -13,8 +13,8 @@ use crate::progress;
 /// Logs that lie or fall short: is a wrong model ever accepted?
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
-Every log is a simulated voyage with one thing wrong, or nothing; even seeds are identified with windows, odd ones
-without. A model is wrong where a22 or b2 is beyond two half widths of its 95 % interval from the truth. Exit code 4
+Every log is a simulated voyage with one thing wrong, or nothing; even seeds are identified with windows, odd ones \
+without. A model is wrong where a22 or b2 is beyond two half widths of its 95 % interval from the truth. Exit code 4 \
 where a wrong model of a decidable log was accepted, or one of an undecidable log without a note.
 
 Example:

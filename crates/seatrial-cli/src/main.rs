@@ -53,7 +53,7 @@ mod world;
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use output::{Exit, Failure, Output, say};
 
@@ -127,8 +127,14 @@ impl Verb {
     }
 }
 
+/// The verbs and options, their help as wide as this.
+fn command(width: usize) -> Command {
+    Cli::command().term_width(width)
+}
+
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let matches = command(screen::width()).get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let output = Output::new(cli.json);
     match cli.verb.run(&output) {
         Ok(exit) => exit.into(),
@@ -142,6 +148,32 @@ fn main() -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn help_of(verb: &mut Command, told: &mut Vec<(String, String)>) {
+        for long in [true, false] {
+            let help = match long {
+                true => verb.render_long_help(),
+                false => verb.render_help(),
+            };
+            told.push((verb.get_name().to_owned(), help.to_string()));
+        }
+        for below in verb.get_subcommands_mut() {
+            help_of(below, told);
+        }
+    }
+
+    #[test]
+    fn cli_help_fits_80_columns() {
+        let mut verbs = command(80);
+        verbs.build();
+        let mut help = Vec::new();
+        help_of(&mut verbs, &mut help);
+        assert!(help.len() > 50);
+        for (verb, text) in help {
+            let too_long: Vec<&str> = text.lines().filter(|l| l.chars().count() > 80).collect();
+            assert_eq!(too_long, [""; 0], "{verb}");
+        }
+    }
 
     /// An option that follows a flattened group would stand under the heading of that group.
     #[test]

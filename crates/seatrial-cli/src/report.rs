@@ -21,12 +21,14 @@ use crate::windows::WindowArgs;
 /// One HTML page that shows a trial of a logbook, or a log with its model.
 #[derive(clap::Args)]
 #[command(after_help = "\
-A log is identified as by `seatrial identify`, with the same windows, options and exit codes; it is drawn whether or
+A log is identified as by `seatrial identify`, with the same windows, options and exit codes; it is drawn whether or \
 not it gives a model. Of a log with manoeuvres at several speeds the surest model is drawn and the others are named.
 
 Examples:
-  seatrial trial --yes --logbook seatrial.db && seatrial report --logbook seatrial.db
-  seatrial sim log --seed 1 --out run.csv && seatrial report run.csv --out run.html")]
+  seatrial trial --yes --logbook seatrial.db && \\
+      seatrial report --logbook seatrial.db
+  seatrial sim log --seed 1 --out run.csv && \\
+      seatrial report run.csv --out run.html")]
 pub struct Args {
     /// The log, whatever its format: that is found by its content; `-` is CSV on standard input.
     log: Option<PathBuf>,

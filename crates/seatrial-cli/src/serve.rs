@@ -17,7 +17,7 @@ use seatrial_app::simulated::BUILT_IN;
 /// Serve the dashboard: watch, command and look up trials in a browser, or over its programming interface.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
-Everybody on this machine may watch and command. On any other address than a loopback one a token is needed: one for
+Everybody on this machine may watch and command. On any other address than a loopback one a token is needed: one for \
 operators and one for viewers are made and shown once, and kept as hashes beside the logbook. docs/dashboard.md says more.
 
 Ctrl-C aborts a trial that runs, hands the vehicle back and ends. Exit code 0: ended so; 2: the address cannot be listened on.

@@ -32,7 +32,8 @@ enum What {
 #[derive(ClapArgs)]
 #[command(after_help = "\
 Example:
-  seatrial manoeuvres predict --a22 -0.05 --b2 0.0026 --speed 7.7 --rudder-limit-deg 35 --length 170 --report form.html")]
+  seatrial manoeuvres predict --a22 -0.05 --b2 0.0026 --speed 7.7 \\
+      --rudder-limit-deg 35 --length 170 --report form.html")]
 struct Predict {
     /// Thrust as a fraction of full [default: the fastest of the models].
     #[arg(long, value_name = "FRACTION")]

@@ -19,7 +19,9 @@ use crate::output::{Exit, Failure, Output, say};
 #[command(after_help = "\
 Example, in two terminals:
   seatrial sim mavlink --seconds 300
-  seatrial plan --out plan.toml && seatrial trial --vehicle mavlink:udp:127.0.0.1:14550 --full-rudder-deg 14.9 --plan plan.toml --yes")]
+  seatrial plan --out plan.toml && \\
+      seatrial trial --vehicle mavlink:udp:127.0.0.1:14550 \\
+      --full-rudder-deg 14.9 --plan plan.toml --yes")]
 pub struct Args {
     /// The vehicle: sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml.
     #[arg(long, default_value = "sim:starfish")]

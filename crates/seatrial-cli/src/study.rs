@@ -26,8 +26,8 @@ const MOST_RUNS: u64 = 1_000_000;
 #[command(
     args_conflicts_with_subcommands = true,
     after_help = "\
-Every run is a simulated settling and training stage with a seed of its own; every combination of --noise-deg and
---disturbance is a cell. The bound is computed for each run's own rudder record, with the noise known to it. An
+Every run is a simulated settling and training stage with a seed of its own; every combination of --noise-deg and \
+--disturbance is a cell. The bound is computed for each run's own rudder record, with the noise known to it. An \
 efficiency is known to about sqrt(2/runs), a coverage to about sqrt(0.05/runs).
 
 Example:

@@ -53,7 +53,12 @@ fn u_turn(text: &str) -> Result<MeasuredUTurn, String> {
 
 fn help() -> String {
     format!(
-        "Example:\n  seatrial turn --a22 -1.62 --b2 1.25 --c0 0.045 --speed 1.4 --heading-change-deg 90 --measured-u-turn 1.4:6.5\n\n{SCHEDULE_FILE_HELP}"
+        "\
+Example:
+  seatrial turn --a22 -1.62 --b2 1.25 --c0 0.045 --speed 1.4 \\
+      --heading-change-deg 90 --measured-u-turn 1.4:6.5
+
+{SCHEDULE_FILE_HELP}"
     )
 }
 

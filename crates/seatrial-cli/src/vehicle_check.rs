@@ -30,7 +30,8 @@ enum What {
     Check(CheckArgs),
     /// Put back the parameters and the mode that a trial has changed. Exit 0: done and read back; 4: not all of it.
     #[command(after_help = "Example:
-  seatrial vehicle restore seatrial.restore.toml --vehicle mavlink:udp:127.0.0.1:14550")]
+  seatrial vehicle restore seatrial.restore.toml \\
+      --vehicle mavlink:udp:127.0.0.1:14550")]
     Restore(RestoreArgs),
 }
 

@@ -12,13 +12,13 @@ use crate::progress;
 /// Whole trials as seeded worlds: vehicle, link, disk, clock and operator, and a fault at any instant.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
-A seed chooses the vehicle, its plan, up to two of its faults, when the operator, a killed process or lost power interrupts it, and how
-deep it is looked into: most worlds are a trial on a vehicle; one in 32 keeps a logbook whose files are taken at any
+A seed chooses the vehicle, its plan, up to two of its faults, when the operator, a killed process or lost power interrupts it, and how \
+deep it is looked into: most worlds are a trial on a vehicle; one in 32 keeps a logbook whose files are taken at any \
 instant, one in 32 goes through MAVLink on a bad link with pilots, forgers and failsafes, one in 128 is judged whole and replayed.
 
-In every world: it ends, without a panic; the rudder is neutral within 0.5 s of what ends the trial (1 s where the
-link is cut); parameters are back or listed, and restore brings back the listed ones; every run that began has an end and
-no finished run is lost, whatever instant the process or the power goes; no accepted model is beyond two half widths of its 95 %
+In every world: it ends, without a panic; the rudder is neutral within 0.5 s of what ends the trial (1 s where the \
+link is cut); parameters are back or listed, and restore brings back the listed ones; every run that began has an end and \
+no finished run is lost, whatever instant the process or the power goes; no accepted model is beyond two half widths of its 95 % \
 intervals from the truth; memory is bounded; played twice it is the same. Exit code 4 where one is not so.
 
 Example:

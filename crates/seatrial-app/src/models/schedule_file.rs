@@ -12,8 +12,8 @@ use crate::identify_log::SpeedModel;
 
 /// How the schedule file looks, for help texts.
 pub const SCHEDULE_FILE_HELP: &str = "\
-A schedule file is TOML with one [[point]] for each speed (thrust is a fraction of full; thrust,
-surge_speed_m_s and c0_rad_per_s2 may be left out; full_rudder_rad is the rudder at full steering, where
+A schedule file is TOML with one [[point]] for each speed (thrust is a fraction of full; thrust, \
+surge_speed_m_s and c0_rad_per_s2 may be left out; full_rudder_rad is the rudder at full steering, where \
 it is not the rudder limit):
   rudder_limit_rad = 0.26
   [[point]]

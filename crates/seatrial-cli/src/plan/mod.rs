@@ -84,18 +84,21 @@ enum Adopt {
 fn help() -> String {
     format!(
         "\
-The plan goes to standard output as TOML, the preview to standard error; with --out the plan goes to the file and
-the preview to standard output. The preview plays the plan on a noise-free vehicle of the expected kind; its
+The plan goes to standard output as TOML, the preview to standard error; with --out the plan goes to the file and \
+the preview to standard output. The preview plays the plan on a noise-free vehicle of the expected kind; its \
 intervals are those that no unbiased estimator can beat with that vehicle's noise and disturbance.
 
-Exit code 4: on the expected vehicle the plan leaves its envelope, its intervals would be too wide for a model to be
+Exit code 4: on the expected vehicle the plan leaves its envelope, its intervals would be too wide for a model to be \
 accepted, or the --target is not within reach.
 
 Examples:
-  seatrial plan --thrust 0.6 --thrust 0.8 --amplitude-deg 12 --out plan.toml && seatrial trial --plan plan.toml
-  seatrial plan --time-constant 20 --sample-interval 0.5 --a22 -0.05 --b2 0.003 --speed 3 --out slow.toml
+  seatrial plan --thrust 0.6 --thrust 0.8 --amplitude-deg 12 \\
+      --out plan.toml && seatrial trial --plan plan.toml
+  seatrial plan --time-constant 20 --sample-interval 0.5 --a22 -0.05 \\
+      --b2 0.003 --speed 3 --out slow.toml
   seatrial plan --target a22:10%,b2:6% --adopt recommended --out plan.toml
-  seatrial plan --a22 -0.9 --b2 0.7 --speed 1.2 --thrust 0.6 --noise-deg 1 --disturbance 0.005,2 --compare
+  seatrial plan --a22 -0.9 --b2 0.7 --speed 1.2 --thrust 0.6 \\
+      --noise-deg 1 --disturbance 0.005,2 --compare
 
 {SCHEDULE_FILE_HELP}"
     )

@@ -38,7 +38,7 @@ use text::text;
 #[command(after_help = "\
 Each speed is settled, trained with a doublet and validated with a smaller one. Everything goes into the logbook.
 
-Exit code 0: every speed has an accepted model; 4: a speed has none; 5: the trial was aborted and the vehicle
+Exit code 0: every speed has an accepted model; 4: a speed has none; 5: the trial was aborted and the vehicle \
 handed back; 6: finished, but something could not be saved.
 
 Example:
