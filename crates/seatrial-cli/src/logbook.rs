@@ -17,7 +17,7 @@ use serde::Serialize;
 use crate::identify::cause_text;
 use crate::output::{Exit, Failure, Output};
 use crate::screen::{command, labelled, width};
-use crate::speed_table::{SpeedRow, speed_table};
+use crate::speed_table::{SpeedRow, run_row, speed_table};
 use crate::table::decimals;
 
 /// Results of earlier trials: list, show, compare, export, verify.
@@ -141,7 +141,7 @@ fn list(logbook: &Logbook, output: &Output) -> Result<Exit, Failure> {
 struct Results<'a> {
     schema: &'static str,
     campaign: &'a CampaignEntry,
-    runs: Vec<Run>,
+    runs: &'a [Run],
 }
 
 fn show(logbook: &Logbook, number: Option<i64>, output: &Output) -> Result<Exit, Failure> {
@@ -160,11 +160,12 @@ fn show(logbook: &Logbook, number: Option<i64>, output: &Output) -> Result<Exit,
     let results = Results {
         schema: "seatrial.logbook_campaign.v1",
         campaign: &entry,
-        runs: campaign.runs,
+        runs: &campaign.runs,
     };
     output.print(&results, || {
         let width = width();
-        let rows: Vec<SpeedRow> = results.runs.iter().map(speed_row).collect();
+        let runs = campaign.runs.iter();
+        let rows: Vec<SpeedRow> = runs.map(|run| run_row(&campaign, run, &verdict)).collect();
         let mut text = labelled("", &verdict.outcome().name().to_uppercase(), width);
         if let Some(table) = speed_table(&rows, width) {
             text += &table.to_string();
@@ -201,15 +202,6 @@ fn axis_text(entry: &CampaignEntry) -> &'static str {
     match entry.axis() {
         Axis::Yaw => "",
         Axis::Pitch => ", pitch",
-    }
-}
-
-fn speed_row(run: &Run) -> SpeedRow<'_> {
-    SpeedRow {
-        thrust: Some(run.thrust),
-        surge_speed_m_s: run.surge_speed_m_s,
-        identification: run.identification.as_ref(),
-        verdict: &run.verdict,
     }
 }
 
@@ -371,12 +363,13 @@ fn export(
         runs.iter()
             .filter(|entry| run.is_none_or(|run| entry.number == run))
     };
+    let runs: Vec<Run> = chosen()
+        .map(|run| logbook.run(run.id))
+        .collect::<Result<_, _>>()?;
     let results = Results {
         schema: "seatrial.logbook_results.v1",
         campaign: &entry,
-        runs: chosen()
-            .map(|run| logbook.run(run.id))
-            .collect::<Result<_, _>>()?,
+        runs: &runs,
     };
     let columns = Step::columns(entry.axis()).join(",");
     let mut csv = format!("run,stage,{columns},action_outcome\n");

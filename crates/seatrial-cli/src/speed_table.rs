@@ -1,13 +1,24 @@
 //! One line of a table for each speed: the model, its bounds, its gain and its verdict.
 
+use seatrial::campaign::{Campaign, Run};
 use seatrial::figures::{bounds_text, decimals_of, r2_text, three_figures, with_decimals, within};
-use seatrial::identification::{Identification, Intervals, Outcome};
+use seatrial::identification::{Identification, Intervals, Outcome, Verdict};
 use seatrial_core::RudderUnit;
 
 use crate::table::Table;
 
 /// What is shown of one speed. The numbers of a model are shown where it may be used or was only not validated.
 pub type SpeedRow<'a> = seatrial_report::LogModel<'a>;
+
+/// The row of a run. `whole` is the verdict of its campaign.
+pub fn run_row<'a>(campaign: &Campaign, run: &'a Run, whole: &'a Verdict) -> SpeedRow<'a> {
+    SpeedRow {
+        thrust: Some(run.thrust),
+        surge_speed_m_s: run.surge_speed_m_s,
+        identification: run.identification.as_ref(),
+        verdict: campaign.verdict_of(run, whole),
+    }
+}
 
 /// A column: its heading, its unit and the cell of a row.
 struct Column {

@@ -18,7 +18,7 @@ use seatrial_logs::{Estimate, Row, write_csv, write_mcap};
 
 use crate::api::{
     CampaignDetail, CampaignSummary, Comparison, Difference, Figure, Model, OperatingPoint, Reason,
-    Schedule, SchedulePoint, ThrustComparison, WhatChanged,
+    RunSummary, Schedule, SchedulePoint, ThrustComparison, WhatChanged,
 };
 use crate::convert::run_summary;
 use crate::refusal::Refusal;
@@ -36,17 +36,21 @@ pub fn detail(logbook: &Logbook, id: i64, running: Option<i64>) -> Result<Campai
     let entry = logbook.entry(CampaignId(id))?;
     let campaign = logbook.campaign(entry.id)?;
     let reviews = logbook.reviews(entry.id)?;
+    let whole = campaign.verdict();
     let review_of = |run: &Run| {
         let found = reviews.iter().find(|(number, _)| *number == run.number);
         found.map(|(_, review)| review.clone().into())
     };
     Ok(CampaignDetail {
         plan: entry.plan.clone(),
-        verdict: (&campaign.verdict()).into(),
+        verdict: (&whole).into(),
         runs: campaign
             .runs
             .iter()
-            .map(|run| run_summary(run, review_of(run)))
+            .map(|run| RunSummary {
+                verdict: campaign.verdict_of(run, &whole).into(),
+                ..run_summary(run, review_of(run))
+            })
             .collect(),
         counting_runs: campaign
             .accepted_runs()

@@ -235,23 +235,25 @@ const LOOP_NOTE: &str = "Rudder = Kₚ (wanted heading − heading) + feed-forwa
 
 /// One line per thrust: the run that decides about it, with what goes into the autopilot.
 pub(super) fn summary(campaign: &Campaign, speeds: &[Speed]) -> Table {
+    let whole = campaign.verdict();
     let runs = campaign.deciding_runs();
     let note = summary_note(runs.iter().filter_map(|run| run.identification.as_ref()));
     let rows = runs.into_iter().map(|run| {
+        let verdict = campaign.verdict_of(run, &whole);
         let mut row = vec![
             Cell {
                 link: run_anchor(run),
                 ..percent(run.thrust).into()
             },
             decimals_or_missing(run.surge_speed_m_s, 2).into(),
-            Cell::verdict(&run.verdict),
+            Cell::verdict(verdict),
         ];
         let identification = run.identification.as_ref();
         if campaign.axis == Axis::Pitch {
-            row.extend(pitch_cells(identification, &run.verdict));
+            row.extend(pitch_cells(identification, verdict));
             return row;
         }
-        row.extend(model_cells(identification, &run.verdict, RudderUnit::Rad));
+        row.extend(model_cells(identification, verdict, RudderUnit::Rad));
         let speed = speeds.iter().find(|speed| std::ptr::eq(speed.run, run));
         row.extend(loop_cells(speed));
         row

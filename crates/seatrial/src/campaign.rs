@@ -130,6 +130,14 @@ impl Campaign {
         }
     }
 
+    /// May the model of a run be used? Not where `whole`, the verdict of the campaign, says that speeds contradict each other.
+    pub fn verdict_of<'a>(&self, run: &'a Run, whole: &'a Verdict) -> &'a Verdict {
+        match run.verdict.accepted && !self.contradictions().is_empty() {
+            true => whole,
+            false => &run.verdict,
+        }
+    }
+
     /// Why the campaign is not complete, if it is not.
     fn unfinished(&self) -> Option<Reason> {
         match self.outcome {
@@ -191,7 +199,7 @@ impl Campaign {
             .into_iter()
             .filter_map(|run| {
                 Some(SpeedResult {
-                    thrust: run.thrust,
+                    thrust: Some(run.thrust),
                     surge_speed_m_s: run.surge_speed_m_s,
                     refined: run.identification.as_ref()?.refined.as_ref()?,
                 })

@@ -1,4 +1,4 @@
-//! Do the models of one campaign fit together over speed? A model that is sound by itself may still be that of
+//! Do the models of one campaign, or of one log, fit together over speed? A model that is sound by itself may still be that of
 //! another vehicle: a fin that broke between two speeds leaves every run's own validation intact.
 //!
 //! ```text
@@ -29,11 +29,11 @@ const LEAST_SPEED_RATIO: f64 = 1.03;
 /// b2 may rise a little faster than u^2 where the fin's own efficiency rises with its Reynolds number.
 const STEEPEST_AUTHORITY: f64 = 2.3;
 
-/// What one speed of a campaign gave.
+/// What one speed of a campaign or of a log gave.
 #[derive(Clone, Copy, Debug)]
 pub struct SpeedResult<'a> {
-    /// Thrust as a fraction of full.
-    pub thrust: f64,
+    /// Thrust as a fraction of full, where it is known.
+    pub thrust: Option<f64>,
     /// Mean forward speed in training, m/s.
     pub surge_speed_m_s: Option<f64>,
     /// The model and its intervals.
@@ -42,27 +42,44 @@ pub struct SpeedResult<'a> {
 
 /// What contradicts the belief that one and the same vehicle ran all speeds; empty where nothing does.
 ///
-/// `results` in any order; the reasons are in order of thrust. Pairs without a speed are compared by thrust alone.
+/// `results` in any order; the reasons are in order of thrust, or of speed where a thrust is not known. Pairs without a speed
+/// are compared by thrust alone; what has neither is left out.
 pub fn contradictions(results: &[SpeedResult]) -> Vec<Reason> {
-    let mut results = results.to_vec();
-    results.sort_by(|a, b| a.thrust.total_cmp(&b.thrust));
-    results
+    let knows_thrust = results.iter().all(|result| result.thrust.is_some());
+    let order = |result: &SpeedResult| match knows_thrust {
+        true => result.thrust,
+        false => result.surge_speed_m_s,
+    };
+    let mut ordered: Vec<(f64, &SpeedResult)> = results
+        .iter()
+        .filter_map(|result| Some((order(result)?, result)))
+        .collect();
+    ordered.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    ordered
         .windows(2)
-        .filter(|pair| pair[0].thrust < pair[1].thrust)
-        .flat_map(|pair| of_neighbours(&pair[0], &pair[1]))
+        .filter(|pair| pair[0].0 < pair[1].0)
+        .flat_map(|pair| of_neighbours(pair[0], pair[1], knows_thrust))
         .collect()
 }
 
-fn of_neighbours(slower: &SpeedResult, faster: &SpeedResult) -> Vec<Reason> {
+/// Two neighbours, each with its thrust, or its speed where a thrust is not known.
+fn of_neighbours(
+    (low, slower): (f64, &SpeedResult),
+    (high, faster): (f64, &SpeedResult),
+    knows_thrust: bool,
+) -> Vec<Reason> {
     let speed_ratio = match (slower.surge_speed_m_s, faster.surge_speed_m_s) {
-        (Some(low), Some(high)) if low > 0.0 => high / low,
-        _ => faster.thrust / slower.thrust,
+        (Some(slow), Some(fast)) if slow > 0.0 => fast / slow,
+        _ => high / low,
     };
-    let between = format!(
-        "between {:.0} and {:.0} % thrust",
-        100.0 * slower.thrust,
-        100.0 * faster.thrust
-    );
+    let between = match knows_thrust {
+        true => format!(
+            "between {:.0} and {:.0} % thrust",
+            100.0 * low,
+            100.0 * high
+        ),
+        false => format!("between {low:.2} and {high:.2} m/s"),
+    };
     let factors = [1.0, speed_ratio.max(1.0).powf(STEEPEST_AUTHORITY)];
     let speed = (speed_ratio * LEAST_SPEED_RATIO < 1.0).then(|| {
         Reason::new(
@@ -167,7 +184,7 @@ mod tests {
             .iter()
             .zip(&models)
             .map(|((thrust, speed, ..), refined)| SpeedResult {
-                thrust: *thrust,
+                thrust: Some(*thrust).filter(|thrust| *thrust > 0.0),
                 surge_speed_m_s: Some(*speed),
                 refined,
             })
@@ -197,6 +214,15 @@ mod tests {
         assert_eq!(codes(&broken), [ReasonCode::AuthorityChanged]);
         let swapped = [(0.7, 1.2, 0.95, -0.21), (0.6, 1.07, 0.91, -0.58)];
         assert_eq!(codes(&swapped), [ReasonCode::AuthorityChanged]);
+    }
+
+    /// A log may not tell the thrust.
+    #[test]
+    fn exact_a_broken_fin_is_seen_without_thrust() {
+        let broken = [(0.0, 1.2, -0.95, 0.21), (0.0, 1.07, -0.91, 0.58)];
+        assert_eq!(codes(&broken), [ReasonCode::AuthorityChanged]);
+        let sound = [(0.0, 1.36, -0.99, 0.87), (0.0, 1.07, -0.91, 0.58)];
+        assert_eq!(codes(&sound), []);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The models of a long log: one for each speed at which manoeuvres were found in it.
 
+use seatrial::campaign_check::{SpeedResult, contradictions};
 use seatrial::identification::{Identification, Verdict};
 use seatrial::identify::identify_joined;
 use seatrial::identify::joined::Joined;
@@ -36,14 +37,35 @@ pub fn identify_speeds(
     observer: &mut dyn Observer,
 ) -> Result<Option<Vec<SpeedModel>>, Error> {
     let proposals = propose(&log.record, &find(&log.record.samples));
-    let models = proposals
+    let mut models = proposals
         .into_iter()
         .map(|proposal| {
             observer.found(&log.path, &proposal);
             SpeedModel::identify(log, proposal, settings)
         })
         .collect::<Result<Vec<_>, _>>()?;
+    refuse_contradictions(&mut models);
     Ok((!models.is_empty()).then_some(models))
+}
+
+/// Where speeds contradict each other, none of their models may be used.
+fn refuse_contradictions(models: &mut [SpeedModel]) {
+    let accepted = models.iter().filter(|model| model.verdict.accepted);
+    let results: Vec<SpeedResult> = accepted.filter_map(SpeedModel::result).collect();
+    let reasons = contradictions(&results);
+    if reasons.is_empty() {
+        return;
+    }
+    let refused = Verdict {
+        accepted: false,
+        reasons,
+    };
+    for model in models.iter_mut().filter(|model| model.verdict.accepted) {
+        model.verdict = refused.clone();
+        if let Some(identification) = &mut model.identification {
+            identification.verdict = refused.clone();
+        }
+    }
 }
 
 /// The model that stands for all: the accepted one with the surest rudder, else the first there is. `None` of no models.
@@ -64,6 +86,15 @@ pub fn foremost(models: &[SpeedModel]) -> Option<&SpeedModel> {
 }
 
 impl SpeedModel {
+    /// What the speeds of a log are compared by.
+    fn result(&self) -> Option<SpeedResult<'_>> {
+        Some(SpeedResult {
+            thrust: self.thrust,
+            surge_speed_m_s: self.surge_speed_m_s,
+            refined: self.identification.as_ref()?.refined.as_ref()?,
+        })
+    }
+
     fn identify(
         log: &OpenedLog,
         proposal: Proposal,

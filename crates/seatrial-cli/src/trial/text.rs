@@ -10,7 +10,7 @@ use seatrial_logbook::{CampaignId, Logbook};
 
 use crate::identify::cause_text;
 use crate::screen::command;
-use crate::speed_table::{SpeedRow, speed_table};
+use crate::speed_table::{SpeedRow, run_row, speed_table};
 
 pub(super) fn run_line(run: &Run) -> String {
     let cause = run.verdict.cause().map_or("", |r| r.text.as_str());
@@ -38,12 +38,7 @@ pub(super) fn text(
     let rows: Vec<SpeedRow> = campaign
         .deciding_runs()
         .into_iter()
-        .map(|run| SpeedRow {
-            thrust: Some(run.thrust),
-            surge_speed_m_s: run.surge_speed_m_s,
-            identification: run.identification.as_ref(),
-            verdict: &run.verdict,
-        })
+        .map(|run| run_row(campaign, run, &verdict))
         .collect();
     if let Some(table) = speed_table(&rows, width) {
         let _ = writeln!(text, "{table}");
