@@ -2,8 +2,9 @@
 
 use core::f64::consts::TAU;
 
+use super::mixture::{Normal, point_below_which};
 use super::noise::{Noise, whiten};
-use super::normal::{above_zero, below};
+use super::normal::above_zero;
 use super::peak::{Peak, Search};
 use super::record::{A22, B2, DELAY, FIRST, LAG2, PARAMETERS, Record};
 
@@ -21,6 +22,9 @@ const LARGEST_SHARE: f64 = 1.0;
 
 /// A log likelihood this far below the best has no weight.
 const NEGLIGIBLE: f64 = 7.0;
+
+/// Hypotheses of less weight move no end of an interval by a millionth of its width.
+const LEAST_WEIGHT: f64 = 1e-9;
 
 /// Passes of Gauss and Newton: the first search, and one from its neighbour.
 const FIRST_PASSES: u32 = 25;
@@ -228,37 +232,18 @@ impl Hypotheses {
 
     /// The 2.5 and 97.5 % points of a parameter, each hypothesis with so much more variance.
     pub fn interval_95(&self, prior: &Prior, parameter: usize, more: f64) -> [f64; 2] {
-        let normals: Vec<[f64; 3]> = (self.weights(prior).into_iter().zip(&self.all))
+        let normals: Vec<Normal> = (self.weights(prior).into_iter().zip(&self.all))
+            .filter(|(weight, _)| *weight > LEAST_WEIGHT)
             .map(|(weight, h)| {
                 let variance = h.covariance[parameter][parameter] + more;
-                [
+                Normal {
                     weight,
-                    h.mean[parameter],
-                    variance.max(f64::MIN_POSITIVE).sqrt(),
-                ]
+                    mean: h.mean[parameter],
+                    deviation: variance.max(f64::MIN_POSITIVE).sqrt(),
+                }
             })
             .collect();
-        let ends = |side: f64| {
-            normals
-                .iter()
-                .map(move |[_, mean, d]| mean + side * 8.0 * d)
-        };
-        let lowest = ends(-1.0).fold(f64::INFINITY, f64::min);
-        let highest = ends(1.0).fold(f64::NEG_INFINITY, f64::max);
-        [0.025, 0.975].map(|share| {
-            let (mut low, mut high) = (lowest, highest);
-            for _ in 0..50 {
-                let middle = 0.5 * (low + high);
-                let shares = normals
-                    .iter()
-                    .map(|[w, mean, d]| w * below((middle - mean) / d));
-                match shares.sum::<f64>() < share {
-                    true => low = middle,
-                    false => high = middle,
-                }
-            }
-            0.5 * (low + high)
-        })
+        [0.025, 0.975].map(|share| point_below_which(share, &normals))
     }
 
     /// The most probable one.

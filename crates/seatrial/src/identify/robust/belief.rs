@@ -2,7 +2,7 @@
 
 use super::normal::above_zero;
 use super::record::{A22, B2, DELAY, FIRST, LAG2, PARAMETERS, Point, Record};
-use super::symmetric::invert;
+use super::symmetric::{Factored, invert};
 
 /// Mean lag of a rudder, in time constants of its vehicle.
 const USUAL_LAG: f64 = 0.3;
@@ -13,6 +13,9 @@ const SHIFT_INTERVALS: f64 = 0.5;
 
 /// Standard deviation of the first rudder's distance from its record, in amplitudes of the rudder.
 const FIRST_AMPLITUDES: f64 = 0.3;
+
+/// A record that the parameters explain whole leaves no less.
+const LEAST_SQUARE: f64 = 1e-12;
 
 /// log(2 pi).
 pub const LOG_TAU: f64 = 1.837_877_066_409_345_3;
@@ -97,6 +100,12 @@ impl Equations {
         }
     }
 
+    /// Minus twice the log posterior at the best point, less the constants. `None` where the record does not determine the parameters.
+    pub fn best_square(&self) -> Option<f64> {
+        let explained = Factored::of(&self.information)?.square_of(&self.right);
+        Some((self.square - explained).max(LEAST_SQUARE))
+    }
+
     /// Change to the best point, covariance, log determinant of the information, and the square there. `None` where the
     /// record does not determine the parameters.
     pub fn solve(&self) -> Option<Solution> {
@@ -113,7 +122,7 @@ impl Equations {
             change,
             covariance,
             log_determinant,
-            square: (self.square - explained).max(1e-12),
+            square: (self.square - explained).max(LEAST_SQUARE),
         })
     }
 }

@@ -14,7 +14,7 @@
 //! | W_i, V_i, M | weights, made once for each dynamics |
 //!
 //! Exact, as the steps of [`super::response::responses`] are: over an interval the rudder is constant in two pieces, and what both do is
-//! linear in them. 17 ns a comparison of four samples, where steps take 15 ns a sample.
+//! linear in them. Several dynamics go side by side.
 
 use super::response::{Dynamics, Propagation};
 
@@ -85,50 +85,32 @@ fn applied(matrix: &Matrix, vector: &[f64; 3]) -> [f64; 3] {
     core::array::from_fn(|i| (0..3).map(|k| matrix[i][k] * vector[k]).sum())
 }
 
-/// delta_a, r and psi at the end, and the sum of psi over the samples.
-type Weights = [f64; 4];
+/// Of each dynamics.
+type Lanes<const L: usize> = [f64; L];
 
-/// The responses of one dynamics, comparison by comparison.
-pub struct EvenResponses<'a> {
-    rudder_rad: &'a [f64],
-    held_until: &'a [usize],
-    /// W and V of each rudder of a comparison.
-    of_rudder: Vec<Weights>,
-    /// Of a rudder that is held.
-    of_held: Weights,
-    /// F^B and M.
-    of_state: [[f64; 3]; 4],
-    /// Of the rudder, of the offset and of the yaw rate with the first rudder's distance.
-    whole: Propagation,
-    /// Sums over the samples of the gains of yaw rate and heading, and of the lag's of heading.
-    sums: [f64; 3],
-    /// m + 1.
-    behind: i64,
-    rudder: [f64; 3],
-    offset: [f64; 2],
-    rate: [f64; 2],
-    first: [f64; 3],
-    next: usize,
-    block: usize,
+/// delta_a, r and psi at the end, and the sum of psi over the samples.
+type Weights<const L: usize> = [Lanes<L>; 4];
+
+/// Where the rudder of an interval's beginning acts: whole intervals late, and the rest as a share of one.
+fn late(shift: f64) -> (i64, f64) {
+    let (whole, part) = (shift.floor(), shift - shift.floor());
+    match part {
+        _ if part > 1.0 - NO_PART => (whole as i64 + 1, 0.0),
+        _ if part < NO_PART => (whole as i64, 0.0),
+        _ => (whole as i64, part),
+    }
 }
 
-impl<'a> EvenResponses<'a> {
-    /// `held_until` is that of `rudder_rad`, of which there is at least one.
-    pub fn new(
-        rudder_rad: &'a [f64],
-        held_until: &'a [usize],
-        interval_s: f64,
-        block: usize,
-        dynamics: &Dynamics,
-    ) -> Self {
-        let shift = dynamics.shift_s / interval_s;
-        let (mut whole_shifts, mut part) = (shift.floor(), shift - shift.floor());
-        if part > 1.0 - NO_PART {
-            (whole_shifts, part) = (whole_shifts + 1.0, 0.0);
-        }
-        if part < NO_PART {
-            part = 0.0;
-        }
+/// The weights of one dynamics: W and V of each rudder, F^B and M, and m.
+struct OfOne {
+    of_rudder: Vec<[f64; 4]>,
+    of_state: [[f64; 3]; 4],
+    whole_shifts: i64,
+}
+
+impl OfOne {
+    fn new(interval_s: f64, block: usize, dynamics: &Dynamics) -> Self {
+        let (whole_shifts, part) = late(dynamics.shift_s / interval_s);
         let over = |share: f64| Piece::of(&Propagation::over(dynamics, share * interval_s));
         let (late, on_time) = (over(part), over(1.0 - part));
         let interval = times(&on_time.state, &late.state);
@@ -151,102 +133,194 @@ impl<'a> EvenResponses<'a> {
             sum = core::array::from_fn(|j| sum[j] + power[2][j]);
             power = times(&power, &interval);
         }
-        let mut of_held = [0.0; 4];
-        for weights in &of_rudder {
-            for (held, weight) in of_held.iter_mut().zip(weights) {
-                *held += weight;
+        Self {
+            of_rudder,
+            of_state: [power[0], power[1], power[2], sum],
+            whole_shifts,
+        }
+    }
+}
+
+/// The responses of several dynamics to one rudder, comparison by comparison.
+pub struct EvenResponses<'a, const L: usize> {
+    rudder_rad: &'a [f64],
+    held_until: &'a [usize],
+    /// W and V of each rudder that acts in a comparison.
+    of_rudder: Vec<Weights<L>>,
+    /// Of a rudder that is held.
+    of_held: Weights<L>,
+    /// F^B and M.
+    of_state: [[Lanes<L>; 3]; 4],
+    whole: Whole<L>,
+    /// How many samples before a comparison the first of these rudders is.
+    behind: i64,
+    rudder: [Lanes<L>; 3],
+    offset: [Lanes<L>; 2],
+    rate: [Lanes<L>; 2],
+    first: [Lanes<L>; 3],
+    next: usize,
+    block: usize,
+}
+
+/// What a comparison does to the responses to the offset, to the yaw rate and to the first rudder's distance.
+struct Whole<const L: usize> {
+    rudder_decay: Lanes<L>,
+    rate_decay: Lanes<L>,
+    rate_gain_s: Lanes<L>,
+    heading_gain_s2: Lanes<L>,
+    lag_to_rate_s: Lanes<L>,
+    lag_to_heading_s2: Lanes<L>,
+    /// Sums over the samples of the gains of yaw rate and heading, and of the lag's of heading.
+    rate_sum: Lanes<L>,
+    heading_sum: Lanes<L>,
+    lag_sum: Lanes<L>,
+}
+
+impl<const L: usize> Whole<L> {
+    fn new(interval_s: f64, block: usize, dynamics: &[Dynamics; L]) -> Self {
+        let over = |samples: usize| {
+            dynamics.map(|of_lane| Propagation::over(&of_lane, samples as f64 * interval_s))
+        };
+        let whole = over(block);
+        let (mut rate_sum, mut heading_sum, mut lag_sum) = ([0.0; L], [0.0; L], [0.0; L]);
+        for step in (0..block).map(over) {
+            for lane in 0..L {
+                rate_sum[lane] += step[lane].rate_gain_s;
+                heading_sum[lane] += step[lane].heading_gain_s2;
+                lag_sum[lane] += step[lane].lag_to_heading_s2;
             }
         }
-        let mut sums = [0.0; 3];
-        for i in 0..block {
-            let step = Propagation::over(dynamics, i as f64 * interval_s);
-            sums[0] += step.rate_gain_s;
-            sums[1] += step.heading_gain_s2;
-            sums[2] += step.lag_to_heading_s2;
+        Self {
+            rudder_decay: whole.map(|step| step.rudder_decay),
+            rate_decay: whole.map(|step| step.rate_decay),
+            rate_gain_s: whole.map(|step| step.rate_gain_s),
+            heading_gain_s2: whole.map(|step| step.heading_gain_s2),
+            lag_to_rate_s: whole.map(|step| step.lag_to_rate_s),
+            lag_to_heading_s2: whole.map(|step| step.lag_to_heading_s2),
+            rate_sum,
+            heading_sum,
+            lag_sum,
+        }
+    }
+}
+
+impl<'a, const L: usize> EvenResponses<'a, L> {
+    /// `held_until` is that of `rudder_rad`, of which there is at least one.
+    pub fn new(
+        rudder_rad: &'a [f64],
+        held_until: &'a [usize],
+        interval_s: f64,
+        block: usize,
+        dynamics: &[Dynamics; L],
+    ) -> Self {
+        let each = dynamics.map(|of_lane| OfOne::new(interval_s, block, &of_lane));
+        let shifts = each.iter().map(|one| one.whole_shifts);
+        let latest = shifts.clone().max().unwrap_or(0);
+        let earliest = shifts.min().unwrap_or(0);
+        let apart = usize::try_from(latest - earliest).unwrap_or(0);
+        let mut of_rudder = vec![[[0.0; L]; 4]; block + 1 + apart];
+        let mut of_held = [[0.0; L]; 4];
+        for (lane, one) in each.iter().enumerate() {
+            let sooner = usize::try_from(latest - one.whole_shifts).unwrap_or(0);
+            for (of_rudder, weights) in of_rudder[sooner..].iter_mut().zip(&one.of_rudder) {
+                for i in 0..4 {
+                    of_rudder[i][lane] = weights[i];
+                    of_held[i][lane] += weights[i];
+                }
+            }
         }
         Self {
             rudder_rad,
             held_until,
             of_rudder,
             of_held,
-            of_state: [power[0], power[1], power[2], sum],
-            whole: Propagation::over(dynamics, block as f64 * interval_s),
-            sums,
-            behind: whole_shifts as i64 + 1,
-            rudder: [rudder_rad[0], 0.0, 0.0],
-            offset: [0.0; 2],
-            rate: [1.0, 0.0],
-            first: [1.0, 0.0, 0.0],
+            of_state: core::array::from_fn(|i| {
+                core::array::from_fn(|j| core::array::from_fn(|lane| each[lane].of_state[i][j]))
+            }),
+            whole: Whole::new(interval_s, block, dynamics),
+            behind: latest + 1,
+            rudder: [[rudder_rad[0]; L], [0.0; L], [0.0; L]],
+            offset: [[0.0; L]; 2],
+            rate: [[1.0; L], [0.0; L]],
+            first: [[1.0; L], [0.0; L], [0.0; L]],
             next: 0,
             block,
         }
     }
 
     /// Means over the next comparison of the responses to b2, C0, psi0, r0 and b2 times the first rudder's distance.
-    #[inline]
-    pub fn means(&mut self) -> [f64; 5] {
+    #[inline(always)]
+    pub fn means(&mut self) -> [Lanes<L>; 5] {
         let n = self.block as f64;
-        let of_rudder = self.of_the_rudder();
-        let [rate_sum, heading_sum, lag_sum] = self.sums;
-        let whole = &self.whole;
-        let [rate, heading] = self.offset;
-        let of_offset = n * heading + rate_sum * rate + heading_sum;
-        self.offset = [
-            whole.rate_decay * rate + whole.rate_gain_s,
-            heading + whole.rate_gain_s * rate + whole.heading_gain_s2,
-        ];
-        let [rate, heading] = self.rate;
-        let of_rate = n * heading + rate_sum * rate;
-        self.rate = [whole.rate_decay * rate, heading + whole.rate_gain_s * rate];
-        let [away, rate, heading] = self.first;
-        let of_first = n * heading + rate_sum * rate + lag_sum * away;
-        self.first = [
-            whole.rudder_decay * away,
-            whole.rate_decay * rate + whole.lag_to_rate_s * away,
-            heading + whole.rate_gain_s * rate + whole.lag_to_heading_s2 * away,
-        ];
         let share = 1.0 / n;
-        [
-            share * of_rudder,
-            share * of_offset,
-            1.0,
-            share * of_rate,
-            share * of_first,
-        ]
+        let mut means = [[0.0; L], [0.0; L], [1.0; L], [0.0; L], [0.0; L]];
+        let of_rudder = self.of_the_rudder();
+        let whole = &self.whole;
+        for l in 0..L {
+            means[0][l] = share * of_rudder[l];
+            let (rate, heading) = (self.offset[0][l], self.offset[1][l]);
+            means[1][l] = share * (n * heading + whole.rate_sum[l] * rate + whole.heading_sum[l]);
+            self.offset[0][l] = whole.rate_decay[l] * rate + whole.rate_gain_s[l];
+            self.offset[1][l] = heading + whole.rate_gain_s[l] * rate + whole.heading_gain_s2[l];
+            let (rate, heading) = (self.rate[0][l], self.rate[1][l]);
+            means[3][l] = share * (n * heading + whole.rate_sum[l] * rate);
+            self.rate[0][l] = whole.rate_decay[l] * rate;
+            self.rate[1][l] = heading + whole.rate_gain_s[l] * rate;
+            let (away, rate) = (self.first[0][l], self.first[1][l]);
+            let heading = self.first[2][l];
+            let of_first = n * heading + whole.rate_sum[l] * rate + whole.lag_sum[l] * away;
+            means[4][l] = share * of_first;
+            self.first[0][l] = whole.rudder_decay[l] * away;
+            self.first[1][l] = whole.rate_decay[l] * rate + whole.lag_to_rate_s[l] * away;
+            self.first[2][l] =
+                heading + whole.rate_gain_s[l] * rate + whole.lag_to_heading_s2[l] * away;
+        }
+        means
     }
 
     /// The sum of the headings that the rudder gives, and the state after the comparison.
-    #[inline]
-    fn of_the_rudder(&mut self) -> f64 {
+    #[inline(always)]
+    fn of_the_rudder(&mut self) -> Lanes<L> {
         let begin = self.next as i64 - self.behind;
         self.next += self.block;
         let last = self.rudder_rad.len() as i64 - 1;
+        let more = self.of_rudder.len() as i64 - 1;
         let at = |i: i64| i.clamp(0, last) as usize;
         let first = at(begin);
-        let mut sums = if self.held_until[first] as i64 > (begin + self.block as i64).min(last) {
-            self.of_held.map(|weight| weight * self.rudder_rad[first])
-        } else if begin >= 0 && begin + self.block as i64 <= last {
-            let rudders = &self.rudder_rad[first..=first + self.block];
+        let mut sums = if self.held_until[first] as i64 > (begin + more).min(last) {
+            let rudder_rad = self.rudder_rad[first];
+            self.of_held
+                .map(|of_held| of_held.map(|weight| weight * rudder_rad))
+        } else if begin >= 0 && begin + more <= last {
+            let rudders = &self.rudder_rad[first..=first + more as usize];
             weighted(&self.of_rudder, rudders.iter().copied())
         } else {
-            let rudders = (0..=self.block as i64).map(|i| self.rudder_rad[at(begin + i)]);
+            let rudders = (0..=more).map(|i| self.rudder_rad[at(begin + i)]);
             weighted(&self.of_rudder, rudders)
         };
-        for (sum, [of_angle, of_rate, of_heading]) in sums.iter_mut().zip(&self.of_state) {
-            let [angle, rate, heading] = self.rudder;
-            *sum += of_angle * angle + of_rate * rate + of_heading * heading;
+        for (sum, of_state) in sums.iter_mut().zip(&self.of_state) {
+            for l in 0..L {
+                sum[l] += of_state[0][l] * self.rudder[0][l]
+                    + of_state[1][l] * self.rudder[1][l]
+                    + of_state[2][l] * self.rudder[2][l];
+            }
         }
         self.rudder = [sums[0], sums[1], sums[2]];
         sums[3]
     }
 }
 
-#[inline]
-fn weighted(weights: &[Weights], rudders: impl Iterator<Item = f64>) -> Weights {
-    let mut sums = [0.0; 4];
+#[inline(always)]
+fn weighted<const L: usize>(
+    weights: &[Weights<L>],
+    rudders: impl Iterator<Item = f64>,
+) -> Weights<L> {
+    let mut sums = [[0.0; L]; 4];
     for (weights, rudder) in weights.iter().zip(rudders) {
-        for (sum, weight) in sums.iter_mut().zip(weights) {
-            *sum += weight * rudder;
+        for (sum, weights) in sums.iter_mut().zip(weights) {
+            for (sum, weight) in sum.iter_mut().zip(weights) {
+                *sum += weight * rudder;
+            }
         }
     }
     sums
@@ -283,10 +357,16 @@ mod tests {
                 shift_s,
             };
             let each = responses(&time_s, &rudder_rad, &dynamics);
-            let mut even = EvenResponses::new(&rudder_rad, &held, interval_s, block, &dynamics);
+            // Beside one that acts three intervals later.
+            let later = Dynamics {
+                shift_s: shift_s + 0.15,
+                ..dynamics
+            };
+            let both = [dynamics, later];
+            let mut even = EvenResponses::new(&rudder_rad, &held, interval_s, block, &both);
             for rows in each.chunks_exact(block) {
                 let means = even.means();
-                for (i, found) in means.iter().enumerate() {
+                for (i, [found, _]) in means.iter().enumerate() {
                     let expected = rows.iter().map(|row| row[i]).sum::<f64>() / block as f64;
                     // Rounding of two hundred steps.
                     assert!(

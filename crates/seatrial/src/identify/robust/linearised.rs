@@ -1,8 +1,7 @@
 //! A record linearised around one vehicle.
 
-use super::record::{
-    A22, B2, C0, DELAY, HEADING, LAG2, PARAMETERS, Point, RATE, Record, explained,
-};
+use super::record::{A22, B2, C0, DELAY, HEADING, LAG2, PARAMETERS, Point, RATE, Record};
+use super::response::Dynamics;
 use super::symmetric::invert;
 
 /// Columns: derivatives of the heading by all parameters, and the residual.
@@ -23,31 +22,50 @@ impl Record {
     /// Around a point, with the means of `block` samples. A `prompt` rudder's delay and lag are held: their derivatives are 0.
     pub fn linearised(&self, point: &Point, block: usize, prompt: bool) -> Linearised {
         let steps = self.steps(point);
-        let here = self.mean_responses(&point.dynamics(), block);
-        let free: &[usize] = if prompt { &[A22] } else { &[A22, DELAY, LAG2] };
-        let moved = free.iter().map(|&parameter| {
+        let moved = |parameter: usize| {
             let mut moved = *point;
             moved.0[parameter] += steps[parameter - A22];
-            self.mean_responses(&moved.dynamics(), block)
-        });
-        let moved: Vec<Vec<[f64; 5]>> = moved.collect();
-        let headings_rad = self.mean_headings_rad(block);
-        let rows = here.iter().zip(headings_rad).enumerate();
-        let rows = rows.map(|(k, (responses, heading_rad))| {
-            let heading = explained(responses, point);
-            let mut row = [0.0; COLUMNS];
-            row[..5].copy_from_slice(responses);
-            for (i, moved) in moved.iter().enumerate() {
-                row[A22 + i] = (explained(&moved[k], point) - heading) / steps[i];
+            moved.dynamics()
+        };
+        let here = point.dynamics();
+        let rows = match prompt {
+            true => self.rows_around(point, block, &[here, moved(A22)], &steps),
+            false => {
+                let all = [here, moved(A22), moved(DELAY), moved(LAG2)];
+                self.rows_around(point, block, &all, &steps)
             }
-            row[PARAMETERS] = heading_rad - heading;
-            row
-        });
+        };
         Linearised {
             point: *point,
-            rows: rows.collect(),
+            rows,
             time_s: self.time_s.chunks_exact(block).map(mean).collect(),
         }
+    }
+
+    /// Derivatives by differences between the first of several dynamics and those with a22, s and v moved by such steps.
+    fn rows_around<const L: usize>(
+        &self,
+        point: &Point,
+        block: usize,
+        dynamics: &[Dynamics; L],
+        steps: &[f64; 3],
+    ) -> Vec<[f64; COLUMNS]> {
+        self.mean_responses(dynamics, block, |k, responses| {
+            let mut row = [0.0; COLUMNS];
+            let mut headings = [0.0; L];
+            for (i, of_lanes) in responses.iter().enumerate() {
+                row[i] = of_lanes[0];
+                for (heading, response) in headings.iter_mut().zip(of_lanes) {
+                    *heading += response * point.0[i];
+                }
+            }
+            for (i, heading) in headings[1..].iter().enumerate() {
+                row[A22 + i] = (heading - headings[0]) / steps[i];
+            }
+            let measured = &self.heading_rad[k * block..(k + 1) * block];
+            row[PARAMETERS] = mean(measured) - headings[0];
+            row
+        })
     }
 
     /// Small steps of a22, s and v for differences.
@@ -65,34 +83,55 @@ impl Record {
     pub fn start(&self) -> Option<Point> {
         const POINTS: i32 = 20;
         const COMPARISONS: usize = 1000;
+        const LAGS: [f64; 3] = [0.0, 0.15, 0.4];
         let block = (self.time_s.len() / COMPARISONS).max(1);
-        let headings_rad = self.mean_headings_rad(block);
         let slowest = 0.5 / self.duration_s();
         let fastest = 0.4 / self.interval_s;
         let ratio = ((fastest / slowest).ln() / f64::from(POINTS - 1)).exp();
         let dampings = (0..POINTS).map(|i| -slowest * ratio.powi(i));
         dampings
             .chain([slowest])
-            .flat_map(|a22| [0.0, 0.15, 0.4].map(|share| (a22, share / a22.abs())))
-            .filter_map(|(a22, lag_s)| {
-                let mut point = Point([0.0; PARAMETERS]);
-                point.0[A22] = a22;
-                point.0[DELAY] = lag_s;
-                point.0[LAG2] = lag_s * lag_s;
-                linear_fit(
-                    &self.mean_responses(&point.dynamics(), block),
-                    &headings_rad,
-                    &point,
-                )
+            .flat_map(|a22| {
+                let points = LAGS.map(|share| {
+                    let lag_s = share / a22.abs();
+                    let mut point = Point([0.0; PARAMETERS]);
+                    point.0[A22] = a22;
+                    point.0[DELAY] = lag_s;
+                    point.0[LAG2] = lag_s * lag_s;
+                    point
+                });
+                self.linear_fits(&points, block)
             })
+            .flatten()
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, point)| point)
     }
 
-    /// Of each comparison, rad.
-    fn mean_headings_rad(&self, block: usize) -> Vec<f64> {
-        let headings_rad = self.heading_rad.chunks_exact(block);
-        headings_rad.map(mean).collect()
+    /// Sum of squares and point of the best b2, C0, psi0 and r0 at the dynamics of each point.
+    fn linear_fits<const L: usize>(
+        &self,
+        points: &[Point; L],
+        block: usize,
+    ) -> [Option<(f64, Point)>; L] {
+        let mut products = [[[0.0; L]; 5]; 5];
+        let dynamics = points.each_ref().map(Point::dynamics);
+        self.mean_responses(&dynamics, block, |k, responses| {
+            let heading = mean(&self.heading_rad[k * block..(k + 1) * block]);
+            let [of_b2, of_c0, of_heading, of_rate, _] = *responses;
+            let row = [of_b2, of_c0, of_heading, of_rate, [heading; L]];
+            for i in 0..5 {
+                for j in i..5 {
+                    for l in 0..L {
+                        products[i][j][l] += row[i][l] * row[j][l];
+                    }
+                }
+            }
+        });
+        core::array::from_fn(|l| {
+            let products =
+                core::array::from_fn(|i| core::array::from_fn(|j| products[i.min(j)][i.max(j)][l]));
+            linear_fit(&products, &points[l])
+        })
     }
 }
 
@@ -100,25 +139,17 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Sum of squares and point of the best b2, C0, psi0 and r0 at given dynamics.
-fn linear_fit(responses: &[[f64; 5]], headings_rad: &[f64], point: &Point) -> Option<(f64, Point)> {
+/// Sum of squares and point of the best b2, C0, psi0 and r0 at given dynamics, from the products of their responses and the heading.
+fn linear_fit(products: &[[f64; 5]; 5], point: &Point) -> Option<(f64, Point)> {
     const LINEAR: [usize; 4] = [B2, C0, HEADING, RATE];
-    let mut gram = [[0.0; 5]; 5];
-    for (responses, heading) in responses.iter().zip(headings_rad) {
-        let row = [responses[0], responses[1], 1.0, responses[3], *heading];
-        for i in 0..5 {
-            for j in 0..5 {
-                gram[i][j] += row[i] * row[j];
-            }
-        }
-    }
-    let information: [[f64; 4]; 4] = core::array::from_fn(|i| core::array::from_fn(|j| gram[i][j]));
+    let information: [[f64; 4]; 4] =
+        core::array::from_fn(|i| core::array::from_fn(|j| products[i][j]));
     let (inverse, _) = invert(&information)?;
     let mut found = *point;
-    let mut residual = gram[4][4];
+    let mut residual = products[4][4];
     for i in LINEAR {
-        found.0[i] = (0..4).map(|j| inverse[i][j] * gram[j][4]).sum();
-        residual -= found.0[i] * gram[i][4];
+        found.0[i] = (0..4).map(|j| inverse[i][j] * products[j][4]).sum();
+        residual -= found.0[i] * products[i][4];
     }
     Some((residual, found))
 }

@@ -2,10 +2,10 @@
 
 use super::average::Hypothesis;
 use super::linearised::COLUMNS;
-use super::noise::whiten;
+use super::noise::whitened_products;
 use super::record::{PARAMETERS, Record};
 use super::response::{Dynamics, responses};
-use super::symmetric::invert;
+use super::symmetric::Factored;
 
 /// Columns of the hull: cross-flow damping r|r| and two sways that follow the yaw rate.
 const HULL: usize = 3;
@@ -31,8 +31,11 @@ pub fn of_the_hull(record: &Record, block: usize, hypothesis: &Hypothesis) -> Op
     let around = record.linearised(point, block, prompt);
     let hull = hull_columns(record, &point.dynamics(), &record.simulate(point));
     let share = 1.0 / block as f64;
-    let mut rows: Vec<[f64; ALL]> = (around.rows.iter().enumerate())
-        .map(|(i, row)| {
+    let rows = around
+        .rows
+        .iter()
+        .enumerate()
+        .map(|(i, row)| -> [f64; ALL] {
             core::array::from_fn(|j| match j {
                 0..PARAMETERS => row[j],
                 PARAMETERS..COLUMNS => row[j],
@@ -43,14 +46,13 @@ pub fn of_the_hull(record: &Record, block: usize, hypothesis: &Hypothesis) -> Op
                         * share
                 }
             })
-        })
-        .collect();
-    whiten(&around.time_s, &mut rows, &hypothesis.peak.noise);
+        });
+    let (products, _) = whitened_products(&around.time_s, rows, &hypothesis.peak.noise);
     let held: &[usize] = if prompt { &[4, 6, 7] } else { &[4] };
-    let with = left(&rows, held)?;
+    let with = left(&products, held)?;
     let held: Vec<usize> = held.iter().copied().chain(COLUMNS..ALL).collect();
-    let without = left(&rows, &held)?;
-    let free = rows.len() as f64 - ALL as f64;
+    let without = left(&products, &held)?;
+    let free = around.rows.len() as f64 - ALL as f64;
     Some((without - with) / (with / free))
 }
 
@@ -89,36 +91,21 @@ fn hull_columns(record: &Record, dynamics: &Dynamics, heading_rad: &[f64]) -> [V
     [response(&square), quick, slow]
 }
 
-/// Sum of squares that the columns but the held ones leave of the residual in column `PARAMETERS`. `None` where they are not
-/// independent.
-pub fn left<const N: usize>(rows: &[[f64; N]], held: &[usize]) -> Option<f64> {
-    let mut gram = [[0.0; N]; N];
-    for row in rows {
-        for i in 0..N {
-            for j in 0..N {
-                gram[i][j] += row[i] * row[j];
-            }
-        }
-    }
-    let right = gram[PARAMETERS];
-    for i in held.iter().copied().chain([PARAMETERS]) {
-        gram[i] = [0.0; N];
-        for row in &mut gram {
-            row[i] = 0.0;
-        }
-        gram[i][i] = 1.0;
-    }
-    let (inverse, _) = invert(&gram)?;
-    let is_free = |i: &usize| *i != PARAMETERS && !held.contains(i);
-    let explained: f64 = (0..N)
-        .filter(is_free)
-        .map(|i| {
-            right[i]
-                * (0..N)
-                    .filter(is_free)
-                    .map(|j| inverse[i][j] * right[j])
-                    .sum::<f64>()
+/// Sum of squares that the columns but the held ones leave of the residual in column `PARAMETERS`, from the products of all, of which those
+/// with i <= j count. `None` where they are not independent.
+pub fn left<const N: usize>(products: &[[f64; N]; N], held: &[usize]) -> Option<f64> {
+    let is_free = |i: usize| i != PARAMETERS && !held.contains(&i);
+    let of = |i: usize, j: usize| products[i.min(j)][i.max(j)];
+    let information: [[f64; N]; N] = core::array::from_fn(|i| {
+        core::array::from_fn(|j| match is_free(i) && is_free(j) {
+            true => of(i, j),
+            false => f64::from(u8::from(i == j)),
         })
-        .sum();
-    Some(right[PARAMETERS] - explained)
+    });
+    let right = core::array::from_fn(|i| match is_free(i) {
+        true => of(i, PARAMETERS),
+        false => 0.0,
+    });
+    let explained = Factored::of(&information)?.square_of(&right);
+    Some(of(PARAMETERS, PARAMETERS) - explained)
 }

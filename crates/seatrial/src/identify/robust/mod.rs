@@ -30,6 +30,7 @@ pub mod estimate;
 pub mod even;
 pub mod linearised;
 pub mod misfit;
+pub mod mixture;
 pub mod nearest;
 pub mod noise;
 pub mod normal;

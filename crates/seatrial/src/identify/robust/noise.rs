@@ -1,6 +1,6 @@
 //! Heading noise with a yaw acceleration disturbance, and the Kalman filter that whitens it.
 
-use super::response::gains;
+use super::response::{gains, small_exponential};
 
 /// Change of the innovation variance under which the filter counts as steady.
 const STEADY: f64 = 1e-10;
@@ -20,92 +20,240 @@ pub struct Noise {
 }
 
 /// The filter at one sample. Variances are in units of the heading noise.
-#[derive(Clone, Copy, Debug)]
-struct Gains {
+///
+/// ```text
+/// x = [psi, r, d],  psi' = r,  r' = a22 r + d,  d' = -d/tau_d + white
+/// S = P_psi,psi + 1,  K = P e_psi / S,  P <- F (P - K S K^T) F^T + Q
+/// ```
+struct Filter<'a> {
+    noise: &'a Noise,
+    covariance: Covariance,
     /// K, of heading, yaw rate and disturbance.
     gain: [f64; 3],
     /// S.
     variance: f64,
+    precision: f64,
     step: Transition,
+    last_s: f64,
+    /// A step from which others near it are told.
+    known: (f64, Transition),
+    samples: usize,
+    is_steady: bool,
 }
 
-impl Gains {
-    /// At each sample.
-    ///
-    /// ```text
-    /// x = [psi, r, d],  psi' = r,  r' = a22 r + d,  d' = -d/tau_d + white
-    /// S = P_psi,psi + 1,  K = P e_psi / S,  P <- F (P - K S K^T) F^T + Q
-    /// ```
-    fn of(time_s: &[f64], noise: &Noise) -> Vec<Self> {
-        let variance = noise.relative * noise.relative;
-        let mut p = [[0.0; 3], [0.0; 3], [0.0, 0.0, variance]];
-        let mut now = Self {
+impl<'a> Filter<'a> {
+    fn new(noise: &'a Noise) -> Self {
+        Self {
+            noise,
+            covariance: Covariance::of_disturbance(noise.relative * noise.relative),
             gain: [0.0; 3],
             variance: 1.0,
+            precision: 1.0,
             step: Transition::over(noise, 0.0),
-        };
-        let mut last_s = f64::NAN;
-        let mut is_steady = false;
-        let mut gains = Vec::with_capacity(time_s.len());
-        for (k, time) in time_s.iter().enumerate() {
-            let step_s = time_s.get(k + 1).map_or(last_s, |next| next - time);
-            let is_same = (step_s - last_s).abs() <= SAME_INTERVAL * step_s;
-            if !is_same {
-                now.step = Transition::over(noise, step_s);
-                last_s = step_s;
-                is_steady = false;
-            }
-            if !is_steady {
-                let s = p[0][0] + 1.0;
-                is_steady = (s - now.variance).abs() < STEADY * s && k > 3;
-                now.variance = s;
-                now.gain = p[0].map(|of_heading| of_heading / s);
-                p = now.step.of_covariance(&given(&p, &now.gain), variance);
-            }
-            gains.push(now);
+            last_s: f64::NAN,
+            known: (f64::NAN, Transition::over(noise, 0.0)),
+            samples: 0,
+            is_steady: false,
         }
-        gains
+    }
+
+    /// Goes on to the next sample, after which `step_s` pass; none after the last.
+    #[inline(always)]
+    fn next(&mut self, step_s: Option<f64>) {
+        let step_s = step_s.unwrap_or(self.last_s);
+        if (step_s - self.last_s).abs() > SAME_INTERVAL * step_s || self.last_s.is_nan() {
+            let (known_s, known) = &self.known;
+            self.step = match known.followed_by(self.noise, step_s - known_s) {
+                Some(step) => step,
+                None => {
+                    self.known = (step_s, Transition::over(self.noise, step_s));
+                    self.known.1
+                }
+            };
+            self.last_s = step_s;
+            self.is_steady = false;
+        }
+        if !self.is_steady {
+            let variance = self.covariance.of_heading() + 1.0;
+            self.is_steady =
+                (variance - self.variance).abs() < STEADY * variance && self.samples > 3;
+            self.variance = variance;
+            self.precision = 1.0 / variance;
+            self.gain = self.covariance.first_column(self.precision);
+            let power = self.noise.relative * self.noise.relative;
+            self.covariance = self.covariance.given(&self.gain).after(&self.step, power);
+        }
+        self.samples += 1;
+    }
+}
+
+/// A product of variances as its logarithm.
+struct LogProduct {
+    log: f64,
+    product: f64,
+}
+
+impl LogProduct {
+    /// Before a product of two such numbers is too large for a float.
+    const LARGE: f64 = 1e150;
+
+    const ONE: Self = Self {
+        log: 0.0,
+        product: 1.0,
+    };
+
+    #[inline(always)]
+    fn times(&mut self, factor: f64) {
+        self.product *= factor;
+        if self.product > Self::LARGE {
+            self.log += self.product.ln();
+            self.product = 1.0;
+        }
+    }
+
+    fn ln(&self) -> f64 {
+        self.log + self.product.ln()
+    }
+}
+
+/// The states of the filter for each column.
+struct States<const N: usize>([[f64; N]; 3]);
+
+impl<const N: usize> States<N> {
+    /// The innovations of a row; the states go on to the next.
+    ///
+    /// ```text
+    /// e = z - x_psi,  x <- F (x + K e)
+    /// ```
+    #[inline(always)]
+    fn innovations(&mut self, row: &[f64; N], now: &Filter) -> [f64; N] {
+        let step = &now.step;
+        let [of_heading, of_rate, of_disturbance] = now.gain;
+        let [headings, rates, disturbances] = &mut self.0;
+        let mut innovations = [0.0; N];
+        for i in 0..N {
+            let e = row[i] - headings[i];
+            innovations[i] = e;
+            let psi = headings[i] + of_heading * e;
+            let r = rates[i] + of_rate * e;
+            let d = disturbances[i] + of_disturbance * e;
+            headings[i] = psi + step.rate_gain_s * r + step.heading_gain_s2 * d;
+            rates[i] = step.decay * r + step.rate_gain_s * d;
+            disturbances[i] = step.memory * d;
+        }
+        innovations
     }
 }
 
 /// Whitens the columns of `rows` in place; the sum of the logarithms of the innovation variances.
 ///
-/// ```text
-/// e = z - x_psi,  x <- F (x + K e);   each column becomes e / sqrt S
-/// ```
+/// Each column becomes e / sqrt S.
 pub fn whiten<const N: usize>(time_s: &[f64], rows: &mut [[f64; N]], noise: &Noise) -> f64 {
     if noise.relative == 0.0 {
         return 0.0;
     }
-    let gains = Gains::of(time_s, noise);
-    let mut states = [[0.0; N]; 3];
-    let mut log_variances = 0.0;
-    let mut last = (f64::NAN, 0.0, 0.0);
-    for (row, now) in rows.iter_mut().zip(&gains) {
-        if now.variance != last.0 {
-            last = (now.variance, now.variance.ln(), now.variance.sqrt().recip());
-        }
-        let (_, log_variance, scale) = last;
-        log_variances += log_variance;
-        let step = &now.step;
-        let [of_heading, of_rate, of_disturbance] = now.gain;
-        for (i, z) in row.iter_mut().enumerate() {
-            let e = *z - states[0][i];
-            *z = e * scale;
-            let psi = states[0][i] + of_heading * e;
-            let r = states[1][i] + of_rate * e;
-            let d = states[2][i] + of_disturbance * e;
-            states[0][i] = psi + step.rate_gain_s * r + step.heading_gain_s2 * d;
-            states[1][i] = step.decay * r + step.rate_gain_s * d;
-            states[2][i] = step.memory * d;
+    let mut filter = Filter::new(noise);
+    let mut states = States([[0.0; N]; 3]);
+    let mut variances = LogProduct::ONE;
+    for (k, row) in rows.iter_mut().enumerate() {
+        filter.next(time_s.get(k + 1).map(|next_s| next_s - time_s[k]));
+        variances.times(filter.variance);
+        let scale = filter.precision.sqrt();
+        *row = states.innovations(row, &filter);
+        for whitened in row.iter_mut() {
+            *whitened *= scale;
         }
     }
-    log_variances
+    variances.ln()
 }
 
-/// P - K S K^T, where K S is the first column of P.
-fn given(p: &[[f64; 3]; 3], gain: &[f64; 3]) -> [[f64; 3]; 3] {
-    core::array::from_fn(|i| core::array::from_fn(|j| p[i][j] - gain[i] * p[0][j]))
+/// Products of the whitened columns of rows, of which the elements with i <= j count, and the sum of the logarithms of the innovation
+/// variances.
+pub fn whitened_products<const N: usize>(
+    time_s: &[f64],
+    rows: impl Iterator<Item = [f64; N]>,
+    noise: &Noise,
+) -> ([[f64; N]; N], f64) {
+    let mut products = [[0.0; N]; N];
+    if noise.relative == 0.0 {
+        rows.for_each(|row| add_products(&mut products, &row, 1.0));
+        return (products, 0.0);
+    }
+    let mut filter = Filter::new(noise);
+    let mut states = States([[0.0; N]; 3]);
+    let mut variances = LogProduct::ONE;
+    for (k, row) in rows.enumerate() {
+        filter.next(time_s.get(k + 1).map(|next_s| next_s - time_s[k]));
+        variances.times(filter.variance);
+        let innovations = states.innovations(&row, &filter);
+        add_products(&mut products, &innovations, filter.precision);
+    }
+    (products, variances.ln())
+}
+
+/// Columns go by pairs.
+#[inline(always)]
+fn add_products<const N: usize>(products: &mut [[f64; N]; N], row: &[f64; N], precision: f64) {
+    for i in 0..N {
+        let of_i = precision * row[i];
+        for j in i - i % 2..N {
+            products[i][j] += of_i * row[j];
+        }
+    }
+}
+
+/// Covariance of heading, yaw rate and disturbance: psi psi, psi r, psi d, r r, r d, d d.
+#[derive(Clone, Copy)]
+struct Covariance([f64; 6]);
+
+impl Covariance {
+    fn of_disturbance(variance: f64) -> Self {
+        Self([0.0, 0.0, 0.0, 0.0, 0.0, variance])
+    }
+
+    fn of_heading(&self) -> f64 {
+        self.0[0]
+    }
+
+    fn first_column(&self, factor: f64) -> [f64; 3] {
+        [self.0[0] * factor, self.0[1] * factor, self.0[2] * factor]
+    }
+
+    /// P - K S K^T, where K S is the first column of P.
+    #[inline(always)]
+    fn given(&self, [of_heading, of_rate, of_disturbance]: &[f64; 3]) -> Self {
+        let [pp, pr, pd, rr, rd, dd] = self.0;
+        Self([
+            pp - of_heading * pp,
+            pr - of_heading * pr,
+            pd - of_heading * pd,
+            rr - of_rate * pr,
+            rd - of_rate * pd,
+            dd - of_disturbance * pd,
+        ])
+    }
+
+    /// F P F^T + Q, with a disturbance of that variance.
+    #[inline(always)]
+    fn after(&self, step: &Transition, variance: f64) -> Self {
+        let (e, g) = (step.decay, step.rate_gain_s);
+        let (h, m) = (step.heading_gain_s2, step.memory);
+        let [pp, pr, pd, rr, rd, dd] = self.0;
+        let heading = [
+            pp + g * pr + h * pd,
+            pr + g * rr + h * rd,
+            pd + g * rd + h * dd,
+        ];
+        let rate = [e * rr + g * rd, e * rd + g * dd];
+        Self([
+            heading[0] + g * heading[1] + h * heading[2],
+            e * heading[1] + g * heading[2],
+            m * heading[2],
+            e * rate[0] + g * rate[1],
+            m * rate[1],
+            m * m * dd + variance * (1.0 - m * m),
+        ])
+    }
 }
 
 /// F: the state one sample later, the disturbance held in between.
@@ -128,25 +276,23 @@ impl Transition {
         }
     }
 
-    fn matrix(&self) -> [[f64; 3]; 3] {
-        [
-            [1.0, self.rate_gain_s, self.heading_gain_s2],
-            [0.0, self.decay, self.rate_gain_s],
-            [0.0, 0.0, self.memory],
-        ]
-    }
-
-    /// F P F^T + Q.
-    fn of_covariance(&self, p: &[[f64; 3]; 3], variance: f64) -> [[f64; 3]; 3] {
-        let f = self.matrix();
-        let product: [[f64; 3]; 3] = core::array::from_fn(|i| {
-            core::array::from_fn(|j| (0..3).map(|k| f[i][k] * p[k][j]).sum())
-        });
-        let mut later: [[f64; 3]; 3] = core::array::from_fn(|i| {
-            core::array::from_fn(|j| (0..3).map(|k| product[i][k] * f[j][k]).sum())
-        });
-        later[2][2] += variance * (1.0 - self.memory * self.memory);
-        later
+    /// Over so much more time; `None` where that is too long to be told without an exponential.
+    #[inline(always)]
+    fn followed_by(&self, noise: &Noise, more_s: f64) -> Option<Self> {
+        const LARGEST: f64 = 0.02;
+        let reach = more_s.abs() * noise.a22_per_s.abs().max(1.0 / noise.time_constant_s);
+        if reach.is_nan() || reach > LARGEST {
+            return None;
+        }
+        let more = small_exponential(noise.a22_per_s, more_s);
+        Some(Self {
+            decay: self.decay * more.decay,
+            rate_gain_s: self.rate_gain_s + self.decay * more.gain_s,
+            heading_gain_s2: self.heading_gain_s2
+                + self.rate_gain_s * more_s
+                + self.decay * more.integral_s2,
+            memory: self.memory * small_exponential(-1.0 / noise.time_constant_s, more_s).decay,
+        })
     }
 }
 

@@ -1,9 +1,9 @@
 //! The peak of the restricted likelihood under one noise.
 
-use super::belief::{Equations, LOG_TAU, Solution};
+use super::belief::{Equations, LOG_TAU};
 use super::linearised::{COLUMNS, Linearised};
-use super::noise::{Noise, whiten};
-use super::record::{A22, DELAY, FIRST, LAG2, PARAMETERS, Point, Record};
+use super::noise::{Noise, whitened_products};
+use super::record::{A22, B2, C0, DELAY, FIRST, HEADING, LAG2, PARAMETERS, Point, RATE, Record};
 
 /// A lag of more time constants of the vehicle is not looked for: it would be the vehicle.
 const LONGEST_LAG: f64 = 1.0;
@@ -13,6 +13,9 @@ const LONGEST_SHARE: f64 = 0.05;
 
 /// A move of the point by this many standard deviations needs no new linearisation.
 const NEAR: f64 = 0.1;
+
+/// The noise is estimated anew so often: its beliefs about lag and first rudder hardly change it.
+const MOST_NOISES: u32 = 4;
 
 /// Parameters that no belief bounds: b2, C0, psi0, r0, a22.
 const FREE: f64 = 5.0;
@@ -129,31 +132,33 @@ impl<'a> Search<'a> {
 
     /// The normal distribution that the linearised record gives, and the square at the point itself, rad^2.
     fn step(&mut self, noise: &Noise) -> Option<(Peak, f64)> {
-        let (gram, log_variances) = gram(&self.around, noise);
+        let (gram, log_variances) = gram(&self.around, noise, self.prompt);
         let point = &self.around.point;
         let n = self.around.rows.len() as f64;
         let floor_rad = self.record.floor_rad / (self.block as f64).sqrt();
-        let mut noise_rad = self.noise_rad.max(floor_rad);
-        let mut square_rad2 = 0.0;
-        let mut found: Option<(Solution, f64)> = None;
-        for _ in 0..4 {
+        let equations = |noise_rad: f64| {
             let mut equations = of_data(&gram, noise_rad);
             match self.prompt {
                 true => equations.believe_in_none(),
                 false => equations.believe_in_lag(self.record, point),
             }
-            let solution = equations.solve()?;
-            square_rad2 = equations.square * noise_rad * noise_rad;
-            found = Some((solution, equations.log_constant));
-            let next = ((solution.square / (n - FREE)).sqrt() * noise_rad).max(floor_rad);
+            equations
+        };
+        let mut noise_rad = self.noise_rad.max(floor_rad);
+        let mut here = equations(noise_rad);
+        for _ in 0..MOST_NOISES {
+            let left = here.best_square()?;
+            let next = ((left / (n - FREE)).sqrt() * noise_rad).max(floor_rad);
             let is_settled = (next / noise_rad - 1.0).abs() < 1e-4;
             noise_rad = next;
+            here = equations(noise_rad);
             if is_settled {
                 break;
             }
         }
         self.noise_rad = noise_rad;
-        let (solution, log_constant) = found?;
+        let square_rad2 = here.square * noise_rad * noise_rad;
+        let (solution, log_constant) = (here.solve()?, here.log_constant);
         let parameters = if self.prompt { FREE } else { PARAMETERS as f64 };
         let rate = point.0[A22].abs().max(0.5 / self.record.duration_s());
         let peak = Peak {
@@ -195,16 +200,36 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Products of the whitened columns, and the sum of the log variances.
-fn gram(around: &Linearised, noise: &Noise) -> ([[f64; COLUMNS]; COLUMNS], f64) {
-    let mut rows = around.rows.clone();
-    let log_variances = whiten(&around.time_s, &mut rows, noise);
+/// Products of the whitened columns, and the sum of the log variances; the held columns of a prompt rudder are 0.
+fn gram(around: &Linearised, noise: &Noise, prompt: bool) -> ([[f64; COLUMNS]; COLUMNS], f64) {
+    match prompt {
+        true => gram_of(around, noise, &[B2, C0, HEADING, RATE, A22, PARAMETERS]),
+        false => gram_of(
+            around,
+            noise,
+            // A column more makes the number of them even.
+            &[
+                B2, C0, HEADING, RATE, FIRST, A22, DELAY, LAG2, PARAMETERS, PARAMETERS,
+            ],
+        ),
+    }
+}
+
+/// Of these columns.
+fn gram_of<const N: usize>(
+    around: &Linearised,
+    noise: &Noise,
+    columns: &[usize; N],
+) -> ([[f64; COLUMNS]; COLUMNS], f64) {
+    let rows = around
+        .rows
+        .iter()
+        .map(|row| columns.map(|column| row[column]));
+    let (products, log_variances) = whitened_products(&around.time_s, rows, noise);
     let mut gram = [[0.0; COLUMNS]; COLUMNS];
-    for row in &rows {
-        for (i, sums) in gram.iter_mut().enumerate() {
-            for j in i..COLUMNS {
-                sums[j] += row[i] * row[j];
-            }
+    for (i, of_i) in columns.iter().zip(&products) {
+        for (j, product) in columns.iter().zip(of_i).filter(|(j, _)| *j >= i) {
+            gram[*i][*j] = *product;
         }
     }
     (gram, log_variances)
@@ -212,12 +237,18 @@ fn gram(around: &Linearised, noise: &Noise) -> ([[f64; COLUMNS]; COLUMNS], f64) 
 
 fn of_data(gram: &[[f64; COLUMNS]; COLUMNS], noise_rad: f64) -> Equations {
     let precision = 1.0 / (noise_rad * noise_rad);
-    Equations {
-        information: core::array::from_fn(|i| {
-            core::array::from_fn(|j| gram[i.min(j)][i.max(j)] * precision)
-        }),
-        right: core::array::from_fn(|i| gram[i][PARAMETERS] * precision),
+    let mut equations = Equations {
+        information: [[0.0; PARAMETERS]; PARAMETERS],
+        right: [0.0; PARAMETERS],
         square: gram[PARAMETERS][PARAMETERS] * precision,
         log_constant: 0.0,
+    };
+    for (i, products) in gram.iter().take(PARAMETERS).enumerate() {
+        for (j, product) in products.iter().enumerate().take(PARAMETERS).skip(i) {
+            equations.information[i][j] = product * precision;
+            equations.information[j][i] = product * precision;
+        }
+        equations.right[i] = products[PARAMETERS] * precision;
     }
+    equations
 }

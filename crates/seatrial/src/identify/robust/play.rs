@@ -3,7 +3,7 @@
 use super::average::Hypothesis;
 use super::linearised::COLUMNS;
 use super::misfit::left;
-use super::noise::whiten;
+use super::noise::whitened_products;
 use super::record::{B2, DELAY, FIRST, LAG2, PARAMETERS, Record};
 
 /// Plays that are looked for, from stop to stop, in amplitudes of the rudder.
@@ -42,39 +42,47 @@ pub fn likely_play_rad(record: &Record, block: usize, hypothesis: &Hypothesis) -
     let peak = &hypothesis.peak;
     let around = record.linearised(&peak.point, block, peak.prompt);
     let point = &peak.point;
-    let fins: Vec<Vec<[f64; 5]>> = (PLAYS.iter())
+    let fins: Vec<Vec<f64>> = (PLAYS.iter())
         .map(|share| fin_behind(&record.rudder_rad, share * record.amplitude_rad))
         .map(|fin_rad| {
             let fin = record.with_rudder(fin_rad);
-            fin.mean_responses(&point.dynamics(), block)
+            fin.mean_responses(&[point.dynamics()], block, |_, responses| responses[B2][0])
         })
         .collect();
-    let mut rows: Vec<[f64; ALL]> = (around.rows.iter().enumerate())
-        .map(|(k, row)| {
+    let rows = around
+        .rows
+        .iter()
+        .enumerate()
+        .map(|(k, row)| -> [f64; ALL] {
             core::array::from_fn(|j| match j.checked_sub(COLUMNS) {
                 None => row[j],
-                Some(play) => point.0[B2] * (fins[play][k][B2] - row[B2]),
+                Some(play) => point.0[B2] * (fins[play][k] - row[B2]),
             })
-        })
-        .collect();
-    whiten(&around.time_s, &mut rows, &peak.noise);
+        });
+    let (products, _) = whitened_products(&around.time_s, rows, &peak.noise);
     let held: &[usize] = match peak.prompt {
         true => &[FIRST, DELAY, LAG2],
         false => &[FIRST, LAG2],
     };
-    let of_command: Vec<[f64; COLUMNS]> = (rows.iter())
-        .map(|row| core::array::from_fn(|j| row[j]))
-        .collect();
-    let none = left(&of_command, held)?;
+    let none = left(&of_fin(&products, None), held)?;
     let variance = peak.noise_rad * peak.noise_rad;
     let plays = PLAYS.iter().enumerate().filter_map(|(i, share)| {
-        let mut of_fin = of_command.clone();
-        for (of_fin, row) in of_fin.iter_mut().zip(&rows) {
-            of_fin[PARAMETERS] -= row[COLUMNS + i];
-        }
-        let likelier = (none - left(&of_fin, held)?) / variance;
-        Some((likelier, share * record.amplitude_rad))
+        let with_play = left(&of_fin(&products, Some(COLUMNS + i)), held)?;
+        Some(((none - with_play) / variance, share * record.amplitude_rad))
     });
     let (likelier, play_rad) = plays.max_by(|a, b| a.0.total_cmp(&b.0))?;
     (likelier > LIKELIER).then_some(play_rad)
+}
+
+/// Products of the parameters' columns and the residual, which is less by what a play adds.
+fn of_fin(products: &[[f64; ALL]; ALL], play: Option<usize>) -> [[f64; COLUMNS]; COLUMNS] {
+    let of = |i: usize, j: usize| products[i.min(j)][i.max(j)];
+    let mut of_fin: [[f64; COLUMNS]; COLUMNS] =
+        core::array::from_fn(|i| core::array::from_fn(|j| of(i, j)));
+    let Some(play) = play else { return of_fin };
+    for (i, row) in of_fin.iter_mut().enumerate() {
+        row[PARAMETERS] -= of(i, play);
+    }
+    of_fin[PARAMETERS][PARAMETERS] += of(play, play) - of(PARAMETERS, play);
+    of_fin
 }

@@ -166,21 +166,35 @@ impl Record {
         responses(&self.time_s, &self.rudder_rad, dynamics)
     }
 
-    /// Means of [`responses`] over each comparison of `block` samples.
-    pub fn mean_responses(&self, dynamics: &Dynamics, block: usize) -> Vec<[f64; 5]> {
+    /// Means of [`responses`] over each comparison of `block` samples, of several dynamics side by side.
+    pub fn mean_responses<const L: usize, T>(
+        &self,
+        dynamics: &[Dynamics; L],
+        block: usize,
+        mut of_comparison: impl FnMut(usize, &[[f64; L]; 5]) -> T,
+    ) -> Vec<T> {
+        let count = self.time_s.len() / block;
         if let Some(interval_s) = self.even_s {
             let (rudder_rad, held) = (&self.rudder_rad, &self.held_until);
             let mut even = EvenResponses::new(rudder_rad, held, interval_s, block, dynamics);
-            return (0..self.time_s.len() / block)
-                .map(|_| even.means())
+            return (0..count)
+                .map(|k| of_comparison(k, &even.means()))
                 .collect();
         }
+        let each = dynamics.map(|of_lane| self.responses(&of_lane));
         let share = 1.0 / block as f64;
-        let mean = |rows: &[[f64; 5]]| {
-            core::array::from_fn(|i| share * rows.iter().map(|row| row[i]).sum::<f64>())
-        };
-        (self.responses(dynamics).chunks_exact(block))
-            .map(mean)
+        (0..count)
+            .map(|k| {
+                let mut means = [[0.0; L]; 5];
+                for (lane, rows) in each.iter().enumerate() {
+                    for row in &rows[k * block..(k + 1) * block] {
+                        for (mean, response) in means.iter_mut().zip(row) {
+                            mean[lane] += share * response;
+                        }
+                    }
+                }
+                of_comparison(k, &means)
+            })
             .collect()
     }
 

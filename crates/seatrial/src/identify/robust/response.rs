@@ -69,6 +69,98 @@ impl Propagation {
     }
 }
 
+/// A length of time and what it does, from which that of a length near it is told without an exponential.
+struct Near {
+    length_s: f64,
+    here: Propagation,
+}
+
+impl Near {
+    /// Arguments of exponentials up to this size go by the series, to rounding.
+    const LARGEST: f64 = 0.02;
+
+    fn none(dynamics: &Dynamics) -> Self {
+        Self {
+            length_s: f64::NAN,
+            here: Propagation::over(dynamics, 0.0),
+        }
+    }
+
+    /// `None` where `t` is too far away.
+    #[inline(always)]
+    fn over(&self, rates: &Rates, t: f64) -> Option<Propagation> {
+        let more_s = t - self.length_s;
+        if more_s.is_nan() || more_s.abs() > rates.reach_s {
+            return None;
+        }
+        let more = small_exponential(rates.damping_per_s, more_s);
+        let rate_decay = self.here.rate_decay * more.decay;
+        let rate_gain_s = self.here.rate_gain_s + self.here.rate_decay * more.gain_s;
+        let of_lag = small_exponential(-rates.of_lag_per_s, more_s);
+        let rudder_decay = self.here.rudder_decay * of_lag.decay;
+        Some(Propagation {
+            rudder_decay,
+            rate_decay,
+            rate_gain_s,
+            heading_gain_s2: self.here.heading_gain_s2
+                + self.here.rate_gain_s * more_s
+                + self.here.rate_decay * more.integral_s2,
+            lag_to_rate_s: (rate_decay - rudder_decay) * rates.of_pole_s,
+            lag_to_heading_s2: (rate_gain_s - rates.lag_s * (1.0 - rudder_decay)) * rates.of_pole_s,
+        })
+    }
+}
+
+/// What [`Near`] needs of the dynamics.
+struct Rates {
+    damping_per_s: f64,
+    of_lag_per_s: f64,
+    lag_s: f64,
+    /// 1/(a22 + 1/T_l); 0 of a rudder that does not lag.
+    of_pole_s: f64,
+    reach_s: f64,
+}
+
+impl Rates {
+    fn of(dynamics: &Dynamics) -> Self {
+        let lag_s = dynamics.separate_lag_s();
+        let (of_lag_per_s, of_pole_s) = match lag_s > 0.0 {
+            true => (1.0 / lag_s, 1.0 / (dynamics.a22_per_s + 1.0 / lag_s)),
+            false => (0.0, 0.0),
+        };
+        Self {
+            damping_per_s: dynamics.a22_per_s,
+            of_lag_per_s,
+            lag_s,
+            of_pole_s,
+            reach_s: Near::LARGEST / dynamics.a22_per_s.abs().max(of_lag_per_s),
+        }
+    }
+}
+
+/// exp(a t), its integral and the integral of that.
+pub(super) struct SmallExponential {
+    pub(super) decay: f64,
+    pub(super) gain_s: f64,
+    pub(super) integral_s2: f64,
+}
+
+/// By its series, to rounding where a t is no more than 0.02.
+#[inline(always)]
+pub(super) fn small_exponential(a: f64, t: f64) -> SmallExponential {
+    const THIRD: f64 = 1.0 / 3.0;
+    const SIXTH: f64 = 1.0 / 6.0;
+    let x = a * t;
+    let of_integral = 1.0 + x * 0.25 * (1.0 + x * 0.2 * (1.0 + x * SIXTH));
+    let integral_s2 = t * t * (0.5 + x * SIXTH * of_integral);
+    let gain_s = t * (1.0 + x * 0.5 * (1.0 + x * THIRD * of_integral));
+    SmallExponential {
+        decay: 1.0 + a * gain_s,
+        gain_s,
+        integral_s2,
+    }
+}
+
 /// (exp(a t) - 1) / a and its integral, exact at a = 0 too.
 pub fn gains(a: f64, t: f64) -> (f64, f64) {
     let x = a * t;
@@ -118,7 +210,7 @@ pub fn responses(time_s: &[f64], rudder_rad: &[f64], dynamics: &Dynamics) -> Vec
                 }
                 _ => *until_s,
             };
-            state.advance(steps.over(ends_s - now_s), rudder_rad[piece]);
+            state.advance(&steps.over(ends_s - now_s), rudder_rad[piece]);
             now_s = ends_s;
         }
         rows.push([
@@ -172,32 +264,43 @@ impl State {
     }
 }
 
-/// The last two lengths of time and what they do: an even record has no more.
+/// The last two lengths of time that were not near each other, and what they do: an even clock has no more.
 struct Steps<'a> {
     dynamics: &'a Dynamics,
-    known: [(f64, Propagation); 2],
+    rates: Rates,
+    known: [Near; 2],
     oldest: usize,
 }
 
 impl<'a> Steps<'a> {
     fn new(dynamics: &'a Dynamics) -> Self {
-        let none = (f64::NAN, Propagation::over(dynamics, 0.0));
         Self {
             dynamics,
-            known: [none; 2],
+            rates: Rates::of(dynamics),
+            known: [Near::none(dynamics), Near::none(dynamics)],
             oldest: 0,
         }
     }
 
-    fn over(&mut self, t: f64) -> &Propagation {
-        let is_known = |(known_s, _): &(f64, Propagation)| (known_s - t).abs() < SAME_S;
-        let position = self.known.iter().position(is_known).unwrap_or_else(|| {
-            let replaced = self.oldest;
-            self.known[replaced] = (t, Propagation::over(self.dynamics, t));
-            self.oldest = 1 - replaced;
-            replaced
-        });
-        &self.known[position].1
+    #[inline(always)]
+    fn over(&mut self, t: f64) -> Propagation {
+        let [first, second] = &self.known;
+        for known in [first, second] {
+            if (t - known.length_s).abs() < SAME_S {
+                return known.here;
+            }
+        }
+        let near = first.over(&self.rates, t);
+        near.or_else(|| second.over(&self.rates, t))
+            .unwrap_or_else(|| self.exactly_over(t))
+    }
+
+    #[cold]
+    fn exactly_over(&mut self, t: f64) -> Propagation {
+        let here = Propagation::over(self.dynamics, t);
+        self.known[self.oldest] = Near { length_s: t, here };
+        self.oldest = 1 - self.oldest;
+        here
     }
 }
 
@@ -260,6 +363,35 @@ mod tests {
             let ((near, near2), (far, far2)) = (gains(0.999e-3 / t, t), gains(1.001e-3 / t, t));
             // The change of a itself.
             assert!((near / far - 1.0).abs() < 2e-6 && (near2 / far2 - 1.0).abs() < 2e-6);
+        }
+    }
+
+    /// Lengths of time that jitter, against each by its own exponentials.
+    #[test]
+    fn exact_lengths_near_a_known_one() {
+        for lag_s in [0.0, 0.003, 0.2] {
+            let dynamics = Dynamics {
+                a22_per_s: -0.9,
+                lag_s,
+                shift_s: 0.0,
+            };
+            let mut steps = Steps::new(&dynamics);
+            for k in 0..200 {
+                let t = 0.05 + 0.004 * f64::from(k).sin();
+                let (found, expected) = (steps.over(t), Propagation::over(&dynamics, t));
+                let pairs = [
+                    (found.rudder_decay, expected.rudder_decay),
+                    (found.rate_decay, expected.rate_decay),
+                    (found.rate_gain_s, expected.rate_gain_s),
+                    (found.heading_gain_s2, expected.heading_gain_s2),
+                    (found.lag_to_rate_s, expected.lag_to_rate_s),
+                    (found.lag_to_heading_s2, expected.lag_to_heading_s2),
+                ];
+                for (found, expected) in pairs {
+                    // Rounding.
+                    assert!((found - expected).abs() < 1e-14, "{t} {found} {expected}");
+                }
+            }
         }
     }
 
