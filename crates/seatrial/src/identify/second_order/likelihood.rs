@@ -66,9 +66,10 @@ impl Comparisons {
                 last = (variance, variance.ln());
             }
             log_variances += last.1;
-            for (sums, of_i) in gram.iter_mut().zip(&white) {
-                for (sum, of_j) in sums.iter_mut().zip(&white) {
-                    *sum += of_i * of_j;
+            for i in 0..COLUMNS {
+                // By pairs.
+                for j in i - i % 2..COLUMNS {
+                    gram[i][j] += white[i] * white[j];
                 }
             }
             innovations.push(white[PARAMETERS]);
@@ -81,11 +82,14 @@ impl Comparisons {
             innovations,
             residual,
             gradient: SMatrix::from_fn(|i, _| gram[i][PARAMETERS]),
-            information: SMatrix::from_fn(|i, j| gram[i][j]),
+            information: SMatrix::from_fn(|i, j| gram[i.min(j)][i.max(j)]),
         })
     }
 
     /// Climbs the likelihood in the parameters `free` (Levenberg and Marquardt) from `start`.
+    ///
+    /// The steps know nothing of sum log S_k, which changes with the parameters, too. Near the summit that makes a step that promises P
+    /// give P - l, and the best part of it no more than P (1 - l/2P)^2: where that is not worth a step, the climb has arrived.
     pub(super) fn climb(
         &self,
         start: &Theta,
@@ -97,6 +101,8 @@ impl Comparisons {
         /// A step that promises less than this is not tried.
         const WORTH_A_LOOK: f64 = 0.1 * ARRIVED;
         const MOST_DAMPING: f64 = 1e4;
+        /// Who is promised less is near the summit, where the likelihood is a parabola.
+        const NEAR: f64 = 1.0;
         let mut summit = Summit {
             theta: *start,
             disturbance,
@@ -123,6 +129,12 @@ impl Comparisons {
                         damping *= 0.2;
                         break;
                     }
+                    Some(likelihood)
+                        if promised < NEAR
+                            && best_part(promised, likelihood.log - before) < ARRIVED =>
+                    {
+                        break;
+                    }
                     _ => damping *= 5.0,
                 }
             }
@@ -132,6 +144,11 @@ impl Comparisons {
         }
         Some(summit)
     }
+}
+
+/// What the best part of a step gives that promised more than it gave, where likelihood and loss are a parabola and a line.
+fn best_part(promised: f64, gave: f64) -> f64 {
+    (promised + gave).max(0.0).powi(2) / (4.0 * promised)
 }
 
 impl Likelihood {
