@@ -88,33 +88,89 @@ impl SavitzkyGolay {
         if let Some(index) = (0..values.len()).find(|i| !finite(i) || !increases(i)) {
             return Err(NoDerivative::Sample { index });
         }
+        let mut known: Option<Weights> = None;
         let slope = |i: usize| {
             let first = i
                 .saturating_sub(self.half_window)
                 .min(values.len() - window);
-            self.slope_at(
-                times_s[i],
-                &times_s[first..first + window],
-                &values[first..first + window],
-            )
+            let times_s = Offsets {
+                times_s: &times_s[first..first + window],
+                centre: i - first,
+            };
+            let weights = match known.take().filter(|known| known.are_of(&times_s)) {
+                Some(weights) => weights,
+                None => self.weights(&times_s),
+            };
+            let slope = weights.slope(&values[first..first + window]);
+            known = Some(weights);
+            slope
         };
         Ok((0..values.len()).map(slope).collect())
     }
 
-    /// The slope at `time_s` of the polynomial through a window, in times scaled to its length.
-    fn slope_at(self, time_s: f64, times_s: &[f64], values: &[f64]) -> f64 {
-        let length = times_s[times_s.len() - 1] - times_s[0];
-        let powers = DMatrix::from_fn(times_s.len(), self.order + 1, |row, column| {
-            ((times_s[row] - time_s) / length).powi(column as i32)
+    /// The weights of the slope of the polynomial through a window, in times scaled to its length: the second row of the
+    /// pseudoinverse, R^-1 Q^T of its powers.
+    fn weights(self, times_s: &Offsets) -> Weights {
+        let offsets_s: Vec<f64> = times_s.all().collect();
+        let length_s = times_s.length_s();
+        let powers = DMatrix::from_fn(offsets_s.len(), self.order + 1, |row, column| {
+            (offsets_s[row] / length_s).powi(column as i32)
         });
-        let mut right_hand_side = DVector::from_row_slice(values);
         let qr = powers.qr();
-        qr.q_tr_mul(&mut right_hand_side);
-        let coefficients = qr
-            .r()
-            .solve_upper_triangular(&right_hand_side.rows(0, self.order + 1).into_owned());
+        let slope = DVector::from_fn(self.order + 1, |i, _| f64::from(u8::from(i == 1)));
         // Increasing times make the columns independent, so that there is a solution.
-        coefficients.map_or(f64::NAN, |c| c[1] / length)
+        let solved = qr.r().tr_solve_upper_triangular(&slope);
+        let of_values = solved.map_or_else(
+            || vec![f64::NAN; offsets_s.len()],
+            |solved| ((qr.q() * solved) / length_s).as_slice().to_vec(),
+        );
+        Weights {
+            offsets_s,
+            length_s,
+            of_values,
+        }
+    }
+}
+
+/// The times of a window.
+struct Offsets<'a> {
+    times_s: &'a [f64],
+    /// Where among them the slope is asked for.
+    centre: usize,
+}
+
+impl Offsets<'_> {
+    fn length_s(&self) -> f64 {
+        self.times_s[self.times_s.len() - 1] - self.times_s[0]
+    }
+
+    /// From where the slope is asked for, s.
+    fn all(&self) -> impl Iterator<Item = f64> {
+        let centre_s = self.times_s[self.centre];
+        self.times_s.iter().map(move |time_s| time_s - centre_s)
+    }
+}
+
+/// What each value of a window adds to the slope.
+struct Weights {
+    offsets_s: Vec<f64>,
+    length_s: f64,
+    of_values: Vec<f64>,
+}
+
+impl Weights {
+    /// Times of an even clock differ by their rounding.
+    const SAME_SHARE: f64 = 1e-9;
+
+    fn are_of(&self, times_s: &Offsets) -> bool {
+        let same_s = Self::SAME_SHARE * self.length_s;
+        let mut pairs = self.offsets_s.iter().zip(times_s.all());
+        pairs.all(|(known_s, offset_s)| (known_s - offset_s).abs() <= same_s)
+    }
+
+    fn slope(&self, values: &[f64]) -> f64 {
+        let terms = self.of_values.iter().zip(values);
+        terms.map(|(weight, value)| weight * value).sum()
     }
 }
 
