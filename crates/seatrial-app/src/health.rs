@@ -201,3 +201,12 @@ impl<'a> Watched<'a> {
         }
     }
 }
+
+impl From<HealthError> for Error {
+    fn from(error: HealthError) -> Self {
+        match error {
+            HealthError::Setting { .. } => Self::Setting(error.to_string()),
+            HealthError::Reference(_) => Self::Input(error.to_string()),
+        }
+    }
+}

@@ -1,12 +1,15 @@
 #![doc = include_str!("../README.md")]
 
+pub mod assist;
 pub mod commission;
+pub mod compare_log;
 pub mod conduct;
 pub mod documents;
 mod error;
 pub mod expected;
 pub mod fleet;
 pub mod gains;
+pub mod gains_export;
 pub mod health;
 pub mod identify_log;
 pub mod inspect_log;
@@ -14,6 +17,7 @@ pub mod logs;
 pub mod models;
 pub mod next;
 pub mod paper;
+pub mod planned;
 pub mod recording;
 pub mod replay;
 pub mod report;
@@ -25,6 +29,7 @@ pub mod studies;
 mod trial_plan;
 pub mod trial_run;
 pub mod turning;
+pub mod validate_log;
 pub mod vehicle_export;
 pub mod vehicle_file;
 pub mod vehicles;

@@ -1,14 +1,9 @@
 //! `seatrial compare`: every method on the identical record.
 
-use std::time::Instant;
-
-use seatrial::compare::{Comparison, MethodResult, compare, split};
+use seatrial::compare::{Comparison, MethodResult};
 use seatrial::figures::{r2_text, three_figures};
-use seatrial::identify::{IdentifySettings, ValidationData};
-use seatrial::{Record, Window};
-use seatrial_app::documents::Source;
-use seatrial_app::identify_log::{Logs, SpeedModel, foremost, identify_speeds, no_model};
-use serde::Serialize;
+use seatrial_app::compare_log::{ComparedLog, ComparisonDocument, compare_log};
+use seatrial_app::identify_log::Logs;
 
 use crate::log::{LogArgs, Reporter};
 use crate::model_text::{source_text, span_text};
@@ -39,93 +34,23 @@ pub struct Args {
     lambda: Option<f64>,
 }
 
-/// `compare --json`.
-#[derive(Serialize)]
-struct Document {
-    schema: &'static str,
-    source: Source,
-    validation_source: Option<Source>,
-    /// Which data validate, and why these.
-    windows_because: String,
-    #[serde(flatten)]
-    comparison: Comparison,
-}
-
 /// Compares the methods on a log.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let windows = args.windows.windows().validated_on_the_rest();
-    let settings = args.log.channels.read_settings()?;
-    let logs = windows.open(&args.log.log, &settings, &mut Reporter::default())?;
-    let chosen = Chosen::of(args, &logs)?;
-    let begun = Instant::now();
-    let clock_ms = || begun.elapsed().as_secs_f64() * 1e3;
-    let record = &logs.log.record;
-    let comparison = compare(
-        record,
-        chosen.training,
-        chosen.validation,
+    let reading = args.log.channels.read_settings()?;
+    let windows = args.windows.windows();
+    let mut reporter = Reporter::default();
+    let ComparedLog { logs, document } = compare_log(
+        &args.log.log,
+        &windows,
+        &reading,
         args.lambda,
-        &clock_ms,
-    )
-    .map_err(|error| no_model(&logs.log, error))?;
-    let document = Document {
-        schema: "seatrial.comparison.v1",
-        source: logs.log.source(),
-        validation_source: logs.validation_log.as_ref().map(|log| log.source()),
-        windows_because: chosen.because,
-        comparison,
-    };
+        &mut reporter,
+    )?;
     output.print(&document, || page(&logs, &document))?;
     Ok(Exit::Done)
 }
 
-struct Chosen<'a> {
-    training: Window,
-    validation: ValidationData<'a>,
-    because: String,
-}
-
-impl<'a> Chosen<'a> {
-    fn of(args: &Args, logs: &'a Logs) -> Result<Self, Failure> {
-        let record: &Record = &logs.log.record;
-        let training = logs.training;
-        let on_this_log = |training, window, because: &str| Self {
-            training,
-            validation: ValidationData { record, window },
-            because: because.into(),
-        };
-        if let Some(validation) = logs.validation_data() {
-            return Ok(Self {
-                training,
-                validation,
-                because: "as given; without, what follows the training window".into(),
-            });
-        }
-        if !args.windows.windows().are_given()
-            && let settings = IdentifySettings::default()
-            && let Some(models) = identify_speeds(&logs.log, &settings, &mut Reporter::default())?
-            && let Some(SpeedModel { windows, .. }) = foremost(&models)
-            && let (Some(training), Some(validation)) =
-                (windows.training.first(), windows.validation)
-        {
-            return Ok(on_this_log(*training, validation, &windows.because));
-        }
-        Ok(match split(record).filter(|_| training == Window::ALL) {
-            Some((training, validation)) => on_this_log(
-                training,
-                validation,
-                "the log was split in the middle of its strokes",
-            ),
-            None => on_this_log(
-                training,
-                training,
-                "NOT HELD OUT: nothing is left of the log, so the models are judged by the data that they were made from",
-            ),
-        })
-    }
-}
-
-fn page(logs: &Logs, document: &Document) -> String {
+fn page(logs: &Logs, document: &ComparisonDocument) -> String {
     let comparison = &document.comparison;
     let width = width();
     let mut text = wrapped(&agreement(comparison), width) + "\n";

@@ -194,18 +194,6 @@ pub fn open(
     Ok(logs::open(path, &settings, keep, &mut Reporter::default())?)
 }
 
-/// Reads what is inside `keep`, or, to be able to say what the log has instead, all of it.
-pub fn open_inside(args: &LogArgs, keep: Window) -> Result<OpenedLog, Failure> {
-    let settings = args.channels.read_settings()?;
-    let mut reporter = Reporter::default();
-    Ok(logs::open_inside(
-        &args.log,
-        &settings,
-        keep,
-        &mut reporter,
-    )?)
-}
-
 /// Says on standard error what is found in a log, and draws a bar on a terminal for logs that take more than a second.
 #[derive(Default)]
 pub struct Reporter {

@@ -3,21 +3,16 @@
 use std::path::PathBuf;
 
 use seatrial::Window;
-use seatrial::identification::{Validation, Verdict};
-use seatrial::identify::{valid_range, validation, validation_estimate};
-use seatrial::verdict::judge_validation;
-use seatrial_app::documents::Source;
-use seatrial_app::identify_log::no_model;
+use seatrial_app::models::of_document;
+use seatrial_app::validate_log::{Given, validate_log};
 use seatrial_core::YawModel;
-use serde::Serialize;
 
 use crate::identify::cause_text;
-use crate::log::{LogArgs, open_inside};
+use crate::log::{LogArgs, Reporter};
 use crate::model_source::warn;
 use crate::model_text::r2_sentence;
 use crate::output::{Exit, Failure, Output, say};
 use crate::screen::{labelled, width};
-use seatrial_app::models::{Models, of_document};
 
 /// Simulate a stored or given model over a log and compare.
 #[derive(clap::Args, Debug)]
@@ -71,22 +66,6 @@ pub struct Args {
     c0: Option<f64>,
 }
 
-/// `validate --json`.
-#[derive(Serialize)]
-struct Document {
-    schema: &'static str,
-    source: Source,
-    model: YawModel<f64>,
-    validation: Validation,
-    verdict: Verdict,
-}
-
-/// What is validated.
-enum Given {
-    Numbers(YawModel<f64>),
-    Models(Box<Models>),
-}
-
 /// Validates a model on a log.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let window = Window {
@@ -95,42 +74,20 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     };
     // What is wrong with the model is said before a long log is read.
     let given = args.read_models()?;
-    let log = open_inside(&args.log, window)?;
-    let (model, seen) = match given {
-        Given::Numbers(model) => (model, None),
-        Given::Models(models) => {
-            let point = models.of_record(&log.record.usable(window))?;
-            if models.points.len() > 1 {
-                say(format_args!(
-                    "the model of {} is taken: its speed is nearest to the log's",
-                    point.name()
-                ));
-            }
-            (point.point.model, point.valid_range)
-        }
-    };
-    let validation =
-        validation::validate(model, &log.record, window).map_err(|error| no_model(&log, error))?;
-    let samples = log.record.usable(window);
-    let own = validation_estimate(&samples);
-    let beyond = seen.and_then(|seen| {
-        let noise_rad = own.as_ref().map_or(0.0, |own| own.heading_noise_rad);
-        let here = valid_range(&[&samples], &model, noise_rad)?;
-        Some(seen.left_by(&here, log.record.rudder_unit))
-    });
-    let document = Document {
-        schema: "seatrial.validation.v1",
-        source: log.source(),
-        model,
-        validation,
-        verdict: judge_validation(&model, validation, own.as_ref(), beyond.unwrap_or_default()),
-    };
+    let reading = args.log.channels.read_settings()?;
+    let mut reporter = Reporter::default();
+    let document = validate_log(&args.log.log, &given, window, &reading, &mut reporter)?;
+    if let Some(taken) = &document.taken {
+        say(format_args!(
+            "the model of {taken} is taken: its speed is nearest to the log's"
+        ));
+    }
     output.print(&document, || {
         let width = width();
         let outcome = document.verdict.outcome().name().to_uppercase();
         labelled("", &outcome, width)
             + &cause_text(&document.verdict, "--json", width)
-            + &labelled("R^2    ", &r2_sentence(&validation), width)
+            + &labelled("R^2    ", &r2_sentence(&document.validation), width)
     })?;
     Ok(Exit::of(&document.verdict))
 }

@@ -104,9 +104,20 @@ enum NoModel {
 
 /// The models of an identification, or of the accepted runs of a trial; `surge_speed_m_s` is that of a single model.
 pub fn of_document(path: &Path, surge_speed_m_s: Option<f64>) -> Result<Models, Error> {
-    let origin = path.display().to_string();
-    let text = read_text(path)?;
-    let document: StoredDocument = read(&origin, &text)?;
+    of_document_text(
+        path.display().to_string(),
+        &read_text(path)?,
+        surge_speed_m_s,
+    )
+}
+
+/// [`of_document`] of one that is at hand; `origin` is what messages call it.
+pub fn of_document_text(
+    origin: String,
+    text: &str,
+    surge_speed_m_s: Option<f64>,
+) -> Result<Models, Error> {
+    let document: StoredDocument = read(&origin, text)?;
     let rudder_unit = document.source.rudder_unit;
     let trial = document.trial();
     let full_rudder = document
@@ -133,7 +144,7 @@ pub fn of_document(path: &Path, surge_speed_m_s: Option<f64>) -> Result<Models, 
         None => {
             let single = match document.identification {
                 Some(identification) => identification,
-                None => read(&models.origin, &text)?,
+                None => read(&models.origin, text)?,
             };
             models.take_single(&single, surge_speed_m_s)?;
         }

@@ -23,7 +23,7 @@ use crate::Error;
 pub use campaigns::{of_campaign, of_entry};
 pub use choice::{Chosen, Purpose, campaign_named, campaign_numbered, chosen_campaign};
 pub use compared::{ComparedModels, compared_models, open_named};
-pub use document::of_document;
+pub use document::{of_document, of_document_text};
 pub use exported::Tuned;
 pub use schedule_file::{SCHEDULE_FILE_HELP, of_schedule_file, write_schedule_file};
 

@@ -1,6 +1,6 @@
 //! `gains --export`: gains and limits as files that controllers read.
 
-use seatrial::export::{OperatingPoint, ardupilot, px4};
+use seatrial_app::gains_export::{Format as Form, GainsFile};
 use seatrial_app::models::Models;
 
 use super::Args;
@@ -21,6 +21,18 @@ pub enum Format {
     C,
 }
 
+impl Format {
+    fn form(self) -> Form {
+        match self {
+            Self::Ardupilot => Form::Ardupilot,
+            Self::Px4 => Form::Px4,
+            Self::Ros2 => Form::Ros2,
+            Self::Json => Form::Json,
+            Self::C => Form::C,
+        }
+    }
+}
+
 /// What the vehicle is to its autopilot.
 #[derive(Clone, Copy, clap::ValueEnum)]
 pub enum VehicleType {
@@ -37,45 +49,17 @@ pub fn write(format: Format, args: &Args, source: &Models, output: &Output) -> R
             "--json and an --export that is no JSON: give a file with --out",
         ));
     }
-    source.unless_rehearsed(args.rehearsal)?;
     let vehicle = match args.vehicle_type {
         VehicleType::Surface => seatrial::export::VehicleType::Surface,
         VehicleType::Underwater => seatrial::export::VehicleType::Underwater,
     };
-    let text = match format {
-        Format::Ardupilot => ardupilot::param_file(&operating_point(args, source)?, vehicle),
-        Format::Px4 => px4::params_file(&operating_point(args, source)?, vehicle),
-        Format::Ros2 => args.wanted().schedule(source)?.ros2_yaml(),
-        Format::C => args.wanted().schedule(source)?.c_header(),
-        Format::Json => {
-            serde_json::to_string_pretty(&args.wanted().schedule(source)?)
-                .map_err(Failure::internal)?
-                + "\n"
-        }
-    };
+    let wanted = args.wanted();
+    let file = GainsFile::new(format.form(), &wanted, source, vehicle, args.rehearsal)?;
+    file.notes.iter().for_each(say);
+    let text = file.text;
     match &args.out {
         Some(path) => std::fs::write(path, text)
             .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display()))),
         None => Output::new(false).print(&(), || text),
     }
-}
-
-/// One set of parameters, telling whose and what to know about them.
-fn operating_point(args: &Args, models: &Models) -> Result<OperatingPoint, Failure> {
-    let wanted = args.wanted();
-    let point = wanted.operating_point(models)?;
-    if let (None, [_, .., fastest]) = (wanted.at, models.points.as_slice()) {
-        say(format!(
-            "one set of parameters for {} models: those of {} (--at-speed and --at-thrust choose others)",
-            models.points.len(),
-            fastest.name()
-        ));
-    }
-    point
-        .notes
-        .iter()
-        .cloned()
-        .chain(point.extrapolation())
-        .for_each(say);
-    Ok(point)
 }

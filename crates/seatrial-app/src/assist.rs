@@ -1,0 +1,237 @@
+//! Results for programs that assist people: no more is told than may be repeated as true. A model that is not to be used has no
+//! numbers, and every verdict has the sentence that goes with them.
+
+use seatrial::campaign::Run;
+use seatrial::identification::{
+    Intervals, Outcome, Reader, Reason, ReasonCode, ValidRange, Verdict,
+};
+use seatrial::{Campaign, Identification};
+use seatrial_core::RudderUnit;
+use serde::Serialize;
+
+use crate::identify_log::IdentifiedLog;
+use crate::logs::Source;
+
+/// A verdict, and what may be said of it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ToldVerdict {
+    /// What may be done with the model.
+    pub outcome: Outcome,
+    /// May it be used at all?
+    pub may_be_used: bool,
+    /// The sentence that goes with the result.
+    pub say: String,
+    /// Why, what decides first.
+    pub reasons: Vec<ToldReason>,
+}
+
+/// A reason, and what to do about it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ToldReason {
+    /// Its code.
+    pub code: ReasonCode,
+    /// What it is, in a sentence.
+    pub cause: String,
+    /// What was measured.
+    pub detail: String,
+    /// What to do.
+    pub action: String,
+}
+
+impl ToldReason {
+    fn of(reason: &Reason) -> Self {
+        Self {
+            code: reason.code.clone(),
+            cause: reason.text.clone(),
+            detail: reason.measured().to_owned(),
+            action: reason.action_for(Reader::Terminal).to_owned(),
+        }
+    }
+
+    /// What a code stands for; `None` of one that there is not.
+    pub fn of_code(code: &str) -> Option<Self> {
+        let quoted = serde_json::Value::String(code.to_owned());
+        match serde_json::from_value(quoted).ok()? {
+            ReasonCode::Other(_) => None,
+            known => Some(Self::of(&Reason::new(known, ""))),
+        }
+    }
+}
+
+impl ToldVerdict {
+    /// What may be said of this verdict.
+    pub fn of(verdict: &Verdict) -> Self {
+        let outcome = verdict.outcome();
+        let cause = verdict.cause().map_or("", |cause| &cause.text);
+        let action = verdict
+            .cause()
+            .map_or("", |cause| cause.action_for(Reader::Terminal));
+        let say = match outcome {
+            Outcome::Use => format!("The model may be used: {cause}"),
+            Outcome::UseWithCare => format!("The model may be used with care: {cause} {action}"),
+            Outcome::NotValidated => format!(
+                "The model is not validated, and is not to be presented as proven: {cause} {action}"
+            ),
+            Outcome::DoNotUse => format!("There is no model to use: {cause} {action}"),
+        };
+        Self {
+            outcome,
+            may_be_used: matches!(outcome, Outcome::Use | Outcome::UseWithCare),
+            say: say.trim_end().to_owned(),
+            reasons: verdict.reasons.iter().map(ToldReason::of).collect(),
+        }
+    }
+}
+
+/// The model of one speed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ToldModel {
+    /// Thrust as a fraction of full.
+    pub thrust: Option<f64>,
+    /// Forward speed, m/s.
+    pub surge_speed_m_s: Option<f64>,
+    /// May it be used?
+    pub verdict: ToldVerdict,
+    /// Its numbers; `None` where it is not to be used.
+    pub model: Option<ToldNumbers>,
+}
+
+/// r' = a22 r + b2 rudder + C0.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ToldNumbers {
+    /// Rotational damping, 1/s.
+    pub a22_per_s: f64,
+    /// Rudder authority, 1/s^2, per `rudder_unit`.
+    pub b2_per_s2: f64,
+    /// Yaw acceleration at neutral rudder, rad/s^2.
+    pub c0_rad_per_s2: f64,
+    /// Radians, or fractions of a full rudder whose angle is not known.
+    pub rudder_unit: RudderUnit,
+    /// 95 % intervals.
+    pub interval_95: Option<Intervals>,
+    /// Over what rudder, headings, speeds and frequencies it was seen.
+    pub valid_range: Option<ValidRange>,
+}
+
+impl ToldModel {
+    fn of(
+        speed: (Option<f64>, Option<f64>),
+        verdict: &Verdict,
+        identification: Option<&Identification>,
+        rudder_unit: RudderUnit,
+    ) -> Self {
+        let verdict = ToldVerdict::of(verdict);
+        let shown = identification.filter(|_| verdict.outcome != Outcome::DoNotUse);
+        let numbers = |identification: &Identification| {
+            let model = identification.model();
+            ToldNumbers {
+                a22_per_s: model.a22_per_s,
+                b2_per_s2: model.b2_per_s2,
+                c0_rad_per_s2: model.c0_rad_per_s2,
+                rudder_unit,
+                interval_95: identification.refined.as_ref().map(|r| r.interval_95),
+                valid_range: identification.valid_range,
+            }
+        };
+        Self {
+            thrust: speed.0,
+            surge_speed_m_s: speed.1,
+            model: shown.map(numbers),
+            verdict,
+        }
+    }
+}
+
+/// What was found in a log.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ToldLog {
+    /// The log, and how it was read.
+    pub source: Source,
+    /// May a model of it be used?
+    pub verdict: ToldVerdict,
+    /// The model of each speed, slowest first.
+    pub speeds: Vec<ToldModel>,
+}
+
+impl ToldLog {
+    /// What may be said of an identified log.
+    pub fn of(found: &IdentifiedLog) -> Self {
+        let unit = found.logs.log.rudder_unit();
+        let speeds = match &found.models {
+            Some(models) => models
+                .iter()
+                .map(|model| {
+                    let speed = (model.thrust, model.surge_speed_m_s);
+                    ToldModel::of(speed, &model.verdict, model.identification.as_ref(), unit)
+                })
+                .collect(),
+            None => {
+                let identification = found.identification();
+                vec![ToldModel::of(
+                    (None, None),
+                    found.verdict(),
+                    identification,
+                    unit,
+                )]
+            }
+        };
+        Self {
+            source: found.logs.log.source(),
+            verdict: ToldVerdict::of(found.verdict()),
+            speeds,
+        }
+    }
+}
+
+/// What came of a trial.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ToldTrial {
+    /// The vehicle.
+    pub vehicle: String,
+    /// Is it a simulator, whose model is that of no vehicle?
+    pub is_rehearsal: bool,
+    /// May its models be used?
+    pub verdict: ToldVerdict,
+    /// The runs, in order.
+    pub speeds: Vec<ToldModel>,
+}
+
+impl ToldTrial {
+    /// What may be said of a campaign.
+    pub fn of(campaign: &Campaign) -> Self {
+        let told = |run: &Run| {
+            let speed = (Some(run.thrust), run.surge_speed_m_s);
+            let identification = run.identification.as_ref();
+            ToldModel::of(speed, &run.verdict, identification, RudderUnit::Rad)
+        };
+        Self {
+            vehicle: campaign.vehicle.clone(),
+            is_rehearsal: campaign.is_rehearsal(),
+            verdict: ToldVerdict::of(&campaign.verdict()),
+            speeds: campaign.runs.iter().map(told).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_a_code_says_its_cause_and_what_to_do() {
+        let told = ToldReason::of_code("rudder_constant").unwrap();
+        assert_eq!(told.code, ReasonCode::RudderConstant);
+        assert!(!told.cause.is_empty() && !told.action.is_empty());
+        assert_eq!(ToldReason::of_code("no_such_code"), None);
+    }
+
+    #[test]
+    fn exact_the_sentence_of_a_verdict_never_praises_a_model_that_is_not_to_be_used() {
+        let refused = ToldVerdict::of(&Verdict::refused(Reason::new(
+            ReasonCode::RudderConstant,
+            "0.0 deg",
+        )));
+        assert!(!refused.may_be_used);
+        assert!(refused.say.starts_with("There is no model to use"));
+    }
+}
