@@ -24,6 +24,7 @@ mod logbook;
 mod lying_logs;
 mod manoeuvre_study;
 mod manoeuvres;
+mod mcp;
 mod model_source;
 mod model_text;
 mod output;
@@ -89,6 +90,7 @@ enum Verb {
     Paper(paper::Args),
     Report(report::Args),
     Serve(Box<serve::Args>),
+    Mcp(mcp::Args),
     Replay(replay::Args),
     Vehicle(vehicle_check::Args),
     Demo(demo::Args),
@@ -118,6 +120,7 @@ impl Verb {
             Self::Paper(args) => paper::run(args, output),
             Self::Report(args) => report::run(args, output),
             Self::Serve(args) => serve::run(args, output),
+            Self::Mcp(args) => mcp::run(args, output),
             Self::Replay(args) => replay::run(args, output),
             Self::Vehicle(args) => vehicle_check::run(args, output),
             Self::Demo(args) => demo::run(args, output),

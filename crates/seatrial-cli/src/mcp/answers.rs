@@ -1,0 +1,269 @@
+//! What the tools that move nothing answer.
+
+use std::path::PathBuf;
+
+use seatrial::servo::Servo;
+use seatrial_app::assist::{ToldLog, ToldReason, ToldTrial, ToldVerdict};
+use seatrial_app::compare_log::compare_log;
+use seatrial_app::health::{Comparison, Criteria, change, reference};
+use seatrial_app::identify_log::{Options, Windows, identify_log};
+use seatrial_app::logs::{ReadSettings, Unobserved, open};
+use seatrial_app::models::{compared_models, of_document};
+use seatrial_app::planned::{Changes, Expected, Wanted, plan_trial};
+use seatrial_app::trial_run::rehearse;
+use seatrial_app::{Error, Inspection, simulated};
+use seatrial_core::{List, Plan};
+use seatrial_logs::ChannelChoice;
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+/// A sentence to repeat, and what it rests on.
+pub struct Told {
+    /// The sentence.
+    pub say: String,
+    /// The document.
+    pub document: Value,
+}
+
+/// What a tool found, or why it found nothing.
+pub type Answer = Result<Told, String>;
+
+/// Speeds of a simulated trial: one of all speeds takes seconds.
+const MOST_SPEEDS: usize = 16;
+
+fn told(say: impl Into<String>, document: &impl Serialize) -> Answer {
+    Ok(Told {
+        say: say.into(),
+        document: serde_json::to_value(document).map_err(|error| error.to_string())?,
+    })
+}
+
+fn words(error: impl Into<Error>) -> String {
+    error.into().to_string()
+}
+
+/// A log and how to read it.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LogQuestion {
+    log: PathBuf,
+    channels_file: Option<PathBuf>,
+    rudder_delay_s: Option<f64>,
+    rudder_lag_s: Option<f64>,
+    #[serde(default)]
+    drop_invalid: bool,
+    from_s: Option<f64>,
+    to_s: Option<f64>,
+    validate_from_s: Option<f64>,
+    validate_to_s: Option<f64>,
+    validate_on: Option<PathBuf>,
+}
+
+impl LogQuestion {
+    fn reading(&self) -> Result<ReadSettings, String> {
+        let times = [self.rudder_delay_s, self.rudder_lag_s];
+        let [delay_s, lag_s] = times.map(|time| time.unwrap_or(0.0));
+        let servo = Servo::new(delay_s, lag_s).map_err(|invalid| format!("rudder_{invalid}"))?;
+        Ok(ReadSettings {
+            channels_file: self.channels_file.clone(),
+            channels: ChannelChoice {
+                drop_invalid: self.drop_invalid,
+                ..ChannelChoice::default()
+            },
+            servo: (delay_s > 0.0 || lag_s > 0.0).then_some(servo),
+        })
+    }
+
+    fn windows(&self) -> Windows {
+        Windows {
+            from_s: self.from_s,
+            to_s: self.to_s,
+            validate_from_s: self.validate_from_s,
+            validate_to_s: self.validate_to_s,
+            validate_on: self.validate_on.clone(),
+        }
+    }
+}
+
+/// What is in a log.
+pub fn inspect(asked: &LogQuestion) -> Answer {
+    let opened = open(&asked.log, &asked.reading()?, None, &mut Unobserved).map_err(words)?;
+    let found = Inspection::of(&opened);
+    let say = match (found.verdict.accepted, found.verdict.cause()) {
+        (true, _) => "A model may be identified from this log.".to_owned(),
+        (false, Some(cause)) => format!("No model can be identified: {}", cause.text),
+        (false, None) => "No model can be identified.".to_owned(),
+    };
+    told(say, &found)
+}
+
+/// The model of each speed of a log.
+pub fn identify(asked: &LogQuestion) -> Answer {
+    let options = Options {
+        reading: asked.reading()?,
+        windows: asked.windows(),
+        ..Options::default()
+    };
+    let found = ToldLog::of(&identify_log(&asked.log, &options).map_err(words)?);
+    told(found.verdict.say.clone(), &found)
+}
+
+/// Every method on a log, and the verdict that `identify` has of it.
+pub fn compare(asked: &LogQuestion) -> Answer {
+    let reading = asked.reading()?;
+    let compared = compare_log(
+        &asked.log,
+        &asked.windows(),
+        &reading,
+        None,
+        &mut Unobserved,
+    );
+    let compared = compared.map_err(words)?;
+    let options = Options {
+        reading,
+        windows: asked.windows(),
+        ..Options::default()
+    };
+    let identified = identify_log(&asked.log, &options).map_err(words)?;
+    let verdict = ToldVerdict::of(identified.verdict());
+    let say = format!(
+        "The methods side by side; none of them is a verdict. {}",
+        verdict.say
+    );
+    told(
+        say,
+        &json!({"comparison": compared.document, "verdict": verdict}),
+    )
+}
+
+/// Two states of a vehicle.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HealthQuestion {
+    reference: String,
+    now: String,
+    logbook: Option<PathBuf>,
+}
+
+/// Has the vehicle changed?
+pub fn health(asked: &HealthQuestion) -> Answer {
+    let logbook = asked.logbook.clone();
+    let logbook = logbook.unwrap_or_else(|| "seatrial.db".into());
+    let reading = ReadSettings::default();
+    let models = |name: &str| compared_models(name, &logbook, &reading, &mut Unobserved);
+    let was = models(&asked.reference).map_err(words)?;
+    let now = models(&asked.now).map_err(words)?;
+    let criteria = Criteria {
+        false_alarms: 0.05,
+        tolerated: None,
+        offset_counts: None,
+    };
+    let settings = criteria.between_trials().map_err(words)?;
+    let change = change(&reference(&was).map_err(words)?, &now, &settings);
+    let cause = change.verdict.cause().map(|cause| cause.text.clone());
+    told(
+        cause.unwrap_or_default(),
+        &Comparison::of(&was, &now, &change),
+    )
+}
+
+/// A plan by its differences from the paper's.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlanQuestion {
+    file: Option<PathBuf>,
+    #[serde(default)]
+    thrusts: Vec<f64>,
+    amplitude_deg: Option<f64>,
+    period_s: Option<f64>,
+    time_constant_s: Option<f64>,
+    target: Option<String>,
+    vehicle: Option<String>,
+    model: Option<PathBuf>,
+}
+
+/// A plan and what to expect of it.
+pub fn plan(asked: &PlanQuestion) -> Answer {
+    if asked
+        .time_constant_s
+        .is_some_and(|time| !(time > 0.0 && time.is_finite()))
+    {
+        return Err("time_constant_s: expected a number above 0".into());
+    }
+    let target = asked.target.as_deref().map(seatrial::preview::parse_target);
+    let target = target.transpose().map_err(|error| error.to_string())?;
+    let models = asked.model.as_ref().map(|path| of_document(path, None));
+    let expected = Expected {
+        vehicle: asked.vehicle.clone(),
+        models: models.transpose().map_err(words)?,
+        ..Expected::default()
+    };
+    let changes = Changes {
+        file: asked.file.clone(),
+        thrusts: asked.thrusts.clone(),
+        amplitude_rad: asked.amplitude_deg.map(f64::to_radians),
+        period_s: asked.period_s,
+        time_constant_s: asked.time_constant_s,
+        ..Changes::default()
+    };
+    let wanted = Wanted {
+        target,
+        comparison: false,
+    };
+    let found = plan_trial(&changes, &expected, wanted).map_err(words)?;
+    let toml = toml::to_string_pretty(&found.plan).map_err(|error| error.to_string())?;
+    let say = match found.will_do() {
+        true => "On the vehicle that is expected the plan will do.",
+        false => {
+            "On the vehicle that is expected the plan will not do: it leaves its envelope, tells too little, or the target is out of reach."
+        }
+    };
+    told(
+        say,
+        &json!({"will_do": found.will_do(), "plan_toml": toml, "expected": found}),
+    )
+}
+
+/// A code.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExplainQuestion {
+    code: String,
+}
+
+/// What a code means.
+pub fn explain(asked: &ExplainQuestion) -> Answer {
+    let reason = ToldReason::of_code(&asked.code)
+        .ok_or_else(|| format!("no code {:?} in any verdict", asked.code))?;
+    told(format!("{} {}", reason.cause, reason.action), &reason)
+}
+
+/// A simulated trial.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SimulateQuestion {
+    vehicle: Option<String>,
+    #[serde(default)]
+    thrusts: Vec<f64>,
+    seed: Option<u64>,
+}
+
+/// A whole trial on a simulated vehicle.
+pub fn simulate(asked: &SimulateQuestion) -> Answer {
+    let name = asked.vehicle.as_deref().unwrap_or("sim:starfish");
+    let mut plan = Plan::paper();
+    if !asked.thrusts.is_empty() {
+        plan.thrusts = List::from_slice(&asked.thrusts)
+            .ok_or_else(|| format!("thrusts: at most {MOST_SPEEDS}"))?;
+    }
+    let seed = asked.seed.unwrap_or(1);
+    let mut vehicle = simulated::vehicle(name, seed).map_err(|error| error.to_string())?;
+    let conducted = rehearse(&mut vehicle, name, seed, plan);
+    let conducted = conducted.map_err(|error| format!("the plan: {error}"))?;
+    let found = ToldTrial::of(&conducted.campaign);
+    let say = format!(
+        "A rehearsal on {name}, of no real vehicle. {}",
+        found.verdict.say
+    );
+    told(say, &found)
+}
