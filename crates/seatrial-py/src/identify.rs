@@ -1,6 +1,5 @@
 //! Identification of records, reading of logs, the paper's claims.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
@@ -9,21 +8,23 @@ use seatrial::Window;
 use seatrial::identification::Reader;
 use seatrial::identify::evenly_sampled::{BatchError, EvenlySampled};
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, lambda_of};
-use seatrial::servo::Servo;
 use seatrial_app::Options;
-use seatrial_app::identify_log::Windows;
-use seatrial_app::logs::{ReadSettings, Unobserved, open};
+use seatrial_app::identify_log::identify_log_observed;
+use seatrial_app::logs::open;
 use seatrial_core::Axis;
 use seatrial_core::RudderUnit;
 use seatrial_core::estimator::Method;
-use seatrial_logs::{ChannelChoice, Quantity};
 
 use crate::arrays::{Column, Columns, dictionary};
+use crate::logs::{Told, windows};
+use crate::reading::{Reading, Warned};
 use crate::{error, json, usage};
 
-type Span = (Option<f64>, Option<f64>);
+/// The start and the end of a window, s.
+pub type Span = (Option<f64>, Option<f64>);
 
-fn window((from_s, to_s): Span) -> Window {
+/// The window that a span stands for.
+pub fn window((from_s, to_s): Span) -> Window {
     Window {
         from_s: from_s.unwrap_or(f64::NEG_INFINITY),
         to_s: to_s.unwrap_or(f64::INFINITY),
@@ -87,6 +88,7 @@ pub fn identify(
     speed: Option<Column<'_>>,
     yaw_rate: Option<Column<'_>>,
     thrust: Option<Column<'_>>,
+    rudder_unit: &str,
     training: Span,
     validation: Option<Span>,
     estimate: &str,
@@ -103,7 +105,11 @@ pub fn identify(
         yaw_rate: yaw_rate.as_ref(),
         thrust: thrust.as_ref(),
     };
-    let record = columns.record(py)?;
+    let mut record = columns.record(py)?;
+    record.rudder_unit = match rudder_unit {
+        "full" => RudderUnit::FullRudder,
+        _ => RudderUnit::Rad,
+    };
     let (training, validation) = (window(training), validation.map(window));
     for window in [Some(training), validation].into_iter().flatten() {
         if window.from_s.is_nan() || window.to_s.is_nan() || window.from_s >= window.to_s {
@@ -184,7 +190,7 @@ pub fn least_squares(
     }
 }
 
-/// Identifies a log of any format that the command reads; the document of `seatrial identify --json`.
+/// Identifies a log of any format that the command reads; the document of `seatrial identify --json`, and what to warn of.
 #[pyfunction]
 #[expect(
     clippy::too_many_arguments,
@@ -193,13 +199,8 @@ pub fn least_squares(
 pub fn identify_log(
     py: Python<'_>,
     path: PathBuf,
-    channels_file: Option<PathBuf>,
-    columns: BTreeMap<String, String>,
-    units: BTreeMap<String, String>,
-    full_rudder_rad: Option<f64>,
-    rudder_delay_s: f64,
-    rudder_lag_s: f64,
-    drop_invalid: bool,
+    reading: Reading,
+    axis: &str,
     training: Span,
     validation: Span,
     validate_on: Option<PathBuf>,
@@ -207,45 +208,35 @@ pub fn identify_log(
     method: Option<&str>,
     lambda_rad_s: Option<f64>,
     trace: bool,
-) -> PyResult<String> {
-    let quantity = |name: &String| name.parse::<Quantity>().map_err(|why| usage(py, why));
-    let mut choice = ChannelChoice {
-        full_rudder_rad,
-        drop_invalid,
-        ..ChannelChoice::default()
+) -> PyResult<Told> {
+    let axis = match axis {
+        "yaw" => Axis::Yaw,
+        "pitch" => Axis::Pitch,
+        other => {
+            return Err(usage(
+                py,
+                format!("axis={other:?}: expected 'yaw' or 'pitch'"),
+            ));
+        }
     };
-    for (name, column) in &columns {
-        choice.columns.insert(quantity(name)?, column.clone());
-    }
-    for (name, unit) in &units {
-        let unit = unit.parse().map_err(|why| usage(py, why))?;
-        choice.units.insert(quantity(name)?, unit);
-    }
-    let servo = Servo::new(rudder_delay_s, rudder_lag_s).map_err(|why| usage(py, why))?;
     let options = Options {
-        axis: Axis::Yaw,
-        reading: ReadSettings {
-            channels_file,
-            channels: choice,
-            servo: (rudder_delay_s > 0.0 || rudder_lag_s > 0.0).then_some(servo),
-        },
-        windows: Windows {
-            from_s: training.0,
-            to_s: training.1,
-            validate_from_s: validation.0,
-            validate_to_s: validation.1,
-            validate_on,
-        },
+        axis,
+        reading: reading.settings(py)?,
+        windows: windows(training, validation, validate_on),
         settings: settings(py, estimate, method, lambda_rad_s, trace)?,
     };
-    match py.detach(|| seatrial_app::identify_log(&path, &options)) {
-        Ok(found) => json(py, &found.document().addressed_to(Reader::Python)),
+    let mut warned = Warned::default();
+    match py.detach(|| identify_log_observed(&path, &options, &mut warned)) {
+        Ok(found) => {
+            let document = json(py, &found.document().addressed_to(Reader::Python))?;
+            Ok((document, warned.0))
+        }
         Err(found) => Err(failed(py, &found)),
     }
 }
 
 /// The exception for what a use case gives no result for.
-fn failed(py: Python<'_>, found: &seatrial_app::Error) -> PyErr {
+pub fn failed(py: Python<'_>, found: &seatrial_app::Error) -> PyErr {
     let class = match found {
         seatrial_app::Error::Setting(_) => "UsageError",
         seatrial_app::Error::Input(_)
@@ -256,11 +247,18 @@ fn failed(py: Python<'_>, found: &seatrial_app::Error) -> PyErr {
     error(py, class, found)
 }
 
-/// The samples of a log of any format that the command reads, and the log as documents show it; JSON. Where the log has
-/// what the servo was told and nobody said which angle that is, the rudder is `rudder_of_full` in place of `rudder_rad`.
+/// The samples of a log of any format that the command reads, the log as documents show it in JSON, and what to warn of.
+/// Where the log has what the servo was told and nobody said which angle that is, the rudder is `rudder_of_full` in
+/// place of `rudder_rad`.
 #[pyfunction]
-pub fn read_log<'py>(py: Python<'py>, path: PathBuf) -> PyResult<(Bound<'py, PyDict>, String)> {
-    let opened = py.detach(|| open(&path, &ReadSettings::default(), None, &mut Unobserved));
+pub fn read_log<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    reading: Reading,
+) -> PyResult<(Bound<'py, PyDict>, String, Vec<String>)> {
+    let settings = reading.settings(py)?;
+    let mut warned = Warned::default();
+    let opened = py.detach(|| open(&path, &settings, None, &mut warned));
     let log = opened.map_err(|found| failed(py, &found))?;
     let arrays = dictionary(py, &log.record.samples)?;
     if log.rudder_unit() == RudderUnit::FullRudder
@@ -269,7 +267,7 @@ pub fn read_log<'py>(py: Python<'py>, path: PathBuf) -> PyResult<(Bound<'py, PyD
         arrays.set_item("rudder_of_full", rudder)?;
         arrays.del_item("rudder_rad")?;
     }
-    Ok((arrays, json(py, &log.source())?))
+    Ok((arrays, json(py, &log.source())?, warned.0))
 }
 
 /// The paper's printed numbers beside recomputed ones; JSON.

@@ -6,6 +6,10 @@ mod design;
 mod estimator;
 mod fleet;
 mod identify;
+mod logs;
+mod models;
+mod plan;
+mod reading;
 mod simulate;
 
 use pyo3::prelude::*;
@@ -33,6 +37,13 @@ fn json(py: Python<'_>, document: &impl serde::Serialize) -> PyResult<String> {
 
 #[pymodule]
 mod _native {
+    /// The version of the package.
+    #[pymodule_init]
+    fn init(module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {
+        use pyo3::types::PyModuleMethods;
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+
     #[pymodule_export]
     use super::design::{Schedule, gain, turn};
     #[pymodule_export]
@@ -41,6 +52,12 @@ mod _native {
     use super::fleet::{FleetJournal, fleet, fleet_work};
     #[pymodule_export]
     use super::identify::{identify, identify_log, least_squares, paper_claims, read_log};
+    #[pymodule_export]
+    use super::logs::{compare, health, inspect, validate};
+    #[pymodule_export]
+    use super::models::{export_gains, export_vehicle, heading_gains, turning_limits};
+    #[pymodule_export]
+    use super::plan::plan;
     #[pymodule_export]
     use super::simulate::{study, trial};
 }

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -137,13 +138,54 @@ def test_exact_what_is_no_column_of_numbers_is_a_usage_error() -> None:
     assert seatrial.identify(time_s, heading, rudder, speed).document["online"]
 
 
-def test_exact_degrees_are_hinted_at() -> None:
+def test_exact_units_are_never_mistaken_in_silence() -> None:
+    """Degrees as radians, fractions as radians, other units of time: refused, or warned of."""
     time_s, heading, rudder = doublet()
-    with pytest.raises(seatrial.UsageError, match="np.radians"):
-        seatrial.identify(time_s, heading, np.degrees(rudder))
-    compass = np.degrees(heading - 0.1) % 360.0
-    with pytest.warns(UserWarning, match="np.radians"):
-        seatrial.identify(time_s, compass, rudder)
+    nanoseconds = np.round(time_s * 1e9).astype("timedelta64[ns]")
+    epoch = np.datetime64("2026-06-01T12:00:00", "ns") + nanoseconds
+    refused: list[tuple[Any, Any, Any, dict[str, Any]]] = [
+        (time_s, heading, np.degrees(rudder), {}),
+        (time_s, heading, np.degrees(rudder), {"rudder_unit": "full"}),
+        (nanoseconds.astype(np.int64), heading, rudder, {}),
+        (epoch.astype(np.int64), heading, rudder, {}),
+        (epoch.astype("datetime64[us]").astype(np.int64), heading, rudder, {}),
+        (time_s, heading, rudder, {"heading_unit": "gon"}),
+    ]
+    for time, psi, delta, units in refused:
+        with pytest.raises(seatrial.UsageError, match="expected"):
+            seatrial.identify(time, psi, delta, **units)
+    doubted: list[tuple[Any, Any, Any]] = [
+        (time_s, np.degrees(heading - 0.1) % 360.0, rudder),
+        (time_s, np.degrees(heading), rudder),
+        (time_s, np.degrees(4.0 * heading) + 120.0, rudder),
+        (time_s, heading, 5.0 * rudder),
+        (np.arange(400) * 50, heading, rudder),
+    ]
+    for time, psi, delta in doubted:
+        with pytest.warns(seatrial.SeatrialWarning, match="heading_unit|rudder_unit|milliseconds"):
+            seatrial.identify(time, psi, delta)
+
+
+def test_exact_units_that_are_said_are_taken() -> None:
+    time_s, heading, rudder = doublet()
+    expected = seatrial.identify(time_s, heading, rudder).model
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        in_degrees = seatrial.identify(
+            time_s, np.degrees(heading), np.degrees(rudder), heading_unit="deg", rudder_unit="deg"
+        )
+        of_full = seatrial.identify(time_s, heading, rudder / 0.2, rudder_unit="full")
+    assert in_degrees.model.theta == pytest.approx(expected.theta, rel=1e-6, abs=1e-9)
+    assert of_full.model.b2_per_s2 == pytest.approx(0.2 * expected.b2_per_s2, rel=1e-3)
+
+
+def test_exact_quantities_of_unit_libraries_are_refused() -> None:
+    class Quantity:
+        magnitude, units = np.zeros(400), "degree"
+
+    time_s, _, rudder = doublet()
+    with pytest.raises(seatrial.UsageError, match="has units of its own"):
+        seatrial.identify(time_s, Quantity(), rudder)  # type: ignore[arg-type]
 
 
 def test_parity_an_estimator_that_was_pickled_goes_on_with_the_same_bits() -> None:

@@ -15,8 +15,11 @@ Array = NDArray[np.float64]
 def array(values: ArrayLike, name: str = "the array") -> Array:
     """As 64-bit floats; what is that already stays where it is.
 
-    Raises UsageError for what is no column of numbers: complex numbers, text, dates, several dimensions, masked values.
+    Raises UsageError for what is no column of numbers: complex numbers, text, dates, several dimensions, masked values,
+    quantities with units of their own.
     """
+    if hasattr(values, "magnitude") and hasattr(values, "units"):
+        raise UsageError(f"{name} has units of its own, {values.units}; give its magnitude in SI units")
     if np.ma.is_masked(values):
         raise UsageError(
             f"{name} has masked values; leave their rows out of all arrays, or put in what is meant"

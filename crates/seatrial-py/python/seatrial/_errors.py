@@ -36,3 +36,7 @@ class NotSavedError(SeatrialError, OSError):
     """Finished, but something could not be saved."""
 
     code = 6
+
+
+class SeatrialWarning(UserWarning):
+    """What has to be known before a result is trusted."""

@@ -1,18 +1,23 @@
 from os import PathLike
-from typing import Optional, Sequence, final
+from typing import Any, Optional, Sequence, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
-    "Estimator", "FleetJournal", "Schedule", "fleet", "fleet_work", "gain", "identify", "identify_log",
-    "least_squares", "paper_claims", "read_log", "study", "trial", "turn",
+    "Estimator", "FleetJournal", "Schedule", "__version__", "compare", "export_gains", "export_vehicle",
+    "fleet", "fleet_work", "gain", "heading_gains", "health", "identify", "identify_log", "inspect",
+    "least_squares", "paper_claims", "plan", "read_log", "study", "trial", "turn", "turning_limits", "validate",
 ]
+
+__version__: str
 
 _Array = NDArray[np.float64]
 _Span = tuple[Optional[float], Optional[float]]
 _Theta = tuple[float, float, float] | list[float]
 _Log = tuple[str | PathLike[str], int, int]
+_Told = tuple[str, list[str]]
+_Mapping = dict[str, Any]
 _Point = tuple[Optional[float], Optional[float], _Theta]
 
 def identify(
@@ -22,6 +27,7 @@ def identify(
     speed: Optional[_Array],
     yaw_rate: Optional[_Array],
     thrust: Optional[_Array],
+    rudder_unit: str,
     training: _Span,
     validation: Optional[_Span],
     estimate: str,
@@ -38,22 +44,55 @@ def least_squares(
 ) -> str: ...
 def identify_log(
     path: str | PathLike[str],
-    channels_file: str | PathLike[str] | None,
-    columns: dict[str, str],
-    units: dict[str, str],
-    full_rudder_rad: Optional[float],
-    rudder_delay_s: float,
-    rudder_lag_s: float,
-    drop_invalid: bool,
-    training: tuple[Optional[float], Optional[float]],
-    validation: tuple[Optional[float], Optional[float]],
+    reading: _Mapping,
+    axis: str,
+    training: _Span,
+    validation: _Span,
     validate_on: str | PathLike[str] | None,
     estimate: str,
     method: Optional[str],
     lambda_rad_s: Optional[float],
     trace: bool,
-) -> str: ...
-def read_log(path: str | PathLike[str]) -> tuple[dict[str, _Array], str]: ...
+) -> _Told: ...
+def read_log(
+    path: str | PathLike[str], reading: _Mapping
+) -> tuple[dict[str, _Array], str, list[str]]: ...
+def inspect(path: str | PathLike[str], reading: _Mapping) -> _Told: ...
+def compare(
+    path: str | PathLike[str],
+    reading: _Mapping,
+    training: _Span,
+    validation: _Span,
+    validate_on: str | PathLike[str] | None,
+    lambda_rad_s: Optional[float],
+) -> _Told: ...
+def validate(
+    path: str | PathLike[str], source: _Mapping, reading: _Mapping, span: _Span
+) -> _Told: ...
+def health(
+    reference: str,
+    now: Optional[str],
+    missions: list[str],
+    logbook: str | PathLike[str],
+    reading: _Mapping,
+    false_alarms: float,
+    tolerated: Optional[float],
+    offset_counts: Optional[bool],
+) -> _Told: ...
+def heading_gains(source: _Mapping, asked: _Mapping) -> _Told: ...
+def turning_limits(
+    source: _Mapping,
+    heading_change_rad: float,
+    up_to_speed_m_s: Optional[float],
+    measured_u_turn: Optional[tuple[float, float]],
+) -> _Told: ...
+def export_gains(
+    source: _Mapping, asked: _Mapping, to: str, vehicle_type: str, takes_rehearsals: bool
+) -> _Told: ...
+def export_vehicle(
+    source: _Mapping, said: _Mapping, to: str, at_thrust: Optional[float]
+) -> _Told: ...
+def plan(asked: _Mapping, believed: _Mapping) -> tuple[_Told, str, bool]: ...
 def paper_claims() -> str: ...
 def turn(
     theta: _Theta, rudder_limit_rad: float, starboard: bool, surge_speed_m_s: Optional[float]

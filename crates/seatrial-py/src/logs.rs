@@ -1,0 +1,144 @@
+//! What verbs find in logs: each function returns its document as JSON, and what to warn of.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use seatrial::identification::Reader;
+use seatrial_app::compare_log::compare_log;
+use seatrial_app::health::{Comparison, Criteria, Missions, Watched, change, reference};
+use seatrial_app::identify_log::Windows;
+use seatrial_app::logs::open;
+use seatrial_app::models::{ComparedModels, compared_models, open_named};
+use seatrial_app::validate_log::{Given, validate_log};
+use seatrial_app::{Error, Inspection};
+
+use crate::identify::{Span, failed, window};
+use crate::json;
+use crate::models::Source;
+use crate::reading::{Reading, Warned};
+
+/// JSON and warnings.
+pub type Told = (String, Vec<String>);
+
+/// What is in a log.
+#[pyfunction]
+pub fn inspect(py: Python<'_>, path: PathBuf, reading: Reading) -> PyResult<Told> {
+    let settings = reading.settings(py)?;
+    let mut warned = Warned::default();
+    let found = py.detach(|| Ok(Inspection::of(&open(&path, &settings, None, &mut warned)?)));
+    let mut found = found.map_err(|error| failed(py, &error))?;
+    found.verdict = found.verdict.addressed_to(Reader::Python);
+    Ok((json(py, &found)?, warned.0))
+}
+
+/// Every method on a log.
+#[pyfunction]
+pub fn compare(
+    py: Python<'_>,
+    path: PathBuf,
+    reading: Reading,
+    training: Span,
+    validation: Span,
+    validate_on: Option<PathBuf>,
+    lambda_rad_s: Option<f64>,
+) -> PyResult<Told> {
+    let settings = reading.settings(py)?;
+    let windows = windows(training, validation, validate_on);
+    let mut warned = Warned::default();
+    let found = py.detach(|| compare_log(&path, &windows, &settings, lambda_rad_s, &mut warned));
+    let found = found.map_err(|error| failed(py, &error))?;
+    Ok((json(py, &found.document)?, warned.0))
+}
+
+/// The windows that arguments stand for.
+pub fn windows(training: Span, validation: Span, validate_on: Option<PathBuf>) -> Windows {
+    Windows {
+        from_s: training.0,
+        to_s: training.1,
+        validate_from_s: validation.0,
+        validate_to_s: validation.1,
+        validate_on,
+    }
+}
+
+/// A model against a log.
+#[pyfunction]
+pub fn validate(
+    py: Python<'_>,
+    path: PathBuf,
+    source: Source,
+    reading: Reading,
+    span: Span,
+) -> PyResult<Told> {
+    let settings = reading.settings(py)?;
+    let given = match source.theta() {
+        Some(model) => Given::Numbers(model),
+        None => Given::Models(Box::new(source.models(py)?)),
+    };
+    let mut warned = Warned::default();
+    if let Given::Models(models) = &given {
+        warned
+            .0
+            .extend(models.cautions.iter().chain(&models.rejected).cloned());
+    }
+    let found = py.detach(|| validate_log(&path, &given, window(span), &settings, &mut warned));
+    let mut found = found.map_err(|error| failed(py, &error))?;
+    found.verdict = found.verdict.addressed_to(Reader::Python);
+    Ok((json(py, &found)?, warned.0))
+}
+
+/// Has the vehicle changed, between two sets of models or over mission logs?
+#[pyfunction]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the Python part has names for them"
+)]
+pub fn health(
+    py: Python<'_>,
+    reference: String,
+    now: Option<String>,
+    missions: Vec<String>,
+    logbook: PathBuf,
+    reading: Reading,
+    false_alarms: f64,
+    tolerated: Option<f64>,
+    offset_counts: Option<bool>,
+) -> PyResult<Told> {
+    let settings = reading.settings(py)?;
+    let criteria = Criteria {
+        false_alarms,
+        tolerated,
+        offset_counts,
+    };
+    let mut warned = Warned::default();
+    let found = match &now {
+        Some(now) => py.detach(|| {
+            let mut read = |name: &str| compared_models(name, &logbook, &settings, &mut warned);
+            between(&read(&reference)?, &read(now)?, criteria)
+        }),
+        None => py.detach(|| {
+            let source = compared_models(&reference, &logbook, &settings, &mut warned)?;
+            let mut watched = Missions::new(&source, criteria.in_missions()?)?;
+            for name in &missions {
+                let (log, window) = open_named(name, &settings, &mut warned)?;
+                watched.read(name, &log, window)?;
+            }
+            document(&Watched::of(&source, watched.logs(), &watched.report()))
+        }),
+    };
+    Ok((found.map_err(|error| failed(py, &error))?, warned.0))
+}
+
+fn between(
+    was: &ComparedModels,
+    now: &ComparedModels,
+    criteria: Criteria,
+) -> Result<String, Error> {
+    let settings = criteria.between_trials()?;
+    let change = change(&self::reference(was)?, now, &settings);
+    document(&Comparison::of(was, now, &change))
+}
+
+fn document(found: &impl serde::Serialize) -> Result<String, Error> {
+    serde_json::to_string(found).map_err(|error| Error::Rejected(error.to_string()))
+}

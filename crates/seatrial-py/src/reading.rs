@@ -1,0 +1,74 @@
+//! How logs are read, and what is said of them on the way.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use seatrial::servo::Servo;
+use seatrial_app::logs::{Observer, ReadSettings};
+use seatrial_logs::{ChannelChoice, Quantity};
+
+use crate::usage;
+
+/// The arguments with which a log is read, a mapping of the Python part.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Reading {
+    channels_file: Option<PathBuf>,
+    columns: BTreeMap<String, String>,
+    units: BTreeMap<String, String>,
+    full_rudder_rad: Option<f64>,
+    rudder_trim_us: Option<f64>,
+    rudder_delay_s: f64,
+    rudder_lag_s: f64,
+    drop_invalid: bool,
+}
+
+impl Reading {
+    /// The settings that they stand for.
+    pub fn settings(&self, py: Python<'_>) -> PyResult<ReadSettings> {
+        let quantity = |name: &String| name.parse::<Quantity>().map_err(|why| usage(py, why));
+        for (name, value) in [
+            ("full_rudder_rad", self.full_rudder_rad),
+            ("rudder_trim_us", self.rudder_trim_us),
+        ] {
+            if let Some(value) = value.filter(|value| !value.is_finite() || *value <= 0.0) {
+                return Err(usage(
+                    py,
+                    format!("{name}={value}: expected a number above 0"),
+                ));
+            }
+        }
+        let mut channels = ChannelChoice {
+            full_rudder_rad: self.full_rudder_rad,
+            rudder_trim: self.rudder_trim_us,
+            drop_invalid: self.drop_invalid,
+            ..ChannelChoice::default()
+        };
+        for (name, column) in &self.columns {
+            channels.columns.insert(quantity(name)?, column.clone());
+        }
+        for (name, unit) in &self.units {
+            let unit = unit.parse().map_err(|why| usage(py, why))?;
+            channels.units.insert(quantity(name)?, unit);
+        }
+        let servo =
+            Servo::new(self.rudder_delay_s, self.rudder_lag_s).map_err(|why| usage(py, why))?;
+        let has_servo = self.rudder_delay_s > 0.0 || self.rudder_lag_s > 0.0;
+        Ok(ReadSettings {
+            channels_file: self.channels_file.clone(),
+            channels,
+            servo: has_servo.then_some(servo),
+        })
+    }
+}
+
+/// Keeps what people should know before they trust the samples.
+#[derive(Default)]
+pub struct Warned(pub Vec<String>);
+
+impl Observer for Warned {
+    fn warned(&mut self, warning: &str) {
+        self.0.push(warning.to_owned());
+    }
+}
