@@ -4,10 +4,13 @@
 //! them those that have a build of their own (`cargo xtask beside`); everything is built once, for tests. `cargo xtask embedded` is the one
 //! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask instructions` that of the kernels'
 //! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page. `cargo xtask ros2` checks what
-//! needs the features `ros2` and `ros2-zenoh`, `cargo xtask miri` runs the library for C and the core under Miri. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
+//! needs the features `ros2` and `ros2-zenoh`, `cargo xtask miri` runs the library for C and the core under Miri. `cargo xtask packages` packs what
+//! is published on crates.io, `cargo xtask wheel` builds and installs the Python wheel, `cargo xtask archive` the archive and the Debian package of a release. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
 
+mod archive;
 mod beside;
 mod c_library;
+mod container;
 mod dash;
 mod embedded;
 mod environment;
@@ -15,9 +18,11 @@ mod house;
 mod instructions;
 mod miri;
 mod nextest;
+mod packages;
 mod page;
 mod python;
 mod same_answers;
+mod wheel;
 
 use std::process::{Command, ExitCode};
 use std::time::Instant;
@@ -56,10 +61,16 @@ fn main() -> ExitCode {
         ["miri"] => in_miri(),
         ["instructions"] => in_few_instructions(),
         ["web"] => in_browser(),
+        ["packages"] => on_crates_io(false),
+        ["packages", "--build"] => on_crates_io(true),
+        ["wheel"] => in_a_wheel(None),
+        ["wheel", target] => in_a_wheel(Some(target)),
+        ["archive"] => in_an_archive(None),
+        ["archive", target] => in_an_archive(Some(target)),
         ["same-answers", rest @ ..] => return same_answers::run(rest),
         _ => {
             eprintln!(
-                "usage: cargo xtask test|house [--list]|embedded|python|dash|ros2|miri|instructions|web|same-answers"
+                "usage: cargo xtask test|house [--list]|embedded|python|dash|ros2|miri|instructions|web|packages [--build]|wheel [TARGET]|archive [TARGET]|same-answers"
             );
             return ExitCode::from(2);
         }
@@ -186,6 +197,21 @@ fn on_ros2() -> bool {
             .then_some(())
             .ok_or("vehicles over DDS or zenoh".into())
     })
+}
+
+fn on_crates_io(builds: bool) -> bool {
+    passes("packages", || {
+        container::check()?;
+        packages::check(builds)
+    })
+}
+
+fn in_a_wheel(target: Option<&str>) -> bool {
+    passes("the wheel", || wheel::check(target))
+}
+
+fn in_an_archive(target: Option<&str>) -> bool {
+    passes("archives", || archive::check(target))
 }
 
 fn in_miri() -> bool {

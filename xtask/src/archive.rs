@@ -1,0 +1,282 @@
+//! The archive of the command for a release, and the Debian package: built, installed and used.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+
+use crate::environment::{NO_PYTHON, skipped};
+use crate::{cargo, succeeds, wheel};
+
+const OUT: &str = "target/archives";
+/// Linked statically; built where the compiler has its standard library.
+const STATIC: &str = "x86_64-unknown-linux-musl";
+/// Otherwise for an old glibc.
+const WITH_GLIBC: &str = "x86_64-unknown-linux-gnu";
+/// From the archive to a report, s.
+const GOAL_S: f64 = 20.0;
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// Pages that go with the command.
+const PAGES: [&str; 4] = ["README.md", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT"];
+
+/// Builds both for a target, or for this machine, installs both and times the archive to a first report.
+pub fn check(target: Option<&str>) -> Result<(), String> {
+    if !wheel::has_tools() {
+        return skipped("archives", NO_PYTHON);
+    }
+    let target = target.unwrap_or(if has_library(STATIC) {
+        STATIC
+    } else {
+        WITH_GLIBC
+    });
+    let binary = wheel::command_for(target)?;
+    let name = format!("seatrial-{VERSION}-{target}");
+    let folder = Path::new(OUT).join(&name);
+    let _ = std::fs::remove_dir_all(&folder);
+    fill(&folder, &binary, &runnable(&binary, target)?)?;
+    let archive = packed(&name)?;
+    let package = debian_package(&folder, target)?;
+    for file in [&archive, &package] {
+        let bytes = std::fs::metadata(file).map_or(0, |file| file.len());
+        eprintln!("== {} of {:.1} MB", file.display(), bytes as f64 / 1e6);
+    }
+    if !runs_here(target) {
+        eprintln!("== {target} does not run here: built, not tried");
+        return Ok(());
+    }
+    let seconds = first_report(&archive, &name)?;
+    eprintln!("== from the archive to a report in {seconds:.1} s");
+    installed_package_works(&package)?;
+    match seconds < GOAL_S {
+        true => Ok(()),
+        false => Err(format!(
+            "a first report took {seconds:.1} s, more than {GOAL_S} s"
+        )),
+    }
+}
+
+fn has_library(target: &str) -> bool {
+    let mut rustc = Command::new("rustc");
+    let found = rustc
+        .args(["--print", "target-libdir", "--target", target])
+        .output();
+    found.is_ok_and(|found| Path::new(String::from_utf8_lossy(&found.stdout).trim()).exists())
+}
+
+fn runs_here(target: &str) -> bool {
+    target.starts_with(std::env::consts::ARCH)
+}
+
+/// The command as it runs here, which writes its own completions and pages for `man`.
+fn runnable(binary: &Path, target: &str) -> Result<PathBuf, String> {
+    if runs_here(target) {
+        return Ok(binary.to_path_buf());
+    }
+    match succeeds(&mut cargo(&["build", "--quiet", "-p", "seatrial-cli"])) {
+        true => Ok("target/debug/seatrial".into()),
+        false => Err("cargo build -p seatrial-cli".into()),
+    }
+}
+
+fn fill(folder: &Path, binary: &Path, runnable: &Path) -> Result<(), String> {
+    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
+    let completions = folder.join("completions");
+    std::fs::create_dir_all(&completions).map_err(failed)?;
+    std::fs::copy(binary, folder.join("seatrial")).map_err(failed)?;
+    for page in PAGES {
+        std::fs::copy(page, folder.join(page)).map_err(failed)?;
+    }
+    for (shell, file) in [
+        ("bash", "seatrial.bash"),
+        ("zsh", "_seatrial"),
+        ("fish", "seatrial.fish"),
+    ] {
+        let said = Command::new(runnable).args(["completions", shell]).output();
+        let said = said.map_err(failed)?;
+        if !said.status.success() {
+            return Err(format!("seatrial completions {shell}"));
+        }
+        std::fs::write(completions.join(file), said.stdout).map_err(failed)?;
+    }
+    let mut man = Command::new(runnable);
+    man.args(["completions", "--json", "--man"])
+        .arg(folder.join("man"));
+    match man.output().map_err(failed)?.status.success() {
+        true => Ok(()),
+        false => Err("seatrial completions --man".into()),
+    }
+}
+
+/// The same bytes from the same files.
+fn packed(name: &str) -> Result<PathBuf, String> {
+    let archive = Path::new(OUT).join(format!("{name}.tar.gz"));
+    let mut tar = Command::new("tar");
+    tar.args([
+        "--sort=name",
+        "--owner=0",
+        "--group=0",
+        "--numeric-owner",
+        "--mtime=@0",
+    ])
+    .args(["--use-compress-program=gzip -9n", "-cf"])
+    .arg(&archive)
+    .args(["-C", OUT, name]);
+    match succeeds(&mut tar) {
+        true => Ok(archive),
+        false => Err("tar".into()),
+    }
+}
+
+/// Where each file of the archive goes.
+fn debian_package(folder: &Path, target: &str) -> Result<PathBuf, String> {
+    let architecture = match target.split('-').next() {
+        Some("aarch64") => "arm64",
+        _ => "amd64",
+    };
+    let root = Path::new(OUT).join("debian");
+    let _ = std::fs::remove_dir_all(&root);
+    let failed = |error: std::io::Error| format!("{}: {error}", root.display());
+    let put = |from: PathBuf, to: &str| {
+        let to = root.join(to);
+        std::fs::create_dir_all(to.parent().unwrap_or(&root)).map_err(failed)?;
+        std::fs::copy(&from, &to).map_err(failed)?;
+        Ok::<PathBuf, String>(to)
+    };
+    put(folder.join("seatrial"), "usr/bin/seatrial")?;
+    put(
+        folder.join("completions/seatrial.bash"),
+        "usr/share/bash-completion/completions/seatrial",
+    )?;
+    put(
+        folder.join("completions/_seatrial"),
+        "usr/share/zsh/vendor-completions/_seatrial",
+    )?;
+    put(
+        folder.join("completions/seatrial.fish"),
+        "usr/share/fish/vendor_completions.d/seatrial.fish",
+    )?;
+    let mut compressed = vec![put(
+        "CHANGELOG.md".into(),
+        "usr/share/doc/seatrial/changelog",
+    )?];
+    put(
+        "packaging/copyright".into(),
+        "usr/share/doc/seatrial/copyright",
+    )?;
+    for entry in std::fs::read_dir(folder.join("man")).map_err(failed)? {
+        let page = entry.map_err(failed)?.path();
+        let name = page
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        compressed.push(put(page, &format!("usr/share/man/man1/{name}"))?);
+    }
+    if !succeeds(Command::new("gzip").arg("-9n").args(&compressed)) {
+        return Err("gzip".into());
+    }
+    std::fs::create_dir_all(root.join("DEBIAN")).map_err(failed)?;
+    let control = control(architecture, target.ends_with("gnu"));
+    std::fs::write(root.join("DEBIAN/control"), control).map_err(failed)?;
+    let package = Path::new(OUT).join(format!("seatrial_{VERSION}_{architecture}.deb"));
+    let mut build = Command::new("dpkg-deb");
+    build
+        .args(["--root-owner-group", "-Zxz", "--build"])
+        .arg(&root)
+        .arg(&package);
+    match succeeds(&mut build) {
+        true => Ok(package),
+        false => Err("dpkg-deb".into()),
+    }
+}
+
+fn control(architecture: &str, needs_glibc: bool) -> String {
+    let depends = if needs_glibc {
+        "Depends: libc6 (>= 2.28)\n"
+    } else {
+        ""
+    };
+    format!(
+        "Package: seatrial\nVersion: {VERSION}\nArchitecture: {architecture}\n{depends}Section: science\nPriority: optional\n\
+         Maintainer: The seatrial developers <seatrial@users.noreply.github.com>\n\
+         Homepage: https://github.com/seatrial/seatrial\n\
+         Description: find out how a marine vehicle steers\n \
+         From a short sea trial or a log: a steering model with honest bounds,\n controller gains and turning limits.\n"
+    )
+}
+
+/// Unpacks the archive and makes a report of a rehearsed trial, s.
+fn first_report(archive: &Path, name: &str) -> Result<f64, String> {
+    let folder = Path::new(OUT).join("tried");
+    let _ = std::fs::remove_dir_all(&folder);
+    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
+    std::fs::create_dir_all(&folder).map_err(failed)?;
+    let begun = Instant::now();
+    let mut tar = Command::new("tar");
+    tar.arg("-xf").arg(archive).arg("-C").arg(&folder);
+    if !succeeds(&mut tar) {
+        return Err("tar -xf".into());
+    }
+    let program = std::path::absolute(folder.join(name).join("seatrial")).map_err(failed)?;
+    let mut trial = Command::new(program);
+    trial.args(["trial", "--yes", "--report", "trial.html"]);
+    let done = trial.current_dir(&folder).output().map_err(failed)?;
+    let report = std::fs::read_to_string(folder.join("trial.html")).unwrap_or_default();
+    match done.status.success() && report.contains("</html>") {
+        true => Ok(begun.elapsed().as_secs_f64()),
+        false => Err(String::from_utf8_lossy(&done.stderr).into_owned()),
+    }
+}
+
+/// Installs the package into a root of its own, uses it there, and removes it.
+fn installed_package_works(package: &Path) -> Result<(), String> {
+    let root = std::path::absolute(Path::new(OUT).join("root")).map_err(|e| e.to_string())?;
+    let _ = std::fs::remove_dir_all(&root);
+    let admin = root.join("var/lib/dpkg");
+    for folder in ["info", "updates", "triggers"] {
+        std::fs::create_dir_all(admin.join(folder)).map_err(|error| error.to_string())?;
+    }
+    std::fs::write(admin.join("status"), "").map_err(|error| error.to_string())?;
+    let dpkg = |what: &[&str]| {
+        let mut command = Command::new("dpkg");
+        command.arg(format!("--root={}", root.display()));
+        // The root has no C library of its own.
+        command
+            .args(["--force-depends", "--force-not-root", "--log=/dev/null"])
+            .args(what);
+        match succeeds(&mut command) {
+            true => Ok(()),
+            false => Err(format!("dpkg {}", what.join(" "))),
+        }
+    };
+    dpkg(&["--install", &package.display().to_string()])?;
+    let said = Command::new(root.join("usr/bin/seatrial"))
+        .arg("--version")
+        .output();
+    let said = said.map_err(|error| error.to_string())?;
+    if String::from_utf8_lossy(&said.stdout) != format!("seatrial {VERSION}\n") {
+        return Err("the installed command does not say its version".into());
+    }
+    if !root
+        .join("usr/share/man/man1/seatrial-identify.1.gz")
+        .exists()
+    {
+        return Err("the package has no page for `man seatrial-identify`".into());
+    }
+    dpkg(&["--purge", "seatrial"])?;
+    match root.join("usr/bin/seatrial").exists() {
+        true => Err("the package leaves files behind".into()),
+        false => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_only_a_program_with_glibc_depends_on_it() {
+        assert!(control("amd64", true).contains("Depends: libc6 (>= 2.28)\n"));
+        assert!(!control("arm64", false).contains("Depends"));
+        assert!(control("arm64", false).contains("Architecture: arm64\n"));
+    }
+}

@@ -1,0 +1,276 @@
+//! The wheel of the Python package with the command in it, and what it is to install it.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+
+use crate::environment::{Environment, NO_PYTHON, skipped};
+use crate::succeeds;
+
+const TOOLS: Environment = Environment {
+    folder: "target/packaging",
+    requirements: "xtask/packaging.txt",
+};
+const PACKAGE: &str = "crates/seatrial-py";
+const OUT: &str = "target/wheels";
+/// glibc 2.28: Debian 10, Ubuntu 20.04, RHEL 8 and what is newer.
+const GLIBC: &str = "2.28";
+/// From the wheel to a model, s.
+const GOAL_S: f64 = 30.0;
+
+/// Where a wheel is built for: the target of the compiler, and the tag of the wheel.
+#[derive(Clone, Copy)]
+struct Platform {
+    target: &'static str,
+    compatibility: &'static str,
+}
+
+/// The first is the one of this machine. The compiler needs the standard library of each: `rustup target add`.
+const PLATFORMS: [Platform; 4] = [
+    Platform {
+        target: "x86_64-unknown-linux-gnu",
+        compatibility: "manylinux_2_28",
+    },
+    Platform {
+        target: "aarch64-unknown-linux-gnu",
+        compatibility: "manylinux_2_28",
+    },
+    Platform {
+        target: "x86_64-unknown-linux-musl",
+        compatibility: "musllinux_1_2",
+    },
+    Platform {
+        target: "aarch64-unknown-linux-musl",
+        compatibility: "musllinux_1_2",
+    },
+];
+
+impl Platform {
+    fn named(target: &str) -> Result<Self, String> {
+        let known = PLATFORMS.into_iter().find(|known| known.target == target);
+        known.ok_or_else(|| {
+            let names = PLATFORMS.map(|known| known.target).join(", ");
+            format!("no wheel for {target}; there are {names}")
+        })
+    }
+
+    fn has_glibc(self) -> bool {
+        self.target.ends_with("gnu")
+    }
+
+    /// The target as zig's linker takes it.
+    fn of_linker(self) -> String {
+        match self.has_glibc() {
+            true => format!("{}.{GLIBC}", self.target),
+            false => self.target.to_owned(),
+        }
+    }
+}
+
+/// Builds the wheel of a target, installs it into a fresh environment without a compiler, and times it to a first model. That of
+/// another machine or C library is only built.
+pub fn check(target: Option<&str>) -> Result<(), String> {
+    let platform = Platform::named(target.unwrap_or(PLATFORMS[0].target))?;
+    if !TOOLS.is_ready() {
+        return skipped("the wheel", NO_PYTHON);
+    }
+    let begun = Instant::now();
+    let wheel = build(platform)?;
+    let size = std::fs::metadata(&wheel).map_or(0, |file| file.len());
+    eprintln!(
+        "== {} of {:.1} MB, built in {:.0} s",
+        wheel.display(),
+        size as f64 / 1e6,
+        begun.elapsed().as_secs_f64()
+    );
+    if platform.target != PLATFORMS[0].target {
+        eprintln!("== {}: built, not tried", platform.target);
+        return Ok(());
+    }
+    let seconds = install_and_identify(&wheel)?;
+    eprintln!("== from the wheel to a model in {seconds:.1} s");
+    match seconds < GOAL_S {
+        true => Ok(()),
+        false => Err(format!(
+            "a first model took {seconds:.1} s, more than {GOAL_S} s"
+        )),
+    }
+}
+
+/// A program of the environment, which finds the others there, too.
+pub fn tool(name: &str, arguments: &[&str]) -> Command {
+    let mut command = TOOLS.program(name, arguments);
+    let own = std::path::absolute(Path::new(TOOLS.folder).join("bin")).unwrap_or_default();
+    let path = std::env::var("PATH").unwrap_or_default();
+    command.env("PATH", format!("{}:{path}", own.display()));
+    command
+}
+
+/// Makes the tools where they are missing.
+pub fn has_tools() -> bool {
+    TOOLS.is_ready()
+}
+
+/// The command for a target; for an old glibc, where it needs one.
+pub fn command_for(target: &str) -> Result<PathBuf, String> {
+    let platform = Platform::named(target)?;
+    let linker = platform.of_linker();
+    let arguments = [
+        "zigbuild",
+        "--release",
+        "-p",
+        "seatrial-cli",
+        "--target",
+        &linker,
+    ];
+    if !succeeds(&mut tool("cargo-zigbuild", &arguments)) {
+        return Err(format!("cargo zigbuild -p seatrial-cli --target {linker}"));
+    }
+    let binary = Path::new("target").join(target).join("release/seatrial");
+    if platform.has_glibc() {
+        needs_no_newer_glibc(&binary)?;
+    }
+    Ok(binary)
+}
+
+fn build(platform: Platform) -> Result<PathBuf, String> {
+    let binary = command_for(platform.target)?;
+    let data = Path::new(PACKAGE).join("seatrial.data");
+    let failed = |error: std::io::Error| format!("{}: {error}", data.display());
+    std::fs::create_dir_all(data.join("scripts")).map_err(failed)?;
+    std::fs::copy(&binary, data.join("scripts/seatrial")).map_err(failed)?;
+    let out = std::path::absolute(OUT).map_err(|error| error.to_string())?;
+    let out = out.display().to_string();
+    let arguments = [
+        "build",
+        "--release",
+        "--strip",
+        "--zig",
+        "--compatibility",
+        platform.compatibility,
+        "--target",
+        platform.target,
+        "--out",
+        &out,
+    ];
+    let built = succeeds(tool("maturin", &arguments).current_dir(PACKAGE));
+    std::fs::remove_dir_all(&data).map_err(failed)?;
+    if !built {
+        return Err("maturin build".into());
+    }
+    let architecture = platform.target.split('-').next().unwrap_or_default();
+    let entries = std::fs::read_dir(OUT).map_err(|error| format!("{OUT}: {error}"))?;
+    let mut wheels = entries.filter_map(|entry| Some(entry.ok()?.path()));
+    let is_tagged = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        ["cp310-abi3", platform.compatibility, architecture]
+            .iter()
+            .all(|tag| name.contains(tag))
+    };
+    wheels
+        .find(is_tagged)
+        .ok_or_else(|| format!("{OUT}: no wheel for abi3 and {}", platform.compatibility))
+}
+
+/// Fails on a program that asks for a newer C library than is said: its versions of symbols are text in the file.
+fn needs_no_newer_glibc(binary: &Path) -> Result<(), String> {
+    let bytes = std::fs::read(binary).map_err(|error| format!("{}: {error}", binary.display()))?;
+    let newest = newest_glibc(&bytes);
+    let limit = version(GLIBC);
+    match newest > limit {
+        true => Err(format!(
+            "{} needs glibc {}.{}, newer than {GLIBC}",
+            binary.display(),
+            newest.0,
+            newest.1
+        )),
+        false => Ok(()),
+    }
+}
+
+fn version(text: &str) -> (u32, u32) {
+    let mut numbers = text.split('.').map(|part| part.parse().unwrap_or(0));
+    (numbers.next().unwrap_or(0), numbers.next().unwrap_or(0))
+}
+
+fn newest_glibc(bytes: &[u8]) -> (u32, u32) {
+    const NAME: &[u8] = b"GLIBC_";
+    let starts = (0..bytes.len()).filter(|k| bytes[*k..].starts_with(NAME));
+    let versions = starts.map(|k| {
+        let rest = bytes[k + NAME.len()..].iter();
+        let text: String = rest
+            .take_while(|byte| byte.is_ascii_digit() || **byte == b'.')
+            .map(|byte| char::from(*byte))
+            .collect();
+        version(&text)
+    });
+    versions.max().unwrap_or((0, 0))
+}
+
+/// Installs the wheel where no compiler is to be found, and identifies a log with the command and with Python, s.
+fn install_and_identify(wheel: &Path) -> Result<f64, String> {
+    let folder = Path::new("target/wheel-check");
+    let _ = std::fs::remove_dir_all(folder);
+    let folder = std::path::absolute(folder).map_err(|error| error.to_string())?;
+    let wheel = std::path::absolute(wheel).map_err(|error| error.to_string())?;
+    let bin = folder.join("bin");
+    let run = |program: &Path, arguments: &[&str]| {
+        let mut command = Command::new(program);
+        command
+            .args(arguments)
+            .current_dir(&folder)
+            .env("PATH", &bin);
+        match succeeds(&mut command) {
+            true => Ok(()),
+            false => Err(format!("{} {}", program.display(), arguments.join(" "))),
+        }
+    };
+    let mut venv = Command::new("python3");
+    venv.args(["-m", "venv"]).arg(&folder);
+    if !succeeds(&mut venv) {
+        return Err("python3 -m venv".into());
+    }
+    let begun = Instant::now();
+    let wheel = wheel.display().to_string();
+    let python = bin.join("python");
+    run(
+        &python,
+        &[
+            "-m",
+            "pip",
+            "install",
+            "--quiet",
+            "--only-binary",
+            ":all:",
+            &wheel,
+        ],
+    )?;
+    run(
+        &bin.join("seatrial"),
+        &["sim", "log", "--seed", "1", "--out", "run.csv"],
+    )?;
+    run(&bin.join("seatrial"), &["identify", "run.csv"])?;
+    run(&python, &["-c", FIRST_MODEL])?;
+    Ok(begun.elapsed().as_secs_f64())
+}
+
+const FIRST_MODEL: &str = "
+import seatrial
+found = seatrial.identify_log('run.csv')
+said = seatrial.command('identify', 'run.csv')
+assert found.outcome == said['verdict']['outcome'].replace('_', ' ') == 'use', found
+assert found.document['refined'] == said['refined']
+print(found.model)
+";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_the_newest_glibc_that_a_program_names() {
+        let bytes = b"..GLIBC_2.2.5\0GLIBC_2.28\0GLIBC_PRIVATE\0GLIBC_2.3";
+        assert_eq!(newest_glibc(bytes), (2, 28));
+        assert_eq!(newest_glibc(b"none"), (0, 0));
+    }
+}
