@@ -31,7 +31,7 @@ fn served(folder: &Path, options: &[&str], lines: &[u8]) -> Vec<Value> {
     assert!(done.status.success(), "{said}");
     assert!(!said.contains("panicked"), "{said}");
     let answers = String::from_utf8(done.stdout).unwrap();
-    let answers = answers.lines().map(|line| serde_json::from_str(line));
+    let answers = answers.lines().map(serde_json::from_str);
     answers.collect::<Result<_, _>>().unwrap()
 }
 

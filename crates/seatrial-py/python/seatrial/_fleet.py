@@ -24,11 +24,30 @@ def fleet(
 ) -> dict[str, Any]:
     """Identify every manoeuvre of many logs: a Parquet row each, and an error row for each log that cannot be read.
 
-    inputs: folders, logs, patterns or @LIST. out: the Parquet file; ``out.journal`` beside it keeps what is done,
-    and ``resume=True`` goes on with it. estimate: ``refined`` with intervals, ``online`` without, many times faster.
-    workers: threads on this machine. ray: the work is done by tasks of the Ray cluster that this
-    process is connected to, or of a local one; every node must see the logs under the same names. A task whose worker
-    is lost is done again, ``max_retries`` times; its rows are kept once. Returns the summary.
+    Parameters
+    ----------
+    inputs
+        Folders, logs, patterns or @LIST.
+    out
+        The Parquet file; ``out.journal`` beside it keeps what is done.
+    estimate
+        ``refined`` with intervals, ``online`` without, many times faster.
+    run_column
+        Column that tells the runs of a log apart.
+    workers
+        Threads on this machine; all cores without.
+    resume
+        Go on with the journal of a job that was interrupted.
+    ray
+        Work by tasks of the Ray cluster that this process is connected to, or of a local one; every node must see the
+        logs under the same names. A task whose worker is lost is done again; its rows are kept once.
+    logs_per_task, max_retries
+        Of Ray's tasks.
+
+    Returns
+    -------
+    dict
+        The summary.
     """
     given = [inputs] if isinstance(inputs, (str, PathLike)) else inputs
     names = [fspath(name) for name in given]

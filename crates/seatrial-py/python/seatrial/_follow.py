@@ -37,9 +37,23 @@ def turning(
     surge_speed_m_s: Optional[float] = None,
     hand: str = "starboard",
 ) -> Turn:
-    """Turning limits of a model: rates in rad/s, times in s, radii in m where the speed is given.
+    """Turning limits of one model to one side.
 
-    hand: starboard or right, port or left, in any case.
+    Parameters
+    ----------
+    model
+        The model.
+    rudder_limit_rad
+        Full rudder, rad.
+    surge_speed_m_s
+        Forward speed, m/s; without, there are no radii.
+    hand
+        starboard or right, port or left, in any case.
+
+    Returns
+    -------
+    Turn
+        Rates in rad/s, times in s, radii in m.
     """
     starboard = _HANDS.get(hand.strip().lower())
     if starboard is None:
@@ -58,7 +72,20 @@ class Gain:
 
 
 def gains(model: Model, damping_ratio: float = 1.0) -> Gain:
-    """The gain that gives the closed heading loop this damping ratio; 1/sqrt(2) is (57)."""
+    """The gain of one model that gives the closed heading loop a damping ratio, with no allowance for delays.
+
+    Parameters
+    ----------
+    model
+        The model.
+    damping_ratio
+        1/sqrt(2) is (57).
+
+    Returns
+    -------
+    Gain
+        K_p and the feed-forward rudder. `heading_gains` allows for delays and for the uncertainty of the model.
+    """
     return Gain(*_native.gain(model.theta, damping_ratio))
 
 

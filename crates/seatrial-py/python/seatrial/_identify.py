@@ -185,7 +185,22 @@ def identify_table(
     thrust: Optional[str] = "thrust",
     **settings: Any,
 ) -> Identification:
-    """Identify from the columns of a pandas, polars or Arrow table (SI units); ``settings`` are those of identify."""
+    """Identify from the columns of a pandas, polars or Arrow table, or of anything with an Arrow stream.
+
+    Parameters
+    ----------
+    table
+        The table.
+    time, heading, rudder, speed, yaw_rate, thrust
+        Names of its columns; of the last three one that is not there is not known.
+    **settings
+        Those of `identify`, units among them.
+
+    Returns
+    -------
+    Identification
+        As of `identify`.
+    """
     names = dict(
         time=time, heading=heading, rudder=rudder, speed=speed, yaw_rate=yaw_rate, thrust=thrust
     )

@@ -16,8 +16,24 @@ def trial(
 ) -> TrialResult:
     """Run a whole sea trial, by the paper's plan, on a simulated vehicle.
 
-    vehicle: sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml. thrusts: fractions of full. Raises
-    AbortedError where the trial was aborted.
+    Parameters
+    ----------
+    vehicle
+        sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml.
+    thrusts
+        Fractions of full; the plan's without.
+    seed
+        Of noise and disturbance.
+
+    Returns
+    -------
+    TrialResult
+        The runs with their models, and every sample.
+
+    Raises
+    ------
+    AbortedError
+        The trial was aborted.
     """
     text, samples = _native.trial(vehicle, None if thrusts is None else list(thrusts), seed)
     document = json.loads(text)
@@ -38,7 +54,24 @@ def study(
     estimators: Sequence[str] = ("refined", "instrumental-variable"),
     workers: Optional[int] = None,
 ) -> list[dict[str, Any]]:
-    """How far estimators are from the truth and from the Cramer-Rao bound, on simulated runs of the paper's vehicle."""
+    """How far estimators are from the truth and from the Cramer-Rao bound, on simulated runs of the paper's vehicle.
+
+    Parameters
+    ----------
+    runs, thrust, seed
+        How many runs, at what fraction of full thrust, from which seed on.
+    compass_noise_rad, disturbance_rad_s2, disturbance_time_s
+        Standard deviation of the compass; standard deviation and time constant of the disturbance.
+    estimators
+        Names, as of ``seatrial study --estimator``.
+    workers
+        Threads; all cores without. The result does not depend on them.
+
+    Returns
+    -------
+    list of dict
+        The accuracy of each estimator.
+    """
     text = _native.study(
         runs, thrust, seed, compass_noise_rad, disturbance_rad_s2, disturbance_time_s,
         list(estimators), workers,
@@ -48,6 +81,12 @@ def study(
 
 
 def paper_claims() -> list[dict[str, Any]]:
-    """Every number that the paper prints and that follows from others, beside the recomputed one."""
+    """Every number that the paper prints and that follows from others, beside the recomputed one.
+
+    Returns
+    -------
+    list of dict
+        What is printed, what is recomputed, and whether they agree.
+    """
     claims: list[dict[str, Any]] = json.loads(_native.paper_claims())
     return claims
