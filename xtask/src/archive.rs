@@ -106,7 +106,7 @@ fn fill(folder: &Path, binary: &Path, runnable: &Path) -> Result<(), String> {
     }
 }
 
-/// The same bytes from the same files.
+/// Files that do not differ make archives that do not differ.
 fn packed(name: &str) -> Result<PathBuf, String> {
     let archive = Path::new(OUT).join(format!("{name}.tar.gz"));
     let mut tar = Command::new("tar");

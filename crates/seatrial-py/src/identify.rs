@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use seatrial::Window;
 use seatrial::identification::Reader;
 use seatrial::identify::evenly_sampled::{BatchError, EvenlySampled};
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, lambda_of};
@@ -16,20 +15,8 @@ use seatrial_core::RudderUnit;
 use seatrial_core::estimator::Method;
 
 use crate::arrays::{Column, Columns, dictionary};
-use crate::logs::{Told, windows};
-use crate::reading::{Reading, Warned};
-use crate::{error, json, usage};
-
-/// The start and the end of a window, s.
-pub type Span = (Option<f64>, Option<f64>);
-
-/// The window that a span stands for.
-pub fn window((from_s, to_s): Span) -> Window {
-    Window {
-        from_s: from_s.unwrap_or(f64::NEG_INFINITY),
-        to_s: to_s.unwrap_or(f64::INFINITY),
-    }
-}
+use crate::reading::{Reading, Span, Warned, window, windows};
+use crate::{Told, error, failed, json, usage};
 
 /// The settings that the names stand for.
 pub fn settings(
@@ -233,18 +220,6 @@ pub fn identify_log(
         }
         Err(found) => Err(failed(py, &found)),
     }
-}
-
-/// The exception for what a use case gives no result for.
-pub fn failed(py: Python<'_>, found: &seatrial_app::Error) -> PyErr {
-    let class = match found {
-        seatrial_app::Error::Setting(_) => "UsageError",
-        seatrial_app::Error::Input(_)
-        | seatrial_app::Error::Log(_)
-        | seatrial_app::Error::Logbook(_) => "InputError",
-        seatrial_app::Error::Rejected(_) => "RejectedError",
-    };
-    error(py, class, found)
 }
 
 /// The samples of a log of any format that the command reads, the log as documents show it in JSON, and what to warn of.

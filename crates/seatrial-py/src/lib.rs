@@ -30,6 +30,21 @@ fn usage(py: Python<'_>, message: impl ToString) -> PyErr {
     error(py, "UsageError", message)
 }
 
+/// JSON or the text of a file, and what to warn of.
+type Told = (String, Vec<String>);
+
+/// The exception for what a use case gives no result for.
+fn failed(py: Python<'_>, found: &seatrial_app::Error) -> PyErr {
+    let class = match found {
+        seatrial_app::Error::Setting(_) => "UsageError",
+        seatrial_app::Error::Input(_)
+        | seatrial_app::Error::Log(_)
+        | seatrial_app::Error::Logbook(_) => "InputError",
+        seatrial_app::Error::Rejected(_) => "RejectedError",
+    };
+    error(py, class, found)
+}
+
 /// A document as JSON.
 fn json(py: Python<'_>, document: &impl serde::Serialize) -> PyResult<String> {
     serde_json::to_string(document).map_err(|found| error(py, "SeatrialError", found))

@@ -6,19 +6,14 @@ use pyo3::prelude::*;
 use seatrial::identification::Reader;
 use seatrial_app::compare_log::compare_log;
 use seatrial_app::health::{Comparison, Criteria, Missions, Watched, change, reference};
-use seatrial_app::identify_log::Windows;
 use seatrial_app::logs::open;
 use seatrial_app::models::{ComparedModels, compared_models, open_named};
 use seatrial_app::validate_log::{Given, validate_log};
 use seatrial_app::{Error, Inspection};
 
-use crate::identify::{Span, failed, window};
-use crate::json;
 use crate::models::Source;
-use crate::reading::{Reading, Warned};
-
-/// JSON and warnings.
-pub type Told = (String, Vec<String>);
+use crate::reading::{Reading, Span, Warned, window, windows};
+use crate::{Told, failed, json};
 
 /// What is in a log.
 #[pyfunction]
@@ -48,17 +43,6 @@ pub fn compare(
     let found = py.detach(|| compare_log(&path, &windows, &settings, lambda_rad_s, &mut warned));
     let found = found.map_err(|error| failed(py, &error))?;
     Ok((json(py, &found.document)?, warned.0))
-}
-
-/// The windows that arguments stand for.
-pub fn windows(training: Span, validation: Span, validate_on: Option<PathBuf>) -> Windows {
-    Windows {
-        from_s: training.0,
-        to_s: training.1,
-        validate_from_s: validation.0,
-        validate_to_s: validation.1,
-        validate_on,
-    }
 }
 
 /// A model against a log.

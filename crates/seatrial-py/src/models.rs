@@ -13,9 +13,7 @@ use seatrial_app::vehicle_file::Stated;
 use seatrial_core::YawModel;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 
-use crate::identify::failed;
-use crate::logs::Told;
-use crate::{error, json, usage};
+use crate::{Told, error, failed, json, usage};
 
 /// Where models come from, a mapping of the Python part: one of its entries is given.
 #[derive(FromPyObject)]

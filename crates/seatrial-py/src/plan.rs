@@ -7,10 +7,8 @@ use seatrial::preview::parse_target;
 use seatrial_app::expected::Stated;
 use seatrial_app::planned::{Changes, Expected, Wanted, plan_trial};
 
-use crate::identify::failed;
-use crate::logs::Told;
 use crate::models::Source;
-use crate::{error, json, usage};
+use crate::{Told, error, failed, json, usage};
 
 /// The plan by its differences, a mapping of the Python part.
 #[derive(FromPyObject)]

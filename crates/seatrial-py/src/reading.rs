@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
+use seatrial::Window;
 use seatrial::servo::Servo;
+use seatrial_app::identify_log::Windows;
 use seatrial_app::logs::{Observer, ReadSettings};
 use seatrial_logs::{ChannelChoice, Quantity};
 
@@ -60,6 +62,28 @@ impl Reading {
             channels,
             servo: has_servo.then_some(servo),
         })
+    }
+}
+
+/// The start and the end of a window, s.
+pub type Span = (Option<f64>, Option<f64>);
+
+/// The window that a span stands for.
+pub fn window((from_s, to_s): Span) -> Window {
+    Window {
+        from_s: from_s.unwrap_or(f64::NEG_INFINITY),
+        to_s: to_s.unwrap_or(f64::INFINITY),
+    }
+}
+
+/// The windows that arguments stand for.
+pub fn windows(training: Span, validation: Span, validate_on: Option<PathBuf>) -> Windows {
+    Windows {
+        from_s: training.0,
+        to_s: training.1,
+        validate_from_s: validation.0,
+        validate_to_s: validation.1,
+        validate_on,
     }
 }
 
