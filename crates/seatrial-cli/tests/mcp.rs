@@ -175,7 +175,11 @@ fn cli_twenty_tasks_tell_no_wrong_model_as_right() {
         ),
         ("plan", json!({"thrusts": [0.6, 0.8]}), "the plan will do"),
         ("plan", json!({"amplitude_deg": 80}), "amplitude"),
-        ("explain_verdict", json!({"code": "low_r2"}), "R^2"),
+        (
+            "explain_verdict",
+            json!({"code": "low_r2"}),
+            "does not predict data",
+        ),
         (
             "simulate",
             json!({"thrusts": [0.8], "seed": 3}),
@@ -188,7 +192,8 @@ fn cli_twenty_tasks_tell_no_wrong_model_as_right() {
         let result = &answer["result"];
         let said = result["content"][0]["text"].as_str().unwrap();
         assert!(said.contains(expected), "{tool} {arguments}: {said}");
-        if result["structuredContent"]["speeds"].is_array() && *arguments != log("reversed.csv") {
+        let has_model = ["identify", "simulate"].contains(tool) && result["isError"] == false;
+        if has_model && *arguments != log("reversed.csv") {
             is_honest(&result["structuredContent"]);
         }
     }
