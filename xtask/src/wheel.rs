@@ -135,7 +135,8 @@ pub fn command_for(target: &str) -> Result<PathBuf, String> {
 
 fn build(platform: Platform) -> Result<PathBuf, String> {
     let binary = command_for(platform.target)?;
-    let data = Path::new(PACKAGE).join("seatrial.data");
+    // maturin takes what is in the folder of this name along.
+    let data = Path::new(PACKAGE).join("seatrial._native.data");
     let failed = |error: std::io::Error| format!("{}: {error}", data.display());
     std::fs::create_dir_all(data.join("scripts")).map_err(failed)?;
     std::fs::copy(&binary, data.join("scripts/seatrial")).map_err(failed)?;
