@@ -7,6 +7,7 @@ pub mod conduct;
 pub mod documents;
 mod error;
 pub mod expected;
+#[cfg(feature = "parquet")]
 pub mod fleet;
 pub mod gains;
 pub mod gains_export;

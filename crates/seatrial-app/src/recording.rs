@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, LineWriter};
 use std::path::{Path, PathBuf};
 
-use seatrial_logs::{CsvWriter, McapWriter, Row, RowWriter, write_csv, write_mcap, write_parquet};
+use seatrial_logs::{CsvWriter, Row, RowWriter, write_csv};
 
 /// Formats that are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,12 +48,32 @@ pub fn write(path: &Path, format: Format, rows: &[Row]) -> Result<(), RecordingE
 }
 
 fn write_file(path: &Path, format: Format, rows: &[Row]) -> io::Result<()> {
+    built(format)?;
     let file = BufWriter::new(File::create(path)?);
     match format {
         Format::Csv => write_csv(file, rows),
-        Format::Parquet => write_parquet(file, rows),
-        Format::Mcap => write_mcap(file, rows),
+        #[cfg(feature = "parquet")]
+        Format::Parquet => seatrial_logs::write_parquet(file, rows),
+        #[cfg(feature = "mcap")]
+        Format::Mcap => seatrial_logs::write_mcap(file, rows),
+        #[cfg(not(feature = "parquet"))]
+        Format::Parquet => built(format),
+        #[cfg(not(feature = "mcap"))]
+        Format::Mcap => built(format),
     }
+}
+
+/// An error of a format that this program was built without.
+fn built(format: Format) -> io::Result<()> {
+    let feature = match format {
+        Format::Parquet if cfg!(not(feature = "parquet")) => "parquet",
+        Format::Mcap if cfg!(not(feature = "mcap")) => "mcap",
+        Format::Csv | Format::Parquet | Format::Mcap => return Ok(()),
+    };
+    Err(io::Error::new(
+        io::ErrorKind::Unsupported,
+        format!("this program was built without that format; build it with `--features {feature}`"),
+    ))
 }
 
 /// A log that grows with a trial.
@@ -75,17 +95,25 @@ enum Rows {
 impl Recording {
     /// Creates the file.
     pub fn start(path: &Path, format: Format) -> Result<Self, RecordingError> {
-        let rows = File::create(path).and_then(|file| {
-            let writer: Box<dyn RowWriter> = match format {
-                Format::Parquet => return Ok(Rows::Kept(Vec::new())),
-                Format::Csv => Box::new(CsvWriter::new(LineWriter::new(file))?),
-                Format::Mcap => Box::new(McapWriter::new(BufWriter::new(file))?),
-            };
-            Ok(Rows::Streamed {
-                writer,
-                flush_due_s: f64::NEG_INFINITY,
-            })
-        });
+        let rows = built(format)
+            .and_then(|()| File::create(path))
+            .and_then(|file| {
+                let writer: Box<dyn RowWriter> = match format {
+                    #[cfg(feature = "parquet")]
+                    Format::Parquet => return Ok(Rows::Kept(Vec::new())),
+                    Format::Csv => Box::new(CsvWriter::new(LineWriter::new(file))?),
+                    #[cfg(feature = "mcap")]
+                    Format::Mcap => Box::new(seatrial_logs::McapWriter::new(BufWriter::new(file))?),
+                    #[cfg(not(feature = "parquet"))]
+                    Format::Parquet => return built(format).map(|()| Rows::Kept(Vec::new())),
+                    #[cfg(not(feature = "mcap"))]
+                    Format::Mcap => return built(format).map(|()| Rows::Kept(Vec::new())),
+                };
+                Ok(Rows::Streamed {
+                    writer,
+                    flush_due_s: f64::NEG_INFINITY,
+                })
+            });
         Ok(Self {
             rows: rows.map_err(not_saved(path))?,
             path: path.into(),

@@ -12,9 +12,9 @@ use seatrial::plain_text::plain;
 use seatrial::segmentation::Proposal;
 use seatrial::servo::Servo;
 use seatrial_app::logs::{self, Observer, OpenedLog, ReadSettings};
-use seatrial_logs::{
-    ChannelChoice, LogDescription, Quantity, Unit, UnitSource, UnknownQuantity, UnknownUnit,
-};
+#[cfg(feature = "parquet")]
+use seatrial_logs::ChannelChoice;
+use seatrial_logs::{LogDescription, Quantity, Unit, UnitSource, UnknownQuantity, UnknownUnit};
 
 use crate::model_text::windows_text;
 use crate::output::Failure;
@@ -119,6 +119,7 @@ pub fn quantity_and_unit(text: &str) -> Result<(Quantity, Unit), String> {
 
 impl ChannelArgs {
     /// What these options and their file choose of many logs.
+    #[cfg(feature = "parquet")]
     pub fn chosen(&self) -> Result<ChannelChoice, Failure> {
         let settings = self.read_settings()?;
         if settings.servo.is_some() {

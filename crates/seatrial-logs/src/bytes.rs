@@ -74,6 +74,7 @@ impl Bytes {
     }
 
     /// Bytes of the file.
+    #[cfg(feature = "mcap")]
     pub fn length(&self) -> Result<u64, Fault> {
         Ok(self.file.metadata().map_err(Fault::read)?.len())
     }

@@ -17,7 +17,6 @@ use seatrial_app::report::page;
 use seatrial_app::trial_run::{self, Ended, Order, Sinks};
 use seatrial_app::{TrialPlan, load_plan};
 use seatrial_core::{Axis, Outcome};
-use seatrial_dash::{Server, Shown};
 use seatrial_logbook::{CampaignId, Circumstances, Logbook};
 use seatrial_report::{About, render};
 use serde::Serialize;
@@ -175,19 +174,6 @@ impl Args {
             views: vec![Box::new(Terminal::new(&self.vehicle))],
         })
     }
-
-    /// The dashboard where it is asked for, and the trial as it shows it.
-    fn served(&self, stop: &Arc<AtomicBool>) -> Result<Option<(Server, Shown)>, Failure> {
-        let Some(listen) = self.serve.as_deref() else {
-            return Ok(None);
-        };
-        let settings = self.access.settings(listen, &self.logbook)?;
-        let server = serve::start(&settings, Vec::new(), Vec::new())?;
-        let shown = server.attach(stop);
-        let shown = shown.ok_or_else(|| Failure::internal("a new dashboard shows a trial"))?;
-        say(format_args!("the dashboard is at {}", server.url()));
-        Ok(Some((server, shown)))
-    }
 }
 
 fn conduct(args: &Args, times_faster: Option<f64>, output: &Output) -> Result<Exit, Failure> {
@@ -202,8 +188,11 @@ fn conduct(args: &Args, times_faster: Option<f64>, output: &Output) -> Result<Ex
         only_simulated(args)?;
     }
     let mut sinks = args.sinks()?;
-    let server = args.served(&stop)?.map(|(server, shown)| {
-        sinks.views.push(Box::new(shown));
+    let dashboard = (args.serve.as_deref())
+        .map(|listen| serve::beside(listen, &args.access, &args.logbook, &stop))
+        .transpose()?;
+    let server = dashboard.map(|(server, shown)| {
+        sinks.views.push(shown);
         server
     });
     let ended = trial_run::begin(
