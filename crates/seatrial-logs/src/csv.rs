@@ -5,11 +5,11 @@ use std::io::{self, Read};
 use csv_core::{ReadRecordResult, ReaderBuilder};
 use sha2::{Digest, Sha256};
 
-use crate::Quantity;
 use crate::clock::instant;
 use crate::description::Format;
 use crate::error::{Fault, Place, clipped};
 use crate::table::{Cell, Table, hexadecimal};
+use crate::{Quantity, Unit};
 
 /// Bytes read at once; the delimiter is found in the first of these.
 const BUFFER: usize = 1 << 16;
@@ -135,6 +135,10 @@ impl<R: Read> Text<R> {
                         line,
                         found: clipped(&text.columns.join(",")),
                     });
+                }
+                if let Some(units) = header.units {
+                    text.read_record()?;
+                    text.columns = with_units(&text.columns, &units);
                 }
             }
         }
@@ -356,6 +360,8 @@ struct Header {
     dialect: Dialect,
     /// Names of columns in the comment above the first row, where that row is numbers.
     in_comment: Option<Vec<String>>,
+    /// The row under the names, where it holds units.
+    units: Option<Vec<String>>,
 }
 
 impl Header {
@@ -388,11 +394,40 @@ impl Header {
             })
             .map(|comment| cells(comment, delimiter))
             .filter(|names| names.len() == cells(first, delimiter).len());
+        let units = rows.first().map(|row| cells(row, delimiter));
         Some(Self {
             dialect,
             in_comment,
+            units: units.filter(|cells| are_units(cells)),
         })
     }
+}
+
+/// Is every cell a unit, or empty? `-` is none.
+fn are_units(cells: &[String]) -> bool {
+    let unit = |cell: &String| {
+        cell.trim_matches(|c: char| "[]()\"".contains(c))
+            .parse::<Unit>()
+    };
+    let is_none = |cell: &String| cell.is_empty() || cell == "-";
+    cells.iter().all(|cell| is_none(cell) || unit(cell).is_ok())
+        && cells.iter().any(|cell| unit(cell).is_ok())
+}
+
+/// Names of columns with the units of the row below: `speed [kn]`.
+fn with_units(names: &[String], units: &[String]) -> Vec<String> {
+    let units = units
+        .iter()
+        .map(|unit| unit.trim_matches(|c: char| "[]()-\"".contains(c)));
+    let units = units.chain(std::iter::repeat(""));
+    names
+        .iter()
+        .zip(units)
+        .map(|(name, unit)| match unit.is_empty() {
+            true => name.clone(),
+            false => format!("{name} [{unit}]"),
+        })
+        .collect()
 }
 
 /// The delimiter that stands in a header most often, outside quotes; blanks where none does.

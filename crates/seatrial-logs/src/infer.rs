@@ -99,7 +99,17 @@ impl FirstRows {
                     Unit::Fraction,
                     format!("stays within {}", self.largest(quantity)),
                 ),
-                Quantity::Speed => (Unit::MetrePerSecond, "nothing else is said".into()),
+                Quantity::Speed => {
+                    if columns
+                        .get(&quantity)
+                        .is_some_and(|name| is_usually_in_knots(name))
+                    {
+                        inferred.warnings.push(
+                            "speed has no unit and is taken as m/s, but speeds of this name are usually in knots; say which with --unit speed=kn or --unit speed=m/s".into(),
+                        );
+                    }
+                    (Unit::MetrePerSecond, "nothing else is said".into())
+                }
                 _ => (Unit::Metre, "nothing else is said".into()),
             };
             inferred.add(quantity, unit, because);
@@ -199,6 +209,12 @@ impl FirstRows {
         // Under half the correlation the columns do not vouch for each other.
         (correlation.abs() > 0.5).then(|| cross / rate_square)
     }
+}
+
+/// Speed over ground and speed through the water, as navigators call them.
+fn is_usually_in_knots(column: &str) -> bool {
+    let name = column.to_lowercase();
+    ["sog", "stw"].iter().any(|usual| name.contains(usual))
 }
 
 impl Inferred {

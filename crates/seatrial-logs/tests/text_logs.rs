@@ -38,6 +38,45 @@ fn sentences(time: impl Fn(u32) -> String) -> String {
     text
 }
 
+/// Loggers write the units in a row of their own.
+#[test]
+fn io_a_row_of_units_under_the_names() {
+    for units in ["s,deg,deg,kn", "[s],[deg],[deg],[kn]"] {
+        let mut text = format!("time,heading,rudder,speed\n{units}\n");
+        for k in 0..100 {
+            text += &format!(
+                "{:.1},{:.1},{},4.0\n",
+                0.1 * f64::from(k),
+                0.2 * f64::from(k),
+                k % 7
+            );
+        }
+        let (reader, samples) = read(&text).unwrap();
+        assert_eq!(reader.description().warnings, [""; 0]);
+        assert_eq!(samples.len(), 100);
+        assert_eq!(samples[6].rudder_rad, 6.0_f64.to_radians());
+        let speed = samples[0].surge_speed_m_s.unwrap();
+        assert!((speed - 4.0 * 1852.0 / 3600.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn io_a_speed_over_ground_without_a_unit_is_doubted() {
+    let mut text = String::from("time_s,heading_deg,rudder_deg,sog\n");
+    for k in 0..100 {
+        text += &format!(
+            "{:.1},{:.1},{},4.0\n",
+            0.1 * f64::from(k),
+            0.2 * f64::from(k),
+            k % 7
+        );
+    }
+    let (reader, _) = read(&text).unwrap();
+    let warnings = &reader.description().warnings;
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(warnings[0].starts_with("speed has no unit"), "{warnings:?}");
+}
+
 #[test]
 fn io_nmea_0183_with_times_before_the_sentences() {
     for time in [
