@@ -128,7 +128,14 @@ fn rehearsed(
     let scenario = Scenario::load(path).map_err(VehicleError::unreachable)?;
     let refused =
         |error: &dyn Display| VehicleError::unreachable(format!("{}: {error}", path.display()));
-    let vehicle = config(name)?
+    let config = config(name)?;
+    if scenario.conditions.contains_key("sea") && matches!(config, SimulatedConfig::FirstOrder(_)) {
+        return Err(VehicleError::unreachable(format!(
+            "{}: it has a sea, which {name} does not meet; take --vehicle sim:starfish-6dof or sim:remus100",
+            path.display()
+        )));
+    }
+    let vehicle = config
         .with(scenario.conditions.clone())
         .and_then(|config| config.vehicle(seed))
         .map_err(|error| refused(&error))?;

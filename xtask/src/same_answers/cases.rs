@@ -185,7 +185,7 @@ fn trials(quick: bool) -> Result<Vec<Case>, String> {
     }
     let scenarios = if quick { &SCENARIOS[..3] } else { &SCENARIOS };
     for scenario in scenarios {
-        let file = std::path::absolute(format!("scenarios/{scenario}.toml"));
+        let file = std::path::absolute(format!("crates/seatrial-sim/scenarios/{scenario}.toml"));
         let file = file.map_err(|error| error.to_string())?;
         let file = file.to_string_lossy();
         let options = ["--vehicle", "sim:starfish-6dof", "--scenario", &file];

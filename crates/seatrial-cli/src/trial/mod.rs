@@ -49,8 +49,9 @@ pub struct Args {
     /// needs a seatrial built with --features ros2, or ros2-zenoh.
     #[arg(long, value_name = "VEHICLE", default_value = "sim:starfish")]
     vehicle: String,
-    /// Faults that befall a simulated vehicle, and sensors and sea that it meets, a TOML file as in scenarios/.
-    #[arg(long, value_name = "FILE")]
+    /// Faults that befall a simulated vehicle, and sensors and sea that it meets: one that comes with the program, as bad_compass,
+    /// or a TOML file as docs/faults.md describes.
+    #[arg(long, value_name = "NAME|FILE")]
     scenario: Option<PathBuf>,
     /// The axis: yaw, or pitch with elevator doublets on a vehicle of six degrees of freedom [default: the plan's].
     #[arg(long, value_name = "AXIS")]

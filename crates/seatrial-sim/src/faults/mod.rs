@@ -1,5 +1,6 @@
 //! Faults to rehearse with.
 
+mod built_in;
 mod invalid;
 mod kind;
 mod scenario;

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use thiserror::Error;
 
+use super::built_in;
 use super::invalid::{InvalidFault, InvalidRandom};
 use super::kind::{Kind, Values};
 use super::stages::Moment;
@@ -100,8 +101,8 @@ pub struct Random {
 /// A scenario that cannot be played.
 #[derive(Debug, Error)]
 pub enum ScenarioError {
-    /// The file cannot be read.
-    #[error("{}: {source}", path.display())]
+    /// The file cannot be read, and none of this name comes with the program.
+    #[error("{}: {source}; scenarios that need no file are {}", path.display(), built_in::names())]
     Read {
         /// The file.
         path: PathBuf,
@@ -205,12 +206,17 @@ impl Scenario {
         })
     }
 
-    /// The scenario of a TOML file.
+    /// The scenario of a TOML file, or one that comes with the program by its name: `bad_compass`.
     pub fn load(path: &Path) -> Result<Self, ScenarioError> {
-        let text = fs::read_to_string(path).map_err(|source| ScenarioError::Read {
-            path: path.to_owned(),
-            source,
-        })?;
+        let text = match fs::read_to_string(path) {
+            Ok(text) => text,
+            Err(source) => built_in::text_of(&path.to_string_lossy())
+                .map(str::to_owned)
+                .ok_or_else(|| ScenarioError::Read {
+                    path: path.to_owned(),
+                    source,
+                })?,
+        };
         Self::from_toml(&text).map_err(|error| ScenarioError::InFile {
             path: path.to_owned(),
             source: Box::new(error),
