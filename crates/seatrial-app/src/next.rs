@@ -35,7 +35,7 @@ pub fn after_log(found: &IdentifiedLog, call: &str) -> String {
             format!("{call} --json > model.json && {gains}{export}")
         }
         Outcome::NotValidated => format!("{call} --validate-on SECOND_LOG"),
-        Outcome::DoNotUse => format!("seatrial inspect {}", log.path.display()),
+        Outcome::DoNotUse => format!("seatrial report {}", log.path.display()),
     }
 }
 
@@ -56,7 +56,16 @@ pub fn after_trial(
         _ if !is_autopilot => format!("seatrial gains {place}"),
         Some(name) if name.starts_with("PX4") => format!("seatrial gains {place} {PX4}"),
         firmware if is_ardusub(firmware) => format!("seatrial gains {place} {SUB}"),
-        _ => format!("seatrial commission --vehicle {} {place}", campaign.vehicle),
+        _ => {
+            let full_rudder = campaign.full_rudder.filter(|full| !full.is_assumed);
+            let angle = full_rudder.map_or(String::new(), |full| {
+                format!(" --full-rudder-deg {:.4}", full.angle_rad.to_degrees())
+            });
+            format!(
+                "seatrial commission --vehicle {} {place}{angle}",
+                campaign.vehicle
+            )
+        }
     }
 }
 

@@ -88,7 +88,12 @@ fn logbook(path: &Path) -> Finding {
     match Logbook::open_read_only(path).and_then(|logbook| logbook.campaigns()) {
         Ok(campaigns) => Finding::good(
             "logbook",
-            format!("{}: {} campaigns", path.display(), campaigns.len()),
+            format!(
+                "{}: {} campaign{}",
+                path.display(),
+                campaigns.len(),
+                if campaigns.len() == 1 { "" } else { "s" }
+            ),
         ),
         Err(error) => Finding::bad(
             "logbook",

@@ -9,7 +9,7 @@ use seatrial_app::vehicles::{Attendant, MavlinkOptions};
 use seatrial_links::autopilot::{Profile, SteeringOutputs};
 use seatrial_links::handover::{Change, Check};
 
-use crate::output::{Failure, say};
+use crate::output::{Failure, say, say_laid_out};
 use crate::screen::{labelled, width};
 
 /// How an autopilot is reached.
@@ -142,11 +142,11 @@ impl Attendant for AtTerminal {
     }
 
     fn check(&self, check: &Check) {
-        say(check_line(check.passed, check.name, &check.text));
+        say_laid_out(&check_line(check.passed, check.name, &check.text));
     }
 
     fn change(&self, change: &Change) {
-        say(change_line(change));
+        say_laid_out(&change_line(change));
     }
 
     fn agrees(&self) -> Result<bool, VehicleError> {

@@ -18,8 +18,8 @@ use seatrial_logbook::Logbook;
 use serde::Serialize;
 
 use crate::autopilot::{AtTerminal, LinkArgs, check_line};
-use crate::output::{Exit, Failure, Output, say};
-use crate::screen::{labelled, width};
+use crate::output::{Exit, Failure, Output, say, say_laid_out};
+use crate::screen::{command, labelled, width};
 use crate::vehicle::autopilot;
 
 /// Put the gains of a model into an autopilot, prove them by heading steps, keep them or put the old ones back.
@@ -151,14 +151,23 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         line: found.line(),
         found,
     };
-    output.print(&document, || labelled("", &document.line, width()))?;
+    output.print(&document, || {
+        let width = width();
+        let undo = document
+            .found
+            .undo()
+            .map(|undo| command("Undo   ", undo, width));
+        labelled("", &document.found.summary(), width) + &undo.unwrap_or_default()
+    })?;
     Ok(exit(&document.found))
 }
 
 /// Says each check, and refuses where one has not passed.
 fn shown(preflight: &Preflight) -> Result<(), Failure> {
     let checks = || preflight.checks.iter();
-    checks().for_each(|check| say(check_line(check.passed, &check.name, &check.text)));
+    checks().for_each(|check| {
+        say_laid_out(&check_line(check.passed, &check.name, &check.text));
+    });
     let failed: Vec<&str> = checks()
         .filter(|check| !check.passed)
         .map(|check| check.name.as_str())

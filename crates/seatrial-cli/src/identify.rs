@@ -6,7 +6,7 @@ mod agreement;
 use std::path::{Path, PathBuf};
 
 use seatrial::Identification;
-use seatrial::identification::{Outcome, Verdict};
+use seatrial::identification::{Outcome, ReasonCode, Verdict};
 use seatrial::identify::IdentifySettings;
 use seatrial_app::identify_log::{IdentifiedLog, Logs, Options, identify_log_observed};
 use seatrial_app::next;
@@ -134,7 +134,7 @@ pub fn identify_call(log: &Path) -> String {
 }
 
 /// The command as it was typed, for the commands that go on from it.
-fn call() -> String {
+pub fn call() -> String {
     let typed = std::env::args().skip(1).map(|argument| {
         let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+".contains(c);
         match argument.chars().all(is_plain) && !argument.is_empty() {
@@ -160,7 +160,11 @@ pub fn text(found: &IdentifiedLog, call: &str, width: usize) -> String {
     {
         text += &labelled("", &offset, width);
     }
-    text += &cause_text(verdict, "--verbose or --json", width);
+    text += &cause_text(verdict, "--verbose", width);
+    let mut reasons = verdict.reasons.iter();
+    if let Some(sign) = reasons.find(|reason| reason.code == ReasonCode::SignReversed) {
+        text += &labelled("Sign   ", &sign.text, width);
+    }
     text + &command("Next   ", &next::after_log(found, call), width)
 }
 
@@ -196,8 +200,12 @@ pub fn cause_text(verdict: &Verdict, more: &str, width: usize) -> String {
     }
     text += &match verdict.other_causes() {
         0 => String::new(),
-        1 => labelled("Also   ", &format!("1 more remark: {more}"), width),
-        others => labelled("Also   ", &format!("{others} more remarks: {more}"), width),
+        1 => labelled("Also   ", &format!("1 more remark, shown by {more}"), width),
+        others => labelled(
+            "Also   ",
+            &format!("{others} more remarks, shown by {more}"),
+            width,
+        ),
     };
     text
 }

@@ -9,6 +9,8 @@ use ratatui::{Terminal, TerminalOptions, Viewport};
 use seatrial::plain_text::plain;
 use seatrial_core::Stage;
 
+use crate::screen::{width_of_stderr, wrapped};
+
 use drawing::render;
 
 mod drawing;
@@ -140,15 +142,18 @@ impl Live {
 
     /// Prints a line that stays.
     pub fn line(&mut self, text: &str) {
-        let text = &*plain(text);
+        let text = wrapped(&plain(text), width_of_stderr().unwrap_or(usize::MAX));
         match self {
             Self::Terminal { terminal, .. } => {
-                let _ = terminal.insert_before(1, |buffer| {
-                    buffer.set_string(buffer.area.x, buffer.area.y, text, Style::default());
+                let count = text.lines().count() as u16;
+                let _ = terminal.insert_before(count, |buffer| {
+                    for (row, line) in (buffer.area.y..).zip(text.lines()) {
+                        buffer.set_string(buffer.area.x, row, line, Style::default());
+                    }
                 });
             }
             Self::Log => {
-                let _ = writeln!(stderr(), "{text}");
+                let _ = write!(stderr(), "{text}");
             }
         }
     }

@@ -151,6 +151,11 @@ pub fn say(message: impl fmt::Display) {
     let _ = write!(std::io::stderr(), "{shown}");
 }
 
+/// Says lines that are laid out already on standard error.
+pub fn say_laid_out(lines: &str) {
+    let _ = writeln!(std::io::stderr(), "{}", plain(lines));
+}
+
 /// JSON escapes the lower control characters itself; a terminal obeys some of the upper ones, too.
 fn without_commands(json: String) -> String {
     let is_command = |c: char| c.is_control() && c != '\n';

@@ -12,6 +12,7 @@ use seatrial_links::handover::Preflight;
 use serde::Serialize;
 
 use crate::autopilot::{LinkArgs, address, change_line, check_line};
+use crate::identify::call;
 use crate::output::{Exit, Failure, Output};
 use crate::screen::{command, labelled, width};
 
@@ -129,12 +130,8 @@ fn verdict(preflight: &Preflight, args: &CheckArgs) -> String {
         .collect();
     let width = width();
     match (failed.is_empty(), &args.plan) {
-        (true, Some(plan)) => {
-            let next = format!(
-                "seatrial trial --vehicle {} --plan {}",
-                args.vehicle,
-                plan.display()
-            );
+        (true, Some(_)) => {
+            let next = call().replacen("vehicle check", "trial", 1);
             "READY\n".to_owned() + &command("Next   ", &next, width)
         }
         _ => {

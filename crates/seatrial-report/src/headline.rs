@@ -128,7 +128,15 @@ pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed], command: &str) 
         verdict,
         findings,
         next,
-        command: command.to_owned(),
+        command: command_of(judged.outcome(), command),
+    }
+}
+
+/// What goes on from a model that is not to be used is this page.
+fn command_of(outcome: ModelOutcome, command: &str) -> String {
+    match outcome {
+        ModelOutcome::DoNotUse => String::new(),
+        _ => command.to_owned(),
     }
 }
 
@@ -168,7 +176,7 @@ fn next_of_trial(campaign: &Campaign, speeds: &[Speed], tried: &[f64]) -> Vec<St
 /// Where the gains of a trial go: it depends on what it was made on.
 fn what_to_do_with_models(campaign: &Campaign) -> &'static str {
     if campaign.seed.is_some() {
-        "This was a rehearsal: the numbers are those of the simulated vehicle. Make the trial on your own vehicle: seatrial trial --vehicle."
+        "This was a rehearsal: the numbers are those of the simulated vehicle. Make the trial on your own vehicle, with seatrial trial --vehicle and its address."
     } else if campaign.vehicle.starts_with("mavlink:") {
         "Put the gains into the autopilot with the command below: it shows old and new gains, writes, tries heading steps, and puts the old \
          ones back where they do better. Or write the file of parameters with seatrial gains --export ardupilot."
@@ -267,6 +275,6 @@ pub(super) fn of_log(verdict: &Verdict, command: &str) -> Headline {
         verdict: outcome_text(verdict.outcome()),
         findings: cause(verdict),
         next: action(verdict).into_iter().collect(),
-        command: command.to_owned(),
+        command: command_of(verdict.outcome(), command),
     }
 }

@@ -103,9 +103,25 @@ pub struct Commissioned {
 impl Commissioned {
     /// Which gains are in, why, and how to undo it, in one line.
     pub fn line(&self) -> String {
+        match self.undo() {
+            Some(undo) => format!("{}. To undo: {undo}", self.summary()),
+            None => self.summary(),
+        }
+    }
+
+    /// The command that brings the old gains back, where the new ones stay.
+    pub fn undo(&self) -> Option<&str> {
+        match &self.ending {
+            Ending::Kept { undo } => Some(undo),
+            _ => None,
+        }
+    }
+
+    /// Which gains are in, and why.
+    pub fn summary(&self) -> String {
         let line = match &self.ending {
-            Ending::Kept { undo } => format!(
-                "KEPT the new gains: {}. To undo: {undo}",
+            Ending::Kept { .. } => format!(
+                "KEPT the new gains: {}",
                 self.new.as_ref().map_or("proven".into(), response_text)
             ),
             Ending::PutBack {

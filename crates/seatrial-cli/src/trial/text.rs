@@ -9,7 +9,7 @@ use seatrial_core::Outcome;
 use seatrial_logbook::{CampaignId, Logbook};
 
 use crate::identify::cause_text;
-use crate::screen::command;
+use crate::screen::{command, labelled};
 use crate::speed_table::{SpeedRow, run_row, speed_table};
 
 pub(super) fn run_line(run: &Run) -> String {
@@ -43,7 +43,14 @@ pub(super) fn text(
     if let Some(table) = speed_table(&rows, width) {
         let _ = writeln!(text, "{table}");
     }
-    text += &cause_text(&verdict, "seatrial report shows them", width);
+    text += &cause_text(&verdict, "seatrial report", width);
+    if campaign.is_rehearsal() {
+        let about = format!(
+            "a rehearsal: the numbers are those of {}, not of a boat",
+            campaign.vehicle
+        );
+        text += &labelled("About  ", &about, width);
+    }
     let _ = writeln!(text, "Kept   {}", logbook.display());
     if let Some(report) = report {
         let _ = writeln!(text, "Report {}", report.display());
