@@ -18,6 +18,7 @@ pub enum Error {
     #[error(transparent)]
     Log(#[from] ReadError),
     /// A logbook that cannot be read or written.
+    #[cfg(feature = "trials")]
     #[error(transparent)]
     Logbook(#[from] seatrial_logbook::Error),
 }

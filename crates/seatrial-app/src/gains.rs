@@ -364,6 +364,6 @@ fn interpolated_interval(
         .find(|pair| value <= pair[1].0)
         .or_else(|| known.windows(2).last())?;
     let fraction = (value - pair[0].0) / (pair[1].0 - pair[0].0);
-    let half_width = ((1.0 - fraction) * pair[0].1).hypot(fraction * pair[1].1);
+    let half_width = libm::hypot((1.0 - fraction) * pair[0].1, fraction * pair[1].1);
     Some([gain - half_width, gain + half_width])
 }

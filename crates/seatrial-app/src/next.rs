@@ -1,10 +1,13 @@
 //! What to type next.
 
+#[cfg(feature = "trials")]
 use std::path::Path;
 
+#[cfg(feature = "trials")]
 use seatrial::campaign::Campaign;
 use seatrial::identification::Outcome;
 use seatrial_core::Axis;
+#[cfg(feature = "trials")]
 use seatrial_logbook::CampaignId;
 use seatrial_logs::Format;
 
@@ -41,6 +44,7 @@ pub fn after_log(found: &IdentifiedLog, call: &str) -> String {
 
 /// The command that goes on from the campaign of this number in a logbook: into the autopilot that it was made on, where that steers
 /// to headings for us, else to its file of parameters.
+#[cfg(feature = "trials")]
 pub fn after_trial(
     campaign: &Campaign,
     number: CampaignId,

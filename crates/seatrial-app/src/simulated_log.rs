@@ -1,9 +1,13 @@
 //! The log of a trial on a simulated vehicle, and the truth behind it.
 
 use seatrial::Window;
-use seatrial_core::{Event, InvalidSetting, Outcome, Plan, Sample, Stage, Trial, Vehicle};
+use seatrial_core::{
+    Event, Excitation, InvalidSetting, List, Outcome, Plan, Sample, Stage, Trial, Vehicle,
+};
 use seatrial_sim::{ConfigError, SimulatedConfig, SimulatedVehicle, Truth};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
 
 /// One run of the trial and where its stages lie in the log.
 #[derive(Clone, Debug, Serialize)]
@@ -70,6 +74,56 @@ impl SimulatedTruth {
                 .collect::<Result<_, ConfigError>>()?,
             vehicle,
         })
+    }
+}
+
+/// One speed of a trial of the paper's vehicle in six degrees of freedom, in water that moves.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SeaTrial {
+    /// Thrust as a fraction of full.
+    pub thrust: f64,
+    /// Standard deviation of the compass, rad.
+    pub compass_noise_rad: f64,
+    /// Rudder of the training doublet, rad; that for validation has three fifths of it.
+    pub rudder_rad: f64,
+    /// Current towards east, across the course, m/s.
+    pub current_m_s: f64,
+    /// Seed of the noise; the same seed gives the same log.
+    pub seed: u64,
+}
+
+impl SeaTrial {
+    /// Plays it: the log and what an identification should find in it.
+    pub fn play(&self) -> Result<(Played, Option<Truth>), Error> {
+        let setting = |error: &dyn std::fmt::Display| Error::Setting(error.to_string());
+        let vehicle = SimulatedConfig::built_in("starfish-6dof")
+            .ok_or_else(|| Error::Setting("no vehicle starfish-6dof".into()))?;
+        let fields = format!(
+            "[sensors.compass]\nnoise_rad = {:?}\n\n[[sea.current]]\ndepth_m = 0.0\nnorth_m_s = 0.0\neast_m_s = {:?}\n",
+            self.compass_noise_rad, self.current_m_s
+        );
+        let fields = toml::from_str(&fields).map_err(|error| setting(&error))?;
+        let vehicle = vehicle.with(fields).map_err(|error| setting(&error))?;
+        let truth = vehicle
+            .truth(self.thrust)
+            .map_err(|error| setting(&error))?;
+        let mut simulated = vehicle
+            .vehicle(self.seed)
+            .map_err(|error| setting(&error))?;
+        let played = play(&mut simulated, self.plan()).map_err(|error| setting(&error))?;
+        Ok((played, truth))
+    }
+
+    fn plan(&self) -> Plan<f64> {
+        let mut plan = Plan::paper();
+        plan.thrusts = List::from_slice(&[self.thrust]).unwrap_or(plan.thrusts);
+        for (manoeuvre, share) in [(&mut plan.training, 1.0), (&mut plan.validation, 0.6)] {
+            if let Excitation::Doublet { amplitude_rad, .. } = &mut manoeuvre.excitation {
+                *amplitude_rad = share * self.rudder_rad;
+            }
+        }
+        plan
     }
 }
 

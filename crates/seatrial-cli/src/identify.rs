@@ -3,12 +3,13 @@
 #[cfg(test)]
 mod agreement;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use seatrial::Identification;
 use seatrial::identification::{Outcome, ReasonCode, Verdict};
 use seatrial::identify::IdentifySettings;
 use seatrial_app::identify_log::{IdentifiedLog, Logs, Options, identify_log_observed};
+use seatrial_app::log_page::speed_rows;
 use seatrial_app::next;
 use seatrial_core::Axis;
 use seatrial_core::estimator::Method;
@@ -18,7 +19,7 @@ use crate::log::{LogArgs, Reporter};
 use crate::model_text::{model_text, source_text, training_text, validation_text, verdict_text};
 use crate::output::{Exit, Failure, Output};
 use crate::screen::{command, labelled, sentence, width};
-use crate::speed_table::{SpeedRow, offset_text, speed_table};
+use crate::speed_table::{offset_text, speed_table};
 use crate::speeds;
 use crate::windows::WindowArgs;
 
@@ -128,11 +129,6 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     })
 }
 
-/// The command that identifies a log.
-pub fn identify_call(log: &Path) -> String {
-    format!("seatrial identify {}", log.display())
-}
-
 /// The command as it was typed, for the commands that go on from it.
 pub fn call() -> String {
     let typed = std::env::args().skip(1).map(|argument| {
@@ -166,26 +162,6 @@ pub fn text(found: &IdentifiedLog, call: &str, width: usize) -> String {
         text += &labelled("Sign   ", &sign.text, width);
     }
     text + &command("Next   ", &next::after_log(found, call), width)
-}
-
-pub fn speed_rows(found: &IdentifiedLog) -> Vec<SpeedRow<'_>> {
-    match &found.models {
-        Some(models) => models
-            .iter()
-            .map(|model| SpeedRow {
-                thrust: model.thrust,
-                surge_speed_m_s: model.surge_speed_m_s,
-                identification: model.identification.as_ref(),
-                verdict: &model.verdict,
-            })
-            .collect(),
-        None => vec![SpeedRow {
-            thrust: None,
-            surge_speed_m_s: None,
-            identification: found.identification(),
-            verdict: found.verdict(),
-        }],
-    }
 }
 
 /// What decides the outcome, what to do about it, and how many more there are.

@@ -6,15 +6,14 @@ use std::path::PathBuf;
 use clap::Args as ClapArgs;
 use seatrial::segmentation::{Kind, Segment};
 use seatrial_app::inspect_log::{Inspection, Range, series};
+use seatrial_app::log_page::{source, windows_text};
 use seatrial_app::logs::OpenedLog;
 use seatrial_core::{RudderUnit, Sample};
 use seatrial_logs::{Channel, Quantity, UnitSource};
 use seatrial_report::{Found, render_found};
 
 use crate::log::{self, LogArgs};
-use crate::model_text::windows_text;
 use crate::output::{Exit, Failure, Output, save_page};
-use crate::report::source;
 use crate::table::Table;
 
 /// What is in a log: channels, rates, gaps, units and signs, manoeuvres; is it usable and if not why.

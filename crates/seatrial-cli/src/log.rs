@@ -11,12 +11,12 @@ use seatrial::Window;
 use seatrial::plain_text::plain;
 use seatrial::segmentation::Proposal;
 use seatrial::servo::Servo;
+use seatrial_app::log_page::{channel_text, windows_text};
 use seatrial_app::logs::{self, Observer, OpenedLog, ReadSettings};
 #[cfg(feature = "parquet")]
 use seatrial_logs::ChannelChoice;
-use seatrial_logs::{LogDescription, Quantity, Unit, UnitSource, UnknownQuantity, UnknownUnit};
+use seatrial_logs::{LogDescription, Quantity, Unit, UnknownQuantity, UnknownUnit};
 
-use crate::model_text::windows_text;
 use crate::output::Failure;
 use crate::screen::{labelled, width};
 
@@ -136,6 +136,7 @@ impl ChannelArgs {
             channels_file: self.mapping.clone(),
             channels: self.choice()?,
             servo: self.servo()?,
+            ..ReadSettings::default()
         })
     }
 
@@ -285,28 +286,4 @@ impl Observer for Reporter {
             ));
         }
     }
-}
-
-/// Which columns were read in which units, and which of these were assumed.
-pub fn channel_text(description: &LogDescription) -> String {
-    let channels: Vec<String> = description
-        .channels
-        .iter()
-        .map(|channel| {
-            let assumed = match (channel.unit_source, &channel.because) {
-                (UnitSource::Assumed, _) => ", assumed".into(),
-                (UnitSource::Chosen, Some(because)) => format!(", {because}"),
-                (UnitSource::Chosen | UnitSource::Stated, _) => String::new(),
-            };
-            format!(
-                "{} from {} [{}{assumed}]",
-                channel.quantity, channel.column, channel.unit
-            )
-        })
-        .collect();
-    let start = description
-        .start_utc
-        .as_ref()
-        .map_or(String::new(), |start| format!("; second 0 is {start}"));
-    format!("{}{start}", channels.join(", "))
 }

@@ -6,7 +6,6 @@ use seatrial::Identification;
 use seatrial::figures::{bounds_text, r2_text, three_figures, within};
 use seatrial::identification::{Validation, Verdict};
 use seatrial::record::Window;
-use seatrial::segmentation::Proposal;
 use seatrial_app::logs::OpenedLog;
 use seatrial_core::RudderUnit;
 
@@ -160,34 +159,4 @@ pub fn training_text(identification: &Identification) -> String {
         );
     }
     text
-}
-
-/// Which windows are used at a speed, and why.
-pub fn windows_text(proposal: &Proposal) -> String {
-    let span = |window: &Window| format!("{:.2} s to {:.2} s", window.from_s, window.to_s);
-    let training: Vec<String> = proposal.training.iter().map(span).collect();
-    format!(
-        "{}: training {}, validation {}: {}",
-        speed_text(proposal.thrust, proposal.surge_speed_m_s),
-        training.join(" and "),
-        proposal
-            .validation
-            .as_ref()
-            .map_or_else(|| "none".into(), span),
-        proposal.because
-    )
-}
-
-/// Thrust and speed of a model.
-pub fn speed_text(thrust: Option<f64>, surge_speed_m_s: Option<f64>) -> String {
-    let thrust = thrust.map(|thrust| format!("{:.0} % thrust", 100.0 * thrust));
-    let speed = surge_speed_m_s.map(|speed| format!("{speed:.2} m/s"));
-    match (thrust, speed) {
-        (None, None) => "unknown speed".into(),
-        (thrust, speed) => [thrust, speed]
-            .into_iter()
-            .flatten()
-            .collect::<Vec<_>>()
-            .join(", "),
-    }
 }

@@ -2,19 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use seatrial_app::identify_log::{IdentifiedLog, foremost};
-use seatrial_app::logs::OpenedLog;
+use seatrial_app::log_page::page;
 use seatrial_app::models::{Purpose, chosen_campaign};
-use seatrial_app::next;
 use seatrial_app::report::campaign_page;
 use seatrial_logbook::Logbook;
-use seatrial_report::{self as report, Fact};
 use serde::Serialize;
 
 use crate::axis::AxisOption;
-use crate::identify::{EstimatorArgs, identify_call, speed_rows};
-use crate::log::{ChannelArgs, LogArgs, channel_text};
-use crate::model_text::windows_text;
+use crate::identify::EstimatorArgs;
+use crate::log::{ChannelArgs, LogArgs};
 use crate::output::{Exit, Failure, Output, save_page, say as say_on_stderr};
 use crate::windows::WindowArgs;
 
@@ -95,65 +91,6 @@ fn of_log(path: &Path, args: &Args) -> Result<(String, Exit), Failure> {
         .estimator
         .identify(args.axis.into(), &log, &args.windows, true, false)?;
     Ok((page(&found, path), Exit::of(found.verdict())))
-}
-
-/// The page of an identified log.
-pub fn page(found: &IdentifiedLog, path: &Path) -> String {
-    let logs = &found.logs;
-    let verdict = found.verdict();
-    let mut provenance = source("Log", &logs.log);
-    let models = found.models.as_deref().unwrap_or_default();
-    let windows = foremost(models).map(|model| ("Windows", windows_text(&model.windows)));
-    provenance.extend(windows);
-    provenance.extend(
-        logs.validation_log
-            .iter()
-            .flat_map(|log| source("Validated on", log)),
-    );
-    let name = path.file_name().unwrap_or(path.as_os_str());
-    let rows = speed_rows(found);
-    let command = next::after_log(found, &identify_call(path));
-    report::render_log(&report::Log {
-        axis: found.axis,
-        name: &name.to_string_lossy(),
-        record: &logs.log.record,
-        validation: logs.validation_log.as_ref().map(|log| &log.record),
-        identification: found.identification(),
-        verdict,
-        models: &rows,
-        command: &command,
-        about: &about(&logs.log),
-        provenance: &provenance,
-    })
-}
-
-/// When a log was recorded and on what, as far as it says.
-fn about(log: &OpenedLog) -> Vec<Fact> {
-    let described = &log.description;
-    let date = described
-        .start_utc
-        .as_ref()
-        .map(|start| start.replace('T', " ").replace('Z', " UTC"));
-    let known = [
-        ("Date", date),
-        ("Firmware", described.firmware.clone()),
-        ("Format", Some(described.format.to_string())),
-    ];
-    known
-        .into_iter()
-        .filter_map(|(name, value)| Some((name, value?)))
-        .collect()
-}
-
-/// Where samples came from and how they were read.
-pub fn source(title: &'static str, log: &OpenedLog) -> Vec<Fact> {
-    let mut facts = vec![
-        (title, log.path.display().to_string()),
-        ("Columns", channel_text(&log.description)),
-        ("SHA-256 of the file", log.sha256.clone()),
-    ];
-    facts.extend(log.warnings.iter().map(|text| ("Warning", text.clone())));
-    facts
 }
 
 #[derive(Serialize)]

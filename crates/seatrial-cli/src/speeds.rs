@@ -10,8 +10,9 @@ use seatrial_app::identify_log::SpeedModel;
 use seatrial_app::models::write_schedule_file;
 use seatrial_core::RudderUnit;
 
-use crate::model_text::{model_text, speed_text, training_text, validation_text, verdict_text};
+use crate::model_text::{model_text, training_text, validation_text, verdict_text};
 use crate::output::Failure;
+use seatrial_app::log_page::speed_text;
 
 /// A paragraph of the page.
 fn paragraph(model: &SpeedModel, unit: RudderUnit) -> String {

@@ -4,26 +4,21 @@ use std::fmt::Display;
 use std::path::Path;
 
 use seatrial::identification::Reader;
-use seatrial::servo::Servo;
 use seatrial_app::Inspection;
 use seatrial_app::documents::IdentificationDocument;
-use seatrial_app::identify_log::{Options, Windows, identify_opened};
-use seatrial_app::logs::{OpenedLog, ReadSettings, Unobserved, open};
-use seatrial_logs::{ChannelChoice, Quantity, Unit, UnknownQuantity, UnknownUnit};
+use seatrial_app::identify_log::identify_opened;
+use seatrial_app::log_reading;
+use seatrial_app::logs::{OpenedLog, Unobserved, open};
+use seatrial_app::series::series_of;
 use tempfile::NamedTempFile;
 
 use crate::api::{IdentifiedLog, InspectedLog, LogColumns, LogReading};
 use crate::refusal::Refusal;
-use crate::series::series_of;
 
 /// What `seatrial identify` makes of a log without windows.
 pub fn identified(log: &Path, reading: LogReading) -> Result<IdentifiedLog, Refusal> {
     let name = reading.name().to_owned();
-    let options = Options {
-        windows: windows(&reading),
-        reading: read_settings(reading)?,
-        ..Options::default()
-    };
+    let options = asked(reading).options().map_err(unreadable)?;
     let opened = options
         .windows
         .open(log, &options.reading, &mut Unobserved)
@@ -38,22 +33,27 @@ pub fn identified(log: &Path, reading: LogReading) -> Result<IdentifiedLog, Refu
     Ok(IdentifiedLog {
         document: IdentificationDocument::of(&found).addressed_to(Reader::Dashboard),
         verdict: found.verdict().into(),
-        series: series_of(&found.logs.log.record, validated),
+        series: series_of(&found.logs.log.record, validated).into(),
     })
 }
 
 /// What `seatrial inspect` says of a log.
 pub fn inspected(log: &Path, reading: LogReading) -> Result<InspectedLog, Refusal> {
     let name = reading.name().to_owned();
-    let opened = open(log, &read_settings(reading)?, None, &mut Unobserved)
-        .map_err(|error| refused(log, &name, &error))?;
+    let opened = open(
+        log,
+        &asked(reading).settings().map_err(unreadable)?,
+        None,
+        &mut Unobserved,
+    )
+    .map_err(|error| refused(log, &name, &error))?;
     let opened = OpenedLog {
         path: name.into(),
         ..opened
     };
     Ok(InspectedLog {
         document: Inspection::of(&opened),
-        series: series_of(&opened.record, None),
+        series: series_of(&opened.record, None).into(),
     })
 }
 
@@ -100,16 +100,6 @@ pub fn keep_sensor_list(
     Ok(())
 }
 
-fn windows(reading: &LogReading) -> Windows {
-    Windows {
-        from_s: reading.from_s,
-        to_s: reading.to_s,
-        validate_from_s: reading.validate_from_s,
-        validate_to_s: reading.validate_to_s,
-        validate_on: None,
-    }
-}
-
 /// A refusal with the log by its name, not by that of the file that it was put into.
 fn refused(log: &Path, name: &str, error: &dyn Display) -> Refusal {
     let text = error.to_string().replace(&*log.to_string_lossy(), name);
@@ -119,67 +109,34 @@ fn refused(log: &Path, name: &str, error: &dyn Display) -> Refusal {
     Refusal::unprocessable("log_refused", text)
 }
 
-fn read_settings(reading: LogReading) -> Result<ReadSettings, Refusal> {
-    let refused = |text: String| Refusal::unprocessable("log_refused", text);
-    for (name, value) in [
-        ("rudder_range_deg", reading.rudder_range_deg),
-        ("rudder_trim_us", reading.rudder_trim_us),
-    ] {
-        if let Some(value) = value.filter(|value| !value.is_finite() || *value <= 0.0) {
-            return Err(refused(format!(
-                "{name} {value}: expected a number above 0"
-            )));
-        }
-    }
-    let (delay_s, lag_s) = (reading.rudder_delay_s, reading.rudder_lag_s);
-    let servo = Servo::new(delay_s.unwrap_or(0.0), lag_s.unwrap_or(0.0))
-        .map_err(|error| refused(format!("rudder {error}")))?;
-    let units = reading.units.as_deref().unwrap_or_default();
-    let units = units.split(',').map(str::trim).filter(|u| !u.is_empty());
-    let units = units
-        .map(quantity_and_unit)
-        .collect::<Result<_, String>>()
-        .map_err(|error| refused(format!("units: {error}")))?;
-    let columns = [
-        (Quantity::Time, reading.time),
-        (Quantity::Heading, reading.heading),
-        (Quantity::Rudder, reading.rudder),
-        (Quantity::Speed, reading.speed),
-        (Quantity::Depth, reading.depth),
-        (Quantity::Roll, reading.roll),
-        (Quantity::Pitch, reading.pitch),
-        (Quantity::YawRate, reading.yaw_rate),
-        (Quantity::North, reading.north),
-        (Quantity::East, reading.east),
-        (Quantity::Thrust, reading.thrust),
-    ];
-    let columns = columns.into_iter();
-    Ok(ReadSettings {
-        channels: ChannelChoice {
-            columns: columns
-                .filter_map(|(quantity, column)| Some((quantity, column?)))
-                .collect(),
-            units,
-            rudder_trim: reading.rudder_trim_us,
-            full_rudder_rad: reading.rudder_range_deg.map(f64::to_radians),
-            drop_invalid: reading.drop_invalid.unwrap_or(false),
-            ..ChannelChoice::default()
-        },
-        servo: (servo.late_s() > 0.0).then_some(servo),
-        ..ReadSettings::default()
-    })
+fn unreadable(error: seatrial_app::Error) -> Refusal {
+    Refusal::unprocessable("log_refused", error.to_string())
 }
 
-/// `heading=deg`
-fn quantity_and_unit(text: &str) -> Result<(Quantity, Unit), String> {
-    let (quantity, unit) = text
-        .split_once('=')
-        .ok_or_else(|| format!("`{text}`: expected QUANTITY=UNIT, such as heading=deg"))?;
-    let quantity = quantity
-        .parse()
-        .map_err(|error: UnknownQuantity| error.to_string())?;
-    let unit = unit
-        .parse()
-        .map_err(|error: UnknownUnit| error.to_string())?;
-    Ok((quantity, unit))
+/// What was asked for over the interface, as the use case takes it.
+fn asked(reading: LogReading) -> log_reading::LogReading {
+    log_reading::LogReading {
+        name: reading.name,
+        time: reading.time,
+        heading: reading.heading,
+        rudder: reading.rudder,
+        speed: reading.speed,
+        depth: reading.depth,
+        roll: reading.roll,
+        pitch: reading.pitch,
+        yaw_rate: reading.yaw_rate,
+        north: reading.north,
+        east: reading.east,
+        thrust: reading.thrust,
+        units: reading.units,
+        rudder_trim_us: reading.rudder_trim_us,
+        rudder_range_deg: reading.rudder_range_deg,
+        rudder_delay_s: reading.rudder_delay_s,
+        rudder_lag_s: reading.rudder_lag_s,
+        drop_invalid: reading.drop_invalid,
+        from_s: reading.from_s,
+        to_s: reading.to_s,
+        validate_from_s: reading.validate_from_s,
+        validate_to_s: reading.validate_to_s,
+    }
 }

@@ -1,49 +1,15 @@
-//! Records as columns to be drawn.
-
-use seatrial::{Identification, Record, Window};
-use seatrial_core::Real;
-use seatrial_report::overlay;
+//! Records as columns of the programming interface.
 
 use crate::api::LogSeries;
 
-/// Most samples of a record that are drawn.
-const MOST_DRAWN: usize = 5000;
-
-/// The columns of a record, and where it was validated the simulation of the model.
-pub fn series_of(record: &Record, validated: Option<(&Identification, Window)>) -> LogSeries {
-    let samples = &record.samples;
-    let stride = samples.len().div_ceil(MOST_DRAWN).max(1);
-    let simulated =
-        validated.map_or_else(Vec::new, |(model, window)| overlay(record, window, model));
-    let finite = |value: f64| Some(value).filter(|value| value.is_finite());
-    let mut series = LogSeries::default();
-    let mut heading_rad: Option<f64> = None;
-    for (place, sample) in samples.iter().enumerate() {
-        if sample.heading_rad.is_finite() {
-            heading_rad = Some(heading_rad.map_or(sample.heading_rad, |last| {
-                last + (sample.heading_rad - last).wrapped()
-            }));
+impl From<seatrial_app::series::LogSeries> for LogSeries {
+    fn from(series: seatrial_app::series::LogSeries) -> Self {
+        Self {
+            time_s: series.time_s,
+            heading_rad: series.heading_rad,
+            rudder: series.rudder,
+            yaw_rate_rad_s: series.yaw_rate_rad_s,
+            simulated_heading_rad: series.simulated_heading_rad,
         }
-        if place % stride != 0 {
-            continue;
-        }
-        let at = simulated.binary_search_by(|at| at.time_s.total_cmp(&sample.time_s));
-        // The simulation is unwrapped from another turn than the record may be.
-        let simulated_rad = at.ok().zip(heading_rad).map(|(k, heading_rad)| {
-            let at = &simulated[k];
-            heading_rad + at.simulated_rad - at.measured_rad
-        });
-        series.time_s.push(finite(sample.time_s));
-        series
-            .heading_rad
-            .push(heading_rad.filter(|_| sample.heading_rad.is_finite()));
-        series.rudder.push(finite(sample.rudder_rad));
-        series
-            .yaw_rate_rad_s
-            .push(sample.yaw_rate_rad_s.and_then(finite));
-        series
-            .simulated_heading_rad
-            .push(simulated_rad.and_then(finite));
     }
-    series
 }

@@ -4,7 +4,6 @@
 mod seeds;
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -12,8 +11,10 @@ use std::process::Command;
 use seatrial_dev::{data, python_with};
 use sha2::{Digest, Sha256};
 
-use crate::content::{open, open_stream};
+use crate::content::open_stream;
+use crate::input::Held;
 use crate::joined::{Kind, Message, Messages};
+use crate::reader::table;
 use crate::table::{Table, hexadecimal};
 use crate::{ChannelChoice, LogReader};
 
@@ -62,13 +63,13 @@ fn kinds(mut log: impl Messages) -> Kinds {
 }
 
 fn found(path: &Path) -> Kinds {
-    let file = File::open(path).unwrap();
+    let file = Held::default().open(path).unwrap();
     match path.extension().and_then(|suffix| suffix.to_str()) {
         Some("BIN") => kinds(crate::dataflash::DataFlash::open(file).unwrap()),
         Some("tlog") => kinds(crate::tlog::Telemetry::open(file).unwrap()),
         Some("ulg") => kinds(crate::ulog::ULog::open(file).unwrap()),
         Some("mcap") => kinds(crate::mcap::Mcap::open(file).unwrap()),
-        Some("dbd") => kinds(crate::slocum::Glider::open(file, path).unwrap()),
+        Some("dbd") => kinds(crate::slocum::Glider::open(file, path, &Held::default()).unwrap()),
         Some("raw" | "all") => kinds(crate::canboat::Capture::open(file).unwrap()),
         Some("nmea") => kinds(crate::nmea0183::Sentences::open(file).unwrap()),
         _ => kinds(crate::rosbag::Bag::open(file, path).unwrap()),
@@ -153,7 +154,7 @@ fn val_the_python_libraries_read_the_same_today() {
 }
 
 #[test]
-fn io_every_format_comes_on_standard_input_too() {
+fn io_every_format_comes_on_standard_input_and_from_memory_too() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log");
     let samples = |table: Box<dyn Table>| {
@@ -163,10 +164,14 @@ fn io_every_format_comes_on_standard_input_too() {
     for format in seeds::FORMATS {
         for seed in seeds::of(format) {
             std::fs::write(&path, &seed).unwrap();
-            let named = samples(open(File::open(&path).unwrap(), &path).unwrap());
+            let named = samples(table(&path, &Held::default()).unwrap());
+            let mut held = Held::default();
+            held.insert("no/such/log", seed.clone());
+            let in_memory = samples(table(Path::new("no/such/log"), &held).unwrap());
             let piped = samples(open_stream(Cursor::new(seed)).unwrap());
             assert!(!piped.is_empty(), "{format}");
             assert_eq!(named, piped, "{format}");
+            assert_eq!(named, in_memory, "{format}");
         }
     }
 }

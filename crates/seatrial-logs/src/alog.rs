@@ -3,11 +3,11 @@
 //! Every variable that is a number is a kind of its own.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 
 use crate::bytes::{Bytes, Damage};
 use crate::description::Format;
 use crate::error::Fault;
+use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
 use crate::table::Known;
 use crate::{Quantity, Unit};
@@ -49,7 +49,7 @@ fn entry(line: &str) -> Option<(f64, &str, &str)> {
 
 impl Alog {
     /// Reads the file once for its variables.
-    pub fn open(file: File) -> Result<Self, Fault> {
+    pub fn open(file: Input) -> Result<Self, Fault> {
         let mut log = Self {
             bytes: Bytes::new(file)?,
             kinds: Vec::new(),

@@ -1,12 +1,12 @@
 //! A binary file read forward through a buffer of fixed size.
 
-use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::ops::Range;
 
 use sha2::{Digest, Sha256};
 
 use crate::error::Fault;
+use crate::input::Input;
 use crate::table::hexadecimal;
 
 /// Bytes held at once: more than the longest message of any format that is read through here.
@@ -17,7 +17,7 @@ pub(crate) const ZSTD: &[u8] = b"\x28\xb5\x2f\xfd";
 
 /// The bytes of a file, forward and more than once.
 pub(crate) struct Bytes {
-    file: File,
+    file: Input,
     buffer: Vec<u8>,
     unread: Range<usize>,
     position: u64,
@@ -27,7 +27,7 @@ pub(crate) struct Bytes {
 
 impl Bytes {
     /// From the first byte.
-    pub fn new(file: File) -> Result<Self, Fault> {
+    pub fn new(file: Input) -> Result<Self, Fault> {
         let mut bytes = Self {
             file,
             buffer: vec![0; BUFFER],
@@ -76,7 +76,7 @@ impl Bytes {
     /// Bytes of the file.
     #[cfg(feature = "mcap")]
     pub fn length(&self) -> Result<u64, Fault> {
-        Ok(self.file.metadata().map_err(Fault::read)?.len())
+        self.file.length().map_err(Fault::read)
     }
 
     /// The next line without its end, and no more of it than the buffer holds; `None` at the end.

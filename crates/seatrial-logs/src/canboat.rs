@@ -4,7 +4,6 @@
 //! messages look the same. Every source, and every rudder of a source, is a kind of its own.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 
 use jiff::Timestamp;
 
@@ -12,6 +11,7 @@ use crate::bytes::{Bytes, Damage};
 use crate::clock::instant;
 use crate::description::Format;
 use crate::error::Fault;
+use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
 use crate::number::number;
 use crate::table::Known;
@@ -234,7 +234,7 @@ fn time(text: &str) -> Option<Timestamp> {
 
 impl Capture {
     /// Reads the file once for its sources.
-    pub fn open(file: File) -> Result<Self, Fault> {
+    pub fn open(file: Input) -> Result<Self, Fault> {
         let mut capture = Self {
             bytes: Bytes::new(file)?,
             kinds: Vec::new(),

@@ -1,6 +1,5 @@
 //! What a file is, by its content; its name does not matter.
 
-use std::fs::File;
 use std::io::{self, Cursor, Read, Seek};
 use std::path::Path;
 
@@ -8,6 +7,7 @@ use crate::bytes::ZSTD;
 use crate::csv::Text;
 use crate::description::Format;
 use crate::error::Fault;
+use crate::input::{Held, Input};
 use crate::joined::Joined;
 use crate::table::Table;
 
@@ -105,18 +105,22 @@ pub(crate) fn open_stream(mut input: impl Read + Send + 'static) -> Result<Box<d
             let mut file = tempfile::tempfile().map_err(Fault::read)?;
             io::copy(&mut input, &mut file).map_err(Fault::read)?;
             file.rewind().map_err(Fault::read)?;
-            open(file, Path::new(""))
+            open(Input::File(file), Path::new(""), &Held::default())
         }
     }
 }
 
 /// Opens a file as what it is.
-pub(crate) fn open(mut file: File, path: &Path) -> Result<Box<dyn Table>, Fault> {
+pub(crate) fn open(mut file: Input, path: &Path, held: &Held) -> Result<Box<dyn Table>, Fault> {
     let start = start(&mut file)?;
     file.rewind().map_err(Fault::read)?;
     match format(&start) {
         Format::Csv => Ok(Box::new(Text::open(file)?)),
-        Format::Parquet => built!("parquet", "Parquet", crate::parquet::Columnar::open(file)?),
+        Format::Parquet => built!(
+            "parquet",
+            "Parquet",
+            crate::parquet::Columnar::open(file.into_file().map_err(Fault::read)?)?
+        ),
         Format::DataFlash => Ok(Box::new(Joined::new(crate::dataflash::DataFlash::open(
             file,
         )?))),
@@ -126,10 +130,13 @@ pub(crate) fn open(mut file: File, path: &Path) -> Result<Box<dyn Table>, Fault>
         Format::Rosbag => built!(
             "rosbag2",
             "rosbag2",
-            Joined::new(crate::rosbag::Bag::open(file, path)?)
+            Joined::new({
+                let path = file.path(path);
+                crate::rosbag::Bag::open(file, path)?
+            })
         ),
         Format::Slocum => Ok(Box::new(Joined::new(crate::slocum::Glider::open(
-            file, path,
+            file, path, held,
         )?))),
         Format::Canboat => Ok(Box::new(Joined::new(crate::canboat::Capture::open(file)?))),
         Format::Nmea0183 => Ok(Box::new(Joined::new(crate::nmea0183::Sentences::open(

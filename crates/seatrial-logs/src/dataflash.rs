@@ -4,11 +4,11 @@
 //! messages describe the rest; a first pass collects them.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 
 use crate::bytes::{Bytes, Damage, text_of};
 use crate::description::Format;
 use crate::error::{Fault, clipped};
+use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
 use crate::number::number;
 use crate::table::Known;
@@ -187,7 +187,7 @@ fn width(code: u8) -> Option<usize> {
 
 impl DataFlash {
     /// Reads the file once for its kinds of messages and its parameters.
-    pub fn open(file: File) -> Result<Self, Fault> {
+    pub fn open(file: Input) -> Result<Self, Fault> {
         let mut log = Self {
             bytes: Bytes::new(file)?,
             layouts: vec![None; 256],

@@ -169,8 +169,8 @@ impl FirstRows {
         };
         match self.heading_rate_per_yaw_rate(heading.factor()) {
             Some(scale) => {
-                let to_radian = scale.abs().ln().abs();
-                let to_degree = (scale.abs() / Unit::DegreePerSecond.factor()).ln().abs();
+                let to_radian = libm::log(scale.abs()).abs();
+                let to_degree = libm::log(scale.abs() / Unit::DegreePerSecond.factor()).abs();
                 let unit = if to_radian < to_degree {
                     Unit::RadianPerSecond
                 } else {

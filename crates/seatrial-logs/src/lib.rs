@@ -4,6 +4,7 @@
 //!
 //! Every format is a `table::Table`: named columns and rows of cells. Names, units, time and the checks of every row are the
 //! same code for all of them.
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 #[cfg(all(test, feature = "mcap", feature = "rosbag2"))]
 mod agreement;
@@ -18,6 +19,7 @@ mod description;
 mod error;
 mod half_difference;
 mod infer;
+mod input;
 mod joined;
 mod languages;
 mod look_ahead;
@@ -48,8 +50,9 @@ pub use description::{
     Channel, ChannelChoice, Correction, Counts, Format, LogDescription, UnitSource,
 };
 pub use error::{Fault, Place, ReadError};
+pub use input::Held;
 pub use quantity::{Quantity, UnknownQuantity};
-pub use reader::{LogReader, columns, open};
+pub use reader::{LogReader, columns, columns_held, open, open_held};
 pub use runs::{Run, Runs};
 pub use unit::{Unit, UnknownUnit};
 #[cfg(feature = "foxglove")]

@@ -1,7 +1,6 @@
 //! MCAP files with ROS 2 messages in CDR.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::File;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -9,6 +8,7 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 use crate::bytes::{Bytes, Damage};
 use crate::description::Format;
 use crate::error::{Fault, clipped};
+use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
 use crate::number::number;
 use crate::ros2::Topics;
@@ -118,7 +118,7 @@ impl Directory {
 
 impl Mcap {
     /// Finds the topics with messages: from the summary at the end, or by reading the file once.
-    pub fn open(file: File) -> Result<Self, Fault> {
+    pub fn open(file: Input) -> Result<Self, Fault> {
         let mut log = Self {
             bytes: Bytes::new(file)?,
             reader: new_reader(),

@@ -3,8 +3,6 @@
 //! A sentence's time is what stands before it (seconds, ms since 1970, or date and time; the `c` of a tag block
 //! counts), else that of the last RMC, ZDA, GGA or GLL sentence. Every sentence is a kind, from any talker.
 
-use std::fs::File;
-
 use jiff::civil::DateTime;
 use jiff::tz::TimeZone;
 
@@ -12,6 +10,7 @@ use crate::bytes::{Bytes, Damage};
 use crate::clock::instant;
 use crate::description::Format;
 use crate::error::Fault;
+use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
 use crate::table::Known;
 use crate::{Quantity, Unit};
@@ -212,7 +211,7 @@ pub(crate) fn sentence(line: &str) -> Option<(&str, Vec<&str>)> {
 
 impl Sentences {
     /// Reads the file once for its sentences.
-    pub fn open(file: File) -> Result<Self, Fault> {
+    pub fn open(file: Input) -> Result<Self, Fault> {
         let mut log = Self {
             bytes: Bytes::new(file)?,
             sentences: Vec::new(),

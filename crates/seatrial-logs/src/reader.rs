@@ -1,7 +1,6 @@
 //! From the rows of a log to samples in SI units.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::fs::File;
 use std::io;
 use std::path::Path;
 
@@ -12,6 +11,7 @@ use crate::content;
 use crate::description::{Channel, ChannelChoice, Counts, LogDescription, UnitSource};
 use crate::error::{Fault, Place, ReadError, clipped};
 use crate::half_difference::{self, WithDifferences};
+use crate::input::Held;
 use crate::look_ahead::{Row, cells, first_rows, leave_out_text, look_ahead};
 use crate::matching::{Match, match_columns, pair_of_columns};
 use crate::table::{Cell, Table};
@@ -34,20 +34,30 @@ pub struct LogReader {
 
 /// Opens a log of any known format; `-` is standard input.
 pub fn open(path: &Path, choice: &ChannelChoice) -> Result<LogReader, ReadError> {
+    open_held(path, &Held::default(), choice)
+}
+
+/// [`open`] of a path that may be one of a file in memory.
+pub fn open_held(path: &Path, held: &Held, choice: &ChannelChoice) -> Result<LogReader, ReadError> {
     let log = path.display().to_string();
-    table(path)
+    table(path, held)
         .and_then(|table| LogReader::new(log.clone(), table, choice))
         .map_err(|fault| ReadError { log, fault })
 }
 
 /// The names of a log's columns, topics with fields, or messages with fields, whether or not their meaning is known.
 pub fn columns(path: &Path) -> Result<Vec<String>, ReadError> {
-    let named = table(path).map(|table| table.columns().to_vec());
+    columns_held(path, &Held::default())
+}
+
+/// [`columns`] of a path that may be one of a file in memory.
+pub fn columns_held(path: &Path, held: &Held) -> Result<Vec<String>, ReadError> {
+    let named = table(path, held).map(|table| table.columns().to_vec());
     let log = path.display().to_string();
     named.map_err(|fault| ReadError { log, fault })
 }
 
-pub(crate) fn table(path: &Path) -> Result<Box<dyn Table>, Fault> {
+pub(crate) fn table(path: &Path, held: &Held) -> Result<Box<dyn Table>, Fault> {
     if path == Path::new("-") {
         return content::open_stream(io::stdin());
     }
@@ -55,11 +65,11 @@ pub(crate) fn table(path: &Path) -> Result<Box<dyn Table>, Fault> {
         doing: "opened",
         source,
     };
-    let file = File::open(path).map_err(opening)?;
-    if file.metadata().map_err(opening)?.is_dir() {
+    let file = held.open(path).map_err(opening)?;
+    if file.is_folder().map_err(opening)? {
         return Err(Fault::Folder);
     }
-    content::open(file, path)
+    content::open(file, path, held)
 }
 
 impl LogReader {

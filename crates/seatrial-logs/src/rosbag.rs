@@ -1,6 +1,5 @@
 //! rosbag2 files in SQLite (`.db3`) with ROS 2 messages in CDR.
 
-use std::fs::File;
 use std::io::{Read, Seek};
 use std::path::Path;
 
@@ -10,6 +9,7 @@ use tempfile::NamedTempFile;
 use crate::bytes::{Bytes, ZSTD};
 use crate::description::Format;
 use crate::error::{Fault, clipped};
+use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
 use crate::ros2::{Topics, plain};
 use crate::table::Known;
@@ -77,8 +77,8 @@ pub(crate) struct Bag {
 
 impl Bag {
     /// Finds the topics with messages. What has no name is copied first.
-    pub fn open(mut file: File, path: &Path) -> Result<Self, Fault> {
-        let length = file.metadata().map_err(Fault::read)?.len();
+    pub fn open(mut file: Input, path: &Path) -> Result<Self, Fault> {
+        let length = file.length().map_err(Fault::read)?;
         let size = Size::of(&mut file)?;
         let cut_from = size.whole().filter(|whole| length < *whole);
         let is_in_page = cut_from.is_some() && length % size.page > 0;
@@ -231,7 +231,7 @@ struct Size {
 }
 
 impl Size {
-    fn of(file: &mut File) -> Result<Self, Fault> {
+    fn of(file: &mut Input) -> Result<Self, Fault> {
         let mut head = Vec::new();
         file.take(100).read_to_end(&mut head).map_err(Fault::read)?;
         file.rewind().map_err(Fault::read)?;
@@ -254,7 +254,7 @@ impl Size {
     }
 }
 
-fn copy_of(file: &mut File, length: u64) -> std::io::Result<NamedTempFile> {
+fn copy_of(file: &mut Input, length: u64) -> std::io::Result<NamedTempFile> {
     let mut copy = NamedTempFile::new()?;
     std::io::copy(&mut file.take(length), &mut copy)?;
     file.rewind()?;

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use crate::Quantity;
 use crate::description::{ChannelChoice, Format, LogDescription};
 use crate::error::{Fault, Place, ReadError, clipped};
+use crate::input::Held;
 use crate::reader::{LogReader, open, table};
 use crate::table::{Cell, Table};
 
@@ -56,7 +57,7 @@ impl Runs {
     pub fn open(path: &Path, choice: &ChannelChoice, run_column: &str) -> Result<Self, ReadError> {
         let description = open(path, choice)?.description().clone();
         let log = path.display().to_string();
-        table(path)
+        table(path, &Held::default())
             .and_then(|table| Self::new(log.clone(), table, description, choice, run_column))
             .map_err(|fault| ReadError { log, fault })
     }

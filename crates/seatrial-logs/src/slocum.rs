@@ -5,12 +5,12 @@
 //! behind the header or, usually, in a cache file beside the log. Every sensor is a kind of its own.
 
 use std::collections::VecDeque;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use crate::bytes::{Bytes, Damage, text_of};
 use crate::description::Format;
 use crate::error::Fault;
+use crate::input::{Held, Input};
 use crate::joined::{Kind, Message, Messages};
 use crate::table::Known;
 use crate::{Quantity, Unit};
@@ -58,11 +58,14 @@ struct Header {
 
 impl Glider {
     /// Reads header and list of sensors; `path` says where the cache file may be.
-    pub fn open(file: File, path: &Path) -> Result<Self, Fault> {
+    pub fn open(file: Input, path: &Path, held: &Held) -> Result<Self, Fault> {
         let mut bytes = Bytes::new(file)?;
         let header = Header::read(&mut bytes)?;
         let sensors = match header.is_factored {
-            true => sensors(&mut Bytes::new(cache_file(path, &header.list)?)?, false)?,
+            true => sensors(
+                &mut Bytes::new(cache_file(path, held, &header.list)?)?,
+                false,
+            )?,
             false => sensors(&mut bytes, true)?,
         };
         if sensors.is_empty() || header.state_bytes * 4 < sensors.len() {
@@ -245,7 +248,7 @@ fn sensors(bytes: &mut Bytes, is_in_log: bool) -> Result<Vec<Sensor>, Fault> {
 }
 
 /// The list of sensors, in the folder of the log or in `cac` or `cache` beside it.
-fn cache_file(path: &Path, list: &str) -> Result<File, Fault> {
+fn cache_file(path: &Path, held: &Held, list: &str) -> Result<Input, Fault> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let is_a_name = list.len() <= 16 && list.bytes().all(|byte| byte.is_ascii_hexdigit());
     ["", "cac", "cache", "../cac", "../cache"]
@@ -258,7 +261,7 @@ fn cache_file(path: &Path, list: &str) -> Result<File, Fault> {
             ]
             .map(|name| folder.join(beside).join(name))
         })
-        .find_map(|candidate: PathBuf| File::open(candidate).ok())
+        .find_map(|candidate: PathBuf| held.open(&candidate).ok())
         .ok_or_else(|| Fault::MissingBeside {
             name: format!("{}.cac", crate::error::clipped(list)),
             what: "the list of sensors",

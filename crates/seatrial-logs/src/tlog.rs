@@ -3,11 +3,11 @@
 //! The times of the samples are those that the autopilot wrote into its messages, s since its boot; the
 //! ground station's time of arrival is the column `arrival_us` of every kind.
 use std::collections::BTreeMap;
-use std::fs::File;
 
 use crate::bytes::{Bytes, Damage, text_of};
 use crate::description::Format;
 use crate::error::Fault;
+use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
 use crate::table::{Known, KnownChannel};
 use crate::{Quantity, Unit};
@@ -81,7 +81,7 @@ struct Learnt {
 
 impl Telemetry {
     /// Reads the file once for who sends what and for the parameters.
-    pub fn open(file: File) -> Result<Self, Fault> {
+    pub fn open(file: Input) -> Result<Self, Fault> {
         let mut log = Self {
             bytes: Bytes::new(file)?,
             kinds: Vec::new(),

@@ -61,6 +61,7 @@ impl Reading {
             channels_file: self.channels_file.clone(),
             channels,
             servo: has_servo.then_some(servo),
+            ..ReadSettings::default()
         })
     }
 }

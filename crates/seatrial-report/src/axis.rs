@@ -16,7 +16,7 @@ pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
 /// About `count` round values inside the axis, steps of 1, 2 or 5 times a power of ten.
 pub(super) fn linear_ticks([low, high]: [f64; 2], count: f64) -> Vec<(f64, String)> {
     let rough = (high - low) / count;
-    let power = 10_f64.powf(rough.log10().floor());
+    let power = libm::pow(10_f64, libm::log10(rough).floor());
     let step = [1.0, 2.0, 5.0, 10.0]
         .map(|m| m * power)
         .into_iter()
@@ -33,21 +33,21 @@ pub(super) fn linear_ticks([low, high]: [f64; 2], count: f64) -> Vec<(f64, Strin
 /// The text of a tick with just the decimals that its step needs; a power of ten beside it where
 /// these would be many.
 fn tick_text(value: f64, step: f64) -> String {
-    let exponent = (step.log10() + 1e-9).floor();
+    let exponent = (libm::log10(step) + 1e-9).floor();
     if value == 0.0 && exponent < -4.0 {
         return "0".to_owned();
     }
     if exponent >= -4.0 {
         return decimals(value, (-exponent).clamp(0.0, 4.0) as usize);
     }
-    let mantissa = decimals(value / 10_f64.powf(exponent), 0);
+    let mantissa = decimals(value / libm::pow(10_f64, exponent), 0);
     format!("{mantissa}·{}", power_of_ten(exponent))
 }
 
 /// 0.001 in digits where short, otherwise 10 with the exponent raised.
 pub(super) fn power_of_ten(exponent: f64) -> String {
     if (-3.0..=3.0).contains(&exponent) {
-        return tick_text(10_f64.powf(exponent), 10_f64.powf(exponent));
+        return tick_text(libm::pow(10_f64, exponent), libm::pow(10_f64, exponent));
     }
     let raised: String = format!("{exponent}")
         .chars()

@@ -131,7 +131,7 @@ impl Panel {
     fn even(&self, y: f64) -> f64 {
         match self.scale {
             Scale::Linear => y,
-            Scale::Logarithmic => y.log10(),
+            Scale::Logarithmic => libm::log10(y),
         }
     }
 

@@ -181,8 +181,8 @@ fn u_turn_tracks(field: &Field) -> Option<Figure> {
         let (Some([n0, e0]), Some([n1, e1])) = (start(turn), turn.track_m.get(1).copied()) else {
             return Vec::new();
         };
-        let course = (e1 - e0).atan2(n1 - n0);
-        let (sine, cosine) = course.sin_cos();
+        let course = libm::atan2(e1 - e0, n1 - n0);
+        let (sine, cosine) = libm::sincos(course);
         let along = |[n, e]: [f64; 2]| {
             let (n, e) = (n - n0, e - e0);
             [n * cosine + e * sine, e * cosine - n * sine]

@@ -43,7 +43,7 @@ pub(super) fn significant(value: f64, digits: i32) -> String {
     if value != 0.0 && value.abs() < 1e-6 {
         return three_figures(value).replace('-', "−");
     }
-    let magnitude = value.abs().log10().floor();
+    let magnitude = libm::log10(value.abs()).floor();
     let count = if magnitude.is_finite() {
         (digits - 1 - magnitude as i32).clamp(0, 8)
     } else {

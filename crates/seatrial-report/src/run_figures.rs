@@ -296,7 +296,7 @@ pub(super) fn track(source: &Source) -> Option<Figure> {
     let all = positions(&source.record.samples);
     let (start, end) = (*all.first()?, *all.last()?);
     let (north, east) = (end[0] - start[0], end[1] - start[1]);
-    let distance = north.hypot(east);
+    let distance = libm::hypot(north, east);
     let turned = |[n, e]: [f64; 2]| {
         let (n, e) = (n - start[0], e - start[1]);
         [

@@ -80,7 +80,7 @@ fn of_neighbours(
         ),
         false => format!("between {low:.2} and {high:.2} m/s"),
     };
-    let factors = [1.0, speed_ratio.max(1.0).powf(STEEPEST_AUTHORITY)];
+    let factors = [1.0, libm::pow(speed_ratio.max(1.0), STEEPEST_AUTHORITY)];
     let speed = (speed_ratio * LEAST_SPEED_RATIO < 1.0).then(|| {
         Reason::new(
             ReasonCode::SpeedFalls,

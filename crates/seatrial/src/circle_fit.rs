@@ -195,7 +195,7 @@ fn linearised(points: &[[f64; 2]], circle: Vector3<f64>) -> (f64, Vector3<f64>, 
     let mut sums = (0.0, Vector3::zeros(), Matrix3::zeros());
     for p in points {
         let (dx, dy) = (circle[0] - p[0], circle[1] - p[1]);
-        let distance = dx.hypot(dy).max(f64::MIN_POSITIVE);
+        let distance = libm::hypot(dx, dy).max(f64::MIN_POSITIVE);
         let error = distance - circle[2];
         let row = Vector3::new(dx / distance, dy / distance, -1.0);
         sums.0 += error * error;
@@ -210,7 +210,7 @@ fn arc_covered(points: &[[f64; 2]], circle: Vector3<f64>) -> f64 {
     let turn = 2.0 * std::f64::consts::PI;
     let mut bearings: Vec<f64> = points
         .iter()
-        .map(|p| (p[1] - circle[1]).atan2(p[0] - circle[0]))
+        .map(|p| libm::atan2(p[1] - circle[1], p[0] - circle[0]))
         .collect();
     bearings.sort_unstable_by(f64::total_cmp);
     let around = bearings[0] + turn - bearings[bearings.len() - 1];

@@ -128,7 +128,7 @@ impl ParameterDifference {
         let ratio = a_interval
             .zip(b_interval)
             .map(|(a_interval, b_interval)| {
-                (b - a) / half_width(a_interval).hypot(half_width(b_interval))
+                (b - a) / libm::hypot(half_width(a_interval), half_width(b_interval))
             })
             .filter(|ratio| ratio.is_finite());
         Self {

@@ -14,7 +14,7 @@ pub fn three_figures(value: f64) -> String {
     if !PLAIN.contains(&value.abs()) {
         return format!("{value:.2e}");
     }
-    let digits = 2 - value.abs().log10().floor().clamp(-6.0, 2.0) as i32;
+    let digits = 2 - libm::log10(value.abs()).floor().clamp(-6.0, 2.0) as i32;
     format!("{value:.*}", digits.max(0) as usize)
 }
 
@@ -42,8 +42,8 @@ const LOWEST_R2: f64 = -10.0;
 /// The decimals of a value with an interval: two significant figures of half its width, as far as no bound then has more
 /// than six.
 pub fn decimals_of([low, high]: [f64; 2]) -> usize {
-    let of_width = 1.0 - (0.5 * (high - low)).abs().log10().floor();
-    let most = MOST_FIGURES - 1.0 - low.abs().max(high.abs()).log10().floor();
+    let of_width = 1.0 - libm::log10((0.5 * (high - low)).abs()).floor();
+    let most = MOST_FIGURES - 1.0 - libm::log10(low.abs().max(high.abs())).floor();
     let decimals = of_width.min(most);
     if decimals.is_finite() {
         decimals.clamp(0.0, 9.0) as usize
@@ -73,7 +73,8 @@ pub fn bounds_text(interval: [f64; 2]) -> String {
 /// The power of ten that an interval of tiny numbers is written with.
 fn power_of([low, high]: [f64; 2]) -> Option<i32> {
     let largest = low.abs().max(high.abs());
-    (largest > f64::MIN_POSITIVE && largest < PLAIN.start).then(|| largest.log10().floor() as i32)
+    (largest > f64::MIN_POSITIVE && largest < PLAIN.start)
+        .then(|| libm::log10(largest).floor() as i32)
 }
 
 /// A value with the decimals that its interval leaves it; to three significant figures without one.

@@ -276,7 +276,7 @@ impl Steered {
         let pieces = (10.0 * time_s / tau).ceil();
         let piece_s = time_s / pieces;
         for _ in 0..pieces as u32 {
-            let remaining = (-piece_s / tau).exp();
+            let remaining = libm::exp(-piece_s / tau);
             let away = self.rudder_rad - command_rad;
             let mean = command_rad + away * (1.0 - remaining) * tau / piece_s;
             self.state = self.model.advance(self.state, mean, piece_s);

@@ -63,9 +63,11 @@
 //!
 //! Everything here may need a heap and the whole record. It starts no thread, opens no file and writes no page. What runs on
 //! the vehicle is in [`seatrial_core`].
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod campaign;
 pub mod campaign_check;
+mod chi_squared;
 pub mod circle_fit;
 pub mod commission;
 pub mod compare;

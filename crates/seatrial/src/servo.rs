@@ -138,7 +138,7 @@ impl Motion<'_> {
         let off_rad = self.acting_rad - self.commanded_rad;
         let lag_s = self.servo.lag_s;
         let left = if lag_s > 0.0 {
-            (-interval_s / lag_s).exp()
+            libm::exp(-interval_s / lag_s)
         } else {
             0.0
         };

@@ -144,7 +144,7 @@ impl SurgeModel {
         let wider = self.drag_length_m? * self.turning_drag_m? / (radius_m * radius_m);
         let steady_m_s = surge_speed_m_s / (1.0 + wider).sqrt();
         let part = self.time_constant_s(surge_speed_m_s)? / lasts_s;
-        let still_lost = part * (1.0 - (-1.0 / part).exp());
+        let still_lost = part * (1.0 - libm::exp(-1.0 / part));
         Some(steady_m_s + (surge_speed_m_s - steady_m_s) * still_lost)
     }
 

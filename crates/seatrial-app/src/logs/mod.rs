@@ -11,7 +11,7 @@ use seatrial::segmentation::Proposal;
 use seatrial::servo::Servo;
 use seatrial::{Record, Window};
 use seatrial_core::{Axis, RudderUnit};
-use seatrial_logs::{ChannelChoice, Counts, LogDescription, Quantity};
+use seatrial_logs::{ChannelChoice, Counts, Held, LogDescription, Quantity};
 
 use crate::Error;
 use mapping::Mapping;
@@ -30,6 +30,8 @@ pub struct ReadSettings {
     pub channels_file: Option<PathBuf>,
     /// Which columns are read, and in which units.
     pub channels: ChannelChoice,
+    /// Files in memory, by the paths that logs are opened by.
+    pub held: Held,
     /// The servo between the logged command and the rudder: the model is then the one behind it.
     pub servo: Option<Servo>,
 }
@@ -150,7 +152,8 @@ pub fn open(
 ) -> Result<OpenedLog, Error> {
     let mapping = settings.mapping()?;
     let choice = mapping.under(settings.channels.clone());
-    let mut reader = seatrial_logs::open(path, &choice).map_err(|error| mapping.error_of(error))?;
+    let mut reader = seatrial_logs::open_held(path, &settings.held, &choice)
+        .map_err(|error| mapping.error_of(error))?;
     let servo = settings.servo;
     observer.opened(path, reader.description(), servo);
     let mut warnings = reader.description().warnings.clone();

@@ -1,7 +1,10 @@
 //! Where a model or a schedule of models comes from: numbers, a schedule file, a document, a campaign.
 
+#[cfg(feature = "trials")]
 mod campaigns;
+#[cfg(feature = "trials")]
 mod choice;
+#[cfg(feature = "trials")]
 mod compared;
 mod document;
 mod exported;
@@ -10,18 +13,23 @@ mod schedule_file;
 
 use std::path::Path;
 
+#[cfg(feature = "trials")]
+use seatrial::Campaign;
 use seatrial::identification::ValidRange;
 use seatrial::propagation::interval_95;
 use seatrial::surge::SurgeModel;
-use seatrial::{Campaign, FullRudder, GainAllowance};
+use seatrial::{FullRudder, GainAllowance};
 use seatrial_core::schedule::ScheduleKey;
 use seatrial_core::{RudderUnit, SchedulePoint, SpeedSchedule, YawModel};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
 
+#[cfg(feature = "trials")]
 pub use campaigns::{of_campaign, of_entry};
+#[cfg(feature = "trials")]
 pub use choice::{Chosen, Purpose, campaign_named, campaign_numbered, chosen_campaign};
+#[cfg(feature = "trials")]
 pub use compared::{ComparedModels, compared_models, open_named};
 pub use document::{of_document, of_document_text};
 pub use exported::Tuned;
@@ -75,6 +83,7 @@ pub struct TrialOrigin {
 }
 
 impl TrialOrigin {
+    #[cfg(feature = "trials")]
     fn of(campaign: &Campaign) -> Self {
         Self {
             number: None,

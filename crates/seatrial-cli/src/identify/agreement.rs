@@ -6,10 +6,10 @@ use std::sync::Mutex;
 use seatrial::identification::{Outcome, Reader, Verdict};
 use seatrial_app::documents::IdentificationDocument;
 use seatrial_app::identify_log::{IdentifiedLog, Options, identify_log};
+use seatrial_app::log_page;
 use seatrial_sim::lies;
 
 use crate::output::Exit;
-use crate::report;
 use crate::screen::{PLAIN_WIDTH, sentence};
 
 /// Logs that give a verdict, at least.
@@ -109,7 +109,7 @@ fn cli_a_log_gets_one_outcome_in_all_places() {
         let any_told = models.iter().any(|m| is_told(m.verdict.outcome())) || is_told(outcome);
         assert_eq!(has_numbers, any_told, "{name}\n{text}");
 
-        let page = report::page(log, path);
+        let page = log_page::page(log, path);
         let banner = page.split("</section>").next().unwrap_or_default();
         let capital = sentence(word);
         assert!(

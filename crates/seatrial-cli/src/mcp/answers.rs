@@ -71,6 +71,7 @@ impl LogQuestion {
                 ..ChannelChoice::default()
             },
             servo: (delay_s > 0.0 || lag_s > 0.0).then_some(servo),
+            ..ReadSettings::default()
         })
     }
 

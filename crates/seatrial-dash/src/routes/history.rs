@@ -20,8 +20,8 @@ use crate::api::{
 use crate::gains::{GainsFormat, gains_file};
 use crate::history::{self, Format};
 use crate::refusal::Refusal;
-use crate::series::series_of;
 use crate::shared::{Caller, LONGEST_NOTE, Shared};
+use seatrial_app::series::series_of;
 
 /// Every campaign, oldest first.
 #[utoipa::path(get, path = "/api/v1/campaigns", tag = "history",
@@ -122,10 +122,10 @@ pub async fn series(
                 ))
             })?;
         let model = run.identification.as_ref();
-        Ok(series_of(
+        Ok(LogSeries::from(series_of(
             &run.acting_record(),
             model.zip(run.stage(Stage::Validate)),
-        ))
+        )))
     });
     Ok(Json(series.await?))
 }

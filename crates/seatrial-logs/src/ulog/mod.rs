@@ -7,7 +7,6 @@
 mod layout;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::File;
 use std::sync::Arc;
 
 use seatrial_mavlink::aircraft;
@@ -15,6 +14,7 @@ use seatrial_mavlink::aircraft;
 use crate::bytes::{Bytes, Damage, text_of};
 use crate::description::Format;
 use crate::error::Fault;
+use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
 use crate::number::number;
 use crate::table::Known;
@@ -67,7 +67,7 @@ struct Subscription {
 
 impl ULog {
     /// Reads the file once for its topics and parameters.
-    pub fn open(file: File) -> Result<Self, Fault> {
+    pub fn open(file: Input) -> Result<Self, Fault> {
         let mut log = Self {
             bytes: Bytes::new(file)?,
             formats: BTreeMap::new(),

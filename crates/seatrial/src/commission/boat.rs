@@ -105,7 +105,7 @@ impl<'a> Helm<'a> {
     fn new(boat: &'a Boat, settings: &CascadeSettings<f64>, interval_s: f64, seed: u64) -> Self {
         let late = (boat.delay_s / interval_s).round().max(0.0) as usize;
         let left = match boat.lag_s > 0.0 {
-            true => (-interval_s / boat.lag_s).exp(),
+            true => libm::exp(-interval_s / boat.lag_s),
             false => 0.0,
         };
         Self {

@@ -91,7 +91,7 @@ fn headings(boat: &Boat, leg: &[StepInstant], way: f64) -> Vec<f64> {
         let interval_s = next.time_s - instant.time_s;
         let asked = late(leg, k, boat.delay_s);
         let left = match boat.lag_s > 0.0 {
-            true => (-interval_s / boat.lag_s).exp(),
+            true => libm::exp(-interval_s / boat.lag_s),
             false => 0.0,
         };
         let after = asked + (rudder - asked) * left;

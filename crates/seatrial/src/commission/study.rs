@@ -149,9 +149,9 @@ pub fn commission_one(class_s: [f64; 2], seed: u64, loop_interval_s: f64) -> Opt
 
 fn drawn(class_s: [f64; 2], draw: &mut Draw) -> Boat {
     let mut even = |[low, high]: [f64; 2]| low + (high - low) * draw.uniform();
-    let logarithmic = |ends: [f64; 2]| ends.map(f64::ln);
-    let time_constant_s = even(logarithmic(class_s)).exp();
-    let turn_rad = even(logarithmic(TURN_RAD)).exp();
+    let logarithmic = |ends: [f64; 2]| ends.map(libm::log);
+    let time_constant_s = libm::exp(even(logarithmic(class_s)));
+    let turn_rad = libm::exp(even(logarithmic(TURN_RAD)));
     let authority = turn_rad / (time_constant_s * time_constant_s);
     let off_centre = even([-OFF_CENTRE, OFF_CENTRE]);
     Boat {

@@ -344,7 +344,7 @@ fn beyond(change: &DVector<f64>, information: &DMatrix<f64>, tolerated: f64) -> 
 fn noncentrality(parameters: f64, threshold: f64) -> f64 {
     let missed = |lambda: f64| {
         // Poisson mixture of central distributions.
-        let mut weight = (-0.5 * lambda).exp();
+        let mut weight = libm::exp(-0.5 * lambda);
         let mut sum = 0.0;
         for j in 0..10_000 {
             let freedom = parameters + 2.0 * f64::from(j);

@@ -107,7 +107,7 @@ impl Run {
             let peak = Peak::find(&record.series(), disturbance, damping_per_s, scale)?;
             let (estimate, covariance) = peak.normal();
             *hypothesis = Hypothesis {
-                log_evidence: peak.fit.log_likelihood + 0.5 * peak.variance.ln(),
+                log_evidence: peak.fit.log_likelihood + 0.5 * libm::log(peak.variance),
                 estimate,
                 variance: [0, 1, 2].map(|i| covariance[i][i]),
             };
@@ -121,7 +121,7 @@ impl Run {
         let greatest = evidences.fold(f64::NEG_INFINITY, f64::max);
         let (mut weights, mut sum, mut squares) = (0.0, 0.0, 0.0);
         for (hypothesis, prior) in self.if_from.iter().zip(prior) {
-            let weight = prior * (hypothesis.log_evidence - greatest).exp();
+            let weight = prior * libm::exp(hypothesis.log_evidence - greatest);
             let estimate = hypothesis.estimate[parameter];
             weights += weight;
             sum += weight * estimate;
@@ -199,7 +199,7 @@ fn least_over_asked_for(
             greatest = (sum, efficiency);
         }
         let gained = std::array::from_fn::<f64, { DISTURBANCES.len() }, _>(|s| {
-            weights[s] * (3.0 * (ratios[s] - sum)).exp()
+            weights[s] * libm::exp(3.0 * (ratios[s] - sum))
         });
         let all: f64 = gained.iter().sum();
         weights = gained.map(|v| v / all);

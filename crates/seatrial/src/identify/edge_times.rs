@@ -134,7 +134,7 @@ impl<'a> Edges<'a> {
             let around = lagging.as_ref().map_or(0.0, |timing| timing.lag_s);
             lagging = likelier(lagging, [around / ratio, around * ratio].map(behind));
         }
-        let price = (self.samples.len() as f64).ln();
+        let price = libm::log(self.samples.len() as f64);
         let pays = |lagging: &Timing| {
             prompt
                 .as_ref()
@@ -193,7 +193,7 @@ impl Timing {
             lag_s,
             peak,
             samples: timed,
-            log_likelihood: -0.5 * comparisons * mean_square_rad2.ln(),
+            log_likelihood: -0.5 * comparisons * libm::log(mean_square_rad2),
         })
     }
 

@@ -10,7 +10,7 @@ use crate::propagation::NORMAL_95;
 pub(super) fn widened(refined: &Refined, more: &Matrix3<f64>) -> Refined {
     let interval = |[low, high]: [f64; 2], variance: f64| {
         let (middle, half_width) = (0.5 * (low + high), 0.5 * (high - low));
-        let half_width = half_width.hypot(NORMAL_95 * variance.sqrt());
+        let half_width = libm::hypot(half_width, NORMAL_95 * variance.sqrt());
         [middle - half_width, middle + half_width]
     };
     let Intervals {

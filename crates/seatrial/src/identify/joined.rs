@@ -3,9 +3,9 @@
 use nalgebra::{Matrix2, Matrix3, Vector2};
 use seatrial_core::YawModel;
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::intervals::around;
+use crate::chi_squared::chance_beyond;
 use crate::identification::Refined;
 use crate::record::Window;
 
@@ -83,7 +83,7 @@ pub(super) fn join(
                 model: refined.model,
             })
             .collect(),
-        consistency: ChiSquared::new(degrees_of_freedom).ok()?.sf(common.scatter),
+        consistency: chance_beyond(degrees_of_freedom, common.scatter)?,
         birge_ratio: spread.sqrt(),
     };
     let numbers = model.theta();

@@ -160,7 +160,7 @@ impl Candidate {
         match &self.disturbed {
             Some(disturbed)
                 if disturbed.likelihood.log - self.calm.likelihood.log
-                    > (comparisons as f64).ln() =>
+                    > libm::log(comparisons as f64) =>
             {
                 disturbed
             }

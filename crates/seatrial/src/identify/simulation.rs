@@ -32,7 +32,7 @@ impl Step {
     fn new(a22_per_s: f64, interval_s: f64) -> Self {
         let x = a22_per_s * interval_s;
         let [phi1, phi2, phi3] = phis(x);
-        let decay = x.exp();
+        let decay = libm::exp(x);
         let squared = interval_s * interval_s;
         Self {
             now: Discretisation {

@@ -53,7 +53,7 @@ fn span(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
 fn drowned_from_rad_s(model: &YawModel<f64>, rudder: f64, heading_noise_rad: f64) -> f64 {
     let half_square = 0.5 * model.a22_per_s.powi(2);
     let ratio = model.b2_per_s2 * rudder / heading_noise_rad;
-    (half_square.hypot(ratio) - half_square).sqrt()
+    (libm::hypot(half_square, ratio) - half_square).sqrt()
 }
 
 #[cfg(test)]

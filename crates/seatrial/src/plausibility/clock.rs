@@ -52,8 +52,9 @@ pub(super) fn jump(samples: &[Sample<f64>], time_constant_s: f64) -> Option<Doub
         let [end, start] = [samples[before].heading_rad, samples[before + 1].heading_rad];
         let moved_rad = Real::wrapped(start - end) + right.above_rad - left.above_rad;
         let error = |over_s: f64| {
-            let of_rates = over_s * 0.5 * left.rate_error_per_s.hypot(right.rate_error_per_s);
-            noise_rad * of_rates.hypot(left.end_error.hypot(right.end_error))
+            let of_rates =
+                over_s * 0.5 * libm::hypot(left.rate_error_per_s, right.rate_error_per_s);
+            noise_rad * libm::hypot(of_rates, libm::hypot(left.end_error, right.end_error))
         };
         let is_near = |over_s: f64, [deviations, share]: [f64; 2]| {
             let limit = deviations * error(over_s) + share * (rate_rad_s * gap_s).abs();

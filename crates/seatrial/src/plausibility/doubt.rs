@@ -256,5 +256,5 @@ impl RateMismatch {
 }
 
 fn is_close(ratio: f64, factor: f64) -> bool {
-    ratio > 0.0 && (ratio / factor).ln().abs() < CLOSE
+    ratio > 0.0 && libm::log(ratio / factor).abs() < CLOSE
 }

@@ -266,7 +266,7 @@ impl Search<'_> {
                 return f64::INFINITY;
             }
             let [a22, b2] = relative_half_widths(&samples, &case.speed);
-            cost += a22.max(b2).ln();
+            cost += libm::log(a22.max(b2));
         }
         cost
     }

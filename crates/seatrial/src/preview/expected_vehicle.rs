@@ -98,7 +98,7 @@ impl<'a> ExpectedVehicle<'a> {
         {
             let time_constant_s = self.prior.surge_time_constant_s;
             let left = if time_constant_s > 0.0 {
-                (-interval_s / time_constant_s).exp()
+                libm::exp(-interval_s / time_constant_s)
             } else {
                 0.0
             };
@@ -106,8 +106,8 @@ impl<'a> ExpectedVehicle<'a> {
             *speed_m_s = steady_m_s + (before_m_s - steady_m_s) * left;
             let way_m = 0.5 * (before_m_s + *speed_m_s) * interval_s;
             let course_rad = 0.5 * (self.yaw.heading_rad + yaw.heading_rad);
-            self.position_m[0] += way_m * course_rad.cos();
-            self.position_m[1] += way_m * course_rad.sin();
+            self.position_m[0] += way_m * libm::cos(course_rad);
+            self.position_m[1] += way_m * libm::sin(course_rad);
         }
         self.yaw = yaw;
     }

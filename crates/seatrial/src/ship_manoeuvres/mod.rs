@@ -136,7 +136,12 @@ fn overshoot(swing: &[Instant], base_rad: f64) -> Option<f64> {
 fn track_m(track: &[Instant]) -> f64 {
     let steps = track.windows(2);
     steps
-        .map(|pair| (pair[1].north_m - pair[0].north_m).hypot(pair[1].east_m - pair[0].east_m))
+        .map(|pair| {
+            libm::hypot(
+                pair[1].north_m - pair[0].north_m,
+                pair[1].east_m - pair[0].east_m,
+            )
+        })
         .sum()
 }
 
@@ -147,7 +152,7 @@ impl TurningCircle {
         let last = track.last()?;
         let side = (last.heading_rad - start.heading_rad).signum();
         let turned = |at: &Instant| side * (at.heading_rad - start.heading_rad);
-        let (sin, cos) = start.heading_rad.sin_cos();
+        let (sin, cos) = libm::sincos(start.heading_rad);
         let from_start = |at: &Instant| {
             let (north, east) = (at.north_m - start.north_m, at.east_m - start.east_m);
             [north * cos + east * sin, side * (east * cos - north * sin)]

@@ -105,8 +105,8 @@ fn track(samples: &[Sample<f64>]) -> Result<Vec<Instant>, NoManoeuvre> {
                     0.5 * (last.surge_speed_m_s + surge_speed_m_s) * (sample.time_s - last.time_s);
                 let course = 0.5 * (last.heading_rad + heading_rad);
                 [
-                    last.north_m + way_m * course.cos(),
-                    last.east_m + way_m * course.sin(),
+                    last.north_m + way_m * libm::cos(course),
+                    last.east_m + way_m * libm::sin(course),
                 ]
             }
             (_, None) => [0.0, 0.0],

@@ -290,7 +290,7 @@ pub(crate) struct LagStep {
 
 impl LagStep {
     pub(crate) fn over(h: f64, lag_s: f64) -> Self {
-        let e = (-h / lag_s.max(f64::MIN_POSITIVE)).exp();
+        let e = libm::exp(-h / lag_s.max(f64::MIN_POSITIVE));
         let e_to_lag = if e > 0.0 {
             e * h / (lag_s * lag_s)
         } else {

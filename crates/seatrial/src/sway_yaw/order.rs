@@ -48,7 +48,7 @@ impl Structure {
 
     /// The likelihood ratio against first order that chance explains, by the number of comparisons.
     pub fn price(&self, comparisons: usize) -> f64 {
-        PRICE * self.extra_parameters() as f64 * (comparisons as f64).ln()
+        PRICE * self.extra_parameters() as f64 * libm::log(comparisons as f64)
     }
 
     /// Parameters besides a22, b2 and C0.

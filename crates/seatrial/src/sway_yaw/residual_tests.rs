@@ -2,7 +2,8 @@
 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use crate::chi_squared::chance_beyond;
 
 /// Lags of the whiteness test, comparisons: one time constant of the vehicle.
 const WHITENESS_LAGS: usize = 20;
@@ -25,11 +26,11 @@ pub struct ResidualTest {
 impl ResidualTest {
     fn new(statistic: f64, degrees_of_freedom: usize) -> Option<Self> {
         let degrees_of_freedom = degrees_of_freedom as f64;
-        let chance = ChiSquared::new(degrees_of_freedom).ok()?;
-        statistic.is_finite().then(|| Self {
+        let p_value = chance_beyond(degrees_of_freedom, statistic.max(0.0))?;
+        statistic.is_finite().then_some(Self {
             statistic,
             degrees_of_freedom,
-            p_value: chance.sf(statistic.max(0.0)),
+            p_value,
         })
     }
 }

@@ -66,12 +66,12 @@ impl Prior {
             false => 1.0 - self.prompt,
         };
         if hypothesis.share == 0.0 {
-            return (lag * self.none).ln();
+            return libm::log(lag * self.none);
         }
-        let off = (hypothesis.share / self.median_share).ln() / self.log_deviation;
-        let octave = STRENGTH_RATIO.ln() / (self.log_deviation * TAU.sqrt());
+        let off = libm::log(hypothesis.share / self.median_share) / self.log_deviation;
+        let octave = libm::log(STRENGTH_RATIO) / (self.log_deviation * TAU.sqrt());
         let any = (1.0 - self.none) / TIME_CONSTANTS.len() as f64;
-        (lag * any * octave).ln() - 0.5 * off * off
+        libm::log(lag * any * octave) - 0.5 * off * off
     }
 }
 
@@ -180,7 +180,7 @@ impl Hypotheses {
     pub fn log_evidence(&self, prior: &Prior) -> f64 {
         let logs = (self.all.iter()).map(|h| prior.log_of(h) + h.log_evidence);
         let best = logs.clone().fold(f64::NEG_INFINITY, f64::max);
-        best + logs.map(|log| (log - best).exp()).sum::<f64>().ln()
+        best + libm::log(logs.map(|log| libm::exp(log - best)).sum::<f64>())
     }
 
     fn weights(&self, prior: &Prior) -> Vec<f64> {
@@ -188,8 +188,10 @@ impl Hypotheses {
             .map(|h| prior.log_of(h) + h.log_evidence)
             .collect();
         let best = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let total: f64 = logs.iter().map(|log| (log - best).exp()).sum();
-        logs.iter().map(|log| (log - best).exp() / total).collect()
+        let total: f64 = logs.iter().map(|log| libm::exp(log - best)).sum();
+        logs.iter()
+            .map(|log| libm::exp(log - best) / total)
+            .collect()
     }
 
     /// The mean of a quantity.

@@ -71,10 +71,10 @@ impl Equations {
         self.add(&of_lag, (late_s * late_s - p[LAG2]) / of_v_s2);
         self.add(&[(FIRST, 1.0 / of_first)], -p[FIRST] / of_first);
         self.log_constant -= LOG_TAU
-            + of_first.ln()
-            + of_v_s2.ln()
+            + libm::log(of_first)
+            + libm::log(of_v_s2)
             + above_zero(late_s * late_s / of_v_s2).log_probability
-            + (usual_s + 1.25 * shift_s).ln();
+            + libm::log(usual_s + 1.25 * shift_s);
     }
 
     /// Holds the lag, the shift and the first rudder's distance at 0.

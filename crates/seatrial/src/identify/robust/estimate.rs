@@ -258,7 +258,7 @@ fn lag(
 ) -> Option<Lag> {
     let prompt = hypotheses.mean_of(&EXPECTED, |h| f64::from(u8::from(h.peak.prompt)));
     let timing_s = 0.5 * record.timing_s;
-    let half_width_s = (NORMAL_95 * covariance[DELAY][DELAY].sqrt()).hypot(timing_s);
+    let half_width_s = libm::hypot(NORMAL_95 * covariance[DELAY][DELAY].sqrt(), timing_s);
     let delay_s = mean[DELAY];
     let lag_s = mean[LAG2].max(0.0).sqrt();
     let interval_s = [

@@ -87,7 +87,7 @@ impl Record {
         let block = (self.time_s.len() / COMPARISONS).max(1);
         let slowest = 0.5 / self.duration_s();
         let fastest = 0.4 / self.interval_s;
-        let ratio = ((fastest / slowest).ln() / f64::from(POINTS - 1)).exp();
+        let ratio = libm::exp(libm::log(fastest / slowest) / f64::from(POINTS - 1));
         let dampings = (0..POINTS).map(|i| -slowest * ratio.powi(i));
         dampings
             .chain([slowest])

@@ -80,7 +80,7 @@ fn hull_columns(record: &Record, dynamics: &Dynamics, heading_rad: &[f64]) -> [V
         let mut low: Vec<f64> = steps
             .map(|(rate, t)| {
                 let before = now;
-                now = rate + (now - rate) * (-(t[1] - t[0]) / time_constant_s).exp();
+                now = rate + (now - rate) * libm::exp(-(t[1] - t[0]) / time_constant_s);
                 before
             })
             .collect();

@@ -49,11 +49,11 @@ impl Nearest {
             })
             .collect();
         let best = calm.iter().map(|c| c.2).fold(f64::NEG_INFINITY, f64::max);
-        let total: f64 = calm.iter().map(|c| (c.2 - best).exp()).sum();
+        let total: f64 = calm.iter().map(|c| libm::exp(c.2 - best)).sum();
         let mean_of = |of: &Moment| -> f64 {
             let terms = calm
                 .iter()
-                .map(|(theta, own, log)| (log - best).exp() * of(theta, own));
+                .map(|(theta, own, log)| libm::exp(log - best) * of(theta, own));
             terms.sum::<f64>() / total
         };
         let theta = core::array::from_fn(|i| mean_of(&|theta, _| theta[i]));

@@ -106,13 +106,13 @@ impl LogProduct {
     fn times(&mut self, factor: f64) {
         self.product *= factor;
         if self.product > Self::LARGE {
-            self.log += self.product.ln();
+            self.log += libm::log(self.product);
             self.product = 1.0;
         }
     }
 
     fn ln(&self) -> f64 {
-        self.log + self.product.ln()
+        self.log + libm::log(self.product)
     }
 }
 
@@ -269,10 +269,10 @@ impl Transition {
     fn over(noise: &Noise, t: f64) -> Self {
         let (rate_gain_s, heading_gain_s2) = gains(noise.a22_per_s, t);
         Self {
-            decay: (noise.a22_per_s * t).exp(),
+            decay: libm::exp(noise.a22_per_s * t),
             rate_gain_s,
             heading_gain_s2,
-            memory: (-t / noise.time_constant_s).exp(),
+            memory: libm::exp(-t / noise.time_constant_s),
         }
     }
 

@@ -169,8 +169,8 @@ impl<'a> Search<'a> {
             covariance: solution.covariance,
             noise_rad,
             log_evidence: 0.5 * parameters * LOG_TAU + log_constant
-                - rate.ln()
-                - 0.5 * (n * (LOG_TAU + 2.0 * noise_rad.ln()) + log_variances)
+                - libm::log(rate)
+                - 0.5 * (n * (LOG_TAU + 2.0 * libm::log(noise_rad)) + log_variances)
                 - 0.5 * (solution.square + solution.log_determinant),
         };
         Some((peak, square_rad2))

@@ -112,7 +112,7 @@ impl Record {
             timing_s: interval_s,
             known_delay_s: None,
             amplitude_rad: 0.5 * (high - low),
-            floor_rad: timing_rad.hypot(resolution_rad / 12_f64.sqrt()).max(1e-12),
+            floor_rad: libm::hypot(timing_rad, resolution_rad / 12_f64.sqrt()).max(1e-12),
         }
     }
 

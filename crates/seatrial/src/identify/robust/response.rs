@@ -50,9 +50,9 @@ impl Propagation {
         let (rate_gain_s, heading_gain_s2) = gains(a, t);
         let lag_s = dynamics.separate_lag_s();
         let (rudder_decay, lag_to_rate_s, lag_to_heading_s2) = if lag_s > 0.0 {
-            let decay = (-t / lag_s).exp();
+            let decay = libm::exp(-t / lag_s);
             let pole = a + 1.0 / lag_s;
-            let rate = ((a * t).exp() - decay) / pole;
+            let rate = (libm::exp(a * t) - decay) / pole;
             let heading = (rate_gain_s - lag_s * (1.0 - decay)) / pole;
             (decay, rate, heading)
         } else {
@@ -60,7 +60,7 @@ impl Propagation {
         };
         Self {
             rudder_decay,
-            rate_decay: (a * t).exp(),
+            rate_decay: libm::exp(a * t),
             rate_gain_s,
             heading_gain_s2,
             lag_to_rate_s,
@@ -169,7 +169,7 @@ pub fn gains(a: f64, t: f64) -> (f64, f64) {
         let second = t * t * (0.5 + x / 6.0 * (1.0 + x / 4.0 * (1.0 + x / 5.0)));
         (first, second)
     } else {
-        let first = x.exp_m1() / a;
+        let first = libm::expm1(x) / a;
         (first, (first - t) / a)
     }
 }

@@ -29,7 +29,7 @@ impl<const N: usize> Factored<N> {
                 } else if left > 1e-14 {
                     let root = left.sqrt();
                     lower[i][i] = 1.0 / root;
-                    log_determinant += 2.0 * (root * roots[i]).ln();
+                    log_determinant += 2.0 * libm::log(root * roots[i]);
                 } else {
                     return None;
                 }

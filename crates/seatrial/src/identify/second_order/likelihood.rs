@@ -63,7 +63,7 @@ impl Comparisons {
             }
             let (white, variance) = whitening.update(&row, passage);
             if variance != last.0 {
-                last = (variance, variance.ln());
+                last = (variance, libm::log(variance));
             }
             log_variances += last.1;
             for i in 0..COLUMNS {
@@ -76,7 +76,7 @@ impl Comparisons {
         }
         let residual = gram[PARAMETERS][PARAMETERS];
         let n = self.count() as f64;
-        let log = -0.5 * (n * (residual / n + self.floor_rad2).ln() + log_variances);
+        let log = -0.5 * (n * libm::log(residual / n + self.floor_rad2) + log_variances);
         log.is_finite().then(|| Likelihood {
             log,
             innovations,

@@ -68,7 +68,7 @@ impl Whitening {
             }
         }
         if !passage.is_same {
-            self.memory = (-passage.interval_s / self.disturbance.time_constant_s).exp();
+            self.memory = libm::exp(-passage.interval_s / self.disturbance.time_constant_s);
         }
         let [[s_rr, s_rw], [s_wr, s_ww]] = passage.state;
         let [psi_r, psi_w] = passage.heading_s;

@@ -1,0 +1,272 @@
+//! What a page asks for, and the answers.
+
+use std::path::Path;
+
+use seatrial::export::VehicleType;
+use seatrial::identification::{Reader, Reason, Verdict};
+use seatrial_app::gains::Wanted;
+use seatrial_app::gains_export::{Format, GainsFile};
+use seatrial_app::identify_log::{IdentifiedLog, identify_log};
+use seatrial_app::log_reading::LogReading;
+use seatrial_app::logs::{Unobserved, open};
+use seatrial_app::models::{Models, of_document_text};
+use seatrial_app::series::series_of;
+use seatrial_app::simulated_log::SeaTrial;
+use seatrial_app::turning::TurningLimits;
+use seatrial_app::{Error, Inspection, log_page};
+use seatrial_logs::{Fault, Held};
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use crate::simulated::trial;
+
+/// What a page asks for. `log` is the name of a file that is held.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "ask", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Request {
+    /// The names of a log's columns.
+    Columns {
+        /// The log.
+        log: String,
+    },
+    /// The document of `seatrial inspect --json`.
+    Inspect {
+        /// The log.
+        log: String,
+        /// How it is read.
+        #[serde(default)]
+        reading: Box<LogReading>,
+    },
+    /// The document of `seatrial identify --json`, the verdict in the words of a page, and the samples to be drawn.
+    Identify {
+        /// The log.
+        log: String,
+        /// How it is read.
+        #[serde(default)]
+        reading: Box<LogReading>,
+    },
+    /// The page of `seatrial report`.
+    Report {
+        /// The log.
+        log: String,
+        /// How it is read.
+        #[serde(default)]
+        reading: Box<LogReading>,
+    },
+    /// The documents of `seatrial gains --json` and `seatrial turn --json`.
+    Gains {
+        /// Where the model comes from, for people.
+        origin: String,
+        /// The document of an identification.
+        document: Value,
+        /// What is said besides.
+        #[serde(default)]
+        stated: Stated,
+    },
+    /// The file of `seatrial gains --export`.
+    File {
+        /// Where the model comes from, for people.
+        origin: String,
+        /// The document of an identification.
+        document: Value,
+        /// What is said besides.
+        #[serde(default)]
+        stated: Stated,
+        /// Which.
+        form: Form,
+    },
+    /// A simulated trial; its log is held under the name `simulated.csv`.
+    Simulate {
+        /// What is played.
+        trial: SeaTrial,
+    },
+}
+
+/// What is said of a vehicle beside its model, as the options of `seatrial gains`.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Stated {
+    /// Forward speed, m/s.
+    pub surge_speed_m_s: Option<f64>,
+    /// Damping ratio of the closed loop.
+    pub damping_ratio: Option<f64>,
+    /// Largest rudder angle, degrees.
+    pub rudder_limit_deg: Option<f64>,
+    /// Rudder angle at full steering, degrees.
+    pub full_rudder_deg: Option<f64>,
+}
+
+/// A file of a controller.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Form {
+    /// ArduPilot's Rover.
+    ArdupilotSurface,
+    /// ArduPilot's Sub.
+    ArdupilotUnderwater,
+    /// PX4, a surface vehicle.
+    Px4Surface,
+    /// PX4, an underwater vehicle.
+    Px4Underwater,
+    /// ROS 2.
+    Ros2,
+    /// The gain schedule.
+    Json,
+    /// A C99 header.
+    C,
+}
+
+impl Form {
+    /// The format, and whose parameters they are where that matters.
+    fn parts(self) -> (Format, VehicleType) {
+        match self {
+            Self::ArdupilotSurface => (Format::Ardupilot, VehicleType::Surface),
+            Self::ArdupilotUnderwater => (Format::Ardupilot, VehicleType::Underwater),
+            Self::Px4Surface => (Format::Px4, VehicleType::Surface),
+            Self::Px4Underwater => (Format::Px4, VehicleType::Underwater),
+            Self::Ros2 => (Format::Ros2, VehicleType::Surface),
+            Self::Json => (Format::Json, VehicleType::Surface),
+            Self::C => (Format::C, VehicleType::Surface),
+        }
+    }
+}
+
+/// The answer to a request, `{"done": ...}` or `{"refused": "why"}`.
+pub fn answer(message: &[u8], files: &mut Held) -> String {
+    let done = serde_json::from_slice(message)
+        .map_err(|error| format!("the request: {error}"))
+        .and_then(|request: Request| request.answer(files).map_err(|error| words(&error)));
+    match done {
+        Ok(done) => json!({ "done": done }).to_string(),
+        Err(refused) => json!({ "refused": refused }).to_string(),
+    }
+}
+
+/// An error as a page says it.
+fn words(error: &Error) -> String {
+    let text = match error {
+        Error::Log(seatrial_logs::ReadError {
+            log,
+            fault: Fault::NotBuilt { format, .. },
+        }) => format!(
+            "{log}: is {format}, which this page does not read; in a terminal: seatrial identify {log}"
+        ),
+        other => other.to_string(),
+    };
+    text.replace(
+        "it is neither beside it nor in a folder `cac` or `cache` there: copy it from the vehicle",
+        "choose it together with the log",
+    )
+}
+
+impl Request {
+    fn answer(self, files: &mut Held) -> Result<Value, Error> {
+        match self {
+            Self::Columns { log } => {
+                let columns = seatrial_logs::columns_held(Path::new(&log), files)?;
+                Ok(json!({ "columns": columns }))
+            }
+            Self::Inspect { log, reading } => inspected(&log, *reading, files),
+            Self::Identify { log, reading } => identified(&log, *reading, files),
+            Self::Report { log, reading } => {
+                let found = found(&log, *reading, true, files)?;
+                Ok(json!({ "html": log_page::page(&found, Path::new(&log)) }))
+            }
+            Self::Gains {
+                origin,
+                document,
+                stated,
+            } => gains(origin, &document, &stated),
+            Self::File {
+                origin,
+                document,
+                stated,
+                form,
+            } => {
+                let wanted = stated.wanted();
+                let models = wanted.timed(stated.models(origin, &document)?);
+                let (format, vehicle) = form.parts();
+                let file = GainsFile::new(format, &wanted, &models, vehicle, false)?;
+                Ok(json!({ "text": file.text, "notes": file.notes }))
+            }
+            Self::Simulate { trial: wanted } => trial(&wanted, files),
+        }
+    }
+}
+
+/// `trace`: with the estimate after every sample, which a report draws.
+fn found(
+    log: &str,
+    reading: LogReading,
+    trace: bool,
+    files: &Held,
+) -> Result<IdentifiedLog, Error> {
+    let mut options = reading.options()?;
+    options.settings.trace = trace;
+    options.reading.held = files.clone();
+    identify_log(Path::new(log), &options)
+}
+
+fn identified(log: &str, reading: LogReading, files: &Held) -> Result<Value, Error> {
+    let found = found(log, reading, false, files)?;
+    let validated = found
+        .identification()
+        .and_then(|model| Some((model, model.validation?.window)));
+    Ok(json!({
+        "document": found.document(),
+        "verdict": verdict(found.verdict()),
+        "series": series_of(&found.logs.log.record, validated),
+    }))
+}
+
+fn inspected(log: &str, reading: LogReading, files: &Held) -> Result<Value, Error> {
+    let mut settings = reading.settings()?;
+    settings.held = files.clone();
+    let opened = open(Path::new(log), &settings, None, &mut Unobserved)?;
+    Ok(json!({
+        "document": Inspection::of(&opened),
+        "series": series_of(&opened.record, None),
+    }))
+}
+
+/// May the model be used, and what decides it, in the words of a page.
+fn verdict(verdict: &Verdict) -> Value {
+    let cause = |reason: &Reason| {
+        json!({
+            "code": reason.code,
+            "action": reason.action_for(Reader::Dashboard),
+            "text": reason.text,
+        })
+    };
+    json!({
+        "outcome": verdict.outcome(),
+        "cause": verdict.cause().map(cause),
+        "other_causes": verdict.other_causes(),
+    })
+}
+
+fn gains(origin: String, document: &Value, stated: &Stated) -> Result<Value, Error> {
+    let wanted = stated.wanted();
+    let models = stated.models(origin, document)?;
+    let turning = TurningLimits::of(&models, std::f64::consts::PI, None, None)?;
+    Ok(json!({
+        "gains": wanted.gains(&wanted.timed(models))?,
+        "turning": turning,
+    }))
+}
+
+impl Stated {
+    fn wanted(&self) -> Wanted {
+        let usual = Wanted::default();
+        Wanted {
+            damping_ratio: self.damping_ratio.unwrap_or(usual.damping_ratio),
+            ..usual
+        }
+    }
+
+    fn models(&self, origin: String, document: &Value) -> Result<Models, Error> {
+        of_document_text(origin, &document.to_string(), self.surge_speed_m_s)?
+            .limited(self.rudder_limit_deg.map(f64::to_radians))?
+            .with_full_rudder(self.full_rudder_deg.map(f64::to_radians))
+    }
+}
