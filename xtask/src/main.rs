@@ -3,12 +3,15 @@
 //! `cargo xtask test` runs every check: those that need the workspace built for tests, in the order in which they fail fastest, and beside
 //! them those that have a build of their own (`cargo xtask beside`); everything is built once, for tests. `cargo xtask embedded` is the one
 //! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask instructions` that of the kernels'
-//! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page. `cargo xtask ros2` checks what
+//! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page, `cargo xtask page` that of the page
+//! without a server, `cargo xtask docs` builds the docs as a site. `cargo xtask ros2` checks what
 //! needs the features `ros2` and `ros2-zenoh`, `cargo xtask miri` runs the library for C and the core under Miri. `cargo xtask packages` packs what
 //! is published on crates.io, `cargo xtask wheel` builds and installs the Python wheel, `cargo xtask archive` the archive and the Debian package of a release. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
 
+mod alone;
 mod archive;
 mod beside;
+mod book;
 mod c_library;
 mod container;
 mod dash;
@@ -38,8 +41,8 @@ const CHECKS: [(&str, &str); 7] = [
         "build -p seatrial-core --target thumbv7em-none-eabihf",
     ),
     (
-        "estimation for a browser",
-        "check -p seatrial -p seatrial-report --target wasm32-unknown-unknown",
+        "the program for a browser",
+        "check -p seatrial-wasm --target wasm32-unknown-unknown",
     ),
     ("tests", "nextest run --workspace --no-fail-fast"),
     ("doc tests", "test --workspace --doc --quiet"),
@@ -61,6 +64,8 @@ fn main() -> ExitCode {
         ["miri"] => in_miri(),
         ["instructions"] => in_few_instructions(),
         ["web"] => in_browser(),
+        ["page"] => without_a_server(),
+        ["docs"] => as_a_site(),
         ["packages"] => on_crates_io(false),
         ["packages", "--build"] => on_crates_io(true),
         ["wheel"] => in_a_wheel(None),
@@ -70,7 +75,7 @@ fn main() -> ExitCode {
         ["same-answers", rest @ ..] => return same_answers::run(rest),
         _ => {
             eprintln!(
-                "usage: cargo xtask test|house [--list]|embedded|python|dash|ros2|miri|instructions|web|packages [--build]|wheel [TARGET]|archive [TARGET]|same-answers"
+                "usage: cargo xtask test|house [--list]|embedded|python|dash|ros2|miri|instructions|web|page|docs|packages [--build]|wheel [TARGET]|archive [TARGET]|same-answers"
             );
             return ExitCode::from(2);
         }
@@ -96,7 +101,8 @@ fn test() -> bool {
     let passed = with_cargo();
     // What waits for processes in real time is not disturbed.
     let passed = beside.passed() && passed;
-    let with_the_binary: [fn() -> bool; 3] = [in_python, in_dash, in_browser];
+    let with_the_binary: [fn() -> bool; 5] =
+        [in_python, in_dash, in_browser, without_a_server, as_a_site];
     let passed = passed && with_the_binary.iter().all(|passes| passes());
     if passed {
         eprintln!("== all passed in {:.0} s", begin.elapsed().as_secs_f64());
@@ -106,7 +112,12 @@ fn test() -> bool {
 
 /// What is built apart from the workspace's tests.
 fn beside_the_tests() -> bool {
-    let all: [fn() -> bool; 3] = [tools_are_there, in_few_instructions, on_microcontrollers];
+    let all: [fn() -> bool; 4] = [
+        tools_are_there,
+        in_few_instructions,
+        on_microcontrollers,
+        program_for_a_browser,
+    ];
     all.iter().all(|passes| passes())
 }
 
@@ -220,6 +231,18 @@ fn in_miri() -> bool {
 
 fn in_browser() -> bool {
     passes("the page", page::check)
+}
+
+fn program_for_a_browser() -> bool {
+    passes("the program of the page without a server", alone::compile)
+}
+
+fn without_a_server() -> bool {
+    passes("the page without a server", alone::check)
+}
+
+fn as_a_site() -> bool {
+    passes("the docs as a site", book::check)
 }
 
 fn in_dash() -> bool {

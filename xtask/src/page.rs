@@ -9,17 +9,27 @@ use crate::succeeds;
 const SOURCE: &str = "web";
 const COMMITTED: &str = "crates/seatrial-dash/dist";
 const REBUILT: &str = "target/page";
-const BROWSER: &str = "/usr/bin/chromium";
+pub const BROWSER: &str = "/usr/bin/chromium";
 
 /// Installs what the lock names where it is not there.
 pub fn prepare() {
-    let _ = is_installed() || install();
+    prepared();
+}
+
+/// Is what the lock names there, or could it be fetched?
+pub fn prepared() -> bool {
+    is_installed() || install()
+}
+
+/// The command whose answers a page is held against.
+pub fn binary() -> Result<PathBuf, String> {
+    std::path::absolute("target/debug/seatrial").map_err(|error| error.to_string())
 }
 
 /// Builds the page and proves that the committed one is the same bytes, then opens it in a browser over `seatrial serve`.
 /// Where npm or the browser is missing, this is said and skipped; with `CI=true` it is a failure.
 pub fn check() -> Result<(), String> {
-    if !is_installed() && !install() {
+    if !prepared() {
         return skipped(
             "the page",
             "npm, or what package-lock.json names, is missing",
@@ -40,11 +50,10 @@ pub fn check() -> Result<(), String> {
     if !Path::new(BROWSER).exists() {
         return skipped("the page", "chromium is missing");
     }
-    let binary = std::path::absolute("target/debug/seatrial").map_err(|e| e.to_string())?;
     let mut tests = node();
     tests
         .args(["--test", "--test-reporter=spec", "tests/*.test.ts"])
-        .env("SEATRIAL", binary);
+        .env("SEATRIAL", binary()?);
     if !succeeds(&mut tests) {
         return Err("tests of the page in the browser".into());
     }
@@ -72,7 +81,7 @@ fn install() -> bool {
 }
 
 /// The node that the lock pins: a system's own may be too old for the tools.
-fn node() -> Command {
+pub fn node() -> Command {
     let architecture = match std::env::consts::ARCH {
         "aarch64" => "arm64",
         _ => "x64",

@@ -4,10 +4,13 @@ import {
   type CampaignSummary,
   campaign,
   campaigns,
+  columnsOf,
   type Comparison,
   compare,
   type Difference,
   download,
+  identify,
+  sendSensorList,
 } from "../api/client.ts";
 import type { Live } from "../api/live.ts";
 import { pair } from "../charts/pair.ts";
@@ -16,10 +19,18 @@ import { Complaints } from "../notice.ts";
 import type { View } from "../shell.ts";
 import { onUnits, scale, shown, significant } from "../units.ts";
 import { causes, percent, QUANTITIES, sentence, signOf, toneOf, word } from "../words.ts";
-import { openLogView } from "./log.ts";
+import { type LogReader, openLogView } from "./log.ts";
 import { figureCell, resume, runsTable } from "./runs.ts";
 import { explorer } from "./schedule.ts";
 import { commission } from "./start.ts";
+
+const serverReader: LogReader = {
+  identify,
+  columnsOf,
+  takeSensorList: sendSensorList,
+  formats: "CSV, Parquet, DataFlash .bin, ULog, tlog, MCAP, rosbag, …",
+  place: "It is identified by this server and goes nowhere else.",
+};
 
 const STATES: Record<CampaignSummary["state"], string> = {
   running: "running",
@@ -66,7 +77,7 @@ export function openHistory(_live: Live): View {
     else void openList(place, complaints);
   };
   if (tab === "log") {
-    const log = openLogView();
+    const log = openLogView(serverReader);
     fill(place, log.root);
     return { root, drop: log.drop };
   }

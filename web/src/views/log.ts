@@ -1,13 +1,6 @@
 //! A log that a person drops on the page, identified and drawn.
 
-import {
-  columnsOf,
-  identify,
-  type IdentifiedLog,
-  keepText,
-  sendSensorList,
-  type VerdictOutcome,
-} from "../api/client.ts";
+import { type IdentifiedLog, keepText, type VerdictOutcome } from "../api/client.ts";
 import { recordStrips } from "../charts/record.ts";
 import type { Span, Strip } from "../charts/strip.ts";
 import { element, fill } from "../element.ts";
@@ -59,7 +52,29 @@ interface Document extends Identification {
   }[];
 }
 
-export function openLogView(): { root: HTMLElement; drop(): void } {
+/** Who reads and identifies logs: a server, or this page. */
+export interface LogReader {
+  /** `reading` are options of `seatrial identify` by name. */
+  identify(log: File, reading: Readonly<Record<string, string>>): Promise<IdentifiedLog>;
+  columnsOf(log: File): Promise<string[]>;
+  /** Takes a list of sensors, which logs of Slocum gliders need beside them. */
+  takeSensorList(list: File): Promise<void>;
+  /** Formats that a person may drop; absent where no log is asked for. */
+  readonly formats?: string;
+  /** Where it is done, and who sees it. */
+  readonly place: string;
+  /** What is shown below the model, of a log that was read; `found` is null where it was refused. */
+  below?(log: File, reading: Readonly<Record<string, string>>, found: IdentifiedLog | null): HTMLElement;
+}
+
+export interface LogView {
+  readonly root: HTMLElement;
+  /** Opens a log as if it had been dropped. */
+  open(log: File): Promise<void>;
+  drop(): void;
+}
+
+export function openLogView(reader: LogReader): LogView {
   const complaints = new Complaints();
   const place = element("div", { "aria-live": "polite" });
   const charts: Strip[] = [];
@@ -70,20 +85,24 @@ export function openLogView(): { root: HTMLElement; drop(): void } {
     if (log === undefined) return;
     if (log !== last) windows.clear();
     last = log;
+    const reading = { ...how.reading(), ...windows.reading() };
     fill(place, element("p", {}, `Reading ${log.name} …`));
     for (const chart of charts.splice(0)) chart.drop();
-    const found = await complaints.hear(() => identify(log, { ...how.reading(), ...windows.reading() }));
+    const found = await complaints.hear(() => reader.identify(log, reading));
     how.root.open ||= found === null;
-    how.allow(await columnsOf(log).catch(() => []));
-    if (found === null) fill(place);
-    else fill(place, ...drawLog(log.name, found, charts, windows));
+    how.allow(await reader.columnsOf(log).catch(() => []));
+    fill(
+      place,
+      ...(found === null ? [] : drawLog(log.name, found, charts, windows, reader.below === undefined)),
+      reader.below?.(log, reading, found),
+    );
   };
   const isList = (file: File): boolean => file.name.toLowerCase().endsWith(".cac");
   /** A log, and the lists of sensors that one of a Slocum glider needs: these first. */
   const take = async (files: FileList | null | undefined): Promise<void> => {
     const chosen = [...(files ?? [])];
     for (const list of chosen.filter(isList))
-      if ((await complaints.hear(() => sendSensorList(list).then(() => true))) === null) return;
+      if ((await complaints.hear(() => reader.takeSensorList(list).then(() => true))) === null) return;
     await open(chosen.find((file) => !isList(file)) ?? last);
   };
   const button = element("input", {
@@ -95,17 +114,12 @@ export function openLogView(): { root: HTMLElement; drop(): void } {
   const zone = element(
     "section",
     { class: "drop", "aria-label": "Open a log" },
-    element(
-      "p",
-      {},
-      element("b", {}, "Drop a log here"),
-      ": CSV, Parquet, DataFlash .bin, ULog, tlog, MCAP, rosbag, …",
-    ),
+    element("p", {}, element("b", {}, "Drop a log here"), `: ${reader.formats ?? ""}`),
     element("label", { class: "file" }, "Choose a file", button),
     element(
       "p",
       { class: "hint" },
-      "It is identified by this server and goes nowhere else. A Slocum log needs its list of sensors (.cac): choose both together.",
+      `${reader.place} A Slocum log needs its list of sensors (.cac): choose both together.`,
     ),
   );
   const over =
@@ -121,12 +135,26 @@ export function openLogView(): { root: HTMLElement; drop(): void } {
     void take(event.dataTransfer?.files);
   });
   return {
-    root: element("div", { class: "stack" }, zone, how.root, complaints.root, place),
+    root: element(
+      "div",
+      { class: "stack" },
+      reader.formats === undefined ? null : zone,
+      how.root,
+      complaints.root,
+      place,
+    ),
+    open,
     drop: () => charts.forEach((chart) => chart.drop()),
   };
 }
 
-function drawLog(name: string, found: IdentifiedLog, charts: Strip[], windows: WindowsForm): HTMLElement[] {
+function drawLog(
+  name: string,
+  found: IdentifiedLog,
+  charts: Strip[],
+  windows: WindowsForm,
+  hasTerminal: boolean,
+): HTMLElement[] {
   const document = found.document as unknown as Document;
   const { series } = found;
   const { verdict, validation } = document;
@@ -173,7 +201,7 @@ function drawLog(name: string, found: IdentifiedLog, charts: Strip[], windows: W
           ]),
         ),
         speedsTable(document),
-        isUsable && keepModel(name, found),
+        isUsable && keepModel(name, found, hasTerminal),
       ),
       element(
         "section",
@@ -187,15 +215,15 @@ function drawLog(name: string, found: IdentifiedLog, charts: Strip[], windows: W
 }
 
 /** The model as a file, and what makes gains of it. */
-function keepModel(name: string, found: IdentifiedLog): HTMLElement {
+function keepModel(name: string, found: IdentifiedLog, hasTerminal: boolean): HTMLElement {
   const file = `${name.replace(/\.\w+$/, "")}.model.json`;
   const keep = (): void => keepText(`${JSON.stringify(found.document, null, 2)}\n`, file);
   return element(
     "div",
     { class: "stack" },
     element("div", { class: "row" }, element("button", { type: "button", onclick: keep }, "Model, JSON")),
-    element("p", { class: "hint" }, "Gains and limits of it, in a terminal:"),
-    element("pre", { tabindex: 0 }, `seatrial gains --model ${file}`),
+    hasTerminal && element("p", { class: "hint" }, "Gains and limits of it, in a terminal:"),
+    hasTerminal && element("pre", { tabindex: 0 }, `seatrial gains --model ${file}`),
   );
 }
 

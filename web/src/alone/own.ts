@@ -1,0 +1,66 @@
+//! A log of one's own, read and identified in the page.
+
+import { type IdentifiedLog, keepText } from "../api/client.ts";
+import { element, fill } from "../element.ts";
+import { Complaints } from "../notice.ts";
+import { type LogReader, openLogView, type LogView } from "../views/log.ts";
+import { found } from "./found.ts";
+import { controllers } from "./controllers.ts";
+import type { Program } from "./module.ts";
+
+type Reading = Readonly<Record<string, string>>;
+
+/** Fields of a reading that are numbers. */
+const NUMBERS = /^(from_s|to_s|validate_from_s|validate_to_s|rudder_\w+)$/;
+
+/** What the form says, as the module takes it. */
+export function typed(reading: Reading): Record<string, string | number> {
+  const entries = Object.entries(reading);
+  return Object.fromEntries(entries.map(([name, value]) => [name, NUMBERS.test(name) ? Number(value) : value]));
+}
+
+/** Reads logs with the module of this page. */
+export function readerOf(program: Program): LogReader {
+  return {
+    identify: async (log, reading) => {
+      await program.hold(log);
+      return program.ask<IdentifiedLog>({ ask: "identify", log: log.name, reading: typed(reading) });
+    },
+    columnsOf: async (log) => (await program.ask<{ columns: string[] }>({ ask: "columns", log: log.name })).columns,
+    takeSensorList: (list) => program.hold(list),
+    formats: "CSV, DataFlash .bin, ULog, tlog, NMEA 0183, NMEA 2000 of canboat, MOOS .alog, Slocum .dbd",
+    place:
+      "It is read and identified in this page, is sent nowhere, and the page works without a network. Parquet, MCAP and rosbag2 are read by the terminal: seatrial identify LOG.",
+    below: (log, reading, identified) => below(program, log, reading, identified),
+  };
+}
+
+export function openOwnLog(program: Program): LogView {
+  return openLogView(readerOf(program));
+}
+
+function below(program: Program, log: File, reading: Reading, identified: IdentifiedLog | null): HTMLElement {
+  const request = { log: log.name, reading: typed(reading) };
+  const complaints = new Complaints();
+  const report = async (): Promise<void> => {
+    const page = await complaints.hear(() => program.ask<{ html: string }>({ ask: "report", ...request }));
+    if (page !== null) keepText(page.html, `${log.name.replace(/\.\w+$/, "")}.html`);
+  };
+  const channels = element("section", { class: "panel stack", "aria-label": "What is in the log" });
+  void found(program, request).then((what) => fill(channels, ...what));
+  return element(
+    "div",
+    { class: "stack spaced" },
+    identified !== null &&
+      element(
+        "div",
+        { class: "row" },
+        element("button", { type: "button", onclick: () => void report() }, "Report, HTML"),
+      ),
+    complaints.root,
+    identified !== null && identified.verdict.outcome !== "do_not_use"
+      ? controllers(program, log.name, identified)
+      : null,
+    channels,
+  );
+}

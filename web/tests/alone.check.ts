@@ -1,0 +1,229 @@
+//! The page that stands alone, opened from a file: its answers are those of the terminal, bit for bit, and it asks a network for nothing.
+
+import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
+import { readdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
+import { join, relative } from "node:path";
+import { after, before, test } from "node:test";
+import { pathToFileURL } from "node:url";
+import type { Browser, Page } from "playwright-core";
+import { forget, openBrowser, PATIENCE_MS, scratch, seatrial } from "./server.ts";
+
+const PAGE = process.env["SEATRIAL_PAGE"] ?? "../target/alone/seatrial.html";
+const BINARY = process.env["SEATRIAL"] ?? "../target/debug/seatrial";
+const DATA = process.env["SEATRIAL_DATA"] ?? "../../shared/data";
+const MOST_MS_TO_FIRST_PAINT = 1000;
+/** Longest log that is compared: longer ones take a second each, twice. */
+const MOST_BYTES = 2_100_000;
+
+let browser: Browser;
+let page: Page;
+const requests: string[] = [];
+const faults: string[] = [];
+
+before(async () => {
+  seatrial("sim", "log", "--seed", "1", "--thrust", "0.8", "--out", join(scratch, "own.csv"));
+  browser = await openBrowser();
+  const context = await browser.newContext({ acceptDownloads: true });
+  context.setDefaultTimeout(PATIENCE_MS);
+  page = await context.newPage();
+  page.on("request", (request) => requests.push(request.url()));
+  page.on("console", (message) => message.type() === "error" && faults.push(message.text()));
+  page.on("pageerror", (error) => faults.push(error.message));
+  await page.goto(pathToFileURL(PAGE).href);
+  await page.getByText("Drop a log here").waitFor();
+  requests.length = 0;
+  await context.setOffline(true);
+});
+
+after(async () => {
+  await browser?.close();
+  forget();
+});
+
+type Answer = { readonly done: unknown } | { readonly refused: string };
+
+/** Asks the page's own program; logs go in by their bytes. */
+function ask(files: readonly (readonly [name: string, path: string])[], request: object): Promise<Answer> {
+  const held = files.map(([name, path]) => [name, readFileSync(path).toString("base64")] as const);
+  return page.evaluate(
+    async ([files, request]) => {
+      const { seatrial } = window as unknown as {
+        seatrial: { hold(file: File): Promise<void>; ask(request: object): Promise<unknown> };
+      };
+      for (const [name, base64] of files) {
+        const bytes = Uint8Array.from(atob(base64), (char) => char.charCodeAt(0));
+        await seatrial.hold(new File([bytes], name));
+      }
+      try {
+        return { done: await seatrial.ask(request) };
+      } catch (error) {
+        return { refused: error instanceof Error ? error.message : String(error) };
+      }
+    },
+    [held, request] as const,
+  );
+}
+
+/** What the terminal prints of a log that lies in a folder. */
+function terminal(
+  folder: string,
+  ...words: string[]
+): { readonly code: number; readonly out: string; readonly said: string } {
+  const done = spawnSync(BINARY, words, { cwd: folder, encoding: "utf8", maxBuffer: 1 << 28 });
+  return { code: done.status ?? -1, out: done.stdout, said: done.stderr };
+}
+
+function logs(): string[] {
+  const every = readdirSync(DATA, { recursive: true, encoding: "utf8" }).filter((name) =>
+    /\.(csv|BIN|tlog|ulg|raw|all|dbd|alog|nmea)$/.test(name),
+  );
+  const isFew = (name: string): boolean => !/^simulated/.test(name) || /_70_(native|s0_h0)/.test(name);
+  return every
+    .filter((name) => isFew(name) && statSync(join(DATA, name)).size < MOST_BYTES && !/marks/.test(name))
+    .sort();
+}
+
+test("answers on every log are those of the terminal, bit for bit", async (context) => {
+  let names: string[] = [];
+  if (DATA.endsWith("none")) {
+    context.skip("there are no data to be had");
+    return;
+  }
+  try {
+    names = logs();
+  } catch {
+    if (process.env["CI"] === "true") throw new Error(`${DATA} is missing`);
+    context.skip(`${DATA} is missing`);
+    return;
+  }
+  assert.ok(names.length >= 50, `${names.length} logs`);
+  const formats = new Set<string>();
+  let models = 0;
+  let [ours, theirs] = [0, 0];
+  for (const name of names) {
+    const path = join(DATA, name);
+    const folder = join(path, "..");
+    const file = relative(folder, path);
+    const lists = name.endsWith(".dbd") ? readdirSync(join(folder, "cac")) : [];
+    const files = [...lists.map((list) => [`cac/${list}`, join(folder, "cac", list)] as const), [file, path] as const];
+    const begin = performance.now();
+    const printed = terminal(folder, "identify", file, "--json");
+    theirs += performance.now() - begin;
+    const again = performance.now();
+    const answer = await ask(files, { ask: "identify", log: file });
+    ours += performance.now() - again;
+    if (printed.out === "") {
+      assert.ok("refused" in answer, `${name}: ${JSON.stringify(answer).slice(0, 300)}`);
+      continue;
+    }
+    assert.ok("done" in answer, `${name}: ${JSON.stringify(answer).slice(0, 300)}`);
+    const { document } = answer.done as { document: { source: { format: string }; refined: unknown } };
+    assert.deepEqual(document, JSON.parse(printed.out), name);
+    formats.add(document.source.format);
+    models += document.refined === null ? 0 : 1;
+    const inspected = await ask([], { ask: "inspect", log: file });
+    assert.ok("done" in inspected);
+    const { document: inspection } = inspected.done as { document: unknown };
+    assert.deepEqual(inspection, JSON.parse(terminal(folder, "inspect", file, "--json").out), name);
+  }
+  context.diagnostic(`${(ours / 1000).toFixed(1)} s in the page, ${(theirs / 1000).toFixed(1)} s in the terminal`);
+  context.diagnostic(`${names.length} logs, ${models} models, formats: ${[...formats].sort().join(", ")}`);
+  assert.ok(models >= 20, `${models} models`);
+  assert.ok(formats.size >= 5, [...formats].join(", "));
+});
+
+test("report, gains, limits and parameters are those of the terminal", async () => {
+  const path = join(scratch, "own.csv");
+  const answer = await ask([["own.csv", path]], { ask: "identify", log: "own.csv" });
+  assert.ok("done" in answer, JSON.stringify(answer));
+  const { document } = answer.done as { document: unknown };
+  assert.deepEqual(document, JSON.parse(terminal(scratch, "identify", "own.csv", "--json").out));
+
+  terminal(scratch, "report", "own.csv", "--out", "own.html");
+  const report = await ask([], { ask: "report", log: "own.csv" });
+  assert.ok("done" in report);
+  assert.equal((report.done as { html: string }).html, readFileSync(join(scratch, "own.html"), "utf8"));
+
+  const model = terminal(scratch, "identify", "own.csv", "--json").out;
+  writeFileSync(join(scratch, "model.json"), model);
+  const gains = await ask([], { ask: "gains", origin: "model.json", document });
+  assert.ok("done" in gains, JSON.stringify(gains));
+  const { gains: found, turning } = gains.done as { gains: unknown; turning: unknown };
+  assert.deepEqual(found, JSON.parse(terminal(scratch, "gains", "--model", "model.json", "--json").out));
+  assert.deepEqual(turning, JSON.parse(terminal(scratch, "turn", "--model", "model.json", "--json").out));
+  for (const [form, ...words] of [
+    ["ardupilot_surface", "ardupilot"],
+    ["px4_underwater", "px4", "--vehicle-type", "underwater"],
+    ["ros2", "ros2"],
+    ["c", "c"],
+  ] as const) {
+    const file = await ask([], { ask: "file", origin: "model.json", document, form });
+    assert.ok("done" in file, JSON.stringify(file));
+    const printed = terminal(scratch, "gains", "--model", "model.json", "--export", ...words);
+    assert.equal((file.done as { text: string }).text, printed.out, form);
+  }
+});
+
+test("a person drops a log, sees the verdict and takes the report", async () => {
+  await page.locator("input[type=file]").setInputFiles(join(scratch, "own.csv"));
+  await page.getByText("own.csv: ✓ use", { exact: false }).waitFor();
+  await page.getByText("Gains and limits").first().waitFor();
+  await page.getByRole("region", { name: "Channels" }).waitFor();
+  const [download] = await Promise.all([
+    page.waitForEvent("download"),
+    page.getByRole("button", { name: "Report, HTML" }).click(),
+  ]);
+  assert.equal(download.suggestedFilename(), "own.html");
+});
+
+test("the page goes on while its program works", async () => {
+  seatrial("sim", "log", "--seed", "2", "--out", join(scratch, "long.csv"));
+  await ask([["long.csv", join(scratch, "long.csv")]], { ask: "columns", log: "long.csv" });
+  const frames = await page.evaluate(async () => {
+    const { seatrial } = window as unknown as { seatrial: { ask(request: object): Promise<unknown> } };
+    let [count, is] = [0, true];
+    const tick = (): void => {
+      count += 1;
+      if (is) setTimeout(tick, 5);
+    };
+    tick();
+    await seatrial.ask({ ask: "identify", log: "long.csv" });
+    is = false;
+    return count;
+  });
+  assert.ok(frames > 10, `${frames} turns of the page's loop`);
+});
+
+test("a simulated trial is judged against its truth", async () => {
+  await page.getByRole("link", { name: "A simulated trial" }).click();
+  await page.getByRole("button", { name: "Run the trial" }).click();
+  await page.getByText("holds the truth").first().waitFor();
+  await page.locator("input[name=compass_noise_rad]").fill("3");
+  await page.locator("input[name=rudder_rad]").fill("2");
+  await page.getByRole("button", { name: "Run the trial" }).click();
+  await page.getByText(/simulated.csv: . (do not use|use with care)/).waitFor();
+});
+
+test("a log that is none is refused in words, and what the terminal reads is named", async () => {
+  writeFileSync(join(scratch, "not.csv"), "this is no log\n");
+  const refused = await ask([["not.csv", join(scratch, "not.csv")]], { ask: "identify", log: "not.csv" });
+  assert.ok("refused" in refused && refused.refused.startsWith("not.csv: "), JSON.stringify(refused));
+  seatrial("sim", "log", "--thrust", "0.8", "--out", join(scratch, "own.mcap"));
+  const packed = await ask([["own.mcap", join(scratch, "own.mcap")]], { ask: "identify", log: "own.mcap" });
+  assert.ok("refused" in packed && packed.refused.includes("seatrial identify own.mcap"), JSON.stringify(packed));
+});
+
+test("it is seen at once, and nothing was asked of a network", async () => {
+  const own = await (await browser.newContext()).newPage();
+  await own.goto(pathToFileURL(PAGE).href);
+  await own.getByText("Drop a log here").waitFor();
+  const paint = await own.evaluate(() => performance.getEntriesByName("first-contentful-paint")[0]?.startTime);
+  await own.context().close();
+  assert.ok(paint !== undefined && paint < MOST_MS_TO_FIRST_PAINT, `${paint} ms`);
+  assert.deepEqual(
+    requests.filter((url) => !url.startsWith("blob:") && !url.startsWith("data:")),
+    [],
+  );
+  assert.deepEqual(faults, []);
+});

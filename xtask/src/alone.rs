@@ -1,0 +1,87 @@
+//! The page that stands alone: seatrial in WebAssembly, in one file that opens without a server.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::environment::skipped;
+use crate::{cargo, page, succeeds};
+
+const MODULE: &str = "target/wasm32-unknown-unknown/wasm/seatrial_wasm.wasm";
+const PAGE: &str = "target/alone/seatrial.html";
+/// The page as a server sends it, packed.
+const MOST_BYTES: u64 = 3_000_000;
+
+/// Compiles the module. It takes a minute or two where nothing is built yet.
+pub fn compile() -> Result<(), String> {
+    let mut build = cargo(&["rustc", "--package", "seatrial-wasm", "--lib", "--quiet"]);
+    build.args(["--crate-type", "cdylib", "--profile", "wasm"]);
+    build.args(["--target", "wasm32-unknown-unknown"]);
+    match succeeds(&mut build) {
+        true => Ok(()),
+        false => Err("cargo rustc -p seatrial-wasm".into()),
+    }
+}
+
+/// Builds the page; `None` where npm, or what the lock names, is missing.
+pub fn build() -> Result<Option<PathBuf>, String> {
+    compile()?;
+    if !page::prepared() {
+        return skipped(
+            "the page without a server",
+            "npm, or what package-lock.json names, is missing",
+        )
+        .map(|()| None);
+    }
+    let absolute = |path: &str| std::path::absolute(path).map_err(|error| error.to_string());
+    let mut vite = page::node();
+    vite.arg("node_modules/vite/bin/vite.js")
+        .args(["build", "--logLevel", "warn"])
+        .args(["--config", "vite.alone.config.ts"])
+        .env("SEATRIAL_WASM", absolute(MODULE)?);
+    if !succeeds(&mut vite) {
+        return Err("vite build --config vite.alone.config.ts".into());
+    }
+    absolute(PAGE).map(Some)
+}
+
+/// Builds the page, weighs it, and compares its answers with those of the terminal in a browser.
+pub fn check() -> Result<(), String> {
+    let Some(page) = build()? else { return Ok(()) };
+    let packed = packed_bytes(&page)?;
+    eprintln!("{PAGE}: {packed} bytes packed");
+    if packed > MOST_BYTES {
+        return Err(format!(
+            "{PAGE}: {packed} bytes packed, more than {MOST_BYTES}"
+        ));
+    }
+    if !Path::new(page::BROWSER).exists() {
+        return skipped("the page without a server", "chromium is missing");
+    }
+    let mut tests = page::node();
+    tests
+        .args(["--test", "--test-reporter=spec", "tests/alone.check.ts"])
+        .env("SEATRIAL_PAGE", &page)
+        .env("SEATRIAL", page::binary()?)
+        .env("SEATRIAL_DATA", data()?);
+    match succeeds(&mut tests) {
+        true => Ok(()),
+        false => Err("tests of the page without a server".into()),
+    }
+}
+
+/// Logs for tests, where they are.
+fn data() -> Result<PathBuf, String> {
+    match std::env::var_os("SEATRIAL_DATA") {
+        Some(folder) => Ok(folder.into()),
+        None => std::path::absolute("../shared/data").map_err(|error| error.to_string()),
+    }
+}
+
+fn packed_bytes(page: &Path) -> Result<u64, String> {
+    let packed = Command::new("gzip")
+        .args(["-9", "--stdout"])
+        .arg(page)
+        .output()
+        .map_err(|error| format!("gzip: {error}"))?;
+    Ok(packed.stdout.len() as u64)
+}
