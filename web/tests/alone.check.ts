@@ -1,7 +1,7 @@
 //! The page that stands alone, opened from a file: its answers are those of the terminal, bit for bit, and it asks a network for nothing.
 
 import assert from "node:assert/strict";
-import { spawnSync } from "node:child_process";
+import { execFile, spawnSync } from "node:child_process";
 import { readdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import { join, relative } from "node:path";
 import { after, before, test } from "node:test";
@@ -74,11 +74,19 @@ function terminal(
   return { code: done.status ?? -1, out: done.stdout, said: done.stderr };
 }
 
+/** What the terminal prints of a log, while the page works on it, too; nothing where it refuses the log. */
+function printedBy(folder: string, file: string): Promise<string> {
+  return new Promise((done) =>
+    execFile(BINARY, ["identify", file, "--json"], { cwd: folder, maxBuffer: 1 << 28 }, (_, out) => done(out)),
+  );
+}
+
 function logs(): string[] {
   const every = readdirSync(DATA, { recursive: true, encoding: "utf8" }).filter((name) =>
     /\.(csv|BIN|tlog|ulg|raw|all|dbd|alog|nmea)$/.test(name),
   );
-  const isFew = (name: string): boolean => !/^simulated/.test(name) || /_70_(native|s0_h0)/.test(name);
+  const isFew = (name: string): boolean =>
+    !/^(simulated|firmware)/.test(name) || /_70_.*n0p3|_70_s0_h0|_1\.csv/.test(name);
   return every
     .filter((name) => isFew(name) && statSync(join(DATA, name)).size < MOST_BYTES && !/marks/.test(name))
     .sort();
@@ -97,40 +105,34 @@ test("answers on every log are those of the terminal, bit for bit", async (conte
     context.skip(`${DATA} is missing`);
     return;
   }
-  assert.ok(names.length >= 50, `${names.length} logs`);
+  assert.ok(names.length >= 25, `${names.length} logs`);
   const formats = new Set<string>();
   let models = 0;
-  let [ours, theirs] = [0, 0];
   for (const name of names) {
     const path = join(DATA, name);
     const folder = join(path, "..");
     const file = relative(folder, path);
     const lists = name.endsWith(".dbd") ? readdirSync(join(folder, "cac")) : [];
     const files = [...lists.map((list) => [`cac/${list}`, join(folder, "cac", list)] as const), [file, path] as const];
-    const begin = performance.now();
-    const printed = terminal(folder, "identify", file, "--json");
-    theirs += performance.now() - begin;
-    const again = performance.now();
-    const answer = await ask(files, { ask: "identify", log: file });
-    ours += performance.now() - again;
-    if (printed.out === "") {
+    const [printed, answer] = await Promise.all([printedBy(folder, file), ask(files, { ask: "identify", log: file })]);
+    if (printed === "") {
       assert.ok("refused" in answer, `${name}: ${JSON.stringify(answer).slice(0, 300)}`);
       continue;
     }
     assert.ok("done" in answer, `${name}: ${JSON.stringify(answer).slice(0, 300)}`);
     const { document } = answer.done as { document: { source: { format: string }; refined: unknown } };
-    assert.deepEqual(document, JSON.parse(printed.out), name);
+    assert.deepEqual(document, JSON.parse(printed), name);
     formats.add(document.source.format);
     models += document.refined === null ? 0 : 1;
+    if (!/^native/.test(name)) continue;
     const inspected = await ask([], { ask: "inspect", log: file });
     assert.ok("done" in inspected);
     const { document: inspection } = inspected.done as { document: unknown };
     assert.deepEqual(inspection, JSON.parse(terminal(folder, "inspect", file, "--json").out), name);
   }
-  context.diagnostic(`${(ours / 1000).toFixed(1)} s in the page, ${(theirs / 1000).toFixed(1)} s in the terminal`);
   context.diagnostic(`${names.length} logs, ${models} models, formats: ${[...formats].sort().join(", ")}`);
   assert.ok(models >= 20, `${models} models`);
-  assert.ok(formats.size >= 5, [...formats].join(", "));
+  assert.ok(formats.size >= 6, [...formats].join(", "));
 });
 
 test("report, gains, limits and parameters are those of the terminal", async () => {

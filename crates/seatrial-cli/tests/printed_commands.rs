@@ -17,16 +17,22 @@ fn root() -> PathBuf {
 
 /// The README and every page of the docs.
 fn pages() -> Vec<PathBuf> {
-    let docs = std::fs::read_dir(root().join("docs")).expect("docs/");
-    let mut pages: Vec<PathBuf> = docs
-        .map(|page| page.expect("a page").path())
-        .filter(|page| page.extension().is_some_and(|e| e == "md"))
-        // Its commands follow each other on a vehicle: commission.rs walks them.
-        .filter(|page| !page.ends_with("ardupilot.md"))
-        .collect();
+    let mut pages = pages_of(&root().join("docs"));
+    // Its commands follow each other on a vehicle: commission.rs walks them.
+    pages.retain(|page| !page.ends_with("ardupilot.md"));
     pages.push(root().join("README.md"));
     pages.sort();
     pages
+}
+
+fn pages_of(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).expect("docs/");
+    let paths = entries.map(|entry| entry.expect("a page").path());
+    let of = |path: PathBuf| match path.is_dir() {
+        true => pages_of(&path),
+        false => Vec::from_iter(path.extension().is_some_and(|e| e == "md").then_some(path)),
+    };
+    paths.flat_map(of).collect()
 }
 
 /// The fenced blocks of a page that are not of another language.
@@ -82,20 +88,44 @@ fn is_whole(command: &str) -> bool {
     named.any(|word| word.contains('.') || word.bytes().all(|b| b.is_ascii_digit()))
 }
 
+/// Runs a command; what it prints goes where `>` says.
 fn run(command: &str, folder: &Path, extra: &[&str]) -> Output {
-    let words = command.split_whitespace().skip(1);
-    program()
+    let (command, file) = match command.split_once(" > ") {
+        Some((command, file)) => (command, Some(file)),
+        None => (command, None),
+    };
+    let output = program()
         .current_dir(folder)
-        .args(words)
+        .args(words(command))
         .args(extra)
         .output()
-        .expect("it runs")
+        .expect("it runs");
+    if let Some(file) = file {
+        std::fs::write(folder.join(file.trim()), &output.stdout).expect("a file");
+    }
+    output
+}
+
+/// The words of a command behind `seatrial`, those in quotes as one.
+fn words(command: &str) -> Vec<String> {
+    let mut words = Vec::new();
+    for (place, part) in command.split('"').enumerate() {
+        match place % 2 {
+            0 => words.extend(part.split_whitespace().map(str::to_owned)),
+            _ => words.push(part.to_owned()),
+        }
+    }
+    words.drain(1..).collect()
 }
 
 /// A folder with what lies beside the README, as it is on a clean machine.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::create_dir(folder.path().join("logs")).expect("a folder");
+    let sample = folder.path().join("docs/sample");
+    std::fs::create_dir_all(&sample).expect("a folder");
+    std::fs::copy(root().join("docs/sample/boat.csv"), sample.join("boat.csv"))
+        .expect("the sample");
     folder
 }
 
@@ -126,6 +156,99 @@ fn cli_every_printed_command_runs() {
         }
     }
     assert!(run_count >= 10, "{run_count}");
+}
+
+/// What a line of a block in a shell is, where it is no command of seatrial: a test elsewhere runs it, or the page says why none does.
+const RUN_ELSEWHERE: [(&str, &str); 11] = [
+    (". venv/bin/activate", "xtask python"),
+    ("seatrial.", "Python, in the tests of the wheel"),
+    ("mkdir -p logs", "the folder is there"),
+    ("cargo xtask ", "the test command itself"),
+    (
+        "cargo install ",
+        "the installation that every other command here stands for",
+    ),
+    (
+        "cargo build ",
+        "xtask ros2, and the tests of the recordings",
+    ),
+    ("cargo rustc ", "xtask embedded"),
+    ("gcc ", "xtask embedded"),
+    ("target/", "xtask embedded and ros2"),
+    ("python3 ", "xtask python, dash and ros2"),
+    ("pip install ", "xtask python"),
+];
+
+/// Blocks that are run, read or checked, or have a comment above that says why not.
+#[test]
+fn io_every_block_of_the_docs_is_checked_or_says_why_not() {
+    for page in pages() {
+        let printed = std::fs::read_to_string(&page).expect("a page");
+        let mut lines = printed.lines().enumerate();
+        let mut before = "";
+        while let Some((number, line)) = lines.next() {
+            let Some(language) = line.trim_start().strip_prefix("```") else {
+                if !line.trim().is_empty() {
+                    before = line;
+                }
+                continue;
+            };
+            let body: Vec<&str> = lines
+                .by_ref()
+                .map(|(_, line)| line)
+                .take_while(|line| !line.trim_start().starts_with("```"))
+                .collect();
+            let is_excused = before.starts_with("<!-- not run: ");
+            if let Err(what) = checked(language.trim(), &body.join("\n"))
+                && !is_excused
+            {
+                let line = number + 1;
+                panic!(
+                    "{} line {line}: {what}; put `<!-- not run: WHY -->` above the block",
+                    page.display()
+                );
+            }
+            before = "";
+        }
+    }
+}
+
+fn checked(language: &str, body: &str) -> Result<(), String> {
+    match language {
+        "" | "sh" => shell_is_run(body),
+        "toml" => match toml::from_str::<toml::Table>(body) {
+            Ok(_) => Ok(()),
+            Err(error) => Err(format!("no TOML: {error}")),
+        },
+        "json" => match serde_json::from_str::<serde_json::Value>(body) {
+            Ok(_) => Ok(()),
+            Err(error) => Err(format!("no JSON: {error}")),
+        },
+        // The wheel's tests run the one, the tests of the library for C compile the other.
+        "python" | "c" => Ok(()),
+        other => Err(format!("a block of `{other}` that nothing checks")),
+    }
+}
+
+fn shell_is_run(body: &str) -> Result<(), String> {
+    let joined = body.replace("\\\n", " ");
+    for line in joined
+        .lines()
+        .map(str::trim)
+        .filter(|line| !line.is_empty())
+    {
+        for step in line.split(" && ").map(str::trim) {
+            let is_ours = step.starts_with("seatrial ");
+            if !is_ours
+                && !RUN_ELSEWHERE
+                    .iter()
+                    .any(|(begin, _)| step.starts_with(begin))
+            {
+                return Err(format!("`{step}` that no test runs"));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Every scenario plays on the vehicle that its first lines or the README name.

@@ -69,3 +69,22 @@ pub const ERRATA: [Erratum; 11] = [
         instead: "C0/b2 = 0.0198 and 0.0163: the two are swapped",
     },
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn io_the_page_of_the_paper_has_every_erratum() {
+        let page = include_str!("../../../../docs/explanation/paper.md");
+        for Erratum {
+            place,
+            printed,
+            instead,
+        } in ERRATA
+        {
+            let row = format!("| {place} | {printed} | {instead} |");
+            assert!(page.contains(&row), "{row}");
+        }
+    }
+}

@@ -4,6 +4,8 @@
 mod code;
 mod method;
 mod reason;
+#[cfg(test)]
+mod reference_tests;
 mod valid_range;
 mod words;
 
