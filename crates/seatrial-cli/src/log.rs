@@ -13,9 +13,7 @@ use seatrial::segmentation::Proposal;
 use seatrial::servo::Servo;
 use seatrial_app::log_page::{channel_text, windows_text};
 use seatrial_app::logs::{self, Observer, OpenedLog, ReadSettings};
-#[cfg(feature = "parquet")]
-use seatrial_logs::ChannelChoice;
-use seatrial_logs::{LogDescription, Quantity, Unit, UnknownQuantity, UnknownUnit};
+use seatrial_logs::{ChannelChoice, LogDescription, Quantity, Unit, UnknownQuantity, UnknownUnit};
 
 use crate::output::Failure;
 use crate::screen::{labelled, width};
