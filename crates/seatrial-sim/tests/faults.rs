@@ -245,7 +245,7 @@ fn exact_what_cannot_be_played_is_refused_by_name() {
 /// Every scenario of the repository plays on the vehicle that it is for; together they have every kind.
 #[test]
 fn io_every_scenario_plays() {
-    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios"));
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios"));
     let mut kinds = HashSet::new();
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
