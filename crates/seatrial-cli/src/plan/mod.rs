@@ -7,9 +7,9 @@ use std::path::PathBuf;
 use seatrial::preview::{
     self, Comparison, Preview, Recommendation, Target, compare_designs, parse_target, recommend,
 };
-use seatrial_app::{TrialPlan, load_plan};
-use seatrial_core::{Axis, Excitation, List, Outcome, Plan};
-use serde::Serialize;
+use seatrial_app::TrialPlan;
+use seatrial_app::planned::{Changes, ExpectedTrial, PlannedTrial, Recommendations};
+use seatrial_core::Excitation;
 
 use crate::output::{Exit, Failure, Output};
 use crate::prior::{Named, PriorArgs, positive};
@@ -104,31 +104,6 @@ Examples:
     )
 }
 
-/// What `plan --json` prints.
-#[derive(Serialize)]
-struct Document {
-    schema: &'static str,
-    plan: TrialPlan,
-    preview: OriginAndPreview,
-    comparison: Option<Comparison>,
-    recommendation: Option<RecommendationsFor>,
-}
-
-#[derive(Serialize)]
-struct OriginAndPreview {
-    /// Where the models and the noise come from.
-    vehicle: String,
-    #[serde(flatten)]
-    preview: Preview,
-}
-
-#[derive(Serialize)]
-struct RecommendationsFor {
-    target: Target,
-    /// One for each thrust, then one for all of them.
-    doublets: Vec<Recommendation>,
-}
-
 /// Prints or writes the plan.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if args.adopt == Some(Adopt::Recommended) && args.target.is_none() {
@@ -138,7 +113,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     }
     let mut plan = planned(args)?;
     let Named { origin, prior } = args.prior.read(&plan, args.time_constant)?;
-    let recommendation = args.target.map(|target| RecommendationsFor {
+    let recommendation = args.target.map(|target| Recommendations {
         target,
         doublets: recommend(&plan, &prior, target),
     });
@@ -154,15 +129,16 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         std::fs::write(path, &toml)
             .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))?;
     }
-    let document = Document {
+    let document = PlannedTrial {
         schema: "seatrial.plan.v1",
         plan,
-        preview: OriginAndPreview {
+        preview: ExpectedTrial {
             vehicle: origin,
             preview,
         },
         comparison,
         recommendation,
+        warnings: Vec::new(),
     };
     if args.out.is_none() && !output.json {
         eprintln!("{}", text(&document));
@@ -170,17 +146,9 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     } else {
         output.print(&document, || text(&document))?;
     }
-    let out_of_reach = document
-        .recommendation
-        .as_ref()
-        .is_some_and(|r| r.doublets.is_empty() || r.doublets.iter().any(|d| !d.reachable));
-    Ok(match document.preview.preview.outcome {
-        Some(Outcome::Finished)
-            if !out_of_reach && too_little(&document.preview.preview).is_empty() =>
-        {
-            Exit::Done
-        }
-        _ => Exit::Rejected,
+    Ok(match document.will_do() {
+        true => Exit::Done,
+        false => Exit::Rejected,
     })
 }
 
@@ -195,49 +163,22 @@ fn too_little(preview: &Preview) -> Vec<String> {
 }
 
 fn planned(args: &Args) -> Result<TrialPlan, Failure> {
-    let mut plan = load_plan(args.plan.as_deref(), Some(Axis::Yaw))?;
-    let sample_interval_s = args.sample_interval.unwrap_or(plan.sample_interval_s);
-    if let Some(time_constant_s) = args.time_constant {
-        plan = Plan::for_time_constant(time_constant_s, sample_interval_s).into();
-    }
-    plan.sample_interval_s = sample_interval_s;
-    plan.rudder_limit_rad = args
-        .prior
-        .source
-        .rudder_limit_rad()
-        .unwrap_or(plan.rudder_limit_rad);
-    if !args.thrust.is_empty() {
-        plan.thrusts = List::from_slice(&args.thrust)
-            .ok_or_else(|| Failure::usage("--thrust: more speeds than a trial has"))?;
-    }
-    let training_deg = args.amplitude_deg;
-    let Plan {
-        training,
-        validation,
-        ..
-    } = &mut plan.plan;
-    for (manoeuvre, amplitude_deg) in [
-        (training, training_deg),
-        (validation, args.validation_amplitude_deg),
-    ] {
-        if amplitude_deg.is_none() && args.period_s.is_none() {
-            continue;
-        }
-        let Excitation::Doublet {
-            amplitude_rad,
-            period_s,
-        } = &mut manoeuvre.excitation
-        else {
-            return Err(Failure::usage(
-                "amplitudes and periods are set for doublets only; edit the plan file",
-            ));
-        };
-        *amplitude_rad = amplitude_deg.map_or(*amplitude_rad, f64::to_radians);
-        *period_s = args.period_s.unwrap_or(*period_s);
-    }
-    plan.stop_when = args.stop_when.or(plan.stop_when);
+    let changes = Changes {
+        file: args.plan.clone(),
+        time_constant_s: args.time_constant,
+        sample_interval_s: args.sample_interval,
+        thrusts: args.thrust.clone(),
+        amplitude_rad: args.amplitude_deg.map(f64::to_radians),
+        validation_amplitude_rad: args.validation_amplitude_deg.map(f64::to_radians),
+        period_s: args.period_s,
+        rudder_limit_rad: args.prior.source.rudder_limit_rad(),
+        // Applied below: its errors name the options.
+        servo_s: [None, None],
+        stop_when: args.stop_when,
+        max_repeats: args.repeats,
+    };
+    let mut plan = changes.plan()?;
     args.servo.apply(&mut plan)?;
-    plan.max_repeats = args.repeats.unwrap_or(plan.max_repeats);
     checked(plan)
 }
 
@@ -251,7 +192,7 @@ fn adopted(
     plan: TrialPlan,
     adopt: Adopt,
     comparison: Option<&Comparison>,
-    recommendation: Option<&RecommendationsFor>,
+    recommendation: Option<&Recommendations>,
 ) -> Result<TrialPlan, Failure> {
     let design = |name: &str| {
         let designs = &comparison?.designs;

@@ -4,13 +4,14 @@ use std::fmt::Write as _;
 
 use seatrial::preview::{Comparison, Predicted, Preview, Target};
 use seatrial::verdict::{WIDEST_A22, WIDEST_B2};
+use seatrial_app::planned::{ExpectedTrial, PlannedTrial, Recommendations};
 use seatrial_core::{Excitation, Outcome, Plan};
 
-use super::{Document, OriginAndPreview, RecommendationsFor, too_little};
+use super::too_little;
 use crate::screen::{width, wrapped};
 use crate::table::Table;
 
-pub(super) fn text(document: &Document) -> String {
+pub(super) fn text(document: &PlannedTrial) -> String {
     let mut text = preview_text(&document.preview, &document.plan);
     if let Some(comparison) = &document.comparison {
         let _ = write!(text, "\n{}", comparison_text(comparison));
@@ -21,10 +22,7 @@ pub(super) fn text(document: &Document) -> String {
     wrapped(&text, width())
 }
 
-fn preview_text(
-    OriginAndPreview { vehicle, preview }: &OriginAndPreview,
-    plan: &Plan<f64>,
-) -> String {
+fn preview_text(ExpectedTrial { vehicle, preview }: &ExpectedTrial, plan: &Plan<f64>) -> String {
     let mut text = String::new();
     let _ = match preview.outcome {
         Some(Outcome::Finished) => writeln!(
@@ -191,7 +189,7 @@ fn comparison_text(comparison: &Comparison) -> String {
     text
 }
 
-fn recommendation_text(recommendation: &RecommendationsFor) -> String {
+fn recommendation_text(recommendation: &Recommendations) -> String {
     let Target { a22, b2 } = recommendation.target;
     let wanted: Vec<String> = [("a22", a22), ("b2", b2)]
         .into_iter()
