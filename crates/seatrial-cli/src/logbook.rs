@@ -165,7 +165,7 @@ fn show(logbook: &Logbook, number: Option<i64>, output: &Output) -> Result<Exit,
     output.print(&results, || {
         let width = width();
         let runs = campaign.runs.iter();
-        let rows: Vec<SpeedRow> = runs.map(|run| run_row(&campaign, run, &verdict)).collect();
+        let rows: Vec<SpeedRow> = runs.map(|run| run_row(run, &verdict)).collect();
         let mut text = labelled("", &verdict.outcome().name().to_uppercase(), width);
         if let Some(table) = speed_table(&rows, width) {
             text += &table.to_string();

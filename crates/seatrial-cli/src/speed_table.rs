@@ -1,6 +1,6 @@
 //! One line of a table for each speed: the model, its bounds, its gain and its verdict.
 
-use seatrial::campaign::{Campaign, Run};
+use seatrial::campaign::Run;
 use seatrial::figures::{bounds_text, decimals_of, r2_text, three_figures, with_decimals, within};
 use seatrial::identification::{Identification, Intervals, Outcome, Verdict};
 use seatrial_core::RudderUnit;
@@ -11,12 +11,12 @@ use crate::table::Table;
 pub type SpeedRow<'a> = seatrial_report::LogModel<'a>;
 
 /// The row of a run. `whole` is the verdict of its campaign.
-pub fn run_row<'a>(campaign: &Campaign, run: &'a Run, whole: &'a Verdict) -> SpeedRow<'a> {
+pub fn run_row<'a>(run: &'a Run, whole: &'a Verdict) -> SpeedRow<'a> {
     SpeedRow {
         thrust: Some(run.thrust),
         surge_speed_m_s: run.surge_speed_m_s,
         identification: run.identification.as_ref(),
-        verdict: campaign.verdict_of(run, whole),
+        verdict: run.verdict_within(whole),
     }
 }
 

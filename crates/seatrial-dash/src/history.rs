@@ -48,7 +48,7 @@ pub fn detail(logbook: &Logbook, id: i64, running: Option<i64>) -> Result<Campai
             .runs
             .iter()
             .map(|run| RunSummary {
-                verdict: campaign.verdict_of(run, &whole).into(),
+                verdict: run.verdict_within(&whole).into(),
                 ..run_summary(run, review_of(run))
             })
             .collect(),

@@ -239,7 +239,7 @@ pub(super) fn summary(campaign: &Campaign, speeds: &[Speed]) -> Table {
     let runs = campaign.deciding_runs();
     let note = summary_note(runs.iter().filter_map(|run| run.identification.as_ref()));
     let rows = runs.into_iter().map(|run| {
-        let verdict = campaign.verdict_of(run, &whole);
+        let verdict = run.verdict_within(&whole);
         let mut row = vec![
             Cell {
                 link: run_anchor(run),

@@ -130,14 +130,6 @@ impl Campaign {
         }
     }
 
-    /// May the model of a run be used? Not where `whole`, the verdict of the campaign, says that speeds contradict each other.
-    pub fn verdict_of<'a>(&self, run: &'a Run, whole: &'a Verdict) -> &'a Verdict {
-        match run.verdict.accepted && !self.contradictions().is_empty() {
-            true => whole,
-            false => &run.verdict,
-        }
-    }
-
     /// Why the campaign is not complete, if it is not.
     fn unfinished(&self) -> Option<Reason> {
         match self.outcome {
@@ -312,6 +304,14 @@ impl Campaign {
 }
 
 impl Run {
+    /// May its model be used? Not where `whole`, the verdict of its campaign, refuses it: speeds that contradict each other do.
+    pub fn verdict_within<'a>(&'a self, whole: &'a Verdict) -> &'a Verdict {
+        match self.verdict.accepted && !whole.accepted {
+            true => whole,
+            false => &self.verdict,
+        }
+    }
+
     fn servo(&self) -> Option<Servo> {
         self.identification.as_ref()?.settings.servo
     }

@@ -38,7 +38,7 @@ pub(super) fn text(
     let rows: Vec<SpeedRow> = campaign
         .deciding_runs()
         .into_iter()
-        .map(|run| run_row(campaign, run, &verdict))
+        .map(|run| run_row(run, &verdict))
         .collect();
     if let Some(table) = speed_table(&rows, width) {
         let _ = writeln!(text, "{table}");
