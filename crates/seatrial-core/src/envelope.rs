@@ -243,7 +243,7 @@ impl<T: Real> EnvelopeWatch<T> {
         self.usage.speed_drift = None;
     }
 
-    /// Looks at what a sample measures, `time_s` being the latest sound time.
+    /// Looks at what a sample measures. `time_s` goes on, by the sample interval, where the sample's own time is not sound.
     pub fn look(&mut self, sample: &Sample<T>, time_s: f64) {
         let limits = &self.limits;
         let half_range = (limits.depth_max_m - limits.depth_min_m) / T::of(2.0);

@@ -51,6 +51,8 @@ pub struct Trial<T> {
     last_heading_rad: T,
     /// The latest sound time, s.
     clock_s: Option<f64>,
+    /// How long the sound time has stood still while samples came, s.
+    stood_still_s: f64,
     /// Time of the latest good sample, s.
     usable_s: Option<f64>,
     unusable_in_a_row: u32,
@@ -105,6 +107,7 @@ impl<T: Real> Trial<T> {
             run_heading_rad: None,
             last_heading_rad: T::ZERO,
             clock_s: None,
+            stood_still_s: 0.0,
             usable_s: None,
             unusable_in_a_row: 0,
             neutral_given: false,
@@ -187,6 +190,8 @@ impl<T: Real> Trial<T> {
             sample.time_s.is_finite() && self.clock_s.is_none_or(|clock_s| sample.time_s > clock_s);
         if time_is_sound {
             self.clock_s = Some(sample.time_s);
+        } else {
+            self.stood_still_s += self.plan.sample_interval_s;
         }
         let due = if time_is_sound { self.due() } else { Due::Same };
         let usable = self.learn(sample, time_is_sound, &due);
@@ -276,8 +281,9 @@ impl<T: Real> Trial<T> {
             self.unusable_in_a_row.saturating_add(1)
         };
         let refused_s = f64::from(self.unusable_in_a_row) * self.plan.sample_interval_s;
-        self.envelope.look(sample, clock_s);
-        self.envelope.listen(silence_s.max(refused_s), clock_s);
+        let watched_s = clock_s + self.stood_still_s;
+        self.envelope.look(sample, watched_s);
+        self.envelope.listen(silence_s.max(refused_s), watched_s);
         let mut turns_against = false;
         if usable {
             self.usable_s = Some(clock_s);
