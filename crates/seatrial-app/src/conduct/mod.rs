@@ -148,7 +148,7 @@ pub fn conduct_judging<V: Vehicle<f64> + ?Sized>(
     }))
 }
 
-/// Ends a trial whose vehicle sends no more samples. Should only the samples be lost, the vehicle still gets its
+/// Ends a trial whose vehicle sends no more samples, unless it was aborted before. Should only the samples be lost, the vehicle still gets its
 /// rudder and heading back.
 fn hand_back<V: Vehicle<f64> + ?Sized>(trial: &mut Trial<f64>, vehicle: &mut V) {
     trial.abort(vehicle.ended_for().unwrap_or(AbortReason::LinkLost));
@@ -175,6 +175,7 @@ impl Runs<'_> {
         vehicle: &mut V,
     ) -> Conducted<V::Error> {
         let mut fault = None;
+        let mut is_handed_back = false;
         loop {
             if self.watch.wants_abort() || vehicle.is_taken_over() {
                 trial.abort(AbortReason::Operator);
@@ -205,12 +206,13 @@ impl Runs<'_> {
                 break;
             }
             if step.action.outcome.is_some() {
+                is_handed_back = true;
                 break;
             }
             // After the command has gone out: a look takes longer than a step may.
             self.look(&mut trial);
         }
-        if trial.outcome().is_none() {
+        if !is_handed_back {
             hand_back(&mut trial, vehicle);
         }
         self.await_verdicts();
