@@ -6,10 +6,10 @@ use super::WAIT_S;
 
 /// Between two questions that are not answered, s.
 const ASK_AGAIN_S: f64 = 0.3;
-/// Times that a release is sent: each may be lost.
-const RELEASES: u32 = 5;
+/// Times that a release is sent. Each may be lost, and a damaged message before them may take the next 280 bytes with it.
+const RELEASES: u32 = 15;
 /// Between two releases, s.
-const RELEASE_S: f64 = 0.1;
+const RELEASE_S: f64 = 0.03;
 
 /// A vehicle whose rudder and thrust can be taken.
 pub(crate) trait Controls: Sized {
