@@ -164,14 +164,8 @@ impl Heard {
         {
             return Some(Stop::PilotMode(mode));
         }
-        if self.has_been_armed && !self.is_armed() {
-            return Some(Stop::Disarmed);
-        }
-        if let Some(channel) = self.moved_stick(profile) {
-            return Some(Stop::PilotStick(channel));
-        }
-        if self.overrides.is_foreign() {
-            return Some(Stop::SecondStation(settings.system_id));
+        if let Some(stop) = self.interference(profile, settings) {
+            return Some(stop);
         }
         if let Some(text) = &self.failsafe {
             return Some(Stop::Failsafe(text.clone()));
@@ -179,6 +173,29 @@ impl Heard {
         if self.is_critical() {
             return Some(Stop::Failsafe("its state is critical".into()));
         }
+        self.low_battery(settings)
+    }
+
+    /// A reason to give the vehicle back while it shows its failsafe, as it should when it hears nothing from us.
+    pub fn danger_in_silence(&self, profile: Profile, settings: &Settings) -> Option<Stop> {
+        self.interference(profile, settings)
+            .or_else(|| self.low_battery(settings))
+    }
+
+    /// The pilot or another station acts on the vehicle.
+    fn interference(&self, profile: Profile, settings: &Settings) -> Option<Stop> {
+        if self.has_been_armed && !self.is_armed() {
+            return Some(Stop::Disarmed);
+        }
+        if let Some(channel) = self.moved_stick(profile) {
+            return Some(Stop::PilotStick(channel));
+        }
+        self.overrides
+            .is_foreign()
+            .then_some(Stop::SecondStation(settings.system_id))
+    }
+
+    fn low_battery(&self, settings: &Settings) -> Option<Stop> {
         self.battery_percent()
             .filter(|percent| *percent < settings.lowest_battery_percent)
             .map(Stop::Battery)

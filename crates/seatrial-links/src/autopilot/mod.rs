@@ -171,9 +171,8 @@ pub struct Autopilot<W: Wire> {
     /// Does what the vehicle does end the trial?
     on_guard: bool,
     stopped: Option<Stop>,
-    /// Do we keep silent to prove what becomes of the rudder then? What would stop a trial waits until that is over.
+    /// Do we keep silent to prove what becomes of the rudder then?
     is_proving: bool,
-    missed: Option<Stop>,
     backup: Option<Backup>,
 }
 
@@ -215,7 +214,6 @@ impl<W: Wire> Autopilot<W> {
             on_guard: false,
             stopped: None,
             is_proving: false,
-            missed: None,
             backup: None,
             settings,
         }

@@ -143,12 +143,15 @@ impl<W: Wire> Autopilot<W> {
         // Its failsafe may have changed the mode, as it should; a heartbeat tells.
         self.wait(1.2, |autopilot| autopilot.heard.is_critical());
         self.is_proving = false;
+        if self.stopped.is_some() {
+            return;
+        }
         let is_failsafe = self.heard.is_critical() || self.heard.failsafe.is_some();
         let moved = self.heard.mode().filter(|_| !is_failsafe);
         let moved = moved.filter(|mode| self.heard.our_mode.is_some_and(|ours| ours != *mode));
-        if let Some(stop) = self.missed.take().or(moved.map(Stop::PilotMode)) {
+        if let Some(mode) = moved {
             self.on_guard = true;
-            self.stop_on_guard(stop);
+            self.stop_on_guard(Stop::PilotMode(mode));
             return;
         }
         if let Some(mode) = self.heard.our_mode.filter(|_| is_failsafe) {

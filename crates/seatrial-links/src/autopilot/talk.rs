@@ -150,21 +150,27 @@ impl<W: Wire> Autopilot<W> {
             }
             _ => {}
         }
-        if self.on_guard
-            && let Some(stop) = self.heard.danger(self.profile(), &self.settings)
-        {
+        let danger = match (self.on_guard, self.is_proving) {
+            (true, _) => self.heard.danger(self.profile(), &self.settings),
+            (false, true) => self.heard.danger_in_silence(self.profile(), &self.settings),
+            (false, false) => None,
+        };
+        if let Some(stop) = danger {
             self.stop_on_guard(stop);
         }
     }
 
     pub(super) fn stop_on_guard(&mut self, stop: Stop) {
-        if self.is_proving {
-            self.missed.get_or_insert(stop);
-        } else if self.on_guard && self.stopped.is_none() {
-            self.stopped = Some(stop);
-            self.sampler.is_closed = true;
-            self.let_go();
+        if self.stopped.is_some() || !(self.on_guard || self.is_proving) {
+            return;
         }
+        self.stopped = Some(stop);
+        self.sampler.is_closed = true;
+        if std::mem::take(&mut self.is_proving) {
+            // Nothing is demanded any more, but the last demand is still in force until the autopilot lets go.
+            self.release_controls();
+        }
+        self.let_go();
     }
 
     pub(super) fn ask_parameter(&mut self, name: &str) {
