@@ -129,8 +129,6 @@ pub fn play(world: &World, ending: &mut Ending) -> Result<(), Error> {
         (backup, done.as_ref()),
         ending,
     );
-    // Whatever is left to do, it is not the next world's.
-    std::mem::forget(autopilot);
     Ok(())
 }
 
@@ -213,6 +211,11 @@ fn check_rudder(sea: &Sea, weather: Weather, (at_s, mishap): (f64, Mishap), endi
     let (Some(seen_s), true) = (sea.seen_s, ends) else {
         return;
     };
+    // A stick that was moved before is where its owner left it.
+    let is_before = sea.asked_s.is_none_or(|asked_s| seen_s < asked_s);
+    if mishap == Mishap::PilotStick && is_before {
+        return;
+    }
     let within_s = match mishap.cuts() {
         true => NEUTRAL_AFTER_CUT_S,
         false => NEUTRAL_AFTER_SEEN_S + REPEATED_AFTER_S,

@@ -44,7 +44,8 @@ pub struct Observer {
     /// When a sample came after the operator had asked for the vehicle or taken it over, s.
     asked_s: Option<f64>,
     beyond: Option<(AbortReason, f64)>,
-    whole_s: f64,
+    /// When a heading with a newer time last came, and when a depth did, s.
+    heard_s: [f64; 2],
     newest_s: f64,
     digest: u64,
 }
@@ -70,7 +71,7 @@ impl Observer {
             lost_s: None,
             asked_s: None,
             beyond: None,
-            whole_s: 0.0,
+            heard_s: [0.0; 2],
             newest_s: f64::NEG_INFINITY,
             // FNV-1a.
             digest: 0xcbf2_9ce4_8422_2325,
@@ -93,7 +94,8 @@ impl Observer {
             AbortReason::LinkLost => self.lost_s,
             AbortReason::Operator => self.asked_s,
             AbortReason::StaleSamples => {
-                Some(self.whole_s + Envelope::<f64>::default().stale_after_s)
+                let [heading_s, depth_s] = self.heard_s;
+                Some(heading_s.min(depth_s) + Envelope::<f64>::default().stale_after_s)
             }
             _ => self
                 .beyond
@@ -126,11 +128,11 @@ impl Observer {
         if self.vehicle.is_taken_over() || self.shared.is_asked.get() {
             self.asked_s.get_or_insert(now_s);
         }
-        if sample.heading_rad.is_finite()
-            && sample.depth_m.is_some()
-            && sample.time_s > self.newest_s
-        {
-            self.whole_s = now_s;
+        if sample.heading_rad.is_finite() && sample.time_s > self.newest_s {
+            self.heard_s[0] = now_s;
+        }
+        if sample.depth_m.is_some() {
+            self.heard_s[1] = now_s;
         }
         self.newest_s = self.newest_s.max(sample.time_s);
         let limits = Envelope::<f64>::default();

@@ -114,9 +114,12 @@ pub struct Sea {
     has_happened: bool,
     /// When what has come could tell it on this side, s.
     pub seen_s: Option<f64>,
+    /// When the rudder was first asked for, s.
+    pub asked_s: Option<f64>,
     /// When the vehicle last held a rudder that was asked for, s.
     pub held_s: f64,
     decoder: Decoder,
+    asked: Decoder,
     /// Set when the operator wants the vehicle back.
     pub abort: Arc<AtomicBool>,
     /// Datagrams that the vehicle has sent.
@@ -158,8 +161,10 @@ impl Sea {
             mishap: Some(mishap),
             has_happened: false,
             seen_s: None,
+            asked_s: None,
             held_s: 0.0,
             decoder: Decoder::default(),
+            asked: Decoder::default(),
             abort: Arc::default(),
             sent: 0,
         })
@@ -285,6 +290,19 @@ impl Sea {
         }
     }
 
+    fn note_demand(&mut self, bytes: &[u8]) {
+        self.asked.push(bytes);
+        while let Some(frame) = self.asked.next(None, 0.0) {
+            let asks = matches!(
+                frame.message(),
+                Some(Message::ManualControl(_) | Message::RcChannelsOverride(_))
+            );
+            if asks {
+                self.asked_s.get_or_insert(self.now_s);
+            }
+        }
+    }
+
     /// Lets the time pass until something has come for us, or that long.
     pub fn pass(&mut self, until_s: f64) -> Option<Vec<u8>> {
         let arrival_s =
@@ -333,6 +351,7 @@ impl Wire for Sea {
     }
 
     fn send(&mut self, bytes: &[u8]) {
+        self.note_demand(bytes);
         self.throw(bytes, false);
     }
 }
