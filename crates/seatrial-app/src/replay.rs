@@ -77,7 +77,7 @@ struct RecordedVehicle<'a> {
 fn sample_after_last_result(recording: &Recording) -> Option<Sample<f64>> {
     let (last_number, last) = recording.steps.last()?;
     let mut runs = recording.campaign.runs.iter();
-    let run = runs.find(|run| Some(run.number) == *last_number && run.identification.is_some())?;
+    let run = runs.find(|run| Some(run.number) == *last_number && !is_stopped(run))?;
     let ended_s = run.stages.last()?.window.to_s;
     let is_missing = ended_s.is_finite() && ended_s > last.sample.time_s;
     let mut steps = recording.steps.iter().rev().map(|(_, step)| step.sample);
@@ -91,12 +91,13 @@ fn sample_after_last_result(recording: &Recording) -> Option<Sample<f64>> {
 /// Was the run stopped by something that the record does not hold, because the process was killed?
 fn is_without_its_end(recording: &Recording, run: &Run) -> bool {
     let is_last = (recording.steps.last()).is_some_and(|(number, _)| *number == Some(run.number));
-    let is_stopped = run
-        .verdict
-        .reasons
-        .iter()
-        .any(|reason| reason.code == ReasonCode::Aborted);
-    is_last && is_stopped && recording.campaign.outcome.is_none()
+    is_last && is_stopped(run) && recording.campaign.outcome.is_none()
+}
+
+/// Did something end the run before its last stage was over?
+fn is_stopped(run: &Run) -> bool {
+    let mut reasons = run.verdict.reasons.iter();
+    reasons.any(|reason| reason.code == ReasonCode::Aborted)
 }
 
 impl Vehicle<f64> for RecordedVehicle<'_> {
