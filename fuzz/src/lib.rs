@@ -71,17 +71,21 @@ thread_local! {
 
 /// Writes the seeds of a target to its corpus, without the bytes that it puts before every input.
 pub fn plant(target: &str, start: &[u8]) {
+    for (number, log) in seeds::of(target).iter().enumerate() {
+        for option in 0..2 {
+            let input = [&[option][..], &log[start.len()..]].concat();
+            plant_seed(target, 2 * number + usize::from(option), input);
+        }
+    }
+}
+
+/// Writes a seed of a target to its corpus.
+pub fn plant_seed(target: &str, number: usize, input: Vec<u8>) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("corpus")
         .join(target);
     std::fs::create_dir_all(&folder).expect("a folder for seeds");
-    for (number, log) in seeds::of(target).iter().enumerate() {
-        for option in 0..2 {
-            let input = [&[option][..], &log[start.len()..]].concat();
-            let path = folder.join(format!("seed-{number}-{option}"));
-            std::fs::write(path, input).expect("a folder for seeds");
-        }
-    }
+    std::fs::write(folder.join(format!("seed-{number}")), input).expect("a folder for seeds");
 }
 
 /// Time that this thread had a processor: on a busy machine the others' time does not count.
