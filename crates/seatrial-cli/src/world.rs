@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::num::NonZeroUsize;
 
-use seatrial_app::studies::world::{WorldStudy, Worlds};
+use seatrial_app::studies::world::{Models, WorldStudy, Worlds};
 use seatrial_app::workers::Workers;
 
 use crate::output::{Exit, Failure, Output};
@@ -18,8 +18,9 @@ instant, one in 32 goes through MAVLink on a bad link with pilots, forgers and f
 
 In every world: it ends, without a panic; the rudder is neutral within 0.5 s of what ends the trial (1 s where the \
 link is cut); parameters are back or listed, and restore brings back the listed ones; every run that began has an end and \
-no finished run is lost, whatever instant the process or the power goes; no accepted model is beyond two half widths of its 95 % \
-intervals from the truth; memory is bounded; played twice it is the same. Exit code 4 where one is not so.
+no finished run is lost, whatever instant the process or the power goes; a22 and b2 of an accepted model are within three \
+half widths of their 95 % intervals, and no more of all models are beyond two than chance explains; memory is bounded; played \
+twice it is the same. Exit code 4 where one is not so.
 
 Example:
   seatrial study world --seeds 200
@@ -46,10 +47,12 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let worlds = study.run(&Workers::new(args.threads, &|| bar.inc(1)));
     bar.finish_and_clear();
     output.print(&worlds, || text(&worlds))?;
-    Ok(match worlds.broken {
-        0 => Exit::Done,
-        _ => Exit::Rejected,
-    })
+    Ok(
+        match worlds.broken == 0 && worlds.broken_together.is_empty() {
+            true => Exit::Done,
+            false => Exit::Rejected,
+        },
+    )
 }
 
 fn text(document: &Worlds) -> String {
@@ -59,23 +62,29 @@ fn text(document: &Worlds) -> String {
     );
     let _ = writeln!(
         text,
-        "{:<8} {:>9} {:>9} {:>9} {:>12} {:>10} {:>9} {:>7}",
-        "depth", "worlds", "runs", "accepted", "samples", "neutral, s", "farthest", "broken"
+        "{:<8} {:>9} {:>9} {:>9} {:>12} {:>10} {:>7}",
+        "depth", "worlds", "runs", "accepted", "samples", "neutral, s", "broken"
     );
     let number = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.2}"));
     for (depth, row) in &document.depths {
         let _ = writeln!(
             text,
-            "{:<8} {:>9} {:>9} {:>9} {:>12} {:>10} {:>9} {:>7}",
+            "{:<8} {:>9} {:>9} {:>9} {:>12} {:>10} {:>7}",
             format!("{depth:?}").to_lowercase(),
             row.worlds,
             row.runs,
             row.runs_accepted,
             row.samples,
             number(row.neutral_after_s),
-            number(row.farthest),
             row.broken
         );
+    }
+    for row in document
+        .depths
+        .values()
+        .filter(|row| row.models.accepted > 0)
+    {
+        text.push_str(&models(&row.models));
     }
     let outcomes: Vec<String> = document
         .outcomes
@@ -86,6 +95,9 @@ fn text(document: &Worlds) -> String {
     if let Some(bytes) = document.peak_memory_bytes {
         let _ = writeln!(text, "most memory: {:.0} MB", bytes as f64 / 1e6);
     }
+    for broken in &document.broken_together {
+        let _ = writeln!(text, "all worlds: {broken}");
+    }
     for ending in &document.broken_worlds {
         for broken in &ending.broken {
             let _ = writeln!(
@@ -94,6 +106,23 @@ fn text(document: &Worlds) -> String {
                 ending.seed
             );
         }
+    }
+    text
+}
+
+/// Accepted models beside the truth.
+fn models(models: &Models) -> String {
+    let mut text = format!(
+        "\n{} accepted models    beyond 1 half width    beyond 2    farthest\n",
+        models.accepted
+    );
+    for (k, name) in ["a22", "b2", "C0"].into_iter().enumerate() {
+        let share = 100.0 * models.beyond_one[k] as f64 / models.accepted as f64;
+        let _ = writeln!(
+            text,
+            "{name:<24} {:>10} ({share:.1} %) {:>11} {:>11.2}",
+            models.beyond_one[k], models.beyond_two[k], models.farthest[k]
+        );
     }
     text
 }

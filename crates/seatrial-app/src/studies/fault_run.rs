@@ -178,17 +178,32 @@ impl Rehearsal {
     }
 
     /// The parameter that is farthest from what was true during the training, and how far, in half widths of its interval.
-    ///
-    /// A truth that changed in that time is every value in between.
-    pub fn distance(
+    fn distance(
         &self,
         run: &Run,
         found: &Identification,
         instants: &[Instant],
     ) -> (&'static str, f64) {
-        let (Some(training), Some(refined)) = (run.stage(Stage::Train), &found.refined) else {
+        let Some(off) = self.distances(run, found, instants) else {
             return ("every parameter", f64::INFINITY);
         };
+        let all = ["a22", "b2", "C0"].into_iter().zip(off);
+        let farther = |a: (_, f64), b: (_, f64)| if b.1 > a.1 { b } else { a };
+        all.fold(("a22", 0.0), farther)
+    }
+
+    /// How far a22, b2 and C0 are from what was true during the training, in half widths of their 95 % intervals; `None` without
+    /// a refined estimate.
+    ///
+    /// A truth that changed in that time is every value in between.
+    pub fn distances(
+        &self,
+        run: &Run,
+        found: &Identification,
+        instants: &[Instant],
+    ) -> Option<[f64; 3]> {
+        let training = run.stage(Stage::Train)?;
+        let refined = found.refined.as_ref()?;
         let mut least = [f64::INFINITY; 3];
         let mut greatest = [f64::NEG_INFINITY; 3];
         let mut last: Option<(Upset, Option<YawModel<f64>>)> = None;
@@ -217,14 +232,13 @@ impl Rehearsal {
             refined.interval_95.b2_per_s2,
             refined.interval_95.c0_rad_per_s2,
         ];
-        let off = |k: usize| {
+        let [a22, b2, c0] = intervals;
+        let off = |k: usize, [low, high]: [f64; 2]| {
             let value = refined.model.theta()[k];
             let outside = (least[k] - value).max(value - greatest[k]).max(0.0);
-            outside / (0.5 * (intervals[k][1] - intervals[k][0]))
+            outside / (0.5 * (high - low))
         };
-        let all = [("a22", off(0)), ("b2", off(1)), ("C0", off(2))];
-        let farther = |a: (_, f64), b: (_, f64)| if b.1 > a.1 { b } else { a };
-        all.into_iter().fold(("a22", 0.0), farther)
+        Some([off(0, a22), off(1, b2), off(2, c0)])
     }
 
     /// The truth of a damaged vehicle of six degrees of freedom as its samples show it.

@@ -5,6 +5,7 @@ use seatrial_core::{AbortReason, Outcome};
 use serde::Serialize;
 
 use super::drawn::{Depth, World};
+use super::models::Models;
 
 /// How a world ended.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -23,8 +24,8 @@ pub struct Ending {
     pub samples: u64,
     /// From the condition of the abort to neutral rudder, s, where the condition is known.
     pub neutral_after_s: Option<f64>,
-    /// The largest distance of an accepted model from the truth, in half widths of its 95 % interval.
-    pub farthest: Option<f64>,
+    /// Accepted models beside the truth.
+    pub models: Models,
     /// Of all samples and actions.
     pub digest: u64,
     /// What is not as it must be.
@@ -42,7 +43,7 @@ impl Ending {
             accepted: 0,
             samples: 0,
             neutral_after_s: None,
-            farthest: None,
+            models: Models::default(),
             digest: 0,
             broken: Vec::new(),
         }

@@ -7,7 +7,7 @@
 //! 2. the rudder is neutral within 0.5 s of what ends the trial; 1 s where the link is cut;
 //! 3. parameters of an autopilot are back or listed, and `restore` brings back the listed ones;
 //! 4. every run that began has an end, and no finished run is lost, whatever instant the process or the power goes;
-//! 5. no accepted model is beyond two half widths of its 95 % intervals from the truth;
+//! 5. accepted models are where their 95 % intervals say, one by one and together ([`Models`]);
 //! 6. a logbook is whole, and the trial replayed from it is the trial, bit for bit;
 //! 7. memory is bounded: samples, datagrams under way, and the process;
 //! 8. played twice, a world is the same.
@@ -16,6 +16,7 @@ mod drawn;
 mod ending;
 mod kept;
 mod linked;
+mod models;
 mod observer;
 mod play;
 mod wire;
@@ -27,6 +28,7 @@ use serde::Serialize;
 use crate::workers::Workers;
 pub use drawn::Depth;
 pub use ending::Ending;
+pub use models::Models;
 pub use play::play;
 
 /// Most worlds with a broken invariant that are listed.
@@ -60,6 +62,8 @@ pub struct Worlds {
     pub outcomes: BTreeMap<String, u64>,
     /// The most memory that this process has had, bytes, where the system reports it.
     pub peak_memory_bytes: Option<u64>,
+    /// What is wrong with the models of all worlds together.
+    pub broken_together: Vec<String>,
     /// The first worlds with a broken invariant.
     pub broken_worlds: Vec<Ending>,
 }
@@ -77,8 +81,8 @@ pub struct Row {
     pub samples: u64,
     /// Longest from the condition of an abort to neutral rudder, s.
     pub neutral_after_s: Option<f64>,
-    /// Largest distance of an accepted model from the truth, in half widths of its 95 % interval.
-    pub farthest: Option<f64>,
+    /// Accepted models beside the truth.
+    pub models: Models,
     /// Worlds with a broken invariant.
     pub broken: u64,
 }
@@ -95,7 +99,7 @@ impl Worlds {
         row.runs_accepted += ending.accepted as u64;
         row.samples += ending.samples;
         row.neutral_after_s = larger(row.neutral_after_s, ending.neutral_after_s);
-        row.farthest = larger(row.farthest, ending.farthest);
+        row.models.add(&ending.models);
         *self.outcomes.entry(ending.outcome.clone()).or_default() += 1;
         if !ending.broken.is_empty() {
             row.broken += 1;
@@ -118,6 +122,7 @@ impl WorldStudy {
             depths: BTreeMap::new(),
             outcomes: BTreeMap::new(),
             peak_memory_bytes: None,
+            broken_together: Vec::new(),
             broken_worlds: Vec::new(),
         };
         for begun in (0..self.seeds).step_by(AT_A_TIME as usize) {
@@ -127,6 +132,8 @@ impl WorldStudy {
             });
             endings.into_iter().for_each(|ending| worlds.take(ending));
         }
+        let rows = worlds.depths.values();
+        worlds.broken_together = rows.flat_map(|row| row.models.broken()).collect();
         worlds.peak_memory_bytes = peak_memory_bytes();
         worlds
     }

@@ -18,12 +18,11 @@ use super::drawn::{Depth, Interrupted, World};
 use super::ending::{Ending, about, code};
 use super::kept::Kept;
 use super::linked;
+use super::models;
 use super::observer::{Observer, Shared};
 
 /// From the condition of an abort to neutral rudder, s, while samples come.
 const NEUTRAL_WITHIN_S: f64 = 0.5;
-/// Half widths of its 95 % intervals within which an accepted model must be of the truth.
-const HALF_WIDTHS: f64 = 2.0;
 /// A world of so many is played twice and must be the same.
 const TWICE: u64 = 64;
 /// Share of the runs after whose result the files are looked at before the next sample comes.
@@ -157,7 +156,7 @@ fn check_end(
     }
 }
 
-/// No accepted model is far from the truth.
+/// Accepted models beside the truth.
 fn check_models(
     campaign: &Campaign,
     rehearsal: &Rehearsal,
@@ -165,19 +164,16 @@ fn check_models(
     ending: &mut Ending,
 ) {
     for run in campaign.runs.iter().filter(|run| run.verdict.accepted) {
-        let Some(found) = &run.identification else {
-            ending
-                .broken
-                .push(format!("run {} is accepted without a model", run.number));
+        let found = run.identification.as_ref();
+        let distances = found.and_then(|found| rehearsal.distances(run, found, &observer.instants));
+        let Some(distances) = distances else {
+            let number = run.number;
+            let text = format!("run {number} is accepted without a refined model");
+            ending.broken.push(text);
             continue;
         };
-        let (parameter, distance) = rehearsal.distance(run, found, &observer.instants);
-        ending.farthest = Some(
-            ending
-                .farthest
-                .map_or(distance, |other| other.max(distance)),
-        );
-        if distance > HALF_WIDTHS {
+        ending.models.take(distances);
+        if let Some((parameter, distance)) = models::too_far(distances) {
             ending.broken.push(format!(
                 "run {} is accepted with {parameter} {distance:.2} half widths from the truth",
                 run.number
