@@ -2,15 +2,19 @@
 
 use std::hint::black_box;
 
+use seatrial::Window;
 use seatrial::identify::evenly_sampled::EvenlySampled;
 use seatrial::identify::output_error::nearest_simulation;
 use seatrial::identify::refined::refined_estimate;
+use seatrial::identify::{IdentifySettings, ValidationData, identify};
 use seatrial_core::model::{YawModel, YawState};
 use seatrial_core::{Estimator, EstimatorSettings, FixedRateEstimator, FixedRateSettings, Sample};
 
 const INTERVAL_S: f64 = 0.05;
 const SHORT: usize = 330;
 const LONG: usize = 32_768;
+/// Samples of a whole log, trained on its first half and validated on the other.
+const LOG: usize = 3_801;
 
 fn main() {
     if !cfg!(target_arch = "x86_64") {
@@ -27,6 +31,7 @@ fn main() {
     kernel_batch(&times, &heading, &rudder);
     kernel_refined(&samples[..SHORT]);
     kernel_averaged(&samples[..SHORT]);
+    kernel_identify(&samples[..LOG]);
 }
 
 fn signals() -> Vec<Sample<f64>> {
@@ -96,4 +101,25 @@ fn kernel_refined(samples: &[Sample<f64>]) {
 #[inline(never)]
 fn kernel_averaged(samples: &[Sample<f64>]) {
     let _ = black_box(refined_estimate(samples, None).ok());
+}
+
+#[inline(never)]
+fn kernel_identify(samples: &[Sample<f64>]) {
+    let record = samples.iter().copied().collect();
+    let end_s = INTERVAL_S * LOG as f64;
+    let window = |from_s, to_s| Window { from_s, to_s };
+    let validation = ValidationData {
+        record: &record,
+        window: window(0.5 * end_s, end_s),
+    };
+    let settings = IdentifySettings::default();
+    let _ = black_box(
+        identify(
+            &record,
+            window(0.0, 0.5 * end_s),
+            Some(validation),
+            &settings,
+        )
+        .ok(),
+    );
 }
