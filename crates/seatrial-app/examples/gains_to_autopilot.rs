@@ -6,16 +6,14 @@ mod simulated_log;
 use std::error::Error;
 use std::path::PathBuf;
 
-use seatrial::GainAllowance;
-use seatrial::export::{OperatingPoint, VehicleType, ardupilot};
+use seatrial::export::VehicleType;
+use seatrial_app::gains::Wanted;
+use seatrial_app::gains_export::{Format, GainsFile};
+use seatrial_app::models::Models;
 use seatrial_app::{Options, identify_log};
-use seatrial_core::SchedulePoint;
 
 /// The angle of this vehicle's rudder at full steering, rad.
 const FULL_RUDDER_RAD: f64 = 0.26;
-
-/// Of the closed heading loop: well damped, little overshoot.
-const DAMPING_RATIO: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 fn main() {
     run(std::env::args_os().nth(1).map(PathBuf::from)).unwrap();
@@ -36,39 +34,22 @@ pub fn run(log: Option<PathBuf>) -> Result<String, Box<dyn Error>> {
     if !found.verdict().accepted {
         return Err(found.verdict().reasons[0].text.clone().into());
     }
-    let identification = found.identification().ok_or("no model")?;
-    let model = identification.model();
-    // The gain is designed for the least damping that the record allows, and for what the loop waits for.
-    let allowance = GainAllowance::of(identification);
-    let gain = allowance.design(&model, DAMPING_RATIO)?;
-    println!(
-        "rudder = {:.3} (desired heading - heading) {:+.4} rad",
-        gain.proportional_gain, gain.feed_forward_rudder_rad
-    );
-    let speed = found
-        .models
-        .as_deref()
-        .and_then(seatrial_app::identify_log::foremost);
-    let parameters = ardupilot::param_file(
-        &OperatingPoint {
-            source: log.display().to_string(),
-            at: SchedulePoint {
-                thrust: speed.and_then(|speed| speed.thrust),
-                surge_speed_m_s: speed.and_then(|speed| speed.surge_speed_m_s),
-                model,
-            },
-            damping_ratio: DAMPING_RATIO,
-            full_rudder_rad: FULL_RUDDER_RAD,
-            seen_rudder_rad: None,
-            allowance,
-            covariance: identification
-                .refined
-                .as_ref()
-                .map(|refined| refined.covariance),
-            notes: Vec::new(),
-        },
+    let models = Models::of_log(&found, None)?.with_full_rudder(Some(FULL_RUDDER_RAD))?;
+    // Gains are designed for the least damping that the record allows, and for what the loop waits for.
+    let wanted = Wanted::default();
+    for point in wanted.gains(&models)?.points {
+        println!(
+            "{:?} m/s: rudder per heading error {:?}",
+            point.surge_speed_m_s, point.proportional_gain
+        );
+    }
+    let file = GainsFile::new(
+        Format::Ardupilot,
+        &wanted,
+        &models,
         VehicleType::Surface,
-    );
-    println!("{parameters}");
-    Ok(parameters)
+        false,
+    )?;
+    println!("{}", file.text);
+    Ok(file.text)
 }

@@ -144,7 +144,8 @@ pub struct InterpolatedGain {
 
 impl Wanted {
     /// The models with the delay and the interval that are wanted.
-    pub fn timed(&self, mut models: Models) -> Models {
+    fn timed(&self, models: &Models) -> Models {
+        let mut models = models.clone();
         for point in &mut models.points {
             let timing = &mut point.allowance.timing;
             timing.delay_s = self.delay_s.unwrap_or(timing.delay_s);
@@ -155,8 +156,13 @@ impl Wanted {
         models
     }
 
-    /// Gains, feed-forward and margins of [timed](Wanted::timed) models.
+    /// Gains, feed-forward and margins of each model. A model that allows no gain says so in
+    /// [`refused`](PointGains::refused).
+    ///
+    /// # Errors
+    /// A setting that no model could satisfy, or a place outside the models' range.
     pub fn gains(&self, models: &Models) -> Result<HeadingGains, Error> {
+        let models = &self.timed(models);
         let timing = longest(models.points.iter().map(|point| point.allowance));
         self.check(timing)?;
         let points = models.points.iter();
@@ -174,7 +180,11 @@ impl Wanted {
     }
 
     /// The gains of all models, for a controller that looks them up.
+    ///
+    /// # Errors
+    /// A model that allows no gain.
     pub fn schedule(&self, models: &Models) -> Result<Schedule, Error> {
+        let models = &self.timed(models);
         for point in &models.points {
             self.check_gain(models, point)?;
         }
@@ -182,7 +192,11 @@ impl Wanted {
     }
 
     /// One set of gains: at the place that is asked for, else of the fastest model.
+    ///
+    /// # Errors
+    /// A model that allows no gain, or a place outside the models' range.
     pub fn operating_point(&self, models: &Models) -> Result<OperatingPoint, Error> {
+        let models = &self.timed(models);
         let tuned = match (self.at, models.points.as_slice()) {
             (Some((key, value)), _) => {
                 let refused = |error| self.no_such_place(key, value, error);

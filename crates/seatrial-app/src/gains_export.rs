@@ -1,4 +1,25 @@
 //! Gains and limits as the files that controllers read.
+//!
+//! ```no_run
+//! use std::path::Path;
+//!
+//! use seatrial::export::VehicleType;
+//! use seatrial_app::gains::Wanted;
+//! use seatrial_app::gains_export::{Format, GainsFile};
+//! use seatrial_app::models::Models;
+//! use seatrial_app::{Options, identify_log};
+//!
+//! let found = identify_log(Path::new("run.csv"), &Options::default())?;
+//! // This boat's rudder is at 0.6 rad at full steering.
+//! let models = Models::of_log(&found, None)?.with_full_rudder(Some(0.6))?;
+//! let wanted = Wanted::default();
+//! let file = GainsFile::new(Format::Ardupilot, &wanted, &models, VehicleType::Surface, false)?;
+//! std::fs::write("run.param", &file.text).expect("a folder to write to");
+//! for note in &file.notes {
+//!     println!("{note}");
+//! }
+//! # Ok::<(), seatrial_app::Error>(())
+//! ```
 
 use seatrial::export::{OperatingPoint, VehicleType, ardupilot, px4};
 
@@ -31,7 +52,12 @@ pub struct GainsFile {
 }
 
 impl GainsFile {
-    /// The file of [timed](Wanted::timed) models. Models of a rehearsal are refused, unless they are asked for.
+    /// The file of these models. `takes_rehearsals` allows models of a trial on a simulator, which are not for a vehicle.
+    ///
+    /// A model that its source does not accept is written, too: look at [`Models::rejected`] first.
+    ///
+    /// # Errors
+    /// Models of a rehearsal that are not asked for, a model that allows no gain, or a place outside the models' range.
     pub fn new(
         format: Format,
         wanted: &Wanted,

@@ -106,7 +106,11 @@ pub fn config(name: &str) -> Result<SimulatedConfig, VehicleError> {
     })
 }
 
-/// The simulated vehicle of this name.
+/// The simulated vehicle of this name: one of [`BUILT_IN`], or `sim:` before the path of a vehicle file. A seed gives equal samples,
+/// bit for bit.
+///
+/// # Errors
+/// A name that is no simulator's, or a file that cannot be read or has a number out of its range.
 pub fn vehicle(name: &str, seed: u64) -> Result<SimulatedVehicle, VehicleError> {
     config(name)?
         .vehicle(seed)

@@ -127,7 +127,7 @@ impl SeaTrial {
     }
 }
 
-/// Plays a trial on a vehicle.
+/// Plays a trial on a simulated vehicle without identifying anything: its samples, and where each stage of each run lies in them.
 pub fn play(vehicle: &mut SimulatedVehicle, plan: Plan<f64>) -> Result<Played, InvalidSetting> {
     let mut trial = Trial::new(plan)?;
     let mut played = Played::default();

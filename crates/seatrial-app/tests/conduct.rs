@@ -15,18 +15,7 @@ use seatrial_core::{AbortReason, Action, List, Outcome, Plan, Sample, Steering, 
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
 fn about() -> Campaign {
-    Campaign {
-        axis: seatrial_core::Axis::Yaw,
-        software_version: "test".into(),
-        vehicle: "sim:starfish".into(),
-        configuration: "default".into(),
-        seed: None,
-        rudder_limit_rad: 0.26,
-        full_rudder: None,
-        scenario: None,
-        runs: Vec::new(),
-        outcome: None,
-    }
+    Campaign::of("sim:starfish", &Plan::paper())
 }
 
 fn starfish(seed: u64) -> FirstOrderVehicle {

@@ -14,16 +14,8 @@ const ALL: [f64; 5] = [0.6, 0.7, 0.8, 0.9, 1.0];
 fn trial(config: SixDofConfig, thrusts: &[f64], seed: u64) -> (SixDofVehicle, Campaign) {
     let mut vehicle = SixDofVehicle::new(config, seed).unwrap();
     let about = Campaign {
-        axis: seatrial_core::Axis::Yaw,
-        software_version: "test".into(),
-        vehicle: "sim".into(),
-        configuration: "default".into(),
         seed: Some(seed),
-        rudder_limit_rad: Plan::<f64>::paper().rudder_limit_rad,
-        full_rudder: None,
-        scenario: None,
-        runs: Vec::new(),
-        outcome: None,
+        ..Campaign::of("sim", &Plan::paper())
     };
     let plan = Plan {
         thrusts: List::from_slice(thrusts).unwrap(),

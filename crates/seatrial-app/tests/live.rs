@@ -12,18 +12,7 @@ use seatrial_logbook::{Keeper, Logbook, NewCampaign, Recorder};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
 fn about() -> Campaign {
-    Campaign {
-        axis: seatrial_core::Axis::Yaw,
-        software_version: "test".into(),
-        vehicle: "live".into(),
-        configuration: "default".into(),
-        seed: None,
-        rudder_limit_rad: 0.26,
-        full_rudder: None,
-        scenario: None,
-        runs: Vec::new(),
-        outcome: None,
-    }
+    Campaign::of("live", &Plan::paper())
 }
 
 fn plan() -> Plan<f64> {

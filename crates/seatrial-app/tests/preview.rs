@@ -48,16 +48,8 @@ fn white() -> VehicleConfig {
 
 fn trial(config: &VehicleConfig, plan: Plan<f64>, seed: u64) -> Campaign {
     let about = Campaign {
-        axis: seatrial_core::Axis::Yaw,
-        software_version: "test".into(),
-        vehicle: config.name.clone(),
-        configuration: "default".into(),
         seed: Some(seed),
-        rudder_limit_rad: plan.rudder_limit_rad,
-        full_rudder: None,
-        scenario: None,
-        runs: Vec::new(),
-        outcome: None,
+        ..Campaign::of(&config.name, &plan)
     };
     let mut vehicle = FirstOrderVehicle::new(config.clone(), seed).unwrap();
     conduct(&mut vehicle, plan, about, &mut Unwatched)

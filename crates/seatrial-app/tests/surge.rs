@@ -11,16 +11,8 @@ use seatrial_sim::{SixDofConfig, SixDofVehicle};
 fn campaign(config: SixDofConfig, seed: u64) -> Campaign {
     let mut vehicle = SixDofVehicle::new(config, seed).unwrap();
     let about = Campaign {
-        axis: seatrial_core::Axis::Yaw,
-        software_version: "test".into(),
-        vehicle: "sim".into(),
-        configuration: "default".into(),
         seed: Some(seed),
-        rudder_limit_rad: 0.26,
-        full_rudder: None,
-        scenario: None,
-        runs: Vec::new(),
-        outcome: None,
+        ..Campaign::of("sim", &Plan::paper())
     };
     conduct(&mut vehicle, Plan::paper(), about, &mut Unwatched)
         .unwrap()

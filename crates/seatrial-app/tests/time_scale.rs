@@ -16,18 +16,7 @@ const VEHICLES: [(f64, f64); 5] = [
 ];
 
 fn about() -> Campaign {
-    Campaign {
-        axis: seatrial_core::Axis::Yaw,
-        software_version: "test".into(),
-        vehicle: "scaled".into(),
-        configuration: "default".into(),
-        seed: None,
-        rudder_limit_rad: 0.26,
-        full_rudder: None,
-        scenario: None,
-        runs: Vec::new(),
-        outcome: None,
-    }
+    Campaign::of("scaled", &Plan::paper())
 }
 
 /// The default vehicle `pace` times slower: the same motion in its own time.

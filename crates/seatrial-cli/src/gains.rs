@@ -86,7 +86,7 @@ Examples:
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let full_rudder_rad = args.full_rudder_deg.map(f64::to_radians);
     let wanted = args.wanted();
-    let models = wanted.timed(args.source.read()?.with_full_rudder(full_rudder_rad)?);
+    let models = args.source.read()?.with_full_rudder(full_rudder_rad)?;
     warn(&models);
     let document = wanted.gains(&models)?;
     if let Some(format) = args.export {

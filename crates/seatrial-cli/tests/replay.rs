@@ -96,16 +96,10 @@ fn record_until_killed(
         gremlin,
     };
     let about = Campaign {
-        axis: seatrial_core::Axis::Yaw,
         software_version: new.software_version.into(),
-        vehicle: new.vehicle.into(),
         configuration: new.configuration.into(),
         seed: new.seed,
-        rudder_limit_rad: new.rudder_limit_rad,
-        full_rudder: None,
-        scenario: None,
-        runs: Vec::new(),
-        outcome: None,
+        ..Campaign::of(new.vehicle, &plan)
     };
     let mut vehicle = FirstOrderVehicle::new(VehicleConfig::starfish(), 3).unwrap();
     let conducted = conduct(&mut vehicle, plan, about, &mut record).unwrap();

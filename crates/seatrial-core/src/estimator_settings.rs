@@ -22,6 +22,10 @@ pub enum Method {
 }
 
 /// How the estimator works. Immutable once the estimator is made.
+///
+/// The default suits a vehicle like the paper's, whose yaw rate follows the rudder in about a second:
+/// [`for_lambda`](Self::for_lambda) with 1.5 rad/s. For a slower or faster vehicle begin with
+/// [`for_time_scale`](Self::for_time_scale); its time constant need be known to a factor of two only.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -85,7 +89,8 @@ impl<T: Real> EstimatorSettings<T> {
         }
     }
 
-    /// The improved settings with filters of this lambda: those of the vehicle whose default it is.
+    /// The improved settings with filters of this lambda, rad/s: [`for_time_scale`](Self::for_time_scale) of the vehicle for
+    /// which it is chosen.
     pub fn for_lambda(lambda_rad_s: T) -> Self {
         Self {
             lambda_rad_s,

@@ -155,14 +155,19 @@ impl core::fmt::Display for AbortReason {
 }
 
 /// A vehicle, simulated or real: gives the next sample, carries out an action.
+///
+/// A trial calls [`next_sample`](Vehicle::next_sample) and [`act`](Vehicle::act) in turn, once each, and
+/// [`act`](Vehicle::act) alone to give a lost vehicle its heading back. An error of either, or the end
+/// of the samples, ends the trial as [`AbortReason::LinkLost`], unless [`ended_for`](Vehicle::ended_for) says otherwise.
 pub trait Vehicle<T: Real> {
     /// What can go wrong with this vehicle's link.
     type Error;
 
-    /// Waits for the next sample. `None` when the vehicle has no more (a log's end, a closed link).
+    /// Waits for the next sample. Its `rudder_rad` must be the rudder that acts from its `time_s` until the next sample: an
+    /// error of one sample moves a22 by about a tenth. `None` when the vehicle has no more (a log's end, a closed link).
     fn next_sample(&mut self) -> Result<Option<Sample<T>>, Self::Error>;
 
-    /// Carries out an action.
+    /// Carries out an action, which holds until the next one. It should not wait for the vehicle to obey.
     fn act(&mut self, action: &Action<T>) -> Result<(), Self::Error>;
 
     /// Does it go on while nobody asks for its next sample? Time stands still for any other, as in a simulator or a log.

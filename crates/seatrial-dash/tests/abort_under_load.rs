@@ -159,16 +159,8 @@ fn sail(served: &Served, folder: &Path, is_over: &AtomicBool, begun: &AtomicBool
         ..Plan::paper()
     };
     let about = Campaign {
-        axis: seatrial_core::Axis::Yaw,
-        software_version: "test".into(),
-        vehicle: "sim:starfish".into(),
-        configuration: "default".into(),
         seed: Some(1),
-        rudder_limit_rad: plan.rudder_limit_rad,
-        full_rudder: None,
-        scenario: None,
-        runs: Vec::new(),
-        outcome: None,
+        ..Campaign::of("sim:starfish", &plan)
     };
     let new = NewCampaign {
         configuration: "default",

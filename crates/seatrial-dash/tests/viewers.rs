@@ -209,16 +209,8 @@ fn trial(viewers: usize, measured: &mut Measured) {
     let server = Server::start(&settings, Vec::new(), Vec::new()).unwrap();
     let plan = Plan::paper();
     let about = Campaign {
-        axis: seatrial_core::Axis::Yaw,
-        software_version: "test".into(),
-        vehicle: "sim:starfish".into(),
-        configuration: "default".into(),
         seed: Some(1),
-        rudder_limit_rad: plan.rudder_limit_rad,
-        full_rudder: None,
-        scenario: None,
-        runs: Vec::new(),
-        outcome: None,
+        ..Campaign::of("sim:starfish", &plan)
     };
     let new = NewCampaign {
         configuration: "default",

@@ -275,18 +275,7 @@ fn vehicle(mishap: Mishap, at_s: f64) -> RosVehicle<Sea> {
 }
 
 fn about() -> Campaign {
-    Campaign {
-        axis: seatrial_core::Axis::Yaw,
-        software_version: "tests".into(),
-        vehicle: "ros2".into(),
-        configuration: "default".into(),
-        seed: None,
-        rudder_limit_rad: 0.26,
-        full_rudder: None,
-        scenario: None,
-        runs: Vec::new(),
-        outcome: None,
-    }
+    Campaign::of("ros2", &Plan::paper())
 }
 
 /// Looked at and taken.

@@ -46,7 +46,18 @@ impl fmt::Display for Format {
     }
 }
 
-/// What the user said about a log; everything else is found out.
+/// What the user said about a log; everything else is found out. The default says nothing.
+///
+/// ```
+/// use seatrial_logs::{ChannelChoice, Quantity, Unit};
+///
+/// let mut choice = ChannelChoice::default();
+/// choice.columns.insert(Quantity::Heading, "hdg".into());
+/// choice.units.insert(Quantity::Heading, Unit::Degree);
+/// // The servo's pulse width stands for this angle at full deflection.
+/// choice.columns.insert(Quantity::Rudder, "servo1_raw".into());
+/// choice.full_rudder_rad = Some(0.6);
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ChannelChoice {
     /// Column of a quantity; `none` leaves an optional quantity out.

@@ -103,7 +103,6 @@ impl Asked {
             .models(py)?
             .with_full_rudder(self.full_rudder_rad)
             .map_err(|error| failed(py, &error))?;
-        let models = wanted.timed(models);
         Ok((wanted, models))
     }
 }

@@ -184,7 +184,7 @@ impl Request {
                 form,
             } => {
                 let wanted = stated.wanted();
-                let models = wanted.timed(stated.models(origin, &document)?);
+                let models = stated.models(origin, &document)?;
                 let (format, vehicle) = form.parts();
                 let file = GainsFile::new(format, &wanted, &models, vehicle, false)?;
                 Ok(json!({ "text": file.text, "notes": file.notes }))
@@ -250,7 +250,7 @@ fn gains(origin: String, document: &Value, stated: &Stated) -> Result<Value, Err
     let models = stated.models(origin, document)?;
     let turning = TurningLimits::of(&models, std::f64::consts::PI, None, None)?;
     Ok(json!({
-        "gains": wanted.gains(&wanted.timed(models))?,
+        "gains": wanted.gains(&models)?,
         "turning": turning,
     }))
 }

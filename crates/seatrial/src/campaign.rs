@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 pub use seatrial_core::Stage;
-use seatrial_core::{AbortReason, Axis, Outcome};
+use seatrial_core::{AbortReason, Axis, Outcome, Plan};
 use serde::{Deserialize, Serialize};
 
 use crate::campaign_check::{SpeedResult, contradictions};
@@ -16,7 +16,7 @@ use crate::servo::Servo;
 pub struct Campaign {
     /// The version of seatrial that ran it.
     pub software_version: String,
-    /// The vehicle as given on the command line, `sim:starfish`.
+    /// The name of the vehicle, as `--vehicle` takes it: `sim:starfish`.
     pub vehicle: String,
     /// The motion that was identified. On the axis of pitch the heading of the samples is the pitch and the rudder the
     /// elevator.
@@ -24,7 +24,7 @@ pub struct Campaign {
     pub axis: Axis,
     /// Name of the configuration (payload).
     pub configuration: String,
-    /// Seed of a simulated vehicle.
+    /// Seed of a simulated vehicle; a campaign with a seed is a rehearsal.
     pub seed: Option<u64>,
     /// Largest rudder angle, rad.
     pub rudder_limit_rad: f64,
@@ -84,6 +84,35 @@ pub struct StageSpan {
 }
 
 impl Campaign {
+    /// A campaign of a vehicle by its name under this plan, before its first run: of the configuration `default`, on no
+    /// simulator, with a rudder whose angle at full steering is not known.
+    ///
+    /// ```
+    /// use seatrial::{Campaign, FullRudder};
+    /// use seatrial_core::Plan;
+    ///
+    /// let about = Campaign {
+    ///     configuration: "with side scan".into(),
+    ///     full_rudder: Some(FullRudder { angle_rad: 0.6, is_assumed: false }),
+    ///     ..Campaign::of("my boat", &Plan::paper())
+    /// };
+    /// assert!(!about.is_rehearsal());
+    /// ```
+    pub fn of(vehicle: &str, plan: &Plan<f64>) -> Self {
+        Self {
+            software_version: env!("CARGO_PKG_VERSION").into(),
+            vehicle: vehicle.into(),
+            axis: plan.axis,
+            configuration: "default".into(),
+            seed: None,
+            rudder_limit_rad: plan.rudder_limit_rad,
+            full_rudder: None,
+            scenario: None,
+            runs: Vec::new(),
+            outcome: None,
+        }
+    }
+
     /// Was it a rehearsal on a simulator?
     pub fn is_rehearsal(&self) -> bool {
         self.seed.is_some()

@@ -1,4 +1,27 @@
 //! Conducts a trial on a vehicle and makes its campaign.
+//!
+//! ```
+//! use seatrial::Campaign;
+//! use seatrial_app::conduct::{Unwatched, conduct};
+//! use seatrial_core::{List, Plan};
+//! use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
+//!
+//! // Or a value of a type of your own that implements `seatrial_core::Vehicle`.
+//! let mut vehicle = FirstOrderVehicle::new(VehicleConfig::starfish(), 1)?;
+//! let plan = Plan {
+//!     thrusts: List::from_slice(&[0.6, 0.8]).expect("two of at most 16 speeds"),
+//!     ..Plan::paper()
+//! };
+//! let about = Campaign::of("my boat", &plan);
+//! let campaign = conduct(&mut vehicle, plan, about, &mut Unwatched)?.campaign;
+//! for run in campaign.accepted_runs() {
+//!     println!("{}: {:?}", run.thrust, run.identification.as_ref().map(|found| found.model()));
+//! }
+//! assert!(campaign.verdict().accepted);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The campaign is in memory only; [`trial_run`](crate::trial_run) keeps a trial in a logbook as it goes on.
 
 mod judge;
 mod open_run;
@@ -116,6 +139,10 @@ pub enum Judging {
 /// again with the refined model when the run is over, on a thread of its own: a vehicle that is
 /// [live](Vehicle::is_live) goes on meanwhile, any other waits. Verdicts decide nothing of the trial, so both do the same.
 /// A vehicle that gives no more samples aborts the trial; everything up to then is kept.
+///
+/// # Errors
+/// The first setting of the plan that is out of its range. Whatever happens to the vehicle is a value:
+/// [`Campaign::outcome`] and [`Conducted::fault`].
 pub fn conduct<V: Vehicle<f64> + ?Sized>(
     vehicle: &mut V,
     plan: impl Into<TrialPlan>,
@@ -125,7 +152,7 @@ pub fn conduct<V: Vehicle<f64> + ?Sized>(
     conduct_judging(vehicle, plan, about, watch, Judging::Whole)
 }
 
-/// Conducts a trial as [`conduct`] does, its runs judged like this.
+/// Conducts a trial as [`conduct`] does, with its runs judged as `judging` says.
 pub fn conduct_judging<V: Vehicle<f64> + ?Sized>(
     vehicle: &mut V,
     plan: impl Into<TrialPlan>,

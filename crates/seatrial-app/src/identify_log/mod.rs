@@ -48,6 +48,10 @@ pub struct IdentifiedLog {
 /// one, is for training as a whole.
 ///
 /// A model that may not be used is no error: look at [`IdentifiedLog::verdict`].
+///
+/// # Errors
+/// A log that cannot be read, a column or unit that it does not have, or a window without samples; each error says where, what was
+/// found and what to do.
 pub fn identify_log(path: &Path, options: &Options) -> Result<IdentifiedLog, Error> {
     identify_log_observed(path, options, &mut Unobserved)
 }

@@ -144,6 +144,9 @@ impl ReadSettings {
 
 /// Reads a log: every sample inside `keep`, or all; of a log with more than 500,000 the segment in which the rudder
 /// varies most.
+///
+/// # Errors
+/// A log that cannot be read, or a column or unit that it does not have: where, what was found and what to do.
 pub fn open(
     path: &Path,
     settings: &ReadSettings,

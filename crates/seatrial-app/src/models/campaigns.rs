@@ -49,7 +49,10 @@ pub fn of_entry(logbook: &Logbook, entry: &CampaignEntry) -> Result<Models, Erro
 }
 
 impl Models {
-    /// The models of the accepted runs of a trial.
+    /// The models of the accepted runs of a trial; `origin` is what messages call it.
+    ///
+    /// # Errors
+    /// A trial without an accepted run.
     pub fn of_trial(origin: String, campaign: &Campaign) -> Result<Self, Error> {
         let points: Vec<ModelPoint> = campaign
             .accepted_runs()

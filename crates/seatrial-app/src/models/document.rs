@@ -11,7 +11,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use super::{ModelPoint, Models, TrialOrigin, given, limit_or_default, read_text};
-use crate::Error;
+use crate::{Error, IdentifiedLog};
 
 /// What is read of a document: the rest of it is left alone, so that documents of other versions are read, too.
 #[derive(Deserialize)]
@@ -157,6 +157,23 @@ pub fn of_document_text(
         }
     }
     Ok(models)
+}
+
+impl Models {
+    /// The accepted models of a log that was identified: those that [`of_document_text`] reads from its
+    /// [document](IdentifiedLog::document). `surge_speed_m_s`, m/s, is the speed of a model of the whole log, which has none
+    /// of its own.
+    ///
+    /// A single model that is not accepted is given with its reason in `rejected`; of several speeds the accepted ones are.
+    ///
+    /// # Errors
+    /// The log has no model, or none of its speeds has an accepted one.
+    pub fn of_log(found: &IdentifiedLog, surge_speed_m_s: Option<f64>) -> Result<Self, Error> {
+        let origin = found.logs.log.path.display().to_string();
+        let text = serde_json::to_string(&found.document());
+        let text = text.map_err(|error| Error::Rejected(error.to_string()))?;
+        of_document_text(origin, &text, surge_speed_m_s)
+    }
 }
 
 impl StoredDocument {

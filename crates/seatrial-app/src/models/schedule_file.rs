@@ -47,7 +47,10 @@ struct ScheduleFilePoint {
     c0_rad_per_s2: f64,
 }
 
-/// The models of a schedule file.
+/// The models of a [schedule file](SCHEDULE_FILE_HELP).
+///
+/// # Errors
+/// A file that cannot be read, is no schedule or has a number out of its range.
 pub fn of_schedule_file(path: &Path) -> Result<Models, Error> {
     let file: ScheduleFile = toml::from_str(&read_text(path)?).map_err(|error| {
         Error::Input(format!("{}: {error}\n{SCHEDULE_FILE_HELP}", path.display()))

@@ -119,16 +119,9 @@ fn trial(truth: &[Row], seed: u64) -> Result<Campaign, NotRecreated> {
     };
     let mut vehicle = FirstOrderVehicle::new(config, seed)?;
     let about = Campaign {
-        axis: plan.axis,
-        software_version: env!("CARGO_PKG_VERSION").into(),
-        vehicle: "sim".into(),
         configuration: "paper".into(),
         seed: Some(seed),
-        rudder_limit_rad: plan.rudder_limit_rad,
-        full_rudder: None,
-        scenario: None,
-        runs: Vec::new(),
-        outcome: None,
+        ..Campaign::of("sim", &plan)
     };
     Ok(conduct(&mut vehicle, plan, about, &mut Unwatched)?.campaign)
 }

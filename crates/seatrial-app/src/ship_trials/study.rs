@@ -123,16 +123,9 @@ impl ManoeuvreStudy {
                 ..Plan::paper()
             };
             let about = Campaign {
-                axis: seatrial_core::Axis::Yaw,
-                software_version: env!("CARGO_PKG_VERSION").into(),
-                vehicle: self.vehicle.clone(),
-                configuration: "default".into(),
                 seed: Some(seed),
                 rudder_limit_rad: RUDDER_LIMIT_RAD,
-                full_rudder: None,
-                scenario: None,
-                runs: Vec::new(),
-                outcome: None,
+                ..Campaign::of(&self.vehicle, &plan)
             };
             let campaign = conduct(&mut vehicle, plan, about, &mut Unwatched)
                 .ok()?

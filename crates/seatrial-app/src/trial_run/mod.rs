@@ -135,7 +135,11 @@ pub struct Ended {
     pub unsaved: Vec<String>,
 }
 
-/// Takes a vehicle and enters its campaign.
+/// Takes a vehicle and enters its campaign in the logbook of `sinks`.
+///
+/// # Errors
+/// A plan out of its range, a vehicle that cannot be taken, or a logbook that cannot be written. The vehicle was then not taken, or
+/// has been handed back.
 pub fn begin(vehicle: &dyn TrialVehicle, order: Order, sinks: Sinks) -> Result<UnderWay, NotBegun> {
     order.plan.check()?;
     Trial::new(order.plan.plan)?;
@@ -249,35 +253,19 @@ pub fn rehearse<V: Vehicle<f64>>(
     seed: u64,
     plan: Plan<f64>,
 ) -> Result<Conducted<V::Error>, InvalidSetting> {
-    let about = campaign_of(name, "default", Some(seed), &plan);
+    let about = Campaign {
+        seed: Some(seed),
+        ..Campaign::of(name, &plan)
+    };
     conduct(vehicle, plan, about, &mut Unwatched)
 }
 
 fn campaign_on(vehicle: &dyn TrialVehicle, order: &Order) -> Campaign {
-    let seed = vehicle.is_simulated().then_some(order.seed);
     Campaign {
+        configuration: order.configuration.clone(),
+        seed: vehicle.is_simulated().then_some(order.seed),
         full_rudder: vehicle.full_rudder(),
         scenario: vehicle.scenario(),
-        ..campaign_of(vehicle.name(), &order.configuration, seed, &order.plan)
-    }
-}
-
-fn campaign_of(
-    vehicle: &str,
-    configuration: &str,
-    seed: Option<u64>,
-    plan: &Plan<f64>,
-) -> Campaign {
-    Campaign {
-        software_version: env!("CARGO_PKG_VERSION").into(),
-        vehicle: vehicle.into(),
-        axis: plan.axis,
-        configuration: configuration.into(),
-        seed,
-        rudder_limit_rad: plan.rudder_limit_rad,
-        full_rudder: None,
-        scenario: None,
-        runs: Vec::new(),
-        outcome: None,
+        ..Campaign::of(vehicle.name(), &order.plan)
     }
 }

@@ -114,16 +114,8 @@ fn trial(config: VehicleConfig, plan: Plan<f64>, limit_rad: f64, seed: u64) -> C
         commanded_rad: None,
     };
     let about = Campaign {
-        axis: seatrial_core::Axis::Yaw,
-        software_version: "test".into(),
-        vehicle: "sim".into(),
-        configuration: "default".into(),
         seed: Some(seed),
-        rudder_limit_rad: plan.rudder_limit_rad,
-        full_rudder: None,
-        scenario: None,
-        runs: Vec::new(),
-        outcome: None,
+        ..Campaign::of("sim", &plan)
     };
     conduct(&mut vehicle, plan, about, &mut Unwatched)
         .unwrap()

@@ -42,16 +42,8 @@ fn settings() -> Settings {
 
 fn about() -> Campaign {
     Campaign {
-        axis: seatrial_core::Axis::Yaw,
-        software_version: "test".into(),
-        vehicle: "mavlink".into(),
-        configuration: "default".into(),
-        seed: None,
         rudder_limit_rad: FULL_RUDDER_RAD,
-        full_rudder: None,
-        scenario: None,
-        runs: Vec::new(),
-        outcome: None,
+        ..Campaign::of("mavlink", &Plan::paper())
     }
 }
 

@@ -57,7 +57,7 @@ struct Point {
     surge_speed_m_s: Option<f64>,
     proportional_gain: f64,
     feed_forward_rudder_rad: f64,
-    /// Steady, under full rudder to the weaker hand.
+    /// Steady, under full rudder to its weaker side.
     yaw_rate_limit_rad_s: Option<f64>,
     /// The circle of that turn.
     turning_radius_m: Option<f64>,
@@ -156,7 +156,7 @@ impl Schedule {
             }),
             column(
                 "yaw_rate_limit_rad_s",
-                "rad/s, steady under full rudder, weaker hand",
+                "rad/s, steady under full rudder, weaker side",
                 |p| p.yaw_rate_limit_rad_s,
             ),
             column("turning_radius_m", "m, circle of that turn", |p| {

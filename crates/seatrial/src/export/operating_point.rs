@@ -91,7 +91,7 @@ impl Parameter {
     }
 }
 
-/// The steady yaw rate under full rudder to the weaker hand, rad/s. `None` where it does not turn there.
+/// The steady yaw rate under full rudder to its weaker side, rad/s. `None` where it does not turn there.
 pub(super) fn yaw_rate_limit_rad_s(model: &YawModel<f64>, rudder_limit_rad: f64) -> Option<f64> {
     let rate = |hand| {
         Some(
@@ -188,7 +188,7 @@ impl OperatingPoint {
         yaw_rate_limit_rad_s(&self.at.model, self.full_rudder_rad)
     }
 
-    /// alpha r_max, the yaw acceleration from straight ahead under full rudder to the weaker hand, rad/s^2.
+    /// alpha r_max, the yaw acceleration from straight ahead under full rudder to its weaker side, rad/s^2.
     pub(super) fn yaw_acceleration_limit_rad_s2(&self) -> Option<f64> {
         Some(self.yaw_rate_limit_rad_s()? * -self.at.model.a22_per_s)
     }
@@ -206,7 +206,7 @@ impl OperatingPoint {
         let _ = writeln!(
             text,
             "\n# Model r' = a22 r + b2 delta + C0: a22 {} 1/s, b2 {} 1/s^2, C0 {} rad/s^2\n\
-             # Full rudder {} rad at steering 1; alpha = -a22; r_max: steady yaw rate under full rudder, weaker hand\n\
+             # Full rudder {} rad at steering 1; alpha = -a22; r_max: steady yaw rate under full rudder, weaker side\n\
              # w^2 = K_p |b2|; K_p is for a damping ratio of {} with {} and the least damped model of the 95 % interval",
             model.a22_per_s,
             model.b2_per_s2,

@@ -7,7 +7,8 @@ use seatrial_core::estimator::{EstimatorSettings, Method};
 /// keeps the 1e6 of the core.
 const COVARIANCE_TIMES_SQUARED_RATE: f64 = 1e4;
 
-/// How to identify.
+/// How to identify. The default is the instrumental variable with filters derived from the data, then the refined estimate
+/// with intervals; it keeps no trace.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IdentifySettings {
     /// Equations (16)-(31) and the recursion to the letter.

@@ -75,15 +75,8 @@ pub fn code(reason: AbortReason) -> String {
 /// What the trial is of.
 pub fn about(world: &World) -> Campaign {
     Campaign {
-        axis: seatrial_core::Axis::Yaw,
-        software_version: env!("CARGO_PKG_VERSION").into(),
-        vehicle: "sim:starfish".into(),
         configuration: "world".into(),
         seed: Some(world.seed),
-        rudder_limit_rad: world.plan.rudder_limit_rad,
-        full_rudder: None,
-        scenario: None,
-        runs: Vec::new(),
-        outcome: None,
+        ..Campaign::of("sim:starfish", &world.plan)
     }
 }
