@@ -58,7 +58,7 @@ pub struct Sampling {
 /// The values of one quantity in SI units; the heading is unwrapped.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Range {
-    /// Which.
+    /// The quantity.
     pub quantity: Quantity,
     /// How many.
     pub samples: usize,

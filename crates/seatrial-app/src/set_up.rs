@@ -23,7 +23,7 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// Nothing is wrong.
+    /// A finding that all is well.
     pub fn good(what: &'static str, found: impl Into<String>) -> Self {
         Self {
             what,

@@ -36,7 +36,7 @@ pub struct ValidationDocument {
     pub validation: Validation,
     /// May the model be used?
     pub verdict: Verdict,
-    /// Of several models the one that was taken, for people.
+    /// The name of the model that was used, where there were several.
     #[serde(skip)]
     pub taken: Option<String>,
 }

@@ -133,7 +133,7 @@ fn number(name: &str, value: f64, limit: f64) -> Result<f64, Failure> {
     )))
 }
 
-/// Who sits at the terminal.
+/// The operator at the terminal.
 pub struct AtTerminal;
 
 impl Attendant for AtTerminal {

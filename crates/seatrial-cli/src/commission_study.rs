@@ -39,7 +39,7 @@ pub struct Args {
     threads: Option<NonZeroUsize>,
 }
 
-/// Of the boats that are written: rudder at full steering, rad; speed at half thrust, m/s; disturbance as a share of what full
+/// The boats that are written: rudder at full steering, rad; speed at half thrust, m/s; disturbance as a share of what full
 /// steering gives.
 const FULL_RUDDER_RAD: f64 = 0.6;
 const SURGE_SPEED_M_S: f64 = 1.5;

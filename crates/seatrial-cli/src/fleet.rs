@@ -77,7 +77,7 @@ struct Document {
     #[serde(flatten)]
     summary: Summary,
     wall_s: f64,
-    /// Of this job, without what was done before.
+    /// Manoeuvres per minute of this job, without what was done before it was resumed.
     manoeuvres_per_minute: f64,
 }
 

@@ -62,8 +62,8 @@ pub struct Pace<T> {
 }
 
 impl<T: Real> Pace<T> {
-    /// Of a sample `interval_s` after the one before, with filters of this lambda. A sample that follows on none,
-    /// `interval_s` = 0, counts as one of the paper's.
+    /// The pace of a sample `interval_s` (s) after the one before, with filters of this lambda (rad/s). A first sample,
+    /// `interval_s` = 0, counts as one at the paper's rate.
     pub fn new(settings: &ConvergenceSettings<T>, lambda_rad_s: T, interval_s: T) -> Self {
         if !settings.in_own_time {
             return Self {

@@ -17,9 +17,9 @@ pub use crate::estimator_settings::{EstimatorSettings, Method};
 pub enum Intake {
     /// The estimate learnt from it.
     Used,
-    /// It only moved the filters, or the instrument could not learn from it.
+    /// The sample only moved the filters, or the instrument could not learn from it.
     Warming,
-    /// It was refused.
+    /// The sample was refused.
     Rejected(Cause),
 }
 
@@ -169,7 +169,7 @@ impl<T: Real> Estimator<T> {
         self.settings.has_restoring_moment.then_some(m)
     }
 
-    /// Of the instrument once it has taken over; with a restoring moment, unless it has left what is stable.
+    /// The parameters of the instrument once it has taken over; with a restoring moment, only while they are stable.
     fn theta(&self) -> [T; 4] {
         let instrument = self.instrument.map(|instrument| instrument.theta());
         instrument
@@ -366,7 +366,7 @@ fn started<T: Real>(
     )
 }
 
-/// Nothing known but that nothing is unseen.
+/// Least squares before the first sample, which knows nothing but that no rudder edge is unseen.
 fn without_samples<T: Real>(settings: &EstimatorSettings<T>) -> RecursiveLeastSquares<T, 4> {
     let mut least_squares = RecursiveLeastSquares::new(settings.initial_covariance);
     if !settings.has_restoring_moment {

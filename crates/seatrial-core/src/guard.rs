@@ -128,7 +128,7 @@ impl RejectedCounts {
 pub enum Admission<T> {
     /// The first sample of all.
     First,
-    /// It follows on the sample before.
+    /// The sample follows on the one before.
     Next {
         /// Time since the sample before, s.
         interval_s: T,
@@ -137,9 +137,9 @@ pub enum Admission<T> {
         /// The usual time between samples, s: a longer interval is one with samples lost.
         usual_interval_s: T,
     },
-    /// It is good but does not follow on the sample before: filters start again.
+    /// The sample is good but does not follow on the one before: filters start again.
     Restart,
-    /// It is not to be used.
+    /// The sample is not to be used.
     Rejected(Cause),
 }
 

@@ -152,7 +152,7 @@ pub struct GainSchedule<T> {
 pub struct NoGainAt {
     /// Key of the point.
     pub key: f64,
-    /// Why.
+    /// Why there is no gain.
     pub reason: NoGain,
 }
 

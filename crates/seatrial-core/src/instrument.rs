@@ -22,7 +22,7 @@ const SMALLEST_DENOMINATOR: f64 = 0.1;
 /// A rough early estimate must not throw z away, so a22 is taken to the nearest value between -10 and
 /// -0.05 1/s; limits made for filters of 0.5 to 4 rad/s, in proportion to lambda beyond.
 ///
-/// Of pitch, the angle that the elevator alone explains is an instrument, too: [`advance_righted`](Self::advance_righted).
+/// In pitch, the angle that the elevator alone explains is an instrument, too: [`advance_righted`](Self::advance_righted).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AuxiliaryModel<T> {
     yaw_rate_rad_s: T,

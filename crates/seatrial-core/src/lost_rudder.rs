@@ -17,7 +17,7 @@ const MOST_STEPS: u32 = 32;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum LostRudder {
-    /// It waited: right where the rudder only ever moves when a sample arrives.
+    /// The rudder waited: right where it only ever moves when a sample arrives.
     Held,
     /// It moved in equal steps at the usual sampling instants, and when it moved far, at an instant that the heading
     /// has to tell: right for a log with rows missing and for a vehicle that steers on while its telemetry is lost.

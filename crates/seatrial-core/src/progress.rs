@@ -90,7 +90,7 @@ pub enum Event<T> {
     Ended {
         /// Time of the latest sample, s.
         time_s: f64,
-        /// How.
+        /// How it ended.
         outcome: Outcome,
     },
 }

@@ -186,7 +186,7 @@ impl Rates {
     }
 }
 
-/// Who has control.
+/// The lease of control over the vehicle.
 #[derive(Debug, Default)]
 pub struct Leases {
     held: Mutex<Option<Held>>,
@@ -203,7 +203,7 @@ struct Held {
 /// The answer to asking for control, or to using a lease.
 #[derive(Debug, PartialEq)]
 pub enum Claim {
-    /// It is yours: under this name, by this lease.
+    /// Control is the asker's, under this name, by this lease.
     Yours {
         /// The name.
         name: String,
@@ -217,7 +217,7 @@ pub enum Claim {
         /// Since when, UTC.
         since: String,
     },
-    /// Nobody has it.
+    /// Nobody has control.
     Free,
 }
 
@@ -242,7 +242,7 @@ impl Leases {
         }
     }
 
-    /// Who has control, as the bearer of a lease is answered. A lease that holds is renewed.
+    /// Answers the bearer of a lease who has control, and renews a lease that holds.
     pub fn claim(&self, lease: Option<&str>) -> Claim {
         let mut held = self.lock();
         let Some(holder) = held.as_mut() else {
@@ -268,7 +268,7 @@ impl Leases {
         *self.lock() = None;
     }
 
-    /// Who has control, as everybody may know.
+    /// Who has control, without anything that is secret.
     pub fn control(&self, lease: Option<&str>) -> Control {
         let is_you = matches!(self.claim(lease), Claim::Yours { .. });
         let held = self.lock();

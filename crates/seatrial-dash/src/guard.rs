@@ -114,7 +114,7 @@ fn admitted(shared: &Shared, peer: SocketAddr, request: &Request) -> Result<Call
 
 /// Why a request has no role.
 enum Refused {
-    /// It comes from another site, or asks for another server.
+    /// The request comes from another site, or asks for another server.
     Foreign(Refusal),
     /// Its token is not one of ours.
     WrongToken,

@@ -28,12 +28,12 @@ impl Refusal {
         Self::new(StatusCode::NOT_FOUND, "not_found", message)
     }
 
-    /// It cannot be done as things are.
+    /// The request conflicts with the state of the server.
     pub(crate) fn conflict(code: &'static str, message: impl ToString) -> Self {
         Self::new(StatusCode::CONFLICT, code, message)
     }
 
-    /// It was understood, but cannot be done.
+    /// The request was understood, but cannot be done.
     pub fn unprocessable(code: &'static str, message: impl ToString) -> Self {
         Self::new(StatusCode::UNPROCESSABLE_ENTITY, code, message)
     }

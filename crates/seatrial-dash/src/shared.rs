@@ -32,7 +32,7 @@ pub type Work = Box<dyn FnOnce() + Send>;
 pub struct Shared {
     /// The vehicles that trials may be run on.
     pub vehicles: Vec<Box<dyn TrialVehicle>>,
-    /// Those whose autopilot's gains may be tried.
+    /// The vehicles whose autopilot's gains may be tried.
     pub autopilots: Vec<Box<dyn GainsVehicle>>,
     pub logbook: PathBuf,
     /// For commands and reviews; trials have a writer of their own.

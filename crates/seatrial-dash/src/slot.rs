@@ -125,7 +125,7 @@ impl View for Shown {
         self.tap.started(TrialState::of(begun), &begun.plan);
     }
 
-    /// Nobody can take the place yet: who sees the end may begin the next trial.
+    /// Shows the end and frees the slot under one lock: a client that sees the end may begin the next trial.
     fn ended(&mut self, outcome: Option<Outcome>, warnings: &[String]) {
         let mut running = self.slot.running();
         self.tap.ended(outcome, warnings.to_vec());

@@ -34,7 +34,7 @@ const TOKENS: [&[u8]; 20] = [
 pub struct Damage(u64);
 
 impl Damage {
-    /// Of a seed.
+    /// The random numbers of this seed.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }

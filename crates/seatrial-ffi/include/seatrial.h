@@ -32,7 +32,7 @@
 #define SEATRIAL_SCHEDULE_POINTS 16
 
 /*
- Of the sizes and layouts in the header. Goes up with every change of them that a program notices.
+ Version of the sizes and layouts in the header. It goes up with every change of them that a program notices.
  */
 #define SEATRIAL_ABI 1
 

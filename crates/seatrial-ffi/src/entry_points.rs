@@ -7,7 +7,7 @@ use core::ffi::c_void;
 
 use crate::*;
 
-/// Of the sizes and layouts in the header. Goes up with every change of them that a program notices.
+/// Version of the sizes and layouts in the header. It goes up with every change of them that a program notices.
 pub const SEATRIAL_ABI: u32 = 1;
 /// The library's version.
 pub const SEATRIAL_VERSION_MAJOR: u32 = 0;

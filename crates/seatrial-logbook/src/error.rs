@@ -33,7 +33,7 @@ pub enum Error {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause, in words.
         cause: String,
     },
     /// The file holds something that no seatrial writes.
@@ -46,7 +46,7 @@ pub enum Error {
         /// What is wrong with it.
         found: String,
     },
-    /// It holds no such campaign.
+    /// The logbook holds no such campaign.
     #[error("{path}: no campaign {wanted}; it holds {held}", path = .path.display())]
     NoCampaign {
         /// The file.

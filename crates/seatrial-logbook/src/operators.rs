@@ -16,7 +16,7 @@ pub struct NewCommand<'a> {
     pub actor: &'a str,
     /// From which network address.
     pub address: &'a str,
-    /// What.
+    /// The command.
     pub command: &'a str,
     /// With which particulars, JSON.
     pub details: &'a str,
@@ -35,7 +35,7 @@ pub struct CommandEntry {
     pub actor: String,
     /// From which network address.
     pub address: String,
-    /// What.
+    /// The command.
     pub command: String,
     /// With which particulars, JSON.
     pub details: String,
@@ -48,15 +48,15 @@ pub struct CommandEntry {
 pub struct Review {
     /// May it be used?
     pub accepted: bool,
-    /// Why.
+    /// The reviewer's reason.
     pub note: String,
-    /// Whose word.
+    /// Name of the reviewer.
     pub reviewer: String,
     /// UTC, ISO 8601.
     pub time: String,
 }
 
-/// Who conducted a trial, where, and on what firmware. What nobody said is `None`.
+/// The operator of a trial, its place, and the firmware. What was not stated is `None`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Circumstances {
     /// Who.
@@ -161,7 +161,7 @@ impl Logbook {
         })
     }
 
-    /// Who conducted a campaign, and where; nothing is known of one where nobody said so.
+    /// The operator, place and firmware of a campaign; all `None` where they were not stated.
     pub fn circumstances(&self, campaign: CampaignId) -> Result<Circumstances, Error> {
         let entered: Vec<String> = self.reading(collect(
             &self.connection,

@@ -15,14 +15,14 @@ use seatrial::record::Window;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "state")]
 pub enum State {
-    /// It ended in an orderly way.
+    /// The campaign ended in an orderly way.
     Ended {
-        /// How.
+        /// How it ended.
         outcome: Outcome,
     },
-    /// It has no outcome yet: it is running, or was killed since the logbook was last opened for writing.
+    /// The campaign has no outcome yet: it is running, or was killed since the logbook was last opened for writing.
     Unfinished,
-    /// It was killed: its finished runs and the samples of the unfinished one are kept.
+    /// The campaign was killed: its finished runs and the samples of the unfinished one are kept.
     Interrupted,
 }
 

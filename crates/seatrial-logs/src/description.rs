@@ -182,7 +182,7 @@ pub struct Counts {
     pub invalid: u64,
     /// The time of the sample before.
     pub repeated_time: u64,
-    /// Those of them with another heading or rudder: the clock does not tell such rows apart.
+    /// Rows with the time of another and another heading or rudder: the clock does not tell them apart.
     #[serde(skip)]
     pub differing_at_a_time: u64,
     /// Earlier than the sample before.

@@ -93,7 +93,7 @@ pub enum Fault {
         "line {line}: the first line is numbers ({found}); expected column names: put a line such as `time_s,heading_rad,rudder_rad` above it"
     )]
     NoHeader {
-        /// Where.
+        /// Line of the file, from 1.
         line: u64,
         /// The line.
         found: String,
@@ -122,7 +122,7 @@ pub enum Fault {
         "line {line} is longer than {limit} bytes; expected one sample a line: is a quotation mark left open, or is this not CSV?"
     )]
     LineTooLong {
-        /// Where.
+        /// Line of the file, from 1.
         line: u64,
         /// The most that is read.
         limit: usize,
@@ -130,7 +130,7 @@ pub enum Fault {
     /// More columns than any log has.
     #[error("line {line} has more than {limit} columns; export only the channels that are needed")]
     TooManyColumns {
-        /// Where.
+        /// Line of the file, from 1.
         line: u64,
         /// The most that is read.
         limit: usize,
@@ -250,7 +250,7 @@ pub enum Fault {
         "{place}, column `{column}`: found {found:?}, expected {expected}; correct it, or leave such rows out with --drop-invalid"
     )]
     NotANumber {
-        /// Where.
+        /// The place in the log.
         place: Place,
         /// Column.
         column: String,
@@ -264,7 +264,7 @@ pub enum Fault {
         "{place}, column `{column}`: found {found}, expected a finite number; correct it, or leave such rows out with --drop-invalid"
     )]
     NotFinite {
-        /// Where.
+        /// The place in the log.
         place: Place,
         /// Column.
         column: String,
@@ -276,7 +276,7 @@ pub enum Fault {
         "{place}, column `{column}`: {quantity} has no unit and looked like {unit}, but here it is {found}; say which with --unit {quantity}=UNIT"
     )]
     UnitContradicted {
-        /// Where.
+        /// The place in the log.
         place: Place,
         /// Column.
         column: String,
@@ -292,7 +292,7 @@ pub enum Fault {
         "{place}, column `{column}`: time goes back from {before} s to {after} s; expected increasing time: split the log there, or leave such rows out with --drop-invalid"
     )]
     TimeReversed {
-        /// Where.
+        /// The place in the log.
         place: Place,
         /// Column.
         column: String,
@@ -306,7 +306,7 @@ pub enum Fault {
         "{place}: found {found} cells, expected {expected} as in the header; correct it, or leave such rows out with --drop-invalid"
     )]
     Ragged {
-        /// Where.
+        /// The place in the log.
         place: Place,
         /// Cells in the row.
         found: usize,

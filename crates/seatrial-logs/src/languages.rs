@@ -4,9 +4,9 @@ use crate::Quantity;
 
 /// What a quantity is called in other languages, lower case without separators.
 pub(crate) struct Names {
-    /// It and nothing else.
+    /// Words that mean the quantity and nothing else.
     pub clear: &'static [&'static str],
-    /// It, or something near it: a command, a course, a speed over ground.
+    /// Words that mean the quantity or something near it: a command, a course, a speed over ground.
     pub vague: &'static [&'static str],
 }
 

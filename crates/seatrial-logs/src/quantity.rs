@@ -11,7 +11,7 @@ use crate::unit::Dimension;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
-    /// When.
+    /// Time of the sample.
     Time,
     /// Heading psi.
     Heading,

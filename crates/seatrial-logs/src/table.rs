@@ -11,7 +11,7 @@ use crate::{Quantity, Unit};
 /// One cell of a row.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Cell {
-    /// Nothing there.
+    /// The cell is empty.
     Missing,
     Number(f64),
     Instant(Timestamp),

@@ -22,7 +22,7 @@ pub enum MessageClock {
     BootMilliseconds,
     /// 32 bits, which start again after 71 minutes.
     BootMicroseconds,
-    /// It has no time.
+    /// The message has no time.
     None,
 }
 

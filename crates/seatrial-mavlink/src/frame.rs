@@ -26,7 +26,7 @@ const MOST_WAITING: usize = 1 << 16;
 /// A frame with the right checksum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// Who sent it.
+    /// The sender of the frame.
     pub sender: Sender,
     /// Counts the sender's frames.
     pub sequence: u8,

@@ -34,9 +34,9 @@ fn index_of(id: u32) -> Option<usize> {
 pub struct Frame {
     /// Index in [`LOGGED`].
     pub message: Option<usize>,
-    /// Who sent it.
+    /// The sender of the message.
     pub sender: Sender,
-    /// Of the stamp and the frame.
+    /// Length of the time stamp and the frame together, bytes.
     pub length: usize,
     /// Time of arrival, us since 1970.
     pub arrival_us: f64,

@@ -345,7 +345,7 @@ messages! {
 }
 
 impl Heartbeat {
-    /// Of a ground station, which has no autopilot.
+    /// The heartbeat of a ground station, which has no autopilot.
     pub const GROUND_STATION: Self = Self {
         custom_mode: 0,
         kind: 6,

@@ -1,6 +1,6 @@
 //! Who sends frames.
 
-/// Who sent a frame: system and component.
+/// The sender of a frame: system and component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Sender {
     /// System id, of a vehicle or a ground station.

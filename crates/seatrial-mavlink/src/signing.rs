@@ -46,10 +46,10 @@ pub enum KeyError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
-    /// It is no key.
+    /// The file holds no key.
     #[error(
         "{}: expected a signing key, 32 bytes or 64 hexadecimal digits; found {length} bytes that are neither",
         path.display()
@@ -100,13 +100,13 @@ impl Key {
 /// Why a frame is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum Refused {
-    /// It has no signature.
+    /// The frame has no signature.
     #[error("no signature")]
     Unsigned,
     /// Another key signed it, or it was changed.
     #[error("a signature by another key")]
     Forged,
-    /// It was sent before.
+    /// The frame was sent before.
     #[error("an old timestamp")]
     Replayed,
 }

@@ -11,7 +11,7 @@ use crate::vehicle::{INTERVAL_S, Vehicle};
 const HEADER: &str = "samples,a22_per_s,b2_per_s2,c0_rad_per_s2,a22_low,a22_high,b2_low,b2_high,\
 c0_low,c0_high,p11,p12,p13,p22,p23,p33\n";
 
-/// Of this many samples one is kept: software that emulates double precision on an emulated processor is slow.
+/// One sample in this many is kept: double precision in software, on an emulated processor, is slow.
 const THINNED: u32 = 4;
 const KEPT: usize = 80;
 

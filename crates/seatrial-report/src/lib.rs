@@ -54,7 +54,7 @@ pub struct About<'a> {
     pub started: Option<&'a str>,
     /// Where it was.
     pub place: Option<&'a str>,
-    /// Who conducted it.
+    /// The operator of the trial.
     pub operator: Option<&'a str>,
     /// What the vehicle's autopilot runs.
     pub firmware: Option<&'a str>,

@@ -121,7 +121,7 @@ impl Instruments {
         }
     }
 
-    /// Of a heading that goes on at a constant rate r: e = tau r + (e_0 - tau r) exp(-t/tau).
+    /// The lag of a compass behind a heading that goes on at a constant rate r: e = tau r + (e_0 - tau r) exp(-t/tau).
     fn lag(&self, before: &Moment, time_s: f64, motion: &Motion) -> f64 {
         let (lag_s, interval_s) = (self.sensors.compass.lag_s, time_s - before.time_s);
         if lag_s == 0.0 || interval_s <= 0.0 {

@@ -72,7 +72,7 @@ pub enum Request {
         /// What is said besides.
         #[serde(default)]
         stated: Stated,
-        /// Which.
+        /// The form of the file.
         form: Form,
     },
     /// A simulated trial; its log is held under the name `simulated.csv`.

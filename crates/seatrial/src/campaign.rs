@@ -210,7 +210,7 @@ impl Campaign {
     }
 
     /// What speaks against one and the same vehicle having run the accepted runs of all speeds; empty where nothing does.
-    /// Of pitch it is not known how the parameters change over speed: nothing is held against each other.
+    /// Always empty for pitch, where it is not known how the parameters change over speed.
     pub fn contradictions(&self) -> Vec<Reason> {
         if self.axis == Axis::Pitch {
             return Vec::new();

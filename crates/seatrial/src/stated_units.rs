@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Who says in which unit a column is.
+/// Where the unit of a column comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Origin {
@@ -11,7 +11,7 @@ pub enum Origin {
     Given,
     /// The log.
     Stated,
-    /// Nobody: it was taken from the values.
+    /// Nobody stated it: it was inferred from the values.
     Assumed,
 }
 
@@ -20,7 +20,7 @@ pub enum Origin {
 pub struct ColumnUnit {
     /// Numbers in the column for one SI unit: 57.3 for degrees.
     pub per_si: f64,
-    /// Who says so.
+    /// Where the unit comes from.
     pub origin: Origin,
 }
 

@@ -40,7 +40,7 @@ pub struct TimeScale {
 pub struct ChosenLambda {
     /// Pole of the state variable filter, rad/s.
     pub lambda_rad_s: f64,
-    /// Why.
+    /// How it was chosen.
     pub because: LambdaReason,
 }
 

@@ -24,7 +24,7 @@ pub struct Order<'a> {
     pub stop: &'a AtomicBool,
 }
 
-/// Who gets reports in words on how it goes.
+/// Called with a sentence about each step of a commission.
 pub type Progress<'a> = &'a mut dyn FnMut(&str);
 
 /// Tries the old settings, writes the new ones, tries them, keeps them or puts the old ones back; then hands the vehicle back,

@@ -42,7 +42,7 @@ use seatrial_logbook::Keeper;
 
 use crate::TrialPlan;
 
-/// Whoever watches or records a trial. None of it can stop the trial except [`Watch::wants_abort`].
+/// Observes or records a trial. Only [`Watch::wants_abort`] can end it.
 pub trait Watch {
     /// A run begins.
     fn run_started(&mut self, _number: u32, _thrust: f64, _attempt: u32) {}
@@ -90,7 +90,7 @@ impl Pace {
     }
 }
 
-/// Nobody watches.
+/// An observer that ignores everything.
 #[derive(Clone, Copy, Debug)]
 pub struct Unwatched;
 

@@ -46,7 +46,7 @@ pub struct IdentificationDocument {
     pub valid_range: Option<ValidRange>,
     /// May the model be used?
     pub verdict: Verdict,
-    /// Of a log with several manoeuvres: the model of each speed; the model above is the surest of them.
+    /// The model of each speed, where the log has several manoeuvres; the model above is the surest of them.
     pub models: Option<Vec<SpeedModel>>,
 }
 

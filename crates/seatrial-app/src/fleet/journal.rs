@@ -57,9 +57,9 @@ pub enum JournalError {
     OtherOptions {
         /// The journal.
         path: PathBuf,
-        /// Of that job.
+        /// The settings of the interrupted job.
         found: String,
-        /// Of this one.
+        /// The settings of this job.
         expected: String,
     },
     /// Another process writes it.
@@ -80,7 +80,7 @@ pub enum JournalError {
 pub struct Summary {
     /// Logs, or runs where a column tells them apart.
     pub logs: u64,
-    /// Of these, done before the job was resumed.
+    /// How many of these were done before the job was resumed.
     pub done_before: u64,
     /// Rows with a manoeuvre.
     pub manoeuvres: u64,

@@ -52,7 +52,7 @@ pub enum NotFound {
     /// A folder or list that cannot be read.
     #[error("{}: {source}", .path.display())]
     Io {
-        /// Which.
+        /// The path or pattern.
         path: PathBuf,
         /// What the system said.
         source: io::Error,

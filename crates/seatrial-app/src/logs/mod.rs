@@ -55,7 +55,7 @@ impl ReadSettings {
     }
 }
 
-/// Who gets reports while a log is read and identified.
+/// Receives reports while a log is read and identified.
 pub trait Observer {
     /// A log was opened: which channels are read in which units.
     fn opened(&mut self, _path: &Path, _description: &LogDescription, _servo: Option<Servo>) {}

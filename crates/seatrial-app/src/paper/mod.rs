@@ -32,9 +32,9 @@ impl Printed {
 pub enum Agreement {
     /// The recomputed value rounds to the printed one.
     Agrees,
-    /// It does for some values that the inputs had before they were rounded for print.
+    /// The figure follows for some values that the inputs had before they were rounded for print.
     WithinInputRounding,
-    /// It does for none.
+    /// The figure follows for none of these values.
     Differs,
 }
 

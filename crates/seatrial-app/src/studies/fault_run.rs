@@ -48,7 +48,7 @@ pub struct Ending {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(untagged)]
 pub enum Why {
-    /// It was aborted.
+    /// The trial was aborted.
     Aborted(AbortReason),
     /// A run was rejected.
     Rejected(ReasonCode),
@@ -86,7 +86,7 @@ pub struct Rehearsal {
 }
 
 impl Rehearsal {
-    /// Of a vehicle and a plan.
+    /// A run of this plan on this vehicle.
     pub fn new(config: SimulatedConfig, plan: Plan<f64>) -> Self {
         Self {
             config,

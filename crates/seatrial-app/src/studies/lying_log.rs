@@ -40,7 +40,7 @@ pub struct Ending {
 }
 
 impl Ending {
-    /// Of a log read and identified as `seatrial identify` does.
+    /// The outcome of a log that is read and identified as `seatrial identify` does, held against its truth.
     pub fn of(path: &Path, options: &Options, truth: &Truth) -> Self {
         match identify_log(path, options) {
             Ok(identified) => Self::of_identified(&identified, truth),

@@ -13,7 +13,7 @@ pub enum NotAgain {
     /// Its plan cannot be read.
     #[error("the campaign's plan: {0}")]
     Plan(#[from] toml::de::Error),
-    /// It was not at this thrust.
+    /// The campaign has no run at this thrust.
     #[error("campaign {campaign} has no speed of thrust {thrust}")]
     NoSuchThrust {
         /// Number of the campaign.

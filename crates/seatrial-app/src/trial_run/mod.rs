@@ -66,11 +66,11 @@ pub struct Sinks {
     pub recording: Option<Recording>,
     /// Where each sample is shown with its estimate.
     pub rows: Vec<Box<dyn RowWriter>>,
-    /// Who is shown the trial.
+    /// Views of the trial.
     pub views: Vec<Box<dyn View>>,
 }
 
-/// Who is shown a trial from its entry in the logbook to its end. It cannot hold the trial up.
+/// A view of a trial from its entry in the logbook to its end. It cannot delay the trial.
 pub trait View: Watch {
     /// The campaign is in the logbook, and its first sample comes next.
     fn begun(&mut self, _begun: &Begun) {}
@@ -93,7 +93,7 @@ pub struct Begun {
     pub plan: TrialPlan,
     /// How many times faster than real time it runs; `None` is as fast as it can.
     pub realtime_factor: Option<f64>,
-    /// When.
+    /// When it begins.
     pub time: SystemTime,
 }
 

@@ -86,7 +86,7 @@ pub enum VehicleError {
     /// Its name, a setting or the plan does not fit it.
     #[error("{0}")]
     Setting(String),
-    /// It cannot be read, made or reached.
+    /// The vehicle cannot be read, made or reached.
     #[error("{0}")]
     Unreachable(String),
     /// It, or whoever was asked, refused the trial; nothing was changed or all was put back.
@@ -103,7 +103,7 @@ impl VehicleError {
         Self::Setting(message.to_string())
     }
 
-    /// It cannot be read, made or reached.
+    /// The vehicle cannot be read, made or reached.
     pub fn unreachable(message: impl Display) -> Self {
         Self::Unreachable(message.to_string())
     }
@@ -226,7 +226,7 @@ pub struct Change {
     pub from: f64,
     /// What it will be until the hand-back.
     pub to: f64,
-    /// Why.
+    /// Why the parameter is changed.
     pub why: String,
 }
 

@@ -5,7 +5,7 @@ use seatrial_links::handover::{Change, Check, Preflight};
 
 use crate::trial_run::VehicleError;
 
-/// Who attends a vehicle: is told what is found and done, and agrees to it.
+/// The person or program that attends a vehicle: is told what is found and done, and agrees to it.
 pub trait Attendant: Send + Sync {
     /// A sentence of what was found or done.
     fn tell(&self, text: &str);

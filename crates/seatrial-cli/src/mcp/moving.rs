@@ -18,7 +18,7 @@ pub enum Lock {
     AskedAtTheTerminal,
 }
 
-/// So long is waited for a person.
+/// How long the program waits for a person to agree.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// What is to be done on a vehicle.

@@ -133,7 +133,7 @@ pub struct Hypotheses {
 }
 
 impl Hypotheses {
-    /// Of a record; `start` is any model of the vehicle.
+    /// The mixture for a record; `start` is any model of the vehicle.
     pub fn of(record: Series<'_>, start: Option<YawModel<f64>>) -> Result<Self, RefineFailure> {
         let span = Span::of(record.heading_rad.len(), record.interval_s.iter().sum())?;
         let damping_per_s = span.first_damping(record, start)?;

@@ -193,9 +193,9 @@ impl<const N: usize> Transition<N> {
 /// The symmetric P, above its diagonal.
 #[derive(Clone, Copy, Debug)]
 struct Covariance<const N: usize> {
-    /// Of the heading with heading, yaw rate and disturbance.
+    /// Covariances of the heading with heading, yaw rate and disturbance.
     psi: [Lanes<N>; 3],
-    /// Of the yaw rate with itself and the disturbance.
+    /// Covariances of the yaw rate with itself and the disturbance.
     r: [Lanes<N>; 2],
     d: Lanes<N>,
 }

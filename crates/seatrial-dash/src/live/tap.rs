@@ -81,7 +81,7 @@ impl Tap {
         let _ = is_shown.recv_timeout(SHOWN_WITHIN);
     }
 
-    /// It is over and the vehicle handed back.
+    /// The trial is over and the vehicle handed back.
     pub fn ended(&self, outcome: Option<seatrial_core::Outcome>, warnings: Vec<String>) {
         self.send(Report::Ended {
             outcome: outcome.map(Outcome::from),

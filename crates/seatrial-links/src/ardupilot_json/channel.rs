@@ -17,7 +17,7 @@ pub struct Channel {
 /// Text that is no channel.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum ChannelError {
-    /// It has another form.
+    /// The text has another form.
     #[error("{0}: expected NUMBER or NUMBER:MIN:TRIM:MAX in us, as in 1:1100:1500:1900")]
     Form(String),
     /// There is no channel of this number.

@@ -24,7 +24,7 @@ const OPTIONAL_S: f64 = 1.5;
 const CHANGE_S: f64 = 6.0;
 /// The autopilot's ground station failsafe acts this long after our last heartbeat, s.
 const STATION_S: f64 = 0.3;
-/// It looks for heartbeats so often, s, and acts one look after it has missed them.
+/// Interval at which the autopilot looks for heartbeats, s; it acts one look after it has missed them.
 const LOOK_S: f64 = 0.1;
 /// FS_ACTION that holds the vehicle.
 const HOLD: f64 = 2.0;

@@ -9,7 +9,7 @@ pub enum Stop {
     /// The operator asked for it.
     #[error("the operator asked for it")]
     Operator,
-    /// Nothing comes from it.
+    /// The autopilot sends nothing.
     #[error("nothing has come from the vehicle for {0:.1} s")]
     Silence(f64),
     /// Its clock has started again.
@@ -21,7 +21,7 @@ pub enum Stop {
     /// Somebody moved a stick.
     #[error("the pilot has moved channel {0}")]
     PilotStick(usize),
-    /// It was disarmed.
+    /// The vehicle was disarmed.
     #[error("the vehicle has been disarmed")]
     Disarmed,
     /// The battery is low.

@@ -22,7 +22,7 @@ pub struct Change {
     pub from: f64,
     /// What it will be until the hand-back.
     pub to: f64,
-    /// Why.
+    /// Why the parameter is changed.
     pub why: &'static str,
 }
 
@@ -38,7 +38,7 @@ pub struct Preflight {
 }
 
 impl Preflight {
-    /// Of a vehicle that has not been heard yet.
+    /// The preflight of a vehicle that has not been heard yet.
     pub(crate) fn begin() -> Self {
         Self {
             vehicle: "no vehicle".into(),

@@ -66,7 +66,7 @@ fn check_echo(samples: &[Sample<f64>], steer: f64, wiggle: &Wiggle, found: &mut 
 
 /// How a lost process is played.
 pub(crate) struct LostProcess {
-    /// Who must let go.
+    /// The name of what must let go of the rudder.
     pub who: &'static str,
     /// Duration of the deflection before, s.
     pub deflected_s: f64,

@@ -24,11 +24,11 @@ pub trait Wire {
 /// Where a vehicle is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Address {
-    /// It sends to us here.
+    /// The vehicle sends to this address of ours.
     UdpIn(String),
-    /// It listens there.
+    /// The vehicle listens at this address.
     UdpOut(String),
-    /// It listens there for a connection.
+    /// The vehicle listens at this address for a connection.
     Tcp(String),
     /// A device and its baud rate.
     Serial(String, u32),

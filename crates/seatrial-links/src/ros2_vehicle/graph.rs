@@ -46,7 +46,7 @@ pub struct Demand {
     pub thrust: f64,
 }
 
-/// Who takes our commands and who gives others.
+/// Subscribers to our commands, and other publishers of commands.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Matched {
     /// Topics of commands to which nobody subscribes.
@@ -78,7 +78,7 @@ pub trait Graph {
     fn command(&mut self, demand: Demand);
     /// Calls the vehicle's own service; the answer is [`Heard::Answered`].
     fn enable(&mut self, is_on: bool);
-    /// Who takes our commands, who gives others, and whether the vehicle's own service is there.
+    /// Subscribers to our commands, other publishers of commands, and whether the vehicle's own service is there.
     fn matched(&self) -> Matched;
     /// Publishes a diagnosis.
     fn diagnose(&mut self, diagnosis: &Diagnosis);

@@ -11,7 +11,7 @@ pub enum Stop {
     /// Somebody called a service.
     #[error("the service {0} was called")]
     Called(String),
-    /// Nothing comes from it.
+    /// The vehicle sends nothing.
     #[error("no sample has come from the vehicle for {0:.1} s")]
     Silence(f64),
     /// Stamps went back.

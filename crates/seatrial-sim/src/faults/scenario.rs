@@ -74,7 +74,7 @@ pub enum Onset {
     Time(f64),
     /// In a stage.
     Stage {
-        /// Which.
+        /// The stage.
         stage: Moment,
         /// The time that it begins, 1 for the first.
         run: u32,
@@ -89,7 +89,7 @@ pub enum Onset {
 pub struct Random {
     /// How many.
     pub count: u32,
-    /// Of which kinds; any that the vehicle can play where absent.
+    /// The kinds of faults to draw from; where absent, all that the vehicle can play.
     pub kinds: Option<Vec<Kind>>,
     /// Not before, s.
     #[serde(default)]
@@ -106,7 +106,7 @@ pub enum ScenarioError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
     /// The text is not a scenario.

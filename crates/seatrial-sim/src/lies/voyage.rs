@@ -68,7 +68,7 @@ impl Fin {
     }
 }
 
-/// Who steers, and what for.
+/// The pilot that steers a voyage.
 struct Pilot {
     reference_rad: f64,
     zig_zag_side: f64,

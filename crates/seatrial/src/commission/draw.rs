@@ -19,7 +19,7 @@ impl Draw {
         ((z ^ (z >> 31)) >> 11) as f64 / 2_f64.powi(53)
     }
 
-    /// Of mean 0 and standard deviation 1: the sum of twelve even draws less six, which no tail beyond 6 has.
+    /// A draw with mean 0 and standard deviation 1: the sum of twelve uniform draws less six, never beyond 6.
     pub fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
     }

@@ -51,7 +51,7 @@ pub struct Parameter {
     pub interval_95: Option<[f64; 2]>,
     /// Is it a limit of what the vehicle does under full rudder?
     pub is_limit: bool,
-    /// Of a limit that is extrapolated: its value at the largest rudder of the record.
+    /// Value at the largest rudder of the record, where the limit is extrapolated.
     pub seen: Option<f64>,
 }
 

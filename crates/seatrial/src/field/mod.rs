@@ -67,7 +67,7 @@ pub enum FieldError {
     NoTurn {
         /// Thrust.
         thrust: f64,
-        /// Why.
+        /// The cause.
         reason: NoTurn,
     },
     /// The track is no circle.
@@ -75,7 +75,7 @@ pub enum FieldError {
     NoCircle {
         /// Thrust.
         thrust: f64,
-        /// Why.
+        /// The cause.
         reason: NoCircle,
     },
     /// The yaw rate cannot be derived.

@@ -54,11 +54,11 @@ pub struct Repeatability {
     pub thrust: f64,
     /// One entry a trial.
     pub repeats: Vec<Repeat>,
-    /// Of a22, 1/s.
+    /// Spread of a22, 1/s.
     pub a22_per_s: Spread,
-    /// Of b2, 1/s^2.
+    /// Spread of b2, 1/s^2.
     pub b2_per_s2: Spread,
-    /// Of K_p, rad/rad: without intervals.
+    /// Least and greatest K_p, rad/rad.
     pub proportional_gain: [f64; 2],
     /// Least and greatest R (50), m.
     pub u_turn_mean_radius_m: [f64; 2],

@@ -86,7 +86,7 @@ pub struct WatchedWindow {
 /// Time that could not be watched.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Skipped {
-    /// Why.
+    /// Why the mission gives no answer.
     pub because: String,
     /// How long altogether, s.
     pub duration_s: f64,

@@ -120,7 +120,7 @@ impl<'a> Checked<'a> {
     }
 }
 
-/// Of the models of higher order the one whose simulation is nearest to the heading of validation data; the likeliest where
+/// The model of higher order whose simulation is nearest to the heading of validation data; the likeliest one where
 /// there are none.
 fn higher_order(
     models: &[SecondOrder],

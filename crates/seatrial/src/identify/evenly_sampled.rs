@@ -165,7 +165,7 @@ impl<'a> EvenlySampled<'a> {
 struct Regression {
     settings: FixedRateSettings<f64>,
     step: FilterStep<f64>,
-    /// Of heading and rudder, from the first sample on.
+    /// Filters of heading and rudder, from the first sample on.
     filters: Option<[StateVariableFilter<f64>; 2]>,
     sums: NormalEquations,
 }

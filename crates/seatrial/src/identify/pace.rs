@@ -11,11 +11,11 @@ const SHORTER: f64 = 0.1;
 /// Intervals at which the channels of a log are renewed, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pace {
-    /// Of the rows.
+    /// Interval of the rows, s.
     pub row_s: f64,
-    /// Of the heading.
+    /// Interval at which the heading is renewed, s.
     pub heading_s: f64,
-    /// Of the rudder; no less than that of the rows, and just that where it hardly moved.
+    /// Interval at which the rudder is renewed, s; at least that of the rows, and equal to it where the rudder hardly moved.
     pub rudder_s: f64,
 }
 
@@ -48,7 +48,7 @@ impl Pace {
         })
     }
 
-    /// The slowest, s.
+    /// The larger of the intervals of heading and rudder, s.
     pub fn slowest_s(&self) -> f64 {
         self.heading_s.max(self.rudder_s)
     }

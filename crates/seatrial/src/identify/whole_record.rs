@@ -41,7 +41,7 @@ pub struct WholeRecord {
 
 /// The robust estimate of a record: lag, timing, disturbance and error of the model in one likelihood, beside the nearest simulation.
 ///
-/// Of a record of more than 10 000 samples only the most excited segment is used. `samples` are finite and increase in time;
+/// A record of more than 10 000 samples is cut to its most excited segment. `samples` are finite and increase in time;
 /// headings may be wrapped.
 pub fn robust_estimate(samples: &[Sample<f64>]) -> Result<WholeRecord, RefineFailure> {
     robust_estimate_behind(samples, None)

@@ -59,7 +59,7 @@ pub(super) fn doubts(samples: &[Sample<f64>], time_constant_s: f64) -> Vec<Doubt
     heading.into_iter().chain(rudder).filter(matters).collect()
 }
 
-/// Of rows that share a time the first is kept: what the rudder did at the others shows at the next time, a quarter of the
+/// The first of the rows that share a time is kept: what the rudder did at the others shows at the next time, a quarter of the
 /// interval late on average.
 pub(super) fn shared_times(samples: &[Sample<f64>], time_constant_s: f64) -> Option<Doubt> {
     let interval_s = median_interval_s(samples)?;

@@ -20,7 +20,7 @@ const LARGEST_RUDDER_RAD: f64 = 1.6;
 /// Rudders are used up to these angles.
 const USUAL_RUDDER_RAD: f64 = 0.7;
 const USUAL_RUDDER_DEG: f64 = 46.0;
-/// Nobody logs a manoeuvre at longer intervals, s; milliseconds of 20 Hz are 50.
+/// No manoeuvre is logged at longer intervals, s; a clock in milliseconds at 20 Hz shows 50.
 const LONGEST_INTERVAL_S: f64 = 40.0;
 /// The share from which a clock is doubted where every stamp is a whole number.
 const LONGEST_WHOLE_INTERVAL_S: f64 = 15.0;

@@ -35,9 +35,9 @@ const AMPLITUDE_STEP_RAD: f64 = 0.001;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Target {
-    /// Of a22; `None` does not matter.
+    /// Half width of the interval of a22 as a fraction of it; `None` where it does not matter.
     pub a22: Option<f64>,
-    /// Of b2; `None` does not matter.
+    /// Half width of the interval of b2 as a fraction of it; `None` where it does not matter.
     pub b2: Option<f64>,
 }
 

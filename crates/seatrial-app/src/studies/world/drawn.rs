@@ -37,9 +37,9 @@ impl Depth {
 /// What happens besides the vehicle's own faults.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interruption {
-    /// So far into the longest time that the trial can take, as a fraction.
+    /// When, as a fraction of the longest time that the trial can take.
     pub at: f64,
-    /// What.
+    /// What interrupts it.
     pub kind: Interrupted,
 }
 
@@ -67,7 +67,7 @@ pub struct World {
     pub plan: Plan<f64>,
     /// The vehicle's faults.
     pub faults: Vec<Fault>,
-    /// Who interrupts the trial.
+    /// How the trial is interrupted, if it is.
     pub interruption: Option<Interruption>,
     /// For what else is left to chance.
     pub chance: Chance,

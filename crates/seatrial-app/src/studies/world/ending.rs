@@ -26,14 +26,14 @@ pub struct Ending {
     pub neutral_after_s: Option<f64>,
     /// Accepted models beside the truth.
     pub models: Models,
-    /// Of all samples and actions.
+    /// Digest of all samples and actions, equal where a world was replayed exactly.
     pub digest: u64,
-    /// What is not as it must be.
+    /// The invariants that were broken.
     pub broken: Vec<String>,
 }
 
 impl Ending {
-    /// Of a world of which nothing is known yet.
+    /// The ending of a world before it has been played.
     pub fn of(world: &World) -> Self {
         Self {
             seed: world.seed,

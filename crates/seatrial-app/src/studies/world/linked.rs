@@ -205,7 +205,7 @@ fn conducted(
     Ok((backup, Some(autopilot.hand_back())))
 }
 
-/// Nobody holds the rudder long after what ends the trial could be known.
+/// Checks that the rudder is released soon after the link shows what ends the trial.
 fn check_rudder(sea: &Sea, weather: Weather, (at_s, mishap): (f64, Mishap), ending: &mut Ending) {
     let ends = ending.outcome != "finished" && mishap != Mishap::LinkLostForAWhile;
     let (Some(seen_s), true) = (sea.seen_s, ends) else {

@@ -9,7 +9,7 @@ use std::time::Duration;
 pub enum Station {
     /// A ground station that listens for datagrams.
     Udp(UdpSocket),
-    /// Whoever connects.
+    /// The station that connects.
     Tcp(TcpListener, Option<TcpStream>),
 }
 

@@ -85,7 +85,7 @@ fn yes() -> bool {
     true
 }
 
-/// Whose mapping of services.
+/// Which middleware's naming of services a vehicle uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Middleware {

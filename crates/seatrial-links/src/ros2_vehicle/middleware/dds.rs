@@ -70,7 +70,7 @@ fn qos(is_reliable: bool) -> QosProfile {
     }
 }
 
-/// Of commands: the newest counts, and publishing never waits.
+/// Quality of service of commands: only the newest counts, and publishing never waits.
 fn newest() -> QosProfile {
     qos(true).history(History::KeepLast { depth: 1 })
 }

@@ -84,9 +84,9 @@ pub struct Hypothesis {
     pub share: f64,
     /// Log of the probability of the record.
     pub log_evidence: f64,
-    /// Of the parameters.
+    /// Mean of the parameters.
     pub mean: [f64; PARAMETERS],
-    /// Of the parameters.
+    /// Covariance of the parameters.
     pub covariance: [[f64; PARAMETERS]; PARAMETERS],
 }
 

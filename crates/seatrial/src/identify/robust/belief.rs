@@ -130,11 +130,11 @@ impl Equations {
 /// What [`Equations::solve`] finds.
 #[derive(Clone, Copy, Debug)]
 pub struct Solution {
-    /// From the point to the best one.
+    /// Change of the parameters from the point to the best one.
     pub change: [f64; PARAMETERS],
-    /// Of the parameters.
+    /// Covariance of the parameters.
     pub covariance: [[f64; PARAMETERS]; PARAMETERS],
-    /// Of the information.
+    /// Logarithm of the determinant of the information.
     pub log_determinant: f64,
     /// Minus twice the log posterior at the best point, less the constants.
     pub square: f64,

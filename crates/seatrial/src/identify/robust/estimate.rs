@@ -73,9 +73,9 @@ pub struct RobustEstimate {
     pub source: Source,
     /// a22, b2, C0.
     pub theta: [f64; 3],
-    /// Of theta, with what the candidates disagree about.
+    /// Covariance of theta, with what the candidates disagree about.
     pub covariance: [[f64; 3]; 3],
-    /// Of theta, were lag and shift known to be as estimated: two records of one vehicle share them.
+    /// Covariance of theta with lag and shift held at their estimates, which two records of one vehicle share.
     pub covariance_given_delay: [[f64; 3]; 3],
     /// 95 % intervals of theta.
     pub interval_95: [[f64; 2]; 3],

@@ -85,7 +85,7 @@ fn applied(matrix: &Matrix, vector: &[f64; 3]) -> [f64; 3] {
     core::array::from_fn(|i| (0..3).map(|k| matrix[i][k] * vector[k]).sum())
 }
 
-/// Of each dynamics.
+/// One number for each set of dynamics that is computed side by side.
 type Lanes<const L: usize> = [f64; L];
 
 /// delta_a, r and psi at the end, and the sum of psi over the samples.
@@ -147,7 +147,7 @@ pub struct EvenResponses<'a, const L: usize> {
     held_until: &'a [usize],
     /// W and V of each rudder that acts in a comparison.
     of_rudder: Vec<Weights<L>>,
-    /// Of a rudder that is held.
+    /// Weights of a rudder that is held over the interval.
     of_held: Weights<L>,
     /// F^B and M.
     of_state: [[Lanes<L>; 3]; 4],

@@ -5,7 +5,7 @@ use super::normal::{below, density};
 /// A normal distribution and its part in a mixture.
 #[derive(Clone, Copy, Debug)]
 pub struct Normal {
-    /// Of all weights together 1.
+    /// Weight of the component; all weights add up to 1.
     pub weight: f64,
     /// Mean.
     pub mean: f64,

@@ -14,14 +14,14 @@ const SEGMENTS: usize = 10;
 pub struct Nearest {
     /// a22, b2, C0.
     pub theta: [f64; 3],
-    /// Of theta: of white noise, of errors correlated within a segment, and of the lag.
+    /// Covariance of theta from white noise, from errors correlated within a segment, and from the lag.
     pub covariance: [[f64; 3]; 3],
 }
 
 impl Nearest {
     /// Output error with lag and shift free, from the hypotheses without a disturbance.
     ///
-    /// Of a vehicle that is not of first order it predicts new manoeuvres best. It is biased where a controller feeds a disturbance of
+    /// For a vehicle that is not of first order it predicts new manoeuvres best. It is biased where a controller feeds a disturbance of
     /// the sea back into the rudder.
     pub fn of(record: &Record, hypotheses: &Hypotheses) -> Self {
         const THETA: [usize; 3] = [A22, B2, C0];

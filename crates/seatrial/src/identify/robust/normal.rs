@@ -13,7 +13,7 @@ pub struct AboveZero {
     pub narrowing: f64,
 }
 
-/// Of a normal distribution of this mean and variance 1.
+/// The part above zero of a normal distribution with this mean and variance 1.
 pub fn above_zero(mu: f64) -> AboveZero {
     if mu > 8.0 {
         return AboveZero {

@@ -215,7 +215,7 @@ fn gram(around: &Linearised, noise: &Noise, prompt: bool) -> ([[f64; COLUMNS]; C
     }
 }
 
-/// Of these columns.
+/// The Gram matrix of these columns.
 fn gram_of<const N: usize>(
     around: &Linearised,
     noise: &Noise,

@@ -124,7 +124,7 @@ impl Record {
         }
     }
 
-    /// Of a rudder whose lag and shift are known from elsewhere, s.
+    /// The record with a lag and shift of the rudder that are known from elsewhere, s.
     pub fn delayed_by(self, known_delay_s: Option<f64>) -> Self {
         Self {
             known_delay_s,

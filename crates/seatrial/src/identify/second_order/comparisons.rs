@@ -24,7 +24,7 @@ pub(super) struct Comparisons {
     /// Rows of a comparison.
     pub(super) block: usize,
     pub(super) all: Vec<Comparison>,
-    /// Of a rudder that acts at once.
+    /// The rudder within each interval, where it acts at once.
     prompt: Vec<RudderWithin>,
     range_rad: f64,
     /// Were samples lost?
@@ -204,7 +204,7 @@ impl Comparison {
 }
 
 impl Half {
-    /// Of these intervals, a part of `count` samples.
+    /// The half of a comparison that these intervals make up, as a part of `count` samples.
     fn of(interval_s: &[f64], count: usize) -> Self {
         let duration_s: f64 = interval_s.iter().sum();
         let mut path = [0.0; 4];
@@ -230,7 +230,7 @@ impl Half {
 }
 
 impl RudderWithin {
-    /// Of the mean rudder, with its derivative, over each interval.
+    /// The rudder within intervals, from its mean over each of them and the derivative of that.
     fn of(means: &[[f64; 2]], interval_s: &[f64]) -> Self {
         let count = means.len() as f64;
         let within = |of: usize| besides_its_mean(means.iter().map(|mean| mean[of]), interval_s);

@@ -101,7 +101,7 @@ impl Comparisons {
         /// A step that promises less than this is not tried.
         const WORTH_A_LOOK: f64 = 0.1 * ARRIVED;
         const MOST_DAMPING: f64 = 1e4;
-        /// Who is promised less is near the summit, where the likelihood is a parabola.
+        /// A step that promises less than this is near the summit, where the likelihood is a parabola.
         const NEAR: f64 = 1.0;
         let mut summit = Summit {
             theta: *start,

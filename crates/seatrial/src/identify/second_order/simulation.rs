@@ -22,7 +22,7 @@ type Forced = [[f64; 3]; PARAMETERS];
 pub(super) struct Simulation {
     model: SwayYawModel,
     is_linear: bool,
-    /// Of a linear model over the halves of a comparison and over the whole.
+    /// Transitions of a linear model over the halves of a comparison; `linear` is that over the whole.
     halves: [Linear; 2],
     linear: Linear,
     /// Over the last comparison.
@@ -30,7 +30,7 @@ pub(super) struct Simulation {
     /// Parts of the last comparison between which the drift of a model with cross-flow damping changed its sign.
     parts: Vec<Part>,
     state: SwayYawState,
-    /// Of heading, yaw rate and drift.
+    /// Sensitivities of heading, yaw rate and drift to each parameter.
     sensitivities: [[f64; 3]; PARAMETERS],
 }
 

@@ -96,7 +96,7 @@ impl Tangent {
         }
     }
 
-    /// Of heading, yaw rate and drift.
+    /// The sensitivities of heading, yaw rate and drift at comparison `i`.
     pub(super) fn column(&self, i: usize) -> [f64; 3] {
         [self.heading[i], self.rate[i], self.drift[i]]
     }

@@ -79,7 +79,7 @@ fn decoded<M: DeserializeOwned>(bytes: &[u8]) -> Option<M> {
     read.ok().map(|(message, _)| message)
 }
 
-/// Who publishes or asks, which `rmw_zenoh` attaches to each message.
+/// Identifies a publisher or client, as `rmw_zenoh` attaches it to each message.
 struct Origin {
     _token: LivelinessToken,
     who: [u8; 16],
@@ -125,7 +125,7 @@ impl Outlet {
     }
 }
 
-/// Who calls the vehicle's own service.
+/// Calls the vehicle's own service.
 struct Client {
     entity: Entity,
     origin: Origin,
