@@ -559,7 +559,7 @@ typedef struct SeatrialEstimatorSettings {
    */
   SeatrialNumber initial_covariance;
   /*
-   Weight of a sample against the next, in (0, 1].
+   Factor on the weight of every earlier sample when the next one comes, in (0, 1]; 1 forgets nothing.
    */
   SeatrialNumber forgetting_factor;
   /*

@@ -67,7 +67,7 @@ pub struct SeatrialEstimatorSettings {
     pub lambda_rad_s: SeatrialNumber,
     /// P0 = this times I.
     pub initial_covariance: SeatrialNumber,
-    /// Weight of a sample against the next, in (0, 1].
+    /// Factor on the weight of every earlier sample when the next one comes, in (0, 1]; 1 forgets nothing.
     pub forgetting_factor: SeatrialNumber,
     /// Largest step of the estimate that counts as converged.
     pub convergence_threshold: SeatrialNumber,

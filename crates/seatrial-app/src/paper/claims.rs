@@ -245,7 +245,7 @@ fn figure_14() -> Vec<Claim> {
     ]
 }
 
-/// The paper's hand, with the effective rudder delta_max - delta0.
+/// The turn to the side that the paper gives, with the effective rudder delta_max - delta0.
 fn turn(a22: f64, b2: f64, delta0: f64) -> Turn<f64> {
     let model = YawModel::from_theta([a22, b2, b2 * delta0]);
     Turn::new(&model, RUDDER_LIMIT_RAD, Side::Port).expect("stable, with authority")

@@ -22,7 +22,7 @@ fn is_closed_within(mut stream: &TcpStream, limit: Duration) -> bool {
 
 /// They are turned away when there are too many of them, and cut off; who watches goes on watching.
 #[test]
-fn cli_who_dawdles_does_not_hold_the_server() {
+fn cli_slow_requests_do_not_hold_the_server() {
     let folder = tempfile::tempdir().unwrap();
     let server = Server::start(folder.path(), &[]);
     let mut viewer = server.viewer(&serde_json::json!({}));

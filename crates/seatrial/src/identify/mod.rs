@@ -80,7 +80,7 @@ const LEAST_PROBABILITY: f64 = 0.01;
 /// Identifies the yaw model from the training window of a record, and validates it on validation data.
 ///
 /// The filters are warmed on what the record holds before the window. The excitation counts as over when the
-/// rudder has been laid to both sides and comes back from the second: the end of a doublet, the end of
+/// rudder has been deflected to both sides and comes back from the second: the end of a doublet, the end of
 /// the first cycle of a zig-zag. From there on convergence is watched and the instrument is used.
 pub fn identify(
     record: &Record,
