@@ -24,15 +24,12 @@ pub const WAITING_EVENTS: usize = 8;
 /// from everywhere: limit exceeded or abort() -> neutral rudder -> heading hold, own thrust
 /// ```
 ///
-/// Pass every sample to [`step`](Trial::step) and carry out the action it returns. All times are
-/// the samples' own; a stage begins with the first sample at or after its time. The trial counts on
-/// nothing but that [`Sample::rudder_rad`] is what acts from the sample's time on: an action may take
-/// effect at any later sample.
-///
-/// A sample that the guard refuses moves neither estimate nor validation, but its sound parts
-/// are still held against the envelope, and its time, if sound, still ends a deflection.
-/// Limits are checked before a stage may end. After an abort the first action is neutral rudder and
-/// the next, whatever the sample, holds the last sound heading; both leave the thrust to the vehicle.
+/// Pass every sample to [`step`](Trial::step) and carry out the action it returns. All times are the samples' own; a stage begins
+/// with the first sample at or after its time. The trial counts on nothing but that [`Sample::rudder_rad`] is what acts from the
+/// sample's time on: an action may take effect at any later sample. A sample that the guard refuses moves neither estimate nor
+/// validation, but its sound parts are still held against the envelope, and its time, if sound, still ends a deflection. Limits
+/// are checked before a stage may end. After an abort the first action is neutral rudder and the next, whatever the sample, holds
+/// the last sound heading; both leave the thrust to the vehicle.
 #[derive(Clone, Copy, Debug)]
 pub struct Trial<T> {
     plan: Plan<T>,
@@ -136,8 +133,7 @@ impl<T: Real> Trial<T> {
         self.end(Outcome::Aborted(reason));
     }
 
-    /// The oldest event not yet taken. Take all of them after every step: beyond
-    /// [`WAITING_EVENTS`] the newest are lost.
+    /// The oldest event not yet taken. Take all of them after every step: beyond [`WAITING_EVENTS`] the newest are lost.
     pub fn take_event(&mut self) -> Option<Event<T>> {
         self.events.pop_front().flatten()
     }
@@ -401,7 +397,6 @@ impl<T: Real> Trial<T> {
     }
 
     fn tell(&mut self, event: Event<T>) {
-        // A caller that takes no events loses them, by contract.
         let _ = self.events.push(Some(event));
     }
 
