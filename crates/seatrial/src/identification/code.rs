@@ -104,6 +104,8 @@ pub enum ReasonCode {
     YawRateContradicts,
     /// The yaw rate has the opposite sense of the heading.
     YawRateReversed,
+    /// The yaw rate is later than the heading.
+    YawRateLate,
     /// Samples are too far apart for the vehicle.
     LoggedTooSlowly,
     /// The heading is refreshed more slowly than rows are written.
@@ -143,6 +145,7 @@ impl ReasonCode {
                 | Self::RejectedSamples
                 | Self::Quantised
                 | Self::YawRateReversed
+                | Self::YawRateLate
                 | Self::HeadingUnchecked
                 | Self::RudderUnchecked
                 | Self::AcceptedByOperator

@@ -184,6 +184,10 @@ fn of_compass_and_rudder(code: &ReasonCode) -> Option<Words> {
             "The heading is logged later than it was measured.",
             "Log the heading with the time of its measurement.",
         ),
+        ReasonCode::YawRateLate => same(
+            "The yaw rate is logged later than the heading.",
+            "Nothing for the model; filter the gyro less where a controller uses it.",
+        ),
         ReasonCode::HeadingHeld => same(
             "The heading changes less often than rows are written.",
             "Log every heading once, with the time of its measurement.",

@@ -7,6 +7,7 @@ use super::compass::CompassError;
 use super::error::IdentifyError;
 use super::explained::Explained;
 use super::intervals::reaching_validation;
+use super::late_yaw_rate::{record_in_time, with_yaw_rate_in_time};
 use super::log_statistics::LogStatistics;
 use super::prepared::Prepared;
 use super::second_order;
@@ -64,13 +65,22 @@ impl<'a> Checked<'a> {
         chosen: &'a Chosen,
         data: Option<ValidationData>,
     ) -> Result<Self, IdentifyError> {
-        let higher_order = higher_order(explained.higher_orders(), data)?;
-        let validation = data
+        let late_s = prepared.log.compass.yaw_rate_late_s();
+        let in_time = data.map(|data| record_in_time(&data, late_s));
+        let data_in_time = data
+            .zip(in_time.as_deref())
+            .map(|(data, record)| ValidationData {
+                record,
+                window: data.window,
+            });
+        let higher_order = higher_order(explained.higher_orders(), data_in_time)?;
+        let validation = data_in_time
             .map(|data| match chosen.lagging() {
                 Some(lagging) => second_order::validate(lagging, data.record, data.window),
                 None => validation::validate(chosen.model, data.record, data.window),
             })
             .transpose()?;
+        let training = with_yaw_rate_in_time(prepared.accepted, late_s);
         let is_apart =
             |data: &ValidationData| prepared.is_to_be_refined() && data.window != prepared.training;
         Ok(Self {
@@ -82,8 +92,8 @@ impl<'a> Checked<'a> {
             chosen,
             higher_order,
             training_fit: match chosen.lagging() {
-                Some(lagging) => second_order::goodness_of_fit(lagging, prepared.accepted),
-                None => validation::fit_by_the_clearer_rate(chosen.model, prepared.accepted),
+                Some(lagging) => second_order::goodness_of_fit(lagging, &training),
+                None => validation::fit_by_the_clearer_rate(chosen.model, &training),
             },
             validation,
             validation_rudder_amplitude_rad: data

@@ -1,6 +1,6 @@
 //! Did the compass and the gyro see the same turn?
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use seatrial_core::{Real, Sample};
 
 /// Length of the means before and after an instant, s.
@@ -11,6 +11,11 @@ const LEAST_ERROR_RAD: f64 = 0.03;
 const SIGNIFICANCE: f64 = 6.0;
 /// alpha, beta, kappa and tau.
 const TERMS: usize = 4;
+/// The largest shift between heading and yaw rate that is tried, s, and the change of it that ends the search.
+const LARGEST_SHIFT_S: f64 = 0.6;
+const LEAST_SHIFT_S: f64 = 1e-4;
+/// Each is linearised about the last: three are enough of a smooth turn.
+const SHIFTS: usize = 12;
 /// A gyro whose scale fits the compass so far, jumps included, is in the right unit and sense.
 const SCALE: [f64; 2] = [0.5, 2.0];
 
@@ -27,10 +32,17 @@ pub struct CompassError {
 }
 
 impl CompassError {
+    /// The time by which the yaw rate is later than the heading, s: a filter of the gyro's.
+    pub fn yaw_rate_late_s(&self) -> Option<f64> {
+        self.late_s
+            .filter(|late_s| *late_s < 0.0)
+            .map(|late_s| -late_s)
+    }
+
     /// Compares heading and yaw rate over a record.
     ///
     /// ```text
-    /// psi = alpha + beta t + kappa int r dt + tau r + e
+    /// psi(t) = alpha + beta t + kappa P(t + s) + tau r(t + s) + e,   P = int r dt
     /// ```
     ///
     /// | symbol | meaning |
@@ -38,7 +50,7 @@ impl CompassError {
     /// | psi, r | measured heading and yaw rate |
     /// | alpha, beta | first heading; bias of the gyro and drift of the compass |
     /// | kappa | 1 and the slope of the compass's deviation at its headings, over the scale of the gyro |
-    /// | tau | -kappa times the time by which the compass is later than the gyro |
+    /// | s | the time by which the gyro is later than the compass, moved by tau / kappa until tau is 0 |
     /// | e | what is left: a jump from its mean over 0.5 s to that of the next 0.5 s counts beyond 0.03 rad, six deviations of its noise and a step of the compass |
     ///
     /// Least squares over the record. Noise of the compass is white, that of the gyro walks in its integral, most in long records of slow
@@ -56,15 +68,14 @@ impl CompassError {
             .map(|s| s.yaw_rate_rad_s.filter(|r| r.is_finite()))
             .collect::<Option<_>>()?;
         let path = Path::of(samples, &rates);
-        let terms = DMatrix::from_fn(samples.len(), TERMS, |row, column| match column {
-            0 => 1.0,
-            1 => samples[row].time_s - first.time_s,
-            2 => path.turned_rad[row],
-            _ => rates[row],
-        });
-        let heading = DVector::from_vec(path.heading_rad);
-        let normal = (terms.transpose() * &terms).cholesky()?;
-        let found = normal.solve(&(terms.transpose() * &heading));
+        let heading = DVector::from_column_slice(&path.heading_rad);
+        let at_once = Aligned::of(&path, &heading, 0.0)?;
+        let Aligned {
+            shift_s,
+            terms,
+            normal,
+            found,
+        } = at_once.shifted(&path, &heading);
         if !(SCALE[0]..=SCALE[1]).contains(&found[2]) {
             return None;
         }
@@ -86,13 +97,65 @@ impl CompassError {
         Some(Self {
             largest_jump_rad,
             scale_error: significant(found[2] - 1.0, 2),
-            late_s: significant(-found[3], 3).map(|late| late / found[2]),
+            late_s: significant(found[3] + found[2] * shift_s, 3).map(|early| -early / found[2]),
         })
+    }
+}
+
+/// The least squares fit of the heading for one shift.
+struct Aligned {
+    /// The yaw rate is read so much later, s.
+    shift_s: f64,
+    terms: DMatrix<f64>,
+    normal: Cholesky<f64, Dyn>,
+    /// alpha, beta, kappa and tau.
+    found: DVector<f64>,
+}
+
+impl Aligned {
+    fn of(path: &Path, heading: &DVector<f64>, shift_s: f64) -> Option<Self> {
+        let turns: Vec<[f64; 2]> = path.times_s.iter().map(|t| path.at(t + shift_s)).collect();
+        let terms = DMatrix::from_fn(turns.len(), TERMS, |row, column| match column {
+            0 => 1.0,
+            1 => path.times_s[row],
+            2 => turns[row][0],
+            _ => turns[row][1],
+        });
+        let normal = (terms.transpose() * &terms).cholesky()?;
+        Some(Self {
+            shift_s,
+            found: normal.solve(&(terms.transpose() * heading)),
+            terms,
+            normal,
+        })
+    }
+
+    /// Gauss and Newton's steps to the shift that leaves no tau; as it is where they lead nowhere.
+    fn shifted(self, path: &Path, heading: &DVector<f64>) -> Self {
+        let mut shift_s = self.shift_s;
+        let mut step_s = self.found[3] / self.found[2];
+        for _ in 0..SHIFTS {
+            shift_s += step_s;
+            if shift_s.is_nan() || shift_s.abs() > LARGEST_SHIFT_S {
+                break;
+            }
+            let Some(next) = Self::of(path, heading, shift_s) else {
+                break;
+            };
+            step_s = next.found[3] / next.found[2];
+            if step_s.abs() < LEAST_SHIFT_S {
+                return next;
+            }
+        }
+        self
     }
 }
 
 /// Heading and integral of the yaw rate over a record.
 struct Path {
+    /// From the first sample, s.
+    times_s: Vec<f64>,
+    rates_rad_s: Vec<f64>,
     /// From the first sample, rad, unwrapped.
     heading_rad: Vec<f64>,
     /// The integral of the yaw rate, rad.
@@ -104,7 +167,10 @@ struct Path {
 
 impl Path {
     fn of(samples: &[Sample<f64>], rates: &[f64]) -> Self {
+        let first_s = samples.first().map_or(0.0, |s| s.time_s);
         let mut path = Self {
+            times_s: samples.iter().map(|s| s.time_s - first_s).collect(),
+            rates_rad_s: rates.to_vec(),
             heading_rad: vec![0.0],
             turned_rad: vec![0.0],
             step_rad: f64::INFINITY,
@@ -124,6 +190,32 @@ impl Path {
             path.turned_rad.push(turned);
         }
         path
+    }
+
+    /// The integral of the yaw rate at an instant and the yaw rate, rad and rad/s: the yaw rate is straight between samples, and constant
+    /// before the first and after the last.
+    fn at(&self, time_s: f64) -> [f64; 2] {
+        let after = self.times_s.partition_point(|t| *t <= time_s);
+        let nearest = after.clamp(1, self.times_s.len()) - 1;
+        let (t_0, p_0, r_0) = self.node(nearest);
+        if after == 0 || after == self.times_s.len() {
+            return [p_0 + r_0 * (time_s - t_0), r_0];
+        }
+        let (t_1, _, r_1) = self.node(after);
+        let passed_s = time_s - t_0;
+        let slope = (r_1 - r_0) / (t_1 - t_0);
+        [
+            p_0 + passed_s * (r_0 + 0.5 * slope * passed_s),
+            r_0 + slope * passed_s,
+        ]
+    }
+
+    fn node(&self, index: usize) -> (f64, f64, f64) {
+        (
+            self.times_s[index],
+            self.turned_rad[index],
+            self.rates_rad_s[index],
+        )
     }
 }
 
@@ -203,8 +295,7 @@ mod tests {
             0.3 * (1.0 - phase.cos()) / core::f64::consts::FRAC_PI_2
         };
         let found = CompassError::of(&record(|t, _| turn(t - 0.2), |r| r));
-        // The next term of the Taylor series, late^2/2 r', is orthogonal to r but at its ends.
-        assert!((found.late_s.unwrap() - 0.2).abs() < 0.01, "{found:?}");
+        assert!((found.late_s.unwrap() - 0.2).abs() < 0.001, "{found:?}");
         let mut torn = record(deviating, |r| r);
         torn.retain(|s| !(5.0..6.0).contains(&s.time_s));
         assert_eq!(CompassError::of(&torn).scale_error, None);
@@ -212,6 +303,37 @@ mod tests {
             CompassError::of(&record(|_, psi| psi, |_| f64::NAN)),
             CompassError::default()
         );
+    }
+
+    /// Yaw rate through a filter of two equal poles, as an autopilot's at 4 Hz: late by 2 / (2 pi 4 Hz) = 0.08 s.
+    #[test]
+    fn exact_a_late_yaw_rate_is_no_jump_of_the_compass() {
+        let pole_s = 1.0 / (8.0 * core::f64::consts::PI);
+        let (mut heading, mut rate, mut once, mut twice) = (0.0, 0.0, 0.0, 0.0);
+        let fine_s = 0.001;
+        let samples: Vec<Sample<f64>> = (0..16_000)
+            .filter_map(|k| {
+                let time_s = f64::from(k) * fine_s;
+                let rudder = match time_s {
+                    t if (4.0..6.0).contains(&t) => 0.4,
+                    t if (6.0..8.0).contains(&t) => -0.4,
+                    _ => 0.0,
+                };
+                rate += fine_s * (10.0 * rudder - 3.0 * rate);
+                heading += fine_s * rate;
+                once += fine_s / pole_s * (rate - once);
+                twice += fine_s / pole_s * (once - twice);
+                (k % 50 == 0).then(|| Sample {
+                    time_s,
+                    heading_rad: Real::wrapped(heading),
+                    yaw_rate_rad_s: Some(twice),
+                    ..Sample::default()
+                })
+            })
+            .collect();
+        let found = CompassError::of(&samples);
+        assert_eq!(found.largest_jump_rad, None);
+        assert!((found.late_s.unwrap() + 0.08).abs() < 0.01, "{found:?}");
     }
 
     #[test]

@@ -27,6 +27,7 @@ mod excited_segment;
 pub(crate) mod explained;
 pub(crate) mod intervals;
 pub mod joined;
+mod late_yaw_rate;
 pub(crate) mod log_statistics;
 pub(crate) mod misfit;
 pub mod online;

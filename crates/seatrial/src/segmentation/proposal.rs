@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use seatrial_core::Sample;
 use serde::{Deserialize, Serialize};
 
 use super::trace::mean;
@@ -104,7 +105,8 @@ impl Key {
 
 /// Windows for training and validation, of every speed at which the rudder was deflected to both sides, slowest first.
 ///
-/// The second best excited of several manoeuvres validates, and the others, eight at most, train. The windows of one
+/// The second best excited of several manoeuvres validates, and the others, eight at most, train; of these only such as
+/// were at the best one's speed from begin to end, where it is known. Those in which the speed changes come after all others. The windows of one
 /// speed do not overlap: each holds the rest before its manoeuvre, 2 time constants of the vehicle, and the response after
 /// it, 5 of them and 3 first strokes at least, as far as the next manoeuvre and the thrust allow. The time constant is 1.5/lambda of the state variable filter that
 /// fits the best excited manoeuvre.
@@ -168,7 +170,21 @@ fn is_one_manoeuvre(record: &Record, manoeuvres: &[Segment]) -> bool {
     }
 }
 
-/// The manoeuvres of one speed, the best excited first.
+/// Was the vehicle at this speed from the begin of a manoeuvre to its end, in the mean of each quarter? Yes where it is not known: at the
+/// same thrust a vehicle may still gain way, and b2 goes with the square.
+fn keeps_speed(record: &Record, manoeuvre: &Segment, speed_m_s: Option<f64>) -> bool {
+    let Some(wanted) = speed_m_s else {
+        return true;
+    };
+    let samples = record.window(manoeuvre.window);
+    let quarter = (samples.len() / 4).max(1);
+    let of = |part: &[Sample<f64>]| mean(part.iter().filter_map(|s| s.surge_speed_m_s));
+    samples.chunks_exact(quarter).all(|part| {
+        of(part).is_none_or(|speed| (speed - wanted).abs() <= SAME_SPEED * wanted.abs())
+    })
+}
+
+/// The manoeuvres of one speed, the best excited of those at a steady speed first.
 struct Speed<'a> {
     record: &'a Record,
     all: &'a [Segment],
@@ -179,6 +195,8 @@ struct Speed<'a> {
 impl<'a> Speed<'a> {
     fn new(record: &'a Record, all: &'a [Segment], mut manoeuvres: Vec<Segment>) -> Self {
         manoeuvres.sort_by(|a, b| b.excitation_rad.total_cmp(&a.excitation_rad));
+        // The order of those that are as steady stays.
+        manoeuvres.sort_by_key(|m| !keeps_speed(record, m, m.surge_speed_m_s));
         let least_rad = LEAST_EXCITATION * manoeuvres[0].excitation_rad;
         manoeuvres.retain(|m| m.excitation_rad >= least_rad);
         let mut speed = Self {
@@ -195,6 +213,10 @@ impl<'a> Speed<'a> {
     fn proposal(&self) -> Proposal {
         let mut training = self.manoeuvres.clone();
         let validation = (training.len() > 1).then(|| training.remove(1));
+        let best = training[0];
+        training.retain(|other| {
+            *other == best || keeps_speed(self.record, other, best.surge_speed_m_s)
+        });
         training.truncate(MOST_JOINED);
         let mean_of = |of: fn(&Segment) -> Option<f64>| {
             let known: Vec<f64> = training.iter().filter_map(of).collect();

@@ -150,3 +150,35 @@ fn exact_proposal_trains_and_validates_at_each_speed_without_overlap() {
         "{windows:?}"
     );
 }
+
+/// A doublet while the vehicle still gains way, as in the check before a trial: b2 grows with the square of the speed.
+#[test]
+fn exact_a_manoeuvre_at_another_speed_is_not_joined_though_the_thrust_is_the_same() {
+    let trained_from = |first_speed_m_s: f64, first_rad: f64| -> Vec<u32> {
+        let mut samples = steered(100.0, |t| {
+            first_rad * strokes(t, 20.0, &[2.0, 2.0])
+                + 0.26 * strokes(t, 50.0, &[2.0, 2.0])
+                + 0.15 * strokes(t, 75.0, &[2.0, 2.0])
+        });
+        for sample in &mut samples {
+            let gained = ((sample.time_s - 15.0) / 10.0).clamp(0.0, 1.0);
+            sample.thrust = Some(0.5);
+            sample.surge_speed_m_s = Some(first_speed_m_s + gained * (1.5 - first_speed_m_s));
+        }
+        let segments = find(&samples);
+        let record: Record = samples.into_iter().collect();
+        let [one] = &propose(&record, &segments)[..] else {
+            panic!("one thrust");
+        };
+        let validation = one.validation.unwrap();
+        assert!(validation.from_s > 40.0 || first_speed_m_s > 1.0);
+        one.training
+            .iter()
+            .map(|w| w.from_s.round() as u32)
+            .collect()
+    };
+    assert_eq!(trained_from(1.45, 0.1), [48, 18]);
+    assert_eq!(trained_from(0.0, 0.1), [48]);
+    // Not even where it turned the vehicle furthest.
+    assert_eq!(trained_from(0.0, 0.4), [48]);
+}

@@ -12,6 +12,8 @@ use crate::identify::checked::Checked;
 const HALF_WIDTHS: f64 = 1.5;
 /// Share of b2 that an error of scale may take whatever the interval, and that it may never take: a gyro's scale is good to 3 %.
 const SCALE_ERROR: [f64; 2] = [0.03, 0.05];
+/// A yaw rate that is late by this is named, s.
+const LATE_YAW_RATE_S: f64 = 0.02;
 /// Share of a22 that a late heading may take whatever the interval, and that it may never take: one sample late is 8 to 11 %.
 const LATE_EFFECT: [f64; 2] = [0.08, 0.15];
 
@@ -71,6 +73,15 @@ impl Weighing {
                 ReasonCode::CompassLate,
                 format!(
                     "the heading is {} s later than the yaw rate, which makes the vehicle look slower than it is: the compass is filtered, held, or logged with the time of its arrival; log it with the time of the measurement, or identify from the gyro's attitude",
+                    three_figures(late_s)
+                ),
+            );
+        }
+        if let Some(late_s) = found.yaw_rate_late_s().filter(|x| *x > LATE_YAW_RATE_S) {
+            self.note(
+                ReasonCode::YawRateLate,
+                format!(
+                    "the yaw rate is {} s later than the heading, as a filter of the gyro makes it (ArduPilot's INS_GYRO_FILTER): it was compared at its own time, and the model does not use it; a controller that does needs it earlier",
                     three_figures(late_s)
                 ),
             );

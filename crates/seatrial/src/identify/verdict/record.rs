@@ -131,7 +131,7 @@ impl Weighing {
                 self.reject(
                     ReasonCode::SampledTooSeldom,
                     format!(
-                        "the {channel} is new every {} s only, and the vehicle's time constant is {} s: log it at {} Hz or faster (ArduPilot: LOG_BITMASK with fast attitude and RC out, or SERVO_OUTPUT_RAW and ATTITUDE requested at that rate)",
+                        "the {channel} is new every {} s only, and the vehicle's time constant is {} s: log it at {} Hz or faster (ArduPilot: its own log has the rudder, RCOU, ten times a second whatever LOG_BITMASK says, and the heading at the loop's rate with fast attitude in it; a telemetry log has both with SERVO_OUTPUT_RAW and ATTITUDE requested at that rate)",
                         three_figures(interval_s),
                         three_figures(LONGEST_INTERVAL.recip() * longest_s),
                         three_figures((1.0 / longest_s).ceil())
