@@ -202,6 +202,24 @@ test("a log with names of its own is read as told", async () => {
   faults.splice(before);
 });
 
+test("a log with a damaged row is refused by the name of a control, which reads it", async () => {
+  const rows = readFileSync(join(scratch, "run.csv"), "utf8").split("\n");
+  const damaged = [...rows.slice(0, 40), rows[40]?.replace(/[^,]+/, "noon"), ...rows.slice(41)].join("\n");
+  await visit("#/history/log");
+  const before = faults.length;
+  await page
+    .locator("input[type=file]")
+    .setInputFiles({ name: "damaged.csv", mimeType: "text/csv", buffer: Buffer.from(damaged) });
+  const told = page.getByRole("alert").getByText("line 41");
+  await told.waitFor();
+  const text = await told.innerText();
+  assert.ok(text.includes("Leave out damaged rows") && !text.includes("--"), text);
+  await page.getByLabel("Leave out damaged rows").check();
+  await page.getByRole("button", { name: "Read the log again" }).click();
+  await page.getByText(/^damaged.csv: (✓ use|! use with care)$/).waitFor();
+  faults.splice(before);
+});
+
 test("windows are dragged over the record, and its model is kept as a file", async () => {
   await visit("#/history/log");
   await page.reload();

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+pub mod advice;
 #[cfg(feature = "trials")]
 pub mod assist;
 #[cfg(feature = "trials")]

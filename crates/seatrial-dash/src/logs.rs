@@ -5,6 +5,7 @@ use std::path::Path;
 
 use seatrial::identification::Reader;
 use seatrial_app::Inspection;
+use seatrial_app::advice::addressed;
 use seatrial_app::documents::IdentificationDocument;
 use seatrial_app::identify_log::identify_opened;
 use seatrial_app::log_reading;
@@ -106,6 +107,7 @@ fn refused(log: &Path, name: &str, error: &dyn Display) -> Refusal {
     let beside =
         "it is neither beside it nor in a folder `cac` or `cache` there: copy it from the vehicle";
     let text = text.replace(beside, "choose it together with the log");
+    let text = addressed(&text, Reader::Dashboard);
     Refusal::unprocessable("log_refused", text)
 }
 

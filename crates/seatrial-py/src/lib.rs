@@ -13,6 +13,8 @@ mod reading;
 mod simulate;
 
 use pyo3::prelude::*;
+use seatrial::identification::Reader;
+use seatrial_app::advice::addressed;
 
 /// An exception of the Python part, by its name; it carries the exit code of the command.
 fn error(py: Python<'_>, class: &str, message: impl ToString) -> PyErr {
@@ -42,7 +44,7 @@ fn failed(py: Python<'_>, found: &seatrial_app::Error) -> PyErr {
         | seatrial_app::Error::Logbook(_) => "InputError",
         seatrial_app::Error::Rejected(_) => "RejectedError",
     };
-    error(py, class, found)
+    error(py, class, addressed(&found.to_string(), Reader::Python))
 }
 
 /// A document as JSON.

@@ -23,6 +23,7 @@ pub fn inspect(py: Python<'_>, path: PathBuf, reading: Reading) -> PyResult<Told
     let found = py.detach(|| Ok(Inspection::of(&open(&path, &settings, None, &mut warned)?)));
     let mut found = found.map_err(|error| failed(py, &error))?;
     found.verdict = found.verdict.addressed_to(Reader::Python);
+    found.source = found.source.addressed_to(Reader::Python);
     Ok((json(py, &found)?, warned.0))
 }
 

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use seatrial::Window;
+use seatrial::identification::Reader;
 use seatrial::servo::Servo;
+use seatrial_app::advice::addressed;
 use seatrial_app::identify_log::Windows;
 use seatrial_app::logs::{Observer, ReadSettings};
 use seatrial_logs::{ChannelChoice, Quantity};
@@ -94,6 +96,6 @@ pub struct Warned(pub Vec<String>);
 
 impl Observer for Warned {
     fn warned(&mut self, warning: &str) {
-        self.0.push(warning.to_owned());
+        self.0.push(addressed(warning, Reader::Python));
     }
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use seatrial::export::VehicleType;
 use seatrial::identification::{Reader, Reason, Verdict};
+use seatrial_app::advice::addressed;
 use seatrial_app::gains::Wanted;
 use seatrial_app::gains_export::{Format, GainsFile};
 use seatrial_app::identify_log::{IdentifiedLog, identify_log};
@@ -153,10 +154,11 @@ fn words(error: &Error) -> String {
         ),
         other => other.to_string(),
     };
-    text.replace(
+    let text = text.replace(
         "it is neither beside it nor in a folder `cac` or `cache` there: copy it from the vehicle",
         "choose it together with the log",
-    )
+    );
+    addressed(&text, Reader::Dashboard)
 }
 
 impl Request {

@@ -14,9 +14,10 @@ type Reading = Readonly<Record<string, string>>;
 const NUMBERS = /^(from_s|to_s|validate_from_s|validate_to_s|rudder_\w+)$/;
 
 /** What the form says, as the module takes it. */
-export function typed(reading: Reading): Record<string, string | number> {
-  const entries = Object.entries(reading);
-  return Object.fromEntries(entries.map(([name, value]) => [name, NUMBERS.test(name) ? Number(value) : value]));
+export function typed(reading: Reading): Record<string, string | number | boolean> {
+  const of = (name: string, value: string): string | number | boolean =>
+    name === "drop_invalid" ? value === "true" : NUMBERS.test(name) ? Number(value) : value;
+  return Object.fromEntries(Object.entries(reading).map(([name, value]) => [name, of(name, value)]));
 }
 
 /** Reads logs with the module of this page. */

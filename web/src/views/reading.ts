@@ -56,6 +56,7 @@ export function readingForm(again: () => void): ReadingForm {
     }
   };
   offer([]);
+  const invalid = element("input", { type: "checkbox", name: "drop_invalid", value: "true" });
   const button = element("button", { type: "submit", disabled: true }, "Read the log again");
   const form = element(
     "form",
@@ -75,6 +76,7 @@ export function readingForm(again: () => void): ReadingForm {
       number("rudder_trim_us", "Pulse width of the neutral rudder, µs"),
       number("rudder_lag_s", "Time constant of the servo, s"),
     ),
+    element("label", { class: "choice" }, invalid, "Leave out damaged rows"),
     element("div", { class: "row" }, button),
   );
   return {

@@ -104,6 +104,7 @@ impl IdentificationDocument {
     /// With what to do in the words of the place where it is read.
     pub fn addressed_to(mut self, reader: Reader) -> Self {
         self.verdict = self.verdict.addressed_to(reader);
+        self.source.source = self.source.source.addressed_to(reader);
         for model in self.models.iter_mut().flatten() {
             model.verdict = model.verdict.clone().addressed_to(reader);
             if let Some(identification) = &mut model.identification {

@@ -1,9 +1,12 @@
 //! What documents say of a log that was read.
 
+use seatrial::identification::Reader;
 use seatrial::servo::Servo;
 use seatrial_core::RudderUnit;
 use seatrial_logs::{Counts, LogDescription};
 use serde::{Deserialize, Serialize};
+
+use crate::advice::addressed;
 
 /// `source` in the document of whatever reads a log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,6 +30,14 @@ pub struct Source {
 }
 
 impl Source {
+    /// With what it warns of in the words of the place where it is read.
+    pub fn addressed_to(mut self, reader: Reader) -> Self {
+        for warning in &mut self.description.warnings {
+            *warning = addressed(warning, reader);
+        }
+        self
+    }
+
     /// What the log is and how it was read.
     pub fn description(&self) -> LogDescription {
         LogDescription {
