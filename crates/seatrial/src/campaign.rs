@@ -10,6 +10,10 @@ use crate::campaign_check::{SpeedResult, contradictions};
 use crate::identification::{Identification, Reason, ReasonCode, Verdict};
 use crate::record::{Record, Window};
 use crate::servo::Servo;
+use crate::several_speeds::{self, Part};
+
+/// In what the speeds of a campaign are told.
+const UNIT: &str = "% thrust";
 
 /// Every run of one trial.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -142,21 +146,16 @@ impl Campaign {
                 reasons: [contradictions, reasons].concat(),
             };
         }
-        reasons.insert(
-            0,
-            Reason::new(
-                ReasonCode::Ok,
-                match accepted.len() {
-                    1 => "one speed has a model that holds on validation data".into(),
-                    speeds => format!("{speeds} speeds have a model that holds on validation data"),
-                },
-            ),
-        );
-        reasons.extend(limits(&accepted));
-        Verdict {
-            accepted: true,
-            reasons,
-        }
+        let name = |run: &&Run| format!("{:.0}", 100.0 * run.thrust);
+        let names: Vec<String> = accepted.iter().map(name).collect();
+        let parts = accepted.iter().zip(&names);
+        let parts: Vec<Part> = parts
+            .map(|(run, name)| Part {
+                name,
+                verdict: &run.verdict,
+            })
+            .collect();
+        several_speeds::whole(&parts, UNIT, reasons)
     }
 
     /// Why the campaign is not complete, if it is not.
@@ -183,16 +182,11 @@ impl Campaign {
             .into_iter()
             .filter(|run| !run.verdict.accepted)
             .filter_map(|run| {
-                let cause = run.verdict.cause()?.clone();
-                Some(Reason {
-                    text: format!(
-                        "{:.0} % thrust has no model: {}",
-                        100.0 * run.thrust,
-                        cause.text
-                    ),
-                    code: ReasonCode::SpeedMissing,
-                    ..cause
-                })
+                let part = Part {
+                    name: &format!("{:.0}", 100.0 * run.thrust),
+                    verdict: &run.verdict,
+                };
+                several_speeds::missing(&part, UNIT)
             })
             .collect()
     }
@@ -246,7 +240,7 @@ pub fn abort_action(reason: AbortReason) -> &'static str {
             "Lower the rudder amplitude of the plan, or raise the limit if the vehicle bears it."
         }
         AbortReason::HeadingExcursion => {
-            "Lower the rudder amplitude or shorten the doublet in the plan, and check that the heading controller holds course."
+            "See first whether the rudder jammed or the compass jumped: the report shows both. If not, lower the rudder amplitude or shorten the doublet in the plan."
         }
         AbortReason::Area => {
             "Start farther from the edge or with a heading along the longer side; “seatrial plan” shows the room that a trial needs."
@@ -261,7 +255,7 @@ pub fn abort_action(reason: AbortReason) -> &'static str {
             "Check the clock of the vehicle and the time limits of the plan."
         }
         AbortReason::ReversedRudder => {
-            "Check the sign of the rudder and of the heading before anything else: with this sign the heading controller is unstable too. A current that sets in from the side turns a vehicle so as well."
+            "Look at the report: a compass that jumped or a current from the side looks like this, too. If neither, check the sign of the rudder and of the heading: with this sign the heading controller is unstable."
         }
         AbortReason::NotSettled => {
             "Look at the heading in the report: if it swings, lower the gain of the initial heading controller; if it drifts, check trim and current."
@@ -289,33 +283,6 @@ pub fn abort_action(reason: AbortReason) -> &'static str {
             "Look at the load of its computer and at the disk that keeps the logbook."
         }
     }
-}
-
-/// What limits the use of accepted runs: each code once, with the thrusts that it concerns.
-fn limits(accepted: &[&Run]) -> Vec<Reason> {
-    let mut limits: Vec<(Reason, Vec<String>)> = Vec::new();
-    for run in accepted {
-        let thrust = format!("{:.0}", 100.0 * run.thrust);
-        for reason in run.verdict.reasons.iter().filter(|r| r.code.limits()) {
-            match limits
-                .iter_mut()
-                .find(|(other, _)| other.code == reason.code)
-            {
-                Some((_, thrusts)) => thrusts.push(thrust.clone()),
-                None => limits.push((reason.clone(), vec![thrust.clone()])),
-            }
-        }
-    }
-    limits
-        .into_iter()
-        .map(|(reason, thrusts)| Reason {
-            text: match thrusts.len() == accepted.len() {
-                true => reason.text,
-                false => format!("At {} % thrust: {}", thrusts.join(", "), reason.text),
-            },
-            ..reason
-        })
-        .collect()
 }
 
 impl Campaign {

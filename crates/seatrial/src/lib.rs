@@ -91,6 +91,7 @@ pub mod record;
 pub mod savitzky_golay;
 pub mod segmentation;
 pub mod servo;
+pub mod several_speeds;
 pub mod ship_manoeuvres;
 pub mod stated_units;
 pub mod step;

@@ -84,6 +84,8 @@ pub enum ReasonCode {
     PitchNotExplained,
     /// Manoeuvres of one speed differ by more than chance explains.
     ManoeuvresDiffer,
+    /// Manoeuvres differ, and the log does not tell at which speed each was made.
+    SpeedUnknown,
     /// A speed that was tried has no model.
     SpeedMissing,
     /// The speed falls although thrust rises.

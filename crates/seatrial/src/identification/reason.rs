@@ -83,12 +83,13 @@ impl Verdict {
         limit.or(self.reasons.first())
     }
 
-    /// How many reasons beside the [`cause`](Verdict::cause) reject the model or limit its use.
+    /// How many reasons there are beside the [`cause`](Verdict::cause), the word that a model may be used and the sign of
+    /// the rudder, which is told by itself.
     pub fn other_causes(&self) -> usize {
-        let count = |reason: &&Reason| reason.code.limits();
-        let cause = self.cause().filter(count);
-        let limits = self.reasons.iter().filter(count).count();
-        limits - usize::from(cause.is_some())
+        let is_told = |code: &ReasonCode| matches!(code, ReasonCode::Ok | ReasonCode::SignReversed);
+        let others = self.reasons.iter().filter(|r| !is_told(&r.code)).count();
+        let cause = self.cause().filter(|cause| !is_told(&cause.code));
+        others - usize::from(cause.is_some())
     }
 
     /// With what to do in the words of the place where it is read.

@@ -274,7 +274,7 @@ fn of_validation(code: &ReasonCode) -> Option<Words> {
     match code {
         ReasonCode::LowR2 => same(
             "The model does not predict data that it was not trained on.",
-            "Repeat the run.",
+            "Check that the rudder goes where it is told and that the compass did not jump, then repeat the run.",
         ),
         ReasonCode::NotValidated => each(
             "No data were held out to check the model.",
@@ -327,6 +327,12 @@ fn of_several(code: &ReasonCode) -> Option<Words> {
         ReasonCode::ManoeuvresDiffer => same(
             "Manoeuvres at one speed give different models.",
             "Check load, trim and fins, and repeat the manoeuvres.",
+        ),
+        ReasonCode::SpeedUnknown => each(
+            "The manoeuvres give different models, and the log has no speed: they may be of several speeds.",
+            "Name the column of the speed with --speed, or take the manoeuvres of one speed with --from and --to.",
+            "Choose “Forward speed from column” under “Columns and units”, or drag the windows over the manoeuvres of one speed.",
+            "Pass columns={\"speed\": ...}, or training=(from, to) with the manoeuvres of one speed.",
         ),
         ReasonCode::SpeedFalls => same(
             "The speed fell although the thrust rose.",

@@ -3,7 +3,7 @@
 use seatrial_core::{GoodnessOfFit, Sample, YawModel};
 
 use super::chosen::Chosen;
-use super::compass::CompassError;
+use super::compass::{CompassError, Jump};
 use super::error::IdentifyError;
 use super::explained::Explained;
 use super::intervals::reaching_validation;
@@ -52,7 +52,7 @@ pub struct Independent {
     /// Their length over that of the training.
     pub length: f64,
     /// The largest jump of the heading from where the measured yaw rate takes it, rad.
-    pub largest_jump_rad: Option<f64>,
+    pub largest_jump: Option<Jump>,
     /// The estimate made from them alone, where they give one that may be compared.
     pub estimate: Option<Refined>,
 }
@@ -194,7 +194,7 @@ impl Independent {
         };
         Self {
             length: duration_s(&samples) / duration_s(prepared.samples()),
-            largest_jump_rad: CompassError::of(&samples).largest_jump_rad,
+            largest_jump: CompassError::of(&samples).largest_jump,
             estimate: validation_estimate_behind(&samples, explained.delay_s())
                 .filter(is_comparable)
                 .map(|estimate| match chosen.lagging() {

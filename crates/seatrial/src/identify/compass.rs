@@ -23,12 +23,21 @@ const SCALE: [f64; 2] = [0.5, 2.0];
 /// right unit and sense to compare with.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CompassError {
-    /// The largest jump of the heading from where the measured yaw rate takes it, rad.
-    pub largest_jump_rad: Option<f64>,
+    /// The largest jump of the heading from where the measured yaw rate takes it.
+    pub largest_jump: Option<Jump>,
     /// Heading changes are larger by this share than the yaw rate says.
     pub scale_error: Option<f64>,
     /// The heading is this much later than the yaw rate, s; negative where it is earlier.
     pub late_s: Option<f64>,
+}
+
+/// A jump of the heading within a second.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jump {
+    /// By how much, rad, without sign.
+    pub size_rad: f64,
+    /// When, s on the log's clock.
+    pub time_s: f64,
 }
 
 impl CompassError {
@@ -82,7 +91,11 @@ impl CompassError {
         let error = heading - &terms * &found;
         let interval_s = (last.time_s - first.time_s) / (samples.len() - 1) as f64;
         let count = ((MEAN_OVER_S / interval_s).ceil() as usize).max(1);
-        let largest_jump_rad = largest_jump_rad(error.as_slice(), count, path.step_rad);
+        let largest_jump =
+            largest_jump(error.as_slice(), count, path.step_rad).map(|(at, size_rad)| {
+                let time_s = samples[at].time_s;
+                Jump { size_rad, time_s }
+            });
         let variance = error.norm_squared() / samples.len().checked_sub(TERMS)? as f64;
         let walk_rad = noise(&rates) * interval_s;
         let steps = sums_from_here(terms);
@@ -91,11 +104,11 @@ impl CompassError {
             + walk_rad * walk_rad * &inverse * (steps.transpose() * &steps) * &inverse;
         let significant = |value: f64, term: usize| {
             let limit = SIGNIFICANCE * covariance[(term, term)].sqrt();
-            let is_whole = largest_jump_rad.is_none() && path.longest_interval_s < MEAN_OVER_S;
+            let is_whole = largest_jump.is_none() && path.longest_interval_s < MEAN_OVER_S;
             (is_whole && value.abs() > limit).then_some(value)
         };
         Some(Self {
-            largest_jump_rad,
+            largest_jump,
             scale_error: significant(found[2] - 1.0, 2),
             late_s: significant(found[3] + found[2] * shift_s, 3).map(|early| -early / found[2]),
         })
@@ -219,9 +232,9 @@ impl Path {
     }
 }
 
-/// The largest jump from the mean of `count` errors to that of the next, rad, where it is beyond noise, drift and the step in
-/// which the compass reads.
-fn largest_jump_rad(errors: &[f64], count: usize, step_rad: f64) -> Option<f64> {
+/// The largest jump from the mean of `count` errors to that of the next: the row behind it and its size, rad, where it is beyond
+/// noise, drift and the step in which the compass reads.
+fn largest_jump(errors: &[f64], count: usize, step_rad: f64) -> Option<(usize, f64)> {
     let limit = LEAST_ERROR_RAD
         .max(SIGNIFICANCE * noise(errors) * (2.0 / count as f64).sqrt())
         .max(step_rad);
@@ -229,8 +242,10 @@ fn largest_jump_rad(errors: &[f64], count: usize, step_rad: f64) -> Option<f64> 
     errors
         .windows(2 * count)
         .map(|window| (mean(&window[count..]) - mean(&window[..count])).abs())
-        .max_by(f64::total_cmp)
-        .filter(|largest| *largest > limit)
+        .enumerate()
+        .max_by(|(_, a), (_, b)| a.total_cmp(b))
+        .filter(|(_, largest)| *largest > limit)
+        .map(|(first, largest)| (first + count, largest))
 }
 
 /// What a step of the heading at each row adds to the products of the heading with the terms.
@@ -277,7 +292,8 @@ mod tests {
     }
 
     fn largest_jump_rad(samples: &[Sample<f64>]) -> Option<f64> {
-        CompassError::of(samples).largest_jump_rad
+        let jump = CompassError::of(samples).largest_jump;
+        jump.map(|jump| jump.size_rad)
     }
 
     #[test]
@@ -289,7 +305,7 @@ mod tests {
             (found.scale_error.unwrap() - 0.085).abs() < 0.003,
             "{found:?}"
         );
-        assert_eq!(found.largest_jump_rad, None);
+        assert_eq!(found.largest_jump, None);
         let turn = |t: f64| {
             let phase = (t - 4.0).clamp(0.0, 4.0) * core::f64::consts::FRAC_PI_2;
             0.3 * (1.0 - phase.cos()) / core::f64::consts::FRAC_PI_2
@@ -356,6 +372,9 @@ mod tests {
         // Part of the jump passes for scale, drift and lag.
         let found = largest_jump_rad(&record(jump, |r| r)).unwrap();
         assert!((0.05..0.12).contains(&found), "{found}");
+        let when = CompassError::of(&record(jump, |r| r)).largest_jump.unwrap();
+        // A sample of the record.
+        assert!((when.time_s - 6.0).abs() < 0.06, "{when:?}");
         let still = |t: f64, psi: f64| if (5.5..6.4).contains(&t) { 0.28 } else { psi };
         assert!(largest_jump_rad(&record(still, |r| r)).is_some());
     }

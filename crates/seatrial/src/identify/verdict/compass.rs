@@ -4,9 +4,10 @@
 //! swing the compass, and read it with its own time.
 
 use super::{Share, Weighing};
-use crate::figures::{degrees, percent, three_figures};
-use crate::identification::{ReasonCode, Refined};
+use crate::figures::{degrees, percent, three_figures, with_decimals};
+use crate::identification::{Reason, ReasonCode, Refined};
 use crate::identify::checked::Checked;
+use crate::identify::compass::Jump;
 
 /// Half widths of the 95 % interval that an error of the compass may take of a parameter, of which 3 are never to be exceeded.
 const HALF_WIDTHS: f64 = 1.5;
@@ -18,21 +19,27 @@ const LATE_YAW_RATE_S: f64 = 0.02;
 const LATE_EFFECT: [f64; 2] = [0.08, 0.15];
 
 impl Weighing {
-    pub(super) fn jump(&mut self, jump_rad: f64, at: &str) {
-        self.reject(
+    pub(super) fn jump(&mut self, jump: Jump, at: &str) {
+        let (size, time) = (degrees(jump.size_rad), with_decimals(jump.time_s, 1));
+        let reason = Reason::new(
             ReasonCode::CompassError,
             format!(
-                "within a second {at} the heading parts by {} deg from where the yaw rate takes it, which no vehicle does: the compass jumped, stuck or was disturbed, or the clock jumped; repeat the run, away from iron and electric currents",
-                degrees(jump_rad)
+                "within a second {at} the heading parts by {size} deg from where the yaw rate takes it, at {time} s, which no vehicle does: the compass jumped, stuck or was disturbed, or the clock jumped; repeat the run, away from iron and electric currents"
             ),
         );
+        self.rejections.push(Reason {
+            text: format!(
+                "At {time} s the compass jumped, stuck or was disturbed: it was off by {size} deg within a second."
+            ),
+            ..reason
+        });
     }
 
     /// A heading that is late by a share of the vehicle's time constant makes a22 smaller by some twice that share.
     pub(super) fn compass(&mut self, checked: &Checked) {
         let found = &checked.log.compass;
-        if let Some(jump_rad) = found.largest_jump_rad {
-            self.jump(jump_rad, "in training");
+        if let Some(jump) = found.largest_jump {
+            self.jump(jump, "in training");
         }
         let half_width = |of: fn(&Refined) -> (f64, [f64; 2])| {
             checked

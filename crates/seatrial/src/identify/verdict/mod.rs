@@ -32,6 +32,7 @@ pub(super) fn judge(checked: &Checked) -> Verdict {
     }
     weighing.model(checked);
     weighing.validation(checked.validation);
+    weighing.jump_behind_low_r2(checked);
     if let (Some(refined), Some(apart)) = (&checked.chosen.refined, &checked.independent) {
         weighing.trained(refined, apart, checked);
         // What is contradicted already needs no second cause.
@@ -86,11 +87,26 @@ pub fn not_taken(
     let others = judged
         .reasons
         .into_iter()
-        .filter(|r| r.code != ReasonCode::Ok);
+        .filter(|r| !matches!(r.code, ReasonCode::Ok | ReasonCode::LowR2));
+    // What went wrong comes before what it led to.
+    let (mut reasons, others): (Vec<_>, Vec<_>) = others.partition(|r| is_fault(&r.code));
+    reasons.push(low_r2);
+    reasons.extend(others);
     Verdict {
         accepted: false,
-        reasons: std::iter::once(low_r2).chain(others).collect(),
+        reasons,
     }
+}
+
+/// Does it name a fault of compass or clock, of which a low R^2 is a consequence?
+fn is_fault(code: &ReasonCode) -> bool {
+    matches!(
+        code,
+        ReasonCode::CompassError
+            | ReasonCode::CompassDeviation
+            | ReasonCode::CompassLate
+            | ReasonCode::ClockJumped
+    )
 }
 
 fn live_r2(axis: Axis, live: &GoodnessOfFit<f64>) -> String {
@@ -118,6 +134,10 @@ impl Weighing {
 
     fn note(&mut self, code: ReasonCode, text: String) {
         self.notes.push(Reason::new(code, text));
+    }
+
+    fn has(&self, code: &ReasonCode) -> bool {
+        self.rejections.iter().any(|reason| reason.code == *code)
     }
 
     /// What in the log may not mean what it says.

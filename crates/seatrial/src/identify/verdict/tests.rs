@@ -4,12 +4,17 @@ use super::*;
 use crate::identification::{EstimateMethod, Intervals};
 use crate::identify::checked::Independent;
 use crate::identify::chosen::{Chosen, ModelSource};
-use crate::identify::compass::CompassError;
+use crate::identify::compass::{CompassError, Jump};
 use crate::identify::explained::{Explained, FirstOrderFit};
 use crate::identify::log_statistics::LogStatistics;
 use crate::identify::pace::Pace;
 use crate::identify::second_order::{ResidualTest, ResidualTests};
 use crate::record::{RudderUnit, Window};
+
+const JUMP: Jump = Jump {
+    size_rad: 0.06,
+    time_s: 21.5,
+};
 
 fn refined(half_width: f64) -> Refined {
     refined_at([-1.07, 1.08, 0.012], half_width)
@@ -128,10 +133,10 @@ impl Chain {
     }
 
     /// Validation data that by themselves give this.
-    fn with_independent(mut self, estimate: &Refined, largest_jump_rad: Option<f64>) -> Self {
+    fn with_independent(mut self, estimate: &Refined, largest_jump: Option<Jump>) -> Self {
         self.independent = Some(Independent {
             length: 1.0,
-            largest_jump_rad,
+            largest_jump,
             estimate: Some(estimate.clone()),
         });
         self
@@ -211,7 +216,7 @@ fn exact_each_defect_is_refused_under_its_own_code() {
         (
             "compass_error",
             compass(CompassError {
-                largest_jump_rad: Some(0.1),
+                largest_jump: Some(JUMP),
                 ..none
             }),
         ),
@@ -336,14 +341,27 @@ fn exact_a_rudder_that_stops_is_told_with_its_angle() {
     assert_eq!(codes(&verdict), ["contradicted"]);
     // Validation data through a compass that jumped say nothing of the rudder.
     let verdict = Chain::of(trained)
-        .with_independent(&unsaturated, Some(0.06))
+        .with_independent(&unsaturated, Some(JUMP))
         .judge();
     assert_eq!(codes(&verdict), ["compass_error"]);
-    let text = &verdict.reasons[0].detail;
+    let Reason { detail, text, .. } = &verdict.reasons[0];
     assert!(
-        text.contains("in the validation data the heading parts by 3.44 deg"),
-        "{text}"
+        detail.contains("in the validation data the heading parts by 3.44 deg"),
+        "{detail}"
     );
+    assert_eq!(
+        text,
+        "At 21.5 s the compass jumped, stuck or was disturbed: it was off by 3.44 deg within a second."
+    );
+}
+
+/// Data that a compass jumped in are not predicted, and the jump is the cause.
+#[test]
+fn exact_a_jump_is_told_before_the_r2_that_it_lowers() {
+    let estimate = refined(0.05);
+    let mut chain = Chain::of(estimate.clone()).with_independent(&estimate, Some(JUMP));
+    chain.validation = Some(validation(0.2, 0.3, 0.4));
+    assert_eq!(codes(&chain.judge()), ["compass_error", "low_r2"]);
 }
 
 /// An interval that holds 0 is a veto, whatever validation data say: a slow drift of the heading can be simulated.

@@ -5,12 +5,15 @@ use seatrial_core::YawModel;
 use super::Weighing;
 use super::contradiction::{BLIND, GIVEN, STOPPED, TRAINED, contradiction, weakness};
 use crate::figures::{r2_text, three_figures};
-use crate::identification::{LEAST_R2, ReasonCode, Refined, Validation};
+use crate::identification::{LEAST_R2, Reason, ReasonCode, Refined, Validation};
 use crate::identify::checked::{Checked, Independent};
 use crate::record::rudder_text;
 
 /// Rudder angles of validation data beyond the trained ones by this factor are an extrapolation.
 const NOTED_EXTRAPOLATION: f64 = 1.2;
+
+/// Where a jump of the compass was found.
+const IN_VALIDATION: &str = "in the validation data";
 
 impl Weighing {
     pub(super) fn validation(&mut self, validation: Option<Validation>) {
@@ -35,6 +38,18 @@ impl Weighing {
                     r2_text(validation.r2_heading), r2_text(validation.r2_heading_offset_refit), r2_text(validation.r2_yaw_rate)
                 ),
             );
+        }
+    }
+
+    /// A compass that jumped is why its data are not predicted, and is told first.
+    pub(super) fn jump_behind_low_r2(&mut self, checked: &Checked) {
+        let Some(jump) = checked.independent.as_ref().and_then(|a| a.largest_jump) else {
+            return;
+        };
+        let is_low = |reason: &mut Reason| reason.code == ReasonCode::LowR2;
+        if let Some(low_r2) = self.rejections.pop_if(is_low) {
+            self.jump(jump, IN_VALIDATION);
+            self.rejections.push(low_r2);
         }
     }
 
@@ -71,8 +86,10 @@ impl Weighing {
             None => &TRAINED,
         };
         match (contradiction(model, covariance, other, limits), saturated) {
-            (Some(_), _) if let Some(jump_rad) = apart.largest_jump_rad => {
-                self.jump(jump_rad, "in the validation data");
+            (Some(_), _) if let Some(jump) = apart.largest_jump => {
+                if !self.has(&ReasonCode::CompassError) {
+                    self.jump(jump, IN_VALIDATION);
+                }
             }
             (Some(found), Some(saturated)) => self.reject(
                 ReasonCode::RudderSaturated,

@@ -1,0 +1,104 @@
+//! One verdict on the models of several speeds, of a campaign and of a log alike.
+
+use crate::identification::{Reason, ReasonCode, Verdict};
+
+/// What was found at one speed.
+pub struct Part<'a> {
+    /// The speed or the thrust, without its unit.
+    pub name: &'a str,
+    /// The verdict on its model.
+    pub verdict: &'a Verdict,
+}
+
+/// The verdict on the accepted models of several speeds, which is no better than that of any of them. `unit` is that of their names;
+/// `others` is what else stands in the way, such as speeds without a model.
+pub fn whole(accepted: &[Part], unit: &str, others: Vec<Reason>) -> Verdict {
+    let ok = Reason::new(
+        ReasonCode::Ok,
+        match accepted.len() {
+            1 => "one speed has a model that holds on validation data".into(),
+            speeds => format!("{speeds} speeds have a model that holds on validation data"),
+        },
+    );
+    let limits = remarks(accepted, unit, |code| code.limits());
+    Verdict {
+        accepted: true,
+        reasons: std::iter::once(ok).chain(others).chain(limits).collect(),
+    }
+}
+
+/// A reason for a speed that has no model, with what to do about its cause.
+pub fn missing(part: &Part, unit: &str) -> Option<Reason> {
+    let cause = part.verdict.cause()?.clone();
+    Some(Reason {
+        text: format!("{} {unit} has no model: {}", part.name, cause.text),
+        code: ReasonCode::SpeedMissing,
+        ..cause
+    })
+}
+
+/// Reasons of several speeds: each code once, with the speeds that it concerns.
+pub fn remarks(parts: &[Part], unit: &str, counts: fn(&ReasonCode) -> bool) -> Vec<Reason> {
+    let mut found: Vec<(Reason, Vec<&str>)> = Vec::new();
+    for part in parts {
+        for reason in part.verdict.reasons.iter().filter(|r| counts(&r.code)) {
+            match found
+                .iter_mut()
+                .find(|(other, _)| other.code == reason.code)
+            {
+                Some((_, names)) => names.push(part.name),
+                None => found.push((reason.clone(), vec![part.name])),
+            }
+        }
+    }
+    found
+        .into_iter()
+        .map(|(reason, names)| Reason {
+            text: match names.len() == parts.len() {
+                true => reason.text,
+                false => format!("At {} {unit}: {}", names.join(", "), reason.text),
+            },
+            ..reason
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identification::Outcome;
+
+    fn verdict(accepted: bool, codes: &[ReasonCode]) -> Verdict {
+        let reason = |code: &ReasonCode| Reason::new(code.clone(), "measured");
+        Verdict {
+            accepted,
+            reasons: codes.iter().map(reason).collect(),
+        }
+    }
+
+    #[test]
+    fn exact_the_whole_is_no_better_than_its_parts() {
+        let good = verdict(true, &[ReasonCode::Ok]);
+        let limited = verdict(true, &[ReasonCode::Ok, ReasonCode::ModelOrder]);
+        let refused = verdict(false, &[ReasonCode::LowR2]);
+        let part = |name, verdict| Part { name, verdict };
+        let both = [part("1.0", &good), part("2.0", &good)];
+        assert_eq!(whole(&both, "m/s", Vec::new()).outcome(), Outcome::Use);
+        let one = [part("1.0", &good), part("2.0", &limited)];
+        let found = whole(&one, "m/s", Vec::new());
+        assert_eq!(found.outcome(), Outcome::UseWithCare);
+        let text = &found.cause().unwrap().text;
+        assert!(
+            text.starts_with("At 2.0 m/s: The vehicle does more"),
+            "{text}"
+        );
+        let lacking = missing(&part("3.0", &refused), "m/s").unwrap();
+        assert!(
+            lacking.text.starts_with("3.0 m/s has no model: "),
+            "{lacking:?}"
+        );
+        let found = whole(&both, "m/s", vec![lacking]);
+        assert_eq!(found.outcome(), Outcome::UseWithCare);
+        assert_eq!(found.cause().unwrap().code, ReasonCode::SpeedMissing);
+    }
+}
