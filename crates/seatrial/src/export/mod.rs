@@ -188,6 +188,25 @@ fn delays(timing: &LoopTiming<f64>) -> String {
     format!("{} s of delay, {hold}", three_figures(timing.delay_s))
 }
 
+/// Columns that a line of a comment may take.
+const COMMENT_WIDTH: usize = 80;
+
+/// Text as lines of a comment that begin with `#` and hold no more than 80 columns.
+fn comment_lines(text: &str) -> String {
+    let mut lines = vec![String::from("#")];
+    for word in comment(text).split_whitespace() {
+        let line = lines.last_mut().expect("there is a first line");
+        let is_full = line.chars().count() + 1 + word.chars().count() > COMMENT_WIDTH;
+        if is_full && line.len() > 1 {
+            lines.push(format!("#  {word}"));
+        } else {
+            line.push(' ');
+            line.push_str(word);
+        }
+    }
+    lines.join("\n")
+}
+
 /// Text for a comment of one line, in C too.
 fn comment(text: &str) -> String {
     text.replace(char::is_control, " ").replace("*/", "* /")

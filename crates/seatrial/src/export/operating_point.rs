@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use seatrial_core::{HeadingGain, HeadingLoop, SchedulePoint, Side, Turn, YawModel};
 
 use super::cascade::Steering;
-use super::{comment, delays};
+use super::{comment_lines, delays};
 use crate::gain_allowance::GainAllowance;
 use crate::propagation::interval_95;
 
@@ -51,7 +51,7 @@ pub struct Parameter {
     pub interval_95: Option<[f64; 2]>,
     /// Is it a limit of what the vehicle does under full rudder?
     pub is_limit: bool,
-    /// Value at the largest rudder of the record, where the limit is extrapolated.
+    /// Of a limit that is extrapolated: its value at the largest rudder of the record.
     pub seen: Option<f64>,
 }
 
@@ -87,11 +87,11 @@ impl Parameter {
         let seen = self.seen.map_or(String::new(), |seen| {
             format!("; EXTRAPOLATED, {seen:.4} at the rudder of the record")
         });
-        format!("# {} [{}]{interval}{seen}", self.because, self.unit)
+        comment_lines(&format!("{} [{}]{interval}{seen}", self.because, self.unit))
     }
 }
 
-/// The steady yaw rate under full rudder to its weaker side, rad/s. `None` where it does not turn there.
+/// The steady yaw rate under full rudder to the weaker hand, rad/s. `None` where it does not turn there.
 pub(super) fn yaw_rate_limit_rad_s(model: &YawModel<f64>, rudder_limit_rad: f64) -> Option<f64> {
     let rate = |hand| {
         Some(
@@ -188,42 +188,48 @@ impl OperatingPoint {
         yaw_rate_limit_rad_s(&self.at.model, self.full_rudder_rad)
     }
 
-    /// alpha r_max, the yaw acceleration from straight ahead under full rudder to its weaker side, rad/s^2.
+    /// alpha r_max, the yaw acceleration from straight ahead under full rudder to the weaker hand, rad/s^2.
     pub(super) fn yaw_acceleration_limit_rad_s2(&self) -> Option<f64> {
         Some(self.yaw_rate_limit_rad_s()? * -self.at.model.a22_per_s)
     }
 
     /// The first lines of a parameter file, each a comment.
     pub(super) fn heading(&self, title: &str) -> String {
-        let mut text = format!("# {title}\n# From {}", comment(&self.source));
+        let mut from = format!("From {}", self.source);
         if let Some(thrust) = self.at.thrust {
-            let _ = write!(text, ", at {:.0} % thrust", 100.0 * thrust);
+            let _ = write!(from, ", at {:.0} % thrust", 100.0 * thrust);
         }
         if let Some(speed) = self.at.surge_speed_m_s {
-            let _ = write!(text, ", at {speed:.2} m/s");
+            let _ = write!(from, ", at {speed:.2} m/s");
         }
         let model = self.at.model;
-        let _ = writeln!(
-            text,
-            "\n# Model r' = a22 r + b2 delta + C0: a22 {} 1/s, b2 {} 1/s^2, C0 {} rad/s^2\n\
-             # Full rudder {} rad at steering 1; alpha = -a22; r_max: steady yaw rate under full rudder, weaker side\n\
-             # w^2 = K_p |b2|; K_p is for a damping ratio of {} with {} and the least damped model of the 95 % interval",
-            model.a22_per_s,
-            model.b2_per_s2,
-            model.c0_rad_per_s2,
-            self.full_rudder_rad,
-            self.damping_ratio,
-            delays(&self.allowance.timing)
-        );
-        if let Some(offset) = model.delta0_rad() {
-            let _ = writeln!(
-                text,
-                "# Rudder that holds a straight course: {:.1} % of full. Trim the steering servo so that it is there at centre.",
+        let mut lines = vec![
+            title.to_owned(),
+            from,
+            format!(
+                "Model r' = a22 r + b2 delta + C0: a22 {} 1/s, b2 {} 1/s^2, C0 {} rad/s^2",
+                model.a22_per_s, model.b2_per_s2, model.c0_rad_per_s2
+            ),
+            format!(
+                "Full rudder {} rad at steering 1; alpha = -a22; r_max: steady yaw rate under full rudder, weaker side",
+                self.full_rudder_rad
+            ),
+            format!(
+                "w^2 = K_p |b2|; K_p is for a damping ratio of {} with {} and the least damped model of the 95 % interval",
+                self.damping_ratio,
+                delays(&self.allowance.timing)
+            ),
+        ];
+        lines.extend(model.delta0_rad().map(|offset| {
+            format!(
+                "Rudder that holds a straight course: {:.1} % of full. Trim the steering servo so that it is there at centre.",
                 0.0 - 100.0 * offset / self.full_rudder_rad
-            );
-        }
-        for note in self.notes.iter().cloned().chain(self.extrapolation()) {
-            let _ = writeln!(text, "# {}", comment(&note));
+            )
+        }));
+        lines.extend(self.notes.iter().cloned().chain(self.extrapolation()));
+        let mut text = String::new();
+        for line in &lines {
+            let _ = writeln!(text, "{}", comment_lines(line));
         }
         text
     }
