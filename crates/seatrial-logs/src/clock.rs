@@ -163,11 +163,78 @@ fn inferred_unit(first: f64, numbers: &[f64]) -> (Unit, Option<String>, bool) {
 
 /// An instant with its offset from UTC; one without is taken as UTC.
 pub(crate) fn instant(text: &str) -> Option<Timestamp> {
-    if !text.contains('-') || text.len() < 10 {
+    if text.len() < 10 {
+        return None;
+    }
+    if let Some(year_first) = year_first(text) {
+        return instant(&year_first);
+    }
+    if !text.contains('-') {
         return None;
     }
     text.parse().ok().or_else(|| {
         let civil: DateTime = text.parse().ok()?;
         Some(civil.to_zoned(TimeZone::UTC).ok()?.timestamp())
     })
+}
+
+/// `20.11.2026 12:00:00.05`, `20/11/2026 12:00` or `20-11-2026 12:00` with the year first, as the standard has it; `2026/11/20 12:00`
+/// with hyphens. Slashes with the month first, as `11/20/2026`, are read where no other reading is possible.
+fn year_first(text: &str) -> Option<String> {
+    let (date, time) = text.split_at_checked(text.find([' ', 'T']).unwrap_or(text.len()))?;
+    let mut parts = date.split(['.', '/', '-']);
+    let [first, second, third] = [parts.next()?, parts.next()?, parts.next()?];
+    if parts.next().is_some() || [first, second, third].iter().any(|part| !is_number(part)) {
+        return None;
+    }
+    let (year, month, day) = match (first.len(), third.len()) {
+        (4, 1 | 2) if !date.contains('-') => (first, second, third),
+        (1 | 2, 4) if second.parse::<u8>().ok()? > 12 => (third, first, second),
+        (1 | 2, 4) => (third, second, first),
+        _ => return None,
+    };
+    let time = match time.trim_start_matches([' ', 'T']) {
+        "" => "00:00",
+        time => time,
+    };
+    Some(format!(
+        "{year}-{month:0>2}-{day:0>2}T{}",
+        time.replace(',', ".")
+    ))
+}
+
+fn is_number(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_dates_with_the_day_first_are_read() {
+        let expected = instant("2026-11-20T12:00:00.05Z").unwrap();
+        for text in [
+            "20.11.2026 12:00:00.05",
+            "20.11.2026 12:00:00,05",
+            "20/11/2026 12:00:00.05",
+            "20-11-2026 12:00:00.05",
+            "2026/11/20 12:00:00.05",
+            "11/20/2026 12:00:00.05",
+            "2026-11-20 12:00:00.05",
+        ] {
+            assert_eq!(instant(text), Some(expected), "{text}");
+        }
+        let fifth = instant("2026-04-05T00:00:00Z");
+        assert_eq!(instant("05.04.2026"), fifth);
+        for text in [
+            "20.11.26 12:00",
+            "1.2.3",
+            "not a date",
+            "31.31.2026 12:00",
+            "192.168.20.2026",
+        ] {
+            assert_eq!(instant(text), None, "{text}");
+        }
+    }
 }

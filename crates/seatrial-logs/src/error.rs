@@ -203,6 +203,22 @@ pub enum Fault {
         /// The columns.
         candidates: Vec<String>,
     },
+    /// Several things are wrong with its columns.
+    #[error("{first}; {} more: {}", .others.len(), .others.join("; "))]
+    Several {
+        /// What was found first.
+        first: Box<Fault>,
+        /// The others in short.
+        others: Vec<String>,
+    },
+    /// Several rows are damaged.
+    #[error("{first}; {others} more row{} damaged", if *.others == 1 { " is" } else { "s are" })]
+    SeveralRows {
+        /// What is wrong with the first.
+        first: Box<Fault>,
+        /// How many more there are.
+        others: u64,
+    },
     /// The column that was asked for is not there.
     #[error(
         "{} {name}: there is no such column; found {}{}",
@@ -364,6 +380,34 @@ pub enum Fault {
 }
 
 impl Fault {
+    /// All of these in one; `None` of none.
+    pub(crate) fn all(faults: Vec<Self>) -> Option<Self> {
+        let mut faults = faults.into_iter();
+        let first = faults.next()?;
+        let others: Vec<String> = faults.map(|fault| fault.in_short()).collect();
+        Some(match others.is_empty() {
+            true => first,
+            false => Self::Several {
+                first: Box::new(first),
+                others,
+            },
+        })
+    }
+
+    /// Without the list of columns, which the first fault has.
+    fn in_short(&self) -> String {
+        match self {
+            Self::MissingColumn {
+                quantity, nearest, ..
+            } => format!(
+                "no column for {quantity}{}: {} NAME",
+                nearest_text(nearest),
+                quantity.option()
+            ),
+            other => other.to_string(),
+        }
+    }
+
     /// Is the fault confined to one row, so that reading can go on without it?
     pub(crate) fn is_in_one_row(&self) -> bool {
         matches!(

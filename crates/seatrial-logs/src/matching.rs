@@ -60,21 +60,20 @@ pub(crate) fn match_columns(
         true => columns.iter().map(|name| ColumnName::new(name)).collect(),
         false => Vec::new(),
     };
+    // What is wrong with one column hides nothing that is wrong with another.
+    let mut faults = Vec::new();
     for quantity in Quantity::ALL {
-        let column = match choice.columns.get(&quantity) {
-            Some(name) => match meant(name, columns, quantity) {
-                Some(column) => {
-                    found.warnings.push(format!(
-                        "{} {name}: there is no such column; `{}` is taken",
-                        quantity.option(),
-                        columns[column]
-                    ));
-                    Some(column)
-                }
-                None => chosen(name, columns, quantity)?,
-            },
-            None if !known.is_empty() => preferred(known, columns, quantity)?,
-            None => best(&names, columns, quantity, choice, &mut found.warnings)?,
+        let of_names = Named {
+            columns,
+            names: &names,
+            known,
+        };
+        let column = match of_names.column(quantity, choice, &mut found.warnings) {
+            Ok(column) => column,
+            Err(fault) => {
+                faults.push(fault);
+                continue;
+            }
         };
         let Some(column) = column else { continue };
         let channel = known.of(quantity, &columns[column]);
@@ -82,7 +81,10 @@ pub(crate) fn match_columns(
             Some(unit) if unit.fits(quantity.dimension()) => {
                 Some((*unit, crate::UnitSource::Chosen))
             }
-            Some(unit) => return Err(unknown_unit(&columns[column], unit.symbol(), quantity)),
+            Some(unit) => {
+                faults.push(unknown_unit(&columns[column], unit.symbol(), quantity));
+                continue;
+            }
             None if let Some(channel) = channel => {
                 channel.unit.map(|unit| (unit, crate::UnitSource::Stated))
             }
@@ -90,7 +92,8 @@ pub(crate) fn match_columns(
                 StatedUnit::Known(unit) => Some((unit, crate::UnitSource::Stated)),
                 StatedUnit::None => None,
                 StatedUnit::Unknown(text) if quantity.is_required() => {
-                    return Err(unknown_unit(&columns[column], &text, quantity));
+                    faults.push(unknown_unit(&columns[column], &text, quantity));
+                    continue;
                 }
                 StatedUnit::Unknown(text) => {
                     found.warnings.push(format!(
@@ -115,7 +118,57 @@ pub(crate) fn match_columns(
             .warnings
             .extend(channel.and_then(|channel| channel.doubt.clone()));
     }
-    Ok(found)
+    Fault::all(faults).map_or(Ok(found), Err)
+}
+
+/// The columns of a log with what is known of them.
+struct Named<'a> {
+    columns: &'a [String],
+    names: &'a [ColumnName],
+    known: &'a Known,
+}
+
+impl Named<'_> {
+    /// The column of a quantity: the one chosen, else the one that the format knows, else the one whose name fits best.
+    fn column(
+        &self,
+        quantity: Quantity,
+        choice: &ChannelChoice,
+        warnings: &mut Vec<String>,
+    ) -> Result<Option<usize>, Fault> {
+        let columns = self.columns;
+        match choice.columns.get(&quantity) {
+            Some(name) => match meant(name, columns, quantity) {
+                Some(column) => {
+                    warnings.push(format!(
+                        "{} {name}: there is no such column; `{}` is taken",
+                        quantity.option(),
+                        columns[column]
+                    ));
+                    Ok(Some(column))
+                }
+                None => chosen(name, columns, quantity),
+            },
+            None if !self.known.is_empty() => preferred(self.known, columns, quantity),
+            None => {
+                let column = best(self.names, columns, quantity, choice, warnings)?;
+                warnings.extend(column.and_then(|column| course(&columns[column], quantity)));
+                Ok(column)
+            }
+        }
+    }
+}
+
+/// What has to be known of a heading that is a course over ground.
+fn course(column: &str, quantity: Quantity) -> Option<String> {
+    let name = ColumnName::new(column).without_unit(quantity).concat();
+    let is_course = ["cog", "courseoverground", "course"].contains(&name.as_str());
+    (quantity == Quantity::Heading && is_course).then(|| {
+        format!(
+            "`{column}` is a course over ground, which is late and which wind and current turn: name the compass with {} NAME where there is one",
+            quantity.option()
+        )
+    })
 }
 
 fn unknown_unit(column: &str, found: &str, quantity: Quantity) -> Fault {

@@ -111,11 +111,28 @@ impl Quantity {
                 &["epoch", "unixtime", "utc", "datetime", "date", "clock"],
             ],
             Self::Heading => &[
-                &["heading", "yaw", "psi", "hdg"],
-                &["headingangle", "yawangle", "compass", "compassheading"],
+                &[
+                    "heading",
+                    "yaw",
+                    "psi",
+                    "hdg",
+                    "hdt",
+                    "trueheading",
+                    "headingtrue",
+                ],
+                &[
+                    "headingangle",
+                    "yawangle",
+                    "compass",
+                    "compassheading",
+                    "hdm",
+                    "magneticheading",
+                    "headingmagnetic",
+                ],
+                &["cog", "courseoverground", "course"],
             ],
             Self::Rudder => &[
-                &["rudder", "rudderangle", "delta", "deltar", "rud"],
+                &["rudder", "rudderangle", "delta", "deltar", "rud", "rsa"],
                 &[
                     "fin",
                     "finangle",
@@ -123,6 +140,10 @@ impl Quantity {
                     "steering",
                     "steer",
                     "steeringangle",
+                    "helm",
+                    "helmangle",
+                    "tiller",
+                    "tillerangle",
                 ],
                 &[
                     "ruddercmd",

@@ -273,6 +273,25 @@ impl LogReader {
         Ok(Some(sample))
     }
 
+    /// The fault of a row, with the count of damaged rows behind it.
+    fn with_others(&mut self, first: Fault) -> Fault {
+        let mut others = 0;
+        loop {
+            match self.next_sample() {
+                Ok(Some(_)) => {}
+                Err(fault) if fault.is_in_one_row() => others += 1,
+                Ok(None) | Err(_) => break,
+            }
+        }
+        match others {
+            0 => first,
+            others => Fault::SeveralRows {
+                first: Box::new(first),
+                others,
+            },
+        }
+    }
+
     fn column(&self, quantity: Quantity) -> String {
         let channel = self.description.channels.iter();
         channel
@@ -306,6 +325,7 @@ impl Iterator for LogReader {
                     }
                     continue;
                 }
+                Err(fault) if fault.is_in_one_row() => self.with_others(fault),
                 Err(fault) => fault,
             };
             self.is_finished = true;
