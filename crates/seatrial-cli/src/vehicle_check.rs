@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::Subcommand;
+use seatrial::figures::three_figures;
 use seatrial_app::load_plan;
 use seatrial_app::vehicles::{hand_back_text, inspect_ros2};
 use seatrial_links::autopilot::{Backup, HandBack};
@@ -15,6 +16,7 @@ use crate::autopilot::{LinkArgs, address, change_line, check_line};
 use crate::identify::call;
 use crate::output::{Exit, Failure, Output};
 use crate::screen::{command, labelled, width};
+use crate::table::Table;
 
 /// Look at an autopilot before a trial, or put it back after a trial that was cut short.
 #[derive(clap::Args, Debug)]
@@ -164,12 +166,37 @@ fn restore(args: &RestoreArgs, output: &Output) -> Result<Exit, Failure> {
         std::fs::remove_file(&args.backup)
             .map_err(|error| Failure::not_saved(format!("{}: {error}", args.backup.display())))?;
     }
-    output.print(&restored, || hand_back_text(&restored.done))?;
+    output.print(&restored, || restored_text(&restored.done))?;
     Ok(if restored.complete {
         Exit::Done
     } else {
         Exit::Rejected
     })
+}
+
+/// What was put back: each parameter as it was and as it is now.
+fn restored_text(done: &HandBack) -> String {
+    let mut table = Table::new(&[("parameter", ""), ("was", ""), ("is now", "")]);
+    for value in &done.values {
+        table.row(vec![
+            value.name.clone(),
+            value.from.map_or_else(|| "-".into(), figures),
+            figures(value.to),
+        ]);
+    }
+    let text = labelled("", &hand_back_text(done), width());
+    match done.values.is_empty() {
+        true => text,
+        false => format!("{table}{text}"),
+    }
+}
+
+/// A parameter with at most six significant figures.
+fn figures(value: f64) -> String {
+    match value.fract() == 0.0 && value.abs() < 1e6 {
+        true => value.to_string(),
+        false => three_figures(value),
+    }
 }
 
 fn load(path: &Path) -> Result<Backup, Failure> {

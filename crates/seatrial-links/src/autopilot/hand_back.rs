@@ -83,6 +83,19 @@ pub struct HandBack {
     pub restored: Vec<String>,
     /// Parameters that could not be put back or read back.
     pub not_restored: Vec<String>,
+    /// What each parameter was before and is now, where it was put back from a backup.
+    pub values: Vec<PutBack>,
+}
+
+/// A parameter that was put back.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PutBack {
+    /// Its name.
+    pub name: String,
+    /// What it was before; `None` where the autopilot did not say.
+    pub from: Option<f64>,
+    /// What it is now.
+    pub to: f64,
 }
 
 impl HandBack {
@@ -94,6 +107,7 @@ impl HandBack {
             mode_restored: backup.mode.map(|_| false),
             restored: Vec::new(),
             not_restored: backup.parameters.keys().cloned().collect(),
+            values: Vec::new(),
         }
     }
 
@@ -239,6 +253,14 @@ impl<W: Wire> Autopilot<W> {
                 autopilot.send(release);
             }
         });
+        // What is overwritten is told.
+        for name in backup.parameters.keys() {
+            self.insist(
+                LOOKS_S,
+                |autopilot| autopilot.ask_parameter(name),
+                |autopilot| autopilot.parameters.get(name).is_some(),
+            );
+        }
         self.restore_parameters(backup, true, &mut done);
         let profile = self.profile();
         let has_gains = cascade::names().any(|name| backup.parameters.contains_key(name));
@@ -267,7 +289,13 @@ impl<W: Wire> Autopilot<W> {
         let parameters = backup.parameters.iter();
         let (last, first): (Vec<_>, Vec<_>) = parameters.partition(is_last);
         for (name, stored) in first.into_iter().chain(last) {
+            let from = self.parameters.get(name).filter(|value| value.is_finite());
             if self.set_parameter(name, *stored, RESTORE_S) {
+                done.values.push(PutBack {
+                    name: name.clone(),
+                    from,
+                    to: stored.number(),
+                });
                 done.restored.push(name.clone());
             } else {
                 done.not_restored.push(name.clone());

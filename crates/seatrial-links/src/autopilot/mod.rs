@@ -33,7 +33,7 @@ use seatrial_mavlink::ardupilot::Parameters;
 
 use crate::handover::Following;
 use crate::link::{Damage, Decoder, Encoder, Sender, Signing, Wire};
-pub use hand_back::{Backup, HandBack, Stored};
+pub use hand_back::{Backup, HandBack, PutBack, Stored};
 pub use heading::HeadingControl;
 pub use profile::{Profile, SteeringOutputs};
 pub use response::Response;
