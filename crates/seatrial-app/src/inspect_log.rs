@@ -4,12 +4,12 @@ use seatrial::Window;
 use seatrial::identification::{Reason, ReasonCode, Verdict};
 use seatrial::manoeuvre::{Manoeuvre, Stroke};
 use seatrial::segmentation::{Proposal, Segment, find, propose};
-use seatrial::verdict::refuse_record;
-use seatrial_core::{Real, RudderUnit, Sample};
+use seatrial_core::{Real, Sample};
 use seatrial_logs::Quantity;
 use serde::{Deserialize, Serialize};
 
 use crate::documents::Source;
+use crate::identify_log::verdict_of;
 use crate::logs::OpenedLog;
 
 /// An interval longer than this many median intervals is a gap.
@@ -32,7 +32,7 @@ pub struct Inspection {
     pub manoeuvres: Vec<Segment>,
     /// Which of them `identify` takes, where no windows are given.
     pub windows: Vec<Proposal>,
-    /// May a model be identified?
+    /// May a model of it be used? What `identify` without windows says.
     pub verdict: Verdict,
 }
 
@@ -93,33 +93,14 @@ impl Inspection {
                 .and_then(|rudder| positive_rudder_turns_up(samples, &rudder.strokes)),
             windows: propose(&opened.record, &manoeuvres),
             manoeuvres,
-            verdict: verdict(samples.len(), &ranges, opened.rudder_unit()),
+            verdict: verdict_of(opened).unwrap_or_else(|error| {
+                Verdict::refused(Reason::new(
+                    ReasonCode::Other("unreadable".into()),
+                    error.to_string(),
+                ))
+            }),
             ranges,
         }
-    }
-}
-
-fn verdict(samples: usize, ranges: &[Range], rudder_unit: RudderUnit) -> Verdict {
-    let spread_rad = |quantity: Quantity| {
-        ranges
-            .iter()
-            .find(|range| range.quantity == quantity)
-            .map_or(0.0, |range| range.highest - range.lowest)
-    };
-    let refusal = refuse_record(
-        samples,
-        0.5 * spread_rad(Quantity::Rudder),
-        rudder_unit,
-        spread_rad(Quantity::Heading),
-    );
-    Verdict {
-        accepted: refusal.is_none(),
-        reasons: vec![refusal.unwrap_or_else(|| {
-            Reason::new(
-                ReasonCode::Ok,
-                "rudder and heading both move: a model may be identified",
-            )
-        })],
     }
 }
 

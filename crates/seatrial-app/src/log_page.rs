@@ -26,7 +26,7 @@ pub fn page(found: &IdentifiedLog, path: &Path) -> String {
     );
     let name = path.file_name().unwrap_or(path.as_os_str());
     let rows = speed_rows(found);
-    let command = next::after_log(found, &identify_call(path));
+    let command = next::after_log(found, &identify_call(path), None);
     render_log(&Log {
         axis: found.axis,
         name: &name.to_string_lossy(),

@@ -1,6 +1,5 @@
 //! What to type next.
 
-#[cfg(feature = "trials")]
 use std::path::Path;
 
 #[cfg(feature = "trials")]
@@ -18,16 +17,19 @@ const SUB: &str = "--export ardupilot --vehicle-type underwater --out gains.para
 const ROVER: &str = "--export ardupilot --out gains.param";
 const PX4: &str = "--export px4 --out gains.params";
 
-/// The command that goes on from an identified log. `call` is the command that identified it, `seatrial identify run.csv`. Of an
-/// autopilot's log it writes that autopilot's file of parameters.
-pub fn after_log(found: &IdentifiedLog, call: &str) -> String {
+/// The command that goes on from an identified log. `call` is the command that identified it, `seatrial identify run.csv`; `schedule`
+/// the file that it wrote its models to. Of an autopilot's log the command writes that autopilot's file of parameters.
+pub fn after_log(found: &IdentifiedLog, call: &str, schedule: Option<&Path>) -> String {
     let log = &found.logs.log;
     match found.verdict().outcome() {
         Outcome::Use | Outcome::UseWithCare if found.axis == Axis::Pitch => {
             format!("{call} --json > model.json")
         }
         Outcome::Use | Outcome::UseWithCare => {
-            let gains = "seatrial gains --model model.json";
+            let gains = match schedule {
+                Some(written) => format!("seatrial gains --schedule {}", written.display()),
+                None => format!("{call} --json > model.json && seatrial gains --model model.json"),
+            };
             let is_submarine = is_ardusub(log.description.firmware.as_deref());
             let export = match log.description.format {
                 Format::DataFlash if is_submarine => format!(" {SUB}"),
@@ -35,7 +37,7 @@ pub fn after_log(found: &IdentifiedLog, call: &str) -> String {
                 Format::Ulog => format!(" {PX4}"),
                 _ => String::new(),
             };
-            format!("{call} --json > model.json && {gains}{export}")
+            format!("{gains}{export}")
         }
         Outcome::NotValidated => format!("{call} --validate-on SECOND_LOG"),
         Outcome::DoNotUse => format!("seatrial report {}", log.path.display()),

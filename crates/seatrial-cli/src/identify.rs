@@ -3,7 +3,7 @@
 #[cfg(test)]
 mod agreement;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use seatrial::Identification;
 use seatrial::identification::{Outcome, ReasonCode, Verdict};
@@ -118,7 +118,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     }
     output.print(&found.document(), || match args.verbose {
         true => verbose_text(&found),
-        false => text(&found, &call(), width()),
+        false => text(&found, &call(), args.schedule.as_deref(), width()),
     })?;
     if let Some((path, models)) = args.schedule.as_ref().zip(found.models.as_ref()) {
         speeds::save_schedule(path, models, &found.logs.log.source())?;
@@ -143,7 +143,7 @@ pub fn call() -> String {
 }
 
 /// The outcome, a table of one line a speed, the cause of the outcome and the next command.
-pub fn text(found: &IdentifiedLog, call: &str, width: usize) -> String {
+pub fn text(found: &IdentifiedLog, call: &str, schedule: Option<&Path>, width: usize) -> String {
     let verdict = found.verdict();
     let log = &found.logs.log;
     let mut text = labelled("", &verdict.outcome().name().to_uppercase(), width);
@@ -161,7 +161,7 @@ pub fn text(found: &IdentifiedLog, call: &str, width: usize) -> String {
     if let Some(sign) = reasons.find(|reason| reason.code == ReasonCode::SignReversed) {
         text += &labelled("Sign   ", &sign.text, width);
     }
-    text + &command("Next   ", &next::after_log(found, call), width)
+    text + &command("Next   ", &next::after_log(found, call, schedule), width)
 }
 
 /// What decides the outcome, what to do about it, and how many more there are.

@@ -4,16 +4,19 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
+use seatrial::identification::Verdict;
 use seatrial::segmentation::{Kind, Segment};
 use seatrial_app::inspect_log::{Inspection, Range, series};
-use seatrial_app::log_page::{source, windows_text};
+use seatrial_app::log_page::{identify_call, source, windows_text};
 use seatrial_app::logs::OpenedLog;
 use seatrial_core::{RudderUnit, Sample};
 use seatrial_logs::{Channel, Quantity, UnitSource};
 use seatrial_report::{Found, render_found};
 
+use crate::identify::cause_text;
 use crate::log::{self, LogArgs};
 use crate::output::{Exit, Failure, Output, save_page};
+use crate::screen::{command, labelled, width, wrapped};
 use crate::table::Table;
 
 /// What is in a log: channels, rates, gaps, units and signs, manoeuvres; is it usable and if not why.
@@ -32,6 +35,10 @@ pub struct Args {
 /// Manoeuvres that the text lists; JSON lists all.
 const LISTED_MANOEUVRES: usize = 24;
 
+/// Columns that the unit of a channel takes at least; with less room it has lines of its own, so far in.
+const LEAST_ROOM: usize = 24;
+const INDENT: &str = "          ";
+
 /// Characters of a sparkline.
 const SPARKLINE_WIDTH: usize = 64;
 
@@ -43,11 +50,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if let Some(path) = &args.report {
         save_page(path, &report_page(&opened, &inspection))?;
     }
-    Ok(if inspection.verdict.accepted {
-        Exit::Done
-    } else {
-        Exit::Rejected
-    })
+    Ok(Exit::of(&inspection.verdict))
 }
 
 fn report_page(opened: &OpenedLog, inspection: &Inspection) -> String {
@@ -97,7 +100,9 @@ fn write_text(text: &mut String, opened: &OpenedLog, inspection: &Inspection) ->
             )?,
         }
     }
-    writeln!(text, "\n")?;
+    let (head, width) = (std::mem::take(text), width());
+    text.push_str(&wrapped(&head, width));
+    writeln!(text)?;
 
     text.push_str(&channels_text(opened, inspection));
     let samples = &opened.record.samples;
@@ -123,19 +128,17 @@ fn write_text(text: &mut String, opened: &OpenedLog, inspection: &Inspection) ->
             None => "the strokes do not show to which side positive rudder turns",
         }
     )?;
-    writeln!(
-        text,
-        "\n{}",
-        if inspection.verdict.accepted {
-            "usable"
-        } else {
-            "not usable"
-        }
-    )?;
-    for reason in &inspection.verdict.reasons {
-        writeln!(text, "  {}", reason.text)?;
-    }
+    text.push_str(&verdict_text(opened, &inspection.verdict));
     Ok(())
+}
+
+/// What `identify` says of the log, and the command that says more.
+fn verdict_text(opened: &OpenedLog, verdict: &Verdict) -> String {
+    let width = width();
+    let call = identify_call(&opened.path);
+    let mut text = format!("\n{}\n", verdict.outcome().name().to_uppercase());
+    text += &cause_text(verdict, &format!("{call} --verbose"), width);
+    text + &command("Next   ", &call, width)
 }
 
 /// Quantity, column, range and unit of every channel, each beneath the other.
@@ -154,13 +157,21 @@ fn channels_text(opened: &OpenedLog, inspection: &Inspection) -> String {
         .max();
     let range_width = rows().map(|(_, range)| range.chars().count()).max();
     let (column_width, range_width) = (column_width.unwrap_or(0), range_width.unwrap_or(0));
+    let screen = width();
     let line = |(channel, range): (&Channel, String)| {
-        format!(
-            "{:9} {:column_width$}  {range:range_width$}  {}\n",
+        let start = format!(
+            "{:9} {:column_width$}  {range:range_width$}  ",
             channel.quantity.name(),
             channel.column,
-            unit_text(channel)
-        )
+        );
+        match start.chars().count() + LEAST_ROOM <= screen {
+            true => labelled(&start, &unit_text(channel), screen),
+            false => format!(
+                "{}\n{}",
+                start.trim_end(),
+                labelled(INDENT, &unit_text(channel), screen)
+            ),
+        }
     };
     rows().map(line).collect()
 }
@@ -238,7 +249,8 @@ fn manoeuvres_text(opened: &OpenedLog, inspection: &Inspection) -> String {
         let _ = writeln!(text, "and {more} more, which --json lists");
     }
     for proposal in &inspection.windows {
-        let _ = writeln!(text, "identify takes, at {}", windows_text(proposal));
+        let taken = format!("at {}", windows_text(proposal));
+        text += &labelled("identify takes, ", &taken, width());
     }
     text
 }

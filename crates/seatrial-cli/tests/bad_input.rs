@@ -16,6 +16,14 @@ fn inspect(content: &[u8], arguments: &[&str]) -> (i32, String, String) {
     )
 }
 
+/// The exit code of `identify` on the same log, which is that of `inspect`.
+fn identify(content: &[u8], arguments: &[&str]) -> i32 {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("run.csv"), content).unwrap();
+    let arguments = [&["identify", "run.csv"], arguments].concat();
+    run_to_text(folder.path(), &arguments).0
+}
+
 /// A doublet and the heading that follows it, in the units given.
 fn log(header: &str, rows: u32, scale: f64) -> String {
     let mut text = format!("{header}\n");
@@ -55,6 +63,14 @@ fn cli_unreadable_logs_say_what_is_wrong_and_exit_3() {
         (
             b"t,yaw,rudder\n0,0,0\n1,north,0\n",
             "line 3, column `yaw`: found \"north\", expected a number",
+        ),
+        (
+            b"t,alpha,wheel\n0,0,0\n",
+            "say which with --heading NAME; 1 more: no column for rudder: --rudder NAME",
+        ),
+        (
+            b"t,yaw,rudder\n0,0,0\n1,north,0\n2,0,0\n3,east,0\n",
+            "--drop-invalid; 1 more row is damaged",
         ),
         (
             b"t,yaw,rudder\n0,0,0\n1,NaN,0\n",
@@ -169,8 +185,9 @@ fn cli_readable_logs_that_give_no_model_exit_4_with_the_reason() {
 
 #[test]
 fn cli_units_are_said_and_doubts_are_warned_of() {
-    let (exit, _, stderr) = inspect(log("t,yaw,rudder", 300, 1.0).as_bytes(), &[]);
-    assert_eq!(exit, 0);
+    let plain = log("t,yaw,rudder", 300, 1.0);
+    let (exit, _, stderr) = inspect(plain.as_bytes(), &[]);
+    assert_eq!(exit, identify(plain.as_bytes(), &[]));
     assert!(
         stderr.contains("heading from yaw [rad, assumed]"),
         "{stderr}"
@@ -180,7 +197,7 @@ fn cli_units_are_said_and_doubts_are_warned_of() {
     let degrees = 1_f64.to_degrees();
     let unlabelled = log("t,yaw,rudder", 300, degrees);
     let (exit, stdout, stderr) = inspect(unlabelled.as_bytes(), &["--json"]);
-    assert_eq!(exit, 0);
+    assert_eq!(exit, identify(unlabelled.as_bytes(), &[]));
     assert!(
         stderr.contains("warning: heading has no unit and is taken as deg"),
         "{stderr}"
@@ -199,7 +216,7 @@ fn cli_units_are_said_and_doubts_are_warned_of() {
     );
     let chosen = ["--unit", "heading=deg", "--unit", "rudder=deg"];
     let (exit, _, stderr) = inspect(labelled.as_bytes(), &chosen);
-    assert_eq!(exit, 0);
+    assert_eq!(exit, identify(labelled.as_bytes(), &chosen));
     assert!(!stderr.contains("warning"), "{stderr}");
 }
 

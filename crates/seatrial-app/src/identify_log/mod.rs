@@ -5,15 +5,16 @@ mod windows;
 
 use std::path::Path;
 
-use seatrial::Identification;
 use seatrial::identification::{Reason, ReasonCode, Verdict};
-use seatrial::identify::{IdentifyError, IdentifySettings, identify};
+use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, identify};
 use seatrial::pitch;
+use seatrial::{Identification, Window};
 use seatrial_core::Axis;
 
 use crate::Error;
 use crate::logs::{Observer, OpenedLog, ReadSettings, Unobserved};
 
+use speeds::whole_verdict;
 pub use speeds::{SpeedModel, foremost, identify_speeds};
 pub use windows::{Logs, Windows};
 
@@ -40,7 +41,8 @@ pub struct IdentifiedLog {
     pub logs: Logs,
     /// The model of each speed, slowest first, where manoeuvres were looked for and found.
     pub models: Option<Vec<SpeedModel>>,
-    single: Result<Box<Identification>, Verdict>,
+    model: Option<Box<Identification>>,
+    verdict: Verdict,
 }
 
 /// Identifies a log, as `seatrial identify LOG` does: without windows its manoeuvres are looked for, those of one speed
@@ -73,45 +75,86 @@ pub fn identify_opened(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<IdentifiedLog, Error> {
-    let settings = &options.settings;
-    if let Some(aircraft) = &logs.log.description.aircraft {
-        return Ok(IdentifiedLog {
-            axis: options.axis,
-            models: None,
-            single: Err(Verdict::refused(not_a_vessel(aircraft))),
-            logs,
-        });
-    }
-    if !options.windows.are_given()
-        && !settings.as_paper
-        && options.axis == Axis::Yaw
-        && let Some(models) = identify_speeds(&logs.log, settings, observer)?
-        && let Some(foremost) = foremost(&models)
-    {
-        let single = foremost.identification.clone();
-        return Ok(IdentifiedLog {
-            axis: options.axis,
-            single: single.map(Box::new).ok_or_else(|| foremost.verdict.clone()),
-            models: Some(models),
-            logs,
-        });
-    }
-    let (record, training, data) = (&logs.log.record, logs.training, logs.validation_data());
-    let found = match options.axis {
-        Axis::Yaw => identify(record, training, data, settings),
-        Axis::Pitch => pitch::identify(record, training, data),
-    };
-    let single = match found {
-        Ok(identification) => Ok(Box::new(identification)),
-        Err(IdentifyError::Refused(reason)) => Err(Verdict::refused(reason)),
-        Err(error) => return Err(no_model(&logs.log, error)),
+    let found = match options.windows.are_given() {
+        true => one_model(&logs.log, logs.training, logs.validation_data(), options)?,
+        false => models_of(&logs.log, options, observer)?,
     };
     Ok(IdentifiedLog {
         axis: options.axis,
-        models: None,
-        single,
+        models: found.models,
+        model: found.model,
+        verdict: found.verdict,
         logs,
     })
+}
+
+/// May a model of this log be used, as `identify` without windows says it?
+pub fn verdict_of(log: &OpenedLog) -> Result<Verdict, Error> {
+    Ok(models_of(log, &Options::default(), &mut Unobserved)?.verdict)
+}
+
+/// The models of a log, the foremost one and the verdict on all.
+struct Found {
+    models: Option<Vec<SpeedModel>>,
+    model: Option<Box<Identification>>,
+    verdict: Verdict,
+}
+
+impl Found {
+    fn refused(reason: Reason) -> Self {
+        Self {
+            models: None,
+            model: None,
+            verdict: Verdict::refused(reason),
+        }
+    }
+}
+
+/// The model of each speed, where manoeuvres are found, else one of the whole.
+fn models_of(
+    log: &OpenedLog,
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<Found, Error> {
+    let settings = &options.settings;
+    let whole = || one_model(log, Window::ALL, None, options);
+    if log.description.aircraft.is_some() || settings.as_paper || options.axis == Axis::Pitch {
+        return whole();
+    }
+    match identify_speeds(log, settings, observer)? {
+        Some(models) => Ok(Found {
+            model: foremost(&models).and_then(|model| model.identification.clone().map(Box::new)),
+            verdict: whole_verdict(&models),
+            models: Some(models),
+        }),
+        None => whole(),
+    }
+}
+
+/// One model of the training window.
+fn one_model(
+    log: &OpenedLog,
+    training: Window,
+    data: Option<ValidationData>,
+    options: &Options,
+) -> Result<Found, Error> {
+    if let Some(aircraft) = &log.description.aircraft {
+        return Ok(Found::refused(not_a_vessel(aircraft)));
+    }
+    let record = &log.record;
+    let found = match options.axis {
+        Axis::Yaw => identify(record, training, data, &options.settings),
+        Axis::Pitch => pitch::identify(record, training, data),
+    };
+    match found {
+        Ok(identification) => Ok(Found {
+            models: None,
+            verdict: identification.verdict.clone(),
+            model: Some(Box::new(identification)),
+        }),
+        Err(IdentifyError::Refused(reason)) => Ok(Found::refused(reason)),
+        Err(error) => Err(no_model(log, error)),
+    }
 }
 
 /// The log is of what does not steer in the water.
@@ -128,15 +171,12 @@ fn not_a_vessel(aircraft: &str) -> Reason {
 impl IdentifiedLog {
     /// The model, or the surest of several. `None` where the data refused one; the verdict says why.
     pub fn identification(&self) -> Option<&Identification> {
-        self.single.as_deref().ok()
+        self.model.as_deref()
     }
 
-    /// May the model be used?
+    /// May the models be used? Of several it is no better than the verdict on any of those that may be.
     pub fn verdict(&self) -> &Verdict {
-        match &self.single {
-            Ok(identification) => &identification.verdict,
-            Err(verdict) => verdict,
-        }
+        &self.verdict
     }
 }
 

@@ -1,11 +1,12 @@
 //! The models of a long log: one for each speed at which manoeuvres were found in it.
 
 use seatrial::campaign_check::{SpeedResult, contradictions};
-use seatrial::identification::{Identification, Verdict};
+use seatrial::identification::{Identification, Outcome, Reason, ReasonCode, Verdict};
 use seatrial::identify::identify_joined;
 use seatrial::identify::joined::Joined;
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData};
 use seatrial::segmentation::{Proposal, find, propose};
+use seatrial::several_speeds::{Part, missing, remarks, whole};
 use serde::{Deserialize, Serialize};
 
 use super::no_model;
@@ -81,11 +82,81 @@ pub fn foremost(models: &[SpeedModel]) -> Option<&SpeedModel> {
             let shares = [a, b].map(|model| rudder_share(model).unwrap_or(f64::INFINITY));
             shares[0].total_cmp(&shares[1])
         })
+        .or_else(|| models.iter().find(|model| is_not_validated(model)))
         .or_else(|| models.iter().find(|model| model.identification.is_some()))
         .or_else(|| models.first())
 }
 
+fn is_not_validated(model: &SpeedModel) -> bool {
+    model.verdict.outcome() == Outcome::NotValidated
+}
+
+/// May the models of a log be used, as a whole? It is no better than any of those that may be, and with care where a speed has
+/// none. Where none may be used, the foremost one says why, and then the others.
+pub(super) fn whole_verdict(models: &[SpeedModel]) -> Verdict {
+    if let [only] = models {
+        return only.verdict.clone();
+    }
+    let names: Vec<String> = models.iter().map(SpeedModel::figure).collect();
+    let parts = models.iter().zip(&names);
+    let parts = parts.map(|(model, name)| Part {
+        name,
+        verdict: &model.verdict,
+    });
+    let unit = models.first().map_or("", SpeedModel::unit);
+    let (accepted, others): (Vec<Part>, Vec<Part>) = parts.partition(|p| p.verdict.accepted);
+    if !accepted.is_empty() {
+        let missing = others.iter().filter_map(|part| missing(part, unit));
+        return whole(&accepted, unit, missing.collect());
+    }
+    let mut reasons = foremost(models).map_or_else(Vec::new, |model| model.verdict.reasons.clone());
+    let told: Vec<_> = reasons.iter().map(|reason| reason.code.clone()).collect();
+    let rest = remarks(&others, unit, |_| true).into_iter();
+    reasons.extend(rest.filter(|reason| !told.contains(&reason.code)));
+    Verdict {
+        accepted: false,
+        reasons,
+    }
+}
+
+/// Manoeuvres that differ, in a log that tells neither speed nor thrust, may be of several speeds: that is told first.
+fn name_unknown_speed(verdict: &mut Verdict, proposal: &Proposal) {
+    let is_unknown = proposal.thrust.is_none() && proposal.surge_speed_m_s.is_none();
+    if is_unknown && !verdict.accepted && verdict.has(&ReasonCode::ManoeuvresDiffer) {
+        let windows = proposal.training.len() + usize::from(proposal.validation.is_some());
+        let reason = Reason::new(
+            ReasonCode::SpeedUnknown,
+            format!(
+                "{windows} manoeuvres were taken for manoeuvres of one speed: the log has neither speed nor thrust"
+            ),
+        );
+        verdict.reasons.insert(0, reason);
+    }
+}
+
 impl SpeedModel {
+    /// Its speed in m/s, else its thrust in per cent, without the unit.
+    fn figure(&self) -> String {
+        match (self.surge_speed_m_s, self.thrust) {
+            (Some(speed), _) => format!("{speed:.2}"),
+            (None, Some(thrust)) => format!("{:.0}", 100.0 * thrust),
+            (None, None) => "an unknown".into(),
+        }
+    }
+
+    fn unit(&self) -> &'static str {
+        match (self.surge_speed_m_s, self.thrust) {
+            (Some(_), _) => "m/s",
+            (None, Some(_)) => "% thrust",
+            (None, None) => "speed",
+        }
+    }
+
+    /// Its speed, else its thrust, for messages.
+    pub fn name(&self) -> String {
+        format!("{} {}", self.figure(), self.unit())
+    }
+
     /// What the speeds of a log are compared by.
     fn result(&self) -> Option<SpeedResult<'_>> {
         Some(SpeedResult {
@@ -106,7 +177,8 @@ impl SpeedModel {
         });
         let (identification, joined, verdict) =
             match identify_joined(&log.record, &proposal.training, held_out, settings) {
-                Ok((identification, joined)) => {
+                Ok((mut identification, joined)) => {
+                    name_unknown_speed(&mut identification.verdict, &proposal);
                     let verdict = identification.verdict.clone();
                     (Some(identification), joined, verdict)
                 }

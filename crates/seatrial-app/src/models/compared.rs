@@ -13,7 +13,7 @@ use seatrial_logbook::Logbook;
 use super::{ModelPoint, Models, campaign_named, of_document, of_schedule_file};
 use crate::Error;
 use crate::documents::Source;
-use crate::identify_log::no_model;
+use crate::identify_log::{identify_speeds, no_model};
 use crate::logs::{Observer, OpenedLog, ReadSettings, open_inside};
 
 /// A log whose speed spreads more than this about its mean holds several speeds.
@@ -194,7 +194,14 @@ fn from_log(
     observer: &mut dyn Observer,
 ) -> Result<ComparedModels, Error> {
     let (log, window) = open_named(name, reading, observer)?;
-    let speed = mean_speed_m_s(log.record.window(window)).map_err(|spread| {
+    let mean = mean_speed_m_s(log.record.window(window));
+    if mean.is_err()
+        && window == Window::ALL
+        && let Some(found) = of_several_speeds(name, &log, observer)?
+    {
+        return Ok(found);
+    }
+    let speed = mean.map_err(|spread| {
         Error::Input(format!(
             "{name}: the speed spreads by {:.0} % about its mean, one model holds at one speed; give a window of one manoeuvre, such as {}@40..56.5, or --speed none where the channel is not the speed",
             100.0 * spread,
@@ -235,6 +242,34 @@ fn from_log(
         Err(IdentifyError::Refused(reason)) => Ok(without(reason.measured().to_owned())),
         Err(error) => Err(no_model(&log, error)),
     }
+}
+
+/// The models of a log that holds several speeds, from the manoeuvres that are found at each. `None` where none are found.
+fn of_several_speeds(
+    name: &str,
+    log: &OpenedLog,
+    observer: &mut dyn Observer,
+) -> Result<Option<ComparedModels>, Error> {
+    let Some(found) = identify_speeds(log, &IdentifySettings::default(), observer)? else {
+        return Ok(None);
+    };
+    let mut source = ComparedModels::new(name.into(), Vec::new());
+    source.log = Some(log.source());
+    for model in &found {
+        let usable = model.identification.as_ref();
+        let usable = usable.filter(|_| model.verdict.outcome() != Outcome::DoNotUse);
+        match usable.and_then(|i| SpeedModel::of(i, model.thrust, model.surge_speed_m_s)) {
+            Some(of_speed) => source.models.push(of_speed),
+            None => {
+                let why = model.verdict.cause().map_or("", |cause| &cause.text);
+                source = source.noting(format!("{} has no model: {why}", model.name()));
+            }
+        }
+    }
+    if source.models.is_empty() {
+        source.without_model = Some("none of its manoeuvres gives a model".into());
+    }
+    Ok(Some(source))
 }
 
 /// The mean speed, or by which share of it the speed spreads where that is too much for one model.

@@ -100,7 +100,7 @@ fn cli_a_log_gets_one_outcome_in_all_places() {
         outcomes.push(outcome);
         let word = outcome.name();
 
-        let text = super::text(log, &format!("seatrial identify {name}"), PLAIN_WIDTH);
+        let text = super::text(log, &format!("seatrial identify {name}"), None, PLAIN_WIDTH);
         assert_eq!(text.lines().next(), Some(word.to_uppercase().as_str()));
         assert_fits(&text, log.models.as_ref().map_or(1, Vec::len), &name);
         let has_numbers = text.contains("1/s^2") || text.contains("K_p");

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use seatrial::identification::Outcome;
 use seatrial::servo::Servo;
 use seatrial_app::assist::{ToldLog, ToldReason, ToldTrial, ToldVerdict};
 use seatrial_app::compare_log::compare_log;
@@ -90,10 +91,14 @@ impl LogQuestion {
 pub fn inspect(asked: &LogQuestion) -> Answer {
     let opened = open(&asked.log, &asked.reading()?, None, &mut Unobserved).map_err(words)?;
     let found = Inspection::of(&opened);
-    let say = match (found.verdict.accepted, found.verdict.cause()) {
-        (true, _) => "A model may be identified from this log.".to_owned(),
-        (false, Some(cause)) => format!("No model can be identified: {}", cause.text),
-        (false, None) => "No model can be identified.".to_owned(),
+    let outcome = found.verdict.outcome();
+    let cause = found.verdict.cause().map_or("", |cause| &cause.text);
+    let say = match outcome {
+        Outcome::DoNotUse => format!("No model can be identified: {cause}"),
+        _ => format!(
+            "A model may be identified from this log: {}.",
+            outcome.name()
+        ),
     };
     told(say, &found)
 }
