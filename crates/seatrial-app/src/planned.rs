@@ -6,7 +6,6 @@ use seatrial::figures::three_figures;
 use seatrial::preview::{
     Comparison, Preview, Prior, Recommendation, Target, compare_designs, preview, recommend,
 };
-use seatrial::servo::Servo;
 use seatrial_core::plan::times_slower;
 use seatrial_core::{Axis, Excitation, List, Outcome, Plan};
 use serde::Serialize;
@@ -69,12 +68,7 @@ impl Changes {
         self.change_doublets(&mut plan.plan)?;
         plan.stop_when = self.stop_when.or(plan.stop_when);
         let [delay_s, lag_s] = self.servo_s;
-        let (delay_s, lag_s) = (
-            delay_s.unwrap_or(plan.rudder_delay_s),
-            lag_s.unwrap_or(plan.rudder_lag_s),
-        );
-        Servo::new(delay_s, lag_s).map_err(|invalid| setting(format!("rudder {invalid}")))?;
-        (plan.rudder_delay_s, plan.rudder_lag_s) = (delay_s, lag_s);
+        let mut plan = plan.behind_servo(delay_s, lag_s)?;
         plan.max_repeats = self.max_repeats.unwrap_or(plan.max_repeats);
         checked(plan)
     }
@@ -127,15 +121,22 @@ struct Belief {
     warnings: Vec<String>,
 }
 
+impl Belief {
+    fn of_simulator(name: &str, plan: &Plan<f64>) -> Result<Self, Error> {
+        Ok(Self {
+            origin: name.into(),
+            prior: simulated::prior(name, plan)?,
+            warnings: Vec::new(),
+        })
+    }
+}
+
 impl Expected {
     /// The default vehicle has the time constant that the plan was made for, s.
     fn belief(&self, plan: &Plan<f64>, time_constant_s: Option<f64>) -> Result<Belief, Error> {
-        let of_simulator = |name: &str| {
-            let prior = simulated::prior(name, plan);
-            prior.map_err(|error| Error::Setting(error.to_string()))
-        };
-        let mut belief = match (&self.models, &self.vehicle, time_constant_s) {
-            (Some(models), ..) => {
+        let name = self.vehicle.as_deref().unwrap_or(DEFAULT_VEHICLE);
+        let mut belief = match &self.models {
+            Some(models) => {
                 let (prior, warnings) = self.stated.of_models(models, plan)?;
                 Belief {
                     origin: models.origin.clone(),
@@ -143,23 +144,14 @@ impl Expected {
                     warnings,
                 }
             }
-            (None, None, Some(time_constant_s)) => Belief {
-                origin: format!(
-                    "{DEFAULT_VEHICLE} with a time constant of {} s",
-                    three_figures(time_constant_s)
-                ),
-                prior: of_simulator(DEFAULT_VEHICLE)?.slowed(times_slower(time_constant_s)),
-                warnings: Vec::new(),
-            },
-            (None, vehicle, _) => {
-                let name = vehicle.as_deref().unwrap_or(DEFAULT_VEHICLE);
-                Belief {
-                    origin: name.into(),
-                    prior: of_simulator(name)?,
-                    warnings: Vec::new(),
-                }
-            }
+            None => Belief::of_simulator(name, plan)?,
         };
+        if let (None, None, Some(time_constant_s)) = (&self.models, &self.vehicle, time_constant_s)
+        {
+            let time_constant = three_figures(time_constant_s);
+            belief.origin = format!("{name} with a time constant of {time_constant} s");
+            belief.prior = belief.prior.slowed(times_slower(time_constant_s));
+        }
         self.stated.apply(&mut belief.prior)?;
         Ok(belief)
     }
@@ -209,20 +201,96 @@ pub struct Wanted {
     pub target: Option<Target>,
     /// Compare manoeuvres of the training's amplitude and duration.
     pub comparison: bool,
+    /// Train with this manoeuvre instead of the plan's.
+    pub adopt: Option<Adopt>,
+}
+
+/// A manoeuvre that a plan may take over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Adopt {
+    /// The doublet recommended for the target, for all speeds.
+    Recommended,
+    /// The 3-2-1-1 of the comparison.
+    ThreeTwoOneOne,
+    /// The manoeuvre designed within the envelope.
+    Designed,
+    /// The manoeuvre designed within the heading excursion of the doublet.
+    DesignedCalm,
+}
+
+impl Adopt {
+    /// The manoeuvre, where there is one.
+    fn excitation(
+        self,
+        comparison: Option<&Comparison>,
+        recommendation: Option<&Recommendations>,
+    ) -> Option<Excitation<f64>> {
+        let design = |name: &str| {
+            let mut designs = comparison?.designs.iter();
+            designs.find(|d| d.name == name).map(|d| d.excitation)
+        };
+        match self {
+            Self::Recommended => recommendation?.doublet_of_all(),
+            Self::ThreeTwoOneOne => design("3-2-1-1"),
+            Self::Designed => design("designed"),
+            Self::DesignedCalm => design("designed_calm"),
+        }
+    }
+
+    fn none_fits(self) -> Error {
+        Error::Rejected(match self {
+            Self::Recommended => "--adopt recommended: no doublet within the rudder limit and the envelope reaches the target at every speed; without --adopt the preview says what comes nearest",
+            _ => "--adopt: no manoeuvre of this amplitude and duration fits the envelope; lower --amplitude-deg or --period-s",
+        }.into())
+    }
+}
+
+impl Recommendations {
+    /// The doublet for all speeds, where it reaches the target.
+    fn doublet_of_all(&self) -> Option<Excitation<f64>> {
+        let doublet = self.doublets.last().filter(|doublet| doublet.reachable)?;
+        Some(Excitation::Doublet {
+            amplitude_rad: doublet.amplitude_rad,
+            period_s: doublet.period_s,
+        })
+    }
 }
 
 /// A plan and what to expect of it.
+///
+/// # Errors
+/// A plan or a setting out of its range, a vehicle that is not known, a vehicle file that cannot be read, or a manoeuvre to adopt
+/// that there is not.
 pub fn plan_trial(
     changes: &Changes,
     expected: &Expected,
     wanted: Wanted,
 ) -> Result<PlannedTrial, Error> {
-    let plan = changes.plan()?;
+    if wanted.adopt == Some(Adopt::Recommended) && wanted.target.is_none() {
+        return Err(Error::Setting(
+            "--adopt recommended: name the widths to reach, as in --target a22:10%,b2:5%".into(),
+        ));
+    }
+    let mut plan = changes.plan()?;
     let Belief {
         origin,
         prior,
         warnings,
     } = expected.belief(&plan, changes.time_constant_s)?;
+    let recommendation = wanted.target.map(|target| Recommendations {
+        target,
+        doublets: recommend(&plan, &prior, target),
+    });
+    let wants_design = wanted
+        .adopt
+        .is_some_and(|adopt| adopt != Adopt::Recommended);
+    let comparison = (wanted.comparison || wants_design).then(|| compare_designs(&plan, &prior));
+    if let Some(adopt) = wanted.adopt {
+        plan.training.excitation = adopt
+            .excitation(comparison.as_ref(), recommendation.as_ref())
+            .ok_or_else(|| adopt.none_fits())?;
+        plan = checked(plan)?;
+    }
     let preview =
         preview(&plan, &prior).map_err(|error| Error::Setting(format!("the plan: {error}")))?;
     Ok(PlannedTrial {
@@ -232,11 +300,8 @@ pub fn plan_trial(
             vehicle: origin,
             preview,
         },
-        comparison: wanted.comparison.then(|| compare_designs(&plan, &prior)),
-        recommendation: wanted.target.map(|target| Recommendations {
-            target,
-            doublets: recommend(&plan, &prior, target),
-        }),
+        comparison,
+        recommendation,
         warnings,
     })
 }

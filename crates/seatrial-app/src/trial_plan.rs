@@ -4,15 +4,24 @@ use std::ops::{Deref, DerefMut};
 use std::path::Path;
 
 use seatrial::preview::Target;
+use seatrial::servo::{InvalidServo, Servo};
 use seatrial_core::{Axis, InvalidSetting, Plan};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
 
-/// What a trial does. In files and documents the fields of the plan stand beside [`stop_when`](TrialPlan::stop_when).
+/// What a trial does. In files and documents the fields of the plan stand beside those of the conductor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrialPlan {
+    /// Dead time of the rudder behind the command that the vehicle reports, s. The trial takes the rudder as it is
+    /// reported; its runs are identified from the one behind the servo.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub rudder_delay_s: f64,
+    /// Time constant with which the rudder follows the command that the vehicle reports, s; 0 where it reports the rudder
+    /// itself.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub rudder_lag_s: f64,
     /// The plan that the vehicle follows.
     #[serde(flatten)]
     pub plan: Plan<f64>,
@@ -20,6 +29,13 @@ pub struct TrialPlan {
     /// interval, its conductor looks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stop_when: Option<Target>,
+}
+
+/// What stands in a file beside the fields of [`Plan`].
+const CONDUCTORS_FIELDS: [&str; 3] = ["rudder_delay_s", "rudder_lag_s", "stop_when"];
+
+fn is_zero(time_s: &f64) -> bool {
+    *time_s == 0.0
 }
 
 impl TrialPlan {
@@ -37,12 +53,45 @@ impl TrialPlan {
                 requirement: "left out on the axis of pitch, whose intervals are known after the run",
             });
         }
-        self.plan.check()
+        self.plan.check()?;
+        Servo::new(self.rudder_delay_s, self.rudder_lag_s)
+            .map(drop)
+            .map_err(|InvalidServo { name, .. }| InvalidSetting {
+                field: if name == "lag" {
+                    "rudder_lag_s"
+                } else {
+                    "rudder_delay_s"
+                },
+                requirement: "a time from 0 to 100 s",
+            })
+    }
+
+    /// The plan with another servo behind the command that the vehicle reports; what is not given stays.
+    ///
+    /// # Errors
+    /// Times below 0 or above 100 s.
+    pub fn behind_servo(self, delay_s: Option<f64>, lag_s: Option<f64>) -> Result<Self, Error> {
+        let rudder_delay_s = delay_s.unwrap_or(self.rudder_delay_s);
+        let rudder_lag_s = lag_s.unwrap_or(self.rudder_lag_s);
+        Servo::new(rudder_delay_s, rudder_lag_s)
+            .map_err(|invalid| Error::Setting(format!("--rudder-{invalid}")))?;
+        Ok(Self {
+            rudder_delay_s,
+            rudder_lag_s,
+            ..self
+        })
+    }
+
+    /// The servo behind the command that the vehicle reports, where the rudder is late.
+    pub(crate) fn servo(&self) -> Option<Servo> {
+        let servo = Servo::new(self.rudder_delay_s, self.rudder_lag_s).ok()?;
+        (servo.late_s() > 0.0).then_some(servo)
     }
 
     /// The plan of a TOML text. An error names its line.
     pub fn parse(text: &str) -> Result<Self, toml::de::Error> {
-        match text.contains("stop_when") {
+        // Flattened, a plan's error has no line: only texts with fields of the conductor are read so.
+        match CONDUCTORS_FIELDS.iter().any(|field| text.contains(field)) {
             true => toml::from_str(text),
             false => Ok(toml::from_str::<Plan<f64>>(text)?.into()),
         }
@@ -53,7 +102,7 @@ impl From<Plan<f64>> for TrialPlan {
     fn from(plan: Plan<f64>) -> Self {
         Self {
             plan,
-            stop_when: None,
+            ..Self::default()
         }
     }
 }
@@ -187,7 +236,8 @@ mod tests {
                 a22: Some(0.1),
                 b2: None,
             }),
-            plan: Plan::paper(),
+            rudder_lag_s: 0.2,
+            ..Plan::paper().into()
         };
         let text = toml::to_string_pretty(&plan).unwrap();
         assert_eq!(TrialPlan::parse(&text).unwrap(), plan);

@@ -465,6 +465,7 @@ fn recover_the_training_ends_when_the_intervals_are_narrow() {
                 thrusts: List::from_slice(&[0.8]).unwrap(),
                 ..Plan::paper()
             },
+            ..TrialPlan::default()
         };
         let campaign = conduct(&mut starfish(3), plan, about(), &mut Unwatched)
             .unwrap()

@@ -1,16 +1,10 @@
 //! What `plan` believes of the vehicle: a simulated one, or models with noise from the command line.
 
-use seatrial::figures::three_figures;
-use seatrial::preview::Prior;
 use seatrial_app::expected::Stated;
-use seatrial_app::simulated;
-use seatrial_core::Plan;
-use seatrial_core::plan::times_slower;
+use seatrial_app::planned::Expected;
 
 use crate::model_source::{SourceArgs, warn};
-use crate::output::{Failure, say};
-
-const DEFAULT_VEHICLE: &str = "sim:starfish";
+use crate::output::Failure;
 
 /// The options that say what vehicle to expect.
 #[derive(clap::Args, Debug)]
@@ -59,45 +53,21 @@ fn disturbance(text: &str) -> Result<[f64; 2], String> {
         })
 }
 
-/// A prior and where it comes from, for people.
-pub struct Named {
-    /// A vehicle, a file or a logbook.
-    pub origin: String,
-    /// What is believed.
-    pub prior: Prior,
-}
-
 impl PriorArgs {
-    /// The prior for this plan. Where no vehicle is given, the default one has the time constant that the plan was made for, s.
-    pub fn read(&self, plan: &Plan<f64>, time_constant_s: Option<f64>) -> Result<Named, Failure> {
-        let stated = Stated {
-            noise_rad: self.noise_deg.map(f64::to_radians),
-            disturbance: self.disturbance,
-            hold_gain: self.hold_gain,
-            heading_rad: self.heading_deg.map(f64::to_radians),
-        };
-        let (origin, mut prior) = if self.source.is_given() {
-            let models = self.source.read()?;
-            warn(&models);
-            let (prior, warnings) = stated.of_models(&models, plan)?;
-            for warning in warnings {
-                say(format!("warning: {warning}"));
-            }
-            (models.origin, prior)
-        } else if let (None, Some(time_constant_s)) = (&self.vehicle, time_constant_s) {
-            let prior = simulated::prior(DEFAULT_VEHICLE, plan)?;
-            (
-                format!(
-                    "{DEFAULT_VEHICLE} with a time constant of {} s",
-                    three_figures(time_constant_s)
-                ),
-                prior.slowed(times_slower(time_constant_s)),
-            )
-        } else {
-            let name = self.vehicle.as_deref().unwrap_or(DEFAULT_VEHICLE);
-            (name.into(), simulated::prior(name, plan)?)
-        };
-        stated.apply(&mut prior)?;
-        Ok(Named { origin, prior })
+    /// The vehicle that is expected, as the options say.
+    pub fn expected(&self) -> Result<Expected, Failure> {
+        let is_given = self.source.is_given();
+        let models = is_given.then(|| self.source.read()).transpose()?;
+        models.iter().for_each(warn);
+        Ok(Expected {
+            vehicle: self.vehicle.clone(),
+            models,
+            stated: Stated {
+                noise_rad: self.noise_deg.map(f64::to_radians),
+                disturbance: self.disturbance,
+                hold_gain: self.hold_gain,
+                heading_rad: self.heading_deg.map(f64::to_radians),
+            },
+        })
     }
 }

@@ -164,6 +164,15 @@ fn cli_what_cannot_be_had_is_exit_4_and_said() {
 }
 
 #[test]
+fn cli_a_vehicle_file_that_cannot_be_read_is_exit_3() {
+    let folder = folder();
+    let output = run_in(folder.path(), &["plan", "--vehicle", "sim:missing.toml"]);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(3), "{message}");
+    assert!(message.contains("missing.toml"), "{message}");
+}
+
+#[test]
 fn cli_bad_options_are_exit_2_and_named() {
     let folder = folder();
     for (arguments, said) in [

@@ -1,7 +1,5 @@
 //! The plan of a trial.
 
-use core::ops::RangeInclusive;
-
 use crate::envelope::Envelope;
 use crate::estimator::EstimatorSettings;
 use crate::setting::{InvalidSetting, is_positive, require};
@@ -22,16 +20,8 @@ pub fn times_slower(time_constant_s: f64) -> f64 {
     time_constant_s / PAPER_TIME_CONSTANT_S
 }
 
-/// Dead times and time constants of a rudder, s: none of the largest ship is longer.
-const SERVO_TIMES_S: RangeInclusive<f64> = 0.0..=100.0;
-
 /// However slow the vehicle, its gyro's noise may not end the trial, rad/s.
 const LOWEST_YAW_RATE_LIMIT_RAD_S: f64 = 0.05;
-
-#[cfg(feature = "serde")]
-fn is_zero(time_s: &f64) -> bool {
-    *time_s == 0.0
-}
 
 /// A stage with a manoeuvre: steady, manoeuvre, observe.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,14 +110,6 @@ pub struct Plan<T> {
     /// End training when the estimate has converged; otherwise the whole stage is recorded, which
     /// the estimate from the whole record needs.
     pub stop_on_convergence: bool,
-    /// Dead time of the rudder behind the command that the vehicle reports, s. The trial itself takes the rudder as it is
-    /// reported; who identifies its runs takes the one behind the servo.
-    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
-    pub rudder_delay_s: f64,
-    /// Time constant with which the rudder follows the command that the vehicle reports, s; 0 where it reports the rudder
-    /// itself.
-    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
-    pub rudder_lag_s: f64,
     /// A run is accepted from this R^2 of heading on, see [`GoodnessOfFit::reaches`](crate::GoodnessOfFit::reaches).
     pub accept_from_r2: T,
     /// Times a run that is not accepted is repeated.
@@ -215,8 +197,6 @@ impl<T: Real> Plan<T> {
             rudder_limit_rad: T::of(0.26),
             sample_interval_s,
             stop_on_convergence: false,
-            rudder_delay_s: 0.0,
-            rudder_lag_s: 0.0,
             accept_from_r2: T::of(0.6),
             max_repeats: 2,
             settle: Settle {
@@ -277,13 +257,6 @@ impl<T: Real> Plan<T> {
             "sample_interval_s",
             "a time from 0.001 to 1000 s",
         )?;
-        for (time_s, field) in [
-            (self.rudder_delay_s, "rudder_delay_s"),
-            (self.rudder_lag_s, "rudder_lag_s"),
-        ] {
-            let is_in_range = SERVO_TIMES_S.contains(&time_s);
-            require(is_in_range, field, "a time from 0 to 100 s")?;
-        }
         require(
             self.accept_from_r2 <= T::ONE && self.accept_from_r2 >= -T::ONE,
             "accept_from_r2",

@@ -318,8 +318,6 @@ impl TryFrom<SeatrialPlan> for Plan<SeatrialNumber> {
             rudder_limit_rad: flat.rudder_limit_rad,
             sample_interval_s: flat.sample_interval_s,
             stop_on_convergence: flat.stop_on_convergence != 0,
-            rudder_delay_s: 0.0,
-            rudder_lag_s: 0.0,
             accept_from_r2: flat.accept_from_r2,
             max_repeats: flat.max_repeats,
             settle: Settle {

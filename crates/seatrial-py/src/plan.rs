@@ -61,6 +61,7 @@ pub fn plan(py: Python<'_>, asked: Asked, believed: Believed) -> PyResult<(Told,
     let wanted = Wanted {
         target: target(asked.target.as_ref())?,
         comparison: asked.compare,
+        adopt: None,
     };
     let changes = Changes {
         stop_when: target(asked.stop_when.as_ref())?,

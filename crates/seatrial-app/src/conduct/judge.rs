@@ -5,12 +5,13 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, Scope};
 
-use seatrial_core::Plan;
 use seatrial_core::progress::RunResult;
 
 use super::Judging;
 use super::open_run::OpenRun;
 use seatrial::campaign::Run;
+
+use crate::TrialPlan;
 
 /// Judges one run after the other, in their order.
 pub(super) enum Judge {
@@ -34,7 +35,7 @@ impl Judge {
     /// Where it has a thread, that ends with it.
     pub(super) fn start<'scope>(
         scope: &'scope Scope<'scope, '_>,
-        plan: Plan<f64>,
+        plan: TrialPlan,
         judging: Judging,
     ) -> Self {
         if judging == Judging::ByTrial {

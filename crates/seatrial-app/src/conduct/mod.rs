@@ -167,8 +167,8 @@ pub fn conduct_judging<V: Vehicle<f64> + ?Sized>(
         let runs = Runs {
             campaign: about,
             open: None,
-            judge: Judge::start(scope, plan.plan, judging),
-            stop_when: plan.stop_when,
+            judge: Judge::start(scope, plan, judging),
+            plan,
             watch,
         };
         runs.conduct(trial, vehicle)
@@ -190,8 +190,7 @@ struct Runs<'a> {
     campaign: Campaign,
     open: Option<OpenRun>,
     judge: Judge,
-    /// End training as soon as the intervals are this narrow.
-    stop_when: Option<Target>,
+    plan: TrialPlan,
     watch: &'a mut dyn Watch,
 }
 
@@ -256,11 +255,14 @@ impl Runs<'_> {
 
     /// Shows the intervals of the open run, and ends its training where they are narrow enough.
     fn look(&mut self, trial: &mut Trial<f64>) {
-        let stop_when = self.stop_when;
+        let stop_when = self.plan.stop_when;
         if stop_when.is_none() && !self.watch.wants_intervals() {
             return;
         }
-        let refined = self.open.as_mut().and_then(|run| run.look(trial));
+        let refined = self
+            .open
+            .as_mut()
+            .and_then(|run| run.look(trial, self.plan.servo()));
         if let Some(refined) = refined {
             self.watch.interval(&refined);
             if stop_when.is_some_and(|target| reaches(&refined, target)) {

@@ -2,7 +2,7 @@
 
 use seatrial_core::estimator::{Estimator, EstimatorSettings};
 use seatrial_core::progress::RunResult;
-use seatrial_core::{Axis, Outcome, Plan, Real, Sample, Stage, Trial};
+use seatrial_core::{Axis, Outcome, Real, Sample, Stage, Trial};
 
 use seatrial::Step;
 use seatrial::campaign::{Run, StageSpan};
@@ -17,6 +17,8 @@ use seatrial::record::{Record, Window};
 use seatrial::servo::Servo;
 use seatrial::time_scale::LambdaReason;
 use seatrial::verdict;
+
+use crate::TrialPlan;
 
 /// Looks at the intervals in one half period of the training's rudder.
 const LOOKS_PER_DEFLECTION: f64 = 4.0;
@@ -92,7 +94,7 @@ impl OpenRun {
     }
 
     /// The intervals of the training so far, if a look is due and there are any. Those of pitch are found when the run is over.
-    pub(super) fn look(&mut self, trial: &Trial<f64>) -> Option<Refined> {
+    pub(super) fn look(&mut self, trial: &Trial<f64>, servo: Option<Servo>) -> Option<Refined> {
         if trial.plan().axis == Axis::Pitch {
             return None;
         }
@@ -106,7 +108,7 @@ impl OpenRun {
         }
         let deflection_s = trial.plan().training.excitation.longest_deflection_s();
         self.next_look_s = now_s + deflection_s / LOOKS_PER_DEFLECTION;
-        let samples = match servo_of(trial.plan()) {
+        let samples = match servo {
             Some(servo) => servo.behind(&self.record).usable(training.window),
             None => self.record.usable(training.window),
         };
@@ -114,7 +116,7 @@ impl OpenRun {
     }
 
     /// Trained and validated: refined and judged.
-    pub(super) fn judged(mut self, time_s: f64, result: &RunResult<f64>, plan: &Plan<f64>) -> Run {
+    pub(super) fn judged(mut self, time_s: f64, result: &RunResult<f64>, plan: &TrialPlan) -> Run {
         self.close_stage(time_s);
         let (number, thrust, attempt) = (self.number, self.thrust, self.attempt);
         match self.identification(result, plan) {
@@ -159,7 +161,7 @@ impl OpenRun {
     fn identification(
         &mut self,
         result: &RunResult<f64>,
-        plan: &Plan<f64>,
+        plan: &TrialPlan,
     ) -> Result<seatrial::Identification, IdentifyError> {
         let window = |wanted: Stage| {
             self.stages
@@ -171,7 +173,7 @@ impl OpenRun {
         else {
             return Err(IdentifyError::MissingStage);
         };
-        let servo = servo_of(plan);
+        let servo = plan.servo();
         let record = match servo {
             Some(servo) => mended(&servo.acting(&self.accepted.samples)),
             None => mended(&self.accepted.samples),
@@ -293,18 +295,12 @@ fn mended(samples: &[Sample<f64>]) -> Record {
         .collect()
 }
 
-/// The servo of a plan, where the rudder is late behind the command that the vehicle reports.
-fn servo_of(plan: &Plan<f64>) -> Option<Servo> {
-    let servo = Servo::new(plan.rudder_delay_s, plan.rudder_lag_s).ok()?;
-    (servo.late_s() > 0.0).then_some(servo)
-}
-
 /// The online estimate from a record whose rudder acts behind a servo; that of the trial knew the command only.
 fn pass_behind_servo(
     record: &Record,
     training: Window,
     result: &RunResult<f64>,
-    plan: &Plan<f64>,
+    plan: &TrialPlan,
 ) -> Result<Pass, IdentifyError> {
     let before = Window {
         from_s: f64::NEG_INFINITY,

@@ -9,6 +9,8 @@ use seatrial::preview::{Preview, Prior, preview};
 use seatrial_core::{AbortReason, Action, Axis, Outcome, Plan, Sample, Vehicle};
 use seatrial_logs::RowWriter;
 
+use crate::Error;
+
 /// A vehicle that a trial can be run on: a simulator, an autopilot, a graph of topics. Whoever links the crates of a kind
 /// of vehicle provides it.
 pub trait TrialVehicle: Send + Sync {
@@ -95,6 +97,18 @@ pub enum VehicleError {
     /// A fault of the program or of its machine.
     #[error("{0}")]
     Internal(String),
+}
+
+impl From<VehicleError> for Error {
+    fn from(error: VehicleError) -> Self {
+        match error {
+            VehicleError::Setting(message) => Self::Setting(message),
+            VehicleError::Unreachable(message) => Self::Input(message),
+            VehicleError::Refused(message) | VehicleError::Internal(message) => {
+                Self::Rejected(message)
+            }
+        }
+    }
 }
 
 impl VehicleError {

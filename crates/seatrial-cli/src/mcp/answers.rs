@@ -214,7 +214,7 @@ pub fn plan(asked: &PlanQuestion) -> Answer {
     };
     let wanted = Wanted {
         target,
-        comparison: false,
+        ..Wanted::default()
     };
     let found = plan_trial(&changes, &expected, wanted).map_err(words)?;
     let toml = toml::to_string_pretty(&found.plan).map_err(|error| error.to_string())?;

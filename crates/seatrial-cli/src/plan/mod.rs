@@ -4,15 +4,13 @@ mod text;
 
 use std::path::PathBuf;
 
-use seatrial::preview::{
-    self, Comparison, Preview, Recommendation, Target, compare_designs, parse_target, recommend,
-};
-use seatrial_app::TrialPlan;
-use seatrial_app::planned::{Changes, ExpectedTrial, PlannedTrial, Recommendations};
-use seatrial_core::Excitation;
+use clap::ValueEnum;
+use clap::builder::PossibleValue;
+use seatrial::preview::{Preview, Target, parse_target};
+use seatrial_app::planned::{Adopt, Changes, Wanted, plan_trial};
 
-use crate::output::{Exit, Failure, Output};
-use crate::prior::{Named, PriorArgs, positive};
+use crate::output::{Exit, Failure, Output, say};
+use crate::prior::{PriorArgs, positive};
 use crate::trial::ServoArgs;
 use seatrial_app::models::SCHEDULE_FILE_HELP;
 use text::text;
@@ -61,24 +59,41 @@ pub struct Args {
     compare: bool,
     /// Train with this manoeuvre instead of the plan's.
     #[arg(long, value_name = "MANOEUVRE")]
-    adopt: Option<Adopt>,
+    adopt: Option<Adopted>,
     /// Write the plan to this file.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
 
-/// A manoeuvre that the plan may take over.
-#[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
-enum Adopt {
-    /// The doublet recommended for the --target, for all speeds.
-    Recommended,
-    /// The 3-2-1-1 of the comparison.
-    #[value(name = "3-2-1-1")]
-    ThreeTwoOneOne,
-    /// The manoeuvre designed within the envelope.
-    Designed,
-    /// The manoeuvre designed within the heading excursion of the doublet.
-    DesignedCalm,
+/// The manoeuvres that the plan may take over, by their names.
+#[derive(Clone, Copy, Debug)]
+struct Adopted(Adopt);
+
+impl ValueEnum for Adopted {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[
+            Self(Adopt::Recommended),
+            Self(Adopt::ThreeTwoOneOne),
+            Self(Adopt::Designed),
+            Self(Adopt::DesignedCalm),
+        ]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let (name, help) = match self.0 {
+            Adopt::Recommended => (
+                "recommended",
+                "The doublet recommended for the --target, for all speeds",
+            ),
+            Adopt::ThreeTwoOneOne => ("3-2-1-1", "The 3-2-1-1 of the comparison"),
+            Adopt::Designed => ("designed", "The manoeuvre designed within the envelope"),
+            Adopt::DesignedCalm => (
+                "designed-calm",
+                "The manoeuvre designed within the heading excursion of the doublet",
+            ),
+        };
+        Some(PossibleValue::new(name).help(help))
+    }
 }
 
 fn help() -> String {
@@ -106,40 +121,20 @@ Examples:
 
 /// Prints or writes the plan.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    if args.adopt == Some(Adopt::Recommended) && args.target.is_none() {
-        return Err(Failure::usage(
-            "--adopt recommended: name the widths to reach, as in --target a22:10%,b2:5%",
-        ));
+    let wanted = Wanted {
+        target: args.target,
+        comparison: args.compare,
+        adopt: args.adopt.map(|adopted| adopted.0),
+    };
+    let document = plan_trial(&args.changes(), &args.prior.expected()?, wanted)?;
+    for warning in &document.warnings {
+        say(format!("warning: {warning}"));
     }
-    let mut plan = planned(args)?;
-    let Named { origin, prior } = args.prior.read(&plan, args.time_constant)?;
-    let recommendation = args.target.map(|target| Recommendations {
-        target,
-        doublets: recommend(&plan, &prior, target),
-    });
-    let wants_design = args.adopt.is_some_and(|adopt| adopt != Adopt::Recommended);
-    let comparison = (args.compare || wants_design).then(|| compare_designs(&plan, &prior));
-    if let Some(adopt) = args.adopt {
-        plan = adopted(plan, adopt, comparison.as_ref(), recommendation.as_ref())?;
-    }
-    let preview = preview::preview(&plan, &prior)
-        .map_err(|error| Failure::usage(format!("the plan: {error}")))?;
-    let toml = toml::to_string_pretty(&plan).map_err(Failure::internal)?;
+    let toml = toml::to_string_pretty(&document.plan).map_err(Failure::internal)?;
     if let Some(path) = &args.out {
         std::fs::write(path, &toml)
             .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))?;
     }
-    let document = PlannedTrial {
-        schema: "seatrial.plan.v1",
-        plan,
-        preview: ExpectedTrial {
-            vehicle: origin,
-            preview,
-        },
-        comparison,
-        recommendation,
-        warnings: Vec::new(),
-    };
     if args.out.is_none() && !output.json {
         eprintln!("{}", text(&document));
         output.print(&document, || toml)?;
@@ -162,70 +157,20 @@ fn too_little(preview: &Preview) -> Vec<String> {
         .collect()
 }
 
-fn planned(args: &Args) -> Result<TrialPlan, Failure> {
-    let changes = Changes {
-        file: args.plan.clone(),
-        time_constant_s: args.time_constant,
-        sample_interval_s: args.sample_interval,
-        thrusts: args.thrust.clone(),
-        amplitude_rad: args.amplitude_deg.map(f64::to_radians),
-        validation_amplitude_rad: args.validation_amplitude_deg.map(f64::to_radians),
-        period_s: args.period_s,
-        rudder_limit_rad: args.prior.source.rudder_limit_rad(),
-        // Applied below: its errors name the options.
-        servo_s: [None, None],
-        stop_when: args.stop_when,
-        max_repeats: args.repeats,
-    };
-    let mut plan = changes.plan()?;
-    args.servo.apply(&mut plan)?;
-    checked(plan)
-}
-
-fn checked(plan: TrialPlan) -> Result<TrialPlan, Failure> {
-    plan.check()
-        .map(|()| plan)
-        .map_err(|error| Failure::usage(format!("the plan: {error}")))
-}
-
-fn adopted(
-    plan: TrialPlan,
-    adopt: Adopt,
-    comparison: Option<&Comparison>,
-    recommendation: Option<&Recommendations>,
-) -> Result<TrialPlan, Failure> {
-    let design = |name: &str| {
-        let designs = &comparison?.designs;
-        designs
-            .iter()
-            .find(|d| d.name == name)
-            .map(|d| d.excitation)
-    };
-    let found = match adopt {
-        Adopt::Recommended => recommendation.and_then(|r| {
-            let Recommendation {
-                amplitude_rad,
-                period_s,
-                ..
-            } = *r.doublets.last().filter(|doublet| doublet.reachable)?;
-            Some(Excitation::Doublet {
-                amplitude_rad,
-                period_s,
-            })
-        }),
-        Adopt::ThreeTwoOneOne => design("3-2-1-1"),
-        Adopt::Designed => design("designed"),
-        Adopt::DesignedCalm => design("designed_calm"),
-    };
-    let excitation = found.ok_or_else(|| {
-        Failure::rejected(match adopt {
-            Adopt::Recommended => {
-                "--adopt recommended: no doublet within the rudder limit and the envelope reaches the target at every speed; without --adopt the preview says what comes nearest"
-            }
-            _ => "--adopt: no manoeuvre of this amplitude and duration fits the envelope; lower --amplitude-deg or --period-s",
-        })
-    })?;
-    let mut plan = plan;
-    plan.training.excitation = excitation;
-    checked(plan)
+impl Args {
+    fn changes(&self) -> Changes {
+        Changes {
+            file: self.plan.clone(),
+            time_constant_s: self.time_constant,
+            sample_interval_s: self.sample_interval,
+            thrusts: self.thrust.clone(),
+            amplitude_rad: self.amplitude_deg.map(f64::to_radians),
+            validation_amplitude_rad: self.validation_amplitude_deg.map(f64::to_radians),
+            period_s: self.period_s,
+            rudder_limit_rad: self.prior.source.rudder_limit_rad(),
+            servo_s: [self.servo.rudder_delay, self.servo.rudder_lag],
+            stop_when: self.stop_when,
+            max_repeats: self.repeats,
+        }
+    }
 }

@@ -140,8 +140,7 @@ impl Args {
     fn plan(&self) -> Result<TrialPlan, Failure> {
         let mut plan = load_plan(self.plan.as_deref(), self.axis.map(Axis::from))?;
         plan.stop_when = self.stop_when.or(plan.stop_when);
-        self.servo.apply(&mut plan)?;
-        Ok(plan)
+        Ok(plan.behind_servo(self.servo.rudder_delay, self.servo.rudder_lag)?)
     }
 
     fn order(&self, plan: TrialPlan, times_faster: Option<f64>, stop: Arc<AtomicBool>) -> Order {

@@ -1,10 +1,5 @@
 //! The servo between the commanded and the acting rudder, as options of a trial and of a plan.
 
-use seatrial::servo::Servo;
-use seatrial_core::Plan;
-
-use crate::output::Failure;
-
 /// Where the vehicle reports the commanded rudder: how the rudder follows it. Every run is then identified as
 /// `identify` does with these options.
 #[derive(clap::Args, Clone, Copy, Debug, Default)]
@@ -16,16 +11,4 @@ pub struct ServoArgs {
     /// behind the servo, as of `identify --rudder-lag` [default: the plan's].
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub rudder_lag: Option<f64>,
-}
-
-impl ServoArgs {
-    /// Enters what is given in a plan.
-    pub fn apply(self, plan: &mut Plan<f64>) -> Result<(), Failure> {
-        let delay_s = self.rudder_delay.unwrap_or(plan.rudder_delay_s);
-        let lag_s = self.rudder_lag.unwrap_or(plan.rudder_lag_s);
-        Servo::new(delay_s, lag_s)
-            .map_err(|invalid| Failure::usage(format!("--rudder-{invalid}")))?;
-        (plan.rudder_delay_s, plan.rudder_lag_s) = (delay_s, lag_s);
-        Ok(())
-    }
 }
