@@ -8,15 +8,14 @@ use seatrial_core::YawModel;
 
 use crate::output::{Failure, say};
 
-/// The options that give one model or several.
-#[derive(clap::Args, Debug)]
-pub struct SourceArgs {
+/// The options that give the numbers of a single model.
+#[derive(clap::Args, Clone, Copy, Debug)]
+pub struct NumbersArgs {
     /// a22 of a single model, 1/s, negative for a course-stable vehicle.
     #[arg(
         long,
         value_name = "PER_S",
         requires = "b2",
-        conflicts_with_all = ["model", "schedule"],
         allow_negative_numbers = true
     )]
     a22: Option<f64>,
@@ -36,14 +35,29 @@ pub struct SourceArgs {
         allow_negative_numbers = true
     )]
     c0: Option<f64>,
+}
+
+impl NumbersArgs {
+    /// The model, where it is given.
+    pub fn model(self) -> Option<YawModel<f64>> {
+        let c0 = self.c0.unwrap_or(0.0);
+        Some(YawModel::from_theta([self.a22?, self.b2?, c0]))
+    }
+}
+
+/// The options that give one model or several.
+#[derive(clap::Args, Debug)]
+pub struct SourceArgs {
+    #[command(flatten)]
+    numbers: NumbersArgs,
     /// Forward speed of a single model, m/s.
     #[arg(long, value_name = "M_S", conflicts_with = "schedule")]
     speed: Option<f64>,
     /// Document of `seatrial identify --json` or `seatrial trial --json`.
-    #[arg(long, value_name = "FILE", conflicts_with = "schedule")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["a22", "schedule"])]
     model: Option<PathBuf>,
     /// Schedule of models over speed or thrust, TOML.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "a22")]
     schedule: Option<PathBuf>,
     /// Logbook with a trial: the models of the accepted runs of its last campaign that finished with any, on a vehicle
     /// before a rehearsal.
@@ -64,7 +78,7 @@ pub struct SourceArgs {
 impl SourceArgs {
     /// Is any model given?
     pub fn is_given(&self) -> bool {
-        self.a22.is_some()
+        self.numbers.a22.is_some()
             || [&self.model, &self.schedule, &self.logbook]
                 .into_iter()
                 .any(Option::is_some)
@@ -87,12 +101,11 @@ impl SourceArgs {
     }
 
     fn single_model(&self) -> Result<Models, Failure> {
-        let (Some(a22), Some(b2)) = (self.a22, self.b2) else {
-            return Err(Failure::usage(
+        let model = self.numbers.model().ok_or_else(|| {
+            Failure::usage(
                 "no model: give --a22 and --b2, --model FILE, --schedule FILE or --logbook FILE",
-            ));
-        };
-        let model = YawModel::from_theta([a22, b2, self.c0.unwrap_or(0.0)]);
+            )
+        })?;
         Ok(Models::given(model, self.speed))
     }
 }

@@ -5,11 +5,10 @@ use std::path::PathBuf;
 use seatrial::Window;
 use seatrial_app::models::of_document;
 use seatrial_app::validate_log::{Given, validate_log};
-use seatrial_core::YawModel;
 
 use crate::identify::cause_text;
 use crate::log::{LogArgs, Reporter};
-use crate::model_source::warn;
+use crate::model_source::{NumbersArgs, warn};
 use crate::model_text::r2_sentence;
 use crate::output::{Exit, Failure, Output, say};
 use crate::screen::{labelled, width};
@@ -40,30 +39,8 @@ pub struct Args {
         conflicts_with = "a22"
     )]
     model: Option<PathBuf>,
-    /// a22 of the model, 1/s, negative for a course-stable vehicle.
-    #[arg(
-        long,
-        value_name = "PER_S",
-        requires = "b2",
-        allow_negative_numbers = true
-    )]
-    a22: Option<f64>,
-    /// b2 of the model, 1/s^2.
-    #[arg(
-        long,
-        value_name = "PER_S2",
-        requires = "a22",
-        allow_negative_numbers = true
-    )]
-    b2: Option<f64>,
-    /// C0 of the model, rad/s^2; 0 without.
-    #[arg(
-        long,
-        value_name = "RAD_PER_S2",
-        requires = "a22",
-        allow_negative_numbers = true
-    )]
-    c0: Option<f64>,
+    #[command(flatten)]
+    numbers: NumbersArgs,
 }
 
 /// Validates a model on a log.
@@ -100,14 +77,10 @@ impl Args {
             warn(&source);
             return Ok(Given::Models(Box::new(source)));
         }
-        match (self.a22, self.b2) {
-            (Some(a22), Some(b2)) if a22.is_finite() && b2.is_finite() => {
-                let model = YawModel::from_theta([a22, b2, self.c0.unwrap_or(0.0)]);
-                Ok(Given::Numbers(model))
-            }
-            _ => Err(Failure::usage(
-                "no model: give --model FILE, or --a22 and --b2 as finite numbers",
-            )),
-        }
+        let given = self.numbers.model();
+        let finite = given.filter(|model| model.theta().iter().all(|x| x.is_finite()));
+        finite.map(Given::Numbers).ok_or_else(|| {
+            Failure::usage("no model: give --model FILE, or --a22 and --b2 as finite numbers")
+        })
     }
 }
