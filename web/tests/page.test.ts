@@ -206,6 +206,7 @@ test("a log with a damaged row is refused by the name of a control, which reads 
   const rows = readFileSync(join(scratch, "run.csv"), "utf8").split("\n");
   const damaged = [...rows.slice(0, 40), rows[40]?.replace(/[^,]+/, "noon"), ...rows.slice(41)].join("\n");
   await visit("#/history/log");
+  await page.reload();
   const before = faults.length;
   await page
     .locator("input[type=file]")

@@ -164,13 +164,16 @@ fn channels_text(opened: &OpenedLog, inspection: &Inspection) -> String {
             channel.quantity.name(),
             channel.column,
         );
-        match start.chars().count() + LEAST_ROOM <= screen {
-            true => labelled(&start, &unit_text(channel), screen),
-            false => format!(
-                "{}\n{}",
-                start.trim_end(),
-                labelled(INDENT, &unit_text(channel), screen)
-            ),
+        let unit = unit_text(channel);
+        let (has_begun, length) = (start.trim_end(), start.chars().count());
+        if length + unit.chars().count().min(LEAST_ROOM) <= screen {
+            labelled(&start, &unit, screen)
+        } else if has_begun.chars().count() <= screen {
+            format!("{has_begun}\n{}", labelled(INDENT, &unit, screen))
+        } else {
+            let name = format!("{:9} {}", channel.quantity.name(), channel.column);
+            let range = format!("{INDENT}{}  ", range.trim());
+            format!("{name}\n{}", labelled(&range, &unit, screen))
         }
     };
     rows().map(line).collect()

@@ -348,7 +348,7 @@ mod tests {
             })
             .collect();
         let found = CompassError::of(&samples);
-        assert_eq!(found.largest_jump_rad, None);
+        assert_eq!(found.largest_jump, None);
         assert!((found.late_s.unwrap() + 0.08).abs() < 0.01, "{found:?}");
     }
 

@@ -211,9 +211,9 @@ fn check_rudder(sea: &Sea, weather: Weather, (at_s, mishap): (f64, Mishap), endi
     let (Some(seen_s), true) = (sea.seen_s, ends) else {
         return;
     };
-    // A stick that was moved before is where its owner left it.
+    // Before the rudder is asked for, a stick is where its owner left it, and a vehicle that started again is not yet in a trial.
     let is_before = sea.asked_s.is_none_or(|asked_s| seen_s < asked_s);
-    if mishap == Mishap::PilotStick && is_before {
+    if matches!(mishap, Mishap::PilotStick | Mishap::Reboot) && is_before {
         return;
     }
     let within_s = match mishap.cuts() {
