@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::{Output, Stdio};
 
 use seatrial_dev::{data, program};
+use serde_json::Value;
 
 fn seatrial(arguments: &[&str], folder: &Path, input: Option<&Path>) -> Output {
     let input = input.map_or(Stdio::null(), |path| File::open(path).unwrap().into());
@@ -161,12 +162,16 @@ fn cli_binary_logs_come_on_standard_input_too() {
         return;
     };
     let folder = tempfile::tempdir().unwrap();
-    let named = seatrial(&["inspect", log.to_str().unwrap()], folder.path(), None);
-    let piped = seatrial(&["inspect", "-"], folder.path(), Some(&log));
+    let log_name = log.to_str().unwrap();
+    let named = seatrial(&["inspect", log_name, "--json"], folder.path(), None);
+    let piped = seatrial(&["inspect", "-", "--json"], folder.path(), Some(&log));
     assert_eq!(named.status.code(), piped.status.code());
-    let lines = |output: &Output| String::from_utf8_lossy(&output.stdout).lines().count();
-    assert_eq!(lines(&named), lines(&piped));
-    assert!(lines(&piped) > 5);
+    let found = |output: &Output| -> Value { serde_json::from_slice(&output.stdout).unwrap() };
+    let (named, piped) = (found(&named), found(&piped));
+    for part in ["sampling", "ranges", "manoeuvres", "verdict"] {
+        assert!(!piped[part].is_null(), "{part}: {piped}");
+        assert_eq!(named[part], piped[part], "{part}");
+    }
 
     let bag = folder.path().join("bag");
     std::fs::write(&bag, b"SQLite format 3\0").unwrap();

@@ -184,7 +184,7 @@ fn exact_intervals_follow_from_the_covariance() {
     }
     let file = ardupilot::param_file(&point, VehicleType::Underwater);
     assert!(
-        file.contains("[1/s]; 95 %: 0.4020 to 0.5980\nATC_ANG_YAW_P,0.5\n"),
+        file.contains("[1/s]; 95 %: 0.4020\n#  to 0.5980\nATC_ANG_YAW_P,0.5\n"),
         "{file}"
     );
 }
