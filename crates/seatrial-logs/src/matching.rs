@@ -150,25 +150,9 @@ impl Named<'_> {
                 None => chosen(name, columns, quantity),
             },
             None if !self.known.is_empty() => preferred(self.known, columns, quantity),
-            None => {
-                let column = best(self.names, columns, quantity, choice, warnings)?;
-                warnings.extend(column.and_then(|column| course(&columns[column], quantity)));
-                Ok(column)
-            }
+            None => best(self.names, columns, quantity, choice, warnings),
         }
     }
-}
-
-/// What has to be known of a heading that is a course over ground.
-fn course(column: &str, quantity: Quantity) -> Option<String> {
-    let name = ColumnName::new(column).without_unit(quantity).concat();
-    let is_course = ["cog", "courseoverground", "course"].contains(&name.as_str());
-    (quantity == Quantity::Heading && is_course).then(|| {
-        format!(
-            "`{column}` is a course over ground, which is late and which wind and current turn: name the compass with {} NAME where there is one",
-            quantity.option()
-        )
-    })
 }
 
 fn unknown_unit(column: &str, found: &str, quantity: Quantity) -> Fault {

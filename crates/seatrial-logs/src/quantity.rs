@@ -129,7 +129,6 @@ impl Quantity {
                     "magneticheading",
                     "headingmagnetic",
                 ],
-                &["cog", "courseoverground", "course"],
             ],
             Self::Rudder => &[
                 &["rudder", "rudderangle", "delta", "deltar", "rud", "rsa"],
