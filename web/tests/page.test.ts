@@ -57,38 +57,36 @@ async function start(thrusts: string, configuration: string, pace: string): Prom
   await page.waitForURL(/#\/live$/);
 }
 
-/** Milliseconds to the three ways to begin and bytes of the page, opened by who has never seen it. */
+/** Milliseconds to the first chart and bytes of the page, opened by who has never seen it. */
 async function firstSight(): Promise<[number, number]> {
   const own = await (await browser.newContext()).newPage();
   await own.addInitScript(() => {
     new MutationObserver((_, observer) => {
-      const starts = document.querySelector<HTMLElement>(".starts");
-      if (starts === null || starts.offsetHeight === 0) return;
+      if (document.querySelector("canvas") === null) return;
       observer.disconnect();
-      document.documentElement.setAttribute("data-started", String(performance.now()));
-    }).observe(document, { childList: true, subtree: true, attributes: true });
+      document.documentElement.setAttribute("data-charted", String(performance.now()));
+    }).observe(document, { childList: true, subtree: true });
   });
   const sizes: Promise<number>[] = [];
   own.on("requestfinished", (request) => {
     if (!request.url().includes("/api/")) sizes.push(request.sizes().then((size) => size.responseBodySize));
   });
   await visit("#/live", own);
-  await own.locator("[data-started]").waitFor();
-  const started = Number(await own.locator("html").getAttribute("data-started"));
-  assert.equal(await own.locator("figure:visible").count(), 0, "charts without anything to draw");
+  await own.locator("[data-charted]").waitFor();
+  const charted = Number(await own.locator("html").getAttribute("data-charted"));
   await own.waitForLoadState("networkidle");
   own.removeAllListeners("requestfinished");
   const bytes = (await Promise.all(sizes)).reduce((sum, size) => sum + size, 0);
   await own.context().close();
-  return [started, bytes];
+  return [charted, bytes];
 }
 
-test("ways to begin within 1 s, page below 300 kB compressed", async () => {
+test("first chart within 1 s, page below 300 kB compressed", async () => {
   // The first of several sights that is quick enough: the machine may be busy with something else.
-  let [started, bytes] = await firstSight();
-  for (let again = 0; again < 4 && started >= 1000; again += 1) [started, bytes] = await firstSight();
-  console.log(`ways to begin after ${started.toFixed(0)} ms, page of ${(bytes / 1000).toFixed(1)} kB compressed`);
-  assert.ok(started < 1000);
+  let [charted, bytes] = await firstSight();
+  for (let again = 0; again < 4 && charted >= 1000; again += 1) [charted, bytes] = await firstSight();
+  console.log(`first chart after ${charted.toFixed(0)} ms, page of ${(bytes / 1000).toFixed(1)} kB compressed`);
+  assert.ok(charted < 1000);
   assert.ok(bytes > 10_000 && bytes < 300_000);
 });
 
