@@ -84,6 +84,7 @@ impl Inspection {
             .collect();
         let rudder = Manoeuvre::find(samples);
         let manoeuvres = find(samples);
+        let windows = propose(&opened.record, &manoeuvres);
         Self {
             schema: "seatrial.inspection.v1".into(),
             source: opened.source(),
@@ -91,14 +92,14 @@ impl Inspection {
             positive_rudder_turns_up: rudder
                 .as_ref()
                 .and_then(|rudder| positive_rudder_turns_up(samples, &rudder.strokes)),
-            windows: propose(&opened.record, &manoeuvres),
             manoeuvres,
-            verdict: verdict_of(opened).unwrap_or_else(|error| {
+            verdict: verdict_of(opened, windows.clone()).unwrap_or_else(|error| {
                 Verdict::refused(Reason::new(
                     ReasonCode::Other("unreadable".into()),
                     error.to_string(),
                 ))
             }),
+            windows,
             ranges,
         }
     }

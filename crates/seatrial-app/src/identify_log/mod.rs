@@ -8,14 +8,15 @@ use std::path::Path;
 use seatrial::identification::{Reason, ReasonCode, Verdict};
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, identify};
 use seatrial::pitch;
+use seatrial::segmentation::Proposal;
 use seatrial::{Identification, Window};
 use seatrial_core::Axis;
 
 use crate::Error;
 use crate::logs::{Observer, OpenedLog, ReadSettings, Unobserved};
 
-use speeds::whole_verdict;
 pub use speeds::{SpeedModel, foremost, identify_speeds};
+use speeds::{identify_proposals, whole_verdict};
 pub use windows::{Logs, Windows};
 
 /// How a log is read and identified. The default is what `seatrial identify LOG` does.
@@ -77,7 +78,7 @@ pub fn identify_opened(
 ) -> Result<IdentifiedLog, Error> {
     let found = match options.windows.are_given() {
         true => one_model(&logs.log, logs.training, logs.validation_data(), options)?,
-        false => models_of(&logs.log, options, observer)?,
+        false => models_of(&logs.log, options, None, observer)?,
     };
     Ok(IdentifiedLog {
         axis: options.axis,
@@ -88,9 +89,10 @@ pub fn identify_opened(
     })
 }
 
-/// May a model of this log be used, as `identify` without windows says it?
-pub fn verdict_of(log: &OpenedLog) -> Result<Verdict, Error> {
-    Ok(models_of(log, &Options::default(), &mut Unobserved)?.verdict)
+/// May a model of this log be used, as `identify` without windows says it of the manoeuvres that were found?
+pub fn verdict_of(log: &OpenedLog, proposals: Vec<Proposal>) -> Result<Verdict, Error> {
+    let found = models_of(log, &Options::default(), Some(proposals), &mut Unobserved)?;
+    Ok(found.verdict)
 }
 
 /// The models of a log, the foremost one and the verdict on all.
@@ -110,10 +112,11 @@ impl Found {
     }
 }
 
-/// The model of each speed, where manoeuvres are found, else one of the whole.
+/// The model of each speed, where manoeuvres are found, else one of the whole. `proposals` are the manoeuvres, where they are known.
 fn models_of(
     log: &OpenedLog,
     options: &Options,
+    proposals: Option<Vec<Proposal>>,
     observer: &mut dyn Observer,
 ) -> Result<Found, Error> {
     let settings = &options.settings;
@@ -121,7 +124,11 @@ fn models_of(
     if log.description.aircraft.is_some() || settings.as_paper || options.axis == Axis::Pitch {
         return whole();
     }
-    match identify_speeds(log, settings, observer)? {
+    let models = match proposals {
+        Some(proposals) => identify_proposals(log, proposals, settings, observer)?,
+        None => identify_speeds(log, settings, observer)?,
+    };
+    match models {
         Some(models) => Ok(Found {
             model: foremost(&models).and_then(|model| model.identification.clone().map(Box::new)),
             verdict: whole_verdict(&models),

@@ -38,6 +38,16 @@ pub fn identify_speeds(
     observer: &mut dyn Observer,
 ) -> Result<Option<Vec<SpeedModel>>, Error> {
     let proposals = propose(&log.record, &find(&log.record.samples));
+    identify_proposals(log, proposals, settings, observer)
+}
+
+/// Identifies a model for each of these speeds. `None` of none.
+pub(super) fn identify_proposals(
+    log: &OpenedLog,
+    proposals: Vec<Proposal>,
+    settings: &IdentifySettings,
+    observer: &mut dyn Observer,
+) -> Result<Option<Vec<SpeedModel>>, Error> {
     let mut models = proposals
         .into_iter()
         .map(|proposal| {
@@ -110,16 +120,16 @@ pub(super) fn whole_verdict(models: &[SpeedModel]) -> Verdict {
         return whole(&accepted, unit, missing.collect());
     }
     let mut reasons = foremost(models).map_or_else(Vec::new, |model| model.verdict.reasons.clone());
-    let told: Vec<_> = reasons.iter().map(|reason| reason.code.clone()).collect();
+    let given: Vec<_> = reasons.iter().map(|reason| reason.code.clone()).collect();
     let rest = remarks(&others, unit, |_| true).into_iter();
-    reasons.extend(rest.filter(|reason| !told.contains(&reason.code)));
+    reasons.extend(rest.filter(|reason| !given.contains(&reason.code)));
     Verdict {
         accepted: false,
         reasons,
     }
 }
 
-/// Manoeuvres that differ, in a log that tells neither speed nor thrust, may be of several speeds: that is told first.
+/// Manoeuvres that differ, in a log that has neither speed nor thrust, may be of several speeds: that comes first.
 fn name_unknown_speed(verdict: &mut Verdict, proposal: &Proposal) {
     let is_unknown = proposal.thrust.is_none() && proposal.surge_speed_m_s.is_none();
     if is_unknown && !verdict.accepted && verdict.has(&ReasonCode::ManoeuvresDiffer) {
