@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::num::NonZeroUsize;
 
-use seatrial_app::studies::world::{Models, WorldStudy, Worlds};
+use seatrial_app::studies::world::{Models, PARAMETERS, WorldStudy, Worlds};
 use seatrial_app::workers::Workers;
 
 use crate::output::{Exit, Failure, Output};
@@ -116,7 +116,7 @@ fn models(models: &Models) -> String {
         "\n{} accepted models    beyond 1 half width    beyond 2    farthest\n",
         models.accepted
     );
-    for (k, name) in ["a22", "b2", "C0"].into_iter().enumerate() {
+    for (k, name) in PARAMETERS.into_iter().enumerate() {
         let share = 100.0 * models.beyond_one[k] as f64 / models.accepted as f64;
         let _ = writeln!(
             text,

@@ -17,7 +17,9 @@ use crate::trial_run::rehearse;
 /// Time from the condition of an abort to neutral rudder and heading hold, s.
 const HANDED_BACK_WITHIN_S: f64 = 0.5;
 /// Half widths of its 95 % intervals within which an accepted model must be of the truth.
-const INTERVALS: f64 = 3.0;
+pub const HALF_WIDTHS: f64 = 3.0;
+/// The parameters of a model in the order of their distances from the truth.
+pub const PARAMETERS: [&str; 3] = ["a22", "b2", "C0"];
 /// The fault begins within this of the start of its moment, s.
 const BEGINS_WITHIN_S: [f64; Moment::ALL.len()] = [10.0, 4.0, 10.0, 8.0, 10.0];
 
@@ -167,7 +169,7 @@ impl Rehearsal {
             };
             let (parameter, distance) = self.distance(run, identification, &seen.instants);
             farthest = Some(farthest.map_or(distance, |other| other.max(distance)));
-            if distance > INTERVALS {
+            if distance > HALF_WIDTHS {
                 faults.push(format!(
                     "run {} accepted with {parameter} {distance:.1} half widths from the truth",
                     run.number
@@ -187,7 +189,7 @@ impl Rehearsal {
         let Some(off) = self.distances(run, found, instants) else {
             return ("every parameter", f64::INFINITY);
         };
-        let all = ["a22", "b2", "C0"].into_iter().zip(off);
+        let all = PARAMETERS.into_iter().zip(off);
         let farther = |a: (_, f64), b: (_, f64)| if b.1 > a.1 { b } else { a };
         all.fold(("a22", 0.0), farther)
     }

@@ -25,6 +25,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+pub use crate::studies::fault_run::PARAMETERS;
 use crate::workers::Workers;
 pub use drawn::Depth;
 pub use ending::Ending;

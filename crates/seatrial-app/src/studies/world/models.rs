@@ -7,16 +7,14 @@
 
 use serde::Serialize;
 
-/// Half widths of its 95 % interval within which a22 and b2 of an accepted model must be of the truth.
-const HALF_WIDTHS: f64 = 3.0;
+use crate::studies::fault_run::{HALF_WIDTHS, PARAMETERS};
+
 /// Share of a normal distribution beyond two half widths of its 95 % interval.
 const BEYOND_TWO: f64 = 8.9e-5;
 /// Share of truths outside a 95 % interval.
 const OUTSIDE: f64 = 0.05;
 /// Standard deviations that chance may be off.
 const DEVIATIONS: f64 = 4.0;
-
-const PARAMETERS: [&str; 3] = ["a22", "b2", "C0"];
 
 /// How many accepted models were how far from the truth, by a22, b2 and C0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -91,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn exact_far_models_are_told() {
+    fn exact_far_models_are_named() {
         assert_eq!(too_far([2.9, 2.9, 9.0]), None);
         assert_eq!(too_far([0.1, 3.1, 0.0]), Some(("b2", 3.1)));
         let mut models = Models::default();
