@@ -106,7 +106,8 @@ impl Key {
 /// Windows for training and validation, of every speed at which the rudder was deflected to both sides, slowest first.
 ///
 /// The second best excited of several manoeuvres validates, and the others, eight at most, train; of these only such as
-/// were at the best one's speed from begin to end, where it is known. Those in which the speed changes come after all others. The windows of one
+/// were at the best one's speed from begin to end, where it is known. Those in which the speed changes come after all others. The
+/// windows of one
 /// speed do not overlap: each holds the rest before its manoeuvre, 2 time constants of the vehicle, and the response after
 /// it, 5 of them and 3 first strokes at least, as far as the next manoeuvre and the thrust allow. The time constant is 1.5/lambda of the state variable filter that
 /// fits the best excited manoeuvre.
@@ -196,7 +197,7 @@ impl<'a> Speed<'a> {
     fn new(record: &'a Record, all: &'a [Segment], mut manoeuvres: Vec<Segment>) -> Self {
         manoeuvres.sort_by(|a, b| b.excitation_rad.total_cmp(&a.excitation_rad));
         // The order of those that are as steady stays.
-        manoeuvres.sort_by_key(|m| !keeps_speed(record, m, m.surge_speed_m_s));
+        manoeuvres.sort_by_cached_key(|m| !keeps_speed(record, m, m.surge_speed_m_s));
         let least_rad = LEAST_EXCITATION * manoeuvres[0].excitation_rad;
         manoeuvres.retain(|m| m.excitation_rad >= least_rad);
         let mut speed = Self {
