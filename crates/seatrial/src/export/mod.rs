@@ -192,19 +192,18 @@ fn delays(timing: &LoopTiming<f64>) -> String {
 const COMMENT_WIDTH: usize = 80;
 
 /// Text as lines of a comment that begin with `#` and hold no more than 80 columns.
-fn comment_lines(text: &str) -> String {
-    let mut lines = vec![String::from("#")];
-    for word in comment(text).split_whitespace() {
-        let line = lines.last_mut().expect("there is a first line");
-        let is_full = line.chars().count() + 1 + word.chars().count() > COMMENT_WIDTH;
-        if is_full && line.len() > 1 {
-            lines.push(format!("#  {word}"));
-        } else {
-            line.push(' ');
-            line.push_str(word);
-        }
+fn comment_lines(note: &str) -> String {
+    let mut text = String::from("#");
+    let mut columns = 1;
+    for word in comment(note).split_whitespace() {
+        let length = word.chars().count();
+        let is_full = columns > 1 && columns + 1 + length > COMMENT_WIDTH;
+        let before = if is_full { "\n#  " } else { " " };
+        columns = length + if is_full { 3 } else { columns + 1 };
+        text += before;
+        text += word;
     }
-    lines.join("\n")
+    text
 }
 
 /// Text for a comment of one line, in C too.
