@@ -15,11 +15,11 @@ pub fn addressed(text: &str, reader: Reader) -> String {
     if reader == Reader::Terminal {
         return text.to_owned();
     }
-    let mut told = String::new();
+    let mut addressed = String::new();
     let mut rest = text;
     while let Some(at) = rest.find("--") {
         let (before, from) = rest.split_at(at);
-        told += before;
+        addressed += before;
         let name = &from[2..];
         let end = name
             .find(|c: char| !c.is_ascii_lowercase() && c != '-')
@@ -30,11 +30,11 @@ pub fn addressed(text: &str, reader: Reader) -> String {
             _ => page(name, after),
         }
         .unwrap_or_else(|| (format!("--{name}"), after));
-        told += &said;
+        addressed += &said;
         rest = after;
     }
-    told += rest;
-    told
+    addressed += rest;
+    addressed
 }
 
 /// The value of an option, where it follows, and what comes behind it.
@@ -173,10 +173,10 @@ mod tests {
             assert!(text.contains("--"), "{text}");
             assert_eq!(addressed(&text, Reader::Terminal), text);
             for reader in [Reader::Dashboard, Reader::Python] {
-                let told = addressed(&text, reader);
+                let shown = addressed(&text, reader);
                 assert!(
-                    !told.contains("--") && !told.contains("NAME under"),
-                    "{told}"
+                    !shown.contains("--") && !shown.contains("NAME under"),
+                    "{shown}"
                 );
             }
         }

@@ -191,7 +191,7 @@ fn restored_text(done: &HandBack) -> String {
     }
 }
 
-/// A parameter with at most six significant figures.
+/// A whole number as it is, another with three figures.
 fn figures(value: f64) -> String {
     match value.fract() == 0.0 && value.abs() < 1e6 {
         true => value.to_string(),

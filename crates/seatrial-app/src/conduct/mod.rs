@@ -175,8 +175,8 @@ pub fn conduct_judging<V: Vehicle<f64> + ?Sized>(
     }))
 }
 
-/// Ends a trial whose vehicle sends no more samples, unless it was aborted before. Should only the samples be lost, the vehicle still gets its
-/// rudder and heading back.
+/// Ends a trial whose vehicle sends no more samples, unless it was aborted before. Should only the samples be lost, the vehicle
+/// still gets its rudder and heading back.
 fn hand_back<V: Vehicle<f64> + ?Sized>(trial: &mut Trial<f64>, vehicle: &mut V) {
     trial.abort(vehicle.ended_for().unwrap_or(AbortReason::LinkLost));
     for _ in 0..HAND_BACK_ACTIONS {

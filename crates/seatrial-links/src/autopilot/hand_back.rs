@@ -253,7 +253,7 @@ impl<W: Wire> Autopilot<W> {
                 autopilot.send(release);
             }
         });
-        // What is overwritten is told.
+        // What is overwritten is reported.
         for name in backup.parameters.keys() {
             self.insist(
                 LOOKS_S,

@@ -51,7 +51,7 @@ pub struct Checked<'a> {
 pub struct Independent {
     /// Their length over that of the training.
     pub length: f64,
-    /// The largest jump of the heading from where the measured yaw rate takes it, rad.
+    /// The largest jump of the heading from where the measured yaw rate takes it.
     pub largest_jump: Option<Jump>,
     /// The estimate made from them alone, where they give one that may be compared.
     pub estimate: Option<Refined>,

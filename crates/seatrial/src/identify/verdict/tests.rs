@@ -357,7 +357,7 @@ fn exact_a_rudder_that_stops_is_told_with_its_angle() {
 
 /// Data that a compass jumped in are not predicted, and the jump is the cause.
 #[test]
-fn exact_a_jump_is_told_before_the_r2_that_it_lowers() {
+fn exact_a_jump_comes_before_the_r2_that_it_lowers() {
     let estimate = refined(0.05);
     let mut chain = Chain::of(estimate.clone()).with_independent(&estimate, Some(JUMP));
     chain.validation = Some(validation(0.2, 0.3, 0.4));

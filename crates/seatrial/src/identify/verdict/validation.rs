@@ -41,7 +41,7 @@ impl Weighing {
         }
     }
 
-    /// A compass that jumped is why its data are not predicted, and is told first.
+    /// A compass that jumped is why its data are not predicted, and comes first.
     pub(super) fn jump_behind_low_r2(&mut self, checked: &Checked) {
         let Some(jump) = checked.independent.as_ref().and_then(|a| a.largest_jump) else {
             return;
