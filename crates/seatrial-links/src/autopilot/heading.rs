@@ -232,7 +232,7 @@ impl<W: Wire> Autopilot<W> {
         found.check("mode", is_set, text);
         if let Some((heading_rad, _)) = self.sampler.newest_heading().filter(|_| is_set) {
             self.heard.our_mode = Some(mode);
-            self.heard.note_sticks();
+            self.note_sticks();
             self.guard();
             self.steer_to(heading_rad, 0.0);
         }

@@ -77,7 +77,7 @@ impl Heard {
         self.vehicle == Some(sender)
     }
 
-    /// The sticks are the pilot's as they are now.
+    /// Takes the sticks as they were last reported for where the pilot left them.
     pub fn note_sticks(&mut self) {
         self.sticks = self.remote_control.map(|channels| channels.pulses);
     }

@@ -167,8 +167,10 @@ impl Profile {
     pub(super) fn is_ours(self, channel: usize) -> bool {
         match self {
             Self::Rover => matches!(channel, 0 | 2),
+            // It reports the remote control itself, whatever MANUAL_CONTROL asks for.
+            Self::Px4 => false,
             // MANUAL_CONTROL fills the first eight.
-            _ => channel < 8,
+            Self::Sub | Self::Generic => channel < 8,
         }
     }
 }

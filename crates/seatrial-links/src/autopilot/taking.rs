@@ -12,6 +12,8 @@ use crate::link::Wire;
 
 /// Longest wait for one change, s.
 const CHANGE_S: f64 = 6.0;
+/// Longest wait for the first report of the remote control, s. Some autopilots report it only where there is one.
+const STICKS_S: f64 = 2.0;
 
 impl<W: Wire> Autopilot<W> {
     /// Takes the vehicle: changes its parameters and mode, proves that the rudder answers, with the right sense, and that
@@ -70,7 +72,7 @@ impl<W: Wire> Autopilot<W> {
     fn enter_mode(&mut self, found: &mut Preflight) -> bool {
         let Some(mode) = self.profile().steering_mode() else {
             self.heard.our_mode = self.heard.mode();
-            self.heard.note_sticks();
+            self.note_sticks();
             self.guard();
             return true;
         };
@@ -87,7 +89,7 @@ impl<W: Wire> Autopilot<W> {
         );
         if is_set {
             self.heard.our_mode = Some(mode);
-            self.heard.note_sticks();
+            self.note_sticks();
             if self.heard.is_critical() {
                 // The failsafe of a vehicle that nobody steers ends with that.
                 self.ask(Demand::default());
@@ -96,6 +98,14 @@ impl<W: Wire> Autopilot<W> {
             self.guard();
         }
         is_set
+    }
+
+    /// Notes where the pilot's sticks are: one that leaves its place later takes the vehicle over.
+    pub(super) fn note_sticks(&mut self) {
+        self.wait(STICKS_S, |autopilot| {
+            autopilot.heard.remote_control.is_some()
+        });
+        self.heard.note_sticks();
     }
 
     pub(super) fn guard(&mut self) {

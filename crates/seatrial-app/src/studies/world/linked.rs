@@ -22,6 +22,8 @@ const WITHIN_S: f64 = 110.0;
 const NEUTRAL_AFTER_SEEN_S: f64 = 0.5;
 /// From a link that is cut to neutral rudder, s: the autopilot's own timeout is 0.8 s.
 const NEUTRAL_AFTER_CUT_S: f64 = 1.0;
+/// From what tells a mishap to the end of the trial, s: a vehicle that no longer follows is given so long.
+const NOTICED_AFTER_S: f64 = 3.0;
 /// A command that is lost comes again after this, s.
 const REPEATED_AFTER_S: f64 = 0.1;
 /// The vehicle goes on so long after the end, s.
@@ -202,7 +204,24 @@ fn conducted(
     let unusable = |error: InvalidSetting| Error::Setting(error.to_string());
     let conducted = conducted.map_err(unusable)?;
     ending.take(&conducted.campaign);
+    check_noticed(autopilot.wire(), ending);
     Ok((backup, Some(autopilot.hand_back())))
+}
+
+/// Checks that a trial did not go on after the link had shown what ends it.
+fn check_noticed(sea: &Sea, ending: &mut Ending) {
+    let (Some(seen_s), Some((at_s, mishap))) = (sea.seen_s, sea.mishap) else {
+        return;
+    };
+    let is_meant = ending.outcome != "finished"
+        || mishap == Mishap::LinkLostForAWhile
+        || sea.is_before_demand(seen_s);
+    let went_on_s = sea.now_s - seen_s;
+    if !is_meant && went_on_s > NOTICED_AFTER_S {
+        ending.broken.push(format!(
+            "the trial went on for {went_on_s:.2} s after {mishap:?} at {at_s:.2} s"
+        ));
+    }
 }
 
 /// Checks that the rudder is released soon after the link shows what ends the trial.
@@ -212,8 +231,7 @@ fn check_rudder(sea: &Sea, weather: Weather, (at_s, mishap): (f64, Mishap), endi
         return;
     };
     // Before the rudder is asked for, a stick is where its owner left it, and a vehicle that started again is not yet in a trial.
-    let is_before = sea.asked_s.is_none_or(|asked_s| seen_s < asked_s);
-    if matches!(mishap, Mishap::PilotStick | Mishap::Reboot) && is_before {
+    if matches!(mishap, Mishap::PilotStick | Mishap::Reboot) && sea.is_before_demand(seen_s) {
         return;
     }
     let within_s = match mishap.cuts() {

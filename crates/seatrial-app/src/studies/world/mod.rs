@@ -154,7 +154,7 @@ mod tests {
     use super::*;
 
     /// Worlds that once broke an invariant, and what was wrong.
-    const ONCE_BROKEN: [(u64, &str); 7] = [
+    const ONCE_BROKEN: [(u64, &str); 8] = [
         (
             684,
             "a stranger says in the vehicle's name that a submarine is a disarmed boat",
@@ -179,6 +179,10 @@ mod tests {
         (
             161037,
             "a damaged message took the next five releases with it",
+        ),
+        (
+            233612,
+            "a PX4 vehicle's stick was taken for a channel that MANUAL_CONTROL fills",
         ),
     ];
 

@@ -223,7 +223,10 @@ impl Sea {
         self.has_happened = true;
         match mishap {
             Mishap::PilotMode => self.boat.mode = PILOTS_MODE,
-            Mishap::PilotStick => self.boat.sticks_us[6] = 1900,
+            Mishap::PilotStick => {
+                let stick = self.seen_stick();
+                self.boat.sticks_us[stick] = 1900;
+            }
             Mishap::Battery => self.boat.battery_percent = 5,
             Mishap::Disarmed => self.boat.is_armed = false,
             Mishap::Reboot => {
@@ -259,6 +262,16 @@ impl Sea {
         }
     }
 
+    /// Is it before the vehicle was first asked for anything?
+    pub fn is_before_demand(&self, time_s: f64) -> bool {
+        self.asked_s.is_none_or(|asked_s| time_s < asked_s)
+    }
+
+    /// A stick, from 0, whose movement the vehicle reports while we hold it: ArduSub takes the first eight from us.
+    fn seen_stick(&self) -> usize {
+        if self.profile == Profile::Sub { 8 } else { 6 }
+    }
+
     fn say(&mut self, sender: Sender, heartbeat: Heartbeat) {
         let bytes = Encoder::new(sender).encode(&Message::from(heartbeat), None, 0.0);
         self.throw(&bytes, true);
@@ -271,11 +284,12 @@ impl Sea {
             let (Some(message), Some((_, mishap))) = (frame.message(), self.mishap) else {
                 continue;
             };
+            let stick = self.seen_stick();
             let tells = match (mishap, message) {
                 (Mishap::PilotMode, Message::Heartbeat(h)) => {
                     frame.sender == VEHICLE && h.custom_mode == PILOTS_MODE
                 }
-                (Mishap::PilotStick, Message::RcChannels(rc)) => rc.pulses[6] == 1900,
+                (Mishap::PilotStick, Message::RcChannels(rc)) => rc.pulses[stick] == 1900,
                 (Mishap::Battery, Message::SysStatus(status)) => status.battery_percent == 5,
                 (Mishap::Disarmed | Mishap::ForgedDisarm, Message::Heartbeat(h)) => {
                     frame.sender == VEHICLE && h.base_mode & 0x80 == 0

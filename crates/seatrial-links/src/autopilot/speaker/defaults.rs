@@ -7,6 +7,8 @@ use super::Profile;
 /// Neutral and half the range of every output and input, us.
 pub(super) const TRIM_US: f64 = 1500.0;
 pub(super) const HALF_US: f64 = 400.0;
+/// Channels of the remote control.
+pub(super) const STICKS: usize = 16;
 /// What ArduSub makes of a full stick, as a fraction of full thrust.
 pub(super) const SUB_GAIN: f64 = 0.5;
 

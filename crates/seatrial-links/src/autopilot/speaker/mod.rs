@@ -14,7 +14,7 @@ use crate::link::message::{
     CommandAck, ManualControl, ParamValue, RcChannelsOverride, Statustext, Text, Timesync,
 };
 use crate::link::{Decoder, Encoder, Message, Sender, Signing};
-use defaults::{HALF_US, TRIM_US, parameters, resting_mode};
+use defaults::{HALF_US, STICKS, TRIM_US, parameters, resting_mode};
 use guided::Guided;
 pub use station::Station;
 
@@ -52,7 +52,7 @@ pub struct Speaker<V> {
     /// Is it armed?
     pub is_armed: bool,
     /// The remote control's sticks, us.
-    pub sticks_us: [u16; 8],
+    pub sticks_us: [u16; STICKS],
     /// Does it hear one?
     pub has_remote_control: bool,
     /// Charge of its battery, percent.
@@ -94,7 +94,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
             failsafe: false,
             mode: resting_mode(profile),
             is_armed: true,
-            sticks_us: [TRIM_US as u16; 8],
+            sticks_us: [TRIM_US as u16; STICKS],
             has_remote_control: true,
             battery_percent: 90,
         }
@@ -190,10 +190,12 @@ impl<V: Vehicle<f64>> Speaker<V> {
     fn input_us(&self, channel: usize) -> u16 {
         let valid_s = self.number("RC_OVERRIDE_TIME");
         match self.overridden {
-            Some((given_s, pulses)) if self.clock_s - given_s <= valid_s => match pulses[channel] {
-                0 | u16::MAX => self.sticks_us[channel],
-                pulse => pulse,
-            },
+            Some((given_s, pulses)) if self.clock_s - given_s <= valid_s => {
+                match pulses.get(channel) {
+                    None | Some(0 | &u16::MAX) => self.sticks_us[channel],
+                    Some(pulse) => *pulse,
+                }
+            }
             _ => self.sticks_us[channel],
         }
     }
@@ -244,6 +246,12 @@ impl<V: Vehicle<f64>> Speaker<V> {
                     _ => [full(r), full(x)],
                 };
                 self.joystick = Some((self.clock_s, asked));
+                if self.profile == Profile::Sub {
+                    let pulse = |axis: i16| (TRIM_US + HALF_US * full(axis)).round() as u16;
+                    let mut pulses = [TRIM_US as u16; 8];
+                    (pulses[3], pulses[4]) = (pulse(r), pulse(x));
+                    self.overridden = Some((self.clock_s, pulses));
+                }
                 self.station_s = Some(self.clock_s);
             }
             // No sign of life: Rover goes by heartbeats and sticks.

@@ -2,7 +2,7 @@
 
 use seatrial_core::{Sample, Vehicle};
 
-use super::defaults::{HALF_US, SUB_GAIN, TRIM_US};
+use super::defaults::{HALF_US, STICKS, SUB_GAIN, TRIM_US};
 use super::{Profile, Speaker};
 use crate::autopilot::profile::SUB_YAW;
 use crate::link::message::{
@@ -74,13 +74,17 @@ impl<V: Vehicle<f64>> Speaker<V> {
                 down_m_s: 0.0,
             });
             let mut channels = [0; 18];
-            for (channel, pulse) in channels.iter_mut().take(8).enumerate() {
+            for (channel, pulse) in channels.iter_mut().take(STICKS).enumerate() {
                 *pulse = self.input_us(channel);
             }
             self.send(RcChannels {
                 time_boot_ms,
                 pulses: channels,
-                count: if self.has_remote_control { 8 } else { 0 },
+                count: if self.has_remote_control {
+                    STICKS as u8
+                } else {
+                    0
+                },
                 rssi: 255,
             });
         }
