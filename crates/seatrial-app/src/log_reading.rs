@@ -13,8 +13,11 @@ use crate::logs::ReadSettings;
 /// A log's name and how to read it. Everything has a default.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
+#[cfg_attr(feature = "openapi", derive(utoipa::IntoParams))]
+#[cfg_attr(feature = "openapi", into_params(parameter_in = Query))]
 pub struct LogReading {
     /// What the log is called; its format is found by its content.
+    #[cfg_attr(feature = "openapi", param(max_length = 200))]
     pub name: Option<String>,
     /// Column with the time.
     pub time: Option<String>,
@@ -61,6 +64,11 @@ pub struct LogReading {
 }
 
 impl LogReading {
+    /// What the log is called.
+    pub fn name(&self) -> &str {
+        self.name.as_deref().unwrap_or("log")
+    }
+
     /// The options of an identification.
     pub fn options(self) -> Result<Options, Error> {
         Ok(Options {

@@ -4,23 +4,24 @@ use seatrial::{Identification, Record, Window};
 use seatrial_core::Real;
 use seatrial_report::overlay;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Most samples of a record that are drawn.
 const MOST_DRAWN: usize = 5000;
 
 /// Columns of equal length; of a long log every n-th sample.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct LogSeries {
     /// The log's own seconds.
     pub time_s: Vec<Option<f64>>,
     /// Heading, unwrapped, rad.
     pub heading_rad: Vec<Option<f64>>,
-    /// Rudder, in the unit of the record.
+    /// Rudder, rad or a fraction of full as the document says.
     pub rudder: Vec<Option<f64>>,
     /// Measured yaw rate, rad/s.
     pub yaw_rate_rad_s: Vec<Option<f64>>,
-    /// Heading simulated over the validation window with the model, rad; none outside.
+    /// Heading simulated over the validation window with the model, rad; null outside.
     pub simulated_heading_rad: Vec<Option<f64>>,
 }
 

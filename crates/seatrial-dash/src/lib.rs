@@ -16,7 +16,6 @@ mod logs;
 mod page;
 mod refusal;
 mod routes;
-mod series;
 mod server;
 mod shared;
 mod slot;

@@ -8,18 +8,18 @@ use seatrial_app::Inspection;
 use seatrial_app::advice::addressed;
 use seatrial_app::documents::IdentificationDocument;
 use seatrial_app::identify_log::identify_opened;
-use seatrial_app::log_reading;
+use seatrial_app::log_reading::LogReading;
 use seatrial_app::logs::{OpenedLog, Unobserved, open};
 use seatrial_app::series::series_of;
 use tempfile::NamedTempFile;
 
-use crate::api::{IdentifiedLog, InspectedLog, LogColumns, LogReading};
+use crate::api::{IdentifiedLog, InspectedLog, LogColumns};
 use crate::refusal::Refusal;
 
 /// What `seatrial identify` makes of a log without windows.
 pub fn identified(log: &Path, reading: LogReading) -> Result<IdentifiedLog, Refusal> {
     let name = reading.name().to_owned();
-    let options = asked(reading).options().map_err(unreadable)?;
+    let options = reading.options().map_err(unreadable)?;
     let opened = options
         .windows
         .open(log, &options.reading, &mut Unobserved)
@@ -34,7 +34,7 @@ pub fn identified(log: &Path, reading: LogReading) -> Result<IdentifiedLog, Refu
     Ok(IdentifiedLog {
         document: IdentificationDocument::of(&found).addressed_to(Reader::Dashboard),
         verdict: found.verdict().into(),
-        series: series_of(&found.logs.log.record, validated).into(),
+        series: series_of(&found.logs.log.record, validated),
     })
 }
 
@@ -43,7 +43,7 @@ pub fn inspected(log: &Path, reading: LogReading) -> Result<InspectedLog, Refusa
     let name = reading.name().to_owned();
     let opened = open(
         log,
-        &asked(reading).settings().map_err(unreadable)?,
+        &reading.settings().map_err(unreadable)?,
         None,
         &mut Unobserved,
     )
@@ -54,7 +54,7 @@ pub fn inspected(log: &Path, reading: LogReading) -> Result<InspectedLog, Refusa
     };
     Ok(InspectedLog {
         document: Inspection::of(&opened),
-        series: series_of(&opened.record, None).into(),
+        series: series_of(&opened.record, None),
     })
 }
 
@@ -113,32 +113,4 @@ fn refused(log: &Path, name: &str, error: &dyn Display) -> Refusal {
 
 fn unreadable(error: seatrial_app::Error) -> Refusal {
     Refusal::unprocessable("log_refused", error.to_string())
-}
-
-/// What was asked for over the interface, as the use case takes it.
-fn asked(reading: LogReading) -> log_reading::LogReading {
-    log_reading::LogReading {
-        name: reading.name,
-        time: reading.time,
-        heading: reading.heading,
-        rudder: reading.rudder,
-        speed: reading.speed,
-        depth: reading.depth,
-        roll: reading.roll,
-        pitch: reading.pitch,
-        yaw_rate: reading.yaw_rate,
-        north: reading.north,
-        east: reading.east,
-        thrust: reading.thrust,
-        units: reading.units,
-        rudder_trim_us: reading.rudder_trim_us,
-        rudder_range_deg: reading.rudder_range_deg,
-        rudder_delay_s: reading.rudder_delay_s,
-        rudder_lag_s: reading.rudder_lag_s,
-        drop_invalid: reading.drop_invalid,
-        from_s: reading.from_s,
-        to_s: reading.to_s,
-        validate_from_s: reading.validate_from_s,
-        validate_to_s: reading.validate_to_s,
-    }
 }

@@ -22,7 +22,7 @@ pub use history::{
     SchedulePoint, State, ThrustComparison, WhatChanged,
 };
 pub use live::{Envelope, Hello, LiveEvent, LiveMessage, LiveSample, Snapshot, StreamSettings};
-pub use log::{IdentifiedLog, InspectedLog, LogColumns, LogReading, LogSeries};
+pub use log::{IdentifiedLog, InspectedLog, LogColumns};
 pub use plan::{Change, Check, ExpectedIntervals, PlanOrder, PlanPreview, Preflight, SpeedPreview};
 pub use run::{
     Figure, Model, Outcome, Reason, Review, RunSummary, Stage, StageSpan, ValidationOverlay,

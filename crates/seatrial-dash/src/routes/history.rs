@@ -14,14 +14,13 @@ use utoipa::{IntoParams, ToSchema};
 use super::asked::{Asked, At, Body};
 use super::{blocking, download};
 use crate::api::{
-    CampaignDetail, CampaignSummary, Comparison, ErrorBody, LogSeries, ReviewOrder, RunSummary,
-    Schedule,
+    CampaignDetail, CampaignSummary, Comparison, ErrorBody, ReviewOrder, RunSummary, Schedule,
 };
 use crate::gains::{GainsFormat, gains_file};
 use crate::history::{self, Format};
 use crate::refusal::Refusal;
 use crate::shared::{Caller, LONGEST_NOTE, Shared};
-use seatrial_app::series::series_of;
+use seatrial_app::series::{LogSeries, series_of};
 
 /// Every campaign, oldest first.
 #[utoipa::path(get, path = "/api/v1/campaigns", tag = "history",
@@ -122,10 +121,10 @@ pub async fn series(
                 ))
             })?;
         let model = run.identification.as_ref();
-        Ok(LogSeries::from(series_of(
+        Ok(series_of(
             &run.acting_record(),
             model.zip(run.stage(Stage::Validate)),
-        )))
+        ))
     });
     Ok(Json(series.await?))
 }

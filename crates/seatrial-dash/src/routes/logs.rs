@@ -5,13 +5,14 @@ use std::sync::Arc;
 use axum::Json;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
+use seatrial_app::log_reading::LogReading;
 use serde::Serialize;
 
 use axum::http::StatusCode;
 
 use super::asked::{Asked, Upload};
 use super::blocking;
-use crate::api::{ErrorBody, IdentifiedLog, InspectedLog, LogColumns, LogReading};
+use crate::api::{ErrorBody, IdentifiedLog, InspectedLog, LogColumns};
 use crate::logs::{self, identified, inspected, keep_sensor_list};
 use crate::refusal::Refusal;
 use crate::shared::Shared;
