@@ -4,8 +4,8 @@
 //! them those that have a build of their own (`cargo xtask beside`); everything is built once, for tests. `cargo xtask embedded` is the one
 //! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask instructions` that of the kernels'
 //! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page, `cargo xtask page` that of the page
-//! without a server, `cargo xtask docs` builds the docs as a site. `cargo xtask ros2` checks what
-//! needs the features `ros2` and `ros2-zenoh`, `cargo xtask miri` runs the library for C and the core under Miri. `cargo xtask packages` packs what
+//! without a server, `cargo xtask docs` builds the docs as a site. `cargo xtask ros2` checks each
+//! of the features `ros2` and `ros2-zenoh` alone, `cargo xtask miri` runs the library for C and the core under Miri. `cargo xtask packages` packs what
 //! is published on crates.io, `cargo xtask wheel` builds and installs the Python wheel, `cargo xtask archive` the archive and the Debian package of a release. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
 
 mod alone;
@@ -32,10 +32,17 @@ use std::time::Instant;
 
 use beside::Beside;
 
-/// Names, and the cargo commands that run in the order in which they fail fastest.
-const CHECKS: [(&str, &str); 7] = [
+/// The features of the terminal that no build has by default.
+const ROS2: &str = "seatrial-cli/ros2,seatrial-cli/ros2-zenoh";
+
+/// Names, and the cargo commands that run in the order in which they fail fastest; `ROS2` stands for its features.
+const CHECKS: [(&str, &str); 8] = [
     ("format", "fmt --all --check"),
     ("lints", "clippy --workspace --all-targets -- -D warnings"),
+    (
+        "lints of ROS 2",
+        "clippy --workspace --all-targets --features ROS2 -- -D warnings",
+    ),
     (
         "core on Cortex-M",
         "build -p seatrial-core --target thumbv7em-none-eabihf",
@@ -44,8 +51,14 @@ const CHECKS: [(&str, &str); 7] = [
         "the program for a browser",
         "check -p seatrial-wasm --target wasm32-unknown-unknown",
     ),
-    ("tests", "nextest run --workspace --no-fail-fast"),
-    ("doc tests", "test --workspace --doc --quiet"),
+    (
+        "tests",
+        "nextest run --workspace --features ROS2 --no-fail-fast -E not(binary(ros2))",
+    ),
+    (
+        "doc tests",
+        "test --workspace --features ROS2 --doc --quiet",
+    ),
     ("documentation", "doc --workspace --no-deps --quiet"),
 ];
 
@@ -101,8 +114,14 @@ fn test() -> bool {
     let passed = with_cargo();
     // What waits for processes in real time is not disturbed.
     let passed = beside.passed() && passed;
-    let with_the_binary: [fn() -> bool; 5] =
-        [in_python, in_dash, in_browser, without_a_server, as_a_site];
+    let with_the_binary: [fn() -> bool; 6] = [
+        over_ros2,
+        in_python,
+        in_dash,
+        in_browser,
+        without_a_server,
+        as_a_site,
+    ];
     let passed = passed && with_the_binary.iter().all(|passes| passes());
     if passed {
         eprintln!("== all passed in {:.0} s", begin.elapsed().as_secs_f64());
@@ -138,7 +157,10 @@ fn with_cargo() -> bool {
         .join("target/skipped-tests.txt");
     let _ = std::fs::remove_file(&skipped);
     let passed = CHECKS.iter().all(|(name, command)| {
-        let arguments: Vec<&str> = command.split(' ').collect();
+        let words = command.split(' ');
+        let arguments: Vec<&str> = words
+            .map(|word| if word == "ROS2" { ROS2 } else { word })
+            .collect();
         passes(name, || {
             let mut command_line = cargo_or_nextest(&arguments)?;
             command_line.env("RUSTDOCFLAGS", "-D warnings");
@@ -171,6 +193,27 @@ fn in_few_instructions() -> bool {
 
 fn in_python() -> bool {
     passes("Python", python::check)
+}
+
+/// Whole trials on vehicles of other processes, from the tests that are built. They are played in real time, which they
+/// mostly wait for: one that the machine holds up for long is a lost one, which is tried again.
+fn over_ros2() -> bool {
+    passes("vehicles over ROS 2", || {
+        let command = [
+            "nextest",
+            "run",
+            "--workspace",
+            "--features",
+            ROS2,
+            "--test-threads",
+            "3",
+        ];
+        let rest = ["--retries", "2", "-E", "binary(ros2)"];
+        let mut tests = cargo_or_nextest(&[&command[..], &rest].concat())?;
+        succeeds(&mut tests)
+            .then_some(())
+            .ok_or("vehicles over DDS or zenoh".into())
+    })
 }
 
 fn on_ros2() -> bool {
