@@ -1,13 +1,14 @@
 //! What is in a log, and whether a model can be identified from it.
 
 use seatrial::Window;
-use seatrial::identification::{Reason, ReasonCode, Verdict};
+use seatrial::identification::{Reader, Reason, ReasonCode, Verdict};
 use seatrial::manoeuvre::{Manoeuvre, Stroke};
 use seatrial::segmentation::{Proposal, Segment, find, propose};
 use seatrial_core::{Real, Sample};
 use seatrial_logs::Quantity;
 use serde::{Deserialize, Serialize};
 
+use crate::advice;
 use crate::documents::Source;
 use crate::identify_log::verdict_of;
 use crate::logs::OpenedLog;
@@ -101,6 +102,15 @@ impl Inspection {
             }),
             windows,
             ranges,
+        }
+    }
+
+    /// With what to do in the words of the place where it is read.
+    pub fn addressed_to(self, reader: Reader) -> Self {
+        Self {
+            source: self.source.addressed_to(reader),
+            verdict: advice::verdict(self.verdict, reader),
+            ..self
         }
     }
 }

@@ -6,6 +6,8 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::channel;
 
 use seatrial::commission::{Foreseen, Range, Response};
+use seatrial::identification::Reader;
+use seatrial_app::advice::addressed;
 use seatrial_app::commission::{
     Commissioned, Ending, GainedVehicle, GainsVehicle, Lost, Order, Proposal, Reached, Request,
     conduct, models_for,
@@ -190,9 +192,9 @@ fn run(
         stop,
     };
     let found = conduct(&mut vehicle, &work, &mut |text| {
-        shared
-            .commission
-            .change(&tap, |state| state.told.push(text.to_owned()));
+        shared.commission.change(&tap, |state| {
+            state.told.push(addressed(text, Reader::Dashboard))
+        });
     });
     // Who sees the end may begin the next one.
     drop(place);
@@ -202,7 +204,7 @@ fn run(
 
 fn ended(state: &mut CommissionState, found: &Commissioned) {
     state.running = false;
-    state.line = Some(found.line());
+    state.line = Some(addressed(&found.line(), Reader::Dashboard));
     state.needs_restoring = found.not_put_back.is_some();
     state.old = found.old.as_ref().map(measured);
     state.new = found.new.as_ref().map(measured);

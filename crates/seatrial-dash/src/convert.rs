@@ -6,7 +6,7 @@ use jiff::{Timestamp, Unit};
 use seatrial::campaign::Run;
 use seatrial::identification::{self, Identification, Reader};
 use seatrial::preview::{Predicted, Preview};
-use seatrial_app::{TrialPlan, trial_run};
+use seatrial_app::{TrialPlan, advice, trial_run};
 use seatrial_core as core;
 
 use seatrial_logbook::{CampaignEntry, State as LogbookState};
@@ -64,9 +64,10 @@ impl From<core::Outcome> for Outcome {
 
 impl From<seatrial::identification::Reason> for Reason {
     fn from(reason: seatrial::identification::Reason) -> Self {
+        let reason = advice::reason(reason, Reader::Dashboard);
         Self {
             code: reason.code.to_string(),
-            action: reason.action_for(Reader::Dashboard).to_owned(),
+            action: reason.action,
             text: reason.text,
         }
     }
@@ -133,7 +134,7 @@ impl From<trial_run::Preflight> for Preflight {
                 .map(|check| Check {
                     name: check.name,
                     passed: check.passed,
-                    text: check.text,
+                    text: advice::addressed(&check.text, Reader::Dashboard),
                 })
                 .collect(),
             changes: found.changes.into_iter().map(Change::from).collect(),

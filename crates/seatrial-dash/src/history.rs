@@ -5,8 +5,10 @@ use std::fmt::Display;
 use seatrial::difference::{Difference as ModelDifference, ParameterDifference, ThrustDifference};
 use seatrial::gain_allowance::{GainAllowance, least_damped_schedule};
 use seatrial::health::{HealthSettings, Reference, SpeedModel, compare};
+use seatrial::identification::Reader;
 use seatrial::propagation::interval_95;
 use seatrial::{Campaign, Run};
+use seatrial_app::advice::addressed;
 use seatrial_app::report::campaign_page;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 use seatrial_core::{
@@ -216,7 +218,7 @@ fn what_changed(a: &Campaign, b: &Campaign) -> Option<WhatChanged> {
         .collect();
     reasons.extend(change.left_out.into_iter().map(|text| Reason {
         code: "left_out".into(),
-        text,
+        text: addressed(&text, Reader::Dashboard),
         action: String::new(),
     }));
     Some(WhatChanged {

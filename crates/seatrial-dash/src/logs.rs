@@ -5,7 +5,6 @@ use std::path::Path;
 
 use seatrial::identification::Reader;
 use seatrial_app::Inspection;
-use seatrial_app::advice::addressed;
 use seatrial_app::documents::IdentificationDocument;
 use seatrial_app::identify_log::identify_opened;
 use seatrial_app::log_reading::LogReading;
@@ -53,7 +52,7 @@ pub fn inspected(log: &Path, reading: LogReading) -> Result<InspectedLog, Refusa
         ..opened
     };
     Ok(InspectedLog {
-        document: Inspection::of(&opened),
+        document: Inspection::of(&opened).addressed_to(Reader::Dashboard),
         series: series_of(&opened.record, None),
     })
 }
@@ -107,7 +106,6 @@ fn refused(log: &Path, name: &str, error: &dyn Display) -> Refusal {
     let beside =
         "it is neither beside it nor in a folder `cac` or `cache` there: copy it from the vehicle";
     let text = text.replace(beside, "choose it together with the log");
-    let text = addressed(&text, Reader::Dashboard);
     Refusal::unprocessable("log_refused", text)
 }
 

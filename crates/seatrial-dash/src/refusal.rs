@@ -3,6 +3,8 @@
 use axum::Json;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
+use seatrial::identification::Reader;
+use seatrial_app::advice::addressed;
 
 use crate::api::ErrorBody;
 
@@ -15,11 +17,12 @@ pub struct Refusal {
 }
 
 impl Refusal {
+    /// A refusal, in the words of the page.
     pub(crate) fn new(status: StatusCode, code: &'static str, message: impl ToString) -> Self {
         Self {
             status,
             code,
-            message: message.to_string(),
+            message: addressed(&message.to_string(), Reader::Dashboard),
         }
     }
 

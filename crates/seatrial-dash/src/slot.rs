@@ -5,7 +5,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use seatrial::Step;
 use seatrial::campaign::Run;
-use seatrial::identification::Refined;
+use seatrial::identification::{Reader, Refined};
+use seatrial_app::advice;
 use seatrial_app::conduct::Watch;
 use seatrial_app::trial_run::{Begun, View};
 use seatrial_core::{Outcome, Trial};
@@ -128,7 +129,8 @@ impl View for Shown {
     /// Shows the end and frees the slot under one lock: a client that sees the end may begin the next trial.
     fn ended(&mut self, outcome: Option<Outcome>, warnings: &[String]) {
         let mut running = self.slot.running();
-        self.tap.ended(outcome, warnings.to_vec());
+        let warnings = advice::all(warnings.iter().cloned(), Reader::Dashboard);
+        self.tap.ended(outcome, warnings);
         *running = None;
         self.has_place = false;
     }

@@ -8,6 +8,7 @@ use seatrial::identification::Reader;
 use seatrial::identify::evenly_sampled::{BatchError, EvenlySampled};
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, lambda_of};
 use seatrial_app::Options;
+use seatrial_app::advice;
 use seatrial_app::identify_log::identify_log_observed;
 use seatrial_app::logs::open;
 use seatrial_core::Axis;
@@ -16,7 +17,7 @@ use seatrial_core::estimator::Method;
 
 use crate::arrays::{Column, Columns, dictionary};
 use crate::reading::{Reading, Span, Warned, window, windows};
-use crate::{Told, error, failed, json, usage};
+use crate::{Told, error, failed, json, told, usage};
 
 /// The settings that the names stand for.
 pub fn settings(
@@ -112,7 +113,7 @@ pub fn identify(
     });
     match found {
         Ok(mut found) => {
-            found.verdict = found.verdict.addressed_to(Reader::Python);
+            found.verdict = advice::verdict(found.verdict, Reader::Python);
             json(py, &found)
         }
         Err(found) => Err(no_model(py, found)),
@@ -216,7 +217,7 @@ pub fn identify_log(
     match py.detach(|| identify_log_observed(&path, &options, &mut warned)) {
         Ok(found) => {
             let document = json(py, &found.document().addressed_to(Reader::Python))?;
-            Ok((document, warned.0))
+            Ok(told(document, warned.0))
         }
         Err(found) => Err(failed(py, &found)),
     }
@@ -242,7 +243,8 @@ pub fn read_log<'py>(
         arrays.set_item("rudder_of_full", rudder)?;
         arrays.del_item("rudder_rad")?;
     }
-    Ok((arrays, json(py, &log.source())?, warned.0))
+    let warnings = advice::all(warned.0, Reader::Python);
+    Ok((arrays, json(py, &log.source())?, warnings))
 }
 
 /// The paper's printed numbers beside recomputed ones; JSON.

@@ -14,14 +14,14 @@ mod simulate;
 
 use pyo3::prelude::*;
 use seatrial::identification::Reader;
-use seatrial_app::advice::addressed;
+use seatrial_app::advice::{self, addressed};
 
 /// An exception of the Python part, by its name; it carries the exit code of the command.
 fn error(py: Python<'_>, class: &str, message: impl ToString) -> PyErr {
     let raised = py
         .import("seatrial._errors")
         .and_then(|errors| errors.getattr(class))
-        .and_then(|class| class.call1((message.to_string(),)));
+        .and_then(|class| class.call1((addressed(&message.to_string(), Reader::Python),)));
     match raised {
         Ok(error) => PyErr::from_value(error),
         Err(error) => error,
@@ -35,6 +35,11 @@ fn usage(py: Python<'_>, message: impl ToString) -> PyErr {
 /// JSON or the text of a file, and what to warn of.
 type Told = (String, Vec<String>);
 
+/// What is told of a document or a file, with its warnings in the words of Python.
+fn told(document: String, warnings: Vec<String>) -> Told {
+    (document, advice::all(warnings, Reader::Python))
+}
+
 /// The exception for what a use case gives no result for.
 fn failed(py: Python<'_>, found: &seatrial_app::Error) -> PyErr {
     let class = match found {
@@ -44,12 +49,19 @@ fn failed(py: Python<'_>, found: &seatrial_app::Error) -> PyErr {
         | seatrial_app::Error::Logbook(_) => "InputError",
         seatrial_app::Error::Rejected(_) => "RejectedError",
     };
-    error(py, class, addressed(&found.to_string(), Reader::Python))
+    error(py, class, found)
 }
 
-/// A document as JSON.
+/// A document as JSON, in the words of Python.
 fn json(py: Python<'_>, document: &impl serde::Serialize) -> PyResult<String> {
-    serde_json::to_string(document).map_err(|found| error(py, "SeatrialError", found))
+    let fault = |found| error(py, "SeatrialError", found);
+    let text = serde_json::to_string(document).map_err(fault)?;
+    if !text.contains("--") {
+        return Ok(text);
+    }
+    let mut document = serde_json::from_str(&text).map_err(fault)?;
+    advice::document(&mut document, Reader::Python);
+    Ok(document.to_string())
 }
 
 #[pymodule]

@@ -9,11 +9,12 @@ use seatrial_app::health::{Comparison, Criteria, Missions, Watched, change, refe
 use seatrial_app::logs::open;
 use seatrial_app::models::{ComparedModels, compared_models, open_named};
 use seatrial_app::validate_log::{Given, validate_log};
-use seatrial_app::{Error, Inspection};
+use seatrial_app::{Error, Inspection, advice};
+use serde_json::Value;
 
 use crate::models::Source;
 use crate::reading::{Reading, Span, Warned, window, windows};
-use crate::{Told, failed, json};
+use crate::{Told, failed, json, told};
 
 /// What is in a log.
 #[pyfunction]
@@ -21,10 +22,9 @@ pub fn inspect(py: Python<'_>, path: PathBuf, reading: Reading) -> PyResult<Told
     let settings = reading.settings(py)?;
     let mut warned = Warned::default();
     let found = py.detach(|| Ok(Inspection::of(&open(&path, &settings, None, &mut warned)?)));
-    let mut found = found.map_err(|error| failed(py, &error))?;
-    found.verdict = found.verdict.addressed_to(Reader::Python);
-    found.source = found.source.addressed_to(Reader::Python);
-    Ok((json(py, &found)?, warned.0))
+    let found = found.map_err(|error| failed(py, &error))?;
+    let document = json(py, &found.addressed_to(Reader::Python))?;
+    Ok(told(document, warned.0))
 }
 
 /// Every method on a log.
@@ -43,7 +43,7 @@ pub fn compare(
     let mut warned = Warned::default();
     let found = py.detach(|| compare_log(&path, &windows, &settings, lambda_rad_s, &mut warned));
     let found = found.map_err(|error| failed(py, &error))?;
-    Ok((json(py, &found.document)?, warned.0))
+    Ok(told(json(py, &found.document)?, warned.0))
 }
 
 /// A model against a log.
@@ -68,8 +68,8 @@ pub fn validate(
     }
     let found = py.detach(|| validate_log(&path, &given, window(span), &settings, &mut warned));
     let mut found = found.map_err(|error| failed(py, &error))?;
-    found.verdict = found.verdict.addressed_to(Reader::Python);
-    Ok((json(py, &found)?, warned.0))
+    found.verdict = advice::verdict(found.verdict, Reader::Python);
+    Ok(told(json(py, &found)?, warned.0))
 }
 
 /// Has the vehicle changed, between two sets of models or over mission logs?
@@ -111,19 +111,16 @@ pub fn health(
             document(&Watched::of(&source, watched.logs(), &watched.report()))
         }),
     };
-    Ok((found.map_err(|error| failed(py, &error))?, warned.0))
+    let found = found.map_err(|error| failed(py, &error))?;
+    Ok(told(json(py, &found)?, warned.0))
 }
 
-fn between(
-    was: &ComparedModels,
-    now: &ComparedModels,
-    criteria: Criteria,
-) -> Result<String, Error> {
+fn between(was: &ComparedModels, now: &ComparedModels, criteria: Criteria) -> Result<Value, Error> {
     let settings = criteria.between_trials()?;
     let change = change(&self::reference(was)?, now, &settings);
     document(&Comparison::of(was, now, &change))
 }
 
-fn document(found: &impl serde::Serialize) -> Result<String, Error> {
-    serde_json::to_string(found).map_err(|error| Error::Rejected(error.to_string()))
+fn document(found: &impl serde::Serialize) -> Result<Value, Error> {
+    serde_json::to_value(found).map_err(|error| Error::Rejected(error.to_string()))
 }

@@ -13,7 +13,7 @@ use seatrial_app::vehicle_file::Stated;
 use seatrial_core::YawModel;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 
-use crate::{Told, error, failed, json, usage};
+use crate::{Told, error, failed, json, told, usage};
 
 /// Where models come from, a mapping of the Python part: one of its entries is given.
 #[derive(FromPyObject)]
@@ -112,7 +112,7 @@ impl Asked {
 pub fn heading_gains(py: Python<'_>, source: Source, asked: Asked) -> PyResult<Told> {
     let (wanted, models) = asked.models(py, &source)?;
     let found = wanted.gains(&models).map_err(|error| failed(py, &error))?;
-    Ok((json(py, &found)?, warnings(&models)))
+    Ok(told(json(py, &found)?, warnings(&models)))
 }
 
 /// Turning limits of every model; the document of `turn --json`.
@@ -137,7 +137,7 @@ pub fn turning_limits(
     }
     let found = TurningLimits::of(&models, heading_change_rad, up_to_speed_m_s, measured);
     let found = found.map_err(|error| failed(py, &error))?;
-    Ok((json(py, &found)?, warnings(&models)))
+    Ok(told(json(py, &found)?, warnings(&models)))
 }
 
 /// A file for a controller: its text, and what to know about it.
@@ -172,7 +172,7 @@ pub fn export_gains(
     let file = GainsFile::new(format, &wanted, &models, vehicle, takes_rehearsals);
     let file = file.map_err(|error| failed(py, &error))?;
     let notes = warnings(&models).into_iter().chain(file.notes);
-    Ok((file.text, notes.collect()))
+    Ok(told(file.text, notes.collect()))
 }
 
 /// What is said of a vehicle besides its models, a mapping of the Python part.
@@ -229,8 +229,6 @@ pub fn export_vehicle(
         }
     };
     let assumptions = vehicle.provenance.assumptions.iter().cloned();
-    Ok((
-        text,
-        warnings(&models).into_iter().chain(assumptions).collect(),
-    ))
+    let warnings = warnings(&models).into_iter().chain(assumptions);
+    Ok(told(text, warnings.collect()))
 }

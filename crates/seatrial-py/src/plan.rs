@@ -8,7 +8,7 @@ use seatrial_app::expected::Stated;
 use seatrial_app::planned::{Changes, Expected, Wanted, plan_trial};
 
 use crate::models::Source;
-use crate::{Told, error, failed, json, usage};
+use crate::{Told, error, failed, json, told, usage};
 
 /// The plan by its differences, a mapping of the Python part.
 #[derive(FromPyObject)]
@@ -94,5 +94,6 @@ pub fn plan(py: Python<'_>, asked: Asked, believed: Believed) -> PyResult<(Told,
     let toml = toml::to_string_pretty(&found.plan);
     let toml = toml.map_err(|why| error(py, "SeatrialError", why))?;
     let will_do = found.will_do();
-    Ok(((json(py, &found)?, found.warnings), toml, will_do))
+    let document = json(py, &found)?;
+    Ok((told(document, found.warnings), toml, will_do))
 }

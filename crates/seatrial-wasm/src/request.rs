@@ -4,7 +4,7 @@ use std::path::Path;
 
 use seatrial::export::VehicleType;
 use seatrial::identification::{Reader, Reason, Verdict};
-use seatrial_app::advice::addressed;
+use seatrial_app::advice::{self, addressed};
 use seatrial_app::gains::Wanted;
 use seatrial_app::gains_export::{Format, GainsFile};
 use seatrial_app::identify_log::{IdentifiedLog, identify_log};
@@ -189,7 +189,9 @@ impl Request {
                 let models = stated.models(origin, &document)?;
                 let (format, vehicle) = form.parts();
                 let file = GainsFile::new(format, &wanted, &models, vehicle, false)?;
-                Ok(json!({ "text": file.text, "notes": file.notes }))
+                Ok(
+                    json!({ "text": file.text, "notes": advice::all(file.notes, Reader::Dashboard) }),
+                )
             }
             Self::Simulate { trial: wanted } => trial(&wanted, files),
         }
@@ -214,8 +216,10 @@ fn identified(log: &str, reading: LogReading, files: &Held) -> Result<Value, Err
     let validated = found
         .identification()
         .and_then(|model| Some((model, model.validation?.window)));
+    let document = found.document();
     Ok(json!({
-        "document": found.document(),
+        "shown": document.clone().addressed_to(Reader::Dashboard),
+        "document": document,
         "verdict": verdict(found.verdict()),
         "series": series_of(&found.logs.log.record, validated),
     }))
@@ -234,11 +238,8 @@ fn inspected(log: &str, reading: LogReading, files: &Held) -> Result<Value, Erro
 /// May the model be used, and what decides it, in the words of a page.
 fn verdict(verdict: &Verdict) -> Value {
     let cause = |reason: &Reason| {
-        json!({
-            "code": reason.code,
-            "action": reason.action_for(Reader::Dashboard),
-            "text": reason.text,
-        })
+        let reason = advice::reason(reason.clone(), Reader::Dashboard);
+        json!({ "code": reason.code, "action": reason.action, "text": reason.text })
     };
     json!({
         "outcome": verdict.outcome(),

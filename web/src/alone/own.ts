@@ -25,7 +25,10 @@ export function readerOf(program: Program): LogReader {
   return {
     identify: async (log, reading) => {
       await program.hold(log);
-      return program.ask<IdentifiedLog>({ ask: "identify", log: log.name, reading: typed(reading) });
+      const request = { ask: "identify", log: log.name, reading: typed(reading) };
+      // `document` is the terminal's, `shown` the same in the words of this page.
+      const { shown, ...found } = await program.ask<IdentifiedLog & { shown: IdentifiedLog["document"] }>(request);
+      return { ...found, document: shown };
     },
     columnsOf: async (log) => (await program.ask<{ columns: string[] }>({ ask: "columns", log: log.name })).columns,
     takeSensorList: (list) => program.hold(list),

@@ -9,6 +9,7 @@ use seatrial_core::Nomoto;
 use seatrial_core::heading_loop::LoopTiming;
 use serde::{Deserialize, Serialize};
 
+use crate::advice;
 use crate::identify_log::{IdentifiedLog, SpeedModel};
 use crate::logs::{OpenedLog, Source};
 
@@ -103,10 +104,10 @@ impl IdentificationDocument {
 
     /// With what to do in the words of the place where it is read.
     pub fn addressed_to(mut self, reader: Reader) -> Self {
-        self.verdict = self.verdict.addressed_to(reader);
+        self.verdict = advice::verdict(self.verdict, reader);
         self.source.source = self.source.source.addressed_to(reader);
         for model in self.models.iter_mut().flatten() {
-            model.verdict = model.verdict.clone().addressed_to(reader);
+            model.verdict = advice::verdict(model.verdict.clone(), reader);
             if let Some(identification) = &mut model.identification {
                 identification.verdict = model.verdict.clone();
             }

@@ -92,14 +92,6 @@ impl Verdict {
         others - usize::from(cause.is_some())
     }
 
-    /// With what to do in the words of the place where it is read.
-    pub fn addressed_to(mut self, reader: Reader) -> Self {
-        for reason in &mut self.reasons {
-            reason.action = reason.action_for(reader).to_owned();
-        }
-        self
-    }
-
     /// Is this among its reasons?
     pub fn has(&self, code: &ReasonCode) -> bool {
         self.reasons.iter().any(|reason| reason.code == *code)
