@@ -178,6 +178,24 @@ pub(crate) fn instant(text: &str) -> Option<Timestamp> {
     })
 }
 
+/// Seconds since midnight of `14:07:09.05` or, with a decimal comma, `14:07:09,05`.
+pub(crate) fn time_of_day(text: &str) -> Option<f64> {
+    let mut parts = text.split(':');
+    let [hours, minutes, seconds] = [parts.next()?, parts.next()?, parts.next()?];
+    let two_digits = |part: &str| part.len() == 2 && is_number(part);
+    let whole = seconds.split(['.', ',']).next()?;
+    if parts.next().is_some()
+        || !(is_number(hours) && hours.len() <= 2 && two_digits(minutes) && two_digits(whole))
+    {
+        return None;
+    }
+    let seconds: f64 = seconds.replace(',', ".").parse().ok()?;
+    let minutes: f64 = minutes.parse().ok()?;
+    let hours: f64 = hours.parse().ok()?;
+    let is_of_a_day = hours < 24.0 && minutes < 60.0 && seconds < 61.0;
+    is_of_a_day.then_some(3600.0 * hours + 60.0 * minutes + seconds)
+}
+
 /// `20.11.2026 12:00:00.05`, `20/11/2026 12:00` or `20-11-2026 12:00` with the year first, as the standard has it; `2026/11/20 12:00`
 /// with hyphens. Slashes with the month first, as `11/20/2026`, are read where no other reading is possible.
 fn year_first(text: &str) -> Option<String> {
@@ -210,6 +228,22 @@ fn is_number(text: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn exact_a_time_of_day_is_seconds_since_midnight() {
+        for (text, seconds) in [
+            ("14:07:09", Some(50_829.0)),
+            ("14:07:09.5", Some(50_829.5)),
+            ("4:07:09,5", Some(14_829.5)),
+            ("24:00:00", None),
+            ("14:07", None),
+            ("14:7:09", None),
+            ("1:2:3:4", None),
+            ("14:07:xx", None),
+        ] {
+            assert_eq!(time_of_day(text), seconds, "{text}");
+        }
+    }
 
     #[test]
     fn exact_dates_with_the_day_first_are_read() {

@@ -214,7 +214,9 @@ impl FirstRows {
 /// Speed over ground and speed through the water, as navigators call them.
 fn is_usually_in_knots(column: &str) -> bool {
     let name = column.to_lowercase();
-    ["sog", "stw"].iter().any(|usual| name.contains(usual))
+    ["sog", "stw", "fahrt", "fdw", "füg"]
+        .iter()
+        .any(|usual| name.contains(usual))
 }
 
 impl Inferred {

@@ -58,6 +58,7 @@ pub(crate) fn names(quantity: Quantity) -> Names {
             &[
                 "fahrt",
                 "fahrtdurchswasser",
+                "fdw",
                 "längsgeschwindigkeit",
                 "船速",
                 "対水速度",
@@ -65,6 +66,7 @@ pub(crate) fn names(quantity: Quantity) -> Names {
             &[
                 "geschwindigkeit",
                 "fahrtübergrund",
+                "füg",
                 "速度",
                 "対地速度",
                 "速力",

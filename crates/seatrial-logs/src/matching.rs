@@ -353,8 +353,9 @@ fn nearest(columns: &[String], wanted: &[&str]) -> Option<String> {
     const ALIKE: f64 = 0.75;
     columns
         .iter()
-        .map(|column| {
-            let plain = words(column).concat();
+        .map(|column| (words(column).concat(), column))
+        .filter(|(plain, _)| plain.len() > 2)
+        .map(|(plain, column)| {
             let alike = wanted
                 .iter()
                 .filter(|name| name.len() > 2)

@@ -107,6 +107,34 @@ const SAME_QUANTITY: [&str; 17] = [
     "signal",
 ];
 
+/// Words in brackets that say to what a value refers or in which sense it counts, and no unit.
+const REMARKS: [&str; 24] = [
+    "t",
+    "true",
+    "mag",
+    "magnetic",
+    "gyro",
+    "compass",
+    "actual",
+    "measured",
+    "rw",
+    "mw",
+    "rechtweisend",
+    "missweisend",
+    "ist",
+    "gemessen",
+    "stbd",
+    "stb",
+    "starboard",
+    "port",
+    "positive",
+    "plus",
+    "right",
+    "left",
+    "真",
+    "磁",
+];
+
 impl ColumnName {
     pub fn new(name: &str) -> Self {
         // Japanese text has brackets of its own width.
@@ -199,9 +227,19 @@ impl ColumnName {
 fn stated(text: &str, dimension: Dimension) -> StatedUnit {
     let lower = words(text);
     let lower: Vec<&str> = lower.iter().map(String::as_str).collect();
-    match Unit::of_words(&lower, dimension) {
+    if let Some(unit) = Unit::of_words(&lower, dimension) {
+        return StatedUnit::Known(unit);
+    }
+    // `°T`, `deg, starboard positive`: a unit, and a remark on the reference or the sense.
+    let remarks = lower
+        .iter()
+        .rev()
+        .take_while(|w| REMARKS.contains(w))
+        .count();
+    let before = &lower[..lower.len() - remarks];
+    match Unit::of_words(before, dimension) {
         Some(unit) => StatedUnit::Known(unit),
-        None if lower.is_empty() => StatedUnit::None,
+        None if before.is_empty() => StatedUnit::None,
         None => StatedUnit::Unknown(text.to_string()),
     }
 }
@@ -296,6 +334,16 @@ mod tests {
             ("船首方位[deg]", Heading, 2, Some(Unit::Degree)),
             ("経過時間(秒)", Time, 3, Some(Unit::Second)),
             ("船速（ノット）", Speed, 3, Some(Unit::Knot)),
+            ("Heading (°T)", Heading, 0, Some(Unit::Degree)),
+            ("Heading (true)", Heading, 0, None),
+            ("Kurs (rw)", Heading, 3, None),
+            ("Rudder (° stbd +)", Rudder, 0, Some(Unit::Degree)),
+            (
+                "Rudder [deg, starboard positive]",
+                Rudder,
+                0,
+                Some(Unit::Degree),
+            ),
             (
                 "回頭角速度 [度/秒]",
                 YawRate,

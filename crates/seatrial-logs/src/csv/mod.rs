@@ -1,15 +1,18 @@
 //! Delimited text: comma, semicolon, tab or blanks; decimal point or comma; comments; quotes.
 
+mod header;
+
 use std::io::{self, Read};
 
 use csv_core::{ReadRecordResult, ReaderBuilder};
 use sha2::{Digest, Sha256};
 
-use crate::clock::instant;
+use crate::Quantity;
+use crate::clock::{instant, time_of_day};
 use crate::description::Format;
 use crate::error::{Fault, Place, clipped};
 use crate::table::{Cell, Table, hexadecimal};
-use crate::{Quantity, Unit};
+use header::{Dialect, Header, with_units};
 
 /// Bytes read at once; the delimiter is found in the first of these.
 const BUFFER: usize = 1 << 16;
@@ -33,14 +36,6 @@ pub(crate) struct Text<R> {
     selected: Vec<usize>,
     at_end: bool,
     incomplete_line: Option<u64>,
-}
-
-/// How cells are separated and numbers written.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Dialect {
-    /// `b' '`: any run of blanks and tabs.
-    delimiter: u8,
-    decimal_comma: bool,
 }
 
 /// The bytes of one record and where its cells end.
@@ -123,7 +118,10 @@ impl<R: Read> Text<R> {
         match header.in_comment {
             Some(columns) => text.columns = columns,
             None => {
-                let line = text.read_record()?.ok_or(Fault::Empty)?;
+                let mut line = text.read_record()?.ok_or(Fault::Empty)?;
+                while line < header.line {
+                    line = text.read_record()?.ok_or(Fault::Empty)?;
+                }
                 text.columns = (0..text.record.cells)
                     .map(|i| decoded(text.record.cell(i)))
                     .collect();
@@ -241,7 +239,11 @@ impl<R: Read> Text<R> {
         };
         match number {
             Ok(number) => Cell::Number(number),
-            Err(_) => instant(text).map_or_else(|| Cell::Text(text.into()), Cell::Instant),
+            Err(_) => match (instant(text), time_of_day(text)) {
+                (Some(instant), _) => Cell::Instant(instant),
+                (None, Some(seconds)) => Cell::Number(seconds),
+                (None, None) => Cell::Text(text.into()),
+            },
         }
     }
 }
@@ -353,106 +355,4 @@ fn check_is_text(start: &[u8]) -> Result<(), Fault> {
         checked = offset + 1;
     }
     Ok(())
-}
-
-/// What the first lines say about a text log.
-struct Header {
-    dialect: Dialect,
-    /// Names of columns in the comment above the first row, where that row is numbers.
-    in_comment: Option<Vec<String>>,
-    /// The row under the names, where it holds units.
-    units: Option<Vec<String>>,
-}
-
-impl Header {
-    fn find(start: &[u8]) -> Option<Self> {
-        let start = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start);
-        let mut comment: Option<&[u8]> = None;
-        let mut lines = start
-            .split(|&byte| byte == b'\n' || byte == b'\r')
-            .filter(|line| !line.trim_ascii().is_empty());
-        let first = loop {
-            let line = lines.next()?;
-            match line.strip_prefix(b"#") {
-                Some(text) => comment = Some(text),
-                None => break line,
-            }
-        };
-        let delimiter = delimiter(first);
-        let rows: Vec<&[u8]> = lines.take(20).collect();
-        let dialect = Dialect {
-            delimiter,
-            decimal_comma: delimiter != b','
-                && rows.iter().any(|row| row.contains(&b','))
-                && !rows.iter().any(|row| row.contains(&b'.')),
-        };
-        let in_comment = comment
-            .filter(|_| {
-                cells(first, delimiter)
-                    .iter()
-                    .all(|c| c.parse::<f64>().is_ok())
-            })
-            .map(|comment| cells(comment, delimiter))
-            .filter(|names| names.len() == cells(first, delimiter).len());
-        let units = rows.first().map(|row| cells(row, delimiter));
-        Some(Self {
-            dialect,
-            in_comment,
-            units: units.filter(|cells| are_units(cells)),
-        })
-    }
-}
-
-/// Is every cell a unit, or empty? `-` is none.
-fn are_units(cells: &[String]) -> bool {
-    let unit = |cell: &String| {
-        cell.trim_matches(|c: char| "[]()\"".contains(c))
-            .parse::<Unit>()
-    };
-    let is_none = |cell: &String| cell.is_empty() || cell == "-";
-    cells.iter().all(|cell| is_none(cell) || unit(cell).is_ok())
-        && cells.iter().any(|cell| unit(cell).is_ok())
-}
-
-/// Names of columns with the units of the row below: `speed [kn]`.
-fn with_units(names: &[String], units: &[String]) -> Vec<String> {
-    let units = units
-        .iter()
-        .map(|unit| unit.trim_matches(|c: char| "[]()-\"".contains(c)));
-    let units = units.chain(std::iter::repeat(""));
-    names
-        .iter()
-        .zip(units)
-        .map(|(name, unit)| match unit.is_empty() {
-            true => name.clone(),
-            false => format!("{name} [{unit}]"),
-        })
-        .collect()
-}
-
-/// The delimiter that stands in a header most often, outside quotes; blanks where none does.
-fn delimiter(header: &[u8]) -> u8 {
-    let mut counts = [(b',', 0), (b';', 0), (b'\t', 0)];
-    let mut quoted = false;
-    for byte in header {
-        quoted ^= *byte == b'"';
-        if let Some((_, count)) = counts.iter_mut().find(|(d, _)| d == byte && !quoted) {
-            *count += 1;
-        }
-    }
-    match counts.iter().max_by_key(|(_, count)| *count) {
-        Some((delimiter, 1..)) => *delimiter,
-        _ => b' ',
-    }
-}
-
-fn cells(line: &[u8], delimiter: u8) -> Vec<String> {
-    let text = decoded(line);
-    if delimiter == b' ' {
-        text.split_whitespace().map(String::from).collect()
-    } else {
-        text.split(char::from(delimiter))
-            .map(|cell| cell.trim().to_string())
-            .collect()
-    }
 }

@@ -1,0 +1,170 @@
+//! What the first lines of a text log say: how cells are separated and numbers written, and where the names are.
+
+use super::decoded;
+use crate::Unit;
+use crate::clock::{instant, time_of_day};
+
+/// The most rows above the names of columns.
+const MOST_TITLES: usize = 20;
+/// Time, heading and rudder.
+const LEAST_COLUMNS: usize = 3;
+
+/// How cells are separated and numbers written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Dialect {
+    /// `b' '`: any run of blanks and tabs.
+    pub delimiter: u8,
+    pub decimal_comma: bool,
+}
+
+/// What the first lines say about a text log.
+pub(super) struct Header {
+    pub dialect: Dialect,
+    /// The line of the names, or the first that is no comment.
+    pub line: u64,
+    /// Names of columns in the comment above the first row, where that row is numbers.
+    pub in_comment: Option<Vec<String>>,
+    /// The row under the names, where it holds units.
+    pub units: Option<Vec<String>>,
+}
+
+impl Header {
+    pub fn find(start: &[u8]) -> Option<Self> {
+        let start = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start);
+        let mut comment: Option<&[u8]> = None;
+        let mut lines = start
+            .split(|&byte| byte == b'\n' || byte == b'\r')
+            .filter(|line| !line.trim_ascii().is_empty());
+        let first = loop {
+            let line = lines.next()?;
+            match line.strip_prefix(b"#") {
+                Some(text) => comment = Some(text),
+                None => break line,
+            }
+        };
+        let rows: Vec<&[u8]> = std::iter::once(first)
+            .chain(lines)
+            .take(MOST_TITLES + 20)
+            .collect();
+        let titles = titles(&rows);
+        let (first, rows) = rows[titles..].split_first()?;
+        let delimiter = delimiter(first);
+        let rows = &rows[..rows.len().min(20)];
+        let in_comment = comment
+            .filter(|_| {
+                cells(first, delimiter)
+                    .iter()
+                    .all(|c| c.parse::<f64>().is_ok())
+            })
+            .map(|comment| cells(comment, delimiter))
+            .filter(|names| names.len() == cells(first, delimiter).len());
+        let units = rows.first().map(|row| cells(row, delimiter));
+        Some(Self {
+            dialect: Dialect {
+                delimiter,
+                decimal_comma: delimiter != b',' && has_decimal_commas(rows, delimiter),
+            },
+            line: if titles > 0 { line_of(start, first) } else { 1 },
+            in_comment,
+            units: units.filter(|cells| are_units(cells)),
+        })
+    }
+}
+
+/// The line in which a part of the start begins, from 1.
+fn line_of(start: &[u8], part: &[u8]) -> u64 {
+    let at = part.as_ptr() as usize - start.as_ptr() as usize;
+    1 + start[..at].iter().filter(|&&byte| byte == b'\n').count() as u64
+}
+
+/// The rows above the names of columns: what a spreadsheet has for a title. The names are followed by numbers or times in
+/// as many columns as a log needs, with a row of units between them or not.
+fn titles(rows: &[&[u8]]) -> usize {
+    let is_header = |at: usize| {
+        let delimiter = delimiter(rows[at]);
+        let names = cells(rows[at], delimiter);
+        let is_name = |name: &&String| !name.is_empty() && !is_value(name);
+        let below = |by: usize| rows.get(at + by).map(|row| cells(row, delimiter));
+        let has_units = below(1).is_some_and(|row| are_units(&row));
+        let values = below(1 + usize::from(has_units)).unwrap_or_default();
+        names.iter().filter(is_name).count() >= LEAST_COLUMNS
+            && values.len() >= LEAST_COLUMNS
+            && values.iter().filter(|cell| is_value(cell)).count() >= LEAST_COLUMNS
+    };
+    (0..rows.len().min(MOST_TITLES))
+        .find(|at| is_header(*at))
+        .unwrap_or(0)
+}
+
+/// Is it a number with a point or a comma, or a time?
+fn is_value(cell: &str) -> bool {
+    let cell = cell.trim_matches('"');
+    cell.replace(',', ".").parse::<f64>().is_ok()
+        || instant(cell).is_some()
+        || time_of_day(cell).is_some()
+}
+
+/// Are numbers written with a comma? Points of dates are none of numbers.
+fn has_decimal_commas(rows: &[&[u8]], delimiter: u8) -> bool {
+    let cells: Vec<String> = rows.iter().flat_map(|row| cells(row, delimiter)).collect();
+    let is_number = |cell: &str| cell.parse::<f64>().is_ok();
+    let has_point = cells
+        .iter()
+        .any(|cell| cell.contains('.') && is_number(cell));
+    let is_comma = |cell: &String| cell.contains(',') && is_number(&cell.replace(',', "."));
+    !has_point && cells.iter().any(is_comma)
+}
+
+/// Is every cell a unit, or empty? `-` is none.
+fn are_units(cells: &[String]) -> bool {
+    let unit = |cell: &String| {
+        cell.trim_matches(|c: char| "[]()\"".contains(c))
+            .parse::<Unit>()
+    };
+    let is_none = |cell: &String| cell.is_empty() || cell == "-";
+    cells.iter().all(|cell| is_none(cell) || unit(cell).is_ok())
+        && cells.iter().any(|cell| unit(cell).is_ok())
+}
+
+/// Names of columns with the units of the row below: `speed [kn]`.
+pub(super) fn with_units(names: &[String], units: &[String]) -> Vec<String> {
+    let units = units
+        .iter()
+        .map(|unit| unit.trim_matches(|c: char| "[]()-\"".contains(c)));
+    let units = units.chain(std::iter::repeat(""));
+    names
+        .iter()
+        .zip(units)
+        .map(|(name, unit)| match unit.is_empty() {
+            true => name.clone(),
+            false => format!("{name} [{unit}]"),
+        })
+        .collect()
+}
+
+/// The delimiter that stands in a header most often, outside quotes; blanks where none does.
+fn delimiter(header: &[u8]) -> u8 {
+    let mut counts = [(b',', 0), (b';', 0), (b'\t', 0)];
+    let mut quoted = false;
+    for byte in header {
+        quoted ^= *byte == b'"';
+        if let Some((_, count)) = counts.iter_mut().find(|(d, _)| d == byte && !quoted) {
+            *count += 1;
+        }
+    }
+    match counts.iter().max_by_key(|(_, count)| *count) {
+        Some((delimiter, 1..)) => *delimiter,
+        _ => b' ',
+    }
+}
+
+fn cells(line: &[u8], delimiter: u8) -> Vec<String> {
+    let text = decoded(line);
+    if delimiter == b' ' {
+        text.split_whitespace().map(String::from).collect()
+    } else {
+        text.split(char::from(delimiter))
+            .map(|cell| cell.trim().to_string())
+            .collect()
+    }
+}

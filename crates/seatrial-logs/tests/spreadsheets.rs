@@ -1,0 +1,105 @@
+//! Logs as spreadsheets and loggers of other countries write them: title rows, decimal commas, dates with the day first,
+//! times of day, remarks in the brackets of a name, Japanese and German names.
+
+use seatrial_core::Sample;
+use seatrial_logs::{ChannelChoice, open};
+
+const ROWS: usize = 100;
+
+fn read(text: &str) -> Vec<Sample<f64>> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.csv");
+    std::fs::write(&path, text).unwrap();
+    let reader = open(&path, &ChannelChoice::default())
+        .unwrap_or_else(|why| panic!("{why}\n{}", &text[..80]));
+    reader
+        .collect::<Result<_, _>>()
+        .unwrap_or_else(|why| panic!("{why}\n{}", &text[..80]))
+}
+
+/// A log with a head, and rows of time, heading in degrees, rudder in degrees and speed in knots.
+fn log(head: &str, row: impl Fn(f64, f64, f64, f64) -> String) -> String {
+    let rows = (0..ROWS).map(|k| {
+        let time_s = 0.1 * k as f64;
+        row(
+            time_s,
+            80.5 + 0.25 * k as f64,
+            [12.5, -12.5][k / 10 % 2],
+            4.0,
+        )
+    });
+    std::iter::once(head.to_owned())
+        .chain(rows)
+        .collect::<Vec<_>>()
+        .join("\r\n")
+        + "\r\n"
+}
+
+fn point(time_s: f64, heading: f64, rudder: f64, speed: f64) -> String {
+    format!("{time_s:.1},{heading:.2},{rudder:.1},{speed:.2}")
+}
+
+fn comma(time_s: f64, heading: f64, rudder: f64, speed: f64) -> String {
+    format!("{time_s:.1};{heading:.2};{rudder:.1};{speed:.2}").replace('.', ",")
+}
+
+/// 12:00:00.0 and so on.
+fn clock(time_s: f64) -> String {
+    format!("12:00:{time_s:04.1}")
+}
+
+#[test]
+fn io_every_spelling_gives_the_same_samples() {
+    let of_day = |time_s: f64, heading: f64, rudder: f64, speed: f64| {
+        format!(
+            "03.05.2026;{};{heading:.2};{rudder:.1};{speed:.2}",
+            clock(time_s)
+        )
+        .replacen('.', "-", 2)
+        .replace('.', ",")
+        .replacen('-', ".", 2)
+    };
+    let stamped = |time_s: f64, heading: f64, rudder: f64, speed: f64| {
+        format!(
+            "03/05/2026 {};{heading:.2};{rudder:.1};{speed:.2}",
+            clock(time_s)
+        )
+    };
+    let logs = [
+        log("Time [s],Heading [deg],Rudder [deg],Speed [kn]", point),
+        log("Zeit [s];Kurs [°];Ruder [°];Fahrt [kn]", comma),
+        log("Zeit;Kurs (rw);Ruderlage (Grad);FdW (Knoten)", comma),
+        log("Datum;Uhrzeit;Kurs;Ruderwinkel;Fahrt [kn]", of_day),
+        log("Timestamp;HDG;RUD;STW [kn]", stamped),
+        log("時刻[s],船首方位[度],舵角[度],船速[ノット]", point),
+        log(
+            "Time (s),Heading (°T),Rudder (° stbd +),Speed over ground (knots)",
+            point,
+        ),
+        log(
+            "\u{feff}Messfahrt 12;;;\r\nBoot: Möwe;;;\r\n;;;\r\nZeit;Kurs;Ruder;Fahrt\r\ns;Grad;Grad;kn",
+            comma,
+        ),
+        log(
+            "Sea trial No. 3,,,\r\n\"Recorded by A. Smith, 3 May 2026\",,,\r\n,,,\r\nElapsed time,Compass heading,Helm,SOG\r\n(s),(deg),(deg),(kt)",
+            point,
+        ),
+    ];
+    let expected = read(&logs[0]);
+    assert_eq!(expected.len(), ROWS);
+    for text in &logs[1..] {
+        let samples = read(text);
+        assert_eq!(samples.len(), ROWS, "{text:.60}");
+        for (sample, expected) in samples.iter().zip(&expected) {
+            let passed_s = sample.time_s - samples[0].time_s;
+            // A time of day has five digits before the point.
+            assert!((passed_s - expected.time_s).abs() < 1e-9, "{text:.60}");
+            assert_eq!(sample.heading_rad, expected.heading_rad, "{text:.60}");
+            assert_eq!(sample.rudder_rad, expected.rudder_rad, "{text:.60}");
+            assert_eq!(
+                sample.surge_speed_m_s, expected.surge_speed_m_s,
+                "{text:.60}"
+            );
+        }
+    }
+}
