@@ -1,6 +1,6 @@
 //! `identify` and `validate` at the process boundary.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use seatrial_core::YawModel;
 use seatrial_core::model::YawState;
@@ -232,4 +232,76 @@ fn cli_compare_shows_every_method_on_the_same_windows() {
     let output = run(&["compare", &constant]);
     assert_eq!(output.status.code(), Some(4), "{}", text(&output.stderr));
     assert!(text(&output.stderr).contains("the rudder stays within"));
+}
+
+/// A log of the simulator without its gyro, whose compass jumps by an angle at an instant.
+fn jumped(folder: &Path, jump_deg: f64, at_s: f64) -> PathBuf {
+    let sound = folder.join("sound.csv");
+    let made = run(&[
+        "sim",
+        "log",
+        "--seed",
+        "3",
+        "--out",
+        sound.to_str().unwrap(),
+    ]);
+    assert!(made.status.success());
+    let text = std::fs::read_to_string(sound).unwrap();
+    let mut lines = text.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let place = |name: &str| names.iter().position(|n| *n == name).unwrap();
+    let (time, heading) = (place("time_s"), place("heading_rad"));
+    let kept: Vec<usize> = ["time_s", "heading_rad", "rudder_rad", "surge_speed_m_s"]
+        .map(place)
+        .to_vec();
+    let mut log = kept
+        .iter()
+        .map(|at| names[*at])
+        .collect::<Vec<_>>()
+        .join(",")
+        + "\n";
+    for line in lines {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if cells[time].parse::<f64>().unwrap() >= at_s {
+            let turned = cells[heading].parse::<f64>().unwrap() + jump_deg.to_radians();
+            cells[heading] = turned.to_string();
+        }
+        log += &(kept
+            .iter()
+            .map(|at| cells[*at].as_str())
+            .collect::<Vec<_>>()
+            .join(",")
+            + "\n");
+    }
+    let path = folder.join(format!("step{jump_deg}_{at_s}.csv"));
+    std::fs::write(&path, log).unwrap();
+    path
+}
+
+/// In training, between the manoeuvres and in validation: the cause names the second and the size.
+#[test]
+fn cli_identify_names_a_jump_of_the_compass_without_a_gyro() {
+    let folder = tempfile::tempdir().unwrap();
+    for (jump_deg, at_s) in [
+        (20.0, 15.0),
+        (10.0, 20.0),
+        (20.0, 36.0),
+        (20.0, 12.0),
+        (10.0, 25.0),
+    ] {
+        let log = jumped(folder.path(), jump_deg, at_s);
+        let said = run(&["identify", "--json", log.to_str().unwrap()]);
+        let document: Value = serde_json::from_slice(&said.stdout).unwrap();
+        let cause = document["models"][0]["verdict"]["reasons"][0]["text"]
+            .as_str()
+            .unwrap()
+            .to_owned();
+        assert!(
+            cause.contains(&format!("{at_s:.1} s")) && cause.contains("compass jumped"),
+            "{jump_deg} at {at_s}: {cause}"
+        );
+        for model in &document["models"].as_array().unwrap()[1..] {
+            assert_eq!(model["verdict"]["outcome"], "use", "{jump_deg} at {at_s}");
+        }
+    }
 }

@@ -400,3 +400,32 @@ fn cli_a_scenario_that_cannot_be_played_is_named() {
     }
     assert!(!folder.path("seatrial.db").exists());
 }
+/// The log has the command, not the rudder: the run that fails is told why.
+#[test]
+fn cli_trial_names_a_rudder_that_stuck() {
+    let folder = Folder::new();
+    folder.write(
+        "stuck.toml",
+        "[[fault]]\nkind = \"rudder_jam\"\nstage = \"validation\"\nrun = 1\nafter_s = 3.0\nfor_s = 6.0\n",
+    );
+    let plan = ["plan", "--thrust", "0.8", "--out", "plan.toml"];
+    assert!(folder.command(&plan).output().unwrap().status.success());
+    let trial = [
+        "trial",
+        "--plan",
+        "plan.toml",
+        "--scenario",
+        "stuck.toml",
+        "--json",
+    ];
+    let said = folder.command(&trial).output().unwrap();
+    let document: Value = serde_json::from_slice(&said.stdout).unwrap();
+    let text = document["runs"][0]["verdict"]["reasons"][0]["text"]
+        .as_str()
+        .unwrap_or_default()
+        .to_owned();
+    assert!(
+        text.starts_with("The rudder seems to have stuck at "),
+        "{document:#}"
+    );
+}

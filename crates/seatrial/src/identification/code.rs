@@ -54,6 +54,8 @@ pub enum ReasonCode {
     ClockJumped,
     /// The rudder stopped short of the angle that was asked for.
     RudderSaturated,
+    /// The rudder stayed where it was, whatever it was told.
+    RudderJammed,
     /// The rudder seems to have play.
     RudderPlay,
     /// The heading comes in coarse steps.

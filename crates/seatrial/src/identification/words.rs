@@ -208,6 +208,10 @@ fn of_compass_and_rudder(code: &ReasonCode) -> Option<Words> {
             "The rudder seems to stop before the angle that was asked for.",
             "Look at the measured rudder angle, and repeat with a smaller one.",
         ),
+        ReasonCode::RudderJammed => same(
+            "The rudder seems to have stuck.",
+            "Free the rudder and look at its linkage and servo, then repeat the run.",
+        ),
         ReasonCode::RudderPlay => same(
             "The rudder seems to have play.",
             "Take the slack out of the linkage, or log the measured rudder angle.",

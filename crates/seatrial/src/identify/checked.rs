@@ -9,6 +9,7 @@ use super::explained::Explained;
 use super::intervals::reaching_validation;
 use super::late_yaw_rate::{record_in_time, with_yaw_rate_in_time};
 use super::log_statistics::LogStatistics;
+use super::mishap::Mishaps;
 use super::prepared::Prepared;
 use super::second_order;
 use super::valid_range::valid_range;
@@ -44,6 +45,8 @@ pub struct Checked<'a> {
     pub validation_rudder_amplitude_rad: Option<f64>,
     /// What validation data that are not those of the training say by themselves.
     pub independent: Option<Independent>,
+    /// What happened once, where the model does not hold.
+    pub mishaps: Mishaps,
 }
 
 /// What validation data say by themselves.
@@ -83,7 +86,19 @@ impl<'a> Checked<'a> {
         let training = with_yaw_rate_in_time(prepared.accepted, late_s);
         let is_apart =
             |data: &ValidationData| prepared.is_to_be_refined() && data.window != prepared.training;
+        let independent = data
+            .filter(is_apart)
+            .map(|data| Independent::of(data, prepared, explained, chosen));
+        let other = independent
+            .as_ref()
+            .and_then(|apart| apart.estimate.as_ref());
+        let held_out = data.map_or_else(Vec::new, |data| data.record.usable(data.window));
         Ok(Self {
+            mishaps: Mishaps::of(
+                [prepared.accepted, &held_out],
+                chosen.model,
+                other.map(|refined| refined.model),
+            ),
             log: &prepared.log,
             online: prepared.online,
             needs_interval: prepared.is_to_be_refined(),
@@ -99,9 +114,7 @@ impl<'a> Checked<'a> {
             validation_rudder_amplitude_rad: data
                 .and_then(|data| Manoeuvre::find(data.record.window(data.window)))
                 .map(|manoeuvre| manoeuvre.amplitude_rad),
-            independent: data
-                .filter(is_apart)
-                .map(|data| Independent::of(data, prepared, explained, chosen)),
+            independent,
         })
     }
 

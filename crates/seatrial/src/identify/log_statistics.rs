@@ -2,13 +2,17 @@
 
 use seatrial_core::Sample;
 
-use super::compass::CompassError;
+use super::compass::{CompassError, Jump};
+use super::mishap::heading_jump;
 use super::online::Pass;
 use super::pace::Pace;
 use super::validation::heading_range_rad;
 use crate::manoeuvre::Manoeuvre;
 use crate::plausibility::{self, Doubt};
 use crate::record::{Record, RudderUnit, Window};
+
+/// Lengths of the training that are looked at before and behind it.
+const BESIDE: f64 = 2.0;
 
 /// How good the log of a training is.
 #[derive(Clone, Debug)]
@@ -35,6 +39,8 @@ pub struct LogStatistics {
     pub pace: Option<Pace>,
     /// How the compass parts from the gyro.
     pub compass: CompassError,
+    /// The largest jump of the heading up to two lengths of the training before or behind it: what may have spoilt another manoeuvre.
+    pub jump_beside: Option<Jump>,
     /// Times that the rudder moved far while samples were lost.
     pub hidden_edges: usize,
     /// Whether its columns are in the units that they say.
@@ -67,12 +73,22 @@ impl LogStatistics {
             interval_s: usual_and_long_interval_s(samples),
             pace: Pace::of(samples),
             compass: CompassError::of(&pass.accepted),
+            jump_beside: jump_beside(record, training.known_part(samples)),
             hidden_edges,
             unit_doubts: plausibility::unit_doubts(record),
             times_are_shared: record.units.times_are_shared,
             unchecked: plausibility::unchecked(record),
         }
     }
+}
+
+fn jump_beside(record: &Record, training: Window) -> Option<Jump> {
+    let beside_s = BESIDE * (training.to_s - training.from_s);
+    let around = record.window(Window {
+        from_s: training.from_s - beside_s,
+        to_s: training.to_s + beside_s,
+    });
+    heading_jump(around).filter(|jump| !(training.from_s..training.to_s).contains(&jump.time_s))
 }
 
 /// The smallest change of heading from one sample to the next: the step in which a compass reads, or

@@ -30,6 +30,7 @@ pub mod joined;
 mod late_yaw_rate;
 pub(crate) mod log_statistics;
 pub(crate) mod misfit;
+mod mishap;
 pub mod online;
 pub mod output_error;
 pub(crate) mod pace;

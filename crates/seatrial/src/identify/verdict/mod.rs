@@ -2,7 +2,7 @@
 
 mod compass;
 mod contradiction;
-
+mod mishap;
 mod parameters;
 mod record;
 mod validation;
@@ -40,6 +40,7 @@ pub(super) fn judge(checked: &Checked) -> Verdict {
             weighing.reached(refined, checked);
         }
     }
+    weighing.mishaps(checked);
     weighing.extrapolation(checked);
     weighing.verdict(checked.validation)
 }
@@ -98,7 +99,7 @@ pub fn not_taken(
     }
 }
 
-/// Does it name a fault of compass or clock, of which a low R^2 is a consequence?
+/// Does it name a fault of compass, clock or rudder, of which a low R^2 is a consequence?
 fn is_fault(code: &ReasonCode) -> bool {
     matches!(
         code,
@@ -106,6 +107,7 @@ fn is_fault(code: &ReasonCode) -> bool {
             | ReasonCode::CompassDeviation
             | ReasonCode::CompassLate
             | ReasonCode::ClockJumped
+            | ReasonCode::RudderJammed
     )
 }
 

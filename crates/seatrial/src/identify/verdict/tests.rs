@@ -7,6 +7,7 @@ use crate::identify::chosen::{Chosen, ModelSource};
 use crate::identify::compass::{CompassError, Jump};
 use crate::identify::explained::{Explained, FirstOrderFit};
 use crate::identify::log_statistics::LogStatistics;
+use crate::identify::mishap::{Jam, Mishaps};
 use crate::identify::pace::Pace;
 use crate::identify::second_order::{ResidualTest, ResidualTests};
 use crate::record::{RudderUnit, Window};
@@ -76,6 +77,7 @@ struct Chain {
     validation: Option<Validation>,
     validation_rudder_amplitude_rad: Option<f64>,
     independent: Option<Independent>,
+    mishaps: Mishaps,
 }
 
 impl Chain {
@@ -93,6 +95,7 @@ impl Chain {
                 interval_s: None,
                 pace: None,
                 compass: CompassError::default(),
+                jump_beside: None,
                 hidden_edges: 0,
                 unit_doubts: Vec::new(),
                 times_are_shared: false,
@@ -112,6 +115,7 @@ impl Chain {
             validation: Some(validation(0.9, 0.95, 0.96)),
             validation_rudder_amplitude_rad: Some(0.15),
             independent: None,
+            mishaps: Mishaps::default(),
         }
     }
 
@@ -155,6 +159,7 @@ impl Chain {
             validation: self.validation,
             validation_rudder_amplitude_rad: self.validation_rudder_amplitude_rad,
             independent: self.independent.clone(),
+            mishaps: self.mishaps,
         })
     }
 }
@@ -460,5 +465,33 @@ fn exact_a_residual_that_chance_does_not_explain_is_noted() {
             text.contains(said) && text.contains("is 40 where 20"),
             "{text}"
         );
+    }
+}
+
+/// What happened once comes before what it led to, and rejects nothing that holds.
+#[test]
+fn exact_a_mishap_is_named_where_the_model_does_not_hold() {
+    let jam = Jam {
+        from_s: 8.0,
+        to_s: None,
+        rudder_rad: 0.2,
+    };
+    let with = |mishaps, heading| {
+        Chain::with(|c| {
+            c.mishaps = mishaps;
+            c.validation = Some(validation(heading, heading, heading));
+        })
+    };
+    let jumped = Mishaps {
+        jump: Some((JUMP, "in training")),
+        jam: None,
+    };
+    let stuck = Mishaps {
+        jump: None,
+        jam: Some((jam, "in the validation data")),
+    };
+    for (mishaps, code) in [(jumped, "compass_error"), (stuck, "rudder_jammed")] {
+        assert_eq!(codes(&with(mishaps, 0.2).judge())[..2], [code, "low_r2"]);
+        assert_eq!(codes(&with(mishaps, 0.95).judge()), ["ok"]);
     }
 }
