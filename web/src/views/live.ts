@@ -90,60 +90,60 @@ export function openLive(live: Live): View {
   const after = afterTrial(live);
   const numbers = numbersNow();
 
-  const root = element(
+  const progress = element(
+    "section",
+    { class: "panel spaced", "aria-label": "Progress" },
+    speeds,
+    stages.root,
+    numbers.root,
+  );
+  const charts = element(
     "div",
-    {},
-    notice,
-    start,
-    after.root,
-    element("section", { class: "panel spaced", "aria-label": "Progress" }, speeds, stages.root, numbers.root),
+    { class: "panels spaced" },
     element(
       "div",
-      { class: "panels spaced" },
+      { class: "column" },
       element(
-        "div",
-        { class: "column" },
-        element(
-          "section",
-          { class: "panel stack" },
-          element("h2", {}, "What it does"),
-          ...motion.map((strip) => strip.figure),
-        ),
-        element(
-          "section",
-          { class: "panel stack" },
-          element("h2", {}, "Does the model predict?"),
-          outcome,
-          validation.figure,
-        ),
+        "section",
+        { class: "panel stack" },
+        element("h2", {}, "What it does"),
+        ...motion.map((strip) => strip.figure),
       ),
       element(
-        "div",
-        { class: "column" },
-        element(
-          "section",
-          { class: "panel stack" },
-          element("h2", {}, "How sure we are"),
-          sure,
-          ...estimates.map((strip) => strip.figure),
-          stepNorm.figure,
-        ),
-      ),
-      element(
-        "div",
-        { class: "column" },
-        element(
-          "section",
-          { class: "panel stack" },
-          element("h2", {}, "Where it is"),
-          track.figure,
-          element("h3", {}, "Limits used"),
-          gauges,
-        ),
-        element("section", { class: "panel" }, element("h2", {}, "Link and clock"), link),
+        "section",
+        { class: "panel stack" },
+        element("h2", {}, "Does the model predict?"),
+        outcome,
+        validation.figure,
       ),
     ),
+    element(
+      "div",
+      { class: "column" },
+      element(
+        "section",
+        { class: "panel stack" },
+        element("h2", {}, "How sure we are"),
+        sure,
+        ...estimates.map((strip) => strip.figure),
+        stepNorm.figure,
+      ),
+    ),
+    element(
+      "div",
+      { class: "column" },
+      element(
+        "section",
+        { class: "panel stack" },
+        element("h2", {}, "Where it is"),
+        track.figure,
+        element("h3", {}, "Limits used"),
+        gauges,
+      ),
+      element("section", { class: "panel" }, element("h2", {}, "Link and clock"), link),
+    ),
   );
+  const root = element("div", {}, element("div", { class: "at-once" }, notice, after.root), start, progress, charts);
 
   const draw = (): void => {
     const { trial, samples } = live;
@@ -151,6 +151,9 @@ export function openLive(live: Live): View {
     notice.className = `notice ${said.tone}`;
     fill(notice, element("p", { class: "loud" }, said.loud), ...said.details.map((text) => element("p", {}, text)));
     start.hidden = trial !== null || live.connection !== "open";
+    // Before there is a trial there is nothing to draw.
+    progress.hidden = trial === null;
+    charts.hidden = trial === null;
     after.draw();
     drawSpeeds(speeds, trial);
     stages.set(trial);

@@ -6,13 +6,20 @@ import type { Span, Strip } from "../charts/strip.ts";
 import { element, fill } from "../element.ts";
 import { Complaints } from "../notice.ts";
 import { shown, significant, withInterval } from "../units.ts";
-import { causes, explained, percent, signOf, toneOf, word } from "../words.ts";
+import { causes, explained, percent, sentence, signOf, toneOf, word } from "../words.ts";
 import { readingForm, windowsForm, type WindowsForm } from "./reading.ts";
 
 type Pair = readonly [number, number];
 
+interface Remark {
+  readonly code: string;
+  readonly text: string;
+  readonly action: string;
+}
+
 interface LogVerdict {
   readonly outcome: VerdictOutcome;
+  readonly reasons: readonly Remark[];
 }
 
 /** What is read here of the document `seatrial.identification.v1`. */
@@ -181,7 +188,8 @@ function drawLog(
       "section",
       { class: `notice ${toneOf(verdict.outcome)}` },
       element("p", { class: "loud" }, `${name}: ${signOf(verdict.outcome)} ${word(verdict.outcome)}`),
-      ...causes(found.verdict).map((text) => element("p", {}, text)),
+      ...causes({ ...found.verdict, other_causes: 0 }).map((text) => element("p", {}, text)),
+      remarks(found.verdict, verdict.reasons),
       ...(document.source.warnings ?? []).map((warning) => element("p", { class: "hint" }, warning)),
     ),
     element(
@@ -212,6 +220,16 @@ function drawLog(
       ),
     ),
   ];
+}
+
+/** What else is to be said of a model, behind a fold. */
+function remarks(verdict: IdentifiedLog["verdict"], reasons: readonly Remark[]): HTMLElement | null {
+  const told = ["ok", "sign_reversed", verdict.cause?.code];
+  const others = reasons.filter((reason) => !told.includes(reason.code));
+  if (others.length === 0) return null;
+  const said = others.map(({ text, action }) => element("li", {}, `${sentence(text)} ${action}`));
+  const count = others.length === 1 ? "1 more remark" : `${others.length} more remarks`;
+  return element("details", {}, element("summary", {}, count), element("ul", {}, ...said));
 }
 
 /** The model as a file, and what makes gains of it. */
