@@ -2,7 +2,7 @@
 
 mod export;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use seatrial::verdict::three_figures;
 use seatrial_app::gains::{HeadingGains, InterpolatedGain, LoopFigures, Wanted};
@@ -93,7 +93,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         export::write(format, args, &models, output)?;
     }
     if args.export.is_none() || args.out.is_some() {
-        output.print(&document, || text(&document, width()))?;
+        output.print(&document, || text(&document, args.out.as_deref(), width()))?;
     }
     Ok(if document.is_refused() || !models.rejected.is_empty() {
         Exit::Rejected
@@ -133,7 +133,8 @@ const DISPENSABLE: [&str; 11] = [
     "phase margin",
 ];
 
-fn text(document: &HeadingGains, width: usize) -> String {
+/// `written`: the file of the export.
+fn text(document: &HeadingGains, written: Option<&Path>, width: usize) -> String {
     let (rudder_scale, rudder) = document.rudder_unit.for_people();
     let per_angle = match document.rudder_unit {
         RudderUnit::Rad => "rad/rad",
@@ -183,7 +184,9 @@ fn text(document: &HeadingGains, width: usize) -> String {
     if let Some(at) = &document.at {
         notes.push(at_text(at, document.rudder_unit));
     }
-    if document.points.iter().any(|point| point.refused.is_none()) {
+    if let Some(file) = written {
+        notes.push(format!("Kept in {}.", file.display()));
+    } else if document.points.iter().any(|point| point.refused.is_none()) {
         notes.push(
             "Next: the same command with --export FORMAT --out FILE writes them for a controller; FORMAT is ardupilot, px4, ros2, json or c."
                 .into(),

@@ -161,7 +161,10 @@ impl Live {
     /// Takes the live view away.
     pub fn end(&mut self) {
         if let Self::Terminal { terminal, .. } = self {
+            // The lines that stay leave the cursor behind the last of them.
+            let begins = terminal.get_frame().area().as_position();
             let _ = terminal.clear();
+            let _ = terminal.set_cursor_position(begins);
             let _ = terminal.show_cursor();
         }
     }

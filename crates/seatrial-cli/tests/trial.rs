@@ -1,7 +1,8 @@
 //! `seatrial trial` at the process boundary.
 
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use seatrial_dev::program;
@@ -400,6 +401,47 @@ fn cli_a_scenario_that_cannot_be_played_is_named() {
     }
     assert!(!folder.path("seatrial.db").exists());
 }
+
+/// The live view is taken away before the answer: its first line begins at the left edge, below the lines that stay.
+#[test]
+fn cli_the_answer_begins_on_a_clean_screen() {
+    let folder = Folder::new();
+    let command = format!(
+        "stty rows 24 columns 80; {} trial --seed 2",
+        seatrial_dev::program_path().display()
+    );
+    // A terminal that `script` plays. It is asked where its cursor is, and says so beforehand.
+    let played = Command::new("script")
+        .args(["-qec", &command, "/dev/null"])
+        .env("TERM", "xterm")
+        .current_dir(&folder.0)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn();
+    let Ok(mut played) = played else {
+        eprintln!("skipped: no `script`");
+        return;
+    };
+    let mut typed = played.stdin.take().unwrap();
+    typed.write_all("\x1b[1;1R".repeat(50).as_bytes()).unwrap();
+    let mut said = Vec::new();
+    let mut shown = played.stdout.take().unwrap();
+    shown.read_to_end(&mut said).unwrap();
+    drop(typed);
+    assert!(played.wait().unwrap().success());
+    let said = String::from_utf8_lossy(&said).into_owned();
+    let (before, _) = said
+        .split_once("USE\r\n")
+        .unwrap_or_else(|| panic!("{said}"));
+    let places = before.match_indices('H').filter_map(|(end, _)| {
+        let begin = before[..end].rfind("\x1b[")?;
+        let (row, column) = before[begin + 2..end].split_once(';')?;
+        Some((row.parse::<u16>().ok()?, column.parse::<u16>().ok()?))
+    });
+    let (_, column) = places.last().expect("the live view places the cursor");
+    assert_eq!(column, 1);
+}
+
 /// The log has the command, not the rudder: the run that fails is told why.
 #[test]
 fn cli_trial_names_a_rudder_that_stuck() {
