@@ -41,7 +41,11 @@ fn texts(source: &str) -> Vec<String> {
         .lines()
         .filter(|line| !line.trim_start().starts_with("//"));
     let code = lines.collect::<Vec<_>>().join("\n").replace("'\"'", "' '");
-    let code = code.replace("\\\"", "'");
+    // What stands in the place of a name when it is said.
+    let code = code
+        .replace("\\\"", "'")
+        .replace("{quantity}", "heading")
+        .replace("--rudder-{invalid}", "--rudder-lag");
     code.split('"')
         .skip(1)
         .step_by(2)
