@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use seatrial_app::fleet::{Entry, Estimate, Job, Journal, Options, Row, Summary, find, work_on};
+use seatrial_app::logs::{ReadSettings, Unobserved, open};
 use seatrial_core::{List, Plan, Sample, Trial, Vehicle};
 use seatrial_logs::write_csv;
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
@@ -87,6 +88,40 @@ fn io_every_log_has_its_rows_and_every_bad_one_its_error() {
     );
     let codes: Vec<&str> = summary.error_codes.keys().map(String::as_str).collect();
     assert_eq!(codes, ["invalid_row", "missing_channel", "no_samples"]);
+}
+
+/// A row says in what its rudder is, and warns as `identify` does.
+#[test]
+fn exact_rows_say_how_their_log_was_read() {
+    let folder = folder();
+    let angles = folder.path().join("run1.csv");
+    let pulses = folder.path().join("pulses.csv");
+    let samples = run(1);
+    let mut text = String::from("time_s,heading_rad,rudder_pwm\n");
+    for Sample {
+        time_s,
+        heading_rad,
+        rudder_rad,
+        ..
+    } in &samples
+    {
+        let pulse_us = 1500.0 + 1000.0 * rudder_rad;
+        text += &format!("{time_s},{heading_rad},{pulse_us}\n");
+    }
+    fs::write(&pulses, text).unwrap();
+    for (path, unit) in [(angles, "rad"), (pulses, "full_rudder")] {
+        let settings = ReadSettings::default();
+        let opened = open(&path, &settings, None, &mut Unobserved).unwrap();
+        let source = &find(&[path.display().to_string()]).unwrap().sources[0];
+        let entries = work_on(source, &job(folder.path(), 1).options);
+        assert!(!entries[0].rows.is_empty());
+        for row in &entries[0].rows {
+            assert_eq!(row.rudder_unit.as_deref(), Some(unit));
+            let warned = row.warnings.iter().flat_map(|text| text.lines());
+            assert!(warned.eq(opened.warnings.iter().flat_map(|text| text.lines())));
+        }
+        assert_eq!(opened.warnings.is_empty(), unit == "rad");
+    }
 }
 
 #[test]

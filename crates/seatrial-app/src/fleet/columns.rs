@@ -34,7 +34,7 @@ const fn column(name: &'static str, meaning: &'static str, value: fn(&Row) -> Va
 }
 
 /// Every column, in order.
-pub const COLUMNS: [Column; 44] = [
+pub const COLUMNS: [Column; 45] = [
     column("source", "The log, as it was found", |r| {
         Value::Text(Some(&r.source))
     }),
@@ -74,6 +74,11 @@ pub const COLUMNS: [Column; 44] = [
         "rudder_unit",
         "`rad`, or `full_rudder` where 1 is full rudder",
         |r| Value::Text(r.rudder_unit.as_deref()),
+    ),
+    column(
+        "warnings",
+        "What was assumed of the log or is doubtful in it, a line each",
+        |r| Value::Text(r.warnings.as_deref()),
     ),
     column(
         "manoeuvre",

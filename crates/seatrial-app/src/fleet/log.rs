@@ -163,6 +163,7 @@ fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, 
     rows.extend(manoeuvres(&record, rest, options));
     let sha256 = log.sha256()?;
     let counts = log.counts();
+    let warnings = [description.warnings.clone(), log.warnings()].concat();
     let rudder_unit = match description.rudder_unit {
         RudderUnit::Rad => "rad",
         RudderUnit::FullRudder => "full_rudder",
@@ -180,6 +181,7 @@ fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, 
             samples_read: Some(counts.samples),
             rows_left_out: Some(counts.dropped()),
             rudder_unit: Some(rudder_unit.into()),
+            warnings: (!warnings.is_empty()).then(|| warnings.join("\n")),
             ..row
         })
         .collect())

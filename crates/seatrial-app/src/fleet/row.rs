@@ -19,6 +19,7 @@ pub struct Row {
     pub samples_read: Option<u64>,
     pub rows_left_out: Option<u64>,
     pub rudder_unit: Option<String>,
+    pub warnings: Option<String>,
     pub manoeuvre: Option<String>,
     pub from_s: Option<f64>,
     pub to_s: Option<f64>,
