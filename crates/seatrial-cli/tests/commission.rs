@@ -38,6 +38,37 @@ b2_per_s2 = 10.0
 c0_rad_per_s2 = 0.04
 "#;
 
+/// A boat that our own controller steers, its rudder half as strong again at full thrust as a constant gain takes it for.
+const OWN_BOAT: &str = r#"
+name = "launch"
+rudder_limit_rad = 0.6
+initial_thrust = 0.5
+
+[servo]
+time_constant_s = 0.02
+
+[sensors.compass]
+noise_rad = 0.002
+resolution_rad = 0.0
+
+[sensors.gyro]
+noise_rad_s = 0.002
+
+[[speeds]]
+thrust = 0.5
+surge_speed_m_s = 1.5
+a22_per_s = -0.8
+b2_per_s2 = 0.8
+c0_rad_per_s2 = 0.01
+
+[[speeds]]
+thrust = 1.0
+surge_speed_m_s = 3.0
+a22_per_s = -1.6
+b2_per_s2 = 4.8
+c0_rad_per_s2 = 0.01
+"#;
+
 /// Times faster than a real vehicle, on a busy computer: the autopilot waits for a heartbeat for 0.3 s of its own.
 const SPEED: &str = "3";
 
@@ -155,6 +186,34 @@ fn cli_gains_from_a_trial_are_proven_kept_and_undone() {
     assert_eq!(found["ending"]["state"], "refused", "{errors}");
     assert!(!folder.join("seatrial.restore.toml").exists());
     assert!(!undo.exists());
+}
+
+/// Where the heading controller is ours: the gain of each speed against the constant one of the slowest, on a boat of which
+/// that is half too much at full thrust.
+#[test]
+fn cli_gains_of_our_own_heading_controller_are_proven_at_every_speed() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("boat.toml"), OWN_BOAT).unwrap();
+    std::fs::write(folder.join("plan.toml"), "thrusts = [0.5, 1.0]\n").unwrap();
+    let vehicle = ["--vehicle", "sim:boat.toml"];
+    let trial = ["trial", "--plan", "plan.toml"];
+    let trial = run_in(folder, &[&trial[..], &vehicle].concat());
+    assert_eq!(trial.status.code(), Some(0), "{}", text(&trial.stderr));
+    let output = run_in(folder, &[&["commission", "--json"][..], &vehicle].concat());
+    let (found, errors) = (document(&output), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(0), "{errors}");
+    let speeds = found["speeds"].as_array().unwrap();
+    assert_eq!(speeds.len(), 2, "{found}");
+    for speed in speeds {
+        assert_eq!(speed["ending"]["state"], "kept", "{errors}");
+    }
+    let gain = |speed: &Value, which: &str| speed[which]["proportional_gain"].as_f64().unwrap();
+    assert_eq!(gain(&speeds[0], "constant"), gain(&speeds[0], "scheduled"));
+    let share = gain(&speeds[1], "scheduled") / gain(&speeds[1], "constant");
+    assert!((share * 1.5 - 1.0).abs() < 0.15, "{share}");
+    let overshoot = |which: &str| speeds[1][which]["overshoot"].as_f64().unwrap();
+    assert!(overshoot("new") < 0.5 * overshoot("old"), "{errors}");
 }
 
 #[test]

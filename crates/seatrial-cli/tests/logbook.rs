@@ -369,6 +369,9 @@ fn cli_the_last_trial_of_a_vehicle_that_was_accepted_is_taken() {
     assert_eq!(code, Some(0), "{told}");
     // Shown is the last that was accepted, a rehearsal too.
     assert!(told.contains("campaign 2 is taken"), "{told}");
+    let replayed = program().arg("replay").arg(&logbook).output().unwrap();
+    let told = text(&replayed.stderr);
+    assert!(told.contains("campaign 2 is taken"), "{told}");
 }
 
 #[test]

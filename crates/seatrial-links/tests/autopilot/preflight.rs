@@ -34,6 +34,27 @@ fn io_a_preflight_refuses_and_says_why() {
     }
 }
 
+/// The angle at full steering is told, and that nobody gave it.
+#[test]
+fn exact_a_preflight_says_what_full_steering_is_taken_for() {
+    for is_full_rudder_assumed in [true, false] {
+        let settings = Settings {
+            full_rudder_rad: 0.6,
+            is_full_rudder_assumed,
+            ..settings()
+        };
+        let sea = Sea::new(starfish(), Weather::default(), 1);
+        let found = Autopilot::new(sea, settings, None).inspect();
+        let told = found
+            .checks
+            .iter()
+            .find(|check| check.name == "full rudder");
+        let text = &told.unwrap().text;
+        assert!(text.contains("34.4 degrees"), "{text}");
+        assert_eq!(text.contains("ASSUMED"), is_full_rudder_assumed, "{text}");
+    }
+}
+
 /// A rudder that turns the other way, and one whose output does not move, are found before the trial.
 #[test]
 fn io_the_wiggle_finds_a_rudder_that_does_not_answer() {
