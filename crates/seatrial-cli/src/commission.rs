@@ -244,7 +244,7 @@ fn show(preflight: &Preflight, proposal: &Proposal, changes: &[Change]) {
     }
     let water = proposal.surge_speed_m_s.zip(proposal.distance_m());
     say(format!(
-        "it takes about {:.0} s{}",
+        "it takes at most {:.0} s{}",
         proposal.duration_s(),
         water.map_or(String::new(), |(speed, distance)| {
             format!(" at {speed:.2} m/s: {distance:.0} m of water ahead")

@@ -145,6 +145,13 @@ impl<T: Real> RateCascade<T> {
 }
 
 impl<T: Real> CascadeSettings<T> {
+    /// (F + P)/I: how long the integral takes to find a steady steering, while F and P hold the heading beside the wanted one, s.
+    /// `None` without an integral.
+    pub fn integral_time_s(&self) -> Option<T> {
+        let time_s = (self.feed_forward_s + self.rate_gain_s) / self.rate_integral_gain;
+        (self.rate_integral_gain > T::ZERO).then_some(time_s)
+    }
+
     /// r_d, rad/s.
     fn wanted_rate(&self, error_rad: T, before_rad_s: T, interval_s: T) -> T {
         let mut rate = self.angle_gain_per_s * error_rad;
@@ -224,6 +231,29 @@ mod tests {
             assert_eq!(cascade.step(1.0, 0.0, 0.0, 0.02), 1.0);
         }
         assert!(cascade.step(0.0, 0.0, 0.01, 0.02) < 0.0);
+    }
+
+    /// On a boat that needs steering to go straight, and turns at once as it is steered, the heading error falls by e in that time.
+    #[test]
+    fn exact_the_integral_learns_in_its_time() {
+        let settings = settings();
+        let time_s = settings.integral_time_s().unwrap();
+        assert!((time_s - 1.2).abs() < 1e-12, "{time_s}");
+        let (needed, interval_s) = (0.1, 1e-3);
+        let mut cascade = RateCascade::new(settings);
+        // Held where F and P give what is needed, the boat does not turn: that heading error shrinks as the integral grows.
+        let mut error_rad = needed / (0.6 * settings.angle_gain_per_s);
+        let first_rad = error_rad;
+        for _ in 0..(time_s / interval_s) as usize {
+            let lacking = needed - cascade.step(error_rad, 0.0, 0.0, interval_s);
+            error_rad += lacking / (0.6 * settings.angle_gain_per_s);
+        }
+        assert!((error_rad / first_rad - (-1.0_f64).exp()).abs() < 0.01);
+        let without = CascadeSettings {
+            rate_integral_gain: 0.0,
+            ..settings
+        };
+        assert_eq!(without.integral_time_s(), None);
     }
 
     #[test]

@@ -1397,12 +1397,12 @@ export interface components {
         ProposedGains: {
             /**
              * Format: double
-             * @description Water that is needed ahead, m.
+             * @description Water that is needed ahead at most, m.
              */
             distance_m?: number | null;
             /**
              * Format: double
-             * @description How long the steps take at least, s.
+             * @description How long the steps take at most, s.
              */
             duration_s: number;
             /** @description What the proposed ones are. */

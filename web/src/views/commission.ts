@@ -235,7 +235,7 @@ function drawProposal(place: HTMLElement, found: CommissionPreview): void {
       ? element(
           "p",
           {},
-          `The steps take about ${clock(proposed.duration_s)} min${proposed.surge_speed_m_s ? ` at ${shown(proposed.surge_speed_m_s, "speed")}` : ""}${proposed.distance_m ? `: ${shown(proposed.distance_m, "distance")} of free water ahead` : ""}.`,
+          `The steps take at most ${clock(proposed.duration_s)} min${proposed.surge_speed_m_s ? ` at ${shown(proposed.surge_speed_m_s, "speed")}` : ""}${proposed.distance_m ? `: ${shown(proposed.distance_m, "distance")} of free water ahead` : ""}.`,
         )
       : null,
     found.changes.length === 0

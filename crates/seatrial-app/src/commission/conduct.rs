@@ -8,7 +8,7 @@ use seatrial::commission::{
 };
 use seatrial_core::{AbortReason, Envelope};
 
-use super::step_run::{StepRecord, StepRun};
+use super::step_run::{Patience, StepRecord, StepRun};
 use super::{Commissioned, Ending, GainedVehicle, Lost, Proposal, check_text, response_text};
 
 /// The first step with new gains, rad.
@@ -67,7 +67,7 @@ struct Commission<'a> {
 impl Commission<'_> {
     fn run(&mut self, found: &mut Commissioned) -> Result<Ending, Lost> {
         let proposal = self.order.proposal;
-        let old = self.steps(&proposal.test, "old gains")?;
+        let old = self.steps(&proposal.test, proposal.old_patience(), "old gains")?;
         let response = self.measured(&old, proposal.test.step_rad, "old gains")?;
         found.old = Some(response);
         let check = check_model(&proposal.evidence.boat(), &old.legs);
@@ -91,7 +91,7 @@ impl Commission<'_> {
                 Stage::Small => "new gains, small step",
                 Stage::Full => "new gains",
             };
-            let steps = self.steps(&test, name)?;
+            let steps = self.steps(&test, proposal.new_patience(), name)?;
             let new = self.measured(&steps, test.step_rad, name)?;
             match stage {
                 Stage::Small => found.small = Some(new),
@@ -117,7 +117,12 @@ impl Commission<'_> {
         Ok(Ending::Kept { undo })
     }
 
-    fn steps(&mut self, test: &StepTest, name: &str) -> Result<StepRecord, Lost> {
+    fn steps(
+        &mut self,
+        test: &StepTest,
+        patience: Patience,
+        name: &str,
+    ) -> Result<StepRecord, Lost> {
         let proposal = self.order.proposal;
         (self.progress)(&format!(
             "{name}: steps of {:.0} degrees, {:.0} s each",
@@ -137,6 +142,7 @@ impl Commission<'_> {
             let run = run.get_or_insert_with(|| {
                 StepRun::new(
                     *test,
+                    patience,
                     base_rad,
                     proposal.surge_speed_m_s,
                     proposal.control.output_scale,

@@ -5,6 +5,7 @@ use seatrial::commission::{
 };
 use seatrial_core::{CascadeSettings, YawModel};
 
+use super::step_run::Patience;
 use crate::Error;
 use crate::models::{ModelPoint, Models};
 
@@ -18,6 +19,8 @@ const UNKNOWN: f64 = 0.1;
 /// Times that steps are held, s.
 const SHORTEST_HOLD_S: f64 = 8.0;
 const LONGEST_HOLD_S: f64 = 60.0;
+/// What foreseen boats settle for at least before their first step, s.
+const SETTLE_S: f64 = 5.0;
 
 /// How the autopilot controls its heading, as it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,14 +57,26 @@ pub struct Proposal {
 }
 
 impl Proposal {
-    /// How long the steps take at least, s: with the old gains, a small one and with the new ones, away and back.
+    /// How long the steps take at most, s: with the old gains, a small one and with the new ones, each away and back once the
+    /// vehicle has settled.
     pub fn duration_s(&self) -> f64 {
-        6.0 * (self.test.hold_s + self.test.settle_s)
+        let waits_s = self.old_patience().longest_s + 2.0 * self.new_patience().longest_s;
+        waits_s + 6.0 * self.test.hold_s
     }
 
-    /// How far the vehicle goes meanwhile, m, where its speed is known.
+    /// How far the vehicle goes meanwhile at most, m, where its speed is known.
     pub fn distance_m(&self) -> Option<f64> {
         Some(self.duration_s() * self.surge_speed_m_s?)
+    }
+
+    /// How long it is waited for the vehicle to settle with its old gains.
+    pub(super) fn old_patience(&self) -> Patience {
+        Patience::with_known(&self.test, self.smoothing_s)
+    }
+
+    /// How long with the new ones.
+    pub(super) fn new_patience(&self) -> Patience {
+        Patience::with_new(&self.test, self.smoothing_s, &self.settings)
     }
 }
 
@@ -102,11 +117,12 @@ pub(super) fn held_steps(
         .max(1.0);
     let longest = StepTest {
         step_rad,
-        settle_s: 5.0,
+        settle_s: SETTLE_S,
         hold_s: LONGEST_HOLD_S,
         sample_interval_s: loops * control.loop_interval_s,
         loop_interval_s: control.loop_interval_s,
-    };
+    }
+    .learnt(settings);
     let settled_s = foresee(evidence, settings, &longest, smoothing_s)
         .settling_s
         .high;

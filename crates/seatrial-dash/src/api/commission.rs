@@ -58,9 +58,9 @@ pub struct ProposedGains {
     pub surge_speed_m_s: Option<f64>,
     /// Size of the steps, rad.
     pub step_rad: f64,
-    /// How long the steps take at least, s.
+    /// How long the steps take at most, s.
     pub duration_s: f64,
-    /// Water that is needed ahead, m.
+    /// Water that is needed ahead at most, m.
     pub distance_m: Option<f64>,
     /// What the present gains are expected to do.
     pub old_expected: ExpectedSteps,

@@ -3,7 +3,10 @@
 use seatrial_app::commission::Ending;
 use seatrial_core::YawModel;
 
-use crate::{OnSea, changed, sea, truth};
+use seatrial_sim::VehicleConfig;
+
+use crate::sea::{FULL_RUDDER_RAD, Sea, Weather};
+use crate::{OnSea, changed, sea, truth, truth_of};
 
 #[test]
 fn recover_gains_of_a_true_model_are_kept_and_can_be_undone() {
@@ -38,6 +41,33 @@ fn recover_gains_of_a_true_model_are_kept_and_can_be_undone() {
     let undo = vehicle.undo.clone().unwrap();
     assert!(vehicle.autopilot.restore(&undo).is_complete());
     assert_eq!(vehicle.gains(), before);
+}
+
+/// Boat 3-4 of `study commission`: full steering turns it by 4.5 degrees a second, and 2.4 % of it hold a straight course. The
+/// angle gain is so small that the emptied integral needs a minute for its time constant.
+#[test]
+fn recover_a_boat_with_a_weak_rudder_waits_until_the_integral_has_learnt() {
+    let mut config = VehicleConfig::starfish();
+    for speed in &mut config.speeds {
+        let authority = 0.015768;
+        speed.a22_per_s = -0.202558;
+        speed.b2_per_s2 = authority / FULL_RUDDER_RAD;
+        speed.c0_rad_per_s2 = 0.0239 * authority;
+    }
+    let truth = truth_of(&config);
+    let mut vehicle = OnSea::take(Sea::new(config, Weather::default(), 1));
+    let proposal = vehicle.proposal(&truth);
+    let integral_s = proposal.settings.integral_time_s().unwrap();
+    assert!(integral_s > 45.0, "{integral_s}");
+    let found = vehicle.carry_out(&proposal);
+    assert!(
+        matches!(found.ending, Ending::Kept { .. }),
+        "{}",
+        found.line()
+    );
+    let small = found.small.unwrap();
+    assert!(small.steady_error_rad < 0.01, "{small:?}");
+    assert!(found.new.unwrap().overshoot <= 0.05, "{}", found.line());
 }
 
 /// Half and twice the rudder's effect, half the damping, reversed, and the model of another boat: nothing is written, or the old

@@ -35,7 +35,12 @@ fn settings() -> Settings {
 
 /// The true model of the boat at 80 % thrust.
 fn truth() -> ModelPoint {
-    let vehicle = FirstOrderVehicle::new(VehicleConfig::starfish(), 1).unwrap();
+    truth_of(&VehicleConfig::starfish())
+}
+
+/// That of another boat.
+fn truth_of(config: &VehicleConfig) -> ModelPoint {
+    let vehicle = FirstOrderVehicle::new(config.clone(), 1).unwrap();
     let truth = vehicle.truth(THRUST);
     Models::given(truth.model, Some(truth.surge_speed_m_s)).points[0]
 }

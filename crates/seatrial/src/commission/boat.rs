@@ -5,6 +5,11 @@ use seatrial_core::{CascadeSettings, RateCascade, YawModel};
 
 use super::Draw;
 
+/// An empty integral has learnt what holds a straight course after so many of its time constants; more than this is not waited
+/// for, s.
+const LEARNT_TIMES: f64 = 3.0;
+const LONGEST_LEARNING_S: f64 = 300.0;
+
 /// A boat that steers.
 ///
 /// ```text
@@ -53,6 +58,14 @@ pub struct StepInstant {
 }
 
 impl StepTest {
+    /// The same, before whose first step settings that have just been written have learnt what holds a straight course.
+    pub fn learnt(&self, settings: &CascadeSettings<f64>) -> Self {
+        Self {
+            settle_s: self.settle_s.max(learning_s(settings)),
+            ..*self
+        }
+    }
+
     /// The two steps of a boat under these settings.
     pub fn simulate(
         &self,
@@ -84,6 +97,12 @@ impl StepTest {
         let back = leg(0.0, self.step_rad, -1.0, self.hold_s);
         [away, back]
     }
+}
+
+/// How long the empty integral of settings that have just been written is given to learn, s.
+pub fn learning_s(settings: &CascadeSettings<f64>) -> f64 {
+    let time_s = settings.integral_time_s().unwrap_or(0.0);
+    (LEARNT_TIMES * time_s).min(LONGEST_LEARNING_S)
 }
 
 /// A boat and its controller, one loop at a time.

@@ -16,7 +16,7 @@ mod model_check;
 mod response;
 pub mod study;
 
-pub use boat::{Boat, StepInstant, StepTest};
+pub use boat::{Boat, StepInstant, StepTest, learning_s};
 pub use design::{Evidence, NoProposal, propose};
 pub use draw::Draw;
 pub use foresee::{Foreseen, Range, foresee};

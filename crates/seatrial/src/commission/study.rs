@@ -31,6 +31,8 @@ const STEP_RAD: f64 = std::f64::consts::FRAC_PI_6;
 const HOLD_TIME_CONSTANTS: f64 = 20.0;
 const HOLD_S: f64 = 15.0;
 const SMALL_STEP_RAD: f64 = 0.14;
+/// Boats settle for at least so long before them, s.
+const SETTLE_S: f64 = 5.0;
 
 /// How gains are chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -110,7 +112,7 @@ pub fn commission_one(class_s: [f64; 2], seed: u64, loop_interval_s: f64) -> Opt
     let time_constant_s = -1.0 / boat.model.a22_per_s;
     let test = StepTest {
         step_rad: STEP_RAD,
-        settle_s: 5.0,
+        settle_s: SETTLE_S,
         hold_s: HOLD_S.max(HOLD_TIME_CONSTANTS * time_constant_s),
         sample_interval_s: (0.05 / loop_interval_s).round() * loop_interval_s,
         loop_interval_s,
@@ -118,7 +120,7 @@ pub fn commission_one(class_s: [f64; 2], seed: u64, loop_interval_s: f64) -> Opt
     let proposed = propose(&evidence, &defaults()).ok()?;
     let smoothing_s = 0.2 / proposed.angle_gain_per_s;
     let respond = |settings: &CascadeSettings<f64>, test: &StepTest| {
-        let legs = test.simulate(&boat, settings, seed);
+        let legs = test.learnt(settings).simulate(&boat, settings, seed);
         Response::measure(&legs, test.step_rad, smoothing_s)
     };
     let old = respond(&defaults(), &test)?;
@@ -129,7 +131,7 @@ pub fn commission_one(class_s: [f64; 2], seed: u64, loop_interval_s: f64) -> Opt
     };
     let small = respond(&proposed, &small_test)?;
     let passes = |stage, response: &Response, test: &StepTest| {
-        let foreseen = foresee(&evidence, &proposed, test, smoothing_s);
+        let foreseen = foresee(&evidence, &proposed, &test.learnt(&proposed), smoothing_s);
         let Judgement { keep, .. } = judge(stage, test.step_rad, response, Some(&old), &foreseen);
         keep
     };
