@@ -43,16 +43,17 @@ fn recover_gains_of_a_true_model_are_kept_and_can_be_undone() {
     assert_eq!(vehicle.gains(), before);
 }
 
-/// Boat 3-4 of `study commission`: full steering turns it by 4.5 degrees a second, and 2.4 % of it hold a straight course. The
-/// angle gain is so small that the emptied integral needs a minute for its time constant.
+/// Boat 3-4 of `study commission`, full steering of which turns it by 4.5 degrees a second, farther off its centre. The angle gain is
+/// so small that the emptied integral needs a minute for its time constant, and the heading is 3 degrees off before it has learnt.
 #[test]
 fn recover_a_boat_with_a_weak_rudder_waits_until_the_integral_has_learnt() {
     let mut config = VehicleConfig::starfish();
+    config.disturbance.standard_deviation_rad_s2 = 1.6e-5;
+    let authority = 0.0158;
     for speed in &mut config.speeds {
-        let authority = 0.015768;
-        speed.a22_per_s = -0.202558;
+        speed.a22_per_s = -0.2026;
         speed.b2_per_s2 = authority / FULL_RUDDER_RAD;
-        speed.c0_rad_per_s2 = 0.0239 * authority;
+        speed.c0_rad_per_s2 = 0.05 * authority;
     }
     let truth = truth_of(&config);
     let mut vehicle = OnSea::take(Sea::new(config, Weather::default(), 1));
@@ -66,7 +67,7 @@ fn recover_a_boat_with_a_weak_rudder_waits_until_the_integral_has_learnt() {
         found.line()
     );
     let small = found.small.unwrap();
-    assert!(small.steady_error_rad < 0.01, "{small:?}");
+    assert!(small.steady_error_rad < 0.007, "{small:?}");
     assert!(found.new.unwrap().overshoot <= 0.05, "{}", found.line());
 }
 
