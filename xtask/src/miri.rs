@@ -7,10 +7,20 @@ use super::succeeds;
 
 /// Big-endian, and without the inline assembly that `libm` has for other machines, which Miri does not know.
 const MACHINE: &str = "s390x-unknown-linux-gnu";
-/// What takes some minutes there, where an instruction takes some hundred times as long; properties of many drawn numbers take hours.
+/// What takes some minutes there, where an instruction takes some hundred times as long. Left out are properties of many drawn
+/// numbers and a test that simulates many loops, which take hours.
 const TESTS: [&[&str]; 2] = [
     &["-p", "seatrial-ffi", "--test", "misuse"],
-    &["-p", "seatrial-core", "--lib", "--", "--skip", "prop_"],
+    &[
+        "-p",
+        "seatrial-core",
+        "--lib",
+        "--",
+        "--skip",
+        "prop_",
+        "--skip",
+        "exact_sampled_gain_margin_is_the_edge_of_stability",
+    ],
 ];
 
 /// Runs the tests.

@@ -433,12 +433,12 @@ fn cli_the_answer_begins_on_a_clean_screen() {
     let (before, _) = said
         .split_once("USE\r\n")
         .unwrap_or_else(|| panic!("{said}"));
-    let places = before.match_indices('H').filter_map(|(end, _)| {
+    let mut places = before.match_indices('H').filter_map(|(end, _)| {
         let begin = before[..end].rfind("\x1b[")?;
         let (row, column) = before[begin + 2..end].split_once(';')?;
         Some((row.parse::<u16>().ok()?, column.parse::<u16>().ok()?))
     });
-    let (_, column) = places.last().expect("the live view places the cursor");
+    let (_, column) = places.next_back().expect("the live view places the cursor");
     assert_eq!(column, 1);
 }
 

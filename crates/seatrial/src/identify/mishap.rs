@@ -63,9 +63,13 @@ impl Mishaps {
             .filter_map(|(part, at)| Some((heading_jump(part)?, *at)));
         let largest = |a: &(Jump, _), b: &(Jump, _)| a.0.size_rad.total_cmp(&b.0.size_rad);
         let jam = |(part, at), model| Some((rudder_jam(model, part)?, at));
+        let jam = match holds(model, validation) {
+            true => None,
+            false => jam(places[1], model).or_else(|| jam(places[0], other?)),
+        };
         Self {
             jump: jumps.max_by(largest),
-            jam: jam(places[1], model).or_else(|| jam(places[0], other?)),
+            jam,
         }
     }
 }
@@ -148,14 +152,12 @@ fn line_at(times_s: &[f64], values: &[f64], at_s: f64) -> Option<f64> {
 ///
 /// Cost: some 800 simulations of the record; only where a model does not hold.
 pub fn rudder_jam(model: YawModel<f64>, samples: &[Sample<f64>]) -> Option<Jam> {
-    let r2 = |samples: &[Sample<f64>]| goodness_of_fit(model, samples).r2_heading_offset_refit;
-    let is_good = |r2: Option<f64>| r2.is_some_and(|r2| r2 >= LEAST_R2);
-    let fit = goodness_of_fit(model, samples);
-    let free = fit.r2_heading_offset_refit?;
-    let manoeuvre = Manoeuvre::find(samples)?;
-    if is_good(fit.r2_heading) || is_good(Some(free)) && is_good(fit.r2_yaw_rate) {
+    if holds(model, samples) {
         return None;
     }
+    let r2 = |samples: &[Sample<f64>]| goodness_of_fit(model, samples).r2_heading_offset_refit;
+    let free = r2(samples)?;
+    let manoeuvre = Manoeuvre::find(samples)?;
     let first = samples.partition_point(|s| s.time_s < manoeuvre.starts_s);
     let step = ((samples.len() - first) / INSTANTS).max(1);
     let instants: Vec<usize> = (first..samples.len()).step_by(step).collect();
@@ -189,6 +191,13 @@ pub fn rudder_jam(model: YawModel<f64>, samples: &[Sample<f64>]) -> Option<Jam> 
         to_s: samples.get(to).map(|s| s.time_s),
         rudder_rad,
     })
+}
+
+/// Does the model explain the heading, at least but for an offset?
+fn holds(model: YawModel<f64>, samples: &[Sample<f64>]) -> bool {
+    let is_good = |r2: Option<f64>| r2.is_some_and(|r2| r2 >= LEAST_R2);
+    let fit = goodness_of_fit(model, samples);
+    is_good(fit.r2_heading) || is_good(fit.r2_heading_offset_refit) && is_good(fit.r2_yaw_rate)
 }
 
 /// The samples with the rudder held.
