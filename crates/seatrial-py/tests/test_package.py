@@ -212,7 +212,7 @@ def test_io_a_log_says_how_it_was_read(tmp_path: Path) -> None:
     found = seatrial.read_log(log)
     assert found.rudder_unit == "full_rudder"
     assert "rudder_of_full" in found and "rudder_rad" not in found
-    assert any("--rudder-range-deg" in warning for warning in found.warnings)
+    assert any("full_rudder_rad" in warning for warning in found.warnings)
     assert isinstance(found.assumptions, dict)
     assert found.source["samples_read"] == 400
 
