@@ -32,7 +32,7 @@ Exit code 0: the answers are the same; 4: some differ.
 
 Example, while working on a change:
   cargo build --release -p seatrial-cli
-  cargo xtask same-answers --quick --against validation/2026-11-24-same-answers/manifest.txt";
+  cargo xtask same-answers --quick --against validation/2026-11-25-same-answers/manifest.txt";
 
 struct Options {
     binary: PathBuf,
