@@ -58,7 +58,8 @@ pub struct StepInstant {
 }
 
 impl StepTest {
-    /// The same, before whose first step settings that have just been written have learnt what holds a straight course.
+    /// This test with enough time before its first step for settings that have just been written to learn what holds a straight
+    /// course.
     pub fn learnt(&self, settings: &CascadeSettings<f64>) -> Self {
         Self {
             settle_s: self.settle_s.max(learning_s(settings)),
