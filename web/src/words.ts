@@ -128,9 +128,9 @@ export const signOf = (outcome: VerdictOutcome): string => OUTCOMES[outcome][2];
 /** The cause of an outcome and what to do about it. */
 export function causes(verdict: Verdict): string[] {
   const { cause, other_causes: others } = verdict;
-  const told = cause ? [sentence(cause.text), ...(cause.action === "" ? [] : [cause.action])] : [];
-  if (others === 0) return told;
-  return [...told, others === 1 ? "There is 1 more remark." : `There are ${others} more remarks.`];
+  const lines = cause ? [sentence(cause.text), ...(cause.action === "" ? [] : [cause.action])] : [];
+  if (others === 0) return lines;
+  return [...lines, others === 1 ? "There is 1 more remark." : `There are ${others} more remarks.`];
 }
 
 type Validated =

@@ -123,13 +123,13 @@ fn does_not_link_for_other_numbers(double: &[String]) -> Checked {
     let mut gcc = compiler("gcc", "loop_20hz", &program);
     gcc.args(SINGLE.defines).args(double).args(HOST_LIBRARIES);
     let output = gcc.output().map_err(|error| error.to_string())?;
-    let told = String::from_utf8_lossy(&output.stderr);
-    if !output.status.success() && told.contains("seatrial_trial_new_abi1_single") {
+    let printed = String::from_utf8_lossy(&output.stderr);
+    if !output.status.success() && printed.contains("seatrial_trial_new_abi1_single") {
         eprintln!("C: a program for float does not link with the library of double");
         return Ok(());
     }
     Err(format!(
-        "a program for float links with the library of double, or fails for another reason:\n{told}"
+        "a program for float links with the library of double, or fails for another reason:\n{printed}"
     ))
 }
 

@@ -116,18 +116,18 @@ fn run(tool: &str, arguments: &[&str]) -> Result<(), String> {
 }
 
 fn compare(rebuilt: &Path, committed: &Path) -> Result<(), String> {
-    let (ours, fresh) = (files(committed)?, files(rebuilt)?);
-    let same = ours.len() == fresh.len()
-        && ours.iter().zip(&fresh).all(|(ours, fresh)| {
+    let (ours, built) = (files(committed)?, files(rebuilt)?);
+    let same = ours.len() == built.len()
+        && ours.iter().zip(&built).all(|(ours, built)| {
             let name = |file: &Path, place: &Path| file.strip_prefix(place).map(Path::to_owned);
-            name(ours, committed) == name(fresh, rebuilt)
-                && matches!((std::fs::read(ours), std::fs::read(fresh)), (Ok(a), Ok(b)) if a == b)
+            name(ours, committed) == name(built, rebuilt)
+                && matches!((std::fs::read(ours), std::fs::read(built)), (Ok(a), Ok(b)) if a == b)
         });
     if same {
         Ok(())
     } else {
         Err(format!(
-            "{COMMITTED} is not what {SOURCE} builds: found {ours:?}, built {fresh:?}. Run `npm run build` in {SOURCE} and commit the result"
+            "{COMMITTED} is not what {SOURCE} builds: found {ours:?}, built {built:?}. Run `npm run build` in {SOURCE} and commit the result"
         ))
     }
 }

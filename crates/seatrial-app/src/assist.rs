@@ -14,7 +14,7 @@ use crate::logs::Source;
 
 /// A verdict, and what may be said of it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ToldVerdict {
+pub struct ReportedVerdict {
     /// What may be done with the model.
     pub outcome: Outcome,
     /// May it be used at all?
@@ -22,12 +22,12 @@ pub struct ToldVerdict {
     /// The sentence that goes with the result.
     pub say: String,
     /// Why, what decides first.
-    pub reasons: Vec<ToldReason>,
+    pub reasons: Vec<ReportedReason>,
 }
 
 /// A reason, and what to do about it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ToldReason {
+pub struct ReportedReason {
     /// Its code.
     pub code: ReasonCode,
     /// What it is, in a sentence.
@@ -38,7 +38,7 @@ pub struct ToldReason {
     pub action: String,
 }
 
-impl ToldReason {
+impl ReportedReason {
     fn of(reason: &Reason) -> Self {
         Self {
             code: reason.code.clone(),
@@ -58,7 +58,7 @@ impl ToldReason {
     }
 }
 
-impl ToldVerdict {
+impl ReportedVerdict {
     /// What may be said of this verdict.
     pub fn of(verdict: &Verdict) -> Self {
         let outcome = verdict.outcome();
@@ -78,27 +78,27 @@ impl ToldVerdict {
             outcome,
             may_be_used: matches!(outcome, Outcome::Use | Outcome::UseWithCare),
             say: say.trim_end().to_owned(),
-            reasons: verdict.reasons.iter().map(ToldReason::of).collect(),
+            reasons: verdict.reasons.iter().map(ReportedReason::of).collect(),
         }
     }
 }
 
 /// The model of one speed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ToldModel {
+pub struct ReportedModel {
     /// Thrust as a fraction of full.
     pub thrust: Option<f64>,
     /// Forward speed, m/s.
     pub surge_speed_m_s: Option<f64>,
     /// May it be used?
-    pub verdict: ToldVerdict,
+    pub verdict: ReportedVerdict,
     /// Its numbers; `None` where it is not to be used.
-    pub model: Option<ToldNumbers>,
+    pub model: Option<ReportedNumbers>,
 }
 
 /// r' = a22 r + b2 rudder + C0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct ToldNumbers {
+pub struct ReportedNumbers {
     /// Rotational damping, 1/s.
     pub a22_per_s: f64,
     /// Rudder authority, 1/s^2, per `rudder_unit`.
@@ -113,18 +113,18 @@ pub struct ToldNumbers {
     pub valid_range: Option<ValidRange>,
 }
 
-impl ToldModel {
+impl ReportedModel {
     fn of(
         speed: (Option<f64>, Option<f64>),
         verdict: &Verdict,
         identification: Option<&Identification>,
         rudder_unit: RudderUnit,
     ) -> Self {
-        let verdict = ToldVerdict::of(verdict);
+        let verdict = ReportedVerdict::of(verdict);
         let shown = identification.filter(|_| verdict.outcome != Outcome::DoNotUse);
         let numbers = |identification: &Identification| {
             let model = identification.model();
-            ToldNumbers {
+            ReportedNumbers {
                 a22_per_s: model.a22_per_s,
                 b2_per_s2: model.b2_per_s2,
                 c0_rad_per_s2: model.c0_rad_per_s2,
@@ -144,16 +144,16 @@ impl ToldModel {
 
 /// What was found in a log.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ToldLog {
+pub struct ReportedLog {
     /// The log, and how it was read.
     pub source: Source,
     /// May a model of it be used?
-    pub verdict: ToldVerdict,
+    pub verdict: ReportedVerdict,
     /// The model of each speed, slowest first.
-    pub speeds: Vec<ToldModel>,
+    pub speeds: Vec<ReportedModel>,
 }
 
-impl ToldLog {
+impl ReportedLog {
     /// What may be said of an identified log.
     pub fn of(found: &IdentifiedLog) -> Self {
         let unit = found.logs.log.rudder_unit();
@@ -162,12 +162,12 @@ impl ToldLog {
                 .iter()
                 .map(|model| {
                     let speed = (model.thrust, model.surge_speed_m_s);
-                    ToldModel::of(speed, &model.verdict, model.identification.as_ref(), unit)
+                    ReportedModel::of(speed, &model.verdict, model.identification.as_ref(), unit)
                 })
                 .collect(),
             None => {
                 let identification = found.identification();
-                vec![ToldModel::of(
+                vec![ReportedModel::of(
                     (None, None),
                     found.verdict(),
                     identification,
@@ -177,7 +177,7 @@ impl ToldLog {
         };
         Self {
             source: found.logs.log.source(),
-            verdict: ToldVerdict::of(found.verdict()),
+            verdict: ReportedVerdict::of(found.verdict()),
             speeds,
         }
     }
@@ -185,30 +185,30 @@ impl ToldLog {
 
 /// What came of a trial.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ToldTrial {
+pub struct ReportedTrial {
     /// The vehicle.
     pub vehicle: String,
     /// Is it a simulator, whose model is that of no vehicle?
     pub is_rehearsal: bool,
     /// May its models be used?
-    pub verdict: ToldVerdict,
+    pub verdict: ReportedVerdict,
     /// The runs, in order.
-    pub speeds: Vec<ToldModel>,
+    pub speeds: Vec<ReportedModel>,
 }
 
-impl ToldTrial {
+impl ReportedTrial {
     /// What may be said of a campaign.
     pub fn of(campaign: &Campaign) -> Self {
-        let told = |run: &Run| {
+        let speed_of = |run: &Run| {
             let speed = (Some(run.thrust), run.surge_speed_m_s);
             let identification = run.identification.as_ref();
-            ToldModel::of(speed, &run.verdict, identification, RudderUnit::Rad)
+            ReportedModel::of(speed, &run.verdict, identification, RudderUnit::Rad)
         };
         Self {
             vehicle: campaign.vehicle.clone(),
             is_rehearsal: campaign.is_rehearsal(),
-            verdict: ToldVerdict::of(&campaign.verdict()),
-            speeds: campaign.runs.iter().map(told).collect(),
+            verdict: ReportedVerdict::of(&campaign.verdict()),
+            speeds: campaign.runs.iter().map(speed_of).collect(),
         }
     }
 }
@@ -219,15 +219,15 @@ mod tests {
 
     #[test]
     fn exact_a_code_says_its_cause_and_what_to_do() {
-        let told = ToldReason::of_code("rudder_constant").unwrap();
-        assert_eq!(told.code, ReasonCode::RudderConstant);
-        assert!(!told.cause.is_empty() && !told.action.is_empty());
-        assert_eq!(ToldReason::of_code("no_such_code"), None);
+        let reason = ReportedReason::of_code("rudder_constant").unwrap();
+        assert_eq!(reason.code, ReasonCode::RudderConstant);
+        assert!(!reason.cause.is_empty() && !reason.action.is_empty());
+        assert_eq!(ReportedReason::of_code("no_such_code"), None);
     }
 
     #[test]
     fn exact_the_sentence_of_a_verdict_never_praises_a_model_that_is_not_to_be_used() {
-        let refused = ToldVerdict::of(&Verdict::refused(Reason::new(
+        let refused = ReportedVerdict::of(&Verdict::refused(Reason::new(
             ReasonCode::RudderConstant,
             "0.0 deg",
         )));

@@ -311,14 +311,14 @@ impl PlannedTrial {
     /// there is one, within reach?
     pub fn will_do(&self) -> bool {
         let preview = &self.preview.preview;
-        let is_told = |speed: &seatrial::preview::SpeedPreview| {
+        let is_reported = |speed: &seatrial::preview::SpeedPreview| {
             speed.expected.is_some_and(|expected| expected.is_enough())
         };
         let is_reached = |found: &Recommendations| {
             !found.doublets.is_empty() && found.doublets.iter().all(|doublet| doublet.reachable)
         };
         preview.outcome == Some(Outcome::Finished)
-            && preview.speeds.iter().all(is_told)
+            && preview.speeds.iter().all(is_reported)
             && self.recommendation.as_ref().is_none_or(is_reached)
     }
 }

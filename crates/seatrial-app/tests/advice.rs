@@ -86,9 +86,9 @@ fn exact_no_text_names_an_option_to_a_page_or_python() {
             {
                 read += 1;
                 for reader in [Reader::Dashboard, Reader::Python] {
-                    let told = addressed(&text, reader);
-                    if names_an_option(&told) {
-                        left.push(format!("{}: {told}", file.display()));
+                    let text = addressed(&text, reader);
+                    if names_an_option(&text) {
+                        left.push(format!("{}: {text}", file.display()));
                     }
                 }
             }

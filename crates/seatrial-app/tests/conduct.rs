@@ -239,7 +239,7 @@ fn with_fault(fault: Fault, watch: &mut dyn Watch) -> (Conducted<&'static str>, 
 
 #[test]
 fn recover_partial_run_is_kept_when_the_link_is_lost() {
-    for (fault, told) in [
+    for (fault, expected) in [
         (Fault::Ends, None),
         (Fault::Fails, Some("cable cut")),
         (Fault::Deaf, Some("cable cut")),
@@ -249,7 +249,7 @@ fn recover_partial_run_is_kept_when_the_link_is_lost() {
         if fault != Fault::Deaf {
             assert_hands_back(&actions);
         }
-        assert_eq!(conducted.fault, told);
+        assert_eq!(conducted.fault, expected);
         let campaign = conducted.campaign;
         assert_eq!(
             campaign.outcome,
@@ -436,7 +436,7 @@ impl Watch for AfterActions<'_> {
 
 /// Judging a run and writing it down delay no rudder.
 #[test]
-fn exact_the_vehicle_acts_before_anybody_is_told() {
+fn exact_the_vehicle_acts_before_it_is_reported() {
     let actions = Cell::new(0);
     let mut vehicle = Counted {
         vehicle: starfish(1),

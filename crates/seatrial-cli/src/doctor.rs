@@ -90,12 +90,12 @@ mod tests {
             version: "1",
             findings,
         };
-        let told = text(&document(vec![wrong(), wrong()]), 80);
+        let printed = text(&document(vec![wrong(), wrong()]), 80);
         assert!(
-            told.contains("BAD  logbook") && told.contains("2 things are wrong."),
-            "{told}"
+            printed.contains("BAD  logbook") && printed.contains("2 things are wrong."),
+            "{printed}"
         );
-        let told = text(&document(vec![Finding::good("folder", "here")]), 80);
-        assert!(told.contains("Nothing is wrong."), "{told}");
+        let printed = text(&document(vec![Finding::good("folder", "here")]), 80);
+        assert!(printed.contains("Nothing is wrong."), "{printed}");
     }
 }

@@ -180,7 +180,7 @@ fn text(document: &Document) -> String {
 struct Teller {
     begun: Instant,
     bar: Option<ProgressBar>,
-    told: Mutex<(Instant, Progress)>,
+    last_said: Mutex<(Instant, Progress)>,
 }
 
 impl Teller {
@@ -192,15 +192,15 @@ impl Teller {
             bar: std::io::stderr().is_terminal().then(|| {
                 ProgressBar::new(0).with_style(style.unwrap_or(ProgressStyle::default_bar()))
             }),
-            told: Mutex::new((begun, Progress::default())),
+            last_said: Mutex::new((begun, Progress::default())),
         }
     }
 
     fn tell(&self, progress: &Progress) -> ControlFlow<()> {
-        let Ok(mut told) = self.told.lock() else {
+        let Ok(mut last_said) = self.last_said.lock() else {
             return ControlFlow::Continue(());
         };
-        told.1 = *progress;
+        last_said.1 = *progress;
         let elapsed = self.begun.elapsed();
         let per_minute = progress.manoeuvres as f64 * 60.0 / elapsed.as_secs_f64();
         let rate = format!("{per_minute:.0} manoeuvres/min, {} errors", progress.errors);
@@ -208,8 +208,8 @@ impl Teller {
             bar.set_length(progress.bytes);
             bar.set_position(progress.bytes_done);
             bar.set_message(rate);
-        } else if told.0.elapsed() > SAID_EVERY {
-            told.0 = Instant::now();
+        } else if last_said.0.elapsed() > SAID_EVERY {
+            last_said.0 = Instant::now();
             let done = progress.bytes_done as f64 / progress.bytes.max(1) as f64;
             let left = elapsed.mul_f64((1.0 - done).max(0.0) / done.max(1e-9));
             say(format_args!(
@@ -226,8 +226,8 @@ impl Teller {
         if let Some(bar) = self.bar {
             bar.finish_and_clear();
         }
-        self.told
+        self.last_said
             .into_inner()
-            .map_or(0, |(_, told)| told.manoeuvres)
+            .map_or(0, |(_, last_said)| last_said.manoeuvres)
     }
 }

@@ -161,16 +161,16 @@ fn main() -> ExitCode {
 mod tests {
     use super::*;
 
-    fn help_of(verb: &mut Command, told: &mut Vec<(String, String)>) {
+    fn help_of(verb: &mut Command, helps: &mut Vec<(String, String)>) {
         for long in [true, false] {
             let help = match long {
                 true => verb.render_long_help(),
                 false => verb.render_help(),
             };
-            told.push((verb.get_name().to_owned(), help.to_string()));
+            helps.push((verb.get_name().to_owned(), help.to_string()));
         }
         for below in verb.get_subcommands_mut() {
-            help_of(below, told);
+            help_of(below, helps);
         }
     }
 

@@ -82,7 +82,7 @@ fn recover_a_vehicle_trains_on_its_twin() {
 }
 
 #[test]
-fn cli_what_nobody_measured_is_said_and_kept() {
+fn cli_an_unmeasured_quantity_is_named_and_kept() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let (said, errors) = seatrial(

@@ -342,22 +342,25 @@ fn cli_the_last_trial_of_a_vehicle_that_was_accepted_is_taken() {
         )
     };
     let damping = |arguments: &[&str]| {
-        let (code, document, told) = ask(&[arguments, &["--json"]].concat());
-        assert_eq!(code, Some(0), "{told}");
+        let (code, document, printed) = ask(&[arguments, &["--json"]].concat());
+        assert_eq!(code, Some(0), "{printed}");
         let document: Value = serde_json::from_str(&document).unwrap();
-        (document["points"][0]["a22_per_s"].as_f64().unwrap(), told)
+        (
+            document["points"][0]["a22_per_s"].as_f64().unwrap(),
+            printed,
+        )
     };
     for verb in ["gains", "turn"] {
-        let (a22_per_s, told) = damping(&[verb]);
+        let (a22_per_s, printed) = damping(&[verb]);
         assert_eq!(a22_per_s, -1.1, "{verb}");
         assert!(
-            told.contains("campaign 1 is taken; the newest, campaign 4, is not finished"),
-            "{told}"
+            printed.contains("campaign 1 is taken; the newest, campaign 4, is not finished"),
+            "{printed}"
         );
         assert_eq!(damping(&[verb, "--campaign", "bare"]).0, -1.1);
-        let (a22_per_s, told) = damping(&[verb, "--campaign", "3"]);
+        let (a22_per_s, printed) = damping(&[verb, "--campaign", "3"]);
         assert_eq!(a22_per_s, -1.3);
-        assert!(told.contains("was aborted"), "{told}");
+        assert!(printed.contains("was aborted"), "{printed}");
         assert!(
             unwrapped(&ask(&[verb]).1).contains(
                 "Campaign 1 on vehicle mavlink:udp:0.0.0.0:14550, configuration bare, 20"
@@ -365,13 +368,13 @@ fn cli_the_last_trial_of_a_vehicle_that_was_accepted_is_taken() {
         );
     }
     let page = folder.path().join("page.html");
-    let (code, _, told) = ask(&["report", "--out", page.to_str().unwrap()]);
-    assert_eq!(code, Some(0), "{told}");
+    let (code, _, printed) = ask(&["report", "--out", page.to_str().unwrap()]);
+    assert_eq!(code, Some(0), "{printed}");
     // Shown is the last that was accepted, a rehearsal too.
-    assert!(told.contains("campaign 2 is taken"), "{told}");
+    assert!(printed.contains("campaign 2 is taken"), "{printed}");
     let replayed = program().arg("replay").arg(&logbook).output().unwrap();
-    let told = text(&replayed.stderr);
-    assert!(told.contains("campaign 2 is taken"), "{told}");
+    let printed = text(&replayed.stderr);
+    assert!(printed.contains("campaign 2 is taken"), "{printed}");
 }
 
 #[test]
@@ -399,14 +402,14 @@ fn cli_a_rehearsal_is_exported_only_when_it_is_asked_for() {
         assert!(file.contains(comment), "{file}");
     }
     for format in ["ardupilot", "px4", "ros2", "json", "c"] {
-        let (code, file, told) = export(&[format, "--campaign", "2"]);
+        let (code, file, printed) = export(&[format, "--campaign", "2"]);
         assert_eq!((code, file.as_str()), (Some(2), ""), "{format}");
         assert!(
-            told.contains("--rehearsal takes them all the same"),
-            "{told}"
+            printed.contains("--rehearsal takes them all the same"),
+            "{printed}"
         );
-        let (code, file, told) = export(&[format, "--campaign", "2", "--rehearsal"]);
-        assert_eq!(code, Some(0), "{told}");
+        let (code, file, printed) = export(&[format, "--campaign", "2", "--rehearsal"]);
+        assert_eq!(code, Some(0), "{printed}");
         assert!(file.contains("REHEARSAL on a simulator"), "{file}");
     }
 }
@@ -435,9 +438,9 @@ fn cli_an_autopilot_whose_full_rudder_is_not_known_gets_no_parameters() {
             text(&output.stderr),
         )
     };
-    let (code, file, told) = export(&[]);
+    let (code, file, printed) = export(&[]);
     assert_eq!((code, file.as_str()), (Some(2), ""));
-    assert!(told.contains("--full-rudder-deg DEG (35"), "{told}");
+    assert!(printed.contains("--full-rudder-deg DEG (35"), "{printed}");
     assert_eq!(export(&["--full-rudder-deg", "35"]).0, Some(0));
 }
 

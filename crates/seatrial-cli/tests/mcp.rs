@@ -110,8 +110,8 @@ fn logs() -> TempDir {
 const TRUTH: [f64; 2] = [-1.07, 1.08];
 
 /// A model that is told as usable is the vehicle's; one that is not has no numbers.
-fn is_honest(told: &Value) {
-    for speed in told["speeds"].as_array().unwrap() {
+fn is_honest(answer: &Value) {
+    for speed in answer["speeds"].as_array().unwrap() {
         let usable = speed["verdict"]["may_be_used"].as_bool().unwrap();
         if speed["verdict"]["outcome"] == "do_not_use" {
             assert!(speed["model"].is_null(), "{speed}");

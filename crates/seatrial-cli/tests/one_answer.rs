@@ -226,12 +226,12 @@ fn answered(log: &Path, folder: &Path, number: usize, dashboard: &Dashboard) -> 
     let page = std::fs::read_to_string(&report).expect("a report");
     assert_eq!(word_of_report(&page), word, "{path}: report");
     assert_eq!(shown["verdict"]["outcome"], outcome, "{path}: dashboard");
-    let told = &shown["document"];
+    let document = &shown["document"];
     assert_eq!(
-        told["verdict"]["outcome"], outcome,
+        document["verdict"]["outcome"], outcome,
         "{path}: dashboard's document"
     );
-    let warnings = told["source"]["warnings"].to_string();
+    let warnings = document["source"]["warnings"].to_string();
     assert!(!warnings.contains(" --"), "{path}: {warnings}");
     let models = document["models"].as_array();
     for model in models.into_iter().flatten() {

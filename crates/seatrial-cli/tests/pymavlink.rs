@@ -167,22 +167,22 @@ fn finishes(is_tcp: bool, options: &[&str]) {
     assert_eq!(output.status.code(), Some(0), "{options:?}: {errors}");
     scene.assert_replays();
     assert!(!scene.has_backup(), "{options:?}");
-    let told = scene.end(&output);
-    told.assert_as_before();
+    let ended = scene.end(&output);
+    ended.assert_as_before();
     // Of heartbeats that are lost none is told.
     if !options.contains(&"--loss") {
-        told.assert_heartbeats();
+        ended.assert_heartbeats();
     }
-    assert_eq!(told.boat["mode"], 4, "it was in HOLD before");
+    assert_eq!(ended.boat["mode"], 4, "it was in HOLD before");
     // Neither the forged mode nor the forged heading was believed.
     let is_forged = options.contains(&"unsigned");
-    assert_eq!(told.boat["happened_s"].is_number(), is_forged);
+    assert_eq!(ended.boat["happened_s"].is_number(), is_forged);
     // Where the instants at which the rudder moved are lost, the interval says what that leaves: of 100 trials the farthest
     // were 19 % off with an interval of 24 %, and 9 % with one of 5 %.
     if options.contains(&"--loss") {
-        told.assert_near(0.03, 2.0);
+        ended.assert_near(0.03, 2.0);
     } else {
-        told.assert_near(0.05, 0.0);
+        ended.assert_near(0.05, 0.0);
     }
 }
 
@@ -225,17 +225,17 @@ fn ends_for(mishap: &str, is_tcp: bool, reason: &str) {
         assert!(!scene.has_backup());
     }
     scene.assert_replays();
-    let told = scene.end(&output);
-    assert_eq!(told.code, Some(5), "{mishap}: {}", told.errors);
-    assert_eq!(told.document["outcome"]["reason"], reason, "{mishap}");
-    let held_s = told.boat["held_s"].as_f64().unwrap();
+    let ended = scene.end(&output);
+    assert_eq!(ended.code, Some(5), "{mishap}: {}", ended.errors);
+    assert_eq!(ended.document["outcome"]["reason"], reason, "{mishap}");
+    let held_s = ended.boat["held_s"].as_f64().unwrap();
     assert!(held_s <= 1.0, "{mishap}: held for {held_s} s");
-    assert!(told.boat["happened_s"].is_number(), "{mishap}");
-    told.assert_as_before();
+    assert!(ended.boat["happened_s"].is_number(), "{mishap}");
+    ended.assert_as_before();
     if !is_cut {
-        told.assert_heartbeats();
+        ended.assert_heartbeats();
     }
-    let stages = &told.document["runs"][0]["stages"];
+    let stages = &ended.document["runs"][0]["stages"];
     assert_eq!(stages[1]["stage"], "train", "{mishap}: {stages}");
 }
 

@@ -176,11 +176,11 @@ fn parity_a_trial_killed_after_a_result_replays_bit_for_bit() {
         (&samples.into(), &0.into())
     );
     assert_eq!(document["runs_without_their_end"], serde_json::json!([1]));
-    let told = program().arg("replay").arg(&logbook).output().unwrap();
-    let told = String::from_utf8(told.stdout).unwrap();
+    let printed = program().arg("replay").arg(&logbook).output().unwrap();
+    let printed = String::from_utf8(printed.stdout).unwrap();
     assert!(
-        told.contains("run 1 was stopped after the last sample kept"),
-        "{told}"
+        printed.contains("run 1 was stopped after the last sample kept"),
+        "{printed}"
     );
 }
 
@@ -197,9 +197,9 @@ fn cli_a_difference_is_short() {
         )
         .unwrap();
     let output = program().arg("replay").arg(&logbook).output().unwrap();
-    let told = String::from_utf8(output.stdout).unwrap();
-    assert!(told.len() < 1000, "{} bytes", told.len());
-    assert_eq!(output.status.code(), Some(4), "{told}");
+    let printed = String::from_utf8(output.stdout).unwrap();
+    assert!(printed.len() < 1000, "{} bytes", printed.len());
+    assert_eq!(output.status.code(), Some(4), "{printed}");
 }
 
 #[test]

@@ -99,10 +99,10 @@ fn cli_report_of_a_logbook_draws_what_was_run() {
     let output = seatrial(&["--logbook", "seatrial.db"], folder.path());
     assert!(output.status.success(), "{}", text(&output.stderr));
     // The last that was accepted; the one that was aborted is named.
-    let told = text(&output.stderr);
+    let printed = text(&output.stderr);
     assert!(
-        told.contains("campaign 1 is taken; the newest, campaign 2, was aborted"),
-        "{told}"
+        printed.contains("campaign 1 is taken; the newest, campaign 2, was aborted"),
+        "{printed}"
     );
     assert!(text(&output.stdout).starts_with("report.html ("));
     let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();

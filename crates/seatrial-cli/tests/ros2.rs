@@ -169,12 +169,12 @@ fn now_s() -> f64 {
 /// Aborted with every sample kept, rudder and thrust neutral on the wire within a second, the controls taken back.
 fn is_handed_back(trial: Trial, peer: Peer, at_s: Option<f64>, reason: &str) {
     let (folder, output) = trial.end();
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(5), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(5), "{printed}");
     let document: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(document["outcome"]["state"], "aborted", "{told}");
-    assert!(told.contains(reason), "{told}");
-    assert!(told.contains("rudder seen neutral"), "{told}");
+    assert_eq!(document["outcome"]["state"], "aborted", "{printed}");
+    assert!(printed.contains(reason), "{printed}");
+    assert!(printed.contains("rudder seen neutral"), "{printed}");
     let logbook = Logbook::open_read_only(Trial::logbook(folder.path())).unwrap();
     let verified = logbook.verify().unwrap();
     assert_eq!(verified.damage, []);
@@ -195,8 +195,8 @@ fn recovers_the_model(over: Over) {
         return;
     };
     let (folder, output) = Trial::start(over).end();
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{printed}");
     let document: Value = serde_json::from_slice(&output.stdout).unwrap();
     let found = &document["runs"][0]["identification"]["refined"];
     for (name, truth) in ["a22_per_s", "b2_per_s2"].into_iter().zip(TRUTH) {
@@ -255,10 +255,10 @@ fn a_vehicle_that_is_gone_ends_it(over: Over) {
         return;
     };
     let (folder, output) = Trial::start(over).end();
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(5), "{told}");
-    assert!(told.contains(over.gone), "{told}");
-    assert!(told.contains("NOT SEEN NEUTRAL"), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(5), "{printed}");
+    assert!(printed.contains(over.gone), "{printed}");
+    assert!(printed.contains("NOT SEEN NEUTRAL"), "{printed}");
     let seen = peer.seen();
     let logbook = Logbook::open_read_only(Trial::logbook(folder.path())).unwrap();
     assert_eq!(logbook.verify().unwrap().damage, []);

@@ -27,7 +27,7 @@ fn check(description: &str) -> Output {
 }
 
 #[test]
-fn cli_a_file_that_describes_no_vehicle_is_told_where() {
+fn cli_a_file_that_describes_no_vehicle_is_refused_with_its_line() {
     for (from, to, expected) in [
         ("'/odom'", "'odom'", "odometry.topic is \"odom\""),
         ("0.35", "0.35\ntype = 'std_msgs/Int8'", "std_msgs/Int8"),
@@ -46,10 +46,10 @@ fn cli_a_file_that_describes_no_vehicle_is_told_where() {
         ),
     ] {
         let output = check(&VEHICLE.replace(from, to));
-        let told = String::from_utf8_lossy(&output.stderr);
-        assert!(told.contains("boat.toml"), "{told}");
-        assert!(told.contains(expected), "{expected}: {told}");
-        assert!(matches!(output.status.code(), Some(2 | 3)), "{told}");
+        let printed = String::from_utf8_lossy(&output.stderr);
+        assert!(printed.contains("boat.toml"), "{printed}");
+        assert!(printed.contains(expected), "{expected}: {printed}");
+        assert!(matches!(output.status.code(), Some(2 | 3)), "{printed}");
     }
 }
 
@@ -74,12 +74,12 @@ fn cli_ros_2_is_never_joined_unasked() {
         ),
     ] {
         let output = check(description);
-        let told = String::from_utf8_lossy(&output.stderr);
+        let printed = String::from_utf8_lossy(&output.stderr);
         let (code, expected) = match is_built {
             true => (3, refused),
             false => (2, feature),
         };
-        assert_eq!(output.status.code(), Some(code), "{told}");
-        assert!(told.contains(expected), "{told}");
+        assert_eq!(output.status.code(), Some(code), "{printed}");
+        assert!(printed.contains(expected), "{printed}");
     }
 }

@@ -135,17 +135,17 @@ proptest! {
 #[test]
 fn prop_restart_is_fresh() {
     let mut used = estimator(EstimatorSettings::default());
-    let mut fresh = used;
+    let mut unused = used;
     for k in 0..400 {
         let (t, heading, rudder) = sample(k);
         let _ = used.update(t, heading, rudder);
-        let _ = fresh.warm(t, heading, rudder);
+        let _ = unused.warm(t, heading, rudder);
         if k == 200 {
             used.excitation_ended();
         }
     }
     used.restart();
-    assert_eq!(used, fresh);
+    assert_eq!(used, unused);
 }
 
 /// A gap keeps Theta and P, pauses the recursion for 8/lambda and then goes on learning.

@@ -56,7 +56,7 @@ fn recover_the_model_of_a_stage_with_the_truth_in_its_intervals() {
 }
 
 #[test]
-fn exact_a_stage_fits_where_it_is_told_to() {
+fn exact_a_stage_fits_where_the_plan_says() {
     let samples = doublet(0.01, 0.26);
     let mut record = kept(&samples);
     assert_eq!(record.push(&samples[0]), Err(Full));

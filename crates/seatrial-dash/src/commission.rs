@@ -174,7 +174,7 @@ fn run(
         campaign: order.campaign,
         started: now(),
         proposed: shown,
-        told: Vec::new(),
+        stages: Vec::new(),
         old: None,
         new: None,
         ended: None,
@@ -193,7 +193,7 @@ fn run(
     };
     let found = conduct(&mut vehicle, &work, &mut |text| {
         shared.commission.change(&tap, |state| {
-            state.told.push(addressed(text, Reader::Dashboard))
+            state.stages.push(addressed(text, Reader::Dashboard))
         });
     });
     // Who sees the end may begin the next one.

@@ -129,7 +129,7 @@ struct Watched {
     shown: Shown,
     pace: Pace,
     /// From the command to the end of telling.
-    told: Times,
+    after_command: Times,
 }
 
 impl Watch for Watched {
@@ -142,7 +142,7 @@ impl Watch for Watched {
         self.keeper.step(step, trial);
         let begun = Now::read();
         self.shown.step(step, trial);
-        self.told.since(begun);
+        self.after_command.since(begun);
         self.pace.wait(step.sample.time_s);
     }
 
@@ -247,7 +247,7 @@ fn trial(viewers: usize, measured: &mut Measured) {
         keeper: Keeper::new(recorder, false),
         shown,
         pace: Pace::new(FASTER),
-        told: Times::default(),
+        after_command: Times::default(),
     };
     let Conducted { campaign, .. } = conduct(&mut vehicle, plan, about, &mut watched).unwrap();
     assert!(campaign.runs.len() >= 5 && !stop.load(Ordering::Relaxed));
@@ -258,7 +258,7 @@ fn trial(viewers: usize, measured: &mut Measured) {
     drop(idle);
     server.stop();
     measured.step.append(vehicle.steps);
-    measured.telling.append(watched.told);
+    measured.telling.append(watched.after_command);
 }
 
 #[test]

@@ -455,17 +455,20 @@ fn exact_commands_are_in_the_units_of_the_description() {
 }
 
 #[test]
-fn io_a_description_that_makes_no_sense_is_told() {
-    let told = |change: fn(&mut Description)| {
+fn io_a_description_that_makes_no_sense_is_refused() {
+    let error_of = |change: fn(&mut Description)| {
         let mut description = description();
         change(&mut description);
         description.check().unwrap_err().to_string()
     };
     for (expected, error) in [
-        ("rudder.topic", told(|d| d.rudder.topic = "rudder".into())),
+        (
+            "rudder.topic",
+            error_of(|d| d.rudder.topic = "rudder".into()),
+        ),
         (
             "enable.service",
-            told(|d| {
+            error_of(|d| {
                 d.enable = Some(Enable {
                     service: "/a//b".into(),
                 })
@@ -473,24 +476,27 @@ fn io_a_description_that_makes_no_sense_is_told() {
         ),
         (
             "rudder.field",
-            told(|d| d.rudder.field = Some("angular.z".into())),
+            error_of(|d| d.rudder.field = Some("angular.z".into())),
         ),
-        ("the same type", told(|d| d.thrust.topic = "/rudder".into())),
-        ("[odometry] or [imu]", told(|d| d.odometry = None)),
+        (
+            "the same type",
+            error_of(|d| d.thrust.topic = "/rudder".into()),
+        ),
+        ("[odometry] or [imu]", error_of(|d| d.odometry = None)),
         (
             "feedback.joint",
-            told(|d| d.feedback.as_mut().unwrap().joint = None),
+            error_of(|d| d.feedback.as_mut().unwrap().joint = None),
         ),
         (
             "rudder.units_per_rad",
-            told(|d| d.rudder.units_per_rad = 0.0),
+            error_of(|d| d.rudder.units_per_rad = 0.0),
         ),
         (
             "command_timeout_s",
-            told(|d| d.command_timeout_s = f64::NAN),
+            error_of(|d| d.command_timeout_s = f64::NAN),
         ),
-        ("domain", told(|d| d.domain = 200)),
-        ("neutral_units", told(|d| d.thrust.neutral_units = 1.0)),
+        ("domain", error_of(|d| d.domain = 200)),
+        ("neutral_units", error_of(|d| d.thrust.neutral_units = 1.0)),
     ] {
         assert!(error.contains(expected), "{expected}: {error}");
     }

@@ -71,7 +71,7 @@ fn io_a_serial_line_carries_both_ways() {
 
 /// Where it is told to and nowhere else; where it only sends to this machine, it can be reached from this machine only.
 #[test]
-fn io_a_link_listens_where_it_is_told() {
+fn io_a_link_listens_at_its_address() {
     let place = "127.0.0.1:0".to_string();
     let inward = Transport::open(&Address::UdpIn(place)).unwrap();
     assert!(inward.local_address().unwrap().ip().is_loopback());

@@ -83,8 +83,8 @@ pub(super) fn misplaced(connection: &Connection) -> Vec<(String, String)> {
     match column(connection, OUTCOMES) {
         Ok(texts) => {
             let other = texts.iter().filter(|text| !is_as_written(text));
-            let told = |text| format!("{text:?} is not as seatrial writes it");
-            found.extend(other.map(|text| ("outcomes".into(), told(text))));
+            let finding = |text| format!("{text:?} is not as seatrial writes it");
+            found.extend(other.map(|text| ("outcomes".into(), finding(text))));
         }
         Err(error) => found.push(("outcomes".into(), error.to_string())),
     }

@@ -17,7 +17,7 @@ use seatrial_core::estimator::Method;
 
 use crate::arrays::{Column, Columns, dictionary};
 use crate::reading::{Reading, Span, Warned, window, windows};
-use crate::{Told, error, failed, json, told, usage};
+use crate::{Document, answer, error, failed, json, usage};
 
 /// The settings that the names stand for.
 pub fn settings(
@@ -196,7 +196,7 @@ pub fn identify_log(
     method: Option<&str>,
     lambda_rad_s: Option<f64>,
     trace: bool,
-) -> PyResult<Told> {
+) -> PyResult<Document> {
     let axis = match axis {
         "yaw" => Axis::Yaw,
         "pitch" => Axis::Pitch,
@@ -217,7 +217,7 @@ pub fn identify_log(
     match py.detach(|| identify_log_observed(&path, &options, &mut warned)) {
         Ok(found) => {
             let document = json(py, &found.document().addressed_to(Reader::Python))?;
-            Ok(told(document, warned.0))
+            Ok(answer(document, warned.0))
         }
         Err(found) => Err(failed(py, &found)),
     }

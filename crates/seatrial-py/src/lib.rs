@@ -33,10 +33,10 @@ fn usage(py: Python<'_>, message: impl ToString) -> PyErr {
 }
 
 /// JSON or the text of a file, and what to warn of.
-type Told = (String, Vec<String>);
+type Document = (String, Vec<String>);
 
 /// What is told of a document or a file, with its warnings in the words of Python.
-fn told(document: String, warnings: Vec<String>) -> Told {
+fn answer(document: String, warnings: Vec<String>) -> Document {
     (document, advice::all(warnings, Reader::Python))
 }
 

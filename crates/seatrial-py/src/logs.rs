@@ -14,17 +14,17 @@ use serde_json::Value;
 
 use crate::models::Source;
 use crate::reading::{Reading, Span, Warned, window, windows};
-use crate::{Told, failed, json, told};
+use crate::{Document, answer, failed, json};
 
 /// What is in a log.
 #[pyfunction]
-pub fn inspect(py: Python<'_>, path: PathBuf, reading: Reading) -> PyResult<Told> {
+pub fn inspect(py: Python<'_>, path: PathBuf, reading: Reading) -> PyResult<Document> {
     let settings = reading.settings(py)?;
     let mut warned = Warned::default();
     let found = py.detach(|| Ok(Inspection::of(&open(&path, &settings, None, &mut warned)?)));
     let found = found.map_err(|error| failed(py, &error))?;
     let document = json(py, &found.addressed_to(Reader::Python))?;
-    Ok(told(document, warned.0))
+    Ok(answer(document, warned.0))
 }
 
 /// Every method on a log.
@@ -37,13 +37,13 @@ pub fn compare(
     validation: Span,
     validate_on: Option<PathBuf>,
     lambda_rad_s: Option<f64>,
-) -> PyResult<Told> {
+) -> PyResult<Document> {
     let settings = reading.settings(py)?;
     let windows = windows(training, validation, validate_on);
     let mut warned = Warned::default();
     let found = py.detach(|| compare_log(&path, &windows, &settings, lambda_rad_s, &mut warned));
     let found = found.map_err(|error| failed(py, &error))?;
-    Ok(told(json(py, &found.document)?, warned.0))
+    Ok(answer(json(py, &found.document)?, warned.0))
 }
 
 /// A model against a log.
@@ -54,7 +54,7 @@ pub fn validate(
     source: Source,
     reading: Reading,
     span: Span,
-) -> PyResult<Told> {
+) -> PyResult<Document> {
     let settings = reading.settings(py)?;
     let given = match source.theta() {
         Some(model) => Given::Numbers(model),
@@ -69,7 +69,7 @@ pub fn validate(
     let found = py.detach(|| validate_log(&path, &given, window(span), &settings, &mut warned));
     let mut found = found.map_err(|error| failed(py, &error))?;
     found.verdict = advice::verdict(found.verdict, Reader::Python);
-    Ok(told(json(py, &found)?, warned.0))
+    Ok(answer(json(py, &found)?, warned.0))
 }
 
 /// Has the vehicle changed, between two sets of models or over mission logs?
@@ -88,7 +88,7 @@ pub fn health(
     false_alarms: f64,
     tolerated: Option<f64>,
     offset_counts: Option<bool>,
-) -> PyResult<Told> {
+) -> PyResult<Document> {
     let settings = reading.settings(py)?;
     let criteria = Criteria {
         false_alarms,
@@ -112,7 +112,7 @@ pub fn health(
         }),
     };
     let found = found.map_err(|error| failed(py, &error))?;
-    Ok(told(json(py, &found)?, warned.0))
+    Ok(answer(json(py, &found)?, warned.0))
 }
 
 fn between(was: &ComparedModels, now: &ComparedModels, criteria: Criteria) -> Result<Value, Error> {

@@ -13,7 +13,7 @@ use seatrial_app::vehicle_file::Stated;
 use seatrial_core::YawModel;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 
-use crate::{Told, error, failed, json, told, usage};
+use crate::{Document, answer, error, failed, json, usage};
 
 /// Where models come from, a mapping of the Python part: one of its entries is given.
 #[derive(FromPyObject)]
@@ -109,10 +109,10 @@ impl Asked {
 
 /// Heading gains of every model, with margins; the document of `gains --json`.
 #[pyfunction]
-pub fn heading_gains(py: Python<'_>, source: Source, asked: Asked) -> PyResult<Told> {
+pub fn heading_gains(py: Python<'_>, source: Source, asked: Asked) -> PyResult<Document> {
     let (wanted, models) = asked.models(py, &source)?;
     let found = wanted.gains(&models).map_err(|error| failed(py, &error))?;
-    Ok(told(json(py, &found)?, warnings(&models)))
+    Ok(answer(json(py, &found)?, warnings(&models)))
 }
 
 /// Turning limits of every model; the document of `turn --json`.
@@ -123,7 +123,7 @@ pub fn turning_limits(
     heading_change_rad: f64,
     up_to_speed_m_s: Option<f64>,
     measured_u_turn: Option<(f64, f64)>,
-) -> PyResult<Told> {
+) -> PyResult<Document> {
     let models = source.models(py)?;
     let measured = measured_u_turn.map(|(surge_speed_m_s, radius_m)| MeasuredUTurn {
         surge_speed_m_s,
@@ -137,7 +137,7 @@ pub fn turning_limits(
     }
     let found = TurningLimits::of(&models, heading_change_rad, up_to_speed_m_s, measured);
     let found = found.map_err(|error| failed(py, &error))?;
-    Ok(told(json(py, &found)?, warnings(&models)))
+    Ok(answer(json(py, &found)?, warnings(&models)))
 }
 
 /// A file for a controller: its text, and what to know about it.
@@ -149,7 +149,7 @@ pub fn export_gains(
     to: &str,
     vehicle_type: &str,
     takes_rehearsals: bool,
-) -> PyResult<Told> {
+) -> PyResult<Document> {
     let format = match to {
         "ardupilot" => Format::Ardupilot,
         "px4" => Format::Px4,
@@ -172,7 +172,7 @@ pub fn export_gains(
     let file = GainsFile::new(format, &wanted, &models, vehicle, takes_rehearsals);
     let file = file.map_err(|error| failed(py, &error))?;
     let notes = warnings(&models).into_iter().chain(file.notes);
-    Ok(told(file.text, notes.collect()))
+    Ok(answer(file.text, notes.collect()))
 }
 
 /// What is said of a vehicle besides its models, a mapping of the Python part.
@@ -195,7 +195,7 @@ pub fn export_vehicle(
     said: SaidOfVehicle,
     to: &str,
     at_thrust: Option<f64>,
-) -> PyResult<Told> {
+) -> PyResult<Document> {
     let target = match to {
         "vehicle" => None,
         "python" => Some(Target::Numpy),
@@ -230,5 +230,5 @@ pub fn export_vehicle(
     };
     let assumptions = vehicle.provenance.assumptions.iter().cloned();
     let warnings = warnings(&models).into_iter().chain(assumptions);
-    Ok(told(text, warnings.collect()))
+    Ok(answer(text, warnings.collect()))
 }

@@ -8,7 +8,7 @@ use seatrial_app::expected::Stated;
 use seatrial_app::planned::{Changes, Expected, Wanted, plan_trial};
 
 use crate::models::Source;
-use crate::{Told, error, failed, json, told, usage};
+use crate::{Document, answer, error, failed, json, usage};
 
 /// The plan by its differences, a mapping of the Python part.
 #[derive(FromPyObject)]
@@ -44,7 +44,11 @@ pub struct Believed {
 
 /// A plan and its preview: the document of `plan --json`, the plan as TOML, whether it will do, and what to warn of.
 #[pyfunction]
-pub fn plan(py: Python<'_>, asked: Asked, believed: Believed) -> PyResult<(Told, String, bool)> {
+pub fn plan(
+    py: Python<'_>,
+    asked: Asked,
+    believed: Believed,
+) -> PyResult<(Document, String, bool)> {
     let target = |text: Option<&String>| {
         text.map(|text| parse_target(text).map_err(|why| usage(py, why)))
             .transpose()
@@ -95,5 +99,5 @@ pub fn plan(py: Python<'_>, asked: Asked, believed: Believed) -> PyResult<(Told,
     let toml = toml.map_err(|why| error(py, "SeatrialError", why))?;
     let will_do = found.will_do();
     let document = json(py, &found)?;
-    Ok((told(document, found.warnings), toml, will_do))
+    Ok((answer(document, found.warnings), toml, will_do))
 }

@@ -99,14 +99,14 @@ pub(super) fn thinned(points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
 
 /// Where each label goes: its left end and its row, so that none lies on another and all lie
 /// inside the chart.
-pub(super) fn placed(
+pub(super) fn label_rows(
     mut labels: Vec<(f64, String)>,
     chart_width: f64,
 ) -> (Vec<(f64, usize, String)>, usize) {
     labels.retain(|(x, text)| x.is_finite() && !text.is_empty());
     labels.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut row_ends: Vec<f64> = Vec::new();
-    let mut placed = Vec::new();
+    let mut positions = Vec::new();
     for (centre, text) in labels {
         let width = text.chars().count() as f64 * CHARACTER;
         let left = (centre - width / 2.0).clamp(2.0, (chart_width - width - 2.0).max(2.0));
@@ -116,9 +116,9 @@ pub(super) fn placed(
             .unwrap_or(row_ends.len());
         row_ends.resize(row_ends.len().max(row + 1), 0.0);
         row_ends[row] = left + width;
-        placed.push((left, row, text));
+        positions.push((left, row, text));
     }
-    (placed, row_ends.len())
+    (positions, row_ends.len())
 }
 
 #[cfg(test)]
@@ -175,12 +175,12 @@ mod tests {
         let labels = ["doublet", "armed", "converged 6.3 s", "least radius"];
         let crowded = labels.iter().zip([100.0, 104.0, 110.0, 419.0]);
         let crowded = crowded.map(|(text, x)| (x, (*text).to_owned()));
-        let (placed, rows) = placed(crowded.collect(), WIDTH);
+        let (positions, rows) = label_rows(crowded.collect(), WIDTH);
         assert_eq!(rows, 3);
-        for (k, (left, row, text)) in placed.iter().enumerate() {
+        for (k, (left, row, text)) in positions.iter().enumerate() {
             let end = left + text.chars().count() as f64 * CHARACTER;
             assert!(*left >= 0.0 && end <= WIDTH, "{text}");
-            for (other, other_row, _) in &placed[k + 1..] {
+            for (other, other_row, _) in &positions[k + 1..] {
                 assert!(other_row != row || *other > end, "{text}");
             }
         }

@@ -12,7 +12,7 @@
 
 use std::fmt::Write;
 
-use super::axis::{CHARACTER, extent, linear_ticks, placed, power_of_ten};
+use super::axis::{CHARACTER, extent, label_rows, linear_ticks, power_of_ten};
 use super::layer::draw_layer;
 pub(super) use super::layer::{Layer, Shape};
 use super::number::escaped;
@@ -167,7 +167,7 @@ impl Chart {
             .filter(|span| span.to > from && span.from < to)
             .map(|s| (x(0.5 * (inside(s.from) + inside(s.to))), s.label.clone()));
         let mark_labels = self.marks.iter().map(|m| (x(m.at), m.label.clone()));
-        let (labels, rows) = placed(span_labels.chain(mark_labels).collect(), WIDTH);
+        let (labels, rows) = label_rows(span_labels.chain(mark_labels).collect(), WIDTH);
         let labels_height = rows as f64 * LABEL_ROW;
 
         let mut body = String::new();

@@ -21,7 +21,7 @@ pub(super) enum Shape {
     Bars(Vec<[f64; 3]>),
     /// A horizontal line over the whole width.
     Level(f64),
-    /// A filled stretch of the vertical axis over the whole width.
+    /// A filled range of the vertical axis over the whole width.
     Band([f64; 2]),
 }
 

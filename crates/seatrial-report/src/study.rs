@@ -15,7 +15,7 @@ pub fn render(title: &str, runs: u64, cells: &[Cell]) -> String {
         headline: Headline {
             tone: Tone::Good,
             verdict: format!(
-                "{} seas, {} estimators",
+                "{} disturbances, {} estimators",
                 cells.len(),
                 estimators(cells).count()
             ),
@@ -104,7 +104,7 @@ fn table(cells: &[Cell]) -> Table {
     }
 }
 
-/// Efficiency and coverage over the seas; `None` where the estimator has neither.
+/// Efficiency and coverage over the disturbances; `None` where the estimator has neither.
 fn figure(cells: &[Cell], estimator: usize) -> Option<Figure> {
     const INKS: [&str; 5] = ["s1", "s2", "s3", "s4", "s5"];
     let name = cells.first()?.estimators.get(estimator)?.estimator.name();

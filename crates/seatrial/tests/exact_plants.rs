@@ -29,7 +29,7 @@ impl Plant {
         }
     }
 
-    /// The paper's training: 330 samples at 20 Hz, a doublet of 0.26 rad between stretches of heading hold.
+    /// The paper's training: 330 samples at 20 Hz, a doublet of 0.26 rad between segments of heading hold.
     fn stage(&self, random: &mut Pcg64) -> Vec<Sample<f64>> {
         const PARTS: u32 = 50;
         let mut normal = || -> f64 { StandardNormal.sample(random) };

@@ -10,7 +10,7 @@ use seatrial_core::{Sample, YawModel};
 
 const THETA: [f64; 3] = [-0.8, 0.7, 0.01];
 
-/// A doublet of 0.2 rad between stretches of heading hold, 330 samples at 20 Hz, compass noise of 0.3 deg.
+/// A doublet of 0.2 rad between segments of heading hold, 330 samples at 20 Hz, compass noise of 0.3 deg.
 fn record(play_rad: f64, seed: u64) -> WholeRecord {
     const INTERVAL_S: f64 = 0.05;
     let mut random = Pcg64::seed_from_u64(seed);

@@ -123,7 +123,7 @@ fn val_remus_mean_r2_of_validation_heading_by_the_order_supported() {
 /// The goals for the free-running KVLCC2 model: R^2 of the measured yaw rate with the offset refitted, on zig-zags that
 /// the model was not made from.
 #[test]
-fn val_kvlcc2_fresh_yaw_rate() {
+fn val_kvlcc2_validation_yaw_rate() {
     let Some(folder) = data(".") else {
         return;
     };
@@ -261,7 +261,7 @@ fn regress_a_lag_under_a_weak_rudder_is_no_damping() {
         rudder_lag_s: 0.15,
         ..first_order()
     };
-    let mut untold = 0;
+    let mut unreported = 0;
     // A lag that noise hides is part of the interval and need not be named.
     for (heading_deg, least_named) in [(0.17, 4), (0.5, 2), (1.0, 0), (2.0, 0)] {
         let mut named = 0;
@@ -272,24 +272,24 @@ fn regress_a_lag_under_a_weak_rudder_is_no_damping() {
             let refined = found.refined.unwrap();
             let interval = refined.interval_95.a22_per_s;
             named += usize::from(refined.method == EstimateMethod::RudderLag);
-            let is_told = ["lag_unknown", "model_order"].iter().any(|code| {
+            let is_reported = ["lag_unknown", "model_order"].iter().any(|code| {
                 found
                     .verdict
                     .reasons
                     .iter()
                     .any(|r| r.code.to_string() == *code)
             });
-            untold += usize::from(!inside(Some(interval), truth.a22_per_s) && !is_told);
+            unreported += usize::from(!inside(Some(interval), truth.a22_per_s) && !is_reported);
         }
         assert!(named >= least_named, "{heading_deg} deg: {named} of 4");
     }
     // 3 measured: a lag that noise hides is believed to be rare, and some intervals miss for it.
-    assert!(untold <= 3, "{untold} of 16");
+    assert!(unreported <= 3, "{unreported} of 16");
 }
 
 /// A rudder that saturates in the training is found by validation data, also where these are not of first order.
 #[test]
-fn regress_fresh_data_of_higher_order_have_an_estimate() {
+fn regress_validation_data_of_higher_order_have_an_estimate() {
     let method = |truth: &SwayYawModel| {
         let samples = training_stage(truth, noise(0.1, 0.0, 1.0), 3);
         validation_estimate(&samples).map(|estimate| estimate.method)

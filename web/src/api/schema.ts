@@ -725,7 +725,7 @@ export interface components {
             /** @description When it began, UTC. */
             started: string;
             /** @description What was reported as it went, in words. */
-            told: string[];
+            stages: string[];
             /** @description The command that puts the old gains back, where the new ones stayed. */
             undo?: string | null;
             /** @description The vehicle by name. */

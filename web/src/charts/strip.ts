@@ -15,7 +15,7 @@ export interface Curve {
   readonly dash?: Dash;
 }
 
-/** A shaded stretch of the horizontal axis. */
+/** A shaded range of the horizontal axis. */
 export interface Span {
   readonly from_s: number;
   readonly to_s: number;
@@ -38,7 +38,7 @@ export interface StripPlan {
   readonly isTall?: boolean;
   /** The vertical axis grows with what is seen, and never shrinks while the same run goes on. */
   readonly isSteady?: boolean;
-  /** Called with the ends of a stretch of time that was dragged over. */
+  /** Called with the ends of a segment of time that was dragged over. */
   readonly dragged?: (from_s: number, to_s: number) => void;
 }
 

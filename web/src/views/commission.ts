@@ -368,7 +368,7 @@ function steps(): { readonly root: HTMLElement; follow(commission: CommissionSta
     curves: [{ name: "", ink: "c" }],
   });
   const words = element("div", {});
-  const said = element("ul", { class: "told", "aria-label": "What was done" });
+  const said = element("ul", { class: "stages", "aria-label": "What was done" });
   const measured = element("div", {});
   const charts = element(
     "section",
@@ -377,8 +377,8 @@ function steps(): { readonly root: HTMLElement; follow(commission: CommissionSta
     heading.figure,
     rudder.figure,
   );
-  const told = element("section", { class: "panel stack" }, element("h2", {}, "What was done"), said, measured);
-  const root = element("div", { hidden: true }, words, element("div", { class: "panels two spaced" }, charts, told));
+  const progress = element("section", { class: "panel stack" }, element("h2", {}, "What was done"), said, measured);
+  const root = element("div", { hidden: true }, words, element("div", { class: "panels two spaced" }, charts, progress));
   const seconds: number[] = [];
   const columns: [(number | null)[], (number | null)[], (number | null)[]] = [[], [], []];
   let next = 0;
@@ -437,14 +437,14 @@ function steps(): { readonly root: HTMLElement; follow(commission: CommissionSta
         commission.undo ? element("pre", { tabindex: 0 }, commission.undo) : null,
       ),
     );
-    fill(said, ...commission.told.map((text) => element("li", {}, sentence(text))));
+    fill(said, ...commission.stages.map((text) => element("li", {}, sentence(text))));
     fill(
       measured,
       measurements(commission.old ?? null, commission.new ?? null),
       element("h3", {}, "Gains before and new"),
       gainsTable(commission.proposed.parameters),
     );
-    heading.describe(`Heading and the heading asked for over ${commission.told.length} stages of the steps.`);
+    heading.describe(`Heading and the heading asked for over ${commission.stages.length} stages of the steps.`);
   };
   return {
     root,

@@ -254,7 +254,7 @@ function drawSpeeds(list: HTMLElement, trial: TrialState | null): void {
     const last = runs.at(-1);
     const now = trial?.running === true && trial.progress?.speed === at + 1;
     const attempt = trial?.progress?.attempt ?? 1;
-    const [state, sign, told] = now
+    const [state, sign, label] = now
       ? ["now", "▶", attempt === 1 ? "now" : `now, attempt ${attempt}`]
       : last === undefined
         ? ["coming", "", trial?.running === true ? "to come" : "not run"]
@@ -263,7 +263,7 @@ function drawSpeeds(list: HTMLElement, trial: TrialState | null): void {
       "li",
       { class: state },
       element("b", {}, percent(thrust)),
-      element("small", {}, sign, " ", element("span", { class: "word" }, told)),
+      element("small", {}, sign, " ", element("span", { class: "word" }, label)),
     );
     if (now) item.setAttribute("aria-current", "step");
     return item;

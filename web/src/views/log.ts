@@ -224,8 +224,8 @@ function drawLog(
 
 /** What else is to be said of a model, behind a fold. */
 function remarks(verdict: IdentifiedLog["verdict"], reasons: readonly Remark[]): HTMLElement | null {
-  const told = ["ok", "sign_reversed", verdict.cause?.code];
-  const others = reasons.filter((reason) => !told.includes(reason.code));
+  const shown = ["ok", "sign_reversed", verdict.cause?.code];
+  const others = reasons.filter((reason) => !shown.includes(reason.code));
   if (others.length === 0) return null;
   const said = others.map(({ text, action }) => element("li", {}, `${sentence(text)} ${action}`));
   const count = others.length === 1 ? "1 more remark" : `${others.length} more remarks`;

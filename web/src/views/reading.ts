@@ -84,8 +84,8 @@ export function readingForm(again: () => void): ReadingForm {
     reading: () => {
       const given = [...new FormData(form)].map(([name, value]) => [name, String(value).trim()] as const);
       const named = given.filter(([, value]) => value !== "");
-      const told = units.filter(({ select }) => select.value !== "");
-      const units_ = told.map(({ quantity, select }) => `${quantity}=${select.value}`).join(",");
+      const chosen = units.filter(({ select }) => select.value !== "");
+      const units_ = chosen.map(({ quantity, select }) => `${quantity}=${select.value}`).join(",");
       return { ...Object.fromEntries(named), ...(units_ === "" ? {} : { units: units_ }) };
     },
     allow: (names) => {
@@ -105,7 +105,7 @@ export interface WindowsForm {
   reading(): Record<string, string>;
   /** Shows the windows that were used. */
   propose(training: Stretch | null, validation: Stretch | null): void;
-  /** Takes a stretch of the record that was dragged over. */
+  /** Takes a segment of the record that was dragged over. */
   readonly drag: (from_s: number, to_s: number) => void;
   /** Forgets what was chosen. */
   clear(): void;

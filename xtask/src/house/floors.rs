@@ -88,7 +88,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn exact_arrows_up_sideways_and_from_nowhere_are_told() {
+    fn exact_arrows_up_sideways_and_from_nowhere_are_reported() {
         let depends_on = |name: &str, on: &[(&str, Value)]| {
             let on: Vec<_> = on
                 .iter()

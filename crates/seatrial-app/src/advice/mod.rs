@@ -27,8 +27,8 @@ pub fn addressed(text: &str, reader: Reader) -> String {
         let (name, after) = name.split_at(end);
         let is_option = !before.ends_with(char::is_alphanumeric)
             && !is_in_command(&text[..text.len() - from.len()]);
-        let told = is_option.then(|| options::said(name, after, reader));
-        let Some((said, after)) = told.flatten() else {
+        let sentence = is_option.then(|| options::said(name, after, reader));
+        let Some((said, after)) = sentence.flatten() else {
             addressed += before;
             addressed += "--";
             addressed += name;
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn exact_a_page_and_python_are_told_what_they_have() {
+    fn exact_a_page_and_python_are_advised_about_what_they_have() {
         for fault in faults() {
             let text = fault.to_string();
             assert!(text.contains("--"), "{text}");

@@ -176,6 +176,6 @@ pub fn check_text(check: &ModelCheck) -> String {
             "the model is not this boat's: with the old gains the boat turned {scale:.2} times as far as the model says, which explains {:.0} % of the heading; run a trial on this boat and take its campaign",
             100.0 * explained
         ),
-        ModelCheck::NotTold => "the boat was steered too little to tell".into(),
+        ModelCheck::Undecided => "the boat was steered too little to tell".into(),
     }
 }

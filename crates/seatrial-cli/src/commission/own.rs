@@ -53,9 +53,9 @@ pub fn run(
     let mut speeds = Vec::new();
     for proposal in &proposals {
         let name = format!("{:.0} % thrust", 100.0 * proposal.thrust);
-        let mut told = |text: &str| say(format!("{name}: {text}"));
-        let found = proposal.conduct(taken.as_mut(), &own, plan.envelope, &stop, &mut told);
-        told(&speed_line(&found));
+        let mut say_named = |text: &str| say(format!("{name}: {text}"));
+        let found = proposal.conduct(taken.as_mut(), &own, plan.envelope, &stop, &mut say_named);
+        say_named(&speed_line(&found));
         let is_over = matches!(found.found.ending, Ending::Aborted { .. });
         speeds.push(found);
         if is_over {

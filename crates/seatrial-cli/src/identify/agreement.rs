@@ -78,8 +78,8 @@ fn assert_fits(text: &str, speeds: usize, about: &str) {
         assert!(width <= PLAIN_WIDTH, "{about}: {width} columns\n{text}");
     }
     // The command names the log, whose name may hold a date.
-    let told = text.split("\nNext ").next().unwrap_or_default();
-    assert!(most_figures(told) <= 6, "{about}\n{text}");
+    let printed = text.split("\nNext ").next().unwrap_or_default();
+    assert!(most_figures(printed) <= 6, "{about}\n{text}");
 }
 
 fn has_no_option(verdict: &Verdict) -> bool {
@@ -105,9 +105,10 @@ fn cli_a_log_gets_one_outcome_in_all_places() {
         assert_fits(&text, log.models.as_ref().map_or(1, Vec::len), &name);
         let has_numbers = text.contains("1/s^2") || text.contains("K_p");
         let models = log.models.as_deref().unwrap_or_default();
-        let is_told = |outcome| outcome != Outcome::DoNotUse;
-        let any_told = models.iter().any(|m| is_told(m.verdict.outcome())) || is_told(outcome);
-        assert_eq!(has_numbers, any_told, "{name}\n{text}");
+        let is_reported = |outcome| outcome != Outcome::DoNotUse;
+        let any_reported =
+            models.iter().any(|m| is_reported(m.verdict.outcome())) || is_reported(outcome);
+        assert_eq!(has_numbers, any_reported, "{name}\n{text}");
 
         let page = log_page::page(log, path);
         let banner = page.split("</section>").next().unwrap_or_default();
@@ -122,8 +123,8 @@ fn cli_a_log_gets_one_outcome_in_all_places() {
             let is_silent = reader == Reader::Terminal || has_no_option(&document.verdict);
             assert!(is_silent, "{name}: {:?}", document.verdict);
             let json = serde_json::to_value(&document).expect("JSON");
-            let told = json["verdict"]["outcome"].as_str().expect("an outcome");
-            assert_eq!(told.replace('_', " "), word, "{name}");
+            let printed = json["verdict"]["outcome"].as_str().expect("an outcome");
+            assert_eq!(printed.replace('_', " "), word, "{name}");
             assert_eq!(
                 json["verdict"]["accepted"],
                 Exit::of(log.verdict()) == Exit::Done

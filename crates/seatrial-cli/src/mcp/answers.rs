@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use seatrial::identification::Outcome;
 use seatrial::servo::Servo;
-use seatrial_app::assist::{ToldLog, ToldReason, ToldTrial, ToldVerdict};
+use seatrial_app::assist::{ReportedLog, ReportedReason, ReportedTrial, ReportedVerdict};
 use seatrial_app::compare_log::compare_log;
 use seatrial_app::health::{Comparison, Criteria, change, reference};
 use seatrial_app::identify_log::{Options, Windows, identify_log};
@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 /// A sentence to repeat, and what it rests on.
-pub struct Told {
+pub struct Content {
     /// The sentence.
     pub say: String,
     /// The document.
@@ -27,13 +27,13 @@ pub struct Told {
 }
 
 /// What a tool found, or why it found nothing.
-pub type Answer = Result<Told, String>;
+pub type Answer = Result<Content, String>;
 
 /// Speeds of a simulated trial: one of all speeds takes seconds.
 const MOST_SPEEDS: usize = 16;
 
-fn told(say: impl Into<String>, document: &impl Serialize) -> Answer {
-    Ok(Told {
+fn answer(say: impl Into<String>, document: &impl Serialize) -> Answer {
+    Ok(Content {
         say: say.into(),
         document: serde_json::to_value(document).map_err(|error| error.to_string())?,
     })
@@ -100,7 +100,7 @@ pub fn inspect(asked: &LogQuestion) -> Answer {
             outcome.name()
         ),
     };
-    told(say, &found)
+    answer(say, &found)
 }
 
 /// The model of each speed of a log.
@@ -110,8 +110,8 @@ pub fn identify(asked: &LogQuestion) -> Answer {
         windows: asked.windows(),
         ..Options::default()
     };
-    let found = ToldLog::of(&identify_log(&asked.log, &options).map_err(words)?);
-    told(found.verdict.say.clone(), &found)
+    let found = ReportedLog::of(&identify_log(&asked.log, &options).map_err(words)?);
+    answer(found.verdict.say.clone(), &found)
 }
 
 /// Every method on a log, and the verdict that `identify` has of it.
@@ -131,12 +131,12 @@ pub fn compare(asked: &LogQuestion) -> Answer {
         ..Options::default()
     };
     let identified = identify_log(&asked.log, &options).map_err(words)?;
-    let verdict = ToldVerdict::of(identified.verdict());
+    let verdict = ReportedVerdict::of(identified.verdict());
     let say = format!(
         "The methods side by side; none of them is a verdict. {}",
         verdict.say
     );
-    told(
+    answer(
         say,
         &json!({"comparison": compared.document, "verdict": verdict}),
     )
@@ -167,7 +167,7 @@ pub fn health(asked: &HealthQuestion) -> Answer {
     let settings = criteria.between_trials().map_err(words)?;
     let change = change(&reference(&was).map_err(words)?, &now, &settings);
     let cause = change.verdict.cause().map(|cause| cause.text.clone());
-    told(
+    answer(
         cause.unwrap_or_default(),
         &Comparison::of(&was, &now, &change),
     )
@@ -224,7 +224,7 @@ pub fn plan(asked: &PlanQuestion) -> Answer {
             "On the vehicle that is expected the plan will not do: it leaves its envelope, tells too little, or the target is out of reach."
         }
     };
-    told(
+    answer(
         say,
         &json!({"will_do": found.will_do(), "plan_toml": toml, "expected": found}),
     )
@@ -239,9 +239,9 @@ pub struct ExplainQuestion {
 
 /// What a code means.
 pub fn explain(asked: &ExplainQuestion) -> Answer {
-    let reason = ToldReason::of_code(&asked.code)
+    let reason = ReportedReason::of_code(&asked.code)
         .ok_or_else(|| format!("no code {:?} in any verdict", asked.code))?;
-    told(format!("{} {}", reason.cause, reason.action), &reason)
+    answer(format!("{} {}", reason.cause, reason.action), &reason)
 }
 
 /// A simulated trial.
@@ -266,10 +266,10 @@ pub fn simulate(asked: &SimulateQuestion) -> Answer {
     let mut vehicle = simulated::vehicle(name, seed).map_err(|error| error.to_string())?;
     let conducted = rehearse(&mut vehicle, name, seed, plan);
     let conducted = conducted.map_err(|error| format!("the plan: {error}"))?;
-    let found = ToldTrial::of(&conducted.campaign);
+    let found = ReportedTrial::of(&conducted.campaign);
     let say = format!(
         "A rehearsal on {name}, of no real vehicle. {}",
         found.verdict.say
     );
-    told(say, &found)
+    answer(say, &found)
 }

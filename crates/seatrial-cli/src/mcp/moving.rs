@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use serde::Deserialize;
 
-use super::answers::{Answer, Told};
+use super::answers::{Answer, Content};
 
 /// May a vehicle be moved?
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,7 +57,7 @@ pub fn run(verb: &str, asked: &VehicleQuestion, lock: Lock) -> Answer {
         .map_err(|error| error.to_string())?;
     let said = String::from_utf8_lossy(&done.stderr).into_owned();
     match serde_json::from_slice(&done.stdout) {
-        Ok(document) => Ok(Told {
+        Ok(document) => Ok(Content {
             say: format!(
                 "{verb} ended; its verdict is in the document. {}",
                 said.trim()

@@ -89,7 +89,7 @@ const TOOLS: [Tool; 9] = [
 
 /// What `tools/list` says.
 pub fn list() -> Vec<Value> {
-    let told = |tool: &Tool| {
+    let described = |tool: &Tool| {
         json!({
             "name": tool.name,
             "description": tool.description,
@@ -106,7 +106,7 @@ pub fn list() -> Vec<Value> {
             },
         })
     };
-    TOOLS.iter().map(told).collect()
+    TOOLS.iter().map(described).collect()
 }
 
 /// Calls a tool. Arguments that do not fit are faults; what a tool cannot do is its result.
@@ -147,9 +147,9 @@ fn taken<T: DeserializeOwned>(tool: &str, arguments: Value) -> Result<T, Fault> 
 /// What `tools/call` says: the sentence, then the document as text and as what it is.
 fn shown(answer: Answer) -> Value {
     match answer {
-        Ok(told) => json!({
-            "content": [text_of(&told.say), text_of(&told.document.to_string())],
-            "structuredContent": told.document,
+        Ok(answer) => json!({
+            "content": [text_of(&answer.say), text_of(&answer.document.to_string())],
+            "structuredContent": answer.document,
             "isError": false,
         }),
         Err(message) => json!({"content": [text_of(&message)], "isError": true}),

@@ -14,7 +14,7 @@ fn state(server: &Server) -> Value {
 }
 
 #[test]
-fn cli_a_commission_of_the_dashboard_is_shown_agreed_to_and_told() {
+fn cli_a_commission_of_the_dashboard_is_shown_agreed_to_and_reported() {
     let boat = Boat::launch("3");
     let folder = tempfile::tempdir().unwrap();
     let options = ["--vehicle", &boat.address, "--full-rudder-deg", "14.9"];
@@ -90,10 +90,10 @@ fn cli_a_commission_of_the_dashboard_is_shown_agreed_to_and_told() {
         "{sample}"
     );
     assert_eq!(server.ask("POST", "/trial/abort").send().0, 204);
-    let told = viewer.until(|message| {
+    let messages = viewer.until(|message| {
         kind(message) == "commission" && message["commission"]["running"] == false
     });
-    let ended = told.last().unwrap()["commission"].clone();
+    let ended = messages.last().unwrap()["commission"].clone();
     assert_eq!(ended["ended"], "aborted", "{ended}");
     assert_eq!(ended["needs_restoring"], false, "{ended}");
     assert!(!folder.path().join("seatrial.restore.toml").exists());

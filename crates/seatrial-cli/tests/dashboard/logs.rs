@@ -97,7 +97,7 @@ fn cli_a_slocum_log_is_answered_as_in_the_terminal() {
 
 /// As the command does with options: columns, units and the rudder's range.
 #[test]
-fn cli_a_log_with_names_of_its_own_is_read_as_told() {
+fn cli_a_log_with_names_of_its_own_is_read_as_chosen() {
     let folder = tempfile::tempdir().unwrap();
     let seatrial = |arguments: &[&str]| {
         let mut command = program();
@@ -138,8 +138,9 @@ fn cli_a_log_with_names_of_its_own_is_read_as_told() {
         "{refused}"
     );
 
-    let told = "&heading=alpha&rudder=beta&units=heading=rad,rudder=fraction&rudder_range_deg=57.3";
-    let (status, found) = identify(told);
+    let request =
+        "&heading=alpha&rudder=beta&units=heading=rad,rudder=fraction&rudder_range_deg=57.3";
+    let (status, found) = identify(request);
     assert_eq!(status, 200, "{found}");
     let output = seatrial(&[
         "--json",

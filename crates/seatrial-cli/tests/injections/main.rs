@@ -51,7 +51,7 @@ fn inject(injection: Injection, after_s: f64, tally: &mut Tally) {
     std::fs::write(folder.path().join("plan.toml"), PLAN).unwrap();
     let mut boat = Boat::new(injection, after_s);
     let address = boat.address();
-    let told = format!("{injection:?} after {after_s:.2} s");
+    let context = format!("{injection:?} after {after_s:.2} s");
     let mut trial = start_in(
         folder.path(),
         &[
@@ -67,14 +67,17 @@ fn inject(injection: Injection, after_s: f64, tally: &mut Tally) {
     );
     let status = boat.sail_with(&mut trial);
     let errors = errors(trial);
-    let told = format!("{told}: {errors}");
+    let context = format!("{context}: {errors}");
     match injection {
-        Injection::Kill => assert_eq!(status.code(), None, "{told}"),
-        _ => assert_eq!(status.code(), Some(5), "{told}"),
+        Injection::Kill => assert_eq!(status.code(), None, "{context}"),
+        _ => assert_eq!(status.code(), Some(5), "{context}"),
     }
     let held_s = boat.held_s();
     // The second, and a step of the vehicle.
-    assert!(held_s <= 1.0 + INTERVAL_S, "held for {held_s:.2} s: {told}");
+    assert!(
+        held_s <= 1.0 + INTERVAL_S,
+        "held for {held_s:.2} s: {context}"
+    );
 
     let backup = folder.path().join("seatrial.restore.toml");
     if backup.exists() {
@@ -89,22 +92,22 @@ fn inject(injection: Injection, after_s: f64, tally: &mut Tally) {
         let mut restoring = start_in(folder.path(), &arguments);
         let status = boat.sail_with(&mut restoring);
         let errors = self::errors(restoring);
-        assert_eq!(status.code(), Some(0), "restoring: {errors}; {told}");
-        assert!(!backup.exists(), "{told}");
+        assert_eq!(status.code(), Some(0), "restoring: {errors}; {context}");
+        assert!(!backup.exists(), "{context}");
         tally.restored_later += 1;
     } else {
         tally.restored_at_once += 1;
     }
-    assert_eq!(boat.changed(), [""; 0], "{told}");
+    assert_eq!(boat.changed(), [""; 0], "{context}");
 
-    let missing_s = missing_s(&folder.path().join("seatrial.db"), &boat, &told);
+    let missing_s = missing_s(&folder.path().join("seatrial.db"), &boat, &context);
     let longest_s = match injection {
         Injection::Kill => KILLED_LOSES_S,
         _ => STOPPED_LOSES_S,
     };
     assert!(
         missing_s <= longest_s,
-        "{missing_s:.2} s are missing: {told}"
+        "{missing_s:.2} s are missing: {context}"
     );
     tally.count += 1;
     tally.longest_held_s = tally.longest_held_s.max(held_s);
@@ -112,18 +115,18 @@ fn inject(injection: Injection, after_s: f64, tally: &mut Tally) {
 }
 
 /// How much of what the vehicle sent before the injection is not in the logbook, s; 0 where the trial had not begun.
-fn missing_s(logbook: &Path, boat: &Boat, told: &str) -> f64 {
+fn missing_s(logbook: &Path, boat: &Boat, context: &str) -> f64 {
     if !logbook.exists() {
-        assert!(!boat.is_under_way(), "nothing was kept: {told}");
+        assert!(!boat.is_under_way(), "nothing was kept: {context}");
         return 0.0;
     }
     let logbook = Logbook::open_read_only(logbook).unwrap();
-    assert_eq!(logbook.verify().unwrap().damage, [], "{told}");
+    assert_eq!(logbook.verify().unwrap().damage, [], "{context}");
     let steps = logbook.steps(CampaignId(1)).unwrap();
     match steps.last() {
         Some((_, step)) => (boat.sent_before_s() - step.sample.time_s).max(0.0),
         None => {
-            assert!(!boat.is_under_way(), "nothing was kept: {told}");
+            assert!(!boat.is_under_way(), "nothing was kept: {context}");
             0.0
         }
     }

@@ -136,8 +136,11 @@ fn exact_guidance_says_where_a_turn_begins() {
         plant.advance(-0.5, 0.9, 0.0, 0.001);
     }
     let needed_m = plant.position_m[0];
-    let told_m = number("waypoint_radius_m");
+    let exported_m = number("waypoint_radius_m");
     // The turn still builds up at its end, and the rudder's rate limit is not counted: within a tenth.
-    assert!((told_m / needed_m - 1.0).abs() < 0.1, "{told_m} {needed_m}");
+    assert!(
+        (exported_m / needed_m - 1.0).abs() < 0.1,
+        "{exported_m} {needed_m}"
+    );
     assert!(number("lookahead_m") > number("turning_radius_port_m"));
 }

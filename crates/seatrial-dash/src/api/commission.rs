@@ -120,7 +120,7 @@ pub struct CommissionState {
     /// The gains.
     pub proposed: ProposedGains,
     /// What was reported as it went, in words.
-    pub told: Vec<String>,
+    pub stages: Vec<String>,
     /// Steps with the old gains.
     pub old: Option<MeasuredSteps>,
     /// Steps with the new gains.

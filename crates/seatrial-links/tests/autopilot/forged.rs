@@ -84,7 +84,7 @@ fn io_a_spoofed_autopilot_heard_first_is_asked_for_nothing() {
         vehicle: Some(1),
         ..settings()
     };
-    for (spoof, settings, told) in [
+    for (spoof, settings, expected) in [
         (other_system, settings(), "--vehicle-id"),
         (namesake, chosen, "components 1 and 25 of system 1"),
     ] {
@@ -93,7 +93,7 @@ fn io_a_spoofed_autopilot_heard_first_is_asked_for_nothing() {
         let wire = Tapped::new(sea, move |_| forged.clone());
         let mut autopilot = Autopilot::new(wire, settings, None);
         let refused = failures(&autopilot.inspect().checks).join("; ");
-        assert!(refused.contains(told), "{refused}");
+        assert!(refused.contains(expected), "{refused}");
         let asked = autopilot.wire().sent.iter();
         let asked: Vec<_> = asked
             .filter(|message| !matches!(message, Message::Heartbeat(_) | Message::Timesync(_)))
@@ -180,28 +180,28 @@ fn wrong_models(conducted: &Conducted<Stop>) -> usize {
 #[test]
 fn io_forged_messages_end_a_trial_that_is_not_signed_and_no_other() {
     let disarmed = || frame(VEHICLE, armed(0x01, 0));
-    for (forged, told) in [(disarmed(), "disarmed"), (forged_outputs(), "outputs")] {
+    for (forged, expected) in [(disarmed(), "disarmed"), (forged_outputs(), "outputs")] {
         let (conducted, mut autopilot) = trial(Profile::Rover, false, from_then_on(forged.clone()));
         let outcome = conducted.campaign.outcome;
-        if told == "disarmed" {
+        if expected == "disarmed" {
             assert_eq!(outcome, Some(Outcome::Aborted(AbortReason::Disarmed)));
         }
-        assert!(outcome.is_some(), "{told}");
+        assert!(outcome.is_some(), "{expected}");
         assert_eq!(
             wrong_models(&conducted),
             0,
-            "{told}: {:?}",
+            "{expected}: {:?}",
             conducted.campaign
         );
         let done = autopilot.hand_back();
-        assert_eq!(done.not_restored, [""; 0], "{told}");
+        assert_eq!(done.not_restored, [""; 0], "{expected}");
         let sea = &autopilot.wire().sea;
         assert_eq!(sea.boat.parameter("RC_OVERRIDE_TIME"), Some(3.0));
         assert_eq!(sea.boat.steering(), 0.0);
 
         let (conducted, mut autopilot) = trial(Profile::Rover, true, from_then_on(forged));
         let outcome = conducted.campaign.outcome;
-        assert_eq!(outcome, Some(Outcome::Finished), "{told}");
+        assert_eq!(outcome, Some(Outcome::Finished), "{expected}");
         assert!(
             conducted
                 .campaign
@@ -250,7 +250,7 @@ fn io_mishaps_on_other_kinds_of_autopilots() {
             (Mishap::PilotMode, AbortReason::ModeChanged, 1.2),
             (Mishap::Battery, AbortReason::LowBattery, 1.2),
         ] {
-            let told = format!("{profile:?}, {mishap:?}");
+            let context = format!("{profile:?}, {mishap:?}");
             let mut sea = Sea::new(calm(), Weather::default(), 1);
             sea.boat = boat(&calm(), profile);
             let settings = Settings {
@@ -266,21 +266,24 @@ fn io_mishaps_on_other_kinds_of_autopilots() {
             assert!(
                 outcome == Outcome::Aborted(expected)
                     || (mishap == Mishap::Disarmed && is_noticed_first),
-                "{told}: {outcome:?}"
+                "{context}: {outcome:?}"
             );
             let done = autopilot.hand_back();
             let held_s = autopilot.wire().held_s - at_s;
-            assert!(held_s <= longest_s + 2.0 * INTERVAL_S, "{told}: {held_s} s");
+            assert!(
+                held_s <= longest_s + 2.0 * INTERVAL_S,
+                "{context}: {held_s} s"
+            );
             let is_cut = matches!(mishap, Mishap::LinkLost | Mishap::Mute);
-            assert_eq!(done.not_restored.is_empty(), !is_cut, "{told}: {done:?}");
+            assert_eq!(done.not_restored.is_empty(), !is_cut, "{context}: {done:?}");
             autopilot.wire().mishap = None;
             if is_cut {
                 let done = autopilot.restore(&backup);
-                assert!(done.is_complete(), "{told}: {done:?}");
+                assert!(done.is_complete(), "{context}: {done:?}");
             }
             for (name, stored) in &backup.parameters {
                 let now = autopilot.wire().boat.parameter(name).map(f64::from);
-                assert_eq!(now, Some(stored.number), "{told}: {name}");
+                assert_eq!(now, Some(stored.number), "{context}: {name}");
             }
         }
     }

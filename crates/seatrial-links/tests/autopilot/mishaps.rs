@@ -18,7 +18,7 @@ fn suffer(mishap: Mishap, after_s: f64, seed: u64) {
     let (mut autopilot, backup) = taken(Sea::new(starfish(), Weather::default(), seed));
     let start_s = autopilot.wire().now_s;
     let at_s = start_s + after_s;
-    let told = format!("{mishap:?} after {after_s:.2} s, seed {seed}");
+    let context = format!("{mishap:?} after {after_s:.2} s, seed {seed}");
     let mut witness = Witness::default();
     autopilot.wire().mishap = Some((at_s, mishap));
     match mishap {
@@ -35,18 +35,18 @@ fn suffer(mishap: Mishap, after_s: f64, seed: u64) {
             run(&mut autopilot, &mut witness)
         }));
         std::panic::set_hook(hook);
-        assert!(gone.is_err(), "{told}");
+        assert!(gone.is_err(), "{context}");
         // Before, while and after the vehicle's own failsafe takes note.
         let end_s = autopilot.wire().now_s + 4.0 + 0.5 * (seed / 12 % 8) as f64;
         while autopilot.wire().pass(end_s).is_some() {}
-        assert_held(autopilot.wire(), &told);
+        assert_held(autopilot.wire(), &context);
         let sea = std::mem::ManuallyDrop::into_inner(autopilot);
-        restore_later(sea, &backup, &told);
+        restore_later(sea, &backup, &context);
         return;
     }
     let conducted = run(&mut autopilot, &mut witness);
     let outcome = conducted.campaign.outcome.unwrap();
-    assert_ne!(outcome, Outcome::Finished, "{told}");
+    assert_ne!(outcome, Outcome::Finished, "{context}");
     let expected = match mishap {
         Mishap::PilotMode => AbortReason::ModeChanged,
         Mishap::PilotStick => AbortReason::StickMoved,
@@ -65,14 +65,14 @@ fn suffer(mishap: Mishap, after_s: f64, seed: u64) {
         true => AbortReason::RudderNotFollowed,
         false => expected,
     };
-    assert_eq!(outcome, Outcome::Aborted(expected), "{told}");
+    assert_eq!(outcome, Outcome::Aborted(expected), "{context}");
     let last_s = witness.steps.last().unwrap().sample.time_s;
     // A sample is complete with the next, and one may be under way.
     let gap_s = autopilot
         .wire()
         .seen_s
         .map_or(0.0, |seen_s| seen_s - last_s);
-    assert!(gap_s < 0.2, "{told}: {gap_s} s are missing");
+    assert!(gap_s < 0.2, "{context}: {gap_s} s are missing");
     let kept = conducted
         .campaign
         .runs
@@ -81,43 +81,43 @@ fn suffer(mishap: Mishap, after_s: f64, seed: u64) {
         .sum::<usize>();
     assert!(
         kept + 3 >= witness.steps.len(),
-        "{told}: {kept} of {}",
+        "{context}: {kept} of {}",
         witness.steps.len()
     );
     assert_replays(&witness.steps);
     let done = autopilot.hand_back();
-    assert_held(autopilot.wire(), &told);
+    assert_held(autopilot.wire(), &context);
     let is_cut = matches!(mishap, Mishap::LinkLost | Mishap::Deaf | Mishap::Mute);
-    assert_eq!(done.not_restored.is_empty(), !is_cut, "{told}: {done:?}");
+    assert_eq!(done.not_restored.is_empty(), !is_cut, "{context}: {done:?}");
     if is_cut {
         autopilot.wire().mishap = None;
-        restore_later(autopilot, &backup, &told);
+        restore_later(autopilot, &backup, &context);
     } else if mishap != Mishap::Reboot {
         assert_as_before(autopilot.wire());
     }
     // A reboot is a vehicle that has forgotten what was changed: it is as before already.
 }
 
-fn assert_held(sea: &Sea, told: &str) {
+fn assert_held(sea: &Sea, context: &str) {
     // What is noticed by a rudder that does not follow is never told.
     let seen_s = sea.seen_s.unwrap_or(sea.now_s);
     // The second, and a step of the vehicle.
     let held_s = sea.held_s - seen_s;
     assert!(
         held_s <= 1.0 + INTERVAL_S,
-        "{told}: the rudder was held for {held_s:.2} s"
+        "{context}: the rudder was held for {held_s:.2} s"
     );
 }
 
-fn restore_later(mut autopilot: Autopilot<Sea>, backup: &Backup, told: &str) {
+fn restore_later(mut autopilot: Autopilot<Sea>, backup: &Backup, context: &str) {
     autopilot.wire().mishap = None;
     let done = autopilot.restore(backup);
-    assert!(done.is_complete(), "{told}: {done:?}");
+    assert!(done.is_complete(), "{context}: {done:?}");
     assert_as_before(autopilot.wire());
     let sea = autopilot.wire();
     let end_s = sea.now_s + 3.0;
     while sea.pass(end_s).is_some() {}
-    assert!(!sea.boat.is_critical(), "{told}: its failsafe stays");
+    assert!(!sea.boat.is_critical(), "{context}: its failsafe stays");
     std::mem::forget(autopilot);
 }
 

@@ -45,11 +45,11 @@ fn exact_a_preflight_says_what_full_steering_is_taken_for() {
         };
         let sea = Sea::new(starfish(), Weather::default(), 1);
         let found = Autopilot::new(sea, settings, None).inspect();
-        let told = found
+        let item = found
             .checks
             .iter()
             .find(|check| check.name == "full rudder");
-        let text = &told.unwrap().text;
+        let text = &item.unwrap().text;
         assert!(text.contains("34.4 degrees"), "{text}");
         assert_eq!(text.contains("ASSUMED"), is_full_rudder_assumed, "{text}");
     }

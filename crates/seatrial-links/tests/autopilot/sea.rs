@@ -210,12 +210,12 @@ impl Sea {
     /// The vehicle's autopilot starts again, disarmed, with its parameters.
     fn restart(&mut self) {
         let kept: Vec<_> = self.boat.parameters().collect();
-        let mut fresh = boat(&self.config, Profile::Rover);
+        let mut restarted = boat(&self.config, Profile::Rover);
         for (name, value) in kept {
-            fresh.set_parameter(&name, value);
+            restarted.set_parameter(&name, value);
         }
-        fresh.is_armed = false;
-        self.boat = fresh;
+        restarted.is_armed = false;
+        self.boat = restarted;
     }
 
     /// Is a message to the vehicle lost?

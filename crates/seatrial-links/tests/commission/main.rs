@@ -78,7 +78,7 @@ impl Stage {
     ];
 
     /// The one that begins when this is told.
-    fn told(text: &str) -> Option<Self> {
+    fn announced(text: &str) -> Option<Self> {
         let is_steps = text.contains("steps of");
         match text {
             _ if text.starts_with("old gains") && is_steps => Some(Self::OldSteps),
@@ -165,7 +165,7 @@ impl OnSea {
             stop: &abort,
         };
         conduct(self, &order, &mut |text| {
-            if let Some(begun) = Stage::told(text) {
+            if let Some(begun) = Stage::announced(text) {
                 *stage.lock().unwrap() = Some(begun);
             }
         })
@@ -174,9 +174,9 @@ impl OnSea {
     /// Takes note of what has been told, and of a process that is gone.
     fn pass(&mut self, begun: Option<Stage>) {
         let now_s = self.autopilot.wire().now_s;
-        let told = self.stage.lock().unwrap().take();
+        let announced = self.stage.lock().unwrap().take();
         self.begun
-            .extend(begun.or(told).map(|stage| (stage, now_s)));
+            .extend(begun.or(announced).map(|stage| (stage, now_s)));
         if self.abort_s.is_some_and(|at_s| now_s >= at_s) {
             self.abort.store(true, Ordering::Relaxed);
         }

@@ -85,7 +85,7 @@ impl Voyage {
 }
 
 fn suffer(mishap: Mishap, after_s: f64, proposal: &Proposal, seed: u64) -> Tally {
-    let told = format!("{mishap:?} after {after_s:.2} s, seed {seed}");
+    let context = format!("{mishap:?} after {after_s:.2} s, seed {seed}");
     let mut tally = Tally::default();
     let mut vehicle = OnSea::take(sea(seed));
     let before = vehicle.gains();
@@ -110,7 +110,7 @@ fn suffer(mishap: Mishap, after_s: f64, proposal: &Proposal, seed: u64) -> Tally
         let held_s = tally.longest_held_s;
         assert!(
             held_s <= LONGEST_HELD_S,
-            "{told}: steered for {held_s:.2} s"
+            "{context}: steered for {held_s:.2} s"
         );
     }
     if vehicle.undo.is_some() {
@@ -123,12 +123,12 @@ fn suffer(mishap: Mishap, after_s: f64, proposal: &Proposal, seed: u64) -> Tally
         return tally;
     }
     let restore = vehicle.restore.clone();
-    let restore = restore.unwrap_or_else(|| panic!("{told}: nothing tells the old gains"));
+    let restore = restore.unwrap_or_else(|| panic!("{context}: nothing tells the old gains"));
     vehicle.autopilot.wire().mishap = None;
     vehicle.abort.store(false, Ordering::Relaxed);
     let done = vehicle.autopilot.restore(&restore);
-    assert!(done.not_restored.is_empty(), "{told}: {done:?}");
-    assert_eq!(vehicle.gains(), before, "{told}");
+    assert!(done.not_restored.is_empty(), "{context}: {done:?}");
+    assert_eq!(vehicle.gains(), before, "{context}");
     tally.old_by_restore += 1;
     tally
 }
@@ -152,8 +152,8 @@ fn prop_whatever_happens_the_gains_are_no_worse_than_found() {
             let share = (number as f64 * 0.618_033_988_749_894_9).fract();
             let wanted = Stage::ALL[stage];
             let voyage = [&good, &bad].into_iter();
-            let placed = voyage.map(|voyage| (voyage, voyage.within(wanted, share)));
-            let (voyage, after_s) = placed
+            let timed = voyage.map(|voyage| (voyage, voyage.within(wanted, share)));
+            let (voyage, after_s) = timed
                 .filter_map(|(voyage, at_s)| Some((voyage, at_s?)))
                 .next()
                 .unwrap_or_else(|| panic!("no commission has the stage {wanted:?}"));

@@ -155,7 +155,7 @@ fn io_no_changed_value_of_any_table_goes_unnoticed() {
         .flat_map(|table| places(&connection, &table))
         .collect();
     drop(connection);
-    let (mut tried, mut told) = (0, 0);
+    let (mut tried, mut found) = (0, 0);
     let mut missed = Vec::new();
     for place in &all {
         for other in changed(&place.value) {
@@ -176,12 +176,12 @@ fn io_no_changed_value_of_any_table_goes_unnoticed() {
             match read(&copy) {
                 Ok((0, now)) if now == before => {}
                 Ok((0, _)) => missed.push(format!("{change}, {:?} to {other:?}", place.value)),
-                _ => told += 1,
+                _ => found += 1,
             }
         }
     }
     assert!(missed.is_empty(), "{missed:#?}");
-    assert!(told > 300 && told * 10 > tried * 9, "{told} of {tried}");
+    assert!(found > 300 && found * 10 > tried * 9, "{found} of {tried}");
 }
 
 /// Beside a logbook that was read nothing is left, and the file is as it was.

@@ -50,15 +50,16 @@ struct Fin {
 
 impl Fin {
     fn advance(&mut self, command_rad: f64, setup: &Setup, limit_rad: f64, interval_s: f64) -> f64 {
-        let told_rad = if (command_rad - self.servo_rad).abs() < setup.dead_band_rad {
+        let commanded_rad = if (command_rad - self.servo_rad).abs() < setup.dead_band_rad {
             self.servo_rad
         } else {
             command_rad
         };
         self.servo_rad = if setup.servo_lag_s > 0.0 {
-            told_rad + (self.servo_rad - told_rad) * libm::exp(-interval_s / setup.servo_lag_s)
+            commanded_rad
+                + (self.servo_rad - commanded_rad) * libm::exp(-interval_s / setup.servo_lag_s)
         } else {
-            told_rad
+            commanded_rad
         };
         let play = 0.5 * setup.backlash_rad;
         self.fin_rad = self

@@ -39,7 +39,7 @@ pub enum ModelCheck {
         explained: f64,
     },
     /// The boat was steered too little to tell.
-    NotTold,
+    Undecided,
 }
 
 /// Holds a model against the record of steps.
@@ -48,9 +48,9 @@ pub fn check_model(boat: &Boat, legs: &[Vec<StepInstant>]) -> ModelCheck {
     let mut count = 0.0;
     for (k, leg) in legs.iter().enumerate() {
         let way = if k % 2 == 0 { 1.0 } else { -1.0 };
-        let foretold = without_line(&headings(boat, leg, way));
+        let predicted = without_line(&headings(boat, leg, way));
         let found = without_line(&leg.iter().map(|i| i.turned_rad).collect::<Vec<_>>());
-        for (model, heading) in foretold.iter().zip(&found) {
+        for (model, heading) in predicted.iter().zip(&found) {
             sums[0] += model * model;
             sums[1] += model * heading;
             sums[2] += heading * heading;
@@ -61,7 +61,7 @@ pub fn check_model(boat: &Boat, legs: &[Vec<StepInstant>]) -> ModelCheck {
     let deviation_rad = (model_square / f64::max(count, 1.0)).sqrt();
     let heading_rad = (heading_square / f64::max(count, 1.0)).sqrt();
     if !deviation_rad.is_finite() || deviation_rad.max(heading_rad) < TELLING_RAD {
-        return ModelCheck::NotTold;
+        return ModelCheck::Undecided;
     }
     let scale = product / model_square.max(f64::MIN_POSITIVE);
     let explained = product * product / (model_square * heading_square).max(f64::MIN_POSITIVE);
@@ -193,11 +193,11 @@ mod tests {
         let legs = vec![vec![StepInstant::default(); 100]];
         assert_eq!(
             check_model(&boat([-1.0, 1.0, 0.0]), &legs),
-            ModelCheck::NotTold
+            ModelCheck::Undecided
         );
         assert_eq!(
             check_model(&boat([-1.0, 1.0, 0.0]), &[]),
-            ModelCheck::NotTold
+            ModelCheck::Undecided
         );
     }
 }

@@ -86,9 +86,14 @@ impl Verdict {
     /// How many reasons there are beside the [`cause`](Verdict::cause), the word that a model may be used and the sign of
     /// the rudder, which is told by itself.
     pub fn other_causes(&self) -> usize {
-        let is_told = |code: &ReasonCode| matches!(code, ReasonCode::Ok | ReasonCode::SignReversed);
-        let others = self.reasons.iter().filter(|r| !is_told(&r.code)).count();
-        let cause = self.cause().filter(|cause| !is_told(&cause.code));
+        let is_reported =
+            |code: &ReasonCode| matches!(code, ReasonCode::Ok | ReasonCode::SignReversed);
+        let others = self
+            .reasons
+            .iter()
+            .filter(|r| !is_reported(&r.code))
+            .count();
+        let cause = self.cause().filter(|cause| !is_reported(&cause.code));
         others - usize::from(cause.is_some())
     }
 

@@ -210,7 +210,7 @@ fn least_over_asked_for(
 /// The table of `validation/2026-11-22-refined-estimate`.
 #[test]
 #[ignore = "a study of a minute"]
-fn val_what_no_estimator_can_do_in_four_seas() {
+fn val_what_no_estimator_can_do_under_four_disturbances() {
     println!(
         "| noise, deg | parameter | best efficiency in {DISTURBANCES:?} | asked for | least / asked for | coverage |\n|---|---|---|---|---|---|"
     );

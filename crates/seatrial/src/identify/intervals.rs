@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn exact_the_intervals_reach_fresh_data_beyond_chance() {
+    fn exact_the_intervals_reach_validation_data_beyond_chance() {
         let refined = around(
             &refined_estimate(&doublet(), None).unwrap(),
             YawModel::from_theta([-1.0, 1.0, 0.01]),

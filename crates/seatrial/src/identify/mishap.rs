@@ -250,14 +250,14 @@ mod tests {
     }
 
     #[test]
-    fn exact_a_jump_is_told_from_a_turn_and_an_outlier() {
-        let told = |_: f64, command: f64| command;
-        assert_eq!(heading_jump(&doublet(|_, psi| psi, told)), None);
+    fn exact_a_jump_differs_from_a_turn_and_an_outlier() {
+        let followed = |_: f64, command: f64| command;
+        assert_eq!(heading_jump(&doublet(|_, psi| psi, followed)), None);
         let spike = |t: f64, psi: f64| psi + if (t - 6.0).abs() < 0.02 { 0.4 } else { 0.0 };
-        assert_eq!(heading_jump(&doublet(spike, told)), None);
+        assert_eq!(heading_jump(&doublet(spike, followed)), None);
         for (size_rad, time_s) in [(0.35, 7.0), (-0.2, 10.0), (0.1, 2.0)] {
             let jumped = |t: f64, psi: f64| psi + if t >= time_s - 1e-9 { size_rad } else { 0.0 };
-            let found = heading_jump(&doublet(jumped, told)).unwrap();
+            let found = heading_jump(&doublet(jumped, followed)).unwrap();
             assert!((found.time_s - time_s).abs() < 0.06, "{found:?}");
             assert!((found.size_rad - size_rad.abs()).abs() < 0.04, "{found:?}");
         }

@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn exact_a_use_beyond_the_range_is_told() {
+    fn exact_a_use_beyond_the_range_is_reported() {
         let model = YawModel::from_theta([-3.0, 2.0, 0.0]);
         let range = |rudder_rad, heading_rad, speed| {
             valid_range(&[&record(rudder_rad, heading_rad, speed)], &model, 0.02).unwrap()

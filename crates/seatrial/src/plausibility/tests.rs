@@ -227,7 +227,7 @@ fn exact_steps_of_a_coarse_compass_are_not_held() {
 }
 
 #[test]
-fn exact_a_clock_that_jumped_is_told_from_lost_rows() {
+fn exact_a_clock_that_jumped_differs_from_lost_rows() {
     let codes = |samples: &[Sample<f64>]| -> Vec<ReasonCode> {
         let doubts = timing_doubts(samples, -1.0);
         doubts.iter().map(Doubt::code).collect()

@@ -55,7 +55,7 @@ fn regress_a_trim_hides_no_doublet() {
 }
 
 #[test]
-fn exact_every_kind_is_told_from_the_others() {
+fn exact_every_kind_is_recognised() {
     let cases: [(&[f64], Kind); 6] = [
         (&[2.0, 2.0], Kind::Doublet),
         (&[3.0, 2.0, 1.0, 1.0], Kind::Multistep),

@@ -304,7 +304,7 @@ fn exact_a_drifting_speed_and_a_jittering_clock_are_noted() {
 }
 
 #[test]
-fn exact_a_rudder_of_unknown_angle_is_told_as_a_share_of_full() {
+fn exact_a_rudder_of_unknown_angle_is_reported_as_a_share_of_full() {
     let text = |unit| rudder_constant(0.001, unit).detail;
     assert!(text(RudderUnit::Rad).contains("within 0.0573 deg:"));
     assert!(
@@ -327,7 +327,7 @@ fn exact_a_rudder_of_unknown_angle_is_told_as_a_share_of_full() {
 
 /// A rudder that stops at half of the training's angle gives half of b2 there, and all of it at the validation's.
 #[test]
-fn exact_a_rudder_that_stops_is_told_with_its_angle() {
+fn exact_a_rudder_that_stops_is_reported_with_its_angle() {
     let trained = refined_at([-1.07, 0.54, 0.012], 0.05);
     let unsaturated = refined_at([-1.07, 1.08, 0.012], 0.05);
     let verdict = Chain::of(trained.clone())
