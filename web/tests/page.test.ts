@@ -2,13 +2,12 @@
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import type { Browser, BrowserContext, Page } from "playwright-core";
+import { violations } from "./axe.ts";
 import { forget, openBrowser, PATIENCE_MS, scratch, seatrial, serve, type Server, until } from "./server.ts";
 
-const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const VIEWS = [
   "#/live",
   "#/control",
@@ -313,16 +312,7 @@ test("no violation of axe-core, nothing cut, no target below 48 px, in each view
         await visit(view);
         await page.waitForLoadState("networkidle");
         const where = `${view} ${theme} ${width}`;
-        await page.evaluate(AXE);
-        const found = await page.evaluate(async () => {
-          const axe = (
-            window as never as { axe: { run(): Promise<{ violations: { id: string; nodes: { html: string }[] }[] }> } }
-          ).axe;
-          return (await axe.run()).violations.map(
-            ({ id, nodes }) => `${id}: ${nodes.map((node) => node.html).join(" ")}`,
-          );
-        });
-        assert.deepEqual(found, [], where);
+        assert.deepEqual(await violations(page), [], where);
         const [needed, small] = await page.evaluate(() => [
           document.documentElement.scrollWidth,
           [

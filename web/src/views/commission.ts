@@ -378,7 +378,12 @@ function steps(): { readonly root: HTMLElement; follow(commission: CommissionSta
     rudder.figure,
   );
   const progress = element("section", { class: "panel stack" }, element("h2", {}, "What was done"), said, measured);
-  const root = element("div", { hidden: true }, words, element("div", { class: "panels two spaced" }, charts, progress));
+  const root = element(
+    "div",
+    { hidden: true },
+    words,
+    element("div", { class: "panels two spaced" }, charts, progress),
+  );
   const seconds: number[] = [];
   const columns: [(number | null)[], (number | null)[], (number | null)[]] = [[], [], []];
   let next = 0;
