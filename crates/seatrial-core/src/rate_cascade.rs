@@ -6,7 +6,7 @@
 //! t   = t + w_T (r_d - t)                     w = h/(h + 1/(2 pi f)), 1 without a filter
 //! x   = x + w_E (t - r - x)
 //! d   = d + w_D (x'/h - d)
-//! s   = limit(F t + P x + i + D d, 1),   i = limit(i + I x h, i_max)
+//! s   = limit(F t + P x + i + D d, s_max),   i = limit(i + I x h, i_max)
 //! ```
 //!
 //! While the steering is at its limit, i only shrinks; where I is 0, so is i.
@@ -22,6 +22,7 @@
 //! | D | `rate_derivative_gain_s2` | s^2/rad | |
 //! | i_max | `integral_limit` | fraction of full | |
 //! | f_T, f_E, f_D | `target_filter_hz`, `error_filter_hz`, `derivative_filter_hz` | Hz | 0: no filter |
+//! | s_max | `steering_limit` | fraction of full | 0: 1 |
 //! | r_max, a_max | `rate_limit_rad_s`, `acceleration_limit_rad_s2` | rad/s, rad/s^2 | 0: no limit |
 //!
 //! Source: the documented behaviour of AR_AttitudeControl and AC_PID in ArduPilot 4.6. Not modelled are its limit of the slew
@@ -55,6 +56,8 @@ pub struct CascadeSettings<T> {
     pub rate_limit_rad_s: T,
     /// a_max, rad/s^2.
     pub acceleration_limit_rad_s2: T,
+    /// s_max: more than 1 where the outputs make less of the steering, as Rover's do at speed.
+    pub steering_limit: T,
 }
 
 /// The cascade at work.
@@ -138,9 +141,13 @@ impl<T: Real> RateCascade<T> {
             self.state = None;
             return T::ZERO;
         }
-        state.is_limited = asked.abs() > T::ONE;
+        let limit = match s.steering_limit > T::ZERO {
+            true => s.steering_limit,
+            false => T::ONE,
+        };
+        state.is_limited = asked.abs() > limit;
         self.state = Some(state);
-        asked.limited_to(T::ONE)
+        asked.limited_to(limit)
     }
 }
 
@@ -254,6 +261,21 @@ mod tests {
             ..settings
         };
         assert_eq!(without.integral_time_s(), None);
+    }
+
+    #[test]
+    fn exact_the_steering_has_the_limit_of_its_settings() {
+        for (steering_limit, expected) in [(0.0, 1.0), (1.0, 1.0), (1.5, 1.5), (40.0, 6.0)] {
+            let mut cascade = RateCascade::new(CascadeSettings {
+                feed_forward_s: 6.0,
+                rate_gain_s: 0.0,
+                rate_integral_gain: 0.0,
+                angle_gain_per_s: 1.0,
+                steering_limit,
+                ..settings()
+            });
+            assert_eq!(cascade.step(1.0, 0.0, 0.0, 0.02), expected);
+        }
     }
 
     #[test]

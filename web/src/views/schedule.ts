@@ -67,7 +67,7 @@ export function explorer(campaign: number, complaints: Complaints): { root: HTML
       rows.map((row) => (here === null || row.here === here ? (of(row.point) ?? null) : null));
     const bound = (end: 0 | 1) => (point: Operating) => point.proportional_gain?.interval_95?.[end];
     const value = (point: Operating) => point.proportional_gain?.value;
-    const turn = (hand: 0 | 1) => (point: Operating) => point.steady_turning_radius_m[hand]?.value;
+    const turn = (side: 0 | 1) => (point: Operating) => point.steady_turning_radius_m[side]?.value;
     const seconds = rows.map((row) => row.x);
     gain.set(seconds, [
       column(bound(1), false),

@@ -227,7 +227,7 @@ impl StepRun {
         self.record.legs[leg].push(StepInstant {
             time_s: sample.time_s - since_s,
             turned_rad: way * (off_rad - from_rad),
-            steering: way * (sample.rudder_rad / self.output_scale).limited_to(1.0),
+            steering: way * sample.rudder_rad / self.output_scale,
             yaw_rate_rad_s: way * sample.yaw_rate_rad_s.unwrap_or(0.0),
         });
         if let Some(speed_m_s) = sample.surge_speed_m_s.filter(|speed| speed.is_finite()) {

@@ -63,7 +63,7 @@ impl Reached for ReachedAutopilot {
     fn control(&self, surge_speed_m_s: Option<f64>) -> Option<Control> {
         let control = self.control?;
         Some(Control {
-            settings: control.settings,
+            settings: control.settings_at(surge_speed_m_s),
             loop_interval_s: control.loop_interval_s,
             sample_interval_s: self.sample_interval_s,
             output_scale: control.output_scale(surge_speed_m_s),

@@ -59,6 +59,14 @@ pub struct HeadingControl {
 }
 
 impl HeadingControl {
+    /// The settings at a speed. The outputs reach full only after the speed has scaled the steering down.
+    pub fn settings_at(&self, surge_speed_m_s: Option<f64>) -> CascadeSettings<f64> {
+        CascadeSettings {
+            steering_limit: 1.0 / self.output_scale(surge_speed_m_s),
+            ..self.settings
+        }
+    }
+
     /// What the outputs make of its steering at a speed.
     pub fn output_scale(&self, surge_speed_m_s: Option<f64>) -> f64 {
         match surge_speed_m_s {

@@ -1,5 +1,6 @@
 //! How commissions end on a healthy vehicle.
 
+use seatrial::commission::ModelCheck;
 use seatrial_app::commission::Ending;
 use seatrial_core::YawModel;
 
@@ -69,6 +70,27 @@ fn recover_a_boat_with_a_weak_rudder_waits_until_the_integral_has_learnt() {
     let small = found.small.unwrap();
     assert!(small.steady_error_rad < 0.007, "{small:?}");
     assert!(found.new.unwrap().overshoot <= 0.05, "{}", found.line());
+}
+
+/// Gains of QuickTune's rule ask for more than full steering, and the speed takes a part of it away before the outputs limit it.
+#[test]
+fn recover_a_model_is_known_as_the_boats_under_strong_gains_at_speed() {
+    let truth = truth();
+    let model = truth.point.model;
+    let feed_forward_s = 0.9 * -model.a22_per_s / (model.b2_per_s2 * FULL_RUDDER_RAD);
+    let mut sea = sea(1);
+    for (name, value) in [
+        ("ATC_STR_RAT_FF", feed_forward_s),
+        ("ATC_STR_RAT_P", 2.0 * feed_forward_s),
+        ("ATC_STR_RAT_I", 0.5 * feed_forward_s),
+    ] {
+        sea.boat.set_parameter(name, value as f32);
+    }
+    let found = OnSea::take(sea).commission(&truth);
+    let Some(ModelCheck::Holds { scale, .. }) = found.model_check else {
+        panic!("{found:?}");
+    };
+    assert!((scale - 1.0).abs() < 0.1, "{found:?}");
 }
 
 /// Half and twice the rudder's effect, half the damping, reversed, and the model of another boat: nothing is written, or the old

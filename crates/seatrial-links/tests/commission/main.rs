@@ -143,7 +143,7 @@ impl OnSea {
 
     fn proposal(&self, point: &ModelPoint) -> Proposal {
         let control = Control {
-            settings: self.control.settings,
+            settings: self.control.settings_at(point.point.surge_speed_m_s),
             loop_interval_s: self.control.loop_interval_s,
             sample_interval_s: INTERVAL_S,
             output_scale: self.control.output_scale(point.point.surge_speed_m_s),

@@ -51,7 +51,7 @@ pub struct StepInstant {
     pub time_s: f64,
     /// Heading from the one before the step, positive the way of the step, rad.
     pub turned_rad: f64,
-    /// Steering until the next sample, a fraction of full, positive the way of the step.
+    /// Steering until the next sample, a fraction of full before the outputs scale it, positive the way of the step.
     pub steering: f64,
     /// Yaw rate, positive the way of the step, rad/s.
     pub yaw_rate_rad_s: f64,

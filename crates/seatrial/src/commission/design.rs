@@ -204,6 +204,7 @@ impl Evidence {
             derivative_filter_hz: found.derivative_filter_hz,
             rate_limit_rad_s: 0.85 * spare / alpha,
             acceleration_limit_rad_s2: 0.8 * spare,
+            steering_limit: found.steering_limit,
         }
     }
 

@@ -85,6 +85,7 @@ pub fn defaults() -> CascadeSettings<f64> {
         derivative_filter_hz: 0.0,
         rate_limit_rad_s: 120_f64.to_radians(),
         acceleration_limit_rad_s2: 120_f64.to_radians(),
+        steering_limit: 1.0,
     }
 }
 

@@ -91,11 +91,11 @@ impl Parameter {
     }
 }
 
-/// The steady yaw rate under full rudder to the weaker hand, rad/s. `None` where it does not turn there.
+/// The steady yaw rate under full rudder to the weaker side, rad/s. `None` where it does not turn there.
 pub(super) fn yaw_rate_limit_rad_s(model: &YawModel<f64>, rudder_limit_rad: f64) -> Option<f64> {
-    let rate = |hand| {
+    let rate = |side| {
         Some(
-            Turn::new(model, rudder_limit_rad, hand)
+            Turn::new(model, rudder_limit_rad, side)
                 .ok()?
                 .yaw_rate_rad_s,
         )
@@ -188,7 +188,7 @@ impl OperatingPoint {
         yaw_rate_limit_rad_s(&self.at.model, self.full_rudder_rad)
     }
 
-    /// alpha r_max, the yaw acceleration from straight ahead under full rudder to the weaker hand, rad/s^2.
+    /// alpha r_max, the yaw acceleration from straight ahead under full rudder to the weaker side, rad/s^2.
     pub(super) fn yaw_acceleration_limit_rad_s2(&self) -> Option<f64> {
         Some(self.yaw_rate_limit_rad_s()? * -self.at.model.a22_per_s)
     }

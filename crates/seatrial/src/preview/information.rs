@@ -65,9 +65,9 @@ impl Expected {
                 let gain = allowance.design(model, core::f64::consts::FRAC_1_SQRT_2);
                 Some(gain.ok()?.proportional_gain)
             }),
-            steady_turning_radius_m: [Side::Starboard, Side::Port].map(|hand| {
+            steady_turning_radius_m: [Side::Starboard, Side::Port].map(|side| {
                 predicted(&|model| {
-                    let turn = Turn::new(model, rudder_limit_rad, hand).ok()?;
+                    let turn = Turn::new(model, rudder_limit_rad, side).ok()?;
                     Some(turn.steady_turning_radius_m(speed.surge_speed_m_s?))
                 })
             }),

@@ -1,6 +1,6 @@
 //! A speaking Rover in GUIDED: it steers to the heading and keeps the speed that are sent to it.
 
-use seatrial_core::{RateCascade, Sample, Vehicle};
+use seatrial_core::{CascadeSettings, RateCascade, Sample, Vehicle};
 
 use super::{Profile, Speaker};
 use crate::autopilot::cascade;
@@ -45,6 +45,15 @@ impl<V: Vehicle<f64>> Speaker<V> {
             return None;
         };
         let speed_m_s = sample.surge_speed_m_s.unwrap_or(0.0);
+        let base_m_s = self.number("MOT_SPD_SCA_BASE");
+        let scale = match base_m_s > 0.0 && speed_m_s > base_m_s {
+            true => base_m_s / speed_m_s,
+            false => 1.0,
+        };
+        let settings = CascadeSettings {
+            steering_limit: 1.0 / scale,
+            ..settings
+        };
         let helm = self
             .guided
             .cascade
@@ -52,11 +61,6 @@ impl<V: Vehicle<f64>> Speaker<V> {
         helm.set(settings);
         let rate_rad_s = sample.yaw_rate_rad_s.unwrap_or(0.0);
         let steering = helm.step(heading_rad, sample.heading_rad, rate_rad_s, self.interval_s);
-        let base_m_s = self.number("MOT_SPD_SCA_BASE");
-        let scale = match base_m_s > 0.0 && speed_m_s > base_m_s {
-            true => base_m_s / speed_m_s,
-            false => 1.0,
-        };
         let asked = [scale * steering, self.throttle(share, speed_m_s)];
         self.guided.asked = Some(asked);
         Some(asked)
