@@ -68,6 +68,8 @@ impl Clock {
     pub fn start(&self) -> Option<String> {
         let start = match self {
             Self::Plain { .. } => return None,
+            // Days of a spreadsheet count from another year.
+            Self::Epoch { per_second, .. } if *per_second < 1.0 => return None,
             Self::Epoch { start, per_second } => {
                 Timestamp::from_microsecond((start / per_second * 1e6).round() as i64).ok()?
             }
@@ -103,7 +105,10 @@ impl Clock {
             Some(unit) => (unit, None, false),
             None => inferred_unit(first, &numbers),
         };
-        let per_second = (1.0 / unit.factor()).round();
+        let per_second = match unit.factor() {
+            factor if factor < 1.0 => (1.0 / factor).round(),
+            factor => 1.0 / factor,
+        };
         let clock = if is_epoch(first / per_second) {
             Self::Epoch {
                 start: first,
@@ -125,6 +130,11 @@ impl Clock {
 fn is_epoch(seconds: f64) -> bool {
     (6.3e8..4.1e9).contains(&seconds)
 }
+
+/// Days since 1900 of the years 1980 to 2100.
+const SPREADSHEET_DAYS: std::ops::Range<f64> = 29_221.0..73_051.0;
+/// No log in seconds has shorter steps.
+const SHORTEST_STEP_S: f64 = 5e-4;
 
 const UNITS: [Unit; 4] = [
     Unit::Second,
@@ -150,6 +160,10 @@ fn inferred_unit(first: f64, numbers: &[f64]) -> (Unit, Option<String>, bool) {
     }
     let middle = steps.len() / 2;
     let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    if SPREADSHEET_DAYS.contains(&first) && median < SHORTEST_STEP_S {
+        let because = format!("{first} is a day of a spreadsheet's calendar");
+        return (Unit::Day, Some(because), false);
+    }
     // Loggers that count in whole ms, us or ns sample between 200 Hz and once in 5 s.
     let whole = numbers.iter().all(|time| time.fract() == 0.0);
     let unit = UNITS

@@ -98,6 +98,9 @@ pub enum Fault {
         /// The line.
         found: String,
     },
+    /// The text is UTF-16.
+    #[error("the text is in UTF-16, as Excel's “Unicode text”; save it as “CSV UTF-8”")]
+    Utf16,
     /// The file is neither text nor of a known format.
     #[error(
         "byte {offset} is {found:#04x}, which is neither UTF-8 text nor the start of a known format; expected text or one of the binary formats {}: export the log as CSV in UTF-8",
@@ -218,6 +221,18 @@ pub enum Fault {
         first: Box<Fault>,
         /// How many more there are.
         others: u64,
+    },
+    /// So many rows are damaged that leaving them out leaves no log.
+    #[error(
+        "{}; {damaged} of {rows} rows are like this, too many to leave out: write the column as plain numbers with a point or a comma before the decimals, or choose another column", .first.without_advice()
+    )]
+    ManyRows {
+        /// What is wrong with the first.
+        first: Box<Fault>,
+        /// How many are damaged.
+        damaged: u64,
+        /// How many there are.
+        rows: u64,
     },
     /// The column that was asked for is not there.
     #[error(
@@ -406,6 +421,13 @@ impl Fault {
             ),
             other => other.to_string(),
         }
+    }
+
+    /// What was found, and not what to do.
+    fn without_advice(&self) -> String {
+        let text = self.to_string();
+        let found = text.split("; correct it").next().unwrap_or_default();
+        found.to_owned()
     }
 
     /// Is the fault confined to one row, so that reading can go on without it?

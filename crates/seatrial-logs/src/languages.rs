@@ -1,4 +1,4 @@
-//! Names of columns in German and Japanese.
+//! Names of columns in German, French and Japanese.
 
 use crate::Quantity;
 
@@ -10,15 +10,27 @@ pub(crate) struct Names {
     pub vague: &'static [&'static str],
 }
 
-/// The names of a quantity in German and Japanese.
+/// The names of a quantity in German, French and Japanese.
 pub(crate) fn names(quantity: Quantity) -> Names {
     let (clear, vague): (&[&str], &[&str]) = match quantity {
         Quantity::Time => (
-            &["zeit", "時刻", "時間", "経過時間"],
-            &["zeitstempel", "sekunden", "uhrzeit", "日時"],
+            &["temps", "zeit", "時刻", "時間", "経過時間"],
+            &[
+                "heure",
+                "horodatage",
+                "secondes",
+                "tempsécoulé",
+                "zeitstempel",
+                "sekunden",
+                "uhrzeit",
+                "日時",
+            ],
         ),
         Quantity::Heading => (
             &[
+                "cap",
+                "capvrai",
+                "angledelacet",
                 "steuerkurs",
                 "gierwinkel",
                 "船首方位",
@@ -27,6 +39,9 @@ pub(crate) fn names(quantity: Quantity) -> Names {
                 "方位角",
             ],
             &[
+                "capcompas",
+                "capmagnétique",
+                "lacet",
                 "kompasskurs",
                 "kompass",
                 "kurs",
@@ -39,6 +54,11 @@ pub(crate) fn names(quantity: Quantity) -> Names {
         ),
         Quantity::Rudder => (
             &[
+                "barre",
+                "angledebarre",
+                "safran",
+                "angledesafran",
+                "gouvernail",
                 "ruder",
                 "ruderwinkel",
                 "ruderlage",
@@ -47,6 +67,8 @@ pub(crate) fn names(quantity: Quantity) -> Names {
                 "実舵角",
             ],
             &[
+                "consignedebarre",
+                "ordredebarre",
                 "ruderkommando",
                 "rudersollwinkel",
                 "指令舵角",
@@ -56,6 +78,8 @@ pub(crate) fn names(quantity: Quantity) -> Names {
         ),
         Quantity::Speed => (
             &[
+                "vitessesurface",
+                "vitesseavance",
                 "fahrt",
                 "fahrtdurchswasser",
                 "fdw",
@@ -64,6 +88,8 @@ pub(crate) fn names(quantity: Quantity) -> Names {
                 "対水速度",
             ],
             &[
+                "vitesse",
+                "vitessefond",
                 "geschwindigkeit",
                 "fahrtübergrund",
                 "füg",
@@ -72,18 +98,38 @@ pub(crate) fn names(quantity: Quantity) -> Names {
                 "速力",
             ],
         ),
-        Quantity::Depth => (&["tiefe", "tauchtiefe", "深度"], &["深さ"]),
+        Quantity::Depth => (
+            &["profondeur", "immersion", "tiefe", "tauchtiefe", "深度"],
+            &["深さ"],
+        ),
         Quantity::Altitude => (&["bodenabstand", "höheübergrund", "対地高度"], &["高度"]),
         Quantity::Roll => (
-            &["rollwinkel", "krängung", "横揺れ角", "ロール角"],
-            &["横揺れ", "横傾斜", "ロール"],
+            &[
+                "roulis",
+                "gîte",
+                "rollwinkel",
+                "krängung",
+                "横揺れ角",
+                "ロール角",
+            ],
+            &["gite", "横揺れ", "横傾斜", "ロール"],
         ),
         Quantity::Pitch => (
-            &["nickwinkel", "stampfwinkel", "縦揺れ角", "ピッチ角"],
+            &[
+                "tangage",
+                "assiette",
+                "nickwinkel",
+                "stampfwinkel",
+                "縦揺れ角",
+                "ピッチ角",
+            ],
             &["縦揺れ", "ピッチ"],
         ),
         Quantity::YawRate => (
             &[
+                "vitessedelacet",
+                "vitessedegiration",
+                "tauxdegiration",
                 "gierrate",
                 "giergeschwindigkeit",
                 "drehrate",
@@ -96,7 +142,7 @@ pub(crate) fn names(quantity: Quantity) -> Names {
         ),
         Quantity::North => (&["nord", "nordwert", "hochwert", "北方向", "北"], &[]),
         Quantity::East => (&["ost", "ostwert", "rechtswert", "東方向", "東"], &[]),
-        Quantity::Thrust => (&["schub", "推力"], &[]),
+        Quantity::Thrust => (&["poussée", "schub", "推力"], &["poussee"]),
     };
     Names { clear, vague }
 }

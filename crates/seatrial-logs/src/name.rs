@@ -36,7 +36,7 @@ const CONTAINED: usize = 10;
 const MOST_WORDS: usize = 32;
 
 /// Words that make another quantity of a name that contains a quantity's name.
-const OTHER_QUANTITY: [&str; 47] = [
+const OTHER_QUANTITY: [&str; 50] = [
     "soll",
     "sollwert",
     "kommando",
@@ -83,11 +83,23 @@ const OTHER_QUANTITY: [&str; 47] = [
     "offset",
     "bias",
     "course",
+    "track",
+    "cog",
+    "set",
     "mode",
 ];
 
+/// Rank added where a name means what was asked for and not what came of it: any other column of the quantity is better.
+const COMMANDED: usize = 20;
+
+/// Parts of names that mean what was asked for.
+const COMMANDS: [&str; 11] = [
+    "cmd", "command", "order", "demand", "deltac", "kommando", "soll", "consigne", "ordre", "指令",
+    "命令",
+];
+
 /// Words after a quantity's name that leave it the same quantity.
-const SAME_QUANTITY: [&str; 17] = [
+const SAME_QUANTITY: [&str; 19] = [
     "true",
     "magnetic",
     "mag",
@@ -105,6 +117,8 @@ const SAME_QUANTITY: [&str; 17] = [
     "value",
     "boot",
     "signal",
+    "ist",
+    "gemessen",
 ];
 
 /// Words in brackets that say to what a value refers or in which sense it counts, and no unit.
@@ -250,7 +264,16 @@ fn rank(words: &[String], quantity: Quantity) -> Option<usize> {
     }
     let whole = words.concat();
     let exact = groups(quantity).position(|group| group.contains(&whole.as_str()));
-    exact.or_else(|| contained_rank(words, quantity))
+    let is_command = COMMANDS.iter().any(|part| whole.contains(part));
+    let found = exact.or_else(|| contained_rank(words, quantity))?;
+    Some(found + if is_command { COMMANDED } else { 0 })
+}
+
+/// Does a word of the name make another quantity of it?
+pub(crate) fn is_of_another_kind(name: &str) -> bool {
+    words(name)
+        .iter()
+        .any(|word| OTHER_QUANTITY.contains(&word.as_str()))
 }
 
 /// Names from the clearest to the vaguest: English, then other languages.
@@ -318,7 +341,7 @@ mod tests {
             ("rudder_pwm", Rudder, 0, Some(Unit::PulseWidth)),
             ("servo1_us", Rudder, 13, Some(Unit::PulseWidth)),
             ("Rudder %", Rudder, 0, Some(Unit::Percent)),
-            ("rudder_cmd", Rudder, 2, None),
+            ("rudder_cmd", Rudder, 22, None),
             ("delta_r", Rudder, 0, None),
             ("Ruderwinkel [Grad]", Rudder, 4, Some(Unit::Degree)),
             ("Steuerkurs (Grad)", Heading, 2, Some(Unit::Degree)),

@@ -18,6 +18,9 @@ use crate::table::{Cell, Table};
 use crate::unit::{Conversion, Dimension, NEUTRAL_PULSE_US};
 use crate::{Quantity, Unit};
 
+/// So many damaged rows, and a quarter of the sound ones, are a fault of the column and not of rows.
+const MANY_ROWS: u64 = 20;
+
 /// The samples of a log, one by one.
 pub struct LogReader {
     log: String,
@@ -275,16 +278,21 @@ impl LogReader {
 
     /// The fault of a row, with the count of damaged rows behind it.
     fn with_others(&mut self, first: Fault) -> Fault {
-        let mut others = 0;
+        let (mut others, mut sound) = (0, self.counts.samples);
         loop {
             match self.next_sample() {
-                Ok(Some(_)) => {}
+                Ok(Some(_)) => sound += 1,
                 Err(fault) if fault.is_in_one_row() => others += 1,
                 Ok(None) | Err(_) => break,
             }
         }
         match others {
             0 => first,
+            others if others >= MANY_ROWS && others > sound / 4 => Fault::ManyRows {
+                first: Box::new(first),
+                damaged: others + 1,
+                rows: sound + others + 1,
+            },
             others => Fault::SeveralRows {
                 first: Box::new(first),
                 others,

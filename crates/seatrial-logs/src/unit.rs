@@ -59,6 +59,9 @@ units! {
     Millisecond "ms" Time 1e-3, &["ms", "msec", "millis", "milliseconds", "millisekunden", "ミリ秒"];
     Microsecond "us" Time 1e-6, &["us", "µs", "usec", "micros", "microseconds"];
     Nanosecond "ns" Time 1e-9, &["ns", "nsec", "nanos", "nanoseconds"];
+    Minute "min" Time 60.0, &["min", "mins", "minute", "minutes", "minuten", "分"];
+    Hour "h" Time 3600.0, &["h", "hr", "hrs", "hour", "hours", "stunden", "heures"];
+    Day "d" Time 86_400.0, &["d", "day", "days", "tage", "jours", "日"];
     Radian "rad" Angle 1.0, &["rad", "radian", "radians", "radiant", "bogenmaß", "ラジアン"];
     Degree "deg" Angle DEGREE, &["deg", "degree", "degrees", "grad", "度"];
     PulseWidth "pwm" Steering 1.0 / 400.0, &["pwm", "us", "µs"];

@@ -1,5 +1,5 @@
 //! Logs as spreadsheets and loggers of other countries write them: title rows, decimal commas, dates with the day first,
-//! times of day, remarks in the brackets of a name, Japanese and German names.
+//! times of day, remarks in the brackets of a name, thousands in groups, degree signs, Japanese, French and German names.
 
 use seatrial_core::Sample;
 use seatrial_logs::{ChannelChoice, open};
@@ -84,6 +84,36 @@ fn io_every_spelling_gives_the_same_samples() {
             "Sea trial No. 3,,,\r\n\"Recorded by A. Smith, 3 May 2026\",,,\r\n,,,\r\nElapsed time,Compass heading,Helm,SOG\r\n(s),(deg),(deg),(kt)",
             point,
         ),
+        log("Temps [s];Cap [°];Barre [°];Vitesse [kn]", comma),
+        log(
+            "Time [s]|Heading [deg]|Rudder [deg]|Speed [kn]",
+            |t, h, r, v| point(t, h, r, v).replace(',', "|"),
+        ),
+        log("Zeit [s];Kurs;Ruder;Fahrt [kn]", |t, h, r, v| {
+            format!("{t:.1};{h:.2}°;{r:.1} °;{v:.2}").replace('.', ",")
+        }),
+        log("Zeit [ms];Kurs [°];Ruder [°];Fahrt [kn]", |t, h, r, v| {
+            let thousandths = (1000.0 * t).round() as u64;
+            let rest = comma(t, h, r, v);
+            let rest = rest.split_once(';').unwrap().1;
+            format!(
+                "1.{:03}.{:03},0;{rest}",
+                200 + thousandths / 1000,
+                thousandths % 1000
+            )
+        }),
+        log(
+            "Time (min),Heading (deg),Rudder (deg),Speed (kn)",
+            |t, h, r, v| format!("{:.14},{h:.2},{r:.1},{v:.2}", t / 60.0),
+        ),
+        log(
+            "Date,Heading (deg),Rudder (deg),Speed (kn)",
+            |t, h, r, v| format!("{:.13},{h:.2},{r:.1},{v:.2}", 45_424.5 + t / 86_400.0),
+        ),
+        log(
+            "Time [s],Heading [deg],Rudder command [deg],Rudder actual [deg],Speed [kn]",
+            |t, h, r, v| format!("{t:.1},{h:.2},{:.1},{r:.1},{v:.2}", 0.5 * r),
+        ),
     ];
     let expected = read(&logs[0]);
     assert_eq!(expected.len(), ROWS);
@@ -93,7 +123,14 @@ fn io_every_spelling_gives_the_same_samples() {
         for (sample, expected) in samples.iter().zip(&expected) {
             let passed_s = sample.time_s - samples[0].time_s;
             // A time of day has five digits before the point.
-            assert!((passed_s - expected.time_s).abs() < 1e-9, "{text:.60}");
+            let rounding_s = match text.starts_with("Date") {
+                true => 1e-6,
+                false => 1e-9,
+            };
+            assert!(
+                (passed_s - expected.time_s).abs() < rounding_s,
+                "{text:.60}"
+            );
             assert_eq!(sample.heading_rad, expected.heading_rad, "{text:.60}");
             assert_eq!(sample.rudder_rad, expected.rudder_rad, "{text:.60}");
             assert_eq!(
@@ -102,4 +139,50 @@ fn io_every_spelling_gives_the_same_samples() {
             );
         }
     }
+}
+
+/// What is wrong with a log.
+fn fault(bytes: &[u8]) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.csv");
+    std::fs::write(&path, bytes).unwrap();
+    let read = open(&path, &ChannelChoice::default())
+        .and_then(|reader| reader.collect::<Result<Vec<_>, _>>());
+    read.expect_err("a fault").to_string()
+}
+
+#[test]
+fn io_a_column_that_is_no_numbers_is_not_left_out() {
+    let text = log(
+        "Time [s],Heading [deg],Rudder [deg],Speed [kn]",
+        |t, h, r, v| format!("{t:.1},{h:.0}d{h:.0}m,{r:.1},{v:.2}"),
+    );
+    let said = fault(text.as_bytes());
+    assert!(said.contains("100 of 100 rows are like this"), "{said}");
+    assert!(!said.contains("--drop-invalid"), "{said}");
+}
+
+#[test]
+fn io_utf_16_is_named() {
+    let text = log("Time [s],Heading [deg],Rudder [deg],Speed [kn]", point);
+    let mut bytes = vec![0xff, 0xfe];
+    bytes.extend(text.encode_utf16().flat_map(u16::to_le_bytes));
+    for bytes in [&bytes[..], &bytes[2..]] {
+        let said = fault(bytes);
+        assert!(said.contains("the text is in UTF-16"), "{said}");
+    }
+}
+
+/// -9999 and the words of spreadsheets for nothing leave their rows out.
+#[test]
+fn io_words_for_nothing_are_no_values() {
+    let nothing = ["-9999", "n/a", "-", "#N/A", ""];
+    let text = log(
+        "Time [s],Heading [deg],Rudder [deg],Speed [kn]",
+        |t, h, r, v| match (10.0 * t).round() as usize {
+            k @ 10..15 => format!("{t:.1},{},{r:.1},{v:.2}", nothing[k - 10]),
+            _ => point(t, h, r, v),
+        },
+    );
+    assert_eq!(read(&text).len(), ROWS - 5);
 }

@@ -1,6 +1,7 @@
 //! What the first lines of a text log say: how cells are separated and numbers written, and where the names are.
 
 use super::decoded;
+use super::number::{has_degree_sign, is_grouped, number};
 use crate::Unit;
 use crate::clock::{instant, time_of_day};
 
@@ -26,6 +27,8 @@ pub(super) struct Header {
     pub in_comment: Option<Vec<String>>,
     /// The row under the names, where it holds units.
     pub units: Option<Vec<String>>,
+    /// Columns whose numbers have a degree sign behind them.
+    pub degrees: Vec<bool>,
 }
 
 impl Header {
@@ -62,10 +65,11 @@ impl Header {
         Some(Self {
             dialect: Dialect {
                 delimiter,
-                decimal_comma: delimiter != b',' && has_decimal_commas(rows, delimiter),
+                decimal_comma: has_decimal_commas(rows, delimiter),
             },
             line: if titles > 0 { line_of(start, first) } else { 1 },
             in_comment,
+            degrees: degrees(rows, delimiter),
             units: units.filter(|cells| are_units(cells)),
         })
     }
@@ -98,8 +102,8 @@ fn titles(rows: &[&[u8]]) -> usize {
 
 /// Is it a number with a point or a comma, or a time?
 fn is_value(cell: &str) -> bool {
-    let cell = cell.trim_matches('"');
-    cell.replace(',', ".").parse::<f64>().is_ok()
+    number(cell, false).is_some()
+        || number(cell, true).is_some()
         || instant(cell).is_some()
         || time_of_day(cell).is_some()
 }
@@ -107,11 +111,12 @@ fn is_value(cell: &str) -> bool {
 /// Are numbers written with a comma? Points of dates are none of numbers.
 fn has_decimal_commas(rows: &[&[u8]], delimiter: u8) -> bool {
     let cells: Vec<String> = rows.iter().flat_map(|row| cells(row, delimiter)).collect();
-    let is_number = |cell: &str| cell.parse::<f64>().is_ok();
     let has_point = cells
         .iter()
-        .any(|cell| cell.contains('.') && is_number(cell));
-    let is_comma = |cell: &String| cell.contains(',') && is_number(&cell.replace(',', "."));
+        .any(|cell| cell.contains('.') && !is_grouped(cell, '.') && number(cell, false).is_some());
+    let is_comma = |cell: &String| {
+        cell.contains(',') && !is_grouped(cell, ',') && number(cell, true).is_some()
+    };
     !has_point && cells.iter().any(is_comma)
 }
 
@@ -144,7 +149,7 @@ pub(super) fn with_units(names: &[String], units: &[String]) -> Vec<String> {
 
 /// The delimiter that stands in a header most often, outside quotes; blanks where none does.
 fn delimiter(header: &[u8]) -> u8 {
-    let mut counts = [(b',', 0), (b';', 0), (b'\t', 0)];
+    let mut counts = [(b',', 0), (b';', 0), (b'\t', 0), (b'|', 0)];
     let mut quoted = false;
     for byte in header {
         quoted ^= *byte == b'"';
@@ -163,8 +168,33 @@ fn cells(line: &[u8], delimiter: u8) -> Vec<String> {
     if delimiter == b' ' {
         text.split_whitespace().map(String::from).collect()
     } else {
-        text.split(char::from(delimiter))
-            .map(|cell| cell.trim().to_string())
-            .collect()
+        let mut quoted = false;
+        text.split(|c: char| {
+            quoted ^= c == '"';
+            c == char::from(delimiter) && !quoted
+        })
+        .map(|cell| cell.trim().trim_matches('"').to_string())
+        .collect()
     }
+}
+
+/// The columns whose numbers have a degree sign behind them.
+fn degrees(rows: &[&[u8]], delimiter: u8) -> Vec<bool> {
+    let Some((first, others)) = rows.split_first() else {
+        return Vec::new();
+    };
+    let signs = |row: &[u8]| {
+        cells(row, delimiter)
+            .iter()
+            .map(|c| has_degree_sign(c))
+            .collect()
+    };
+    let mut found: Vec<bool> = signs(first);
+    for row in others {
+        let in_row: Vec<bool> = signs(row);
+        for (k, is) in found.iter_mut().enumerate() {
+            *is |= in_row.get(k).copied().unwrap_or(false);
+        }
+    }
+    found
 }

@@ -1,7 +1,9 @@
 //! Delimited text: comma, semicolon, tab or blanks; decimal point or comma; comments; quotes.
 
 mod header;
+mod number;
 
+use std::cell::Cell as Count;
 use std::io::{self, Read};
 
 use csv_core::{ReadRecordResult, ReaderBuilder};
@@ -11,13 +13,19 @@ use crate::Quantity;
 use crate::clock::{instant, time_of_day};
 use crate::description::Format;
 use crate::error::{Fault, Place, clipped};
+use crate::name::{ColumnName, StatedUnit};
 use crate::table::{Cell, Table, hexadecimal};
 use header::{Dialect, Header, with_units};
+use number::{is_no_value, number};
 
 /// Bytes read at once; the delimiter is found in the first of these.
 const BUFFER: usize = 1 << 16;
 /// The longest record.
 const LONGEST_LINE: usize = 1 << 20;
+/// Cells without a value, in capitals or not.
+const NO_VALUES: [&[u8]; 9] = [
+    b"NA", b"N/A", b"#N/A", b"null", b"none", b"-", b"--", b"---", b"#NV",
+];
 /// The most columns.
 const MOST_COLUMNS: usize = 4096;
 
@@ -36,6 +44,8 @@ pub(crate) struct Text<R> {
     selected: Vec<usize>,
     at_end: bool,
     incomplete_line: Option<u64>,
+    /// Cells that hold what instruments write for no value.
+    no_values: Count<u64>,
 }
 
 /// The bytes of one record and where its cells end.
@@ -102,6 +112,7 @@ impl<R: Read> Text<R> {
             selected: Vec::new(),
             at_end: false,
             incomplete_line: None,
+            no_values: Count::new(0),
         };
         while !text.at_end && text.unread.end < BUFFER {
             text.fill()?;
@@ -137,6 +148,11 @@ impl<R: Read> Text<R> {
                 if let Some(units) = header.units {
                     text.read_record()?;
                     text.columns = with_units(&text.columns, &units);
+                }
+                for (name, is_degrees) in text.columns.iter_mut().zip(header.degrees) {
+                    if is_degrees && !states_a_unit(name) {
+                        name.push_str(" [°]");
+                    }
                 }
             }
         }
@@ -226,20 +242,19 @@ impl<R: Read> Text<R> {
     }
 
     fn parsed(&self, bytes: &[u8]) -> Cell {
-        if bytes.is_empty() || [&b"NA"[..], b"N/A", b"null"].contains(&bytes) {
+        let is_none = |word: &&[u8]| word.eq_ignore_ascii_case(bytes);
+        if bytes.is_empty() || NO_VALUES.iter().any(is_none) {
             return Cell::Missing;
         }
-        let Ok(text) = std::str::from_utf8(bytes) else {
-            return Cell::Text(decoded(bytes).into());
-        };
-        let number = if self.dialect.decimal_comma && text.contains(',') {
-            text.replace(',', ".").parse()
-        } else {
-            text.parse()
-        };
-        match number {
-            Ok(number) => Cell::Number(number),
-            Err(_) => match (instant(text), time_of_day(text)) {
+        let text = decoded(bytes);
+        let text = text.as_str();
+        match number(text, self.dialect.decimal_comma) {
+            Some(number) if is_no_value(number) => {
+                self.no_values.set(self.no_values.get() + 1);
+                Cell::Missing
+            }
+            Some(number) => Cell::Number(number),
+            None => match (instant(text), time_of_day(text)) {
                 (Some(instant), _) => Cell::Instant(instant),
                 (None, Some(seconds)) => Cell::Number(seconds),
                 (None, None) => Cell::Text(text.into()),
@@ -305,10 +320,13 @@ impl<R: Read + Send> Table for Text<R> {
     }
 
     fn warnings(&self) -> Vec<String> {
-        self.incomplete_line
-            .map(|line| format!("line {line}, the last, is cut off and was left out"))
-            .into_iter()
-            .collect()
+        let cut_off = self
+            .incomplete_line
+            .map(|line| format!("line {line}, the last, is cut off and was left out"));
+        let no_values = self.no_values.get();
+        let none = (no_values > 0)
+            .then(|| format!("-9999 was taken for a value that is missing, {no_values} times"));
+        cut_off.into_iter().chain(none).collect()
     }
 }
 
@@ -322,6 +340,13 @@ impl<R: Read> Text<R> {
     }
 }
 
+/// Does the name of a column state the unit of an angle?
+fn states_a_unit(name: &str) -> bool {
+    let angles = [Quantity::Heading, Quantity::YawRate];
+    let name = ColumnName::new(name);
+    angles.iter().any(|of| name.unit(*of) != StatedUnit::None)
+}
+
 /// Latin-1 where it is not UTF-8: `°` of older instruments.
 fn decoded(bytes: &[u8]) -> String {
     match std::str::from_utf8(bytes) {
@@ -330,8 +355,14 @@ fn decoded(bytes: &[u8]) -> String {
     }
 }
 
-/// No control characters, and nothing outside UTF-8 but the degree sign of Latin-1.
+/// No control characters, and nothing outside UTF-8 but single letters and signs of Latin-1.
 fn check_is_text(start: &[u8]) -> Result<(), Fault> {
+    let is_wide = [[0xff, 0xfe], [0xfe, 0xff]]
+        .iter()
+        .any(|mark| start.starts_with(mark));
+    if is_wide || (start.len() > 3 && start[0] != 0 && start[1] == 0 && start[3] == 0) {
+        return Err(Fault::Utf16);
+    }
     let not_text = |offset: usize| Fault::NotText {
         offset,
         found: start[offset],
@@ -348,8 +379,12 @@ fn check_is_text(start: &[u8]) -> Result<(), Fault> {
     let mut checked = 0;
     while let Err(error) = std::str::from_utf8(&start[checked..first_line]) {
         let offset = checked + error.valid_up_to();
-        // 0xb0 is the degree sign in Latin-1; a sequence cut by the end of the buffer is no error.
-        if start[offset] != 0xb0 && error.error_len().is_some() {
+        // A letter of Latin-1 stands among those of ASCII; other encodings have several in a row, or bytes that Latin-1 has not.
+        let is_ascii = |at: usize| start.get(at).is_none_or(u8::is_ascii);
+        let is_alone = is_ascii(offset + 1) && (offset == 0 || is_ascii(offset - 1));
+        let is_latin = start[offset] >= 0xa0 && is_alone;
+        // A sequence cut by the end of the buffer is no error.
+        if !is_latin && error.error_len().is_some() {
             return Err(not_text(offset));
         }
         checked = offset + 1;

@@ -1,0 +1,98 @@
+//! Numbers as spreadsheets and instruments write them.
+
+/// Signs behind the number of an angle in degrees.
+const DEGREE_SIGNS: [&str; 3] = ["°", "º", "deg"];
+/// What older instruments write where they have no value.
+const NO_VALUES: [f64; 2] = [-9999.0, -99_999.0];
+
+/// The number of a cell: a point or a comma before the decimals, thousands in groups, a minus of typography, and a degree sign
+/// behind it. `None` where it is none.
+pub(super) fn number(text: &str, decimal_comma: bool) -> Option<f64> {
+    match decimal_comma {
+        false => text.parse().ok(),
+        true if is_grouped(text, '.') => None,
+        true => text.replace(',', ".").parse().ok(),
+    }
+    .or_else(|| written_for_readers(text, decimal_comma))
+}
+
+/// Is it what older instruments write for no value?
+pub(super) fn is_no_value(number: f64) -> bool {
+    NO_VALUES.contains(&number)
+}
+
+/// Is it a number with a degree sign behind it?
+pub(super) fn has_degree_sign(text: &str) -> bool {
+    let digits = without_degree_sign(text);
+    digits.len() < text.len() && digits.ends_with(|c: char| c.is_ascii_digit())
+}
+
+/// Is it a whole number whose thousands are in groups of three behind this sign?
+pub(super) fn is_grouped(text: &str, sign: char) -> bool {
+    let digits = text.trim_start_matches(['-', '+', '−']);
+    digits.contains(sign) && !digits.starts_with('0') && ungrouped(digits, sign).is_some()
+}
+
+fn without_degree_sign(text: &str) -> &str {
+    let signs = DEGREE_SIGNS.iter();
+    let mut found = signs.filter_map(|sign| text.strip_suffix(sign));
+    found.next().unwrap_or(text).trim_end()
+}
+
+fn written_for_readers(text: &str, decimal_comma: bool) -> Option<f64> {
+    let text = without_degree_sign(text).replace('−', "-");
+    let (decimals, groups) = match decimal_comma {
+        true => (',', ['.', ' ', '\u{a0}', '\u{202f}', '\'', '’']),
+        false => ('.', [',', ' ', '\u{a0}', '\u{202f}', '\'', '’']),
+    };
+    let (whole, rest) = text.split_once(decimals).unwrap_or((&text, ""));
+    let whole = match groups.into_iter().find(|sign| whole.contains(*sign)) {
+        Some(sign) => {
+            let digits = whole.trim_start_matches(['-', '+']);
+            let signs = &whole[..whole.len() - digits.len()];
+            format!("{signs}{}", ungrouped(digits, sign)?)
+        }
+        None => whole.to_owned(),
+    };
+    format!("{whole}.{rest}").parse().ok()
+}
+
+/// The digits of groups of three; the first may be shorter.
+fn ungrouped(digits: &str, sign: char) -> Option<String> {
+    let groups: Vec<&str> = digits.split(sign).collect();
+    let are_digits = |group: &&str| group.bytes().all(|byte| byte.is_ascii_digit());
+    let is_sound = (1..=3).contains(&groups[0].len())
+        && groups[1..].iter().all(|group| group.len() == 3)
+        && groups.iter().all(are_digits);
+    is_sound.then(|| groups.concat())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn io_numbers_are_read_as_people_write_them() {
+        for (text, decimal_comma, expected) in [
+            ("12.5", false, Some(12.5)),
+            ("12,5", true, Some(12.5)),
+            ("1.234,56", true, Some(1234.56)),
+            ("1,234.56", false, Some(1234.56)),
+            ("1 234,56", true, Some(1234.56)),
+            ("-1'234.5", false, Some(-1234.5)),
+            ("76.591", true, Some(76_591.0)),
+            ("76.591", false, Some(76.591)),
+            ("0.591", true, Some(0.591)),
+            ("−3.5", false, Some(-3.5)),
+            ("12°", false, Some(12.0)),
+            ("-12,25 deg", true, Some(-12.25)),
+            ("1,23,4.5", false, None),
+            ("12 34", false, None),
+            ("port", false, None),
+            ("", false, None),
+            ("°", false, None),
+        ] {
+            assert_eq!(number(text, decimal_comma), expected, "{text}");
+        }
+    }
+}
