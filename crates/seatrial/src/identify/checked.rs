@@ -173,7 +173,13 @@ fn higher_order(
 /// Doubts about the log that trains, about the one that validates, and about how often the vehicle was looked at.
 fn doubts(prepared: &Prepared, chosen: &Chosen, data: Option<ValidationData>) -> Vec<Doubt> {
     let mut doubts = prepared.log.unit_doubts.clone();
-    let others = data.map_or_else(Vec::new, |data| plausibility::unit_doubts(data.record));
+    let others = data.map_or_else(Vec::new, |data| {
+        let mut others = plausibility::unit_doubts(data.record);
+        others.extend(plausibility::heading_stood(
+            &data.record.usable(data.window),
+        ));
+        others
+    });
     doubts.extend(
         others
             .into_iter()

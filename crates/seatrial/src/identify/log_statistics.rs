@@ -75,7 +75,10 @@ impl LogStatistics {
             compass: CompassError::of(&pass.accepted),
             jump_beside: jump_beside(record, training.known_part(samples)),
             hidden_edges,
-            unit_doubts: plausibility::unit_doubts(record),
+            unit_doubts: plausibility::unit_doubts(record)
+                .into_iter()
+                .chain(plausibility::heading_stood(&record.usable(training)))
+                .collect(),
             times_are_shared: record.units.times_are_shared,
             unchecked: plausibility::unchecked(record),
         }

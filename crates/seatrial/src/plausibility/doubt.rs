@@ -71,6 +71,13 @@ pub enum Doubt {
         /// Length of the gap, s.
         gap_s: f64,
     },
+    /// The heading was the same for a time in which the vehicle turned.
+    HeadingStood {
+        /// Since when, s.
+        from_s: f64,
+        /// For how long, s.
+        for_s: f64,
+    },
     /// Nothing shows whether the rudder goes where its column says.
     RudderUnchecked,
     /// There is no yaw rate to compare the heading with.
@@ -110,6 +117,7 @@ impl Doubt {
             Self::RudderHeld { .. } => ReasonCode::RudderHeld,
             Self::TimesShared { .. } => ReasonCode::TimesShared,
             Self::ClockJumped { .. } => ReasonCode::ClockJumped,
+            Self::HeadingStood { .. } => ReasonCode::CompassError,
             Self::HeadingUnchecked => ReasonCode::HeadingUnchecked,
             Self::RudderUnchecked => ReasonCode::RudderUnchecked,
         }
@@ -142,6 +150,10 @@ impl Doubt {
                 "nothing says in which unit the rudder is; it reaches {} and was taken for {taken_as}: say which with --unit rudder=rad or --unit rudder=deg, or, for a share of full rudder, --unit rudder=fraction or --unit rudder=percent with --rudder-range-deg DEG",
                 three_figures(*largest)
             ),
+            Self::TimeUnit { interval_s } if *interval_s < 1.0 => format!(
+                "samples are {} s apart by the time column, closer than any log has them: say which unit it is in with --unit time=d (the days of a spreadsheet), time=h, time=min or time=s",
+                three_figures(*interval_s)
+            ),
             Self::TimeUnit { interval_s } => format!(
                 "samples are {} s apart by the time column, as if it held milliseconds: say which with --unit time=ms or --unit time=s",
                 three_figures(*interval_s)
@@ -153,6 +165,11 @@ impl Doubt {
                 three_figures(*interval_s),
                 three_figures(*time_constant_s),
                 three_figures(time_constant_s / 10.0)
+            ),
+            Self::HeadingStood { from_s, for_s } => format!(
+                "the compass stood still from {} s on for {} s while the vehicle turned",
+                three_figures(*from_s),
+                three_figures(*for_s)
             ),
             Self::HeadingHeld { refresh_s, effect } => format!(
                 "the heading changes only every {} s while rows come faster, so that it is late by half of that and a22 is wrong by some {:.0} %: log every heading once, with the time of its measurement",
@@ -215,7 +232,7 @@ impl RateMismatch {
             (1e-9, "the time is in nanoseconds (--unit time=ns)"),
             (
                 60.0,
-                "the time is in minutes or the yaw rate in degrees a second",
+                "the time is in minutes (--unit time=min) or the yaw rate in degrees a second",
             ),
             (
                 degree,

@@ -6,6 +6,7 @@
 //! | scale of the rudder | what the file says of its unit with what it says of the others |
 //! | unit of time or yaw rate | the heading's change with the integral of the yaw rate; without a yaw rate, the interval between samples |
 //! | clock that jumped | the heading's change over a gap in time with its rate before and after |
+//! | heading that stood still | equal headings in a row with the yaw rate, where the heading else changes in every row |
 //! | slow rows, held channels | the interval at which a channel changes with the vehicle's time constant 1/|a22| |
 //!
 //! A unit that the user gave is never doubted: giving it is how a doubt is settled.
@@ -13,6 +14,7 @@
 mod clock;
 mod doubt;
 mod refresh;
+mod stood;
 mod turn;
 mod units;
 
@@ -20,6 +22,7 @@ use seatrial_core::Sample;
 
 use crate::record::Record;
 pub use doubt::{Doubt, RateMismatch};
+pub use stood::heading_stood;
 
 /// What is doubtful about the units of a record's columns, whatever model it gives.
 pub fn unit_doubts(record: &Record) -> Vec<Doubt> {

@@ -22,6 +22,8 @@ const USUAL_RUDDER_RAD: f64 = 0.7;
 const USUAL_RUDDER_DEG: f64 = 46.0;
 /// No manoeuvre is logged at longer intervals, s; a clock in milliseconds at 20 Hz shows 50.
 const LONGEST_INTERVAL_S: f64 = 40.0;
+/// No heading is logged at shorter intervals, s; a spreadsheet's days at 20 Hz show 6e-7.
+const SHORTEST_INTERVAL_S: f64 = 5e-4;
 /// The share from which a clock is doubted where every stamp is a whole number.
 const LONGEST_WHOLE_INTERVAL_S: f64 = 15.0;
 
@@ -136,7 +138,13 @@ fn rudder(record: &Record) -> Option<Doubt> {
 fn time(record: &Record) -> Option<Doubt> {
     let unit = &record.units.time;
     let (first, interval_s) = (record.samples.first()?, record.median_interval_s()?);
-    if !unit.is_open() || unit.per_si != 1.0 {
+    if !unit.is_open() {
+        return None;
+    }
+    if interval_s > 0.0 && interval_s < SHORTEST_INTERVAL_S {
+        return Some(Doubt::TimeUnit { interval_s });
+    }
+    if unit.per_si != 1.0 {
         return None;
     }
     let is_whole = record.samples.iter().all(|s| s.time_s.fract() == 0.0);
