@@ -17,6 +17,9 @@ use crate::identification::{LEAST_R2, Reason, ReasonCode, Refined, Validation, V
 use crate::plausibility::Doubt;
 pub use parameters::{WIDEST_A22, WIDEST_B2};
 
+/// More times the rudder than this is no advice.
+const MOST_TIMES: f64 = 4.0;
+
 /// Weighs the last link of the chain.
 pub(super) fn judge(checked: &Checked) -> Verdict {
     let mut weighing = Weighing::default();

@@ -2,7 +2,7 @@
 
 use seatrial_core::{GoodnessOfFit, YawModel};
 
-use super::{Share, Weighing};
+use super::{MOST_TIMES, Share, Weighing};
 use crate::figures::{percent, r2_text, three_figures};
 use crate::identification::{HigherOrder, LagEffect, ReasonCode, Refined};
 use crate::identify::checked::Checked;
@@ -102,6 +102,8 @@ impl Weighing {
         );
         let remedy = if is_higher_order {
             "the vehicle is not of first order, so more rudder alone does not narrow them; a longer manoeuvre at one speed and one rudder angle does".into()
+        } else if more > MOST_TIMES {
+            "a larger and longer manoeuvre is needed, in calmer water".into()
         } else {
             // The interval is inversely proportional to the rudder amplitude at equal noise.
             format!(

@@ -2,8 +2,8 @@
 
 use seatrial_core::YawModel;
 
-use super::Weighing;
 use super::contradiction::{BLIND, GIVEN, STOPPED, TRAINED, contradiction, weakness};
+use super::{MOST_TIMES, Weighing};
 use crate::figures::{r2_text, three_figures};
 use crate::identification::{LEAST_R2, Reason, ReasonCode, Refined, Validation};
 use crate::identify::checked::{Checked, Independent};
@@ -118,10 +118,16 @@ impl Weighing {
     }
 
     fn weakly_validated(&mut self, times: f64, wrong: &str, refuses: bool) {
+        let remedy = match times <= MOST_TIMES {
+            true => format!(
+                "validate with {} times the rudder, or with {} manoeuvres, or in calmer water",
+                three_figures(times),
+                (times * times).ceil()
+            ),
+            false => "validate with a larger and longer manoeuvre, in calmer water".into(),
+        };
         let text = format!(
-            "the validation data by themselves are too uncertain to show {wrong}: validate with {} times the rudder, or with {} manoeuvres, or in calmer water",
-            three_figures(times),
-            (times * times).ceil()
+            "the validation data by themselves are too uncertain to show {wrong}: {remedy}"
         );
         if refuses {
             self.reject(ReasonCode::WeaklyValidated, text);
