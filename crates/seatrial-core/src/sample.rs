@@ -124,6 +124,13 @@ pub enum AbortReason {
     NotAttended,
 }
 
+impl AbortReason {
+    /// Did the vehicle do something that no model of the trial explains? Its models are then not to be used.
+    pub fn contradicts_the_models(self) -> bool {
+        matches!(self, Self::ReversedRudder | Self::RudderNotFollowed)
+    }
+}
+
 impl core::fmt::Display for AbortReason {
     fn fmt(&self, f: &mut core::fmt::Formatter) -> core::fmt::Result {
         f.write_str(match self {

@@ -5,7 +5,7 @@ use seatrial_core::{AbortReason, Outcome};
 use super::number::{decimals, percent, sentence, significant};
 use super::speed_figures::Speed;
 use seatrial::campaign::{Campaign, abort_action};
-use seatrial::identification::{Outcome as ModelOutcome, Verdict};
+use seatrial::identification::{Outcome as ModelOutcome, ReasonCode, Verdict};
 
 /// How good the news is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -79,6 +79,15 @@ fn cause(verdict: &Verdict) -> Vec<String> {
     cause
 }
 
+/// What speaks against the models of a campaign, each in a sentence: what is no run's own stands with no figure.
+fn causes(verdict: &Verdict) -> Vec<String> {
+    let causes = verdict
+        .reasons
+        .iter()
+        .filter(|reason| !matches!(reason.code, ReasonCode::Ok | ReasonCode::SignReversed));
+    causes.map(|reason| sentence(&reason.text)).collect()
+}
+
 /// What to do about the cause of an outcome.
 fn action(verdict: &Verdict) -> Option<String> {
     let action = &verdict.cause()?.action;
@@ -97,7 +106,10 @@ fn thrusts(campaign: &Campaign) -> Vec<f64> {
 pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed], command: &str) -> Headline {
     let tried = thrusts(campaign);
     let judged = campaign.verdict();
-    let count = usable_models(speeds.len(), tried.len());
+    let count = match judged.accepted || speeds.is_empty() {
+        true => usable_models(speeds.len(), tried.len()),
+        false => "The models of the speeds are not to be used".to_owned(),
+    };
     let word = outcome_text(judged.outcome());
     let verdict = match campaign.outcome {
         Some(Outcome::Finished) => format!("{word} {count}."),
@@ -112,7 +124,7 @@ pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed], command: &str) 
     // That every speed has a model is said already.
     let mut findings = match judged.outcome() {
         ModelOutcome::Use => Vec::new(),
-        _ => cause(&judged),
+        _ => causes(&judged),
     };
     if campaign.axis.is_yaw()
         && let (Some(slow), Some(fast)) = (speeds.first(), speeds.last())
@@ -162,7 +174,7 @@ fn next_of_trial(campaign: &Campaign, speeds: &[Speed], tried: &[f64]) -> Vec<St
         ),
         Some(Outcome::Finished) => next.extend(failed_speeds(campaign, speeds, tried)),
     }
-    if !speeds.is_empty() && campaign.axis.is_yaw() {
+    if !speeds.is_empty() && campaign.axis.is_yaw() && campaign.verdict().accepted {
         next.push(what_to_do_with_models(campaign).to_owned());
     } else if campaign.runs.is_empty() {
         next.push(

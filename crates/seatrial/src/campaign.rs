@@ -133,14 +133,17 @@ impl Campaign {
         accepted
     }
 
-    /// May the models of the campaign be used, as a whole? Not where they contradict each other or there is none; with care
+    /// May the models of the campaign be used, as a whole? Not where they contradict each other, where the vehicle at last did
+    /// not do what any of them says, or where there is none; with care
     /// where a speed that was tried has none, or where a model is limited.
     pub fn verdict(&self) -> Verdict {
         let accepted = self.accepted_runs();
         let contradictions = self.contradictions();
         let mut reasons = self.unfinished().into_iter().collect::<Vec<_>>();
         reasons.extend(self.speeds_without_a_model());
-        if accepted.is_empty() || !contradictions.is_empty() {
+        let is_contradicted = !contradictions.is_empty()
+            || matches!(self.outcome, Some(Outcome::Aborted(reason)) if reason.contradicts_the_models());
+        if accepted.is_empty() || is_contradicted {
             return Verdict {
                 accepted: false,
                 reasons: [contradictions, reasons].concat(),

@@ -109,7 +109,7 @@ fn of_neighbours(
     let damping = parted(ReasonCode::DampingChanged, "the yaw damping", |refined| {
         Magnitude::widened(refined.model.a22_per_s, refined.interval_95.a22_per_s)
     });
-    [speed, authority, damping].into_iter().flatten().collect()
+    [authority, damping, speed].into_iter().flatten().collect()
 }
 
 /// By which factor a parameter changed. `None` where the interval at the faster speed meets that of the slower speed
