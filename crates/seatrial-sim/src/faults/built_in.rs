@@ -1,7 +1,7 @@
 //! Scenarios that come with the program.
 
 /// Names and texts of the files in `scenarios/`.
-const SCENARIOS: [(&str, &str); 12] = [
+const SCENARIOS: [(&str, &str); 13] = [
     (
         "bad_compass",
         include_str!("../../scenarios/bad_compass.toml"),
@@ -18,6 +18,10 @@ const SCENARIOS: [(&str, &str); 12] = [
     (
         "frozen_compass",
         include_str!("../../scenarios/frozen_compass.toml"),
+    ),
+    (
+        "heavier_payload",
+        include_str!("../../scenarios/heavier_payload.toml"),
     ),
     ("gremlins", include_str!("../../scenarios/gremlins.toml")),
     (
