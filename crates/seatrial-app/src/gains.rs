@@ -68,6 +68,9 @@ pub struct HeadingGains {
     pub rudder_unit: RudderUnit,
     /// The trial that the models are of.
     pub trial: Option<String>,
+    /// Was the trial a rehearsal, whose gains are exported only when that is asked for?
+    #[serde(skip)]
+    pub is_rehearsal: bool,
     /// What the loop waits for: the longest of the points.
     pub timing: LoopTiming<f64>,
     /// Gains of each model.
@@ -173,6 +176,10 @@ impl Wanted {
             rudder_limit_rad: models.rudder_limit_rad,
             rudder_unit: models.rudder_unit,
             trial: models.trial.as_ref().map(TrialOrigin::text),
+            is_rehearsal: models
+                .trial
+                .as_ref()
+                .is_some_and(|trial| trial.is_rehearsal),
             timing,
             points: points.map(|p| point_gains(p, self.damping_ratio)).collect(),
             at: self.interpolated(models)?,

@@ -118,9 +118,12 @@ impl Args {
     }
 }
 
+/// The gain of the paper's (57).
+const PAPERS_GAIN: &str = "paper's K_p";
+
 /// Columns that a narrow screen does without, first those that fewest people miss.
 const DISPENSABLE: [&str; 11] = [
-    "(57)",
+    PAPERS_GAIN,
     "frequency",
     "damping",
     "delay margin",
@@ -148,7 +151,7 @@ fn text(document: &HeadingGains, written: Option<&Path>, width: usize) -> String
         ("Nomoto T", "s"),
         ("Nomoto K", "1/s"),
         ("K_p", per_angle),
-        ("(57)", per_angle),
+        (PAPERS_GAIN, per_angle),
         ("feed-forward", rudder),
         ("damping", ""),
         ("frequency", "rad/s"),
@@ -187,10 +190,13 @@ fn text(document: &HeadingGains, written: Option<&Path>, width: usize) -> String
     if let Some(file) = written {
         notes.push(format!("Kept in {}.", file.display()));
     } else if document.points.iter().any(|point| point.refused.is_none()) {
-        notes.push(
-            "Next: the same command with --export FORMAT --out FILE writes them for a controller; FORMAT is ardupilot, px4, ros2, json or c."
-                .into(),
-        );
+        let rehearsal = match document.is_rehearsal {
+            true => " --rehearsal",
+            false => "",
+        };
+        notes.push(format!(
+            "Next: the same command with --export FORMAT --out FILE{rehearsal} writes them for a controller; FORMAT is ardupilot, px4, ros2, json or c. How tight the vehicle turns says `seatrial turn` with the same source."
+        ));
     }
     let text = format!(
         "Heading gains of {}, damping ratio {:.4}, rudder limit {:.1} {rudder}\n{}\

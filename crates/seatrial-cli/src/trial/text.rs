@@ -43,7 +43,8 @@ pub(super) fn text(
     if let Some(table) = speed_table(&rows, width) {
         let _ = writeln!(text, "{table}");
     }
-    text += &cause_text(&verdict, "seatrial report", width);
+    let place = format!("--logbook {} --campaign {}", logbook.display(), number.0);
+    text += &cause_text(&verdict, &format!("seatrial report {place}"), width);
     if campaign.is_rehearsal() {
         let about = format!(
             "a rehearsal: the numbers are those of {}, not of a boat",
