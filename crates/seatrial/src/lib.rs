@@ -56,6 +56,7 @@
 //! |---|---|
 //! | one model from one or several manoeuvres | [`identify`](mod@identify) |
 //! | every method on the same record | [`compare`] |
+//! | what several turn rates of one hull tell together | [`amplitude`] |
 //! | manoeuvres in a long log | [`segmentation`] |
 //! | what a trial will tell before it is run | [`preview`] |
 //! | whether a vehicle has changed since | [`health`] |
@@ -65,6 +66,7 @@
 //! the vehicle is in [`seatrial_core`].
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
+pub mod amplitude;
 pub mod campaign;
 pub mod campaign_check;
 mod chi_squared;

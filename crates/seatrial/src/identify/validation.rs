@@ -160,7 +160,7 @@ pub fn heading_range_rad<'a>(samples: impl IntoIterator<Item = &'a Sample<f64>>)
 }
 
 /// The samples with the derivative of their heading as yaw rate. `None` where too few are usable.
-pub(super) fn derived_yaw_rate(
+pub(crate) fn derived_yaw_rate(
     model: YawModel<f64>,
     samples: &[Sample<f64>],
 ) -> Option<Vec<Sample<f64>>> {
