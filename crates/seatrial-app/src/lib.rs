@@ -7,6 +7,7 @@ pub mod assist;
 pub mod commission;
 #[cfg(feature = "trials")]
 pub mod compare_log;
+pub mod compare_turn_rates;
 #[cfg(feature = "trials")]
 pub mod conduct;
 pub mod documents;

@@ -1,31 +1,41 @@
-//! `seatrial compare`: every method on the identical record.
+//! `seatrial compare`: every method on the identical record, or the models of several logs over the turn rate.
+
+use std::path::{Path, PathBuf};
 
 use seatrial::compare::{Comparison, MethodResult};
 use seatrial::figures::{r2_text, three_figures};
 use seatrial_app::compare_log::{ComparedLog, ComparisonDocument, compare_log};
+use seatrial_app::compare_turn_rates::compare_turn_rates;
 use seatrial_app::identify_log::Logs;
 
-use crate::log::{LogArgs, Reporter};
+use crate::log::{ChannelArgs, Reporter};
 use crate::model_text::{source_text, span_text};
 use crate::output::{Exit, Failure, Output};
 use crate::screen::{command, labelled, width, wrapped};
 use crate::table::Table;
+use crate::turn_rates;
 use crate::windows::WindowArgs;
 
-/// Every method on the identical record, side by side, with time and disagreement.
+/// Every method on the identical record, side by side; of several logs, whether damping grows with the turn rate.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
 Without a validation window what follows the training window validates. Without any the windows are those of \
 `seatrial identify`: of the manoeuvres of its surest model the best excited one trains and another one validates. \
 A log without such manoeuvres but with several strokes of the rudder is split in its middle.
 
+Of two or more logs of one hull each is identified as by `seatrial identify`. The models of a speed, within 10 %, are \
+fitted over the amplitude of the yaw rate: one damping for all, or one that grows with the turn rate, with intervals.
+
 Two trials, runs or payloads are compared by `seatrial health`.
 
 Example:
   seatrial sim log --seed 1 --out run.csv && seatrial compare run.csv")]
 pub struct Args {
+    /// The log, whatever its format, or several of one hull at different rudder angles; `-` is standard input.
+    #[arg(required = true, value_name = "LOG")]
+    logs: Vec<PathBuf>,
     #[command(flatten)]
-    log: LogArgs,
+    channels: ChannelArgs,
     #[command(flatten)]
     windows: WindowArgs,
     /// Pole of the state variable filter of every method but the paper's, rad/s
@@ -34,18 +44,35 @@ pub struct Args {
     lambda: Option<f64>,
 }
 
-/// Compares the methods on a log.
+/// Compares the methods on a log, or several logs.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let reading = args.log.channels.read_settings()?;
+    match &args.logs[..] {
+        [log] => methods(args, log, output),
+        logs => several(args, logs, output),
+    }
+}
+
+fn several(args: &Args, logs: &[PathBuf], output: &Output) -> Result<Exit, Failure> {
+    if args.windows.windows().are_given() || args.lambda.is_some() {
+        return Err(Failure::usage(
+            "windows and --lambda are for one log: of several, each is identified as `seatrial identify` does it; leave them out",
+        ));
+    }
+    let reading = args.channels.read_settings()?;
+    let document = compare_turn_rates(logs, &reading, &mut Reporter::default())?;
+    output.print(&document, || turn_rates::page(&document))?;
+    Ok(match document.has_compared() {
+        true => Exit::Done,
+        false => Exit::Rejected,
+    })
+}
+
+fn methods(args: &Args, log: &Path, output: &Output) -> Result<Exit, Failure> {
+    let reading = args.channels.read_settings()?;
     let windows = args.windows.windows();
     let mut reporter = Reporter::default();
-    let ComparedLog { logs, document } = compare_log(
-        &args.log.log,
-        &windows,
-        &reading,
-        args.lambda,
-        &mut reporter,
-    )?;
+    let ComparedLog { logs, document } =
+        compare_log(log, &windows, &reading, args.lambda, &mut reporter)?;
     output.print(&document, || page(&logs, &document))?;
     Ok(Exit::Done)
 }

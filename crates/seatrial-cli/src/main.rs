@@ -49,6 +49,7 @@ mod study;
 mod table;
 mod trial;
 mod turn;
+mod turn_rates;
 mod validate;
 mod vehicle;
 mod vehicle_check;
