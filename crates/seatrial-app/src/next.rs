@@ -61,7 +61,6 @@ pub fn after_trial(
     match firmware {
         _ if !is_autopilot => format!("seatrial gains {place}"),
         Some(name) if name.starts_with("PX4") => format!("seatrial gains {place} {PX4}"),
-        firmware if is_ardusub(firmware) => format!("seatrial gains {place} {SUB}"),
         _ => {
             let full_rudder = campaign.full_rudder.filter(|full| !full.is_assumed);
             let angle = full_rudder.map_or(String::new(), |full| {

@@ -146,7 +146,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         schema: "seatrial.commission.v1",
         vehicle: args.vehicle.clone(),
         source: request.models.origin,
-        surge_speed_m_s: proposal.surge_speed_m_s,
+        surge_speed_m_s: proposal.model.surge_speed_m_s,
         changes: changes.iter().map(Changed::of).collect(),
         line: found.line(),
         found,
@@ -242,7 +242,7 @@ fn show(preflight: &Preflight, proposal: &Proposal, changes: &[Change]) {
             100.0 * foreseen.activity_per_s.high
         ));
     }
-    let water = proposal.surge_speed_m_s.zip(proposal.distance_m());
+    let water = proposal.model.surge_speed_m_s.zip(proposal.distance_m());
     say(format!(
         "it takes at most {:.0} s{}",
         proposal.duration_s(),

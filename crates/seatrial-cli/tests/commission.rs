@@ -80,6 +80,10 @@ struct Played {
 
 impl Played {
     fn start(folder: &Path, vehicle: &str) -> Self {
+        Self::start_as("rover", folder, vehicle)
+    }
+
+    fn start_as(profile: &str, folder: &Path, vehicle: &str) -> Self {
         std::fs::write(folder.join("boat.toml"), BOAT).unwrap();
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let place = listener.local_addr().unwrap().to_string();
@@ -87,6 +91,7 @@ impl Played {
         let process = program()
             .current_dir(folder)
             .args(["sim", "mavlink", "--vehicle", vehicle])
+            .args(["--profile", profile])
             .args(["--speed", SPEED, "--tcp", &place])
             .stdout(Stdio::null())
             .stderr(Stdio::null())
@@ -186,6 +191,65 @@ fn cli_gains_from_a_trial_are_proven_kept_and_undone() {
     assert_eq!(found["ending"]["state"], "refused", "{errors}");
     assert!(!folder.join("seatrial.restore.toml").exists());
     assert!(!undo.exists());
+}
+
+/// The same under ArduSub, whose thrust ahead takes two fifths of what steers.
+#[test]
+fn cli_gains_of_a_submarine_are_proven_kept_and_undone() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let slow = [
+        ("-2.5", "-0.6"),
+        ("-5.0", "-1.2"),
+        ("= 2.5", "= 0.6"),
+        ("= 10.0", "= 2.4"),
+    ];
+    let slow = slow
+        .iter()
+        .fold(BOAT.to_string(), |text, (from, to)| text.replace(from, to));
+    std::fs::write(folder.join("sub.toml"), slow).unwrap();
+    let boat = Played::start_as("sub", folder, "sim:sub.toml");
+    std::fs::write(folder.join("plan.toml"), "thrusts = [0.8]\n").unwrap();
+    let trial = ["trial", "--yes", "--plan", "plan.toml"];
+    let trial = run_in(folder, &[&trial[..], &boat.link()].concat());
+    assert_eq!(trial.status.code(), Some(0), "{}", text(&trial.stderr));
+    let next = format!("Next seatrial commission --vehicle {}", boat.address);
+    let said = unwrapped(&text(&trial.stdout));
+    assert!(said.contains(&next), "{said}");
+    let (code, found, errors) = commission(folder, &boat, &["--logbook", "seatrial.db"]);
+    assert_eq!(code, Some(0), "{errors}");
+    assert_eq!(found["ending"]["state"], "kept", "{errors}");
+    let names: Vec<&str> = found["changes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|change| change["name"].as_str())
+        .collect();
+    for name in ["ATC_ANG_YAW_P", "ATC_RAT_YAW_P", "ATC_SLEW_YAW"] {
+        assert!(names.contains(&name), "{names:?}");
+    }
+    assert!(!folder.join("seatrial.restore.toml").exists());
+    let restore = ["vehicle", "restore", "seatrial.old-gains.toml"];
+    let restored = run_in(folder, &[&restore[..], &boat.link()].concat());
+    let errors = text(&restored.stderr);
+    assert_eq!(restored.status.code(), Some(0), "{errors}");
+
+    // A model that does not say at which thrust it was found.
+    let bare = r#"{"source": {}, "models": [{"surge_speed_m_s": 2.4, "verdict": {"accepted": true}, "identification":
+        {"online": {"a22_per_s": -4.0, "b2_per_s2": 6.4, "c0_rad_per_s2": 0.02}, "verdict": {"accepted": true}}}]}"#;
+    std::fs::write(folder.join("bare.json"), bare).unwrap();
+    let output = [
+        "commission",
+        "--yes",
+        "--plan",
+        "plan.toml",
+        "--model",
+        "bare.json",
+    ];
+    let output = run_in(folder, &[&output[..], &boat.link()].concat());
+    assert_eq!(output.status.code(), Some(4));
+    let errors = unwrapped(&text(&output.stderr));
+    assert!(errors.contains("the model says no thrust"), "{errors}");
 }
 
 /// Where the heading controller is ours: the gain of each speed against the constant one of the slowest, on a boat of which

@@ -1,4 +1,4 @@
-//! The heading controller of ArduPilot's Rover: heading error to yaw rate, yaw rate to steering.
+//! The heading controllers of ArduPilot's Rover and Sub: heading error to yaw rate, yaw rate to steering.
 //!
 //! ```text
 //! e   = wrap(psi_d - psi)
@@ -9,7 +9,8 @@
 //! s   = limit(F t + P x + i + D d, s_max),   i = limit(i + I x h, i_max)
 //! ```
 //!
-//! While the steering is at its limit, i only shrinks; where I is 0, so is i.
+//! While the steering is at its limit, i only shrinks; where I is 0, so is i. Sub, which has a [`TargetShaping`], has r_d from
+//! [`heading_target`](crate::heading_target), no F, and an i that knows no limit but i_max.
 //!
 //! | symbol | identifier | unit | positive sense |
 //! |---|---|---|---|
@@ -29,6 +30,7 @@
 //! rate (`SMAX`), its notch filters and its limit of the lateral acceleration. A number that is not finite gives no steering.
 
 use crate::Real;
+use crate::heading_target::{HeadingTarget, Leading, TargetShaping};
 
 /// Gains, filters and limits of the cascade.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -58,6 +60,8 @@ pub struct CascadeSettings<T> {
     pub acceleration_limit_rad_s2: T,
     /// s_max: more than 1 where the outputs make less of the steering, as Rover's do at speed.
     pub steering_limit: T,
+    /// Sub's way to the wanted heading; `None` is Rover's.
+    pub shaping: Option<TargetShaping<T>>,
 }
 
 /// The cascade at work.
@@ -70,6 +74,7 @@ pub struct RateCascade<T> {
 #[derive(Clone, Copy, Debug)]
 struct State<T> {
     wanted_rate: T,
+    heading: HeadingTarget<T>,
     target: T,
     error: T,
     derivative: T,
@@ -102,17 +107,24 @@ impl<T: Real> RateCascade<T> {
         let is_first = self.state.is_none();
         let mut state = self.state.unwrap_or(State {
             wanted_rate: yaw_rate_rad_s,
+            heading: HeadingTarget::at(heading_rad),
             target: T::ZERO,
             error: T::ZERO,
             derivative: T::ZERO,
             integral: T::ZERO,
             is_limited: false,
         });
-        state.wanted_rate = s.wanted_rate(
-            (wanted_rad - heading_rad).wrapped(),
-            state.wanted_rate,
-            interval_s,
-        );
+        state.wanted_rate = match s.leading() {
+            Some(leading) => {
+                let headings = [wanted_rad, heading_rad];
+                state.heading.wanted_rate(&leading, headings, interval_s)
+            }
+            None => s.wanted_rate(
+                (wanted_rad - heading_rad).wrapped(),
+                state.wanted_rate,
+                interval_s,
+            ),
+        };
         let error_before = state.error;
         if is_first {
             state.target = state.wanted_rate;
@@ -145,7 +157,7 @@ impl<T: Real> RateCascade<T> {
             true => s.steering_limit,
             false => T::ONE,
         };
-        state.is_limited = asked.abs() > limit;
+        state.is_limited = asked.abs() > limit && s.shaping.is_none();
         self.state = Some(state);
         asked.limited_to(limit)
     }
@@ -157,6 +169,16 @@ impl<T: Real> CascadeSettings<T> {
     pub fn integral_time_s(&self) -> Option<T> {
         let time_s = (self.feed_forward_s + self.rate_gain_s) / self.rate_integral_gain;
         (self.rate_integral_gain > T::ZERO).then_some(time_s)
+    }
+
+    fn leading(&self) -> Option<Leading<T>> {
+        Some(Leading {
+            angle_gain_per_s: self.angle_gain_per_s,
+            rate_gain_s: self.rate_gain_s,
+            rate_limit_rad_s: self.rate_limit_rad_s,
+            acceleration_limit_rad_s2: self.acceleration_limit_rad_s2,
+            shaping: self.shaping?,
+        })
     }
 
     /// r_d, rad/s.
@@ -261,6 +283,26 @@ mod tests {
             ..settings
         };
         assert_eq!(without.integral_time_s(), None);
+    }
+
+    /// Sub's integral goes on at the limit of the steering, and its first steering is P A e: the heading held is the vehicle's own.
+    #[test]
+    fn exact_with_a_target_of_its_own_nothing_stops_the_integral() {
+        let mut cascade = RateCascade::new(CascadeSettings {
+            rate_gain_s: 10.0,
+            feed_forward_s: 0.0,
+            integral_limit: 0.3,
+            rate_limit_rad_s: 0.5,
+            shaping: Some(TargetShaping::default()),
+            ..settings()
+        });
+        for _ in 0..1000 {
+            cascade.step(1.0, 0.0, 0.0, 0.02);
+        }
+        // e_max is 1/(P A) = 0.05 rad; the target still moves at 0.5 rad/s.
+        let state = cascade.state.unwrap();
+        assert_eq!(state.integral, 0.3);
+        assert!((state.target - 0.6).abs() < 1e-9, "{state:?}");
     }
 
     #[test]

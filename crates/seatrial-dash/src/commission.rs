@@ -14,7 +14,7 @@ use seatrial_app::commission::{
 };
 use seatrial_app::models::of_entry;
 use seatrial_app::trial_run::{Change, plan_of_campaign};
-use seatrial_core::{CascadeSettings, Sample};
+use seatrial_core::{CascadeSettings, Sample, SchedulePoint};
 use seatrial_logbook::CampaignId;
 
 use crate::api::{
@@ -227,7 +227,7 @@ fn proposed_gains(proposal: &Proposal, changes: Vec<Change>) -> ProposedGains {
     ProposedGains {
         proposal: format!("{:016x}", hasher.finish()),
         parameters: changes.into_iter().map(Changed::from).collect(),
-        surge_speed_m_s: proposal.surge_speed_m_s,
+        surge_speed_m_s: proposal.model.surge_speed_m_s,
         step_rad: proposal.test.step_rad,
         duration_s: proposal.duration_s(),
         distance_m: proposal.distance_m(),
@@ -274,8 +274,8 @@ impl GainedVehicle for Watched {
         Ok(sample)
     }
 
-    fn steer_to(&mut self, heading_rad: f64, speed_m_s: Option<f64>) {
-        self.inner.steer_to(heading_rad, speed_m_s);
+    fn steer_to(&mut self, heading_rad: f64, model: &SchedulePoint<f64>) {
+        self.inner.steer_to(heading_rad, model);
         self.wanted_rad = Some(heading_rad);
     }
 

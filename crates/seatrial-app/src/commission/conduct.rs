@@ -144,16 +144,14 @@ impl Commission<'_> {
                     *test,
                     patience,
                     base_rad,
-                    proposal.surge_speed_m_s,
+                    proposal.model.surge_speed_m_s,
                     proposal.control.output_scale,
                     self.order.envelope,
                 )
             });
             let wanted = run.step(&sample);
             match wanted.ended {
-                None => self
-                    .vehicle
-                    .steer_to(wanted.heading_rad, proposal.surge_speed_m_s),
+                None => self.vehicle.steer_to(wanted.heading_rad, &proposal.model),
                 Some(Ok(record)) => return self.at_speed(record),
                 Some(Err(reason)) => return Err(ended_for(reason)),
             }
@@ -162,17 +160,26 @@ impl Commission<'_> {
 
     /// Refuses steps at another speed than the model's.
     fn at_speed(&self, record: StepRecord) -> Result<StepRecord, Lost> {
-        let wanted = self.order.proposal.surge_speed_m_s;
+        let proposal = self.order.proposal;
+        let wanted = proposal.model.surge_speed_m_s;
         let Some((wanted, kept)) = wanted.zip(record.surge_speed_m_s) else {
             return Ok(record);
         };
         if (kept / wanted - 1.0).abs() <= self.order.envelope.speed_drift_max {
             return Ok(record);
         }
+        let advice = match proposal.control.keeps_speed {
+            true => {
+                "tune its speed (CRUISE_SPEED, CRUISE_THROTTLE, ATC_SPEED_P), or take the model of another speed"
+            }
+            false => {
+                "the same thrust goes at another speed now; run a trial on the vehicle as it is"
+            }
+        };
         Err(Lost {
             reason: Some(AbortReason::SpeedDrift),
             why: format!(
-                "the autopilot kept {kept:.2} m/s where the model is of {wanted:.2} m/s: tune its speed (CRUISE_SPEED, CRUISE_THROTTLE, ATC_SPEED_P), or take the model of another speed"
+                "the vehicle went at {kept:.2} m/s where the model is of {wanted:.2} m/s: {advice}"
             ),
         })
     }

@@ -15,7 +15,7 @@ mod reached;
 mod step_run;
 
 use seatrial::commission::{Against, Foreseen, ModelCheck, Response};
-use seatrial_core::{AbortReason, CascadeSettings, Sample};
+use seatrial_core::{AbortReason, CascadeSettings, Sample, SchedulePoint};
 use serde::Serialize;
 
 pub use conduct::{Order, Progress, conduct};
@@ -29,8 +29,8 @@ pub trait GainedVehicle {
     /// The next sample; its rudder is the steering output in fractions of full.
     fn next_sample(&mut self) -> Result<Sample<f64>, Lost>;
 
-    /// Asks for a heading and a speed, m/s; `None` is the autopilot's own.
-    fn steer_to(&mut self, heading_rad: f64, speed_m_s: Option<f64>);
+    /// Asks for a heading at the speed or the thrust of a model.
+    fn steer_to(&mut self, heading_rad: f64, model: &SchedulePoint<f64>);
 
     /// Writes settings and reads them back.
     fn write(&mut self, settings: &CascadeSettings<f64>) -> Result<(), Lost>;

@@ -14,7 +14,7 @@ use seatrial::gain_allowance::least_damped_schedule;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 use seatrial_core::{
     AbortReason, Action, CascadeSettings, Envelope, GainSchedule, HeadingGain, Outcome, Real,
-    Sample, Steering, YawModel,
+    Sample, SchedulePoint, Steering, YawModel,
 };
 use serde::Serialize;
 
@@ -119,6 +119,9 @@ fn proposal(
         loop_interval_s: own.sample_interval_s,
         sample_interval_s: own.sample_interval_s,
         output_scale: 1.0,
+        steering_taken: 0.0,
+        keeps_speed: false,
+        rate_noise_rad_s: None,
     };
     let off_centre = evidence(point, own.rudder_limit_rad, &control);
     let trimmed = Evidence {
@@ -139,7 +142,7 @@ fn proposal(
         evidence: trimmed,
         control,
         settings: new,
-        surge_speed_m_s: point.point.surge_speed_m_s,
+        model: point.point,
         test,
         smoothing_s,
     })
@@ -177,7 +180,7 @@ impl OwnProposal {
         };
         OwnSpeed {
             thrust: self.thrust,
-            surge_speed_m_s: self.proposal.surge_speed_m_s,
+            surge_speed_m_s: self.proposal.model.surge_speed_m_s,
             constant: self.constant,
             scheduled: self.scheduled,
             found: conduct(&mut helm, &order, progress),
@@ -237,7 +240,7 @@ impl GainedVehicle for Helm<'_> {
         }
     }
 
-    fn steer_to(&mut self, heading_rad: f64, _: Option<f64>) {
+    fn steer_to(&mut self, heading_rad: f64, _: &SchedulePoint<f64>) {
         let error_rad = (heading_rad - self.last.heading_rad).wrapped();
         let HeadingGain {
             proportional_gain,

@@ -3,7 +3,7 @@
 use seatrial::commission::{
     Evidence, Foreseen, NoProposal, StepTest, foresee, propose as designed,
 };
-use seatrial_core::{CascadeSettings, YawModel};
+use seatrial_core::{CascadeSettings, SchedulePoint, YawModel};
 
 use super::step_run::Patience;
 use crate::Error;
@@ -13,6 +13,8 @@ use crate::models::{ModelPoint, Models};
 const ORDINARY_LAG_S: f64 = 0.1;
 /// Noise of an autopilot's yaw rate where nothing tells it, rad/s, and of its heading, rad.
 const RATE_NOISE_RAD_S: f64 = 0.006;
+/// The least that it is taken for under way, rad/s, where a still vehicle has told it.
+const LEAST_RATE_NOISE_RAD_S: f64 = 0.002;
 const HEADING_NOISE_RAD: f64 = 0.005;
 /// A model without intervals is taken for known to this share.
 const UNKNOWN: f64 = 0.1;
@@ -33,6 +35,12 @@ pub struct Control {
     pub sample_interval_s: f64,
     /// What the outputs make of the controller's steering at the model's speed.
     pub output_scale: f64,
+    /// The share of its steering that the model's thrust takes.
+    pub steering_taken: f64,
+    /// Does it keep a speed by itself, or a thrust?
+    pub keeps_speed: bool,
+    /// White noise of its yaw rate, rad/s, where no engine and no wave shakes it more under way.
+    pub rate_noise_rad_s: Option<f64>,
 }
 
 /// Other settings for a vehicle, and what is believed of it.
@@ -44,8 +52,8 @@ pub struct Proposal {
     pub control: Control,
     /// The settings proposed.
     pub settings: CascadeSettings<f64>,
-    /// The speed of the model, m/s.
-    pub surge_speed_m_s: Option<f64>,
+    /// The model, and the speed or thrust at which it was found.
+    pub model: SchedulePoint<f64>,
     /// The steps by which both are tried.
     pub test: StepTest,
     /// The heading is averaged over so long, s.
@@ -66,7 +74,7 @@ impl Proposal {
 
     /// How far the vehicle goes meanwhile at most, m, where its speed is known.
     pub fn distance_m(&self) -> Option<f64> {
-        Some(self.duration_s() * self.surge_speed_m_s?)
+        Some(self.duration_s() * self.model.surge_speed_m_s?)
     }
 
     /// How long it is waited for the vehicle to settle with its old gains.
@@ -98,7 +106,7 @@ pub fn propose(
         evidence,
         control: *control,
         settings,
-        surge_speed_m_s: point.point.surge_speed_m_s,
+        model: point.point,
         test,
         smoothing_s,
     })
@@ -185,10 +193,13 @@ pub(super) fn evidence(point: &ModelPoint, full_rad: f64, control: &Control) -> 
         covariance,
         lag_s,
         delay_s: control.loop_interval_s,
-        rate_noise_rad_s: RATE_NOISE_RAD_S,
+        rate_noise_rad_s: control
+            .rate_noise_rad_s
+            .map_or(RATE_NOISE_RAD_S, |noise| noise.max(LEAST_RATE_NOISE_RAD_S)),
         heading_noise_rad: point
             .noise
             .map_or(HEADING_NOISE_RAD, |[heading, _]| heading),
         loop_interval_s: control.loop_interval_s,
+        steering_taken: control.steering_taken,
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use seatrial::FullRudder;
-use seatrial_core::{CascadeSettings, Plan, RudderUnit};
+use seatrial_core::{CascadeSettings, Plan, RudderUnit, SchedulePoint};
 
 use super::{Control, GainedVehicle, Proposal, model_at, propose};
 use crate::Error;
@@ -26,8 +26,8 @@ pub trait Reached {
     /// What must be so, and what is changed until the hand-back.
     fn preflight(&self) -> &Preflight;
 
-    /// How it controls its heading at a speed, m/s; `None` where it did not say.
-    fn control(&self, surge_speed_m_s: Option<f64>) -> Option<Control>;
+    /// How it controls its heading at the speed or the thrust of a model; `None` where it did not say.
+    fn control(&self, model: &SchedulePoint<f64>) -> Option<Control>;
 
     /// Its default speed, m/s, where it says one.
     fn default_speed_m_s(&self) -> Option<f64>;
@@ -86,11 +86,15 @@ impl Request {
     pub fn proposal(&self, reached: &dyn Reached) -> Result<Proposal, Error> {
         let models = &self.models;
         let point = model_at(models, self.at_speed_m_s, reached.default_speed_m_s())?;
-        let control = reached
-            .control(point.point.surge_speed_m_s)
-            .ok_or_else(|| {
-                Error::Rejected("the autopilot's steering gains were not read".into())
-            })?;
+        let control = reached.control(&point.point).ok_or_else(|| {
+            Error::Rejected("the autopilot's steering gains were not read".into())
+        })?;
+        if !control.keeps_speed && point.point.thrust.is_none() {
+            return Err(Error::Rejected(format!(
+                "{}: the model says no thrust, and this autopilot keeps no speed: take the campaign of a trial on this vehicle",
+                models.origin
+            )));
+        }
         propose(&point, models.full_steering()?.0, &control, self.step_rad)
             .map_err(|error| Error::Rejected(format!("{}: {error}", models.origin)))
     }

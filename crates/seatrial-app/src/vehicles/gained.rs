@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use seatrial_core::{CascadeSettings, Plan, Sample, Vehicle};
-use seatrial_links::autopilot::{Backup, HeadingControl, Tended, cascade};
+use seatrial_core::{CascadeSettings, Plan, Sample, SchedulePoint, Vehicle};
+use seatrial_links::autopilot::{Ahead, Backup, HeadingControl, Tended, cascade};
 use seatrial_links::handover;
 use seatrial_links::link::Transport;
 
@@ -60,18 +60,21 @@ impl Reached for ReachedAutopilot {
         &self.preflight
     }
 
-    fn control(&self, surge_speed_m_s: Option<f64>) -> Option<Control> {
+    fn control(&self, model: &SchedulePoint<f64>) -> Option<Control> {
         let control = self.control?;
         Some(Control {
-            settings: control.settings_at(surge_speed_m_s),
+            settings: control.settings_at(model.surge_speed_m_s),
             loop_interval_s: control.loop_interval_s,
             sample_interval_s: self.sample_interval_s,
-            output_scale: control.output_scale(surge_speed_m_s),
+            output_scale: control.output_scale(model.surge_speed_m_s),
+            steering_taken: control.steering_taken(model.thrust),
+            keeps_speed: matches!(control.ahead, Ahead::Speed { .. }),
+            rate_noise_rad_s: control.rate_noise_under_way_rad_s(),
         })
     }
 
     fn default_speed_m_s(&self) -> Option<f64> {
-        self.control?.default_speed_m_s
+        self.control?.default_speed_m_s()
     }
 
     fn changes(&self, to: &CascadeSettings<f64>) -> Vec<Change> {
@@ -193,11 +196,9 @@ impl GainedVehicle for OnHeading {
         }
     }
 
-    fn steer_to(&mut self, heading_rad: f64, speed_m_s: Option<f64>) {
-        let share = speed_m_s
-            .zip(self.control.default_speed_m_s)
-            .map_or(1.0, |(speed, default)| speed / default);
-        self.autopilot.autopilot().steer_to(heading_rad, share);
+    fn steer_to(&mut self, heading_rad: f64, model: &SchedulePoint<f64>) {
+        let drive = self.control.drive(model.surge_speed_m_s, model.thrust);
+        self.autopilot.autopilot().steer_to(heading_rad, drive);
     }
 
     fn write(&mut self, settings: &CascadeSettings<f64>) -> Result<(), Lost> {

@@ -142,6 +142,12 @@ impl<W: Wire> Autopilot<W> {
             self.release_course(is_pilots);
             return;
         }
+        self.release_sticks(is_pilots);
+        self.demand = None;
+        self.sampler.thrust = None;
+    }
+
+    fn release_sticks(&mut self, is_pilots: bool) {
         let release = self.give_to_sticks();
         if release.is_none() || !is_pilots {
             let (profile, system) = (self.profile(), self.system());
@@ -150,8 +156,6 @@ impl<W: Wire> Autopilot<W> {
         if let Some(release) = release {
             self.send(release);
         }
-        self.demand = None;
-        self.sampler.thrust = None;
     }
 
     /// Does the pilot have the vehicle? A stick alone does nothing in a mode in which the autopilot steers.
@@ -164,7 +168,13 @@ impl<W: Wire> Autopilot<W> {
 
     /// The autopilot, which steers by itself, does nothing from now on; a pilot has chosen what it does.
     fn release_course(&mut self, is_pilots: bool) {
+        if !is_pilots {
+            self.hold_here();
+        }
         self.course = None;
+        if self.profile() == Profile::Sub {
+            self.release_sticks(is_pilots);
+        }
         if let Some(mode) = self.profile().idle_mode().filter(|_| !is_pilots) {
             self.heard.our_mode = Some(mode);
             self.command(SET_MODE, [1.0, mode as f32, 0.0]);
@@ -221,8 +231,14 @@ impl<W: Wire> Autopilot<W> {
         if !is_ours || self.is_pilots() {
             return;
         }
-        done.rudder_neutral = Some(self.wait(2.0, |autopilot| autopilot.is_rudder_neutral()));
-        done.throttle_neutral = self.wait_for_throttle();
+        // Sub holds its heading in the mode in which it idles.
+        let steers = self.heard.is_guided && self.profile() == Profile::Sub;
+        done.rudder_neutral =
+            (!steers).then(|| self.wait(2.0, |autopilot| autopilot.is_rudder_neutral()));
+        done.throttle_neutral = match steers {
+            true => None,
+            false => self.wait_for_throttle(),
+        };
         let is_as_before = backup.mode == self.heard.mode();
         if let Some(mode) = backup
             .mode
@@ -263,7 +279,7 @@ impl<W: Wire> Autopilot<W> {
         }
         self.restore_parameters(backup, true, &mut done);
         let profile = self.profile();
-        let has_gains = cascade::names().any(|name| backup.parameters.contains_key(name));
+        let has_gains = cascade::all_names().any(|name| backup.parameters.contains_key(name));
         let left_behind = match has_gains {
             true => profile.heading_mode(),
             false => profile.steering_mode(),

@@ -45,7 +45,7 @@ pub(super) struct Heard {
     pub sticks: Option<[u16; 18]>,
     /// The mode in which we steer.
     pub our_mode: Option<u32>,
-    /// The autopilot steers to our headings: no channel of the remote control is ours.
+    /// The autopilot steers to our headings.
     pub is_guided: bool,
     pub failsafe: Option<String>,
     /// Round trip, s, on whichever clock runs faster, and how far the vehicle's clock is ahead of ours, s: the quickest answer.
@@ -210,8 +210,10 @@ impl Heard {
             let is_known = ![0, u16::MAX].contains(&before) && ![0, u16::MAX].contains(&now);
             is_known && now.abs_diff(before) > MOVED_US
         };
+        // Rover goes at the speed that we ask for; Sub's thrust ahead is a stick of ours.
+        let is_free = self.is_guided && profile == Profile::Rover;
         (0..count)
-            .filter(|channel| self.is_guided || !profile.is_ours(*channel))
+            .filter(|channel| is_free || !profile.is_ours(*channel))
             .find(is_moved)
             .map(|channel| channel + 1)
     }

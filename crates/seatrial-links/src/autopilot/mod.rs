@@ -34,7 +34,7 @@ use seatrial_mavlink::ardupilot::Parameters;
 use crate::handover::Following;
 use crate::link::{Damage, Decoder, Encoder, Sender, Signing, Wire};
 pub use hand_back::{Backup, HandBack, PutBack, Stored};
-pub use heading::HeadingControl;
+pub use heading::{Ahead, HeadingControl};
 pub use profile::{Profile, SteeringOutputs};
 pub use response::Response;
 pub use speaker::{Speaker, Station};
@@ -147,6 +147,8 @@ pub struct Autopilot<W: Wire> {
     stick_gain: f64,
     /// Outputs act this much earlier than they say, s.
     earlier_s: f64,
+    /// White noise of the yaw rate, rad/s, where it has been looked at.
+    rate_noise_rad_s: Option<f64>,
     /// What is asked for while the controls are ours.
     demand: Option<Demand>,
     /// What is asked for while the autopilot steers to our headings.
@@ -198,6 +200,7 @@ impl<W: Wire> Autopilot<W> {
             rudder: None,
             stick_gain: 1.0,
             earlier_s: 0.0,
+            rate_noise_rad_s: None,
             demand: None,
             course: None,
             demanded_s: f64::NEG_INFINITY,

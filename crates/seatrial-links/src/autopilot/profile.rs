@@ -76,12 +76,20 @@ impl Profile {
 
     /// `custom_mode` in which the autopilot steers to headings that are sent to it.
     pub(super) fn heading_mode(self) -> Option<u32> {
-        (self == Self::Rover).then_some(15)
+        match self {
+            Self::Rover => Some(15),
+            Self::Sub => Some(2),
+            Self::Px4 | Self::Generic => None,
+        }
     }
 
-    /// `custom_mode` in which it does nothing.
+    /// `custom_mode` in which it follows no heading of ours any more: Rover does nothing, Sub holds the heading that it has.
     pub(super) fn idle_mode(self) -> Option<u32> {
-        (self == Self::Rover).then_some(4)
+        match self {
+            Self::Rover => Some(4),
+            Self::Sub => Some(0),
+            Self::Px4 | Self::Generic => None,
+        }
     }
 
     /// Does a vehicle of this kind float, and need satellites for its speed?

@@ -88,6 +88,7 @@ impl<W: Wire> Autopilot<W> {
     fn measure_interval(&mut self) -> Option<f64> {
         let wanted = self.wanted_messages();
         let mut times_s: Vec<f64> = Vec::new();
+        let mut rates = Vec::new();
         self.sampler.skip();
         let mut asked = 0;
         let end_s = self.wire.now_s() + 3.0 * RATES_S;
@@ -111,13 +112,24 @@ impl<W: Wire> Autopilot<W> {
                     start_s = sample.time_s;
                 }
                 times_s.push(sample.time_s);
+                rates.extend(sample.yaw_rate_rad_s);
             }
         }
+        self.rate_noise_rad_s = noise(&rates);
         times_s.retain(|time_s| *time_s >= start_s);
         let mut intervals_s: Vec<f64> = times_s.windows(2).map(|w| w[1] - w[0]).collect();
         intervals_s.sort_by(f64::total_cmp);
         intervals_s.get(intervals_s.len() / 2).copied()
     }
+}
+
+/// White noise of a series that moves slowly: it is in second differences with variance 6.
+fn noise(series: &[f64]) -> Option<f64> {
+    let squares = series
+        .windows(3)
+        .map(|w| (w[0] - 2.0 * w[1] + w[2]).powi(2));
+    let count = series.len().saturating_sub(2);
+    (count > 0).then(|| (squares.sum::<f64>() / (6.0 * count as f64)).sqrt())
 }
 
 /// Between two attitudes, s, of an autopilot with this time between its loops: whole loops, or they would come unevenly.
@@ -142,6 +154,16 @@ fn output_interval_s(loop_s: f64, sample_s: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// To and fro by 1 has second differences of 2; a straight line has none.
+    #[test]
+    fn exact_noise_is_what_a_straight_line_does_not_have() {
+        let found = noise(&[0.0, 1.0, 0.0, 1.0, 0.0]).unwrap();
+        // 2^2/6
+        assert!((found - (4.0_f64 / 6.0).sqrt()).abs() < 1e-15, "{found}");
+        assert_eq!(noise(&[1.0, 2.0, 3.0, 4.0]), Some(0.0));
+        assert_eq!(noise(&[1.0, 2.0]), None);
+    }
 
     /// At 50 loops a second samples of 20 Hz came 40 and 60 ms apart in turn, which looks like samples lost.
     #[test]

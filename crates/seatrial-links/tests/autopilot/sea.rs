@@ -10,6 +10,8 @@ use crate::second_station;
 
 pub const INTERVAL_S: f64 = 0.05;
 pub const FULL_RUDDER_RAD: f64 = 0.26;
+/// ArduSub's MANUAL.
+const SUB_MANUAL: u32 = 19;
 
 /// Numbers that look random, the same for a seed.
 #[derive(Clone)]
@@ -99,6 +101,7 @@ pub type Boat = Speaker<FirstOrderVehicle>;
 pub struct Sea {
     pub boat: Boat,
     config: VehicleConfig,
+    pub profile: Profile,
     pub now_s: f64,
     step_s: f64,
     to_us: VecDeque<(f64, Vec<u8>)>,
@@ -121,9 +124,14 @@ pub fn boat(config: &VehicleConfig, profile: Profile) -> Boat {
 
 impl Sea {
     pub fn new(config: VehicleConfig, weather: Weather, seed: u64) -> Self {
+        Self::of(Profile::Rover, config, weather, seed)
+    }
+
+    pub fn of(profile: Profile, config: VehicleConfig, weather: Weather, seed: u64) -> Self {
         Self {
-            boat: boat(&config, Profile::Rover),
+            boat: boat(&config, profile),
             config,
+            profile,
             now_s: 0.0,
             step_s: 0.0,
             to_us: VecDeque::new(),
@@ -192,7 +200,7 @@ impl Sea {
         match mishap {
             Mishap::PilotMode => self.boat.mode = 4,
             Mishap::PilotManual => self.boat.mode = 0,
-            Mishap::PilotStick => self.boat.sticks_us[6] = 1900,
+            Mishap::PilotStick => self.boat.sticks_us[self.free_stick()] = 1900,
             Mishap::SteeringStick => self.boat.sticks_us[0] = 1800,
             Mishap::ThrottleStick => self.boat.sticks_us[2] = 1200,
             Mishap::Battery => self.boat.battery_percent = 5,
@@ -210,7 +218,7 @@ impl Sea {
     /// The vehicle's autopilot starts again, disarmed, with its parameters.
     fn restart(&mut self) {
         let kept: Vec<_> = self.boat.parameters().collect();
-        let mut restarted = boat(&self.config, Profile::Rover);
+        let mut restarted = boat(&self.config, self.profile);
         for (name, value) in kept {
             restarted.set_parameter(&name, value);
         }
@@ -241,7 +249,9 @@ impl Sea {
             let tells = match (mishap, message) {
                 (Mishap::PilotMode, Message::Heartbeat(h)) => h.custom_mode == 4,
                 (Mishap::PilotManual, Message::Heartbeat(h)) => h.custom_mode == 0,
-                (Mishap::PilotStick, Message::RcChannels(rc)) => rc.pulses[6] == 1900,
+                (Mishap::PilotStick, Message::RcChannels(rc)) => {
+                    rc.pulses[self.free_stick()] == 1900
+                }
                 (Mishap::SteeringStick, Message::RcChannels(rc)) => rc.pulses[0] == 1800,
                 (Mishap::ThrottleStick, Message::RcChannels(rc)) => rc.pulses[2] == 1200,
                 (Mishap::Battery, Message::SysStatus(status)) => status.battery_percent == 5,
@@ -253,6 +263,23 @@ impl Sea {
             if self.has_happened && tells && self.seen_s.is_none() {
                 self.seen_s = Some(self.now_s);
             }
+        }
+    }
+
+    /// A stick that is never ours.
+    fn free_stick(&self) -> usize {
+        match self.profile {
+            Profile::Sub => 8,
+            _ => 6,
+        }
+    }
+
+    /// Does it do what was asked for? A submarine that steers by itself always turns to some heading, but not ahead.
+    fn is_driven(&self) -> bool {
+        let is_steering = self.boat.is_steered() && self.boat.steering().abs() > 0.05;
+        match self.profile == Profile::Sub && self.boat.mode != SUB_MANUAL {
+            true => self.boat.thrust().abs() > 0.05,
+            false => is_steering,
         }
     }
 
@@ -288,7 +315,7 @@ impl Sea {
                 if self.has_happened && self.mishap.is_some_and(|m| m.1 == Mishap::SecondJoystick) {
                     self.boat.receive(&second_station::joystick());
                 }
-                if self.boat.is_steered() && self.boat.steering().abs() > 0.05 {
+                if self.is_driven() {
                     self.held_s = self.now_s;
                 }
                 let bytes = self.boat.step().unwrap().unwrap();

@@ -7,7 +7,8 @@ use seatrial_core::YawModel;
 use seatrial_sim::VehicleConfig;
 
 use crate::sea::{FULL_RUDDER_RAD, Sea, Weather};
-use crate::{OnSea, changed, sea, truth, truth_of};
+use crate::{OnSea, changed, sea, settings, truth, truth_of};
+use seatrial_links::autopilot::{Autopilot, Profile};
 
 #[test]
 fn recover_gains_of_a_true_model_are_kept_and_can_be_undone() {
@@ -146,10 +147,32 @@ fn exact_a_reversed_model_is_refused_before_the_vehicle_moves() {
         loop_interval_s: 0.05,
         sample_interval_s: 0.05,
         output_scale: 1.0,
+        steering_taken: 0.0,
+        keeps_speed: true,
+        rate_noise_rad_s: None,
     };
     let refused = seatrial_app::commission::propose(&reversed, 0.26, &control, 0.5).unwrap_err();
     assert!(
         refused.to_string().contains("does not surely turn"),
         "{refused}"
+    );
+}
+
+/// PX4 has no heading that can be asked for from outside: it says so, and what to do instead.
+#[test]
+fn exact_px4_is_refused_and_told_what_to_do() {
+    let config = VehicleConfig::starfish();
+    let sea = Sea::of(Profile::Px4, config, Weather::default(), 1);
+    let mut autopilot = Autopilot::new(sea, settings(), None);
+    let (found, control) = autopilot.inspect_heading();
+    assert_eq!(control, None);
+    let refused = found
+        .checks
+        .iter()
+        .find(|check| !check.passed && check.name == "heading mode");
+    let text = &refused.unwrap().text;
+    assert!(
+        text.contains("`seatrial gains --export px4 --out gains.params`"),
+        "{text}"
     );
 }

@@ -8,16 +8,20 @@ mod second_station;
 
 mod endings;
 mod mishaps;
+mod under_water;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
+use seatrial::commission::NoProposal;
 use seatrial_app::commission::{
     Commissioned, Control, GainedVehicle, Lost, Order, Proposal, conduct, propose,
 };
 use seatrial_app::models::{ModelPoint, Models};
-use seatrial_core::{CascadeSettings, Envelope, Sample, Vehicle, YawModel};
-use seatrial_links::autopilot::{Autopilot, Backup, HandBack, HeadingControl, Settings, cascade};
+use seatrial_core::{CascadeSettings, Envelope, Sample, SchedulePoint, Vehicle, YawModel};
+use seatrial_links::autopilot::{
+    Ahead, Autopilot, Backup, HandBack, HeadingControl, Profile, Settings, cascade,
+};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
 use sea::{FULL_RUDDER_RAD, INTERVAL_S, Sea, Weather};
@@ -42,7 +46,9 @@ fn truth() -> ModelPoint {
 fn truth_of(config: &VehicleConfig) -> ModelPoint {
     let vehicle = FirstOrderVehicle::new(config.clone(), 1).unwrap();
     let truth = vehicle.truth(THRUST);
-    Models::given(truth.model, Some(truth.surge_speed_m_s)).points[0]
+    let mut point = Models::given(truth.model, Some(truth.surge_speed_m_s)).points[0];
+    point.point.thrust = Some(THRUST);
+    point
 }
 
 /// The model of a boat with other damping and rudder effect.
@@ -93,6 +99,7 @@ impl Stage {
 
 /// A vehicle in its heading mode. What would put it back is kept as a file would keep it.
 struct OnSea {
+    profile: Profile,
     autopilot: Autopilot<Sea>,
     control: HeadingControl,
     now: CascadeSettings<f64>,
@@ -113,6 +120,7 @@ struct OnSea {
 
 impl OnSea {
     fn take(sea: Sea) -> Self {
+        let profile = sea.profile;
         let settings = settings();
         let abort = Arc::clone(&settings.abort);
         let mut autopilot = Autopilot::new(sea, settings, None);
@@ -127,6 +135,7 @@ impl OnSea {
         assert!(checks.iter().all(|check| check.passed), "{checks:?}");
         let control = control.unwrap();
         Self {
+            profile,
             autopilot,
             now: control.settings,
             control,
@@ -142,13 +151,20 @@ impl OnSea {
     }
 
     fn proposal(&self, point: &ModelPoint) -> Proposal {
+        self.proposed(point).unwrap()
+    }
+
+    fn proposed(&self, point: &ModelPoint) -> Result<Proposal, NoProposal> {
         let control = Control {
             settings: self.control.settings_at(point.point.surge_speed_m_s),
             loop_interval_s: self.control.loop_interval_s,
             sample_interval_s: INTERVAL_S,
             output_scale: self.control.output_scale(point.point.surge_speed_m_s),
+            steering_taken: self.control.steering_taken(point.point.thrust),
+            keeps_speed: matches!(self.control.ahead, Ahead::Speed { .. }),
+            rate_noise_rad_s: self.control.rate_noise_under_way_rad_s(),
         };
-        propose(point, FULL_RUDDER_RAD, &control, 30_f64.to_radians()).unwrap()
+        propose(point, FULL_RUDDER_RAD, &control, 30_f64.to_radians())
     }
 
     fn commission(&mut self, point: &ModelPoint) -> Commissioned {
@@ -192,8 +208,9 @@ impl OnSea {
     }
 
     fn gains(&mut self) -> Vec<(&'static str, Option<f32>)> {
+        let profile = self.profile;
         let boat = &self.autopilot.wire().boat;
-        cascade::names()
+        cascade::names(profile)
             .map(|name| (name, boat.parameter(name)))
             .collect()
     }
@@ -212,9 +229,9 @@ impl GainedVehicle for OnSea {
         }
     }
 
-    fn steer_to(&mut self, heading_rad: f64, speed_m_s: Option<f64>) {
-        let share = speed_m_s.unwrap() / self.control.default_speed_m_s.unwrap();
-        self.autopilot.steer_to(heading_rad, share);
+    fn steer_to(&mut self, heading_rad: f64, model: &SchedulePoint<f64>) {
+        let drive = self.control.drive(model.surge_speed_m_s, model.thrust);
+        self.autopilot.steer_to(heading_rad, drive);
     }
 
     fn write(&mut self, settings: &CascadeSettings<f64>) -> Result<(), Lost> {
@@ -252,4 +269,11 @@ impl GainedVehicle for OnSea {
 
 fn sea(seed: u64) -> Sea {
     Sea::new(VehicleConfig::starfish(), Weather::default(), seed)
+}
+
+/// The same under ArduSub, with a gyro that no engine shakes.
+fn under_water(seed: u64) -> Sea {
+    let mut config = VehicleConfig::starfish();
+    config.sensors.gyro.noise_rad_s = 0.002;
+    Sea::of(Profile::Sub, config, Weather::default(), seed)
 }

@@ -6,8 +6,8 @@ use std::sync::atomic::Ordering;
 
 use seatrial_app::commission::{Ending, Proposal};
 
-use crate::sea::{INTERVAL_S, Mishap};
-use crate::{OnSea, Stage, sea, truth};
+use crate::sea::{INTERVAL_S, Mishap, Sea};
+use crate::{OnSea, Stage, sea, truth, under_water};
 
 /// What happens.
 const FAULTS: [Mishap; 20] = [
@@ -54,11 +54,15 @@ struct Voyage {
 }
 
 impl Voyage {
-    fn new(speed_up: f64) -> Self {
+    fn new(speed_up: f64, sea: fn(u64) -> Sea) -> Self {
         let mut vehicle = OnSea::take(sea(1));
         let mut proposal = vehicle.proposal(&truth());
-        proposal.settings.angle_gain_per_s *= speed_up;
-        proposal.settings.acceleration_limit_rad_s2 *= speed_up;
+        let settings = &mut proposal.settings;
+        settings.angle_gain_per_s *= speed_up;
+        settings.acceleration_limit_rad_s2 *= speed_up;
+        if settings.shaping.is_some() {
+            settings.rate_gain_s *= speed_up;
+        }
         let start_s = vehicle.autopilot.wire().now_s;
         vehicle.carry_out(&proposal);
         let end_s = vehicle.autopilot.wire().now_s - start_s;
@@ -84,10 +88,10 @@ impl Voyage {
     }
 }
 
-fn suffer(mishap: Mishap, after_s: f64, proposal: &Proposal, seed: u64) -> Tally {
-    let context = format!("{mishap:?} after {after_s:.2} s, seed {seed}");
+fn suffer(mishap: Mishap, after_s: f64, proposal: &Proposal, sea: Sea) -> Tally {
+    let context = format!("{mishap:?} after {after_s:.2} s");
     let mut tally = Tally::default();
-    let mut vehicle = OnSea::take(sea(seed));
+    let mut vehicle = OnSea::take(sea);
     let before = vehicle.gains();
     let at_s = vehicle.autopilot.wire().now_s + after_s;
     vehicle.autopilot.wire().mishap = Some((at_s, mishap));
@@ -139,7 +143,19 @@ fn suffer(mishap: Mishap, after_s: f64, proposal: &Proposal, seed: u64) -> Tally
 fn prop_whatever_happens_the_gains_are_no_worse_than_found() {
     let count = std::env::var("SEATRIAL_COMMISSIONS").ok();
     let count: usize = count.map_or(COMMISSIONS, |count| count.parse().unwrap());
-    let (good, bad) = (Voyage::new(1.0), Voyage::new(8.0));
+    suffer_all(sea, count);
+}
+
+/// The same under ArduSub, a tenth as often.
+#[test]
+fn prop_whatever_happens_under_water_the_gains_are_no_worse_than_found() {
+    let count = std::env::var("SEATRIAL_COMMISSIONS").ok();
+    let count = count.map_or(COMMISSIONS, |count| count.parse().unwrap());
+    suffer_all(under_water, (count / 10).max(COMMISSIONS));
+}
+
+fn suffer_all(sea: fn(u64) -> Sea, count: usize) {
+    let (good, bad) = (Voyage::new(1.0, sea), Voyage::new(8.0, sea));
     let hook = take_hook();
     set_hook(Box::new(|_| {}));
     let mut failed = Vec::new();
@@ -158,7 +174,7 @@ fn prop_whatever_happens_the_gains_are_no_worse_than_found() {
                 .next()
                 .unwrap_or_else(|| panic!("no commission has the stage {wanted:?}"));
             let suffered = catch_unwind(AssertUnwindSafe(|| {
-                suffer(mishap, after_s, &voyage.proposal, number as u64 + 1)
+                suffer(mishap, after_s, &voyage.proposal, sea(number as u64 + 1))
             }));
             match suffered {
                 Ok(found) => tallies[stage].add(found),

@@ -27,6 +27,8 @@ pub struct Boat {
     pub rate_noise_rad_s: f64,
     /// White noise of its heading, rad.
     pub heading_noise_rad: f64,
+    /// The share of full steering that is not left where thrusters drive and steer at once.
+    pub steering_taken: f64,
 }
 
 /// The heading is held, then moved away by a step, then back.
@@ -160,6 +162,10 @@ impl<'a> Helm<'a> {
             let steering = self
                 .cascade
                 .step(wanted_rad, heading_rad, rate_rad_s, self.interval_s);
+            let steering = match 1.0 - self.boat.steering_taken {
+                most if most < 1.0 => steering.clamp(-most, most),
+                _ => steering,
+            };
             sum += steering;
             self.asked.rotate_right(1);
             self.asked[0] = steering;

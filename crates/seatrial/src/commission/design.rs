@@ -16,13 +16,13 @@
 //! | T_T | filter of the wanted turn rate, against the noise of the heading | s |
 //! | p | damping that feedback of the rate adds, at most what 0.3/T leaves | 1/s |
 
-use seatrial_core::{CascadeSettings, YawModel};
+use seatrial_core::CascadeSettings;
 
 use super::boat::{Boat, StepTest};
+use super::evidence::{Evidence, NoProposal, STEP_RAD};
+use super::led::{DRIFT, MOST_LED_OVERSHOOT};
 use super::response::Response;
 
-/// The step that gains are designed for: 30 degrees, rad.
-const STEP_RAD: f64 = std::f64::consts::FRAC_PI_6;
 /// The most that the least favourable boat may overshoot, a fraction of the step.
 const MOST_OVERSHOOT: f64 = 0.04;
 /// The most that the noise of the yaw rate may move the rudder, full deflections per second.
@@ -33,139 +33,10 @@ const MOST_BANDWIDTH: f64 = 0.3;
 const DAMPING: [f64; 6] = [0.0, 0.3, 0.7, 1.3, 2.2, 4.0];
 const ANGLE: [f64; 8] = [0.2, 0.27, 0.33, 0.38, 0.43, 0.48, 0.54, 0.6];
 const FILTER: [f64; 2] = [0.0, 0.25];
-/// A boat is stepped through in this share of its time constant, and in no longer steps, s.
-const DENSITY: f64 = 0.02;
-const SLOWEST_LOOP_S: f64 = 0.1;
 /// Between two samples by which the rudder's work is counted, s.
 const RECORD_S: f64 = 0.05;
-/// How many standard deviations the least favourable boats are away.
-const DEVIATIONS: f64 = 2.0;
-/// A rudder may be late by this share more than identified, and by this time where nothing shows.
-const LATER: f64 = 0.3;
-const LATER_S: f64 = 0.05;
-
-/// What is known of a boat.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Evidence {
-    /// The model, its steering in fractions of full.
-    pub model: YawModel<f64>,
-    /// Covariance of a22, B and C0.
-    pub covariance: [[f64; 3]; 3],
-    /// Lag of the rudder, s.
-    pub lag_s: f64,
-    /// Its dead time, s.
-    pub delay_s: f64,
-    /// White noise of the yaw rate, rad/s.
-    pub rate_noise_rad_s: f64,
-    /// White noise of the heading, rad.
-    pub heading_noise_rad: f64,
-    /// Between two loops of the autopilot, s.
-    pub loop_interval_s: f64,
-}
-
-/// Why no gains are proposed.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum NoProposal {
-    /// a22 is not negative over its interval.
-    #[error(
-        "the 95 % interval of a22 holds 0: the boat may not keep a straight course by itself; repeat the trial with a longer manoeuvre"
-    )]
-    CourseUnstable,
-    /// B is not positive over its interval.
-    #[error(
-        "steering to starboard does not surely turn to starboard (B {0:.3} rad/s^2): reverse the steering output on the autopilot, or repeat the trial"
-    )]
-    NoAuthority(f64),
-    /// The rudder that holds a straight course leaves none to steer with.
-    #[error(
-        "{0:.0} % of the steering is needed to go straight: trim the steering servo, and repeat the trial"
-    )]
-    OffCentre(f64),
-    /// No pair of gains steps well on every boat that the evidence allows.
-    #[error(
-        "no gains step without overshoot on every boat that the intervals allow; repeat the trial for narrower intervals"
-    )]
-    TooUncertain,
-}
 
 impl Evidence {
-    /// The boat that is most likely.
-    pub fn boat(&self) -> Boat {
-        Boat {
-            model: self.model,
-            lag_s: self.lag_s,
-            delay_s: self.delay_s,
-            ..Boat::default()
-        }
-    }
-
-    /// The most likely boat with the noise of its gyro and compass.
-    pub fn noisy_boat(&self) -> Boat {
-        Boat {
-            rate_noise_rad_s: self.rate_noise_rad_s,
-            heading_noise_rad: self.heading_noise_rad,
-            ..self.boat()
-        }
-    }
-
-    /// Standard deviations of a22 and B.
-    pub(super) fn deviations(&self) -> [f64; 2] {
-        [0, 1].map(|i| self.covariance[i][i].max(0.0).sqrt())
-    }
-
-    /// Boats at the ends of what the evidence allows, the most likely one first.
-    fn boats(&self) -> Vec<Boat> {
-        let [of_a22, of_b] = self.deviations().map(|deviation| DEVIATIONS * deviation);
-        let late = self.boat();
-        let later_s = LATER_S.max(LATER * (self.lag_s + self.delay_s));
-        let mut boats = vec![late];
-        for (a22, b) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
-            let model = YawModel {
-                a22_per_s: self.model.a22_per_s + a22 * of_a22,
-                b2_per_s2: self.model.b2_per_s2 + b * of_b,
-                ..self.model
-            };
-            let lag_s = self.lag_s + later_s;
-            boats.push(Boat { model, ..late });
-            boats.push(Boat {
-                model,
-                lag_s,
-                ..late
-            });
-        }
-        boats
-    }
-
-    /// Can such a boat be steered at all?
-    pub fn check(&self) -> Result<(), NoProposal> {
-        let [of_a22, of_b] = self.deviations().map(|deviation| DEVIATIONS * deviation);
-        let YawModel {
-            a22_per_s,
-            b2_per_s2,
-            c0_rad_per_s2,
-        } = self.model;
-        if a22_per_s + of_a22 >= 0.0 || !a22_per_s.is_finite() {
-            return Err(NoProposal::CourseUnstable);
-        }
-        if b2_per_s2 - of_b <= 0.0 || !b2_per_s2.is_finite() {
-            return Err(NoProposal::NoAuthority(b2_per_s2));
-        }
-        let trim = (c0_rad_per_s2 / b2_per_s2).abs();
-        match trim < 0.5 {
-            true => Ok(()),
-            false => Err(NoProposal::OffCentre(100.0 * trim)),
-        }
-    }
-
-    /// T, s.
-    fn lateness_s(&self, filter_hz: f64) -> f64 {
-        let filter_s = match filter_hz > 0.0 {
-            true => 1.0 / (2.0 * std::f64::consts::PI * filter_hz),
-            false => 0.0,
-        };
-        self.lag_s + self.delay_s + self.loop_interval_s + filter_s
-    }
-
     /// p, as this share of alpha and no more than the delays leave, 1/s.
     fn added(&self, share: f64, found: &CascadeSettings<f64>) -> f64 {
         let alpha = -self.model.a22_per_s;
@@ -205,33 +76,21 @@ impl Evidence {
             rate_limit_rad_s: 0.85 * spare / alpha,
             acceleration_limit_rad_s2: 0.8 * spare,
             steering_limit: found.steering_limit,
+            shaping: None,
         }
     }
 
     /// Every candidate, those that damp least first.
     fn candidates(&self, found: &CascadeSettings<f64>) -> Vec<CascadeSettings<f64>> {
+        if found.shaping.is_some() {
+            return self.led_candidates(found);
+        }
         let mut added = DAMPING.map(|share| self.added(share, found)).to_vec();
         added.dedup();
         let pairs = added.iter().flat_map(|p| ANGLE.map(|k| (*p, k)));
         pairs
             .flat_map(|(p, k)| FILTER.map(|filter| self.candidate(p, k, filter, found)))
             .collect()
-    }
-
-    /// A step that lets this candidate settle. A slow boat is stepped through in steps of its own time, which a faster loop
-    /// could only do better.
-    fn test(&self, angle_gain_per_s: f64) -> StepTest {
-        let [alpha, authority] = [-self.model.a22_per_s, self.model.b2_per_s2];
-        let hold_s = 8.0 / angle_gain_per_s + 8.0 * STEP_RAD * alpha / authority;
-        let own_s = (DENSITY / alpha).min(SLOWEST_LOOP_S);
-        let loop_interval_s = self.loop_interval_s.max(own_s);
-        StepTest {
-            step_rad: STEP_RAD,
-            settle_s: 0.25 * hold_s,
-            hold_s,
-            sample_interval_s: loop_interval_s,
-            loop_interval_s,
-        }
     }
 }
 
@@ -243,17 +102,22 @@ pub fn propose(
     evidence.check()?;
     let boats = evidence.boats();
     let mut best: Option<(f64, CascadeSettings<f64>)> = None;
+    let mut none = NoProposal::TooUncertain;
     for settings in evidence.candidates(found) {
+        let drift_s = match settings.shaping {
+            Some(_) => DRIFT / settings.angle_gain_per_s,
+            None => 0.0,
+        };
         let soonest_s = best.as_ref().map_or(f64::INFINITY, |(best_s, _)| *best_s);
-        let Some(slowest_s) = slowest(evidence, &boats, &settings, soonest_s) else {
+        let Some(slowest_s) = slowest(evidence, &boats, &settings, soonest_s - drift_s) else {
             continue;
         };
-        if is_quiet(evidence, &settings) {
-            best = Some((slowest_s, settings));
+        match is_quiet(evidence, &settings) {
+            true => best = Some((slowest_s + drift_s, settings)),
+            false => none = NoProposal::TooNoisy(evidence.rate_noise_rad_s.to_degrees()),
         }
     }
-    best.map(|(_, settings)| settings)
-        .ok_or(NoProposal::TooUncertain)
+    best.map(|(_, settings)| settings).ok_or(none)
 }
 
 /// How long the slowest of the boats takes to settle, s. `None` where one overshoots or takes no less than `soonest_s`.
@@ -263,13 +127,20 @@ fn slowest(
     settings: &CascadeSettings<f64>,
     soonest_s: f64,
 ) -> Option<f64> {
+    let most_overshoot = match settings.shaping {
+        Some(_) => MOST_LED_OVERSHOOT,
+        None => MOST_OVERSHOOT,
+    };
     let test = evidence.test(settings.angle_gain_per_s);
     let mut slowest_s = 0.0_f64;
     for boat in boats {
+        if slowest_s >= soonest_s || soonest_s <= 0.0 {
+            return None;
+        }
         let legs = test.simulate(boat, settings, 1);
         let response = Response::measure(&legs, STEP_RAD, 0.0)?;
         slowest_s = slowest_s.max(response.settling_s?);
-        if response.overshoot > MOST_OVERSHOOT || slowest_s >= soonest_s {
+        if response.overshoot > most_overshoot || slowest_s >= soonest_s {
             return None;
         }
     }
@@ -295,7 +166,7 @@ fn is_quiet(evidence: &Evidence, settings: &CascadeSettings<f64>) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use seatrial_core::CascadeSettings;
+    use seatrial_core::YawModel;
 
     fn found() -> CascadeSettings<f64> {
         CascadeSettings {
@@ -320,6 +191,7 @@ mod tests {
             rate_noise_rad_s: 0.005,
             heading_noise_rad: 0.005,
             loop_interval_s: 0.02,
+            steering_taken: 0.0,
         }
     }
 

@@ -4,8 +4,8 @@ use seatrial_core::{CascadeSettings, YawModel};
 use serde::Serialize;
 
 use super::boat::{Boat, StepTest};
-use super::design::Evidence;
 use super::draw::Draw;
+use super::evidence::Evidence;
 use super::response::Response;
 
 /// Boats that are drawn.

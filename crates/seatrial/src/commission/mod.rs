@@ -10,15 +10,18 @@
 mod boat;
 mod design;
 mod draw;
+mod evidence;
 mod foresee;
 mod judge;
+mod led;
 mod model_check;
 mod response;
 pub mod study;
 
 pub use boat::{Boat, StepInstant, StepTest, learning_s};
-pub use design::{Evidence, NoProposal, propose};
+pub use design::propose;
 pub use draw::Draw;
+pub use evidence::{Evidence, NoProposal};
 pub use foresee::{Foreseen, Range, foresee};
 pub use judge::{Against, Judgement, Stage, judge};
 pub use model_check::{ModelCheck, check_model};

@@ -4,8 +4,9 @@ use seatrial_core::{CascadeSettings, YawModel};
 use serde::Serialize;
 
 use super::boat::{Boat, StepTest};
-use super::design::{Evidence, propose};
+use super::design::propose;
 use super::draw::Draw;
+use super::evidence::Evidence;
 use super::foresee::foresee;
 use super::judge::{Judgement, Stage, judge};
 use super::response::Response;
@@ -86,6 +87,7 @@ pub fn defaults() -> CascadeSettings<f64> {
         rate_limit_rad_s: 120_f64.to_radians(),
         acceleration_limit_rad_s2: 120_f64.to_radians(),
         steering_limit: 1.0,
+        shaping: None,
     }
 }
 
@@ -163,6 +165,7 @@ fn drawn(class_s: [f64; 2], draw: &mut Draw) -> Boat {
         delay_s: even(DELAY_S),
         rate_noise_rad_s: RATE_NOISE_RAD_S,
         heading_noise_rad: HEADING_NOISE_RAD,
+        steering_taken: 0.0,
     }
 }
 
@@ -190,5 +193,6 @@ fn evidence(boat: &Boat, draw: &mut Draw, loop_interval_s: f64) -> Evidence {
         rate_noise_rad_s: boat.rate_noise_rad_s,
         heading_noise_rad: boat.heading_noise_rad,
         loop_interval_s,
+        steering_taken: 0.0,
     }
 }

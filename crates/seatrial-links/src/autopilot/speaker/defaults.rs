@@ -40,6 +40,26 @@ const HEADING_CONTROL: [(&str, f32); 15] = [
     ("MOT_SPD_SCA_BASE", 1.0),
 ];
 
+/// How Sub controls its heading as it comes, 4.7.
+const HEADING_CONTROL_OF_SUB: [(&str, f32); 16] = [
+    ("ATC_ANG_YAW_P", 6.0),
+    ("ATC_RAT_YAW_P", 0.18),
+    ("ATC_RAT_YAW_I", 0.018),
+    ("ATC_RAT_YAW_D", 0.0),
+    ("ATC_RAT_YAW_IMAX", 0.222),
+    ("ATC_RAT_YAW_FLTT", 5.0),
+    ("ATC_RAT_YAW_FLTE", 0.0),
+    ("ATC_RAT_YAW_FLTD", 5.0),
+    ("ATC_RAT_YAW_SMAX", 0.0),
+    ("ATC_RAT_YAW_PDMX", 0.0),
+    ("ATC_RAT_YAW_NEF", 0.0),
+    ("ATC_SLEW_YAW", 6000.0),
+    ("ATC_ACCEL_Y_MAX", 110_000.0),
+    ("ATC_INPUT_TC", 0.15),
+    ("ATC_RATE_Y_MAX", 0.0),
+    ("ATC_RATE_FF_ENAB", 1.0),
+];
+
 /// Its parameters.
 pub(super) fn parameters(profile: Profile, interval_s: f64) -> BTreeMap<String, f32> {
     if profile == Profile::Px4 {
@@ -60,6 +80,8 @@ pub(super) fn parameters(profile: Profile, interval_s: f64) -> BTreeMap<String, 
         parameters.insert("FS_PILOT_INPUT".into(), 2.0);
         parameters.insert("FS_PILOT_TIMEOUT".into(), 3.0);
         parameters.insert("JS_GAIN_DEFAULT".into(), SUB_GAIN as f32);
+        let control = HEADING_CONTROL_OF_SUB.iter();
+        parameters.extend(control.map(|(name, value)| ((*name).into(), *value)));
         vec!["SERVO1", "SERVO2", "SERVO3", "SERVO4"]
     } else {
         parameters.insert("FS_ACTION".into(), 2.0);

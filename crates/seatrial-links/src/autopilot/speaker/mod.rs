@@ -23,8 +23,8 @@ pub use station::Station;
 ///
 /// In its manual mode, steering and throttle follow RC_CHANNELS_OVERRIDE (Rover) or MANUAL_CONTROL of the ground station
 /// whose system id is MAV_GCS_SYSID (PX4: of any), and are neutral RC_OVERRIDE_TIME (PX4: COM_RC_LOSS_T) after the last of
-/// them. In GUIDED, Rover steers to the heading of SET_ATTITUDE_TARGET for 3 s by its own parameters. In any other mode, and without a
-/// target, the vehicle holds its heading. ArduSub without a remote control keeps the last of them until FS_PILOT_TIMEOUT,
+/// them. In GUIDED, Rover steers to the heading of SET_ATTITUDE_TARGET for 3 s by its own parameters; in ALT_HOLD, ArduSub does so for
+/// 5 s, MANUAL_CONTROL giving the thrust. In any other mode, and without a target, the vehicle holds its heading. ArduSub without a remote control keeps the last of them until FS_PILOT_TIMEOUT,
 /// and does then what FS_PILOT_INPUT says.
 pub struct Speaker<V> {
     vehicle: V,
@@ -45,6 +45,7 @@ pub struct Speaker<V> {
     looks_for_station_s: f64,
     station_lost_s: Option<f64>,
     held_heading_rad: f64,
+    heading_rad: f64,
     guided: Guided,
     failsafe: bool,
     /// Its mode, `custom_mode` of its heartbeats.
@@ -90,6 +91,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
             looks_for_station_s: 0.0,
             station_lost_s: None,
             held_heading_rad: f64::NAN,
+            heading_rad: f64::NAN,
             guided: Guided::default(),
             failsafe: false,
             mode: resting_mode(profile),
@@ -124,6 +126,18 @@ impl<V: Vehicle<f64>> Speaker<V> {
             .map_or_else(|| self.fraction(0), |[steering, _]| steering)
     }
 
+    /// Thrust that it asks its propeller for, as a fraction of full.
+    pub fn thrust(&self) -> f64 {
+        self.guided
+            .asked
+            .map_or_else(|| self.fraction(2), |[_, thrust]| thrust)
+    }
+
+    /// Its heading, rad.
+    pub fn heading_rad(&self) -> f64 {
+        self.heading_rad
+    }
+
     /// Is a failsafe on?
     pub fn is_critical(&self) -> bool {
         self.failsafe
@@ -155,18 +169,23 @@ impl<V: Vehicle<f64>> Speaker<V> {
         self.watch_pilot();
         self.report(&sample);
         self.steps += 1;
+        self.heading_rad = sample.heading_rad;
         if !self.held_heading_rad.is_finite() {
             self.held_heading_rad = sample.heading_rad;
         }
-        let guided = self.guide(&sample);
+        self.guide(&sample);
         let is_steered = self.is_steered();
+        // ArduSub comes back to the heading on which it was put into its mode.
+        let is_led = self.profile == Profile::Sub && self.guided.asked.is_some();
         let steering = if is_steered {
-            self.held_heading_rad = sample.heading_rad;
+            if !is_led {
+                self.held_heading_rad = sample.heading_rad;
+            }
             Steering::Rudder(self.steering() * self.full_rudder_rad)
         } else {
             Steering::HoldHeading(self.held_heading_rad)
         };
-        let thrust = guided.map_or_else(|| self.fraction(2), |[_, thrust]| thrust);
+        let thrust = self.thrust();
         self.vehicle.act(&Action {
             steering,
             thrust: (is_steered && thrust > 0.0).then_some(thrust),
@@ -280,6 +299,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
                         Profile::Px4 => main << 16 | sub << 24,
                         _ => main,
                     };
+                    self.held_heading_rad = f64::NAN;
                     self.failsafe = false;
                     self.beat();
                 }
