@@ -65,11 +65,11 @@ fn no_headings(profile: Profile) -> String {
         _ => "no message is known that asks it for a heading",
     };
     let export = match profile {
-        Profile::Px4 => " --export px4 --out gains.params",
-        _ => "",
+        Profile::Px4 => "seatrial gains --export px4 --out gains.params",
+        _ => "seatrial gains",
     };
     format!(
-        "{why}: `seatrial gains{export}` writes what its model gives, to be loaded with a ground station and tried by hand"
+        "{why}: `{export}` writes what its model gives, to be loaded with a ground station and tried by hand"
     )
 }
 
