@@ -226,7 +226,7 @@ impl Levels {
 
 /// `only_at`: the speeds at which it shows, where it does not show at all of them together.
 fn changed_text(words: String, only_at: Option<&[&SpeedChange]>) -> String {
-    let text = match only_at {
+    match only_at {
         Some(speeds) => {
             let at: Vec<String> = speeds.iter().map(|speed| speed.name()).collect();
             format!(
@@ -235,8 +235,7 @@ fn changed_text(words: String, only_at: Option<&[&SpeedChange]>) -> String {
             )
         }
         None => words,
-    };
-    format!("{text}. Run the trial again and use its gains and limits")
+    }
 }
 
 fn not_changed(detectable: &Detectable) -> (Finding, String) {
