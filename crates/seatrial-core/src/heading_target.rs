@@ -13,10 +13,10 @@
 //! | symbol | identifier | unit | positive sense |
 //! |---|---|---|---|
 //! | psi_d, psi | `wanted_rad`, `heading_rad` | rad | as the compass counts |
-//! | psi_t, r_t | `heading_rad`, `rate_rad_s` of [`HeadingTarget`] | rad, rad/s | as the compass counts |
+//! | psi_t, r_t | `heading_rad`, `rate_rad_s` of `HeadingTarget` | rad, rad/s | as the compass counts |
 //! | r_d | the result | rad/s | heading increasing |
 //! | T_i, r_b | `time_constant_s`, `rate_limit_rad_s` of [`TargetShaping`] | s, rad/s | r_b = 0: no limit |
-//! | A, P, r_max, a_max | those of [`Leading`] | | |
+//! | A, P, r_max, a_max | those of `Leading` | | |
 //!
 //! Source: what ArduPilot 4.7 does in AC_AttitudeControl.cpp (`input_euler_angle_roll_pitch_yaw_rad`, `input_shaping_angle`,
 //! `thrust_heading_rotation_angles`, `update_ang_vel_target_from_att_error`) and control.cpp (`sqrt_controller`, `inv_sqrt_controller`), level

@@ -129,10 +129,15 @@ fn circumstances(campaign: &Campaign, about: &About) -> Vec<Fact> {
         Some(notes) => format!("{} ({notes})", campaign.configuration),
         None => campaign.configuration.clone(),
     };
+    let vehicle = match campaign.is_rehearsal() {
+        true => format!("{}, a rehearsal on a simulator", campaign.vehicle),
+        false => campaign.vehicle.clone(),
+    };
     let known = [
         ("Date", about.started.map(minute)),
         ("Place", about.place.map(str::to_owned)),
-        ("Vehicle", Some(campaign.vehicle.clone())),
+        ("Vehicle", Some(vehicle)),
+        ("Faults played", campaign.scenario.clone()),
         ("Firmware", about.firmware.map(str::to_owned)),
         ("Configuration", Some(configuration)),
         ("Operator", about.operator.map(str::to_owned)),
