@@ -164,7 +164,7 @@ fn is_quiet(evidence: &Evidence, settings: &CascadeSettings<f64>) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use seatrial_core::YawModel;
 
@@ -176,7 +176,8 @@ mod tests {
         }
     }
 
-    fn evidence(time_constant_s: f64, lag_s: f64) -> Evidence {
+    /// Of a boat whose damping and rudder are known to 5 %.
+    pub fn evidence(time_constant_s: f64, lag_s: f64) -> Evidence {
         let authority = 0.8 / time_constant_s;
         let share = |value: f64| (0.05 * value).powi(2);
         Evidence {

@@ -89,10 +89,11 @@ impl Evidence {
 #[cfg(test)]
 mod tests {
     use super::super::design::propose;
+    use super::super::design::tests::evidence;
     use super::super::evidence::NoProposal;
     use super::super::response::Response;
     use super::*;
-    use seatrial_core::{TargetShaping, YawModel};
+    use seatrial_core::TargetShaping;
 
     /// ArduSub's settings as they come, 4.7.
     fn submarine() -> CascadeSettings<f64> {
@@ -114,21 +115,11 @@ mod tests {
     }
 
     fn under_water(time_constant_s: f64, lag_s: f64) -> Evidence {
-        let authority = 0.8 / time_constant_s;
-        let share = |value: f64| (0.05 * value).powi(2);
         Evidence {
-            model: YawModel::from_theta([-1.0 / time_constant_s, authority, 0.01 * authority]),
-            covariance: [
-                [share(1.0 / time_constant_s), 0.0, 0.0],
-                [0.0, share(authority), 0.0],
-                [0.0; 3],
-            ],
-            lag_s,
-            delay_s: 0.04,
             rate_noise_rad_s: 0.002,
-            heading_noise_rad: 0.005,
             loop_interval_s: 0.0025,
             steering_taken: 0.4,
+            ..evidence(time_constant_s, lag_s)
         }
     }
 
