@@ -430,15 +430,14 @@ impl Fault {
         found.to_owned()
     }
 
+    /// Is a cell no number?
+    pub(crate) fn is_of_a_cell(&self) -> bool {
+        matches!(self, Self::NotANumber { .. } | Self::NotFinite { .. })
+    }
+
     /// Is the fault confined to one row, so that reading can go on without it?
     pub(crate) fn is_in_one_row(&self) -> bool {
-        matches!(
-            self,
-            Self::NotANumber { .. }
-                | Self::NotFinite { .. }
-                | Self::TimeReversed { .. }
-                | Self::Ragged { .. }
-        )
+        self.is_of_a_cell() || matches!(self, Self::TimeReversed { .. } | Self::Ragged { .. })
     }
 
     pub(crate) fn read(source: io::Error) -> Self {

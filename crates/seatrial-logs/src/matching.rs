@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::description::ChannelChoice;
 use crate::error::Fault;
-use crate::name::{ColumnName, StatedUnit, is_of_another_kind};
+use crate::name::{ColumnName, StatedUnit};
 use crate::table::Known;
 use crate::words::words;
 use crate::{Quantity, Unit};
@@ -300,7 +300,7 @@ fn best(
         let free: Vec<String> = columns
             .iter()
             .zip(names)
-            .filter(|(column, name)| !is_others(name) && !is_of_another_kind(column))
+            .filter(|(_, name)| !is_others(name) && !name.is_of_another_kind())
             .map(|(column, _)| column.clone())
             .collect();
         return Err(Fault::MissingColumn {

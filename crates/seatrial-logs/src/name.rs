@@ -206,6 +206,12 @@ impl ColumnName {
         })
     }
 
+    /// Does a word of the name make another quantity of it?
+    pub fn is_of_another_kind(&self) -> bool {
+        let mut words = self.words.iter();
+        words.any(|word| OTHER_QUANTITY.contains(&word.as_str()))
+    }
+
     /// The unit that the name states for a quantity it was chosen for, whatever the name is.
     pub fn unit(&self, quantity: Quantity) -> StatedUnit {
         if let Some(text) = &self.bracket {
@@ -267,13 +273,6 @@ fn rank(words: &[String], quantity: Quantity) -> Option<usize> {
     let is_command = COMMANDS.iter().any(|part| whole.contains(part));
     let found = exact.or_else(|| contained_rank(words, quantity))?;
     Some(found + if is_command { COMMANDED } else { 0 })
-}
-
-/// Does a word of the name make another quantity of it?
-pub(crate) fn is_of_another_kind(name: &str) -> bool {
-    words(name)
-        .iter()
-        .any(|word| OTHER_QUANTITY.contains(&word.as_str()))
 }
 
 /// Names from the clearest to the vaguest: English, then other languages.

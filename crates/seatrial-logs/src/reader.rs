@@ -288,11 +288,13 @@ impl LogReader {
         }
         match others {
             0 => first,
-            others if others >= MANY_ROWS && others > sound / 4 => Fault::ManyRows {
-                first: Box::new(first),
-                damaged: others + 1,
-                rows: sound + others + 1,
-            },
+            others if first.is_of_a_cell() && others >= MANY_ROWS && others > sound / 4 => {
+                Fault::ManyRows {
+                    first: Box::new(first),
+                    damaged: others + 1,
+                    rows: sound + others + 1,
+                }
+            }
             others => Fault::SeveralRows {
                 first: Box::new(first),
                 others,

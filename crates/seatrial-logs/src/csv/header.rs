@@ -180,21 +180,13 @@ fn cells(line: &[u8], delimiter: u8) -> Vec<String> {
 
 /// The columns whose numbers have a degree sign behind them.
 fn degrees(rows: &[&[u8]], delimiter: u8) -> Vec<bool> {
-    let Some((first, others)) = rows.split_first() else {
-        return Vec::new();
+    let rows: Vec<Vec<String>> = rows.iter().map(|row| cells(row, delimiter)).collect();
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let has_sign = |row: &Vec<String>, column: usize| {
+        let cell = row.get(column);
+        cell.is_some_and(|cell| has_degree_sign(cell))
     };
-    let signs = |row: &[u8]| {
-        cells(row, delimiter)
-            .iter()
-            .map(|c| has_degree_sign(c))
-            .collect()
-    };
-    let mut found: Vec<bool> = signs(first);
-    for row in others {
-        let in_row: Vec<bool> = signs(row);
-        for (k, is) in found.iter_mut().enumerate() {
-            *is |= in_row.get(k).copied().unwrap_or(false);
-        }
-    }
-    found
+    (0..columns)
+        .map(|column| rows.iter().any(|row| has_sign(row, column)))
+        .collect()
 }

@@ -3,6 +3,7 @@
 mod header;
 mod number;
 
+use std::borrow::Cow;
 use std::cell::Cell as Count;
 use std::io::{self, Read};
 
@@ -134,7 +135,7 @@ impl<R: Read> Text<R> {
                     line = text.read_record()?.ok_or(Fault::Empty)?;
                 }
                 text.columns = (0..text.record.cells)
-                    .map(|i| decoded(text.record.cell(i)))
+                    .map(|i| decoded(text.record.cell(i)).into_owned())
                     .collect();
                 while text.columns.last().is_some_and(String::is_empty) {
                     text.columns.pop();
@@ -242,18 +243,18 @@ impl<R: Read> Text<R> {
     }
 
     fn parsed(&self, bytes: &[u8]) -> Cell {
-        let is_none = |word: &&[u8]| word.eq_ignore_ascii_case(bytes);
-        if bytes.is_empty() || NO_VALUES.iter().any(is_none) {
+        if bytes.is_empty() {
             return Cell::Missing;
         }
-        let text = decoded(bytes);
-        let text = text.as_str();
+        let is_none = |word: &&[u8]| word.eq_ignore_ascii_case(bytes);
+        let text: &str = &decoded(bytes);
         match number(text, self.dialect.decimal_comma) {
             Some(number) if is_no_value(number) => {
                 self.no_values.set(self.no_values.get() + 1);
                 Cell::Missing
             }
             Some(number) => Cell::Number(number),
+            None if NO_VALUES.iter().any(is_none) => Cell::Missing,
             None => match (instant(text), time_of_day(text)) {
                 (Some(instant), _) => Cell::Instant(instant),
                 (None, Some(seconds)) => Cell::Number(seconds),
@@ -348,9 +349,9 @@ fn states_a_unit(name: &str) -> bool {
 }
 
 /// Latin-1 where it is not UTF-8: `°` of older instruments.
-fn decoded(bytes: &[u8]) -> String {
+fn decoded(bytes: &[u8]) -> Cow<'_, str> {
     match std::str::from_utf8(bytes) {
-        Ok(text) => text.to_string(),
+        Ok(text) => text.into(),
         Err(_) => bytes.iter().map(|&byte| char::from(byte)).collect(),
     }
 }
