@@ -5,7 +5,7 @@ use seatrial_core::{AbortReason, Outcome};
 use super::number::{decimals, percent, sentence, significant};
 use super::speed_figures::Speed;
 use seatrial::campaign::{Campaign, abort_action};
-use seatrial::identification::{Outcome as ModelOutcome, ReasonCode, Verdict};
+use seatrial::identification::{Outcome as ModelOutcome, Verdict};
 
 /// How good the news is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -79,15 +79,6 @@ fn cause(verdict: &Verdict) -> Vec<String> {
     cause
 }
 
-/// What speaks against the models of a campaign, each in a sentence: what is no run's own stands with no figure.
-fn causes(verdict: &Verdict) -> Vec<String> {
-    let causes = verdict
-        .reasons
-        .iter()
-        .filter(|reason| !matches!(reason.code, ReasonCode::Ok | ReasonCode::SignReversed));
-    causes.map(|reason| sentence(&reason.text)).collect()
-}
-
 /// What to do about the cause of an outcome.
 fn action(verdict: &Verdict) -> Option<String> {
     let action = &verdict.cause()?.action;
@@ -124,7 +115,11 @@ pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed], command: &str) 
     // That every speed has a model is said already.
     let mut findings = match judged.outcome() {
         ModelOutcome::Use => Vec::new(),
-        _ => causes(&judged),
+        // What is no run's own stands with no figure.
+        _ => judged
+            .causes()
+            .map(|reason| sentence(&reason.text))
+            .collect(),
     };
     if campaign.axis.is_yaw()
         && let (Some(slow), Some(fast)) = (speeds.first(), speeds.last())
@@ -132,7 +127,7 @@ pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed], command: &str) 
         findings.extend(how_it_steers(slow, fast));
     }
     let mut next: Vec<String> = action(&judged).into_iter().collect();
-    next.extend(next_of_trial(campaign, speeds, &tried));
+    next.extend(next_of_trial(campaign, speeds, &tried, judged.accepted));
     // The cause may be that the trial was stopped.
     next.dedup();
     Headline {
@@ -163,8 +158,13 @@ fn usable_models(usable: usize, tried: usize) -> String {
     }
 }
 
-/// What to do after the trial, whatever its models are.
-fn next_of_trial(campaign: &Campaign, speeds: &[Speed], tried: &[f64]) -> Vec<String> {
+/// What to do after the trial, and with its models where they may be used.
+fn next_of_trial(
+    campaign: &Campaign,
+    speeds: &[Speed],
+    tried: &[f64],
+    is_usable: bool,
+) -> Vec<String> {
     let mut next = Vec::new();
     match campaign.outcome {
         Some(Outcome::Aborted(reason)) => next.push(abort_action(reason).to_owned()),
@@ -174,7 +174,7 @@ fn next_of_trial(campaign: &Campaign, speeds: &[Speed], tried: &[f64]) -> Vec<St
         ),
         Some(Outcome::Finished) => next.extend(failed_speeds(campaign, speeds, tried)),
     }
-    if !speeds.is_empty() && campaign.axis.is_yaw() && campaign.verdict().accepted {
+    if !speeds.is_empty() && campaign.axis.is_yaw() && is_usable {
         next.push(what_to_do_with_models(campaign).to_owned());
     } else if campaign.runs.is_empty() {
         next.push(

@@ -86,15 +86,13 @@ impl Verdict {
     /// How many reasons there are beside the [`cause`](Verdict::cause), the word that a model may be used and the sign of
     /// the rudder, which is told by itself.
     pub fn other_causes(&self) -> usize {
-        let is_reported =
-            |code: &ReasonCode| matches!(code, ReasonCode::Ok | ReasonCode::SignReversed);
-        let others = self
-            .reasons
-            .iter()
-            .filter(|r| !is_reported(&r.code))
-            .count();
-        let cause = self.cause().filter(|cause| !is_reported(&cause.code));
-        others - usize::from(cause.is_some())
+        let decides = self.cause().is_some_and(Reason::is_cause);
+        self.causes().count() - usize::from(decides)
+    }
+
+    /// The reasons that speak against the model or limit its use.
+    pub fn causes(&self) -> impl Iterator<Item = &Reason> {
+        self.reasons.iter().filter(|reason| reason.is_cause())
     }
 
     /// Is this among its reasons?
@@ -119,6 +117,10 @@ pub struct Reason {
 }
 
 impl Reason {
+    fn is_cause(&self) -> bool {
+        !matches!(self.code, ReasonCode::Ok | ReasonCode::SignReversed)
+    }
+
     /// A reason with what was measured. Cause and action are those of the code; the measured text is the cause of a
     /// code that has none.
     pub fn new(code: ReasonCode, measured: impl Into<String>) -> Self {
