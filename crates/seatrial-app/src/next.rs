@@ -53,9 +53,9 @@ pub fn after_trial(
     logbook: &Path,
     firmware: Option<&str>,
 ) -> String {
-    let place = format!("--logbook {} --campaign {}", logbook.display(), number.0);
+    let place = place(number, logbook);
     if campaign.axis == Axis::Pitch || campaign.verdict().outcome() == Outcome::DoNotUse {
-        return format!("seatrial report {place}");
+        return report_of_trial(number, logbook);
     }
     let is_autopilot = campaign.vehicle.starts_with("mavlink:") && !campaign.is_rehearsal();
     match firmware {
@@ -72,6 +72,17 @@ pub fn after_trial(
             )
         }
     }
+}
+
+/// The command that makes the page of the campaign of this number in a logbook.
+#[cfg(feature = "trials")]
+pub fn report_of_trial(number: CampaignId, logbook: &Path) -> String {
+    format!("seatrial report {}", place(number, logbook))
+}
+
+#[cfg(feature = "trials")]
+fn place(number: CampaignId, logbook: &Path) -> String {
+    format!("--logbook {} --campaign {}", logbook.display(), number.0)
 }
 
 fn is_ardusub(firmware: Option<&str>) -> bool {

@@ -170,7 +170,8 @@ fn show(logbook: &Logbook, number: Option<i64>, output: &Output) -> Result<Exit,
         if let Some(table) = speed_table(&rows, width) {
             text += &table.to_string();
         }
-        text += &cause_text(&verdict, "seatrial report", width);
+        let report = next::report_of_trial(entry.id, logbook.path());
+        text += &cause_text(&verdict, &report, width);
         text += &labelled("About  ", &heading(&entry), width);
         text + &command("Next   ", &next, width)
     })?;

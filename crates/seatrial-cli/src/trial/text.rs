@@ -43,8 +43,7 @@ pub(super) fn text(
     if let Some(table) = speed_table(&rows, width) {
         let _ = writeln!(text, "{table}");
     }
-    let place = format!("--logbook {} --campaign {}", logbook.display(), number.0);
-    text += &cause_text(&verdict, &format!("seatrial report {place}"), width);
+    text += &cause_text(&verdict, &next::report_of_trial(number, logbook), width);
     if campaign.is_rehearsal() {
         let about = format!(
             "a rehearsal: the numbers are those of {}, not of a boat",
