@@ -193,7 +193,7 @@ fn cli_gains_from_a_trial_are_proven_kept_and_undone() {
     assert!(!undo.exists());
 }
 
-/// The same under ArduSub, whose thrust ahead takes two fifths of what steers.
+/// A trial, a commission and its undoing under ArduSub, whose thrust ahead takes two fifths of what steers.
 #[test]
 fn cli_gains_of_a_submarine_are_proven_kept_and_undone() {
     let folder = tempfile::tempdir().unwrap();

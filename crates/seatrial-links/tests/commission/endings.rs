@@ -7,7 +7,9 @@ use seatrial_core::YawModel;
 use seatrial_sim::VehicleConfig;
 
 use crate::sea::{FULL_RUDDER_RAD, Sea, Weather};
-use crate::{OnSea, changed, sea, settings, truth, truth_of};
+use crate::{
+    OnSea, assert_kept_as_foreseen, assert_undone, changed, sea, settings, truth, truth_of,
+};
 use seatrial_links::autopilot::{Autopilot, Profile};
 
 #[test]
@@ -15,22 +17,12 @@ fn recover_gains_of_a_true_model_are_kept_and_can_be_undone() {
     let mut vehicle = OnSea::take(sea(1));
     let before = vehicle.gains();
     let found = vehicle.commission(&truth());
-    assert!(
-        matches!(found.ending, Ending::Kept { .. }),
-        "{}",
-        found.line()
-    );
+    assert_kept_as_foreseen(&found);
     let [old, new] = [found.old.unwrap(), found.new.unwrap()];
-    assert!(new.overshoot <= 0.08, "{new:?}");
     // The defaults oscillate on this boat.
     assert!(
         old.settling_s
             .is_none_or(|old_s| new.settling_s.unwrap() < old_s)
-    );
-    let foreseen = found.new_foreseen.unwrap();
-    assert!(
-        new.settling_s.unwrap() < 1.3 * foreseen.settling_s.high,
-        "{new:?} {foreseen:?}"
     );
     let after = vehicle.gains();
     assert_ne!(before, after);
@@ -40,9 +32,7 @@ fn recover_gains_of_a_true_model_are_kept_and_can_be_undone() {
     let failsafe = ["FS_GCS_TIMEOUT", "FS_TIMEOUT", "FS_GCS_ENABLE"].map(|n| boat.parameter(n));
     assert_eq!(failsafe, [Some(5.0), Some(1.5), Some(0.0)]);
     assert_eq!(boat.mode, 4);
-    let undo = vehicle.undo.clone().unwrap();
-    assert!(vehicle.autopilot.restore(&undo).is_complete());
-    assert_eq!(vehicle.gains(), before);
+    assert_undone(&mut vehicle, &before);
 }
 
 /// Boat 3-4 of `study commission`, full steering of which turns it by 4.5 degrees a second, farther off its centre. The angle gain is

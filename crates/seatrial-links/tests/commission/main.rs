@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex};
 
 use seatrial::commission::NoProposal;
 use seatrial_app::commission::{
-    Commissioned, Control, GainedVehicle, Lost, Order, Proposal, conduct, propose,
+    Commissioned, Control, Ending, GainedVehicle, Lost, Order, Proposal, conduct, propose,
 };
 use seatrial_app::models::{ModelPoint, Models};
 use seatrial_core::{CascadeSettings, Envelope, Sample, SchedulePoint, Vehicle, YawModel};
@@ -267,11 +267,34 @@ impl GainedVehicle for OnSea {
     }
 }
 
+/// The new gains are kept, and do what was foreseen.
+fn assert_kept_as_foreseen(found: &Commissioned) {
+    assert!(
+        matches!(found.ending, Ending::Kept { .. }),
+        "{}",
+        found.line()
+    );
+    let new = found.new.unwrap();
+    assert!(new.overshoot <= 0.08, "{new:?}");
+    let foreseen = found.new_foreseen.unwrap();
+    assert!(
+        new.settling_s.unwrap() < 1.3 * foreseen.settling_s.high,
+        "{new:?} {foreseen:?}"
+    );
+}
+
+/// What lies in the file that undoes kept gains puts these back.
+fn assert_undone(vehicle: &mut OnSea, before: &[(&'static str, Option<f32>)]) {
+    let undo = vehicle.undo.clone().unwrap();
+    assert!(vehicle.autopilot.restore(&undo).is_complete());
+    assert_eq!(vehicle.gains(), before);
+}
+
 fn sea(seed: u64) -> Sea {
     Sea::new(VehicleConfig::starfish(), Weather::default(), seed)
 }
 
-/// The same under ArduSub, with a gyro that no engine shakes.
+/// A vehicle under ArduSub, with a gyro that no engine shakes.
 fn under_water(seed: u64) -> Sea {
     let mut config = VehicleConfig::starfish();
     config.sensors.gyro.noise_rad_s = 0.002;

@@ -3,34 +3,21 @@
 use seatrial_app::commission::{Ending, GainedVehicle};
 use seatrial_core::YawModel;
 
-use crate::{OnSea, changed, truth, under_water};
+use crate::{OnSea, assert_kept_as_foreseen, assert_undone, changed, truth, under_water};
 
 #[test]
 fn recover_gains_of_a_true_model_are_kept_under_water_and_can_be_undone() {
     let mut vehicle = OnSea::take(under_water(1));
     let before = vehicle.gains();
     let found = vehicle.commission(&truth());
-    assert!(
-        matches!(found.ending, Ending::Kept { .. }),
-        "{}",
-        found.line()
-    );
-    let new = found.new.unwrap();
-    assert!(new.overshoot <= 0.08, "{new:?}");
-    let foreseen = found.new_foreseen.unwrap();
-    assert!(
-        new.settling_s.unwrap() < 1.3 * foreseen.settling_s.high,
-        "{new:?} {foreseen:?}"
-    );
+    assert_kept_as_foreseen(&found);
     assert_ne!(vehicle.gains(), before);
     assert_eq!(vehicle.restore, None);
     let boat = &vehicle.autopilot.wire().boat;
     assert_eq!(boat.parameter("RC_OVERRIDE_TIME"), Some(3.0));
     // It holds its depth and heading again.
     assert_eq!(boat.mode, 2);
-    let undo = vehicle.undo.clone().unwrap();
-    assert!(vehicle.autopilot.restore(&undo).is_complete());
-    assert_eq!(vehicle.gains(), before);
+    assert_undone(&mut vehicle, &before);
 }
 
 /// Half and twice the yaw's effect and the model of another boat: no gains are proposed, nothing is written, or the old gains are back
