@@ -1,8 +1,8 @@
 //! Time: from what a log writes to the log's own seconds.
 
-use jiff::Timestamp;
 use jiff::civil::DateTime;
 use jiff::tz::TimeZone;
+use jiff::{SignedDuration, Timestamp};
 
 use crate::Unit;
 use crate::table::Cell;
@@ -180,6 +180,15 @@ pub(crate) fn instant(text: &str) -> Option<Timestamp> {
     if text.len() < 10 {
         return None;
     }
+    if text.contains('年') {
+        return instant(&text.replace(['年', '月'], "/").replace('日', " "));
+    }
+    if let Some((before, is_afternoon)) = half_day(text) {
+        let (date, time) = before.split_once(' ')?;
+        let seconds = in_half_day(time_of_day(time.trim())?, is_afternoon)?;
+        let midnight = instant(&format!("{date} 00:00:00"))?;
+        return Some(midnight + SignedDuration::from_secs_f64(seconds));
+    }
     if let Some(year_first) = year_first(text) {
         return instant(&year_first);
     }
@@ -192,8 +201,33 @@ pub(crate) fn instant(text: &str) -> Option<Timestamp> {
     })
 }
 
-/// Seconds since midnight of `14:07:09.05` or, with a decimal comma, `14:07:09,05`.
+/// The text before AM or PM, and whether it is PM.
+fn half_day(text: &str) -> Option<(&str, bool)> {
+    let at = text.len().checked_sub(2)?;
+    let (before, half) = text.split_at_checked(at)?;
+    let is_afternoon = half.eq_ignore_ascii_case("pm");
+    (is_afternoon || half.eq_ignore_ascii_case("am")).then(|| (before.trim_end(), is_afternoon))
+}
+
+/// Seconds since midnight of seconds since 12 o'clock: 12:30 AM is half past midnight.
+fn in_half_day(seconds: f64, is_afternoon: bool) -> Option<f64> {
+    const HALF_S: f64 = 43_200.0;
+    let is_sound = (3600.0..HALF_S + 3600.0).contains(&seconds);
+    is_sound.then(|| seconds % HALF_S + if is_afternoon { HALF_S } else { 0.0 })
+}
+
+/// Seconds of `14:07:09.05` or `2:07:09.05 PM` since midnight, and of `07:09.05` since the hour; with a decimal comma, too. Two numbers
+/// without decimals may be hours and minutes, and are no time.
 pub(crate) fn time_of_day(text: &str) -> Option<f64> {
+    if let Some((before, is_afternoon)) = half_day(text) {
+        return in_half_day(time_of_day(before)?, is_afternoon);
+    }
+    if let Some((minutes, seconds)) = text.split_once(':')
+        && !seconds.contains(':')
+        && seconds.contains(['.', ','])
+    {
+        return time_of_day(&format!("00:{minutes:0>2}:{seconds}"));
+    }
     let mut parts = text.split(':');
     let [hours, minutes, seconds] = [parts.next()?, parts.next()?, parts.next()?];
     let two_digits = |part: &str| part.len() == 2 && is_number(part);
@@ -248,6 +282,13 @@ mod tests {
         for (text, seconds) in [
             ("14:07:09", Some(50_829.0)),
             ("14:07:09.5", Some(50_829.5)),
+            ("2:07:09.5 PM", Some(50_829.5)),
+            ("12:00:01 am", Some(1.0)),
+            ("12:00:01 PM", Some(43_201.0)),
+            ("14:07:09 PM", None),
+            ("07:09.5", Some(429.5)),
+            ("7:09,5", Some(429.5)),
+            ("07:09", None),
             ("4:07:09,5", Some(14_829.5)),
             ("24:00:00", None),
             ("14:07", None),

@@ -40,8 +40,19 @@ const PACKERS: [(&str, &[u8], &str); 5] = [
     ("zip", b"PK\x03\x04", "unzip -p"),
 ];
 
+/// What the packed workbooks of spreadsheets hold near their beginning.
+const WORKBOOKS: [&[u8]; 3] = [
+    b"[Content_Types].xml",
+    b"xl/",
+    b"application/vnd.oasis.opendocument.spreadsheet",
+];
+
 /// Refuses what holds a log, or belongs to one, and is none itself.
 fn check_is_log(start: &[u8]) -> Result<(), Fault> {
+    let holds = |name: &&[u8]| start.windows(name.len()).any(|part| part == *name);
+    if start.starts_with(b"PK") && WORKBOOKS.iter().any(holds) {
+        return Err(Fault::Workbook);
+    }
     if let Some((packer, _, unpack)) = PACKERS
         .iter()
         .find(|(_, bytes, _)| start.starts_with(bytes))

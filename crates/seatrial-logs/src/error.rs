@@ -101,6 +101,19 @@ pub enum Fault {
     /// The text is UTF-16.
     #[error("the text is in UTF-16, as Excel's “Unicode text”; save it as “CSV UTF-8”")]
     Utf16,
+    /// Text in an encoding that is not read.
+    #[error(
+        "byte {offset} is {found:#04x}: the text is not in UTF-8 but in another encoding, such as Shift-JIS; save it as “CSV UTF-8”, or convert it: iconv -f SHIFT_JIS -t UTF-8 FILE > NEW.csv"
+    )]
+    OtherEncoding {
+        /// Bytes before it.
+        offset: usize,
+        /// The byte.
+        found: u8,
+    },
+    /// A workbook of a spreadsheet.
+    #[error("is a workbook of a spreadsheet (.xlsx or .ods); save its sheet as “CSV UTF-8”")]
+    Workbook,
     /// The file is neither text nor of a known format.
     #[error(
         "byte {offset} is {found:#04x}, which is neither UTF-8 text nor the start of a known format; expected text or one of the binary formats {}: export the log as CSV in UTF-8",

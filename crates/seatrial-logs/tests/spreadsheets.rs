@@ -48,6 +48,32 @@ fn clock(time_s: f64) -> String {
     format!("12:00:{time_s:04.1}")
 }
 
+/// Angles in minutes, halves of a day, and dates in Japanese.
+fn of_other_clocks() -> [String; 4] {
+    [
+        log("Time [s],Heading,Rudder,Speed [kn]", |t, h, r, v| {
+            let minutes = |angle: f64| {
+                let sign = if angle < 0.0 { "-" } else { "" };
+                let angle = angle.abs();
+                format!("{sign}{}°{:.1}'", angle.trunc(), 60.0 * angle.fract())
+            };
+            format!("{t:.1},{},{},{v:.2}", minutes(h), minutes(r))
+        }),
+        log(
+            "Time,Heading [deg],Rudder [deg],Speed [kn]",
+            |t, h, r, v| format!("5/23/2026 12:00:{t:04.1} PM,{h:.2},{r:.1},{v:.2}"),
+        ),
+        log(
+            "Time,Heading [deg],Rudder [deg],Speed [kn]",
+            |t, h, r, v| format!("00:{t:04.1},{h:.2},{r:.1},{v:.2}"),
+        ),
+        log(
+            "日時,船首方位[度],舵角[度],船速[ノット]",
+            |t, h, r, v| format!("2026年5月3日 12:00:{t:04.1},{h:.2},{r:.1},{v:.2}"),
+        ),
+    ]
+}
+
 #[test]
 fn io_every_spelling_gives_the_same_samples() {
     let of_day = |time_s: f64, heading: f64, rudder: f64, speed: f64| {
@@ -115,6 +141,7 @@ fn io_every_spelling_gives_the_same_samples() {
             |t, h, r, v| format!("{t:.1},{h:.2},{:.1},{r:.1},{v:.2}", 0.5 * r),
         ),
     ];
+    let logs = [logs.as_slice(), &of_other_clocks()].concat();
     let expected = read(&logs[0]);
     assert_eq!(expected.len(), ROWS);
     for text in &logs[1..] {

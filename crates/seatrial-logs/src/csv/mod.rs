@@ -325,8 +325,9 @@ impl<R: Read + Send> Table for Text<R> {
             .incomplete_line
             .map(|line| format!("line {line}, the last, is cut off and was left out"));
         let no_values = self.no_values.get();
-        let none = (no_values > 0)
-            .then(|| format!("-9999 was taken for a value that is missing, {no_values} times"));
+        let none = (no_values > 0).then(|| {
+            format!("-999 or -9999 was taken for a value that is missing, {no_values} times")
+        });
         cut_off.into_iter().chain(none).collect()
     }
 }
@@ -368,6 +369,10 @@ fn check_is_text(start: &[u8]) -> Result<(), Fault> {
         offset,
         found: start[offset],
     };
+    let other_encoding = |offset: usize| Fault::OtherEncoding {
+        offset,
+        found: start[offset],
+    };
     // The instruments' 0x00 after a power loss is a fault of its row; in the first line it is not text.
     let first_line = start
         .iter()
@@ -386,7 +391,7 @@ fn check_is_text(start: &[u8]) -> Result<(), Fault> {
         let is_latin = start[offset] >= 0xa0 && is_alone;
         // A sequence cut by the end of the buffer is no error.
         if !is_latin && error.error_len().is_some() {
-            return Err(not_text(offset));
+            return Err(other_encoding(offset));
         }
         checked = offset + 1;
     }

@@ -3,10 +3,13 @@
 /// Signs behind the number of an angle in degrees.
 const DEGREE_SIGNS: [&str; 3] = ["°", "º", "deg"];
 /// What older instruments write where they have no value.
-const NO_VALUES: [f64; 2] = [-9999.0, -99_999.0];
+const NO_VALUES: [f64; 3] = [-999.0, -9999.0, -99_999.0];
+/// Signs behind minutes and seconds of an angle.
+const MINUTES: [char; 3] = ['\'', '’', '′'];
+const SECONDS: [char; 3] = ['"', '”', '″'];
 
-/// The number of a cell: a point or a comma before the decimals, thousands in groups, a minus of typography, and a degree sign
-/// behind it. `None` where it is none.
+/// The number of a cell: a point or a comma before the decimals, thousands in groups, a minus of typography, a degree sign
+/// behind it, or minutes and seconds behind that. `None` where it is none.
 pub(super) fn number(text: &str, decimal_comma: bool) -> Option<f64> {
     match decimal_comma {
         false => text.parse().ok(),
@@ -14,6 +17,24 @@ pub(super) fn number(text: &str, decimal_comma: bool) -> Option<f64> {
         true => text.replace(',', ".").parse().ok(),
     }
     .or_else(|| written_for_readers(text, decimal_comma))
+    .or_else(|| degrees_and_minutes(text))
+}
+
+/// Degrees of `12°30.5'`, `-0°15'` or `12° 30' 15"`.
+fn degrees_and_minutes(text: &str) -> Option<f64> {
+    let (degrees, rest) = text.split_once(['°', 'º'])?;
+    let is_negative = degrees.starts_with(['-', '−']);
+    let degrees: f64 = degrees.trim_start_matches(['-', '−', '+']).parse().ok()?;
+    // A backslash before a quotation mark is how some programs write it.
+    let rest = rest.replace('\\', "").replace(',', ".");
+    let (minutes, rest) = rest.split_once(MINUTES)?;
+    let sixtieths = |text: &str| text.trim().parse().ok().filter(|n| (0.0..60.0).contains(n));
+    let seconds = match rest.trim().trim_end_matches(SECONDS) {
+        "" => 0.0,
+        seconds => sixtieths(seconds)?,
+    };
+    let angle = degrees + sixtieths(minutes)? / 60.0 + seconds / 3600.0;
+    Some(if is_negative { -angle } else { angle })
 }
 
 /// Is it what older instruments write for no value?
@@ -25,6 +46,7 @@ pub(super) fn is_no_value(number: f64) -> bool {
 pub(super) fn has_degree_sign(text: &str) -> bool {
     let digits = without_degree_sign(text);
     digits.len() < text.len() && digits.ends_with(|c: char| c.is_ascii_digit())
+        || degrees_and_minutes(text).is_some()
 }
 
 /// Is it a whole number whose thousands are in groups of three behind this sign?
@@ -86,13 +108,20 @@ mod tests {
             ("−3.5", false, Some(-3.5)),
             ("12°", false, Some(12.0)),
             ("-12,25 deg", true, Some(-12.25)),
+            ("12°30'", false, Some(12.5)),
+            ("-0° 15’", false, Some(-0.25)),
+            ("12° 30' 36\"", false, Some(12.51)),
+            ("12°30,6′", true, Some(12.51)),
+            ("12°30.6\\'", false, Some(12.51)),
+            ("12°75'", false, None),
             ("1,23,4.5", false, None),
             ("12 34", false, None),
             ("port", false, None),
             ("", false, None),
             ("°", false, None),
         ] {
-            assert_eq!(number(text, decimal_comma), expected, "{text}");
+            let found = number(text, decimal_comma);
+            assert_eq!(found, expected, "{text}");
         }
     }
 }
