@@ -71,6 +71,9 @@ pub struct HeadingGains {
     /// Was the trial a rehearsal, whose gains are exported only when that is asked for?
     #[serde(skip)]
     pub is_rehearsal: bool,
+    /// Why the models are not to be used, where the source says so.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub rejected: Vec<String>,
     /// What the loop waits for: the longest of the points.
     pub timing: LoopTiming<f64>,
     /// Gains of each model.
@@ -180,6 +183,7 @@ impl Wanted {
                 .trial
                 .as_ref()
                 .is_some_and(|trial| trial.is_rehearsal),
+            rejected: models.rejected.clone(),
             timing,
             points: points.map(|p| point_gains(p, self.damping_ratio)).collect(),
             at: self.interpolated(models)?,
@@ -302,9 +306,20 @@ impl Wanted {
 }
 
 impl HeadingGains {
-    /// Is there a model without a gain?
+    /// Is there a model without a gain, or do the models contradict each other?
     pub fn is_refused(&self) -> bool {
-        self.points.iter().any(|point| point.refused.is_some())
+        !self.rejected.is_empty() || self.points.iter().any(|point| point.refused.is_some())
+    }
+}
+
+impl PointGains {
+    /// Does the interval of its gain hold 0, so that even its sign is not known?
+    pub fn sign_is_unknown(&self) -> bool {
+        let interval = self
+            .proportional_gain
+            .as_ref()
+            .and_then(|gain| gain.interval_95);
+        interval.is_some_and(|[low, high]| low <= 0.0 && 0.0 <= high)
     }
 }
 

@@ -7,6 +7,8 @@ use seatrial::campaign::Campaign;
 use seatrial::identification::Outcome;
 use seatrial_core::Axis;
 #[cfg(feature = "trials")]
+use seatrial_core::Outcome as TrialOutcome;
+#[cfg(feature = "trials")]
 use seatrial_logbook::CampaignId;
 use seatrial_logs::Format;
 
@@ -45,7 +47,8 @@ pub fn after_log(found: &IdentifiedLog, call: &str, schedule: Option<&Path>) -> 
 }
 
 /// The command that goes on from the campaign of this number in a logbook: into the autopilot that it was made on, where that steers
-/// to headings for us, else to its file of parameters.
+/// to headings for us, else to its file of parameters. Of a trial that was aborted, or whose models are not to be used, it is the page
+/// that shows why.
 #[cfg(feature = "trials")]
 pub fn after_trial(
     campaign: &Campaign,
@@ -54,7 +57,7 @@ pub fn after_trial(
     firmware: Option<&str>,
 ) -> String {
     let place = place(number, logbook);
-    if campaign.axis == Axis::Pitch || campaign.verdict().outcome() == Outcome::DoNotUse {
+    if campaign.axis == Axis::Pitch || is_looked_into(campaign) {
         return report_of_trial(number, logbook);
     }
     let is_autopilot = campaign.vehicle.starts_with("mavlink:") && !campaign.is_rehearsal();
@@ -72,6 +75,23 @@ pub fn after_trial(
             )
         }
     }
+}
+
+/// Does the trial lead to its page before anything else: was it aborted, or are its models not to be used?
+#[cfg(feature = "trials")]
+pub fn is_looked_into(campaign: &Campaign) -> bool {
+    let is_aborted = matches!(campaign.outcome, Some(TrialOutcome::Aborted(_)));
+    is_aborted || campaign.verdict().outcome() == Outcome::DoNotUse
+}
+
+/// The command that prints every run and every remark of the campaign of this number.
+#[cfg(feature = "trials")]
+pub fn remarks_of_trial(number: CampaignId, logbook: &Path) -> String {
+    format!(
+        "seatrial logbook show {} --logbook {}",
+        number.0,
+        logbook.display()
+    )
 }
 
 /// The command that makes the page of the campaign of this number in a logbook.

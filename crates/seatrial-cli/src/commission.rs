@@ -157,7 +157,10 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             .found
             .undo()
             .map(|undo| command("Undo   ", undo, width));
-        labelled("", &document.found.summary(), width) + &undo.unwrap_or_default()
+        let advice = document.found.advice();
+        labelled("", &document.found.summary(), width)
+            + &advice.map_or(String::new(), |advice| labelled("Do     ", advice, width))
+            + &undo.unwrap_or_default()
     })?;
     Ok(exit(&document.found))
 }

@@ -95,7 +95,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if args.export.is_none() || args.out.is_some() {
         output.print(&document, || text(&document, args.out.as_deref(), width()))?;
     }
-    Ok(if document.is_refused() || !models.rejected.is_empty() {
+    Ok(if document.is_refused() {
         Exit::Rejected
     } else {
         Exit::Done
@@ -137,6 +137,31 @@ const DISPENSABLE: [&str; 11] = [
 ];
 
 /// `written`: the file of the export.
+/// Why the gains below are not to be used.
+fn rejected_text(document: &HeadingGains) -> String {
+    match document.rejected.first() {
+        Some(cause) => format!("DO NOT USE: {cause}\n"),
+        None => String::new(),
+    }
+}
+
+/// Gains of which not even the sign is known.
+fn unsure(document: &HeadingGains) -> Option<String> {
+    let unsure = document.points.iter().filter(|p| p.sign_is_unknown());
+    let places: Vec<String> = unsure
+        .filter_map(|p| match (p.thrust, p.surge_speed_m_s) {
+            (Some(thrust), _) => Some(format!("{:.0} % thrust", 100.0 * thrust)),
+            (None, speed) => Some(format!("{:.2} m/s", speed?)),
+        })
+        .collect();
+    (!places.is_empty()).then(|| {
+        format!(
+            "The interval of K_p holds 0 at {}: do not use that gain; run that speed again with more rudder.",
+            places.join(", ")
+        )
+    })
+}
+
 fn text(document: &HeadingGains, written: Option<&Path>, width: usize) -> String {
     let (rudder_scale, rudder) = document.rudder_unit.for_people();
     let per_angle = match document.rudder_unit {
@@ -184,12 +209,13 @@ fn text(document: &HeadingGains, written: Option<&Path>, width: usize) -> String
         .filter_map(|p| p.refused.as_ref())
         .map(|reason| format!("No gain: {reason}."))
         .collect();
+    notes.extend(unsure(document));
     if let Some(at) = &document.at {
         notes.push(at_text(at, document.rudder_unit));
     }
     if let Some(file) = written {
         notes.push(format!("Kept in {}.", file.display()));
-    } else if document.points.iter().any(|point| point.refused.is_none()) {
+    } else if document.rejected.is_empty() && document.points.iter().any(|p| p.refused.is_none()) {
         let rehearsal = match document.is_rehearsal {
             true => " --rehearsal",
             false => "",
@@ -199,8 +225,9 @@ fn text(document: &HeadingGains, written: Option<&Path>, width: usize) -> String
         ));
     }
     let text = format!(
-        "Heading gains of {}, damping ratio {:.4}, rudder limit {:.1} {rudder}\n{}\
+        "{}Heading gains of {}, damping ratio {:.4}, rudder limit {:.1} {rudder}\n{}\
          K_p and margins with {:.3} s delay, {}\n\n{}\n{}",
+        rejected_text(document),
         document.source,
         document.damping_ratio,
         document.rudder_limit_rad * rudder_scale,

@@ -8,15 +8,15 @@ use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
 use seatrial::difference::{Difference, ThrustDifference};
 use seatrial::figures::with_decimals;
+use seatrial::identification::Verdict;
 use seatrial_app::models::{campaign_named, campaign_numbered};
 use seatrial_app::next;
 use seatrial_core::{Axis, Outcome};
 use seatrial_logbook::{CampaignEntry, Error, Logbook, State, Verification};
 use serde::Serialize;
 
-use crate::identify::cause_text;
 use crate::output::{Exit, Failure, Output};
-use crate::screen::{command, labelled, width};
+use crate::screen::{command, labelled, sentence, width};
 use crate::speed_table::{SpeedRow, run_row, speed_table};
 use crate::table::decimals;
 
@@ -170,12 +170,28 @@ fn show(logbook: &Logbook, number: Option<i64>, output: &Output) -> Result<Exit,
         if let Some(table) = speed_table(&rows, width) {
             text += &table.to_string();
         }
-        let report = next::report_of_trial(entry.id, logbook.path());
-        text += &cause_text(&verdict, &report, width);
+        text += &every_cause(&verdict, width);
         text += &labelled("About  ", &heading(&entry), width);
         text + &command("Next   ", &next, width)
     })?;
     Ok(Exit::Done)
+}
+
+/// The causes of the outcome, the deciding one first, each with what to do about it.
+fn every_cause(verdict: &Verdict, width: usize) -> String {
+    let Some(first) = verdict.cause() else {
+        return String::new();
+    };
+    let others = verdict.causes().filter(|cause| *cause != first);
+    let (mut text, mut label) = (String::new(), "Cause  ");
+    for cause in std::iter::once(first).chain(others) {
+        text += &labelled(label, &sentence(&cause.text), width);
+        if !cause.action.is_empty() {
+            text += &labelled("Do     ", &cause.action, width);
+        }
+        label = "Also   ";
+    }
+    text
 }
 
 fn heading(entry: &CampaignEntry) -> String {

@@ -471,3 +471,73 @@ fn cli_trial_names_a_rudder_that_stuck() {
         "{document:#}"
     );
 }
+
+/// What a rehearsal with the faults of a scenario prints, and its exit code.
+fn rehearsed(folder: &Folder, scenario: &str) -> (String, Option<i32>) {
+    let trial = ["trial", "--yes", "--scenario", scenario];
+    let said = folder.command(&trial).output().unwrap();
+    let text = String::from_utf8(said.stdout).unwrap();
+    (
+        text.split_whitespace().collect::<Vec<_>>().join(" "),
+        said.status.code(),
+    )
+}
+
+#[test]
+fn cli_the_answer_names_the_fault_of_a_run_that_was_repeated() {
+    let folder = Folder::new();
+    let (text, code) = rehearsed(&folder, "frozen_compass");
+    assert_eq!(code, Some(0), "{text}");
+    assert!(
+        text.contains("Cause Run 1 at 60 % thrust was refused and repeated: From 15.0 s on the compass stood still for 4.0 s"),
+        "{text}"
+    );
+}
+
+/// The command that a remark names prints every remark.
+#[test]
+fn cli_the_command_that_shows_more_remarks_prints_them() {
+    let folder = Folder::new();
+    let (text, _) = rehearsed(&folder, "bad_compass");
+    assert!(
+        text.contains("more remarks, shown by seatrial logbook show 1 --logbook seatrial.db"),
+        "{text}"
+    );
+    let shown = folder.command(&["logbook", "show", "1"]).output().unwrap();
+    let shown = String::from_utf8(shown.stdout).unwrap();
+    assert!(
+        shown.contains("Also   Run 1 at 60 % thrust was refused"),
+        "{shown}"
+    );
+}
+
+#[test]
+fn cli_an_aborted_trial_names_what_its_record_shows_and_leads_to_no_gains() {
+    for (scenario, cause) in [
+        (
+            "bad_compass",
+            "Cause The trial was aborted: the compass gave no heading for 2.0 s",
+        ),
+        (
+            "bad_rudder",
+            "Cause The trial was aborted: the rudder turned the vehicle the other way than at 60 % thrust.",
+        ),
+    ] {
+        let folder = Folder::new();
+        let (text, code) = rehearsed(&folder, scenario);
+        assert_eq!(code, Some(5), "{text}");
+        assert!(text.contains(cause), "{text}");
+        assert!(text.contains("Next seatrial report "), "{text}");
+    }
+    // Models of another steering are no models for gains.
+    let folder = Folder::new();
+    rehearsed(&folder, "bad_rudder");
+    let gains = folder
+        .command(&["gains", "--logbook", "seatrial.db", "--campaign", "1"])
+        .output()
+        .unwrap();
+    let text = String::from_utf8(gains.stdout).unwrap();
+    assert_eq!(gains.status.code(), Some(4), "{text}");
+    assert!(text.starts_with("DO NOT USE: "), "{text}");
+    assert!(!text.contains("--export"), "{text}");
+}

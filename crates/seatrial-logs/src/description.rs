@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Fault, Place, clipped};
 use crate::infer::largest_plausible;
+use crate::name::ColumnName;
 use crate::{Quantity, Unit};
 
 /// Formats that are read, found by content.
@@ -167,6 +168,18 @@ pub struct LogDescription {
     pub start_utc: Option<String>,
     /// What people should know before they trust the samples.
     pub warnings: Vec<String>,
+}
+
+impl LogDescription {
+    /// Columns whose names fit a quantity, without the one that was taken.
+    pub fn other_columns(&self, quantity: Quantity) -> Vec<&str> {
+        let is_taken = |name: &String| self.channels.iter().any(|c| c.column == *name);
+        let columns = self.columns.iter().filter(|name| !is_taken(name));
+        columns
+            .filter(|name| ColumnName::new(name).fit(quantity).is_some())
+            .map(String::as_str)
+            .collect()
+    }
 }
 
 /// Rows read and rows left out, by cause.

@@ -51,6 +51,7 @@ pub use description::{
 };
 pub use error::{Fault, Place, ReadError};
 pub use input::Held;
+pub use name::names_a_course;
 pub use quantity::{Quantity, UnknownQuantity};
 pub use reader::{LogReader, columns, columns_held, open, open_held};
 pub use runs::{Run, Runs};

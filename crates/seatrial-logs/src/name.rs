@@ -89,6 +89,15 @@ const OTHER_QUANTITY: [&str; 50] = [
     "mode",
 ];
 
+/// Words that make a course over ground of a name.
+const COURSE: [&str; 6] = ["course", "track", "cog", "grund", "küg", "fond"];
+
+/// Is the column of this name a course over ground, which is where a vehicle goes and not where it points?
+pub fn names_a_course(column: &str) -> bool {
+    let words = ColumnName::new(column).words;
+    words.iter().any(|word| COURSE.contains(&word.as_str()))
+}
+
 /// Rank added where a name means what was asked for and not what came of it: any other column of the quantity is better.
 const COMMANDED: usize = 20;
 

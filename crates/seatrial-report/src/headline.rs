@@ -4,8 +4,8 @@ use seatrial_core::{AbortReason, Outcome};
 
 use super::number::{decimals, percent, sentence, significant};
 use super::speed_figures::Speed;
-use seatrial::campaign::{Campaign, abort_action};
-use seatrial::identification::{Outcome as ModelOutcome, Verdict};
+use seatrial::campaign::Campaign;
+use seatrial::identification::{Outcome as ModelOutcome, ReasonCode, Verdict};
 
 /// How good the news is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -127,7 +127,7 @@ pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed], command: &str) 
         findings.extend(how_it_steers(slow, fast));
     }
     let mut next: Vec<String> = action(&judged).into_iter().collect();
-    next.extend(next_of_trial(campaign, speeds, &tried, judged.accepted));
+    next.extend(next_of_trial(campaign, speeds, &tried, &judged));
     // The cause may be that the trial was stopped.
     next.dedup();
     Headline {
@@ -135,7 +135,10 @@ pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed], command: &str) 
         verdict,
         findings,
         next,
-        command: command_of(judged.outcome(), command),
+        command: match campaign.outcome {
+            Some(Outcome::Aborted(_)) => String::new(),
+            _ => command_of(judged.outcome(), command),
+        },
     }
 }
 
@@ -163,18 +166,22 @@ fn next_of_trial(
     campaign: &Campaign,
     speeds: &[Speed],
     tried: &[f64],
-    is_usable: bool,
+    judged: &Verdict,
 ) -> Vec<String> {
     let mut next = Vec::new();
     match campaign.outcome {
-        Some(Outcome::Aborted(reason)) => next.push(abort_action(reason).to_owned()),
+        Some(Outcome::Aborted(_)) => {
+            let mut reasons = judged.reasons.iter();
+            let abort = reasons.find(|reason| reason.code == ReasonCode::Aborted);
+            next.extend(abort.map(|reason| reason.action.clone()));
+        }
         None => next.push(
             "If the trial is no longer running, it was interrupted: every finished run is here; run the missing speeds again."
                 .to_owned(),
         ),
         Some(Outcome::Finished) => next.extend(failed_speeds(campaign, speeds, tried)),
     }
-    if !speeds.is_empty() && campaign.axis.is_yaw() && is_usable {
+    if !speeds.is_empty() && campaign.axis.is_yaw() && judged.accepted {
         next.push(what_to_do_with_models(campaign).to_owned());
     } else if campaign.runs.is_empty() {
         next.push(

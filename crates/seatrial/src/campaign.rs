@@ -6,6 +6,7 @@ pub use seatrial_core::Stage;
 use seatrial_core::{AbortReason, Axis, Outcome, Plan};
 use serde::{Deserialize, Serialize};
 
+use crate::abort_cause;
 use crate::campaign_check::{SpeedResult, contradictions};
 use crate::identification::{Identification, Reason, ReasonCode, Verdict};
 use crate::record::{Record, Window};
@@ -140,6 +141,7 @@ impl Campaign {
         let accepted = self.accepted_runs();
         let contradictions = self.contradictions();
         let mut reasons = self.unfinished().into_iter().collect::<Vec<_>>();
+        reasons.extend(self.faults_of_repeated_runs());
         reasons.extend(self.speeds_without_a_model());
         let is_contradicted = !contradictions.is_empty()
             || matches!(self.outcome, Some(Outcome::Aborted(reason)) if reason.contradicts_the_models());
@@ -165,13 +167,7 @@ impl Campaign {
     fn unfinished(&self) -> Option<Reason> {
         match self.outcome {
             Some(Outcome::Finished) => None,
-            Some(Outcome::Aborted(reason)) => Some(Reason {
-                action: abort_action(reason).into(),
-                ..Reason::new(
-                    ReasonCode::Aborted,
-                    format!("the trial was aborted: {reason}"),
-                )
-            }),
+            Some(Outcome::Aborted(reason)) => Some(abort_cause::reason(self, reason)),
             None => Some(Reason::new(
                 ReasonCode::Interrupted,
                 "the trial was not finished",
@@ -179,11 +175,34 @@ impl Campaign {
         }
     }
 
-    /// A reason for each thrust that was tried and gave no model: that of its last run.
+    /// A reason for each run that a fault of the vehicle spoiled and that was made again: the fault may come back.
+    fn faults_of_repeated_runs(&self) -> Vec<Reason> {
+        let deciding = self.deciding_runs();
+        let is_repeated = |run: &&Run| deciding.iter().all(|other| other.number != run.number);
+        let repeated = self.runs.iter().filter(is_repeated);
+        repeated
+            .filter(|run| !run.verdict.accepted)
+            .filter_map(|run| {
+                let cause = run.verdict.cause().filter(|cause| cause.code.is_fault())?;
+                let measured = format!("run {} at {:.0} % thrust", run.number, 100.0 * run.thrust);
+                Some(Reason {
+                    text: format!(
+                        "Run {} at {:.0} % thrust was refused and repeated: {}",
+                        run.number,
+                        100.0 * run.thrust,
+                        cause.text
+                    ),
+                    ..Reason::new(ReasonCode::RunRepeated, measured)
+                })
+            })
+            .collect()
+    }
+
+    /// A reason for each thrust that was tried and gave no model: that of its last run. That the trial was aborted in it is said by itself.
     fn speeds_without_a_model(&self) -> Vec<Reason> {
         self.deciding_runs()
             .into_iter()
-            .filter(|run| !run.verdict.accepted)
+            .filter(|run| !run.verdict.accepted && !run.verdict.has(&ReasonCode::Aborted))
             .filter_map(|run| {
                 let part = Part {
                     name: &format!("{:.0}", 100.0 * run.thrust),

@@ -81,24 +81,31 @@ fn of_neighbours(
         false => format!("between {low:.2} and {high:.2} m/s"),
     };
     let factors = [1.0, libm::pow(speed_ratio.max(1.0), STEEPEST_AUTHORITY)];
+    let reason = |code, told: String, detail: String| Reason {
+        text: format!("B{}.", &told[1..]),
+        ..Reason::new(code, format!("{detail}, and repeat both speeds"))
+    };
     let speed = (speed_ratio * LEAST_SPEED_RATIO < 1.0).then(|| {
-        Reason::new(
-            ReasonCode::SpeedFalls,
-            format!(
-                "{between} the speed fell by {:.0} % although thrust rose: look for a fouled or damaged propeller, a weak battery or a current, and repeat both speeds",
-                100.0 * (1.0 - speed_ratio)
-            ),
-        )
+        let told = format!(
+            "{between} the speed fell by {:.0} % although thrust rose",
+            100.0 * (1.0 - speed_ratio)
+        );
+        let detail =
+            format!("{told}: look for a fouled or damaged propeller, a weak battery or a current");
+        reason(ReasonCode::SpeedFalls, told, detail)
     });
     let parted = |code, name: &str, of: fn(&Refined) -> Magnitude| {
         let factor = factor_outside(of(slower.refined), of(faster.refined), factors)?;
         let percent = 100.0 * (factor - 1.0).abs();
         let moved = if factor < 1.0 { "fell" } else { "rose" };
-        Some(Reason::new(
+        let told = format!("{between} {name} {moved} by {percent:.0} %");
+        let detail = format!(
+            "{told} while the speed changed by a factor of {speed_ratio:.2}: one of the two models is not that of this vehicle; check the fins and the load"
+        );
+        Some(reason(
             code,
-            format!(
-                "{between} {name} {moved} by {percent:.0} % while the speed changed by a factor of {speed_ratio:.2}: one of the two models is not that of this vehicle; check the fins and the load, and repeat both speeds"
-            ),
+            told + ", as that of one vehicle does not",
+            detail,
         ))
     };
     let authority = parted(
@@ -120,7 +127,9 @@ fn factor_outside(slower: Magnitude, faster: Magnitude, factors: [f64; 2]) -> Op
         slower.interval[1] * factors[1],
     ];
     let meets = faster.interval[0] <= expected[1] && expected[0] <= faster.interval[1];
-    (!meets).then(|| faster.value / slower.value)
+    (!meets)
+        .then(|| faster.value / slower.value)
+        .filter(|factor| factor.is_finite())
 }
 
 /// The size of a parameter, whose sign depends on the sense of the rudder, and its 95 % interval.

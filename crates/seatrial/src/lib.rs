@@ -66,6 +66,7 @@
 //! the vehicle is in [`seatrial_core`].
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
+mod abort_cause;
 pub mod amplitude;
 pub mod campaign;
 pub mod campaign_check;

@@ -56,6 +56,9 @@ pub struct StatedUnits {
     pub rudder: ColumnUnit,
     /// Yaw rate.
     pub yaw_rate: ColumnUnit,
+    /// Does the column of the heading name a course over ground?
+    #[serde(default)]
+    pub heading_is_course: bool,
     /// Do rows that differ share a time? The clock is then coarser than the rows.
     #[serde(default)]
     pub times_are_shared: bool,

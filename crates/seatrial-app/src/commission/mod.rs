@@ -117,6 +117,28 @@ impl Commissioned {
         }
     }
 
+    /// What to do where the new gains are not in. What could not be put back says so by itself.
+    pub fn advice(&self) -> Option<&'static str> {
+        match &self.ending {
+            Ending::Kept { .. } => None,
+            Ending::PutBack {
+                at_small_step: true,
+                ..
+            } => Some(
+                "The boat steers as before. Try again in calmer water and with nothing else at work on the computer; if it ends so again, run a new trial at this load and speed.",
+            ),
+            Ending::PutBack { .. } => Some(
+                "The boat steers as before, with the better gains of the two. Try again in calmer water; if it ends so again, keep the old gains or run a new trial.",
+            ),
+            Ending::Refused => Some(
+                "Run a trial on this boat as it is now loaded, and commission from that campaign.",
+            ),
+            Ending::Aborted { .. } => {
+                Some("Remove the cause, then commission again: the boat steers as before.")
+            }
+        }
+    }
+
     /// Which gains are in, and why.
     pub fn summary(&self) -> String {
         let line = match &self.ending {

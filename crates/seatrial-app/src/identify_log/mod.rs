@@ -11,6 +11,7 @@ use seatrial::pitch;
 use seatrial::segmentation::Proposal;
 use seatrial::{Identification, Window};
 use seatrial_core::Axis;
+use seatrial_logs::Quantity;
 
 use crate::Error;
 use crate::logs::{Observer, OpenedLog, ReadSettings, Unobserved};
@@ -84,9 +85,37 @@ pub fn identify_opened(
         axis: options.axis,
         models: found.models,
         model: found.model,
-        verdict: found.verdict,
+        verdict: naming_another_rudder(found.verdict, &logs.log),
         logs,
     })
+}
+
+/// A log may have both the command of the rudder and its measured angle: where one gives no model, the other may.
+fn naming_another_rudder(mut verdict: Verdict, log: &OpenedLog) -> Verdict {
+    let is_for_want_of_a_rudder = |code: &ReasonCode| {
+        matches!(
+            code,
+            ReasonCode::RudderConstant
+                | ReasonCode::NotIdentifiable
+                | ReasonCode::UnderExcited
+                | ReasonCode::DoesNotFit
+                | ReasonCode::Disagreement
+                | ReasonCode::LowR2
+                | ReasonCode::Contradicted
+                | ReasonCode::RudderSaturated
+                | ReasonCode::RudderJammed
+        )
+    };
+    let others = log.description.other_columns(Quantity::Rudder);
+    if let (false, Some(cause), Some(other)) = (
+        verdict.accepted,
+        verdict.reasons.first_mut(),
+        others.first(),
+    ) && is_for_want_of_a_rudder(&cause.code)
+    {
+        cause.action = format!("Try column `{other}` for the rudder. {}", cause.action);
+    }
+    verdict
 }
 
 /// May a model of this log be used, as `identify` without windows says it of the manoeuvres that were found?

@@ -1,7 +1,7 @@
 //! The units of a log's columns, as plausibility checks need them.
 
 use seatrial::stated_units::{ColumnUnit, Origin, StatedUnits};
-use seatrial_logs::{Channel, Counts, LogDescription, Quantity, UnitSource};
+use seatrial_logs::{Channel, Counts, LogDescription, Quantity, UnitSource, names_a_course};
 
 /// A clock is coarser than its rows where more than this share of them differs from the row before at the same time.
 const SHARED: f64 = 0.05;
@@ -9,18 +9,18 @@ const SHARED: f64 = 0.05;
 /// Which units a log states for time, heading, rudder and yaw rate, and who says so. A column that a channel file scales
 /// or turns was looked at by a person, and counts as given.
 pub(crate) fn stated_units(description: &LogDescription, counts: &Counts) -> StatedUnits {
-    let of = |quantity| {
-        description
-            .channels
-            .iter()
-            .find(|channel| channel.quantity == quantity)
-            .map_or_else(ColumnUnit::default, column_unit)
+    let channel = |quantity| {
+        let mut channels = description.channels.iter();
+        channels.find(|channel| channel.quantity == quantity)
     };
+    let of = |quantity| channel(quantity).map_or_else(ColumnUnit::default, column_unit);
     StatedUnits {
         time: of(Quantity::Time),
         heading: of(Quantity::Heading),
         rudder: of(Quantity::Rudder),
         yaw_rate: of(Quantity::YawRate),
+        heading_is_course: channel(Quantity::Heading)
+            .is_some_and(|heading| names_a_course(&heading.column)),
         times_are_shared: counts.differing_at_a_time as f64 > SHARED * counts.rows as f64,
     }
 }

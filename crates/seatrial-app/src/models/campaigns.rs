@@ -43,8 +43,10 @@ pub fn of_entry(logbook: &Logbook, entry: &CampaignEntry) -> Result<Models, Erro
         trial.number = Some(entry.id.0);
         trial.started = Some(entry.started.clone());
     }
-    let caution = not_finished(entry.state).map(|why| format!("the campaign {why}"));
-    models.cautions.extend(caution);
+    if models.rejected.is_empty() {
+        let caution = not_finished(entry.state).map(|why| format!("the campaign {why}"));
+        models.cautions.extend(caution);
+    }
     Ok(models)
 }
 
@@ -93,8 +95,9 @@ impl Models {
     }
 }
 
-/// What the campaign says against its own models.
+/// What the campaign says against its own models, where as a whole they are not to be used.
 fn against(campaign: &Campaign) -> Vec<String> {
-    let reasons = campaign.contradictions().into_iter();
-    reasons.map(|reason| reason.text).collect()
+    let verdict = campaign.verdict();
+    let causes = verdict.causes().filter(|_| !verdict.accepted);
+    causes.map(|reason| reason.text.clone()).collect()
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use seatrial::campaign::{Run, Stage};
-use seatrial::identification::Refined;
+use seatrial::identification::{ReasonCode, Refined};
 use seatrial::{Campaign, Step};
 use seatrial_core::Trial;
 use seatrial_logbook::{CampaignId, Keeper, Recorder};
@@ -162,7 +162,10 @@ impl Watch for Watched {
         self.keeper.run_ended(run);
         self.record(Recording::run_ended);
         self.views.iter_mut().for_each(|view| view.run_ended(run));
-        self.keeper.release(run);
+        // The record of a run that was aborted shows why.
+        if !run.verdict.has(&ReasonCode::Aborted) {
+            self.keeper.release(run);
+        }
     }
 
     fn wants_abort(&mut self) -> bool {

@@ -43,7 +43,7 @@ pub(super) fn text(
     if let Some(table) = speed_table(&rows, width) {
         let _ = writeln!(text, "{table}");
     }
-    text += &cause_text(&verdict, &next::report_of_trial(number, logbook), width);
+    text += &cause_text(&verdict, &next::remarks_of_trial(number, logbook), width);
     if campaign.is_rehearsal() {
         let about = format!(
             "a rehearsal: the numbers are those of {}, not of a boat",
@@ -54,6 +54,11 @@ pub(super) fn text(
     let _ = writeln!(text, "Kept   {}", logbook.display());
     if let Some(report) = report {
         let _ = writeln!(text, "Report {}", report.display());
+    }
+    if let Some(report) = report
+        && next::is_looked_into(campaign)
+    {
+        return text + &command("Next   ", &format!("open {}", report.display()), width);
     }
     let circumstances =
         Logbook::open_read_only(logbook).and_then(|kept| kept.circumstances(number));

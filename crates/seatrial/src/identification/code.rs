@@ -90,6 +90,8 @@ pub enum ReasonCode {
     SpeedUnknown,
     /// A speed that was tried has no model.
     SpeedMissing,
+    /// A fault of the vehicle spoiled a run that was then repeated.
+    RunRepeated,
     /// The speed falls although thrust rises.
     SpeedFalls,
     /// b2 changes over speed in a way that one vehicle's does not.
@@ -110,6 +112,8 @@ pub enum ReasonCode {
     YawRateReversed,
     /// The yaw rate is later than the heading.
     YawRateLate,
+    /// The column of the heading names a course over ground.
+    CourseForHeading,
     /// Samples are too far apart for the vehicle.
     LoggedTooSlowly,
     /// The heading is refreshed more slowly than rows are written.
@@ -140,6 +144,18 @@ pub enum ReasonCode {
 }
 
 impl ReasonCode {
+    /// Does it name a fault of compass, clock or rudder, of which a low R^2 is a consequence?
+    pub(crate) fn is_fault(&self) -> bool {
+        matches!(
+            self,
+            Self::CompassError
+                | Self::CompassDeviation
+                | Self::CompassLate
+                | Self::ClockJumped
+                | Self::RudderJammed
+        )
+    }
+
     /// Does it limit what an accepted model may be used for?
     pub(crate) fn limits(&self) -> bool {
         !matches!(

@@ -135,11 +135,15 @@ fn of_log(code: &ReasonCode) -> Option<Words> {
             "Choose deg, rad, fraction or percent as “Rudder is in” under “Columns and units”.",
             "Pass units={\"rudder\": \"deg\"} (or rad, fraction, percent).",
         ),
+        ReasonCode::CourseForHeading => same(
+            "The heading was taken from a course or track, which is where the vehicle goes, not where it points.",
+            "Log the heading of a compass, and take its column.",
+        ),
         ReasonCode::TimeUnitDoubtful => each(
             "The time is not in the unit that its column says.",
-            "Give its unit with --unit time=s or --unit time=ms, or another column with --time.",
-            "Choose s or ms as “Time is in” under “Columns and units”, or another column for the time.",
-            "Pass units={\"time\": \"s\"} or units={\"time\": \"ms\"}, or columns={\"time\": ...}.",
+            "Give its unit with --unit time=s (or ms, us, min, h, d), or another column with --time.",
+            "Choose the unit as “Time is in” under “Columns and units”, or another column for the time.",
+            "Pass units={\"time\": \"s\"} (or ms, us, min, h, d), or columns={\"time\": ...}.",
         ),
         ReasonCode::YawRateContradicts => each(
             "The yaw rate contradicts the heading.",
@@ -337,6 +341,10 @@ fn of_several(code: &ReasonCode) -> Option<Words> {
             "Name the column of the speed with --speed, or take the manoeuvres of one speed with --from and --to.",
             "Choose “Forward speed from column” under “Columns and units”, or drag the windows over the manoeuvres of one speed.",
             "Pass columns={\"speed\": ...}, or training=(from, to) with the manoeuvres of one speed.",
+        ),
+        ReasonCode::RunRepeated => same(
+            "A run was refused and repeated.",
+            "Find the fault before the vehicle relies on it: the models are those of sound runs, but it may come back.",
         ),
         ReasonCode::SpeedFalls => same(
             "The speed fell although the thrust rose.",

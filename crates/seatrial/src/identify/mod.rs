@@ -67,6 +67,7 @@ use cross_validation::validated_by_legs;
 pub use error::{IdentifyError, WindowUse};
 use explained::Explained;
 use joined::Joined;
+pub(crate) use mishap::heading_jump;
 use online::Pass;
 use prepared::Prepared;
 pub use settings::IdentifySettings;

@@ -1,7 +1,7 @@
 //! What may be wrong with a log, and what settles it.
 
-use crate::figures::three_figures;
-use crate::identification::ReasonCode;
+use crate::figures::{three_figures, with_decimals};
+use crate::identification::{Reason, ReasonCode};
 
 /// Something in a log that does not mean what it says.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,6 +78,13 @@ pub enum Doubt {
         /// For how long, s.
         for_s: f64,
     },
+    /// By the time column the vehicle turns as no vessel does.
+    TurnsTooFast {
+        /// The fastest turn that no outlier makes.
+        yaw_rate_rad_s: f64,
+    },
+    /// The column of the heading is named a course over ground.
+    HeadingIsCourse,
     /// Nothing shows whether the rudder goes where its column says.
     RudderUnchecked,
     /// There is no yaw rate to compare the heading with.
@@ -109,7 +116,10 @@ impl Doubt {
             Self::HeadingUnit { .. } => ReasonCode::HeadingUnitDoubtful,
             Self::RudderUnit { .. } => ReasonCode::RudderUnitDoubtful,
             Self::RudderScale { .. } => ReasonCode::RudderScaleUnknown,
-            Self::TimeUnit { .. } | Self::TimeIsIndex => ReasonCode::TimeUnitDoubtful,
+            Self::HeadingIsCourse => ReasonCode::CourseForHeading,
+            Self::TimeUnit { .. } | Self::TurnsTooFast { .. } | Self::TimeIsIndex => {
+                ReasonCode::TimeUnitDoubtful
+            }
             Self::RateMismatch(mismatch) if mismatch.is_reversed() => ReasonCode::YawRateReversed,
             Self::RateMismatch(_) => ReasonCode::YawRateContradicts,
             Self::SlowLog { .. } => ReasonCode::LoggedTooSlowly,
@@ -129,7 +139,7 @@ impl Doubt {
             Self::HeadingHeld { effect, .. } => *effect > LARGEST_HEADING_EFFECT,
             Self::RudderHeld { effect, .. } => *effect > LARGEST_RUDDER_EFFECT,
             Self::RateMismatch(mismatch) => !mismatch.is_reversed(),
-            Self::HeadingUnchecked | Self::RudderUnchecked => false,
+            Self::HeadingIsCourse | Self::HeadingUnchecked | Self::RudderUnchecked => false,
             _ => true,
         }
     }
@@ -158,6 +168,11 @@ impl Doubt {
                 "samples are {} s apart by the time column, as if it held milliseconds: say which with --unit time=ms or --unit time=s",
                 three_figures(*interval_s)
             ),
+            Self::TurnsTooFast { yaw_rate_rad_s } => format!(
+                "by the time column the heading turns by {} deg/s, which no vessel does: say the unit of the time, such as --unit time=s, or name another column with --time",
+                three_figures(yaw_rate_rad_s.to_degrees())
+            ),
+            Self::HeadingIsCourse => "the column taken for the heading is named a course or track, which is where the vehicle goes and not where it points: it is late and smooth, so that a22 and b2 are those of the track; log the heading of a compass".into(),
             Self::TimeIsIndex => "the time counts 0, 1, 2 like the number of a row, and there is no yaw rate to show that a row takes a second: say so with --unit time=s, or choose another column with --time".into(),
             Self::RateMismatch(mismatch) => mismatch.text(),
             Self::SlowLog { interval_s, time_constant_s } => format!(
@@ -192,6 +207,40 @@ impl Doubt {
             ),
             Self::RudderUnchecked => "nothing in the log shows that the rudder goes where its column says: one that stops at the same share of its command in training and in validation looks like one with less effect, and b2 is then that of the command; log the rudder's own angle".into(),
             Self::HeadingUnchecked => "the log has no yaw rate to compare the heading with: a compass that deviates would make b2 wrong by its slope, a heading that is late or filtered a22 by twice that time over the time constant, and a course over ground is none; log a gyro's yaw rate, or swing the compass".into(),
+        }
+    }
+}
+
+impl Doubt {
+    /// The reason of a verdict.
+    pub(crate) fn reason(&self) -> Reason {
+        let reason = Reason::new(self.code(), self.text());
+        match self {
+            Self::HeadingStood { from_s, for_s } => Reason {
+                text: format!(
+                    "From {} s on the compass stood still for {} s while the vehicle turned.",
+                    with_decimals(*from_s, 1),
+                    with_decimals(*for_s, 1)
+                ),
+                action: "Check the compass, its filter and its connection, then repeat the run."
+                    .into(),
+                ..reason
+            },
+            Self::TimeUnit { interval_s } => Reason {
+                text: format!(
+                    "By the time column samples are {} s apart: the time is in another unit.",
+                    three_figures(*interval_s)
+                ),
+                ..reason
+            },
+            Self::TurnsTooFast { yaw_rate_rad_s } => Reason {
+                text: format!(
+                    "By the time column the vehicle turns by {} deg/s, which no vessel does.",
+                    three_figures(yaw_rate_rad_s.to_degrees())
+                ),
+                ..reason
+            },
+            _ => reason,
         }
     }
 }

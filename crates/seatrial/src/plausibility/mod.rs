@@ -5,11 +5,13 @@
 //! | unit of heading or rudder | the numbers in the file with those that the unit allows |
 //! | scale of the rudder | what the file says of its unit with what it says of the others |
 //! | unit of time or yaw rate | the heading's change with the integral of the yaw rate; without a yaw rate, the interval between samples |
+//! | time by which the vehicle turns too fast, given or not | the heading's change over 20 samples with 400 deg/s |
+//! | heading that is a course | the name of its column |
 //! | clock that jumped | the heading's change over a gap in time with its rate before and after |
 //! | heading that stood still | equal headings in a row with the yaw rate, where the heading else changes in every row |
 //! | slow rows, held channels | the interval at which a channel changes with the vehicle's time constant 1/|a22| |
 //!
-//! A unit that the user gave is never doubted: giving it is how a doubt is settled.
+//! A unit that the user gave is doubted only where no vehicle could move so: giving it is how a doubt is settled.
 
 mod clock;
 mod doubt;
@@ -27,6 +29,9 @@ pub use stood::heading_stood;
 /// What is doubtful about the units of a record's columns, whatever model it gives.
 pub fn unit_doubts(record: &Record) -> Vec<Doubt> {
     let mut doubts = units::doubts(record);
+    if record.units.heading_is_course {
+        doubts.push(Doubt::HeadingIsCourse);
+    }
     doubts.extend(turn::doubt(record));
     doubts
 }

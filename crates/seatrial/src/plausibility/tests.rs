@@ -35,7 +35,7 @@ fn stated_degrees() -> StatedUnits {
         heading: unit(DEG, Origin::Stated),
         rudder: unit(DEG, Origin::Stated),
         yaw_rate: unit(DEG, Origin::Stated),
-        times_are_shared: false,
+        ..StatedUnits::default()
     }
 }
 
@@ -104,6 +104,39 @@ fn exact_angles_in_the_other_unit_are_found() {
     assert_eq!(codes(&away), []);
     let rudder = scaled(record(stated_degrees()), 1.0, radians_as_degrees, 1.0);
     assert_eq!(codes(&rudder), [ReasonCode::RudderUnitDoubtful]);
+}
+
+/// A unit that was chosen is doubted where no vessel could turn so.
+#[test]
+fn exact_a_chosen_time_by_which_no_vessel_turns_is_refused() {
+    let by = |factor: f64| {
+        let mut record = record(StatedUnits::default());
+        for sample in &mut record.samples {
+            sample.time_s *= factor;
+        }
+        unit_doubts(&without_rate(record))
+    };
+    assert_eq!(by(1.0), []);
+    // 17 deg/s by a clock that runs ten times too slowly.
+    assert_eq!(by(0.1), []);
+    let doubts = by(0.02);
+    assert!(
+        matches!(doubts[..], [Doubt::TurnsTooFast { .. }]),
+        "{doubts:?}"
+    );
+    assert!(doubts[0].reason().text.contains("which no vessel does"));
+    assert!(matches!(by(0.001)[..], [Doubt::TimeUnit { .. }]));
+}
+
+#[test]
+fn exact_a_course_in_place_of_the_heading_limits_the_model() {
+    let course = StatedUnits {
+        heading_is_course: true,
+        ..stated_degrees()
+    };
+    let doubts = unit_doubts(&record(course));
+    assert_eq!(doubts, [Doubt::HeadingIsCourse]);
+    assert!(!doubts[0].refuses() && doubts[0].code().limits());
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! The units that a log states, and numbers that they do not allow.
 
+use seatrial_core::Real;
+
 use super::doubt::Doubt;
 use crate::record::Record;
 use crate::stated_units::{ColumnUnit, Origin};
@@ -24,6 +26,11 @@ const USUAL_RUDDER_DEG: f64 = 46.0;
 const LONGEST_INTERVAL_S: f64 = 40.0;
 /// No heading is logged at shorter intervals, s; a spreadsheet's days at 20 Hz show 6e-7.
 const SHORTEST_INTERVAL_S: f64 = 5e-4;
+/// No vessel turns faster, rad/s: 400 deg/s.
+const FASTEST_TURN_RAD_S: f64 = 7.0;
+/// A turn is looked at over so many samples, of which this share may be outliers.
+const TURN_SAMPLES: usize = 20;
+const OUTLIERS: f64 = 0.03;
 /// The share from which a clock is doubted where every stamp is a whole number.
 const LONGEST_WHOLE_INTERVAL_S: f64 = 15.0;
 
@@ -138,13 +145,13 @@ fn rudder(record: &Record) -> Option<Doubt> {
 fn time(record: &Record) -> Option<Doubt> {
     let unit = &record.units.time;
     let (first, interval_s) = (record.samples.first()?, record.median_interval_s()?);
-    if !unit.is_open() {
-        return None;
-    }
     if interval_s > 0.0 && interval_s < SHORTEST_INTERVAL_S {
         return Some(Doubt::TimeUnit { interval_s });
     }
-    if unit.per_si != 1.0 {
+    if let Some(yaw_rate_rad_s) = usual_turn_rad_s(record).filter(|r| *r > FASTEST_TURN_RAD_S) {
+        return Some(Doubt::TurnsTooFast { yaw_rate_rad_s });
+    }
+    if !unit.is_open() || unit.per_si != 1.0 {
         return None;
     }
     let is_whole = record.samples.iter().all(|s| s.time_s.fract() == 0.0);
@@ -154,6 +161,31 @@ fn time(record: &Record) -> Option<Doubt> {
     let has_rate = record.samples.iter().any(|s| s.yaw_rate_rad_s.is_some());
     (!has_rate && [0.0, 1.0].contains(&first.time_s) && counts(record))
         .then_some(Doubt::TimeIsIndex)
+}
+
+/// The fastest turn that no outlier makes.
+fn usual_turn_rad_s(record: &Record) -> Option<f64> {
+    let usable = record.samples.iter().filter(|s| s.heading_rad.is_finite());
+    let mut turned_rad = 0.0;
+    let mut last = None;
+    let course: Vec<(f64, f64)> = usable
+        .map(|sample| {
+            turned_rad += last.map_or(0.0, |last| Real::wrapped(sample.heading_rad - last));
+            last = Some(sample.heading_rad);
+            (sample.time_s, turned_rad)
+        })
+        .collect();
+    let mut rates: Vec<f64> = course
+        .windows(TURN_SAMPLES)
+        .map(|part| {
+            let (first, last) = (part[0], part[TURN_SAMPLES - 1]);
+            (last.1 - first.1).abs() / (last.0 - first.0)
+        })
+        .filter(|rate| rate.is_finite())
+        .collect();
+    rates.sort_by(f64::total_cmp);
+    let at = ((1.0 - OUTLIERS) * rates.len() as f64) as usize;
+    rates.get(at.min(rates.len().checked_sub(1)?)).copied()
 }
 
 /// Does the time go up by exactly 1 with every row?

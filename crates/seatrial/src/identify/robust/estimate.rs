@@ -81,7 +81,8 @@ pub struct RobustEstimate {
     pub interval_95: [[f64; 2]; 3],
     /// The rudder's lag, where the record asks for one.
     pub lag: Option<Lag>,
-    /// Play of the rudder from stop to stop, rad, where the record asks for it: the intervals hold the model behind it.
+    /// Play of the rudder from stop to stop, rad, where the record asks for it and it moves the model beyond its interval: that holds the
+    /// model behind it.
     pub play_rad: Option<f64>,
     /// What a lag does to the model.
     pub lag_slope: LagSlope,
@@ -126,9 +127,14 @@ impl RobustEstimate {
         (likelier > LEAST_EVIDENCE).then_some((play_rad, Self::under(&fin, &with_play)?))
     }
 
-    /// With intervals and a covariance that hold the estimate behind play, too.
+    /// With intervals and a covariance that hold the estimate behind play, too. Play that moves the model within its own interval is
+    /// not named: chance shows it in one sound record of fifty.
     fn reaching_behind(mut self, play_rad: f64, other: &Self) -> Self {
-        self.play_rad = Some(play_rad);
+        let is_outside = |i: usize| {
+            let [low, high] = self.interval_95[i];
+            !(low..=high).contains(&other.theta[i])
+        };
+        self.play_rad = [0, 1].into_iter().any(is_outside).then_some(play_rad);
         let away: [f64; 3] = core::array::from_fn(|i| (other.theta[i] - self.theta[i]) / NORMAL_95);
         for i in 0..3 {
             let [low, high] = &mut self.interval_95[i];

@@ -93,25 +93,13 @@ pub fn not_taken(
         .into_iter()
         .filter(|r| !matches!(r.code, ReasonCode::Ok | ReasonCode::LowR2));
     // What went wrong comes before what it led to.
-    let (mut reasons, others): (Vec<_>, Vec<_>) = others.partition(|r| is_fault(&r.code));
+    let (mut reasons, others): (Vec<_>, Vec<_>) = others.partition(|r| r.code.is_fault());
     reasons.push(low_r2);
     reasons.extend(others);
     Verdict {
         accepted: false,
         reasons,
     }
-}
-
-/// Does it name a fault of compass, clock or rudder, of which a low R^2 is a consequence?
-fn is_fault(code: &ReasonCode) -> bool {
-    matches!(
-        code,
-        ReasonCode::CompassError
-            | ReasonCode::CompassDeviation
-            | ReasonCode::CompassLate
-            | ReasonCode::ClockJumped
-            | ReasonCode::RudderJammed
-    )
 }
 
 fn live_r2(axis: Axis, live: &GoodnessOfFit<f64>) -> String {
@@ -149,8 +137,8 @@ impl Weighing {
     fn doubts(&mut self, doubts: &[Doubt]) {
         for doubt in doubts {
             match doubt.refuses() {
-                true => self.reject(doubt.code(), doubt.text()),
-                false => self.note(doubt.code(), doubt.text()),
+                true => self.rejections.push(doubt.reason()),
+                false => self.notes.push(doubt.reason()),
             }
         }
     }
