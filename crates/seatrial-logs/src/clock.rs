@@ -181,7 +181,8 @@ pub(crate) fn instant(text: &str) -> Option<Timestamp> {
         return None;
     }
     if text.contains('年') {
-        return instant(&text.replace(['年', '月'], "/").replace('日', " "));
+        let date = text.replace(['年', '月'], "/").replace('日', " ");
+        return instant(date.replace(['時', '分'], ":").trim_end_matches('秒'));
     }
     if let Some((before, is_afternoon)) = half_day(text) {
         let (date, time) = before.split_once(' ')?;
@@ -219,6 +220,9 @@ fn in_half_day(seconds: f64, is_afternoon: bool) -> Option<f64> {
 /// Seconds of `14:07:09.05` or `2:07:09.05 PM` since midnight, and of `07:09.05` since the hour; with a decimal comma, too. Two numbers
 /// without decimals may be hours and minutes, and are no time.
 pub(crate) fn time_of_day(text: &str) -> Option<f64> {
+    if text.contains('時') {
+        return time_of_day(text.replace(['時', '分'], ":").trim_end_matches('秒'));
+    }
     if let Some((before, is_afternoon)) = half_day(text) {
         return in_half_day(time_of_day(before)?, is_afternoon);
     }
@@ -286,6 +290,7 @@ mod tests {
             ("12:00:01 am", Some(1.0)),
             ("12:00:01 PM", Some(43_201.0)),
             ("14:07:09 PM", None),
+            ("14時07分09.5秒", Some(50_829.5)),
             ("07:09.5", Some(429.5)),
             ("7:09,5", Some(429.5)),
             ("07:09", None),

@@ -24,8 +24,19 @@ const BUFFER: usize = 1 << 16;
 /// The longest record.
 const LONGEST_LINE: usize = 1 << 20;
 /// Cells without a value, in capitals or not.
-const NO_VALUES: [&[u8]; 9] = [
-    b"NA", b"N/A", b"#N/A", b"null", b"none", b"-", b"--", b"---", b"#NV",
+const NO_VALUES: [&[u8]; 12] = [
+    b"NA",
+    b"N/A",
+    b"#N/A",
+    b"null",
+    b"none",
+    b"-",
+    b"--",
+    b"---",
+    b"#NV",
+    b"#DIV/0!",
+    b"k.A.",
+    "欠測".as_bytes(),
 ];
 /// The most columns.
 const MOST_COLUMNS: usize = 4096;

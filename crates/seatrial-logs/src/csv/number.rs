@@ -8,6 +8,19 @@ const NO_VALUES: [f64; 3] = [-999.0, -9999.0, -99_999.0];
 const MINUTES: [char; 3] = ['\'', '’', '′'];
 const SECONDS: [char; 3] = ['"', '”', '″'];
 
+/// What stands behind an angle: starboard, port, true and magnetic.
+const LETTERS: [(&str, f64); 9] = [
+    ("S", 1.0),
+    ("STB", 1.0),
+    ("STBD", 1.0),
+    ("P", -1.0),
+    ("PORT", -1.0),
+    ("BB", -1.0),
+    ("T", 1.0),
+    ("M", 1.0),
+    ("MAG", 1.0),
+];
+
 /// The number of a cell: a point or a comma before the decimals, thousands in groups, a minus of typography, a degree sign
 /// behind it, or minutes and seconds behind that. `None` where it is none.
 pub(super) fn number(text: &str, decimal_comma: bool) -> Option<f64> {
@@ -18,6 +31,32 @@ pub(super) fn number(text: &str, decimal_comma: bool) -> Option<f64> {
     }
     .or_else(|| written_for_readers(text, decimal_comma))
     .or_else(|| degrees_and_minutes(text))
+    .or_else(|| with_a_letter(text, decimal_comma))
+    .or_else(|| of_full_width(text, decimal_comma))
+}
+
+/// Digits of full width, as Japanese programs write them.
+fn of_full_width(text: &str, decimal_comma: bool) -> Option<f64> {
+    let is_wide = |c: char| ('！'..='～').contains(&c);
+    if !text.contains(is_wide) {
+        return None;
+    }
+    let narrow = |c: char| match is_wide(c) {
+        true => char::from_u32(c as u32 - ('！' as u32 - '!' as u32)).unwrap_or(c),
+        false => c,
+    };
+    number(&text.chars().map(narrow).collect::<String>(), decimal_comma)
+}
+
+/// `12.5 S` and `12.5 P` of a rudder to starboard and port, `41.5 T` of a true heading.
+fn with_a_letter(text: &str, decimal_comma: bool) -> Option<f64> {
+    let at = text.find(|c: char| c.is_ascii_alphabetic())?;
+    let (number_text, letters) = text.split_at(at);
+    let (_, sign) = LETTERS
+        .iter()
+        .find(|(word, _)| word.eq_ignore_ascii_case(letters))?;
+    let number = number(number_text.trim_end(), decimal_comma)?;
+    (number >= 0.0 || *sign > 0.0).then_some(sign * number)
 }
 
 /// Degrees of `12°30.5'`, `-0°15'` or `12° 30' 15"`.
@@ -114,6 +153,11 @@ mod tests {
             ("12°30,6′", true, Some(12.51)),
             ("12°30.6\\'", false, Some(12.51)),
             ("12°75'", false, None),
+            ("12.5 S", false, Some(12.5)),
+            ("12,5 P", true, Some(-12.5)),
+            ("12.5° port", false, Some(-12.5)),
+            ("41.5T", false, Some(41.5)),
+            ("-12.5 P", false, None),
             ("1,23,4.5", false, None),
             ("12 34", false, None),
             ("port", false, None),
