@@ -19,6 +19,9 @@ pub enum ConfigError {
     /// The text is not a vehicle.
     #[error("not a vehicle: {0}")]
     Syntax(#[from] toml::de::Error),
+    /// The JSON text is not a vehicle.
+    #[error("not a vehicle: {0}")]
+    Json(#[from] serde_json::Error),
     /// A value is out of range.
     #[error("{field} must be {requirement}, not {found}")]
     Invalid {

@@ -128,14 +128,39 @@ struct Payload {
 impl VehicleFile {
     /// The vehicle of a TOML text.
     pub fn from_toml(text: &str) -> Result<Self, ConfigError> {
-        let mut table: Table = toml::from_str(text)?;
+        let table: Table = toml::from_str(text)?;
         if table.contains_key("schema") {
-            let vehicle = IdentifiedVehicle::from_toml(text)?;
-            return Ok(Self::FirstOrder(Box::new(vehicle.twin())));
+            return Ok(Self::identified(&IdentifiedVehicle::from_toml(text)?));
         }
-        let Some(vehicle) = table.remove("vehicle") else {
+        if !table.contains_key("vehicle") {
             return VehicleConfig::from_toml(text).map(|config| Self::FirstOrder(Box::new(config)));
-        };
+        }
+        Self::of_base(table)
+    }
+
+    /// The vehicle of a JSON text, with the names of the TOML file.
+    pub fn from_json(text: &str) -> Result<Self, ConfigError> {
+        let fields: Table = serde_json::from_str(text)?;
+        if fields.contains_key("schema") {
+            return Ok(Self::identified(&IdentifiedVehicle::from_json(text)?));
+        }
+        if !fields.contains_key("vehicle") {
+            let config: VehicleConfig = serde_json::from_str(text)?;
+            config.check()?;
+            return Ok(Self::FirstOrder(Box::new(config)));
+        }
+        Self::of_base(fields)
+    }
+
+    fn identified(vehicle: &IdentifiedVehicle) -> Self {
+        Self::FirstOrder(Box::new(vehicle.twin()))
+    }
+
+    /// The vehicle that the table `vehicle` names, with the other fields in the place of its own.
+    fn of_base(mut table: Table) -> Result<Self, ConfigError> {
+        let vehicle = table
+            .remove("vehicle")
+            .unwrap_or(Value::Table(Table::new()));
         let changed: Changed = vehicle.try_into()?;
         let base = match changed.base {
             Base::Remus100 => remus100::config(),
@@ -147,17 +172,34 @@ impl VehicleFile {
         Ok(Self::SixDof(Box::new(config)))
     }
 
-    /// The vehicle of a TOML file.
+    /// The vehicle of a TOML or JSON file.
     pub fn load(path: &Path) -> Result<Self, ConfigError> {
-        let text = fs::read_to_string(path).map_err(|source| ConfigError::Read {
-            path: path.to_owned(),
-            source,
-        })?;
-        Self::from_toml(&text).map_err(|error| ConfigError::InFile {
-            path: path.to_owned(),
-            source: Box::new(error),
+        in_file(path, |text| match is_json(text) {
+            true => Self::from_json(text),
+            false => Self::from_toml(text),
         })
     }
+}
+
+/// Is a vehicle's text JSON? Only JSON begins with a brace.
+pub(crate) fn is_json(text: &str) -> bool {
+    text.trim_start().starts_with('{')
+}
+
+/// Reads a vehicle from a file, whose name stands before what is wrong with it.
+pub(crate) fn in_file<T>(
+    path: &Path,
+    read: impl FnOnce(&str) -> Result<T, ConfigError>,
+) -> Result<T, ConfigError> {
+    let text = fs::read_to_string(path).map_err(|source| ConfigError::Read {
+        path: path.to_owned(),
+        source,
+    })?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    read(text).map_err(|error| ConfigError::InFile {
+        path: path.to_owned(),
+        source: Box::new(error),
+    })
 }
 
 impl VehicleConfig {
@@ -306,6 +348,28 @@ mod tests {
         let file = VehicleFile::from_toml(&first_order).unwrap();
         let starfish = Box::new(VehicleConfig::starfish());
         assert_eq!(file, VehicleFile::FirstOrder(starfish));
+    }
+
+    #[test]
+    fn io_a_file_may_be_json() {
+        let base = r#"{"vehicle": {"base": "remus100", "trim_n": 3}, "name": "other"}"#;
+        let toml = "name = 'other'\n[vehicle]\nbase = 'remus100'\ntrim_n = 3";
+        let json = VehicleFile::from_json(base).unwrap();
+        assert_eq!(json, VehicleFile::from_toml(toml).unwrap());
+        let config = VehicleConfig::starfish();
+        let toml = toml::to_string(&config).unwrap();
+        let json = serde_json::to_string(&toml::from_str::<Table>(&toml).unwrap()).unwrap();
+        assert!(is_json(&format!("\n {json}")) && !is_json(&toml));
+        let read = VehicleFile::from_json(&json).unwrap();
+        assert_eq!(read, VehicleFile::FirstOrder(Box::new(config)));
+        for (text, expected) in [
+            ("{", "not a vehicle: EOF while parsing"),
+            (r#"{"vehicle": {"base": "titanic"}}"#, "titanic"),
+            (r#"{"schema": "seatrial.vehicle.v1"}"#, "missing field"),
+        ] {
+            let message = VehicleFile::from_json(text).unwrap_err().to_string();
+            assert!(message.contains(expected), "{message}");
+        }
     }
 
     #[test]

@@ -4,7 +4,6 @@ mod check;
 mod draw;
 
 use std::f64::consts::FRAC_1_SQRT_2;
-use std::fs;
 use std::path::Path;
 
 use seatrial_core::{HeadingGain, YawModel};
@@ -12,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::{HeadingHold, VehicleConfig};
 use crate::config_error::ConfigError;
+use crate::file::{in_file, is_json};
 use crate::plant::{Disturbance, Plant, Servo, SpeedPoint, SurgeDrag};
 use crate::sensors::{Sensors, Timing};
 
@@ -209,21 +209,29 @@ impl IdentifiedVehicle {
         Ok(vehicle)
     }
 
-    /// The vehicle of a TOML file.
+    /// The vehicle of a JSON text, with the names of the TOML file.
+    pub fn from_json(text: &str) -> Result<Self, ConfigError> {
+        let vehicle: Self = serde_json::from_str(text)?;
+        vehicle.check()?;
+        Ok(vehicle)
+    }
+
+    /// The vehicle of a TOML or JSON file.
     pub fn load(path: &Path) -> Result<Self, ConfigError> {
-        let text = fs::read_to_string(path).map_err(|source| ConfigError::Read {
-            path: path.to_owned(),
-            source,
-        })?;
-        Self::from_toml(&text).map_err(|error| ConfigError::InFile {
-            path: path.to_owned(),
-            source: Box::new(error),
+        in_file(path, |text| match is_json(text) {
+            true => Self::from_json(text),
+            false => Self::from_toml(text),
         })
     }
 
     /// Its file.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         toml::to_string(self)
+    }
+
+    /// Its file as JSON.
+    pub fn to_json(&self) -> Result<String, serde_json::Error> {
+        Ok(serde_json::to_string_pretty(self)? + "\n")
     }
 
     /// The vehicle that the numbers describe, as a simulator plays it: its speeds, rudder and surge, the noise of its records, and

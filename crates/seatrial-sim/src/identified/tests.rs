@@ -43,6 +43,12 @@ fn boat() -> IdentifiedVehicle {
 fn io_a_vehicle_survives_its_own_file() {
     let text = boat().to_toml().unwrap();
     assert_eq!(IdentifiedVehicle::from_toml(&text).unwrap(), boat());
+    let text = boat().to_json().unwrap();
+    assert_eq!(IdentifiedVehicle::from_json(&text).unwrap(), boat());
+    assert!(
+        text.contains("\"schema\": \"seatrial.vehicle.v1\""),
+        "{text}"
+    );
 }
 
 #[test]
@@ -179,4 +185,20 @@ fn io_faults_name_the_field_and_what_was_found() {
     let text = format!("keel = 1\n{}", boat().to_toml().unwrap());
     let message = IdentifiedVehicle::from_toml(&text).unwrap_err().to_string();
     assert!(message.contains("unknown field `keel`"), "{message}");
+    let json = boat().to_json().unwrap();
+    for (from, to, expected) in [
+        (
+            "\"limit_rad\": 0.5",
+            "\"limit_rad\": 14.9",
+            "rudder.limit_rad must be",
+        ),
+        ("vehicle.v1", "vehicle.v2", "schema must be"),
+        ("\"name\"", "\"keel\": 1, \"name\"", "unknown field `keel`"),
+    ] {
+        let spoilt = json.replacen(from, to, 1);
+        let message = IdentifiedVehicle::from_json(&spoilt)
+            .unwrap_err()
+            .to_string();
+        assert!(message.contains(expected), "{message}");
+    }
 }
