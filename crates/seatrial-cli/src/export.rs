@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use seatrial_app::vehicle_export::{self, Target as Form};
+use seatrial_app::vehicle_export::{self, Fmu, Target as Form};
 use seatrial_app::vehicle_file::Stated;
 use seatrial_sim::IdentifiedVehicle;
 use serde::Serialize;
@@ -77,6 +77,8 @@ pub struct VehicleArgs {
 enum Target {
     /// The vehicle file, TOML.
     Vehicle,
+    /// The vehicle file, JSON.
+    VehicleJson,
     /// A Python class that needs numpy only.
     Python,
     /// CasADi functions in Python, for MPC and acados.
@@ -85,6 +87,8 @@ enum Target {
     Mujoco,
     /// Functions of Octave and Matlab.
     Octave,
+    /// A Functional Mock-up Unit, FMI 3.0 for co-simulation.
+    Fmu,
     /// SDF of Gazebo with its hydrodynamics plugin.
     Gazebo,
     /// Configuration of MOOS-IvP's uSimMarine.
@@ -96,10 +100,10 @@ enum Target {
 }
 
 impl Target {
-    /// The form, where it is not the vehicle file itself.
+    /// The form, where it is a text other than the vehicle file itself.
     fn form(self) -> Option<Form> {
         Some(match self {
-            Self::Vehicle => return None,
+            Self::Vehicle | Self::VehicleJson | Self::Fmu => return None,
             Self::Python => Form::Numpy,
             Self::Casadi => Form::Casadi,
             Self::Mujoco => Form::Mujoco,
@@ -115,7 +119,9 @@ impl Target {
         match self {
             Self::Vehicle | Self::Guidance => "toml",
             Self::Python | Self::Casadi | Self::Mujoco => "py",
+            Self::VehicleJson => "json",
             Self::Octave => "m",
+            Self::Fmu => "fmu",
             Self::Gazebo => "sdf",
             Self::Moos => "moos",
             Self::Nav2 => "yaml",
@@ -146,8 +152,13 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             })?;
         }
         (Some(path), None) => {
-            write(path, text(args, &vehicle)?)?;
+            write(path, file(args, &vehicle)?)?;
             output.print(&vehicle, || format!("{}\n", path.display()))?;
+        }
+        (None, _) if args.to == Target::Fmu => {
+            return Err(Failure::usage(
+                "--to fmu writes no text: say where it goes with --out FILE.fmu",
+            ));
         }
         (None, _) => {
             let text = text(args, &vehicle)?;
@@ -157,15 +168,30 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     Ok(exit)
 }
 
+fn file(args: &Args, vehicle: &IdentifiedVehicle) -> Result<Vec<u8>, Failure> {
+    if args.to != Target::Fmu {
+        return text(args, vehicle).map(String::into_bytes);
+    }
+    let fmu = Fmu::of(vehicle)?;
+    if let Some(reason) = fmu.without_binary {
+        say(format!(
+            "{}: the FMU holds source code only ({reason}); `fmpy compile FILE.fmu` adds a binary",
+            vehicle.name
+        ));
+    }
+    Ok(fmu.bytes)
+}
+
 fn text(args: &Args, vehicle: &IdentifiedVehicle) -> Result<String, Failure> {
     match args.to.form() {
-        None => vehicle.to_toml().map_err(Failure::internal),
         Some(form) => Ok(vehicle_export::text(vehicle, form, args.at_thrust)?),
+        None if args.to == Target::VehicleJson => vehicle.to_json().map_err(Failure::internal),
+        None => vehicle.to_toml().map_err(Failure::internal),
     }
 }
 
-fn write(path: &Path, text: String) -> Result<(), Failure> {
-    std::fs::write(path, text)
+fn write(path: &Path, file: Vec<u8>) -> Result<(), Failure> {
+    std::fs::write(path, file)
         .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))
 }
 
@@ -194,7 +220,7 @@ fn draw(
             let mut drawn = vehicle.drawn(args.seed.wrapping_add(number - 1));
             drawn.name = format!("{} {number:0digits$}", vehicle.name);
             let path = folder.join(format!("vehicle-{number:0digits$}.{}", args.to.suffix()));
-            write(&path, text(args, &drawn)?)?;
+            write(&path, file(args, &drawn)?)?;
             Ok(path)
         })
         .collect()

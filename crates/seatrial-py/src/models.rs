@@ -197,7 +197,7 @@ pub fn export_vehicle(
     at_thrust: Option<f64>,
 ) -> PyResult<Document> {
     let target = match to {
-        "vehicle" => None,
+        "vehicle" | "vehicle-json" => None,
         "python" => Some(Target::Numpy),
         "casadi" => Some(Target::Casadi),
         "mujoco" => Some(Target::Mujoco),
@@ -221,6 +221,9 @@ pub fn export_vehicle(
         .vehicle(&models)
         .map_err(|error| failed(py, &error))?;
     let text = match target {
+        None if to == "vehicle-json" => vehicle
+            .to_json()
+            .map_err(|found| error(py, "SeatrialError", found))?,
         None => vehicle
             .to_toml()
             .map_err(|found| error(py, "SeatrialError", found))?,

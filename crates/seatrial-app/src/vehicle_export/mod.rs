@@ -3,6 +3,7 @@
 //! A template holds the equations of [`IdentifiedVehicle`] in the target's language; where a target has a model of its own, its
 //! parameters are those that do the same at one speed. `docs/exports.md` says where each is defined and what it cannot carry.
 
+mod fmu;
 mod gazebo;
 mod guidance;
 mod moos;
@@ -11,6 +12,8 @@ mod program;
 
 use seatrial_sim::IdentifiedVehicle;
 use seatrial_sim::identified::IdentifiedSpeed;
+
+pub use fmu::Fmu;
 
 use crate::Error;
 
@@ -111,6 +114,15 @@ fn plain(text: &str) -> String {
     let text = text.replace(char::is_control, " ");
     let text = text.replace("\"\"\"", "'''");
     text.replace("*/", "* /").replace('\\', "/")
+}
+
+/// Text in an attribute of XML.
+fn attribute(text: &str) -> String {
+    let text = text
+        .replace(char::is_control, " ")
+        .replace('&', "&amp;")
+        .replace('<', "&lt;");
+    text.replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// What a target of one speed leaves out.

@@ -3,6 +3,7 @@
 use seatrial_sim::IdentifiedVehicle;
 use seatrial_sim::identified::IdentifiedSpeed;
 
+use super::fmu::crc32;
 use super::{head, plain};
 
 /// What a language writes for a number that is not there, and for one without bound.
@@ -14,6 +15,11 @@ struct Words {
 const PYTHON: Words = Words {
     none: "None",
     infinite: "float(\"inf\")",
+};
+/// An FMU's parameters are numbers: 0 says that there is none.
+const C: Words = Words {
+    none: "0.0",
+    infinite: "0.0",
 };
 const OCTAVE: Words = Words {
     none: "[]",
@@ -47,6 +53,23 @@ pub(super) fn octave(vehicle: &IdentifiedVehicle) -> String {
     let lines = head(vehicle, &[]);
     let head: Vec<String> = lines.iter().map(|line| format!("% {line}")).collect();
     filled(template, &head.join("\n"), vehicle, &OCTAVE)
+}
+
+/// The source code of an FMU and the token that it is instantiated with, which follows from the code.
+pub(super) fn fmu(vehicle: &IdentifiedVehicle) -> (String, String) {
+    let template = include_str!("templates/fmu.c")
+        .replace("@POINTS@", &vehicle.speeds.len().to_string())
+        .replace(
+            "@FASTEST@",
+            &number(vehicle.speeds.last().map_or(1.0, |p| p.thrust)),
+        );
+    let source = filled(&template, &head(vehicle, &[]).join("\n"), vehicle, &C);
+    let token = format!(
+        "{}-{:08x}",
+        identifier(&vehicle.name),
+        crc32(source.as_bytes())
+    );
+    (source.replace("@TOKEN@", &token), token)
 }
 
 fn docstring(vehicle: &IdentifiedVehicle, cannot: &[String]) -> String {
@@ -90,9 +113,10 @@ fn number(value: f64) -> String {
 }
 
 /// A name that every language takes for one.
-fn identifier(name: &str) -> String {
+pub(super) fn identifier(name: &str) -> String {
     let name: String = plain(name)
         .chars()
+        .take(60)
         .map(|c| if c.is_ascii_alphanumeric() { c } else { '_' })
         .collect();
     match name.chars().next() {

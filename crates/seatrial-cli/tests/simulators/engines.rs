@@ -1,11 +1,11 @@
 //! Targets whose engine runs here.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use seatrial_dev::{python_with, skip, text};
+use seatrial_dev::{program, python_with, skip, text, unwrapped};
 
-use super::{BOAT, Instant, assert_alike, exported, zig_zag};
+use super::{BOAT, Instant, ONE_SPEED, assert_alike, export, exported, zig_zag};
 
 fn write_commands(folder: &Path, ours: &[Instant]) {
     let rows: Vec<String> = ours
@@ -24,19 +24,29 @@ fn rows<const N: usize>(said: &str) -> Vec<[f64; N]> {
     said.lines().map(row).collect()
 }
 
+fn script(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/simulators")
+        .join(name)
+}
+
 fn python(packages: &str, target: &str) {
+    plays(packages, target, "exported.py", BOAT);
+}
+
+/// The vehicle's export plays the zig-zag that ours does.
+fn plays(packages: &str, target: &str, file: &str, vehicle: &str) {
     let Some(python) = python_with(packages) else {
         return;
     };
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let ours = zig_zag(BOAT);
-    exported(folder, BOAT, target, "exported.py");
+    let ours = zig_zag(vehicle);
+    export(folder, vehicle, target, file);
     write_commands(folder, &ours);
-    let play = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/simulators/play.py");
     let output = Command::new(python)
-        .arg(play)
-        .args([target, "exported.py", "commands.csv"])
+        .arg(script("play.py"))
+        .args([target, file, "commands.csv"])
         .current_dir(folder)
         .output()
         .unwrap();
@@ -57,6 +67,58 @@ fn val_casadi_plays_the_same_zig_zag() {
 #[test]
 fn val_mujoco_plays_the_same_zig_zag() {
     python("mujoco,numpy", "mujoco");
+}
+
+/// By FMPy, with the binary that the export compiled.
+#[test]
+fn val_fmpy_plays_the_same_zig_zag() {
+    plays("fmpy,numpy", "fmu", "exported.fmu", BOAT);
+    plays("fmpy,numpy", "fmu", "exported.fmu", ONE_SPEED);
+}
+
+/// FMPy's checker has no complaint, and the unit keeps to the rules of FMI that its checker does not see.
+#[test]
+fn val_fmpy_checks_the_unit() {
+    let Some(python) = python_with("fmpy,numpy") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    export(folder, BOAT, "fmu", "exported.fmu");
+    let output = Command::new(python)
+        .arg(script("check_fmu.py"))
+        .arg("exported.fmu")
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+}
+
+/// Without a C compiler the unit holds its source code only, and the command says so.
+#[test]
+fn cli_a_unit_without_a_compiler_is_source_code() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("boat.toml"), BOAT).unwrap();
+    let export = |out: &[&str]| {
+        program()
+            .args(["export", "--to", "fmu", "--vehicle", "sim:boat.toml"])
+            .args(out)
+            .env("CC", "no-such-compiler")
+            .current_dir(folder)
+            .output()
+            .unwrap()
+    };
+    let output = export(&["--out", "boat.fmu"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let said = unwrapped(&text(&output.stderr));
+    assert!(said.contains("source code only"), "{said}");
+    let unit = std::fs::read(folder.join("boat.fmu")).unwrap();
+    let holds = |name: &str| unit.windows(name.len()).any(|at| at == name.as_bytes());
+    assert!(holds("sources/vehicle.c") && !holds("binaries/"));
+    let output = export(&[]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("--out FILE.fmu"));
 }
 
 #[test]

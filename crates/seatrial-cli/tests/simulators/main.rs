@@ -98,8 +98,14 @@ fn zig_zag(file: &str) -> Vec<Instant> {
         .collect()
 }
 
-/// Writes a vehicle and what it is exported to, and returns that.
+/// Writes a vehicle and what it is exported to, and returns that, a text.
 fn exported(folder: &Path, vehicle: &str, target: &str, file: &str) -> String {
+    export(folder, vehicle, target, file);
+    std::fs::read_to_string(folder.join(file)).unwrap()
+}
+
+/// Writes a vehicle and what it is exported to.
+fn export(folder: &Path, vehicle: &str, target: &str, file: &str) {
     std::fs::write(folder.join("boat.toml"), vehicle).unwrap();
     let output = run_in(
         folder,
@@ -114,7 +120,6 @@ fn exported(folder: &Path, vehicle: &str, target: &str, file: &str) -> String {
         ],
     );
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    std::fs::read_to_string(folder.join(file)).unwrap()
 }
 
 /// Heading and speed agree within 1 % rms of what they change by.

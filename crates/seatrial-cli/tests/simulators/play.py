@@ -38,8 +38,29 @@ def of_casadi(module, times, rudder, thrust):
         state = np.array(step(state, [command, thrust[k]])).ravel()
 
 
+def of_fmu(path, times, rudder, thrust):
+    import fmpy
+
+    # An importer of FMI interpolates inputs but at equal times, where they step: each command holds until the next.
+    rows = [(at, *command) for k, command in enumerate(zip(rudder, thrust)) for at in times[k : k + 2]]
+    names = [("time", float), ("rudder_command_rad", float), ("thrust", float)]
+    played = fmpy.simulate_fmu(
+        path,
+        start_time=times[0],
+        stop_time=times[-1],
+        output_interval=times[1] - times[0],
+        input=np.array(rows, dtype=names),
+        output=["heading_rad", "speed_m_s"],
+    )
+    yield from zip(played["heading_rad"], played["speed_m_s"])
+
+
 engine, path, commands = sys.argv[1:]
 times, rudder, thrust = np.loadtxt(commands, delimiter=",").T
-play = of_casadi if engine == "casadi" else of_class
-for heading, speed in play(load(path), times, rudder, thrust):
+if engine == "fmu":
+    played = of_fmu(path, times, rudder, thrust)
+else:
+    play = of_casadi if engine == "casadi" else of_class
+    played = play(load(path), times, rudder, thrust)
+for heading, speed in played:
     print(f"{heading!r},{speed!r}".replace("np.float64(", "").replace(")", ""))

@@ -249,7 +249,7 @@ def turning_limits(
 
 GainsForm = Literal["ardupilot", "px4", "ros2", "json", "c"]
 VehicleForm = Literal[
-    "vehicle", "python", "casadi", "mujoco", "octave", "gazebo", "moos", "nav2", "guidance"
+    "vehicle", "vehicle-json", "python", "casadi", "mujoco", "octave", "gazebo", "moos", "nav2", "guidance"
 ]
 _GAINS_FORMS = ("ardupilot", "px4", "ros2", "json", "c")
 
@@ -283,7 +283,7 @@ def export(
     models
         Where they come from.
     to
-        Of gains: ``ardupilot``, ``px4``, ``ros2``, ``json``, ``c``. Of the vehicle: ``vehicle`` (its file), ``python``, ``casadi``,
+        Of gains: ``ardupilot``, ``px4``, ``ros2``, ``json``, ``c``. Of the vehicle: ``vehicle`` and ``vehicle-json`` (its file), ``python``, ``casadi``,
         ``mujoco``, ``octave``, ``gazebo``, ``moos``, ``nav2``, ``guidance``.
     out
         The file; without, nothing is written.
