@@ -58,14 +58,14 @@ pub(super) fn sdf(vehicle: &IdentifiedVehicle, at: &IdentifiedSpeed) -> String {
     let table: Vec<String> = speeds
         .map(|p| format!("{:?}: {:?}", p.thrust, p.surge_speed_m_s))
         .collect();
-    let name: String = plain(&vehicle.name).replace(['<', '>', '&', '"', '\''], "_");
+    let name = model_name(&vehicle.name);
     let _ = write!(
         text,
         "-->\n<sdf version=\"1.9\">\n  <model name=\"{name}\">\n    <link name=\"base_link\">\n      \
          <!-- Rudder of delta rad, starboard positive: N = {:?} u |u| delta N m about the link's z, up.\n           \
          Thrust for the steady speed u_s m/s: {thrust}; thrust to u_s: {}. -->\n      \
          <inertial>\n        <mass>{MASS_KG:?}</mass>\n        <inertia>\n          <ixx>{INERTIA_KG_M2:?}</ixx>\n          \
-         <iyy>{INERTIA_KG_M2:?}</iyy>\n          <izz>{INERTIA_KG_M2:?}</izz>\n        </inertia>\n      </inertial>\n    </link>\n    \
+         <ixy>0.0</ixy>\n          <ixz>0.0</ixz>\n          <iyy>{INERTIA_KG_M2:?}</iyy>\n          <iyz>0.0</iyz>\n          <izz>{INERTIA_KG_M2:?}</izz>\n        </inertia>\n      </inertial>\n    </link>\n    \
          <plugin filename=\"gz-sim-hydrodynamics-system\" name=\"gz::sim::systems::Hydrodynamics\">\n      \
          <link_name>base_link</link_name>\n      <disable_added_mass>true</disable_added_mass>\n      \
          <disable_coriolis>true</disable_coriolis>\n",
@@ -76,4 +76,16 @@ pub(super) fn sdf(vehicle: &IdentifiedVehicle, at: &IdentifiedSpeed) -> String {
         let _ = writeln!(text, "      <{name}>{value:?}</{name}>");
     }
     text + "    </plugin>\n  </model>\n</sdf>\n"
+}
+
+/// A name that SDFormat takes: not `world`, without `::`, and not between two pairs of underscores, which are its own.
+fn model_name(name: &str) -> String {
+    let name = plain(name).replace(['<', '>', '&', '"', '\'', ':'], "_");
+    let is_reserved = name.trim().is_empty()
+        || name == "world"
+        || (name.starts_with("__") && name.ends_with("__"));
+    match is_reserved {
+        true => format!("vehicle {name}"),
+        false => name,
+    }
 }

@@ -1,11 +1,11 @@
 //! Targets whose engine runs here.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use seatrial_dev::{program, python_with, skip, text, unwrapped};
 
-use super::{BOAT, Instant, ONE_SPEED, assert_alike, export, exported, zig_zag};
+use super::{BOAT, Instant, ONE_SPEED, assert_alike, export, exported, script, zig_zag};
 
 fn write_commands(folder: &Path, ours: &[Instant]) {
     let rows: Vec<String> = ours
@@ -22,12 +22,6 @@ fn rows<const N: usize>(said: &str) -> Vec<[f64; N]> {
         numbers.try_into().unwrap()
     };
     said.lines().map(row).collect()
-}
-
-fn script(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/simulators")
-        .join(name)
 }
 
 fn python(packages: &str, target: &str) {

@@ -1,6 +1,10 @@
 //! Targets that cannot run here: the parameters of the file in the equations of the target's source, written again.
 
-use super::{BOAT, INTERVAL_S, ONE_SPEED, assert_alike, exported, zig_zag};
+use std::process::Command;
+
+use seatrial_dev::{python_with, text};
+
+use super::{BOAT, INTERVAL_S, ONE_SPEED, assert_alike, exported, script, zig_zag};
 
 /// The number in an element.
 fn element(sdf: &str, name: &str) -> f64 {
@@ -62,6 +66,33 @@ fn val_gazebo_hydrodynamics_play_the_same_zig_zag() {
         })
         .collect();
     assert_alike("gazebo", &ours, &theirs);
+}
+
+/// The file keeps to SDFormat 1.9, whatever the vehicle is called.
+#[test]
+fn val_gazebo_files_keep_to_sdformat() {
+    let Some(python) = python_with("xml.etree.ElementTree") else {
+        return;
+    };
+    for name in [
+        "one speed",
+        "world",
+        "__boat__",
+        "a::b",
+        "<&>\\\" --> x",
+        "Bjørn",
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let vehicle = ONE_SPEED.replace("one speed", name);
+        exported(folder.path(), &vehicle, "gazebo", "boat.sdf");
+        let output = Command::new(&python)
+            .arg(script("check_sdf.py"))
+            .arg("boat.sdf")
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{name}: {}", text(&output.stderr));
+    }
 }
 
 /// uSimMarine's `SimEngine`: what it turns at and goes at in the steady state, which is all it carries.

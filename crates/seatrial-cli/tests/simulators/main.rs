@@ -3,7 +3,7 @@
 mod engines;
 mod equations;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use seatrial_dev::{run_in, text};
 use seatrial_sim::IdentifiedVehicle;
@@ -120,6 +120,13 @@ fn export(folder: &Path, vehicle: &str, target: &str, file: &str) {
         ],
     );
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+}
+
+/// A program beside this test.
+fn script(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/simulators")
+        .join(name)
 }
 
 /// Heading and speed agree within 1 % rms of what they change by.
