@@ -25,6 +25,7 @@ pub fn check(builds: bool) -> Result<(), String> {
     for package in &published {
         faults.extend(missing_files(text(package, "name"))?);
     }
+    faults.extend(unlike_changes(&changes()?));
     if !faults.is_empty() {
         return Err(faults.join("\n"));
     }
@@ -36,11 +37,30 @@ pub fn check(builds: bool) -> Result<(), String> {
     Ok(())
 }
 
-fn metadata() -> Result<Value, String> {
+/// What cargo knows of the workspace's crates.
+pub fn metadata() -> Result<Value, String> {
     let output = cargo(&["metadata", "--format-version", "1", "--no-deps"])
         .output()
         .map_err(|error| format!("cargo metadata: {error}"))?;
     serde_json::from_slice(&output.stdout).map_err(|error| format!("cargo metadata: {error}"))
+}
+
+fn changes() -> Result<String, String> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../CHANGELOG.md");
+    std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// The changes begin with those of the workspace's version, released or not.
+fn unlike_changes(changes: &str) -> Option<String> {
+    let heading = changes.lines().find_map(|line| line.strip_prefix("## "));
+    let heading = heading.unwrap_or_default();
+    let version = heading.split([' ', ',']).next().unwrap_or_default();
+    (version != env!("CARGO_PKG_VERSION")).then(|| {
+        format!(
+            "CHANGELOG.md: begins with {heading:?}; expected {}, the version in Cargo.toml",
+            env!("CARGO_PKG_VERSION")
+        )
+    })
 }
 
 /// Packs all crates that are published, or does what publishing does but for the upload.
@@ -57,7 +77,7 @@ fn packing(builds: bool, others: &[&str]) -> Command {
 }
 
 /// `publish = false` is an empty list of registries.
-fn is_published(package: &Value) -> bool {
+pub fn is_published(package: &Value) -> bool {
     package["publish"]
         .as_array()
         .is_none_or(|registries| !registries.is_empty())
@@ -124,6 +144,15 @@ fn missing_files(name: &str) -> Result<Vec<String>, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn exact_the_changes_begin_with_those_of_the_version() {
+        assert_eq!(unlike_changes(&changes().unwrap()), None);
+        let fault = unlike_changes("# Changes\n\n## 0.0.9, 2026-01-01\n").unwrap();
+        assert!(fault.contains("0.0.9, 2026-01-01"), "{fault}");
+        let released = format!("## {}, 2026-01-01", env!("CARGO_PKG_VERSION"));
+        assert_eq!(unlike_changes(&released), None);
+    }
 
     fn package(json: &str) -> Value {
         serde_json::from_str(json).unwrap()
