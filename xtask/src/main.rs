@@ -6,7 +6,7 @@
 //! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page, `cargo xtask page` that of the page
 //! without a server, `cargo xtask docs` builds the docs as a site. `cargo xtask ros2` checks each
 //! of the features `ros2` and `ros2-zenoh` alone, `cargo xtask miri` runs the library for C and the core under Miri. `cargo xtask packages` packs what
-//! is published on crates.io, `cargo xtask wheel` builds and installs the Python wheel, `cargo xtask archive` the archive and the Debian package of a release. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
+//! is published on crates.io, `cargo xtask oldest` builds the crates that promise an older compiler with it, `cargo xtask wheel` builds and installs the Python wheel, `cargo xtask archive` the archive and the Debian package of a release. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
 
 mod alone;
 mod archive;
@@ -21,6 +21,7 @@ mod house;
 mod instructions;
 mod miri;
 mod nextest;
+mod oldest;
 mod packages;
 mod page;
 mod python;
@@ -79,6 +80,7 @@ fn main() -> ExitCode {
         ["web"] => in_browser(),
         ["page"] => without_a_server(),
         ["docs"] => as_a_site(),
+        ["oldest"] => on_old_compilers(),
         ["packages"] => on_crates_io(false),
         ["packages", "--build"] => on_crates_io(true),
         ["wheel"] => in_a_wheel(None),
@@ -88,7 +90,7 @@ fn main() -> ExitCode {
         ["same-answers", rest @ ..] => return same_answers::run(rest),
         _ => {
             eprintln!(
-                "usage: cargo xtask test|house [--list]|embedded|python|dash|ros2|miri|instructions|web|page|docs|packages [--build]|wheel [TARGET]|archive [TARGET]|same-answers"
+                "usage: cargo xtask test|house [--list]|embedded|python|dash|ros2|miri|instructions|web|page|docs|oldest|packages [--build]|wheel [TARGET]|archive [TARGET]|same-answers"
             );
             return ExitCode::from(2);
         }
@@ -131,11 +133,12 @@ fn test() -> bool {
 
 /// What is built apart from the workspace's tests.
 fn beside_the_tests() -> bool {
-    let all: [fn() -> bool; 4] = [
+    let all: [fn() -> bool; 5] = [
         tools_are_there,
         in_few_instructions,
         on_microcontrollers,
         program_for_a_browser,
+        on_old_compilers,
     ];
     all.iter().all(|passes| passes())
 }
@@ -258,6 +261,10 @@ fn on_crates_io(builds: bool) -> bool {
         container::check()?;
         packages::check(builds)
     })
+}
+
+fn on_old_compilers() -> bool {
+    passes("old compilers", oldest::check)
 }
 
 fn in_a_wheel(target: Option<&str>) -> bool {
