@@ -112,10 +112,8 @@ pub fn read(start: &[u8], data: &[u8]) {
         bytes.extend_from_slice(data);
         std::fs::write(path, &bytes).expect("a folder for logs");
         drop(bytes);
-        let choice = ChannelChoice {
-            drop_invalid: option & 1 == 1,
-            ..ChannelChoice::default()
-        };
+        let mut choice = ChannelChoice::default();
+        choice.drop_invalid = option & 1 == 1;
         let most = HELD.load(Ordering::Relaxed) + MOST_BYTES + 2 * length;
         LIMIT.store(most, Ordering::Relaxed);
         let begun = processor_time();

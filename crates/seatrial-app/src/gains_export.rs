@@ -29,6 +29,7 @@ use crate::models::Models;
 
 /// A form that controllers read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Format {
     /// Parameters of ArduPilot, .param.
     Ardupilot,

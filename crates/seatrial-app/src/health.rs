@@ -206,7 +206,7 @@ impl From<HealthError> for Error {
     fn from(error: HealthError) -> Self {
         match error {
             HealthError::Setting { .. } => Self::Setting(error.to_string()),
-            HealthError::Reference(_) => Self::Input(error.to_string()),
+            _ => Self::Input(error.to_string()),
         }
     }
 }

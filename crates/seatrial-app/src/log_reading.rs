@@ -116,17 +116,16 @@ impl LogReading {
             (Quantity::Thrust, self.thrust),
         ];
         let columns = columns.into_iter();
+        let mut channels = ChannelChoice::default();
+        channels.columns = columns
+            .filter_map(|(quantity, column)| Some((quantity, column?)))
+            .collect();
+        channels.units = units;
+        channels.rudder_trim = self.rudder_trim_us;
+        channels.full_rudder_rad = self.rudder_range_deg.map(f64::to_radians);
+        channels.drop_invalid = self.drop_invalid.unwrap_or(false);
         Ok(ReadSettings {
-            channels: ChannelChoice {
-                columns: columns
-                    .filter_map(|(quantity, column)| Some((quantity, column?)))
-                    .collect(),
-                units,
-                rudder_trim: self.rudder_trim_us,
-                full_rudder_rad: self.rudder_range_deg.map(f64::to_radians),
-                drop_invalid: self.drop_invalid.unwrap_or(false),
-                ..ChannelChoice::default()
-            },
+            channels,
             servo: (servo.late_s() > 0.0).then_some(servo),
             ..ReadSettings::default()
         })

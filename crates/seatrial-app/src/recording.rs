@@ -8,6 +8,7 @@ use seatrial_logs::{CsvWriter, Row, RowWriter, write_csv};
 
 /// Formats that are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Format {
     /// Text, complete up to the last row.
     Csv,

@@ -55,12 +55,11 @@ fn folder() -> tempfile::TempDir {
 fn job(folder: &Path, workers: usize) -> Job {
     let found = find(&[folder.display().to_string()]).unwrap();
     assert_eq!(found.passed_over, 1);
+    let mut options = Options::default();
+    options.estimate = Estimate::Online;
     Job {
         sources: found.sources,
-        options: Options {
-            estimate: Estimate::Online,
-            ..Options::default()
-        },
+        options,
         out: folder.join("fleet.out"),
         workers,
         resume: false,
@@ -216,10 +215,8 @@ fn io_runs_of_one_file_are_logs_of_their_own() {
     together += &format!("{again}\n");
     let path = folder.path().join("season.csv");
     fs::write(&path, together).unwrap();
-    let options = Options {
-        run_column: Some("mission".into()),
-        ..job(folder.path(), 1).options
-    };
+    let mut options = job(folder.path(), 1).options;
+    options.run_column = Some("mission".into());
     let sources = find(&[path.display().to_string()]).unwrap().sources;
     let entries = work_on(&sources[0], &options);
     assert_eq!(entries.len(), 4);

@@ -94,13 +94,13 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         Which::Refined => Estimate::Refined,
         Which::Online => Estimate::Online,
     };
+    let mut options = Options::default();
+    options.estimate = estimate;
+    options.channels = args.channels.chosen()?;
+    options.run_column = args.run_column.clone();
     let job = Job {
         sources: found.sources,
-        options: Options {
-            estimate,
-            channels: args.channels.chosen()?,
-            run_column: args.run_column.clone(),
-        },
+        options,
         out: args.out.clone(),
         workers: threads(args.workers),
         resume: args.resume,

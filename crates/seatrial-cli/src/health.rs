@@ -87,7 +87,7 @@ impl From<HealthError> for Failure {
     fn from(error: HealthError) -> Self {
         match error {
             HealthError::Setting { .. } => Self::usage(error),
-            HealthError::Reference(_) => Self::input(error),
+            _ => Self::input(error),
         }
     }
 }

@@ -206,36 +206,33 @@ impl EstimatorArgs {
         trace: bool,
         is_verbose: bool,
     ) -> Result<IdentifiedLog, Failure> {
-        let options = Options {
-            axis,
-            reading: log.channels.read_settings()?,
-            windows: windows.windows(),
-            settings: self.settings(trace),
-        };
+        let mut options = Options::default();
+        options.axis = axis;
+        options.reading = log.channels.read_settings()?;
+        options.windows = windows.windows();
+        options.settings = self.settings(trace);
         let mut reporter = Reporter::windows(is_verbose);
         Ok(identify_log_observed(&log.log, &options, &mut reporter)?)
     }
 
     /// The settings that these options stand for.
     fn settings(&self, trace: bool) -> IdentifySettings {
-        let base = if self.as_paper {
+        let mut settings = if self.as_paper {
             IdentifySettings::paper()
         } else {
             IdentifySettings::default()
         };
-        IdentifySettings {
-            method: match self.online {
-                Some(OnlineMethod::LeastSquares) => Method::LeastSquares,
-                Some(OnlineMethod::InstrumentalVariable) => Method::InstrumentalVariable,
-                None => base.method,
-            },
-            lambda_rad_s: match self.lambda {
-                Lambda::Auto => None,
-                Lambda::RadS(value) => Some(value),
-            },
-            trace,
-            ..base
-        }
+        settings.method = match self.online {
+            Some(OnlineMethod::LeastSquares) => Method::LeastSquares,
+            Some(OnlineMethod::InstrumentalVariable) => Method::InstrumentalVariable,
+            None => settings.method,
+        };
+        settings.lambda_rad_s = match self.lambda {
+            Lambda::Auto => None,
+            Lambda::RadS(value) => Some(value),
+        };
+        settings.trace = trace;
+        settings
     }
 }
 

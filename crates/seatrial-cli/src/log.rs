@@ -130,12 +130,11 @@ impl ChannelArgs {
 
     /// How these options read a log.
     pub fn read_settings(&self) -> Result<ReadSettings, Failure> {
-        Ok(ReadSettings {
-            channels_file: self.mapping.clone(),
-            channels: self.choice()?,
-            servo: self.servo()?,
-            ..ReadSettings::default()
-        })
+        let mut settings = ReadSettings::default();
+        settings.channels_file = self.mapping.clone();
+        settings.channels = self.choice()?;
+        settings.servo = self.servo()?;
+        Ok(settings)
     }
 
     /// The servo that is given, if any.
@@ -173,14 +172,13 @@ impl ChannelArgs {
         .into_iter()
         .filter_map(|(quantity, column)| Some((quantity, column.clone()?)))
         .collect::<BTreeMap<_, _>>();
-        Ok(ChannelChoice {
-            columns,
-            units: self.units.iter().copied().collect(),
-            rudder_trim: self.rudder_trim,
-            full_rudder_rad: self.rudder_range_deg.map(f64::to_radians),
-            drop_invalid: self.drop_invalid,
-            ..ChannelChoice::default()
-        })
+        let mut choice = ChannelChoice::default();
+        choice.columns = columns;
+        choice.units = self.units.iter().copied().collect();
+        choice.rudder_trim = self.rudder_trim;
+        choice.full_rudder_rad = self.rudder_range_deg.map(f64::to_radians);
+        choice.drop_invalid = self.drop_invalid;
+        Ok(choice)
     }
 }
 

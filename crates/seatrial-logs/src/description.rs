@@ -14,6 +14,7 @@ use crate::{Quantity, Unit};
 /// Formats that are read, found by content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Format {
     /// Delimited text.
     Csv,
@@ -59,7 +60,14 @@ impl fmt::Display for Format {
 /// choice.columns.insert(Quantity::Rudder, "servo1_raw".into());
 /// choice.full_rudder_rad = Some(0.6);
 /// ```
+///
+/// It grows: programs begin with the default.
+///
+/// ```compile_fail,E0639
+/// let choice = seatrial_logs::ChannelChoice { drop_invalid: true, ..Default::default() };
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct ChannelChoice {
     /// Column of a quantity; `none` leaves an optional quantity out.
     pub columns: BTreeMap<Quantity, String>,

@@ -18,8 +18,19 @@ pub struct ReadError {
     pub fault: Fault,
 }
 
-/// Where in a log something was found.
+/// Where in a log something was found. Kinds of places are added, as faults are.
+///
+/// ```compile_fail,E0004
+/// # use seatrial_logs::Place;
+/// fn number(place: Place) -> u64 {
+///     match place {
+///         Place::Line(line) => line,
+///         Place::Row(row) => row,
+///     }
+/// }
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Place {
     /// A line of a text file, from 1.
     Line(u64),
@@ -38,6 +49,7 @@ impl fmt::Display for Place {
 
 /// What is wrong with a log: what was found, what was expected and what to do.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Fault {
     /// The operating system refused.
     #[error("cannot be {doing}: {source}{}", advice(.source))]

@@ -22,10 +22,8 @@ const BLOCKS: u32 = 2048;
 fn read(folder: &Path, bytes: &[u8]) -> (usize, Option<Fault>) {
     let path = folder.join("log");
     std::fs::write(&path, bytes).unwrap();
-    let choice = ChannelChoice {
-        drop_invalid: true,
-        ..ChannelChoice::default()
-    };
+    let mut choice = ChannelChoice::default();
+    choice.drop_invalid = true;
     let begun = Instant::now();
     let (mut samples, mut fault) = (0, None);
     match open(&path, &choice) {

@@ -186,11 +186,9 @@ fn io_yaw_rate_has_the_unit_that_integrates_to_the_heading() {
 #[test]
 fn io_pwm_is_centred_and_scaled_to_the_angle_given() {
     let text = "t,yaw,servo\n0,0.1,1500\n1,0.2,1900\n2,0.3,1100\n";
-    let choice = ChannelChoice {
-        full_rudder_rad: Some(0.5),
-        rudder_trim: Some(1480.0),
-        ..ChannelChoice::default()
-    };
+    let mut choice = ChannelChoice::default();
+    choice.full_rudder_rad = Some(0.5);
+    choice.rudder_trim = Some(1480.0);
     let read = read_with(text, &choice).unwrap();
     assert_eq!(
         unit(&read, Quantity::Rudder),
@@ -312,10 +310,8 @@ fn io_faults_name_place_column_and_value() {
 fn io_invalid_rows_are_left_out_when_asked_and_counted() {
     let text = "t,yaw,rudder,depth\n0,0,0.1,\n1,abc,0,2\n2,NaN,0,2\n3,0,,2\n4,0,0.1,nan\n4,0,0.1,2\n\
                 3,0,0.1,2\n5,0\n6,0,0.1,2\n7,0";
-    let choice = ChannelChoice {
-        drop_invalid: true,
-        ..ChannelChoice::default()
-    };
+    let mut choice = ChannelChoice::default();
+    choice.drop_invalid = true;
     let read = read_with(text, &choice).unwrap();
     assert_eq!(times(&read), [0.0, 4.0, 6.0]);
     let depths: Vec<_> = read.samples.iter().map(|s| s.depth_m).collect();
@@ -338,20 +334,18 @@ fn io_invalid_rows_are_left_out_when_asked_and_counted() {
 fn io_choices_override_names() {
     let text =
         "t,yaw,heading,rudder,fin_cmd,speed,roll\n0,0.5,90,0.1,10,fast,1\n1,0.5,91,0.1,20,fast,1\n";
-    let choice = ChannelChoice {
-        columns: [
-            (Quantity::Heading, "HEADING".to_string()),
-            (Quantity::Rudder, "fin_cmd".to_string()),
-            (Quantity::Roll, "none".to_string()),
-        ]
-        .into(),
-        units: [
-            (Quantity::Heading, Unit::Degree),
-            (Quantity::Rudder, Unit::Degree),
-        ]
-        .into(),
-        ..ChannelChoice::default()
-    };
+    let mut choice = ChannelChoice::default();
+    choice.columns = [
+        (Quantity::Heading, "HEADING".to_string()),
+        (Quantity::Rudder, "fin_cmd".to_string()),
+        (Quantity::Roll, "none".to_string()),
+    ]
+    .into();
+    choice.units = [
+        (Quantity::Heading, Unit::Degree),
+        (Quantity::Rudder, Unit::Degree),
+    ]
+    .into();
     let read = read_with(text, &choice).unwrap();
     assert_close(read.samples[0].heading_rad, PI / 2.0);
     assert_close(read.samples[1].rudder_rad, PI / 9.0);
@@ -373,10 +367,8 @@ fn io_choices_override_names() {
 fn io_the_description_says_what_the_rudder_is_measured_in() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.csv");
-    let full = ChannelChoice {
-        full_rudder_rad: Some(0.5),
-        ..ChannelChoice::default()
-    };
+    let mut full = ChannelChoice::default();
+    full.full_rudder_rad = Some(0.5);
     for (column, choice, expected, rudder) in [
         (
             "rudder_deg",

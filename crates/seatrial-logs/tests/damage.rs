@@ -30,10 +30,8 @@ fn rows(samples: &[Sample<f64>]) -> Vec<Row> {
 fn read(folder: &Path, bytes: &[u8], drop_invalid: bool) -> Result<Vec<Sample<f64>>, ReadError> {
     let path = folder.join("log");
     std::fs::write(&path, bytes).unwrap();
-    let choice = ChannelChoice {
-        drop_invalid,
-        ..ChannelChoice::default()
-    };
+    let mut choice = ChannelChoice::default();
+    choice.drop_invalid = drop_invalid;
     let mut reader = open(&path, &choice)?;
     let samples = reader.by_ref().collect::<Result<Vec<_>, _>>()?;
     reader.sha256()?;

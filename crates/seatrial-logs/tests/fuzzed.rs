@@ -114,10 +114,8 @@ fn regress_what_fuzzing_found_is_read_soon() {
 fn read(folder: &Path, bytes: &[u8], drop_invalid: bool) -> (usize, Option<Fault>) {
     let path = folder.join("log");
     std::fs::write(&path, bytes).unwrap();
-    let choice = ChannelChoice {
-        drop_invalid,
-        ..ChannelChoice::default()
-    };
+    let mut choice = ChannelChoice::default();
+    choice.drop_invalid = drop_invalid;
     let begun = Instant::now();
     let (mut samples, mut fault) = (0, None);
     match open(&path, &choice) {

@@ -64,10 +64,8 @@ fn io_damaged_native_logs_never_panic_and_end_soon() {
         for seed in 0..CASES {
             let bytes = damaged(&whole, &mut Random(seed));
             std::fs::write(&damaged_path, &bytes).unwrap();
-            let choice = ChannelChoice {
-                drop_invalid: seed % 2 == 0,
-                ..ChannelChoice::default()
-            };
+            let mut choice = ChannelChoice::default();
+            choice.drop_invalid = seed % 2 == 0;
             let begun = Instant::now();
             if let Ok(mut reader) = open(&damaged_path, &choice) {
                 opened += 1;

@@ -17,11 +17,9 @@ fn values(path: &Path, column: &str) -> Vec<f64> {
         BTreeMap::from([Quantity::Heading, Quantity::Rudder].map(|q| (q, to.to_string())))
     };
     let units = BTreeMap::from([Quantity::Heading, Quantity::Rudder].map(|q| (q, Unit::Radian)));
-    let choice = ChannelChoice {
-        columns: of_both(column),
-        units,
-        ..ChannelChoice::default()
-    };
+    let mut choice = ChannelChoice::default();
+    choice.columns = of_both(column);
+    choice.units = units;
     let mut reader = open(path, &choice).unwrap();
     samples(&mut reader)
         .iter()
@@ -299,11 +297,10 @@ fn io_arrival_is_a_time_of_its_own() {
             .collect()
     };
     let boot = intervals(&ChannelChoice::default());
-    let arrival = intervals(&ChannelChoice {
-        columns: BTreeMap::from([(Quantity::Time, "ATTITUDE.arrival_us".to_string())]),
-        units: BTreeMap::from([(Quantity::Time, Unit::Microsecond)]),
-        ..ChannelChoice::default()
-    });
+    let mut by_arrival = ChannelChoice::default();
+    by_arrival.columns = BTreeMap::from([(Quantity::Time, "ATTITUDE.arrival_us".to_string())]);
+    by_arrival.units = BTreeMap::from([(Quantity::Time, Unit::Microsecond)]);
+    let arrival = intervals(&by_arrival);
     let regular = |all: &[f64]| all.iter().filter(|dt| (**dt - 0.02).abs() < 1e-6).count();
     assert!(regular(&boot) > boot.len() * 99 / 100);
     assert!(regular(&arrival) < arrival.len() / 100);
@@ -329,11 +326,13 @@ fn refusal(error: &seatrial_logs::ReadError) -> String {
 
 /// Times and headings, or why there are none.
 fn headings(path: &Path) -> Result<(Vec<[f64; 2]>, Vec<String>), String> {
-    let heading_alone = |column: &str| ChannelChoice {
-        columns: BTreeMap::from([Quantity::Heading, Quantity::Rudder].map(|q| (q, column.into()))),
-        units: BTreeMap::from([Quantity::Heading, Quantity::Rudder].map(|q| (q, Unit::Radian))),
-        drop_invalid: true,
-        ..ChannelChoice::default()
+    let heading_alone = |column: &str| {
+        let both = [Quantity::Heading, Quantity::Rudder];
+        let mut choice = ChannelChoice::default();
+        choice.columns = BTreeMap::from(both.map(|q| (q, column.into())));
+        choice.units = BTreeMap::from(both.map(|q| (q, Unit::Radian)));
+        choice.drop_invalid = true;
+        choice
     };
     // Whatever a cut leaves of the parameters: the heading is always there.
     let mut found = Err(String::new());

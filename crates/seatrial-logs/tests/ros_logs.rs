@@ -288,11 +288,9 @@ fn value(topics: &[Topic], column: &str) -> f64 {
     let path = folder.path().join("log");
     std::fs::write(&path, mcap_file(topics)).unwrap();
     let both = [Quantity::Heading, Quantity::Rudder];
-    let choice = ChannelChoice {
-        columns: BTreeMap::from(both.map(|quantity| (quantity, column.to_string()))),
-        units: BTreeMap::from(both.map(|quantity| (quantity, Unit::Radian))),
-        ..ChannelChoice::default()
-    };
+    let mut choice = ChannelChoice::default();
+    choice.columns = BTreeMap::from(both.map(|quantity| (quantity, column.to_string())));
+    choice.units = BTreeMap::from(both.map(|quantity| (quantity, Unit::Radian)));
     read(&path, &choice).unwrap().1[0].heading_rad
 }
 
@@ -423,16 +421,12 @@ fn io_pulses_of_mavros_are_refused_until_one_or_two_are_named() {
 
     let units = BTreeMap::from([(Quantity::Rudder, Unit::PulseWidth)]);
     let channel = |n: usize| format!("mavros/rc/out.channels[{n}]");
-    let one = ChannelChoice {
-        columns: BTreeMap::from([(Quantity::Rudder, channel(0))]),
-        units: units.clone(),
-        ..ChannelChoice::default()
-    };
-    let both = ChannelChoice {
-        half_differences: BTreeMap::from([(Quantity::Rudder, [0, 2].map(channel))]),
-        units,
-        ..ChannelChoice::default()
-    };
+    let mut one = ChannelChoice::default();
+    one.columns = BTreeMap::from([(Quantity::Rudder, channel(0))]);
+    one.units = units.clone();
+    let mut both = ChannelChoice::default();
+    both.half_differences = BTreeMap::from([(Quantity::Rudder, [0, 2].map(channel))]);
+    both.units = units;
     // Messages come 10 ms before their headings: the mean holds a fifth of the next pulse.
     for (choice, expected_us) in [(one, 104.2), (both, 102.1)] {
         let (_, samples) = read(&path, &choice).unwrap();

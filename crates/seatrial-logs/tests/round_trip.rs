@@ -213,11 +213,9 @@ fn io_estimates_are_columns() {
             _ => write_mcap(file, &rows),
         }
         .unwrap();
-        let as_depth = ChannelChoice {
-            columns: BTreeMap::from([(Quantity::Depth, column.to_string())]),
-            units: BTreeMap::from([(Quantity::Depth, Unit::Metre)]),
-            ..ChannelChoice::default()
-        };
+        let mut as_depth = ChannelChoice::default();
+        as_depth.columns = BTreeMap::from([(Quantity::Depth, column.to_string())]);
+        as_depth.units = BTreeMap::from([(Quantity::Depth, Unit::Metre)]);
         let read = open(&path, &as_depth).unwrap().map(Result::unwrap);
         let depths: Vec<_> = read.map(|sample| sample.depth_m).collect();
         let expected: Vec<_> = rows

@@ -32,11 +32,10 @@ fn options(py: Python<'_>, estimate: &str, run_column: Option<String>) -> PyResu
             ));
         }
     };
-    Ok(Options {
-        estimate,
-        run_column,
-        ..Options::default()
-    })
+    let mut options = Options::default();
+    options.estimate = estimate;
+    options.run_column = run_column;
+    Ok(options)
 }
 
 fn sources(py: Python<'_>, inputs: &[String]) -> PyResult<Vec<Source>> {

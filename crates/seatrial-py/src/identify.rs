@@ -27,12 +27,8 @@ pub fn settings(
     lambda_rad_s: Option<f64>,
     trace: bool,
 ) -> PyResult<IdentifySettings> {
-    let base = match estimate {
-        "refined" => IdentifySettings::default(),
-        "online" => IdentifySettings {
-            refine: false,
-            ..IdentifySettings::default()
-        },
+    let mut settings = match estimate {
+        "refined" | "online" => IdentifySettings::default(),
         "paper" => IdentifySettings::paper(),
         other => {
             return Err(usage(
@@ -41,13 +37,15 @@ pub fn settings(
             ));
         }
     };
-    let method = method.map_or(Ok(base.method), |name| method_named(py, name))?;
-    Ok(IdentifySettings {
-        method,
-        lambda_rad_s,
-        trace,
-        ..base
-    })
+    if estimate == "online" {
+        settings.refine = false;
+    }
+    if let Some(name) = method {
+        settings.method = method_named(py, name)?;
+    }
+    settings.lambda_rad_s = lambda_rad_s;
+    settings.trace = trace;
+    Ok(settings)
 }
 
 /// The method of this name.
@@ -122,9 +120,6 @@ pub fn identify(
 
 fn no_model(py: Python<'_>, found: IdentifyError) -> PyErr {
     match found {
-        found @ (IdentifyError::EmptyWindow { .. } | IdentifyError::MissingStage) => {
-            error(py, "InputError", found.to_string())
-        }
         IdentifyError::Setting(invalid) => usage(py, invalid),
         IdentifyError::Refused(reason) => {
             let advice = reason.action_for(Reader::Python);
@@ -138,6 +133,7 @@ fn no_model(py: Python<'_>, found: IdentifyError) -> PyErr {
                 Err(failed) => failed,
             }
         }
+        found => error(py, "InputError", found.to_string()),
     }
 }
 
@@ -174,7 +170,7 @@ pub fn least_squares(
         Ok(found) => json(py, &found),
         Err(BatchError::Record(message)) => Err(error(py, "InputError", message)),
         Err(BatchError::Setting(invalid)) => Err(usage(py, invalid)),
-        Err(unexcited @ BatchError::Unexcited) => Err(error(py, "RejectedError", unexcited)),
+        Err(unexcited) => Err(error(py, "RejectedError", unexcited)),
     }
 }
 
@@ -207,12 +203,11 @@ pub fn identify_log(
             ));
         }
     };
-    let options = Options {
-        axis,
-        reading: reading.settings(py)?,
-        windows: windows(training, validation, validate_on),
-        settings: settings(py, estimate, method, lambda_rad_s, trace)?,
-    };
+    let mut options = Options::default();
+    options.axis = axis;
+    options.reading = reading.settings(py)?;
+    options.windows = windows(training, validation, validate_on);
+    options.settings = settings(py, estimate, method, lambda_rad_s, trace)?;
     let mut warned = Warned::default();
     match py.detach(|| identify_log_observed(&path, &options, &mut warned)) {
         Ok(found) => {

@@ -43,12 +43,10 @@ impl Reading {
                 ));
             }
         }
-        let mut channels = ChannelChoice {
-            full_rudder_rad: self.full_rudder_rad,
-            rudder_trim: self.rudder_trim_us,
-            drop_invalid: self.drop_invalid,
-            ..ChannelChoice::default()
-        };
+        let mut channels = ChannelChoice::default();
+        channels.full_rudder_rad = self.full_rudder_rad;
+        channels.rudder_trim = self.rudder_trim_us;
+        channels.drop_invalid = self.drop_invalid;
         for (name, column) in &self.columns {
             channels.columns.insert(quantity(name)?, column.clone());
         }
@@ -59,12 +57,11 @@ impl Reading {
         let servo =
             Servo::new(self.rudder_delay_s, self.rudder_lag_s).map_err(|why| usage(py, why))?;
         let has_servo = self.rudder_delay_s > 0.0 || self.rudder_lag_s > 0.0;
-        Ok(ReadSettings {
-            channels_file: self.channels_file.clone(),
-            channels,
-            servo: has_servo.then_some(servo),
-            ..ReadSettings::default()
-        })
+        let mut settings = ReadSettings::default();
+        settings.channels_file = self.channels_file.clone();
+        settings.channels = channels;
+        settings.servo = has_servo.then_some(servo);
+        Ok(settings)
     }
 }
 

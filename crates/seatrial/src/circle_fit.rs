@@ -33,6 +33,7 @@ pub struct CircleFit {
 
 /// Why there is no circle.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum NoCircle {
     /// Three points always lie on a circle and say nothing about its error.
     #[error("{found} points; a circle with its error needs at least 4")]

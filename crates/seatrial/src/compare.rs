@@ -58,6 +58,7 @@ pub struct MethodResult {
 /// A method that is compared. In documents its name is in snake case: `batch_least_squares`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum ComparedMethod {
     /// Recursive least squares with the paper's settings.
     Paper,

@@ -45,6 +45,7 @@ impl Default for HeadingSteps {
 
 /// Why the experiment cannot be run.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum NoExperiment {
     /// A setting that makes no sense.
     #[error("{field} is {found}: it must be finite and {}", if *.may_be_zero { "not negative" } else { "positive" })]

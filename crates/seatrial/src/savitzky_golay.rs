@@ -18,6 +18,7 @@ pub struct SavitzkyGolay {
 
 /// Why there is no filter or no derivative.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum NoDerivative {
     /// The polynomial must have a slope and fewer coefficients than the window has samples.
     #[error(

@@ -18,6 +18,7 @@ const DAMPING_RATIO: f64 = 1.0;
 /// An estimator that can be studied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Estimator {
     /// What `identify` reports: the model that goes to the controller.
     Refined,

@@ -47,6 +47,7 @@ pub struct ChosenLambda {
 /// Why a filter has its pole. Documents hold it in words.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(into = "String", from = "String")]
+#[non_exhaustive]
 pub enum LambdaReason {
     /// The caller gave it.
     Given,

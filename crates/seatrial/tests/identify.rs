@@ -74,10 +74,8 @@ fn val_reference_paper_and_improved_settings() {
                 "improved" => IdentifySettings::default(),
                 _ => continue,
             };
-            let settings = IdentifySettings {
-                lambda_rad_s: expected["lam"].as_f64(),
-                ..base
-            };
+            let mut settings = base;
+            settings.lambda_rad_s = expected["lam"].as_f64();
             let found = identify(&record, training_of(run), None, &settings).unwrap();
             let what = format!("{file} {} lambda {}", expected["mode"], expected["lam"]);
             let online = &found.online;

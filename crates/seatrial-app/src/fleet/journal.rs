@@ -42,6 +42,7 @@ struct Header {
 
 /// Why a job cannot begin or be saved.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum JournalError {
     /// Another job left its journal.
     #[error(

@@ -31,6 +31,7 @@ pub enum Estimate {
 
 /// How every log is read and identified.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Options {
     /// Which estimate.
     pub estimate: Estimate,
@@ -58,10 +59,9 @@ impl Options {
     }
 
     fn settings(&self) -> IdentifySettings {
-        IdentifySettings {
-            refine: self.estimate == Estimate::Refined,
-            ..IdentifySettings::default()
-        }
+        let mut settings = IdentifySettings::default();
+        settings.refine = self.estimate == Estimate::Refined;
+        settings
     }
 }
 

@@ -48,6 +48,7 @@ pub struct Found {
 
 /// Where no logs can be looked for.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum NotFound {
     /// A folder or list that cannot be read.
     #[error("{}: {source}", .path.display())]

@@ -22,6 +22,7 @@ pub use windows::{Logs, Windows};
 
 /// How a log is read and identified. The default is what `seatrial identify LOG` does.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Options {
     /// The motion: heading under the rudder, or pitch under the elevator, from the columns `pitch_rad` and `elevator_rad`
     /// where [`reading`](Options::reading) names no others as heading and rudder. Pitch is identified from one window.
@@ -220,10 +221,8 @@ impl IdentifiedLog {
 pub fn no_model(log: &OpenedLog, error: IdentifyError) -> Error {
     let said = |text: &str| format!("{}: {text}", log.path.display());
     match error {
-        IdentifyError::EmptyWindow { .. } | IdentifyError::MissingStage => {
-            Error::Input(said(&error.to_string()))
-        }
         IdentifyError::Setting(error) => Error::Setting(error.to_string()),
         IdentifyError::Refused(reason) => Error::Rejected(said(reason.measured())),
+        _ => Error::Input(said(&error.to_string())),
     }
 }

@@ -24,6 +24,7 @@ const SAMPLES_A_REPORT: u64 = 1 << 16;
 
 /// How a log is read. Everything has a default.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct ReadSettings {
     /// TOML file whose section `channels` says which column, topic or field is which quantity, in which unit, scaled
     /// and turned how; `channels` goes before it.

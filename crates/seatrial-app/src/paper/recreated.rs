@@ -57,6 +57,7 @@ pub struct RecreatedRow {
 
 /// Tables of the paper that no vehicle or no plan can be made of.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum NotRecreated {
     /// The vehicle.
     #[error(transparent)]

@@ -19,6 +19,7 @@ use crate::Error;
 
 /// What a vehicle is written for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Target {
     /// A Python module that needs numpy only.
     Numpy,

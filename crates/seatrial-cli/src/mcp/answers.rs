@@ -14,7 +14,6 @@ use seatrial_app::planned::{Changes, Expected, Wanted, plan_trial};
 use seatrial_app::trial_run::rehearse;
 use seatrial_app::{Error, Inspection, simulated};
 use seatrial_core::{List, Plan};
-use seatrial_logs::ChannelChoice;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -65,15 +64,11 @@ impl LogQuestion {
         let times = [self.rudder_delay_s, self.rudder_lag_s];
         let [delay_s, lag_s] = times.map(|time| time.unwrap_or(0.0));
         let servo = Servo::new(delay_s, lag_s).map_err(|invalid| format!("rudder_{invalid}"))?;
-        Ok(ReadSettings {
-            channels_file: self.channels_file.clone(),
-            channels: ChannelChoice {
-                drop_invalid: self.drop_invalid,
-                ..ChannelChoice::default()
-            },
-            servo: (delay_s > 0.0 || lag_s > 0.0).then_some(servo),
-            ..ReadSettings::default()
-        })
+        let mut settings = ReadSettings::default();
+        settings.channels_file = self.channels_file.clone();
+        settings.channels.drop_invalid = self.drop_invalid;
+        settings.servo = (delay_s > 0.0 || lag_s > 0.0).then_some(servo);
+        Ok(settings)
     }
 
     fn windows(&self) -> Windows {
@@ -105,11 +100,9 @@ pub fn inspect(asked: &LogQuestion) -> Answer {
 
 /// The model of each speed of a log.
 pub fn identify(asked: &LogQuestion) -> Answer {
-    let options = Options {
-        reading: asked.reading()?,
-        windows: asked.windows(),
-        ..Options::default()
-    };
+    let mut options = Options::default();
+    options.reading = asked.reading()?;
+    options.windows = asked.windows();
     let found = ReportedLog::of(&identify_log(&asked.log, &options).map_err(words)?);
     answer(found.verdict.say.clone(), &found)
 }
@@ -125,11 +118,9 @@ pub fn compare(asked: &LogQuestion) -> Answer {
         &mut Unobserved,
     );
     let compared = compared.map_err(words)?;
-    let options = Options {
-        reading,
-        windows: asked.windows(),
-        ..Options::default()
-    };
+    let mut options = Options::default();
+    options.reading = reading;
+    options.windows = asked.windows();
     let identified = identify_log(&asked.log, &options).map_err(words)?;
     let verdict = ReportedVerdict::of(identified.verdict());
     let say = format!(

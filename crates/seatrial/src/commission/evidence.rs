@@ -38,6 +38,7 @@ pub struct Evidence {
 
 /// Why no gains are proposed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum NoProposal {
     /// a22 is not negative over its interval.
     #[error(

@@ -30,6 +30,7 @@ pub use u_turn::{MeasuredTurn, PredictedTurn, UTurn, YawRateSample};
 
 /// How the experiments are done.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FieldSettings {
     /// Time on a steady course before each experiment, s.
     pub settle_s: f64,
@@ -55,6 +56,7 @@ impl Default for FieldSettings {
 
 /// Why an experiment could not be done.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum FieldError {
     /// The trial gave too few models.
     #[error("the trial gave no schedule: {0}")]

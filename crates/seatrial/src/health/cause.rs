@@ -13,6 +13,7 @@ const LEAST_P_VALUE: f64 = 0.05;
 /// A single cause of a change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Cause {
     /// b2 alone: a damaged, fouled or exchanged rudder, or a slower flow at it.
     Rudder,

@@ -103,6 +103,7 @@ pub fn degrees_of_freedom(model: &YawModel<f64>, duration_s: f64) -> f64 {
 
 /// Why there is no test.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum HealthError {
     /// A setting is out of its range.
     #[error("{field} is {found}, expected {expected}")]
@@ -121,6 +122,7 @@ pub enum HealthError {
 
 /// How to test.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct HealthSettings {
     false_alarm_rate: f64,
     tolerated_change: f64,

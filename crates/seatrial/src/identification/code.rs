@@ -5,8 +5,21 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 /// What was decided about a model or a run. In documents its name is in snake case: `too_few_samples`.
+///
+/// Causes are added: a program that answers to some has an answer to the others.
+///
+/// ```
+/// use seatrial::identification::ReasonCode;
+///
+/// let next = |code| match code {
+///     ReasonCode::RudderConstant => "move the rudder",
+///     _ => "read the verdict",
+/// };
+/// assert_eq!(next(ReasonCode::RudderConstant), "move the rudder");
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum ReasonCode {
     /// The model may be used.
     Ok,

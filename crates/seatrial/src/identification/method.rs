@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 /// By which method an estimate was made. In documents its name is in snake case: `least_squares`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum EstimateMethod {
     /// Recursive least squares.
     LeastSquares,

@@ -18,6 +18,7 @@ const CLEARLY_WORSE: f64 = 0.05;
 
 /// Where the model that goes to the controller comes from.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub enum ModelSource {
     /// The online estimate by itself, without an interval.
     Online,

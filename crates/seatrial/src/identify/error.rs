@@ -9,6 +9,7 @@ use crate::record::{Record, Window};
 
 /// Why there is no model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum IdentifyError {
     /// No sample lies in a window.
     #[error("no sample lies in the {wanted} window, {window}; {}", extent(*.log_s))]

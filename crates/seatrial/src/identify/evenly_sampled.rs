@@ -47,6 +47,7 @@ pub struct BatchEstimate {
 
 /// Why there is no batch estimate.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BatchError {
     /// The columns are no evenly sampled record.
     #[error("{0}")]

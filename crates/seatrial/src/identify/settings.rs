@@ -10,6 +10,7 @@ const COVARIANCE_TIMES_SQUARED_RATE: f64 = 1e4;
 /// How to identify. The default is the instrumental variable with filters derived from the data, then the refined estimate
 /// with intervals; it keeps no trace.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct IdentifySettings {
     /// Equations (16)-(31) and the recursion to the letter.
     pub as_paper: bool,

@@ -5,6 +5,7 @@ use crate::identification::{Reason, ReasonCode};
 
 /// Something in a log that does not mean what it says.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Doubt {
     /// The heading is in degrees by its column, and in radians by its numbers, or the other way round.
     HeadingUnit {

@@ -22,6 +22,7 @@ pub enum Recorded {
 
 /// Why a record has no manoeuvre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum NoManoeuvre {
     /// A sample lacks what the figures need.
     #[error(
