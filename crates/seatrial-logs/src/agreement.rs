@@ -12,6 +12,7 @@ use seatrial_dev::{data, python_with};
 use sha2::{Digest, Sha256};
 
 use crate::content::open_stream;
+use crate::formats::Formats;
 use crate::input::Held;
 use crate::joined::{Kind, Message, Messages};
 use crate::reader::table;
@@ -164,11 +165,12 @@ fn io_every_format_comes_on_standard_input_and_from_memory_too() {
     for format in seeds::FORMATS {
         for seed in seeds::of(format) {
             std::fs::write(&path, &seed).unwrap();
-            let named = samples(table(&path, &Held::default()).unwrap());
+            let named = samples(table(&path, &Held::default(), &Formats::default()).unwrap());
             let mut held = Held::default();
             held.insert("no/such/log", seed.clone());
-            let in_memory = samples(table(Path::new("no/such/log"), &held).unwrap());
-            let piped = samples(open_stream(Cursor::new(seed)).unwrap());
+            let in_memory =
+                samples(table(Path::new("no/such/log"), &held, &Formats::default()).unwrap());
+            let piped = samples(open_stream(Cursor::new(seed), &Formats::default()).unwrap());
             assert!(!piped.is_empty(), "{format}");
             assert_eq!(named, piped, "{format}");
             assert_eq!(named, in_memory, "{format}");

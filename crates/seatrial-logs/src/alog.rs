@@ -5,7 +5,6 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::{Bytes, Damage};
-use crate::description::Format;
 use crate::error::Fault;
 use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
@@ -113,10 +112,6 @@ impl Alog {
 }
 
 impl Messages for Alog {
-    fn format(&self) -> Format {
-        Format::Alog
-    }
-
     fn kinds(&self) -> &[Kind] {
         &self.kinds
     }

@@ -1,4 +1,4 @@
-//! A binary file read forward through a buffer of fixed size.
+//! A file read forward through a buffer of fixed size.
 
 use std::io::{self, Read, Seek, SeekFrom};
 use std::ops::Range;
@@ -15,8 +15,8 @@ const BUFFER: usize = 1 << 18;
 /// What zstd begins with.
 pub(crate) const ZSTD: &[u8] = b"\x28\xb5\x2f\xfd";
 
-/// The bytes of a file, forward and more than once.
-pub(crate) struct Bytes {
+/// The bytes of a file, forward and more than once, through a buffer of fixed size: no file makes it larger.
+pub struct Bytes {
     file: Input,
     buffer: Vec<u8>,
     unread: Range<usize>,
@@ -27,7 +27,7 @@ pub(crate) struct Bytes {
 
 impl Bytes {
     /// From the first byte.
-    pub fn new(file: Input) -> Result<Self, Fault> {
+    pub(crate) fn new(file: Input) -> Result<Self, Fault> {
         let mut bytes = Self {
             file,
             buffer: vec![0; BUFFER],
@@ -41,6 +41,9 @@ impl Bytes {
     }
 
     /// Goes on at this byte.
+    ///
+    /// # Errors
+    /// The operating system refuses.
     pub fn go_to(&mut self, position: u64) -> Result<(), Fault> {
         self.file
             .seek(SeekFrom::Start(position))
@@ -51,7 +54,10 @@ impl Bytes {
         Ok(())
     }
 
-    /// The next `count` bytes and what else the buffer holds; fewer only at the end of the file.
+    /// The next `count` bytes and what else the buffer holds; fewer only at the end of the file, or where the buffer of 256 KiB holds no more.
+    ///
+    /// # Errors
+    /// The operating system refuses.
     pub fn peek(&mut self, count: usize) -> Result<&[u8], Fault> {
         if self.unread.len() < count && !self.at_end {
             self.buffer.copy_within(self.unread.clone(), 0);
@@ -75,11 +81,14 @@ impl Bytes {
 
     /// Bytes of the file.
     #[cfg(feature = "mcap")]
-    pub fn length(&self) -> Result<u64, Fault> {
+    pub(crate) fn length(&self) -> Result<u64, Fault> {
         self.file.length().map_err(Fault::read)
     }
 
     /// The next line without its end, and no more of it than the buffer holds; `None` at the end.
+    ///
+    /// # Errors
+    /// The operating system refuses.
     pub fn line(&mut self) -> Result<Option<&[u8]>, Fault> {
         let mut asked = 1 << 12;
         let (length, end) = loop {
@@ -115,7 +124,7 @@ impl Bytes {
     }
 
     /// SHA-256 of the whole file in hexadecimal; the position is lost.
-    pub fn sha256(&mut self) -> Result<String, Fault> {
+    pub(crate) fn sha256(&mut self) -> Result<String, Fault> {
         self.go_to(0)?;
         let mut hash = Sha256::new();
         loop {
@@ -138,7 +147,7 @@ pub(crate) fn text_of(bytes: &[u8]) -> String {
 
 /// Bytes that were no message, for the warnings.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Damage {
+pub struct Damage {
     /// Number of runs of such bytes.
     pub places: u64,
     /// Number of such bytes.

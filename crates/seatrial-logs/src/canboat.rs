@@ -9,7 +9,6 @@ use jiff::Timestamp;
 
 use crate::bytes::{Bytes, Damage};
 use crate::clock::instant;
-use crate::description::Format;
 use crate::error::Fault;
 use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
@@ -313,10 +312,6 @@ impl Capture {
 }
 
 impl Messages for Capture {
-    fn format(&self) -> Format {
-        Format::Canboat
-    }
-
     fn kinds(&self) -> &[Kind] {
         &self.kinds
     }

@@ -3,12 +3,13 @@
 use std::io::{self, Cursor, Read, Seek};
 use std::path::Path;
 
-use crate::bytes::ZSTD;
+use crate::bytes::{Bytes, ZSTD};
 use crate::csv::Text;
 use crate::description::Format;
 use crate::error::Fault;
+use crate::formats::Formats;
 use crate::input::{Held, Input};
-use crate::joined::Joined;
+use crate::joined::{Joined, Messages};
 use crate::table::Table;
 
 /// Bytes that are enough to tell every format.
@@ -101,60 +102,89 @@ fn start(input: impl Read) -> Result<Vec<u8>, Fault> {
         .take(START)
         .read_to_end(&mut start)
         .map_err(Fault::read)?;
-    check_is_log(&start)?;
     Ok(start)
 }
 
 /// Opens what comes on standard input: text as it comes; the others, which are read more than once, from a
 /// file without a name.
-pub(crate) fn open_stream(mut input: impl Read + Send + 'static) -> Result<Box<dyn Table>, Fault> {
+pub(crate) fn open_stream(
+    mut input: impl Read + Send + 'static,
+    formats: &Formats,
+) -> Result<Box<dyn Table>, Fault> {
+    let path = Path::new("");
     let start = start(&mut input)?;
     let mut input = Cursor::new(start.clone()).chain(input);
-    match format(&start) {
-        Format::Csv => Ok(Box::new(Text::open(input)?)),
-        _ => {
-            let mut file = tempfile::tempfile().map_err(Fault::read)?;
-            io::copy(&mut input, &mut file).map_err(Fault::read)?;
-            file.rewind().map_err(Fault::read)?;
-            open(Input::File(file), Path::new(""), &Held::default())
+    if formats.of(&start, path).is_none() {
+        check_is_log(&start)?;
+        if format(&start) == Format::Csv {
+            return Ok(Box::new(Text::open(input)?));
         }
     }
+    let mut file = tempfile::tempfile().map_err(Fault::read)?;
+    io::copy(&mut input, &mut file).map_err(Fault::read)?;
+    file.rewind().map_err(Fault::read)?;
+    open(Input::File(file), path, &Held::default(), formats)
 }
 
 /// Opens a file as what it is.
-pub(crate) fn open(mut file: Input, path: &Path, held: &Held) -> Result<Box<dyn Table>, Fault> {
+pub(crate) fn open(
+    mut file: Input,
+    path: &Path,
+    held: &Held,
+    formats: &Formats,
+) -> Result<Box<dyn Table>, Fault> {
     let start = start(&mut file)?;
     file.rewind().map_err(Fault::read)?;
-    match format(&start) {
-        Format::Csv => Ok(Box::new(Text::open(file)?)),
+    if let Some(brought) = formats.of(&start, path) {
+        let messages = brought.open(Bytes::new(file)?)?;
+        let format = Format::Other(brought.name().into());
+        return Ok(Box::new(Joined::new(format, messages)));
+    }
+    check_is_log(&start)?;
+    built_in(format(&start), file, path, held)
+}
+
+fn built_in(
+    format: Format,
+    file: Input,
+    path: &Path,
+    held: &Held,
+) -> Result<Box<dyn Table>, Fault> {
+    match format {
         Format::Parquet => built!(
             "parquet",
             "Parquet",
             crate::parquet::Columnar::open(file.into_file().map_err(Fault::read)?)?
         ),
-        Format::DataFlash => Ok(Box::new(Joined::new(crate::dataflash::DataFlash::open(
-            file,
-        )?))),
-        Format::Tlog => Ok(Box::new(Joined::new(crate::tlog::Telemetry::open(file)?))),
-        Format::Ulog => Ok(Box::new(Joined::new(crate::ulog::ULog::open(file)?))),
-        Format::Mcap => built!("mcap", "MCAP", Joined::new(crate::mcap::Mcap::open(file)?)),
+        Format::Mcap => built!(
+            "mcap",
+            "MCAP",
+            Joined::new(format, crate::mcap::Mcap::open(file)?)
+        ),
         Format::Rosbag => built!(
             "rosbag2",
             "rosbag2",
-            Joined::new({
+            Joined::new(format, {
                 let path = file.path(path);
                 crate::rosbag::Bag::open(file, path)?
             })
         ),
-        Format::Slocum => Ok(Box::new(Joined::new(crate::slocum::Glider::open(
-            file, path, held,
-        )?))),
-        Format::Canboat => Ok(Box::new(Joined::new(crate::canboat::Capture::open(file)?))),
-        Format::Nmea0183 => Ok(Box::new(Joined::new(crate::nmea0183::Sentences::open(
-            file,
-        )?))),
-        Format::Alog => Ok(Box::new(Joined::new(crate::alog::Alog::open(file)?))),
+        Format::DataFlash => joined(format, crate::dataflash::DataFlash::open(file)),
+        Format::Tlog => joined(format, crate::tlog::Telemetry::open(file)),
+        Format::Ulog => joined(format, crate::ulog::ULog::open(file)),
+        Format::Slocum => joined(format, crate::slocum::Glider::open(file, path, held)),
+        Format::Canboat => joined(format, crate::canboat::Capture::open(file)),
+        Format::Nmea0183 => joined(format, crate::nmea0183::Sentences::open(file)),
+        Format::Alog => joined(format, crate::alog::Alog::open(file)),
+        Format::Csv | Format::Other(_) => Ok(Box::new(Text::open(file)?)),
     }
+}
+
+fn joined(
+    format: Format,
+    messages: Result<impl Messages + 'static, Fault>,
+) -> Result<Box<dyn Table>, Fault> {
+    Ok(Box::new(Joined::new(format, messages?)))
 }
 
 /// The first message describes messages.

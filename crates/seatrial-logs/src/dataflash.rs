@@ -6,7 +6,6 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::{Bytes, Damage, text_of};
-use crate::description::Format;
 use crate::error::{Fault, clipped};
 use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
@@ -362,10 +361,6 @@ impl Messages for DataFlash {
 
     fn aircraft(&self) -> Option<&'static str> {
         self.aircraft
-    }
-
-    fn format(&self) -> Format {
-        Format::DataFlash
     }
 
     fn kinds(&self) -> &[Kind] {

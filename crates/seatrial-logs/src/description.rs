@@ -7,12 +7,13 @@ use seatrial_core::RudderUnit;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Fault, Place, clipped};
+use crate::formats::Formats;
 use crate::infer::largest_plausible;
 use crate::name::ColumnName;
 use crate::{Quantity, Unit};
 
 /// Formats that are read, found by content.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Format {
@@ -39,6 +40,9 @@ pub enum Format {
     Mcap,
     /// rosbag2 in SQLite.
     Rosbag,
+    /// One that the program brought ([`LogFormat`](crate::formats::LogFormat)), by its name.
+    #[serde(untagged)]
+    Other(String),
 }
 
 /// The name that documents have: `dataflash`.
@@ -83,6 +87,8 @@ pub struct ChannelChoice {
     pub full_rudder_rad: Option<f64>,
     /// Leave rows with text, NaN, a wrong number of cells or reversed time out instead of refusing the log.
     pub drop_invalid: bool,
+    /// Formats that the program brings; they are asked before the built-in ones.
+    pub formats: Formats,
 }
 
 /// scale (value - offset), in the unit of the column

@@ -27,35 +27,44 @@ const LONGEST_NAME: usize = 256;
 /// The column that every row has.
 pub(crate) const TIME_COLUMN: &str = "time_s";
 
-/// A kind of message: its name and its numeric fields. A kind of one field needs no name for it.
+/// A kind of message: its name and its numeric fields. A kind of one field needs no name for it, and fields with names of their own
+/// no name of the kind. Its columns are `name.field`.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Kind {
+pub struct Kind {
+    /// Before the names of its fields.
     pub name: String,
+    /// Names of its fields.
     pub fields: Vec<String>,
 }
 
-/// A message. Fields without a value are NaN.
+/// A message.
 #[derive(Debug, Default)]
-pub(crate) struct Message {
+pub struct Message {
+    /// The place of its kind among the kinds.
     pub kind: usize,
     /// On the vehicle's clock, s.
     pub time_s: f64,
+    /// A number for each field of its kind; NaN without one.
     pub values: Vec<f64>,
 }
 
-/// A format of messages. Opening it reads the file once to learn which kinds there are.
-pub(crate) trait Messages {
-    fn format(&self) -> Format;
-
+/// A log as messages. Opening it reads the file once to learn which kinds there are.
+pub trait Messages: Send {
     /// The kinds that occur.
     fn kinds(&self) -> &[Kind];
 
-    /// What the format itself says about its channels.
-    fn known(&self) -> Known;
+    /// What the format itself says about its channels; where it says nothing the names of columns decide, as for CSV.
+    fn known(&self) -> Known {
+        Known::default()
+    }
 
-    /// The next message of a wanted kind; `false` at the end.
+    /// The next message of a kind that is wanted, by its place among the kinds; others may come, too. `false` at the end.
+    ///
+    /// # Errors
+    /// A file that cannot be read further. What is damaged and has sound messages behind it is passed over and told in `warnings`.
     fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault>;
 
+    /// The bytes of the file.
     fn bytes(&mut self) -> &mut Bytes;
 
     /// Bytes consumed.
@@ -93,8 +102,43 @@ impl Known {
     }
 }
 
+impl Messages for Box<dyn Messages> {
+    fn kinds(&self) -> &[Kind] {
+        (**self).kinds()
+    }
+
+    fn known(&self) -> Known {
+        (**self).known()
+    }
+
+    fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault> {
+        (**self).next(wanted, message)
+    }
+
+    fn bytes(&mut self) -> &mut Bytes {
+        (**self).bytes()
+    }
+
+    fn position(&self) -> u64 {
+        (**self).position()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        (**self).warnings()
+    }
+
+    fn aircraft(&self) -> Option<&'static str> {
+        (**self).aircraft()
+    }
+
+    fn firmware(&self) -> Option<&str> {
+        (**self).firmware()
+    }
+}
+
 /// Messages as a table.
 pub(crate) struct Joined<M> {
+    format: Format,
     messages: M,
     columns: Vec<String>,
     /// Kind and field of every column; none of the time.
@@ -123,7 +167,7 @@ struct Row {
 }
 
 impl<M: Messages> Joined<M> {
-    pub fn new(messages: M) -> Self {
+    pub fn new(format: Format, messages: M) -> Self {
         let mut columns = vec![TIME_COLUMN.to_string()];
         let mut sources = vec![None];
         for (kind, Kind { name, fields }) in messages.kinds().iter().enumerate() {
@@ -134,14 +178,16 @@ impl<M: Messages> Joined<M> {
                 .map_or(name.len(), |(at, _)| at);
             let name = &name[..end];
             for (field, field_name) in fields.iter().enumerate() {
-                columns.push(match field_name.as_str() {
-                    "" => name.to_string(),
-                    field_name => format!("{name}.{field_name}"),
+                columns.push(match (name, field_name.as_str()) {
+                    (name, "") => name.to_string(),
+                    ("", field_name) => field_name.to_string(),
+                    (name, field_name) => format!("{name}.{field_name}"),
                 });
                 sources.push(Some((kind, field)));
             }
         }
         Self {
+            format,
             wanted: vec![false; messages.kinds().len()],
             messages,
             columns,
@@ -205,9 +251,9 @@ impl<M: Messages> Joined<M> {
     }
 }
 
-impl<M: Messages + Send> Table for Joined<M> {
+impl<M: Messages> Table for Joined<M> {
     fn format(&self) -> Format {
-        self.messages.format()
+        self.format.clone()
     }
 
     fn aircraft(&self) -> Option<&'static str> {

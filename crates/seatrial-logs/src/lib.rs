@@ -17,6 +17,7 @@ mod csv;
 mod dataflash;
 mod description;
 mod error;
+pub mod formats;
 mod half_difference;
 mod infer;
 mod input;

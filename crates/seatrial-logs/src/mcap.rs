@@ -6,7 +6,6 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::bytes::{Bytes, Damage};
-use crate::description::Format;
 use crate::error::{Fault, clipped};
 use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
@@ -344,10 +343,6 @@ fn text(data: &[u8]) -> Option<(String, &[u8])> {
 }
 
 impl Messages for Mcap {
-    fn format(&self) -> Format {
-        Format::Mcap
-    }
-
     fn kinds(&self) -> &[Kind] {
         &self.topics.kinds
     }

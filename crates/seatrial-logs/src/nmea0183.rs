@@ -8,7 +8,6 @@ use jiff::tz::TimeZone;
 
 use crate::bytes::{Bytes, Damage};
 use crate::clock::instant;
-use crate::description::Format;
 use crate::error::Fault;
 use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
@@ -305,10 +304,6 @@ impl Sentences {
 }
 
 impl Messages for Sentences {
-    fn format(&self) -> Format {
-        Format::Nmea0183
-    }
-
     fn kinds(&self) -> &[Kind] {
         &self.kinds
     }

@@ -10,6 +10,7 @@ use crate::clock::Clock;
 use crate::content;
 use crate::description::{Channel, ChannelChoice, Counts, LogDescription, UnitSource};
 use crate::error::{Fault, Place, ReadError, clipped};
+use crate::formats::Formats;
 use crate::half_difference::{self, WithDifferences};
 use crate::input::Held;
 use crate::look_ahead::{Row, cells, first_rows, leave_out_text, look_ahead};
@@ -43,7 +44,7 @@ pub fn open(path: &Path, choice: &ChannelChoice) -> Result<LogReader, ReadError>
 /// [`open`] of a path that may be one of a file in memory.
 pub fn open_held(path: &Path, held: &Held, choice: &ChannelChoice) -> Result<LogReader, ReadError> {
     let log = path.display().to_string();
-    table(path, held)
+    table(path, held, &choice.formats)
         .and_then(|table| LogReader::new(log.clone(), table, choice))
         .map_err(|fault| ReadError { log, fault })
 }
@@ -55,14 +56,14 @@ pub fn columns(path: &Path) -> Result<Vec<String>, ReadError> {
 
 /// [`columns`] of a path that may be one of a file in memory.
 pub fn columns_held(path: &Path, held: &Held) -> Result<Vec<String>, ReadError> {
-    let named = table(path, held).map(|table| table.columns().to_vec());
+    let named = table(path, held, &Formats::default()).map(|table| table.columns().to_vec());
     let log = path.display().to_string();
     named.map_err(|fault| ReadError { log, fault })
 }
 
-pub(crate) fn table(path: &Path, held: &Held) -> Result<Box<dyn Table>, Fault> {
+pub(crate) fn table(path: &Path, held: &Held, formats: &Formats) -> Result<Box<dyn Table>, Fault> {
     if path == Path::new("-") {
-        return content::open_stream(io::stdin());
+        return content::open_stream(io::stdin(), formats);
     }
     let opening = |source| Fault::Io {
         doing: "opened",
@@ -72,7 +73,7 @@ pub(crate) fn table(path: &Path, held: &Held) -> Result<Box<dyn Table>, Fault> {
     if file.is_folder().map_err(opening)? {
         return Err(Fault::Folder);
     }
-    content::open(file, path, held)
+    content::open(file, path, held, formats)
 }
 
 impl LogReader {

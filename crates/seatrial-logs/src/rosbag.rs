@@ -7,7 +7,6 @@ use rusqlite::{Connection, OpenFlags, params};
 use tempfile::NamedTempFile;
 
 use crate::bytes::{Bytes, ZSTD};
-use crate::description::Format;
 use crate::error::{Fault, clipped};
 use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
@@ -278,10 +277,6 @@ fn damaged(error: rusqlite::Error) -> Fault {
 }
 
 impl Messages for Bag {
-    fn format(&self) -> Format {
-        Format::Rosbag
-    }
-
     fn kinds(&self) -> &[Kind] {
         &self.topics.kinds
     }

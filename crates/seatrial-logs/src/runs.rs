@@ -57,7 +57,7 @@ impl Runs {
     pub fn open(path: &Path, choice: &ChannelChoice, run_column: &str) -> Result<Self, ReadError> {
         let description = open(path, choice)?.description().clone();
         let log = path.display().to_string();
-        table(path, &Held::default())
+        table(path, &Held::default(), &choice.formats)
             .and_then(|table| Self::new(log.clone(), table, description, choice, run_column))
             .map_err(|fault| ReadError { log, fault })
     }
@@ -234,7 +234,7 @@ struct Gathered {
 
 impl Table for Gathered {
     fn format(&self) -> Format {
-        self.format
+        self.format.clone()
     }
 
     fn columns(&self) -> &[String] {

@@ -8,7 +8,6 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
 use crate::bytes::{Bytes, Damage, text_of};
-use crate::description::Format;
 use crate::error::Fault;
 use crate::input::{Held, Input};
 use crate::joined::{Kind, Message, Messages};
@@ -276,10 +275,6 @@ fn damaged(what: String) -> Fault {
 }
 
 impl Messages for Glider {
-    fn format(&self) -> Format {
-        Format::Slocum
-    }
-
     fn kinds(&self) -> &[Kind] {
         &self.kinds
     }

@@ -72,7 +72,8 @@ pub(crate) trait Table: Send {
 
 /// The channels of a format that says itself what they are.
 #[derive(Debug, Default)]
-pub(crate) struct Known {
+#[non_exhaustive]
+pub struct Known {
     /// The preferred one of each quantity first.
     pub channels: Vec<KnownChannel>,
     /// What was looked for and found instead of a quantity.
@@ -81,8 +82,11 @@ pub(crate) struct Known {
 
 /// A column whose meaning the format knows.
 #[derive(Clone, Debug)]
-pub(crate) struct KnownChannel {
+#[non_exhaustive]
+pub struct KnownChannel {
+    /// What it is.
     pub quantity: Quantity,
+    /// Its name: that of the kind of message, a dot, and that of the field.
     pub column: String,
     /// `None` where the values must show it.
     pub unit: Option<Unit>,
@@ -94,21 +98,21 @@ pub(crate) struct KnownChannel {
 
 impl Known {
     /// The preferred channel of a quantity.
-    pub fn best(&self, quantity: Quantity) -> Option<&KnownChannel> {
+    pub(crate) fn best(&self, quantity: Quantity) -> Option<&KnownChannel> {
         self.channels
             .iter()
             .find(|known| known.quantity == quantity)
     }
 
     /// What the format knows about a column as a quantity.
-    pub fn of(&self, quantity: Quantity, column: &str) -> Option<&KnownChannel> {
+    pub(crate) fn of(&self, quantity: Quantity, column: &str) -> Option<&KnownChannel> {
         self.channels
             .iter()
             .find(|known| known.quantity == quantity && known.column == column)
     }
 
     /// Do names of columns mean anything here?
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.channels.is_empty() && self.lacking.is_empty()
     }
 }

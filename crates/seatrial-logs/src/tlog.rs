@@ -5,7 +5,6 @@
 use std::collections::BTreeMap;
 
 use crate::bytes::{Bytes, Damage, text_of};
-use crate::description::Format;
 use crate::error::Fault;
 use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
@@ -320,10 +319,6 @@ fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
 impl Messages for Telemetry {
     fn aircraft(&self) -> Option<&'static str> {
         self.aircraft
-    }
-
-    fn format(&self) -> Format {
-        Format::Tlog
     }
 
     fn kinds(&self) -> &[Kind] {

@@ -12,7 +12,6 @@ use std::sync::Arc;
 use seatrial_mavlink::aircraft;
 
 use crate::bytes::{Bytes, Damage, text_of};
-use crate::description::Format;
 use crate::error::Fault;
 use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
@@ -372,10 +371,6 @@ const CHANNELS: [(Quantity, &str, &str, Unit); 8] = [
 ];
 
 impl Messages for ULog {
-    fn format(&self) -> Format {
-        Format::Ulog
-    }
-
     fn aircraft(&self) -> Option<&'static str> {
         let kind = self.parameters.get("MAV_TYPE")?;
         (0.0..256.0).contains(kind).then(|| aircraft(*kind as u8))?
