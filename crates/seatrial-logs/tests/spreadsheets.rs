@@ -215,4 +215,20 @@ fn io_utf_16_is_named() {
     bytes.extend(text.encode_utf16().flat_map(u16::to_le_bytes));
     for bytes in [&bytes[..], &bytes[2..]] {
         let said = fault(bytes);
-        assert!(said.contains("the text is 
+        assert!(said.contains("the text is in UTF-16"), "{said}");
+    }
+}
+
+/// -9999 and the words of spreadsheets for nothing leave their rows out.
+#[test]
+fn io_words_for_nothing_are_no_values() {
+    let nothing = ["-9999", "n/a", "-", "#N/A", ""];
+    let text = log(
+        "Time [s],Heading [deg],Rudder [deg],Speed [kn]",
+        |t, h, r, v| match (10.0 * t).round() as usize {
+            k @ 10..15 => format!("{t:.1},{},{r:.1},{v:.2}", nothing[k - 10]),
+            _ => point(t, h, r, v),
+        },
+    );
+    assert_eq!(read(&text).len(), ROWS - 5);
+}

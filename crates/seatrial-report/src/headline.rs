@@ -122,6 +122,7 @@ pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed], command: &str) 
             .collect(),
     };
     if campaign.axis.is_yaw()
+        && judged.accepted
         && let (Some(slow), Some(fast)) = (speeds.first(), speeds.last())
     {
         findings.extend(how_it_steers(slow, fast));

@@ -58,7 +58,12 @@ pub(super) fn text(
     if let Some(report) = report
         && next::is_looked_into(campaign)
     {
-        return text + &command("Next   ", &format!("open {}", report.display()), width);
+        return text
+            + &labelled(
+                "Next   ",
+                &format!("look at {} in a browser", report.display()),
+                width,
+            );
     }
     let circumstances =
         Logbook::open_read_only(logbook).and_then(|kept| kept.circumstances(number));

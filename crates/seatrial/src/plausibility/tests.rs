@@ -102,6 +102,10 @@ fn exact_angles_in_the_other_unit_are_found() {
     assert_eq!(codes(&away), [ReasonCode::HeadingUnitDoubtful]);
     away.units.heading.origin = Origin::Given;
     assert_eq!(codes(&away), []);
+    // Degrees that somebody says are radians: no rudder stands at 15 rad.
+    let mut chosen = scaled(record(stated_degrees()), 1.0, DEG, 1.0);
+    chosen.units.rudder = unit(1.0, Origin::Given);
+    assert_eq!(codes(&chosen), [ReasonCode::RudderUnitDoubtful]);
     let rudder = scaled(record(stated_degrees()), 1.0, radians_as_degrees, 1.0);
     assert_eq!(codes(&rudder), [ReasonCode::RudderUnitDoubtful]);
 }

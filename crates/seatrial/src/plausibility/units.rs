@@ -109,11 +109,18 @@ fn rudder(record: &Record) -> Option<Doubt> {
     let (unit, heading) = (&record.units.rudder, &record.units.heading);
     let rudders = numbers(record, |s| s.rudder_rad, unit);
     let largest = largest(&rudders);
+    let is_angle = record.rudder_unit == crate::record::RudderUnit::Rad;
+    let said_degrees = unit.is_degrees();
+    if is_angle && !unit.is_open() && !record.units.are_given() {
+        let is_impossible = largest / unit.per_si > LARGEST_RUDDER_RAD;
+        return is_impossible.then_some(Doubt::RudderUnit {
+            said_degrees,
+            largest,
+        });
+    }
     if !unit.is_open() || largest == 0.0 {
         return None;
     }
-    let is_angle = record.rudder_unit == crate::record::RudderUnit::Rad;
-    let said_degrees = unit.is_degrees();
     if unit.origin == Origin::Stated {
         let is_doubtful = is_angle
             && match said_degrees {
