@@ -1,13 +1,11 @@
-//! What a log is, and what may be said about it before it is read.
+//! What a log is and how it is read.
 
-use std::collections::BTreeMap;
 use std::fmt;
 
 use seatrial_core::RudderUnit;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Fault, Place, clipped};
-use crate::formats::Formats;
 use crate::infer::largest_plausible;
 use crate::name::ColumnName;
 use crate::{Quantity, Unit};
@@ -49,63 +47,6 @@ pub enum Format {
 impl fmt::Display for Format {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         self.serialize(f)
-    }
-}
-
-/// What the user said about a log; everything else is found out. The default says nothing.
-///
-/// ```
-/// use seatrial_logs::{ChannelChoice, Quantity, Unit};
-///
-/// let mut choice = ChannelChoice::default();
-/// choice.columns.insert(Quantity::Heading, "hdg".into());
-/// choice.units.insert(Quantity::Heading, Unit::Degree);
-/// // The servo's pulse width stands for this angle at full deflection.
-/// choice.columns.insert(Quantity::Rudder, "servo1_raw".into());
-/// choice.full_rudder_rad = Some(0.6);
-/// ```
-///
-/// It grows: programs begin with the default.
-///
-/// ```compile_fail,E0639
-/// let choice = seatrial_logs::ChannelChoice { drop_invalid: true, ..Default::default() };
-/// ```
-#[derive(Clone, Debug, Default, PartialEq)]
-#[non_exhaustive]
-pub struct ChannelChoice {
-    /// Column of a quantity; `none` leaves an optional quantity out.
-    pub columns: BTreeMap<Quantity, String>,
-    /// Quantities that are half the difference of two columns: fins of a pair, thrusters of both sides.
-    pub half_differences: BTreeMap<Quantity, [String; 2]>,
-    /// Unit of a quantity's column.
-    pub units: BTreeMap<Quantity, Unit>,
-    /// What is put right before the unit.
-    pub corrections: BTreeMap<Quantity, Correction>,
-    /// Pulse width of the neutral rudder, us; 1500 unless given.
-    pub rudder_trim: Option<f64>,
-    /// Rudder angle at full deflection (400 us from the trim, 100 %, fraction 1), rad.
-    pub full_rudder_rad: Option<f64>,
-    /// Leave rows with text, NaN, a wrong number of cells or reversed time out instead of refusing the log.
-    pub drop_invalid: bool,
-    /// Formats that the program brings; they are asked before the built-in ones.
-    pub formats: Formats,
-}
-
-/// scale (value - offset), in the unit of the column
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Correction {
-    /// Factor; negative where the column counts the other way.
-    pub scale: f64,
-    /// In the unit of the column; of a pulse in place of its trim.
-    pub offset: Option<f64>,
-}
-
-impl fmt::Display for Correction {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        if let Some(offset) = self.offset {
-            write!(f, "less {offset}, ")?;
-        }
-        write!(f, "times {}", self.scale)
     }
 }
 

@@ -19,16 +19,6 @@ pub struct ReadError {
 }
 
 /// Where in a log something was found. Kinds of places are added, as faults are.
-///
-/// ```compile_fail,E0004
-/// # use seatrial_logs::Place;
-/// fn number(place: Place) -> u64 {
-///     match place {
-///         Place::Line(line) => line,
-///         Place::Row(row) => row,
-///     }
-/// }
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Place {
@@ -115,14 +105,9 @@ pub enum Fault {
     Utf16,
     /// Text in an encoding that is not read.
     #[error(
-        "byte {offset} is {found:#04x}: the text is not in UTF-8 but in another encoding, such as Shift-JIS; save it as “CSV UTF-8”, or convert it: iconv -f SHIFT_JIS -t UTF-8 FILE > NEW.csv"
+        "the text is not in UTF-8 but in another encoding, such as Shift-JIS; save it as “CSV UTF-8”, or convert it: iconv -f SHIFT_JIS -t UTF-8 FILE > NEW.csv"
     )]
-    OtherEncoding {
-        /// Bytes before it.
-        offset: usize,
-        /// The byte.
-        found: u8,
-    },
+    OtherEncoding,
     /// A workbook of a spreadsheet.
     #[error("is a workbook of a spreadsheet (.xlsx or .ods); save its sheet as “CSV UTF-8”")]
     Workbook,

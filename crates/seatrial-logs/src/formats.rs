@@ -122,7 +122,6 @@ impl Formats {
     }
 }
 
-/// Their names.
 impl fmt::Debug for Formats {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let names = self.0.iter().map(|format| format.name());
@@ -130,7 +129,6 @@ impl fmt::Debug for Formats {
     }
 }
 
-/// The same formats in the same order.
 impl PartialEq for Formats {
     fn eq(&self, other: &Self) -> bool {
         let pairs = self.0.iter().zip(&other.0);

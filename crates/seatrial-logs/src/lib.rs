@@ -11,6 +11,7 @@ mod agreement;
 mod alog;
 mod bytes;
 mod canboat;
+mod choice;
 mod clock;
 mod content;
 mod csv;
@@ -47,9 +48,8 @@ mod unit;
 mod words;
 mod write;
 
-pub use description::{
-    Channel, ChannelChoice, Correction, Counts, Format, LogDescription, UnitSource,
-};
+pub use choice::{ChannelChoice, Correction};
+pub use description::{Channel, Counts, Format, LogDescription, UnitSource};
 pub use error::{Fault, Place, ReadError};
 pub use input::Held;
 pub use name::names_a_course;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::description::ChannelChoice;
+use crate::choice::ChannelChoice;
 use crate::error::Fault;
 use crate::name::{ColumnName, StatedUnit};
 use crate::table::Known;

@@ -6,9 +6,10 @@ use std::path::Path;
 
 use seatrial_core::{RudderUnit, Sample};
 
+use crate::choice::ChannelChoice;
 use crate::clock::Clock;
 use crate::content;
-use crate::description::{Channel, ChannelChoice, Counts, LogDescription, UnitSource};
+use crate::description::{Channel, Counts, LogDescription, UnitSource};
 use crate::error::{Fault, Place, ReadError, clipped};
 use crate::formats::Formats;
 use crate::half_difference::{self, WithDifferences};

@@ -5,7 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::Quantity;
-use crate::description::{ChannelChoice, Format, LogDescription};
+use crate::choice::ChannelChoice;
+use crate::description::{Format, LogDescription};
 use crate::error::{Fault, Place, ReadError, clipped};
 use crate::input::Held;
 use crate::reader::{LogReader, open, table};

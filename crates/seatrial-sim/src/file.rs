@@ -1,6 +1,5 @@
 //! Vehicle files of every kind, and conditions that take the place of a vehicle's own.
 
-use std::fs;
 use std::path::Path;
 
 use serde::Deserialize;
@@ -14,6 +13,7 @@ use crate::six_dof::config::required;
 use crate::six_dof::fins::Drive;
 use crate::six_dof::rigid_body::{GRAVITY_M_S2, RigidBody};
 use crate::six_dof::{SixDofConfig, remus100, starfish};
+use crate::vehicle_text::{in_file, is_json};
 
 /// What a vehicle file holds.
 ///
@@ -179,27 +179,6 @@ impl VehicleFile {
             false => Self::from_toml(text),
         })
     }
-}
-
-/// Is a vehicle's text JSON? Only JSON begins with a brace.
-pub(crate) fn is_json(text: &str) -> bool {
-    text.trim_start().starts_with('{')
-}
-
-/// Reads a vehicle from a file, whose name stands before what is wrong with it.
-pub(crate) fn in_file<T>(
-    path: &Path,
-    read: impl FnOnce(&str) -> Result<T, ConfigError>,
-) -> Result<T, ConfigError> {
-    let text = fs::read_to_string(path).map_err(|source| ConfigError::Read {
-        path: path.to_owned(),
-        source,
-    })?;
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    read(text).map_err(|error| ConfigError::InFile {
-        path: path.to_owned(),
-        source: Box::new(error),
-    })
 }
 
 impl VehicleConfig {

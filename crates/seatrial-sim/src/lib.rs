@@ -17,6 +17,7 @@ pub mod sensors;
 mod simulated;
 pub mod six_dof;
 pub mod vehicle;
+mod vehicle_text;
 
 pub use config::VehicleConfig;
 pub use config_error::ConfigError;

@@ -1,9 +1,8 @@
 //! What the record of a trial shows of the cause for which the trial was aborted.
 
 use seatrial_core::model::YawState;
-use seatrial_core::{AbortReason, Real, Sample, Stage, YawModel};
+use seatrial_core::{AbortReason, Real, Sample, YawModel};
 
-use crate::campaign::{Campaign, Run, abort_action};
 use crate::figures::{degrees, with_decimals};
 use crate::identification::{Reason, ReasonCode};
 use crate::identify::heading_jump;
@@ -15,16 +14,25 @@ const BEFORE_S: f64 = 2.0;
 /// The turn over the one that an earlier model foresees, of a rudder that works the other way round.
 const OTHER_WAY: [f64; 2] = [-2.0, -0.5];
 
+/// What may tell why a trial was aborted.
+pub(crate) struct Evidence<'a> {
+    /// The run in which it was.
+    pub samples: &'a [Sample<f64>],
+    /// When its training began.
+    pub training_from_s: Option<f64>,
+    /// Thrust and model of the accepted run nearest to it.
+    pub earlier: Option<(f64, YawModel<f64>)>,
+}
+
 /// The reason of a trial that was aborted: what the record shows, else what the limit by itself says.
-pub(crate) fn reason(campaign: &Campaign, aborted: AbortReason) -> Reason {
-    let last = campaign.runs.last();
-    let shown = last.and_then(|run| match aborted {
-        AbortReason::StaleSamples => heading_stopped(run),
-        AbortReason::ReversedRudder => jumped(run).or_else(|| works_the_other_way(campaign, run)),
-        AbortReason::HeadingExcursion | AbortReason::YawRate => jumped(run),
+pub(crate) fn reason(aborted: AbortReason, evidence: Option<&Evidence>) -> Reason {
+    let shown = evidence.and_then(|found| match aborted {
+        AbortReason::StaleSamples => heading_stopped(found.samples),
+        AbortReason::ReversedRudder => jumped(found.samples).or_else(|| works_the_other_way(found)),
+        AbortReason::HeadingExcursion | AbortReason::YawRate => jumped(found.samples),
         _ => None,
     });
-    let (cause, action) = shown.unwrap_or((aborted.to_string(), abort_action(aborted)));
+    let (cause, action) = shown.unwrap_or((aborted.to_string(), action(aborted)));
     Reason {
         action: action.into(),
         ..Reason::new(
@@ -38,8 +46,7 @@ pub(crate) fn reason(campaign: &Campaign, aborted: AbortReason) -> Reason {
 type Shown = (String, &'static str);
 
 /// The heading was missing at last while other measurements came.
-fn heading_stopped(run: &Run) -> Option<Shown> {
-    let samples = &run.record.samples;
+fn heading_stopped(samples: &[Sample<f64>]) -> Option<Shown> {
     let end_s = samples.last()?.time_s;
     let heard = samples.iter().rposition(|s| s.heading_rad.is_finite())?;
     let silent_s = end_s - samples[heard].time_s;
@@ -54,8 +61,8 @@ fn heading_stopped(run: &Run) -> Option<Shown> {
     })
 }
 
-fn jumped(run: &Run) -> Option<Shown> {
-    let jump = heading_jump(&run.record.samples)?;
+fn jumped(samples: &[Sample<f64>]) -> Option<Shown> {
+    let jump = heading_jump(samples)?;
     Some((
         format!(
             "at {} s the compass jumped by {} deg, or was disturbed",
@@ -67,18 +74,14 @@ fn jumped(run: &Run) -> Option<Shown> {
 }
 
 /// The vehicle turned as an accepted run of the trial foresees, but to the other side.
-fn works_the_other_way(campaign: &Campaign, run: &Run) -> Option<Shown> {
-    let accepted = campaign.accepted_runs();
-    let away = |other: &&Run| (other.thrust - run.thrust).abs();
-    let earlier = accepted
-        .into_iter()
-        .min_by(|a, b| away(a).total_cmp(&away(b)))?;
-    let turned = turn_over_foreseen(run, earlier)?;
+fn works_the_other_way(found: &Evidence) -> Option<Shown> {
+    let (thrust, model) = found.earlier?;
+    let turned = turn_over_foreseen(found, model)?;
     (OTHER_WAY[0]..OTHER_WAY[1]).contains(&turned).then(|| {
         (
             format!(
                 "the rudder turned the vehicle the other way than at {:.0} % thrust",
-                100.0 * earlier.thrust
+                100.0 * thrust
             ),
             "Look at the rudder, its linkage and the sign of its output: something was changed or came loose. Compass and water do not look like this.",
         )
@@ -86,14 +89,14 @@ fn works_the_other_way(campaign: &Campaign, run: &Run) -> Option<Shown> {
 }
 
 /// Least squares slope of the turn in training over the one that the model of another run foresees.
-fn turn_over_foreseen(run: &Run, other: &Run) -> Option<f64> {
+fn turn_over_foreseen(found: &Evidence, model: YawModel<f64>) -> Option<f64> {
     let without_offset = YawModel {
         c0_rad_per_s2: 0.0,
-        ..other.identification.as_ref()?.model()
+        ..model
     };
-    let from_s = run.stage(Stage::Train)?.from_s;
+    let from_s = found.training_from_s?;
     let near = |s: &&Sample<f64>| s.heading_rad.is_finite() && s.time_s >= from_s - BEFORE_S;
-    let samples: Vec<Sample<f64>> = run.record.samples.iter().filter(near).copied().collect();
+    let samples: Vec<Sample<f64>> = found.samples.iter().filter(near).copied().collect();
     let (before, training) = samples.split_at(samples.partition_point(|s| s.time_s < from_s));
     let [heading_rad, rudder_rad] = stood(before)?;
     let mut foreseen = YawState::default();
@@ -117,4 +120,65 @@ fn stood(samples: &[Sample<f64>]) -> Option<[f64; 2]> {
     };
     let away_rad = mean(&|s| Real::wrapped(s.heading_rad - first_rad));
     Some([first_rad + away_rad, mean(&|s| s.rudder_rad)])
+}
+
+/// What to do after the trial stopped.
+fn action(reason: AbortReason) -> &'static str {
+    match reason {
+        AbortReason::Operator => {
+            "Nothing need be wrong: start again when ready; the runs recorded so far stay valid."
+        }
+        AbortReason::Depth => {
+            "Check ballast and depth control, or widen the depth limits of the plan if the water allows it."
+        }
+        AbortReason::Altitude => "Choose deeper water or a shallower run.",
+        AbortReason::Roll => "Check trim and ballast, or lower the rudder amplitude of the plan.",
+        AbortReason::Pitch => "Check trim and depth control before the next try.",
+        AbortReason::YawRate => {
+            "Lower the rudder amplitude of the plan, or raise the limit if the vehicle bears it."
+        }
+        AbortReason::HeadingExcursion => {
+            "See first whether the rudder jammed or the compass jumped: the report shows both. If not, lower the rudder amplitude or shorten the doublet in the plan."
+        }
+        AbortReason::Area => {
+            "Start farther from the edge or with a heading along the longer side; “seatrial plan” shows the room that a trial needs."
+        }
+        AbortReason::SpeedDrift => {
+            "Allow more time to settle at each thrust, and check the propulsion and the current."
+        }
+        AbortReason::StaleSamples => {
+            "Check the compass and the link: the report shows where the samples stopped."
+        }
+        AbortReason::StageTimeLimit => {
+            "Check the clock of the vehicle and the time limits of the plan."
+        }
+        AbortReason::ReversedRudder => {
+            "Look at the report: a compass that jumped or a current from the side looks like this, too. If neither, check the sign of the rudder and of the heading: with this sign the heading controller is unstable."
+        }
+        AbortReason::NotSettled => {
+            "Look at the heading in the report: if it swings, lower the gain of the initial heading controller; if it drifts, check trim and current."
+        }
+        AbortReason::LinkLost => {
+            "Restore the link and start again; check that the vehicle did what it must on a lost link."
+        }
+        AbortReason::ModeChanged | AbortReason::StickMoved | AbortReason::Disarmed => {
+            "Start again when the pilot agrees; the trial takes nothing back by itself."
+        }
+        AbortReason::LowBattery => "Bring the vehicle home; charge it before the next trial.",
+        AbortReason::Failsafe => {
+            "Look into the autopilot's own log for what it acted upon before starting again."
+        }
+        AbortReason::Restarted => {
+            "Look into its supply of power; what it measured before and after is not one record."
+        }
+        AbortReason::SecondStation => {
+            "Stop the other ground station, or give one of both another system id."
+        }
+        AbortReason::RudderNotFollowed => {
+            "Look at the rudder and its servo, and at who else may command it: mode, mixer, limits of the outputs."
+        }
+        AbortReason::NotAttended => {
+            "Look at the load of its computer and at the disk that keeps the logbook."
+        }
+    }
 }

@@ -3,10 +3,10 @@
 use std::borrow::Cow;
 
 pub use seatrial_core::Stage;
-use seatrial_core::{AbortReason, Axis, Outcome, Plan};
+use seatrial_core::{Axis, Outcome, Plan};
 use serde::{Deserialize, Serialize};
 
-use crate::abort_cause;
+use crate::abort_cause::{self, Evidence};
 use crate::campaign_check::{SpeedResult, contradictions};
 use crate::identification::{Identification, Reason, ReasonCode, Verdict};
 use crate::record::{Record, Window};
@@ -167,11 +167,27 @@ impl Campaign {
     fn unfinished(&self) -> Option<Reason> {
         match self.outcome {
             Some(Outcome::Finished) => None,
-            Some(Outcome::Aborted(reason)) => Some(abort_cause::reason(self, reason)),
+            Some(Outcome::Aborted(reason)) => {
+                let evidence = self.runs.last().map(|run| self.evidence(run));
+                Some(abort_cause::reason(reason, evidence.as_ref()))
+            }
             None => Some(Reason::new(
                 ReasonCode::Interrupted,
                 "the trial was not finished",
             )),
+        }
+    }
+
+    /// What may tell why the trial was aborted in this run.
+    fn evidence<'a>(&self, run: &'a Run) -> Evidence<'a> {
+        let away = |other: &&Run| (other.thrust - run.thrust).abs();
+        let accepted = self.accepted_runs().into_iter();
+        let nearest = accepted.min_by(|a, b| away(a).total_cmp(&away(b)));
+        Evidence {
+            samples: &run.record.samples,
+            training_from_s: run.stage(Stage::Train).map(|window| window.from_s),
+            earlier: nearest
+                .and_then(|other| Some((other.thrust, other.identification.as_ref()?.model()))),
         }
     }
 
@@ -243,67 +259,6 @@ impl Campaign {
             })
             .collect();
         contradictions(&results)
-    }
-}
-
-/// What to do after the trial stopped.
-pub fn abort_action(reason: AbortReason) -> &'static str {
-    match reason {
-        AbortReason::Operator => {
-            "Nothing need be wrong: start again when ready; the runs recorded so far stay valid."
-        }
-        AbortReason::Depth => {
-            "Check ballast and depth control, or widen the depth limits of the plan if the water allows it."
-        }
-        AbortReason::Altitude => "Choose deeper water or a shallower run.",
-        AbortReason::Roll => "Check trim and ballast, or lower the rudder amplitude of the plan.",
-        AbortReason::Pitch => "Check trim and depth control before the next try.",
-        AbortReason::YawRate => {
-            "Lower the rudder amplitude of the plan, or raise the limit if the vehicle bears it."
-        }
-        AbortReason::HeadingExcursion => {
-            "See first whether the rudder jammed or the compass jumped: the report shows both. If not, lower the rudder amplitude or shorten the doublet in the plan."
-        }
-        AbortReason::Area => {
-            "Start farther from the edge or with a heading along the longer side; “seatrial plan” shows the room that a trial needs."
-        }
-        AbortReason::SpeedDrift => {
-            "Allow more time to settle at each thrust, and check the propulsion and the current."
-        }
-        AbortReason::StaleSamples => {
-            "Check the compass and the link: the report shows where the samples stopped."
-        }
-        AbortReason::StageTimeLimit => {
-            "Check the clock of the vehicle and the time limits of the plan."
-        }
-        AbortReason::ReversedRudder => {
-            "Look at the report: a compass that jumped or a current from the side looks like this, too. If neither, check the sign of the rudder and of the heading: with this sign the heading controller is unstable."
-        }
-        AbortReason::NotSettled => {
-            "Look at the heading in the report: if it swings, lower the gain of the initial heading controller; if it drifts, check trim and current."
-        }
-        AbortReason::LinkLost => {
-            "Restore the link and start again; check that the vehicle did what it must on a lost link."
-        }
-        AbortReason::ModeChanged | AbortReason::StickMoved | AbortReason::Disarmed => {
-            "Start again when the pilot agrees; the trial takes nothing back by itself."
-        }
-        AbortReason::LowBattery => "Bring the vehicle home; charge it before the next trial.",
-        AbortReason::Failsafe => {
-            "Look into the autopilot's own log for what it acted upon before starting again."
-        }
-        AbortReason::Restarted => {
-            "Look into its supply of power; what it measured before and after is not one record."
-        }
-        AbortReason::SecondStation => {
-            "Stop the other ground station, or give one of both another system id."
-        }
-        AbortReason::RudderNotFollowed => {
-            "Look at the rudder and its servo, and at who else may command it: mode, mixer, limits of the outputs."
-        }
-        AbortReason::NotAttended => {
-            "Look at the load of its computer and at the disk that keeps the logbook."
-        }
     }
 }
 

@@ -3,7 +3,6 @@
 use seatrial_sim::IdentifiedVehicle;
 use seatrial_sim::identified::IdentifiedSpeed;
 
-use super::fmu::crc32;
 use super::{head, plain};
 
 /// What a language writes for a number that is not there, and for one without bound.
@@ -55,21 +54,15 @@ pub(super) fn octave(vehicle: &IdentifiedVehicle) -> String {
     filled(template, &head.join("\n"), vehicle, &OCTAVE)
 }
 
-/// The source code of an FMU and the token that it is instantiated with, which follows from the code.
-pub(super) fn fmu(vehicle: &IdentifiedVehicle) -> (String, String) {
+/// The source code of an FMU, which names the token that it is instantiated with `@TOKEN@`.
+pub(super) fn fmu(vehicle: &IdentifiedVehicle) -> String {
     let template = include_str!("templates/fmu.c")
         .replace("@POINTS@", &vehicle.speeds.len().to_string())
         .replace(
             "@FASTEST@",
             &number(vehicle.speeds.last().map_or(1.0, |p| p.thrust)),
         );
-    let source = filled(&template, &head(vehicle, &[]).join("\n"), vehicle, &C);
-    let token = format!(
-        "{}-{:08x}",
-        identifier(&vehicle.name),
-        crc32(source.as_bytes())
-    );
-    (source.replace("@TOKEN@", &token), token)
+    filled(&template, &head(vehicle, &[]).join("\n"), vehicle, &C)
 }
 
 fn docstring(vehicle: &IdentifiedVehicle, cannot: &[String]) -> String {

@@ -380,10 +380,6 @@ fn check_is_text(start: &[u8]) -> Result<(), Fault> {
         offset,
         found: start[offset],
     };
-    let other_encoding = |offset: usize| Fault::OtherEncoding {
-        offset,
-        found: start[offset],
-    };
     // The instruments' 0x00 after a power loss is a fault of its row; in the first line it is not text.
     let first_line = start
         .iter()
@@ -402,7 +398,7 @@ fn check_is_text(start: &[u8]) -> Result<(), Fault> {
         let is_latin = start[offset] >= 0xa0 && is_alone;
         // A sequence cut by the end of the buffer is no error.
         if !is_latin && error.error_len().is_some() {
-            return Err(other_encoding(offset));
+            return Err(Fault::OtherEncoding);
         }
         checked = offset + 1;
     }

@@ -11,9 +11,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::{HeadingHold, VehicleConfig};
 use crate::config_error::ConfigError;
-use crate::file::{in_file, is_json};
 use crate::plant::{Disturbance, Plant, Servo, SpeedPoint, SurgeDrag};
 use crate::sensors::{Sensors, Timing};
+use crate::vehicle_text::{in_file, is_json};
 
 /// The version of the format that this one reads and writes.
 pub const SCHEMA: &str = "seatrial.vehicle.v1";

@@ -6,8 +6,6 @@ mod zip;
 
 use seatrial_sim::IdentifiedVehicle;
 
-pub(super) use zip::crc32;
-
 use super::program::{self, identifier};
 use crate::Error;
 
@@ -24,7 +22,10 @@ impl Fmu {
     /// The unit of a vehicle: its description, source code and vehicle file, and a binary where a C compiler is here (`CC`, else `cc`).
     pub fn of(vehicle: &IdentifiedVehicle) -> Result<Self, Error> {
         let model = identifier(&vehicle.name);
-        let (source, token) = program::fmu(vehicle);
+        let source = program::fmu(vehicle);
+        // The token follows from the code.
+        let token = format!("{model}-{:08x}", zip::crc32(source.as_bytes()));
+        let source = source.replace("@TOKEN@", &token);
         let vehicle_file = vehicle
             .to_toml()
             .map_err(|error| Error::Input(format!("{}: {error}", vehicle.name)))?;
@@ -44,7 +45,7 @@ impl Fmu {
                 add(&binary.path, &binary.bytes)?;
                 None
             }
-            Err(reason) => Some(reason),
+            Err(reason) => Some(reason.to_string()),
         };
         Ok(Self {
             bytes: archive.finish(),
