@@ -95,7 +95,7 @@ impl TrialVehicle for Simulator {
 /// What a simulated vehicle of this name is made from.
 pub fn config(name: &str) -> Result<SimulatedConfig, VehicleError> {
     let name_of_it = name.strip_prefix("sim:").unwrap_or_default();
-    if name_of_it.ends_with(".toml") {
+    if name_of_it.ends_with(".toml") || name_of_it.ends_with(".json") {
         let file = VehicleFile::load(Path::new(name_of_it));
         return Ok(file.map_err(VehicleError::unreachable)?.into());
     }
