@@ -83,24 +83,6 @@ fn exact_a_recorded_zig_zag_has_the_predicted_figures() {
     assert_eq!(read["criteria"].as_array().unwrap().len(), 1);
 }
 
-/// A free-running tanker's zig-zags with 20 degrees of rudder at 10 of heading are not held against the criteria of a 20/20.
-#[test]
-fn val_a_zig_zag_is_named_by_rudder_and_heading() {
-    let Some(folder) = seatrial_dev::data("real") else {
-        return;
-    };
-    for (name, expected, criteria) in [
-        ("20_10_S", "zig-zag 20/10", 0),
-        ("10_10_S", "zig-zag 10/10", 2),
-    ] {
-        let log = folder.join(format!("kvlcc2hsva_Z_{name}.csv"));
-        let arguments = format!("manoeuvres read {} --length 7 --json", log.display());
-        let read = document(&folder, &arguments);
-        assert_eq!(read["indices"][0]["manoeuvre"], expected);
-        assert_eq!(read["criteria"].as_array().unwrap().len(), criteria);
-    }
-}
-
 #[test]
 fn cli_intervals_come_from_the_trial() {
     let folder = tempfile::tempdir().unwrap();

@@ -58,19 +58,12 @@ fn exact_overshoots_count_from_the_heading_of_the_order() {
     for (found, expected) in zig_zag.overshoots_rad.iter().zip([0.05, 0.08]) {
         assert!((found - expected).abs() < 1e-12);
     }
-    assert!((zig_zag.heading_rad - 0.2).abs() < 1e-12);
-    assert!(zig_zag.is_standard(10.0) && !zig_zag.is_standard(20.0));
-    let wider = ZigZag::of(&track, &[0, 2, 6, 10], 20_f64.to_radians()).unwrap();
-    // 0.2 rad is 11.46 degrees.
-    assert_eq!(wider.name(), "zig-zag 20/11.5");
-    assert!(!wider.is_standard(10.0) && !wider.is_standard(20.0));
     assert_eq!(ZigZag::of(&track, &[0, 2], 0.2), None);
 }
 
 fn zig_zag(first_deg: f64, second_deg: f64) -> ZigZag {
     ZigZag {
         rudder_rad: 10_f64.to_radians(),
-        heading_rad: 10_f64.to_radians(),
         initial_turning_time_s: 20.0,
         initial_turning_track_m: 300.0,
         overshoots_rad: vec![first_deg.to_radians(), second_deg.to_radians()],

@@ -165,7 +165,12 @@ pub fn of_record(
     let speed_m_s = samples.first().and_then(|s| s.surge_speed_m_s);
     let (indices, criteria) = match &found {
         Recorded::ZigZag(zig_zag) => {
-            let place = [10.0, 20.0].map(|degrees| zig_zag.is_standard(degrees).then_some(zig_zag));
+            let is_20 = zig_zag.rudder_rad.to_degrees() > 15.0;
+            let place = if is_20 {
+                [None, Some(zig_zag)]
+            } else {
+                [Some(zig_zag), None]
+            };
             let judged = length_m
                 .zip(speed_m_s)
                 .map(|(l, v)| criteria(l, v, place, &[]));
@@ -192,6 +197,12 @@ pub fn of_record(
     })
 }
 
+/// `10/10`, by the rudder angle.
+fn zig_zag_name(zig_zag: &ZigZag) -> String {
+    let degrees = zig_zag.rudder_rad.to_degrees();
+    format!("zig-zag {degrees:.0}/{degrees:.0}")
+}
+
 fn zig_zag_indices(zig_zag: &ZigZag) -> Vec<Index> {
     const OVERSHOOTS: [&str; 4] = [
         "first overshoot angle",
@@ -200,7 +211,7 @@ fn zig_zag_indices(zig_zag: &ZigZag) -> Vec<Index> {
         "fourth overshoot angle",
     ];
     let index = |name, unit, value| Index {
-        manoeuvre: zig_zag.name(),
+        manoeuvre: zig_zag_name(zig_zag),
         name,
         unit,
         value,

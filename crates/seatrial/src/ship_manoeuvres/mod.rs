@@ -27,17 +27,11 @@ pub struct Instant {
     pub east_m: f64,
 }
 
-/// How far rudder and heading of a zig-zag may lie from a standard one's and count as it, degrees.
-const STANDARD_WITHIN_DEG: f64 = 2.5;
-
-/// A zig-zag: the rudder goes to one side until the heading has changed by an angle, then to the other, and so on. A 10/10 has as
-/// much rudder as heading; a 20/5 has 20 degrees of rudder, ordered over at 5 degrees of heading.
+/// A zig-zag: the rudder goes to one side until the heading has changed by as much, then to the other, and so on.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ZigZag {
     /// Rudder angle ordered, rad.
     pub rudder_rad: f64,
-    /// Change of heading at which it was ordered over, rad: half of that between two orders, in the mean.
-    pub heading_rad: f64,
     /// Initial turning time: from the first execute to the second, s.
     pub initial_turning_time_s: f64,
     /// Track reach in it, m.
@@ -117,34 +111,13 @@ impl ZigZag {
             .skip(1)
             .map(|swing| overshoot(track.get(swing[0]..=swing[1])?, first.heading_rad))
             .collect::<Option<Vec<f64>>>()?;
-        let between: Vec<f64> = executes[1..]
-            .windows(2)
-            .map(|pair| {
-                Some((track.get(pair[1])?.heading_rad - track.get(pair[0])?.heading_rad).abs())
-            })
-            .collect::<Option<_>>()?;
         (!overshoots_rad.is_empty()).then(|| Self {
             rudder_rad,
-            heading_rad: 0.5 * between.iter().sum::<f64>() / between.len() as f64,
             initial_turning_time_s: second.time_s - first.time_s,
             initial_turning_track_m: track_m(initial),
             overshoots_rad,
             period_s: at(3).map(|fourth| fourth.time_s - second.time_s),
         })
-    }
-
-    /// Is it the standard manoeuvre of this angle of rudder and heading?
-    pub fn is_standard(&self, degrees: f64) -> bool {
-        [self.rudder_rad, self.heading_rad]
-            .iter()
-            .all(|angle_rad| (angle_rad.to_degrees() - degrees).abs() <= STANDARD_WITHIN_DEG)
-    }
-
-    /// `10/10`: rudder and heading in degrees, to half a degree.
-    pub fn name(&self) -> String {
-        let [rudder, heading] = [self.rudder_rad, self.heading_rad]
-            .map(|angle_rad| (2.0 * angle_rad.to_degrees()).round() / 2.0);
-        format!("zig-zag {rudder}/{heading}")
     }
 }
 
