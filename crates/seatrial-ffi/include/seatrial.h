@@ -44,7 +44,7 @@
 /*
  The library's version.
  */
-#define SEATRIAL_VERSION_MINOR 1
+#define SEATRIAL_VERSION_MINOR 2
 
 /*
  The library's version.
