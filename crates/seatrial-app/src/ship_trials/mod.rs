@@ -51,8 +51,7 @@ impl Wanted {
 /// model; lag, speed and what a turn costs are taken as exact.
 pub fn predicted(vehicle: &IdentifiedVehicle, wanted: &Wanted) -> Result<ShipManoeuvres, Error> {
     wanted.check()?;
-    let fastest = vehicle.speeds.last().map_or(1.0, |speed| speed.thrust);
-    let thrust = wanted.thrust.unwrap_or(fastest);
+    let thrust = wanted.thrust.unwrap_or(vehicle.fastest_thrust());
     let a22_per_s = vehicle.plant(thrust).truth(thrust).model.a22_per_s;
     if a22_per_s >= 0.0 {
         return Err(Error::Rejected(format!(

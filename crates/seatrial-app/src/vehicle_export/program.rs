@@ -58,10 +58,7 @@ pub(super) fn octave(vehicle: &IdentifiedVehicle) -> String {
 pub(super) fn fmu(vehicle: &IdentifiedVehicle) -> String {
     let template = include_str!("templates/fmu.c")
         .replace("@POINTS@", &vehicle.speeds.len().to_string())
-        .replace(
-            "@FASTEST@",
-            &number(vehicle.speeds.last().map_or(1.0, |p| p.thrust)),
-        );
+        .replace("@FASTEST@", &number(vehicle.fastest_thrust()));
     filled(&template, &head(vehicle, &[]).join("\n"), vehicle, &C)
 }
 

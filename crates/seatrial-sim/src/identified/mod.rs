@@ -202,6 +202,11 @@ impl IdentifiedSpeed {
 }
 
 impl IdentifiedVehicle {
+    /// The largest thrust with a model, as a fraction of full; full without any.
+    pub fn fastest_thrust(&self) -> f64 {
+        self.speeds.last().map_or(1.0, |speed| speed.thrust)
+    }
+
     /// The vehicle of a TOML text.
     pub fn from_toml(text: &str) -> Result<Self, ConfigError> {
         let vehicle: Self = toml::from_str(text)?;

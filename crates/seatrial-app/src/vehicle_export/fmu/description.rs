@@ -110,7 +110,7 @@ pub(super) fn model(vehicle: &IdentifiedVehicle, model: &str, token: &str) -> St
             "    <Float64 name=\"{name}\" valueReference=\"{reference}\" {role} unit=\"{unit}\"{start} description=\"{what}\"{end}",
         );
     };
-    for (variable, start) in INPUTS.iter().zip([0.0, fastest_thrust(vehicle)]) {
+    for (variable, start) in INPUTS.iter().zip([0.0, vehicle.fastest_thrust()]) {
         let role = "causality=\"input\" variability=\"continuous\"";
         add(variable, role, Some(&format!("{start:?}")), 0);
     }
@@ -133,10 +133,6 @@ pub(super) fn model(vehicle: &IdentifiedVehicle, model: &str, token: &str) -> St
         }
     }
     text + "  </ModelStructure>\n</fmiModelDescription>\n"
-}
-
-fn fastest_thrust(vehicle: &IdentifiedVehicle) -> f64 {
-    vehicle.speeds.last().map_or(1.0, |speed| speed.thrust)
 }
 
 fn scalars(vehicle: &IdentifiedVehicle) -> [f64; 8] {

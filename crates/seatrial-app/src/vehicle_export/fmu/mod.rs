@@ -24,7 +24,7 @@ impl Fmu {
         let model = identifier(&vehicle.name);
         let source = program::fmu(vehicle);
         // The token follows from the code.
-        let token = format!("{model}-{:08x}", zip::crc32(source.as_bytes()));
+        let token = format!("{model}-{:08x}", crc32fast::hash(source.as_bytes()));
         let source = source.replace("@TOKEN@", &token);
         let vehicle_file = vehicle
             .to_toml()
