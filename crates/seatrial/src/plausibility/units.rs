@@ -175,14 +175,14 @@ fn usual_turn_rad_s(record: &Record) -> Option<f64> {
     let usable = record.samples.iter().filter(|s| s.heading_rad.is_finite());
     let mut turned_rad = 0.0;
     let mut last = None;
-    let course: Vec<(f64, f64)> = usable
+    let headings: Vec<(f64, f64)> = usable
         .map(|sample| {
             turned_rad += last.map_or(0.0, |last| Real::wrapped(sample.heading_rad - last));
             last = Some(sample.heading_rad);
             (sample.time_s, turned_rad)
         })
         .collect();
-    let mut rates: Vec<f64> = course
+    let mut rates: Vec<f64> = headings
         .windows(TURN_SAMPLES)
         .map(|part| {
             let (first, last) = (part[0], part[TURN_SAMPLES - 1]);
@@ -190,9 +190,9 @@ fn usual_turn_rad_s(record: &Record) -> Option<f64> {
         })
         .filter(|rate| rate.is_finite())
         .collect();
-    rates.sort_by(f64::total_cmp);
-    let at = ((1.0 - OUTLIERS) * rates.len() as f64) as usize;
-    rates.get(at.min(rates.len().checked_sub(1)?)).copied()
+    let last = rates.len().checked_sub(1)?;
+    let at = last.min(((1.0 - OUTLIERS) * rates.len() as f64) as usize);
+    Some(*rates.select_nth_unstable_by(at, f64::total_cmp).1)
 }
 
 /// Does the time go up by exactly 1 with every row?
