@@ -72,40 +72,38 @@ fn of_neighbours(
         (Some(slow), Some(fast)) if slow > 0.0 => fast / slow,
         _ => high / low,
     };
-    let between = match knows_thrust {
-        true => format!(
-            "between {:.0} and {:.0} % thrust",
-            100.0 * low,
-            100.0 * high
-        ),
-        false => format!("between {low:.2} and {high:.2} m/s"),
+    let places = match knows_thrust {
+        true => format!("{:.0} and {:.0} % thrust", 100.0 * low, 100.0 * high),
+        false => format!("{low:.2} and {high:.2} m/s"),
     };
     let factors = [1.0, libm::pow(speed_ratio.max(1.0), STEEPEST_AUTHORITY)];
-    let reason = |code, told: String, detail: String| Reason {
-        text: format!("B{}.", &told[1..]),
-        ..Reason::new(code, format!("{detail}, and repeat both speeds"))
+    let reason = |code, change: &str, against: &str, detail: &str| Reason {
+        text: format!("Between {places} {change}{against}."),
+        ..Reason::new(
+            code,
+            format!("between {places} {change}{detail}, and repeat both speeds"),
+        )
     };
     let speed = (speed_ratio * LEAST_SPEED_RATIO < 1.0).then(|| {
-        let told = format!(
-            "{between} the speed fell by {:.0} % although thrust rose",
-            100.0 * (1.0 - speed_ratio)
-        );
-        let detail =
-            format!("{told}: look for a fouled or damaged propeller, a weak battery or a current");
-        reason(ReasonCode::SpeedFalls, told, detail)
+        let percent = 100.0 * (1.0 - speed_ratio);
+        reason(
+            ReasonCode::SpeedFalls,
+            &format!("the speed fell by {percent:.0} % although thrust rose"),
+            "",
+            ": look for a fouled or damaged propeller, a weak battery or a current",
+        )
     });
     let parted = |code, name: &str, of: fn(&Refined) -> Magnitude| {
         let factor = factor_outside(of(slower.refined), of(faster.refined), factors)?;
         let percent = 100.0 * (factor - 1.0).abs();
         let moved = if factor < 1.0 { "fell" } else { "rose" };
-        let told = format!("{between} {name} {moved} by {percent:.0} %");
-        let detail = format!(
-            "{told} while the speed changed by a factor of {speed_ratio:.2}: one of the two models is not that of this vehicle; check the fins and the load"
-        );
         Some(reason(
             code,
-            told + ", as that of one vehicle does not",
-            detail,
+            &format!("{name} {moved} by {percent:.0} %"),
+            ", as that of one vehicle does not",
+            &format!(
+                " while the speed changed by a factor of {speed_ratio:.2}: one of the two models is not that of this vehicle; check the fins and the load"
+            ),
         ))
     };
     let authority = parted(
