@@ -182,7 +182,7 @@ pub(crate) fn instant(text: &str) -> Option<Timestamp> {
     }
     if text.contains('年') {
         let date = text.replace(['年', '月'], "/").replace('日', " ");
-        return instant(date.replace(['時', '分'], ":").trim_end_matches('秒'));
+        return instant(&with_colons(&date));
     }
     if let Some((before, is_afternoon)) = half_day(text) {
         let (date, time) = before.split_once(' ')?;
@@ -200,6 +200,11 @@ pub(crate) fn instant(text: &str) -> Option<Timestamp> {
         let civil: DateTime = text.parse().ok()?;
         Some(civil.to_zoned(TimeZone::UTC).ok()?.timestamp())
     })
+}
+
+/// `14時07分09秒` as `14:07:09`.
+fn with_colons(text: &str) -> String {
+    text.replace(['時', '分'], ":").replace('秒', "")
 }
 
 /// The text before AM or PM, and whether it is PM.
@@ -221,7 +226,7 @@ fn in_half_day(seconds: f64, is_afternoon: bool) -> Option<f64> {
 /// without decimals may be hours and minutes, and are no time.
 pub(crate) fn time_of_day(text: &str) -> Option<f64> {
     if text.contains('時') {
-        return time_of_day(text.replace(['時', '分'], ":").trim_end_matches('秒'));
+        return time_of_day(&with_colons(text));
     }
     if let Some((before, is_afternoon)) = half_day(text) {
         return in_half_day(time_of_day(before)?, is_afternoon);

@@ -107,12 +107,10 @@ fn naming_another_rudder(mut verdict: Verdict, log: &OpenedLog) -> Verdict {
                 | ReasonCode::RudderJammed
         )
     };
-    let others = log.description.other_columns(Quantity::Rudder);
-    if let (false, Some(cause), Some(other)) = (
-        verdict.accepted,
-        verdict.reasons.first_mut(),
-        others.first(),
-    ) && is_for_want_of_a_rudder(&cause.code)
+    if !verdict.accepted
+        && let Some(cause) = verdict.reasons.first_mut()
+        && is_for_want_of_a_rudder(&cause.code)
+        && let Some(other) = log.description.other_columns(Quantity::Rudder).first()
     {
         cause.action = format!("Try column `{other}` for the rudder. {}", cause.action);
     }

@@ -71,6 +71,13 @@ impl LogQuestion {
         Ok(settings)
     }
 
+    fn options(&self) -> Result<Options, String> {
+        let mut options = Options::default();
+        options.reading = self.reading()?;
+        options.windows = self.windows();
+        Ok(options)
+    }
+
     fn windows(&self) -> Windows {
         Windows {
             from_s: self.from_s,
@@ -100,27 +107,22 @@ pub fn inspect(asked: &LogQuestion) -> Answer {
 
 /// The model of each speed of a log.
 pub fn identify(asked: &LogQuestion) -> Answer {
-    let mut options = Options::default();
-    options.reading = asked.reading()?;
-    options.windows = asked.windows();
+    let options = asked.options()?;
     let found = ReportedLog::of(&identify_log(&asked.log, &options).map_err(words)?);
     answer(found.verdict.say.clone(), &found)
 }
 
 /// Every method on a log, and the verdict that `identify` has of it.
 pub fn compare(asked: &LogQuestion) -> Answer {
-    let reading = asked.reading()?;
+    let options = asked.options()?;
     let compared = compare_log(
         &asked.log,
-        &asked.windows(),
-        &reading,
+        &options.windows,
+        &options.reading,
         None,
         &mut Unobserved,
     );
     let compared = compared.map_err(words)?;
-    let mut options = Options::default();
-    options.reading = reading;
-    options.windows = asked.windows();
     let identified = identify_log(&asked.log, &options).map_err(words)?;
     let verdict = ReportedVerdict::of(identified.verdict());
     let say = format!(
