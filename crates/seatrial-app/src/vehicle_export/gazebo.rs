@@ -65,7 +65,8 @@ pub(super) fn sdf(vehicle: &IdentifiedVehicle, at: &IdentifiedSpeed) -> String {
          <!-- Rudder of delta rad, starboard positive: N = {:?} u |u| delta N m about the link's z, up.\n           \
          Thrust for the steady speed u_s m/s: {thrust}; thrust to u_s: {}. -->\n      \
          <inertial>\n        <mass>{MASS_KG:?}</mass>\n        <inertia>\n          <ixx>{INERTIA_KG_M2:?}</ixx>\n          \
-         <ixy>0.0</ixy>\n          <ixz>0.0</ixz>\n          <iyy>{INERTIA_KG_M2:?}</iyy>\n          <iyz>0.0</iyz>\n          <izz>{INERTIA_KG_M2:?}</izz>\n        </inertia>\n      </inertial>\n    </link>\n    \
+         <ixy>0.0</ixy>\n          <ixz>0.0</ixz>\n          <iyy>{INERTIA_KG_M2:?}</iyy>\n          <iyz>0.0</iyz>\n          \
+         <izz>{INERTIA_KG_M2:?}</izz>\n        </inertia>\n      </inertial>\n    </link>\n    \
          <plugin filename=\"gz-sim-hydrodynamics-system\" name=\"gz::sim::systems::Hydrodynamics\">\n      \
          <link_name>base_link</link_name>\n      <disable_added_mass>true</disable_added_mass>\n      \
          <disable_coriolis>true</disable_coriolis>\n",
