@@ -22,6 +22,9 @@ const LONG_FUNCTIONS: usize = 30;
 /// Crates with a file for each verb of theirs, which no list needs to name.
 const HAS_A_FILE_A_VERB: [&str; 1] = ["seatrial-cli"];
 
+/// The program of a crate's tests/, which names each file there as a module.
+const TEST_PROGRAM: &str = "suite.rs";
+
 /// What breaks the plan.
 struct Finding {
     /// The rule and what breaks it.
@@ -76,6 +79,7 @@ impl Survey {
         for package in metadata["packages"].as_array().into_iter().flatten() {
             survey.add_package(&root, package)?;
             survey.add_unnamed_rooms(&root, package, &plan)?;
+            survey.add_forgotten_tests(&root, package)?;
         }
         Ok(survey)
     }
@@ -131,6 +135,29 @@ impl Survey {
                     &format!("{name}/{module}"),
                     "is not in ARCHITECTURE.md".into(),
                 );
+            }
+        }
+        Ok(())
+    }
+
+    /// Files of tests that the crate's test program does not name, which would never run.
+    fn add_forgotten_tests(&mut self, root: &Path, package: &Value) -> Result<(), String> {
+        let name = package["name"].as_str().unwrap_or_default();
+        let folder = root.join("crates").join(name).join("tests");
+        let Ok(suite) = std::fs::read_to_string(folder.join(TEST_PROGRAM)) else {
+            return Ok(());
+        };
+        let entries = std::fs::read_dir(&folder).map_err(|error| format!("{name}: {error}"))?;
+        for path in entries.flatten().map(|entry| entry.path()) {
+            let is_module =
+                path.extension().is_some_and(|kind| kind == "rs") || path.join("mod.rs").exists();
+            let module = path.file_stem().unwrap_or_default().to_string_lossy();
+            if is_module
+                && !path.ends_with(TEST_PROGRAM)
+                && !suite.lines().any(|line| line == format!("mod {module};"))
+            {
+                let what = format!("{name}/tests/{module}");
+                self.add("test", &what, format!("is not in {TEST_PROGRAM}"));
             }
         }
         Ok(())

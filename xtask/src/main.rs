@@ -54,7 +54,7 @@ const CHECKS: [(&str, &str); 8] = [
     ),
     (
         "tests",
-        "nextest run --workspace --features ROS2 --no-fail-fast -E not(binary(ros2))",
+        "nextest run --workspace --features ROS2 --no-fail-fast -E not(test(/^ros2::/))",
     ),
     (
         "doc tests",
@@ -211,7 +211,7 @@ fn over_ros2() -> bool {
             "--test-threads",
             "3",
         ];
-        let rest = ["--retries", "2", "-E", "binary(ros2)"];
+        let rest = ["--retries", "2", "-E", "test(/^ros2::/)"];
         let mut tests = cargo_or_nextest(&[&command[..], &rest].concat())?;
         succeeds(&mut tests)
             .then_some(())
@@ -238,18 +238,7 @@ fn on_ros2() -> bool {
                 "ros2-zenoh",
                 &["-p", "seatrial-links", "--lib", "ros2_vehicle"],
             )
-            && of_features(
-                &test,
-                both,
-                &[
-                    "-p",
-                    "seatrial-cli",
-                    "--test",
-                    "ros2",
-                    "--test",
-                    "ros2_file",
-                ],
-            );
+            && of_features(&test, both, &["-p", "seatrial-cli", "-E", "test(/^ros2/)"]);
         is_right
             .then_some(())
             .ok_or("vehicles over DDS or zenoh".into())

@@ -1,4 +1,4 @@
-//! What a hundred viewers cost the trial. `cargo nextest run -p seatrial-dash --test viewers --run-ignored all --no-capture`
+//! What a hundred viewers cost the trial. `cargo nextest run -p seatrial-dash --run-ignored all --no-capture -E 'test(/^viewers::/)'`
 
 use std::io;
 use std::net::{SocketAddr, TcpStream};

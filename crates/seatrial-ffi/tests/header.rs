@@ -22,7 +22,7 @@ fn parity_header_matches_its_source() {
     let committed = std::fs::read_to_string(&path).unwrap_or_default();
     assert!(
         committed == generated,
-        "include/seatrial.h is out of date: UPDATE_HEADER=1 cargo test -p seatrial-ffi --test header"
+        "include/seatrial.h is out of date: UPDATE_HEADER=1 cargo test -p seatrial-ffi --test suite header::"
     );
 }
 

@@ -1,14 +1,13 @@
 //! Small files that unpack to much: what a length says is bounded before it is believed.
 #![cfg(all(feature = "parquet", feature = "mcap"))]
 
-mod memory;
-
 use std::io::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use memory::peak_memory_kb;
 use seatrial_logs::{ChannelChoice, Fault, open};
+
+use crate::memory::peak_memory_kb;
 
 /// A bomb is refused or read in this time, on a busy machine.
 const SOON: Duration = Duration::from_secs(4);

@@ -1,16 +1,14 @@
 //! A short run of what `fuzz/` does at length: seeds of every format, changed at random, on any toolchain.
 #![cfg(all(feature = "parquet", feature = "mcap", feature = "rosbag2"))]
 
-mod memory;
-mod random;
-mod seeds;
-
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use memory::peak_memory_kb;
-use random::Random;
 use seatrial_logs::{ChannelChoice, Fault, open};
+
+use crate::memory::peak_memory_kb;
+use crate::random::Random;
+use crate::seeds;
 
 /// Damaged logs of every seed.
 const CASES: u64 = 400;

@@ -1,12 +1,11 @@
 //! Native logs with bytes changed, lost and repeated at random: never a panic, and soon.
 
-mod random;
-
 use std::time::{Duration, Instant};
 
-use random::Random;
 use seatrial_dev::data;
 use seatrial_logs::{ChannelChoice, open};
+
+use crate::random::Random;
 
 /// Cases of each file.
 const CASES: u64 = 120;

@@ -107,7 +107,7 @@ impl Plant {
 
 /// Coverage of the 95 % intervals of a22 and b2, and errors in bounds, at each noise of the heading.
 #[test]
-#[ignore = "a study of a minute: cargo test --release -p seatrial --test exact_plants -- --ignored --nocapture"]
+#[ignore = "a study of a minute: cargo test --release -p seatrial --test suite -- exact_plants:: --ignored --nocapture"]
 fn val_plants_behind_an_unknown_lag() {
     const RUNS: u64 = 400;
     for noise_deg in [2e-4, 2e-3, 2e-2, 0.1, 0.3, 1.0] {

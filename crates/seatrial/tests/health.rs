@@ -362,7 +362,7 @@ fn io_bad_settings_and_references_are_named() {
     );
 }
 
-/// The rates over noise and disturbance: `cargo test --release -p seatrial --test health -- --ignored --nocapture`.
+/// The rates over noise and disturbance: `cargo test --release -p seatrial --test suite -- health:: --ignored --nocapture`.
 #[test]
 #[ignore = "a study of several minutes"]
 fn recover_rates_over_noise_and_disturbance() {

@@ -264,7 +264,7 @@ fn recover_a_slow_log_is_refused_with_the_rate_that_is_needed() {
 
 /// Of each kind of lying log: accepted, beyond two half widths, noted.
 #[test]
-#[ignore = "a study of some minutes: cargo test --release -p seatrial --test robust -- --ignored --nocapture"]
+#[ignore = "a study of some minutes: cargo test --release -p seatrial --test suite -- robust:: --ignored --nocapture"]
 fn val_lies() {
     let folder = tempfile::tempdir().unwrap();
     for kind in seatrial_sim::lies::KINDS {

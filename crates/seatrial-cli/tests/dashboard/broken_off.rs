@@ -3,8 +3,8 @@
 use seatrial_dev::program;
 use serde_json::json;
 
-use crate::kind;
-use crate::server::Server;
+use super::kind;
+use super::server::Server;
 
 /// The next server closes the campaign, tells viewers that it is another stream, and goes on at the speed that was broken off.
 #[test]

@@ -4,9 +4,9 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use crate::kind;
-use crate::mavlink::Boat;
-use crate::server::{PATIENCE, Server};
+use super::kind;
+use super::mavlink::Boat;
+use super::server::{PATIENCE, Server};
 
 /// The commission that runs, or the last one.
 fn state(server: &Server) -> Value {

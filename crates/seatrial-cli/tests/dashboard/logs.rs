@@ -3,7 +3,7 @@
 use seatrial_dev::program;
 use serde_json::json;
 
-use crate::server::Server;
+use super::server::Server;
 
 #[test]
 fn cli_a_log_is_read_and_a_large_one_is_not() {

@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 use seatrial_dev::program;
 use serde_json::{Value, json};
 
-use crate::kind;
-use crate::server::{PATIENCE, Server};
+use super::kind;
+use super::server::{PATIENCE, Server};
 
 /// Ended when dropped.
 pub struct Boat {

@@ -4,7 +4,7 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use crate::server::Server;
+use super::server::Server;
 
 /// Connections that one address may have, and how long a head or a body may stand still.
 const MOST: usize = 128;

@@ -2,8 +2,8 @@
 
 use serde_json::{Value, json};
 
-use crate::kind;
-use crate::server::Server;
+use super::kind;
+use super::server::Server;
 
 const DAY_S: f64 = 24.0 * 3600.0;
 
@@ -96,7 +96,7 @@ fn cli_campaigns_leave_nothing_behind() {
     is_bounded(&after, 4500.0);
 }
 
-/// `cargo nextest run -p seatrial-cli --test dashboard --run-ignored all --no-capture val_a_day`
+/// `cargo nextest run -p seatrial-cli --run-ignored all --no-capture -E 'test(val_a_day)'`
 #[test]
 #[ignore = "some 10 min, and 300 MB of disk"]
 fn val_a_day_of_operation_leaves_nothing_behind() {

@@ -5,7 +5,7 @@ use seatrial_core::{
     Steering, Trial,
 };
 
-use crate::scripted::{INTERVAL_S, Log, Scripted, one_speed, run};
+use super::scripted::{INTERVAL_S, Log, Scripted, one_speed, run};
 
 /// Spoils every sample from 5 s into training on, in the middle of the doublet.
 fn in_training(spoil: Spoil) -> impl FnMut(&mut Trial<f64>, &mut Sample<f64>) {

@@ -4,7 +4,7 @@ use seatrial_core::{
     AbortReason, Event, List, Outcome, Plan, Real, Sample, Stage, Steering, Trial,
 };
 
-use crate::scripted::{INTERVAL_S, Scripted, one_speed, run};
+use super::scripted::{INTERVAL_S, Scripted, one_speed, run};
 
 #[test]
 fn exact_stages_keep_the_papers_times() {

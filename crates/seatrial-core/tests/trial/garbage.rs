@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use seatrial_core::{Plan, Sample, Steering, Trial};
 
-use crate::scripted::Scripted;
+use super::scripted::Scripted;
 
 /// Numbers that a broken sensor or link may send.
 fn number() -> impl Strategy<Value = f64> {

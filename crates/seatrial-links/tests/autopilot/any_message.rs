@@ -7,9 +7,9 @@ use seatrial_links::link::message::Payload;
 use seatrial_links::link::{Message, Wire};
 use seatrial_sim::FirstOrderVehicle;
 
-use crate::forged::{Tapped, VEHICLE, frame, outputs_of};
-use crate::sea::{FULL_RUDDER_RAD, INTERVAL_S, Sea, Weather};
-use crate::{Witness, about, calm, plan, settings};
+use super::forged::{Tapped, VEHICLE, frame, outputs_of};
+use super::sea::{FULL_RUDDER_RAD, INTERVAL_S, Sea, Weather};
+use super::{Witness, about, calm, plan, settings};
 
 /// Links with messages of chance, each from a seed.
 const LINKS: u64 = 30;

@@ -7,8 +7,8 @@ use seatrial_app::models::{Models, Tuned};
 use seatrial_core::{Excitation, Plan};
 use seatrial_links::autopilot::Settings;
 
-use crate::sea::{FULL_RUDDER_RAD, Sea, Weather};
-use crate::{Witness, about, calm, plan, settings, taken_with};
+use super::sea::{FULL_RUDDER_RAD, Sea, Weather};
+use super::{Witness, about, calm, plan, settings, taken_with};
 
 /// The plan with this much more rudder, so that the steering, and with it the record, is the same to rounding.
 fn plan_of(factor: f64) -> Plan<f64> {

@@ -8,8 +8,8 @@ use seatrial_links::link::message::{Heartbeat, ServoOutputRaw};
 use seatrial_links::link::{Decoder, Encoder, Key, Message, Sender, Signing, Wire};
 use seatrial_sim::FirstOrderVehicle;
 
-use crate::sea::{Draw, FULL_RUDDER_RAD, INTERVAL_S, Mishap, Sea, Weather, boat};
-use crate::{Witness, about, calm, failures, plan, settings, truth};
+use super::sea::{Draw, FULL_RUDDER_RAD, INTERVAL_S, Mishap, Sea, Weather, boat};
+use super::{Witness, about, calm, failures, plan, settings, truth};
 
 pub const VEHICLE: Sender = Sender {
     system: 1,
@@ -257,10 +257,10 @@ fn io_mishaps_on_other_kinds_of_autopilots() {
                 outputs: outputs_of(profile),
                 ..settings()
             };
-            let (mut autopilot, backup) = crate::taken_with(sea, settings);
+            let (mut autopilot, backup) = super::taken_with(sea, settings);
             let at_s = autopilot.wire().now_s + 14.0;
             autopilot.wire().mishap = Some((at_s, mishap));
-            let conducted = crate::run(&mut autopilot, &mut Witness::default());
+            let conducted = super::run(&mut autopilot, &mut Witness::default());
             let outcome = conducted.campaign.outcome.unwrap();
             let is_noticed_first = outcome == Outcome::Aborted(AbortReason::RudderNotFollowed);
             assert!(

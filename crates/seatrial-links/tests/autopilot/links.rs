@@ -4,8 +4,8 @@ use seatrial_core::Outcome;
 use seatrial_links::autopilot::{Profile, Settings, SteeringOutputs};
 use seatrial_sim::plant::Servo;
 
-use crate::sea::{Sea, Weather, boat};
-use crate::{
+use super::sea::{Sea, Weather, boat};
+use super::{
     Witness, assert_as_before, assert_near, assert_replays, calm, run, settings, taken, taken_with,
     truth,
 };

@@ -7,8 +7,8 @@ use seatrial_core::{AbortReason, Action, Outcome, Steering, Vehicle};
 use seatrial_links::autopilot::{Autopilot, Backup, Profile, Stop};
 use seatrial_links::link::Wire;
 
-use crate::sea::{Draw, FULL_RUDDER_RAD, INTERVAL_S, MISHAPS, Mishap, Sea, Weather, boat};
-use crate::{
+use super::sea::{Draw, FULL_RUDDER_RAD, INTERVAL_S, MISHAPS, Mishap, Sea, Weather, boat};
+use super::{
     Witness, about, assert_as_before, assert_replays, failures, plan, run, settings, starfish,
     taken,
 };

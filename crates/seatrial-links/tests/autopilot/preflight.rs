@@ -4,8 +4,8 @@ use seatrial_links::autopilot::{Autopilot, Profile, Settings, Speaker};
 use seatrial_links::link::{Key, Signing};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
-use crate::sea::{FULL_RUDDER_RAD, INTERVAL_S, Sea, Weather, boat};
-use crate::{assert_as_before, failures, settings, starfish, taken_with};
+use super::sea::{FULL_RUDDER_RAD, INTERVAL_S, Sea, Weather, boat};
+use super::{assert_as_before, failures, settings, starfish, taken_with};
 
 #[test]
 fn io_a_preflight_refuses_and_says_why() {

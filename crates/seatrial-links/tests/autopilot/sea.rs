@@ -6,7 +6,7 @@ use seatrial_links::autopilot::{Profile, Speaker};
 use seatrial_links::link::{Decoder, Message, Wire};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
-use crate::second_station;
+use super::second_station;
 
 pub const INTERVAL_S: f64 = 0.05;
 pub const FULL_RUDDER_RAD: f64 = 0.26;

@@ -5,8 +5,8 @@ use seatrial_links::autopilot::{Autopilot, Settings, Stop};
 use seatrial_links::link::message::Heartbeat;
 use seatrial_links::link::{Encoder, Message, Sender, Wire};
 
-use crate::sea::{Mishap, Sea, Weather};
-use crate::{Witness, failures, run, second_station, settings, starfish, taken};
+use super::sea::{Mishap, Sea, Weather};
+use super::{Witness, failures, run, second_station, settings, starfish, taken};
 
 /// A vehicle beside which somebody else is heard.
 struct Beside {

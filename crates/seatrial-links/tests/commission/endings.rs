@@ -6,10 +6,10 @@ use seatrial_core::YawModel;
 
 use seatrial_sim::VehicleConfig;
 
-use crate::sea::{FULL_RUDDER_RAD, Sea, Weather};
-use crate::{
+use super::{
     OnSea, assert_kept_as_foreseen, assert_undone, changed, sea, settings, truth, truth_of,
 };
+use crate::autopilot::sea::{FULL_RUDDER_RAD, Sea, Weather};
 use seatrial_links::autopilot::{Autopilot, Profile};
 
 #[test]

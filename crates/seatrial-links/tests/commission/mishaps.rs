@@ -6,8 +6,8 @@ use std::sync::atomic::Ordering;
 
 use seatrial_app::commission::{Ending, Proposal};
 
-use crate::sea::{INTERVAL_S, Mishap, Sea};
-use crate::{OnSea, Stage, sea, truth, under_water};
+use super::{OnSea, Stage, sea, truth, under_water};
+use crate::autopilot::sea::{INTERVAL_S, Mishap, Sea};
 
 /// What happens.
 const FAULTS: [Mishap; 20] = [
@@ -138,7 +138,7 @@ fn suffer(mishap: Mishap, after_s: f64, proposal: &Proposal, sea: Sea) -> Tally 
 }
 
 /// Twenty mishaps in every stage of a commission. `SEATRIAL_COMMISSIONS=60 cargo nextest run -p seatrial-links -E
-/// 'binary(commission)' --no-capture` plays sixty of each and prints the table of `validation`.
+/// 'test(/^commission::/)' --no-capture` plays sixty of each and prints the table of `validation`.
 #[test]
 fn prop_whatever_happens_the_gains_are_no_worse_than_found() {
     let count = std::env::var("SEATRIAL_COMMISSIONS").ok();

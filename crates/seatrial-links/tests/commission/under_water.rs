@@ -3,7 +3,7 @@
 use seatrial_app::commission::{Ending, GainedVehicle};
 use seatrial_core::YawModel;
 
-use crate::{OnSea, assert_kept_as_foreseen, assert_undone, changed, truth, under_water};
+use super::{OnSea, assert_kept_as_foreseen, assert_undone, changed, truth, under_water};
 
 #[test]
 fn recover_gains_of_a_true_model_are_kept_under_water_and_can_be_undone() {

@@ -6,7 +6,7 @@ mod forged;
 mod links;
 mod mishaps;
 mod preflight;
-mod sea;
+pub mod sea;
 mod second_station;
 mod stations;
 

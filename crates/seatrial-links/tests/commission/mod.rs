@@ -1,11 +1,5 @@
 //! Commissions on a vehicle that speaks MAVLink, in made-up time: proven gains, wrong models, mishaps in every stage.
 
-#[path = "../autopilot/sea.rs"]
-#[allow(dead_code, reason = "trials use the rest")]
-mod sea;
-#[path = "../autopilot/second_station.rs"]
-mod second_station;
-
 mod endings;
 mod mishaps;
 mod under_water;
@@ -24,7 +18,7 @@ use seatrial_links::autopilot::{
 };
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
-use sea::{FULL_RUDDER_RAD, INTERVAL_S, Sea, Weather};
+use crate::autopilot::sea::{FULL_RUDDER_RAD, INTERVAL_S, Sea, Weather};
 
 /// The speed of the model, m/s.
 const THRUST: f64 = 0.8;

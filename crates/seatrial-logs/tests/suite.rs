@@ -1,0 +1,18 @@
+//! Every test of the crate in one program: it links once. `cargo nextest run --workspace -E 'test(/^bombs::/)'` runs one file.
+
+mod bombs;
+mod channels;
+mod damage;
+mod examples;
+mod foxglove;
+mod fuzzed;
+mod memory;
+mod native_damage;
+mod native_logs;
+mod random;
+mod real_logs;
+mod ros_logs;
+mod round_trip;
+mod seeds;
+mod spreadsheets;
+mod text_logs;

@@ -1,0 +1,15 @@
+//! Every test of the crate in one program: it links once. `cargo nextest run --workspace -E 'test(/^amplitude::/)'` runs one file.
+
+mod amplitude;
+mod drift;
+mod exact_plants;
+mod examples;
+mod export;
+mod health;
+mod identify;
+mod robust;
+mod rudder_play;
+mod second_order;
+mod segmentation;
+mod ship_manoeuvres;
+mod standard_manoeuvres;
