@@ -14,6 +14,10 @@ const BEFORE_S: f64 = 2.0;
 /// The turn over the one that an earlier model foresees, of a rudder that works the other way round.
 const OTHER_WAY: [f64; 2] = [-2.0, -0.5];
 
+/// What to do after an operator stopped a trial that has models.
+const KEPT: &str =
+    "Nothing need be wrong: start again when ready; the runs recorded so far stay valid.";
+
 /// What may tell why a trial was aborted.
 pub(crate) struct Evidence<'a> {
     /// The run in which it was.
@@ -32,13 +36,28 @@ pub(crate) fn reason(aborted: AbortReason, evidence: Option<&Evidence>) -> Reaso
         AbortReason::HeadingExcursion | AbortReason::YawRate => jumped(found.samples),
         _ => None,
     });
-    let (cause, action) = shown.unwrap_or((aborted.to_string(), action(aborted)));
+    let has_models = evidence.is_some_and(|found| found.earlier.is_some());
+    let (cause, action) = shown.unwrap_or_else(|| match (aborted, has_models) {
+        (AbortReason::Operator, true) => (aborted.to_string(), KEPT),
+        _ => (aborted.to_string(), action(aborted)),
+    });
     Reason {
         action: action.into(),
         ..Reason::new(
             ReasonCode::Aborted,
             format!("the trial was aborted: {cause}"),
         )
+    }
+}
+
+/// Does the record show that it was the compass?
+pub(crate) fn is_compass(aborted: AbortReason, found: &Evidence) -> bool {
+    match aborted {
+        AbortReason::StaleSamples => heading_stopped(found.samples).is_some(),
+        AbortReason::ReversedRudder | AbortReason::HeadingExcursion | AbortReason::YawRate => {
+            jumped(found.samples).is_some()
+        }
+        _ => false,
     }
 }
 
@@ -125,9 +144,7 @@ fn stood(samples: &[Sample<f64>]) -> Option<[f64; 2]> {
 /// What to do after the trial stopped.
 fn action(reason: AbortReason) -> &'static str {
     match reason {
-        AbortReason::Operator => {
-            "Nothing need be wrong: start again when ready; the runs recorded so far stay valid."
-        }
+        AbortReason::Operator => "Nothing need be wrong: start again when ready.",
         AbortReason::Depth => {
             "Check ballast and depth control, or widen the depth limits of the plan if the water allows it."
         }

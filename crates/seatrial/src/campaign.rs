@@ -144,6 +144,7 @@ impl Campaign {
         reasons.extend(self.faults_of_repeated_runs());
         reasons.extend(self.speeds_without_a_model());
         let is_contradicted = !contradictions.is_empty()
+            || self.compass_failed_again()
             || matches!(self.outcome, Some(Outcome::Aborted(reason)) if reason.contradicts_the_models());
         if accepted.is_empty() || is_contradicted {
             return Verdict {
@@ -151,8 +152,7 @@ impl Campaign {
                 reasons: [contradictions, reasons].concat(),
             };
         }
-        let name = |run: &&Run| format!("{:.0}", 100.0 * run.thrust);
-        let names: Vec<String> = accepted.iter().map(name).collect();
+        let names: Vec<String> = accepted.iter().map(|run| percent_of(run.thrust)).collect();
         let parts = accepted.iter().zip(&names);
         let parts: Vec<Part> = parts
             .map(|(run, name)| Part {
@@ -161,6 +161,20 @@ impl Campaign {
             })
             .collect();
         several_speeds::whole(&parts, UNIT, reasons)
+    }
+
+    /// Was a run refused for its compass, and did the compass then end the trial? What it said in between is not known to be right.
+    fn compass_failed_again(&self) -> bool {
+        let is_spoilt = |run: &Run| {
+            let cause = run.verdict.cause();
+            !run.verdict.accepted && cause.is_some_and(|c| c.code == ReasonCode::CompassError)
+        };
+        let Some(Outcome::Aborted(reason)) = self.outcome else {
+            return false;
+        };
+        self.runs.last().is_some_and(|run| {
+            abort_cause::is_compass(reason, &self.evidence(run)) && self.runs.iter().any(is_spoilt)
+        })
     }
 
     /// Why the campaign is not complete, if it is not.
@@ -216,17 +230,18 @@ impl Campaign {
 
     /// A reason for each thrust that was tried and gave no model: that of its last run. That the trial was aborted in it is said by itself.
     fn speeds_without_a_model(&self) -> Vec<Reason> {
-        self.deciding_runs()
-            .into_iter()
-            .filter(|run| !run.verdict.accepted && !run.verdict.has(&ReasonCode::Aborted))
-            .filter_map(|run| {
-                let part = Part {
-                    name: &format!("{:.0}", 100.0 * run.thrust),
-                    verdict: &run.verdict,
-                };
-                several_speeds::missing(&part, UNIT)
+        let deciding = self.deciding_runs();
+        let names: Vec<String> = deciding.iter().map(|run| percent_of(run.thrust)).collect();
+        let parts: Vec<Part> = deciding
+            .iter()
+            .zip(&names)
+            .filter(|(run, _)| !run.verdict.has(&ReasonCode::Aborted))
+            .map(|(run, name)| Part {
+                name,
+                verdict: &run.verdict,
             })
-            .collect()
+            .collect();
+        several_speeds::missing(&parts, UNIT)
     }
 
     /// The run that decides about each thrust, in order of thrust: the last accepted one, else the last one.
@@ -260,6 +275,10 @@ impl Campaign {
             .collect();
         contradictions(&results)
     }
+}
+
+fn percent_of(thrust: f64) -> String {
+    format!("{:.0}", 100.0 * thrust)
 }
 
 impl Campaign {

@@ -114,7 +114,28 @@ fn of_neighbours(
     let damping = parted(ReasonCode::DampingChanged, "the yaw damping", |refined| {
         Magnitude::widened(refined.model.a22_per_s, refined.interval_95.a22_per_s)
     });
-    [authority, damping, speed].into_iter().flatten().collect()
+    let found = [authority, damping, speed].into_iter().flatten().collect();
+    fin_and_propeller(found, &places)
+}
+
+/// A rudder that does less and a propeller that does less are one event, with one thing to do.
+fn fin_and_propeller(mut found: Vec<Reason>, places: &str) -> Vec<Reason> {
+    let at = |code| found.iter().position(|reason| reason.code == code);
+    let (Some(authority), Some(speed)) =
+        (at(ReasonCode::AuthorityChanged), at(ReasonCode::SpeedFalls))
+    else {
+        return found;
+    };
+    let speed = found.remove(speed);
+    let authority = &mut found[authority];
+    authority.text = format!(
+        "Between {places} the rudder's effect changed and the speed fell although thrust rose: fin and propeller are not what they were."
+    );
+    authority.action =
+        "Look at fins and propeller: something broke or is caught in them. Then repeat both speeds."
+            .into();
+    authority.detail += &format!("; {}", speed.measured());
+    found
 }
 
 /// By which factor a parameter changed. `None` where the interval at the faster speed meets that of the slower speed
@@ -230,6 +251,22 @@ mod tests {
         assert_eq!(codes(&broken), [ReasonCode::AuthorityChanged]);
         let sound = [(0.0, 1.36, -0.99, 0.87), (0.0, 1.07, -0.91, 0.58)];
         assert_eq!(codes(&sound), []);
+    }
+
+    #[test]
+    fn exact_a_fin_and_a_propeller_that_broke_are_one_cause() {
+        let models = [refined(-0.91, 0.58), refined(-0.8, 0.2)];
+        let result = |at: usize, speed| SpeedResult {
+            thrust: Some([0.6, 0.7][at]),
+            surge_speed_m_s: Some(speed),
+            refined: &models[at],
+        };
+        let found = contradictions(&[result(0, 1.07), result(1, 0.84)]);
+        let [only] = found.as_slice() else {
+            panic!("{found:?}");
+        };
+        assert!(only.text.contains("fin and propeller"), "{only:?}");
+        assert!(only.detail.contains("the speed fell by 21 %"), "{only:?}");
     }
 
     #[test]

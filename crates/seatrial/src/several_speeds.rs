@@ -3,6 +3,7 @@
 use crate::identification::{Reason, ReasonCode, Verdict};
 
 /// What was found at one speed.
+#[derive(Clone, Copy)]
 pub struct Part<'a> {
     /// The speed or the thrust, without its unit.
     pub name: &'a str,
@@ -27,14 +28,31 @@ pub fn whole(accepted: &[Part], unit: &str, others: Vec<Reason>) -> Verdict {
     }
 }
 
-/// A reason for a speed that has no model, with what to do about its cause.
-pub fn missing(part: &Part, unit: &str) -> Option<Reason> {
-    let cause = part.verdict.cause()?.clone();
-    Some(Reason {
-        text: format!("{} {unit} has no model: {}", part.name, cause.text),
-        code: ReasonCode::SpeedMissing,
-        ..cause
-    })
+/// A reason for those of all speeds that have no model, once for each cause, with what to do about it.
+pub fn missing(parts: &[Part], unit: &str) -> Vec<Reason> {
+    let mut found: Vec<(&Reason, Vec<&str>)> = Vec::new();
+    for part in parts.iter().filter(|part| !part.verdict.accepted) {
+        let Some(cause) = part.verdict.cause() else {
+            continue;
+        };
+        match found.iter_mut().find(|(other, _)| other.text == cause.text) {
+            Some((_, names)) => names.push(part.name),
+            None => found.push((cause, vec![part.name])),
+        }
+    }
+    let of = |(cause, names): (&Reason, Vec<&str>)| {
+        let which = match names.as_slice() {
+            [name] => format!("{name} {unit} has no model"),
+            all if all.len() == parts.len() => format!("None of {} speeds has a model", all.len()),
+            several => format!("{} {unit} have no model", several.join(", ")),
+        };
+        Reason {
+            text: format!("{which}: {}", cause.text),
+            code: ReasonCode::SpeedMissing,
+            ..cause.clone()
+        }
+    };
+    found.into_iter().map(of).collect()
 }
 
 /// Reasons of several speeds: each code once, with the speeds that it concerns.
@@ -92,12 +110,18 @@ mod tests {
             text.starts_with("At 2.0 m/s: The vehicle does more"),
             "{text}"
         );
-        let lacking = missing(&part("3.0", &refused), "m/s").unwrap();
+        let lacking = missing(&[part("1.0", &good), part("3.0", &refused)], "m/s");
         assert!(
-            lacking.text.starts_with("3.0 m/s has no model: "),
+            lacking[0].text.starts_with("3.0 m/s has no model: "),
             "{lacking:?}"
         );
-        let found = whole(&both, "m/s", vec![lacking]);
+        let none = missing(&[part("2.0", &refused), part("3.0", &refused)], "m/s");
+        assert_eq!(none.len(), 1);
+        assert!(
+            none[0].text.starts_with("None of 2 speeds has a model: "),
+            "{none:?}"
+        );
+        let found = whole(&both, "m/s", lacking);
         assert_eq!(found.outcome(), Outcome::UseWithCare);
         assert_eq!(found.cause().unwrap().code, ReasonCode::SpeedMissing);
     }

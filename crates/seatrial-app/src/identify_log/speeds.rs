@@ -109,19 +109,24 @@ pub(super) fn whole_verdict(models: &[SpeedModel]) -> Verdict {
     }
     let names: Vec<String> = models.iter().map(SpeedModel::figure).collect();
     let parts = models.iter().zip(&names);
-    let parts = parts.map(|(model, name)| Part {
-        name,
-        verdict: &model.verdict,
-    });
+    let parts: Vec<Part> = parts
+        .map(|(model, name)| Part {
+            name,
+            verdict: &model.verdict,
+        })
+        .collect();
     let unit = models.first().map_or("", SpeedModel::unit);
-    let (accepted, others): (Vec<Part>, Vec<Part>) = parts.partition(|p| p.verdict.accepted);
+    let accepted: Vec<Part> = parts
+        .iter()
+        .filter(|p| p.verdict.accepted)
+        .copied()
+        .collect();
     if !accepted.is_empty() {
-        let missing = others.iter().filter_map(|part| missing(part, unit));
-        return whole(&accepted, unit, missing.collect());
+        return whole(&accepted, unit, missing(&parts, unit));
     }
     let mut reasons = foremost(models).map_or_else(Vec::new, |model| model.verdict.reasons.clone());
     let given: Vec<_> = reasons.iter().map(|reason| reason.code.clone()).collect();
-    let rest = remarks(&others, unit, |_| true).into_iter();
+    let rest = remarks(&parts, unit, |_| true).into_iter();
     reasons.extend(rest.filter(|reason| !given.contains(&reason.code)));
     Verdict {
         accepted: false,

@@ -152,7 +152,11 @@ impl Reason {
 
     /// What to do next, in the words of the place where it is read.
     pub fn action_for(&self, reader: Reader) -> &str {
-        words::of(&self.code).map_or(&self.action, |words| words.action(reader))
+        match words::of(&self.code) {
+            // What a reason advises by itself fits everywhere.
+            Some(words) if self.action == words.action(Reader::Terminal) => words.action(reader),
+            _ => &self.action,
+        }
     }
 }
 

@@ -291,8 +291,8 @@ fn of_validation(code: &ReasonCode) -> Option<Words> {
             "Check it on a second manoeuvre: pass validation=(from, to), or validate_on.",
         ),
         ReasonCode::OffsetDrifted => same(
-            "Wind, current or trim changed between training and validation.",
-            "Use the gains, and find the rudder that holds a straight course again.",
+            "The rudder that holds a straight course changed between training and validation.",
+            "Use the gains. Find that rudder again; if wind, current and trim were steady, look for play in the linkage.",
         ),
         ReasonCode::Contradicted => same(
             "The validation data give another model than the training data.",

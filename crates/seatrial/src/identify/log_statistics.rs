@@ -7,6 +7,7 @@ use super::mishap::heading_jump;
 use super::online::Pass;
 use super::pace::Pace;
 use super::validation::heading_range_rad;
+use crate::identification::RejectedSamples;
 use crate::manoeuvre::Manoeuvre;
 use crate::plausibility::{self, Doubt};
 use crate::record::{Record, RudderUnit, Window};
@@ -19,8 +20,8 @@ const BESIDE: f64 = 2.0;
 pub struct LogStatistics {
     /// Samples that reached the estimator.
     pub samples_used: usize,
-    /// Samples that did not.
-    pub samples_rejected: u32,
+    /// Samples that did not, by cause.
+    pub rejected: RejectedSamples,
     /// Half of the rudder's range, in its unit.
     pub rudder_amplitude_rad: f64,
     /// How far the rudder went to either side from rest, where it was deflected to both.
@@ -63,7 +64,7 @@ impl LogStatistics {
         let samples = record.window(training);
         Self {
             samples_used: pass.samples_used,
-            samples_rejected: pass.rejected.total(),
+            rejected: pass.rejected,
             rudder_amplitude_rad: manoeuvre.amplitude_rad,
             rudder_sides_rad: manoeuvre.sides_rad(samples),
             rudder_unit: record.rudder_unit,

@@ -15,6 +15,8 @@ pub enum Doubt {
         largest: f64,
         /// Does it wrap at a full turn of the other unit?
         wraps: bool,
+        /// Did the user choose the unit?
+        is_given: bool,
     },
     /// The rudder is in degrees by its column, and in radians by its numbers, or the other way round.
     RudderUnit {
@@ -148,7 +150,15 @@ impl Doubt {
     /// What was measured, what it means, and the option that settles it.
     pub fn text(&self) -> String {
         match self {
-            Self::HeadingUnit { said_degrees, largest, wraps } => heading_text(*said_degrees, *largest, *wraps),
+            Self::HeadingUnit { said_degrees: false, largest, wraps: false, is_given: true } => format!(
+                "the heading is said to be in radians, begins more than a turn from north and reaches {}, as degrees would, and there is no yaw rate to show that it is right: say --unit heading=deg, or take full turns of 2 pi off a heading that is in radians",
+                three_figures(*largest)
+            ),
+            Self::HeadingUnit { said_degrees, largest, wraps, .. } => heading_text(*said_degrees, *largest, *wraps),
+            Self::RudderUnit { said_degrees: true, largest } if *largest > 1.0 => format!(
+                "the column taken for the rudder reaches {} deg, which no rudder does: name another with --rudder",
+                three_figures(*largest)
+            ),
             Self::RudderUnit { said_degrees: true, largest } => format!(
                 "the rudder is said to be in degrees and stays within {}, as radians would: say which with --unit rudder=rad or --unit rudder=deg",
                 three_figures(*largest)
@@ -225,6 +235,17 @@ impl Doubt {
                 ),
                 action: "Check the compass, its filter and its connection, then repeat the run."
                     .into(),
+                ..reason
+            },
+            Self::RudderUnit {
+                said_degrees: true,
+                largest,
+            } if *largest > 1.0 => Reason {
+                text: format!(
+                    "The column taken for the rudder reaches {} deg, which no rudder does.",
+                    three_figures(*largest)
+                ),
+                action: "Name the right column for the rudder: it may hold the heading.".into(),
                 ..reason
             },
             Self::TimeUnit { interval_s } => Reason {

@@ -102,6 +102,17 @@ fn exact_angles_in_the_other_unit_are_found() {
     assert_eq!(codes(&away), [ReasonCode::HeadingUnitDoubtful]);
     away.units.heading.origin = Origin::Given;
     assert_eq!(codes(&away), []);
+    // Degrees that somebody says are radians: nobody begins a log 14 turns from north, unless a gyro says the same.
+    let mut turned = record(stated_degrees());
+    for sample in &mut turned.samples {
+        sample.heading_rad = 90.0 + Real::wrapped(sample.heading_rad) * DEG;
+    }
+    turned.units.heading = unit(1.0, Origin::Given);
+    assert_eq!(
+        codes(&without_rate(turned.clone())),
+        [ReasonCode::HeadingUnitDoubtful]
+    );
+    assert!(!codes(&turned).contains(&ReasonCode::HeadingUnitDoubtful));
     // Degrees that somebody says are radians: no rudder stands at 15 rad.
     let mut chosen = scaled(record(stated_degrees()), 1.0, DEG, 1.0);
     chosen.units.rudder = unit(1.0, Origin::Given);

@@ -70,7 +70,7 @@ fn range(numbers: &[f64]) -> f64 {
 
 fn heading(record: &Record) -> Option<Doubt> {
     let unit = &record.units.heading;
-    if !unit.is_open() {
+    if record.units.are_given() {
         return None;
     }
     let headings = numbers(record, |s| s.heading_rad, unit);
@@ -84,16 +84,27 @@ fn heading(record: &Record) -> Option<Doubt> {
     let wraps = headings
         .windows(2)
         .any(|pair| (WRAP * turn..=1.001 * turn).contains(&(pair[1] - pair[0]).abs()));
-    let is_doubtful = if said_degrees {
-        largest <= TURN_RAD && (wraps || turns_too_little(record, &headings))
-    } else {
-        largest > MANY_TURNS_RAD && (wraps || unit.origin == Origin::Stated)
+    let is_doubtful = match (said_degrees, unit.origin) {
+        (true, Origin::Given) => largest <= TURN_RAD && wraps,
+        (true, _) => largest <= TURN_RAD && (wraps || turns_too_little(record, &headings)),
+        (false, Origin::Given) => wraps || begins_turned(record, &headings),
+        (false, origin) => largest > MANY_TURNS_RAD && (wraps || origin == Origin::Stated),
     };
     is_doubtful.then_some(Doubt::HeadingUnit {
         said_degrees,
         largest,
         wraps,
+        is_given: unit.origin == Origin::Given,
     })
+}
+
+/// Does the heading begin more than a turn from north, with no yaw rate to show that it is in radians all the same?
+fn begins_turned(record: &Record, headings_rad: &[f64]) -> bool {
+    let has_rate = record.samples.iter().any(|s| s.yaw_rate_rad_s.is_some());
+    !has_rate
+        && headings_rad
+            .first()
+            .is_some_and(|first| first.abs() > TURN_RAD)
 }
 
 /// Does the heading change by less than a tenth of the rudder's range?
@@ -111,9 +122,9 @@ fn rudder(record: &Record) -> Option<Doubt> {
     let largest = largest(&rudders);
     let is_angle = record.rudder_unit == crate::record::RudderUnit::Rad;
     let said_degrees = unit.is_degrees();
-    if is_angle && !unit.is_open() && !record.units.are_given() {
-        let is_impossible = largest / unit.per_si > LARGEST_RUDDER_RAD;
-        return is_impossible.then_some(Doubt::RudderUnit {
+    let is_beyond = is_angle && largest / unit.per_si > LARGEST_RUDDER_RAD;
+    if is_beyond && unit.origin != Origin::Assumed && !record.units.are_given() {
+        return Some(Doubt::RudderUnit {
             said_degrees,
             largest,
         });
@@ -122,11 +133,7 @@ fn rudder(record: &Record) -> Option<Doubt> {
         return None;
     }
     if unit.origin == Origin::Stated {
-        let is_doubtful = is_angle
-            && match said_degrees {
-                true => largest <= RADIANS,
-                false => largest > LARGEST_RUDDER_RAD,
-            };
+        let is_doubtful = is_angle && said_degrees && largest <= RADIANS;
         return is_doubtful.then_some(Doubt::RudderUnit {
             said_degrees,
             largest,

@@ -16,6 +16,7 @@ pub use crate::figures::three_figures;
 use crate::identification::{LEAST_R2, Reason, ReasonCode, Refined, Validation, Verdict};
 use crate::plausibility::Doubt;
 pub use parameters::{WIDEST_A22, WIDEST_B2};
+use validation::OffsetDrift;
 
 /// More times the rudder than this is no advice.
 const MOST_TIMES: f64 = 4.0;
@@ -34,7 +35,7 @@ pub(super) fn judge(checked: &Checked) -> Verdict {
         None => {}
     }
     weighing.model(checked);
-    weighing.validation(checked.validation);
+    weighing.validation(checked.validation, offset_drift(checked));
     weighing.jump_behind_low_r2(checked);
     if let (Some(refined), Some(apart)) = (&checked.chosen.refined, &checked.independent) {
         weighing.trained(refined, apart, checked);
@@ -48,6 +49,16 @@ pub(super) fn judge(checked: &Checked) -> Verdict {
     weighing.verdict(checked.validation)
 }
 
+fn offset_drift(checked: &Checked) -> Option<OffsetDrift> {
+    let other = checked.independent.as_ref()?.estimate.as_ref()?;
+    let trained = checked.chosen.refined.as_ref()?;
+    Some(OffsetDrift::between(
+        trained,
+        other,
+        checked.log.rudder_unit,
+    ))
+}
+
 /// Weighs a given model by validation data alone, by the model that they give by themselves, and by where they leave the
 /// range that the model was seen in.
 pub fn judge_validation(
@@ -57,7 +68,7 @@ pub fn judge_validation(
     beyond: Vec<String>,
 ) -> Verdict {
     let mut weighing = Weighing::default();
-    weighing.validation(Some(validation));
+    weighing.validation(Some(validation), None);
     if let Some(other) = other {
         weighing.given(model, other);
     }

@@ -2,9 +2,10 @@
 
 use seatrial_core::{GoodnessOfFit, YawModel};
 
+use super::record::coarse_step_rad;
 use super::{MOST_TIMES, Share, Weighing};
-use crate::figures::{percent, r2_text, three_figures};
-use crate::identification::{HigherOrder, LagEffect, ReasonCode, Refined};
+use crate::figures::{degrees, percent, r2_text, three_figures};
+use crate::identification::{HigherOrder, LagEffect, Reason, ReasonCode, Refined};
 use crate::identify::checked::Checked;
 use crate::identify::chosen::ModelSource;
 use crate::identify::explained::Explained;
@@ -51,7 +52,7 @@ impl Weighing {
             return;
         };
         if let Some(effect) = &fit.lag_effect {
-            self.lag(refined, effect);
+            self.lag(refined, effect, coarse_step_rad(checked.log));
         }
         if let Some(residual) = &fit.residual {
             self.residual(residual, refined, checked.log.heading_range_rad);
@@ -178,7 +179,8 @@ impl Weighing {
         }
     }
 
-    fn lag(&mut self, refined: &Refined, effect: &LagEffect) {
+    /// `coarse_step_rad` is the step of the heading where it is coarse.
+    fn lag(&mut self, refined: &Refined, effect: &LagEffect, coarse_step_rad: Option<f64>) {
         let (model, intervals) = (&refined.model, &refined.interval_95);
         let parameters = [
             (model.a22_per_s, effect.a22_per_s, intervals.a22_per_s),
@@ -191,7 +193,7 @@ impl Weighing {
         });
         if matters {
             let [a22, b2] = parameters.map(|(model, lagging, _)| 100.0 * (lagging / model - 1.0));
-            self.note(
+            let reason = Reason::new(
                 ReasonCode::LagUnknown,
                 format!(
                     "if the rudder lagged {} s behind what the log says, a22 would be {} 1/s ({a22:+.0} %) and b2 {} 1/s^2 ({b2:+.0} %), for which the intervals do not allow: log the rudder's own angle, or give the servo's lag with --rudder-lag",
@@ -200,6 +202,17 @@ impl Weighing {
                     three_figures(effect.b2_per_s2)
                 ),
             );
+            self.notes.push(match coarse_step_rad {
+                Some(step_rad) => Reason {
+                    text: format!(
+                        "The rudder may follow its command late: a heading in steps of {} deg does not show how late.",
+                        degrees(step_rad)
+                    ),
+                    action: "Log the heading with more digits, or the measured rudder angle.".into(),
+                    ..reason
+                },
+                None => reason,
+            });
         }
     }
 

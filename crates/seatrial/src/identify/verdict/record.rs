@@ -2,7 +2,7 @@
 
 use super::Weighing;
 use crate::figures::{degrees, three_figures};
-use crate::identification::ReasonCode;
+use crate::identification::{Reason, ReasonCode};
 use crate::identify::checked::Checked;
 use crate::identify::log_statistics::LogStatistics;
 use crate::record::{RudderUnit, rudder_text};
@@ -28,6 +28,12 @@ const LONGEST_INTERVAL: f64 = 0.2;
 /// One side of the rudder this share short of the other is noted.
 const NOTED_SHORT_SIDE: f64 = 0.25;
 
+/// The step of a heading that comes in coarse ones, rad.
+pub(super) fn coarse_step_rad(log: &LogStatistics) -> Option<f64> {
+    log.heading_step_rad
+        .filter(|step_rad| *step_rad > NOTED_QUANTISATION * log.heading_range_rad)
+}
+
 impl Weighing {
     pub(super) fn record(&mut self, checked: &Checked) {
         let log = checked.log;
@@ -52,22 +58,37 @@ impl Weighing {
         }
         self.pace(checked);
         self.compass(checked);
-        if let Some(step_rad) = log.heading_step_rad {
+        if let Some(step_rad) = coarse_step_rad(log) {
             self.heading_step(step_rad, log.heading_range_rad);
         }
     }
 
     fn rejected_samples(&mut self, log: &LogStatistics) {
-        let read = log.samples_used + log.samples_rejected as usize;
-        let share = f64::from(log.samples_rejected) / read.max(1) as f64;
-        let text = format!(
-            "{} of {read} samples were rejected; check the log's clock and its heading channel",
-            log.samples_rejected
+        let counts = log.rejected;
+        let read = log.samples_used + counts.total() as usize;
+        let share = f64::from(counts.total()) / read.max(1) as f64;
+        let untimely = counts.repeated_time + counts.reversed_time;
+        let reason = Reason::new(
+            ReasonCode::RejectedSamples,
+            format!(
+                "{} of {read} samples were rejected: {untimely} came twice or out of order, {} had a heading that no rudder makes, {} were no numbers",
+                counts.total(),
+                counts.spike,
+                counts.non_finite
+            ),
         );
+        let reason = match 2 * untimely > counts.total() {
+            true => Reason {
+                text: "Many samples came twice or out of order.".into(),
+                action: "Check the link and the clock: each sample needs its own time.".into(),
+                ..reason
+            },
+            false => reason,
+        };
         if share > LARGEST_REJECTED_SHARE {
-            self.reject(ReasonCode::RejectedSamples, text);
+            self.rejections.push(reason);
         } else if share > NOTED_REJECTED_SHARE {
-            self.note(ReasonCode::RejectedSamples, text);
+            self.notes.push(reason);
         }
     }
 
@@ -107,7 +128,7 @@ impl Weighing {
         );
         if step_rad > COARSEST_QUANTISATION * range_rad {
             self.reject(ReasonCode::Quantised, text);
-        } else if step_rad > NOTED_QUANTISATION * range_rad {
+        } else {
             self.note(ReasonCode::Quantised, text);
         }
     }

@@ -1,7 +1,7 @@
 use seatrial_core::{GoodnessOfFit, YawModel};
 
 use super::*;
-use crate::identification::{EstimateMethod, Intervals};
+use crate::identification::{EstimateMethod, Intervals, RejectedSamples};
 use crate::identify::checked::Independent;
 use crate::identify::chosen::{Chosen, ModelSource};
 use crate::identify::compass::{CompassError, Jump};
@@ -85,7 +85,7 @@ impl Chain {
         Self {
             log: LogStatistics {
                 samples_used: 330,
-                samples_rejected: 0,
+                rejected: RejectedSamples::default(),
                 rudder_amplitude_rad: 0.26,
                 rudder_sides_rad: Some([0.27, 0.25]),
                 rudder_unit: RudderUnit::Rad,
@@ -208,7 +208,7 @@ fn exact_each_defect_is_refused_under_its_own_code() {
         ),
         (
             "rejected_samples",
-            Chain::with(|c| c.log.samples_rejected = 200),
+            Chain::with(|c| c.log.rejected.spike = 200),
         ),
         (
             "not_identifiable",

@@ -7,29 +7,63 @@ use super::{MOST_TIMES, Weighing};
 use crate::figures::{r2_text, three_figures};
 use crate::identification::{LEAST_R2, Reason, ReasonCode, Refined, Validation};
 use crate::identify::checked::{Checked, Independent};
-use crate::record::rudder_text;
+use crate::record::{RudderUnit, rudder_text};
 
 /// Rudder angles of validation data beyond the trained ones by this factor are an extrapolation.
 const NOTED_EXTRAPOLATION: f64 = 1.2;
 
+/// Deviations beyond which the offset changed: 99 %.
+const CERTAIN: f64 = 2.58;
+
 /// Where a jump of the compass was found.
 const IN_VALIDATION: &str = "in the validation data";
 
+/// How the offset C0 changed from training to validation data.
+#[derive(Clone, Copy)]
+pub(super) struct OffsetDrift {
+    change_rad_s2: f64,
+    /// Of the change.
+    deviation_rad_s2: f64,
+    b2_per_s2: f64,
+    unit: RudderUnit,
+}
+
+impl OffsetDrift {
+    pub(super) fn between(trained: &Refined, other: &Refined, unit: RudderUnit) -> Self {
+        Self {
+            change_rad_s2: other.model.c0_rad_per_s2 - trained.model.c0_rad_per_s2,
+            deviation_rad_s2: (trained.covariance[2][2] + other.covariance[2][2]).sqrt(),
+            b2_per_s2: trained.model.b2_per_s2,
+            unit,
+        }
+    }
+
+    fn is_certain(&self) -> bool {
+        self.change_rad_s2.abs() > CERTAIN * self.deviation_rad_s2
+    }
+
+    fn rudder_text(&self) -> String {
+        rudder_text(self.unit, (self.change_rad_s2 / self.b2_per_s2).abs())
+    }
+}
+
 impl Weighing {
-    pub(super) fn validation(&mut self, validation: Option<Validation>) {
+    /// `drift` is that of the offset from training to validation data, where both give one with its interval.
+    pub(super) fn validation(
+        &mut self,
+        validation: Option<Validation>,
+        drift: Option<OffsetDrift>,
+    ) {
         let Some(validation) = validation else {
             return self.not_validated();
         };
         let good = |r2: Option<f64>| r2.is_some_and(|r2| r2 >= LEAST_R2);
         if good(validation.r2_heading) {
         } else if good(validation.r2_heading_offset_refit) && good(validation.r2_yaw_rate) {
-            self.note(
-                ReasonCode::OffsetDrifted,
-                format!(
-                    "R^2 of heading on validation data is {} with the trained offset and {} with the offset estimated again: the model steers right, but wind, current or trim changed",
-                    r2_text(validation.r2_heading), r2_text(validation.r2_heading_offset_refit)
-                ),
-            );
+            // A drift that the interval of the offset holds is known already.
+            if drift.is_none_or(|drift| drift.is_certain()) {
+                self.offset_drifted(validation, drift);
+            }
         } else {
             self.reject(
                 ReasonCode::LowR2,
@@ -39,6 +73,26 @@ impl Weighing {
                 ),
             );
         }
+    }
+
+    fn offset_drifted(&mut self, validation: Validation, drift: Option<OffsetDrift>) {
+        let by = drift.map_or(String::new(), |drift| {
+            format!(", by {} of rudder", drift.rudder_text())
+        });
+        let reason = Reason::new(
+            ReasonCode::OffsetDrifted,
+            format!(
+                "R^2 of heading on validation data is {} with the trained offset and {} with the offset estimated again: the model steers right, but the rudder that holds a straight course changed{by}",
+                r2_text(validation.r2_heading),
+                r2_text(validation.r2_heading_offset_refit)
+            ),
+        );
+        self.notes.push(Reason {
+            text: format!(
+                "The rudder that holds a straight course changed between training and validation{by}."
+            ),
+            ..reason
+        });
     }
 
     /// A compass that jumped is why its data are not predicted, and comes first.
