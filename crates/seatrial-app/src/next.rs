@@ -62,7 +62,7 @@ pub fn after_trial(
     }
     let is_autopilot = campaign.vehicle.starts_with("mavlink:") && !campaign.is_rehearsal();
     match firmware {
-        _ if !is_autopilot => format!("seatrial gains {place}"),
+        _ if !is_autopilot => gains_of_trial(number, logbook),
         Some(name) if name.starts_with("PX4") => format!("seatrial gains {place} {PX4}"),
         _ => {
             let full_rudder = campaign.full_rudder.filter(|full| !full.is_assumed);
@@ -75,6 +75,12 @@ pub fn after_trial(
             )
         }
     }
+}
+
+/// The command that finds gains from the models of the campaign of this number.
+#[cfg(feature = "trials")]
+pub fn gains_of_trial(number: CampaignId, logbook: &Path) -> String {
+    format!("seatrial gains {}", place(number, logbook))
 }
 
 /// Does the trial lead to its page before anything else: was it aborted, or are its models not to be used?

@@ -1,7 +1,7 @@
 //! `seatrial health`: is the vehicle different?
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use seatrial::health::{
@@ -9,10 +9,11 @@ use seatrial::health::{
 };
 use seatrial_app::health::{self, Comparison, Criteria, Missions, Watched};
 use seatrial_app::models::{ComparedModels, compared_models, open_named};
+use seatrial_app::next;
 
 use crate::log::{ChannelArgs, Reporter};
 use crate::output::{Exit, Failure, Output};
-use crate::screen::{labelled, sentence, width};
+use crate::screen::{command, labelled, sentence, width};
 use crate::table::Table;
 
 /// More windows than this are not printed.
@@ -134,7 +135,9 @@ impl Args {
         let now = self.models(now)?;
         let change = health::change(&reference, &now, settings);
         let document = Comparison::of(source, &now, &change);
-        output.print(&document, || comparison_page(source, &now, &change))?;
+        output.print(&document, || {
+            comparison_page(source, &now, &change, &self.logbook)
+        })?;
         Ok(Exit::of(&change.verdict))
     }
 
@@ -157,7 +160,12 @@ impl Args {
     }
 }
 
-fn comparison_page(reference: &ComparedModels, now: &ComparedModels, change: &Change) -> String {
+fn comparison_page(
+    reference: &ComparedModels,
+    now: &ComparedModels,
+    change: &Change,
+    logbook: &Path,
+) -> String {
     let headline = match change.finding {
         Finding::Unchanged => "NO CHANGE FOUND",
         Finding::Changed => "CHANGED",
@@ -168,6 +176,9 @@ fn comparison_page(reference: &ComparedModels, now: &ComparedModels, change: &Ch
     let cause = sentence(&change.verdict.reasons[0].text);
     text += &labelled("Cause      ", &cause, width);
     text += &labelled("Do         ", what_to_do(change.finding), width);
+    if let (Finding::Changed, Some(number)) = (change.finding, now.campaign) {
+        text += &command("Next       ", &next::gains_of_trial(number, logbook), width);
+    }
     text += &origin_text("Reference", reference);
     text += &origin_text("Now", now);
     let Some(effects) = &change.effects else {

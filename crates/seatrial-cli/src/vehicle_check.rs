@@ -150,6 +150,12 @@ fn verdict(preflight: &Preflight, args: &CheckArgs) -> String {
 }
 
 fn restore(args: &RestoreArgs, output: &Output) -> Result<Exit, Failure> {
+    if !args.backup.exists() {
+        return Err(Failure::input(format!(
+            "{}: no such file: nothing of a trial is left to put back, or it was put back already; a trial that is cut short leaves the file beside its logbook",
+            args.backup.display()
+        )));
+    }
     let backup = load(&args.backup)?;
     let abort = Arc::new(AtomicBool::new(false));
     let mut autopilot = args

@@ -77,15 +77,19 @@ pub fn render(campaign: &Campaign, about: &About, command: &str) -> String {
         Axis::Yaw => speeds.as_slice(),
         Axis::Pitch => &[],
     };
-    let method_tables = if steered.is_empty() {
-        Vec::new()
-    } else {
-        vec![
-            tables::online(steered),
-            tables::offline(steered),
-            tables::gains_of_paper(steered),
-        ]
+    let whole = campaign.verdict();
+    // Models that are not to be used give neither gains nor limits; their methods are shown side by side all the same.
+    let usable = match whole.accepted {
+        true => steered,
+        false => &[],
     };
+    let mut method_tables = Vec::new();
+    if !steered.is_empty() {
+        method_tables.extend([tables::online(steered), tables::offline(steered)]);
+    }
+    if !usable.is_empty() {
+        method_tables.push(tables::gains_of_paper(usable));
+    }
     let page = Page {
         title: match campaign.axis {
             Axis::Yaw => format!("Sea trial of {}", campaign.vehicle),
@@ -93,28 +97,35 @@ pub fn render(campaign: &Campaign, about: &About, command: &str) -> String {
         },
         about: circumstances(campaign, about),
         headline: headline::of_campaign(campaign, &speeds, command),
-        summary: (!campaign.runs.is_empty()).then(|| tables::summary(campaign, &speeds)),
+        summary: (!campaign.runs.is_empty()).then(|| {
+            let speeds = if whole.accepted {
+                speeds.as_slice()
+            } else {
+                &[]
+            };
+            tables::summary(campaign, &whole, speeds)
+        }),
         is_folded: campaign.runs.len() > 1,
         runs: (campaign.runs.iter())
-            .map(|run| run_section(run, campaign.axis))
+            .map(|run| run_section(run, campaign.axis, &whole))
             .collect(),
         together: speed_figures::together(steered).into_iter().collect(),
         methods: method_tables,
         over_speed: [
             speed_figures::authority(steered),
-            turning_figure::turning(steered, campaign.rudder_limit_rad),
+            turning_figure::turning(usable, campaign.rudder_limit_rad),
         ]
         .into_iter()
         .flatten()
         .collect(),
         control: [
-            control_figures::gains(steered),
-            control_figures::heading_steps(steered, campaign.rudder_limit_rad),
+            control_figures::gains(usable),
+            control_figures::heading_steps(usable, campaign.rudder_limit_rad),
         ]
         .into_iter()
         .flatten()
         .collect(),
-        every_run: (!campaign.runs.is_empty()).then(|| tables::runs(campaign)),
+        every_run: (!campaign.runs.is_empty()).then(|| tables::runs(campaign, &whole)),
         plan: about.plan.map_or_else(Vec::new, recorded::plan),
         plan_text: about.plan_text.to_owned(),
         recorded: [recorded::of_campaign(campaign), about.provenance.to_vec()].concat(),
@@ -182,7 +193,8 @@ struct RunSection {
     figures: Vec<Figure>,
 }
 
-fn run_section(run: &Run, axis: Axis) -> RunSection {
+fn run_section(run: &Run, axis: Axis, whole: &Verdict) -> RunSection {
+    let outcome = run.verdict_within(whole).outcome();
     let speed = run.surge_speed_m_s.map_or(String::new(), |speed| {
         format!(", {} m/s", decimals(speed, 2))
     });
@@ -212,7 +224,7 @@ fn run_section(run: &Run, axis: Axis) -> RunSection {
     let figures = run_figures_of(&source);
     RunSection {
         anchor: format!("run-{}", run.number),
-        verdict: Some((run.verdict.outcome().into(), run.verdict.outcome().name())),
+        verdict: Some((outcome.into(), outcome.name())),
         reasons: reasons(&run.verdict),
         facts: run
             .identification

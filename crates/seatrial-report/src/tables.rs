@@ -234,12 +234,11 @@ const LOOP_NOTE: &str = "Rudder = Kₚ (wanted heading − heading) + feed-forwa
      count the same delays: the gain may grow by the gain margin before the loop is unstable.";
 
 /// One line per thrust: the run that decides about it, with what goes into the autopilot.
-pub(super) fn summary(campaign: &Campaign, speeds: &[Speed]) -> Table {
-    let whole = campaign.verdict();
+pub(super) fn summary(campaign: &Campaign, whole: &Verdict, speeds: &[Speed]) -> Table {
     let runs = campaign.deciding_runs();
     let note = summary_note(runs.iter().filter_map(|run| run.identification.as_ref()));
     let rows = runs.into_iter().map(|run| {
-        let verdict = run.verdict_within(&whole);
+        let verdict = run.verdict_within(whole);
         let mut row = vec![
             Cell {
                 link: run_anchor(run),
@@ -438,7 +437,7 @@ pub(super) fn gains_of_paper(speeds: &[Speed]) -> Table {
 }
 
 /// Every run with its reasons.
-pub(super) fn runs(campaign: &Campaign) -> Table {
+pub(super) fn runs(campaign: &Campaign, whole: &Verdict) -> Table {
     let rows = campaign.runs.iter().map(|run| {
         let duration = run.record.samples.first().zip(run.record.samples.last());
         let duration = duration.map(|(first, last)| last.time_s - first.time_s);
@@ -452,7 +451,7 @@ pub(super) fn runs(campaign: &Campaign) -> Table {
             decimals_or_missing(run.surge_speed_m_s, 2).into(),
             decimals_or_missing(duration, 1).into(),
             run.record.samples.len().to_string().into(),
-            Cell::verdict(&run.verdict),
+            Cell::verdict(run.verdict_within(whole)),
             Cell::words(joined(&run.verdict.reasons)),
         ]
     });

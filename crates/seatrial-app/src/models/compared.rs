@@ -8,7 +8,7 @@ use seatrial::identification::{Outcome, ReasonCode};
 use seatrial::identify::{IdentifyError, IdentifySettings, identify};
 use seatrial::{Run, Window};
 use seatrial_core::Sample;
-use seatrial_logbook::Logbook;
+use seatrial_logbook::{CampaignId, Logbook};
 
 use super::{ModelPoint, Models, campaign_named, of_document, of_schedule_file};
 use crate::Error;
@@ -25,6 +25,8 @@ pub struct ComparedModels {
     pub origin: String,
     /// The log, where it is one.
     pub log: Option<Source>,
+    /// The campaign, where they are those of all its speeds.
+    pub campaign: Option<CampaignId>,
     /// None only where `without_model` says why.
     pub models: Vec<SpeedModel>,
     /// Why the data give no model to compare.
@@ -38,6 +40,7 @@ impl ComparedModels {
         Self {
             origin,
             log: None,
+            campaign: None,
             models,
             without_model: None,
             notes: Vec::new(),
@@ -328,7 +331,10 @@ fn from_logbook(name: &str, path: &Path) -> Result<ComparedModels, Error> {
         }
         None => campaign.accepted_runs(),
     };
-    let mut source = ComparedModels::new(origin, Vec::new());
+    let mut source = ComparedModels {
+        campaign: run.is_none().then_some(entry.id),
+        ..ComparedModels::new(origin, Vec::new())
+    };
     for run in runs {
         let model = run
             .identification

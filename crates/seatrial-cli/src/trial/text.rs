@@ -22,6 +22,19 @@ pub(super) fn run_line(run: &Run) -> String {
     )
 }
 
+fn aborted_text(campaign: &Campaign) -> String {
+    let place = campaign.runs.last().map_or(String::new(), |run| {
+        format!(
+            " in run {} at {:.0} % thrust",
+            run.number,
+            100.0 * run.thrust
+        )
+    });
+    format!(
+        "The trial was aborted{place} and the vehicle handed back; what was recorded is kept.\n"
+    )
+}
+
 /// What is printed of the campaign: its outcome, what decides it, and a line for each speed.
 pub(super) fn text(
     campaign: &Campaign,
@@ -33,7 +46,9 @@ pub(super) fn text(
     let verdict = campaign.verdict();
     let mut text = verdict.outcome().name().to_uppercase() + "\n";
     if let Some(Outcome::Aborted(_)) = campaign.outcome {
-        text += "The vehicle was handed back; everything up to then is kept.\n";
+        text += &aborted_text(campaign);
+    } else if !verdict.accepted && !campaign.accepted_runs().is_empty() {
+        text += "Run by run there were models, but together they contradict each other.\n";
     }
     let rows: Vec<SpeedRow> = campaign
         .deciding_runs()
