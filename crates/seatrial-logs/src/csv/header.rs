@@ -1,7 +1,7 @@
 //! What the first lines of a text log say: how cells are separated and numbers written, and where the names are.
 
 use super::decoded;
-use super::number::{has_degree_sign, is_grouped, number};
+use super::number::{is_grouped, number, unit_behind};
 use crate::Unit;
 use crate::clock::{instant, time_of_day};
 
@@ -27,8 +27,8 @@ pub(super) struct Header {
     pub in_comment: Option<Vec<String>>,
     /// The row under the names, where it holds units.
     pub units: Option<Vec<String>>,
-    /// Columns whose numbers have a degree sign behind them.
-    pub degrees: Vec<bool>,
+    /// The unit behind the numbers of each column, where there is one.
+    pub units_behind: Vec<Option<&'static str>>,
 }
 
 impl Header {
@@ -69,7 +69,7 @@ impl Header {
             },
             line: if titles > 0 { line_of(start, first) } else { 1 },
             in_comment,
-            degrees: degrees(rows, delimiter),
+            units_behind: units_behind(rows, delimiter),
             units: units.filter(|cells| are_units(cells)),
         })
     }
@@ -178,15 +178,15 @@ fn cells(line: &[u8], delimiter: u8) -> Vec<String> {
     }
 }
 
-/// The columns whose numbers have a degree sign behind them.
-fn degrees(rows: &[&[u8]], delimiter: u8) -> Vec<bool> {
+/// The unit behind the numbers of each column; `None` where there is none, or where rows have different ones.
+fn units_behind(rows: &[&[u8]], delimiter: u8) -> Vec<Option<&'static str>> {
     let rows: Vec<Vec<String>> = rows.iter().map(|row| cells(row, delimiter)).collect();
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let has_sign = |row: &Vec<String>, column: usize| {
-        let cell = row.get(column);
-        cell.is_some_and(|cell| has_degree_sign(cell))
-    };
     (0..columns)
-        .map(|column| rows.iter().any(|row| has_sign(row, column)))
+        .map(|column| {
+            let mut units = rows.iter().filter_map(|row| unit_behind(row.get(column)?));
+            let first = units.next()?;
+            units.all(|unit| unit == first).then_some(first)
+        })
         .collect()
 }

@@ -161,9 +161,9 @@ impl<R: Read> Text<R> {
                     text.read_record()?;
                     text.columns = with_units(&text.columns, &units);
                 }
-                for (name, is_degrees) in text.columns.iter_mut().zip(header.degrees) {
-                    if is_degrees && !states_a_unit(name) {
-                        name.push_str(" [°]");
+                for (name, unit) in text.columns.iter_mut().zip(header.units_behind) {
+                    if let Some(unit) = unit.filter(|_| !states_a_unit(name)) {
+                        *name += &format!(" [{unit}]");
                     }
                 }
             }

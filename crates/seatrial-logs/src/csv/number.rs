@@ -1,7 +1,23 @@
 //! Numbers as spreadsheets and instruments write them.
 
-/// Signs behind the number of an angle in degrees.
-const DEGREE_SIGNS: [&str; 3] = ["°", "º", "deg"];
+/// Units behind a number, as they stand in a cell and as a name of a column states them.
+const UNITS: [(&str, &str); 15] = [
+    ("°/s", "deg/s"),
+    ("º/s", "deg/s"),
+    ("deg/s", "deg/s"),
+    ("rad/s", "rad/s"),
+    ("m/s", "m/s"),
+    ("km/h", "km/h"),
+    ("knots", "kn"),
+    ("kts", "kn"),
+    ("kn", "kn"),
+    ("kt", "kn"),
+    ("%", "percent"),
+    ("rad", "rad"),
+    ("°", "°"),
+    ("º", "°"),
+    ("deg", "°"),
+];
 /// What older instruments write where they have no value.
 const NO_VALUES: [f64; 3] = [-999.0, -9999.0, -99_999.0];
 /// Signs behind minutes and seconds of an angle.
@@ -21,7 +37,7 @@ const LETTERS: [(&str, f64); 9] = [
     ("MAG", 1.0),
 ];
 
-/// The number of a cell: a point or a comma before the decimals, thousands in groups, a minus of typography, a degree sign
+/// The number of a cell: a point or a comma before the decimals, thousands in groups, a minus of typography, a unit
 /// behind it, or minutes and seconds behind that. `None` where it is none.
 pub(super) fn number(text: &str, decimal_comma: bool) -> Option<f64> {
     match decimal_comma {
@@ -81,11 +97,15 @@ pub(super) fn is_no_value(number: f64) -> bool {
     NO_VALUES.contains(&number)
 }
 
-/// Is it a number with a degree sign behind it?
-pub(super) fn has_degree_sign(text: &str) -> bool {
-    let digits = without_degree_sign(text);
-    digits.len() < text.len() && digits.ends_with(|c: char| c.is_ascii_digit())
-        || degrees_and_minutes(text).is_some()
+/// The unit behind a number, as a name of a column states it.
+pub(super) fn unit_behind(text: &str) -> Option<&'static str> {
+    if degrees_and_minutes(text).is_some() {
+        return Some("°");
+    }
+    let (digits, unit) = split_unit(text)?;
+    digits
+        .ends_with(|c: char| c.is_ascii_digit())
+        .then_some(unit)
 }
 
 /// Is it a whole number whose thousands are in groups of three behind this sign?
@@ -94,14 +114,15 @@ pub(super) fn is_grouped(text: &str, sign: char) -> bool {
     digits.contains(sign) && !digits.starts_with('0') && ungrouped(digits, sign).is_some()
 }
 
-fn without_degree_sign(text: &str) -> &str {
-    let signs = DEGREE_SIGNS.iter();
-    let mut found = signs.filter_map(|sign| text.strip_suffix(sign));
-    found.next().unwrap_or(text).trim_end()
+/// The number and the unit behind it.
+fn split_unit(text: &str) -> Option<(&str, &'static str)> {
+    let mut units = UNITS.iter();
+    units.find_map(|(sign, unit)| Some((text.strip_suffix(sign)?.trim_end(), *unit)))
 }
 
 fn written_for_readers(text: &str, decimal_comma: bool) -> Option<f64> {
-    let text = without_degree_sign(text).replace('−', "-");
+    let digits = split_unit(text).map_or(text, |(digits, _)| digits);
+    let text = digits.replace('−', "-");
     let (decimals, groups) = match decimal_comma {
         true => (',', ['.', ' ', '\u{a0}', '\u{202f}', '\'', '’']),
         false => ('.', [',', ' ', '\u{a0}', '\u{202f}', '\'', '’']),
@@ -147,6 +168,10 @@ mod tests {
             ("−3.5", false, Some(-3.5)),
             ("12°", false, Some(12.0)),
             ("-12,25 deg", true, Some(-12.25)),
+            ("5,2 kn", true, Some(5.2)),
+            ("45%", false, Some(45.0)),
+            ("-1.5 °/s", false, Some(-1.5)),
+            ("2.6 knobs", false, None),
             ("12°30'", false, Some(12.5)),
             ("-0° 15’", false, Some(-0.25)),
             ("12° 30' 36\"", false, Some(12.51)),
