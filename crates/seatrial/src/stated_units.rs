@@ -59,6 +59,9 @@ pub struct StatedUnits {
     /// Does the column of the heading name a course over ground?
     #[serde(default)]
     pub heading_is_course: bool,
+    /// Had the yaw rate the opposite sense of the heading? It was then left out.
+    #[serde(default)]
+    pub yaw_rate_is_reversed: bool,
     /// Do rows that differ share a time? The clock is then coarser than the rows.
     #[serde(default)]
     pub times_are_shared: bool,

@@ -8,10 +8,11 @@ use seatrial::manoeuvre::Manoeuvre;
 use seatrial::segmentation::{Segment, Single, find, singles};
 use seatrial::{Record, Window};
 use seatrial_core::RudderUnit;
-use seatrial_logs::{ChannelChoice, Fault, LogReader, Quantity, ReadError, Run};
+use seatrial_logs::{ChannelChoice, Counts, Fault, LogReader, Quantity, ReadError, Run};
 use serde::{Deserialize, Serialize};
 
 use super::{Row, Source};
+use crate::logs::stated_units;
 
 /// A longer log is read in segments of this many samples (84 MB), each of which repeats the last fifth of the one before,
 /// so that a manoeuvre lies whole in one of them.
@@ -141,7 +142,11 @@ fn code(fault: &Fault) -> &'static str {
 fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, ReadError> {
     let description = log.description().clone();
     let mut rows = Vec::new();
-    let mut record = Record::default();
+    let mut record = Record {
+        rudder_unit: description.rudder_unit,
+        units: stated_units(&description, &Counts::default()),
+        ..Record::default()
+    };
     let mut done_until_s = f64::NEG_INFINITY;
     for sample in log.by_ref() {
         record.samples.push(sample?);

@@ -289,6 +289,13 @@ fn heading_text(said_degrees: bool, largest: f64, wraps: bool) -> String {
 }
 
 impl RateMismatch {
+    /// A yaw rate of the opposite sense and the right size.
+    pub(super) const REVERSED: Self = Self {
+        ratio: -1.0,
+        interval_s: f64::NAN,
+        is_index: false,
+    };
+
     /// Is the sense of the yaw rate all that is wrong?
     pub fn is_reversed(&self) -> bool {
         is_close(-self.ratio, 1.0)

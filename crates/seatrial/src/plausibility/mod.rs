@@ -25,6 +25,7 @@ use seatrial_core::Sample;
 use crate::record::Record;
 pub use doubt::{Doubt, RateMismatch};
 pub use stood::heading_stood;
+pub use turn::leave_out_reversed_yaw_rate;
 
 /// What is doubtful about the units of a record's columns, whatever model it gives.
 pub fn unit_doubts(record: &Record) -> Vec<Doubt> {

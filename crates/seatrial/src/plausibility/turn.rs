@@ -21,6 +21,9 @@ const SOUND: [f64; 2] = [0.5, 2.0];
 ///
 /// `None` where there is no yaw rate, where it does not follow the heading, or where the two agree.
 pub(super) fn doubt(record: &Record) -> Option<Doubt> {
+    if record.units.yaw_rate_is_reversed {
+        return Some(Doubt::RateMismatch(RateMismatch::REVERSED));
+    }
     if !record.units.turn_is_open() {
         return None;
     }
@@ -33,6 +36,20 @@ pub(super) fn doubt(record: &Record) -> Option<Doubt> {
             is_index: counts(record),
         })
     })
+}
+
+/// Leaves a yaw rate out that has the opposite sense of the heading: what is measured against it would be wrong.
+pub fn leave_out_reversed_yaw_rate(record: &mut Record) {
+    let is_reversed = matches!(
+        doubt(record),
+        Some(Doubt::RateMismatch(mismatch)) if mismatch.is_reversed()
+    );
+    if is_reversed {
+        for sample in &mut record.samples {
+            sample.yaw_rate_rad_s = None;
+        }
+        record.units.yaw_rate_is_reversed = true;
+    }
 }
 
 /// The ratio over spans of so many rows. `None` where the columns do not correlate.
