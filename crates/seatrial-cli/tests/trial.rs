@@ -500,7 +500,7 @@ fn cli_the_command_that_shows_more_remarks_prints_them() {
     let folder = Folder::new();
     let (text, _) = rehearsed(&folder, "bad_compass");
     assert!(
-        text.contains("more remarks, shown by seatrial logbook show 1 --logbook seatrial.db"),
+        text.contains("more remark, shown by seatrial logbook show 1 --logbook seatrial.db"),
         "{text}"
     );
     let shown = folder.command(&["logbook", "show", "1"]).output().unwrap();

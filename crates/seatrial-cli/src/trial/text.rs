@@ -30,9 +30,7 @@ fn aborted_text(campaign: &Campaign) -> String {
             100.0 * run.thrust
         )
     });
-    format!(
-        "The trial was aborted{place} and the vehicle handed back; what was recorded is kept.\n"
-    )
+    format!("The trial was aborted{place} and the vehicle handed back; what was recorded is kept.")
 }
 
 /// What is printed of the campaign: its outcome, what decides it, and a line for each speed.
@@ -46,7 +44,7 @@ pub(super) fn text(
     let verdict = campaign.verdict();
     let mut text = verdict.outcome().name().to_uppercase() + "\n";
     if let Some(Outcome::Aborted(_)) = campaign.outcome {
-        text += &aborted_text(campaign);
+        text += &labelled("", &aborted_text(campaign), width);
     } else if !verdict.accepted && !campaign.accepted_runs().is_empty() {
         text += "Run by run there were models, but together they contradict each other.\n";
     }
