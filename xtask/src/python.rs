@@ -21,7 +21,7 @@ pub fn check() -> Result<(), String> {
         return skipped("Python", NO_PYTHON);
     }
     let environment = std::path::absolute(ENVIRONMENT.folder).map_err(|error| error.to_string())?;
-    let mut build = ENVIRONMENT.program("maturin", &["develop", "--release", "--quiet"]);
+    let mut build = ENVIRONMENT.program("maturin", &["develop", "--quiet"]);
     build.env("VIRTUAL_ENV", environment).current_dir(PACKAGE);
     if !succeeds(&mut build) {
         return Err("maturin develop".into());

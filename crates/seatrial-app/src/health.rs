@@ -59,6 +59,17 @@ pub fn reference(models: &ComparedModels) -> Result<Reference, Error> {
         .map_err(|error| Error::Input(format!("{}: {error}", models.origin)))
 }
 
+/// A trial compared with itself says nothing.
+pub fn are_two(reference: &ComparedModels, now: &ComparedModels) -> Result<(), Error> {
+    match (reference.campaign, now.campaign) {
+        (Some(one), Some(other)) if one == other => Err(Error::Input(format!(
+            "{}: both names are this trial; give the numbers of two: `seatrial logbook list` shows them",
+            now.origin
+        ))),
+        _ => Ok(()),
+    }
+}
+
 /// The change from the reference to what is now.
 pub fn change(reference: &Reference, now: &ComparedModels, settings: &HealthSettings) -> Change {
     match &now.without_model {

@@ -19,6 +19,30 @@ const SUB: &str = "--export ardupilot --vehicle-type underwater --out gains.para
 const ROVER: &str = "--export ardupilot --out gains.param";
 const PX4: &str = "--export px4 --out gains.params";
 
+/// Options of one verb on a log that the others have not, alone and with a value.
+const OWN: [&str; 4] = ["--verbose", "--trace", "--accept-unvalidated", "--json"];
+const OWN_WITH_VALUE: [&str; 3] = ["--schedule", "--report", "--out"];
+
+/// Another verb on the same log, with the columns, units and windows that were typed: of `seatrial identify run.csv --time t`
+/// the command `seatrial report run.csv --time t`.
+pub fn with_verb(call: &str, verb: &str) -> String {
+    let mut words = call.split(' ');
+    let mut kept: Vec<&str> = words.next().into_iter().collect();
+    words.next();
+    kept.push(verb);
+    while let Some(word) = words.next() {
+        let name = word.split('=').next().unwrap_or(word);
+        if OWN_WITH_VALUE.contains(&name) {
+            if name == word {
+                words.next();
+            }
+        } else if !OWN.contains(&word) {
+            kept.push(word);
+        }
+    }
+    kept.join(" ")
+}
+
 /// The command that goes on from an identified log. `call` is the command that identified it, `seatrial identify run.csv`; `schedule`
 /// the file that it wrote its models to. Of an autopilot's log the command writes that autopilot's file of parameters.
 pub fn after_log(found: &IdentifiedLog, call: &str, schedule: Option<&Path>) -> String {
@@ -42,7 +66,7 @@ pub fn after_log(found: &IdentifiedLog, call: &str, schedule: Option<&Path>) -> 
             format!("{gains}{export}")
         }
         Outcome::NotValidated => format!("{call} --validate-on SECOND_LOG"),
-        Outcome::DoNotUse => format!("seatrial report {}", log.path.display()),
+        Outcome::DoNotUse => with_verb(call, "report"),
     }
 }
 
@@ -113,4 +137,29 @@ fn place(number: CampaignId, logbook: &Path) -> String {
 
 fn is_ardusub(firmware: Option<&str>) -> bool {
     firmware.is_some_and(|name| name.starts_with("ArduSub"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::with_verb;
+
+    #[test]
+    fn exact_another_verb_keeps_what_was_typed_of_the_log() {
+        for (call, expected) in [
+            (
+                "seatrial identify run.csv --time n --verbose",
+                "seatrial report run.csv --time n",
+            ),
+            (
+                "seatrial identify --schedule a.toml 'my run.csv' --unit rudder=deg",
+                "seatrial report 'my run.csv' --unit rudder=deg",
+            ),
+            (
+                "seatrial inspect --report=a.html run.csv --from 3",
+                "seatrial report run.csv --from 3",
+            ),
+        ] {
+            assert_eq!(with_verb(call, "report"), expected);
+        }
+    }
 }

@@ -35,10 +35,9 @@ gain of the speed after it.
 Exit code 0: the new gains are proven and stay; 4: refused, or the old ones are back; 5: aborted and handed back; 6: something \
 could not be put back.
 
-Examples:
+Example:
   seatrial commission --vehicle mavlink:udp:127.0.0.1:14550 \\
-      --logbook seatrial.db --yes
-  seatrial trial && seatrial commission --vehicle sim:starfish")]
+      --logbook seatrial.db --yes")]
 pub struct Args {
     /// The vehicle: mavlink:udp:HOST:PORT, mavlink:udpout:HOST:PORT, mavlink:tcp:HOST:PORT or mavlink:serial:DEVICE:BAUD, whose
     /// autopilot steers; sim:starfish, sim:FILE.toml or ros2:FILE.toml, which our own heading controller steers.

@@ -133,6 +133,7 @@ impl Args {
     ) -> Result<Exit, Failure> {
         let reference = health::reference(source)?;
         let now = self.models(now)?;
+        health::are_two(source, &now)?;
         let change = health::change(&reference, &now, settings);
         let document = Comparison::of(source, &now, &change);
         output.print(&document, || {

@@ -7,13 +7,14 @@ use clap::Args as ClapArgs;
 use seatrial::identification::Verdict;
 use seatrial::segmentation::{Kind, Segment};
 use seatrial_app::inspect_log::{Inspection, Range, series};
-use seatrial_app::log_page::{identify_call, source, windows_text};
+use seatrial_app::log_page::{source, windows_text};
 use seatrial_app::logs::OpenedLog;
+use seatrial_app::next;
 use seatrial_core::{RudderUnit, Sample};
 use seatrial_logs::{Channel, Quantity, UnitSource};
 use seatrial_report::{Found, render_found};
 
-use crate::identify::cause_text;
+use crate::identify::{call, cause_text};
 use crate::log::{self, LogArgs};
 use crate::output::{Exit, Failure, Output, save_page};
 use crate::screen::{command, labelled, width, wrapped};
@@ -128,14 +129,14 @@ fn write_text(text: &mut String, opened: &OpenedLog, inspection: &Inspection) ->
             None => "the strokes do not show to which side positive rudder turns",
         }
     )?;
-    text.push_str(&verdict_text(opened, &inspection.verdict));
+    text.push_str(&verdict_text(&inspection.verdict));
     Ok(())
 }
 
 /// What `identify` says of the log, and the command that says more.
-fn verdict_text(opened: &OpenedLog, verdict: &Verdict) -> String {
+fn verdict_text(verdict: &Verdict) -> String {
     let width = width();
-    let call = identify_call(&opened.path);
+    let call = next::with_verb(&call(), "identify");
     let mut text = format!("\n{}\n", verdict.outcome().name().to_uppercase());
     text += &cause_text(verdict, &format!("{call} --verbose"), width);
     text + &command("Next   ", &call, width)

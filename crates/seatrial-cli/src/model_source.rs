@@ -1,12 +1,15 @@
 //! The options that give `turn`, `gains` and `plan` their models: numbers, an identification, a trial, a logbook, a
 //! schedule file.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use seatrial_app::models::{Models, of_campaign, of_document, of_schedule_file};
 use seatrial_core::YawModel;
 
 use crate::output::{Failure, say};
+
+/// Where a trial is kept, unless it is said.
+const USUAL_LOGBOOK: &str = "seatrial.db";
 
 /// The options that give the numbers of a single model.
 #[derive(clap::Args, Clone, Copy, Debug)]
@@ -59,7 +62,7 @@ pub struct SourceArgs {
     /// Schedule of models over speed or thrust, TOML.
     #[arg(long, value_name = "FILE", conflicts_with = "a22")]
     schedule: Option<PathBuf>,
-    /// Logbook with a trial: the models of the accepted runs of its last campaign that finished with any, on a vehicle
+    /// Logbook with a trial [default: seatrial.db, where nothing else gives a model]: the models of the accepted runs of its last campaign that finished with any, on a vehicle
     /// before a rehearsal.
     #[arg(
         long,
@@ -95,18 +98,23 @@ impl SourceArgs {
             (Some(path), ..) => of_document(path, self.speed)?,
             (None, Some(path), _) => of_schedule_file(path)?,
             (None, None, Some(path)) => of_campaign(path, self.campaign.as_deref())?,
-            (None, None, None) => self.single_model()?,
+            (None, None, None) => match self.numbers.model() {
+                Some(model) => Models::given(model, self.speed),
+                None => self.of_usual_logbook()?,
+            },
         };
         Ok(models.limited(self.rudder_limit_rad())?)
     }
 
-    fn single_model(&self) -> Result<Models, Failure> {
-        let model = self.numbers.model().ok_or_else(|| {
-            Failure::usage(
+    /// The models of the logbook that a trial writes where it is not told another.
+    fn of_usual_logbook(&self) -> Result<Models, Failure> {
+        let usual = Path::new(USUAL_LOGBOOK);
+        if !usual.exists() {
+            return Err(Failure::usage(
                 "no model: give --a22 and --b2, --model FILE, --schedule FILE or --logbook FILE",
-            )
-        })?;
-        Ok(Models::given(model, self.speed))
+            ));
+        }
+        Ok(of_campaign(usual, None)?)
     }
 }
 

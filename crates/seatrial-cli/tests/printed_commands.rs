@@ -258,9 +258,14 @@ fn shell_is_run(body: &str) -> Result<(), String> {
 fn cli_every_scenario_plays() {
     let folder = folder();
     let scenarios = root().join("crates/seatrial-sim/scenarios");
+    let page = std::fs::read_to_string(root().join("docs/faults.md")).expect("docs/faults.md");
     for file in std::fs::read_dir(scenarios).expect("scenarios/") {
-        let name = file.expect("a scenario").path();
-        let name = name.file_stem().expect("a name").to_string_lossy();
+        let path = file.expect("a scenario").path();
+        let name = path.file_stem().expect("a name").to_string_lossy();
+        let scenario = std::fs::read_to_string(&path).expect("a scenario");
+        let what = scenario.lines().next().unwrap_or_default();
+        let row = format!("| `{name}` | {} |", what.trim_start_matches("# "));
+        assert!(page.contains(&row), "docs/faults.md lacks {row}");
         let needs_sea = ["rough_sea", "shoal", "tidal_stream"];
         let vehicle = match needs_sea.iter().any(|part| name.contains(part)) {
             true => "sim:starfish-6dof",

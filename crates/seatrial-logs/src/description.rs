@@ -73,6 +73,9 @@ pub struct Channel {
     pub unit: Unit,
     /// Where the unit comes from.
     pub unit_source: UnitSource,
+    /// The unit that the name of the column says, where one of another kind was chosen.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub against: Option<Unit>,
     /// Why the unit was assumed, or why the format takes this column.
     pub because: Option<String>,
     /// value in SI = (value - offset) * scale

@@ -18,6 +18,8 @@ pub(crate) struct Match {
     pub unit: Option<(Unit, crate::UnitSource)>,
     /// Why the format takes this column.
     pub because: Option<String>,
+    /// The unit that the name of the column says, where one of another kind was chosen.
+    pub against: Option<Unit>,
 }
 
 /// The matches, and what people should know about them.
@@ -105,9 +107,22 @@ pub(crate) fn match_columns(
                 }
             },
         };
+        let named = match ColumnName::new(&columns[column]).unit(quantity) {
+            StatedUnit::Known(unit) => Some(unit),
+            StatedUnit::None | StatedUnit::Unknown(_) => channel.and_then(|channel| channel.unit),
+        };
+        let against = named
+            .filter(|named| stated.is_some_and(|(unit, _)| unit.dimension() != named.dimension()));
+        if let (Some(named), Some((unit, _))) = (against, stated) {
+            found.warnings.push(format!(
+                "column `{}` is in {named} by its name, and {unit} was chosen",
+                columns[column]
+            ));
+        }
         found.matches.push(Match {
             quantity,
             column,
+            against,
             unit: stated,
             because: match choice.corrections.get(&quantity) {
                 Some(correction) => Some(correction.to_string()),

@@ -29,6 +29,8 @@ pub struct LogReader {
     table: Box<dyn Table>,
     description: LogDescription,
     clock: Clock,
+    /// Seconds that a second of the column stands for: of a column that counts rows, the interval between them.
+    time_scale: f64,
     drop_invalid: bool,
     look_ahead: VecDeque<Row>,
     cells: Vec<Cell>,
@@ -136,6 +138,10 @@ impl LogReader {
             },
             table,
             clock: time.clock,
+            time_scale: choice
+                .corrections
+                .get(&Quantity::Time)
+                .map_or(1.0, |correction| correction.scale),
             drop_invalid: choice.drop_invalid,
             look_ahead: rows,
             cells: Vec::new(),
@@ -242,12 +248,13 @@ impl LogReader {
             let value = match (quantity, cell) {
                 (_, Cell::Missing) => None,
                 (Quantity::Time, cell) => {
-                    Some(self.clock.seconds(cell).ok_or_else(|| Fault::NotANumber {
+                    let time_s = self.clock.seconds(cell).ok_or_else(|| Fault::NotANumber {
                         place,
                         column: column(),
                         found: cell.to_string(),
                         expected: self.clock.expected(),
-                    })?)
+                    })?;
+                    Some(self.time_scale * time_s)
                 }
                 (_, Cell::Number(value)) => {
                     channel.check(*value, place)?;
@@ -393,6 +400,7 @@ fn channel(
         column: columns[found.column].clone(),
         unit,
         unit_source,
+        against: found.against,
         because,
         scale: conversion.factor,
         offset: conversion.offset,

@@ -71,7 +71,7 @@ units! {
     DegreePerSecond "deg/s" AngularRate DEGREE, &["deg s", "dps", "degs", "deg sec", "degree second", "degrees second", "grad s", "grad sekunde", "度 秒"];
     DegreePerMinute "deg/min" AngularRate DEGREE / 60.0, &["deg min", "dpm", "degree minute", "degrees minute", "grad min", "grad minute", "度 分"];
     MetrePerSecond "m/s" Speed 1.0, &["m s", "mps", "ms"];
-    Knot "kn" Speed 1852.0 / 3600.0, &["kn", "kt", "kts", "knot", "knots", "knoten", "ノット"];
+    Knot "kn" Speed 1852.0 / 3600.0, &["kn", "kt", "kts", "knot", "knots", "knoten", "noeud", "noeuds", "nœuds", "nudos", "ノット"];
     KilometrePerHour "km/h" Speed 1.0 / 3.6, &["km h", "kmh", "kph"];
     Metre "m" Length 1.0, &["m", "metre", "metres", "meter", "meters", "メートル"];
     Foot "ft" Length 0.3048, &["ft", "foot", "feet"];

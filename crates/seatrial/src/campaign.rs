@@ -205,7 +205,7 @@ impl Campaign {
         }
     }
 
-    /// A reason for each run that a fault of the vehicle spoiled and that was made again: the fault may come back.
+    /// A reason for each run that was refused for what the vehicle did and that was made again: what it was may come back.
     fn faults_of_repeated_runs(&self) -> Vec<Reason> {
         let deciding = self.deciding_runs();
         let is_repeated = |run: &&Run| deciding.iter().all(|other| other.number != run.number);
@@ -213,7 +213,10 @@ impl Campaign {
         repeated
             .filter(|run| !run.verdict.accepted)
             .filter_map(|run| {
-                let cause = run.verdict.cause().filter(|cause| cause.code.is_fault())?;
+                let cause = run
+                    .verdict
+                    .cause()
+                    .filter(|cause| cause.code.is_of_the_vehicle())?;
                 let measured = format!("run {} at {:.0} % thrust", run.number, 100.0 * run.thrust);
                 Some(Reason {
                     text: format!(

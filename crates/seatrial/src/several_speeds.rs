@@ -40,6 +40,8 @@ pub fn missing(parts: &[Part], unit: &str) -> Vec<Reason> {
             None => found.push((cause, vec![part.name])),
         }
     }
+    // What concerns most speeds comes first.
+    found.sort_by_key(|(_, names)| std::cmp::Reverse(names.len()));
     let of = |(cause, names): (&Reason, Vec<&str>)| {
         let which = match names.as_slice() {
             [name] => format!("{name} {unit} has no model"),

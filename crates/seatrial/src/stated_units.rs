@@ -22,6 +22,9 @@ pub struct ColumnUnit {
     pub per_si: f64,
     /// Where the unit comes from.
     pub origin: Origin,
+    /// Was it chosen against one of another kind that the name of the column says?
+    #[serde(default)]
+    pub is_against_name: bool,
 }
 
 impl Default for ColumnUnit {
@@ -29,6 +32,7 @@ impl Default for ColumnUnit {
         Self {
             per_si: 1.0,
             origin: Origin::Given,
+            is_against_name: false,
         }
     }
 }

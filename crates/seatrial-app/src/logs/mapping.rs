@@ -51,7 +51,7 @@ enum InvalidChannel {
     Number { field: &'static str, value: f64 },
     #[error("full_deg = {full_deg}: expected the angle of a full rudder, up to 90")]
     FullAngle { full_deg: f64 },
-    #[error("a time has a unit, and no scale, offset or sign")]
+    #[error("a time has a unit and a scale above 0, and no offset or sign")]
     CorrectedTime,
 }
 
@@ -120,7 +120,7 @@ impl Mapping {
             offset: channel.offset,
         };
         let is_corrected = correction.scale != 1.0 || correction.offset.is_some();
-        if is_corrected && quantity == Quantity::Time {
+        if quantity == Quantity::Time && (correction.scale < 0.0 || correction.offset.is_some()) {
             return Err(InvalidChannel::CorrectedTime);
         }
         if is_corrected {

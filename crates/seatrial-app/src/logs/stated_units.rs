@@ -29,6 +29,7 @@ pub(crate) fn stated_units(description: &LogDescription, counts: &Counts) -> Sta
 fn column_unit(channel: &Channel) -> ColumnUnit {
     ColumnUnit {
         per_si: 1.0 / channel.scale.abs(),
+        is_against_name: channel.against.is_some(),
         origin: match channel.unit_source {
             UnitSource::Chosen => Origin::Given,
             UnitSource::Stated => Origin::Stated,

@@ -169,6 +169,15 @@ impl ReasonCode {
         )
     }
 
+    /// Does it say that the vehicle, or what measures it, did not do what a sound one does?
+    pub(crate) fn is_of_the_vehicle(&self) -> bool {
+        self.is_fault()
+            || matches!(
+                self,
+                Self::LowR2 | Self::Contradicted | Self::DoesNotFit | Self::Disagreement
+            )
+    }
+
     /// Does it limit what an accepted model may be used for?
     pub(crate) fn limits(&self) -> bool {
         !matches!(

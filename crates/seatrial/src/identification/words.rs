@@ -352,11 +352,11 @@ fn of_several(code: &ReasonCode) -> Option<Words> {
         ),
         ReasonCode::AuthorityChanged => same(
             "The rudder's effect changes over speed as that of one vehicle does not.",
-            "Check the fins and the load, and repeat both speeds.",
+            "Look at fins, propeller and load, then repeat both speeds.",
         ),
         ReasonCode::DampingChanged => same(
             "The damping changes over speed as that of one vehicle does not.",
-            "Check the fins and the load, and repeat both speeds.",
+            "Look at fins, propeller and load, then repeat both speeds.",
         ),
         _ => None,
     }

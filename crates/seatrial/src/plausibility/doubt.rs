@@ -25,6 +25,13 @@ pub enum Doubt {
         /// The largest number in the column.
         largest: f64,
     },
+    /// The rudder was said to be in a unit of another kind than the one that the name of its column says.
+    RudderAgainstName,
+    /// A share of full rudder is more than all of it.
+    RudderBeyondFull {
+        /// The largest share.
+        largest: f64,
+    },
     /// Nothing tells whether the rudder is an angle, a fraction or percent of full.
     RudderScale {
         /// What it was taken for.
@@ -38,7 +45,10 @@ pub enum Doubt {
         interval_s: f64,
     },
     /// The time counts 0, 1, 2 as the number of a row does, and nothing shows that a row takes a second.
-    TimeIsIndex,
+    TimeIsIndex {
+        /// Did the user choose its unit?
+        is_given: bool,
+    },
     /// The yaw rate contradicts heading and time.
     RateMismatch(RateMismatch),
     /// Samples are too far apart for the vehicle's time constant.
@@ -117,10 +127,12 @@ impl Doubt {
     pub fn code(&self) -> ReasonCode {
         match self {
             Self::HeadingUnit { .. } => ReasonCode::HeadingUnitDoubtful,
-            Self::RudderUnit { .. } => ReasonCode::RudderUnitDoubtful,
+            Self::RudderUnit { .. } | Self::RudderAgainstName | Self::RudderBeyondFull { .. } => {
+                ReasonCode::RudderUnitDoubtful
+            }
             Self::RudderScale { .. } => ReasonCode::RudderScaleUnknown,
             Self::HeadingIsCourse => ReasonCode::CourseForHeading,
-            Self::TimeUnit { .. } | Self::TurnsTooFast { .. } | Self::TimeIsIndex => {
+            Self::TimeUnit { .. } | Self::TurnsTooFast { .. } | Self::TimeIsIndex { .. } => {
                 ReasonCode::TimeUnitDoubtful
             }
             Self::RateMismatch(mismatch) if mismatch.is_reversed() => ReasonCode::YawRateReversed,
@@ -142,7 +154,18 @@ impl Doubt {
             Self::HeadingHeld { effect, .. } => *effect > LARGEST_HEADING_EFFECT,
             Self::RudderHeld { effect, .. } => *effect > LARGEST_RUDDER_EFFECT,
             Self::RateMismatch(mismatch) => !mismatch.is_reversed(),
-            Self::HeadingIsCourse | Self::HeadingUnchecked | Self::RudderUnchecked => false,
+            // A unit that was given settles what is possible.
+            Self::TimeIsIndex { is_given } => !is_given,
+            Self::HeadingUnit {
+                said_degrees: true,
+                wraps: false,
+                is_given: true,
+                ..
+            } => false,
+            Self::RudderAgainstName
+            | Self::HeadingIsCourse
+            | Self::HeadingUnchecked
+            | Self::RudderUnchecked => false,
             _ => true,
         }
     }
@@ -184,7 +207,13 @@ impl Doubt {
                 three_figures(yaw_rate_rad_s.to_degrees())
             ),
             Self::HeadingIsCourse => "the column taken for the heading is named a course or track, which is where the vehicle goes and not where it points: it is late and smooth, so that a22 and b2 are those of the track; log the heading of a compass".into(),
-            Self::TimeIsIndex => "the time counts 0, 1, 2 like the number of a row, and there is no yaw rate to show that a row takes a second: say so with --unit time=s, or choose another column with --time".into(),
+            Self::RudderAgainstName => "the name of the rudder's column says a unit of another kind than the one that was chosen: b2 and the gains are as wrong as that choice".into(),
+            Self::RudderBeyondFull { largest } => format!(
+                "the rudder is said to be a share of full and reaches {} of it: say its unit with --unit rudder=percent or --unit rudder=deg",
+                three_figures(*largest)
+            ),
+            Self::TimeIsIndex { is_given: true } => "the time counts 0, 1, 2 like the number of a row, and there is no yaw rate to show that a row takes the time that was said: a22 and b2 are as wrong as that".into(),
+            Self::TimeIsIndex { is_given: false } => "the time counts 0, 1, 2 like the number of a row, and there is no yaw rate to show that a row takes a second: say so with --unit time=s, or choose another column with --time".into(),
             Self::RateMismatch(mismatch) => mismatch.text(),
             Self::SlowLog { interval_s, time_constant_s } => format!(
                 "samples are {} s apart, more than a fifth of the vehicle's time constant, {} s or less: what happened between them is not in the log; log at least every {} s (ArduPilot: fast attitude in LOG_BITMASK, or SR0_EXTRA1 and SR0_RC_CHAN for telemetry)",
@@ -248,6 +277,34 @@ impl Doubt {
                 action: "Name the right column for the rudder: it may hold the heading.".into(),
                 ..reason
             },
+            Self::HeadingUnit { said_degrees: true, wraps: false, is_given: true, .. } => Reason {
+                text: "The heading turns little for so much rudder, as one in radians would that is called degrees.".into(),
+                action: "Make sure that it is in degrees.".into(),
+                ..reason
+            },
+            Self::RudderAgainstName => Reason {
+                text: "The unit that was chosen for the rudder contradicts the name of its column.".into(),
+                action: "Leave the choice out, unless the name is wrong.".into(),
+                ..reason
+            },
+            Self::RudderBeyondFull { largest } => Reason {
+                text: format!(
+                    "The rudder reaches {} times full rudder: it is not a share of full.",
+                    three_figures(*largest)
+                ),
+                action: "Give its unit with --unit rudder=percent or --unit rudder=deg.".into(),
+                ..reason
+            },
+            Self::TimeIsIndex { is_given: true } => Reason {
+                text: "The time counts rows: nothing shows that a row takes the time that was said.".into(),
+                action: "Make sure how often a row was written, or log the time or the yaw rate.".into(),
+                ..reason
+            },
+            Self::TimeIsIndex { is_given: false } => Reason {
+                text: "The time counts rows, as 0, 1, 2: how long a row takes is not in the log.".into(),
+                action: "Name the column of the time with --time. Where there is none, give the seconds of a row as scale of the time in a [channels] file.".into(),
+                ..reason
+            },
             Self::TimeUnit { interval_s } => Reason {
                 text: format!(
                     "By the time column samples are {} s apart: the time is in another unit.",
@@ -260,6 +317,7 @@ impl Doubt {
                     "By the time column the vehicle turns by {} deg/s, which no vessel does.",
                     three_figures(yaw_rate_rad_s.to_degrees())
                 ),
+                action: "The time counts something longer than it was taken for: give its unit with --unit time=min (or h, d), or name another column with --time.".into(),
                 ..reason
             },
             _ => reason,
@@ -292,7 +350,7 @@ impl RateMismatch {
     /// A yaw rate of the opposite sense and the right size.
     pub(super) const REVERSED: Self = Self {
         ratio: -1.0,
-        interval_s: f64::NAN,
+        interval_s: 0.0,
         is_index: false,
     };
 

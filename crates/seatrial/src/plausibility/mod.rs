@@ -62,7 +62,8 @@ pub fn unchecked(record: &Record) -> Vec<Doubt> {
         .samples
         .iter()
         .any(|s| s.yaw_rate_rad_s.is_some_and(f64::is_finite));
-    let heading = (!has_rate).then_some(Doubt::HeadingUnchecked);
+    let heading =
+        (!has_rate && !record.units.yaw_rate_is_reversed).then_some(Doubt::HeadingUnchecked);
     heading
         .into_iter()
         .chain([Doubt::RudderUnchecked])

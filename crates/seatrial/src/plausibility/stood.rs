@@ -11,7 +11,7 @@ const LEAST_ROWS: usize = 15;
 const LEAST_TIME_S: f64 = 0.7;
 /// The share of all other rows in which the heading changes.
 const CHANGING: f64 = 0.9;
-/// The turn by the yaw rate meanwhile, rad.
+/// How far the yaw rate says that it turned meanwhile, there and back, rad.
 const LEAST_TURN_RAD: f64 = 0.02;
 /// Without a yaw rate: the step with which the heading comes back, in usual steps.
 const COMES_BACK: f64 = 10.0;
@@ -32,7 +32,7 @@ pub fn heading_stood(samples: &[Sample<f64>]) -> Option<Doubt> {
         return None;
     }
     let has_turned = match turned_rad(&samples[from..=to]) {
-        Some(turned) => turned.abs() > LEAST_TURN_RAD,
+        Some(turned) => turned > LEAST_TURN_RAD,
         None => steps
             .get(to)
             .is_some_and(|back| *back > COMES_BACK * usual(&steps)),
@@ -56,12 +56,15 @@ fn longest_run(steps: &[f64]) -> Option<(usize, usize)> {
     (longest.1 > longest.0).then_some(longest)
 }
 
-/// The turn by the yaw rate; `None` without one in every row.
+/// The range of the headings that the yaw rate leads through; `None` without one in every row.
 fn turned_rad(samples: &[Sample<f64>]) -> Option<f64> {
-    samples.windows(2).try_fold(0.0, |turned, pair| {
+    let (mut turned, mut low, mut high) = (0.0, 0.0_f64, 0.0_f64);
+    for pair in samples.windows(2) {
         let rate = pair[0].yaw_rate_rad_s.filter(|rate| rate.is_finite())?;
-        Some(turned + rate * (pair[1].time_s - pair[0].time_s))
-    })
+        turned += rate * (pair[1].time_s - pair[0].time_s);
+        (low, high) = (low.min(turned), high.max(turned));
+    }
+    Some(high - low)
 }
 
 /// The median of the steps that are any.
@@ -104,6 +107,11 @@ mod tests {
                 panic!("not found");
             };
             assert!((from_s - 4.95).abs() < 1e-9 && (for_s - 4.0).abs() < 0.06);
+            let mut there_and_back = turn(5.0..9.0, true);
+            for sample in &mut there_and_back[140..] {
+                sample.yaw_rate_rad_s = Some(-0.1);
+            }
+            assert!(heading_stood(&there_and_back).is_some());
             assert_eq!(heading_stood(&turn(5.0..5.4, has_rate)), None);
             assert_eq!(heading_stood(&turn(0.0..0.0, has_rate)), None);
         }

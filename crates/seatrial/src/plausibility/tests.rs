@@ -8,7 +8,11 @@ use crate::stated_units::{ColumnUnit, Origin, StatedUnits};
 const DEG: f64 = 180.0 / std::f64::consts::PI;
 
 fn unit(per_si: f64, origin: Origin) -> ColumnUnit {
-    ColumnUnit { per_si, origin }
+    ColumnUnit {
+        per_si,
+        origin,
+        ..ColumnUnit::default()
+    }
 }
 
 /// 30 s at 20 Hz of a turn to and fro through north by 35 deg either way, its rudder a sine of 15 deg.
@@ -101,7 +105,8 @@ fn exact_angles_in_the_other_unit_are_found() {
     }
     assert_eq!(codes(&away), [ReasonCode::HeadingUnitDoubtful]);
     away.units.heading.origin = Origin::Given;
-    assert_eq!(codes(&away), []);
+    assert_eq!(codes(&away), [ReasonCode::HeadingUnitDoubtful]);
+    assert!(!unit_doubts(&away)[0].refuses());
     // Degrees that somebody says are radians: nobody begins a log 14 turns from north, unless a gyro says the same.
     let mut turned = record(stated_degrees());
     for sample in &mut turned.samples {

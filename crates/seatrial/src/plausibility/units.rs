@@ -19,6 +19,8 @@ const LEAST_TURN: f64 = 0.1;
 const RADIANS: f64 = 0.6;
 /// A rudder beyond this number is no rudder in radians: 92 deg.
 const LARGEST_RUDDER_RAD: f64 = 1.6;
+/// A share of full rudder beyond this one is none; trims and servos of uneven ends reach a little over 1.
+const LARGEST_SHARE: f64 = 1.5;
 /// Rudders are used up to these angles.
 const USUAL_RUDDER_RAD: f64 = 0.7;
 const USUAL_RUDDER_DEG: f64 = 46.0;
@@ -36,7 +38,12 @@ const LONGEST_WHOLE_INTERVAL_S: f64 = 15.0;
 
 /// Compares the numbers with what their units allow.
 pub(super) fn doubts(record: &Record) -> Vec<Doubt> {
-    [heading(record), rudder(record), time(record)]
+    let against_name = record
+        .units
+        .rudder
+        .is_against_name
+        .then_some(Doubt::RudderAgainstName);
+    [heading(record), rudder(record), against_name, time(record)]
         .into_iter()
         .flatten()
         .collect()
@@ -85,7 +92,6 @@ fn heading(record: &Record) -> Option<Doubt> {
         .windows(2)
         .any(|pair| (WRAP * turn..=1.001 * turn).contains(&(pair[1] - pair[0]).abs()));
     let is_doubtful = match (said_degrees, unit.origin) {
-        (true, Origin::Given) => largest <= TURN_RAD && wraps,
         (true, _) => largest <= TURN_RAD && (wraps || turns_too_little(record, &headings)),
         (false, Origin::Given) => wraps || begins_turned(record, &headings),
         (false, origin) => largest > MANY_TURNS_RAD && (wraps || origin == Origin::Stated),
@@ -129,6 +135,10 @@ fn rudder(record: &Record) -> Option<Doubt> {
             largest,
         });
     }
+    let share = largest / unit.per_si;
+    if !is_angle && unit.origin != Origin::Assumed && share > LARGEST_SHARE {
+        return Some(Doubt::RudderBeyondFull { largest: share });
+    }
     if !unit.is_open() || largest == 0.0 {
         return None;
     }
@@ -165,16 +175,22 @@ fn time(record: &Record) -> Option<Doubt> {
     if let Some(yaw_rate_rad_s) = usual_turn_rad_s(record).filter(|r| *r > FASTEST_TURN_RAD_S) {
         return Some(Doubt::TurnsTooFast { yaw_rate_rad_s });
     }
-    if !unit.is_open() || unit.per_si != 1.0 {
+    if record.units.are_given() {
         return None;
     }
+    let is_taken_for_seconds = unit.is_open() && unit.per_si == 1.0;
     let is_whole = record.samples.iter().all(|s| s.time_s.fract() == 0.0);
-    if interval_s >= LONGEST_INTERVAL_S || (is_whole && interval_s >= LONGEST_WHOLE_INTERVAL_S) {
+    let is_long = is_whole && interval_s >= LONGEST_WHOLE_INTERVAL_S;
+    if interval_s >= LONGEST_INTERVAL_S || (is_taken_for_seconds && is_long) {
         return Some(Doubt::TimeUnit { interval_s });
     }
     let has_rate = record.samples.iter().any(|s| s.yaw_rate_rad_s.is_some());
-    (!has_rate && [0.0, 1.0].contains(&first.time_s) && counts(record))
-        .then_some(Doubt::TimeIsIndex)
+    let is_index = !has_rate
+        && [0.0, 1.0].contains(&(first.time_s * unit.per_si))
+        && counts_by(record, unit.per_si.recip());
+    (is_index && (is_taken_for_seconds || !unit.is_open())).then_some(Doubt::TimeIsIndex {
+        is_given: !unit.is_open(),
+    })
 }
 
 /// The fastest turn that no outlier makes.
@@ -204,8 +220,13 @@ fn usual_turn_rad_s(record: &Record) -> Option<f64> {
 
 /// Does the time go up by exactly 1 with every row?
 pub(super) fn counts(record: &Record) -> bool {
-    record
-        .samples
-        .windows(2)
-        .all(|pair| pair[1].time_s - pair[0].time_s == 1.0)
+    counts_by(record, 1.0)
+}
+
+/// Does the time go up by this interval with every row, but for rounding?
+fn counts_by(record: &Record, interval_s: f64) -> bool {
+    record.samples.windows(2).all(|pair| {
+        let step_s = pair[1].time_s - pair[0].time_s;
+        (step_s - interval_s).abs() <= 1e-6 * interval_s
+    })
 }
