@@ -57,7 +57,6 @@ pub mod vehicle_export;
 pub mod vehicle_file;
 #[cfg(feature = "trials")]
 pub mod vehicles;
-#[cfg(any(feature = "trials", feature = "parquet"))]
 pub mod workers;
 
 pub use error::Error;

@@ -1,7 +1,7 @@
 //! Many runs on several threads.
 
 use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::thread;
 
 /// As many threads as asked for, or one for each core.
@@ -9,6 +9,40 @@ pub fn threads(asked: Option<NonZeroUsize>) -> usize {
     asked
         .or_else(|| thread::available_parallelism().ok())
         .map_or(1, NonZeroUsize::get)
+}
+
+/// What `work` makes of each item, in their order, on a thread for each core; in place where there is one core or item, or no
+/// threads, as in a browser. A panic of `work` is one of the caller.
+pub fn of_each<I: Sync, T: Send>(items: &[I], work: impl Fn(&I) -> T + Sync) -> Vec<T> {
+    let threads = threads(None).min(items.len());
+    if threads <= 1 {
+        return items.iter().map(work).collect();
+    }
+    let next = AtomicUsize::new(0);
+    let worker = || {
+        let mut made = Vec::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            match items.get(index) {
+                Some(item) => made.push((index, work(item))),
+                None => return made,
+            }
+        }
+    };
+    let mut made: Vec<(usize, T)> = thread::scope(|scope| {
+        // The caller's own thread is one of them.
+        let others: Vec<_> = (1..threads).map(|_| scope.spawn(worker)).collect();
+        let mut made = worker();
+        for other in others {
+            match other.join() {
+                Ok(more) => made.extend(more),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        made
+    });
+    made.sort_by_key(|(index, _)| *index);
+    made.into_iter().map(|(_, result)| result).collect()
 }
 
 /// Threads, and what is called after every run.
@@ -47,5 +81,25 @@ impl<'a> Workers<'a> {
         });
         results.sort_by_key(|(run, _)| *run);
         results.into_iter().map(|(_, result)| result).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_results_stand_in_the_order_of_the_items() {
+        let items: Vec<u64> = (0..100).collect();
+        let squares = of_each(&items, |item| item * item);
+        assert_eq!(squares, items.iter().map(|i| i * i).collect::<Vec<_>>());
+        assert!(of_each(&[] as &[u64], |item| *item).is_empty());
+    }
+
+    #[test]
+    #[should_panic(expected = "item 7")]
+    fn exact_a_panic_is_the_callers() {
+        let items: Vec<u64> = (0..20).collect();
+        of_each(&items, |item| assert_ne!(*item, 7, "item 7"));
     }
 }

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use seatrial::identification::{Outcome, ReasonCode};
+use seatrial::identify::{IdentifySettings, ValidationData, identify_joined};
 use seatrial_app::identify_log::{IdentifiedLog, Options, identify_log};
 use seatrial_app::simulated_log::play;
 use seatrial_core::{List, Plan, Sample};
@@ -54,5 +55,29 @@ fn recover_a_fin_that_broke_between_two_speeds_of_a_log() {
     for verdict in models.iter().map(|m| &m.verdict).chain([log.verdict()]) {
         assert_eq!(verdict.outcome(), Outcome::DoNotUse);
         assert_eq!(verdict.reasons[0].code, ReasonCode::AuthorityChanged);
+    }
+}
+
+/// Speeds are identified on all cores, of a record that is looked through once: each model is the one that its windows give alone.
+#[test]
+fn parity_speeds_identified_together_and_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let sound = VehicleConfig::starfish();
+    let log = identified([(0.6, sound.clone()), (1.0, sound)], folder.path());
+    let record = &log.logs.log.record;
+    let models = log.models.as_deref().unwrap();
+    assert_eq!(models.len(), 2);
+    // Slowest first, as they are proposed.
+    assert!(models[0].surge_speed_m_s < models[1].surge_speed_m_s);
+    for model in models {
+        let windows = &model.windows;
+        let held_out = windows
+            .validation
+            .map(|window| ValidationData { record, window });
+        let settings = IdentifySettings::default();
+        let (alone, joined) =
+            identify_joined(record, &windows.training, held_out, &settings).unwrap();
+        assert_eq!(model.joined, joined);
+        assert_eq!(model.identification.as_ref(), Some(&alone));
     }
 }

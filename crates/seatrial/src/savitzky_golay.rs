@@ -1,7 +1,5 @@
 //! The derivative of a sampled signal by local polynomials: the measured yaw rate of Fig. 15.
 
-use nalgebra::{DMatrix, DVector};
-
 /// A Savitzky-Golay derivative filter.
 ///
 /// At each sample a polynomial in time is fitted by least squares to the `2 half_window + 1` samples
@@ -109,22 +107,42 @@ impl SavitzkyGolay {
         Ok((0..values.len()).map(slope).collect())
     }
 
-    /// The weights of the slope of the polynomial through a window, in times scaled to its length: the second row of the
-    /// pseudoinverse, R^-1 Q^T of its powers.
+    /// The weights of the slope of the polynomial through a window, by polynomials that are orthogonal over its times x:
+    ///
+    /// ```text
+    /// p_0 = 1,  p_k+1 = (x - alpha_k) p_k - beta_k p_k-1,  alpha_k = sum x p_k^2 / n_k,  beta_k = n_k / n_k-1,  n_k = sum p_k^2
+    /// w_j = sum_k p_k'(0) p_k(x_j) / n_k
+    /// ```
+    ///
+    /// x is scaled to the window's length and 0 where the slope is asked for. Source: Forsythe, J. SIAM 5 (1957).
     fn weights(self, times_s: &Offsets) -> Weights {
         let offsets_s: Vec<f64> = times_s.all().collect();
         let length_s = times_s.length_s();
-        let powers = DMatrix::from_fn(offsets_s.len(), self.order + 1, |row, column| {
-            (offsets_s[row] / length_s).powi(column as i32)
-        });
-        let qr = powers.qr();
-        let slope = DVector::from_fn(self.order + 1, |i, _| f64::from(u8::from(i == 1)));
-        // Increasing times make the columns independent, so that there is a solution.
-        let solved = qr.r().tr_solve_upper_triangular(&slope);
-        let of_values = solved.map_or_else(
-            || vec![f64::NAN; offsets_s.len()],
-            |solved| ((qr.q() * solved) / length_s).as_slice().to_vec(),
-        );
+        let x: Vec<f64> = offsets_s.iter().map(|offset| offset / length_s).collect();
+        let mut of_values = vec![0.0; x.len()];
+        let (mut before, mut here) = (vec![0.0; x.len()], vec![1.0; x.len()]);
+        let (mut norm_before, mut norm) = (1.0, x.len() as f64);
+        // Value and slope where the slope is asked for, of the polynomial before and of this one.
+        let (mut at_before, mut at) = ([0.0; 2], [1.0, 0.0]);
+        for power in 0..self.order {
+            let alpha = x.iter().zip(&here).map(|(x, p)| x * p * p).sum::<f64>() / norm;
+            let beta = if power == 0 { 0.0 } else { norm / norm_before };
+            for (x, (before, here)) in x.iter().zip(before.iter_mut().zip(&mut here)) {
+                let next = (x - alpha) * *here - beta * *before;
+                *before = std::mem::replace(here, next);
+            }
+            let [value, slope] = at;
+            let next = [
+                -alpha * value - beta * at_before[0],
+                value - alpha * slope - beta * at_before[1],
+            ];
+            (at_before, at) = (at, next);
+            (norm_before, norm) = (norm, here.iter().map(|p| p * p).sum());
+            let share = at[1] / (norm * length_s);
+            for (weight, p) in of_values.iter_mut().zip(&here) {
+                *weight += share * p;
+            }
+        }
         Weights {
             offsets_s,
             length_s,

@@ -3,6 +3,7 @@
 mod amplitude;
 mod drift;
 mod exact_plants;
+mod examined;
 mod examples;
 mod export;
 mod health;

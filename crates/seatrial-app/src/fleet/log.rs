@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use seatrial::identification::Verdict;
-use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, identify};
+use seatrial::identify::{ExaminedRecord, IdentifyError, IdentifySettings, ValidationData};
 use seatrial::manoeuvre::Manoeuvre;
 use seatrial::segmentation::{Segment, Single, find, singles};
 use seatrial::{Record, Window};
@@ -200,10 +200,11 @@ fn manoeuvres(record: &Record, new: Window, options: &Options) -> Vec<Row> {
     if found.is_empty() && new == Window::ALL {
         return vec![whole(record, &segments, options)];
     }
+    let examined = ExaminedRecord::of(record);
     found
         .iter()
         .filter(|single| new.contains(single.segment.window.from_s))
-        .map(|single| one(record, single, options))
+        .map(|single| one(&examined, single, options))
         .collect()
 }
 
@@ -225,11 +226,17 @@ fn whole(record: &Record, segments: &[Segment], options: &Options) -> Row {
     if let [segment] = segments {
         row.manoeuvre = Some(segment.kind.to_string());
     }
-    estimate(&mut row, record, Window::ALL, None, options);
+    estimate(
+        &mut row,
+        &ExaminedRecord::of(record),
+        Window::ALL,
+        None,
+        options,
+    );
     row
 }
 
-fn one(record: &Record, single: &Single, options: &Options) -> Row {
+fn one(examined: &ExaminedRecord, single: &Single, options: &Options) -> Row {
     let mut row = Row {
         manoeuvre: Some(single.segment.kind.to_string()),
         thrust: single.segment.thrust,
@@ -237,21 +244,22 @@ fn one(record: &Record, single: &Single, options: &Options) -> Row {
         rudder_amplitude_rad: Some(single.segment.amplitude_rad),
         ..Row::default()
     };
-    let held_out = single
-        .validation
-        .map(|window| ValidationData { record, window });
-    estimate(&mut row, record, single.training, held_out, options);
+    let held_out = single.validation.map(|window| ValidationData {
+        record: examined.record(),
+        window,
+    });
+    estimate(&mut row, examined, single.training, held_out, options);
     row
 }
 
 fn estimate(
     row: &mut Row,
-    record: &Record,
+    examined: &ExaminedRecord,
     training: Window,
     held_out: Option<ValidationData>,
     options: &Options,
 ) {
-    match identify(record, training, held_out, &options.settings()) {
+    match examined.identify(training, held_out, &options.settings()) {
         Ok(found) => row.identified(&found),
         Err(error) => {
             row.window(training);

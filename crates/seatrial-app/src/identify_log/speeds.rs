@@ -2,9 +2,8 @@
 
 use seatrial::campaign_check::{SpeedResult, contradictions};
 use seatrial::identification::{Identification, Outcome, Reason, ReasonCode, Verdict};
-use seatrial::identify::identify_joined;
 use seatrial::identify::joined::Joined;
-use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData};
+use seatrial::identify::{ExaminedRecord, IdentifyError, IdentifySettings, ValidationData};
 use seatrial::segmentation::{Proposal, find, propose};
 use seatrial::several_speeds::{Part, missing, remarks, whole};
 use serde::{Deserialize, Serialize};
@@ -12,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::no_model;
 use crate::Error;
 use crate::logs::{Observer, OpenedLog};
+use crate::workers::of_each;
 
 /// A model of one speed, or why there is none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -48,15 +48,20 @@ pub(super) fn identify_proposals(
     settings: &IdentifySettings,
     observer: &mut dyn Observer,
 ) -> Result<Option<Vec<SpeedModel>>, Error> {
-    let mut models = proposals
-        .into_iter()
-        .map(|proposal| {
-            observer.found(&log.path, &proposal);
-            SpeedModel::identify(log, proposal, settings)
-        })
-        .collect::<Result<Vec<_>, _>>()?;
+    if proposals.is_empty() {
+        return Ok(None);
+    }
+    for proposal in &proposals {
+        observer.found(&log.path, proposal);
+    }
+    let record = ExaminedRecord::of(&log.record);
+    let mut models = of_each(&proposals, |proposal| {
+        SpeedModel::identify(log, &record, proposal.clone(), settings)
+    })
+    .into_iter()
+    .collect::<Result<Vec<_>, _>>()?;
     refuse_contradictions(&mut models);
-    Ok((!models.is_empty()).then_some(models))
+    Ok(Some(models))
 }
 
 /// Where speeds contradict each other, none of their models may be used.
@@ -183,6 +188,7 @@ impl SpeedModel {
 
     fn identify(
         log: &OpenedLog,
+        record: &ExaminedRecord,
         proposal: Proposal,
         settings: &IdentifySettings,
     ) -> Result<Self, Error> {
@@ -191,7 +197,7 @@ impl SpeedModel {
             window,
         });
         let (identification, joined, verdict) =
-            match identify_joined(&log.record, &proposal.training, held_out, settings) {
+            match record.identify_joined(&proposal.training, held_out, settings) {
                 Ok((mut identification, joined)) => {
                     name_unknown_speed(&mut identification.verdict, &proposal);
                     let verdict = identification.verdict.clone();

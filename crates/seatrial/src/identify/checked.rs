@@ -174,7 +174,7 @@ fn higher_order(
 fn doubts(prepared: &Prepared, chosen: &Chosen, data: Option<ValidationData>) -> Vec<Doubt> {
     let mut doubts = prepared.log.unit_doubts.clone();
     let others = data.map_or_else(Vec::new, |data| {
-        let mut others = plausibility::unit_doubts(data.record);
+        let mut others = prepared.record.unit_doubts_of(data.record);
         others.extend(plausibility::heading_stood(
             &data.record.usable(data.window),
         ));

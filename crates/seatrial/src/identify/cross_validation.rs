@@ -3,25 +3,25 @@
 //! The model that is handed over comes from the whole manoeuvre. A second one, from its first legs alone, is simulated
 //! over the remaining legs, which it has not seen. Where that one may be used, the whole is validated.
 
-use super::{IdentifySettings, OrderSearch, ValidationData, identify_with};
+use super::{ExaminedRecord, IdentifySettings, OrderSearch, ValidationData, identify_with};
 use crate::figures::r2_text;
 use crate::identification::{Identification, Outcome, Reason, ReasonCode};
 use crate::legs::{LegSplit, split_by_legs};
-use crate::record::{Record, Window};
+use crate::record::Window;
 
 /// The identification of a window that nothing validated, validated by its own legs; as it was where the window holds too
 /// few legs, or where the other legs do not confirm a model of its first ones.
 pub(super) fn validated_by_legs(
     whole: Identification,
-    record: &Record,
+    record: &ExaminedRecord,
     window: Window,
     settings: &IdentifySettings,
 ) -> Identification {
-    let Some(split) = split_by_legs(&record.usable(window)) else {
+    let Some(split) = split_by_legs(&record.record().usable(window)) else {
         return whole;
     };
     let held_out = ValidationData {
-        record,
+        record: record.record(),
         window: Window {
             to_s: window.to_s,
             ..split.validation

@@ -3,6 +3,7 @@
 use seatrial_core::Sample;
 
 use super::compass::{CompassError, Jump};
+use super::examined::ExaminedRecord;
 use super::mishap::heading_jump;
 use super::online::Pass;
 use super::pace::Pace;
@@ -55,12 +56,13 @@ pub struct LogStatistics {
 impl LogStatistics {
     /// Statistics of a training window and of what the estimator let through of it.
     pub fn of(
-        record: &Record,
+        examined: &ExaminedRecord,
         training: Window,
         manoeuvre: &Manoeuvre,
         pass: &Pass,
         hidden_edges: usize,
     ) -> Self {
+        let record = examined.record();
         let samples = record.window(training);
         Self {
             samples_used: pass.samples_used,
@@ -76,12 +78,14 @@ impl LogStatistics {
             compass: CompassError::of(&pass.accepted),
             jump_beside: jump_beside(record, training.known_part(samples)),
             hidden_edges,
-            unit_doubts: plausibility::unit_doubts(record)
-                .into_iter()
+            unit_doubts: examined
+                .unit_doubts()
+                .iter()
+                .cloned()
                 .chain(plausibility::heading_stood(&record.usable(training)))
                 .collect(),
             times_are_shared: record.units.times_are_shared,
-            unchecked: plausibility::unchecked(record),
+            unchecked: examined.unchecked().to_vec(),
         }
     }
 }

@@ -23,6 +23,7 @@ mod disturbance_study;
 mod edge_times;
 pub(crate) mod error;
 pub mod evenly_sampled;
+mod examined;
 mod excited_segment;
 pub(crate) mod explained;
 pub(crate) mod intervals;
@@ -65,6 +66,7 @@ use checked::Checked;
 use chosen::Chosen;
 use cross_validation::validated_by_legs;
 pub use error::{IdentifyError, WindowUse};
+pub use examined::ExaminedRecord;
 use explained::Explained;
 use joined::Joined;
 pub(crate) use mishap::heading_jump;
@@ -91,6 +93,16 @@ pub fn identify(
     data: Option<ValidationData>,
     settings: &IdentifySettings,
 ) -> Result<Identification, IdentifyError> {
+    ExaminedRecord::of(record).identify(training, data, settings)
+}
+
+/// [`identify`] of a record that was looked through.
+fn model_of(
+    record: &ExaminedRecord,
+    training: Window,
+    data: Option<ValidationData>,
+    settings: &IdentifySettings,
+) -> Result<Identification, IdentifyError> {
     let (alone, _) = identify_with(record, training, data, settings, &[], OrderSearch::Done)?;
     Ok(match data {
         None if settings.refine => validated_by_legs(alone, record, training, settings),
@@ -100,14 +112,14 @@ pub fn identify(
 
 /// [`identify`] with the refined estimates of other manoeuvres of the same speed joined to the record's own.
 fn identify_with(
-    record: &Record,
+    record: &ExaminedRecord,
     training: Window,
     data: Option<ValidationData>,
     settings: &IdentifySettings,
     others: &[(Window, Refined)],
     order: OrderSearch,
 ) -> Result<(Identification, Option<Joined>), IdentifyError> {
-    let ready = Training::new(record, training, settings)?;
+    let ready = Training::new(record.record(), training, settings)?;
     let pass = ready.estimate()?;
     let used = Settings {
         as_paper: settings.as_paper,
@@ -125,6 +137,16 @@ fn identify_with(
 /// Each manoeuvre is refined by itself; [`joined`] says how they are put together. Such as give no model are left out.
 pub fn identify_joined(
     record: &Record,
+    training: &[Window],
+    data: Option<ValidationData>,
+    settings: &IdentifySettings,
+) -> Result<(Identification, Option<Joined>), IdentifyError> {
+    ExaminedRecord::of(record).identify_joined(training, data, settings)
+}
+
+/// [`identify_joined`] of a record that was looked through.
+fn joined_model(
+    record: &ExaminedRecord,
     training: &[Window],
     data: Option<ValidationData>,
     settings: &IdentifySettings,
@@ -195,7 +217,8 @@ pub fn assess(
     pass: Pass,
     settings: Settings,
 ) -> Result<Identification, IdentifyError> {
-    let prepared = Prepared::new(record, training, &pass, !settings.as_paper)?;
+    let record = ExaminedRecord::of(record);
+    let prepared = Prepared::new(&record, training, &pass, !settings.as_paper)?;
     let assessment = Assessment::of(&prepared, data, &[], OrderSearch::Done)?;
     Ok(assessment.identification(training, pass, settings).0)
 }

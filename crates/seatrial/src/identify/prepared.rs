@@ -6,11 +6,12 @@ use seatrial_core::{Sample, YawModel};
 
 use super::edge_times::{EdgeTimes, Edges};
 use super::error::IdentifyError;
+use super::examined::ExaminedRecord;
 use super::log_statistics::LogStatistics;
 use super::online::Pass;
 use super::training::manoeuvre_to_learn_from;
 use crate::identification::Refined;
-use crate::record::{Record, Window, median_interval_s};
+use crate::record::{Window, median_interval_s};
 
 /// What a likeliest model leaves of the error of a mean rudder: the rest passes for its initial state and its offset.
 const LEFT_OF_A_MEAN: f64 = 0.25;
@@ -27,6 +28,8 @@ pub struct Prepared<'a> {
     pub log: LogStatistics,
     /// The usual interval between samples of the window, s.
     pub interval_s: Option<f64>,
+    /// The record that the training window lies in.
+    pub record: &'a ExaminedRecord<'a>,
     edges: Edges<'a>,
     edge_times: Option<EdgeTimes<'a>>,
 }
@@ -34,13 +37,13 @@ pub struct Prepared<'a> {
 impl<'a> Prepared<'a> {
     /// `refine`: is there to be an estimate from the whole record?
     pub fn new(
-        record: &Record,
+        record: &'a ExaminedRecord,
         training: Window,
         pass: &'a Pass,
         refine: bool,
     ) -> Result<Self, IdentifyError> {
-        let samples = record.window(training);
-        let manoeuvre = manoeuvre_to_learn_from(record, samples)?;
+        let samples = record.record().window(training);
+        let manoeuvre = manoeuvre_to_learn_from(record.record(), samples)?;
         let edges = Edges::of(&pass.accepted);
         Ok(Self {
             training,
@@ -48,6 +51,7 @@ impl<'a> Prepared<'a> {
             online: pass.online.model,
             log: LogStatistics::of(record, training, &manoeuvre, pass, edges.count()),
             interval_s: median_interval_s(samples),
+            record,
             edge_times: refine.then(|| edges.edge_times(Some(pass.online.model))),
             edges,
         })

@@ -48,11 +48,12 @@ impl Propagation {
     pub(super) fn over(dynamics: &Dynamics, t: f64) -> Self {
         let a = dynamics.a22_per_s;
         let (rate_gain_s, heading_gain_s2) = gains(a, t);
+        let rate_decay = libm::exp(a * t);
         let lag_s = dynamics.separate_lag_s();
         let (rudder_decay, lag_to_rate_s, lag_to_heading_s2) = if lag_s > 0.0 {
             let decay = libm::exp(-t / lag_s);
             let pole = a + 1.0 / lag_s;
-            let rate = (libm::exp(a * t) - decay) / pole;
+            let rate = (rate_decay - decay) / pole;
             let heading = (rate_gain_s - lag_s * (1.0 - decay)) / pole;
             (decay, rate, heading)
         } else {
@@ -60,7 +61,7 @@ impl Propagation {
         };
         Self {
             rudder_decay,
-            rate_decay: libm::exp(a * t),
+            rate_decay,
             rate_gain_s,
             heading_gain_s2,
             lag_to_rate_s,
