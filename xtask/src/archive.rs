@@ -32,26 +32,94 @@ pub fn check(target: Option<&str>) -> Result<(), String> {
     let name = format!("seatrial-{VERSION}-{target}");
     let folder = Path::new(OUT).join(&name);
     let _ = std::fs::remove_dir_all(&folder);
-    fill(&folder, &binary, &runnable(&binary, target)?)?;
+    let machine = Machine::of(target);
+    fill(&folder, &binary, machine)?;
     let archive = packed(&name)?;
     let package = debian_package(&folder, target)?;
     for file in [&archive, &package] {
         let bytes = std::fs::metadata(file).map_or(0, |file| file.len());
         eprintln!("== {} of {:.1} MB", file.display(), bytes as f64 / 1e6);
     }
-    if !runs_here(target) {
+    if machine == Machine::Absent {
         eprintln!("== {target} does not run here: built, not tried");
         return Ok(());
     }
-    let seconds = first_report(&archive, &name)?;
-    eprintln!("== from the archive to a report in {seconds:.1} s");
-    installed_package_works(&package)?;
-    match seconds < GOAL_S {
+    let seconds = first_report(&archive, &name, machine)?;
+    eprintln!("== from the archive to a report in {seconds:.1} s, {machine}");
+    installed_package_works(&package, machine)?;
+    match machine == Machine::Emulated || seconds < GOAL_S {
         true => Ok(()),
         false => Err(format!(
             "a first report took {seconds:.1} s, more than {GOAL_S} s"
         )),
     }
+}
+
+/// What runs the command of a target here.
+#[derive(Clone, Copy, PartialEq)]
+enum Machine {
+    /// This one, from a root in which there is nothing but the archive.
+    EmptyRoot,
+    /// This one, with an empty environment: it needs the C library, or a root of its own may not be had.
+    Own,
+    /// QEMU, whose time says nothing.
+    Emulated,
+    Absent,
+}
+
+/// QEMU for single programs, in the package qemu-user.
+const EMULATOR: &str = "qemu-aarch64";
+
+impl Machine {
+    fn of(target: &str) -> Self {
+        let is_own = target.starts_with(std::env::consts::ARCH);
+        let has_roots = || quietly(Command::new("unshare").args(["--map-root-user", "true"]));
+        let has_emulator = || quietly(Command::new(EMULATOR).arg("--version"));
+        match is_own {
+            true if target.ends_with("musl") && has_roots() => Self::EmptyRoot,
+            true => Self::Own,
+            false if target == "aarch64-unknown-linux-musl" && has_emulator() => Self::Emulated,
+            false => Self::Absent,
+        }
+    }
+
+    /// The command with nothing in its environment. `root` is the folder that it may take for the root, `at` where it is in there.
+    fn command(self, root: &Path, at: &Path) -> Command {
+        let program = root.join(at);
+        let mut command = match self {
+            Self::EmptyRoot => {
+                let mut unshare = Command::new("/usr/bin/unshare");
+                unshare
+                    .args(["--map-root-user", "/usr/sbin/chroot"])
+                    .arg(root);
+                unshare.arg(Path::new("/").join(at));
+                unshare
+            }
+            Self::Emulated => {
+                let mut emulator = Command::new(Path::new("/usr/bin").join(EMULATOR));
+                emulator.arg(program);
+                emulator
+            }
+            Self::Own | Self::Absent => Command::new(program),
+        };
+        command.env_clear();
+        command
+    }
+}
+
+impl std::fmt::Display for Machine {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::EmptyRoot => "in a root that holds nothing else",
+            Self::Own => "with an empty environment",
+            Self::Emulated => "under QEMU",
+            Self::Absent => "not tried",
+        })
+    }
+}
+
+fn quietly(command: &mut Command) -> bool {
+    command.output().is_ok_and(|said| said.status.success())
 }
 
 fn has_library(target: &str) -> bool {
@@ -62,22 +130,22 @@ fn has_library(target: &str) -> bool {
     found.is_ok_and(|found| Path::new(String::from_utf8_lossy(&found.stdout).trim()).exists())
 }
 
-fn runs_here(target: &str) -> bool {
-    target.starts_with(std::env::consts::ARCH)
-}
-
 /// The command as it runs here, which writes its own completions and pages for `man`.
-fn runnable(binary: &Path, target: &str) -> Result<PathBuf, String> {
-    if runs_here(target) {
-        return Ok(binary.to_path_buf());
+fn of_any_machine(binary: &Path, machine: Machine) -> Result<Command, String> {
+    if machine == Machine::Absent {
+        return match succeeds(&mut cargo(&["build", "--quiet", "-p", "seatrial-cli"])) {
+            true => Ok(Command::new("target/debug/seatrial")),
+            false => Err("cargo build -p seatrial-cli".into()),
+        };
     }
-    match succeeds(&mut cargo(&["build", "--quiet", "-p", "seatrial-cli"])) {
-        true => Ok("target/debug/seatrial".into()),
-        false => Err("cargo build -p seatrial-cli".into()),
-    }
+    let own = match machine {
+        Machine::EmptyRoot => Machine::Own,
+        other => other,
+    };
+    Ok(own.command(Path::new(""), binary))
 }
 
-fn fill(folder: &Path, binary: &Path, runnable: &Path) -> Result<(), String> {
+fn fill(folder: &Path, binary: &Path, machine: Machine) -> Result<(), String> {
     let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
     let completions = folder.join("completions");
     std::fs::create_dir_all(&completions).map_err(failed)?;
@@ -90,14 +158,15 @@ fn fill(folder: &Path, binary: &Path, runnable: &Path) -> Result<(), String> {
         ("zsh", "_seatrial"),
         ("fish", "seatrial.fish"),
     ] {
-        let said = Command::new(runnable).args(["completions", shell]).output();
+        let mut command = of_any_machine(binary, machine)?;
+        let said = command.args(["completions", shell]).output();
         let said = said.map_err(failed)?;
         if !said.status.success() {
             return Err(format!("seatrial completions {shell}"));
         }
         std::fs::write(completions.join(file), said.stdout).map_err(failed)?;
     }
-    let mut man = Command::new(runnable);
+    let mut man = of_any_machine(binary, machine)?;
     man.args(["completions", "--json", "--man"])
         .arg(folder.join("man"));
     match man.output().map_err(failed)?.status.success() {
@@ -205,7 +274,7 @@ fn control(architecture: &str, needs_glibc: bool) -> String {
 }
 
 /// Unpacks the archive and makes a report of a rehearsed trial, s.
-fn first_report(archive: &Path, name: &str) -> Result<f64, String> {
+fn first_report(archive: &Path, name: &str, machine: Machine) -> Result<f64, String> {
     let folder = Path::new(OUT).join("tried");
     let _ = std::fs::remove_dir_all(&folder);
     let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
@@ -216,10 +285,10 @@ fn first_report(archive: &Path, name: &str) -> Result<f64, String> {
     if !succeeds(&mut tar) {
         return Err("tar -xf".into());
     }
-    let program = std::path::absolute(folder.join(name).join("seatrial")).map_err(failed)?;
-    let mut trial = Command::new(program);
+    let root = std::path::absolute(&folder).map_err(failed)?;
+    let mut trial = machine.command(&root, &Path::new(name).join("seatrial"));
     trial.args(["trial", "--yes", "--report", "trial.html"]);
-    let done = trial.current_dir(&folder).output().map_err(failed)?;
+    let done = trial.current_dir(&root).output().map_err(failed)?;
     let report = std::fs::read_to_string(folder.join("trial.html")).unwrap_or_default();
     match done.status.success() && report.contains("</html>") {
         true => Ok(begun.elapsed().as_secs_f64()),
@@ -228,7 +297,7 @@ fn first_report(archive: &Path, name: &str) -> Result<f64, String> {
 }
 
 /// Installs the package into a root of its own, uses it there, and removes it.
-fn installed_package_works(package: &Path) -> Result<(), String> {
+fn installed_package_works(package: &Path, machine: Machine) -> Result<(), String> {
     let root = std::path::absolute(Path::new(OUT).join("root")).map_err(|e| e.to_string())?;
     let _ = std::fs::remove_dir_all(&root);
     let admin = root.join("var/lib/dpkg");
@@ -241,7 +310,12 @@ fn installed_package_works(package: &Path) -> Result<(), String> {
         command.arg(format!("--root={}", root.display()));
         // The root has no C library of its own.
         command
-            .args(["--force-depends", "--force-not-root", "--log=/dev/null"])
+            .args([
+                "--force-depends",
+                "--force-architecture",
+                "--force-not-root",
+                "--log=/dev/null",
+            ])
             .args(what);
         match succeeds(&mut command) {
             true => Ok(()),
@@ -249,9 +323,8 @@ fn installed_package_works(package: &Path) -> Result<(), String> {
         }
     };
     dpkg(&["--install", &package.display().to_string()])?;
-    let said = Command::new(root.join("usr/bin/seatrial"))
-        .arg("--version")
-        .output();
+    let mut installed = machine.command(&root, Path::new("usr/bin/seatrial"));
+    let said = installed.arg("--version").output();
     let said = said.map_err(|error| error.to_string())?;
     if String::from_utf8_lossy(&said.stdout) != format!("seatrial {VERSION}\n") {
         return Err("the installed command does not say its version".into());

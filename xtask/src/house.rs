@@ -265,10 +265,11 @@ fn rooms_of<'a>(plan: &'a str, package: &str) -> Option<Vec<&'a str>> {
 
 /// What a page names between backticks as a path of the project, and is not there.
 fn missing_paths<'a>(root: &'a Path, page: &'a str) -> impl Iterator<Item = &'a str> {
-    const FOLDERS: [&str; 6] = [
+    const FOLDERS: [&str; 7] = [
         "crates/",
         "xtask/",
         "docs/",
+        "examples/",
         "fuzz/",
         "bench/",
         "validation/",

@@ -4,7 +4,7 @@
 //! them those that have a build of their own (`cargo xtask beside`); everything is built once, for tests. `cargo xtask embedded` is the one
 //! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask instructions` that of the kernels'
 //! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page, `cargo xtask page` that of the page
-//! without a server, `cargo xtask docs` builds the docs as a site. `cargo xtask ros2` checks each
+//! without a server, `cargo xtask docs` builds the docs as a site, `cargo xtask extending` builds and tests the program that extends seatrial. `cargo xtask ros2` checks each
 //! of the features `ros2` and `ros2-zenoh` alone, `cargo xtask miri` runs the library for C and the core under Miri. `cargo xtask packages` packs what
 //! is published on crates.io, `cargo xtask oldest` builds the crates that promise an older compiler with it, `cargo xtask wheel` builds and installs the Python wheel, `cargo xtask archive` the archive and the Debian package of a release. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
 
@@ -17,6 +17,7 @@ mod container;
 mod dash;
 mod embedded;
 mod environment;
+mod extending;
 mod house;
 mod instructions;
 mod miri;
@@ -80,6 +81,7 @@ fn main() -> ExitCode {
         ["web"] => in_browser(),
         ["page"] => without_a_server(),
         ["docs"] => as_a_site(),
+        ["extending"] => outside_the_workspace(),
         ["oldest"] => on_old_compilers(),
         ["packages"] => on_crates_io(false),
         ["packages", "--build"] => on_crates_io(true),
@@ -90,7 +92,7 @@ fn main() -> ExitCode {
         ["same-answers", rest @ ..] => return same_answers::run(rest),
         _ => {
             eprintln!(
-                "usage: cargo xtask test|house [--list]|embedded|python|dash|ros2|miri|instructions|web|page|docs|oldest|packages [--build]|wheel [TARGET]|archive [TARGET]|same-answers"
+                "usage: cargo xtask test|house [--list]|embedded|python|dash|ros2|miri|instructions|web|page|docs|extending|oldest|packages [--build]|wheel [TARGET]|archive [TARGET]|same-answers"
             );
             return ExitCode::from(2);
         }
@@ -133,11 +135,12 @@ fn test() -> bool {
 
 /// What is built apart from the workspace's tests.
 fn beside_the_tests() -> bool {
-    let all: [fn() -> bool; 5] = [
+    let all: [fn() -> bool; 6] = [
         tools_are_there,
         in_few_instructions,
         on_microcontrollers,
         program_for_a_browser,
+        outside_the_workspace,
         on_old_compilers,
     ];
     all.iter().all(|passes| passes())
@@ -250,6 +253,10 @@ fn on_crates_io(builds: bool) -> bool {
         container::check()?;
         packages::check(builds)
     })
+}
+
+fn outside_the_workspace() -> bool {
+    passes("a program outside the workspace", extending::check)
 }
 
 fn on_old_compilers() -> bool {

@@ -7,6 +7,7 @@ mod false_acceptance;
 mod field;
 mod fleet;
 mod live;
+mod own_format;
 mod pitch;
 mod preview;
 mod several_speeds;
