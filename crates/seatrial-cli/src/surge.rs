@@ -49,6 +49,18 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     })
 }
 
+fn caution(surge: &SurgeEstimate) -> String {
+    match surge.noise_is_white {
+        true => String::new(),
+        false => {
+            wrapped(
+                "Each reading of the speed depends on the one before (waves, a filter): the intervals are rather too wide.",
+                width(),
+            ) + "\n"
+        }
+    }
+}
+
 fn text(surge: &SurgeEstimate) -> String {
     let mut table = Table::new(&[
         ("coefficient", ""),
@@ -99,9 +111,11 @@ fn text(surge: &SurgeEstimate) -> String {
         .map(|line| wrapped(line, width()) + "\n")
         .collect();
     format!(
-        "{table}\n{}The fit leaves {:.4} m/s rms.\n{}",
+        "{table}\n{}The fit leaves {:.4} m/s rms; the noise of the speed is {:.4} m/s.\n{}{}",
         time.unwrap_or_default(),
         surge.rms_residual_m_s,
+        surge.noise_m_s,
+        caution(surge),
         missing.concat()
     )
 }

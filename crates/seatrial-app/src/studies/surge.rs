@@ -67,7 +67,7 @@ pub struct CoefficientCoverage {
 
 impl SurgeStudy {
     /// Runs it. There is no true l of a vehicle of six degrees of freedom, whose drag and screw are not of this form: the truth is what a
-    /// trial finds from which noise and disturbance are kept.
+    /// trial of the same plan finds from which noise and disturbance are kept: the best fit of the form at the same speeds.
     pub fn run(&self, workers: &Workers) -> Result<SurgeCoverage, Error> {
         let failure = |what: String| Error::Input(format!("{}: {what}", self.vehicle));
         let plan = self.plan()?;
@@ -127,15 +127,15 @@ impl SurgeStudy {
             seed: Some(seed),
             ..Campaign::of(&self.vehicle, plan)
         };
-        let conducted = conduct(&mut vehicle, plan.clone(), about, &mut Unwatched).ok()?;
+        let conducted = conduct(&mut vehicle, *plan, about, &mut Unwatched).ok()?;
         SurgeEstimate::of(&conducted.campaign)
     }
 
     /// Of a vehicle of six degrees of freedom the simulator's own, from its own thrust to full; of others that of the truth.
     fn time_constant_s(&self, truth: &SurgeEstimate) -> Result<Option<f64>, Error> {
         let failure = |error| Error::Input(format!("{}: {error}", self.vehicle));
-        let is_same_step = self.least() == self.config.helm().initial_thrust
-            && self.thrusts.iter().any(|thrust| *thrust == 1.0);
+        let is_same_step =
+            self.least() == self.config.helm().initial_thrust && self.thrusts.contains(&1.0);
         match self.config.is_first_order() || !is_same_step {
             true => Ok(time_constant_s(truth)),
             false => self
@@ -219,18 +219,23 @@ fn coverage(
         .filter_map(|found| found.value.zip(found.interval_95))
         .collect();
     let count = identified.len() as f64;
-    let mean = |of: &dyn Fn(&(f64, [f64; 2])) -> f64| {
-        (count > 0.0).then(|| identified.iter().map(of).sum::<f64>() / count)
-    };
+    let mean = |each: Vec<f64>| (!each.is_empty()).then(|| each.iter().sum::<f64>() / count);
+    let errors: Vec<f64> = identified
+        .iter()
+        .map(|(value, _)| value - true_value)
+        .collect();
+    let squares = errors.iter().map(|error| error * error).collect();
+    let holds = identified
+        .iter()
+        .map(|(_, [low, high])| f64::from(u8::from(*low <= true_value && true_value <= *high)))
+        .collect();
     CoefficientCoverage {
         name,
         unit,
         truth: truth.value,
         identified: identified.len(),
-        bias: mean(&|(value, _)| value - true_value),
-        rms_error: mean(&|(value, _)| (value - true_value).powi(2)).map(f64::sqrt),
-        coverage: mean(&|(_, [low, high])| {
-            f64::from(u8::from(*low <= true_value && true_value <= *high))
-        }),
+        bias: mean(errors),
+        rms_error: mean(squares).map(f64::sqrt),
+        coverage: mean(holds),
     }
 }

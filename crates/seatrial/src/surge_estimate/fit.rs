@@ -2,37 +2,20 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Correlation of the residuals that the covariance allows for, s.
-const CORRELATION_S: f64 = 2.0;
+use super::noise::{Noise, Slope};
+use super::parts::{Instant, Part, spans};
+
 /// Iterations of the fit.
 const MOST_ITERATIONS: usize = 40;
-/// Change of a parameter for a derivative, which is that to larger values: a lag is not below 0.
+/// Change of a parameter for a first and for a second derivative.
 const DIFFERENCE: f64 = 1e-5;
+const SECOND_DIFFERENCE: f64 = 1e-3;
 /// Damping of a step that would make the fit worse, and the most of it.
 const DAMPING: f64 = 1e-6;
 const MOST_DAMPING: f64 = 1e8;
 /// Drag lengths, m, and lags, s, that a fit begins with: the best of them.
 const FIRST_LENGTHS_M: [f64; 9] = [1.0, 2.5, 6.0, 15.0, 40.0, 100.0, 300.0, 1000.0, 3000.0];
 const FIRST_LAGS_S: [f64; 3] = [0.0, 0.5, 2.0];
-
-/// An instant of a part of the record.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Instant {
-    pub time_s: f64,
-    pub surge_speed_m_s: f64,
-    pub yaw_rate_rad_s: f64,
-}
-
-/// A part of the record at one thrust, from the change to it on.
-#[derive(Clone, Debug)]
-pub(super) struct Part {
-    /// Its thrust and the one before, as places in the list of thrusts.
-    pub thrust: usize,
-    pub before: usize,
-    /// Instants before the first doublet.
-    pub settling: usize,
-    pub instants: Vec<Instant>,
-}
 
 /// The parameters of a fit: the steady speed of each thrust, ln l, the lag, d, the first speed of each part.
 #[derive(Clone, Debug)]
@@ -83,6 +66,7 @@ pub(super) struct Varied {
 pub(super) struct Fitted {
     pub parameters: Parameters,
     pub rms_residual_m_s: f64,
+    pub noise: Noise,
     /// Place of each varied parameter in the covariance.
     varied: Vec<usize>,
     covariance: DMatrix<f64>,
@@ -116,8 +100,8 @@ impl Fitted {
     }
 }
 
-/// The fit of all parts; `None` where they do not determine what is varied. A lag that would fall below 0 is 0, with the
-/// uncertainty of one that may be more.
+/// The fit of all parts; `None` where they do not determine what is varied. A lag may fall below 0, so that noise moves it to either
+/// side of a small one.
 pub(super) fn fitted(parts: &[Part], steady_m_s: &[f64], varied: Varied) -> Option<Fitted> {
     let observed = observed(parts);
     let beginning = beginning(parts, steady_m_s, varied);
@@ -125,24 +109,20 @@ pub(super) fn fitted(parts: &[Part], steady_m_s: &[f64], varied: Varied) -> Opti
     if observed.len() <= 2 * free.len() {
         return None;
     }
-    let mut found = descended(parts, &observed, beginning.clone(), &free)?;
-    if found.0.lag_s() <= 0.0 {
-        let without_lag = Varied {
-            lag: false,
-            ..varied
-        };
-        let mut at_0 = beginning;
-        at_0.values[steady_m_s.len() + 1] = 0.0;
-        let free = at_0.free(without_lag);
-        found = descended(parts, &observed, at_0, &free)?;
-    }
-    let (parameters, residual) = found;
+    let (parameters, residual) = descended(parts, &observed, beginning, &free)?;
     let jacobian = jacobian(parts, &parameters, &free);
-    let covariance = covariance(parts, &jacobian, &residual)?;
+    let noise = Noise::of(parts, &residual);
+    let bread = hessian(parts, &observed, &parameters, &free)
+        .cholesky()
+        .or_else(|| jacobian.tr_mul(&jacobian).cholesky())?
+        .inverse();
+    let slopes = slopes(parts, &parameters);
+    let covariance = noise.covariance(parts, &jacobian, &residual, &bread, &slopes);
     let freedom = (observed.len() - free.len()) as f64;
     Some(Fitted {
         rms_residual_m_s: (residual.norm_squared() / freedom).sqrt(),
         parameters,
+        noise,
         varied: free,
         covariance,
     })
@@ -155,7 +135,6 @@ fn descended(
     mut parameters: Parameters,
     free: &[usize],
 ) -> Option<(Parameters, DVector<f64>)> {
-    let lag = parameters.thrusts + 1;
     let mut residual = observed - played(parts, &parameters);
     let mut damping = DAMPING;
     for _ in 0..MOST_ITERATIONS {
@@ -173,7 +152,6 @@ fn descended(
             for (k, change) in free.iter().zip(step.iter()) {
                 next.values[*k] += change;
             }
-            next.values[lag] = next.values[lag].max(0.0);
             let next_residual = observed - played(parts, &next);
             let [before, after] = [&residual, &next_residual].map(|r| r.norm_squared());
             if after <= before {
@@ -231,7 +209,7 @@ fn observed(parts: &[Part]) -> DVector<f64> {
     DVector::from_vec(speeds)
 }
 
-/// The speeds that the parameters give, by the midpoint rule.
+/// The speeds that the parameters give, by the midpoint rule; the thrust does not change its sense.
 fn played(parts: &[Part], parameters: &Parameters) -> DVector<f64> {
     let (length_m, lag_s) = (parameters.length_m(), parameters.lag_s());
     let turning_drag_m = parameters.turning_drag_m();
@@ -244,12 +222,16 @@ fn played(parts: &[Part], parameters: &Parameters) -> DVector<f64> {
         let start_s = part.instants[0].time_s;
         for pair in part.instants.windows(2) {
             let interval_s = pair[1].time_s - pair[0].time_s;
-            let left = left_s(pair[0].time_s - start_s, interval_s, lag_s) / interval_s;
-            let towards_m_s = steady_m_s + change_m_s * left;
-            let turned = 0.5 * (pair[0].yaw_rate_rad_s.powi(2) + pair[1].yaw_rate_rad_s.powi(2));
+            // The means of e^{-t/lag} and of its square over the interval, and so that of w |w|.
+            let [left, left_squared] = [lag_s, 0.5 * lag_s]
+                .map(|lag_s| left_s(pair[0].time_s - start_s, interval_s, lag_s) / interval_s);
+            let towards_m2_s2 = steady_m_s.signum()
+                * (steady_m_s * (steady_m_s + 2.0 * change_m_s * left)
+                    + change_m_s * change_m_s * left_squared);
+            let turned = 0.5 * (pair[0].yaw_rate_rad_s.powi(2) + pair[1].yaw_rate_rad_s.powi(2))
+                - part.yaw_rate_variance;
             let acceleration = |speed_m_s: f64| {
-                (towards_m_s * towards_m_s.abs() - speed_m_s * speed_m_s.abs()) / length_m
-                    - turning_drag_m * turned
+                (towards_m2_s2 - speed_m_s * speed_m_s.abs()) / length_m - turning_drag_m * turned
             };
             let halfway_m_s = speed_m_s + 0.5 * interval_s * acceleration(speed_m_s);
             speed_m_s += interval_s * acceleration(halfway_m_s);
@@ -259,10 +241,12 @@ fn played(parts: &[Part], parameters: &Parameters) -> DVector<f64> {
     DVector::from_vec(speeds)
 }
 
-/// The integral of e^{-t/lag} over an interval from a time on: also a lag far below the interval has its effect.
+/// The integral of e^{-t/lag} over an interval from a time on: also a lag far below the interval has its effect. A lag below 0 takes
+/// from the first interval what a small one above 0 adds to it.
 fn left_s(from_s: f64, interval_s: f64, lag_s: f64) -> f64 {
     match lag_s > 0.0 {
         true => -lag_s * libm::exp(-from_s / lag_s) * libm::expm1(-interval_s / lag_s),
+        false if from_s == 0.0 => lag_s,
         false => 0.0,
     }
 }
@@ -280,56 +264,46 @@ fn jacobian(parts: &[Part], parameters: &Parameters, free: &[usize]) -> DMatrix<
     DMatrix::from_columns(&columns)
 }
 
-/// (J'J)^-1 J'R J (J'J)^-1 with R the autocovariance of the residuals within a part, the same for all parts, falling linearly to 0
-/// at [`CORRELATION_S`]: right for noise that is correlated over less.
-fn covariance(
+/// Half the second derivatives of the sum of squares, J'J - sum of e f'': by central differences of its gradient.
+fn hessian(
     parts: &[Part],
-    jacobian: &DMatrix<f64>,
-    residual: &DVector<f64>,
-) -> Option<DMatrix<f64>> {
-    let count = jacobian.ncols();
-    let inverse = jacobian.tr_mul(jacobian).cholesky()?.inverse();
-    let spans = spans(parts);
-    let (lasts_s, steps) = parts.iter().fold((0.0, 0), |(time_s, steps), part| {
-        let [first, last] = [part.instants.first(), part.instants.last()];
-        let lasts_s = last.zip(first).map_or(0.0, |(b, a)| b.time_s - a.time_s);
-        (time_s + lasts_s, steps + part.instants.len() - 1)
-    });
-    let lags = (CORRELATION_S * steps as f64 / lasts_s) as usize;
-    let mut middle = DMatrix::zeros(count, count);
-    for lag in 0..=lags {
-        let (mut products, mut pairs) = (0.0, 0);
-        let mut jacobians = DMatrix::zeros(count, count);
-        for (from, rows) in spans.iter().filter(|(_, rows)| *rows > lag) {
-            let [late, early] = [from + lag, *from];
-            let rows = rows - lag;
-            products += residual.rows(late, rows).dot(&residual.rows(early, rows));
-            pairs += rows;
-            jacobians += jacobian
-                .rows(late, rows)
-                .tr_mul(&jacobian.rows(early, rows));
-        }
-        if pairs == 0 {
-            break;
-        }
-        let weight = 1.0 - lag as f64 / (lags + 1) as f64;
-        let autocovariance = weight * products / pairs as f64;
-        middle += autocovariance * &jacobians;
-        if lag > 0 {
-            middle += autocovariance * jacobians.transpose();
-        }
-    }
-    let rows = residual.len() as f64;
-    Some(rows / (rows - count as f64) * &inverse * middle * &inverse)
+    observed: &DVector<f64>,
+    parameters: &Parameters,
+    free: &[usize],
+) -> DMatrix<f64> {
+    let gradient = |place: usize, change: f64| {
+        let mut moved = parameters.clone();
+        moved.values[place] += change;
+        let residual = observed - played(parts, &moved);
+        -jacobian(parts, &moved, free).tr_mul(&residual)
+    };
+    let columns: Vec<DVector<f64>> = free
+        .iter()
+        .map(|k| {
+            let [after, before] = [SECOND_DIFFERENCE, -SECOND_DIFFERENCE].map(|h| gradient(*k, h));
+            (after - before) / (2.0 * SECOND_DIFFERENCE)
+        })
+        .collect();
+    let hessian = DMatrix::from_columns(&columns);
+    0.5 * (&hessian + hessian.transpose())
 }
 
-/// First row and number of rows of each part.
-fn spans(parts: &[Part]) -> Vec<(usize, usize)> {
-    let mut from = 0;
-    let span = |part: &Part| {
-        let rows = part.instants.len();
-        from += rows;
-        (from - rows, rows)
-    };
-    parts.iter().map(span).collect()
+/// How the speed after each interval follows from that before it and from the yaw rates at its ends, linearised.
+fn slopes(parts: &[Part], parameters: &Parameters) -> Vec<Vec<Slope>> {
+    let played = played(parts, parameters);
+    let [length_m, drag_m] = [parameters.length_m(), parameters.turning_drag_m()];
+    spans(parts)
+        .iter()
+        .zip(parts)
+        .map(|((from, _), part)| {
+            let slope = |(k, pair): (usize, &[Instant])| {
+                let interval_s = pair[1].time_s - pair[0].time_s;
+                Slope {
+                    of_speed: 1.0 - 2.0 * played[from + k].abs() * interval_s / length_m,
+                    of_yaw_rates: [0, 1].map(|end| -drag_m * pair[end].yaw_rate_rad_s * interval_s),
+                }
+            };
+            part.instants.windows(2).enumerate().map(slope).collect()
+        })
+        .collect()
 }

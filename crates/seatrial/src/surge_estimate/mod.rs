@@ -1,13 +1,16 @@
 //! How speed follows thrust: each coefficient with its interval, or why the record does not tell it.
 
 mod fit;
+mod noise;
+mod parts;
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{DMatrix, Matrix2, Vector2};
 use seatrial_core::model::YawState;
 use serde::Serialize;
 
 use crate::campaign::{Campaign, Run, Stage};
-use fit::{Fitted, Instant, Part, Varied, fitted};
+use fit::{Fitted, Varied, fitted};
+use parts::{Instant, Part};
 
 /// 97.5 % point of the standard normal distribution.
 const NORMAL_97_5: f64 = 1.959_964;
@@ -35,8 +38,9 @@ const STEP_S: f64 = 0.01;
 /// | lag | `thrust_lag_s` | s |
 /// | d | `turning_drag_m` | m |
 ///
-/// u_s of each thrust, l, lag and d together, by least squares of the speed over settling stages and, where a run has an accepted
-/// model, its doublets; s and p0 then from the u_s. Intervals hold 95 % of what noise makes of the answer; noise may be correlated over 2 s.
+/// u_s of each thrust, l, lag and d together, by least squares of the speed over settling stages and, where the yaw rate was measured or
+/// the run has an accepted model, its doublets; s and p0 then by least squares from the u_s. The truth of a coefficient is the best fit of this form to the same
+/// manoeuvres without noise: about it intervals hold 95 % of what noise makes of the answer (their equations and sources: `surge_estimate/noise.rs`).
 /// That speed is linear in thrust and drag in its square is not in them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SurgeEstimate {
@@ -56,6 +60,10 @@ pub struct SurgeEstimate {
     pub speeds: Vec<SteadySpeed>,
     /// Root of the mean squared difference between measured and fitted speed, m/s.
     pub rms_residual_m_s: f64,
+    /// Noise of the speed, m/s, from differences of neighbouring readings.
+    pub noise_m_s: f64,
+    /// Is the noise independent from reading to reading? Else intervals come from the correlated residuals and are rather too wide.
+    pub noise_is_white: bool,
 }
 
 /// The steady speed of a thrust.
@@ -89,8 +97,9 @@ impl Coefficient {
     }
 
     fn not_below_0(self) -> Self {
-        let interval_95 = self.interval_95.map(|[low, high]| [low.max(0.0), high]);
+        let interval_95 = self.interval_95.map(|ends| ends.map(|end| end.max(0.0)));
         Self {
+            value: self.value.map(|value| value.max(0.0)),
             interval_95,
             ..self
         }
@@ -134,6 +143,7 @@ impl SurgeEstimate {
             parts.push(part_of(run, thrust, before.unwrap_or(thrust)));
             before = Some(thrust);
         }
+        know_yaw_rate_noise(&mut parts, &runs);
         let steady_m_s: Vec<f64> = (0..thrusts.len())
             .map(|k| steady_m_s(parts.iter().rfind(|part| part.thrust == k)?))
             .collect::<Option<_>>()?;
@@ -176,7 +186,7 @@ impl SurgeEstimate {
             turning_drag_m: match fitted.turning_drag_error_m().filter(|_| length.is_some()) {
                 Some(error) => Coefficient::found(fitted.parameters.turning_drag_m(), error),
                 None => Coefficient::missing(
-                    "no accepted run lost speed in its turns; a U-turn under full rudder tells it",
+                    "no run lost speed in its turns; a U-turn under full rudder tells it",
                 ),
             },
             speeds: thrusts
@@ -188,6 +198,8 @@ impl SurgeEstimate {
                 })
                 .collect(),
             rms_residual_m_s: fitted.rms_residual_m_s,
+            noise_m_s: fitted.noise.variance.sqrt(),
+            noise_is_white: fitted.noise.is_white,
         }
     }
 
@@ -234,31 +246,34 @@ fn best_fit(parts: &[Part], steady_m_s: &[f64]) -> Option<Fitted> {
     fitted(parts, steady_m_s, varied)
 }
 
-/// s and p0 by least squares with the covariance of the speeds, which says nothing of whether the speeds lie on a line.
+/// s and p0 by least squares, in which every thrust counts the same: where the speeds lie on no line, the answer does not hang on
+/// the noise.
 fn line(
     thrusts: &[f64],
     speeds_m_s: &[f64],
-    covariance: &nalgebra::DMatrix<f64>,
+    covariance: &DMatrix<f64>,
 ) -> Option<[Coefficient; 2]> {
     if thrusts.len() < 2 {
         return None;
     }
-    let weights = covariance.clone().cholesky()?.inverse();
-    let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
-    for (i, at) in thrusts.iter().enumerate() {
-        for (k, other) in thrusts.iter().enumerate() {
-            let weight = weights[(i, k)];
-            normal += weight * Vector2::new(1.0, *at) * Vector2::new(1.0, *other).transpose();
-            right += weight * speeds_m_s[k] * Vector2::new(1.0, *at);
+    let at = |k: usize| Vector2::new(1.0, thrusts[k]);
+    let (mut normal, mut right, mut middle) =
+        (Matrix2::zeros(), Vector2::zeros(), Matrix2::zeros());
+    for (i, speed_m_s) in speeds_m_s.iter().enumerate() {
+        normal += at(i) * at(i).transpose();
+        right += *speed_m_s * at(i);
+        for k in 0..thrusts.len() {
+            middle += covariance[(i, k)] * at(i) * at(k).transpose();
         }
     }
     let inverse = normal.try_inverse()?;
     let [offset, slope] = (inverse * right).into();
+    let covariance = inverse * middle * inverse;
     let dead_band = -offset / slope;
     let gradient = Vector2::new(-1.0 / slope, offset / (slope * slope));
-    let error = (gradient.transpose() * inverse * gradient)[(0, 0)].sqrt();
+    let error = (gradient.transpose() * covariance * gradient)[(0, 0)].sqrt();
     Some([
-        Coefficient::found(slope, inverse[(1, 1)].sqrt()),
+        Coefficient::found(slope, covariance[(1, 1)].sqrt()),
         Coefficient::found(dead_band, error),
     ])
 }
@@ -270,6 +285,29 @@ fn changes_speed(part: &Part) -> bool {
     first
         .zip(steady)
         .is_some_and(|(first, steady)| (steady - first).abs() > CHANGE * steady.abs())
+}
+
+/// The noise of the yaw rates that were measured, the same in all parts.
+fn know_yaw_rate_noise(parts: &mut [Part], runs: &[&Run]) {
+    let series: Vec<Vec<f64>> = parts
+        .iter()
+        .zip(runs)
+        .filter(|(_, run)| yaw_rate_is_measured(run))
+        .map(|(part, _)| part.instants.iter().map(|at| at.yaw_rate_rad_s).collect())
+        .collect();
+    let variance = noise::yaw_rate_variance(&series);
+    for (part, run) in parts.iter_mut().zip(runs) {
+        if yaw_rate_is_measured(run) {
+            part.yaw_rate_variance = variance;
+        }
+    }
+}
+
+fn yaw_rate_is_measured(run: &Run) -> bool {
+    run.record
+        .samples
+        .iter()
+        .all(|s| s.yaw_rate_rad_s.is_some())
 }
 
 /// The mean speed over the last seconds before the first turn, m/s.
@@ -284,13 +322,14 @@ fn steady_m_s(part: &Part) -> Option<f64> {
     Some(late.iter().sum::<f64>() / late.len() as f64)
 }
 
-/// The settling stage of a run and, where it has an accepted model, its doublets; with the yaw rate that was measured or, where some
-/// sample has none, that of the model under its rudder, 0 while the run settles.
+/// The settling stage of a run and, where its yaw rate is known, its doublets; with the yaw rate that was measured or, where some
+/// sample has none, that of an accepted model under its rudder, 0 while the run settles.
 fn part_of(run: &Run, thrust: usize, before: usize) -> Part {
     let mut part = Part {
         thrust,
         before,
         settling: 0,
+        yaw_rate_variance: 0.0,
         instants: Vec::new(),
     };
     let Some(settle) = run.stage(Stage::Settle) else {
@@ -301,16 +340,12 @@ fn part_of(run: &Run, thrust: usize, before: usize) -> Part {
         .as_ref()
         .filter(|_| run.verdict.accepted)
         .map(|found| found.model());
-    let is_measured = run
-        .record
-        .samples
-        .iter()
-        .all(|s| s.yaw_rate_rad_s.is_some());
+    let is_measured = yaw_rate_is_measured(run);
     let mut state = YawState::default();
     let mut last_rudder_rad = 0.0;
     for sample in &run.record.samples {
         let has_settled = sample.time_s >= settle.to_s;
-        if has_settled && model.is_none() {
+        if has_settled && model.is_none() && !is_measured {
             break;
         }
         let last_s = part.instants.last().map(|last| last.time_s);
