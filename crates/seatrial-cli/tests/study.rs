@@ -178,7 +178,8 @@ fn cli_surge_of_a_trial_and_its_study() {
     let lag_s = surge["thrust_lag_s"]["value"].as_f64().unwrap();
     // The shaft of the simulated vehicle follows with 1 s.
     assert!((lag_s - 1.0).abs() < 0.2, "{lag_s}");
-    run("trial --vehicle sim:remus100 --seed 1 --thrust 0.6 --yes --logbook one.db");
+    run("plan --thrust 0.6 --out one.toml");
+    run("trial --vehicle sim:remus100 --seed 1 --plan one.toml --yes --logbook one.db");
     let output = run("surge --logbook one.db");
     assert_eq!(output.status.code(), Some(4));
     let said = seatrial_dev::unwrapped(&seatrial_dev::text(&output.stdout));
