@@ -14,4 +14,5 @@ mod several_speeds;
 mod ship_manoeuvres;
 mod six_dof;
 mod surge;
+mod surge_estimate;
 mod time_scale;

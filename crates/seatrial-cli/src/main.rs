@@ -46,6 +46,8 @@ mod sim_mavlink;
 mod speed_table;
 mod speeds;
 mod study;
+mod surge;
+mod surge_study;
 mod table;
 mod trial;
 mod turn;
@@ -87,6 +89,7 @@ enum Verb {
     Turn(turn::Args),
     Gains(gains::Args),
     Export(Box<export::Args>),
+    Surge(surge::Args),
     Manoeuvres(Box<ship_manoeuvres::Args>),
     Health(health::Args),
     Study(study::Args),
@@ -120,6 +123,7 @@ impl Verb {
             Self::Turn(args) => turn::run(args, output),
             Self::Gains(args) => gains::run(args, output),
             Self::Export(args) => export::run(args, output),
+            Self::Surge(args) => surge::run(args, output),
             Self::Manoeuvres(args) => ship_manoeuvres::run(args, output),
             Self::Health(args) => health::run(args, output),
             Self::Study(args) => study::run(args, output),

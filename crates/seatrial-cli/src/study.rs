@@ -15,6 +15,7 @@ use crate::lying_logs;
 use crate::manoeuvre_study;
 use crate::output::{Exit, Failure, Output};
 use crate::progress;
+use crate::surge_study;
 use crate::table::Table;
 use crate::world;
 
@@ -77,6 +78,7 @@ enum What {
     Lies(lying_logs::Args),
     Commission(commission_study::Args),
     Manoeuvres(manoeuvre_study::Args),
+    Surge(surge_study::Args),
     World(world::Args),
 }
 
@@ -123,6 +125,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         Some(What::Lies(args)) => return lying_logs::run(args, output),
         Some(What::Commission(args)) => return commission_study::run(args, output),
         Some(What::Manoeuvres(args)) => return manoeuvre_study::run(args, output),
+        Some(What::Surge(args)) => return surge_study::run(args, output),
         Some(What::World(args)) => return world::run(args, output),
         None => {}
     }

@@ -110,6 +110,16 @@ impl SimulatedConfig {
         }
     }
 
+    /// This vehicle in still water with exact sensors.
+    pub fn noise_free(&self) -> Self {
+        match self {
+            Self::FirstOrder(config) => {
+                Self::FirstOrder(Box::new(config.as_ref().clone().noise_free()))
+            }
+            Self::SixDof(config) => Self::SixDof(Box::new(config.as_ref().clone().noise_free())),
+        }
+    }
+
     /// This vehicle with another noise of the compass, rad, and another disturbance.
     pub fn disturbed(&self, compass_noise_rad: f64, sea: Disturbance) -> Self {
         let mut config = self.clone();

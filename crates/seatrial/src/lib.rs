@@ -100,6 +100,7 @@ pub mod stated_units;
 pub mod step;
 pub mod study;
 pub mod surge;
+pub mod surge_estimate;
 pub mod sway_yaw;
 pub mod time_scale;
 

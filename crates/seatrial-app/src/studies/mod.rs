@@ -6,4 +6,5 @@ pub mod fault_matrix;
 pub mod fault_run;
 pub mod lies;
 pub mod lying_log;
+pub mod surge;
 pub mod world;

@@ -1,0 +1,241 @@
+//! How often the intervals of a trial's surge hold the truth.
+
+use seatrial::Campaign;
+use seatrial::surge_estimate::{Coefficient, SurgeEstimate};
+use seatrial_core::{List, Plan};
+use seatrial_sim::SimulatedConfig;
+use serde::Serialize;
+
+use crate::Error;
+use crate::conduct::{Unwatched, conduct};
+use crate::workers::Workers;
+
+/// Trials of a simulated vehicle, each with a seed of its own.
+#[derive(Clone, Debug)]
+pub struct SurgeStudy {
+    /// The vehicle by its name.
+    pub vehicle: String,
+    /// What it is made from.
+    pub config: SimulatedConfig,
+    /// Thrusts of the trial, fractions of full.
+    pub thrusts: Vec<f64>,
+    /// Trials.
+    pub runs: u64,
+    /// Seed of the first.
+    pub seed: u64,
+}
+
+/// `study surge --json`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SurgeCoverage {
+    /// `seatrial.surge_study.v1`
+    pub schema: &'static str,
+    /// The vehicle by its name.
+    pub vehicle: String,
+    /// Thrusts of the trial, fractions of full.
+    pub thrusts: Vec<f64>,
+    /// Trials whose records have a surge.
+    pub trials: usize,
+    /// Each coefficient.
+    pub coefficients: Vec<CoefficientCoverage>,
+    /// Largest error of the steady speed at the greatest thrust, a share of it.
+    pub largest_top_speed_error: f64,
+    /// What the simulator takes for 63 % of the way from the least thrust to the greatest, s.
+    pub time_constant_s: Option<f64>,
+    /// Root of the mean squared error of the estimated one, a share of it, and the largest.
+    pub time_constant_errors: Option<[f64; 2]>,
+}
+
+/// One coefficient over all trials.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CoefficientCoverage {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What a trial in still water with exact sensors finds.
+    pub truth: Option<f64>,
+    /// Trials that identified it.
+    pub identified: usize,
+    /// Mean of the identified less the truth.
+    pub bias: Option<f64>,
+    /// Root of the mean squared error of the identified.
+    pub rms_error: Option<f64>,
+    /// Share of the identified whose 95 % interval holds the truth.
+    pub coverage: Option<f64>,
+}
+
+impl SurgeStudy {
+    /// Runs it. There is no true l of a vehicle of six degrees of freedom, whose drag and screw are not of this form: the truth is what a
+    /// trial of the same plan finds from which noise and disturbance are kept: the best fit of the form at the same speeds.
+    pub fn run(&self, workers: &Workers) -> Result<SurgeCoverage, Error> {
+        let failure = |what: String| Error::Input(format!("{}: {what}", self.vehicle));
+        let plan = self.plan()?;
+        let truth = self
+            .trial(&self.config.noise_free(), &plan, 0)
+            .ok_or_else(|| failure("a trial without noise gives no surge".into()))?;
+        let found = workers.each(self.runs, |run| {
+            self.trial(&self.config, &plan, self.seed.wrapping_add(run))
+        });
+        if found.is_empty() {
+            return Err(Error::Rejected(format!(
+                "{}: no trial gave a surge",
+                self.vehicle
+            )));
+        }
+        let time_constant_s = self.time_constant_s(&truth)?;
+        Ok(SurgeCoverage {
+            schema: "seatrial.surge_study.v1",
+            vehicle: self.vehicle.clone(),
+            thrusts: self.thrusts.clone(),
+            trials: found.len(),
+            coefficients: coefficients(&truth)
+                .iter()
+                .enumerate()
+                .map(|(k, (name, unit, truth))| {
+                    let each = found.iter().map(|found| coefficients(found)[k].2.clone());
+                    coverage(name.clone(), unit, truth, &each.collect::<Vec<_>>())
+                })
+                .collect(),
+            largest_top_speed_error: top_speed_error(&truth, &found),
+            time_constant_errors: time_constant_s.and_then(|s| time_errors(s, &found)),
+            time_constant_s,
+        })
+    }
+
+    fn plan(&self) -> Result<Plan<f64>, Error> {
+        let refused = |what: String| Error::Setting(format!("--thrust: {what}"));
+        let thrusts = List::from_slice(&self.thrusts)
+            .ok_or_else(|| refused(format!("{} are too many", self.thrusts.len())))?;
+        let plan = Plan {
+            thrusts,
+            ..Plan::paper()
+        };
+        plan.check()
+            .map_err(|error| refused(format!("{} must be {}", error.field, error.requirement)))?;
+        Ok(plan)
+    }
+
+    fn trial(
+        &self,
+        config: &SimulatedConfig,
+        plan: &Plan<f64>,
+        seed: u64,
+    ) -> Option<SurgeEstimate> {
+        let mut vehicle = config.vehicle(seed).ok()?;
+        let about = Campaign {
+            seed: Some(seed),
+            ..Campaign::of(&self.vehicle, plan)
+        };
+        let conducted = conduct(&mut vehicle, *plan, about, &mut Unwatched).ok()?;
+        SurgeEstimate::of(&conducted.campaign)
+    }
+
+    /// Of a vehicle of six degrees of freedom the simulator's own, from its own thrust to full; of others that of the truth.
+    fn time_constant_s(&self, truth: &SurgeEstimate) -> Result<Option<f64>, Error> {
+        let failure = |error| Error::Input(format!("{}: {error}", self.vehicle));
+        let is_same_step =
+            self.least() == self.config.helm().initial_thrust && self.thrusts.contains(&1.0);
+        match self.config.is_first_order() || !is_same_step {
+            true => Ok(time_constant_s(truth)),
+            false => self
+                .config
+                .surge_time_constant_s()
+                .map(Some)
+                .map_err(failure),
+        }
+    }
+
+    fn least(&self) -> f64 {
+        self.thrusts.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// The time from the least thrust to the greatest.
+fn time_constant_s(found: &SurgeEstimate) -> Option<f64> {
+    let slowest = found.speeds.first()?.surge_speed_m_s.value?;
+    let fastest = found.speeds.last()?.surge_speed_m_s.value?;
+    found.time_to_63_percent_s(slowest, fastest)
+}
+
+fn time_errors(truth_s: f64, found: &[SurgeEstimate]) -> Option<[f64; 2]> {
+    let errors: Vec<f64> = found
+        .iter()
+        .filter_map(|found| Some(time_constant_s(found)? / truth_s - 1.0))
+        .collect();
+    let largest = errors.iter().map(|error| error.abs()).reduce(f64::max)?;
+    let squares: f64 = errors.iter().map(|error| error * error).sum();
+    Some([(squares / errors.len() as f64).sqrt(), largest])
+}
+
+fn top_speed_error(truth: &SurgeEstimate, found: &[SurgeEstimate]) -> f64 {
+    let top = |surge: &SurgeEstimate| {
+        surge
+            .speeds
+            .last()
+            .and_then(|speed| speed.surge_speed_m_s.value)
+    };
+    let true_m_s = top(truth).unwrap_or(f64::NAN);
+    found
+        .iter()
+        .filter_map(|found| Some((top(found)? / true_m_s - 1.0).abs()))
+        .fold(0.0, f64::max)
+}
+
+/// The coefficients with name and unit.
+fn coefficients(surge: &SurgeEstimate) -> Vec<(String, &'static str, Coefficient)> {
+    let mut all = vec![
+        (
+            "speed over thrust".to_owned(),
+            "m/s",
+            surge.speed_per_thrust_m_s.clone(),
+        ),
+        ("dead band".to_owned(), "", surge.dead_band.clone()),
+        ("drag length".to_owned(), "m", surge.drag_length_m.clone()),
+        (
+            "lag of the thrust".to_owned(),
+            "s",
+            surge.thrust_lag_s.clone(),
+        ),
+        ("turning drag".to_owned(), "m", surge.turning_drag_m.clone()),
+    ];
+    all.extend(surge.speeds.iter().map(|speed| {
+        let name = format!("steady speed at {:.0} %", 100.0 * speed.thrust);
+        (name, "m/s", speed.surge_speed_m_s.clone())
+    }));
+    all
+}
+
+fn coverage(
+    name: String,
+    unit: &'static str,
+    truth: &Coefficient,
+    found: &[Coefficient],
+) -> CoefficientCoverage {
+    // What the truth does not tell from 0 is 0.
+    let true_value = truth.value.unwrap_or(0.0);
+    let identified: Vec<(f64, [f64; 2])> = found
+        .iter()
+        .filter_map(|found| found.value.zip(found.interval_95))
+        .collect();
+    let count = identified.len() as f64;
+    let mean = |each: Vec<f64>| (!each.is_empty()).then(|| each.iter().sum::<f64>() / count);
+    let errors: Vec<f64> = identified
+        .iter()
+        .map(|(value, _)| value - true_value)
+        .collect();
+    let squares = errors.iter().map(|error| error * error).collect();
+    let holds = identified
+        .iter()
+        .map(|(_, [low, high])| f64::from(u8::from(*low <= true_value && true_value <= *high)))
+        .collect();
+    CoefficientCoverage {
+        name,
+        unit,
+        truth: truth.value,
+        identified: identified.len(),
+        bias: mean(errors),
+        rms_error: mean(squares).map(f64::sqrt),
+        coverage: mean(holds),
+    }
+}
