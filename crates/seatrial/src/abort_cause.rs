@@ -12,7 +12,7 @@ const LAST_S: f64 = 1.0;
 /// The end of the settling that shows where heading and rudder stood, s.
 const BEFORE_S: f64 = 2.0;
 /// The turn over the one that an earlier model foresees, of a rudder that works the other way round.
-const OTHER_WAY: [f64; 2] = [-2.0, -0.5];
+const OTHER_WAY: [f64; 2] = [-2.0, -0.25];
 
 /// What to do after an operator stopped a trial that has models.
 const KEPT: &str =
@@ -24,7 +24,7 @@ pub(crate) struct Evidence<'a> {
     pub samples: &'a [Sample<f64>],
     /// When its training began.
     pub training_from_s: Option<f64>,
-    /// Thrust and model of the accepted run nearest to it.
+    /// Thrust and model of the earlier run nearest to it.
     pub earlier: Option<(f64, YawModel<f64>)>,
 }
 
@@ -92,7 +92,7 @@ fn jumped(samples: &[Sample<f64>]) -> Option<Shown> {
     ))
 }
 
-/// The vehicle turned as an accepted run of the trial foresees, but to the other side.
+/// The vehicle turned as an earlier run of the trial foresees, but to the other side.
 fn works_the_other_way(found: &Evidence) -> Option<Shown> {
     let (thrust, model) = found.earlier?;
     let turned = turn_over_foreseen(found, model)?;

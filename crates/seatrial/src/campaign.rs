@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 pub use seatrial_core::Stage;
-use seatrial_core::{Axis, Outcome, Plan};
+use seatrial_core::{Axis, Outcome, Plan, YawModel};
 use serde::{Deserialize, Serialize};
 
 use crate::abort_cause::{self, Evidence};
@@ -194,14 +194,20 @@ impl Campaign {
 
     /// What may tell why the trial was aborted in this run.
     fn evidence<'a>(&self, run: &'a Run) -> Evidence<'a> {
-        let away = |other: &&Run| (other.thrust - run.thrust).abs();
-        let accepted = self.accepted_runs().into_iter();
-        let nearest = accepted.min_by(|a, b| away(a).total_cmp(&away(b)));
+        // A model too uncertain to be used still tells to which side the rudder turns.
+        let sided = |other: &Run| {
+            let refined = other.identification.as_ref()?.refined.as_ref()?;
+            let [low, high] = refined.interval_95.b2_per_s2;
+            (low * high > 0.0).then_some((other.thrust, refined.model))
+        };
+        let away = |other: &(f64, YawModel<f64>)| (other.0 - run.thrust).abs();
+        let earlier = self.runs.iter().filter(|other| other.number < run.number);
         Evidence {
             samples: &run.record.samples,
             training_from_s: run.stage(Stage::Train).map(|window| window.from_s),
-            earlier: nearest
-                .and_then(|other| Some((other.thrust, other.identification.as_ref()?.model()))),
+            earlier: earlier
+                .filter_map(sided)
+                .min_by(|a, b| away(a).total_cmp(&away(b))),
         }
     }
 

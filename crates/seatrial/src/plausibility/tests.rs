@@ -240,8 +240,29 @@ fn exact_time_without_a_yaw_rate() {
     assert_eq!(at(1000.0), [ReasonCode::TimeUnitDoubtful]);
     let mut index = counting_rows(without_rate(record(stated_degrees())));
     assert_eq!(codes(&index), [ReasonCode::TimeUnitDoubtful]);
+    assert!(unit_doubts(&index)[0].refuses());
+    // Who says how long a row takes is believed, with care.
     index.units.time.origin = Origin::Given;
-    assert_eq!(codes(&index), []);
+    assert_eq!(codes(&index), [ReasonCode::TimeUnitDoubtful]);
+    assert!(!unit_doubts(&index)[0].refuses());
+}
+
+/// More than all of the rudder, and a unit of another kind than the name of the column says.
+#[test]
+fn exact_a_chosen_unit_of_the_rudder_is_doubted() {
+    let mut shares = record(stated_degrees());
+    shares.rudder_unit = RudderUnit::FullRudder;
+    shares.units.rudder = unit(1.0, Origin::Given);
+    assert_eq!(codes(&shares), []);
+    for sample in &mut shares.samples {
+        sample.rudder_rad *= 100.0;
+    }
+    assert_eq!(codes(&shares), [ReasonCode::RudderUnitDoubtful]);
+    assert!(unit_doubts(&shares)[0].refuses());
+    let mut named = record(stated_degrees());
+    named.units.rudder.is_against_name = true;
+    assert_eq!(codes(&named), [ReasonCode::RudderUnitDoubtful]);
+    assert!(!unit_doubts(&named)[0].refuses());
 }
 
 /// The record above with the heading of every n-th row until the next, and noise in heading and rudder.
