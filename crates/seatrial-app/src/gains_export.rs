@@ -22,6 +22,7 @@
 //! ```
 
 use seatrial::export::{OperatingPoint, VehicleType, ardupilot, px4};
+use seatrial_core::RudderUnit;
 
 use crate::Error;
 use crate::gains::Wanted;
@@ -58,7 +59,7 @@ impl GainsFile {
     /// A model that its source does not accept is written, too: look at [`Models::rejected`] first.
     ///
     /// # Errors
-    /// Models of a rehearsal that are not asked for, a model that allows no gain, or a place outside the models' range.
+    /// Models of a rehearsal that are not asked for, models whose rudder is a share of full for a file that has angles, a model that allows no gain, or a place outside the models' range.
     pub fn new(
         format: Format,
         wanted: &Wanted,
@@ -67,6 +68,12 @@ impl GainsFile {
         takes_rehearsals: bool,
     ) -> Result<Self, Error> {
         models.unless_rehearsed(takes_rehearsals)?;
+        if models.rudder_unit == RudderUnit::FullRudder && format != Format::Ardupilot {
+            return Err(Error::Setting(format!(
+                "{}: the rudder of its models is a share of full, and this file has angles: identify the log again with --rudder-range-deg DEG, the angle of the rudder at full deflection; ArduPilot's parameters need none",
+                models.origin
+            )));
+        }
         let schedule = || wanted.schedule(models);
         let text = match format {
             Format::Ardupilot => {

@@ -131,6 +131,15 @@ fn cli_a_rudder_in_fractions_of_full_needs_its_angle() {
     let folder = folder.path();
     let schedule = "rudder_unit = \"full_rudder\"\n[[point]]\nsurge_speed_m_s = 1.0\na22_per_s = -1.0\nb2_per_s2 = 0.4\n";
     std::fs::write(folder.join("s.toml"), schedule).unwrap();
+    for form in ["ros2", "c", "json", "px4"] {
+        let (_, errors) = seatrial(
+            folder,
+            2,
+            &format!("gains --schedule s.toml --export {form}"),
+        );
+        assert!(errors.contains("this file has angles"), "{errors}");
+    }
+    seatrial(folder, 0, "gains --schedule s.toml --export ardupilot");
     let (_, errors) = seatrial(folder, 2, "export --to vehicle --schedule s.toml");
     assert!(errors.contains("--full-steering-deg"), "{errors}");
     seatrial(

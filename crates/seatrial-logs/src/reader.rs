@@ -424,8 +424,12 @@ fn conversion(
         return plain;
     }
     if choice.full_rudder_rad.is_none() {
+        let full = match unit {
+            Unit::PulseWidth => "the angle 400 us from the trim",
+            _ => "the angle of full rudder",
+        };
         warnings.push(format!(
-            "rudder is in {unit} and its angle is not known: 1 stands for full rudder, and b2, K and gains are per full rudder; give the angle with --rudder-range-deg DEG"
+            "rudder is in {unit} and its angle is not known: 1 stands for full rudder, and b2, K and gains are per full rudder; give {full} with --rudder-range-deg DEG"
         ));
     }
     Conversion {

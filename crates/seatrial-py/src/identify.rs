@@ -122,11 +122,11 @@ fn no_model(py: Python<'_>, found: IdentifyError) -> PyErr {
     match found {
         IdentifyError::Setting(invalid) => usage(py, invalid),
         IdentifyError::Refused(reason) => {
-            let advice = reason.action_for(Reader::Python);
+            let reason = advice::reason(reason, Reader::Python);
             let refused = error(
                 py,
                 "RejectedError",
-                format!("{} {advice}", reason.text).trim_end(),
+                format!("{} {}", reason.text, reason.action).trim_end(),
             );
             match refused.value(py).setattr("reason", reason.code.to_string()) {
                 Ok(()) => refused,

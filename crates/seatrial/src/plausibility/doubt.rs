@@ -277,6 +277,13 @@ impl Doubt {
                 action: "Name the right column for the rudder: it may hold the heading.".into(),
                 ..reason
             },
+            Self::RateMismatch(mismatch) if !mismatch.explanations().is_empty() => Reason {
+                action: format!(
+                    "Say so where {}; else leave the yaw rate out with --yaw-rate none.",
+                    mismatch.explanations().join(", or ")
+                ),
+                ..reason
+            },
             Self::HeadingUnit { said_degrees: true, wraps: false, is_given: true, .. } => Reason {
                 text: "The heading turns little for so much rudder, as one in radians would that is called degrees.".into(),
                 action: "Make sure that it is in degrees.".into(),
