@@ -225,7 +225,7 @@ fn run_section(run: &Run, axis: Axis, whole: &Verdict) -> RunSection {
     RunSection {
         anchor: format!("run-{}", run.number),
         verdict: Some((outcome.into(), outcome.name())),
-        reasons: reasons(&run.verdict),
+        reasons: reasons(&run.reasons_within(whole)),
         facts: run
             .identification
             .as_ref()
@@ -236,12 +236,12 @@ fn run_section(run: &Run, axis: Axis, whole: &Verdict) -> RunSection {
 }
 
 /// Each reason with what was measured.
-fn reasons(verdict: &Verdict) -> Vec<String> {
+fn reasons(reasons: &[Reason]) -> Vec<String> {
     let text = |reason: &Reason| match reason.detail.is_empty() {
         true => sentence(&reason.text),
         false => format!("{} {}", sentence(&reason.text), sentence(&reason.detail)),
     };
-    verdict.reasons.iter().map(text).collect()
+    reasons.iter().map(text).collect()
 }
 
 fn run_figures_of(source: &Source) -> Vec<Figure> {

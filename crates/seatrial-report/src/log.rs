@@ -82,7 +82,7 @@ pub fn render(log: &Log) -> String {
             anchor: "run-1".to_owned(),
             title: "The record".to_owned(),
             verdict: None,
-            reasons: reasons(log.verdict),
+            reasons: reasons(&log.verdict.reasons),
             facts: identification.map_or(Vec::new(), recorded::method),
             figures: run_figures_of(&source),
         }],

@@ -452,7 +452,7 @@ pub(super) fn runs(campaign: &Campaign, whole: &Verdict) -> Table {
             decimals_or_missing(duration, 1).into(),
             run.record.samples.len().to_string().into(),
             Cell::verdict(run.verdict_within(whole)),
-            Cell::words(joined(&run.verdict.reasons)),
+            Cell::words(joined(&run.reasons_within(whole))),
         ]
     });
     Table {

@@ -313,6 +313,18 @@ impl Run {
         }
     }
 
+    /// The reasons of [`verdict_within`](Self::verdict_within): where the campaign refuses what the run by itself does not, the cause of
+    /// the campaign before what limits the run.
+    pub fn reasons_within(&self, whole: &Verdict) -> Vec<Reason> {
+        match self.verdict.accepted && !whole.accepted {
+            true => {
+                let of_run = self.verdict.causes().cloned();
+                whole.cause().cloned().into_iter().chain(of_run).collect()
+            }
+            false => self.verdict.reasons.clone(),
+        }
+    }
+
     fn servo(&self) -> Option<Servo> {
         self.identification.as_ref()?.settings.servo
     }
