@@ -111,9 +111,10 @@ pub(crate) fn match_columns(
             StatedUnit::Known(unit) => Some(unit),
             StatedUnit::None | StatedUnit::Unknown(_) => channel.and_then(|channel| channel.unit),
         };
-        let against = named
-            .filter(|named| stated.is_some_and(|(unit, _)| unit.dimension() != named.dimension()));
-        if let (Some(named), Some((unit, _))) = (against, stated) {
+        let chosen = choice.units.get(&quantity);
+        let against =
+            named.filter(|named| chosen.is_some_and(|unit| unit.dimension() != named.dimension()));
+        if let (Some(named), Some(unit)) = (against, chosen) {
             found.warnings.push(format!(
                 "column `{}` is in {named} by its name, and {unit} was chosen",
                 columns[column]

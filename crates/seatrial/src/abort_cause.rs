@@ -26,17 +26,19 @@ pub(crate) struct Evidence<'a> {
     pub training_from_s: Option<f64>,
     /// Thrust and model of the earlier run nearest to it.
     pub earlier: Option<(f64, YawModel<f64>)>,
+    /// Was a run accepted?
+    pub has_models: bool,
 }
 
 /// The reason of a trial that was aborted: what the record shows, else what the limit by itself says.
 pub(crate) fn reason(aborted: AbortReason, evidence: Option<&Evidence>) -> Reason {
-    let shown = evidence.and_then(|found| match aborted {
-        AbortReason::StaleSamples => heading_stopped(found.samples),
-        AbortReason::ReversedRudder => jumped(found.samples).or_else(|| works_the_other_way(found)),
-        AbortReason::HeadingExcursion | AbortReason::YawRate => jumped(found.samples),
-        _ => None,
+    let shown = evidence.and_then(|found| {
+        compass_failed(aborted, found.samples).or_else(|| match aborted {
+            AbortReason::ReversedRudder => works_the_other_way(found),
+            _ => None,
+        })
     });
-    let has_models = evidence.is_some_and(|found| found.earlier.is_some());
+    let has_models = evidence.is_some_and(|found| found.has_models);
     let (cause, action) = shown.unwrap_or_else(|| match (aborted, has_models) {
         (AbortReason::Operator, true) => (aborted.to_string(), KEPT),
         _ => (aborted.to_string(), action(aborted)),
@@ -52,12 +54,17 @@ pub(crate) fn reason(aborted: AbortReason, evidence: Option<&Evidence>) -> Reaso
 
 /// Does the record show that it was the compass?
 pub(crate) fn is_compass(aborted: AbortReason, found: &Evidence) -> bool {
+    compass_failed(aborted, found.samples).is_some()
+}
+
+/// What the compass did that looks like this reason.
+fn compass_failed(aborted: AbortReason, samples: &[Sample<f64>]) -> Option<Shown> {
     match aborted {
-        AbortReason::StaleSamples => heading_stopped(found.samples).is_some(),
+        AbortReason::StaleSamples => heading_stopped(samples),
         AbortReason::ReversedRudder | AbortReason::HeadingExcursion | AbortReason::YawRate => {
-            jumped(found.samples).is_some()
+            jumped(samples)
         }
-        _ => false,
+        _ => None,
     }
 }
 

@@ -172,9 +172,11 @@ impl Campaign {
         let Some(Outcome::Aborted(reason)) = self.outcome else {
             return false;
         };
-        self.runs.last().is_some_and(|run| {
-            abort_cause::is_compass(reason, &self.evidence(run)) && self.runs.iter().any(is_spoilt)
-        })
+        self.runs.iter().any(is_spoilt)
+            && self
+                .runs
+                .last()
+                .is_some_and(|run| abort_cause::is_compass(reason, &self.evidence(run)))
     }
 
     /// Why the campaign is not complete, if it is not.
@@ -205,6 +207,7 @@ impl Campaign {
         Evidence {
             samples: &run.record.samples,
             training_from_s: run.stage(Stage::Train).map(|window| window.from_s),
+            has_models: self.runs.iter().any(|run| run.verdict.accepted),
             earlier: earlier
                 .filter_map(sided)
                 .min_by(|a, b| away(a).total_cmp(&away(b))),
