@@ -92,7 +92,7 @@ pub fn speed_rows(found: &IdentifiedLog) -> Vec<LogModel<'_>> {
 }
 
 /// The command that identifies a log.
-pub fn identify_call(log: &Path) -> String {
+fn identify_call(log: &Path) -> String {
     format!("seatrial identify {}", log.display())
 }
 

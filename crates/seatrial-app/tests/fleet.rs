@@ -11,7 +11,7 @@ use seatrial_logs::write_csv;
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
 /// A run of the paper's plan at one speed: a manoeuvre to train, one to validate.
-fn run(seed: u64) -> Vec<Sample<f64>> {
+pub fn run(seed: u64) -> Vec<Sample<f64>> {
     let mut vehicle = FirstOrderVehicle::new(VehicleConfig::starfish(), seed).unwrap();
     let plan = Plan {
         thrusts: List::from_slice(&[0.8]).unwrap(),

@@ -5,38 +5,17 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use seatrial_app::fleet;
-use seatrial_core::{List, Plan, Sample, Trial, Vehicle};
-use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
+
+use crate::fleet::run;
 
 #[path = "../../../examples/extending/src/helm.rs"]
 mod helm;
-
-/// A trial at one speed: a manoeuvre to train, one to validate.
-fn simulated(seed: u64) -> Vec<Sample<f64>> {
-    let mut vehicle = FirstOrderVehicle::new(VehicleConfig::starfish(), seed).unwrap();
-    let plan = Plan {
-        thrusts: List::from_slice(&[0.8]).unwrap(),
-        max_repeats: 0,
-        ..Plan::paper()
-    };
-    let mut trial = Trial::new(plan).unwrap();
-    let mut samples = Vec::new();
-    while let Some(sample) = vehicle.next_sample().unwrap() {
-        samples.push(sample);
-        let action = trial.step(&sample);
-        vehicle.act(&action).unwrap();
-        if action.outcome.is_some() {
-            break;
-        }
-    }
-    samples
-}
 
 /// A recording of the made-up autopilot.
 fn write_helm(path: &Path, seed: u64) {
     let mut text = "HELMLOG 1\n".to_owned();
     let tenths = |angle_rad: f64| (10.0 * angle_rad.to_degrees()).round();
-    for sample in simulated(seed) {
+    for sample in run(seed) {
         let milliseconds = (1000.0 * sample.time_s).round();
         let heading = tenths(sample.heading_rad.rem_euclid(std::f64::consts::TAU));
         let to_port = -tenths(sample.rudder_rad);
@@ -65,7 +44,7 @@ fn io_a_fleet_reads_an_own_format_beside_the_built_in_ones() {
     let folder = tempfile::tempdir().unwrap();
     write_helm(&folder.path().join("own.log"), 1);
     std::fs::write(folder.path().join("bad.log"), "HELMLOG 9\n").unwrap();
-    let rows: Vec<_> = simulated(2).into_iter().map(Into::into).collect();
+    let rows: Vec<_> = run(2).into_iter().map(Into::into).collect();
     let csv = std::fs::File::create(folder.path().join("usual.csv")).unwrap();
     seatrial_logs::write_csv(csv, &rows).unwrap();
 

@@ -62,7 +62,8 @@ pub struct SourceArgs {
     /// Schedule of models over speed or thrust, TOML.
     #[arg(long, value_name = "FILE", conflicts_with = "a22")]
     schedule: Option<PathBuf>,
-    /// Logbook with a trial [default: seatrial.db, where nothing else gives a model]: the models of the accepted runs of its last campaign that finished with any, on a vehicle
+    /// Logbook with a trial [default: seatrial.db, where nothing else gives a model]: the models of the accepted runs of
+    /// its last campaign that finished with any, on a vehicle
     /// before a rehearsal.
     #[arg(
         long,
@@ -106,7 +107,7 @@ impl SourceArgs {
         Ok(models.limited(self.rudder_limit_rad())?)
     }
 
-    /// The models of the logbook that a trial writes where it is not told another.
+    /// The models of the logbook that a trial writes where none is named.
     fn of_usual_logbook(&self) -> Result<Models, Failure> {
         let usual = Path::new(USUAL_LOGBOOK);
         if !usual.exists() {
