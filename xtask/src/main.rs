@@ -4,8 +4,8 @@
 //! them those that have a build of their own (`cargo xtask beside`); everything is built once, for tests. `cargo xtask embedded` is the one
 //! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask instructions` that of the kernels'
 //! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page, `cargo xtask page` that of the page
-//! without a server, `cargo xtask docs` builds the docs as a site, `cargo xtask extending` builds and tests the program that extends seatrial. `cargo xtask ros2` checks each
-//! of the features `ros2` and `ros2-zenoh` alone, `cargo xtask miri` runs the library for C and the core under Miri. `cargo xtask packages` packs what
+//! without a server, `cargo xtask docs` builds the docs as a site, `cargo xtask extending` builds and tests the program that extends seatrial. `cargo xtask ros2` checks
+//! the features `ros2` and `ros2-zenoh` each alone and neither, `cargo xtask miri` runs the library for C and the core under Miri. `cargo xtask packages` packs what
 //! is published on crates.io, `cargo xtask oldest` builds the crates that promise an older compiler with it, `cargo xtask wheel` builds and installs the Python wheel, `cargo xtask archive` the archive and the Debian package of a release. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
 
 mod alone;
@@ -38,11 +38,10 @@ use beside::Beside;
 const ROS2: &str = "seatrial-cli/ros2,seatrial-cli/ros2-zenoh";
 
 /// Names, and the cargo commands that run in the order in which they fail fastest; `ROS2` stands for its features.
-const CHECKS: [(&str, &str); 8] = [
+const CHECKS: [(&str, &str); 6] = [
     ("format", "fmt --all --check"),
-    ("lints", "clippy --workspace --all-targets -- -D warnings"),
     (
-        "lints of ROS 2",
+        "lints",
         "clippy --workspace --all-targets --features ROS2 -- -D warnings",
     ),
     (
@@ -50,12 +49,8 @@ const CHECKS: [(&str, &str); 8] = [
         "build -p seatrial-core --target thumbv7em-none-eabihf",
     ),
     (
-        "the program for a browser",
-        "check -p seatrial-wasm --target wasm32-unknown-unknown",
-    ),
-    (
         "tests",
-        "nextest run --workspace --features ROS2 --no-fail-fast -E not(test(/^ros2::/))",
+        "nextest run --workspace --features ROS2 --no-fail-fast --test-threads 3 -E not(test(/^ros2::/))",
     ),
     (
         "doc tests",
@@ -234,6 +229,7 @@ fn on_ros2() -> bool {
         let both = "ros2,ros2-zenoh";
         // One test at a time: the vehicles are played in real time, and one that the machine holds up for long is a lost one.
         let is_right = of_features(&[&lint[..], &["--all-targets"]].concat(), both, &strict)
+            && of_features(&lint, "", &strict)
             && of_features(&lint, "ros2", &strict)
             && of_features(&lint, "ros2-zenoh", &strict)
             && of_features(
