@@ -80,7 +80,7 @@ impl Bytes {
     }
 
     /// Bytes of the file.
-    #[cfg(feature = "mcap")]
+    #[cfg(feature = "mcap-reader")]
     pub(crate) fn length(&self) -> Result<u64, Fault> {
         self.file.length().map_err(Fault::read)
     }

@@ -17,12 +17,15 @@ const START: u64 = 4096;
 
 /// Opens a format that this build may have been made without.
 macro_rules! built {
-    ($feature:literal, $name:literal, $open:expr) => {{
-        #[cfg(feature = $feature)]
+    ($feature:literal, $name:literal, $open:expr) => {
+        built!($feature, $feature, $name, $open)
+    };
+    ($needed:literal, $feature:literal, $name:literal, $open:expr) => {{
+        #[cfg(feature = $needed)]
         {
             Ok(Box::new($open))
         }
-        #[cfg(not(feature = $feature))]
+        #[cfg(not(feature = $needed))]
         {
             Err(Fault::NotBuilt {
                 format: $name,
@@ -157,6 +160,7 @@ fn built_in(
             crate::parquet::Columnar::open(file.into_file().map_err(Fault::read)?)?
         ),
         Format::Mcap => built!(
+            "mcap-reader",
             "mcap",
             "MCAP",
             Joined::new(format, crate::mcap::Mcap::open(file)?)

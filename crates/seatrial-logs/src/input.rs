@@ -53,7 +53,7 @@ impl Input {
         }
     }
 
-    #[cfg(any(feature = "mcap", feature = "rosbag2"))]
+    #[cfg(any(feature = "mcap-reader", feature = "rosbag2"))]
     pub fn length(&self) -> io::Result<u64> {
         match self {
             Self::File(file) => Ok(file.metadata()?.len()),

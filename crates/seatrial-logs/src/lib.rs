@@ -26,7 +26,7 @@ mod joined;
 mod languages;
 mod look_ahead;
 mod matching;
-#[cfg(feature = "mcap")]
+#[cfg(feature = "mcap-reader")]
 mod mcap;
 mod name;
 mod nmea0183;
@@ -35,7 +35,7 @@ mod number;
 mod parquet;
 mod quantity;
 mod reader;
-#[cfg(any(feature = "mcap", feature = "rosbag2"))]
+#[cfg(any(feature = "mcap-reader", feature = "rosbag2"))]
 mod ros2;
 #[cfg(feature = "rosbag2")]
 mod rosbag;

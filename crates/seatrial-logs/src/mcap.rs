@@ -1,5 +1,8 @@
 //! MCAP files with ROS 2 messages in CDR.
 
+#[cfg(all(feature = "mcap-without-c", any(test, not(feature = "mcap"))))]
+mod unpack;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -276,11 +279,13 @@ enum Next {
 }
 
 fn new_reader() -> LinearReader {
-    LinearReader::new_with_options(
-        LinearReaderOptions::default()
-            .with_skip_end_magic(true)
-            .with_record_length_limit(LONGEST_RECORD),
-    )
+    let options = LinearReaderOptions::default()
+        .with_skip_end_magic(true)
+        .with_record_length_limit(LONGEST_RECORD);
+    let reader = LinearReader::new_with_options(options);
+    #[cfg(all(feature = "mcap-without-c", not(feature = "mcap")))]
+    let reader = unpack::with_rust(reader);
+    reader
 }
 
 impl<'a> Record<'a> {
