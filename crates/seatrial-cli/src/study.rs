@@ -183,7 +183,7 @@ fn text(document: &EstimatorAccuracy) -> String {
             ("efficiency", ""),
             ("coverage", "of 95 %"),
             ("models", ""),
-            ("accepted", ""),
+            ("not", "refused"),
         ]);
         for accuracy in &cell.estimators {
             for (i, quantity) in accuracy.quantities.iter().enumerate() {
@@ -226,6 +226,6 @@ fn row(accuracy: &Accuracy, quantity: &QuantityAccuracy, is_first: bool) -> Vec<
         or_dash(quantity.efficiency, 2),
         or_dash(quantity.coverage, 3),
         first(accuracy.models.to_string()),
-        first(or_dash(accuracy.accepted, 3)),
+        first(or_dash(accuracy.not_refused, 3)),
     ]
 }

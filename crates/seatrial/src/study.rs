@@ -5,9 +5,11 @@ use seatrial_core::turning::{Side, Turn};
 use seatrial_core::{Event, HeadingGain, Plan, Sample, Stage, Trial, Vehicle, YawModel};
 use serde::Serialize;
 
+use crate::identification::{Outcome as VerdictOutcome, Refined};
 use crate::identify::cramer_rao::{Noise, cramer_rao_bound};
 use crate::identify::output_error::output_error;
 use crate::identify::refined::refined_estimate;
+use crate::identify::whole_record::robust_estimate_behind;
 use crate::identify::{IdentifySettings, identify};
 use crate::propagation::{NORMAL_95, interval_95};
 use crate::record::{Record, Window};
@@ -22,6 +24,8 @@ const DAMPING_RATIO: f64 = 1.0;
 pub enum Estimator {
     /// What `identify` reports: the model that goes to the controller.
     Refined,
+    /// The same, told that the rudder acts at once.
+    RefinedWithoutLag,
     /// Output error with its covariance for correlated residuals.
     OutputError,
     /// The recursive instrumental variable, as it runs on the vehicle.
@@ -131,7 +135,7 @@ pub struct Estimate {
     model: YawModel<f64>,
     /// 95 % intervals of [`QUANTITIES`].
     interval_95: [Option<[f64; 2]>; QUANTITIES.len()],
-    accepted: Option<bool>,
+    not_refused: Option<bool>,
 }
 
 /// When the half widths of the 95 % intervals of a22 and b2 are both under a share of the parameter, s from the start of
@@ -185,10 +189,11 @@ fn quantities(model: &YawModel<f64>, rudder_limit_rad: f64) -> [Option<f64>; QUA
 
 impl Estimator {
     /// Every estimator.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Refined,
         Self::OutputError,
         Self::InstrumentalVariable,
+        Self::RefinedWithoutLag,
         Self::LeastSquares,
         Self::Paper,
     ];
@@ -197,6 +202,7 @@ impl Estimator {
     pub fn name(self) -> &'static str {
         match self {
             Self::Refined => "refined",
+            Self::RefinedWithoutLag => "refined-without-lag",
             Self::OutputError => "output-error",
             Self::InstrumentalVariable => "instrumental-variable",
             Self::LeastSquares => "least-squares",
@@ -208,12 +214,23 @@ impl Estimator {
         let without_interval = |model| Estimate {
             model,
             interval_95: [None; QUANTITIES.len()],
-            accepted: None,
+            not_refused: None,
         };
         let carried = |model: &YawModel<f64>, covariance: &[[f64; 3]; 3]| {
             core::array::from_fn(|i| {
                 interval_95(model, covariance, |m| quantities(m, rudder_limit_rad)[i])
             })
+        };
+        let of_refined = |refined: &Refined| {
+            let mut intervals = carried(&refined.model, &refined.covariance);
+            let own = refined.interval_95;
+            intervals[0] = Some(own.a22_per_s);
+            intervals[1] = Some(own.b2_per_s2);
+            intervals[2] = Some(own.c0_rad_per_s2);
+            Estimate {
+                interval_95: intervals,
+                ..without_interval(refined.model)
+            }
         };
         let identified = |settings: &IdentifySettings| {
             identify(&experiment.record, experiment.training, None, settings).ok()
@@ -221,17 +238,15 @@ impl Estimator {
         match self {
             Self::Refined => {
                 let found = identified(&IdentifySettings::default())?;
-                let refined = found.refined?;
-                let mut intervals = carried(&refined.model, &refined.covariance);
-                let own = refined.interval_95;
-                intervals[0] = Some(own.a22_per_s);
-                intervals[1] = Some(own.b2_per_s2);
-                intervals[2] = Some(own.c0_rad_per_s2);
                 Some(Estimate {
-                    model: refined.model,
-                    interval_95: intervals,
-                    accepted: Some(found.verdict.accepted),
+                    not_refused: Some(found.verdict.outcome() != VerdictOutcome::DoNotUse),
+                    ..of_refined(&found.refined?)
                 })
+            }
+            Self::RefinedWithoutLag => {
+                let samples = experiment.record.window(experiment.training);
+                let found = robust_estimate_behind(samples, Some(0.0)).ok()?;
+                Some(of_refined(&found.refined))
             }
             Self::OutputError => {
                 let samples = experiment.record.window(experiment.training);
@@ -343,8 +358,8 @@ pub struct Accuracy {
     pub estimator: Estimator,
     /// Runs that gave a model.
     pub models: usize,
-    /// Share of the models that the verdict accepted, where the estimator has one.
-    pub accepted: Option<f64>,
+    /// Share of the models that the verdict does not refuse, where the estimator has one: nothing is held out to validate on.
+    pub not_refused: Option<f64>,
     /// One for each of [`QUANTITIES`].
     pub quantities: Vec<QuantityAccuracy>,
 }
@@ -387,8 +402,8 @@ pub fn accuracy(outcomes: &[Outcome], truth: &Truth, estimators: &[Estimator]) -
                 .collect();
             let verdicts: Vec<f64> = found
                 .iter()
-                .filter_map(|(_, estimate)| estimate.accepted)
-                .map(|accepted| f64::from(u8::from(accepted)))
+                .filter_map(|(_, estimate)| estimate.not_refused)
+                .map(|not_refused| f64::from(u8::from(not_refused)))
                 .collect();
             let quantities = true_values.iter().enumerate().filter_map(|(i, value)| {
                 QuantityAccuracy::of(i, (*value)?, &found, truth.rudder_limit_rad)
@@ -396,7 +411,7 @@ pub fn accuracy(outcomes: &[Outcome], truth: &Truth, estimators: &[Estimator]) -
             Accuracy {
                 estimator,
                 models: found.len(),
-                accepted: mean(&verdicts),
+                not_refused: mean(&verdicts),
                 quantities: quantities.collect(),
             }
         })
@@ -464,7 +479,7 @@ mod tests {
             estimates: vec![Some(Estimate {
                 model: YawModel::from_theta([a22, 2.0, 0.0]),
                 interval_95,
-                accepted: Some(a22 < -0.95),
+                not_refused: Some(a22 < -0.95),
             })],
         }
     }
@@ -503,7 +518,7 @@ mod tests {
             },
         ];
         let studied = accuracy(&outcomes, &truth, &[Estimator::Refined]);
-        assert_eq!((studied[0].models, studied[0].accepted), (2, Some(0.5)));
+        assert_eq!((studied[0].models, studied[0].not_refused), (2, Some(0.5)));
         let a22 = &studied[0].quantities[0];
         // Rounding of a few sums.
         let close = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-12);
