@@ -4,8 +4,8 @@ use jiff::civil::DateTime;
 use jiff::tz::TimeZone;
 use jiff::{SignedDuration, Timestamp};
 
-use crate::Unit;
 use crate::table::Cell;
+use crate::{Unit, UnitSource};
 
 /// How the time column becomes seconds.
 ///
@@ -27,6 +27,14 @@ pub(crate) struct ClockFound {
 }
 
 impl ClockFound {
+    /// A date or a time of day says of what it is; a number does not.
+    pub fn source(&self) -> UnitSource {
+        match self.clock {
+            Clock::Calendar { .. } => UnitSource::Stated,
+            Clock::Plain { .. } | Clock::Epoch { .. } => UnitSource::Assumed,
+        }
+    }
+
     /// What people should know where the unit of time is a guess.
     pub fn doubt(&self) -> Option<String> {
         let because = self.because.as_deref().unwrap_or("values");

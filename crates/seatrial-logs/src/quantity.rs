@@ -130,33 +130,7 @@ impl Quantity {
                     "headingmagnetic",
                 ],
             ],
-            Self::Rudder => &[
-                &["rudder", "rudderangle", "delta", "deltar", "rud", "rsa"],
-                &[
-                    "fin",
-                    "finangle",
-                    "tailfin",
-                    "steering",
-                    "steer",
-                    "steeringangle",
-                    "helm",
-                    "helmangle",
-                    "tiller",
-                    "tillerangle",
-                ],
-                &[
-                    "ruddercmd",
-                    "ruddercommand",
-                    "commandedrudder",
-                    "rudderorder",
-                    "deltacmd",
-                    "deltac",
-                    "fincmd",
-                    "steeringcmd",
-                    "steercmd",
-                ],
-                &["servo", "pwm"],
-            ],
+            Self::Rudder => RUDDER,
             Self::Speed => &[
                 &["surgespeed", "surge", "u", "forwardspeed", "surgevelocity"],
                 &[
@@ -164,7 +138,11 @@ impl Quantity {
                     "speedthroughwater",
                     "stw",
                     "waterspeed",
+                    "boatspeed",
+                    "bsp",
+                    "spd",
                     "velocity",
+                    "vel",
                 ],
                 &["speedoverground", "sog", "groundspeed"],
             ],
@@ -181,8 +159,10 @@ impl Quantity {
                     "rateofturn",
                     "rot",
                     "turnrate",
+                    "yawspeed",
+                    "yawvelocity",
                 ],
-                &["gyroz", "omegaz", "wz", "gyrz"],
+                &["gyroz", "omegaz", "wz", "gyrz", "gz"],
             ],
             Self::North => &[&["north", "northing", "posnorth"], &["x", "posx"]],
             Self::East => &[&["east", "easting", "poseast"], &["y", "posy"]],
@@ -190,6 +170,43 @@ impl Quantity {
         }
     }
 }
+
+/// Names of the rudder's column, as of [`Quantity::names`].
+const RUDDER: &[&[&str]] = &[
+    &["rudder", "rudderangle", "delta", "deltar", "rud", "rsa"],
+    &[
+        "rudderposition",
+        "rudderpos",
+        "rudderfeedback",
+        "rudderdeflection",
+        "rudderactual",
+        "actualrudder",
+        "ruddermeasured",
+        "measuredrudder",
+        "fin",
+        "finangle",
+        "tailfin",
+        "steering",
+        "steer",
+        "steeringangle",
+        "helm",
+        "helmangle",
+        "tiller",
+        "tillerangle",
+    ],
+    &[
+        "ruddercmd",
+        "ruddercommand",
+        "commandedrudder",
+        "rudderorder",
+        "deltacmd",
+        "deltac",
+        "fincmd",
+        "steeringcmd",
+        "steercmd",
+    ],
+    &["servo", "pwm"],
+];
 
 impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {

@@ -112,16 +112,21 @@ impl LogReader {
         let mut warnings = std::mem::take(&mut found.warnings);
         warnings.extend(inferred.warnings);
         warnings.extend(time.doubt());
-        let mut assumed: BTreeMap<Quantity, Assumed> = inferred
+        let mut units: BTreeMap<Quantity, Inferred> = inferred
             .units
             .into_iter()
-            .map(|(quantity, (unit, because))| (quantity, (unit, Some(because))))
+            .map(|(quantity, (unit, because))| {
+                (quantity, (unit, UnitSource::Assumed, Some(because)))
+            })
             .collect();
-        assumed.insert(Quantity::Time, (time.unit, time.because.clone()));
+        units.insert(
+            Quantity::Time,
+            (time.unit, time.source(), time.because.clone()),
+        );
         let channels: Vec<Channel> = found
             .matches
             .iter()
-            .map(|m| channel(m, &columns, &assumed, &choice, &mut warnings))
+            .map(|m| channel(m, &columns, &units, &choice, &mut warnings))
             .collect();
         Ok(Self {
             log,
@@ -377,21 +382,21 @@ fn with_differences(
     Ok((table, choice))
 }
 
-/// A unit taken from the values, and why.
-type Assumed = (Unit, Option<String>);
+/// A unit taken from the values, whether they state it, and why.
+type Inferred = (Unit, UnitSource, Option<String>);
 
 /// How a matched column is read.
 fn channel(
     found: &Match,
     columns: &[String],
-    assumed: &BTreeMap<Quantity, Assumed>,
+    inferred: &BTreeMap<Quantity, Inferred>,
     choice: &ChannelChoice,
     warnings: &mut Vec<String>,
 ) -> Channel {
     let quantity = found.quantity;
-    let (unit, unit_source, because) = match (found.unit, assumed.get(&quantity)) {
+    let (unit, unit_source, because) = match (found.unit, inferred.get(&quantity)) {
         (Some((unit, source)), _) => (unit, source, found.because.clone()),
-        (None, Some((unit, because))) => (*unit, UnitSource::Assumed, because.clone()),
+        (None, Some((unit, source, because))) => (*unit, *source, because.clone()),
         (None, None) => unreachable!("every unit that is not stated is inferred"),
     };
     let conversion = conversion(quantity, unit, choice, warnings);

@@ -104,6 +104,18 @@ fn io_stated_units_are_converted() {
 }
 
 #[test]
+fn io_a_date_states_its_unit() {
+    let read = read(
+        "UTC,heading_deg,rudder_deg\n2026-09-14T08:00:00Z,180,10\n2026-09-14T08:00:01Z,181,10\n",
+    );
+    assert_eq!(times(&read), [0.0, 1.0]);
+    assert_eq!(
+        unit(&read, Quantity::Time),
+        (Unit::Second, UnitSource::Stated)
+    );
+}
+
+#[test]
 fn io_header_in_latin_1_is_understood() {
     let read = read(b"t,Heading (\xb0),rudder_deg\n0,180,10\n1,181,10\n");
     assert_close(read.samples[0].heading_rad, PI);

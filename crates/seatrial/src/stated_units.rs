@@ -63,6 +63,9 @@ pub struct StatedUnits {
     /// Does the column of the heading name a course over ground?
     #[serde(default)]
     pub heading_is_course: bool,
+    /// Does the time say when, as a date or as seconds since 1970? Its unit is then known.
+    #[serde(default)]
+    pub time_is_a_date: bool,
     /// Had the yaw rate the opposite sense of the heading? It was then left out.
     #[serde(default)]
     pub yaw_rate_is_reversed: bool,

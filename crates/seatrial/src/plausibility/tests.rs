@@ -228,6 +228,19 @@ fn exact_a_yaw_rate_finds_the_unit_of_time() {
 }
 
 #[test]
+fn exact_dates_a_second_apart_count_no_rows() {
+    let of = |time_is_a_date| {
+        let units = StatedUnits {
+            time_is_a_date,
+            ..stated_degrees()
+        };
+        codes(&counting_rows(without_rate(record(units))))
+    };
+    assert_eq!(of(false), [ReasonCode::TimeUnitDoubtful]);
+    assert_eq!(of(true), []);
+}
+
+#[test]
 fn exact_time_without_a_yaw_rate() {
     let at = |time: f64| {
         codes(&scaled(

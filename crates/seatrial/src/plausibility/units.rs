@@ -175,7 +175,7 @@ fn time(record: &Record) -> Option<Doubt> {
     if let Some(yaw_rate_rad_s) = usual_turn_rad_s(record).filter(|r| *r > FASTEST_TURN_RAD_S) {
         return Some(Doubt::TurnsTooFast { yaw_rate_rad_s });
     }
-    if record.units.are_given() {
+    if record.units.are_given() || record.units.time_is_a_date {
         return None;
     }
     let is_taken_for_seconds = unit.is_open() && unit.per_si == 1.0;
