@@ -135,6 +135,15 @@ test("answers on every log are those of the terminal, bit for bit", async (conte
   assert.ok(formats.size >= 6, [...formats].join(", "));
 });
 
+test("a recording in MCAP is read as in the terminal", async () => {
+  seatrial("sim", "log", "--seed", "3", "--thrust", "0.8", "--out", join(scratch, "own.mcap"));
+  const answer = await ask([["own.mcap", join(scratch, "own.mcap")]], { ask: "identify", log: "own.mcap" });
+  assert.ok("done" in answer, JSON.stringify(answer).slice(0, 300));
+  const { document } = answer.done as { document: { source: { format: string } } };
+  assert.equal(document.source.format, "mcap");
+  assert.deepEqual(document, JSON.parse(terminal(scratch, "identify", "own.mcap", "--json").out));
+});
+
 test("report, gains, limits and parameters are those of the terminal", async () => {
   const path = join(scratch, "own.csv");
   const answer = await ask([["own.csv", path]], { ask: "identify", log: "own.csv" });

@@ -148,7 +148,26 @@ pub struct InterpolatedGain {
     pub closed_loop: Option<LoopFigures>,
 }
 
+/// Half of the last figure in which speeds are printed, m/s.
+const PRINTED_M_S: f64 = 0.005;
+
 impl Wanted {
+    /// With a speed beyond the models' range that a table prints as an end of it taken as that end.
+    fn as_printed(&self, models: &Models) -> Self {
+        let speeds = models.points.iter().filter_map(|p| p.point.surge_speed_m_s);
+        let low = speeds.clone().fold(f64::INFINITY, f64::min);
+        let high = speeds.fold(f64::NEG_INFINITY, f64::max);
+        let at = self.at.map(|(key, value)| {
+            let inside = value.max(low).min(high);
+            let is_printed_so = (inside - value).abs() <= PRINTED_M_S;
+            match key == ScheduleKey::Speed && is_printed_so {
+                true => (key, inside),
+                false => (key, value),
+            }
+        });
+        Self { at, ..*self }
+    }
+
     /// The models with the delay and the interval that are wanted.
     fn timed(&self, models: &Models) -> Models {
         let mut models = models.clone();
@@ -186,7 +205,7 @@ impl Wanted {
             rejected: models.rejected.clone(),
             timing,
             points: points.map(|p| point_gains(p, self.damping_ratio)).collect(),
-            at: self.interpolated(models)?,
+            at: self.as_printed(models).interpolated(models)?,
         })
     }
 
@@ -208,7 +227,8 @@ impl Wanted {
     /// A model that allows no gain, or a place outside the models' range.
     pub fn operating_point(&self, models: &Models) -> Result<OperatingPoint, Error> {
         let models = &self.timed(models);
-        let tuned = match (self.at, models.points.as_slice()) {
+        let at = self.as_printed(models).at;
+        let tuned = match (at, models.points.as_slice()) {
             (Some((key, value)), _) => {
                 let refused = |error| self.no_such_place(key, value, error);
                 let model = models

@@ -110,17 +110,17 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         args.trace,
         args.verbose,
     )?;
-    if args.schedule.is_some() && found.models.is_none() {
-        return Err(Failure::rejected(format!(
-            "{}: --schedule: no manoeuvres to both sides were found in it, or it is a single one",
-            found.logs.log.path.display()
-        )));
-    }
     output.print(&found.document(), || match args.verbose {
         true => verbose_text(&found),
         false => text(&found, &call(), args.schedule.as_deref(), width()),
     })?;
-    if let Some((path, models)) = args.schedule.as_ref().zip(found.models.as_ref()) {
+    if let Some(path) = &args.schedule {
+        let Some(models) = &found.models else {
+            return Err(Failure::rejected(format!(
+                "{}: --schedule: its models are not of several speeds: save the document of --json, which gains and turn read with --model",
+                found.logs.log.path.display()
+            )));
+        };
         speeds::save_schedule(path, models, &found.logs.log.source())?;
     }
     Ok(match found.verdict().outcome() {

@@ -359,7 +359,8 @@ impl<T: Real> Comparison<T> {
             })
             .sum();
         let r2 = T::ONE - squared_error / self.sum_of_squares;
-        (self.sum_of_squares > T::ZERO && r2.is_finite()).then_some(r2)
+        // A square below 0 is what rounding leaves of a simulation that went far away.
+        (self.sum_of_squares > T::ZERO && r2.is_finite() && r2 <= T::of(1.001)).then_some(r2)
     }
 }
 

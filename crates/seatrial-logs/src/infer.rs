@@ -22,6 +22,12 @@ pub(crate) struct Inferred {
     pub warnings: Vec<String>,
 }
 
+/// A turn in hundredths of a degree, as MAVLink has a heading.
+const FULL_CDEG: f64 = 36_000.0;
+
+/// A heading in degrees that is not wrapped reaches no more: twenty turns in the first rows.
+const LARGEST_HEADING_DEG: f64 = 7200.0;
+
 /// The largest angle of any rudder, rad, with room to spare: 92 deg.
 const LARGEST_RUDDER_RAD: f64 = 1.6;
 /// The largest angle of any rudder, deg.
@@ -142,7 +148,9 @@ impl FirstRows {
 
     fn heading_unit(&self, rudder: Unit) -> (Unit, String) {
         let largest = self.largest(Quantity::Heading);
-        if largest > TURN_RAD {
+        if self.wraps_at(FULL_CDEG) || largest > LARGEST_HEADING_DEG {
+            (Unit::Centidegree, format!("reaches {largest}"))
+        } else if largest > TURN_RAD {
             (Unit::Degree, format!("reaches {largest}"))
         } else if self.wraps_at(std::f64::consts::TAU) {
             (Unit::Radian, "wraps at 2 pi".into())

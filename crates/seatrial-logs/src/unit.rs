@@ -64,6 +64,7 @@ units! {
     Day "d" Time 86_400.0, &["d", "day", "days", "tage", "jours", "日"];
     Radian "rad" Angle 1.0, &["rad", "radian", "radians", "radiant", "bogenmaß", "ラジアン"];
     Degree "deg" Angle DEGREE, &["deg", "degree", "degrees", "grad", "度"];
+    Centidegree "cdeg" Angle 0.01 * DEGREE, &["cdeg", "centideg", "centidegree", "centidegrees"];
     PulseWidth "pwm" Steering 1.0 / 400.0, &["pwm", "us", "µs"];
     Percent "percent" Steering 0.01, &["percent", "pct", "prozent", "パーセント"];
     Fraction "fraction" Steering 1.0, &["fraction", "norm", "normalised", "normalized"];

@@ -43,6 +43,11 @@ impl ColumnUnit {
         (self.per_si.to_radians() - 1.0).abs() < 0.01
     }
 
+    /// Is it an angle in neither degrees nor radians: hundredths of a degree, or a column that a person scaled?
+    pub fn is_scaled(&self) -> bool {
+        !self.is_degrees() && (self.per_si - 1.0).abs() > 0.01
+    }
+
     /// Was it not given by the user?
     pub fn is_open(&self) -> bool {
         self.origin != Origin::Given

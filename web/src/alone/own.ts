@@ -34,7 +34,7 @@ export function readerOf(program: Program): LogReader {
     takeSensorList: (list) => program.hold(list),
     formats: "CSV, DataFlash .bin, ULog, tlog, NMEA 0183, NMEA 2000 of canboat, MOOS .alog, Slocum .dbd",
     place:
-      "It is read and identified in this page, is sent nowhere, and the page works without a network. Parquet, MCAP and rosbag2 are read by the terminal: seatrial identify LOG.",
+      "It is read and identified in this page, is sent nowhere, and the page works without a network. Parquet and rosbag2 are read by the terminal: seatrial identify LOG.",
     below: (log, reading, identified) => below(program, log, reading, identified),
   };
 }

@@ -196,8 +196,8 @@ impl OpenRun {
             Axis::Yaw => assess(&record, training, data, pass, used)?,
             Axis::Pitch => pitch::assess(&record, training, data, pass, used)?,
         };
-        if let (Some(servo), Some(timing)) = (servo, &mut identification.loop_timing) {
-            timing.delay_s += servo.late_s();
+        if let Some(servo) = servo {
+            identification.behind(servo);
         }
         if !result.accepted {
             identification.verdict = verdict::not_taken(

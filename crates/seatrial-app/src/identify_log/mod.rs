@@ -78,10 +78,13 @@ pub fn identify_opened(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<IdentifiedLog, Error> {
-    let found = match options.windows.are_given() {
+    let mut found = match options.windows.are_given() {
         true => one_model(&logs.log, logs.training, logs.validation_data(), options)?,
         false => models_of(&logs.log, options, None, observer)?,
     };
+    if let Some(servo) = logs.log.servo {
+        found.identifications().for_each(|i| i.behind(servo));
+    }
     Ok(IdentifiedLog {
         axis: options.axis,
         models: found.models,
@@ -131,6 +134,13 @@ struct Found {
 }
 
 impl Found {
+    fn identifications(&mut self) -> impl Iterator<Item = &mut Identification> {
+        let of_speeds = self.models.iter_mut().flatten();
+        of_speeds
+            .filter_map(|model| model.identification.as_mut())
+            .chain(self.model.as_deref_mut())
+    }
+
     fn refused(reason: Reason) -> Self {
         Self {
             models: None,

@@ -42,13 +42,6 @@ struct StoredSource {
     #[serde(default)]
     rudder_unit: RudderUnit,
     full_rudder_rad: Option<f64>,
-    servo: Option<StoredServo>,
-}
-
-#[derive(Deserialize)]
-struct StoredServo {
-    delay_s: f64,
-    lag_s: f64,
 }
 
 /// A run of a trial, or the model of one speed of a log.
@@ -102,7 +95,8 @@ enum NoModel {
     NoEstimate,
 }
 
-/// The models of an identification, or of the accepted runs of a trial; `surge_speed_m_s` is that of a single model.
+/// The models of an identification, or of the accepted runs of a trial; `surge_speed_m_s` is that of a single model; without, the
+/// speed at which it was seen.
 pub fn of_document(path: &Path, surge_speed_m_s: Option<f64>) -> Result<Models, Error> {
     of_document_text(
         path.display().to_string(),
@@ -130,7 +124,7 @@ pub fn of_document_text(
     let mut models = Models {
         origin,
         points: Vec::new(),
-        rudder_limit_rad: limit_or_default(limit, rudder_unit),
+        rudder_limit_rad: limit_or_default(limit.or(document.source.full_rudder_rad), rudder_unit),
         rudder_unit,
         full_rudder,
         trial,
@@ -149,20 +143,13 @@ pub fn of_document_text(
             models.take_single(&single, surge_speed_m_s)?;
         }
     }
-    // The models are behind a servo that was given.
-    if let Some(servo) = document.source.servo {
-        for point in &mut models.points {
-            point.allowance.timing.delay_s += servo.delay_s;
-            point.allowance.timing.delay_s += servo.lag_s;
-        }
-    }
     Ok(models)
 }
 
 impl Models {
     /// The accepted models of a log that was identified: those that [`of_document_text`] reads from its
-    /// [document](IdentifiedLog::document). `surge_speed_m_s`, m/s, is the speed of a model of the whole log, which has none
-    /// of its own.
+    /// [document](IdentifiedLog::document). `surge_speed_m_s`, m/s, is the speed of a model of the whole log; without, the
+    /// speed at which it was seen.
     ///
     /// A single model that is not accepted is given with its reason in `rejected`; of several speeds the accepted ones are.
     ///
@@ -261,11 +248,12 @@ impl StoredIdentification {
         let refined = self.refined.as_ref();
         let model = refined.map(|refined| refined.model).or(self.online);
         let model = model.ok_or(NoModel::NoEstimate)?;
+        let seen_at_m_s = || self.valid_range.as_ref()?.usual_speed_m_s();
         let damping = refined.and_then(|refined| refined.interval_95.as_ref()?.a22_per_s);
         Ok(ModelPoint {
             point: SchedulePoint {
                 thrust,
-                surge_speed_m_s,
+                surge_speed_m_s: surge_speed_m_s.or_else(seen_at_m_s),
                 model,
             },
             covariance: refined.and_then(StoredRefined::covariance),

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use seatrial::GainAllowance;
+use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::{RudderUnit, SchedulePoint, YawModel};
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +23,9 @@ it is not the rudder limit):
   surge_speed_m_s = 1.07
   a22_per_s = -0.95
   b2_per_s2 = 0.60
-  c0_rad_per_s2 = 0.0072";
+  c0_rad_per_s2 = 0.0072
+`seatrial identify LOG --schedule FILE` adds what a gain allows for: a22_interval_95_per_s, covariance of [a22, b2, C0], \
+delay_s and sample_interval_s. Without them a gain allows for nothing.";
 
 /// A schedule file.
 #[derive(Deserialize, Serialize)]
@@ -45,6 +49,58 @@ struct ScheduleFilePoint {
     b2_per_s2: f64,
     #[serde(default)]
     c0_rad_per_s2: f64,
+    /// 95 % interval of a22, 1/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    a22_interval_95_per_s: Option<[f64; 2]>,
+    /// Covariance of [a22, b2, C0].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    covariance: Option<[[f64; 3]; 3]>,
+    /// Dead time of the loop, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    delay_s: Option<f64>,
+    /// Interval of a sampled controller, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sample_interval_s: Option<f64>,
+}
+
+impl ScheduleFilePoint {
+    /// The model of a speed of a log, with all that its gain allows for.
+    fn of(speed: &SpeedModel) -> Option<Self> {
+        let identification = speed.identification.as_ref()?;
+        let model = identification.model();
+        let refined = identification.refined.as_ref();
+        let timing = identification.loop_timing;
+        Some(Self {
+            thrust: speed.thrust,
+            surge_speed_m_s: speed.surge_speed_m_s,
+            a22_per_s: model.a22_per_s,
+            b2_per_s2: model.b2_per_s2,
+            c0_rad_per_s2: model.c0_rad_per_s2,
+            a22_interval_95_per_s: refined.map(|refined| refined.interval_95.a22_per_s),
+            covariance: refined.map(|refined| refined.covariance),
+            delay_s: timing.map(|timing| timing.delay_s),
+            sample_interval_s: timing.and_then(|timing| timing.sample_interval_s),
+        })
+    }
+
+    fn into_model(self) -> ModelPoint {
+        let damping = |interval| GainAllowance::damping_per_s(self.a22_per_s, interval);
+        ModelPoint {
+            covariance: self.covariance,
+            allowance: GainAllowance {
+                damping_per_s: self.a22_interval_95_per_s.map_or(0.0, damping),
+                timing: LoopTiming {
+                    delay_s: self.delay_s.unwrap_or(0.0),
+                    sample_interval_s: self.sample_interval_s,
+                },
+            },
+            ..ModelPoint::exact(SchedulePoint {
+                thrust: self.thrust,
+                surge_speed_m_s: self.surge_speed_m_s,
+                model: YawModel::from_theta([self.a22_per_s, self.b2_per_s2, self.c0_rad_per_s2]),
+            })
+        }
+    }
 }
 
 /// The models of a [schedule file](SCHEDULE_FILE_HELP).
@@ -61,17 +117,14 @@ pub fn of_schedule_file(path: &Path) -> Result<Models, Error> {
             path.display()
         )));
     }
-    let point = |p: ScheduleFilePoint| {
-        ModelPoint::exact(SchedulePoint {
-            thrust: p.thrust,
-            surge_speed_m_s: p.surge_speed_m_s,
-            model: YawModel::from_theta([p.a22_per_s, p.b2_per_s2, p.c0_rad_per_s2]),
-        })
-    };
+    let points = file.point.into_iter().map(ScheduleFilePoint::into_model);
     Ok(Models {
         origin: path.display().to_string(),
-        points: file.point.into_iter().map(point).collect(),
-        rudder_limit_rad: limit_or_default(file.rudder_limit_rad, file.rudder_unit),
+        points: points.collect(),
+        rudder_limit_rad: limit_or_default(
+            file.rudder_limit_rad.or(file.full_rudder_rad),
+            file.rudder_unit,
+        ),
         rudder_unit: file.rudder_unit,
         full_rudder: given(file.full_rudder_rad),
         trial: None,
@@ -84,22 +137,12 @@ pub fn of_schedule_file(path: &Path) -> Result<Models, Error> {
 
 /// The accepted models of a log as the text of a schedule file.
 pub fn write_schedule_file(models: &[SpeedModel], log: &Source) -> Result<String, Error> {
-    let point = |speed: &SpeedModel| {
-        let model = speed.identification.as_ref()?.model();
-        Some(ScheduleFilePoint {
-            thrust: speed.thrust,
-            surge_speed_m_s: speed.surge_speed_m_s,
-            a22_per_s: model.a22_per_s,
-            b2_per_s2: model.b2_per_s2,
-            c0_rad_per_s2: model.c0_rad_per_s2,
-        })
-    };
     let accepted = models.iter().filter(|model| model.verdict.accepted);
     let schedule = ScheduleFile {
         rudder_limit_rad: None,
         full_rudder_rad: log.description.full_rudder_rad,
         rudder_unit: log.rudder_unit,
-        point: accepted.filter_map(point).collect(),
+        point: accepted.filter_map(ScheduleFilePoint::of).collect(),
     };
     if schedule.point.is_empty() {
         return Err(Error::Rejected(

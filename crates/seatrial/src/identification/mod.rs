@@ -80,6 +80,13 @@ impl Identification {
         let refined = self.refined.as_ref();
         refined.map_or(&self.online.method, |r| &r.method)
     }
+
+    /// Says that the rudder of the record was the one behind this servo: a loop waits for it, too.
+    pub fn behind(&mut self, servo: Servo) {
+        if let Some(timing) = &mut self.loop_timing {
+            timing.delay_s += servo.late_s();
+        }
+    }
 }
 
 /// The restoring moment of pitch, m in theta'' = a22 theta' + m theta + b2 delta + C0.

@@ -207,7 +207,7 @@ fn least_over_asked_for(
     greatest
 }
 
-/// The table of `validation/2026-11-22-refined-estimate`.
+/// The table of `validation/2026-11-25-refined-estimate`.
 #[test]
 #[ignore = "a study of a minute"]
 fn val_what_no_estimator_can_do_under_four_disturbances() {

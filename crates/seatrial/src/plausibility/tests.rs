@@ -228,6 +228,17 @@ fn exact_a_yaw_rate_finds_the_unit_of_time() {
 }
 
 #[test]
+fn exact_hundredths_of_a_degree_are_no_radians() {
+    for origin in [Origin::Given, Origin::Assumed, Origin::Stated] {
+        let units = StatedUnits {
+            heading: unit(100.0 * DEG, origin),
+            ..stated_degrees()
+        };
+        assert_eq!(codes(&record(units)), [], "{origin:?}");
+    }
+}
+
+#[test]
 fn exact_dates_a_second_apart_count_no_rows() {
     let of = |time_is_a_date| {
         let units = StatedUnits {

@@ -77,7 +77,7 @@ fn range(numbers: &[f64]) -> f64 {
 
 fn heading(record: &Record) -> Option<Doubt> {
     let unit = &record.units.heading;
-    if record.units.are_given() {
+    if record.units.are_given() || unit.is_scaled() {
         return None;
     }
     let headings = numbers(record, |s| s.heading_rad, unit);

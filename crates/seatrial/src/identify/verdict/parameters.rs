@@ -267,7 +267,8 @@ impl Weighing {
             );
         }
         self.misfit(checked);
-        if model.b2_per_s2 < 0.0 {
+        let refined = checked.refined();
+        if refined.map_or(model.b2_per_s2, |refined| refined.interval_95.b2_per_s2[1]) < 0.0 {
             self.note(
                 ReasonCode::SignReversed,
                 "b2 is negative: a positive rudder angle turns towards decreasing heading in this log; keep this sign, or negate the rudder channel".into(),
