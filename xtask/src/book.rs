@@ -12,10 +12,15 @@ const DOCS: &str = "docs";
 /// The docs with the pages that are made of the program, which are no part of the repository.
 const SOURCE: &str = "target/book-source";
 const VERBS: &str = "reference/verbs.md";
+const VERDICTS: &str = "reference/verdicts.md";
 const BOOK: &str = "target/book";
 const INSTALLED: &str = "target/python/bin/mdbook";
 /// The page without a server goes with the site where it has been built.
 const ALONE: &str = "target/alone/seatrial.html";
+/// What stands in its place where it has not been built.
+const NOT_BUILT: &str = "<!DOCTYPE html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>seatrial</title>\n\
+    <p>This site was built without the page. <code>cargo xtask page</code> builds it into <code>target/alone/seatrial.html</code>, \
+    and <code>cargo xtask docs</code> then puts it here. <a href=\"howto/page.html\">More about the page</a></html>\n";
 /// Where a page leads that is no part of the site.
 const REPOSITORY: &str = "https://github.com/seatrial/seatrial/blob/main/";
 
@@ -31,6 +36,7 @@ pub fn check() -> Result<(), String> {
     let _ = std::fs::remove_dir_all(source);
     copy(Path::new(DOCS), source)?;
     write(&source.join(VERBS), &verbs()?)?;
+    link_the_file_of_channels(&source.join(VERDICTS))?;
     list_the_others()?;
     if !succeeds(Command::new(program).args(["build", SOURCE])) {
         return Err(format!("mdbook build {SOURCE}"));
@@ -39,16 +45,24 @@ pub fn check() -> Result<(), String> {
     for page in &pages {
         lead_out(page)?;
     }
+    put_alone()?;
     let broken: Vec<String> = pages.iter().flat_map(|page| broken_links(page)).collect();
     if !broken.is_empty() {
         return Err(broken.join("\n"));
     }
-    if Path::new(ALONE).exists() {
-        std::fs::copy(ALONE, Path::new(BOOK).join("seatrial.html"))
-            .map_err(|error| format!("{ALONE}: {error}"))?;
-    }
     let index = index_for_machines()?;
     write(&Path::new(BOOK).join("llms.txt"), &index)
+}
+
+/// Puts the page without a server where the docs link to it; where it has not been built, a page that says how.
+fn put_alone() -> Result<(), String> {
+    let place = Path::new(BOOK).join("seatrial.html");
+    match Path::new(ALONE).exists() {
+        true => std::fs::copy(ALONE, &place)
+            .map(|_| ())
+            .map_err(|error| format!("{ALONE}: {error}")),
+        false => write(&place, NOT_BUILT),
+    }
 }
 
 fn write(path: &Path, text: &str) -> Result<(), String> {
@@ -70,7 +84,20 @@ fn copy(from: &Path, to: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// The page of the verbs: what the program says of each with `--help`.
+/// The page of the verdicts is made of the code, which knows no other page: where it speaks of the file, the site has the link.
+fn link_the_file_of_channels(page: &Path) -> Result<(), String> {
+    const NAMED: &str = "a --channels file";
+    let text = read(page)?;
+    match text.contains(NAMED) {
+        true => write(
+            page,
+            &text.replace(NAMED, "a [--channels file](channels.md)"),
+        ),
+        false => Err(format!("{}: no `{NAMED}` to link", page.display())),
+    }
+}
+
+/// The page of the verbs: what the program says of each with `--help`, and of the verbs below it.
 fn verbs() -> Result<String, String> {
     let program = page::binary()?;
     let help = |words: &[&str]| {
@@ -78,30 +105,40 @@ fn verbs() -> Result<String, String> {
         said.map(|said| String::from_utf8_lossy(&said.stdout).into_owned())
             .map_err(|error| format!("{}: {error}", program.display()))
     };
+    let mut text = "# Verbs\n\nWhat each verb says with `--help`. Exit codes: 0 done, 1 internal fault, 2 usage, 3 input cannot be read or understood, 4 done but the\nresult is not to be used or was not validated, 5 trial aborted and vehicle handed back, 6 something could not be saved.\n"
+        .to_owned();
+    let mut count = [0, 0];
     let listed = help(&[])?;
-    let verbs = listed
-        .lines()
+    for verb in listed_verbs(&listed) {
+        let said = help(&[verb])?;
+        let _ = write!(text, "\n## {verb}\n\n```text\n{}\n```\n", said.trim_end());
+        count[0] += 1;
+        for below in listed_verbs(&said) {
+            let said = help(&[verb, below])?;
+            let said = said.trim_end();
+            let _ = write!(text, "\n### {verb} {below}\n\n```text\n{said}\n```\n");
+            count[1] += 1;
+        }
+    }
+    if count[0] < 15 || count[1] < 10 {
+        let [verbs, below] = count;
+        let program = program.display();
+        return Err(format!(
+            "{program} lists {verbs} verbs and {below} below them"
+        ));
+    }
+    Ok(text)
+}
+
+/// The verbs that a help lists under `Commands:`.
+fn listed_verbs(help: &str) -> impl Iterator<Item = &str> {
+    help.lines()
         .skip_while(|line| *line != "Commands:")
         .skip(1)
         .take_while(|line| !line.trim().is_empty())
         .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
         .filter_map(|line| line.split_whitespace().next())
-        .filter(|verb| *verb != "help");
-    let mut text = "# Verbs\n\nWhat each verb says with `--help`. Exit codes: 0 done, 1 internal fault, 2 usage, 3 input cannot be read or understood, 4 done but the\nresult is not to be used or was not validated, 5 trial aborted and vehicle handed back, 6 something could not be saved.\n"
-        .to_owned();
-    let mut count = 0;
-    for verb in verbs {
-        let _ = write!(
-            text,
-            "\n## {verb}\n\n```text\n{}\n```\n",
-            help(&[verb])?.trim_end()
-        );
-        count += 1;
-    }
-    if count < 15 {
-        return Err(format!("{} lists {count} verbs", program.display()));
-    }
-    Ok(text)
+        .filter(|verb| *verb != "help")
 }
 
 /// The one that docs/requirements.txt pins, else the machine's own.
