@@ -106,6 +106,10 @@ fn text(surge: &SurgeEstimate) -> String {
                 100.0 * fastest.thrust
             ))
         });
+    if surge.thrust_lag_s.value.is_none() {
+        missing
+            .push("`seatrial plan --surge --out plan.toml` plans the cheapest such step.".into());
+    }
     let missing: Vec<String> = missing
         .iter()
         .map(|line| wrapped(line, width()) + "\n")
