@@ -38,8 +38,7 @@ pub struct Stopping {
 pub(super) fn stopping(samples: &[Sample<f64>]) -> Result<Stopping, NoManoeuvre> {
     let track = track(samples)?;
     let speeds_m_s = speeds_m_s(samples, &track);
-    let first = FIRST.min(speeds_m_s.len());
-    let before_m_s = speeds_m_s[..first].iter().sum::<f64>() / first as f64;
+    let before_m_s = before_m_s(&speeds_m_s);
     let least_m_s = speeds_m_s.iter().copied().fold(f64::INFINITY, f64::min);
     if !(before_m_s > 0.0 && least_m_s <= COASTED * before_m_s) {
         return Err(NoManoeuvre::NotStopped {
@@ -78,6 +77,22 @@ pub(super) fn stopping(samples: &[Sample<f64>]) -> Result<Stopping, NoManoeuvre>
     })
 }
 
+/// The speed before the order, m/s. Where it falls from the first sample on, that sample is the order.
+fn before_m_s(speeds_m_s: &[f64]) -> f64 {
+    let first = &speeds_m_s[..FIRST.min(speeds_m_s.len())];
+    let mean_m_s = first.iter().sum::<f64>() / first.len() as f64;
+    let fallen_m_s = first[0] - first[first.len() - 1];
+    match fallen_m_s > fall_m_s(speeds_m_s, mean_m_s) {
+        true => first[0],
+        false => mean_m_s,
+    }
+}
+
+/// By how much a speed has to fall so that it is no noise, m/s.
+fn fall_m_s(speeds_m_s: &[f64], before_m_s: f64) -> f64 {
+    (DEVIATIONS * noise_m_s(speeds_m_s)).max(LEAST_FALL * before_m_s)
+}
+
 /// The forward speed of each sample; where it was not measured, the change of position along the heading.
 fn speeds_m_s(samples: &[Sample<f64>], track: &[Instant]) -> Vec<f64> {
     let measured: Option<Vec<f64>> = samples.iter().map(|s| s.surge_speed_m_s).collect();
@@ -106,8 +121,8 @@ fn order(samples: &[Sample<f64>], speeds_m_s: &[f64], before_m_s: f64) -> usize 
             .iter()
             .position(|speed| *speed < FALLEN * before_m_s)
             .unwrap_or(0);
-        let fall_m_s = (DEVIATIONS * noise_m_s(speeds_m_s)).max(LEAST_FALL * before_m_s);
-        let holds = |speed: &f64| *speed >= before_m_s - fall_m_s;
+        let least_m_s = before_m_s - fall_m_s(speeds_m_s, before_m_s);
+        let holds = |speed: &f64| *speed >= least_m_s;
         speeds_m_s[..fallen].iter().rposition(holds).unwrap_or(0)
     })
 }
