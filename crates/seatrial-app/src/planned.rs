@@ -117,10 +117,10 @@ pub struct Expected {
 }
 
 /// What is believed of a vehicle, where that comes from, and what to know about it.
-pub(crate) struct Belief {
-    pub origin: String,
-    pub prior: Prior,
-    pub warnings: Vec<String>,
+struct Belief {
+    origin: String,
+    prior: Prior,
+    warnings: Vec<String>,
 }
 
 impl Belief {
@@ -135,11 +135,7 @@ impl Belief {
 
 impl Expected {
     /// The default vehicle has the time constant that the plan was made for, s.
-    pub(crate) fn belief(
-        &self,
-        plan: &Plan<f64>,
-        time_constant_s: Option<f64>,
-    ) -> Result<Belief, Error> {
+    fn belief(&self, plan: &Plan<f64>, time_constant_s: Option<f64>) -> Result<Belief, Error> {
         let name = self.vehicle.as_deref().unwrap_or(DEFAULT_VEHICLE);
         let mut belief = match &self.models {
             Some(models) => {
@@ -160,6 +156,30 @@ impl Expected {
         }
         self.stated.apply(&mut belief.prior)?;
         Ok(belief)
+    }
+}
+
+impl Expected {
+    /// Adds the run to the plan that makes the surge identifiable, where it takes one.
+    fn with_surge(
+        &self,
+        plan: &mut TrialPlan,
+        prior: &mut Prior,
+        stated: &SurgeStated,
+        time_constant_s: Option<f64>,
+    ) -> Result<SurgeStep, Error> {
+        let name = self.vehicle.as_deref().unwrap_or(DEFAULT_VEHICLE);
+        let simulator = self.models.is_none().then_some(name);
+        let planned = plan.plan;
+        let speed_at = |thrust: f64| {
+            let alone = Plan {
+                thrusts: List::from_slice(&[thrust])?,
+                ..planned
+            };
+            let belief = self.belief(&alone, time_constant_s).ok()?;
+            belief.prior.speeds.first().copied()
+        };
+        add_surge_step(plan, prior, stated, simulator, &speed_at)
     }
 }
 
@@ -304,7 +324,7 @@ pub fn plan_trial(
     }
     let surge = wanted
         .surge
-        .map(|stated| add_surge_step(&mut plan, &mut prior, expected, changes, &stated))
+        .map(|stated| expected.with_surge(&mut plan, &mut prior, &stated, changes.time_constant_s))
         .transpose()?;
     let preview =
         preview(&plan, &prior).map_err(|error| Error::Setting(format!("the plan: {error}")))?;

@@ -1,9 +1,8 @@
 //! The run that `plan` adds so that a trial tells how the speed follows the thrust.
 
 use seatrial::preview::{Prior, PriorSpeed, SurgeStep, surge_step};
-use seatrial_core::{List, Plan};
+use seatrial_core::List;
 
-use crate::planned::{Changes, DEFAULT_VEHICLE, Expected};
 use crate::{Error, TrialPlan, simulated};
 
 /// Thrusts of the runs that may be added, from and to, and their step, percent of full.
@@ -24,13 +23,14 @@ pub struct SurgeStated {
     pub noise_m_s: Option<f64>,
 }
 
-/// Adds the cheapest run to a plan that makes the surge identifiable, where the plan does not, and its speed to what is believed.
+/// Adds the cheapest run to a plan that makes the surge identifiable, where the plan does not, and its speed to what is believed. `simulator`
+/// is the simulated vehicle that is expected, where there are no models, and `speed_at` what it does at another thrust.
 pub(crate) fn add_surge_step(
     plan: &mut TrialPlan,
     prior: &mut Prior,
-    expected: &Expected,
-    changes: &Changes,
     stated: &SurgeStated,
+    simulator: Option<&str>,
+    speed_at: &dyn Fn(f64) -> Option<PriorSpeed>,
 ) -> Result<SurgeStep, Error> {
     let time_constant_s = stated
         .time_constant_s
@@ -41,11 +41,24 @@ pub(crate) fn add_surge_step(
         ));
     }
     prior.surge_time_constant_s = time_constant_s;
-    let noise_m_s = match stated.noise_m_s {
-        Some(noise_m_s) => noise_m_s,
-        None => default_noise_m_s(expected)?,
+    let noise_m_s = match (stated.noise_m_s, simulator) {
+        (Some(noise_m_s), _) => noise_m_s,
+        (None, Some(name)) => simulated_noise_m_s(name)?,
+        (None, None) => DEFAULT_NOISE_M_S,
     };
-    let others = others(plan, prior, expected, changes);
+    let [from, to, step] = THRUSTS_PERCENT;
+    let others: Vec<PriorSpeed> = (from..=to)
+        .step_by(step as usize)
+        .map(|percent| f64::from(percent) / 100.0)
+        .filter(|thrust| {
+            let is_other = |planned: &f64| (planned - thrust).abs() > 1e-9;
+            plan.thrusts.iter().all(is_other)
+        })
+        .filter_map(|thrust| match simulator {
+            Some(_) => speed_at(thrust),
+            None => scaled(prior, thrust),
+        })
+        .collect();
     let found = surge_step(plan, prior, &others, noise_m_s.max(LEAST_NOISE_M_S))
         .map_err(|error| Error::Setting(format!("the plan: {error}")))?
         .ok_or_else(|| Error::Setting("surge: the models have no speed; say it".into()))?;
@@ -70,45 +83,12 @@ fn default_time_constant_s(prior: &Prior) -> f64 {
 }
 
 /// A simulated vehicle's noise of its speed, as each of its samples has it: one reading held over several counts once.
-fn default_noise_m_s(expected: &Expected) -> Result<f64, Error> {
-    if expected.models.is_some() {
-        return Ok(DEFAULT_NOISE_M_S);
-    }
-    let helm = simulated::config(expected.vehicle.as_deref().unwrap_or(DEFAULT_VEHICLE))?.helm();
+fn simulated_noise_m_s(name: &str) -> Result<f64, Error> {
+    let helm = simulated::config(name)?.helm();
     let log = helm.sensors.dvl;
     let held = (log.interval_s / helm.timing.sample_interval_s).max(1.0);
     let read = (1.0 - log.dropout_fraction) * (1.0 - helm.timing.missing_fraction);
     Ok(log.noise_m_s * (held / read).sqrt())
-}
-
-/// What is believed of the vehicle at the thrusts that a run may be added for.
-fn others(
-    plan: &Plan<f64>,
-    prior: &Prior,
-    expected: &Expected,
-    changes: &Changes,
-) -> Vec<PriorSpeed> {
-    let [from, to, step] = THRUSTS_PERCENT;
-    (from..=to)
-        .step_by(step as usize)
-        .map(|percent| f64::from(percent) / 100.0)
-        .filter(|thrust| {
-            plan.thrusts
-                .iter()
-                .all(|other| (other - thrust).abs() > 1e-9)
-        })
-        .filter_map(|thrust| match expected.models {
-            Some(_) => scaled(prior, thrust),
-            None => {
-                let alone = Plan {
-                    thrusts: List::from_slice(&[thrust])?,
-                    ..*plan
-                };
-                let belief = expected.belief(&alone, changes.time_constant_s).ok()?;
-                belief.prior.speeds.first().copied()
-            }
-        })
-        .collect()
 }
 
 /// The speed of the nearest thrust of the plan at another one: the speed in proportion to the thrust, a22 to the speed, b2 and C0 to its
