@@ -54,7 +54,7 @@ fn exact_overshoots_count_from_the_heading_of_the_order() {
     let zig_zag = ZigZag::of(&track, &[0, 2, 6, 10], 0.2).unwrap();
     assert!((zig_zag.heading_rad - 0.2).abs() < 1e-12);
     assert_eq!(zig_zag.first_side, Side::Starboard);
-    assert!(!zig_zag.is_of(10.0));
+    assert!(zig_zag.is_of(11.0) && !zig_zag.is_of(20.0));
     assert_eq!(zig_zag.initial_turning_time_s, 2.0);
     assert_eq!(zig_zag.initial_turning_track_m, 2.0);
     assert_eq!(zig_zag.period_s, Some(8.0));
