@@ -66,10 +66,10 @@ pub struct Args {
     #[arg(long)]
     surge: bool,
     /// Time constant of the speed after a change of thrust [default: the simulated vehicle's, or 3 time constants of the yaw rate].
-    #[arg(long, value_name = "S", value_parser = positive, requires = "surge")]
+    #[arg(long, value_name = "S", value_parser = positive, requires = "surge", allow_hyphen_values = true)]
     surge_time_constant: Option<f64>,
     /// Standard deviation of each reading of the speed [default: the simulated vehicle's, or 0.02].
-    #[arg(long, value_name = "M_S", value_parser = positive, requires = "surge")]
+    #[arg(long, value_name = "M_S", value_parser = positive, requires = "surge", allow_hyphen_values = true)]
     speed_noise: Option<f64>,
     /// Write the plan to this file.
     #[arg(long, value_name = "FILE")]
