@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use seatrial::figures::three_figures;
 use seatrial::preview::{
-    Comparison, Preview, Prior, Recommendation, Target, compare_designs, preview, recommend,
+    Comparison, Preview, Prior, Recommendation, SurgeStep, Target, compare_designs, preview,
+    recommend,
 };
 use seatrial_core::plan::times_slower;
 use seatrial_core::{Axis, Excitation, List, Outcome, Plan};
@@ -13,6 +14,7 @@ use serde::Serialize;
 use crate::Error;
 use crate::expected::Stated;
 use crate::models::Models;
+use crate::surge_step::{SurgeStated, add_surge_step};
 use crate::{TrialPlan, load_plan, simulated};
 
 /// The vehicle that is expected where nobody names one.
@@ -157,6 +159,30 @@ impl Expected {
     }
 }
 
+impl Expected {
+    /// Adds the run to the plan that makes the surge identifiable, where it takes one.
+    fn with_surge(
+        &self,
+        plan: &mut TrialPlan,
+        prior: &mut Prior,
+        stated: &SurgeStated,
+        time_constant_s: Option<f64>,
+    ) -> Result<SurgeStep, Error> {
+        let name = self.vehicle.as_deref().unwrap_or(DEFAULT_VEHICLE);
+        let simulator = self.models.is_none().then_some(name);
+        let planned = plan.plan;
+        let speed_at = |thrust: f64| {
+            let alone = Plan {
+                thrusts: List::from_slice(&[thrust])?,
+                ..planned
+            };
+            let belief = self.belief(&alone, time_constant_s).ok()?;
+            belief.prior.speeds.first().copied()
+        };
+        add_surge_step(plan, prior, stated, simulator, &speed_at)
+    }
+}
+
 /// The document of `plan --json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PlannedTrial {
@@ -170,6 +196,9 @@ pub struct PlannedTrial {
     pub comparison: Option<Comparison>,
     /// Doublets for a target, where one is given.
     pub recommendation: Option<Recommendations>,
+    /// What the plan tells of the surge, and the run that was added for it, where this is asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub surge: Option<SurgeStep>,
     /// What to know of the models that were believed in.
     #[serde(skip)]
     pub warnings: Vec<String>,
@@ -203,6 +232,8 @@ pub struct Wanted {
     pub comparison: bool,
     /// Train with this manoeuvre instead of the plan's.
     pub adopt: Option<Adopt>,
+    /// Add the cheapest run that makes the surge identifiable, where the plan does not.
+    pub surge: Option<SurgeStated>,
 }
 
 /// A manoeuvre that a plan may take over.
@@ -274,7 +305,7 @@ pub fn plan_trial(
     let mut plan = changes.plan()?;
     let Belief {
         origin,
-        prior,
+        mut prior,
         warnings,
     } = expected.belief(&plan, changes.time_constant_s)?;
     let recommendation = wanted.target.map(|target| Recommendations {
@@ -291,6 +322,10 @@ pub fn plan_trial(
             .ok_or_else(|| adopt.none_fits())?;
         plan = checked(plan)?;
     }
+    let surge = wanted
+        .surge
+        .map(|stated| expected.with_surge(&mut plan, &mut prior, &stated, changes.time_constant_s))
+        .transpose()?;
     let preview =
         preview(&plan, &prior).map_err(|error| Error::Setting(format!("the plan: {error}")))?;
     Ok(PlannedTrial {
@@ -302,13 +337,14 @@ pub fn plan_trial(
         },
         comparison,
         recommendation,
+        surge,
         warnings,
     })
 }
 
 impl PlannedTrial {
-    /// Does the plan stay within its envelope, tell enough at every speed for a model to be accepted, and is the target, where
-    /// there is one, within reach?
+    /// Does the plan stay within its envelope, tell enough at every speed for a model to be accepted, is the target, where
+    /// there is one, within reach, and is the surge, where it is asked for, identifiable?
     pub fn will_do(&self) -> bool {
         let preview = &self.preview.preview;
         let is_reported = |speed: &seatrial::preview::SpeedPreview| {
@@ -320,5 +356,6 @@ impl PlannedTrial {
         preview.outcome == Some(Outcome::Finished)
             && preview.speeds.iter().all(is_reported)
             && self.recommendation.as_ref().is_none_or(is_reached)
+            && self.surge.as_ref().is_none_or(SurgeStep::is_identified)
     }
 }

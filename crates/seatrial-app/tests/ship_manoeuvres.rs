@@ -12,6 +12,8 @@ fn figures(vehicle: &IdentifiedVehicle) -> Vec<Index> {
         length_m: None,
         draws: 0,
         seed: 1,
+        zig_zag_rad: None,
+        own_error: None,
     };
     predicted(vehicle, &wanted).unwrap().indices
 }
@@ -120,6 +122,8 @@ fn exact_a_vehicle_without_figures_is_refused() {
         length_m: Some(100.0),
         draws: 0,
         seed: 1,
+        zig_zag_rad: None,
+        own_error: None,
     };
     for a22_per_s in [0.0, 0.3] {
         let mut vehicle = boat(1.2, 0.0);
@@ -145,6 +149,8 @@ fn exact_names_are_harmless_in_every_target() {
         Target::Gazebo,
         Target::Moos,
         Target::Nav2,
+        Target::Ros2Control,
+        Target::Ros2ControlUrdf,
         Target::Guidance,
     ];
     for target in targets {

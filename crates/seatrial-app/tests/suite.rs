@@ -10,6 +10,7 @@ mod live;
 mod own_format;
 mod pitch;
 mod preview;
+mod recorded_manoeuvres;
 mod several_speeds;
 mod ship_manoeuvres;
 mod six_dof;

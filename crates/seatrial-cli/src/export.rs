@@ -95,6 +95,12 @@ enum Target {
     Moos,
     /// Limits of ROS 2's Nav2, YAML.
     Nav2,
+    /// Gains and limits of ROS 2's ros2_controllers, YAML.
+    #[value(name = "ros2_control")]
+    Ros2Control,
+    /// The joints of ros2_control's hardware, an element of URDF.
+    #[value(name = "ros2_control-urdf")]
+    Ros2ControlUrdf,
     /// Radius, rate, lookahead and waypoint radius of each speed, TOML.
     Guidance,
 }
@@ -111,6 +117,8 @@ impl Target {
             Self::Gazebo => Form::Gazebo,
             Self::Moos => Form::Moos,
             Self::Nav2 => Form::Nav2,
+            Self::Ros2Control => Form::Ros2Control,
+            Self::Ros2ControlUrdf => Form::Ros2ControlUrdf,
             Self::Guidance => Form::Guidance,
         })
     }
@@ -124,7 +132,8 @@ impl Target {
             Self::Fmu => "fmu",
             Self::Gazebo => "sdf",
             Self::Moos => "moos",
-            Self::Nav2 => "yaml",
+            Self::Nav2 | Self::Ros2Control => "yaml",
+            Self::Ros2ControlUrdf => "urdf",
         }
     }
 }

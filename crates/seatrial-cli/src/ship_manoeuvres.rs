@@ -2,15 +2,16 @@
 
 use std::path::PathBuf;
 
-use clap::{Args as ClapArgs, Subcommand};
+use clap::builder::PossibleValue;
+use clap::{Args as ClapArgs, Subcommand, ValueEnum};
 use seatrial::Window;
 use seatrial::figures::within;
-use seatrial::ship_manoeuvres::ShipManoeuvres;
-use seatrial_app::ship_trials::{DRAWS, Wanted, of_record, predicted};
+use seatrial::ship_manoeuvres::{Kind, ShipManoeuvres};
+use seatrial_app::ship_trials::{DRAWS, OwnError, Wanted, of_record, predicted};
 use seatrial_report::render_ship_manoeuvres;
 
 use crate::export::VehicleArgs;
-use crate::log::{self, LogArgs};
+use crate::log::{self, ChannelArgs, LogArgs};
 use crate::output::{Exit, Failure, Output, save_page};
 use crate::screen::{width, wrapped};
 use crate::table::Table;
@@ -44,18 +45,29 @@ struct Predict {
     /// Seed of the first of them.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    /// A zig-zag besides the 10/10 and the 20/20, by rudder angle and heading change, degrees.
+    #[arg(long, value_name = "RUDDER/HEADING", value_parser = zig_zag)]
+    zig_zag: Option<[f64; 2]>,
+    /// The log that the model was identified from, with a zig-zag: what the model lacks on it widens the intervals of the overshoots.
+    #[arg(long, value_name = "LOG")]
+    own_log: Option<PathBuf>,
     #[command(flatten)]
     form: FormArgs,
     #[command(flatten)]
     vehicle: VehicleArgs,
 }
 
-/// Read a zig-zag or a turning circle from a log.
+/// Read zig-zag, turning circle, pull-out, spiral and stop from a log.
 #[derive(ClapArgs)]
 #[command(after_help = "\
+Exit code 4: the log does not hold the manoeuvre; the message says why.
+
 Example:
   seatrial manoeuvres read LOG --from 10 --to 200 --length 170")]
 struct Read {
+    /// The manoeuvre to read [default: all that the log holds].
+    #[arg(long, value_name = "KIND")]
+    manoeuvre: Option<Named>,
     /// Where the manoeuvre begins in the log, s.
     #[arg(long, value_name = "S")]
     from: Option<f64>,
@@ -68,6 +80,34 @@ struct Read {
     log: LogArgs,
 }
 
+/// A manoeuvre by its name.
+#[derive(Clone, Copy, Debug)]
+struct Named(Kind);
+
+impl ValueEnum for Named {
+    fn value_variants<'a>() -> &'a [Self] {
+        const {
+            &[
+                Named(Kind::ALL[0]),
+                Named(Kind::ALL[1]),
+                Named(Kind::ALL[2]),
+                Named(Kind::ALL[3]),
+                Named(Kind::ALL[4]),
+            ]
+        }
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.0.name()))
+    }
+}
+
+/// The whole of a log.
+const EVERYTHING: Window = Window {
+    from_s: f64::NEG_INFINITY,
+    to_s: f64::INFINITY,
+};
+
 #[derive(ClapArgs)]
 struct FormArgs {
     /// Length between perpendiculars, m: the figures are held against the criteria of MSC.137(76).
@@ -78,12 +118,33 @@ struct FormArgs {
     report: Option<PathBuf>,
 }
 
+fn zig_zag(text: &str) -> Result<[f64; 2], String> {
+    let angles = text
+        .split_once('/')
+        .and_then(|(rudder, heading)| Some([rudder.parse().ok()?, heading.parse().ok()?]));
+    angles
+        .filter(|angles| {
+            angles
+                .iter()
+                .all(|angle: &f64| *angle > 0.0 && *angle < 90.0)
+        })
+        .ok_or_else(|| "expected the angles of rudder and heading, degrees, as in 20/10".into())
+}
+
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let (document, form, exit) = match &args.what {
         What::Predict(args) => {
             let (vehicle, exit) = args.vehicle.vehicle()?;
+            let own = |path: &PathBuf| {
+                let opened = log::open(path, &ChannelArgs::default(), None)?;
+                let all = opened.record.window(EVERYTHING);
+                let name = path.display().to_string();
+                Ok::<_, Failure>(OwnError::of(&vehicle, args.thrust, &name, all)?)
+            };
             let wanted = Wanted {
+                zig_zag_rad: args.zig_zag.map(|angles| angles.map(f64::to_radians)),
+                own_error: args.own_log.as_ref().map(own).transpose()?,
                 thrust: args.thrust,
                 length_m: args.form.length,
                 draws: args.draws,
@@ -98,7 +159,9 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             };
             let opened = log::open(&args.log.log, &args.log.channels, None)?;
             let name = args.log.log.display().to_string();
-            let document = of_record(&name, opened.record.window(window), args.form.length)?;
+            let kind = args.manoeuvre.map(|named| named.0);
+            let samples = opened.record.window(window);
+            let document = of_record(&name, samples, args.form.length, kind)?;
             (document, &args.form, Exit::Done)
         }
     };

@@ -61,6 +61,19 @@ fn caution(surge: &SurgeEstimate) -> String {
     }
 }
 
+/// How long the speed takes from the slowest to the fastest thrust.
+fn time_text(surge: &SurgeEstimate) -> Option<String> {
+    let ends = surge.speeds.first().zip(surge.speeds.last());
+    let (slowest, fastest) = ends.filter(|(slowest, fastest)| slowest.thrust < fastest.thrust)?;
+    let [from, to] = [slowest, fastest].map(|at| at.surge_speed_m_s.value);
+    let seconds = surge.time_to_63_percent_s(from?, to?)?;
+    Some(format!(
+        "63 % of the way from {:.0} to {:.0} % thrust takes {seconds:.2} s.\n",
+        100.0 * slowest.thrust,
+        100.0 * fastest.thrust
+    ))
+}
+
 fn text(surge: &SurgeEstimate) -> String {
     let mut table = Table::new(&[
         ("coefficient", ""),
@@ -94,25 +107,17 @@ fn text(surge: &SurgeEstimate) -> String {
     ] {
         row(name.to_owned(), unit, of);
     }
-    let ends = surge.speeds.first().zip(surge.speeds.last());
-    let time = ends
-        .filter(|(slowest, fastest)| slowest.thrust < fastest.thrust)
-        .and_then(|(slowest, fastest)| {
-            let [from, to] = [slowest, fastest].map(|at| at.surge_speed_m_s.value);
-            let seconds = surge.time_to_63_percent_s(from?, to?)?;
-            Some(format!(
-                "63 % of the way from {:.0} to {:.0} % thrust takes {seconds:.2} s.\n",
-                100.0 * slowest.thrust,
-                100.0 * fastest.thrust
-            ))
-        });
+    if surge.thrust_lag_s.value.is_none() {
+        missing
+            .push("`seatrial plan --surge --out plan.toml` plans the cheapest such step.".into());
+    }
     let missing: Vec<String> = missing
         .iter()
         .map(|line| wrapped(line, width()) + "\n")
         .collect();
     format!(
         "{table}\n{}The fit leaves {:.4} m/s rms; the noise of the speed is {:.4} m/s.\n{}{}",
-        time.unwrap_or_default(),
+        time_text(surge).unwrap_or_default(),
         surge.rms_residual_m_s,
         surge.noise_m_s,
         caution(surge),

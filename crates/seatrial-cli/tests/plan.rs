@@ -201,3 +201,98 @@ fn cli_bad_options_are_exit_2_and_named() {
         assert!(message.contains(said), "{arguments:?}: {message}");
     }
 }
+
+/// The surge of a trial of this plan, and its exit code.
+fn surge_of_trial(folder: &Path, plan: &str, logbook: &str) -> (Value, Option<i32>) {
+    let vehicle = ["trial", "--vehicle", "sim:remus100", "--seed", "1", "--yes"];
+    let options = ["--plan", plan, "--logbook", logbook];
+    let trial = run_in(folder, &[&vehicle[..], &options].concat());
+    assert_eq!(trial.status.code(), Some(0));
+    let output = run_in(folder, &["surge", "--json", "--logbook", logbook]);
+    (document(&output), output.status.code())
+}
+
+/// A plan of one thrust tells no lag, and so small a step no drag length; with the run that is added the trial tells both.
+#[test]
+fn cli_the_step_that_is_added_makes_the_surge_identifiable() {
+    let folder = folder();
+    let folder = folder.path();
+    for (name, thrusts) in [
+        ("one", &["--thrust", "0.6"][..]),
+        ("near", &["--thrust", "0.6", "--thrust", "0.62"]),
+    ] {
+        let common = [&["--vehicle", "sim:remus100"][..], thrusts].concat();
+        let file = |kind: &str| format!("{name}-{kind}.toml");
+        let (_, code) = plan(folder, &[&common[..], &["--out", &file("plain")]].concat());
+        assert_eq!(code, Some(0));
+        let (without, _) = surge_of_trial(folder, &file("plain"), &format!("{name}-plain.db"));
+        let told = |surge: &Value| {
+            ["drag_length_m", "thrust_lag_s"].map(|key| surge[key]["value"].is_number())
+        };
+        assert_eq!(told(&without), [false, false], "{without:#}");
+        let (found, code) = plan(
+            folder,
+            &[&common[..], &["--surge", "--out", &file("step")]].concat(),
+        );
+        assert_eq!(code, Some(0), "{found:#}");
+        let added = &found["surge"]["added"];
+        let thrusts = found["plan"]["thrusts"].as_array().unwrap();
+        assert!(thrusts.contains(&added["thrust"]), "{found:#}");
+        // Three stages of a plan of one more run: 12 to 40 s of settling and two of 16.5 s.
+        let cost_s = added["cost_s"].as_f64().unwrap();
+        assert!((45.0..=73.0).contains(&cost_s), "{cost_s}");
+        let (with, code) = surge_of_trial(folder, &file("step"), &format!("{name}-step.db"));
+        assert_eq!((told(&with), code), ([true, true], Some(0)), "{with:#}");
+        // What was expected of the interval is what the trial finds, up to the noise of its own estimate and the drag length believed in.
+        let [low, high] = [0, 1].map(|k| with["drag_length_m"]["interval_95"][k].as_f64().unwrap());
+        let expected = added["with"]["drag_length_factor_95"].as_f64().unwrap();
+        let factor = (high / low).sqrt();
+        assert!(factor < expected * 1.05, "{factor} {expected}");
+    }
+}
+
+#[test]
+fn cli_a_plan_that_tells_the_surge_stays_as_it_is() {
+    let folder = folder();
+    for vehicle in ["sim:remus100", "sim:starfish-6dof"] {
+        let (plain, _) = plan(folder.path(), &["--vehicle", vehicle]);
+        let (found, code) = plan(folder.path(), &["--vehicle", vehicle, "--surge"]);
+        assert_eq!(code, Some(0));
+        assert_eq!(found["surge"]["added"], Value::Null);
+        assert_eq!(found["plan"], plain["plan"]);
+        assert_eq!(plain["surge"], Value::Null);
+    }
+    let output = run_in(
+        folder.path(),
+        &["plan", "--vehicle", "sim:remus100", "--surge"],
+    );
+    let said = unwrapped(&String::from_utf8(output.stderr).unwrap());
+    assert!(said.contains("nothing is added"), "{said}");
+}
+
+#[test]
+fn cli_a_surge_that_no_step_tells_is_exit_4_and_one_without_speed_exit_2() {
+    let folder = folder();
+    let models = [
+        "plan", "--a22", "-1.07", "--b2", "1.08", "--thrust", "0.8", "--surge",
+    ];
+    for (arguments, code, said) in [
+        (
+            &["--speed", "1.6", "--speed-noise", "3"][..],
+            4,
+            "NOT IDENTIFIABLE",
+        ),
+        (&["--speed", "1.6"], 0, "which costs"),
+        (&[], 2, "the models have no speed"),
+        (
+            &["--speed", "1.6", "--speed-noise", "-1"],
+            2,
+            "expected a positive number",
+        ),
+    ] {
+        let output = run_in(folder.path(), &[&models[..], arguments].concat());
+        let message = unwrapped(&String::from_utf8(output.stderr).unwrap());
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
+        assert!(message.contains(said), "{arguments:?}: {message}");
+    }
+}

@@ -205,6 +205,8 @@ pub fn export_vehicle(
         "gazebo" => Some(Target::Gazebo),
         "moos" => Some(Target::Moos),
         "nav2" => Some(Target::Nav2),
+        "ros2_control" => Some(Target::Ros2Control),
+        "ros2_control-urdf" => Some(Target::Ros2ControlUrdf),
         "guidance" => Some(Target::Guidance),
         other => return Err(usage(py, format!("to={other:?}: no such form"))),
     };

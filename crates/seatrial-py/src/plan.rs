@@ -66,6 +66,7 @@ pub fn plan(
         target: target(asked.target.as_ref())?,
         comparison: asked.compare,
         adopt: None,
+        surge: None,
     };
     let changes = Changes {
         stop_when: target(asked.stop_when.as_ref())?,

@@ -52,6 +52,9 @@ fn exact_overshoots_count_from_the_heading_of_the_order() {
         })
         .collect();
     let zig_zag = ZigZag::of(&track, &[0, 2, 6, 10], 0.2).unwrap();
+    assert!((zig_zag.heading_rad - 0.2).abs() < 1e-12);
+    assert_eq!(zig_zag.first_side, Side::Starboard);
+    assert!(zig_zag.is_of(11.0) && !zig_zag.is_of(20.0));
     assert_eq!(zig_zag.initial_turning_time_s, 2.0);
     assert_eq!(zig_zag.initial_turning_track_m, 2.0);
     assert_eq!(zig_zag.period_s, Some(8.0));
@@ -64,6 +67,8 @@ fn exact_overshoots_count_from_the_heading_of_the_order() {
 fn zig_zag(first_deg: f64, second_deg: f64) -> ZigZag {
     ZigZag {
         rudder_rad: 10_f64.to_radians(),
+        heading_rad: 10_f64.to_radians(),
+        first_side: Side::Starboard,
         initial_turning_time_s: 20.0,
         initial_turning_track_m: 300.0,
         overshoots_rad: vec![first_deg.to_radians(), second_deg.to_radians()],

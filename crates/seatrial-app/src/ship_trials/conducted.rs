@@ -1,6 +1,7 @@
 //! The manoeuvres that a vehicle makes by its equations, without noise or sea.
 
 use seatrial::ship_manoeuvres::{Index, Instant, TurningCircle, ZigZag};
+use seatrial_core::Side;
 use seatrial_sim::IdentifiedVehicle;
 use seatrial_sim::plant::Plant;
 
@@ -26,20 +27,22 @@ pub(super) struct Conducted {
     pub surge_speed_m_s: f64,
     /// The 10/10 and the 20/20, where it can make them.
     pub zig_zags: [Option<ZigZag>; 2],
+    /// That of another rudder angle and heading change.
+    pub modified: Option<ZigZag>,
     /// Under full rudder to starboard and to port.
     pub circles: Vec<TurningCircle>,
     others: Vec<Index>,
 }
 
 impl Conducted {
-    pub fn of(vehicle: &IdentifiedVehicle, thrust: f64) -> Self {
+    /// `modified_rad`: rudder angle and heading change of one more zig-zag, rad.
+    pub fn of(vehicle: &IdentifiedVehicle, thrust: f64, modified_rad: Option<[f64; 2]>) -> Self {
         let plant = vehicle.plant(thrust);
         let limit_rad = vehicle.rudder.limit_rad;
         let helm = Helm::new(&plant, thrust);
-        let zig_zag = |degrees: f64| {
-            let angle_rad = degrees.to_radians();
-            (angle_rad <= limit_rad * (1.0 + 1e-9))
-                .then(|| helm.zig_zag(angle_rad))
+        let zig_zag = |[rudder_rad, heading_rad]: [f64; 2]| {
+            (rudder_rad <= limit_rad * (1.0 + 1e-9))
+                .then(|| helm.zig_zag(rudder_rad, heading_rad, 1.0))
                 .flatten()
         };
         let circles: Vec<TurningCircle> = [limit_rad, -limit_rad]
@@ -51,20 +54,36 @@ impl Conducted {
         others.extend(helm.inertia_stop());
         Self {
             surge_speed_m_s: plant.surge_speed_m_s,
-            zig_zags: [zig_zag(10.0), zig_zag(20.0)],
+            zig_zags: [10_f64, 20.0].map(|angle| zig_zag([angle.to_radians(); 2])),
+            modified: modified_rad.and_then(zig_zag),
             circles,
             others,
         }
     }
 
     pub fn indices(&self) -> Vec<Index> {
-        let zig_zags = self.zig_zags.iter().flatten().flat_map(zig_zag_indices);
+        let zig_zags = self.zig_zags.iter().chain([&self.modified]).flatten();
+        let zig_zags = zig_zags.flat_map(zig_zag_indices);
         let circles = self.circles.iter().flat_map(circle_indices);
         zig_zags
             .chain(circles)
             .chain(self.others.iter().cloned())
             .collect()
     }
+}
+
+/// The zig-zag of a vehicle that a record has.
+pub(super) fn same_zig_zag(
+    vehicle: &IdentifiedVehicle,
+    thrust: f64,
+    recorded: &ZigZag,
+) -> Option<ZigZag> {
+    let plant = vehicle.plant(thrust);
+    let side = match recorded.first_side {
+        Side::Starboard => 1.0,
+        Side::Port => -1.0,
+    };
+    Helm::new(&plant, thrust).zig_zag(recorded.rudder_rad, recorded.heading_rad, side)
 }
 
 /// Steers a vehicle that begins straight ahead.
@@ -94,16 +113,16 @@ impl<'a> Helm<'a> {
         plant
     }
 
-    /// The first execute is a turn to starboard. The rudder is ordered over at the instant at which the heading passes the angle.
-    fn zig_zag(&self, angle_rad: f64) -> Option<ZigZag> {
+    /// The first execute is a turn to starboard for `side` 1, to port for -1. The rudder is ordered over at the instant at which the heading
+    /// passes the angle.
+    fn zig_zag(&self, angle_rad: f64, heading_rad: f64, mut side: f64) -> Option<ZigZag> {
         let mut plant = self.plant.clone();
         let mut time_s = 0.0;
-        let mut side = 1.0;
         let mut track = vec![instant(time_s, &plant)];
         let mut executes = vec![0];
         for _ in 0..MOST_STEPS {
             let rudder_rad = side * self.sense * angle_rad;
-            let has_passed = |plant: &Plant| side * plant.yaw.heading_rad >= angle_rad;
+            let has_passed = |plant: &Plant| side * plant.yaw.heading_rad >= heading_rad;
             let next = self.after(&plant, rudder_rad, self.step_s);
             if !has_passed(&next) {
                 plant = next;

@@ -1,17 +1,21 @@
 //! The standard manoeuvres of ships, predicted from a vehicle with intervals, and read from a log.
 
 mod conducted;
+mod own_error;
+mod read;
 mod study;
 
 use seatrial::figures::three_figures;
 use seatrial::ship_manoeuvres::{
-    Index, Recorded, ShipManoeuvres, TurningCircle, ZigZag, criteria, recorded,
+    Index, Kind, Recorded, ShipManoeuvres, TurningCircle, ZigZag, criteria, recorded,
+    stopping_criterion,
 };
 use seatrial_core::{Sample, Side};
 use seatrial_sim::IdentifiedVehicle;
 
 use crate::Error;
 use conducted::Conducted;
+pub use own_error::OwnError;
 pub use study::{IndexCoverage, ManoeuvreCoverage, ManoeuvreStudy};
 
 /// Draws of the vehicle for the intervals where nobody says how many.
@@ -30,6 +34,10 @@ pub struct Wanted {
     pub draws: u64,
     /// Seed of the first.
     pub seed: u64,
+    /// A zig-zag besides the 10/10 and the 20/20: rudder angle and heading change, rad.
+    pub zig_zag_rad: Option<[f64; 2]>,
+    /// What the model lacks on the record that it was identified from.
+    pub own_error: Option<OwnError>,
 }
 
 impl Wanted {
@@ -39,6 +47,12 @@ impl Wanted {
             (Some(thrust), _) if !(thrust > 0.0 && thrust <= 1.0) => refused(format!(
                 "--thrust {thrust}: expected a fraction of full, above 0 and at most 1"
             )),
+            _ if self.zig_zag_rad.is_some_and(|[rudder, heading]| {
+                !(rudder > 0.0 && rudder < 1.57 && heading > 0.0 && heading < 1.57)
+            }) =>
+            {
+                refused("zig-zag: expected the angles of rudder and heading, degrees above 0 and below 90, as in 20/10".into())
+            }
             (_, Some(length_m)) if !(length_m > 0.0 && length_m < 1000.0) => refused(format!(
                 "--length {length_m}: expected the length between perpendiculars, above 0 and below 1000 m"
             )),
@@ -61,9 +75,21 @@ pub fn predicted(vehicle: &IdentifiedVehicle, wanted: &Wanted) -> Result<ShipMan
             100.0 * thrust
         )));
     }
-    let conducted = Conducted::of(vehicle, thrust);
+    let conducted = Conducted::of(vehicle, thrust, wanted.zig_zag_rad);
+    if wanted.zig_zag_rad.is_some() && conducted.modified.is_none() {
+        return Err(Error::Rejected(format!(
+            "{}: it cannot make the zig-zag that is wanted: the rudder's limit is {} deg",
+            vehicle.name,
+            three_figures(vehicle.rudder.limit_rad.to_degrees())
+        )));
+    }
     let mut indices = conducted.indices();
     add_intervals(&mut indices, vehicle, thrust, wanted);
+    let mut notes = notes(vehicle, thrust);
+    if let Some(error) = wanted.own_error {
+        error.widen(&mut indices);
+        notes.push(error.sentence());
+    }
     let surge_speed_m_s = conducted.surge_speed_m_s;
     Ok(ShipManoeuvres {
         schema: "seatrial.ship_manoeuvres.v1",
@@ -72,12 +98,13 @@ pub fn predicted(vehicle: &IdentifiedVehicle, wanted: &Wanted) -> Result<ShipMan
         thrust: Some(thrust),
         surge_speed_m_s,
         length_m: wanted.length_m,
+        straight_line_stable: Some(true),
         criteria: wanted.length_m.map_or(Vec::new(), |length_m| {
             let zig_zags = [0, 1].map(|k| conducted.zig_zags[k].as_ref());
             criteria(length_m, surge_speed_m_s, zig_zags, &conducted.circles)
         }),
         indices,
-        notes: notes(vehicle, thrust),
+        notes,
     })
 }
 
@@ -91,7 +118,10 @@ fn add_intervals(indices: &mut [Index], vehicle: &IdentifiedVehicle, thrust: f64
         return;
     }
     let drawn: Vec<Vec<Index>> = (0..wanted.draws)
-        .map(|k| Conducted::of(&vehicle.drawn(wanted.seed.wrapping_add(k)), thrust).indices())
+        .map(|k| {
+            let drawn = vehicle.drawn(wanted.seed.wrapping_add(k));
+            Conducted::of(&drawn, thrust, wanted.zig_zag_rad).indices()
+        })
         .collect();
     for index in indices {
         let same =
@@ -117,6 +147,9 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
 
 fn notes(vehicle: &IdentifiedVehicle, thrust: f64) -> Vec<String> {
     let mut notes = vec![
+        "Straight-line stable, as a22 is below 0: the model's yaw rate is proportional to the rudder, so its spiral has no loop and a pull-out ends \
+         from both sides with the yaw rate of the offset. A hull whose damping falls at small yaw rates may be unstable there all the same; a recorded spiral tells."
+            .to_owned(),
         "Predicted for a vehicle that does not drift: a hull that does turns wider, by 12 to 35 % on the simulated vehicles.".to_owned(),
         "Stopping is not predicted: it needs reverse thrust, which the trial does not have. The inertia stop is with the propeller's thrust at zero.".to_owned(),
     ];
@@ -147,59 +180,84 @@ fn notes(vehicle: &IdentifiedVehicle, thrust: f64) -> Vec<String> {
     notes
 }
 
-/// The figures of the zig-zag or turning circle of a record.
+/// The figures of the manoeuvres of a record: of one kind, or of all that it holds.
 pub fn of_record(
     name: &str,
     samples: &[Sample<f64>],
     length_m: Option<f64>,
+    kind: Option<Kind>,
 ) -> Result<ShipManoeuvres, Error> {
     let wanted = Wanted {
         thrust: None,
         length_m,
         draws: 0,
         seed: 0,
+        zig_zag_rad: None,
+        own_error: None,
     };
     wanted.check()?;
-    let found = recorded(samples).map_err(|why| Error::Rejected(format!("{name}: {why}")))?;
+    let found = recorded(samples, kind).map_err(|why| Error::Rejected(format!("{name}: {why}")))?;
     let speed_m_s = samples.first().and_then(|s| s.surge_speed_m_s);
-    let (indices, criteria) = match &found {
-        Recorded::ZigZag(zig_zag) => {
-            let is_20 = zig_zag.rudder_rad.to_degrees() > 15.0;
-            let place = if is_20 {
-                [None, Some(zig_zag)]
-            } else {
-                [Some(zig_zag), None]
-            };
-            let judged = length_m
-                .zip(speed_m_s)
-                .map(|(l, v)| criteria(l, v, place, &[]));
-            (zig_zag_indices(zig_zag), judged)
-        }
-        Recorded::TurningCircle(circle) => {
-            let circles = std::slice::from_ref(circle);
-            let judged = length_m
-                .zip(speed_m_s)
-                .map(|(l, v)| criteria(l, v, [None; 2], circles));
-            (circle_indices(circle), judged)
-        }
-    };
-    Ok(ShipManoeuvres {
+    let mut document = ShipManoeuvres {
         schema: "seatrial.ship_manoeuvres.v1",
         vehicle: name.to_owned(),
         is_predicted: false,
         thrust: None,
         surge_speed_m_s: speed_m_s.unwrap_or(f64::NAN),
         length_m,
-        indices,
-        criteria: criteria.unwrap_or_default(),
+        straight_line_stable: None,
+        indices: Vec::new(),
+        criteria: Vec::new(),
         notes: Vec::new(),
-    })
+    };
+    for one in &found {
+        add_recorded(&mut document, one, length_m.zip(speed_m_s));
+    }
+    Ok(document)
 }
 
-/// `10/10`, by the rudder angle.
+/// Adds the figures and criteria of a manoeuvre; `ship` is the length, m, and the speed, m/s, where both are known.
+fn add_recorded(document: &mut ShipManoeuvres, one: &Recorded, ship: Option<(f64, f64)>) {
+    let judged = |zig_zags: [Option<&ZigZag>; 2], circles: &[TurningCircle]| {
+        ship.map_or(Vec::new(), |(l, v)| criteria(l, v, zig_zags, circles))
+    };
+    let (indices, criteria) = match one {
+        Recorded::ZigZag(zig_zag) => {
+            // The criteria are those of the 10/10 and the 20/20.
+            let place = [10.0, 20.0].map(|angle| zig_zag.is_of(angle).then_some(zig_zag));
+            (zig_zag_indices(zig_zag), judged(place, &[]))
+        }
+        Recorded::TurningCircle(circle) => {
+            let circles = std::slice::from_ref(circle);
+            (circle_indices(circle), judged([None; 2], circles))
+        }
+        Recorded::PullOut(out) => {
+            document.straight_line_stable = out.straight_line_stable;
+            document.notes.push(read::of_pull_out(out));
+            (read::pull_out_indices(out), Vec::new())
+        }
+        Recorded::Spiral(spiral) => {
+            document.straight_line_stable = spiral.loop_width.map(|found| found.is_stable());
+            document.notes.push(read::of_spiral(spiral));
+            (read::spiral_indices(spiral), Vec::new())
+        }
+        Recorded::Stopping(stop) => {
+            document.surge_speed_m_s = stop.surge_speed_m_s;
+            let judged = document
+                .length_m
+                .and_then(|length_m| stopping_criterion(length_m, stop));
+            (read::stopping_indices(stop), judged.into_iter().collect())
+        }
+        _ => return,
+    };
+    document.indices.extend(indices);
+    document.criteria.extend(criteria);
+}
+
+/// `20/10`, by rudder angle and heading change.
 fn zig_zag_name(zig_zag: &ZigZag) -> String {
-    let degrees = zig_zag.rudder_rad.to_degrees();
-    format!("zig-zag {degrees:.0}/{degrees:.0}")
+    let [rudder, heading] = [zig_zag.rudder_rad, zig_zag.heading_rad].map(f64::to_degrees);
+    format!("zig-zag {rudder:.0}/{heading:.0}")
 }
 
 fn zig_zag_indices(zig_zag: &ZigZag) -> Vec<Index> {

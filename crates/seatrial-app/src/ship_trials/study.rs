@@ -137,6 +137,8 @@ impl ManoeuvreStudy {
                 length_m: None,
                 draws: DRAWS,
                 seed,
+                zig_zag_rad: None,
+                own_error: None,
             };
             let predicted = predicted(&identified, &wanted).ok()?.indices;
             Some((predicted, self.figures_of(truth, &identified)))
@@ -160,7 +162,7 @@ impl ManoeuvreStudy {
             }
             .with_model(&truth.model),
         ];
-        Conducted::of(&vehicle, self.thrust).indices()
+        Conducted::of(&vehicle, self.thrust, None).indices()
     }
 }
 

@@ -9,6 +9,7 @@ mod guidance;
 mod moos;
 mod nav2;
 mod program;
+mod ros2_control;
 
 use seatrial_sim::IdentifiedVehicle;
 use seatrial_sim::identified::IdentifiedSpeed;
@@ -35,6 +36,10 @@ pub enum Target {
     Moos,
     /// Limits of ROS 2's Nav2: MPPI, smoother, planner.
     Nav2,
+    /// Gains and limits of the controllers of `ros2_controllers`, YAML.
+    Ros2Control,
+    /// The joints of `ros2_control`'s hardware, an element of URDF.
+    Ros2ControlUrdf,
     /// What a path follower has to know, TOML.
     Guidance,
 }
@@ -58,6 +63,8 @@ pub fn text(
         Target::Gazebo => gazebo::sdf(vehicle, &operating_point(vehicle, thrust)),
         Target::Moos => moos::configuration(vehicle, &operating_point(vehicle, thrust))?,
         Target::Nav2 => nav2::yaml(vehicle, &operating_point(vehicle, thrust))?,
+        Target::Ros2Control => ros2_control::yaml(vehicle, &operating_point(vehicle, thrust))?,
+        Target::Ros2ControlUrdf => ros2_control::urdf(vehicle, &operating_point(vehicle, thrust)),
         Target::Guidance => guidance::toml(vehicle)?,
     })
 }

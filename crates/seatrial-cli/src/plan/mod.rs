@@ -8,6 +8,7 @@ use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use seatrial::preview::{Preview, Target, parse_target};
 use seatrial_app::planned::{Adopt, Changes, Wanted, plan_trial};
+use seatrial_app::surge_step::SurgeStated;
 
 use crate::output::{Exit, Failure, Output, say};
 use crate::prior::{PriorArgs, positive};
@@ -60,6 +61,16 @@ pub struct Args {
     /// Train with this manoeuvre instead of the plan's.
     #[arg(long, value_name = "MANOEUVRE")]
     adopt: Option<Adopted>,
+    /// Add the cheapest run, at another thrust, that makes drag length and lag of the thrust identifiable for `seatrial surge`, where
+    /// the plan's own changes of thrust do not.
+    #[arg(long)]
+    surge: bool,
+    /// Time constant of the speed after a change of thrust [default: the simulated vehicle's, or 3 time constants of the yaw rate].
+    #[arg(long, value_name = "S", value_parser = positive, requires = "surge", allow_hyphen_values = true)]
+    surge_time_constant: Option<f64>,
+    /// Standard deviation of each reading of the speed [default: the simulated vehicle's, or 0.02].
+    #[arg(long, value_name = "M_S", value_parser = positive, requires = "surge", allow_hyphen_values = true)]
+    speed_noise: Option<f64>,
     /// Write the plan to this file.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -104,7 +115,7 @@ the preview to standard output. The preview plays the plan on a noise-free vehic
 intervals are those that no unbiased estimator can beat with that vehicle's noise and disturbance.
 
 Exit code 4: on the expected vehicle the plan leaves its envelope, its intervals would be too wide for a model to be \
-accepted, or the --target is not within reach.
+accepted, the --target is not within reach, or no run makes the --surge identifiable.
 
 Examples:
   seatrial plan --thrust 0.6 --thrust 0.8 --amplitude-deg 12 \\
@@ -112,6 +123,7 @@ Examples:
   seatrial plan --time-constant 20 --sample-interval 0.5 --a22 -0.05 \\
       --b2 0.003 --speed 3 --out slow.toml
   seatrial plan --target a22:10%,b2:6% --adopt recommended --out plan.toml
+  seatrial plan --thrust 1 --surge --out plan.toml
   seatrial plan --a22 -0.9 --b2 0.7 --speed 1.2 --thrust 0.6 \\
       --noise-deg 1 --disturbance 0.005,2 --compare
 
@@ -125,6 +137,10 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         target: args.target,
         comparison: args.compare,
         adopt: args.adopt.map(|adopted| adopted.0),
+        surge: args.surge.then_some(SurgeStated {
+            time_constant_s: args.surge_time_constant,
+            noise_m_s: args.speed_noise,
+        }),
     };
     let document = plan_trial(&args.changes(), &args.prior.expected()?, wanted)?;
     for warning in &document.warnings {

@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use seatrial::preview::{Comparison, Predicted, Preview, Target};
+use seatrial::preview::{Comparison, Predicted, Preview, SurgeStep, Target};
+use seatrial::surge_estimate::ExpectedSurge;
 use seatrial::verdict::{WIDEST_A22, WIDEST_B2};
 use seatrial_app::planned::{ExpectedTrial, PlannedTrial, Recommendations};
 use seatrial_core::{Excitation, Outcome, Plan};
@@ -19,7 +20,53 @@ pub(super) fn text(document: &PlannedTrial) -> String {
     if let Some(recommendation) = &document.recommendation {
         let _ = write!(text, "\n{}", recommendation_text(recommendation));
     }
+    if let Some(surge) = &document.surge {
+        let _ = write!(text, "\n{}", surge_text(surge));
+    }
     wrapped(&text, width())
+}
+
+fn surge_text(surge: &SurgeStep) -> String {
+    let told = |found: &ExpectedSurge| {
+        let (length, lag) = (
+            found.drag_length_factor_95,
+            found.thrust_lag_half_width_95_s,
+        );
+        match (length, lag) {
+            (None, _) => "nothing of drag length and lag".into(),
+            (Some(factor), None) => {
+                format!("the drag length within a factor of {factor:.2}, nothing of the lag")
+            }
+            (Some(factor), Some(lag_s)) => {
+                format!(
+                    "the drag length within a factor of {factor:.2}, the lag within {lag_s:.2} s"
+                )
+            }
+        }
+    };
+    let believed = format!(
+        "Believed: a drag length of {:.1} m, half to twice of it, and a noise of the speed of {:.3} m/s.\n",
+        surge.believed.drag_length_m, surge.believed.noise_m_s
+    );
+    let without = told(&surge.without);
+    let found = match &surge.added {
+        _ if surge.without.is_identified() => format!(
+            "Surge: the changes of thrust of this plan make it identifiable ({without}): nothing is added.\n"
+        ),
+        None => format!(
+            "Surge: NOT IDENTIFIABLE. The plan tells {without}, and no further run from 20 to 100 % thrust tells enough.\n"
+        ),
+        Some(added) => format!(
+            "Surge: without a further run the plan would tell {without}. Added: run {} at {:.0} % thrust, a step from {:.0} to {:.0} %, which costs {:.0} s. The trial then tells {}.\n",
+            added.place + 1,
+            100.0 * added.thrust,
+            100.0 * added.step[0],
+            100.0 * added.step[1],
+            added.cost_s,
+            told(&added.with)
+        ),
+    };
+    found + &believed
 }
 
 fn preview_text(ExpectedTrial { vehicle, preview }: &ExpectedTrial, plan: &Plan<f64>) -> String {

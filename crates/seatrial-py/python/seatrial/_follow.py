@@ -249,7 +249,7 @@ def turning_limits(
 
 GainsForm = Literal["ardupilot", "px4", "ros2", "json", "c"]
 VehicleForm = Literal[
-    "vehicle", "vehicle-json", "python", "casadi", "mujoco", "octave", "gazebo", "moos", "nav2", "guidance"
+    "vehicle", "vehicle-json", "python", "casadi", "mujoco", "octave", "gazebo", "moos", "nav2", "ros2_control", "ros2_control-urdf", "guidance"
 ]
 _GAINS_FORMS = ("ardupilot", "px4", "ros2", "json", "c")
 

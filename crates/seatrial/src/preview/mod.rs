@@ -4,6 +4,7 @@ mod design;
 mod expected_vehicle;
 mod information;
 mod recommendation;
+mod surge_step;
 
 use seatrial_core::InvalidSetting;
 use seatrial_core::{Outcome, Plan, Real, Sample, Stage, Trial, Vehicle, YawModel};
@@ -12,6 +13,7 @@ use serde::Serialize;
 pub use design::{Comparison, Design, DesignAtSpeed, compare_designs};
 pub use information::{Expected, Predicted};
 pub use recommendation::{InvalidTarget, Recommendation, Target, parse_target, recommend};
+pub use surge_step::{AddedRun, SurgeStep, surge_step};
 
 use expected_vehicle::ExpectedVehicle;
 
@@ -132,6 +134,31 @@ pub struct SpeedPreview {
 ///
 /// Currents move the track as a whole; they are not in it.
 pub fn preview(plan: &Plan<f64>, prior: &Prior) -> Result<Preview, InvalidSetting> {
+    let (outcome, played) = play(plan, prior)?;
+    let margin_m = track_margin_m(prior, &played);
+    let samples = || played.iter().flat_map(|run| &run.samples);
+    Ok(Preview {
+        outcome,
+        duration_s: duration_s(&played),
+        longest_s: plan.longest_s(),
+        track_box_m: margin_m.and_then(|margin_m| {
+            let [south, north] = range(samples().map(|s| s.north_m))?;
+            let [west, east] = range(samples().map(|s| s.east_m))?;
+            let wider = [south - margin_m, north + margin_m];
+            Some([wider[0], wider[1], west - margin_m, east + margin_m])
+        }),
+        track_margin_m: margin_m,
+        speeds: prior
+            .speeds
+            .iter()
+            .zip(&played)
+            .map(|(speed, run)| run.preview(speed, plan, prior.heading_rad))
+            .collect(),
+    })
+}
+
+/// How the plan ends on the vehicle believed in, and the samples of each speed.
+fn play(plan: &Plan<f64>, prior: &Prior) -> Result<(Option<Outcome>, Vec<Played>), InvalidSetting> {
     let mut trial = Trial::new(*plan)?;
     let thrusts = prior.speeds.iter().map(|speed| speed.thrust);
     let vehicle = ExpectedVehicle::new(prior).filter(|_| thrusts.eq(plan.thrusts.iter().copied()));
@@ -158,28 +185,13 @@ pub fn preview(plan: &Plan<f64>, prior: &Prior) -> Result<Preview, InvalidSettin
         }
         let Ok(()) = vehicle.act(&action);
     }
+    Ok((trial.outcome(), played))
+}
+
+/// From the first sample of a trial to its last, s.
+fn duration_s(played: &[Played]) -> f64 {
     let first_s = played.first().map_or(0.0, |p| p.begin_s(Stage::Settle));
-    let last_s = played.last().map_or(0.0, |p| p.end_s);
-    let margin_m = track_margin_m(prior, &played);
-    let samples = || played.iter().flat_map(|run| &run.samples);
-    Ok(Preview {
-        outcome: trial.outcome(),
-        duration_s: last_s - first_s,
-        longest_s: plan.longest_s(),
-        track_box_m: margin_m.and_then(|margin_m| {
-            let [south, north] = range(samples().map(|s| s.north_m))?;
-            let [west, east] = range(samples().map(|s| s.east_m))?;
-            let wider = [south - margin_m, north + margin_m];
-            Some([wider[0], wider[1], west - margin_m, east + margin_m])
-        }),
-        track_margin_m: margin_m,
-        speeds: prior
-            .speeds
-            .iter()
-            .zip(&played)
-            .map(|(speed, run)| run.preview(speed, plan, prior.heading_rad))
-            .collect(),
-    })
+    played.last().map_or(0.0, |p| p.end_s) - first_s
 }
 
 /// The samples of one speed with the instants at which its stages began.

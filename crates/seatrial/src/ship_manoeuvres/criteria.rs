@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{TurningCircle, ZigZag};
+use super::{Stopping, TurningCircle, ZigZag};
 
 /// What the IMO requires of one figure.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -21,6 +21,20 @@ pub struct Criterion {
     pub holds: bool,
 }
 
+/// Paragraph 5.3.4: the track reach of a stop with full astern is at most 15 ship lengths. An administration may allow 20 for a ship of large
+/// displacement. Of a ship that was not dead in the water at the end there is no criterion.
+pub fn stopping_criterion(length_m: f64, stop: &Stopping) -> Option<Criterion> {
+    let value = stop.track_reach_m / length_m;
+    stop.is_dead_in_the_water.then_some(Criterion {
+        clause: "5.3.4",
+        name: "track reach of the stop",
+        unit: "L",
+        value,
+        limit: 15.0,
+        holds: value <= 15.0,
+    })
+}
+
 /// The criteria of a ship of this length at this speed, for the figures that are there:
 ///
 /// ```text
@@ -31,8 +45,7 @@ pub struct Criterion {
 /// 5.3.3.3  first overshoot of the 20/20 <= 25 degrees
 /// ```
 ///
-/// with L in m and V in m/s. They are made for ships of 100 m and more with rudder and propeller; stopping (5.3.4) needs full astern,
-/// which no trial of seatrial has.
+/// with L in m and V in m/s. They are made for ships of 100 m and more with rudder and propeller.
 pub fn criteria(
     length_m: f64,
     surge_speed_m_s: f64,

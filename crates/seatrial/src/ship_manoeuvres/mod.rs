@@ -9,8 +9,10 @@ mod recorded;
 use seatrial_core::Side;
 use serde::Serialize;
 
-pub use criteria::{Criterion, criteria};
-pub use recorded::{NoManoeuvre, Recorded, recorded};
+pub use criteria::{Criterion, criteria, stopping_criterion};
+pub use recorded::{
+    Kind, NoManoeuvre, PullOut, Recorded, Spiral, SpiralLoop, SpiralRate, Stopping, recorded,
+};
 
 /// An instant of a manoeuvre. Headings are unwrapped, and position and heading count from where one likes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +34,10 @@ pub struct Instant {
 pub struct ZigZag {
     /// Rudder angle ordered, rad.
     pub rudder_rad: f64,
+    /// Heading change at which the rudder is ordered over, rad: the mean of its executes.
+    pub heading_rad: f64,
+    /// Side of the first turn.
+    pub first_side: Side,
     /// Initial turning time: from the first execute to the second, s.
     pub initial_turning_time_s: f64,
     /// Track reach in it, m.
@@ -89,6 +95,9 @@ pub struct ShipManoeuvres {
     pub surge_speed_m_s: f64,
     /// Length between perpendiculars, m, where it was given.
     pub length_m: Option<f64>,
+    /// Is the ship straight-line stable? By the pull-outs from both sides or the spiral of a record, or by the model.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub straight_line_stable: Option<bool>,
     /// The figures.
     pub indices: Vec<Index>,
     /// What the IMO requires of them; empty without a length.
@@ -111,13 +120,30 @@ impl ZigZag {
             .skip(1)
             .map(|swing| overshoot(track.get(swing[0]..=swing[1])?, first.heading_rad))
             .collect::<Option<Vec<f64>>>()?;
+        let changes: Vec<f64> = (1..executes.len())
+            .filter_map(|k| Some(at(k)?.heading_rad - first.heading_rad))
+            .collect();
+        let sum: f64 = changes.iter().map(|change| change.abs()).sum();
         (!overshoots_rad.is_empty()).then(|| Self {
             rudder_rad,
+            heading_rad: sum / changes.len() as f64,
+            first_side: match second.heading_rad > first.heading_rad {
+                true => Side::Starboard,
+                false => Side::Port,
+            },
             initial_turning_time_s: second.time_s - first.time_s,
             initial_turning_track_m: track_m(initial),
             overshoots_rad,
             period_s: at(3).map(|fourth| fourth.time_s - second.time_s),
         })
+    }
+}
+
+impl ZigZag {
+    /// Is it the zig-zag of this rudder angle and heading change, to 2 degrees?
+    pub fn is_of(&self, angle_deg: f64) -> bool {
+        let is_near = |angle_rad: f64| (angle_rad.to_degrees() - angle_deg).abs() < 2.0;
+        is_near(self.rudder_rad) && is_near(self.heading_rad)
     }
 }
 

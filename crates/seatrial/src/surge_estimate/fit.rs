@@ -25,6 +25,33 @@ pub(super) struct Parameters {
 }
 
 impl Parameters {
+    /// Of steady speeds, l, the lag and d = 0; each part begins with the speed that the one before it ended with.
+    pub fn believed(
+        parts: &[Part],
+        steady_m_s: &[f64],
+        first_m_s: f64,
+        [length_m, lag_s]: [f64; 2],
+    ) -> Self {
+        let surge = [libm::log(length_m), lag_s, 0.0];
+        let values = steady_m_s.iter().copied().chain(surge);
+        let mut values: Vec<f64> = values.chain(parts.iter().map(|_| first_m_s)).collect();
+        let thrusts = steady_m_s.len();
+        let mut first_m_s = first_m_s;
+        for (k, part) in parts.iter().enumerate() {
+            values[thrusts + 3 + k] = first_m_s;
+            let so_far = Self {
+                values: DVector::from_column_slice(&values),
+                thrusts,
+            };
+            let last = played_part(part, first_m_s, &so_far).last().copied();
+            first_m_s = last.unwrap_or(first_m_s);
+        }
+        Self {
+            values: DVector::from_vec(values),
+            thrusts,
+        }
+    }
+
     pub fn steady_m_s(&self, thrust: usize) -> f64 {
         self.values[thrust]
     }
@@ -209,36 +236,46 @@ fn observed(parts: &[Part]) -> DVector<f64> {
     DVector::from_vec(speeds)
 }
 
-/// The speeds that the parameters give, by the midpoint rule; the thrust does not change its sense.
-fn played(parts: &[Part], parameters: &Parameters) -> DVector<f64> {
+/// The speeds that the parameters give; the thrust does not change its sense.
+pub(super) fn played(parts: &[Part], parameters: &Parameters) -> DVector<f64> {
+    let speeds: Vec<f64> = parts
+        .iter()
+        .enumerate()
+        .flat_map(|(k, part)| {
+            let first_m_s = parameters.values[parameters.thrusts + 3 + k];
+            played_part(part, first_m_s, parameters)
+        })
+        .collect();
+    DVector::from_vec(speeds)
+}
+
+/// The speeds of a part from its first on, by the midpoint rule.
+fn played_part(part: &Part, first_m_s: f64, parameters: &Parameters) -> Vec<f64> {
     let (length_m, lag_s) = (parameters.length_m(), parameters.lag_s());
     let turning_drag_m = parameters.turning_drag_m();
-    let mut speeds = Vec::new();
-    for (k, part) in parts.iter().enumerate() {
-        let steady_m_s = parameters.values[part.thrust];
-        let change_m_s = parameters.values[part.before] - steady_m_s;
-        let mut speed_m_s = parameters.values[parameters.thrusts + 3 + k];
+    let steady_m_s = parameters.values[part.thrust];
+    let change_m_s = parameters.values[part.before] - steady_m_s;
+    let mut speed_m_s = first_m_s;
+    let mut speeds = vec![speed_m_s];
+    let start_s = part.instants[0].time_s;
+    for pair in part.instants.windows(2) {
+        let interval_s = pair[1].time_s - pair[0].time_s;
+        // The means of e^{-t/lag} and of its square over the interval, and so that of w |w|.
+        let [left, left_squared] = [lag_s, 0.5 * lag_s]
+            .map(|lag_s| left_s(pair[0].time_s - start_s, interval_s, lag_s) / interval_s);
+        let towards_m2_s2 = steady_m_s.signum()
+            * (steady_m_s * (steady_m_s + 2.0 * change_m_s * left)
+                + change_m_s * change_m_s * left_squared);
+        let turned = 0.5 * (pair[0].yaw_rate_rad_s.powi(2) + pair[1].yaw_rate_rad_s.powi(2))
+            - part.yaw_rate_variance;
+        let acceleration = |speed_m_s: f64| {
+            (towards_m2_s2 - speed_m_s * speed_m_s.abs()) / length_m - turning_drag_m * turned
+        };
+        let halfway_m_s = speed_m_s + 0.5 * interval_s * acceleration(speed_m_s);
+        speed_m_s += interval_s * acceleration(halfway_m_s);
         speeds.push(speed_m_s);
-        let start_s = part.instants[0].time_s;
-        for pair in part.instants.windows(2) {
-            let interval_s = pair[1].time_s - pair[0].time_s;
-            // The means of e^{-t/lag} and of its square over the interval, and so that of w |w|.
-            let [left, left_squared] = [lag_s, 0.5 * lag_s]
-                .map(|lag_s| left_s(pair[0].time_s - start_s, interval_s, lag_s) / interval_s);
-            let towards_m2_s2 = steady_m_s.signum()
-                * (steady_m_s * (steady_m_s + 2.0 * change_m_s * left)
-                    + change_m_s * change_m_s * left_squared);
-            let turned = 0.5 * (pair[0].yaw_rate_rad_s.powi(2) + pair[1].yaw_rate_rad_s.powi(2))
-                - part.yaw_rate_variance;
-            let acceleration = |speed_m_s: f64| {
-                (towards_m2_s2 - speed_m_s * speed_m_s.abs()) / length_m - turning_drag_m * turned
-            };
-            let halfway_m_s = speed_m_s + 0.5 * interval_s * acceleration(speed_m_s);
-            speed_m_s += interval_s * acceleration(halfway_m_s);
-            speeds.push(speed_m_s);
-        }
     }
-    DVector::from_vec(speeds)
+    speeds
 }
 
 /// The integral of e^{-t/lag} over an interval from a time on: also a lag far below the interval has its effect. A lag below 0 takes
@@ -249,6 +286,25 @@ fn left_s(from_s: f64, interval_s: f64, lag_s: f64) -> f64 {
         false if from_s == 0.0 => lag_s,
         false => 0.0,
     }
+}
+
+/// Standard errors of ln l and of the lag, s, that noise of this deviation will leave: V = s^2 (J'J)^-1. `None` where the parts do not
+/// determine what is varied.
+pub(super) fn expected_errors(
+    parts: &[Part],
+    parameters: &Parameters,
+    varied: Varied,
+    noise_m_s: f64,
+) -> Option<[Option<f64>; 2]> {
+    let free = parameters.free(varied);
+    let jacobian = jacobian(parts, parameters, &free);
+    let normal = jacobian.tr_mul(&jacobian);
+    let covariance = noise_m_s * noise_m_s * normal.cholesky()?.inverse();
+    let error = |parameter: usize| {
+        let place = free.iter().position(|k| *k == parameter)?;
+        Some(covariance[(place, place)].sqrt())
+    };
+    Some([error(parameters.thrusts), error(parameters.thrusts + 1)])
 }
 
 fn jacobian(parts: &[Part], parameters: &Parameters, free: &[usize]) -> DMatrix<f64> {

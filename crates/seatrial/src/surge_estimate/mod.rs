@@ -1,5 +1,6 @@
 //! How speed follows thrust: each coefficient with its interval, or why the record does not tell it.
 
+mod design;
 mod fit;
 mod noise;
 mod parts;
@@ -11,6 +12,8 @@ use serde::Serialize;
 use crate::campaign::{Campaign, Run, Stage};
 use fit::{Fitted, Varied, fitted};
 use parts::{Instant, Part};
+
+pub use design::{ExpectedRun, ExpectedSurge, SurgeBelief};
 
 /// 97.5 % point of the standard normal distribution.
 const NORMAL_97_5: f64 = 1.959_964;
@@ -231,7 +234,7 @@ fn best_fit(parts: &[Part], steady_m_s: &[f64]) -> Option<Fitted> {
     let turns = parts.iter().any(|part| part.instants.len() > part.settling);
     let mut varied = Varied {
         length: has_change,
-        lag: has_change,
+        lag: has_change && changes_thrust(parts),
         turning_drag: has_change && turns,
     };
     let found = fitted(parts, steady_m_s, varied)?;
@@ -285,6 +288,11 @@ fn changes_speed(part: &Part) -> bool {
     first
         .zip(steady)
         .is_some_and(|(first, steady)| (steady - first).abs() > CHANGE * steady.abs())
+}
+
+/// Does a part follow one of another thrust? The thrust before a trial is not known, and with it not what the thrust lags behind.
+fn changes_thrust(parts: &[Part]) -> bool {
+    parts.iter().any(|part| part.thrust != part.before)
 }
 
 /// The noise of the yaw rates that were measured, the same in all parts.
