@@ -1,6 +1,7 @@
 //! The model whose simulation is nearest to the heading.
 
 use super::average::Hypotheses;
+use super::peak::Search;
 use super::record::{A22, B2, C0, PARAMETERS, Record, three};
 
 /// A function of theta and its covariance.
@@ -27,9 +28,13 @@ impl Nearest {
         const THETA: [usize; 3] = [A22, B2, C0];
         let likeliest = hypotheses.likeliest_of(|h| h.share == 0.0);
         let peak = &likeliest.unwrap_or(&hypotheses.white).peak;
-        let around = record.linearised(&peak.point, hypotheses.block, peak.prompt);
-        let precision = 1.0 / (peak.noise_rad * peak.noise_rad);
-        let free = peak.covariance_at_the_point();
+        // The covariance of the very linearisation whose errors are summed: along a lag that trades for damping another one would make
+        // the sums of any size.
+        let mut search = Search::new(record, &peak.point, hypotheses.block, peak.prompt);
+        let here = search.relinearised(peak);
+        let around = search.around();
+        let precision = 1.0 / (here.noise_rad * here.noise_rad);
+        let free = here.covariance_at_the_point();
         let errors = around.rows.iter().map(|row| {
             let influence = THETA.map(|i| {
                 let sum: f64 = free[i].iter().zip(row).map(|(c, x)| c * x).sum();

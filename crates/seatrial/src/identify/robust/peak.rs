@@ -130,6 +130,18 @@ impl<'a> Search<'a> {
         found
     }
 
+    /// A peak with noise and covariance of the linearisation around the last point.
+    pub fn relinearised(&mut self, peak: &Peak) -> Peak {
+        match self.step(&peak.noise) {
+            Some((here, _)) => Peak {
+                covariance: here.covariance,
+                noise_rad: here.noise_rad,
+                ..*peak
+            },
+            None => *peak,
+        }
+    }
+
     /// The normal distribution that the linearised record gives, and the square at the point itself, rad^2.
     fn step(&mut self, noise: &Noise) -> Option<(Peak, f64)> {
         let (gram, log_variances) = gram(&self.around, noise, self.prompt);
