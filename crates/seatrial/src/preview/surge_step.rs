@@ -1,5 +1,7 @@
 //! The cheapest change of thrust that makes the surge identifiable.
 
+use std::cmp::Ordering;
+
 use seatrial_core::{InvalidSetting, List, Outcome, Plan, Stage};
 use serde::Serialize;
 
@@ -12,9 +14,10 @@ const LENGTHS: [f64; 3] = [0.5, 1.0, 2.0];
 const LAGS: [f64; 2] = [0.0, 0.2];
 /// Runs whose costs differ by less, s, cost the same.
 const SAME_COST_S: f64 = 0.5;
-/// A drag length that is known within this factor is known well: of equally cheap runs that tell it so, the one with the better steering
-/// model is taken.
+/// A drag length within this factor, and a lag within this part of the time constant of the speed, are known well: of equally cheap runs that
+/// tell them so, the one with the better steering model is taken.
 const WELL: f64 = 1.1;
+const LAG_WELL: f64 = 0.1;
 
 /// Does a plan tell how the speed follows the thrust, and what makes it tell?
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -85,7 +88,7 @@ pub fn surge_step(
         let now_s = duration_s(&played);
         let mut tried = with_one_more(plan, prior, others, now_s);
         tried.sort_by(|a, b| a.added.cost_s.total_cmp(&b.added.cost_s));
-        found.added = cheapest(&tried, &believed);
+        found.added = cheapest(&tried, &believed, prior.surge_time_constant_s);
     }
     Ok(Some(found))
 }
@@ -156,9 +159,9 @@ fn greatest_step(thrusts: &[f64], place: usize) -> [f64; 2] {
         .unwrap_or([thrusts[place]; 2])
 }
 
-/// Of those that make drag length and lag identifiable the cheapest; of equally cheap ones the one that tells l best and, where they tell it
-/// well, a22.
-fn cheapest(tried: &[Tried], believed: &SurgeBelief) -> Option<AddedRun> {
+/// Of those that make drag length and lag identifiable the cheapest; of equally cheap ones the one that tells l best, then the lag and, where
+/// they tell both well, a22.
+fn cheapest(tried: &[Tried], believed: &SurgeBelief, time_constant_s: f64) -> Option<AddedRun> {
     let mut most_s = f64::INFINITY;
     let mut found: Vec<(AddedRun, f64)> = Vec::new();
     for one in tried {
@@ -173,11 +176,17 @@ fn cheapest(tried: &[Tried], believed: &SurgeBelief) -> Option<AddedRun> {
     }
     let key = |(added, a22_width): &(AddedRun, f64)| {
         let factor = added.with.drag_length_factor_95.unwrap_or(f64::INFINITY);
-        (factor.max(WELL), *a22_width)
+        let lag_s = added.with.thrust_lag_half_width_95_s;
+        let lag_s = lag_s.unwrap_or(f64::INFINITY);
+        [
+            factor.max(WELL),
+            lag_s.max(LAG_WELL * time_constant_s),
+            *a22_width,
+        ]
     };
     let best = found.into_iter().min_by(|a, b| {
-        let (a, b) = (key(a), key(b));
-        a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+        let pairs = key(a).into_iter().zip(key(b));
+        pairs.fold(Ordering::Equal, |order, (a, b)| order.then(a.total_cmp(&b)))
     });
     best.map(|(added, _)| added)
 }
