@@ -309,7 +309,7 @@ impl Doubt {
             },
             Self::TimeIsIndex { is_given: false } => Reason {
                 text: "The time counts rows, as 0, 1, 2: how long a row takes is not in the log.".into(),
-                action: "Name the column of the time with --time. Where there is none, give the seconds of a row as scale of the time in a [channels] file.".into(),
+                action: "Name the column of the time with --time. Where a row is one second, say so with --unit time=s; else give the seconds of a row as scale of the time in a [channels] file.".into(),
                 ..reason
             },
             Self::TimeUnit { interval_s } => Reason {
