@@ -46,6 +46,7 @@ pub mod simulated;
 pub mod simulated_log;
 #[cfg(feature = "trials")]
 pub mod studies;
+#[cfg(feature = "trials")]
 pub mod surge_step;
 #[cfg(feature = "trials")]
 mod trial_plan;

@@ -179,6 +179,64 @@ fn cli_gains_carry_intervals_of_the_refined_estimate() {
     assert!(number(&document, "/points/0/loop/gain_margin/value") > 1.0);
 }
 
+/// A simulated log, and what `identify` says of it, saved as `model.json`.
+fn identified(directory: &Path, made: &[&str], read: &[&str]) -> (String, Value) {
+    let log = directory.join("log.csv").display().to_string();
+    let sim = ["sim", "log", "--seed", "5", "--out", &log];
+    assert!(run(&[&sim, made].concat()).status.success());
+    let (found, code) = json(&[&["identify", &log], read].concat());
+    assert_eq!(code, Some(0), "{found:#}");
+    write(directory, "model.json", &found.to_string());
+    (log, found)
+}
+
+#[test]
+fn cli_gains_of_a_schedule_are_those_of_the_document() {
+    let directory = tempfile::tempdir().unwrap();
+    let schedule = directory.path().join("s.toml").display().to_string();
+    let servo = ["--rudder-lag", "0.1", "--schedule", &schedule];
+    let (_, found) = identified(directory.path(), &[], &servo);
+    let model = directory.path().join("model.json").display().to_string();
+    let (of_document, _) = json(&["gains", "--model", &model]);
+    let (of_schedule, _) = json(&["gains", "--schedule", &schedule]);
+    let points = of_document["points"].as_array().unwrap();
+    assert!(points.len() > 2, "{of_document:#}");
+    for k in 0..points.len() {
+        for figure in ["value", "interval_95/0", "interval_95/1"] {
+            let pointer = format!("/points/{k}/proportional_gain/{figure}");
+            let [a, b] = [&of_document, &of_schedule].map(|of| number(of, &pointer));
+            assert!((a / b - 1.0).abs() < 1e-9, "{pointer}: {a}, {b}");
+        }
+    }
+    // A loop waits for a sample and for the servo, in the gain that `identify` prints as well.
+    let interval_s = number(&of_document, "/timing/sample_interval_s");
+    assert!((number(&of_document, "/timing/delay_s") - interval_s - 0.1).abs() < 1e-9);
+    let delay_s = number(&found, "/models/0/identification/loop_timing/delay_s");
+    assert!((delay_s - interval_s - 0.1).abs() < 1e-9);
+}
+
+#[test]
+fn cli_the_model_of_a_whole_log_has_its_speed_and_its_rudder() {
+    let directory = tempfile::tempdir().unwrap();
+    let windows = ["--from", "12", "--to", "28.5", "--validate-from", "28.5"];
+    let (log, _) = identified(directory.path(), &["--thrust", "0.8"], &windows);
+    let model = directory.path().join("model.json").display().to_string();
+    let (turn, code) = json(&["turn", "--model", &model]);
+    assert_eq!(code, Some(0));
+    let speed = number(&turn, "/points/0/surge_speed_m_s");
+    assert!((speed - 1.63).abs() < 0.05, "{speed}");
+    assert_eq!(number(&turn, "/rudder_limit_rad"), 0.26);
+
+    let rows = std::fs::read_to_string(&log).unwrap();
+    let shares = rows.replacen("rudder_rad", "rudder_fraction", 1);
+    let shares = write(directory.path(), "shares.csv", &shares);
+    let range = ["--rudder-range-deg", "25"];
+    let (found, _) = json(&[&["identify", &shares][..], &windows, &range].concat());
+    let found = write(directory.path(), "shares.json", &found.to_string());
+    let (turn, _) = json(&["turn", "--model", &found]);
+    assert!((number(&turn, "/rudder_limit_rad") - 25_f64.to_radians()).abs() < 1e-9);
+}
+
 #[test]
 fn cli_gains_from_a_trial_take_the_last_accepted_run_of_each_thrust() {
     let run = |thrust: f64, a22: f64, accepted: bool| {
