@@ -222,9 +222,9 @@ test("a log that is none is refused in words, and what the terminal reads is nam
   writeFileSync(join(scratch, "not.csv"), "this is no log\n");
   const refused = await ask([["not.csv", join(scratch, "not.csv")]], { ask: "identify", log: "not.csv" });
   assert.ok("refused" in refused && refused.refused.startsWith("not.csv: "), JSON.stringify(refused));
-  seatrial("sim", "log", "--thrust", "0.8", "--out", join(scratch, "own.mcap"));
-  const packed = await ask([["own.mcap", join(scratch, "own.mcap")]], { ask: "identify", log: "own.mcap" });
-  assert.ok("refused" in packed && packed.refused.includes("seatrial identify own.mcap"), JSON.stringify(packed));
+  seatrial("sim", "log", "--thrust", "0.8", "--out", join(scratch, "own.parquet"));
+  const packed = await ask([["own.parquet", join(scratch, "own.parquet")]], { ask: "identify", log: "own.parquet" });
+  assert.ok("refused" in packed && packed.refused.includes("seatrial identify own.parquet"), JSON.stringify(packed));
 });
 
 test("it is seen at once, and nothing was asked of a network", async () => {
