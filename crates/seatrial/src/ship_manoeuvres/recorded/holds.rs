@@ -1,6 +1,8 @@
 //! Where a record holds its rudder, and the yaw rate that it reaches there.
 
-use seatrial_core::{Real, Sample};
+use seatrial_core::Sample;
+
+use super::unwrapped_headings_rad;
 
 /// A rudder is held while it stays within this share of the largest.
 const HELD: f64 = 0.015;
@@ -11,6 +13,8 @@ const LEAST_SHARE: f64 = 0.1;
 const STEADY: f64 = 0.01;
 /// Standard errors that noise explains.
 const ERRORS: f64 = 3.0;
+/// A rudder within this share of its largest angle is amidships.
+const AMIDSHIPS: f64 = 0.1;
 
 /// A part of the record with one rudder angle.
 #[derive(Clone, Debug)]
@@ -30,9 +34,14 @@ impl Hold {
         self.slopes[2][0]
     }
 
-    /// Its standard error, rad/s.
-    pub fn error_rad_s(&self) -> f64 {
-        self.slopes[2][1]
+    /// By how much its yaw rate and that of another hold may differ by noise, rad/s.
+    pub fn noise_beside_rad_s(&self, other: &Self) -> f64 {
+        ERRORS * libm::hypot(self.slopes[2][1], other.slopes[2][1])
+    }
+
+    /// Is the rudder amidships?
+    pub fn is_amidships(&self, largest_rad: f64) -> bool {
+        self.rudder_rad.abs() <= AMIDSHIPS * largest_rad
     }
 
     /// Has the yaw rate reached its end? What is left of an exponential follows from the last two of its changes; `largest_rad_s` is the
@@ -77,7 +86,7 @@ pub(super) fn holds(samples: &[Sample<f64>], largest_rad: f64) -> Vec<Hold> {
         .filter(|(from, to, _)| from < to)
         .map(|(from, to, _)| lasts_s(*from, *to))
         .fold(0.0, f64::max);
-    let headings_rad = unwrapped(samples);
+    let headings_rad = unwrapped_headings_rad(samples);
     spans
         .into_iter()
         .filter(|(from, to, _)| to - from >= LEAST_SAMPLES)
@@ -91,20 +100,6 @@ pub(super) fn holds(samples: &[Sample<f64>], largest_rad: f64) -> Vec<Hold> {
                 let [begin, end] = [quarter, quarter + 1].map(|k| from + k * (to - from) / 4);
                 slope(&samples[begin..end], &headings_rad[begin..end])
             }),
-        })
-        .collect()
-}
-
-fn unwrapped(samples: &[Sample<f64>]) -> Vec<f64> {
-    let mut last_rad = None;
-    samples
-        .iter()
-        .map(|sample| {
-            let heading_rad = last_rad.map_or(sample.heading_rad, |last: f64| {
-                last + Real::wrapped(sample.heading_rad - last)
-            });
-            last_rad = Some(heading_rad);
-            heading_rad
         })
         .collect()
 }

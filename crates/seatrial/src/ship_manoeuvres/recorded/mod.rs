@@ -204,7 +204,7 @@ fn circle_execute(samples: &[Sample<f64>], largest_rad: f64) -> Option<usize> {
     let Execute { left, over } = *executes(samples, largest_rad).last()?;
     let amidships = holds::holds(samples, largest_rad)
         .into_iter()
-        .filter(|hold| hold.rudder_rad.abs() < (1.0 - LEFT) * largest_rad)
+        .filter(|hold| hold.is_amidships(largest_rad))
         .filter(|hold| hold.from >= left && hold.to <= over)
         .map(|hold| hold.to)
         .next_back();
@@ -216,12 +216,10 @@ fn zig_zag(samples: &[Sample<f64>], largest_rad: f64) -> Result<ZigZag, NoManoeu
     let executes = executes(samples, largest_rad);
     let is_stopped = |first: usize, last: usize| {
         let holds = holds::holds(samples, largest_rad);
-        let within = holds
+        holds
             .iter()
-            .filter(|hold| hold.from > first && hold.to <= last);
-        within
-            .into_iter()
-            .any(|hold| hold.rudder_rad.abs() < (1.0 - LEFT) * largest_rad)
+            .filter(|hold| hold.from > first && hold.to <= last)
+            .any(|hold| hold.is_amidships(largest_rad))
     };
     let executes: Vec<usize> = executes.iter().map(|execute| execute.left).collect();
     let ends = executes.first().zip(executes.last());
@@ -266,6 +264,19 @@ fn executes(samples: &[Sample<f64>], largest_rad: f64) -> Vec<Execute> {
     found
 }
 
+/// Headings without jumps at a full turn, rad.
+fn unwrapped_headings_rad(samples: &[Sample<f64>]) -> Vec<f64> {
+    let mut last_rad = None;
+    let unwrapped = samples.iter().map(|sample| {
+        let heading_rad = last_rad.map_or(sample.heading_rad, |last: f64| {
+            last + Real::wrapped(sample.heading_rad - last)
+        });
+        last_rad = Some(heading_rad);
+        heading_rad
+    });
+    unwrapped.collect()
+}
+
 fn track(samples: &[Sample<f64>]) -> Result<Vec<Instant>, NoManoeuvre> {
     let has_position = samples
         .iter()
@@ -275,11 +286,8 @@ fn track(samples: &[Sample<f64>]) -> Result<Vec<Instant>, NoManoeuvre> {
         return Err(NoManoeuvre::NoSpeed);
     }
     let mut track: Vec<Instant> = Vec::with_capacity(samples.len());
-    for sample in samples {
+    for (sample, heading_rad) in samples.iter().zip(unwrapped_headings_rad(samples)) {
         let last = track.last().copied();
-        let heading_rad = last.map_or(sample.heading_rad, |last| {
-            last.heading_rad + Real::wrapped(sample.heading_rad - last.heading_rad)
-        });
         let surge_speed_m_s = sample.surge_speed_m_s.unwrap_or(f64::NAN);
         let [north_m, east_m] = match (sample.north_m.zip(sample.east_m), last) {
             (Some((north, east)), _) if has_position => [north, east],

@@ -5,9 +5,8 @@ use serde::Serialize;
 use super::NoManoeuvre;
 use super::holds::{Hold, largest_rad_s};
 
-/// A rudder within this share of its largest angle turns the ship, below that it is amidships.
+/// A rudder of this share of its largest angle or more turns the ship.
 const TURNS: f64 = 0.5;
-const AMIDSHIPS: f64 = 0.1;
 /// Yaw rates from both sides that differ by less than this share of the turn's are one.
 const SAME: f64 = 0.05;
 
@@ -25,32 +24,31 @@ pub struct PullOut {
 
 /// The pull-outs of a record, the last of each side.
 pub(super) fn pull_out(holds: &[Hold], largest_rad: f64) -> Result<PullOut, NoManoeuvre> {
-    let share = |hold: &Hold| hold.rudder_rad.abs() / largest_rad;
     let largest = largest_rad_s(holds);
-    let (mut sides, mut errors) = ([None; 2], [0.0; 2]);
+    let mut sides: [Option<&Hold>; 2] = [None; 2];
     let mut unsteady = None;
     for pair in holds.windows(2) {
         let (turn, after) = (&pair[0], &pair[1]);
-        if share(turn) < TURNS || share(after) > AMIDSHIPS {
+        if turn.rudder_rad.abs() < TURNS * largest_rad || !after.is_amidships(largest_rad) {
             continue;
         }
         let side = usize::from(turn.yaw_rate_rad_s() < 0.0);
         if after.is_steady(largest) {
-            sides[side] = Some(after.yaw_rate_rad_s());
-            errors[side] = after.error_rad_s();
+            sides[side] = Some(after);
         } else {
             unsteady = Some(NoManoeuvre::PullOutNotSteady);
         }
     }
-    let [from_starboard_rad_s, from_port_rad_s] = sides;
-    if sides == [None; 2] {
+    let [starboard, port] = sides;
+    if starboard.or(port).is_none() {
         return Err(unsteady.unwrap_or(NoManoeuvre::NoPullOut));
     }
-    let difference = from_starboard_rad_s.zip(from_port_rad_s);
-    let allowed = (SAME * largest).max(3.0 * libm::hypot(errors[0], errors[1]));
     Ok(PullOut {
-        from_starboard_rad_s,
-        from_port_rad_s,
-        straight_line_stable: difference.map(|(a, b)| (a - b).abs() <= allowed),
+        from_starboard_rad_s: starboard.map(Hold::yaw_rate_rad_s),
+        from_port_rad_s: port.map(Hold::yaw_rate_rad_s),
+        straight_line_stable: starboard.zip(port).map(|(a, b)| {
+            let allowed = (SAME * largest).max(a.noise_beside_rad_s(b));
+            (a.yaw_rate_rad_s() - b.yaw_rate_rad_s()).abs() <= allowed
+        }),
     })
 }

@@ -117,7 +117,7 @@ fn spiral_loop(
             .find(|b| (a.rudder_rad - b.rudder_rad).abs() <= same_rad);
         let Some(b) = other else { continue };
         let difference = (a.yaw_rate_rad_s() - b.yaw_rate_rad_s()).abs();
-        let noise = 3.0 * libm::hypot(a.error_rad_s(), b.error_rad_s());
+        let noise = a.noise_beside_rad_s(b);
         let differs = difference > noise.max(SAME_RATE * largest);
         common.push((a.rudder_rad.abs(), difference, differs));
     }
