@@ -12,7 +12,6 @@ const DOCS: &str = "docs";
 /// The docs with the pages that are made of the program, which are no part of the repository.
 const SOURCE: &str = "target/book-source";
 const VERBS: &str = "reference/verbs.md";
-const VERDICTS: &str = "reference/verdicts.md";
 const BOOK: &str = "target/book";
 const INSTALLED: &str = "target/python/bin/mdbook";
 /// The page without a server goes with the site where it has been built.
@@ -36,7 +35,6 @@ pub fn check() -> Result<(), String> {
     let _ = std::fs::remove_dir_all(source);
     copy(Path::new(DOCS), source)?;
     write(&source.join(VERBS), &verbs()?)?;
-    link_the_file_of_channels(&source.join(VERDICTS))?;
     list_the_others()?;
     if !succeeds(Command::new(program).args(["build", SOURCE])) {
         return Err(format!("mdbook build {SOURCE}"));
@@ -82,19 +80,6 @@ fn copy(from: &Path, to: &Path) -> Result<(), String> {
         }
     }
     Ok(())
-}
-
-/// The page of the verdicts is made of the code, which knows no other page: where it speaks of the file, the site has the link.
-fn link_the_file_of_channels(page: &Path) -> Result<(), String> {
-    const NAMED: &str = "a --channels file";
-    let text = read(page)?;
-    match text.contains(NAMED) {
-        true => write(
-            page,
-            &text.replace(NAMED, "a [--channels file](channels.md)"),
-        ),
-        false => Err(format!("{}: no `{NAMED}` to link", page.display())),
-    }
 }
 
 /// The page of the verbs: what the program says of each with `--help`, and of the verbs below it.

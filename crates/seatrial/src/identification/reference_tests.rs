@@ -31,7 +31,7 @@ fn documented() -> Vec<(ReasonCode, String)> {
 }
 
 fn page() -> String {
-    let mut page = "# Verdicts\n\nEvery code that a verdict may hold, with its cause and its cure, as the program says them. An outcome is decided by the most\nimportant reason; the others are remarks. Where no cure stands here, the reason itself says what to do, because it depends on what was measured.\n"
+    let mut page = "# Verdicts\n\nEvery code that a verdict may hold, with its cause and its cure, as the program says them. An outcome is decided by the most\nimportant reason; the others are remarks. Where no cure stands here, the reason itself says what to do, because it depends on what was measured. [The file of channels](channels.md) says how\na column is scaled or turned.\n"
         .to_owned();
     for (code, says) in documented() {
         let _ = write!(page, "\n## {code}\n\n{says}\n");
