@@ -226,10 +226,10 @@ fn cli_the_step_that_is_added_makes_the_surge_identifiable() {
         let (_, code) = plan(folder, &[&common[..], &["--out", &file("plain")]].concat());
         assert_eq!(code, Some(0));
         let (without, _) = surge_of_trial(folder, &file("plain"), &format!("{name}-plain.db"));
-        let told = |surge: &Value| {
+        let are_known = |surge: &Value| {
             ["drag_length_m", "thrust_lag_s"].map(|key| surge[key]["value"].is_number())
         };
-        assert_eq!(told(&without), [false, false], "{without:#}");
+        assert_eq!(are_known(&without), [false, false], "{without:#}");
         let (found, code) = plan(
             folder,
             &[&common[..], &["--surge", "--out", &file("step")]].concat(),
@@ -242,7 +242,11 @@ fn cli_the_step_that_is_added_makes_the_surge_identifiable() {
         let cost_s = added["cost_s"].as_f64().unwrap();
         assert!((45.0..=73.0).contains(&cost_s), "{cost_s}");
         let (with, code) = surge_of_trial(folder, &file("step"), &format!("{name}-step.db"));
-        assert_eq!((told(&with), code), ([true, true], Some(0)), "{with:#}");
+        assert_eq!(
+            (are_known(&with), code),
+            ([true, true], Some(0)),
+            "{with:#}"
+        );
         // What was expected of the interval is what the trial finds, up to the noise of its own estimate and the drag length believed in.
         let [low, high] = [0, 1].map(|k| with["drag_length_m"]["interval_95"][k].as_f64().unwrap());
         let expected = added["with"]["drag_length_factor_95"].as_f64().unwrap();

@@ -24,7 +24,7 @@ const DAMPING_RATIO: f64 = 1.0;
 pub enum Estimator {
     /// What `identify` reports: the model that goes to the controller.
     Refined,
-    /// The same, told that the rudder acts at once.
+    /// The refined estimate of a rudder that is known to act at once.
     RefinedWithoutLag,
     /// Output error with its covariance for correlated residuals.
     OutputError,

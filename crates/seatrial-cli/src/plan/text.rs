@@ -27,7 +27,7 @@ pub(super) fn text(document: &PlannedTrial) -> String {
 }
 
 fn surge_text(surge: &SurgeStep) -> String {
-    let told = |found: &ExpectedSurge| {
+    let said = |found: &ExpectedSurge| {
         let (length, lag) = (
             found.drag_length_factor_95,
             found.thrust_lag_half_width_95_s,
@@ -48,7 +48,7 @@ fn surge_text(surge: &SurgeStep) -> String {
         "Believed: a drag length of {:.1} m, half to twice of it, and a noise of the speed of {:.3} m/s.\n",
         surge.believed.drag_length_m, surge.believed.noise_m_s
     );
-    let without = told(&surge.without);
+    let without = said(&surge.without);
     let found = match &surge.added {
         _ if surge.without.is_identified() => format!(
             "Surge: the changes of thrust of this plan make it identifiable ({without}): nothing is added.\n"
@@ -63,7 +63,7 @@ fn surge_text(surge: &SurgeStep) -> String {
             100.0 * added.step[0],
             100.0 * added.step[1],
             added.cost_s,
-            told(&added.with)
+            said(&added.with)
         ),
     };
     found + &believed

@@ -78,7 +78,7 @@ pub fn surge_step(
         noise_m_s,
     };
     let (_, played) = play(plan, prior)?;
-    let without = told(prior, &played, &believed);
+    let without = expected(prior, &played, &believed);
     let mut found = SurgeStep {
         believed,
         without,
@@ -168,7 +168,7 @@ fn cheapest(tried: &[Tried], believed: &SurgeBelief, time_constant_s: f64) -> Op
         if one.added.cost_s > most_s {
             break;
         }
-        let with = told(&one.prior, &one.played, believed);
+        let with = expected(&one.prior, &one.played, believed);
         if with.is_identified() {
             most_s = most_s.min(one.added.cost_s + SAME_COST_S);
             found.push((AddedRun { with, ..one.added }, one.a22_width));
@@ -192,7 +192,7 @@ fn cheapest(tried: &[Tried], believed: &SurgeBelief, time_constant_s: f64) -> Op
 }
 
 /// What a trial will tell, whatever the surge may be.
-fn told(prior: &Prior, played: &[Played], believed: &SurgeBelief) -> ExpectedSurge {
+fn expected(prior: &Prior, played: &[Played], believed: &SurgeBelief) -> ExpectedSurge {
     let runs: Vec<ExpectedRun> = prior
         .speeds
         .iter()

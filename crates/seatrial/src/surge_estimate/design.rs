@@ -21,7 +21,7 @@ use super::fit::{Parameters, Varied, expected_errors, played};
 use super::parts::{Instant, Part};
 use super::{CHANGE, NORMAL_97_5, WIDEST, changes_thrust};
 
-/// Deviations of the noise by which a change of speed must exceed what counts as one: it is told by one reading.
+/// Deviations of the noise by which a change of speed must exceed what counts as one: one reading decides it.
 const CHANGE_DEVIATIONS: f64 = 2.0;
 
 /// A run of a trial that is expected.
