@@ -4,6 +4,7 @@ pub mod api;
 
 mod access;
 mod background;
+mod blueos;
 mod board;
 mod commission;
 mod connections;

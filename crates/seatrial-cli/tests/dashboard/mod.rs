@@ -1,5 +1,6 @@
 //! `seatrial serve` and `trial --serve` at the process boundary, over trials on the simulator.
 
+mod blueos;
 mod broken_off;
 mod commission;
 mod logs;

@@ -70,6 +70,14 @@ impl Server {
         }
     }
 
+    /// Something outside the programming interface.
+    pub fn ask_page(&self, path: &str) -> Request<'_> {
+        Request {
+            path: path.into(),
+            ..self.ask("GET", "")
+        }
+    }
+
     pub fn get(&self, path: &str) -> Value {
         let (status, body) = self.ask("GET", path).send();
         assert_eq!(status, 200, "{path}: {body}");

@@ -25,6 +25,7 @@ use tower_http::timeout::RequestBodyTimeoutLayer;
 use utoipa::OpenApi;
 
 use crate::api;
+use crate::blueos;
 use crate::guard::guard;
 use crate::page;
 use crate::refusal::Refusal;
@@ -132,6 +133,7 @@ pub fn router(shared: Arc<Shared>, upload_limit: usize) -> Router {
         .layer(DefaultBodyLimit::max(COMMAND_LIMIT));
     Router::new()
         .nest("/api/v1", logs.merge(api))
+        .route(blueos::PATH, get(blueos::register_service))
         .fallback(get(page::file))
         .method_not_allowed_fallback(not_allowed)
         .with_state(Arc::clone(&shared))
