@@ -16,3 +16,4 @@ mod round_trip;
 mod seeds;
 mod spreadsheets;
 mod text_logs;
+mod viewers;
