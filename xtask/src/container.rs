@@ -1,6 +1,14 @@
-//! The container file: what BlueOS reads of it, and whether its parts agree. No image is built here.
+//! The container file: what BlueOS reads of it, and whether its parts agree; and its command at work. No image is built here.
+
+mod at_work;
+mod client;
+mod long_log;
+mod router;
+mod sandbox;
 
 use serde_json::Value;
+
+pub use at_work::check as check_at_work;
 
 const FILE: &str = "packaging/Containerfile";
 /// Most memory at work, bytes.
@@ -22,6 +30,12 @@ fn instructions<'a>(text: &'a str, name: &'a str) -> impl Iterator<Item = &'a st
     lines.filter_map(move |line| line.strip_prefix(name)?.strip_prefix(' '))
 }
 
+/// The words of the command.
+fn arguments(text: &str) -> Vec<String> {
+    let command = instructions(text, "CMD").last().unwrap_or_default();
+    serde_json::from_str(command).unwrap_or_default()
+}
+
 /// The value of a label without its quotes.
 fn label<'a>(text: &'a str, name: &'a str) -> Option<&'a str> {
     instructions(text, "LABEL")
@@ -29,14 +43,33 @@ fn label<'a>(text: &'a str, name: &'a str) -> Option<&'a str> {
         .map(|value| value.trim_matches(['"', '\'']))
 }
 
-fn faults(text: &str) -> Vec<String> {
-    let mut faults = Vec::new();
-    let mut needs = |holds: bool, what: &str| {
+/// Faults that are found one after another.
+#[derive(Default)]
+struct Faults(Vec<String>);
+
+impl Faults {
+    fn needs(&mut self, holds: bool, what: &str) {
         if !holds {
-            faults.push(format!("{FILE}: {what}"));
+            self.0.push(format!("{FILE}: {what}"));
         }
-    };
-    let json = |name| label(text, name).and_then(|value| serde_json::from_str::<Value>(value).ok());
+    }
+}
+
+fn faults(text: &str) -> Vec<String> {
+    let mut faults = Faults::default();
+    in_labels(text, &mut faults);
+    at_run_time(text, &mut faults);
+    faults.0
+}
+
+/// A label that is JSON.
+fn json(text: &str, name: &str) -> Option<Value> {
+    label(text, name).and_then(|value| serde_json::from_str(value).ok())
+}
+
+/// What the store of extensions shows.
+fn in_labels(text: &str, faults: &mut Faults) {
+    let mut needs = |holds, what: &str| faults.needs(holds, what);
     let version = label(text, "version");
     needs(
         version == Some(env!("CARGO_PKG_VERSION")),
@@ -46,19 +79,24 @@ fn faults(text: &str) -> Vec<String> {
         needs(label(text, name).is_some(), &format!("no label {name}"));
     }
     for name in ["tags", "authors"] {
-        let is_list = json(name).is_some_and(|value| value.is_array());
+        let is_list = json(text, name).is_some_and(|value| value.is_array());
         needs(is_list, &format!("the label {name} is no JSON list"));
     }
     for name in ["company", "links"] {
-        let is_object = json(name).is_some_and(|value| value.is_object());
+        let is_object = json(text, name).is_some_and(|value| value.is_object());
         needs(is_object, &format!("the label {name} is no JSON object"));
     }
+}
+
+/// User, port, memory and volume.
+fn at_run_time(text: &str, faults: &mut Faults) {
+    let mut needs = |holds, what: &str| faults.needs(holds, what);
     let user = instructions(text, "USER").last().unwrap_or("root");
     let is_numbered = user
         .split(':')
         .all(|id| id.parse::<u32>().is_ok_and(|id| id > 0));
     needs(is_numbered, "USER is not a number other than root's");
-    let permissions = json("permissions").unwrap_or_default();
+    let permissions = json(text, "permissions").unwrap_or_default();
     let host = &permissions["HostConfig"];
     for port in instructions(text, "EXPOSE") {
         let is_open = permissions["ExposedPorts"][port].is_object();
@@ -79,17 +117,24 @@ fn faults(text: &str) -> Vec<String> {
         host["Privileged"].is_null(),
         "an extension is not privileged",
     );
-    let command = instructions(text, "CMD").last().unwrap_or_default();
-    let arguments: Vec<String> = serde_json::from_str(command).unwrap_or_default();
     let binds = host["Binds"].to_string();
-    let keeps = arguments
+    let keeps = arguments(text)
         .iter()
         .any(|argument| argument.starts_with("/data/"));
     needs(
         keeps && binds.contains(":/data\""),
         "the logbook is not on the volume",
     );
-    faults
+    // Docker makes a folder of the host that is not there as root's, and a volume as the image's folder is.
+    needs(
+        !binds.contains("\"/"),
+        "the volume is a folder of the host, which the user may not write",
+    );
+    let places_files = instructions(text, "ENV").any(|line| line == "TMPDIR=/data");
+    needs(
+        places_files,
+        "files that are dropped on the page have no place: ENV TMPDIR=/data",
+    );
 }
 
 #[cfg(test)]
@@ -117,6 +162,12 @@ mod tests {
             ("104857600", "1", "memory"),
             ("tags='[", "tags='", "the label tags"),
             ("/data/seatrial.db", "/tmp/seatrial.db", "not on the volume"),
+            (
+                "seatrial:/data",
+                "/var/seatrial:/data",
+                "folder of the host",
+            ),
+            ("TMPDIR=/data", "TMPDIR=/tmp", "no place"),
             ("version=\"", "version=\"9", "the label version"),
         ] {
             let faults = faults(&text().replacen(part, by, 1));

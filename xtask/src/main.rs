@@ -4,9 +4,9 @@
 //! them those that have a build of their own (`cargo xtask beside`); everything is built once, for tests. `cargo xtask embedded` is the one
 //! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask instructions` that of the kernels'
 //! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page, `cargo xtask page` that of the page
-//! without a server, `cargo xtask docs` builds the docs as a site, `cargo xtask extending` builds and tests the program that extends seatrial. `cargo xtask ros2` checks
+//! without a server, `cargo xtask docs` builds the docs as a site, `cargo xtask extending` builds and tests the program that extends seatrial, `cargo xtask foxglove-loader` the data loader for Foxglove. `cargo xtask ros2` checks
 //! the features `ros2` and `ros2-zenoh` each alone and neither, `cargo xtask miri` runs the library for C and the core under Miri. `cargo xtask packages` packs what
-//! is published on crates.io, `cargo xtask oldest` builds the crates that promise an older compiler with it, `cargo xtask wheel` builds and installs the Python wheel, `cargo xtask archive` the archive and the Debian package of a release. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
+//! is published on crates.io, `cargo xtask oldest` builds the crates that promise an older compiler with it, `cargo xtask wheel` builds and installs the Python wheel, `cargo xtask archive` the archive and the Debian package of a release, `cargo xtask container` runs the command of the container file in a root of its own. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
 
 mod alone;
 mod archive;
@@ -18,6 +18,7 @@ mod dash;
 mod embedded;
 mod environment;
 mod extending;
+mod foxglove_loader;
 mod house;
 mod instructions;
 mod miri;
@@ -77,17 +78,19 @@ fn main() -> ExitCode {
         ["page"] => without_a_server(),
         ["docs"] => as_a_site(),
         ["extending"] => outside_the_workspace(),
+        ["foxglove-loader"] => in_foxglove(),
         ["oldest"] => on_old_compilers(),
         ["packages"] => on_crates_io(false),
         ["packages", "--build"] => on_crates_io(true),
         ["wheel"] => in_a_wheel(None),
         ["wheel", target] => in_a_wheel(Some(target)),
         ["archive"] => in_an_archive(None),
+        ["container"] => in_a_container(),
         ["archive", target] => in_an_archive(Some(target)),
         ["same-answers", rest @ ..] => return same_answers::run(rest),
         _ => {
             eprintln!(
-                "usage: cargo xtask test|house [--list]|embedded|python|dash|ros2|miri|instructions|web|page|docs|extending|oldest|packages [--build]|wheel [TARGET]|archive [TARGET]|same-answers"
+                "usage: cargo xtask test|house [--list]|embedded|python|dash|ros2|miri|instructions|web|page|docs|extending|foxglove-loader|oldest|packages [--build]|wheel [TARGET]|archive [TARGET]|container|same-answers"
             );
             return ExitCode::from(2);
         }
@@ -130,12 +133,13 @@ fn test() -> bool {
 
 /// What is built apart from the workspace's tests.
 fn beside_the_tests() -> bool {
-    let all: [fn() -> bool; 6] = [
+    let all: [fn() -> bool; 7] = [
         tools_are_there,
         in_few_instructions,
         on_microcontrollers,
         program_for_a_browser,
         outside_the_workspace,
+        logs_in_foxglove,
         on_old_compilers,
     ];
     all.iter().all(|passes| passes())
@@ -255,6 +259,17 @@ fn outside_the_workspace() -> bool {
     passes("a program outside the workspace", extending::check)
 }
 
+fn logs_in_foxglove() -> bool {
+    passes("logs in Foxglove", foxglove_loader::check)
+}
+
+fn in_foxglove() -> bool {
+    passes(
+        "the data loader for Foxglove",
+        foxglove_loader::check_and_build,
+    )
+}
+
 fn on_old_compilers() -> bool {
     passes("old compilers", oldest::check)
 }
@@ -265,6 +280,10 @@ fn in_a_wheel(target: Option<&str>) -> bool {
 
 fn in_an_archive(target: Option<&str>) -> bool {
     passes("archives", || archive::check(target))
+}
+
+fn in_a_container() -> bool {
+    passes("the container", container::check_at_work)
 }
 
 fn in_miri() -> bool {
