@@ -76,6 +76,8 @@ pub enum StartError {
     Logbook(seatrial_logbook::Error),
     /// The tokens' file cannot be read or written.
     Tokens(PathBuf, std::io::Error),
+    /// No folder can be made for logs that are uploaded.
+    Uploads(std::io::Error),
     /// No threads, no random numbers.
     System(std::io::Error),
 }
@@ -92,6 +94,11 @@ impl fmt::Display for StartError {
                 f,
                 "{}: {error}; expected the hashes of the tokens, --new-tokens makes new ones",
                 path.display()
+            ),
+            Self::Uploads(error) => write!(
+                f,
+                "{}: {error}; logs that are uploaded are put there, TMPDIR names another folder",
+                std::env::temp_dir().display()
             ),
             Self::System(error) => error.fmt(f),
         }
@@ -143,7 +150,7 @@ impl Server {
             leases: Leases::default(),
             live: Live::start(secret().map_err(StartError::System)?),
             viewers: AtomicU32::new(0),
-            uploads: tempfile::tempdir().map_err(StartError::System)?,
+            uploads: tempfile::tempdir().map_err(StartError::Uploads)?,
             slot: Slot::default(),
             commission: Board::default(),
             lanes: Semaphore::new(AT_A_TIME),

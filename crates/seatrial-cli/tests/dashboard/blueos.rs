@@ -1,5 +1,6 @@
-//! What BlueOS asks of a service on the vehicle.
+//! What BlueOS asks of a service on the vehicle, and what a container may lack.
 
+use seatrial_dev::{program, text};
 use serde_json::json;
 
 use super::server::Server;
@@ -39,4 +40,21 @@ fn cli_blueos_lists_the_dashboard_without_a_token() {
     // The interface itself stays closed.
     let (status, refused) = server.ask("GET", "/status").send();
     assert_eq!((status, &refused["code"]), (401, &json!("token_needed")));
+}
+
+#[test]
+fn cli_a_folder_for_uploads_that_is_not_there_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let served = program()
+        .args(["serve", "--listen", "127.0.0.1:0"])
+        .current_dir(folder.path())
+        .env("TMPDIR", "/nowhere")
+        .output()
+        .unwrap();
+    let said = text(&served.stderr);
+    assert_eq!(served.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("/nowhere") && said.contains("TMPDIR"),
+        "{said}"
+    );
 }
