@@ -2,7 +2,6 @@
 
 mod at_work;
 mod client;
-mod long_log;
 mod router;
 mod sandbox;
 

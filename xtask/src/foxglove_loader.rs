@@ -1,36 +1,59 @@
 //! The data loader for Foxglove, outside the workspace: tested on this machine, and built as the module that Foxglove loads.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
+use crate::environment::skipped;
+use crate::long_log::long_log;
 use crate::{cargo, succeeds};
 
 const FOLDER: &str = "examples/foxglove-loader";
 /// A build of its own: the module has a workspace of its own.
 const TARGET: &str = "target/foxglove-loader";
 const MODULE: &str = "wasm32-unknown-unknown/release/seatrial_foxglove_loader.wasm";
-/// What Foxglove calls first.
-const ENTRY: &[u8] = b"foxglove:loader/loader@0.1.0#[constructor]data-loader";
+/// A log that is opened through the module, bytes.
+const LOG: usize = 3_000_000;
+/// What a program in the place of Foxglove says of it: topic, encoding, messages, least and greatest.
+const SAID: [&str; 2] = [
+    "/heading_rad cdr 2459 ",
+    "/rudder_fraction cdr 2459 -0.600 0.600",
+];
 
 /// Runs the tests on this machine.
 pub fn check() -> Result<(), String> {
     run(&["test", "--quiet"])
 }
 
-/// Runs the tests, then builds the module.
+/// Runs the tests, builds the module and opens a log through it.
 pub fn check_and_build() -> Result<(), String> {
     check()?;
     let target = ["--target", "wasm32-unknown-unknown"];
     run(&[&["build", "--quiet", "--release", "--lib"][..], &target].concat())?;
     let module = target_folder()?.join(MODULE);
-    let bytes = std::fs::read(&module).map_err(|error| format!("{}: {error}", module.display()))?;
-    eprintln!(
-        "== {} of {:.1} MB",
-        module.display(),
-        bytes.len() as f64 / 1e6
-    );
-    match bytes.windows(ENTRY.len()).any(|part| part == ENTRY) {
+    let file = std::fs::metadata(&module);
+    let bytes = file
+        .map_err(|error| format!("{}: {error}", module.display()))?
+        .len();
+    eprintln!("== {} of {:.1} MB", module.display(), bytes as f64 / 1e6);
+    opens_a_log(&module)
+}
+
+fn opens_a_log(module: &Path) -> Result<(), String> {
+    let log = target_folder()?.join("log.bin");
+    std::fs::write(&log, long_log(LOG)).map_err(|error| format!("{}: {error}", log.display()))?;
+    let mut node = Command::new("node");
+    node.arg(Path::new(FOLDER).join("tests/host.mjs"))
+        .args([module, &log]);
+    let Ok(output) = node.output() else {
+        return skipped("the module at work", "node is missing");
+    };
+    let said = String::from_utf8_lossy(&output.stdout);
+    match SAID.iter().all(|topic| said.contains(topic)) {
         true => Ok(()),
-        false => Err(format!("{}: not a data loader", module.display())),
+        false => Err(format!(
+            "{said}{}\nexpected {SAID:?}",
+            String::from_utf8_lossy(&output.stderr)
+        )),
     }
 }
 

@@ -21,6 +21,7 @@ mod extending;
 mod foxglove_loader;
 mod house;
 mod instructions;
+mod long_log;
 mod miri;
 mod nextest;
 mod oldest;

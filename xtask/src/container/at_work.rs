@@ -7,11 +7,11 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use super::client::Client;
-use super::long_log::long_log;
 use super::router::Router;
 use super::sandbox::Sandbox;
 use super::{FILE, MEMORY, arguments, instructions};
 use crate::environment::{NO_PYTHON, skipped};
+use crate::long_log::long_log;
 use crate::wheel;
 
 const STATIC: &str = "x86_64-unknown-linux-musl";
