@@ -250,6 +250,63 @@ fn recover_plants_behind_an_unknown_lag_are_within_their_intervals() {
     assert!(held > 52, "{held} of {runs}");
 }
 
+/// Where the heading is noise, no estimate is of a vehicle that is faster than its samples.
+#[test]
+fn prop_no_vehicle_is_faster_than_its_samples() {
+    for seed in 1..=60 {
+        let samples = stage([-1.0, 1e-3, 1e-5], 0.0, 0.03, seed);
+        if let Ok(found) = robust_estimate(&samples) {
+            let a22 = found.refined.model.a22_per_s;
+            // 2.0, and what the bound of the lag moves the mean by.
+            assert!(a22.abs() * 0.05 < 2.2, "{seed}: {a22}");
+        }
+    }
+}
+
+/// A zig-zag of a vehicle whose yaw rate overshoots, r = K (1 + T3 s) / ((1 + T1 s) (1 + T2 s)) rudder: no first order follows it, and
+/// that is the cause, neither a slow log nor a stuck rudder.
+#[test]
+fn recover_a_yaw_rate_that_overshoots_is_refused_for_no_other_cause() {
+    const STEP_S: f64 = 0.001;
+    let zig_zag = |seed: u64| -> Record {
+        let mut random = Pcg64::seed_from_u64(seed);
+        let (mut fast, mut slow, mut heading, mut rudder) = (0.0, 0.0, 0.0, 0.17);
+        let mut samples = Vec::new();
+        for k in 0..60_000_u32 {
+            if heading * rudder > 0.0 && f64::abs(heading) > 0.35 {
+                rudder = -rudder;
+            }
+            if k % 100 == 0 {
+                let noise: f64 = StandardNormal.sample(&mut random);
+                samples.push(Sample {
+                    time_s: f64::from(k) * STEP_S,
+                    heading_rad: heading + 9e-3 * noise,
+                    rudder_rad: rudder,
+                    ..Sample::default()
+                });
+            }
+            fast += STEP_S / 0.1 * (rudder - fast);
+            slow += STEP_S / 1.5 * (rudder - slow);
+            heading += STEP_S * 0.5 * (1.6 * fast - 0.6 * slow);
+        }
+        samples.into_iter().collect()
+    };
+    for seed in 1..=5 {
+        let other = zig_zag(100 + seed);
+        let validation = ValidationData {
+            record: &other,
+            window: Window::ALL,
+        };
+        let settings = IdentifySettings::default();
+        let found = identify(&zig_zag(seed), Window::ALL, Some(validation), &settings).unwrap();
+        let verdict = &found.verdict;
+        assert!(!verdict.accepted);
+        assert!(!verdict.has(&ReasonCode::SampledTooSeldom), "{verdict:?}");
+        assert!(!verdict.has(&ReasonCode::LoggedTooSlowly), "{verdict:?}");
+        assert!(!verdict.has(&ReasonCode::RudderJammed), "{verdict:?}");
+    }
+}
+
 /// A vehicle with a time constant of 1 s in a log of 1 Hz: how the rudder moved in between is not in it.
 #[test]
 fn recover_a_slow_log_is_refused_with_the_rate_that_is_needed() {

@@ -148,11 +148,12 @@ fn line_at(times_s: &[f64], values: &[f64], at_s: f64) -> Option<f64> {
 }
 
 /// A stuck rudder that explains what a model does not: the heading is simulated with the rudder held from each of some instants
-/// until each later one, and until the end. `None` where the model holds as it is, or no such pair makes it hold.
+/// until each later one, and until the end. `None` where the model holds as it is, no such pair makes it hold, or the model is not stable:
+/// that one explains any heading once the rudder is held.
 ///
 /// Cost: some 800 simulations of the record; only where a model does not hold.
 pub fn rudder_jam(model: YawModel<f64>, samples: &[Sample<f64>]) -> Option<Jam> {
-    if holds(model, samples) {
+    if holds(model, samples) || model.a22_per_s >= 0.0 {
         return None;
     }
     let r2 = |samples: &[Sample<f64>]| goodness_of_fit(model, samples).r2_heading_offset_refit;
@@ -278,5 +279,11 @@ mod tests {
         assert_eq!(rudder_jam(MODEL, &doublet(|_, psi| psi, other)), None);
         let reversed = |_: f64, command: f64| -command;
         assert_eq!(rudder_jam(MODEL, &doublet(|_, psi| psi, reversed)), None);
+        // Of a vehicle that is not stable nothing is known.
+        let unstable = YawModel {
+            a22_per_s: 0.1,
+            ..MODEL
+        };
+        assert_eq!(rudder_jam(unstable, &doublet(|_, psi| psi, stuck)), None);
     }
 }

@@ -19,8 +19,8 @@ const LARGE_SHARE: f64 = 0.1;
 /// From this share on a disturbance explains anything.
 const LARGEST_SHARE: f64 = 0.5;
 
-/// Chi-square of three parameters that chance exceeds seven times in a thousand, and, where much hangs on it, three times in a hundred.
-const CHANCE: f64 = 12.0;
+/// Chi-square of three parameters that chance exceeds once in a thousand, and, where much hangs on it, three times in a hundred.
+const CHANCE: f64 = 16.3;
 const CHANCE_AT_LARGE_SHARES: f64 = 9.0;
 
 /// An interval wider than this share of a22 tells nothing against the nearest simulation.

@@ -17,6 +17,9 @@ const NEAR: f64 = 0.1;
 /// The noise is estimated anew so often: its beliefs about lag and first rudder hardly change it.
 const MOST_NOISES: u32 = 4;
 
+/// A damping of more than this over a sample interval is none that a record shows: what turns the vehicle is over before the next sample.
+const FASTEST: f64 = 2.0;
+
 /// Parameters that no belief bounds: b2, C0, psi0, r0, a22.
 const FREE: f64 = 5.0;
 
@@ -89,7 +92,7 @@ impl<'a> Search<'a> {
     }
 
     /// The peak under one noise, by steps of Gauss and Newton from where the last one was found; a step that makes the fit worse
-    /// is halved. `None` where the record determines no vehicle.
+    /// is halved. `None` where the record determines no vehicle, or one that is faster than its samples.
     pub fn peak(&mut self, noise: Noise, passes: u32) -> Option<Peak> {
         let mut best: Option<(f64, Linearised)> = None;
         let mut found = None;
@@ -111,7 +114,11 @@ impl<'a> Search<'a> {
                 .map(|i| (next.0[i] - from[i]).abs() / peak.covariance[i][i].sqrt())
                 .into_iter()
                 .fold(0.0, f64::max);
-            let mean = core::array::from_fn(|i| from[i] + share * (peak.mean[i] - from[i]));
+            let mean: [f64; PARAMETERS] =
+                core::array::from_fn(|i| from[i] + share * (peak.mean[i] - from[i]));
+            if next.0[A22].abs().max(mean[A22].abs()) * self.record.interval_s > FASTEST {
+                return None;
+            }
             let peak = Peak {
                 point: next,
                 mean,

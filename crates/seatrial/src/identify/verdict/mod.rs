@@ -30,7 +30,7 @@ pub(super) fn judge(checked: &Checked) -> Verdict {
         Some(refined) => weighing.refined(refined, checked),
         None if checked.needs_interval => weighing.reject(
             ReasonCode::NotIdentifiable,
-            "the whole record gives no model with an interval: the heading does not follow the rudder as one model; repeat the manoeuvre".into(),
+            "the whole record gives no model with an interval: the heading does not follow the rudder as one model, as where the two channels do not belong together, or the yaw rate overshoots after each movement of the rudder; repeat the manoeuvre".into(),
         ),
         None => {}
     }

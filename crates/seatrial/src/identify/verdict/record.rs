@@ -144,7 +144,8 @@ impl Weighing {
                 // 0 where the interval holds it.
                 low.max(-high).max(0.0)
             }
-            None => checked.chosen.model.a22_per_s.abs(),
+            // A vehicle that turns ever faster has no time constant.
+            None => (-checked.chosen.model.a22_per_s).max(0.0),
         };
         let longest_s = LONGEST_INTERVAL / slowest_per_s;
         for (channel, interval_s) in [("heading", pace.heading_s), ("rudder", pace.rudder_s)] {
