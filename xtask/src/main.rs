@@ -75,6 +75,7 @@ fn main() -> ExitCode {
         ["instructions"] => in_few_instructions(),
         ["web"] => in_browser(),
         ["page"] => without_a_server(),
+        ["page", "--measure"] => beside_the_terminal(),
         ["docs"] => as_a_site(),
         ["extending"] => outside_the_workspace(),
         ["oldest"] => on_old_compilers(),
@@ -87,7 +88,7 @@ fn main() -> ExitCode {
         ["same-answers", rest @ ..] => return same_answers::run(rest),
         _ => {
             eprintln!(
-                "usage: cargo xtask test|house [--list]|embedded|python|dash|ros2|miri|instructions|web|page|docs|extending|oldest|packages [--build]|wheel [TARGET]|archive [TARGET]|same-answers"
+                "usage: cargo xtask test|house [--list]|embedded|python|dash|ros2|miri|instructions|web|page [--measure]|docs|extending|oldest|packages [--build]|wheel [TARGET]|archive [TARGET]|same-answers"
             );
             return ExitCode::from(2);
         }
@@ -281,6 +282,10 @@ fn program_for_a_browser() -> bool {
 
 fn without_a_server() -> bool {
     passes("the page without a server", alone::check)
+}
+
+fn beside_the_terminal() -> bool {
+    passes("the page beside the terminal", alone::measure)
 }
 
 fn as_a_site() -> bool {

@@ -19,7 +19,7 @@ use seatrial_logs::{Fault, Held};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::simulated::trial;
+use crate::simulated;
 
 /// What a page asks for. `log` is the name of a file that is held.
 #[derive(Debug, Deserialize)]
@@ -38,7 +38,7 @@ pub enum Request {
         #[serde(default)]
         reading: Box<LogReading>,
     },
-    /// The document of `seatrial identify --json`, the verdict in the words of a page, and the samples to be drawn.
+    /// The document of `seatrial identify --json`, the verdict in the words of a page, the samples to be drawn, and the names of the columns.
     Identify {
         /// The log.
         log: String,
@@ -80,6 +80,14 @@ pub enum Request {
     Simulate {
         /// What is played.
         trial: SeaTrial,
+    },
+    /// The truth of a simulated trial, and the document of `seatrial identify --json` for its log.
+    Rehearse {
+        /// What is played.
+        trial: SeaTrial,
+        /// How its log is read.
+        #[serde(default)]
+        reading: Box<LogReading>,
     },
 }
 
@@ -193,7 +201,8 @@ impl Request {
                     json!({ "text": file.text, "notes": advice::all(file.notes, Reader::Dashboard) }),
                 )
             }
-            Self::Simulate { trial: wanted } => trial(&wanted, files),
+            Self::Simulate { trial } => simulated::trial(&trial, files),
+            Self::Rehearse { trial, reading } => simulated::found(&trial, *reading),
         }
     }
 }
@@ -222,6 +231,7 @@ fn identified(log: &str, reading: LogReading, files: &Held) -> Result<Value, Err
         "document": document,
         "verdict": verdict(found.verdict()),
         "series": series_of(&found.logs.log.record, validated),
+        "columns": found.logs.log.description.columns,
     }))
 }
 
