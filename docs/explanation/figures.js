@@ -11,7 +11,7 @@ for (const figure of document.querySelectorAll("figure[data-live]")) {
   frame.scrolling = "no";
   frame.src = address();
   frame.style.cssText = "position: absolute; visibility: hidden; width: 100%; border: 0;";
-  figure.style.cssText = "position: relative; margin-inline: 0;";
+  figure.style.position = "relative";
   figure.prepend(frame);
   addEventListener("message", ({ source, data }) => {
     if (source !== frame.contentWindow || data.seatrial !== "figure") return;

@@ -15,6 +15,8 @@ const DOCS = "../docs/explanation";
 const BINARY = process.env["SEATRIAL"] ?? "../target/debug/seatrial";
 const PHONE = { width: 390, height: 844 };
 const FIGURES = ["intervals", "lag"] as const;
+/** a22 of the vehicle that is played, 1/s. */
+const TRUTH = -1.07;
 /** With this set, the pictures in the docs are made anew instead of compared. */
 const MAKES_PICTURES = process.env["SEATRIAL_PICTURES"] === "make";
 
@@ -145,6 +147,7 @@ for (const figure of FIGURES) {
     assert.ok(drawn !== undefined);
     const file = join(DOCS, `${figure}.svg`);
     if (MAKES_PICTURES) writeFileSync(file, drawn);
+    else assert.equal(readFileSync(join(BOOK, "explanation", `${figure}.svg`), "utf8"), drawn);
     assert.equal(
       readFileSync(file, "utf8"),
       drawn,
@@ -153,8 +156,24 @@ for (const figure of FIGURES) {
   });
 }
 
+test("what the pages say of their figures holds", async () => {
+  const intervals = await live(await page("intervals"));
+  assert.match(
+    (await intervals.frame.locator(".figure-said").textContent()) ?? "",
+    /^19 of 20 intervals hold the truth/,
+  );
+  const lag = await marks((await live(await page("lag"))).frame);
+  const [crosses, bars] = [lag.filter(([, low]) => low === null), lag.filter(([, low]) => low !== null)];
+  assert.equal(crosses.length, bars.length);
+  assert.ok((crosses.at(-1)?.[0] ?? NaN) > 0.6 * TRUTH, "four tenths of the damping are lost");
+  const holds = ([, low, high]: (number | null)[]): boolean => (low ?? NaN) <= TRUTH && TRUTH <= (high ?? NaN);
+  assert.ok(bars.every(holds), JSON.stringify(bars));
+  const width = (bar: (number | null)[] | undefined): number => (bar?.[2] ?? NaN) - (bar?.[1] ?? NaN);
+  assert.ok(width(bars.at(-1)) > 2 * width(bars[0]), JSON.stringify(bars));
+});
+
 test("where WebAssembly is off the pictures stay", async () => {
-  const other = await openBrowser("--js-flags=--noexpose_wasm");
+  const other = await openBrowser("--js-flags=--jitless");
   try {
     const opened = await other.newPage({ viewport: PHONE });
     await opened.goto(pathToFileURL(join(BOOK, "explanation", "lag.html")).href);
