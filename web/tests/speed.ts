@@ -2,9 +2,10 @@
 //!
 //! Of the page, the time from choosing the file to the verdict on the screen; of the terminal, that of `seatrial identify LOG --json`.
 
+import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { readFileSync, readdirSync, statSync, writeFileSync } from "node:fs";
-import { basename } from "node:path";
+import { basename, dirname } from "node:path";
 import { pathToFileURL } from "node:url";
 import { gzipSync } from "node:zlib";
 import { openBrowser, PATIENCE_MS } from "./server.ts";
@@ -14,20 +15,23 @@ const needed = (name: string): string => {
   if (value === undefined) throw new Error(`${name} is not set: cargo xtask page --measure sets it`);
   return value;
 };
-const [PAGE, BINARY, LOG, TABLE] = ["SEATRIAL_PAGE", "SEATRIAL", "SEATRIAL_LOG", "SEATRIAL_TABLE"].map(needed) as [
-  string,
-  string,
-  string,
-  string,
-];
+const PAGE = needed("SEATRIAL_PAGE");
+const BINARY = needed("SEATRIAL");
+const LOG = needed("SEATRIAL_LOG");
+/** One that is too long to be kept by the browser. */
+const LONG_LOG = needed("SEATRIAL_LONG_LOG");
+const TABLE = needed("SEATRIAL_TABLE");
 const ROUNDS = Number(process.env["ROUNDS"] ?? 7);
 
 /** What must hold. */
 const MOST_RATIO = 3;
 const MOST_MODULE_MB = 64;
-const MOST_TASK_MS = 200;
+/** Of the page's own thread, in which a person scrolls: 0.2 s where the terminal takes 0.4 s. */
+const MOST_TASK_RATIO = 0.5;
 const MOST_MS_TO_FIRST_PAINT = 1000;
 const MOST_PACKED_MB = 3;
+
+const megabytes = (log: string): string => (statSync(log).size / 1e6).toFixed(0);
 
 interface Round {
   readonly ms: number;
@@ -103,12 +107,56 @@ function native(): number {
   return performance.now() - begin;
 }
 
+interface Long {
+  readonly moduleBytes: number;
+  readonly processBytes: number;
+}
+
+/** A log that is read in pieces: the document must be the terminal's; what memory it took. */
+async function long(): Promise<Long> {
+  const printed = spawnSync(BINARY, ["identify", basename(LONG_LOG), "--json"], {
+    cwd: dirname(LONG_LOG),
+    maxBuffer: 1 << 28,
+    encoding: "utf8",
+  });
+  const browser = await openBrowser();
+  try {
+    const page = await browser.newPage();
+    page.setDefaultTimeout(30 * PATIENCE_MS);
+    await page.goto(pathToFileURL(PAGE).href);
+    // An input beside the page's own, which would begin at once.
+    await page.evaluate(() =>
+      document.body.append(Object.assign(document.createElement("input"), { type: "file", id: "long" })),
+    );
+    await page.locator("#long").setInputFiles(LONG_LOG);
+    const found = await page.evaluate(async () => {
+      const { seatrial } = window as unknown as {
+        seatrial: {
+          memory: number;
+          hold(file: File): Promise<void>;
+          ask(request: object): Promise<{ document: unknown }>;
+        };
+      };
+      const file = document.querySelector<HTMLInputElement>("#long")?.files?.[0];
+      if (file === undefined) throw new Error("no file");
+      await seatrial.hold(file);
+      const { document: made } = await seatrial.ask({ ask: "identify", log: file.name });
+      return { made, moduleBytes: seatrial.memory };
+    });
+    assert.deepEqual(found.made, JSON.parse(printed.stdout), "the document of a log that is read in pieces");
+    return { moduleBytes: found.moduleBytes, processBytes: mostMemory() };
+  } finally {
+    await browser.close();
+  }
+}
+
 const rounds: Round[] = [];
 const terminal: number[] = [];
 for (let k = 0; k < ROUNDS; k += 1) {
   terminal.push(native());
   rounds.push(await round());
 }
+const ofLong = await long();
 const least = (values: readonly number[]): number => Math.min(...values);
 const most = (values: readonly number[]): number => Math.max(...values);
 const middle = (values: readonly number[]): number => [...values].sort((a, b) => a - b)[values.length >> 1] ?? NaN;
@@ -119,18 +167,19 @@ const processMb = most(rounds.map(({ processBytes }) => processBytes)) / 1e6;
 const goals: readonly [what: string, found: number, goal: number, digits: number][] = [
   ["time of the page over that of the terminal, least of each", least(pageMs) / least(terminal), MOST_RATIO, 2],
   ["memory of the module, MB", moduleMb, MOST_MODULE_MB, 1],
+  [`the same for a log of ${megabytes(LONG_LOG)} MB`, ofLong.moduleBytes / 1e6, MOST_MODULE_MB, 1],
   [
-    "longest task of the page's own thread, ms",
-    least(rounds.map(({ longestTaskMs }) => longestTaskMs)),
-    MOST_TASK_MS,
-    0,
+    "longest task of the page's own thread over the time of the terminal, least of each",
+    least(rounds.map(({ longestTaskMs }) => longestTaskMs)) / least(terminal),
+    MOST_TASK_RATIO,
+    2,
   ],
   ["first paint, ms", least(rounds.map(({ paintMs }) => paintMs)), MOST_MS_TO_FIRST_PAINT, 0],
   ["the page packed by gzip, MB", packed, MOST_PACKED_MB, 2],
   ["requests after it is loaded", most(rounds.map(({ requests }) => requests)), 0, 0],
 ];
 const lines = [
-  `A log of ${(statSync(LOG).size / 1e6).toFixed(1)} MB, ${ROUNDS} rounds by turns, each in a browser of its own.`,
+  `A log of ${megabytes(LOG)} MB, ${ROUNDS} rounds by turns, each in a browser of its own.`,
   "",
   "| | least, ms | middle, ms |",
   "|---|---|---|",
@@ -143,7 +192,7 @@ const lines = [
     return `| ${what} | ${found.toFixed(digits)} | ${goal} | ${found <= goal ? "met" : "missed"} |`;
   }),
   "",
-  `The most memory that a process of the browser's page had: ${processMb.toFixed(0)} MB.`,
+  `The most memory that a process of the browser's page had: ${processMb.toFixed(0)} MB, for the log of ${megabytes(LONG_LOG)} MB ${(ofLong.processBytes / 1e6).toFixed(0)} MB. The document of the latter is the terminal's, bit for bit.`,
 ];
 writeFileSync(TABLE, `${lines.join("\n")}\n`);
 console.log(lines.join("\n"));

@@ -15,7 +15,7 @@ use seatrial_app::series::series_of;
 use seatrial_app::simulated_log::SeaTrial;
 use seatrial_app::turning::TurningLimits;
 use seatrial_app::{Error, Inspection, log_page};
-use seatrial_logs::{Fault, Held};
+use seatrial_logs::Held;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -153,16 +153,7 @@ pub fn answer(message: &[u8], files: &mut Held) -> String {
 
 /// An error as a page says it.
 fn words(error: &Error) -> String {
-    let text = match error {
-        Error::Log(seatrial_logs::ReadError {
-            log,
-            fault: Fault::NotBuilt { format, .. },
-        }) => format!(
-            "{log}: is {format}, which this page does not read; in a terminal: seatrial identify {log}"
-        ),
-        other => other.to_string(),
-    };
-    let text = text.replace(
+    let text = error.to_string().replace(
         "it is neither beside it nor in a folder `cac` or `cache` there: copy it from the vehicle",
         "choose it together with the log",
     );

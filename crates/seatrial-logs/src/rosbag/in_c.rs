@@ -7,7 +7,7 @@ use rusqlite::{Connection, OpenFlags, params};
 use tempfile::NamedTempFile;
 
 use super::{
-    BATCH, BATCH_BYTES, Bagged, LONGEST_MESSAGE, MOST_TOPICS, Size, Stored, Topic, damaged,
+    BATCH, BATCH_BYTES, BagTables, LONGEST_MESSAGE, MOST_TOPICS, Size, Stored, Topic, damaged,
 };
 use crate::error::Fault;
 use crate::input::Input;
@@ -44,7 +44,7 @@ impl Sqlite {
     }
 }
 
-impl Bagged for Sqlite {
+impl BagTables for Sqlite {
     type Broken = rusqlite::Error;
 
     /// What has no name in the file system, or ends within a page, is copied first.

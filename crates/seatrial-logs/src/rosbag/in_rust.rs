@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::{
-    BATCH, BATCH_BYTES, Bagged, LONGEST_MESSAGE, MOST_TOPICS, Size, Stored, Topic, damaged,
+    BATCH, BATCH_BYTES, BagTables, LONGEST_MESSAGE, MOST_TOPICS, Size, Stored, Topic, damaged,
 };
 use crate::error::Fault;
 use crate::input::Input;
@@ -78,7 +78,7 @@ impl Tables {
     }
 }
 
-impl Bagged for Tables {
+impl BagTables for Tables {
     type Broken = Broken;
 
     fn open(file: &mut Input, _: &Path, _: &Size) -> Result<Self, Fault> {

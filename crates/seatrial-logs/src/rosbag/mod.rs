@@ -52,7 +52,7 @@ pub(crate) struct Stored {
 }
 
 /// The tables of a bag.
-pub(crate) trait Bagged: Send + Sized {
+pub(crate) trait BagTables: Send + Sized {
     /// Why a table cannot be read, or no further.
     type Broken: Display;
 
@@ -83,7 +83,7 @@ pub(crate) struct Bag<S> {
     what: Option<String>,
 }
 
-impl<S: Bagged> Bag<S> {
+impl<S: BagTables> Bag<S> {
     /// Finds the topics with messages.
     pub fn open(mut file: Input, path: &Path) -> Result<Self, Fault> {
         let length = file.length().map_err(Fault::read)?;
@@ -212,7 +212,7 @@ fn damaged(error: &impl Display) -> Fault {
     }
 }
 
-impl<S: Bagged> Messages for Bag<S> {
+impl<S: BagTables> Messages for Bag<S> {
     fn kinds(&self) -> &[Kind] {
         &self.topics.kinds
     }
