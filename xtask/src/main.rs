@@ -4,7 +4,7 @@
 //! them those that have a build of their own (`cargo xtask beside`); everything is built once, for tests. `cargo xtask embedded` is the one
 //! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask instructions` that of the kernels'
 //! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page, `cargo xtask page` that of the page
-//! without a server, `cargo xtask docs` builds the docs as a site, `cargo xtask extending` builds and tests the program that extends seatrial. `cargo xtask ros2` checks
+//! without a server, `cargo xtask page --measure` holds it against the terminal on long logs, `cargo xtask docs` builds the docs as a site, `cargo xtask extending` builds and tests the program that extends seatrial. `cargo xtask ros2` checks
 //! the features `ros2` and `ros2-zenoh` each alone and neither, `cargo xtask miri` runs the library for C and the core under Miri. `cargo xtask packages` packs what
 //! is published on crates.io, `cargo xtask oldest` builds the crates that promise an older compiler with it, `cargo xtask wheel` builds and installs the Python wheel, `cargo xtask archive` the archive and the Debian package of a release. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
 

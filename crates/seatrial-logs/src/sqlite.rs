@@ -341,13 +341,16 @@ impl Table {
         Some(table)
     }
 
-    /// The value of a column in a row of this table.
-    pub fn value<'a>(&self, row: &'a Row, column: &str) -> Value<'a> {
-        let at = self.columns.iter().position(|own| own == column);
-        match at {
-            Some(at) if self.row_number == Some(at) => Value::Integer(row.number),
-            Some(at) => row.values().get(at).copied().unwrap_or(Value::Other),
-            None => Value::Other,
+    /// The values of a row of this table by the names of their columns.
+    pub fn values<'a>(&'a self, row: &'a Row) -> impl Fn(&str) -> Value<'a> {
+        let values = row.values();
+        move |column| {
+            let at = self.columns.iter().position(|own| own == column);
+            match at {
+                Some(at) if self.row_number == Some(at) => Value::Integer(row.number),
+                Some(at) => values.get(at).copied().unwrap_or(Value::Other),
+                None => Value::Other,
+            }
         }
     }
 }

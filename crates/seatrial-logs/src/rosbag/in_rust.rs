@@ -22,7 +22,7 @@ pub(crate) struct Tables {
 }
 
 impl Tables {
-    /// The text of a column of each row, with the row.
+    /// Goes through a table, with at most so many bytes of each record.
     fn each(
         &mut self,
         table: &Table,
@@ -40,9 +40,10 @@ impl Tables {
     fn listed(&mut self, table: &Table) -> Result<Vec<Topic>, Broken> {
         let mut topics = Vec::new();
         self.each(table, LONGEST_DEFINITION, |row| {
-            let text = |column| text(table.value(row, column));
+            let value = table.values(row);
+            let text = |column| text(value(column));
             if let (Value::Integer(id), Some(name), Some(type_name)) =
-                (table.value(row, "id"), text("name"), text("type"))
+                (value("id"), text("name"), text("type"))
                 && text("serialization_format").as_deref() == Some("cdr")
                 && topics.len() < MOST_TOPICS
             {
@@ -63,7 +64,8 @@ impl Tables {
             return Ok(());
         };
         self.each(&table, LONGEST_DEFINITION, |row| {
-            let text = |column| text(table.value(row, column));
+            let value = table.values(row);
+            let text = |column| text(value(column));
             if text("encoding").as_deref() != Some("ros2msg") {
                 return;
             }
@@ -101,7 +103,7 @@ impl BagTables for Tables {
         let (mut rows, mut with_messages) = (0, BTreeSet::new());
         let all = self.each(&messages, NUMBERS, |row| {
             rows += 1;
-            if let Value::Integer(topic) = messages.value(row, "topic_id") {
+            if let Value::Integer(topic) = messages.values(row)("topic_id") {
                 with_messages.insert(topic);
             }
         });
@@ -123,8 +125,8 @@ impl BagTables for Tables {
             let Some(row) = self.database.next(scan, LONGEST_MESSAGE + NUMBERS)? else {
                 break;
             };
-            let values = ["id", "topic_id", "timestamp", "data"];
-            match values.map(|column| table.value(&row, column)) {
+            let columns = ["id", "topic_id", "timestamp", "data"];
+            match columns.map(table.values(&row)) {
                 [
                     Value::Integer(id),
                     Value::Integer(topic),
