@@ -1,7 +1,9 @@
 //! Every number of every message of every native log, against what other libraries read; every log as a stream, against the file.
 
+#[cfg(feature = "without-c")]
+mod bags;
 #[path = "../tests/seeds/mod.rs"]
-pub(crate) mod seeds;
+mod seeds;
 
 use std::collections::BTreeMap;
 use std::io::Cursor;

@@ -73,11 +73,8 @@ impl Held {
 /// Equal are the same files in the same places, not equal bytes.
 impl PartialEq for Held {
     fn eq(&self, other: &Self) -> bool {
-        let is_same =
-            |(one, other): ((&PathBuf, &Arc<dyn Source>), (&PathBuf, &Arc<dyn Source>))| {
-                one.0 == other.0 && Arc::ptr_eq(one.1, other.1)
-            };
-        self.0.len() == other.0.len() && self.0.iter().zip(&other.0).all(is_same)
+        let mut pairs = self.0.values().zip(other.0.values());
+        self.0.keys().eq(other.0.keys()) && pairs.all(|(one, two)| Arc::ptr_eq(one, two))
     }
 }
 
@@ -150,7 +147,7 @@ impl Input {
         }
     }
 
-    /// The same bytes again; handles of one file share their place.
+    /// Another handle of the file. Handles of one file of the file system share their place.
     #[cfg(any(feature = "parquet-reader", feature = "without-c"))]
     pub fn another(&self) -> io::Result<Self> {
         match self {

@@ -1,7 +1,5 @@
 //! rosbag2 files in SQLite (`.db3`) with ROS 2 messages in CDR.
 
-#[cfg(all(test, feature = "mcap", feature = "rosbag2", feature = "without-c"))]
-mod agreement;
 mod definitions;
 #[cfg(feature = "rosbag2")]
 mod in_c;
@@ -19,6 +17,10 @@ use crate::joined::{Kind, Message, Messages};
 use crate::ros2::{Topics, plain};
 use crate::table::Known;
 use definitions::DEFINITIONS;
+#[cfg(all(test, feature = "rosbag2"))]
+pub(crate) use in_c::Sqlite;
+#[cfg(all(test, feature = "without-c"))]
+pub(crate) use in_rust::Tables;
 
 /// What reads the database: SQLite itself, or Rust where no C is compiled.
 #[cfg(feature = "rosbag2")]

@@ -1,12 +1,10 @@
 //! What Rust reads of a bag is what SQLite reads of it.
 
-use super::in_c::Sqlite;
-use super::in_rust::Tables;
-use super::{Bag, BagTables};
-use crate::agreement::seeds;
+use super::seeds;
 use crate::error::Fault;
 use crate::input::Held;
 use crate::joined::{Message, Messages};
+use crate::rosbag::{Bag, BagTables, Sqlite, Tables};
 
 /// Kinds, every message, and what is said of those that are missing.
 type Read = (Vec<String>, Vec<(usize, u64, Vec<u64>)>, Vec<String>);
