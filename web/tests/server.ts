@@ -72,8 +72,9 @@ export function seatrial(...options: string[]): void {
   if (done.status !== 0) throw new Error(`seatrial ${options.join(" ")} ended with ${done.status}: ${done.stderr}`);
 }
 
-export function openBrowser(): Promise<Browser> {
+export function openBrowser(...more: string[]): Promise<Browser> {
   const args = [
+    ...more,
     "--no-sandbox",
     "--disable-gpu",
     "--no-first-run",

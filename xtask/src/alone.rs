@@ -8,6 +8,12 @@ use crate::{cargo, page, succeeds};
 
 const MODULE: &str = "target/wasm32-unknown-unknown/wasm/seatrial_wasm.wasm";
 const PAGE: &str = "target/alone/seatrial.html";
+/// Where the last measurement is kept.
+const MEASURED: &str = "validation/2026-11-25-page/table.md";
+/// A log as long as a person waits for, MB.
+const LONG_LOG_MB: &str = "62";
+/// One that the browser does not keep, MB.
+const LONGEST_LOG_MB: &str = "200";
 /// The page as a server sends it, packed.
 const MOST_BYTES: u64 = 3_000_000;
 
@@ -66,6 +72,41 @@ pub fn check() -> Result<(), String> {
     match succeeds(&mut tests) {
         true => Ok(()),
         false => Err("tests of the page without a server".into()),
+    }
+}
+
+/// Measures the page and the command side by side on a long log, and fails where a goal is missed.
+pub fn measure() -> Result<(), String> {
+    let Some(page) = build()? else { return Ok(()) };
+    if !Path::new(page::BROWSER).exists() {
+        return skipped("the page beside the terminal", "chromium is missing");
+    }
+    let absolute = |path: &str| std::path::absolute(path).map_err(|error| error.to_string());
+    let logs = [("trial.BIN", LONG_LOG_MB), ("long.BIN", LONGEST_LOG_MB)];
+    let [log, long] = logs.map(|(name, megabytes)| {
+        let log = absolute("target/alone")?.join(name);
+        let mut make = Command::new("python3");
+        make.args(["bench/waits/make.py", "bin"]);
+        match succeeds(make.arg(&log).arg(megabytes)) {
+            true => Ok(log),
+            false => Err("bench/waits/make.py".to_owned()),
+        }
+    });
+    let mut build = cargo(&["build", "--quiet", "--package", "seatrial-cli"]);
+    if !succeeds(&mut build) {
+        return Err("cargo build -p seatrial-cli".into());
+    }
+    let mut measure = page::node();
+    measure
+        .arg("tests/speed.ts")
+        .env("SEATRIAL_PAGE", &page)
+        .env("SEATRIAL", page::binary()?)
+        .env("SEATRIAL_LOG", log?)
+        .env("SEATRIAL_LONG_LOG", long?)
+        .env("SEATRIAL_TABLE", absolute(MEASURED)?);
+    match succeeds(&mut measure) {
+        true => Ok(()),
+        false => Err("goals of the page".into()),
     }
 }
 

@@ -49,7 +49,28 @@ pub fn check() -> Result<(), String> {
         return Err(broken.join("\n"));
     }
     let index = index_for_machines()?;
-    write(&Path::new(BOOK).join("llms.txt"), &index)
+    write(&Path::new(BOOK).join("llms.txt"), &index)?;
+    live_figures()
+}
+
+/// Moves the sliders of the figures that are computed where they are read, and holds their numbers against the terminal.
+fn live_figures() -> Result<(), String> {
+    if !Path::new(ALONE).exists() || !page::prepared() || !Path::new(page::BROWSER).exists() {
+        return skipped(
+            "the live figures of the docs",
+            "the page without a server (cargo xtask page), npm or chromium is missing",
+        );
+    }
+    let book = std::path::absolute(BOOK).map_err(|error| error.to_string())?;
+    let mut tests = page::node();
+    tests
+        .args(["--test", "--test-reporter=spec", "tests/figures.check.ts"])
+        .env("SEATRIAL_BOOK", book)
+        .env("SEATRIAL", page::binary()?);
+    match succeeds(&mut tests) {
+        true => Ok(()),
+        false => Err("tests of the live figures".into()),
+    }
 }
 
 /// Puts the page without a server where the docs link to it; where it has not been built, a page that says how.

@@ -4,7 +4,7 @@
 //! them those that have a build of their own (`cargo xtask beside`); everything is built once, for tests. `cargo xtask embedded` is the one
 //! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask instructions` that of the kernels'
 //! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page, `cargo xtask page` that of the page
-//! without a server, `cargo xtask docs` builds the docs as a site, `cargo xtask extending` builds and tests the program that extends seatrial, `cargo xtask foxglove-loader` the data loader for Foxglove. `cargo xtask ros2` checks
+//! without a server, `cargo xtask page --measure` holds it against the terminal on long logs, `cargo xtask docs` builds the docs as a site, `cargo xtask extending` builds and tests the program that extends seatrial, `cargo xtask foxglove-loader` the data loader for Foxglove. `cargo xtask ros2` checks
 //! the features `ros2` and `ros2-zenoh` each alone and neither, `cargo xtask miri` runs the library for C and the core under Miri. `cargo xtask packages` packs what
 //! is published on crates.io, `cargo xtask oldest` builds the crates that promise an older compiler with it, `cargo xtask wheel` builds and installs the Python wheel, `cargo xtask archive` the archive and the Debian package of a release, `cargo xtask container` runs the command of the container file in a root of its own. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
 
@@ -77,6 +77,7 @@ fn main() -> ExitCode {
         ["instructions"] => in_few_instructions(),
         ["web"] => in_browser(),
         ["page"] => without_a_server(),
+        ["page", "--measure"] => beside_the_terminal(),
         ["docs"] => as_a_site(),
         ["extending"] => outside_the_workspace(),
         ["foxglove-loader"] => in_foxglove(),
@@ -91,7 +92,7 @@ fn main() -> ExitCode {
         ["same-answers", rest @ ..] => return same_answers::run(rest),
         _ => {
             eprintln!(
-                "usage: cargo xtask test|house [--list]|embedded|python|dash|ros2|miri|instructions|web|page|docs|extending|foxglove-loader|oldest|packages [--build]|wheel [TARGET]|archive [TARGET]|container|same-answers"
+                "usage: cargo xtask test|house [--list]|embedded|python|dash|ros2|miri|instructions|web|page [--measure]|docs|extending|foxglove-loader|oldest|packages [--build]|wheel [TARGET]|archive [TARGET]|container|same-answers"
             );
             return ExitCode::from(2);
         }
@@ -301,6 +302,10 @@ fn program_for_a_browser() -> bool {
 
 fn without_a_server() -> bool {
     passes("the page without a server", alone::check)
+}
+
+fn beside_the_terminal() -> bool {
+    passes("the page beside the terminal", alone::measure)
 }
 
 fn as_a_site() -> bool {

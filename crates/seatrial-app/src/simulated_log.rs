@@ -77,31 +77,66 @@ impl SimulatedTruth {
     }
 }
 
-/// One speed of a trial of the paper's vehicle in six degrees of freedom, in water that moves.
+/// The paper's vehicle, as it is played.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum SeaVehicle {
+    /// In six degrees of freedom, in water that moves.
+    SixDegreesOfFreedom {
+        /// Current towards east, across the course, m/s.
+        current_m_s: f64,
+    },
+    /// As the first-order model of yaw that an identification looks for.
+    FirstOrder {
+        /// Time constant with which the rudder follows its command, s. The log has the command alone.
+        rudder_lag_s: f64,
+    },
+}
+
+/// One speed of a trial of the paper's vehicle.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SeaTrial {
+    /// The vehicle.
+    pub vehicle: SeaVehicle,
     /// Thrust as a fraction of full.
     pub thrust: f64,
     /// Standard deviation of the compass, rad.
     pub compass_noise_rad: f64,
     /// Rudder of the training doublet, rad; that for validation has three fifths of it.
     pub rudder_rad: f64,
-    /// Current towards east, across the course, m/s.
-    pub current_m_s: f64,
     /// Seed of the noise; the same seed gives the same log.
     pub seed: u64,
+}
+
+impl SeaVehicle {
+    /// Its name among the vehicles that need no file, and what of its file is not as usual.
+    fn parts(&self) -> (&'static str, String) {
+        match self {
+            Self::SixDegreesOfFreedom { current_m_s } => (
+                "starfish-6dof",
+                format!(
+                    "[[sea.current]]\ndepth_m = 0.0\nnorth_m_s = 0.0\neast_m_s = {current_m_s:?}\n"
+                ),
+            ),
+            Self::FirstOrder { rudder_lag_s } => (
+                "starfish",
+                format!("[servo]\ntime_constant_s = {rudder_lag_s:?}\n"),
+            ),
+        }
+    }
 }
 
 impl SeaTrial {
     /// Plays it: the log and what an identification should find in it.
     pub fn play(&self) -> Result<(Played, Option<Truth>), Error> {
         let setting = |error: &dyn std::fmt::Display| Error::Setting(error.to_string());
-        let vehicle = SimulatedConfig::built_in("starfish-6dof")
-            .ok_or_else(|| Error::Setting("no vehicle starfish-6dof".into()))?;
+        let (name, fields) = self.vehicle.parts();
+        let vehicle = SimulatedConfig::built_in(name)
+            .ok_or_else(|| Error::Setting(format!("no vehicle {name}")))?;
         let fields = format!(
-            "[sensors.compass]\nnoise_rad = {:?}\n\n[[sea.current]]\ndepth_m = 0.0\nnorth_m_s = 0.0\neast_m_s = {:?}\n",
-            self.compass_noise_rad, self.current_m_s
+            "{fields}\n[sensors.compass]\nnoise_rad = {:?}\n",
+            self.compass_noise_rad
         );
         let fields = toml::from_str(&fields).map_err(|error| setting(&error))?;
         let vehicle = vehicle.with(fields).map_err(|error| setting(&error))?;

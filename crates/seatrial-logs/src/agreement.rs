@@ -1,5 +1,7 @@
 //! Every number of every message of every native log, against what other libraries read; every log as a stream, against the file.
 
+#[cfg(feature = "without-c")]
+mod bags;
 #[path = "../tests/seeds/mod.rs"]
 mod seeds;
 
@@ -73,7 +75,7 @@ fn found(path: &Path) -> Kinds {
         Some("dbd") => kinds(crate::slocum::Glider::open(file, path, &Held::default()).unwrap()),
         Some("raw" | "all") => kinds(crate::canboat::Capture::open(file).unwrap()),
         Some("nmea") => kinds(crate::nmea0183::Sentences::open(file).unwrap()),
-        _ => kinds(crate::rosbag::Bag::open(file, path).unwrap()),
+        _ => kinds(crate::rosbag::Bag::<crate::rosbag::Store>::open(file, path).unwrap()),
     }
 }
 

@@ -3,11 +3,8 @@
 use std::io::{self, Read, Seek, SeekFrom};
 use std::ops::Range;
 
-use sha2::{Digest, Sha256};
-
 use crate::error::Fault;
 use crate::input::Input;
-use crate::table::hexadecimal;
 
 /// Bytes held at once: more than the longest message of any format that is read through here.
 const BUFFER: usize = 1 << 18;
@@ -123,19 +120,11 @@ impl Bytes {
         self.position
     }
 
-    /// SHA-256 of the whole file in hexadecimal; the position is lost.
+    /// SHA-256 of the whole file in hexadecimal; the next byte is the first.
     pub(crate) fn sha256(&mut self) -> Result<String, Fault> {
+        let hash = self.file.sha256().map_err(Fault::read)?;
         self.go_to(0)?;
-        let mut hash = Sha256::new();
-        loop {
-            let seen = self.peek(BUFFER)?;
-            if seen.is_empty() {
-                return Ok(hexadecimal(&hash.finalize()));
-            }
-            hash.update(seen);
-            let count = seen.len();
-            self.skip(count);
-        }
+        Ok(hash)
     }
 }
 

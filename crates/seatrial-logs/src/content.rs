@@ -17,9 +17,6 @@ const START: u64 = 4096;
 
 /// Opens a format that this build may have been made without.
 macro_rules! built {
-    ($feature:literal, $name:literal, $open:expr) => {
-        built!($feature, $feature, $name, $open)
-    };
     ($needed:literal, $feature:literal, $name:literal, $open:expr) => {{
         #[cfg(feature = $needed)]
         {
@@ -155,9 +152,10 @@ fn built_in(
 ) -> Result<Box<dyn Table>, Fault> {
     match format {
         Format::Parquet => built!(
+            "parquet-reader",
             "parquet",
             "Parquet",
-            crate::parquet::Columnar::open(file.into_file().map_err(Fault::read)?)?
+            crate::parquet::Columnar::open(file)?
         ),
         Format::Mcap => built!(
             "mcap-reader",
@@ -166,11 +164,12 @@ fn built_in(
             Joined::new(format, crate::mcap::Mcap::open(file)?)
         ),
         Format::Rosbag => built!(
+            "bag-reader",
             "rosbag2",
             "rosbag2",
             Joined::new(format, {
                 let path = file.path(path);
-                crate::rosbag::Bag::open(file, path)?
+                crate::rosbag::Bag::<crate::rosbag::Store>::open(file, path)?
             })
         ),
         Format::DataFlash => joined(format, crate::dataflash::DataFlash::open(file)),

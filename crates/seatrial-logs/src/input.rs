@@ -1,26 +1,64 @@
-//! Where the bytes of a log come from: a file, or memory.
+//! Where the bytes of a log come from: a file, memory, or whoever reads it at the places that are asked for.
 
 use std::collections::BTreeMap;
 use std::fmt;
 use std::fs::File;
-use std::io::{self, Cursor, Read, Seek, SeekFrom};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Files in memory, by the paths that they are opened by: where there is no file system, as in a browser, or a log was
+use sha2::{Digest, Sha256};
+
+use crate::table::hexadecimal;
+
+/// Bytes that can be read at any place.
+pub trait Source: Send + Sync {
+    /// Number of bytes.
+    fn length(&self) -> u64;
+
+    /// Reads bytes from a position on; how many were read, and 0 only behind the last byte or for an empty buffer.
+    ///
+    /// # Errors
+    /// The bytes are no longer there.
+    fn read_at(&self, position: u64, buffer: &mut [u8]) -> io::Result<usize>;
+
+    /// SHA-256 of all bytes, where it is known without reading them.
+    fn sha256(&self) -> Option<[u8; 32]> {
+        None
+    }
+}
+
+impl<T: AsRef<[u8]> + Send + Sync> Source for T {
+    fn length(&self) -> u64 {
+        self.as_ref().len() as u64
+    }
+
+    fn read_at(&self, position: u64, buffer: &mut [u8]) -> io::Result<usize> {
+        let position = usize::try_from(position).unwrap_or(usize::MAX);
+        let rest = self.as_ref().get(position..).unwrap_or_default();
+        let count = rest.len().min(buffer.len());
+        buffer[..count].copy_from_slice(&rest[..count]);
+        Ok(count)
+    }
+}
+
+/// Files by the paths that they are opened by: where there is no file system, as in a browser, or a log was
 /// never written to one. A path that is not held is one of the file system.
-#[derive(Clone, Default, PartialEq, Eq)]
-pub struct Held(BTreeMap<PathBuf, Arc<[u8]>>);
+#[derive(Clone, Default)]
+pub struct Held(BTreeMap<PathBuf, Arc<dyn Source>>);
 
 impl Held {
     /// Holds a file, in place of one of the same path.
-    pub fn insert(&mut self, path: impl Into<PathBuf>, bytes: impl Into<Arc<[u8]>>) {
-        self.0.insert(path.into(), bytes.into());
+    pub fn insert(&mut self, path: impl Into<PathBuf>, bytes: impl Source + 'static) {
+        self.0.insert(path.into(), Arc::new(bytes));
     }
 
     pub(crate) fn get(&self, path: &Path) -> Option<Input> {
-        let bytes = self.0.get(path)?;
-        Some(Input::Memory(Cursor::new(Arc::clone(bytes))))
+        let source = Arc::clone(self.0.get(path)?);
+        Some(Input::Held(Cursor {
+            source,
+            position: 0,
+        }))
     }
 
     /// The file of this path, held or not.
@@ -32,9 +70,17 @@ impl Held {
     }
 }
 
+/// Equal are the same files in the same places, not equal bytes.
+impl PartialEq for Held {
+    fn eq(&self, other: &Self) -> bool {
+        let mut pairs = self.0.values().zip(other.0.values());
+        self.0.keys().eq(other.0.keys()) && pairs.all(|(one, two)| Arc::ptr_eq(one, two))
+    }
+}
+
 impl fmt::Debug for Held {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let lengths = self.0.iter().map(|(path, bytes)| (path, bytes.len()));
+        let lengths = self.0.iter().map(|(path, source)| (path, source.length()));
         f.debug_map().entries(lengths).finish()
     }
 }
@@ -42,46 +88,92 @@ impl fmt::Debug for Held {
 /// The bytes of a file, from any place.
 pub(crate) enum Input {
     File(File),
-    Memory(Cursor<Arc<[u8]>>),
+    Held(Cursor),
+}
+
+/// A place in a source.
+#[derive(Clone)]
+pub(crate) struct Cursor {
+    source: Arc<dyn Source>,
+    position: u64,
 }
 
 impl Input {
     pub fn is_folder(&self) -> io::Result<bool> {
         match self {
             Self::File(file) => Ok(file.metadata()?.is_dir()),
-            Self::Memory(_) => Ok(false),
+            Self::Held(_) => Ok(false),
         }
     }
 
-    #[cfg(any(feature = "mcap-reader", feature = "rosbag2"))]
+    #[cfg(any(
+        feature = "mcap-reader",
+        feature = "parquet-reader",
+        feature = "bag-reader"
+    ))]
     pub fn length(&self) -> io::Result<u64> {
         match self {
             Self::File(file) => Ok(file.metadata()?.len()),
-            Self::Memory(bytes) => Ok(bytes.get_ref().len() as u64),
+            Self::Held(held) => Ok(held.source.length()),
+        }
+    }
+
+    /// SHA-256 of all bytes in hexadecimal; the place is lost.
+    pub fn sha256(&mut self) -> io::Result<String> {
+        if let Self::Held(held) = self
+            && let Some(known) = held.source.sha256()
+        {
+            return Ok(hexadecimal(&known));
+        }
+        self.rewind()?;
+        let mut hash = Sha256::new();
+        let mut buffer = vec![0; 1 << 18];
+        loop {
+            match self.read(&mut buffer) {
+                Ok(0) => return Ok(hexadecimal(&hash.finalize())),
+                Ok(count) => hash.update(&buffer[..count]),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
         }
     }
 
     /// The name by which the file system opens it; empty where it does not.
-    #[cfg(feature = "rosbag2")]
+    #[cfg(feature = "bag-reader")]
     pub fn path<'a>(&self, path: &'a Path) -> &'a Path {
         match self {
             Self::File(_) => path,
-            Self::Memory(_) => Path::new(""),
+            Self::Held(_) => Path::new(""),
         }
     }
 
-    /// As a file of the file system, for who reads no other: what is in memory goes into one without a name.
-    #[cfg(feature = "parquet")]
-    pub fn into_file(self) -> io::Result<File> {
+    /// Another handle of the file. Handles of one file of the file system share their place.
+    #[cfg(any(feature = "parquet-reader", feature = "without-c"))]
+    pub fn another(&self) -> io::Result<Self> {
         match self {
-            Self::File(file) => Ok(file),
-            Self::Memory(mut bytes) => {
-                let mut file = tempfile::tempfile()?;
-                io::copy(&mut bytes, &mut file)?;
-                file.rewind()?;
-                Ok(file)
-            }
+            Self::File(file) => file.try_clone().map(Self::File),
+            Self::Held(held) => Ok(Self::Held(held.clone())),
         }
+    }
+}
+
+impl Read for Cursor {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.source.read_at(self.position, buffer)?;
+        self.position += count as u64;
+        Ok(count)
+    }
+}
+
+impl Seek for Cursor {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let position = match to {
+            SeekFrom::Start(position) => Some(position),
+            SeekFrom::End(offset) => self.source.length().checked_add_signed(offset),
+            SeekFrom::Current(offset) => self.position.checked_add_signed(offset),
+        };
+        self.position = position.ok_or(io::ErrorKind::InvalidInput)?;
+        Ok(self.position)
     }
 }
 
@@ -89,7 +181,7 @@ impl Read for Input {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         match self {
             Self::File(file) => file.read(buffer),
-            Self::Memory(bytes) => bytes.read(buffer),
+            Self::Held(held) => held.read(buffer),
         }
     }
 }
@@ -98,7 +190,7 @@ impl Seek for Input {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         match self {
             Self::File(file) => file.seek(to),
-            Self::Memory(bytes) => bytes.seek(to),
+            Self::Held(held) => held.seek(to),
         }
     }
 }

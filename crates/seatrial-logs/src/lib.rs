@@ -31,27 +31,34 @@ mod mcap;
 mod name;
 mod nmea0183;
 mod number;
-#[cfg(feature = "parquet")]
+#[cfg(feature = "parquet-reader")]
 mod parquet;
 mod quantity;
 mod reader;
-#[cfg(any(feature = "mcap-reader", feature = "rosbag2"))]
+#[cfg(any(feature = "mcap-reader", feature = "bag-reader"))]
 mod ros2;
-#[cfg(feature = "rosbag2")]
+#[cfg(feature = "bag-reader")]
 mod rosbag;
 mod runs;
 mod slocum;
+#[cfg(all(feature = "without-c", any(test, not(feature = "rosbag2"))))]
+mod sqlite;
 mod table;
 mod tlog;
 mod ulog;
 mod unit;
+#[cfg(all(
+    feature = "without-c",
+    any(test, not(feature = "parquet"), not(feature = "rosbag2"))
+))]
+mod unpack;
 mod words;
 mod write;
 
 pub use choice::{ChannelChoice, Correction};
 pub use description::{Channel, Counts, Format, LogDescription, UnitSource};
 pub use error::{Fault, Place, ReadError};
-pub use input::Held;
+pub use input::{Held, Source};
 pub use name::names_a_course;
 pub use quantity::{Quantity, UnknownQuantity};
 pub use reader::{LogReader, columns, columns_held, open, open_held};

@@ -1,6 +1,6 @@
 //! MCAP files with ROS 2 messages in CDR.
 
-#[cfg(all(feature = "mcap-without-c", any(test, not(feature = "mcap"))))]
+#[cfg(all(feature = "without-c", any(test, not(feature = "mcap"))))]
 mod unpack;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -283,7 +283,7 @@ fn new_reader() -> LinearReader {
         .with_skip_end_magic(true)
         .with_record_length_limit(LONGEST_RECORD);
     let reader = LinearReader::new_with_options(options);
-    #[cfg(all(feature = "mcap-without-c", not(feature = "mcap")))]
+    #[cfg(all(feature = "without-c", not(feature = "mcap")))]
     let reader = unpack::with_rust(reader);
     reader
 }

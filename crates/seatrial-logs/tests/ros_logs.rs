@@ -282,6 +282,25 @@ fn io_rosbag2_whose_messages_are_packed_one_by_one() {
     assert_is_the_run(&reader, &samples);
 }
 
+/// Of a recording that was killed: all that was written is in the file beside it.
+#[test]
+fn io_rosbag2_with_a_write_ahead_log_beside_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let [live, killed] = ["live.db3", "killed.db3"].map(|name| folder.path().join(name));
+    // While this connection is open, that of the writer leaves the file alone when it closes.
+    let recording = rusqlite::Connection::open(&live).unwrap();
+    recording
+        .execute_batch("PRAGMA journal_mode = WAL; CREATE TABLE metadata(id INTEGER PRIMARY KEY);")
+        .unwrap();
+    bag_file(&live, &run(), true);
+    for suffix in ["", "-wal"] {
+        let [from, to] = [&live, &killed].map(|path| format!("{}{suffix}", path.display()));
+        std::fs::copy(from, to).unwrap();
+    }
+    let (reader, samples) = read(&killed, &ChannelChoice::default()).unwrap();
+    assert_is_the_run(&reader, &samples);
+}
+
 /// A field of a message that rosbags wrote, through the channels of heading and rudder.
 fn value(topics: &[Topic], column: &str) -> f64 {
     let folder = tempfile::tempdir().unwrap();

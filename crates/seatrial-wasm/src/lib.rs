@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod page_file;
 mod request;
 mod simulated;
 
@@ -7,6 +8,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use seatrial_logs::Held;
 
+use page_file::PageFile;
 pub use request::{Request, answer};
 
 /// What passes between a page and this module.
@@ -39,15 +41,17 @@ pub extern "C" fn inbox(length: usize) -> *mut u8 {
     })
 }
 
-/// Keeps the message as a file: its name takes so many bytes, its content the others.
+/// Holds a file of the page: the message is its name of so many bytes and, where the page knows it, the SHA-256 of the file; its number is
+/// that by which the page is asked for its bytes, of which there are `length`.
 #[allow(unsafe_code)]
 #[unsafe(no_mangle)]
-pub extern "C" fn hold(name_length: usize) {
+pub extern "C" fn hold(number: u32, length: f64, name_length: usize) {
     with_exchange(|exchange| {
-        let mut name = std::mem::take(&mut exchange.inbox);
-        let content = name.split_off(name_length.min(name.len()));
-        let name = String::from_utf8_lossy(&name).into_owned();
-        exchange.files.insert(name, content);
+        let message = std::mem::take(&mut exchange.inbox);
+        let (name, sha256) = message.split_at(name_length.min(message.len()));
+        let file = PageFile::new(number, length, sha256.try_into().ok());
+        let name = String::from_utf8_lossy(name).into_owned();
+        exchange.files.insert(name, file);
     });
 }
 

@@ -15,11 +15,11 @@ use seatrial_app::series::series_of;
 use seatrial_app::simulated_log::SeaTrial;
 use seatrial_app::turning::TurningLimits;
 use seatrial_app::{Error, Inspection, log_page};
-use seatrial_logs::{Fault, Held};
+use seatrial_logs::Held;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::simulated::trial;
+use crate::simulated;
 
 /// What a page asks for. `log` is the name of a file that is held.
 #[derive(Debug, Deserialize)]
@@ -38,7 +38,7 @@ pub enum Request {
         #[serde(default)]
         reading: Box<LogReading>,
     },
-    /// The document of `seatrial identify --json`, the verdict in the words of a page, and the samples to be drawn.
+    /// The document of `seatrial identify --json`, the verdict in the words of a page, the samples to be drawn, and the names of the columns.
     Identify {
         /// The log.
         log: String,
@@ -80,6 +80,14 @@ pub enum Request {
     Simulate {
         /// What is played.
         trial: SeaTrial,
+    },
+    /// The truth of a simulated trial, and the document of `seatrial identify --json` for its log.
+    Rehearse {
+        /// What is played.
+        trial: SeaTrial,
+        /// How its log is read.
+        #[serde(default)]
+        reading: Box<LogReading>,
     },
 }
 
@@ -145,16 +153,7 @@ pub fn answer(message: &[u8], files: &mut Held) -> String {
 
 /// An error as a page says it.
 fn words(error: &Error) -> String {
-    let text = match error {
-        Error::Log(seatrial_logs::ReadError {
-            log,
-            fault: Fault::NotBuilt { format, .. },
-        }) => format!(
-            "{log}: is {format}, which this page does not read; in a terminal: seatrial identify {log}"
-        ),
-        other => other.to_string(),
-    };
-    let text = text.replace(
+    let text = error.to_string().replace(
         "it is neither beside it nor in a folder `cac` or `cache` there: copy it from the vehicle",
         "choose it together with the log",
     );
@@ -193,7 +192,8 @@ impl Request {
                     json!({ "text": file.text, "notes": advice::all(file.notes, Reader::Dashboard) }),
                 )
             }
-            Self::Simulate { trial: wanted } => trial(&wanted, files),
+            Self::Simulate { trial } => simulated::trial(&trial, files),
+            Self::Rehearse { trial, reading } => simulated::found(&trial, *reading),
         }
     }
 }
@@ -222,6 +222,7 @@ fn identified(log: &str, reading: LogReading, files: &Held) -> Result<Value, Err
         "document": document,
         "verdict": verdict(found.verdict()),
         "series": series_of(&found.logs.log.record, validated),
+        "columns": found.logs.log.description.columns,
     }))
 }
 

@@ -5,11 +5,14 @@ import ProgramWorker from "./worker.ts?worker&inline";
 
 /** What the worker is told: a file to hold, or a request. */
 export type Message =
-  | { readonly kind: "load"; readonly packed: ArrayBuffer }
-  | { readonly kind: "hold"; readonly name: string; readonly content: ArrayBuffer }
+  | { readonly kind: "load"; readonly base64: string }
+  | { readonly kind: "hold"; readonly file: File }
   | { readonly kind: "ask"; readonly request: unknown };
 
-export type Answer = { readonly done: unknown } | { readonly refused: string } | { readonly broken: string };
+export type Answer = ({ readonly done: unknown } | { readonly refused: string } | { readonly broken: string }) & {
+  /** Bytes of the module's memory, which never shrinks. */
+  readonly memory?: number;
+};
 
 /** Where the page keeps the module: packed by gzip, as base64. */
 const STORE = "program";
@@ -17,18 +20,25 @@ const STORE = "program";
 export class Program {
   #worker: Worker | null = null;
   #waiting: ((answer: Answer) => void)[] = [];
-  #held = new Map<string, ArrayBuffer>();
+  #held = new Map<string, File>();
+  /** The most bytes that the module's memory had. */
+  memory = 0;
 
-  /** Holds a file by its name for the requests that follow. */
+  /** Compiles the program before it is asked for anything. */
+  async begin(): Promise<void> {
+    if (this.#worker === null) await this.#start();
+  }
+
+  /** Holds a file by its name for the requests that follow; its bytes are read when they are asked for. */
   async hold(file: File): Promise<void> {
-    const content = await file.arrayBuffer();
-    this.#held.set(file.name, content);
-    await this.#tell({ kind: "hold", name: file.name, content });
+    this.#held.set(file.name, file);
+    await this.#tell({ kind: "hold", file });
   }
 
   /** The answer to a request; throws what refuses it. */
   async ask<T>(request: object): Promise<T> {
     const answer = await this.#tell({ kind: "ask", request });
+    this.memory = Math.max(this.memory, answer.memory ?? 0);
     if ("done" in answer) return answer.done as T;
     if ("refused" in answer) throw new Refused("refused", answer.refused);
     this.#worker?.terminate();
@@ -44,10 +54,10 @@ export class Program {
     return this.#post(worker, message);
   }
 
-  #post(worker: Worker, message: Message, moved: Transferable[] = []): Promise<Answer> {
+  #post(worker: Worker, message: Message): Promise<Answer> {
     return new Promise((done) => {
       this.#waiting.push(done);
-      worker.postMessage(message, moved);
+      worker.postMessage(message);
     });
   }
 
@@ -57,16 +67,9 @@ export class Program {
     this.#waiting = [];
     worker.onmessage = (event: MessageEvent<Answer>) => this.#waiting.shift()?.(event.data);
     worker.onerror = (event) => this.#waiting.shift()?.({ broken: event.message });
-    const packed = bytesOf(document.getElementById(STORE)?.textContent ?? "");
-    await this.#post(worker, { kind: "load", packed }, [packed]);
-    for (const [name, content] of this.#held) await this.#post(worker, { kind: "hold", name, content });
+    const base64 = (document.getElementById(STORE)?.textContent ?? "").trim();
+    await this.#post(worker, { kind: "load", base64 });
+    for (const file of this.#held.values()) await this.#post(worker, { kind: "hold", file });
     return worker;
   }
-}
-
-function bytesOf(base64: string): ArrayBuffer {
-  const text = atob(base64.trim());
-  const bytes = new Uint8Array(text.length);
-  for (let at = 0; at < text.length; at += 1) bytes[at] = text.charCodeAt(at);
-  return bytes.buffer;
 }

@@ -10,6 +10,8 @@ import type { Program } from "./module.ts";
 
 type Reading = Readonly<Record<string, string>>;
 
+type Identified = IdentifiedLog & { readonly shown: IdentifiedLog["document"]; readonly columns: string[] };
+
 /** Fields of a reading that are numbers. */
 const NUMBERS = /^(from_s|to_s|validate_from_s|validate_to_s|rudder_\w+)$/;
 
@@ -22,19 +24,24 @@ export function typed(reading: Reading): Record<string, string | number | boolea
 
 /** Reads logs with the module of this page. */
 export function readerOf(program: Program): LogReader {
+  let known: { readonly log: File; readonly columns: string[] } | null = null;
   return {
     identify: async (log, reading) => {
       await program.hold(log);
       const request = { ask: "identify", log: log.name, reading: typed(reading) };
       // `document` is the terminal's, `shown` the same in the words of this page.
-      const { shown, ...found } = await program.ask<IdentifiedLog & { shown: IdentifiedLog["document"] }>(request);
+      const { shown, columns, ...found } = await program.ask<Identified>(request);
+      known = { log, columns };
       return { ...found, document: shown };
     },
-    columnsOf: async (log) => (await program.ask<{ columns: string[] }>({ ask: "columns", log: log.name })).columns,
+    columnsOf: async (log) =>
+      known?.log === log
+        ? known.columns
+        : (await program.ask<{ columns: string[] }>({ ask: "columns", log: log.name })).columns,
     takeSensorList: (list) => program.hold(list),
-    formats: "CSV, DataFlash .bin, ULog, tlog, NMEA 0183, NMEA 2000 of canboat, MOOS .alog, Slocum .dbd",
-    place:
-      "It is read and identified in this page, is sent nowhere, and the page works without a network. Parquet and rosbag2 are read by the terminal: seatrial identify LOG.",
+    formats:
+      "CSV, Parquet, DataFlash .bin, ULog, tlog, MCAP, rosbag2 .db3, NMEA 0183, NMEA 2000 of canboat, MOOS .alog, Slocum .dbd",
+    place: "It is read and identified in this page, is sent nowhere, and the page works without a network.",
     below: (log, reading, identified) => below(program, log, reading, identified),
   };
 }

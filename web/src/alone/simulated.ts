@@ -43,7 +43,8 @@ export function openSimulated(program: Program): LogView {
     return { name, field, value: () => Number(input.value) * factor };
   });
   const play = async (): Promise<void> => {
-    const trial = Object.fromEntries(sliders.map(({ name, value }) => [name, value()]));
+    const { current_m_s, ...stated } = Object.fromEntries(sliders.map(({ name, value }) => [name, value()]));
+    const trial = { vehicle: { six_degrees_of_freedom: { current_m_s } }, ...stated };
     const played = await complaints.hear(() => program.ask<Played>({ ask: "simulate", trial }));
     if (played === null) return;
     const log = new File([played.csv], played.log);

@@ -1,4 +1,6 @@
-//! Chunks packed with zstd, unpacked without C.
+//! Chunks packed with zstd and lz4, unpacked without C.
+
+mod lz4;
 
 use mcap::sans_io::LinearReader;
 use mcap::sans_io::decompressor::{DecompressResult, Decompressor};
@@ -8,10 +10,11 @@ use ruzstd::decoding::FrameDecoder;
 /// The longest block of zstd, its header and that of its frame: so much makes progress.
 const MOST_FOR_PROGRESS: usize = (128 << 10) + 3 + 18;
 
-/// Gives the reader a decoder that is written in Rust.
+/// Gives the reader decoders that are written in Rust.
 pub(super) fn with_rust(mut reader: LinearReader) -> LinearReader {
-    let named = reader.add_decompressor(Zstd::default());
-    debug_assert!(named.is_ok(), "the decoder has a name");
+    let zstd = reader.add_decompressor(Zstd::default());
+    let lz4 = reader.add_decompressor(lz4::Lz4::default());
+    debug_assert!(zstd.is_ok() && lz4.is_ok(), "the decoders have names");
     reader
 }
 
@@ -64,10 +67,10 @@ mod tests {
     use super::*;
 
     /// 200 messages of 3 kB in chunks of 64 kB, half of it noise that does not pack.
-    fn packed() -> Vec<u8> {
+    fn packed(by: mcap::Compression) -> Vec<u8> {
         let mut file = std::io::Cursor::new(Vec::new());
         let options = mcap::WriteOptions::new()
-            .compression(Some(mcap::Compression::Zstd))
+            .compression(Some(by))
             .chunk_size(Some(64 << 10));
         let mut writer = options.create(&mut file).unwrap();
         let channel = writer.add_channel(0, "/heading", "cdr", &Default::default());
@@ -114,23 +117,27 @@ mod tests {
 
     #[test]
     fn exact_rust_unpacks_what_c_unpacks() {
-        let file = packed();
-        let expected = records(LinearReader::new(), &file, usize::MAX).unwrap();
-        assert!(expected.len() > 200);
-        for piece in [1000, 1 << 16, usize::MAX] {
-            let found = records(with_rust(LinearReader::new()), &file, piece).unwrap();
-            assert!(found == expected, "{piece}");
+        for by in [mcap::Compression::Zstd, mcap::Compression::Lz4] {
+            let file = packed(by);
+            let expected = records(LinearReader::new(), &file, usize::MAX).unwrap();
+            assert!(expected.len() > 200);
+            for piece in [1000, 1 << 16, usize::MAX] {
+                let found = records(with_rust(LinearReader::new()), &file, piece).unwrap();
+                assert!(found == expected, "{by:?} {piece}");
+            }
         }
     }
 
     #[test]
     fn exact_damaged_chunks_end_the_reading() {
-        let file = packed();
-        for at in (200..file.len()).step_by(997) {
-            let mut damaged = file.clone();
-            damaged[at] ^= 0x55;
-            // No panic and no end without an end: either all is read or an error says why.
-            let _ = records(with_rust(LinearReader::new()), &damaged, 1 << 16);
+        for by in [mcap::Compression::Zstd, mcap::Compression::Lz4] {
+            let file = packed(by);
+            for at in (200..file.len()).step_by(997) {
+                let mut damaged = file.clone();
+                damaged[at] ^= 0x55;
+                // No panic and no end without an end: either all is read or an error says why.
+                let _ = records(with_rust(LinearReader::new()), &damaged, 1 << 16);
+            }
         }
     }
 }

@@ -4,7 +4,6 @@ mod page_header;
 mod pages;
 
 use std::collections::VecDeque;
-use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -16,14 +15,14 @@ use parquet::data_type::{ByteArray, DataType, Int96};
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
-use sha2::{Digest, Sha256};
 
 use crate::Quantity;
 use crate::clock::instant;
 use crate::description::Format;
 use crate::error::{Fault, Place};
+use crate::input::Input;
 use crate::number::number;
-use crate::table::{Cell, Table, hexadecimal};
+use crate::table::{Cell, Table};
 use page_header::is_structure;
 use pages::{Allowance, Pages, TooMuch};
 
@@ -38,9 +37,9 @@ const TEXT: usize = 64;
 
 /// A Parquet file, read row group by row group.
 pub(crate) struct Columnar {
-    file: File,
+    file: Input,
     length: u64,
-    reader: SerializedFileReader<File>,
+    reader: SerializedFileReader<Input>,
     allowance: Arc<Allowance>,
     names: Vec<String>,
     /// Index among all leaf columns of each name.
@@ -75,14 +74,14 @@ enum Meaning {
 
 impl Columnar {
     /// Reads the footer.
-    pub fn open(file: File) -> Result<Self, Fault> {
+    pub fn open(file: Input) -> Result<Self, Fault> {
         guarded(|| Self::open_unguarded(file))
     }
 
-    fn open_unguarded(file: File) -> Result<Self, Fault> {
-        let length = file.metadata().map_err(Fault::read)?.len();
-        let own = file.try_clone().map_err(Fault::read)?;
-        check_footer(&own, length)?;
+    fn open_unguarded(file: Input) -> Result<Self, Fault> {
+        let length = file.length().map_err(Fault::read)?;
+        let mut own = file.another().map_err(Fault::read)?;
+        check_footer(&mut own, length)?;
         let reader = SerializedFileReader::new(file).map_err(damaged)?;
         let metadata = reader.metadata();
         let schema = metadata.file_metadata().schema_descr();
@@ -155,7 +154,7 @@ impl Columnar {
                     let leaf = self.leaves[column];
                     let chunk = group.metadata().column(leaf);
                     let description = chunk.column_descr_ptr();
-                    let file = self.file.try_clone().map_err(Fault::read)?;
+                    let file = self.file.another().map_err(Fault::read)?;
                     let pages = Pages::of(file, chunk, Arc::clone(&self.allowance));
                     Ok(Column {
                         reader: get_column_reader(description.clone(), Box::new(pages)),
@@ -213,15 +212,7 @@ impl Table for Columnar {
     }
 
     fn sha256(&mut self) -> Result<String, Fault> {
-        self.file.seek(SeekFrom::Start(0)).map_err(Fault::read)?;
-        let mut hash = Sha256::new();
-        let mut buffer = vec![0; 1 << 16];
-        loop {
-            match self.file.read(&mut buffer).map_err(Fault::read)? {
-                0 => return Ok(hexadecimal(&hash.finalize())),
-                count => hash.update(&buffer[..count]),
-            }
-        }
+        self.file.sha256().map_err(Fault::read)
     }
 
     fn warnings(&self) -> Vec<String> {
@@ -362,7 +353,7 @@ fn damaged(error: ParquetError) -> Fault {
 }
 
 /// The library makes all of the footer before anything can be looked at, and counts through lists that say they are any length.
-fn check_footer(mut file: &File, length: u64) -> Result<(), Fault> {
+fn check_footer(file: &mut Input, length: u64) -> Result<(), Fault> {
     let mut end = [0; 8];
     if length < end.len() as u64 {
         return Err(broken("it is shorter than the shortest one"));

@@ -8,18 +8,19 @@
 //! 64 MB + 256 times the length of the file  from the first page to the last
 //! ```
 
-use std::fs::File;
-use std::io::Read;
+use std::io::{Read, Seek, SeekFrom};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use bytes::Bytes;
 use parquet::basic::{Compression, Encoding};
 use parquet::column::page::{Page, PageMetadata, PageReader};
 use parquet::errors::{ParquetError, Result};
 use parquet::file::metadata::ColumnChunkMetaData;
-use parquet::file::reader::ChunkReader;
+use parquet::file::reader::{ChunkReader, Length};
 
 use super::page_header::{PageHeader, PageKind};
+use crate::input::Input;
 
 /// Headers hold statistics; no writer makes longer ones.
 const LONGEST_HEADER: u64 = 1 << 16;
@@ -74,7 +75,7 @@ impl Allowance {
 
 /// The pages of a column in a row group.
 pub(super) struct Pages {
-    file: File,
+    file: Input,
     at: u64,
     end: u64,
     compression: Compression,
@@ -86,7 +87,7 @@ pub(super) struct Pages {
 }
 
 impl Pages {
-    pub fn of(file: File, column: &ColumnChunkMetaData, allowance: Arc<Allowance>) -> Self {
+    pub fn of(file: Input, column: &ColumnChunkMetaData, allowance: Arc<Allowance>) -> Self {
         let (from, length) = column.byte_range();
         Self {
             file,
@@ -141,10 +142,11 @@ impl Pages {
             _ if length == 0 => {}
             Compression::SNAPPY => {
                 bytes.resize(length, 0);
-                let count = snap::raw::Decoder::new().decompress(packed, &mut bytes)?;
+                let count = snap::raw::Decoder::new().decompress(packed, &mut bytes);
+                let count = count.map_err(|error| broken(&error.to_string()))?;
                 bytes.truncate(count);
             }
-            Compression::ZSTD(_) => bytes = zstd::bulk::decompress(packed, length)?,
+            Compression::ZSTD(_) => bytes = unpacked_by_zstd(packed, length)?,
             Compression::GZIP(_) => {
                 let mut rest = flate2::read::MultiGzDecoder::new(packed).take(length as u64 + 1);
                 rest.read_to_end(&mut bytes)?;
@@ -242,6 +244,43 @@ impl Pages {
             }
             PageKind::Other => return Ok(None),
         }))
+    }
+}
+
+/// At most so many bytes.
+#[cfg(feature = "parquet")]
+fn unpacked_by_zstd(packed: &[u8], length: usize) -> std::io::Result<Vec<u8>> {
+    zstd::bulk::decompress(packed, length)
+}
+
+/// At most so many bytes.
+#[cfg(not(feature = "parquet"))]
+fn unpacked_by_zstd(packed: &[u8], length: usize) -> std::io::Result<Vec<u8>> {
+    crate::unpack::zstd(packed, length)
+}
+
+impl Length for Input {
+    fn len(&self) -> u64 {
+        self.length().unwrap_or(0)
+    }
+}
+
+impl ChunkReader for Input {
+    type T = Self;
+
+    fn get_read(&self, start: u64) -> Result<Self> {
+        let mut other = self.another()?;
+        other.seek(SeekFrom::Start(start))?;
+        Ok(other)
+    }
+
+    fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes> {
+        let mut bytes = Vec::with_capacity(length);
+        let mut part = self.get_read(start)?.take(length as u64);
+        match part.read_to_end(&mut bytes)? == length {
+            true => Ok(bytes.into()),
+            false => Err(broken("the file ends before its last page")),
+        }
     }
 }
 

@@ -1,0 +1,273 @@
+//! rosbag2 files in SQLite (`.db3`) with ROS 2 messages in CDR.
+
+mod definitions;
+#[cfg(feature = "rosbag2")]
+mod in_c;
+#[cfg(all(feature = "without-c", any(test, not(feature = "rosbag2"))))]
+mod in_rust;
+
+use std::fmt::Display;
+use std::io::{Read, Seek};
+use std::path::Path;
+
+use crate::bytes::{Bytes, ZSTD};
+use crate::error::{Fault, clipped};
+use crate::input::Input;
+use crate::joined::{Kind, Message, Messages};
+use crate::ros2::{Topics, plain};
+use crate::table::Known;
+use definitions::DEFINITIONS;
+#[cfg(all(test, feature = "rosbag2"))]
+pub(crate) use in_c::Sqlite;
+#[cfg(all(test, feature = "without-c"))]
+pub(crate) use in_rust::Tables;
+
+/// What reads the database: SQLite itself, or Rust where no C is compiled.
+#[cfg(feature = "rosbag2")]
+pub(crate) type Store = in_c::Sqlite;
+#[cfg(not(feature = "rosbag2"))]
+pub(crate) type Store = in_rust::Tables;
+
+/// Messages fetched at once, and bytes of them.
+const BATCH: usize = 256;
+const BATCH_BYTES: usize = 4 << 20;
+/// Longer messages are images or clouds.
+const LONGEST_MESSAGE: usize = 1 << 20;
+/// Topics that are looked at.
+const MOST_TOPICS: usize = 10_000;
+
+/// A topic in CDR that has messages.
+pub(crate) struct Topic {
+    id: i64,
+    name: String,
+    type_name: String,
+    /// What its messages consist of, where the bag says it.
+    definition: Option<String>,
+}
+
+/// A message as it is stored.
+pub(crate) struct Stored {
+    id: i64,
+    topic: i64,
+    time_ns: i64,
+    data: Vec<u8>,
+}
+
+/// The tables of a bag.
+pub(crate) trait BagTables: Send + Sized {
+    /// Why a table cannot be read, or no further.
+    type Broken: Display;
+
+    /// Opens the database; of a cut one the pages that are whole.
+    fn open(file: &mut Input, path: &Path, size: &Size) -> Result<Self, Fault>;
+
+    /// The number of messages, or 0 where nobody knows it, and the topics in CDR that have messages. In a cut
+    /// database a topic of which none was found before the cut counts as one that has some.
+    fn topics(&mut self, is_cut: bool) -> Result<(i64, Vec<Topic>), Self::Broken>;
+
+    /// Adds the next messages, in the order of their numbers, that are not longer than [`LONGEST_MESSAGE`]. None at the end.
+    fn fetch(&mut self, fetched: &mut Vec<Stored>) -> Result<(), Self::Broken>;
+}
+
+/// A bag.
+pub(crate) struct Bag<S> {
+    bytes: Bytes,
+    store: S,
+    topics: Topics,
+    length: u64,
+    rows: i64,
+    /// Number of the last message that was fetched.
+    last: i64,
+    fetched: std::vec::IntoIter<Stored>,
+    read: i64,
+    /// Bytes that the database has when it is whole, where there are fewer.
+    cut_from: Option<u64>,
+    what: Option<String>,
+}
+
+impl<S: BagTables> Bag<S> {
+    /// Finds the topics with messages.
+    pub fn open(mut file: Input, path: &Path) -> Result<Self, Fault> {
+        let length = file.length().map_err(Fault::read)?;
+        let size = Size::of(&mut file)?;
+        let cut_from = size.whole().filter(|whole| length < *whole);
+        let mut bag = Self {
+            store: S::open(&mut file, path, &size)?,
+            bytes: Bytes::new(file)?,
+            topics: Topics::default(),
+            length,
+            rows: 0,
+            last: i64::MIN,
+            fetched: Vec::new().into_iter(),
+            read: 0,
+            cut_from,
+            what: None,
+        };
+        bag.find_topics().map_err(|error| match cut_from {
+            Some(whole) => Fault::Damaged {
+                format: "rosbag2",
+                what: format!(
+                    "{length} of its {whole} bytes are there, and the list of its topics is not among them"
+                ),
+            },
+            None => damaged(&error),
+        })?;
+        if bag.topics.kinds.is_empty() {
+            let unknown = bag.topics.unknown.join(", ");
+            let found = if unknown.is_empty() {
+                "no topics"
+            } else {
+                &clipped(&unknown)
+            };
+            return Err(Fault::NothingToRead {
+                format: "rosbag2",
+                what: format!("expected topics in CDR whose definitions it holds, found {found}"),
+            });
+        }
+        Ok(bag)
+    }
+
+    fn find_topics(&mut self) -> Result<(), S::Broken> {
+        let (rows, topics) = self.store.topics(self.cut_from.is_some())?;
+        self.rows = rows;
+        for topic in topics {
+            let plain_name = plain(&topic.type_name);
+            let built_in = DEFINITIONS.iter().find(|(name, _)| *name == plain_name);
+            let definition = topic
+                .definition
+                .or_else(|| Some(built_in?.1.to_string()))
+                .unwrap_or_default();
+            self.topics
+                .add(topic.id as u64, &topic.name, &topic.type_name, &definition);
+        }
+        Ok(())
+    }
+
+    fn fetch(&mut self) -> Result<(), S::Broken> {
+        let mut fetched = Vec::new();
+        let end = self.store.fetch(&mut fetched);
+        // Behind a number a damaged index can lead to it again, and for ever.
+        let mut last = self.last;
+        let in_order = fetched.iter().take_while(|message| {
+            let is_next = message.id > last;
+            last = message.id;
+            is_next
+        });
+        let count = in_order.count();
+        if count < fetched.len() {
+            self.what = Some("its messages are out of order".into());
+            fetched.truncate(count);
+        }
+        self.last = fetched.last().map_or(self.last, |message| message.id);
+        self.fetched = fetched.into_iter();
+        end
+    }
+}
+
+/// What the head of a database says about its size.
+pub(crate) struct Size {
+    page: u64,
+    pages: Option<u64>,
+}
+
+impl Size {
+    fn of(file: &mut Input) -> Result<Self, Fault> {
+        let mut head = Vec::new();
+        file.take(100).read_to_end(&mut head).map_err(Fault::read)?;
+        file.rewind().map_err(Fault::read)?;
+        let page = head
+            .get(16..18)
+            .map_or(0, |size| u64::from(size[0]) << 8 | u64::from(size[1]));
+        let pages = head.get(28..).and_then(|size| size.first_chunk()).copied();
+        // Writers of old left the number of pages as it was.
+        let is_current = head.len() == 100 && head[24..28] == head[92..96];
+        Ok(Self {
+            page: if page == 1 { 1 << 16 } else { page.max(512) },
+            pages: pages
+                .filter(|_| is_current)
+                .map(|pages| u32::from_be_bytes(pages).into()),
+        })
+    }
+
+    fn whole(&self) -> Option<u64> {
+        Some(self.page * self.pages?)
+    }
+}
+
+/// A message of a bag that packs each by zstd. No message in CDR begins like that; what cannot be unpacked is left as it is,
+/// and counted as one that cannot be decoded.
+fn unpacked(data: Vec<u8>) -> Vec<u8> {
+    #[cfg(feature = "rosbag2")]
+    let unpack = zstd::bulk::decompress;
+    #[cfg(not(feature = "rosbag2"))]
+    let unpack = crate::unpack::zstd;
+    match data.starts_with(ZSTD) {
+        true => unpack(&data, LONGEST_MESSAGE).unwrap_or(data),
+        false => data,
+    }
+}
+
+fn damaged(error: &impl Display) -> Fault {
+    Fault::Damaged {
+        format: "rosbag2",
+        what: clipped(&error.to_string()),
+    }
+}
+
+impl<S: BagTables> Messages for Bag<S> {
+    fn kinds(&self) -> &[Kind] {
+        &self.topics.kinds
+    }
+
+    fn known(&self) -> Known {
+        self.topics.known()
+    }
+
+    fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault> {
+        loop {
+            for stored in self.fetched.by_ref() {
+                self.read += 1;
+                let time_s = stored.time_ns as f64 / 1e9;
+                let data = unpacked(stored.data);
+                if self
+                    .topics
+                    .take(stored.topic as u64, time_s, &data, wanted, message)
+                {
+                    return Ok(true);
+                }
+            }
+            // What a damaged database gives before its damage counts.
+            if self.what.is_some() {
+                return Ok(false);
+            }
+            match self.fetch() {
+                Ok(()) if self.fetched.len() == 0 => return Ok(false),
+                Ok(()) => {}
+                Err(error) => self.what = Some(clipped(&error.to_string())),
+            }
+        }
+    }
+
+    fn bytes(&mut self) -> &mut Bytes {
+        &mut self.bytes
+    }
+
+    fn position(&self) -> u64 {
+        (self.length as f64 * self.read as f64 / self.rows.max(1) as f64) as u64
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let what = match (self.cut_from, &self.what) {
+            (Some(whole), _) => Some(format!(
+                "the file is cut off: {} of its {whole} bytes are there; the messages before the first one that is lost are read",
+                self.length
+            )),
+            (None, what) => what.as_ref().map(|what| {
+                format!("the database is damaged ({what}); everything before that is read")
+            }),
+        };
+        let mut warnings: Vec<String> = what.into_iter().collect();
+        warnings.extend(self.topics.warnings());
+        warnings
+    }
+}
