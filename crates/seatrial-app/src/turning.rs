@@ -35,7 +35,7 @@ pub struct TurningLimits {
     pub trial: Option<String>,
     /// Radius of the measured U-turn over the model's steady radius at its speed.
     pub u_turn_ratio: Option<f64>,
-    /// Where the rudder limit is beyond what a model was seen with.
+    /// Where the rudder limit or the speed is beyond what a model was seen with.
     pub beyond_range: Vec<String>,
     /// Limits of each model.
     pub points: Vec<PointLimits>,

@@ -121,6 +121,9 @@ fn text(document: &TurningLimits, width: usize) -> String {
             }
         }
     }
+    if document.points.iter().any(|p| p.surge_speed_m_s.is_none()) {
+        notes.push("No radius without a speed, and the log had none or not nearly one: give it with --speed.".into());
+    }
     notes.extend(document.over_speed.iter().map(over_speed_text));
     notes.dedup();
     let text = format!(

@@ -64,11 +64,20 @@ fn val_ardupilot_rover_makes_a_schedule_and_an_inspection() {
     std::fs::write(&models, &identified.stdout).unwrap();
     let verdict = document(&identified)["models"][0]["verdict"].clone();
     assert_eq!(verdict["accepted"], false, "{verdict:#}");
-    assert_eq!(verdict["reasons"][0]["code"], "contradicted", "{verdict:#}");
+    assert_eq!(
+        verdict["reasons"][0]["code"], "speed_drifted",
+        "{verdict:#}"
+    );
+    let text = verdict["reasons"][0]["detail"].as_str().unwrap_or_default();
+    assert!(text.contains("1.61 m/s there and 2.11 m/s in"), "{text}");
     let same = run(&["gains", "--model", &models, "--json"]);
     assert_eq!(document(&same)["points"].as_array().map(Vec::len), Some(2));
     let stderr = String::from_utf8_lossy(&same.stderr);
-    assert!(stderr.contains("run 1 is not accepted"), "{stderr}");
+    assert!(
+        stderr.contains("10 % thrust has no accepted run"),
+        "{stderr}"
+    );
+    assert_eq!(same.status.code(), Some(0));
 
     let page = path("found.html");
     let inspected = run(&["inspect", &log, "--json", "--report", &page]);

@@ -109,7 +109,7 @@ fn from_file(
             )));
         }
         let mut found = ComparedModels::new(source.origin.clone(), models(&source));
-        found.notes = source.rejected;
+        found.notes = [source.cautions, source.rejected].concat();
         return Ok(found);
     }
     from_log(name, reading, observer)

@@ -10,7 +10,7 @@ use seatrial_core::{RudderUnit, SchedulePoint, YawModel};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-use super::{ModelPoint, Models, TrialOrigin, given, limit_or_default, read_text};
+use super::{ModelPoint, Models, TrialOrigin, given, limit_or_default, place, read_text};
 use crate::{Error, IdentifiedLog};
 
 /// What is read of a document: the rest of it is left alone, so that documents of other versions are read, too.
@@ -194,7 +194,7 @@ impl Models {
             let said = |why: NoModel| Error::Input(format!("{}: run {number}: {why}", self.origin));
             let verdict = run.verdict.as_ref();
             if !verdict.ok_or(NoModel::NoVerdict).map_err(said)?.accepted {
-                refused.push((number, run.thrust));
+                refused.push(run);
                 continue;
             }
             let identification = run.identification.as_ref();
@@ -205,10 +205,12 @@ impl Models {
                 .retain(|p| run.thrust.is_none() || p.point.thrust != run.thrust);
             self.points.push(point);
         }
-        for (number, thrust) in refused {
-            if self.points.iter().all(|p| p.point.thrust != thrust) {
-                self.rejected.push(format!(
-                    "run {number} is not accepted, and no other was made at its thrust"
+        for run in refused {
+            let has_another = |p: &ModelPoint| p.point.thrust == run.thrust;
+            if run.thrust.is_none() || !self.points.iter().any(has_another) {
+                let name = place(run.thrust, run.surge_speed_m_s);
+                self.cautions.push(format!(
+                    "{name} has no accepted run, and so no model of its own"
                 ));
             }
         }

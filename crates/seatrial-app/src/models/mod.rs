@@ -174,11 +174,16 @@ impl ModelPoint {
 
     /// `80 %`, `1.63 m/s` or `model` for messages.
     pub fn name(&self) -> String {
-        match (self.point.thrust, self.point.surge_speed_m_s) {
-            (Some(thrust), _) => format!("{:.0} % thrust", thrust * 100.0),
-            (None, Some(speed)) => format!("{speed:.2} m/s"),
-            (None, None) => "the model".into(),
-        }
+        place(self.point.thrust, self.point.surge_speed_m_s)
+    }
+}
+
+/// Thrust or speed of a model, as people call it.
+fn place(thrust: Option<f64>, surge_speed_m_s: Option<f64>) -> String {
+    match (thrust, surge_speed_m_s) {
+        (Some(thrust), _) => format!("{:.0} % thrust", thrust * 100.0),
+        (None, Some(speed)) => format!("{speed:.2} m/s"),
+        (None, None) => "the model".into(),
     }
 }
 
@@ -224,14 +229,18 @@ impl Models {
         Ok(self)
     }
 
-    /// Where the rudder limit is beyond what a model was seen with, in words.
+    /// Where the rudder limit or the speed is beyond what a model was seen with, in words.
     pub fn beyond_range(&self) -> Vec<String> {
         let beyond = |point: &ModelPoint| {
-            let range = point.valid_range.as_ref()?;
-            let beyond = range.beyond_rudder(self.rudder_limit_rad, self.rudder_unit)?;
-            Some(format!("{}: {beyond}", point.name()))
+            let range = point.valid_range?;
+            let rudder = range.beyond_rudder(self.rudder_limit_rad, self.rudder_unit);
+            let speed_m_s = point.point.surge_speed_m_s;
+            let speed = speed_m_s.and_then(|speed_m_s| range.beyond_speed(speed_m_s));
+            let name = point.name();
+            let named = move |beyond: String| format!("{name}: {beyond}");
+            Some([rudder, speed].into_iter().flatten().map(named))
         };
-        self.points.iter().filter_map(beyond).collect()
+        self.points.iter().filter_map(beyond).flatten().collect()
     }
 
     /// With the rudder at full steering, where one is given, rad. One that the source knows cannot be changed: its models

@@ -54,6 +54,16 @@ impl ValidRange {
         })
     }
 
+    /// Why a speed, m/s, is beyond the range, in words.
+    pub fn beyond_speed(&self, speed_m_s: f64) -> Option<String> {
+        let [low, high] = self.surge_speed_m_s?;
+        let is_beyond = speed_m_s > NOTED_BEYOND * high || NOTED_BEYOND * speed_m_s < low;
+        is_beyond.then(|| {
+            let [low, high, speed] = [low, high, speed_m_s].map(three_figures);
+            format!("the model was seen at {low} to {high} m/s; {speed} m/s is beyond")
+        })
+    }
+
     /// Where another range leaves this one, in words.
     pub fn left_by(&self, other: &Self, unit: RudderUnit) -> Vec<String> {
         let rudder = self.beyond_rudder(other.largest_rudder(), unit);

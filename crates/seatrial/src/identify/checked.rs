@@ -8,7 +8,7 @@ use super::error::IdentifyError;
 use super::explained::Explained;
 use super::intervals::reaching_validation;
 use super::late_yaw_rate::{record_in_time, with_yaw_rate_in_time};
-use super::log_statistics::LogStatistics;
+use super::log_statistics::{LogStatistics, mean_speed_m_s};
 use super::mishap::Mishaps;
 use super::prepared::Prepared;
 use super::second_order;
@@ -54,6 +54,8 @@ pub struct Checked<'a> {
 pub struct Independent {
     /// Their length over that of the training.
     pub length: f64,
+    /// Mean speeds of the training and of these data, m/s, where both were logged.
+    pub surge_speeds_m_s: Option<[f64; 2]>,
     /// The largest jump of the heading from where the measured yaw rate takes it.
     pub largest_jump: Option<Jump>,
     /// The estimate made from them alone, where they give one that may be compared.
@@ -213,6 +215,9 @@ impl Independent {
         };
         Self {
             length: duration_s(&samples) / duration_s(prepared.samples()),
+            surge_speeds_m_s: mean_speed_m_s(prepared.samples())
+                .zip(mean_speed_m_s(&samples))
+                .map(Into::into),
             largest_jump: CompassError::of(&samples).largest_jump,
             estimate: validation_estimate_behind(&samples, explained.delay_s())
                 .filter(is_comparable)

@@ -15,6 +15,9 @@ const NOTED_EXTRAPOLATION: f64 = 1.2;
 /// Deviations beyond which the offset changed: 99 %.
 const CERTAIN: f64 = 2.58;
 
+/// A change of b2 by less, as its logarithm, is not laid to the speed.
+const LEAST_OF_SPEED: f64 = 0.15;
+
 /// Where a jump of the compass was found.
 const IN_VALIDATION: &str = "in the validation data";
 
@@ -145,6 +148,11 @@ impl Weighing {
                     self.jump(jump, IN_VALIDATION);
                 }
             }
+            (Some(found), _) if let Some(speeds) = speeds_apart(refined, other, apart) => self
+                .reject(
+                    ReasonCode::SpeedDrifted,
+                    format!("the validation data by themselves give {found}: {speeds}"),
+                ),
             (Some(found), Some(saturated)) => self.reject(
                 ReasonCode::RudderSaturated,
                 format!("the validation data by themselves give {found}: {saturated}"),
@@ -223,4 +231,52 @@ fn saturated(trained: &Refined, other: &Refined, checked: &Checked) -> Option<St
             rudder_text(log.rudder_unit, share * log.rudder_amplitude_rad)
         )
     })
+}
+
+/// Speeds of training and validation that explain why their b2 differ, in words: b2 goes with the square of the speed.
+///
+/// ```text
+/// |ln(b2'/b2) - 2 ln(u'/u)| < |2 ln(u'/u)| / 2
+/// ```
+fn speeds_apart(trained: &Refined, other: &Refined, apart: &Independent) -> Option<String> {
+    let [before_m_s, now_m_s] = apart.surge_speeds_m_s?;
+    let expected = 2.0 * libm::log(now_m_s / before_m_s);
+    let found = libm::log(other.model.b2_per_s2 / trained.model.b2_per_s2);
+    let is_explained =
+        expected.abs() > LEAST_OF_SPEED && (found - expected).abs() < 0.5 * expected.abs();
+    is_explained.then(|| {
+        format!(
+            "the speed was {} m/s there and {} m/s in training, and b2 goes with its square; settle longer, so that both have one speed",
+            three_figures(now_m_s),
+            three_figures(before_m_s)
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identify::verdict::tests::refined_at;
+
+    #[test]
+    fn exact_speeds_explain_the_b2_that_goes_with_their_square() {
+        let trained = refined_at([-1.0, 1.0, 0.0], 0.05);
+        let explained = |speeds, b2| {
+            let apart = Independent {
+                length: 1.0,
+                surge_speeds_m_s: speeds,
+                largest_jump: None,
+                estimate: None,
+            };
+            speeds_apart(&trained, &refined_at([-1.0, b2, 0.0], 0.05), &apart)
+        };
+        let text = explained(Some([2.0, 1.5]), 0.5625).unwrap();
+        assert!(text.contains("1.50 m/s there and 2.00 m/s in"), "{text}");
+        // A rudder that lost more than the speed, one that does more at less speed, one speed, none.
+        assert_eq!(explained(Some([2.0, 1.5]), 0.3), None);
+        assert_eq!(explained(Some([2.0, 1.5]), 1.5), None);
+        assert_eq!(explained(Some([2.0, 1.96]), 0.96), None);
+        assert_eq!(explained(None, 0.5625), None);
+        assert_eq!(explained(Some([2.0, 1.5]), -0.5625), None);
+    }
 }
