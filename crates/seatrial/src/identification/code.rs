@@ -55,7 +55,7 @@ pub enum ReasonCode {
     SignReversed,
     /// Samples were rejected.
     RejectedSamples,
-    /// The speed changed within the training.
+    /// The speed changed within the training, or from there to the validation.
     SpeedDrifted,
     /// A channel is logged too seldom for this vehicle.
     SampledTooSeldom,
