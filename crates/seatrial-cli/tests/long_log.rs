@@ -69,7 +69,7 @@ fn val_ardupilot_rover_makes_a_schedule_and_an_inspection() {
         "{verdict:#}"
     );
     let text = verdict["reasons"][0]["detail"].as_str().unwrap_or_default();
-    assert!(text.contains("1.61 m/s there and 2.11 m/s in"), "{text}");
+    assert!(text.contains("1.62 m/s there and 2.11 m/s in"), "{text}");
     let same = run(&["gains", "--model", &models, "--json"]);
     assert_eq!(document(&same)["points"].as_array().map(Vec::len), Some(2));
     let stderr = String::from_utf8_lossy(&same.stderr);

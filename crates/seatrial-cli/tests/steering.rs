@@ -267,8 +267,9 @@ fn cli_gains_from_a_trial_take_the_last_accepted_run_of_each_thrust() {
 
     let without_a_repeat = trial("some.json", &runs[..2]);
     let output = seatrial_dev::run(&["gains", "--model", &without_a_repeat]);
-    assert_eq!(output.status.code(), Some(4));
-    assert!(text(&output.stderr).contains("run 2"));
+    // The other speeds are used with care, as the verdict on the trial says.
+    assert_eq!(output.status.code(), Some(0));
+    assert!(text(&output.stderr).contains("80 % thrust has no accepted run"));
 }
 
 #[test]
