@@ -62,6 +62,21 @@ fn exact_overshoots_count_from_the_heading_of_the_order() {
         assert!((found - expected).abs() < 1e-12);
     }
     assert_eq!(ZigZag::of(&track, &[0, 2], 0.2), None);
+
+    // From the middle of it: the first heading is one of those at which the rudder is ordered over later.
+    let heading = [
+        -0.2, -0.28, 0.0, 0.2, 0.25, 0.0, -0.2, -0.27, 0.0, 0.2, 0.26,
+    ];
+    let track: Vec<Instant> = (track.iter().zip(heading))
+        .map(|(at, heading)| Instant {
+            heading_rad: 3.0 + heading,
+            ..*at
+        })
+        .collect();
+    let from_the_middle = ZigZag::of(&track, &[0, 3, 6, 9], 0.2).unwrap();
+    for (found, expected) in from_the_middle.overshoots_rad.iter().zip([0.05, 0.07]) {
+        assert!((found - expected).abs() < 1e-12, "{from_the_middle:?}");
+    }
 }
 
 fn zig_zag(first_deg: f64, second_deg: f64) -> ZigZag {

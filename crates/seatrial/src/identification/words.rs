@@ -270,7 +270,7 @@ fn of_model(code: &ReasonCode) -> Option<Words> {
             "For narrower bounds repeat in calmer water, or with more rudder.",
         ),
         ReasonCode::SpeedDrifted => same(
-            "The speed changed during the training, or from there to the validation.",
+            "The speed was not the same throughout.",
             "Wait longer at each speed before the manoeuvre, or use less rudder.",
         ),
         _ => None,

@@ -116,9 +116,8 @@ impl ZigZag {
         let (first, second) = (at(0)?, at(1)?);
         let initial = track.get(executes[0]..=executes[1])?;
         let overshoots_rad = executes
-            .windows(2)
-            .skip(1)
-            .map(|swing| overshoot(track.get(swing[0]..=swing[1])?, first.heading_rad))
+            .windows(3)
+            .map(|of| overshoot(track.get(of[1]..=of[2])?, track.get(of[0])?.heading_rad))
             .collect::<Option<Vec<f64>>>()?;
         let changes: Vec<f64> = (1..executes.len())
             .filter_map(|k| Some(at(k)?.heading_rad - first.heading_rad))
@@ -147,13 +146,13 @@ impl ZigZag {
     }
 }
 
-/// How far the heading goes on past that of the first instant, away from a base heading, rad.
-fn overshoot(swing: &[Instant], base_rad: f64) -> Option<f64> {
-    let executed_rad = swing.first()?.heading_rad - base_rad;
+/// How far the heading goes on past that of the first instant, away from the one at which the rudder was ordered over before, rad.
+fn overshoot(swing: &[Instant], before_rad: f64) -> Option<f64> {
+    let executed_rad = swing.first()?.heading_rad - before_rad;
     let side = executed_rad.signum();
     let furthest = swing
         .iter()
-        .map(|at| side * (at.heading_rad - base_rad))
+        .map(|at| side * (at.heading_rad - before_rad))
         .fold(f64::NEG_INFINITY, f64::max);
     Some(furthest - side * executed_rad)
 }
