@@ -17,7 +17,7 @@ fn format(number: u8, body: u8, name: &str, codes: &str, labels: &str) -> Vec<u8
     message(128, &[&[number, body + 3], &texts])
 }
 
-/// ArduPilot logs the attitude at 10 Hz where it is told nothing else.
+/// ArduPilot logs the attitude at 10 Hz by default.
 const INTERVAL_S: f64 = 0.1;
 /// A log of ArduSub 4.5 has 1.2 kB for each attitude; here messages of the inertial sensors are in place of all others.
 const OTHERS: u64 = 33;

@@ -142,6 +142,17 @@ pub fn duration_s(samples: &[Sample<f64>]) -> f64 {
     }
 }
 
+/// The mean, exact where all values are the same.
+pub(crate) fn mean(mut values: impl Iterator<Item = f64>) -> Option<f64> {
+    let first = values.next()?;
+    let (mut sum, mut count) = (0.0, 1.0);
+    for value in values {
+        sum += value - first;
+        count += 1.0;
+    }
+    Some(first + sum / count)
+}
+
 impl FromIterator<Sample<f64>> for Record {
     fn from_iter<I: IntoIterator<Item = Sample<f64>>>(samples: I) -> Self {
         Self {

@@ -8,7 +8,7 @@ use super::error::IdentifyError;
 use super::explained::Explained;
 use super::intervals::reaching_validation;
 use super::late_yaw_rate::{record_in_time, with_yaw_rate_in_time};
-use super::log_statistics::{LogStatistics, mean_speed_m_s};
+use super::log_statistics::LogStatistics;
 use super::mishap::Mishaps;
 use super::prepared::Prepared;
 use super::second_order;
@@ -18,7 +18,7 @@ use super::validation_estimate::validation_estimate_behind;
 use crate::identification::{EstimateMethod, HigherOrder, Refined, ValidRange, Validation};
 use crate::manoeuvre::Manoeuvre;
 use crate::plausibility::{self, Doubt};
-use crate::record::duration_s;
+use crate::record::{duration_s, mean};
 use crate::sway_yaw::SecondOrder;
 
 /// The chosen model and what its own record and validation data say of it: all that a verdict weighs.
@@ -209,6 +209,8 @@ impl Independent {
         chosen: &Chosen,
     ) -> Self {
         let samples = data.record.usable(data.window);
+        let mean_speed_m_s =
+            |of: &[Sample<f64>]| mean(of.iter().filter_map(|sample| sample.surge_speed_m_s));
         // What a lagging rudder leaves of a first-order model is no match for the model behind the lag.
         let is_comparable = |estimate: &Refined| {
             chosen.lagging().is_none() || estimate.method != EstimateMethod::OutputError

@@ -109,13 +109,6 @@ fn smallest_heading_step_rad(samples: &[Sample<f64>]) -> Option<f64> {
         .reduce(f64::min)
 }
 
-/// Mean speed of the samples that have one, m/s.
-pub(super) fn mean_speed_m_s(samples: &[Sample<f64>]) -> Option<f64> {
-    let speeds = samples.iter().filter_map(|s| s.surge_speed_m_s);
-    let (count, sum) = speeds.fold((0_u32, 0.0), |(count, sum), v| (count + 1, sum + v));
-    (count > 0).then(|| sum / f64::from(count))
-}
-
 /// Mean speed of the first and of the last quarter of the samples that have one, m/s.
 fn surge_speeds_m_s(samples: &[Sample<f64>]) -> Option<[f64; 2]> {
     let speeds: Vec<f64> = samples

@@ -5,11 +5,10 @@ use std::fmt::Write;
 use seatrial_core::Sample;
 use serde::{Deserialize, Serialize};
 
-use super::trace::mean;
 use super::{Kind, Segment};
 use crate::figures::three_figures;
 use crate::identify::lambda_of;
-use crate::record::{Record, Window};
+use crate::record::{Record, Window, mean};
 
 /// Manoeuvres are of one speed where their thrusts differ by no more than this, or their speeds by no more than this
 /// share (b2 goes with the square: 20 %).

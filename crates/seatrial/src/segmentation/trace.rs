@@ -5,7 +5,7 @@ use std::ops::Range;
 use seatrial_core::{Real, Sample};
 
 use super::{Kind, Segment};
-use crate::record::{Window, median_interval_s};
+use crate::record::{Window, mean, median_interval_s};
 
 /// This share of the rudder's range next to its ends is no neutral angle.
 const EDGE: f64 = 0.1;
@@ -266,15 +266,4 @@ fn neutral(values: &[f64]) -> Option<f64> {
 
 fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, v| v.abs().max(largest))
-}
-
-/// The mean, exact where all values are the same.
-pub(super) fn mean(mut values: impl Iterator<Item = f64>) -> Option<f64> {
-    let first = values.next()?;
-    let (mut sum, mut count) = (0.0, 1.0);
-    for value in values {
-        sum += value - first;
-        count += 1.0;
-    }
-    Some(first + sum / count)
 }

@@ -29,8 +29,8 @@ export interface FigureOf {
 
 export const FIGURES: Readonly<Record<string, FigureOf>> = { intervals, lag };
 
-/** What a page around the figure is told: that it is there, and how high it is. */
-interface Told {
+/** What a page around the figure gets: that it is there, and how high it is. */
+interface Announcement {
   readonly seatrial: "figure";
   readonly height: number;
 }
@@ -87,6 +87,6 @@ export function openFigure(program: Program, figure: FigureOf): { readonly root:
 }
 
 function tell(root: HTMLElement): void {
-  const told: Told = { seatrial: "figure", height: Math.ceil(root.getBoundingClientRect().height) };
-  if (parent !== window) parent.postMessage(told, "*");
+  const announcement: Announcement = { seatrial: "figure", height: Math.ceil(root.getBoundingClientRect().height) };
+  if (parent !== window) parent.postMessage(announcement, "*");
 }

@@ -15,7 +15,7 @@ const NOTED_EXTRAPOLATION: f64 = 1.2;
 /// Deviations beyond which the offset changed: 99 %.
 const CERTAIN: f64 = 2.58;
 
-/// A change of b2 by less, as its logarithm, is not laid to the speed.
+/// A change of b2 by less, as its logarithm, is not put down to the speed.
 const LEAST_OF_SPEED: f64 = 0.15;
 
 /// Where a jump of the compass was found.
