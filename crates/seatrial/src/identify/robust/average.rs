@@ -2,33 +2,21 @@
 
 use core::f64::consts::TAU;
 
+use super::found::Found;
 use super::mixture::{Normal, point_below_which};
-use super::noise::{Noise, whiten};
+use super::noise::whiten;
 use super::normal::above_zero;
-use super::peak::{Peak, Search};
+use super::peak::Peak;
 use super::record::{A22, B2, DELAY, FIRST, LAG2, PARAMETERS, Record};
 
 /// Time constants of a disturbance, in time constants of the vehicle.
-const TIME_CONSTANTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
+pub const TIME_CONSTANTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
 
 /// Ratio between neighbouring strengths of the disturbance.
-const STRENGTH_RATIO: f64 = 2.5;
-
-/// Most strengths looked at either way.
-const MOST_STRENGTHS: usize = 20;
-
-/// A disturbance of more than this share of the rudder's effect explains any record.
-const LARGEST_SHARE: f64 = 1.0;
-
-/// A log likelihood this far below the best has no weight.
-const NEGLIGIBLE: f64 = 7.0;
+pub const STRENGTH_RATIO: f64 = 2.5;
 
 /// Hypotheses of less weight move no end of an interval by a millionth of its width.
 const LEAST_WEIGHT: f64 = 1e-9;
-
-/// Passes of Gauss and Newton: the first search, and one from its neighbour.
-const FIRST_PASSES: u32 = 25;
-const MORE_PASSES: u32 = 8;
 
 /// What is believed of lag and disturbance before a record is seen.
 #[derive(Clone, Copy, Debug)]
@@ -60,15 +48,16 @@ pub const CAUTIOUS: Prior = Prior {
 };
 
 impl Prior {
-    fn log_of(&self, hypothesis: &Hypothesis) -> f64 {
-        let lag = match hypothesis.peak.prompt {
+    /// Of a rudder that acts at once or lags, and a disturbance of such a share.
+    pub fn log_of(&self, prompt: bool, share: f64) -> f64 {
+        let lag = match prompt {
             true => self.prompt,
             false => 1.0 - self.prompt,
         };
-        if hypothesis.share == 0.0 {
+        if share == 0.0 {
             return libm::log(lag * self.none);
         }
-        let off = libm::log(hypothesis.share / self.median_share) / self.log_deviation;
+        let off = libm::log(share / self.median_share) / self.log_deviation;
         let octave = libm::log(STRENGTH_RATIO) / (self.log_deviation * TAU.sqrt());
         let any = (1.0 - self.none) / TIME_CONSTANTS.len() as f64;
         libm::log(lag * any * octave) - 0.5 * off * off
@@ -91,7 +80,8 @@ pub struct Hypothesis {
 }
 
 impl Hypothesis {
-    fn of(peak: Peak, record: &Record) -> Self {
+    /// From its peak.
+    pub fn of(peak: Peak, record: &Record) -> Self {
         let share =
             peak.noise.relative * peak.noise_rad / (peak.mean[B2].abs() * record.amplitude_rad);
         let mut covariance = peak.covariance;
@@ -123,6 +113,11 @@ impl Hypothesis {
 }
 
 impl Hypothesis {
+    /// Log of its weight under a prior, up to a constant of the record.
+    pub fn log_weight(&self, prior: &Prior) -> f64 {
+        prior.log_of(self.peak.prompt, self.share) + self.log_evidence
+    }
+
     /// Its prediction errors, in standard deviations.
     pub fn innovations(&self, record: &Record, block: usize) -> Vec<f64> {
         let around = record.linearised(&self.peak.point, block, self.peak.prompt);
@@ -150,43 +145,29 @@ impl Hypotheses {
     pub fn of(record: &Record) -> Option<Self> {
         let start = record.start()?;
         let block = record.block(start.0[A22]);
-        let mut all = Vec::new();
-        let mut white = None;
-        let kinds: &[bool] = match record.known_delay_s {
-            Some(_) => &[true],
-            None => &[false, true],
+        let mut found = Found::default();
+        let prompt = found.prompt_rudder(record, &start, block);
+        let lagging = match record.known_delay_s {
+            Some(_) => None,
+            None => found.lagging_rudder(record, &start, block, prompt.as_ref()),
         };
-        for &prompt in kinds {
-            let mut search = Search::new(record, &start, block, prompt);
-            let none = Noise {
-                relative: 0.0,
-                time_constant_s: 1.0,
-                a22_per_s: start.0[A22],
-            };
-            let Some(calm) = search.peak(none, FIRST_PASSES) else {
-                continue;
-            };
-            let hypothesis = Hypothesis::of(calm, record);
-            white = white.or(Some(hypothesis));
-            all.push(hypothesis);
-            disturbed(record, &search, &calm, |peak| {
-                all.push(Hypothesis::of(*peak, record));
-            });
-        }
-        white.map(|white| Self { all, white, block })
+        let white = lagging.or(prompt)?;
+        Some(Self {
+            all: found.all,
+            white,
+            block,
+        })
     }
 
     /// Log of the probability of the record under a prior.
     pub fn log_evidence(&self, prior: &Prior) -> f64 {
-        let logs = (self.all.iter()).map(|h| prior.log_of(h) + h.log_evidence);
+        let logs = (self.all.iter()).map(|h| h.log_weight(prior));
         let best = logs.clone().fold(f64::NEG_INFINITY, f64::max);
         best + libm::log(logs.map(|log| libm::exp(log - best)).sum::<f64>())
     }
 
     fn weights(&self, prior: &Prior) -> Vec<f64> {
-        let logs: Vec<f64> = (self.all.iter())
-            .map(|h| prior.log_of(h) + h.log_evidence)
-            .collect();
+        let logs: Vec<f64> = (self.all.iter()).map(|h| h.log_weight(prior)).collect();
         let best = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let total: f64 = logs.iter().map(|log| libm::exp(log - best)).sum();
         logs.iter()
@@ -272,46 +253,5 @@ impl Hypotheses {
         let lagging = self.likeliest_of(|h| !h.peak.prompt).unwrap_or(&self.white);
         let of_delay = &lagging.covariance[DELAY];
         [A22, B2].map(|i| of_delay[i] / of_delay[DELAY])
-    }
-}
-
-/// The peaks of all disturbances that carry weight: for each time constant by octaves of strength from where disturbance and
-/// noise move the heading alike, first to the stronger ones, then to the weaker ones.
-fn disturbed(record: &Record, calm_search: &Search, calm: &Peak, mut take: impl FnMut(&Peak)) {
-    let scale = record.rate_scale(calm.point.0[A22]);
-    for ratio in TIME_CONSTANTS {
-        let noise = |relative: f64, a22_per_s: f64| Noise {
-            relative,
-            time_constant_s: ratio / scale,
-            a22_per_s: a22_per_s.clamp(-3.0 * scale, -0.3 * scale),
-        };
-        let mut search = calm_search.clone();
-        let middle = 0.1 * scale * scale;
-        let Some(first) = search.peak(noise(middle, calm.point.0[A22]), MORE_PASSES) else {
-            continue;
-        };
-        take(&first);
-        let mut likeliest = first.log_evidence;
-        for step in [STRENGTH_RATIO, 1.0 / STRENGTH_RATIO] {
-            let mut search = search.clone();
-            let mut last = first;
-            for _ in 0..MOST_STRENGTHS {
-                let relative = last.noise.relative * step;
-                let next = noise(relative, last.point.0[A22]);
-                let Some(peak) = search.peak(next, MORE_PASSES) else {
-                    break;
-                };
-                take(&peak);
-                likeliest = likeliest.max(peak.log_evidence);
-                let amplitude = peak.mean[B2].abs() * record.amplitude_rad;
-                let share = relative * peak.noise_rad / amplitude;
-                let vanished = step < 1.0 && share < 1e-4;
-                let is_all = step > 1.0 && share > LARGEST_SHARE;
-                if vanished || is_all || peak.log_evidence < likeliest - NEGLIGIBLE {
-                    break;
-                }
-                last = peak;
-            }
-        }
     }
 }

@@ -78,33 +78,52 @@ impl Record {
         ]
     }
 
-    /// The vehicle whose simulation is nearest among a grid of dampings and lags, in a thousand comparisons. `None` where the rudder does
-    /// nothing.
+    /// The vehicle whose simulation is nearest, in some hundred comparisons, among a grid of dampings, of a prompt rudder or one of the known
+    /// delay, and then of dampings about that one with two lags. `None` where the rudder does nothing.
     pub fn start(&self) -> Option<Point> {
         const POINTS: i32 = 20;
-        const COMPARISONS: usize = 1000;
-        const LAGS: [f64; 3] = [0.0, 0.15, 0.4];
-        let block = (self.time_s.len() / COMPARISONS).max(1);
+        /// Dampings on either side of the best one that are looked at with lags, in time constants of the vehicle.
+        const BESIDE: usize = 3;
+        const LAGS: [f64; 2] = [0.15, 0.4];
         let slowest = 0.5 / self.duration_s();
         let fastest = 0.4 / self.interval_s;
         let ratio = libm::exp(libm::log(fastest / slowest) / f64::from(POINTS - 1));
-        let dampings = (0..POINTS).map(|i| -slowest * ratio.powi(i));
-        dampings
-            .chain([slowest])
-            .flat_map(|a22| {
-                let points = LAGS.map(|share| {
-                    let lag_s = share / a22.abs();
-                    let mut point = Point([0.0; PARAMETERS]);
-                    point.0[A22] = a22;
-                    point.0[DELAY] = lag_s;
-                    point.0[LAG2] = lag_s * lag_s;
-                    point
-                });
-                self.linear_fits(&points, block)
+        let mut dampings = vec![slowest];
+        dampings.extend((0..POINTS).map(|i| -slowest * ratio.powi(i)));
+        let known_s = self.known_delay_s.unwrap_or(0.0).max(0.0);
+        let prompt: Vec<Point> = (dampings.iter())
+            .map(|a22| Point::lagging(*a22, known_s))
+            .collect();
+        let (prompt, best) = self.nearest_of(&prompt)?;
+        if self.known_delay_s.is_some() {
+            return Some(best);
+        }
+        let place = dampings.iter().position(|a22| *a22 == best.0[A22])?;
+        let about = &dampings[place.saturating_sub(BESIDE)..dampings.len().min(place + BESIDE + 1)];
+        let lagging: Vec<Point> = (about.iter())
+            .flat_map(|a22| LAGS.map(|share| Point::lagging(*a22, share / a22.abs())))
+            .collect();
+        match self.nearest_of(&lagging) {
+            Some((square, lagging)) if square < prompt => Some(lagging),
+            _ => Some(best),
+        }
+    }
+
+    /// Sum of squares and the one of several points whose simulation is nearest.
+    fn nearest_of(&self, points: &[Point]) -> Option<(f64, Point)> {
+        const COMPARISONS: usize = 150;
+        /// Points that go side by side.
+        const TOGETHER: usize = 4;
+        let block = (self.time_s.len() / COMPARISONS).max(1);
+        points
+            .chunks(TOGETHER)
+            .flat_map(|points| {
+                let last = points[points.len() - 1];
+                let filled = core::array::from_fn(|i| points.get(i).copied().unwrap_or(last));
+                self.linear_fits::<TOGETHER>(&filled, block)
             })
             .flatten()
             .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(_, point)| point)
     }
 
     /// Sum of squares and point of the best b2, C0, psi0 and r0 at the dynamics of each point.

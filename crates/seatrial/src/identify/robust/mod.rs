@@ -28,6 +28,7 @@ pub mod belief;
 pub mod edges;
 pub mod estimate;
 pub mod even;
+pub mod found;
 pub mod linearised;
 pub mod misfit;
 pub mod mixture;

@@ -11,8 +11,9 @@ const LONGEST_LAG: f64 = 1.0;
 /// No lag of more than this share of the record is looked for.
 const LONGEST_SHARE: f64 = 0.05;
 
-/// A move of the point by this many standard deviations needs no new linearisation.
-const NEAR: f64 = 0.1;
+/// A peak that carries weight is found to about so many standard deviations, and another one.
+const NEAR: f64 = 0.005;
+const NEAR_ENOUGH: f64 = 0.3;
 
 /// The noise is estimated anew so often: its beliefs about lag and first rudder hardly change it.
 const MOST_NOISES: u32 = 4;
@@ -86,6 +87,11 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// The record.
+    pub fn record(&self) -> &'a Record {
+        self.record
+    }
+
     /// Around the last point.
     pub fn around(&self) -> &Linearised {
         &self.around
@@ -93,7 +99,12 @@ impl<'a> Search<'a> {
 
     /// The peak under one noise, by steps of Gauss and Newton from where the last one was found; a step that makes the fit worse
     /// is halved. `None` where the record determines no vehicle, or one that is faster than its samples.
-    pub fn peak(&mut self, noise: Noise, passes: u32) -> Option<Peak> {
+    pub fn peak(
+        &mut self,
+        noise: Noise,
+        passes: u32,
+        carries_weight: impl Fn(&Peak) -> bool,
+    ) -> Option<Peak> {
         let mut best: Option<(f64, Linearised)> = None;
         let mut found = None;
         for _ in 0..passes {
@@ -110,10 +121,7 @@ impl<'a> Search<'a> {
             }
             let (next, share) = self.next(&peak);
             let from = self.around.point.0;
-            let moved = [A22, DELAY, LAG2]
-                .map(|i| (next.0[i] - from[i]).abs() / peak.covariance[i][i].sqrt())
-                .into_iter()
-                .fold(0.0, f64::max);
+            let left = self.left(&peak, &next);
             let mean: [f64; PARAMETERS] =
                 core::array::from_fn(|i| from[i] + share * (peak.mean[i] - from[i]));
             if next.0[A22].abs().max(mean[A22].abs()) * self.record.interval_s > FASTEST {
@@ -124,7 +132,7 @@ impl<'a> Search<'a> {
                 mean,
                 ..peak
             };
-            if moved < NEAR {
+            if left < NEAR || (left < NEAR_ENOUGH && share == 1.0 && !carries_weight(&peak)) {
                 return Some(peak);
             }
             found = Some(peak);
@@ -135,6 +143,23 @@ impl<'a> Search<'a> {
             self.around = around;
         }
         found
+    }
+
+    /// How far about a linearisation around the next point would move it again, in standard deviations.
+    ///
+    /// ```text
+    /// max( (delta a22)^2 / (|a22| sigma),  (delta s)^2 / (2 sigma^2),  (delta v)^2 / (2 sigma^2) )
+    /// ```
+    ///
+    /// Steps of Gauss and Newton become small by squares: over the damping itself, and over the own deviations of lag and shift, which
+    /// their beliefs bend over.
+    fn left(&self, peak: &Peak, next: &Point) -> f64 {
+        let from = &self.around.point.0;
+        let deviations = |i: usize| (next.0[i] - from[i]).abs() / peak.covariance[i][i].sqrt();
+        let rate = from[A22].abs().max(0.5 / self.record.duration_s());
+        let of_damping = deviations(A22) * (next.0[A22] - from[A22]).abs() / rate;
+        let of_lag = [DELAY, LAG2].map(|i| 0.5 * deviations(i).powi(2));
+        of_lag.into_iter().fold(of_damping, f64::max)
     }
 
     /// A peak with noise and covariance of the linearisation around the last point.

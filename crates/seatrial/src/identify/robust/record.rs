@@ -70,6 +70,15 @@ pub const LAG2: usize = 7;
 pub struct Point(pub [f64; PARAMETERS]);
 
 impl Point {
+    /// A vehicle of this damping at rest behind a rudder of this lag, without a shift.
+    pub fn lagging(a22_per_s: f64, lag_s: f64) -> Self {
+        let mut point = Self([0.0; PARAMETERS]);
+        point.0[A22] = a22_per_s;
+        point.0[DELAY] = lag_s;
+        point.0[LAG2] = lag_s * lag_s;
+        point
+    }
+
     /// Dynamics alone.
     pub fn dynamics(&self) -> Dynamics {
         let lag_s = self.0[LAG2].max(0.0).sqrt();
