@@ -96,19 +96,23 @@ pub fn heading_jump(samples: &[Sample<f64>]) -> Option<Jump> {
         heading_rad.push(heading_rad[heading_rad.len() - 1] + step);
     }
     let times_s: Vec<f64> = usable.iter().map(|s| s.time_s).collect();
+    let lines: Vec<Option<Line>> = (times_s.windows(SIDE).zip(heading_rad.windows(SIDE)))
+        .map(|(times_s, heading_rad)| Line::through(times_s, heading_rad))
+        .collect();
     let parts: Vec<(usize, f64)> = (SIDE..usable.len() - SIDE - 1)
         .filter_map(|k| {
             let middle_s = 0.5 * (times_s[k] + times_s[k + 1]);
-            let at = |from: usize, to: usize| {
-                line_at(&times_s[from..to], &heading_rad[from..to], middle_s)
-            };
-            Some((k, at(k + 2, k + 2 + SIDE)? - at(k - SIDE, k)?))
+            let at = |from: usize| Some(lines[from].as_ref()?.at(middle_s));
+            Some((k, at(k + 2)? - at(k - SIDE)?))
         })
         .filter(|(_, parted)| parted.is_finite())
         .collect();
     let mut sizes: Vec<f64> = parts.iter().map(|(_, parted)| parted.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
-    let usual = *sizes.get(9 * sizes.len() / 10)?;
+    if sizes.is_empty() {
+        return None;
+    }
+    let nine_in_ten = 9 * sizes.len() / 10;
+    let usual = *sizes.select_nth_unstable_by(nine_in_ten, f64::total_cmp).1;
     let (k, parted) = parts
         .into_iter()
         .max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()))?;
@@ -132,19 +136,36 @@ fn middle_of(values: &[f64]) -> f64 {
     values[values.len() / 2]
 }
 
-/// The value of a least squares line at an instant.
-fn line_at(times_s: &[f64], values: &[f64], at_s: f64) -> Option<f64> {
-    let count = times_s.len() as f64;
-    let (mean_s, mean) = (
-        times_s.iter().sum::<f64>() / count,
-        values.iter().sum::<f64>() / count,
-    );
-    let (mut squares, mut products) = (0.0, 0.0);
-    for (time_s, value) in times_s.iter().zip(values) {
-        squares += (time_s - mean_s) * (time_s - mean_s);
-        products += (time_s - mean_s) * (value - mean);
+/// A least squares line over time.
+struct Line {
+    mean_s: f64,
+    mean: f64,
+    slope: f64,
+}
+
+impl Line {
+    /// `None` where all times are the same.
+    fn through(times_s: &[f64], values: &[f64]) -> Option<Self> {
+        let count = times_s.len() as f64;
+        let (mean_s, mean) = (
+            times_s.iter().sum::<f64>() / count,
+            values.iter().sum::<f64>() / count,
+        );
+        let (mut squares, mut products) = (0.0, 0.0);
+        for (time_s, value) in times_s.iter().zip(values) {
+            squares += (time_s - mean_s) * (time_s - mean_s);
+            products += (time_s - mean_s) * (value - mean);
+        }
+        (squares > 0.0).then(|| Self {
+            mean_s,
+            mean,
+            slope: products / squares,
+        })
     }
-    (squares > 0.0).then(|| mean + products / squares * (at_s - mean_s))
+
+    fn at(&self, time_s: f64) -> f64 {
+        self.mean + self.slope * (time_s - self.mean_s)
+    }
 }
 
 /// A stuck rudder that explains what a model does not: the heading is simulated with the rudder held from each of some instants

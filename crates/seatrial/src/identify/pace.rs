@@ -32,11 +32,8 @@ impl Pace {
                 .map(|pair| pair[1].time_s)
                 .collect();
             let apart: Vec<f64> = changes.windows(2).map(|t| t[1] - t[0]).collect();
-            let mut values: Vec<f64> = samples.iter().map(value).collect();
-            values.sort_by(f64::total_cmp);
-            values.dedup();
             // A relay's few angles are no channel's pace.
-            match apart.len().min(values.len()) < LEAST_CHANGES {
+            match apart.len().min(different(samples.iter().map(value))) < LEAST_CHANGES {
                 true => row_s,
                 false => low(apart, SHORTER).unwrap_or(row_s).max(row_s),
             }
@@ -54,10 +51,21 @@ impl Pace {
     }
 }
 
+/// How many different values there are; counted up to [`LEAST_CHANGES`].
+fn different(values: impl Iterator<Item = f64>) -> usize {
+    let mut seen: Vec<f64> = Vec::with_capacity(LEAST_CHANGES);
+    for value in values {
+        if seen.len() < LEAST_CHANGES && !seen.contains(&value) {
+            seen.push(value);
+        }
+    }
+    seen.len()
+}
+
 /// The value that this share of them is below.
 fn low(mut values: Vec<f64>, share: f64) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get((share * values.len() as f64) as usize).copied()
+    let place = (share * values.len() as f64) as usize;
+    (place < values.len()).then(|| *values.select_nth_unstable_by(place, f64::total_cmp).1)
 }
 
 #[cfg(test)]
