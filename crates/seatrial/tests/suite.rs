@@ -10,6 +10,7 @@ mod health;
 mod identify;
 mod robust;
 mod rudder_play;
+mod search_tolerance;
 mod second_order;
 mod segmentation;
 mod ship_manoeuvres;

@@ -6,7 +6,7 @@
 use seatrial_core::{Real, Sample, YawModel};
 
 use super::compass::Jump;
-use super::validation::goodness_of_fit;
+use super::validation::{fit_of_what_is_measured, goodness_of_fit};
 use crate::identification::LEAST_R2;
 use crate::manoeuvre::Manoeuvre;
 
@@ -177,7 +177,8 @@ pub fn rudder_jam(model: YawModel<f64>, samples: &[Sample<f64>]) -> Option<Jam> 
     if holds(model, samples) || model.a22_per_s >= 0.0 {
         return None;
     }
-    let r2 = |samples: &[Sample<f64>]| goodness_of_fit(model, samples).r2_heading_offset_refit;
+    let r2 =
+        |samples: &[Sample<f64>]| fit_of_what_is_measured(model, samples).r2_heading_offset_refit;
     let free = r2(samples)?;
     let manoeuvre = Manoeuvre::find(samples)?;
     let first = samples.partition_point(|s| s.time_s < manoeuvre.starts_s);
@@ -217,9 +218,8 @@ pub fn rudder_jam(model: YawModel<f64>, samples: &[Sample<f64>]) -> Option<Jam> 
 
 /// Does the model explain the heading, at least but for an offset?
 fn holds(model: YawModel<f64>, samples: &[Sample<f64>]) -> bool {
-    let is_good = |r2: Option<f64>| r2.is_some_and(|r2| r2 >= LEAST_R2);
-    let fit = goodness_of_fit(model, samples);
-    is_good(fit.r2_heading) || is_good(fit.r2_heading_offset_refit) && is_good(fit.r2_yaw_rate)
+    fit_of_what_is_measured(model, samples).reaches(LEAST_R2)
+        || goodness_of_fit(model, samples).reaches(LEAST_R2)
 }
 
 /// The samples with the rudder held.

@@ -65,6 +65,14 @@ pub fn goodness_of_fit(model: YawModel<f64>, samples: &[Sample<f64>]) -> Goodnes
     }
 }
 
+/// [`goodness_of_fit`] without the derivative of the heading: of the yaw rate only where it is measured.
+pub(super) fn fit_of_what_is_measured(
+    model: YawModel<f64>,
+    samples: &[Sample<f64>],
+) -> GoodnessOfFit<f64> {
+    compared(model, quiet_lead_in_s(samples), samples)
+}
+
 /// [`goodness_of_fit`] by the measured yaw rate or by the derivative of the heading, whichever the model explains
 /// better: a slow vehicle's yaw rate drowns in the noise of its gyro, not in that of its compass.
 pub(super) fn fit_by_the_clearer_rate(
