@@ -64,6 +64,7 @@ pub struct Pace<T> {
 impl<T: Real> Pace<T> {
     /// The pace of a sample `interval_s` (s) after the one before, with filters of this lambda (rad/s). A first sample,
     /// `interval_s` = 0, counts as one at the paper's rate.
+    #[inline]
     pub fn new(settings: &ConvergenceSettings<T>, lambda_rad_s: T, interval_s: T) -> Self {
         if !settings.in_own_time {
             return Self {
@@ -80,6 +81,7 @@ impl<T: Real> Pace<T> {
     }
 
     /// The step from one Theta to the next.
+    #[inline]
     pub fn step_norm(&self, before: [T; 3], after: [T; 3]) -> T {
         let second_s = self.second_s;
         let units = [second_s, second_s * second_s, second_s * second_s];
@@ -120,6 +122,7 @@ impl<T: Real> Convergence<T> {
     }
 
     /// Takes in one step of the estimate, `elapsed_s` after the start of the training.
+    #[inline]
     pub fn observe(
         &mut self,
         step_norm: T,

@@ -101,12 +101,15 @@ impl<T: Real> Estimator<T> {
             (Filtering::Rejected(cause), _) => return Intake::Rejected(cause),
             (Filtering::Moved { interval_s }, Some(auxiliary)) => {
                 passed_s = interval_s;
-                match restoring_per_s2 {
-                    Some(m) => {
+                match (self.settings.method, restoring_per_s2) {
+                    (Method::LeastSquares, _) => {}
+                    (Method::InstrumentalVariable, Some(m)) => {
                         let model = PitchModel::righted(&before, m);
                         auxiliary.advance_righted(&model, now.rudder_rad, interval_s);
                     }
-                    None => auxiliary.advance(&before, now.rudder_rad, interval_s, lambda_rad_s),
+                    (Method::InstrumentalVariable, None) => {
+                        auxiliary.advance(&before, now.rudder_rad, interval_s, lambda_rad_s);
+                    }
                 }
             }
             (_, auxiliary) => {
@@ -170,8 +173,9 @@ impl<T: Real> Estimator<T> {
     }
 
     /// The parameters of the instrument once it has taken over; with a restoring moment, only while they are stable.
+    #[inline]
     fn theta(&self) -> [T; 4] {
-        let instrument = self.instrument.map(|instrument| instrument.theta());
+        let instrument = self.instrument.as_ref().map(RecursiveInstrument::theta);
         instrument
             .filter(|theta| !self.settings.has_restoring_moment || self.is_stable(theta))
             .unwrap_or(self.least_squares.theta())
@@ -215,6 +219,7 @@ impl<T: Real> Estimator<T> {
     }
 
     /// The filtered signals at the latest sample taken in.
+    #[inline]
     pub fn filtered(&self) -> FilteredSignals<T> {
         match &self.filters {
             Some((heading, rudder)) => FilteredSignals {
@@ -237,6 +242,7 @@ impl<T: Real> Estimator<T> {
         &self.settings
     }
 
+    #[inline]
     fn filter(&mut self, time_s: f64, heading_rad: T, rudder_rad: T) -> Filtering<T> {
         let yaw_rate_rad_s = self.filtered().yaw_rate_rad_s;
         let admission = self
@@ -254,13 +260,21 @@ impl<T: Real> Estimator<T> {
             ) => {
                 let lost = self.settings.lost_rudder;
                 let moved_rad = rudder_rad - rudder.signal();
-                let steps = lost.steps(interval_s, usual_interval_s);
-                let share = T::ONE / T::of(f64::from(steps));
-                self.step.set_interval(interval_s * share);
-                for _ in 0..steps {
-                    let turned_rad = heading_increment_rad * share;
-                    heading.advance_by(turned_rad, self.settings.heading_hold, &self.step);
-                    rudder.advance_by(moved_rad * share, Hold::ZeroOrder, &self.step);
+                let mut advance = |interval_s, turned_rad, moved_rad, steps| {
+                    self.step.set_interval(interval_s);
+                    for _ in 0..steps {
+                        heading.advance_by(turned_rad, self.settings.heading_hold, &self.step);
+                        rudder.advance_by(moved_rad, Hold::ZeroOrder, &self.step);
+                    }
+                };
+                match lost.steps(interval_s, usual_interval_s) {
+                    1 => advance(interval_s, heading_increment_rad, moved_rad, 1),
+                    steps => {
+                        let share = T::ONE / T::of(f64::from(steps));
+                        let [interval_s, turned_rad, moved_rad] =
+                            [interval_s, heading_increment_rad, moved_rad].map(|all| all * share);
+                        advance(interval_s, turned_rad, moved_rad, steps);
+                    }
                 }
                 self.unseen.advance(interval_s, &mut self.step);
                 if lost.hides_edge(interval_s, usual_interval_s, moved_rad) {
@@ -314,6 +328,7 @@ impl<T: Real> Estimator<T> {
         }
     }
 
+    #[inline]
     fn learn(&mut self, now: &FilteredSignals<T>) -> Intake {
         let forgetting = Forgetting {
             factor: self.settings.forgetting_factor,
@@ -326,10 +341,16 @@ impl<T: Real> Estimator<T> {
         };
         let regressor = [first_rad, now.yaw_rate_rad_s, now.rudder_rad, T::ONE];
         let observation = now.yaw_acceleration_rad_s2 - self.unseen.settled_rad_s2();
-        if !self
-            .least_squares
-            .update(regressor, observation, forgetting)
-        {
+        let has_first = has_restoring_moment || self.unseen.has_pulse();
+        let learnt = match has_first {
+            true => self
+                .least_squares
+                .update(regressor, observation, forgetting),
+            false => self
+                .least_squares
+                .update_without_first(&regressor, observation, forgetting),
+        };
+        if !learnt {
             self.guard.count(Cause::NonFinite);
             return Intake::Rejected(Cause::NonFinite);
         }
@@ -340,7 +361,11 @@ impl<T: Real> Estimator<T> {
                 false => first_rad,
             };
             let instrument = [first_rad, rate_rad_s, now.rudder_rad, T::ONE];
-            if !recursion.update(regressor, instrument, observation) {
+            let learnt = match has_first {
+                true => recursion.update(regressor, instrument, observation),
+                false => recursion.update_without_first(&regressor, &instrument, observation),
+            };
+            if !learnt {
                 return Intake::Warming;
             }
         }

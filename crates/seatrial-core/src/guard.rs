@@ -175,6 +175,7 @@ impl<T: Real> Guard<T> {
     }
 
     /// Judges a sample, given the yaw rate that the samples before it show.
+    #[inline]
     pub fn admit(
         &mut self,
         time_s: f64,
@@ -202,6 +203,7 @@ impl<T: Real> Guard<T> {
         self.rejected.count(cause);
     }
 
+    #[inline]
     fn judge(
         &mut self,
         time_s: f64,
@@ -229,8 +231,7 @@ impl<T: Real> Guard<T> {
         let interval_s = T::of(interval_s);
         let turned = heading_rad - last_heading_rad;
         let predicted = yaw_rate_rad_s * interval_s;
-        let turn = T::PI + T::PI;
-        let heading_increment_rad = turned - turn * ((turned - predicted) / turn).round();
+        let heading_increment_rad = turned - whole_turns(turned - predicted);
         if let Some(jump) = self.settings.heading_jump_rad
             && (heading_increment_rad - predicted).abs()
                 > jump + self.settings.max_yaw_rate_rad_s * interval_s
@@ -245,6 +246,7 @@ impl<T: Real> Guard<T> {
     }
 
     /// The running median of the intervals, which each interval moves by 2 % towards itself.
+    #[inline]
     fn usual_interval_s(&mut self, interval_s: T) -> T {
         if self.usual_interval_s == T::ZERO {
             self.usual_interval_s = interval_s;
@@ -255,6 +257,7 @@ impl<T: Real> Guard<T> {
     }
 
     /// Refuses a sample, unless `refused_in_a_row` were refused before: then it is the new level.
+    #[cold]
     fn refuse(&mut self, cause: Cause) -> Admission<T> {
         self.refused_in_a_row += 1;
         if self.refused_in_a_row < self.settings.refused_in_a_row {
@@ -263,6 +266,16 @@ impl<T: Real> Guard<T> {
         self.rejected.discontinuities = self.rejected.discontinuities.saturating_add(1);
         Admission::Restart
     }
+}
+
+/// The whole turns nearest to an angle, rad; a zero of the angle's sign within half a turn.
+#[inline]
+fn whole_turns<T: Real>(angle_rad: T) -> T {
+    if angle_rad.abs() < T::PI {
+        return angle_rad * T::ZERO;
+    }
+    let turn = T::PI + T::PI;
+    turn * (angle_rad / turn).round()
 }
 
 #[cfg(test)]

@@ -56,6 +56,7 @@ impl<T: Real> AuxiliaryModel<T> {
     }
 
     /// Moves on by an interval, at whose end the filtered rudder is `rudder_rad`.
+    #[inline]
     pub fn advance(&mut self, model: &YawModel<T>, rudder_rad: T, interval_s: T, lambda_rad_s: T) {
         let slowest = T::of(-0.05) * (lambda_rad_s / T::of(0.5)).min(T::ONE);
         let fastest = T::of(-10.0) * (lambda_rad_s / T::of(4.0)).max(T::ONE);
@@ -142,31 +143,101 @@ impl<T: Real, const N: usize> RecursiveInstrument<T, N> {
 
     /// Learns from one sample; returns whether it could.
     pub fn update(&mut self, regressor: [T; N], instrument: [T; N], observation: T) -> bool {
-        let p_zeta = self.covariance.map(|row| dot(&row, &instrument));
-        let mut phi_p = [T::ZERO; N];
-        for (phi, row) in regressor.iter().zip(&self.covariance) {
-            for (sum, p) in phi_p.iter_mut().zip(row) {
-                *sum += *phi * *p;
-            }
-        }
-        let denominator = T::ONE + dot(&regressor, &p_zeta);
-        let step = (observation - dot(&regressor, &self.theta)) / denominator;
-        let usable = denominator >= T::of(SMALLEST_DENOMINATOR) && denominator.is_finite();
-        if !(usable && step.is_finite()) {
+        let Some(update) = self.judged::<0>(&regressor, &instrument, observation) else {
             return false;
-        }
-        let rows = self.theta.iter_mut().zip(&mut self.covariance);
-        for ((theta, row), p_zeta) in rows.zip(&p_zeta) {
-            *theta += *p_zeta * step;
-            let gain = *p_zeta / denominator;
-            for (p, phi_p) in row.iter_mut().zip(&phi_p) {
-                *p -= gain * *phi_p;
-            }
+        };
+        self.learn::<0>(&update);
+        true
+    }
+
+    /// [`update`](Self::update), bit for bit, while row and column of the first parameter are 0 ([`reset_first`](Self::reset_first) with
+    /// variance 0), and so are the first regressor and the first instrument.
+    #[inline]
+    pub(crate) fn update_without_first(
+        &mut self,
+        regressor: &[T; N],
+        instrument: &[T; N],
+        observation: T,
+    ) -> bool {
+        let Some(update) = self.judged::<1>(regressor, instrument, observation) else {
+            return false;
+        };
+        // Row and column of the first parameter lose products with 0, which are 0 while the other factor is finite.
+        match update.is_finite() {
+            true => self.learn::<1>(&update),
+            false => self.learn::<0>(&update),
         }
         true
     }
+
+    /// What the sample changes, of the parameters from `FIRST` on. `None` where it cannot be learnt from.
+    #[inline]
+    fn judged<const FIRST: usize>(
+        &self,
+        regressor: &[T; N],
+        instrument: &[T; N],
+        observation: T,
+    ) -> Option<Update<T, N>> {
+        let mut p_zeta = [T::ZERO; N];
+        let mut phi_p = [T::ZERO; N];
+        for i in FIRST..N {
+            p_zeta[i] = dot::<T, FIRST, N>(&self.covariance[i], instrument);
+            for j in FIRST..N {
+                phi_p[j] += regressor[i] * self.covariance[i][j];
+            }
+        }
+        let denominator = T::ONE + dot::<T, FIRST, N>(regressor, &p_zeta);
+        let step = (observation - dot::<T, FIRST, N>(regressor, &self.theta)) / denominator;
+        let usable = denominator >= T::of(SMALLEST_DENOMINATOR) && denominator.is_finite();
+        (usable && step.is_finite()).then(|| Update {
+            step,
+            p_zeta,
+            gain: p_zeta.map(|p_zeta| p_zeta / denominator),
+            phi_p,
+        })
+    }
+
+    #[inline]
+    fn learn<const FIRST: usize>(&mut self, update: &Update<T, N>) {
+        for i in FIRST..N {
+            self.theta[i] += update.p_zeta[i] * update.step;
+            for j in FIRST..N {
+                self.covariance[i][j] -= update.gain[i] * update.phi_p[j];
+            }
+        }
+    }
 }
 
-fn dot<T: Real, const N: usize>(a: &[T; N], b: &[T; N]) -> T {
-    a.iter().zip(b).map(|(a, b)| *a * *b).sum()
+/// What a sample changes.
+struct Update<T, const N: usize> {
+    /// e over the denominator.
+    step: T,
+    /// P zeta
+    p_zeta: [T; N],
+    /// K
+    gain: [T; N],
+    /// Phi^T P
+    phi_p: [T; N],
+}
+
+impl<T: Real, const N: usize> Update<T, N> {
+    /// Are K and Phi^T P numbers? Where one is just below overflow the answer may be no.
+    #[inline]
+    fn is_finite(&self) -> bool {
+        let mut sum = T::ZERO;
+        for i in 0..N {
+            sum += self.gain[i].abs() + self.phi_p[i].abs();
+        }
+        sum.is_finite()
+    }
+}
+
+/// The scalar product of the elements from `FIRST` on, to the sum of those before, which are products of 0.
+#[inline]
+fn dot<T: Real, const FIRST: usize, const N: usize>(a: &[T; N], b: &[T; N]) -> T {
+    let mut sum = if FIRST == 0 { -T::ZERO } else { T::ZERO };
+    for i in FIRST..N {
+        sum += a[i] * b[i];
+    }
+    sum
 }
