@@ -224,11 +224,11 @@ impl<T: Real, const N: usize> Update<T, N> {
     /// Are K and Phi^T P numbers? Where one is just below overflow the answer may be no.
     #[inline]
     fn is_finite(&self) -> bool {
-        let mut sum = T::ZERO;
+        let mut largest = T::ZERO;
         for i in 0..N {
-            sum += self.gain[i].abs() + self.phi_p[i].abs();
+            largest += self.gain[i].abs() + self.phi_p[i].abs();
         }
-        sum.is_finite()
+        largest.is_finite()
     }
 }
 

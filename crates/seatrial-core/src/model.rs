@@ -181,29 +181,17 @@ fn phi_series_alone<T: Real>(x: T) -> (T, T) {
 /// 4 `EPSILON` keep when rounded enclose it.
 #[inline]
 fn enclosed_phi_series<T: Real>(x: T) -> Option<(T, T)> {
-    const EVEN: [f64; 5] = [
-        1.0 / 259_459_200.0,
-        1.0 / 1_663_200.0,
-        1.0 / 15_120.0,
-        1.0 / 210.0,
-        1.0 / 5.0,
-    ];
-    const ODD: [f64; 4] = [
-        1.0 / 19_958_400.0,
-        1.0 / 151_200.0,
-        1.0 / 1680.0,
-        1.0 / 30.0,
-    ];
-    let square = x * x;
-    let polynomial = |highest: f64, lower: &[f64]| {
-        let next = |sum: T, c: &f64| sum * square + T::of(*c);
-        lower.iter().fold(T::of(highest), next)
-    };
-    let even = polynomial(1.0 / 54_486_432_000.0, &EVEN);
-    let odd = polynomial(1.0 / 3_632_428_800.0, &ODD);
+    let c = |numerator: f64, denominator: f64| T::of(numerator / denominator);
+    let x2 = x * x;
+    let x4 = x2 * x2;
+    let even = (c(1.0, 5.0) + x2 * c(1.0, 210.0))
+        + x4 * ((c(1.0, 15_120.0) + x2 * c(1.0, 1_663_200.0))
+            + x4 * (c(1.0, 259_459_200.0) + x2 * c(1.0, 54_486_432_000.0)));
+    let odd = (c(1.0, 30.0) + x2 * c(1.0, 1680.0))
+        + x4 * ((c(1.0, 151_200.0) + x2 * c(1.0, 19_958_400.0)) + x4 * c(1.0, 3_632_428_800.0));
     let p = even + x * odd;
-    let margin = p * (T::of(4.0) * T::EPSILON);
-    let [phi2, other] = [p - margin, p + margin].map(|p| {
+    let margin = T::of(4.0) * T::EPSILON;
+    let [phi2, other] = [p * (T::ONE - margin), p * (T::ONE + margin)].map(|p| {
         let p = (T::ONE + x * p) * T::of(0.25);
         let p = (T::ONE + x * p) / T::of(3.0);
         (T::ONE + x * p) * T::of(0.5)
