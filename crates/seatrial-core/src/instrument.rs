@@ -60,7 +60,11 @@ impl<T: Real> AuxiliaryModel<T> {
     pub fn advance(&mut self, model: &YawModel<T>, rudder_rad: T, interval_s: T, lambda_rad_s: T) {
         let slowest = T::of(-0.05) * (lambda_rad_s / T::of(0.5)).min(T::ONE);
         let fastest = T::of(-10.0) * (lambda_rad_s / T::of(4.0)).max(T::ONE);
-        let step = Discretisation::new(model.a22_per_s.min(slowest).max(fastest), interval_s);
+        let a22_per_s = match model.a22_per_s {
+            within if within > fastest && within < slowest => within,
+            beyond => beyond.min(slowest).max(fastest),
+        };
+        let step = Discretisation::new(a22_per_s, interval_s);
         let mean_rudder_rad = T::of(0.5) * (self.rudder_rad + rudder_rad);
         let input = model.b2_per_s2 * mean_rudder_rad + model.c0_rad_per_s2;
         self.yaw_rate_rad_s = step.decay * self.yaw_rate_rad_s + step.rate_gain_s * input;

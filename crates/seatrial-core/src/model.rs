@@ -191,10 +191,11 @@ fn enclosed_phi_series<T: Real>(x: T) -> Option<(T, T)> {
         + x4 * ((c(1.0, 151_200.0) + x2 * c(1.0, 19_958_400.0)) + x4 * c(1.0, 3_632_428_800.0));
     let p = even + x * odd;
     let margin = T::of(4.0) * T::EPSILON;
+    let (half, quarter) = (T::of(0.5), T::of(0.25));
+    let (x_half, x_quarter) = (half * x, quarter * x);
     let [phi2, other] = [p * (T::ONE - margin), p * (T::ONE + margin)].map(|p| {
-        let p = (T::ONE + x * p) * T::of(0.25);
-        let p = (T::ONE + x * p) / T::of(3.0);
-        (T::ONE + x * p) * T::of(0.5)
+        let p = (T::ONE + x * (quarter + x_quarter * p)) / T::of(3.0);
+        half + x_half * p
     });
     (phi2 == other).then_some((T::ONE + x * phi2, phi2))
 }
