@@ -81,8 +81,13 @@ impl<T: Real> Pace<T> {
     }
 
     /// The step from one Theta to the next.
-    #[inline]
     pub fn step_norm(&self, before: [T; 3], after: [T; 3]) -> T {
+        self.step(before, after).norm()
+    }
+
+    /// The step from one Theta to the next, its norm not yet taken.
+    #[inline]
+    pub(crate) fn step(&self, before: [T; 3], after: [T; 3]) -> ThetaStep<T> {
         let second_s = self.second_s;
         let units = [second_s, second_s * second_s, second_s * second_s];
         let squares: T = before
@@ -94,7 +99,30 @@ impl<T: Real> Pace<T> {
                 step * step
             })
             .sum();
-        squares.sqrt() / self.samples
+        ThetaStep {
+            squares,
+            samples: self.samples,
+        }
+    }
+}
+
+/// A step of Theta. A root and a division are saved where nobody asks for its norm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ThetaStep<T> {
+    squares: T,
+    samples: T,
+}
+
+impl<T: Real> ThetaStep<T> {
+    pub(crate) fn none() -> Self {
+        Self {
+            squares: T::ZERO,
+            samples: T::ONE,
+        }
+    }
+
+    pub(crate) fn norm(&self) -> T {
+        self.squares.sqrt() / self.samples
     }
 }
 
@@ -121,8 +149,13 @@ impl<T: Real> Convergence<T> {
         self.armed = true;
     }
 
-    /// Takes in one step of the estimate, `elapsed_s` after the start of the training.
+    /// Does [`observe`](Self::observe) anything?
     #[inline]
+    pub(crate) fn is_open(&self) -> bool {
+        self.armed && self.detected_s.is_none()
+    }
+
+    /// Takes in one step of the estimate, `elapsed_s` after the start of the training.
     pub fn observe(
         &mut self,
         step_norm: T,
@@ -130,7 +163,7 @@ impl<T: Real> Convergence<T> {
         elapsed_s: f64,
         settings: &ConvergenceSettings<T>,
     ) {
-        if !self.armed || self.detected_s.is_some() {
+        if !self.is_open() {
             return;
         }
         if step_norm < settings.threshold {

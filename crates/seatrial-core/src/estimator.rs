@@ -1,6 +1,6 @@
 //! The online estimator: guard, filters, recursion and convergence joined.
 
-use crate::convergence::{Convergence, Pace};
+use crate::convergence::{Convergence, Pace, ThetaStep};
 use crate::guard::{Admission, Cause, Guard, RejectedCounts};
 use crate::instrument::{AuxiliaryModel, RecursiveInstrument};
 use crate::least_squares::{Forgetting, RecursiveLeastSquares};
@@ -54,7 +54,7 @@ pub struct Estimator<T> {
     auxiliary: Option<AuxiliaryModel<T>>,
     instrument: Option<RecursiveInstrument<T, 4>>,
     convergence: Convergence<T>,
-    step_norm: T,
+    theta_step: ThetaStep<T>,
     training_start_s: Option<f64>,
 }
 
@@ -73,7 +73,7 @@ impl<T: Real> Estimator<T> {
             auxiliary: None,
             instrument: None,
             convergence: Convergence::default(),
-            step_norm: T::ZERO,
+            theta_step: ThetaStep::none(),
             training_start_s: None,
         })
     }
@@ -131,9 +131,12 @@ impl<T: Real> Estimator<T> {
         }
         let settings = &self.settings.convergence;
         let pace = Pace::new(settings, lambda_rad_s, passed_s);
-        self.step_norm = pace.step_norm(before.theta(), self.model().theta());
-        self.convergence
-            .observe(self.step_norm, &pace, time_s - start_s, settings);
+        self.theta_step = pace.step(before.theta(), self.model().theta());
+        if self.convergence.is_open() {
+            let step_norm = self.theta_step.norm();
+            self.convergence
+                .observe(step_norm, &pace, time_s - start_s, settings);
+        }
         Intake::Used
     }
 
@@ -157,7 +160,7 @@ impl<T: Real> Estimator<T> {
         self.auxiliary = None;
         self.instrument = None;
         self.convergence = Convergence::default();
-        self.step_norm = T::ZERO;
+        self.theta_step = ThetaStep::none();
         self.training_start_s = None;
     }
 
@@ -205,7 +208,7 @@ impl<T: Real> Estimator<T> {
     /// |Theta(t_k) - Theta(t_k-1)| of the latest sample learnt from (39), in the vehicle's own time where the
     /// settings say so.
     pub fn step_norm(&self) -> T {
-        self.step_norm
+        self.theta_step.norm()
     }
 
     /// Seconds from the first training sample to the detection of convergence.

@@ -58,11 +58,14 @@ impl<T: Real> AuxiliaryModel<T> {
     /// Moves on by an interval, at whose end the filtered rudder is `rudder_rad`.
     #[inline]
     pub fn advance(&mut self, model: &YawModel<T>, rudder_rad: T, interval_s: T, lambda_rad_s: T) {
-        let slowest = T::of(-0.05) * (lambda_rad_s / T::of(0.5)).min(T::ONE);
-        let fastest = T::of(-10.0) * (lambda_rad_s / T::of(4.0)).max(T::ONE);
         let a22_per_s = match model.a22_per_s {
-            within if within > fastest && within < slowest => within,
-            beyond => beyond.min(slowest).max(fastest),
+            // Within the limits of every lambda.
+            usual if usual > T::of(-10.0) && usual < T::of(-0.05) => usual,
+            other => {
+                let slowest = T::of(-0.05) * (lambda_rad_s / T::of(0.5)).min(T::ONE);
+                let fastest = T::of(-10.0) * (lambda_rad_s / T::of(4.0)).max(T::ONE);
+                other.min(slowest).max(fastest)
+            }
         };
         let step = Discretisation::new(a22_per_s, interval_s);
         let mean_rudder_rad = T::of(0.5) * (self.rudder_rad + rudder_rad);
