@@ -304,6 +304,29 @@ mod tests {
         }
     }
 
+    /// Also at half a turn, and with the sign of zero.
+    fn turns_as_rounded<T: Real>() {
+        let turn = T::PI + T::PI;
+        let step = T::ONE + T::EPSILON;
+        let near = [T::PI / step / step, T::PI / step, T::PI, T::PI * step];
+        for angle in near
+            .into_iter()
+            .chain([T::ZERO, T::of(1e-30), T::ONE, turn, T::of(1e30)])
+        {
+            for angle in [angle, -angle] {
+                let (found, expected) = (whole_turns(angle), turn * (angle / turn).round());
+                assert_eq!(found, expected, "{angle}");
+                assert_eq!(T::ONE / found, T::ONE / expected, "{angle}");
+            }
+        }
+    }
+
+    #[test]
+    fn exact_whole_turns_of_f64_and_f32() {
+        turns_as_rounded::<f64>();
+        turns_as_rounded::<f32>();
+    }
+
     /// A steady turn of 0.4 rad/s, in every way of counting a heading, with four of five samples lost.
     #[test]
     fn exact_unwraps_every_convention_with_samples_missing() {

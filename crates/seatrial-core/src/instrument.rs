@@ -6,6 +6,10 @@ use crate::{PitchModel, PitchState, Real, RecursiveLeastSquares};
 /// Smallest denominator 1 + Phi^T P zeta with which a sample is still learnt from; least squares never goes below 1.
 const SMALLEST_DENOMINATOR: f64 = 0.1;
 
+/// Limits of a22 for filters of 0.5 to 4 rad/s.
+const SLOWEST_PER_S: f64 = -0.05;
+const FASTEST_PER_S: f64 = -10.0;
+
 /// The yaw rate that the rudder alone explains: free of compass noise, and so an instrument.
 ///
 /// ```text
@@ -60,10 +64,10 @@ impl<T: Real> AuxiliaryModel<T> {
     pub fn advance(&mut self, model: &YawModel<T>, rudder_rad: T, interval_s: T, lambda_rad_s: T) {
         let a22_per_s = match model.a22_per_s {
             // Within the limits of every lambda.
-            usual if usual > T::of(-10.0) && usual < T::of(-0.05) => usual,
+            usual if usual > T::of(FASTEST_PER_S) && usual < T::of(SLOWEST_PER_S) => usual,
             other => {
-                let slowest = T::of(-0.05) * (lambda_rad_s / T::of(0.5)).min(T::ONE);
-                let fastest = T::of(-10.0) * (lambda_rad_s / T::of(4.0)).max(T::ONE);
+                let slowest = T::of(SLOWEST_PER_S) * (lambda_rad_s / T::of(0.5)).min(T::ONE);
+                let fastest = T::of(FASTEST_PER_S) * (lambda_rad_s / T::of(4.0)).max(T::ONE);
                 other.min(slowest).max(fastest)
             }
         };
@@ -247,4 +251,57 @@ fn dot<T: Real, const FIRST: usize, const N: usize>(a: &[T; N], b: &[T; N]) -> T
         sum += a[i] * b[i];
     }
     sum
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+
+    /// Regressors and observations of all sizes, up to what overflows.
+    fn without_first<T: Real>(largest: f64) {
+        let mut least_squares = RecursiveLeastSquares::<T, 4>::new(T::of(1e6));
+        least_squares.reset_first(T::ZERO);
+        for factor in [1.0, 0.9] {
+            let forgetting = crate::Forgetting {
+                factor: T::of(factor),
+                trace_limit: T::of(3e6),
+            };
+            let (mut all, mut rest) = (least_squares, least_squares);
+            let mut instruments = None;
+            for k in 0..4000 {
+                let t = f64::from(k);
+                let size = if k % 50 == 49 { largest } else { 1.0 };
+                let phi = [0.0, size * libm::sin(t), libm::sin(0.37 * t), 1.0].map(T::of);
+                let zeta = [0.0, libm::sin(t + 0.2), libm::sin(0.37 * t), 1.0].map(T::of);
+                let y = T::of(libm::cos(1.3 * t) * size);
+                let learnt = all.update(phi, y, forgetting);
+                assert_eq!(learnt, rest.update_without_first(&phi, y, forgetting));
+                assert_eq!(format(&all), format(&rest));
+                if k == 100 {
+                    let taken_over = RecursiveInstrument::take_over(&all);
+                    instruments = Some((taken_over, taken_over));
+                }
+                if let Some((all, rest)) = &mut instruments {
+                    let learnt = all.update(phi, zeta, y);
+                    assert_eq!(learnt, rest.update_without_first(&phi, &zeta, y));
+                    assert_eq!(format(all), format(rest));
+                }
+            }
+        }
+    }
+
+    /// Every digit and the signs of zeros; what is no number equals itself.
+    fn format(value: &impl core::fmt::Debug) -> std::string::String {
+        std::format!("{value:?}")
+    }
+
+    #[test]
+    fn exact_what_is_left_out_changes_no_bit() {
+        for largest in [1.0, 1e-30, 1e18, 1e30, 1e150, 1e300] {
+            without_first::<f64>(largest);
+            without_first::<f32>(largest);
+        }
+    }
 }

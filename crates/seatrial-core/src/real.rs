@@ -166,3 +166,47 @@ macro_rules! real {
 
 real!(f32, expf, expm1f, logf, sqrtf, sinf, cosf, atan2f, roundf);
 real!(f64, exp, expm1, log, sqrt, sin, cos, atan2, round);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_max_min_and_abs_are_those_of_libm() {
+        let numbers = [
+            0.0,
+            -0.0,
+            1.0,
+            -1.5,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::NAN,
+        ];
+        for a in numbers {
+            assert_eq!(Real::abs(a).to_bits(), libm::fabs(a).to_bits());
+            for b in numbers {
+                assert_eq!(
+                    Real::max(a, b).to_bits(),
+                    libm::fmax(a, b).to_bits(),
+                    "{a}, {b}"
+                );
+                assert_eq!(
+                    Real::min(a, b).to_bits(),
+                    libm::fmin(a, b).to_bits(),
+                    "{a}, {b}"
+                );
+                let (a, b) = (a as f32, b as f32);
+                assert_eq!(
+                    Real::max(a, b).to_bits(),
+                    libm::fmaxf(a, b).to_bits(),
+                    "{a}, {b}"
+                );
+                assert_eq!(
+                    Real::min(a, b).to_bits(),
+                    libm::fminf(a, b).to_bits(),
+                    "{a}, {b}"
+                );
+            }
+        }
+    }
+}
