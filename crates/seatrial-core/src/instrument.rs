@@ -154,10 +154,10 @@ impl<T: Real, const N: usize> RecursiveInstrument<T, N> {
 
     /// Learns from one sample; returns whether it could.
     pub fn update(&mut self, regressor: [T; N], instrument: [T; N], observation: T) -> bool {
-        let Some(update) = self.judged::<0>(&regressor, &instrument, observation) else {
+        let Some(update) = self.judged(0, &regressor, &instrument, observation) else {
             return false;
         };
-        self.learn::<0>(&update);
+        self.learn(0, &update);
         true
     }
 
@@ -170,35 +170,36 @@ impl<T: Real, const N: usize> RecursiveInstrument<T, N> {
         instrument: &[T; N],
         observation: T,
     ) -> bool {
-        let Some(update) = self.judged::<1>(regressor, instrument, observation) else {
+        let Some(update) = self.judged(1, regressor, instrument, observation) else {
             return false;
         };
         // Row and column of the first parameter lose products with 0, which are 0 while the other factor is finite.
         match update.is_finite() {
-            true => self.learn::<1>(&update),
-            false => self.learn::<0>(&update),
+            true => self.learn(1, &update),
+            false => self.learn(0, &update),
         }
         true
     }
 
-    /// What the sample changes, of the parameters from `FIRST` on. `None` where it cannot be learnt from.
+    /// What the sample changes, of the parameters from `first` on. `None` where it cannot be learnt from.
     #[inline]
-    fn judged<const FIRST: usize>(
+    fn judged(
         &self,
+        first: usize,
         regressor: &[T; N],
         instrument: &[T; N],
         observation: T,
     ) -> Option<Update<T, N>> {
         let mut p_zeta = [T::ZERO; N];
         let mut phi_p = [T::ZERO; N];
-        for i in FIRST..N {
-            p_zeta[i] = dot::<T, FIRST, N>(&self.covariance[i], instrument);
-            for j in FIRST..N {
+        for i in first..N {
+            p_zeta[i] = dot(first, &self.covariance[i], instrument);
+            for j in first..N {
                 phi_p[j] += regressor[i] * self.covariance[i][j];
             }
         }
-        let denominator = T::ONE + dot::<T, FIRST, N>(regressor, &p_zeta);
-        let step = (observation - dot::<T, FIRST, N>(regressor, &self.theta)) / denominator;
+        let denominator = T::ONE + dot(first, regressor, &p_zeta);
+        let step = (observation - dot(first, regressor, &self.theta)) / denominator;
         let usable = denominator >= T::of(SMALLEST_DENOMINATOR) && denominator.is_finite();
         (usable && step.is_finite()).then(|| Update {
             step,
@@ -209,10 +210,10 @@ impl<T: Real, const N: usize> RecursiveInstrument<T, N> {
     }
 
     #[inline]
-    fn learn<const FIRST: usize>(&mut self, update: &Update<T, N>) {
-        for i in FIRST..N {
+    fn learn(&mut self, first: usize, update: &Update<T, N>) {
+        for i in first..N {
             self.theta[i] += update.p_zeta[i] * update.step;
-            for j in FIRST..N {
+            for j in first..N {
                 self.covariance[i][j] -= update.gain[i] * update.phi_p[j];
             }
         }
@@ -243,11 +244,11 @@ impl<T: Real, const N: usize> Update<T, N> {
     }
 }
 
-/// The scalar product of the elements from `FIRST` on, to the sum of those before, which are products of 0.
+/// The scalar product of the elements from `first` on, to the sum of those before, which are products of 0.
 #[inline]
-fn dot<T: Real, const FIRST: usize, const N: usize>(a: &[T; N], b: &[T; N]) -> T {
-    let mut sum = if FIRST == 0 { -T::ZERO } else { T::ZERO };
-    for i in FIRST..N {
+fn dot<T: Real, const N: usize>(first: usize, a: &[T; N], b: &[T; N]) -> T {
+    let mut sum = if first == 0 { -T::ZERO } else { T::ZERO };
+    for i in first..N {
         sum += a[i] * b[i];
     }
     sum

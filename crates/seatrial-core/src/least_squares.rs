@@ -95,7 +95,7 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
     /// Learns from one sample; returns whether it could (it ignores one that overflows).
     pub fn update(&mut self, regressor: [T; N], observation: T, forgetting: Forgetting<T>) -> bool {
         let mu = self.weight(forgetting);
-        self.learn::<0>(&regressor, observation, mu)
+        self.learn(0, &regressor, observation, mu)
     }
 
     /// [`update`](Self::update), bit for bit, while the first parameter has no variance ([`reset_first`](Self::reset_first)) and the first
@@ -111,21 +111,21 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
         // What the first row takes from the others is a product with 0, which stays 0 while the other factor is finite: f/alpha is, where
         // alpha >= mu >= 1.
         match mu >= T::ONE {
-            true => self.learn::<1>(regressor, observation, mu),
-            false => self.learn::<0>(regressor, observation, mu),
+            true => self.learn(1, regressor, observation, mu),
+            false => self.learn(0, regressor, observation, mu),
         }
     }
 
-    /// Bierman's update of the parameters from `FIRST` on; those before have no variance and their regressors are 0.
+    /// Bierman's update of the parameters from `first` on; those before have no variance and their regressors are 0.
     #[inline]
-    fn learn<const FIRST: usize>(&mut self, regressor: &[T; N], observation: T, mu: T) -> bool {
+    fn learn(&mut self, first: usize, regressor: &[T; N], observation: T, mu: T) -> bool {
         let growth = T::ONE / mu;
         let mut factors = self.factors;
         let mut gain = [T::ZERO; N];
         let (mut alpha, mut inverse) = (mu, growth);
-        for j in FIRST..N {
+        for j in first..N {
             let mut f = regressor[j];
-            for i in FIRST..j {
+            for i in first..j {
                 f += factors[i][j] * regressor[i];
             }
             let g = factors[j][j] * f;
@@ -133,7 +133,7 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
             let next = alpha + f * g;
             inverse = T::ONE / next;
             factors[j][j] = factors[j][j] * growth * (alpha * inverse);
-            for i in FIRST..j {
+            for i in first..j {
                 let u = factors[i][j];
                 factors[i][j] = u - gain[i] * p;
                 gain[i] += u * g;
@@ -143,14 +143,14 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
         }
 
         let mut innovation = observation;
-        for j in FIRST..N {
+        for j in first..N {
             innovation -= regressor[j] * self.theta[j];
         }
         let step = innovation * inverse;
         if !(alpha.is_finite() && step.is_finite()) {
             return false;
         }
-        for j in FIRST..N {
+        for j in first..N {
             self.theta[j] += gain[j] * step;
         }
         self.factors = factors;

@@ -114,7 +114,6 @@ pub struct Discretisation<T> {
 
 impl<T: Real> Discretisation<T> {
     /// For damping `a22_per_s` and an interval of `interval_s`.
-    #[inline]
     pub fn new(a22_per_s: T, interval_s: T) -> Self {
         let x = a22_per_s * interval_s;
         let (phi1, phi2) = phi(x);
@@ -137,7 +136,6 @@ impl<T: Real> Discretisation<T> {
 }
 
 /// phi1(x) = (e^x - 1)/x and phi2(x) = (e^x - 1 - x)/x^2.
-#[inline]
 pub fn phi<T: Real>(x: T) -> (T, T) {
     if x.abs() < T::of(PHI_SERIES_BELOW) {
         enclosed_phi_series(x).unwrap_or_else(|| phi_series_alone(x))
