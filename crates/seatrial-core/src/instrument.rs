@@ -182,6 +182,10 @@ impl<T: Real, const N: usize> RecursiveInstrument<T, N> {
     }
 
     /// What the sample changes, of the parameters from `first` on. `None` where it cannot be learnt from.
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "iterators that skip take a quarter more time"
+    )]
     #[inline]
     fn judged(
         &self,

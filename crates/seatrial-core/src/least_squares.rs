@@ -117,6 +117,10 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
     }
 
     /// Bierman's update of the parameters from `first` on; those before have no variance and their regressors are 0.
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "iterators that skip take a quarter more time"
+    )]
     #[inline]
     fn learn(&mut self, first: usize, regressor: &[T; N], observation: T, mu: T) -> bool {
         let growth = T::ONE / mu;
