@@ -32,19 +32,19 @@ const PROGRAMS: [(&str, &[&str], [u64; 2]); 4] = [
     (
         "the lean estimator",
         &["seatrial_fixed_rate_"],
-        [4700, 12_700],
+        [4700, 14_700],
     ),
     (
         "the guarded estimator",
         &["seatrial_estimator_"],
-        [13_900, 21_000],
+        [16_200, 25_900],
     ),
     (
         "the trial",
         &["seatrial_trial_", "seatrial_plan"],
-        [41_200, 54_400],
+        [41_200, 58_200],
     ),
-    ("everything", &["seatrial_"], [49_200, 67_500]),
+    ("everything", &["seatrial_"], [51_700, 72_900]),
 ];
 
 /// The width of SeatrialNumber.

@@ -49,6 +49,20 @@ pub fn of_a_trial(heading: &[f64], rudder: &[f64]) -> [f64; 3] {
     estimator.model().theta()
 }
 
+/// The same with its default settings, whose instrument takes over after the first doublet.
+pub fn with_the_instrument(heading: &[f64], rudder: &[f64]) -> [f64; 3] {
+    const EXCITATION_ENDS: usize = 130;
+    let mut estimator = Estimator::new(EstimatorSettings::for_lambda(LAMBDA_RAD_S)).unwrap();
+    for (k, (heading, rudder)) in heading.iter().zip(rudder).enumerate() {
+        if k == EXCITATION_ENDS {
+            estimator.excitation_ended();
+        }
+        let _ = estimator.update(k as f64 * INTERVAL_S, *heading, *rudder);
+    }
+    assert!(estimator.instrument().is_some(), "least squares throughout");
+    estimator.model().theta()
+}
+
 pub fn nalgebra(heading: &[f64], rudder: &[f64]) -> [f64; 3] {
     let x = LAMBDA_RAD_S * INTERVAL_S;
     let e = black_box(-x).exp();

@@ -139,6 +139,10 @@ fn of_online(data: &Data) -> Outcome<Vec<Entry<'_>>> {
         online_step(expected, "online, a trial's estimator", move || {
             online::of_a_trial(black_box(head), black_box(helm))
         }),
+        entry("online, a trial's instrument", move || {
+            let work = || online::with_the_instrument(black_box(head), black_box(helm));
+            per(ONLINE, timed(|| work()[0]))
+        }),
         online_step(expected, "online nalgebra", move || {
             online::nalgebra(black_box(head), black_box(helm))
         }),

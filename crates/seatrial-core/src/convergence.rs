@@ -64,6 +64,7 @@ pub struct Pace<T> {
 impl<T: Real> Pace<T> {
     /// The pace of a sample `interval_s` (s) after the one before, with filters of this lambda (rad/s). A first sample,
     /// `interval_s` = 0, counts as one at the paper's rate.
+    #[inline]
     pub fn new(settings: &ConvergenceSettings<T>, lambda_rad_s: T, interval_s: T) -> Self {
         if !settings.in_own_time {
             return Self {
@@ -81,6 +82,12 @@ impl<T: Real> Pace<T> {
 
     /// The step from one Theta to the next.
     pub fn step_norm(&self, before: [T; 3], after: [T; 3]) -> T {
+        self.step(before, after).norm()
+    }
+
+    /// The step from one Theta to the next, its norm not yet taken.
+    #[inline]
+    pub(crate) fn step(&self, before: [T; 3], after: [T; 3]) -> ThetaStep<T> {
         let second_s = self.second_s;
         let units = [second_s, second_s * second_s, second_s * second_s];
         let squares: T = before
@@ -92,7 +99,30 @@ impl<T: Real> Pace<T> {
                 step * step
             })
             .sum();
-        squares.sqrt() / self.samples
+        ThetaStep {
+            squares,
+            samples: self.samples,
+        }
+    }
+}
+
+/// A step of Theta. A root and a division are saved where nobody asks for its norm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ThetaStep<T> {
+    squares: T,
+    samples: T,
+}
+
+impl<T: Real> ThetaStep<T> {
+    pub(crate) fn none() -> Self {
+        Self {
+            squares: T::ZERO,
+            samples: T::ONE,
+        }
+    }
+
+    pub(crate) fn norm(&self) -> T {
+        self.squares.sqrt() / self.samples
     }
 }
 
@@ -119,6 +149,12 @@ impl<T: Real> Convergence<T> {
         self.armed = true;
     }
 
+    /// Does [`observe`](Self::observe) anything?
+    #[inline]
+    pub(crate) fn is_open(&self) -> bool {
+        self.armed && self.detected_s.is_none()
+    }
+
     /// Takes in one step of the estimate, `elapsed_s` after the start of the training.
     pub fn observe(
         &mut self,
@@ -127,7 +163,7 @@ impl<T: Real> Convergence<T> {
         elapsed_s: f64,
         settings: &ConvergenceSettings<T>,
     ) {
-        if !self.armed || self.detected_s.is_some() {
+        if !self.is_open() {
             return;
         }
         if step_norm < settings.threshold {

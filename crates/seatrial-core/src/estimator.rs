@@ -1,6 +1,6 @@
 //! The online estimator: guard, filters, recursion and convergence joined.
 
-use crate::convergence::{Convergence, Pace};
+use crate::convergence::{Convergence, Pace, ThetaStep};
 use crate::guard::{Admission, Cause, Guard, RejectedCounts};
 use crate::instrument::{AuxiliaryModel, RecursiveInstrument};
 use crate::least_squares::{Forgetting, RecursiveLeastSquares};
@@ -54,7 +54,7 @@ pub struct Estimator<T> {
     auxiliary: Option<AuxiliaryModel<T>>,
     instrument: Option<RecursiveInstrument<T, 4>>,
     convergence: Convergence<T>,
-    step_norm: T,
+    theta_step: ThetaStep<T>,
     training_start_s: Option<f64>,
 }
 
@@ -73,7 +73,7 @@ impl<T: Real> Estimator<T> {
             auxiliary: None,
             instrument: None,
             convergence: Convergence::default(),
-            step_norm: T::ZERO,
+            theta_step: ThetaStep::none(),
             training_start_s: None,
         })
     }
@@ -101,12 +101,15 @@ impl<T: Real> Estimator<T> {
             (Filtering::Rejected(cause), _) => return Intake::Rejected(cause),
             (Filtering::Moved { interval_s }, Some(auxiliary)) => {
                 passed_s = interval_s;
-                match restoring_per_s2 {
-                    Some(m) => {
+                match (self.settings.method, restoring_per_s2) {
+                    (Method::LeastSquares, _) => {}
+                    (Method::InstrumentalVariable, Some(m)) => {
                         let model = PitchModel::righted(&before, m);
                         auxiliary.advance_righted(&model, now.rudder_rad, interval_s);
                     }
-                    None => auxiliary.advance(&before, now.rudder_rad, interval_s, lambda_rad_s),
+                    (Method::InstrumentalVariable, None) => {
+                        auxiliary.advance(&before, now.rudder_rad, interval_s, lambda_rad_s);
+                    }
                 }
             }
             (_, auxiliary) => {
@@ -128,9 +131,12 @@ impl<T: Real> Estimator<T> {
         }
         let settings = &self.settings.convergence;
         let pace = Pace::new(settings, lambda_rad_s, passed_s);
-        self.step_norm = pace.step_norm(before.theta(), self.model().theta());
-        self.convergence
-            .observe(self.step_norm, &pace, time_s - start_s, settings);
+        self.theta_step = pace.step(before.theta(), self.model().theta());
+        if self.convergence.is_open() {
+            let step_norm = self.theta_step.norm();
+            self.convergence
+                .observe(step_norm, &pace, time_s - start_s, settings);
+        }
         Intake::Used
     }
 
@@ -154,7 +160,7 @@ impl<T: Real> Estimator<T> {
         self.auxiliary = None;
         self.instrument = None;
         self.convergence = Convergence::default();
-        self.step_norm = T::ZERO;
+        self.theta_step = ThetaStep::none();
         self.training_start_s = None;
     }
 
@@ -170,8 +176,9 @@ impl<T: Real> Estimator<T> {
     }
 
     /// The parameters of the instrument once it has taken over; with a restoring moment, only while they are stable.
+    #[inline]
     fn theta(&self) -> [T; 4] {
-        let instrument = self.instrument.map(|instrument| instrument.theta());
+        let instrument = self.instrument.as_ref().map(RecursiveInstrument::theta);
         instrument
             .filter(|theta| !self.settings.has_restoring_moment || self.is_stable(theta))
             .unwrap_or(self.least_squares.theta())
@@ -201,7 +208,7 @@ impl<T: Real> Estimator<T> {
     /// |Theta(t_k) - Theta(t_k-1)| of the latest sample learnt from (39), in the vehicle's own time where the
     /// settings say so.
     pub fn step_norm(&self) -> T {
-        self.step_norm
+        self.theta_step.norm()
     }
 
     /// Seconds from the first training sample to the detection of convergence.
@@ -215,6 +222,7 @@ impl<T: Real> Estimator<T> {
     }
 
     /// The filtered signals at the latest sample taken in.
+    #[inline]
     pub fn filtered(&self) -> FilteredSignals<T> {
         match &self.filters {
             Some((heading, rudder)) => FilteredSignals {
@@ -237,6 +245,7 @@ impl<T: Real> Estimator<T> {
         &self.settings
     }
 
+    #[inline]
     fn filter(&mut self, time_s: f64, heading_rad: T, rudder_rad: T) -> Filtering<T> {
         let yaw_rate_rad_s = self.filtered().yaw_rate_rad_s;
         let admission = self
@@ -254,13 +263,21 @@ impl<T: Real> Estimator<T> {
             ) => {
                 let lost = self.settings.lost_rudder;
                 let moved_rad = rudder_rad - rudder.signal();
-                let steps = lost.steps(interval_s, usual_interval_s);
-                let share = T::ONE / T::of(f64::from(steps));
-                self.step.set_interval(interval_s * share);
-                for _ in 0..steps {
-                    let turned_rad = heading_increment_rad * share;
-                    heading.advance_by(turned_rad, self.settings.heading_hold, &self.step);
-                    rudder.advance_by(moved_rad * share, Hold::ZeroOrder, &self.step);
+                let mut advance = |interval_s, turned_rad, moved_rad, steps| {
+                    self.step.set_interval(interval_s);
+                    for _ in 0..steps {
+                        heading.advance_by(turned_rad, self.settings.heading_hold, &self.step);
+                        rudder.advance_by(moved_rad, Hold::ZeroOrder, &self.step);
+                    }
+                };
+                match lost.steps(interval_s, usual_interval_s) {
+                    1 => advance(interval_s, heading_increment_rad, moved_rad, 1),
+                    steps => {
+                        let share = T::ONE / T::of(f64::from(steps));
+                        let [interval_s, turned_rad, moved_rad] =
+                            [interval_s, heading_increment_rad, moved_rad].map(|all| all * share);
+                        advance(interval_s, turned_rad, moved_rad, steps);
+                    }
                 }
                 self.unseen.advance(interval_s, &mut self.step);
                 if lost.hides_edge(interval_s, usual_interval_s, moved_rad) {
@@ -314,6 +331,7 @@ impl<T: Real> Estimator<T> {
         }
     }
 
+    #[inline]
     fn learn(&mut self, now: &FilteredSignals<T>) -> Intake {
         let forgetting = Forgetting {
             factor: self.settings.forgetting_factor,
@@ -326,10 +344,16 @@ impl<T: Real> Estimator<T> {
         };
         let regressor = [first_rad, now.yaw_rate_rad_s, now.rudder_rad, T::ONE];
         let observation = now.yaw_acceleration_rad_s2 - self.unseen.settled_rad_s2();
-        if !self
-            .least_squares
-            .update(regressor, observation, forgetting)
-        {
+        let has_first = has_restoring_moment || self.unseen.has_pulse();
+        let learnt = match has_first {
+            true => self
+                .least_squares
+                .update(regressor, observation, forgetting),
+            false => self
+                .least_squares
+                .update_without_first(&regressor, observation, forgetting),
+        };
+        if !learnt {
             self.guard.count(Cause::NonFinite);
             return Intake::Rejected(Cause::NonFinite);
         }
@@ -340,7 +364,11 @@ impl<T: Real> Estimator<T> {
                 false => first_rad,
             };
             let instrument = [first_rad, rate_rad_s, now.rudder_rad, T::ONE];
-            if !recursion.update(regressor, instrument, observation) {
+            let learnt = match has_first {
+                true => recursion.update(regressor, instrument, observation),
+                false => recursion.update_without_first(&regressor, &instrument, observation),
+            };
+            if !learnt {
                 return Intake::Warming;
             }
         }

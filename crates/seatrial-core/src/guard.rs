@@ -175,6 +175,7 @@ impl<T: Real> Guard<T> {
     }
 
     /// Judges a sample, given the yaw rate that the samples before it show.
+    #[inline]
     pub fn admit(
         &mut self,
         time_s: f64,
@@ -202,6 +203,7 @@ impl<T: Real> Guard<T> {
         self.rejected.count(cause);
     }
 
+    #[inline]
     fn judge(
         &mut self,
         time_s: f64,
@@ -229,8 +231,7 @@ impl<T: Real> Guard<T> {
         let interval_s = T::of(interval_s);
         let turned = heading_rad - last_heading_rad;
         let predicted = yaw_rate_rad_s * interval_s;
-        let turn = T::PI + T::PI;
-        let heading_increment_rad = turned - turn * ((turned - predicted) / turn).round();
+        let heading_increment_rad = turned - whole_turns(turned - predicted);
         if let Some(jump) = self.settings.heading_jump_rad
             && (heading_increment_rad - predicted).abs()
                 > jump + self.settings.max_yaw_rate_rad_s * interval_s
@@ -245,6 +246,7 @@ impl<T: Real> Guard<T> {
     }
 
     /// The running median of the intervals, which each interval moves by 2 % towards itself.
+    #[inline]
     fn usual_interval_s(&mut self, interval_s: T) -> T {
         if self.usual_interval_s == T::ZERO {
             self.usual_interval_s = interval_s;
@@ -255,6 +257,7 @@ impl<T: Real> Guard<T> {
     }
 
     /// Refuses a sample, unless `refused_in_a_row` were refused before: then it is the new level.
+    #[cold]
     fn refuse(&mut self, cause: Cause) -> Admission<T> {
         self.refused_in_a_row += 1;
         if self.refused_in_a_row < self.settings.refused_in_a_row {
@@ -263,6 +266,16 @@ impl<T: Real> Guard<T> {
         self.rejected.discontinuities = self.rejected.discontinuities.saturating_add(1);
         Admission::Restart
     }
+}
+
+/// The whole turns nearest to an angle, rad; a zero of the angle's sign within half a turn.
+#[inline]
+fn whole_turns<T: Real>(angle_rad: T) -> T {
+    if angle_rad.abs() < T::PI {
+        return angle_rad * T::ZERO;
+    }
+    let turn = T::PI + T::PI;
+    turn * (angle_rad / turn).round()
 }
 
 #[cfg(test)]
@@ -289,6 +302,29 @@ mod tests {
             } => heading_increment_rad,
             other => panic!("{other:?}"),
         }
+    }
+
+    /// Also at half a turn, and with the sign of zero.
+    fn turns_as_rounded<T: Real>() {
+        let turn = T::PI + T::PI;
+        let step = T::ONE + T::EPSILON;
+        let near = [T::PI / step / step, T::PI / step, T::PI, T::PI * step];
+        for angle in near
+            .into_iter()
+            .chain([T::ZERO, T::of(1e-30), T::ONE, turn, T::of(1e30)])
+        {
+            for angle in [angle, -angle] {
+                let (found, expected) = (whole_turns(angle), turn * (angle / turn).round());
+                assert_eq!(found, expected, "{angle}");
+                assert_eq!(T::ONE / found, T::ONE / expected, "{angle}");
+            }
+        }
+    }
+
+    #[test]
+    fn exact_whole_turns_of_f64_and_f32() {
+        turns_as_rounded::<f64>();
+        turns_as_rounded::<f32>();
     }
 
     /// A steady turn of 0.4 rad/s, in every way of counting a heading, with four of five samples lost.

@@ -6,6 +6,10 @@ use crate::{PitchModel, PitchState, Real, RecursiveLeastSquares};
 /// Smallest denominator 1 + Phi^T P zeta with which a sample is still learnt from; least squares never goes below 1.
 const SMALLEST_DENOMINATOR: f64 = 0.1;
 
+/// Limits of a22 for filters of 0.5 to 4 rad/s.
+const SLOWEST_PER_S: f64 = -0.05;
+const FASTEST_PER_S: f64 = -10.0;
+
 /// The yaw rate that the rudder alone explains: free of compass noise, and so an instrument.
 ///
 /// ```text
@@ -56,10 +60,18 @@ impl<T: Real> AuxiliaryModel<T> {
     }
 
     /// Moves on by an interval, at whose end the filtered rudder is `rudder_rad`.
+    #[inline]
     pub fn advance(&mut self, model: &YawModel<T>, rudder_rad: T, interval_s: T, lambda_rad_s: T) {
-        let slowest = T::of(-0.05) * (lambda_rad_s / T::of(0.5)).min(T::ONE);
-        let fastest = T::of(-10.0) * (lambda_rad_s / T::of(4.0)).max(T::ONE);
-        let step = Discretisation::new(model.a22_per_s.min(slowest).max(fastest), interval_s);
+        let a22_per_s = match model.a22_per_s {
+            // Within the limits of every lambda.
+            usual if usual > T::of(FASTEST_PER_S) && usual < T::of(SLOWEST_PER_S) => usual,
+            other => {
+                let slowest = T::of(SLOWEST_PER_S) * (lambda_rad_s / T::of(0.5)).min(T::ONE);
+                let fastest = T::of(FASTEST_PER_S) * (lambda_rad_s / T::of(4.0)).max(T::ONE);
+                other.min(slowest).max(fastest)
+            }
+        };
+        let step = Discretisation::new(a22_per_s, interval_s);
         let mean_rudder_rad = T::of(0.5) * (self.rudder_rad + rudder_rad);
         let input = model.b2_per_s2 * mean_rudder_rad + model.c0_rad_per_s2;
         self.yaw_rate_rad_s = step.decay * self.yaw_rate_rad_s + step.rate_gain_s * input;
@@ -142,31 +154,159 @@ impl<T: Real, const N: usize> RecursiveInstrument<T, N> {
 
     /// Learns from one sample; returns whether it could.
     pub fn update(&mut self, regressor: [T; N], instrument: [T; N], observation: T) -> bool {
-        let p_zeta = self.covariance.map(|row| dot(&row, &instrument));
-        let mut phi_p = [T::ZERO; N];
-        for (phi, row) in regressor.iter().zip(&self.covariance) {
-            for (sum, p) in phi_p.iter_mut().zip(row) {
-                *sum += *phi * *p;
-            }
-        }
-        let denominator = T::ONE + dot(&regressor, &p_zeta);
-        let step = (observation - dot(&regressor, &self.theta)) / denominator;
-        let usable = denominator >= T::of(SMALLEST_DENOMINATOR) && denominator.is_finite();
-        if !(usable && step.is_finite()) {
+        let Some(update) = self.judged(0, &regressor, &instrument, observation) else {
             return false;
-        }
-        let rows = self.theta.iter_mut().zip(&mut self.covariance);
-        for ((theta, row), p_zeta) in rows.zip(&p_zeta) {
-            *theta += *p_zeta * step;
-            let gain = *p_zeta / denominator;
-            for (p, phi_p) in row.iter_mut().zip(&phi_p) {
-                *p -= gain * *phi_p;
-            }
+        };
+        self.learn(0, &update);
+        true
+    }
+
+    /// [`update`](Self::update), bit for bit, while row and column of the first parameter are 0 ([`reset_first`](Self::reset_first) with
+    /// variance 0), and so are the first regressor and the first instrument.
+    #[inline]
+    pub(crate) fn update_without_first(
+        &mut self,
+        regressor: &[T; N],
+        instrument: &[T; N],
+        observation: T,
+    ) -> bool {
+        let Some(update) = self.judged(1, regressor, instrument, observation) else {
+            return false;
+        };
+        // Row and column of the first parameter lose products with 0, which are 0 while the other factor is finite.
+        match update.is_finite() {
+            true => self.learn(1, &update),
+            false => self.learn(0, &update),
         }
         true
     }
+
+    /// What the sample changes, of the parameters from `first` on. `None` where it cannot be learnt from.
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "iterators that skip take a quarter more time"
+    )]
+    #[inline]
+    fn judged(
+        &self,
+        first: usize,
+        regressor: &[T; N],
+        instrument: &[T; N],
+        observation: T,
+    ) -> Option<Update<T, N>> {
+        let mut p_zeta = [T::ZERO; N];
+        let mut phi_p = [T::ZERO; N];
+        for i in first..N {
+            p_zeta[i] = dot(first, &self.covariance[i], instrument);
+            for j in first..N {
+                phi_p[j] += regressor[i] * self.covariance[i][j];
+            }
+        }
+        let denominator = T::ONE + dot(first, regressor, &p_zeta);
+        let step = (observation - dot(first, regressor, &self.theta)) / denominator;
+        let usable = denominator >= T::of(SMALLEST_DENOMINATOR) && denominator.is_finite();
+        (usable && step.is_finite()).then(|| Update {
+            step,
+            p_zeta,
+            gain: p_zeta.map(|p_zeta| p_zeta / denominator),
+            phi_p,
+        })
+    }
+
+    #[inline]
+    fn learn(&mut self, first: usize, update: &Update<T, N>) {
+        for i in first..N {
+            self.theta[i] += update.p_zeta[i] * update.step;
+            for j in first..N {
+                self.covariance[i][j] -= update.gain[i] * update.phi_p[j];
+            }
+        }
+    }
 }
 
-fn dot<T: Real, const N: usize>(a: &[T; N], b: &[T; N]) -> T {
-    a.iter().zip(b).map(|(a, b)| *a * *b).sum()
+/// What a sample changes.
+struct Update<T, const N: usize> {
+    /// e over the denominator.
+    step: T,
+    /// P zeta
+    p_zeta: [T; N],
+    /// K
+    gain: [T; N],
+    /// Phi^T P
+    phi_p: [T; N],
+}
+
+impl<T: Real, const N: usize> Update<T, N> {
+    /// Are K and Phi^T P numbers? Where one is just below overflow the answer may be no.
+    #[inline]
+    fn is_finite(&self) -> bool {
+        let mut largest = T::ZERO;
+        for i in 0..N {
+            largest += self.gain[i].abs() + self.phi_p[i].abs();
+        }
+        largest.is_finite()
+    }
+}
+
+/// The scalar product of the elements from `first` on, to the sum of those before, which are products of 0.
+#[inline]
+fn dot<T: Real, const N: usize>(first: usize, a: &[T; N], b: &[T; N]) -> T {
+    let mut sum = if first == 0 { -T::ZERO } else { T::ZERO };
+    for i in first..N {
+        sum += a[i] * b[i];
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+
+    /// Regressors and observations of all sizes, up to what overflows.
+    fn without_first<T: Real>(largest: f64) {
+        let mut least_squares = RecursiveLeastSquares::<T, 4>::new(T::of(1e6));
+        least_squares.reset_first(T::ZERO);
+        for factor in [1.0, 0.9] {
+            let forgetting = crate::Forgetting {
+                factor: T::of(factor),
+                trace_limit: T::of(3e6),
+            };
+            let (mut all, mut rest) = (least_squares, least_squares);
+            let mut instruments = None;
+            for k in 0..4000 {
+                let t = f64::from(k);
+                let size = if k % 50 == 49 { largest } else { 1.0 };
+                let phi = [0.0, size * libm::sin(t), libm::sin(0.37 * t), 1.0].map(T::of);
+                let zeta = [0.0, libm::sin(t + 0.2), libm::sin(0.37 * t), 1.0].map(T::of);
+                let y = T::of(libm::cos(1.3 * t) * size);
+                let learnt = all.update(phi, y, forgetting);
+                assert_eq!(learnt, rest.update_without_first(&phi, y, forgetting));
+                assert_eq!(format(&all), format(&rest));
+                if k == 100 {
+                    let taken_over = RecursiveInstrument::take_over(&all);
+                    instruments = Some((taken_over, taken_over));
+                }
+                if let Some((all, rest)) = &mut instruments {
+                    let learnt = all.update(phi, zeta, y);
+                    assert_eq!(learnt, rest.update_without_first(&phi, &zeta, y));
+                    assert_eq!(format(all), format(rest));
+                }
+            }
+        }
+    }
+
+    /// Every digit and the signs of zeros; what is no number equals itself.
+    fn format(value: &impl core::fmt::Debug) -> std::string::String {
+        std::format!("{value:?}")
+    }
+
+    #[test]
+    fn exact_what_is_left_out_changes_no_bit() {
+        for largest in [1.0, 1e-30, 1e18, 1e30, 1e150, 1e300] {
+            without_first::<f64>(largest);
+            without_first::<f32>(largest);
+        }
+    }
 }

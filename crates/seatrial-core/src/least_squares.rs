@@ -95,13 +95,41 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
     /// Learns from one sample; returns whether it could (it ignores one that overflows).
     pub fn update(&mut self, regressor: [T; N], observation: T, forgetting: Forgetting<T>) -> bool {
         let mu = self.weight(forgetting);
+        self.learn(0, &regressor, observation, mu)
+    }
+
+    /// [`update`](Self::update), bit for bit, while the first parameter has no variance ([`reset_first`](Self::reset_first)) and the first
+    /// regressor is 0.
+    #[inline]
+    pub(crate) fn update_without_first(
+        &mut self,
+        regressor: &[T; N],
+        observation: T,
+        forgetting: Forgetting<T>,
+    ) -> bool {
+        let mu = self.weight(forgetting);
+        // What the first row takes from the others is a product with 0, which stays 0 while the other factor is finite: f/alpha is, where
+        // alpha >= mu >= 1.
+        match mu >= T::ONE {
+            true => self.learn(1, regressor, observation, mu),
+            false => self.learn(0, regressor, observation, mu),
+        }
+    }
+
+    /// Bierman's update of the parameters from `first` on; those before have no variance and their regressors are 0.
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "iterators that skip take a quarter more time"
+    )]
+    #[inline]
+    fn learn(&mut self, first: usize, regressor: &[T; N], observation: T, mu: T) -> bool {
         let growth = T::ONE / mu;
         let mut factors = self.factors;
         let mut gain = [T::ZERO; N];
         let (mut alpha, mut inverse) = (mu, growth);
-        for j in 0..N {
+        for j in first..N {
             let mut f = regressor[j];
-            for i in 0..j {
+            for i in first..j {
                 f += factors[i][j] * regressor[i];
             }
             let g = factors[j][j] * f;
@@ -109,7 +137,7 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
             let next = alpha + f * g;
             inverse = T::ONE / next;
             factors[j][j] = factors[j][j] * growth * (alpha * inverse);
-            for i in 0..j {
+            for i in first..j {
                 let u = factors[i][j];
                 factors[i][j] = u - gain[i] * p;
                 gain[i] += u * g;
@@ -119,21 +147,22 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
         }
 
         let mut innovation = observation;
-        for (phi, theta) in regressor.iter().zip(&self.theta) {
-            innovation -= *phi * *theta;
+        for j in first..N {
+            innovation -= regressor[j] * self.theta[j];
         }
         let step = innovation * inverse;
         if !(alpha.is_finite() && step.is_finite()) {
             return false;
         }
-        for (theta, gain) in self.theta.iter_mut().zip(&gain) {
-            *theta += *gain * step;
+        for j in first..N {
+            self.theta[j] += gain[j] * step;
         }
         self.factors = factors;
         true
     }
 
     /// mu, or what keeps the trace within its limit.
+    #[inline]
     fn weight(&self, forgetting: Forgetting<T>) -> T {
         let trace = self.trace();
         if trace > forgetting.trace_limit * forgetting.factor {
@@ -143,6 +172,7 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
         }
     }
 
+    #[inline]
     fn trace(&self) -> T {
         let mut trace = T::ZERO;
         for j in 0..N {

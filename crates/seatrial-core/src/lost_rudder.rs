@@ -26,6 +26,7 @@ pub enum LostRudder {
 
 impl LostRudder {
     /// In how many equal steps the rudder went through an interval.
+    #[inline]
     pub fn steps<T: Real>(self, interval_s: T, usual_interval_s: T) -> u32 {
         if self == Self::Held || interval_s < T::of(TWO_ABOVE) * usual_interval_s {
             return 1;
@@ -35,6 +36,7 @@ impl LostRudder {
     }
 
     /// Whether the rudder moved far in this interval and nobody saw when.
+    #[inline]
     pub fn hides_edge<T: Real>(self, interval_s: T, usual_interval_s: T, moved_rad: T) -> bool {
         self == Self::Interpolated
             && interval_s > T::of(UNSEEN_ABOVE) * usual_interval_s
@@ -89,13 +91,20 @@ impl<T: Real> UnseenRudder<T> {
     }
 
     /// Lets an interval pass.
+    #[inline]
     pub fn advance(&mut self, interval_s: T, step: &mut FilterStep<T>) {
         step.set_interval(interval_s);
-        self.pulse.advance_by(T::ZERO, Hold::ZeroOrder, step);
         self.settled.advance_by(T::ZERO, Hold::ZeroOrder, step);
         if let Some(age_s) = &mut self.age_s {
+            self.pulse.advance_by(T::ZERO, Hold::ZeroOrder, step);
             *age_s += interval_s;
         }
+    }
+
+    /// Whether there is a present pulse; without one p_f is 0.
+    #[inline]
+    pub fn has_pulse(&self) -> bool {
+        self.age_s.is_some()
     }
 
     /// Whether the present beta is known well enough to begin another.

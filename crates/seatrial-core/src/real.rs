@@ -88,7 +88,7 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($type:ident, $exp:ident, $expm1:ident, $log:ident, $sqrt:ident, $sin:ident, $cos:ident, $atan2:ident, $fabs:ident, $round:ident, $fmax:ident, $fmin:ident) => {
+    ($type:ident, $exp:ident, $expm1:ident, $log:ident, $sqrt:ident, $sin:ident, $cos:ident, $atan2:ident, $round:ident) => {
         impl Real for $type {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -96,55 +96,117 @@ macro_rules! real {
             const EPSILON: Self = <$type>::EPSILON;
             const MAX: Self = <$type>::MAX;
 
+            #[inline]
             fn of(value: f64) -> Self {
                 value as Self
             }
+            #[inline]
             fn to_f64(self) -> f64 {
                 f64::from(self)
             }
+            #[inline]
             fn exp(self) -> Self {
                 libm::$exp(self)
             }
+            #[inline]
             fn exp_m1(self) -> Self {
                 libm::$expm1(self)
             }
+            #[inline]
             fn ln(self) -> Self {
                 libm::$log(self)
             }
+            #[inline]
             fn sqrt(self) -> Self {
                 libm::$sqrt(self)
             }
+            #[inline]
             fn sin(self) -> Self {
                 libm::$sin(self)
             }
+            #[inline]
             fn cos(self) -> Self {
                 libm::$cos(self)
             }
+            #[inline]
             fn atan2(self, x: Self) -> Self {
                 libm::$atan2(self, x)
             }
+            #[inline]
             fn abs(self) -> Self {
-                libm::$fabs(self)
+                self.abs()
             }
+            #[inline]
             fn round(self) -> Self {
                 libm::$round(self)
             }
+            #[inline]
             fn is_finite(self) -> bool {
                 self.is_finite()
             }
+            #[inline]
             fn max(self, other: Self) -> Self {
-                libm::$fmax(self, other)
+                if self.is_nan() || self < other {
+                    other
+                } else {
+                    self
+                }
             }
+            #[inline]
             fn min(self, other: Self) -> Self {
-                libm::$fmin(self, other)
+                if other.is_nan() || self < other {
+                    self
+                } else {
+                    other
+                }
             }
         }
     };
 }
 
-real!(
-    f32, expf, expm1f, logf, sqrtf, sinf, cosf, atan2f, fabsf, roundf, fmaxf, fminf
-);
-real!(
-    f64, exp, expm1, log, sqrt, sin, cos, atan2, fabs, round, fmax, fmin
-);
+real!(f32, expf, expm1f, logf, sqrtf, sinf, cosf, atan2f, roundf);
+real!(f64, exp, expm1, log, sqrt, sin, cos, atan2, round);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_max_min_and_abs_are_those_of_libm() {
+        let numbers = [
+            0.0,
+            -0.0,
+            1.0,
+            -1.5,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::NAN,
+        ];
+        for a in numbers {
+            assert_eq!(Real::abs(a).to_bits(), libm::fabs(a).to_bits());
+            for b in numbers {
+                assert_eq!(
+                    Real::max(a, b).to_bits(),
+                    libm::fmax(a, b).to_bits(),
+                    "{a}, {b}"
+                );
+                assert_eq!(
+                    Real::min(a, b).to_bits(),
+                    libm::fmin(a, b).to_bits(),
+                    "{a}, {b}"
+                );
+                let (a, b) = (a as f32, b as f32);
+                assert_eq!(
+                    Real::max(a, b).to_bits(),
+                    libm::fmaxf(a, b).to_bits(),
+                    "{a}, {b}"
+                );
+                assert_eq!(
+                    Real::min(a, b).to_bits(),
+                    libm::fminf(a, b).to_bits(),
+                    "{a}, {b}"
+                );
+            }
+        }
+    }
+}

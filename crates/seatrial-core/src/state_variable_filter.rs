@@ -56,6 +56,7 @@ impl<T: Real> FilterStep<T> {
     }
 
     /// Makes the next step one of `interval_s`.
+    #[inline]
     pub fn set_interval(&mut self, interval_s: T) {
         if interval_s == self.interval_s {
             return;
@@ -165,6 +166,7 @@ impl<T: Real> StateVariableFilter<T> {
     }
 
     /// Takes in the signal's increment over one interval.
+    #[inline]
     pub fn advance_by(&mut self, increment: T, hold: Hold, step: &FilterStep<T>) {
         let lag = step.decay * self.lag - step.coupling * self.deviation;
         let deviation = step.decay * self.deviation;
@@ -182,16 +184,19 @@ impl<T: Real> StateVariableFilter<T> {
     }
 
     /// Filtered second derivative, signal/s^2.
+    #[inline]
     pub fn second_derivative(&self, step: &FilterStep<T>) -> T {
         -(step.lambda_rad_s * step.lambda_rad_s) * (self.deviation + self.lag)
     }
 
     /// Filtered first derivative, signal/s.
+    #[inline]
     pub fn first_derivative(&self, step: &FilterStep<T>) -> T {
         step.lambda_rad_s * self.lag
     }
 
     /// Filtered signal.
+    #[inline]
     pub fn smoothed(&self) -> T {
         self.signal + (self.deviation - self.lag)
     }

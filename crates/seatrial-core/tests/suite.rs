@@ -1,5 +1,6 @@
 //! Every test of the crate in one program: it links once. `cargo nextest run --workspace -E 'test(/^estimator_properties::/)'` runs one file.
 
+mod estimator_bits;
 mod estimator_properties;
 mod estimator_recovery;
 mod estimator_reference;
