@@ -297,11 +297,11 @@ fn recorded(number: usize, seed: u64) -> Record {
     let mut sea = plant.sea_rad_s2 * chance.normal();
     let (mut times_s, mut headings, mut rudders) = (vec![], vec![], vec![]);
     for _ in 0..plant.samples {
-        let turns = (time_s / duration_s - 0.1) * duration_s / time_constant_s;
-        let rudder = match turns {
-            0.0..1.5 => 0.26,
-            1.5..3.0 => -0.26,
-            _ => -0.011,
+        let ends = [0.0, 1.5, 3.0].map(|turns| 0.1 + turns * time_constant_s / duration_s);
+        let rudder = match time_s / duration_s {
+            share if share < ends[0] || share >= ends[2] => -0.011,
+            share if share < ends[1] => 0.26,
+            _ => -0.26,
         };
         times_s.push(time_s);
         headings.push(heading + plant.noise_deg.to_radians() * chance.normal());
@@ -325,7 +325,7 @@ fn recorded(number: usize, seed: u64) -> Record {
 }
 
 /// Hypotheses without weight are left out or found roughly. That moves estimates and ends of intervals by less than a tenth of the
-/// half width, nine in ten by less than a fiftieth; behind the longest lag in a rough sea, where peaks are flat, by a quarter.
+/// half width, nine in ten by less than a hundredth; behind the longest lag in a sea, where peaks are flat, by less than a quarter.
 #[test]
 fn parity_of_estimates_with_a_search_for_every_peak() {
     let mut moved = Vec::new();
@@ -336,12 +336,15 @@ fn parity_of_estimates_with_a_search_for_every_peak() {
             let pairs = [(found.theta[i], value), (low, ends[0]), (high, ends[1])];
             for (found, expected) in pairs {
                 let half_widths = (found - expected).abs() / (0.5 * (ends[1] - ends[0]));
-                let most = if number == 11 { 0.25 } else { 0.1 };
+                let is_flat = PLANTS[number].lag_s >= 0.5;
+                let most = if is_flat { 0.25 } else { 0.1 };
                 assert!(half_widths < most, "{number} {seed}: {found} {expected}");
-                moved.push(half_widths);
+                if !is_flat {
+                    moved.push(half_widths);
+                }
             }
         }
     }
     moved.sort_by(f64::total_cmp);
-    assert!(moved[9 * moved.len() / 10] < 0.02, "{moved:?}");
+    assert!(moved[9 * moved.len() / 10] < 0.01, "{moved:?}");
 }
