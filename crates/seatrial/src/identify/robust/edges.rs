@@ -1,6 +1,6 @@
 //! What the unknown times of the rudder's movements leave uncertain.
 
-use super::average::Hypothesis;
+use super::hypothesis::Hypothesis;
 use super::noise::whiten;
 use super::record::{A22, B2, C0, DELAY, PARAMETERS, Record};
 use super::response::gains;

@@ -1,7 +1,8 @@
 //! The robust estimate: which model, how sure, and why.
 
-use super::average::{CAUTIOUS, EXPECTED, Hypotheses};
+use super::average::Hypotheses;
 use super::edges::of_edges;
+use super::hypothesis::{CAUTIOUS, EXPECTED};
 use super::misfit::of_the_hull;
 use super::nearest::Nearest;
 use super::play::{fin_behind, likely_play_rad};

@@ -1,6 +1,6 @@
 //! The search for the hypotheses that carry weight.
 
-use super::average::{CAUTIOUS, EXPECTED, Hypothesis, Prior, STRENGTH_RATIO, TIME_CONSTANTS};
+use super::hypothesis::{CAUTIOUS, EXPECTED, Hypothesis, Prior, STRENGTH_RATIO, TIME_CONSTANTS};
 use super::noise::Noise;
 use super::peak::Search;
 use super::record::{A22, Point, Record};

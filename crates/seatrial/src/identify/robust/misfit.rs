@@ -1,6 +1,6 @@
 //! What a first-order model leaves that a hull, not the sea, would explain.
 
-use super::average::Hypothesis;
+use super::hypothesis::Hypothesis;
 use super::linearised::COLUMNS;
 use super::noise::whitened_products;
 use super::record::{PARAMETERS, Record};

@@ -21,7 +21,9 @@
 //!
 //! A record that is likelier of a rudder with play has intervals that hold the estimate behind it, too.
 //! A disturbance that follows the yaw rate is the hull's: then the model is the nearest simulation, as [`estimate`] says.
-//! Valid for sample intervals up to a fifth of the vehicle's time constant. 5 ms for 330 samples, linear in the record.
+//! Hypotheses without weight are left out or found roughly, which moves an end of an interval by less than a tenth of its half width, nine in
+//! ten by less than a hundredth (`parity_of_estimates_with_a_search_for_every_peak`).
+//! Valid for sample intervals up to a fifth of the vehicle's time constant. 1 to 2 ms for 330 samples, linear in the record.
 
 pub mod average;
 pub mod belief;
@@ -29,6 +31,7 @@ pub mod edges;
 pub mod estimate;
 pub mod even;
 pub mod found;
+pub mod hypothesis;
 pub mod linearised;
 pub mod misfit;
 pub mod mixture;

@@ -1,6 +1,6 @@
 //! A rudder with play: its fin follows the command only when the slack of the linkage is taken up.
 
-use super::average::Hypothesis;
+use super::hypothesis::Hypothesis;
 use super::linearised::COLUMNS;
 use super::misfit::left;
 use super::noise::whitened_products;

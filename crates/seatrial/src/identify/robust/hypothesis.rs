@@ -1,0 +1,125 @@
+//! One hypothesis of rudder and sea, and what is believed of it before a record is seen.
+
+use core::f64::consts::TAU;
+
+use super::noise::whiten;
+use super::normal::above_zero;
+use super::peak::Peak;
+use super::record::{B2, DELAY, FIRST, LAG2, PARAMETERS, Record};
+
+/// Time constants of a disturbance, in time constants of the vehicle.
+pub const TIME_CONSTANTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
+
+/// Ratio between neighbouring strengths of the disturbance.
+pub const STRENGTH_RATIO: f64 = 2.5;
+
+/// What is believed of lag and disturbance before a record is seen.
+#[derive(Clone, Copy, Debug)]
+pub struct Prior {
+    /// Probability that the rudder acts at once.
+    prompt: f64,
+    /// Probability of no disturbance.
+    none: f64,
+    /// Median of its standard deviation over the rudder's effect.
+    median_share: f64,
+    /// Standard deviation of the logarithm of that share.
+    log_deviation: f64,
+}
+
+/// The prior that the estimate is the mean under.
+pub const EXPECTED: Prior = Prior {
+    prompt: 0.95,
+    none: 0.7,
+    median_share: 0.02,
+    log_deviation: 0.7,
+};
+
+/// The prior of the interval, which should also hold for a record that is worse than expected.
+pub const CAUTIOUS: Prior = Prior {
+    prompt: 0.8,
+    none: 0.3,
+    median_share: 0.05,
+    log_deviation: 1.0,
+};
+
+impl Prior {
+    /// Of a rudder that acts at once or lags, and a disturbance of such a share.
+    pub fn log_of(&self, prompt: bool, share: f64) -> f64 {
+        let lag = match prompt {
+            true => self.prompt,
+            false => 1.0 - self.prompt,
+        };
+        if share == 0.0 {
+            return libm::log(lag * self.none);
+        }
+        let off = libm::log(share / self.median_share) / self.log_deviation;
+        let octave = libm::log(STRENGTH_RATIO) / (self.log_deviation * TAU.sqrt());
+        let any = (1.0 - self.none) / TIME_CONSTANTS.len() as f64;
+        libm::log(lag * any * octave) - 0.5 * off * off
+    }
+}
+
+/// A lag or none, a disturbance or none, and what the record says if they are the true ones.
+#[derive(Clone, Copy, Debug)]
+pub struct Hypothesis {
+    /// The likelihood's peak.
+    pub peak: Peak,
+    /// The disturbance's standard deviation over the rudder's effect, b2 times its amplitude; 0 for none.
+    pub share: f64,
+    /// Log of the probability of the record.
+    pub log_evidence: f64,
+    /// Mean of the parameters.
+    pub mean: [f64; PARAMETERS],
+    /// Covariance of the parameters.
+    pub covariance: [[f64; PARAMETERS]; PARAMETERS],
+}
+
+impl Hypothesis {
+    /// From its peak.
+    pub fn of(peak: Peak, record: &Record) -> Self {
+        let share =
+            peak.noise.relative * peak.noise_rad / (peak.mean[B2].abs() * record.amplitude_rad);
+        let mut covariance = peak.covariance;
+        if peak.prompt {
+            for held in [FIRST, DELAY, LAG2] {
+                covariance[held][held] = 0.0;
+            }
+            return Self {
+                share,
+                log_evidence: peak.log_evidence,
+                mean: peak.mean,
+                covariance,
+                peak,
+            };
+        }
+        let deviation = covariance[LAG2][LAG2].sqrt();
+        let cut = above_zero(peak.mean[LAG2] / deviation);
+        let column: [f64; PARAMETERS] = core::array::from_fn(|i| covariance[i][LAG2] / deviation);
+        Self {
+            share,
+            log_evidence: peak.log_evidence + cut.log_probability,
+            mean: core::array::from_fn(|i| peak.mean[i] + column[i] * cut.shift),
+            covariance: core::array::from_fn(|i| {
+                core::array::from_fn(|j| covariance[i][j] - column[i] * column[j] * cut.narrowing)
+            }),
+            peak,
+        }
+    }
+}
+
+impl Hypothesis {
+    /// Log of its weight under a prior, up to a constant of the record.
+    pub fn log_weight(&self, prior: &Prior) -> f64 {
+        prior.log_of(self.peak.prompt, self.share) + self.log_evidence
+    }
+
+    /// Its prediction errors, in standard deviations.
+    pub fn innovations(&self, record: &Record, block: usize) -> Vec<f64> {
+        let around = record.linearised(&self.peak.point, block, self.peak.prompt);
+        let mut rows: Vec<[f64; 1]> = (around.rows.iter()).map(|row| [row[PARAMETERS]]).collect();
+        whiten(&around.time_s, &mut rows, &self.peak.noise);
+        rows.iter()
+            .map(|[error]| error / self.peak.noise_rad)
+            .collect()
+    }
+}
