@@ -4,6 +4,7 @@ use core::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use libm::{erfc, exp, log, sqrt};
 
+use super::interpolated::Expected;
 use super::{DISTURBANCE_TIME_CONSTANTS, Disturbance, Peak, RefineFailure, Series, Span};
 use crate::{List, YawModel};
 
@@ -148,6 +149,7 @@ impl Hypotheses {
             likeliest: none,
         };
         hypotheses.add(&none, rudder_amplitude_rad);
+        let mut nearest = none;
         for ratio in DISTURBANCE_TIME_CONSTANTS {
             let search = StrengthSearch {
                 record: &record,
@@ -155,7 +157,9 @@ impl Hypotheses {
                 time_constant_s: ratio / scale,
                 none,
             };
-            search.for_each_peak(|peak| hypotheses.add(peak, rudder_amplitude_rad));
+            let middle =
+                search.for_each_peak(&nearest, |peak| hypotheses.add(peak, rudder_amplitude_rad));
+            nearest = middle.unwrap_or(nearest);
         }
         Ok(hypotheses)
     }
@@ -295,18 +299,24 @@ struct StrengthSearch<'a> {
 impl StrengthSearch<'_> {
     /// By octaves from where disturbance and noise move the heading alike over a time constant of the vehicle: first to the
     /// stronger ones, then to the weaker ones.
-    fn for_each_peak(&self, mut take: impl FnMut(&Peak)) {
+    ///
+    /// Returns the peak where it began, which `nearest` is expected to be near.
+    fn for_each_peak(&self, nearest: &Peak, mut take: impl FnMut(&Peak)) -> Option<Peak> {
         let middle = 0.1 * self.scale * self.scale;
-        let Some(first) = self.at(middle, self.none.a22_per_s) else {
-            return;
-        };
+        let first = self.at(middle, self.none.a22_per_s, nearest.into())?;
         take(&first);
+        let mut next_to_first = None;
         let mut likeliest = first.fit.log_likelihood;
         for ratio in [STRENGTH_RATIO, 1.0 / STRENGTH_RATIO] {
             let mut last = first;
+            let mut before = next_to_first;
             for _ in 0..MOST_STRENGTHS {
                 let relative = last.disturbance.relative * ratio;
-                let Some(peak) = self.at(relative, last.a22_per_s) else {
+                let expected = match &before {
+                    Some(before) => Expected::after(before, &last),
+                    None => Expected::from(&last),
+                };
+                let Some(peak) = self.at(relative, last.a22_per_s, expected) else {
                     break;
                 };
                 let log_likelihood = peak.fit.log_likelihood;
@@ -317,16 +327,19 @@ impl StrengthSearch<'_> {
                     break;
                 }
                 take(&peak);
+                next_to_first = next_to_first.or(Some(peak));
+                before = Some(last);
                 last = peak;
             }
         }
+        Some(first)
     }
 
-    fn at(&self, relative: f64, start_per_s: f64) -> Option<Peak> {
+    fn at(&self, relative: f64, start_per_s: f64, expected: Expected) -> Option<Peak> {
         let disturbance = Disturbance {
             relative,
             time_constant_s: self.time_constant_s,
         };
-        Peak::find(self.record, disturbance, start_per_s, self.scale)
+        Peak::near(self.record, disturbance, start_per_s, expected, self.scale)
     }
 }

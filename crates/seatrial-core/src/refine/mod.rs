@@ -7,6 +7,7 @@
 
 mod cholesky;
 mod failure;
+mod interpolated;
 mod lanes;
 mod mixture;
 mod peak;

@@ -96,7 +96,7 @@ pub struct Peak {
     /// The other parameters there.
     pub fit: Fit,
     /// d[b2, C0]/d a22.
-    slope: [f64; 2],
+    pub(super) slope: [f64; 2],
 }
 
 /// The log likelihood around one a22, as the parabola through three points of J = exp(-2 l / n).

@@ -11,6 +11,9 @@ pub struct Step<const N: usize> {
     pub heading_gain_s2: Lanes<N>,
 }
 
+/// A change of the interval by this share of it is the rounding of a clock and makes no other step.
+const SAME_INTERVAL: f64 = 1e-9;
+
 /// 1/15!, 1/14!, ..., 1/2!: the series of phi2, the highest power first.
 const PHI2_SERIES: [f64; 14] = {
     let mut series = [0.0; 14];
@@ -51,17 +54,6 @@ impl<const N: usize> Step<N> {
             heading_gain_s2: phi2 * (interval_s * interval_s),
         }
     }
-
-    /// This interval and then another one.
-    pub fn then(&self, next: &Self) -> Self {
-        Self {
-            decay: self.decay * next.decay,
-            rate_gain_s: self.rate_gain_s * next.decay + next.rate_gain_s,
-            heading_gain_s2: self.heading_gain_s2
-                + self.rate_gain_s * next.rate_gain_s
-                + next.heading_gain_s2,
-        }
-    }
 }
 
 /// The responses of the heading to b2, C0 and r0; that to psi0 is 1.
@@ -92,9 +84,18 @@ impl<const N: usize> Responses<N> {
         }
     }
 
-    /// One interval on, with the rudder held; the step that it took.
-    pub fn advance(&mut self, interval_s: f64, rudder_rad: f64) -> &Step<N> {
-        if interval_s != self.interval_s {
+    /// The step over an interval: the last one where it was that long.
+    pub fn step_over(&self, interval_s: f64) -> Step<N> {
+        match (interval_s - self.interval_s).abs() > SAME_INTERVAL * interval_s {
+            true => Step::new(self.a22_per_s, interval_s),
+            false => self.step,
+        }
+    }
+
+    /// One interval on, with the rudder held.
+    #[inline(always)]
+    pub fn advance(&mut self, interval_s: f64, rudder_rad: f64) {
+        if (interval_s - self.interval_s).abs() > SAME_INTERVAL * interval_s {
             self.step = Step::new(self.a22_per_s, interval_s);
             self.interval_s = interval_s;
         }
@@ -108,7 +109,6 @@ impl<const N: usize> Responses<N> {
         self.rate_to_rudder_rad_s = decay * self.rate_to_rudder_rad_s + rate_gain_s * rudder_rad;
         self.to_offset_rad += rate_gain_s * self.to_rate_rad + heading_gain_s2;
         self.to_rate_rad = decay * self.to_rate_rad + rate_gain_s;
-        &self.step
     }
 }
 

@@ -4,11 +4,17 @@ use libm::{log, sqrt};
 
 use super::cholesky::Cholesky;
 use super::lanes::Lanes;
-use super::responses::{Responses, Step};
+use super::responses::Responses;
 use super::whitening::{Disturbance, Whitening};
 
 /// Columns of the linear model besides the heading: b2, C0, psi0, r0.
 pub(super) const COLUMNS: usize = 4;
+
+/// The columns and the heading.
+const ALL: [usize; COLUMNS + 1] = [0, 1, 2, 3, 4];
+
+/// Those that are not of the state at the beginning.
+const LASTING: [usize; 3] = [0, 1, 4];
 
 /// A record made ready: intervals, unwrapped headings, rudder, in blocks.
 ///
@@ -39,6 +45,73 @@ pub struct Fit {
     pub noise_variance_rad2: f64,
     /// Restricted log likelihood, up to a constant of the record.
     pub log_likelihood: f64,
+}
+
+/// Does the filter still remember the state at the beginning?
+///
+/// It does until this many comparisons have added no more than a share to the squares of the innovations of psi0 and r0. What
+/// they would add later changes no estimate by more than the root of that share of its standard deviation.
+struct Memory<const N: usize> {
+    squares: [Lanes<N>; 2],
+    comparisons: u32,
+    holds: bool,
+}
+
+impl<const N: usize> Memory<N> {
+    const COMPARISONS: u32 = 16;
+    const SHARE: f64 = 1e-12;
+
+    fn new() -> Self {
+        Self {
+            squares: [Lanes::ZERO; 2],
+            comparisons: 0,
+            holds: true,
+        }
+    }
+
+    #[inline(always)]
+    fn holds_the_beginning(&mut self, gram: &Gram<N>) -> bool {
+        self.comparisons += 1;
+        if self.holds && self.comparisons.is_multiple_of(Self::COMPARISONS) {
+            let squares = [gram.0[2][2], gram.0[3][3]];
+            let added = |(now, before): (&Lanes<N>, &Lanes<N>)| {
+                let grown = |(now, before): (&f64, &f64)| now - before > Self::SHARE * now;
+                now.0.iter().zip(&before.0).any(grown)
+            };
+            self.holds = squares.iter().zip(&self.squares).any(added);
+            self.squares = squares;
+        }
+        self.holds
+    }
+}
+
+/// Sums of the products of whitened columns, above the diagonal.
+struct Gram<const N: usize>([[Lanes<N>; COLUMNS + 1]; COLUMNS + 1]);
+
+impl<const N: usize> Gram<N> {
+    const ZERO: Self = Self([[Lanes::ZERO; COLUMNS + 1]; COLUMNS + 1]);
+
+    /// Adds the products of innovations of these columns.
+    #[inline(always)]
+    fn add<const M: usize>(
+        &mut self,
+        columns: [usize; M],
+        innovations: &[Lanes<N>; M],
+        precision: Lanes<N>,
+    ) {
+        for (i, of_i) in columns.into_iter().zip(innovations) {
+            let weighted = *of_i * precision;
+            for (j, of_j) in columns.into_iter().zip(innovations) {
+                if j >= i {
+                    self.0[i][j] += weighted * *of_j;
+                }
+            }
+        }
+    }
+
+    fn of_lane(&self, lane: usize) -> [[f64; COLUMNS + 1]; COLUMNS + 1] {
+        self.0.map(|row| row.map(|element| element.0[lane]))
+    }
 }
 
 impl Series<'_> {
@@ -83,23 +156,27 @@ impl Series<'_> {
         a22_per_s: [f64; N],
         disturbance: Disturbance,
     ) -> [Option<Fit>; N] {
-        let mut whitening = Whitening::<N, { COLUMNS + 1 }>::new(disturbance, self.block);
-        let mut gram = [[Lanes::<N>::ZERO; COLUMNS + 1]; COLUMNS + 1];
-        self.compare(a22_per_s, |means, block_s, step| {
-            let innovations = whitening.innovations(means, block_s, step);
-            let precision = whitening.precision();
-            for (i, row) in gram.iter_mut().enumerate() {
-                let weighted = innovations[i] * precision;
-                for j in i..=COLUMNS {
-                    row[j] += weighted * innovations[j];
+        let mut gram = Gram::<N>::ZERO;
+        let log_variances = if disturbance.relative == 0.0 {
+            let precision = Lanes::all(self.block.max(1) as f64);
+            self.compare(a22_per_s, |means, _, _| gram.add(ALL, &means, precision));
+            [-(self.blocks() as f64) * log(precision.0[0]); N]
+        } else {
+            let mut whitening = Whitening::<N, { COLUMNS + 1 }>::new(disturbance, self.block);
+            let mut memory = Memory::new();
+            self.compare(a22_per_s, |means, block_s, responses| {
+                whitening.step(block_s, responses);
+                if memory.holds_the_beginning(&gram) {
+                    let innovations = whitening.innovations(ALL, &means);
+                    gram.add(ALL, &innovations, whitening.precision());
+                } else {
+                    let innovations = whitening.innovations(LASTING, &means);
+                    gram.add(LASTING, &innovations, whitening.precision());
                 }
-            }
-        });
-        let log_variances = whitening.log_variances();
-        core::array::from_fn(|lane| {
-            let gram = gram.map(|row| row.map(|element| element.0[lane]));
-            self.solve(&gram, log_variances[lane])
-        })
+            });
+            whitening.log_variances()
+        };
+        core::array::from_fn(|lane| self.solve(&gram.of_lane(lane), log_variances[lane]))
     }
 
     /// The whitened residual of each comparison, rad: white noise where nothing is left to explain.
@@ -111,9 +188,10 @@ impl Series<'_> {
         mut take: impl FnMut(f64),
     ) {
         let mut whitening = Whitening::<1, { COLUMNS + 1 }>::new(disturbance, self.block);
-        self.compare([a22_per_s], |means, block_s, step| {
+        self.compare([a22_per_s], |means, block_s, responses| {
+            whitening.step(block_s, responses);
             let [of_columns @ .., of_heading] =
-                (whitening.innovations(means, block_s, step)).map(|Lanes([e])| e);
+                (whitening.innovations(ALL, &means)).map(|Lanes([e])| e);
             let explained: f64 = of_columns.iter().zip(&fit.linear).map(|(e, l)| e * l).sum();
             let Lanes([precision]) = whitening.precision();
             take((of_heading - explained) * sqrt(precision));
@@ -127,12 +205,12 @@ impl Series<'_> {
         });
     }
 
-    /// Passes the block means for several dampings to `take`, with the length of the block, s, and the step over it.
+    /// Passes the block means for several dampings to `take`, with the length of the block, s, and the responses after it.
     #[inline(always)]
     fn compare<const N: usize>(
         &self,
         a22_per_s: [f64; N],
-        mut take: impl FnMut([Lanes<N>; COLUMNS + 1], f64, &Step<N>),
+        mut take: impl FnMut([Lanes<N>; COLUMNS + 1], f64, &Responses<N>),
     ) {
         let block = self.block.max(1);
         let share = 1.0 / block as f64;
@@ -146,7 +224,6 @@ impl Series<'_> {
             let [mut to_rudder, mut to_offset, mut to_rate] = [Lanes::ZERO; 3];
             let mut heading = 0.0;
             let mut block_s = 0.0;
-            let mut whole: Option<Step<N>> = None;
             for ((interval_s, heading_rad), rudder_rad) in
                 interval_s.iter().zip(heading_rad).zip(rudder_rad)
             {
@@ -154,9 +231,8 @@ impl Series<'_> {
                 to_offset += responses.to_offset_rad;
                 to_rate += responses.to_rate_rad;
                 heading += heading_rad;
-                let step = responses.advance(*interval_s, *rudder_rad);
+                responses.advance(*interval_s, *rudder_rad);
                 block_s += interval_s;
-                whole = Some(whole.map_or(*step, |whole| whole.then(step)));
             }
             let [one, heading] = [1.0, heading * share].map(Lanes::all);
             let means = [
@@ -166,9 +242,7 @@ impl Series<'_> {
                 to_rate * share,
                 heading,
             ];
-            if let Some(whole) = whole {
-                take(means, block_s, &whole);
-            }
+            take(means, block_s, &responses);
         }
     }
 

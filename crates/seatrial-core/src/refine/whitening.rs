@@ -3,10 +3,10 @@
 use libm::{exp, log};
 
 use super::lanes::Lanes;
-use super::responses::Step;
+use super::responses::{Responses, Step};
 
-/// Change of the innovation variance under which the filter counts as steady.
-const STEADY: f64 = 1e-12;
+/// Change of the variances of the heading, by this share of them, under which the filter counts as steady.
+const STEADY: f64 = 1e-8;
 
 /// A change of the interval by this share of it does not change the filter: clock jitter.
 const SAME_INTERVAL: f64 = 1e-6;
@@ -81,29 +81,33 @@ impl<const N: usize, const COLUMNS: usize> Whitening<N, COLUMNS> {
         }
     }
 
-    /// The innovation of each column at one comparison; predicts the next, `interval_s` later.
+    /// The gain at one comparison, after which `interval_s` pass.
     #[inline(always)]
-    pub fn innovations(
-        &mut self,
-        columns: [Lanes<N>; COLUMNS],
-        interval_s: f64,
-        step: &Step<N>,
-    ) -> [Lanes<N>; COLUMNS] {
+    pub fn step(&mut self, interval_s: f64, responses: &Responses<N>) {
         let jitter_s = (interval_s - self.interval_s).abs();
         if jitter_s > SAME_INTERVAL * interval_s || self.interval_s.is_nan() {
-            self.set_interval(interval_s, step);
+            self.set_interval(interval_s, responses);
         }
         if !self.steady {
             self.update_gain();
         }
         self.log_variances.multiply(self.variance);
+    }
+
+    /// The innovations of some columns at this comparison; predicts the next.
+    #[inline(always)]
+    pub fn innovations<const M: usize>(
+        &mut self,
+        columns: [usize; M],
+        means: &[Lanes<N>; COLUMNS],
+    ) -> [Lanes<N>; M] {
         let [to_heading, to_rate, to_disturbance] = self.gain;
-        let mut innovations = columns;
-        for (state, innovation) in self.states.iter_mut().zip(&mut innovations) {
-            let [psi, r, d] = *state;
-            let e = *innovation - psi;
+        let mut innovations = [Lanes::ZERO; M];
+        for (column, innovation) in columns.into_iter().zip(&mut innovations) {
+            let [psi, r, d] = self.states[column];
+            let e = means[column] - psi;
             *innovation = e;
-            *state = self.transition.of([
+            self.states[column] = self.transition.of([
                 psi + to_heading * e,
                 r + to_rate * e,
                 d + to_disturbance * e,
@@ -122,10 +126,10 @@ impl<const N: usize, const COLUMNS: usize> Whitening<N, COLUMNS> {
         self.log_variances.sum()
     }
 
-    fn set_interval(&mut self, interval_s: f64, step: &Step<N>) {
+    fn set_interval(&mut self, interval_s: f64, responses: &Responses<N>) {
         let memory = exp(-interval_s / self.disturbance.time_constant_s);
         self.transition = Transition {
-            step: *step,
+            step: responses.step_over(interval_s),
             memory,
         };
         self.process =
@@ -137,8 +141,6 @@ impl<const N: usize, const COLUMNS: usize> Whitening<N, COLUMNS> {
     fn update_gain(&mut self) {
         let p = &self.covariance;
         let variance = p.psi[0] + Lanes::all(self.noise);
-        let last = self.variance.0;
-        self.steady = (variance.0.iter().zip(last)).all(|(s, last)| (s - last).abs() <= STEADY * s);
         self.variance = variance;
         self.precision = Lanes::all(1.0) / variance;
         let [psi_psi, psi_r, psi_d] = p.psi;
@@ -147,8 +149,13 @@ impl<const N: usize, const COLUMNS: usize> Whitening<N, COLUMNS> {
             psi_r * self.precision,
             psi_d * self.precision,
         ];
-        self.covariance = self.transition.of_covariance(&p.given(&self.gain));
-        self.covariance.d += Lanes::all(self.process);
+        let mut next = self.transition.of_covariance(&p.given(&self.gain));
+        next.d += Lanes::all(self.process);
+        let is_same = |next: Lanes<N>, now: Lanes<N>| {
+            (next.0.iter().zip(now.0)).all(|(next, now)| (next - now).abs() <= STEADY * next)
+        };
+        self.steady = is_same(next.psi[0], psi_psi) && is_same(next.psi[1], psi_r);
+        self.covariance = next;
     }
 }
 

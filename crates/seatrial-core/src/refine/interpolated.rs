@@ -1,0 +1,170 @@
+//! The peak of a likelihood between four dampings, from one pass over the record.
+
+use libm::{exp, log, sqrt};
+
+use super::{Disturbance, Fit, Peak, Series};
+
+/// Where a peak is looked for, and how wide it may be.
+#[derive(Clone, Copy, Debug)]
+pub struct Expected {
+    /// 1/s
+    pub a22_per_s: f64,
+    /// Standard deviation of a22, 1/s.
+    pub deviation_per_s: f64,
+}
+
+impl Expected {
+    /// As far from `last` as that from the peak before it.
+    pub fn after(before: &Peak, last: &Peak) -> Self {
+        let ratio = sqrt(last.variance / before.variance).clamp(0.5, 2.0);
+        Self {
+            a22_per_s: 2.0 * last.a22_per_s - before.a22_per_s,
+            deviation_per_s: sqrt(last.variance) * ratio,
+        }
+    }
+}
+
+impl From<&Peak> for Expected {
+    fn from(peak: &Peak) -> Self {
+        Self {
+            a22_per_s: peak.a22_per_s,
+            deviation_per_s: sqrt(peak.variance),
+        }
+    }
+}
+
+/// Distance of neighbouring dampings in standard deviations of a22.
+const SPREAD: f64 = 0.5;
+
+/// The distance may be this many standard deviations, or the dampings are chosen anew.
+const WIDEST_SPREAD: f64 = 0.8;
+
+/// In distances of neighbouring dampings from their middle: a peak is read off the cubic no further away than the outermost of them.
+const OUTERMOST: f64 = 1.5;
+
+/// No further than this the dampings move at once.
+const LONGEST_MOVE: f64 = 4.0;
+
+/// The peak may be this far from the start, in the scale of the damping; what is further away is [`Peak::find`]'s.
+const FURTHEST: f64 = 2.0;
+
+/// Passes after which the search is left to [`Peak::find`].
+const MOST_PASSES: u32 = 4;
+
+/// A cubic through values at -1.5, -0.5, 0.5 and 1.5.
+#[derive(Clone, Copy, Debug)]
+struct Cubic([f64; 4]);
+
+impl Cubic {
+    fn through([y0, y1, y2, y3]: [f64; 4]) -> Self {
+        Self([
+            (9.0 * (y1 + y2) - (y0 + y3)) / 16.0,
+            (27.0 * (y2 - y1) - (y3 - y0)) / 24.0,
+            ((y3 + y0) - (y2 + y1)) / 4.0,
+            ((y3 - y0) - 3.0 * (y2 - y1)) / 6.0,
+        ])
+    }
+
+    fn at(&self, x: f64) -> f64 {
+        let Self([a0, a1, a2, a3]) = self;
+        a0 + x * (a1 + x * (a2 + x * a3))
+    }
+
+    fn slope(&self, x: f64) -> f64 {
+        let Self([_, a1, a2, a3]) = self;
+        a1 + x * (2.0 * a2 + x * 3.0 * a3)
+    }
+
+    fn curvature(&self, x: f64) -> f64 {
+        let Self([_, _, a2, a3]) = self;
+        2.0 * a2 + 6.0 * a3 * x
+    }
+
+    /// Where it is least.
+    fn minimum(&self) -> Option<f64> {
+        let Self([_, a1, a2, a3]) = self;
+        let root = a2 * a2 - 3.0 * a1 * a3;
+        (root > 0.0 && *a2 > 0.0).then(|| -a1 / (a2 + sqrt(root)))
+    }
+}
+
+impl Peak {
+    /// The peak near an expected one, by a cubic through J(a22) = exp(-2 l / n) at four dampings, half a standard deviation apart.
+    ///
+    /// b2, C0, their covariance and the noise are read off cubics through their values at the four. J over two standard
+    /// deviations is so nearly quadratic that what is left out is less than a hundredth of a standard deviation, which is
+    /// where [`Peak::find`] ends its search. Where the dampings do not hold the peak they are moved; where that leads nowhere, that search
+    /// decides.
+    pub fn near(
+        record: &Series<'_>,
+        disturbance: Disturbance,
+        start_per_s: f64,
+        expected: Expected,
+        scale_per_s: f64,
+    ) -> Option<Self> {
+        let n = record.blocks() as f64;
+        let furthest = FURTHEST * scale_per_s;
+        let mut centre_per_s = expected
+            .a22_per_s
+            .clamp(start_per_s - furthest, start_per_s + furthest);
+        let mut deviation_per_s = expected.deviation_per_s;
+        for _ in 0..MOST_PASSES {
+            let spread_per_s =
+                (SPREAD * deviation_per_s).clamp(1e-6 * scale_per_s, 0.1 * scale_per_s);
+            let dampings = [-1.5, -0.5, 0.5, 1.5].map(|place| centre_per_s + place * spread_per_s);
+            let [Some(a), Some(b), Some(c), Some(d)] = record.fits(dampings, disturbance) else {
+                break;
+            };
+            let fits = [a, b, c, d];
+            let reference = fits[1].log_likelihood;
+            let cost =
+                Cubic::through(fits.map(|fit| exp(-2.0 * (fit.log_likelihood - reference) / n)));
+            let Some(place) = cost.minimum() else {
+                break;
+            };
+            let least = cost.at(place);
+            let variance = 2.0 * least * spread_per_s * spread_per_s / (n * cost.curvature(place));
+            if !(variance > 0.0) {
+                break;
+            }
+            let is_inside = place.abs() <= OUTERMOST
+                && (centre_per_s + place * spread_per_s - start_per_s).abs()
+                    <= FURTHEST * scale_per_s;
+            if is_inside && spread_per_s <= WIDEST_SPREAD * sqrt(variance) {
+                let b2_and_c0 = [0, 1].map(|i| Cubic::through(fits.map(|fit| fit.linear[i])));
+                return Some(Self {
+                    disturbance,
+                    a22_per_s: centre_per_s + place * spread_per_s,
+                    variance,
+                    fit: Fit {
+                        log_likelihood: reference - 0.5 * n * log(least),
+                        ..Fit::interpolated(&fits, |values| Cubic::through(values).at(place))
+                    },
+                    slope: b2_and_c0.map(|of| of.slope(place) / spread_per_s),
+                });
+            }
+            centre_per_s += place.clamp(-LONGEST_MOVE, LONGEST_MOVE) * spread_per_s;
+            if (centre_per_s - start_per_s).abs() > FURTHEST * scale_per_s {
+                break;
+            }
+            deviation_per_s = sqrt(variance);
+        }
+        Self::find(record, disturbance, start_per_s, scale_per_s)
+    }
+}
+
+impl Fit {
+    /// Each number from those of four fits.
+    fn interpolated(fits: &[Self; 4], between: impl Fn([f64; 4]) -> f64) -> Self {
+        let of = |value: &dyn Fn(&Self) -> f64| between(fits.each_ref().map(value));
+        Self {
+            linear: core::array::from_fn(|i| of(&|fit| fit.linear[i])),
+            scaled_covariance: core::array::from_fn(|i| {
+                core::array::from_fn(|j| of(&|fit| fit.scaled_covariance[i][j]))
+            }),
+            residual: of(&|fit| fit.residual),
+            noise_variance_rad2: of(&|fit| fit.noise_variance_rad2),
+            log_likelihood: of(&|fit| fit.log_likelihood),
+        }
+    }
+}
