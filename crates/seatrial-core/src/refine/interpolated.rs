@@ -2,7 +2,7 @@
 
 use libm::{exp, log, sqrt};
 
-use super::{Disturbance, Fit, Peak, Series};
+use super::{Disturbance, Peak, Series, SteeringFit};
 
 /// Where a peak is looked for, and how wide it may be.
 #[derive(Clone, Copy, Debug)]
@@ -112,7 +112,8 @@ impl Peak {
             let spread_per_s =
                 (SPREAD * deviation_per_s).clamp(1e-6 * scale_per_s, 0.1 * scale_per_s);
             let dampings = [-1.5, -0.5, 0.5, 1.5].map(|place| centre_per_s + place * spread_per_s);
-            let [Some(a), Some(b), Some(c), Some(d)] = record.fits(dampings, disturbance) else {
+            let [Some(a), Some(b), Some(c), Some(d)] = record.steering_fits(dampings, disturbance)
+            else {
                 break;
             };
             let fits = [a, b, c, d];
@@ -136,9 +137,11 @@ impl Peak {
                     disturbance,
                     a22_per_s: centre_per_s + place * spread_per_s,
                     variance,
-                    fit: Fit {
+                    fit: SteeringFit {
                         log_likelihood: reference - 0.5 * n * log(least),
-                        ..Fit::interpolated(&fits, |values| Cubic::through(values).at(place))
+                        ..SteeringFit::interpolated(&fits, |values| {
+                            Cubic::through(values).at(place)
+                        })
                     },
                     slope: b2_and_c0.map(|of| of.slope(place) / spread_per_s),
                 });
@@ -153,7 +156,7 @@ impl Peak {
     }
 }
 
-impl Fit {
+impl SteeringFit {
     /// Each number from those of four fits.
     fn interpolated(fits: &[Self; 4], between: impl Fn([f64; 4]) -> f64) -> Self {
         let of = |value: &dyn Fn(&Self) -> f64| between(fits.each_ref().map(value));

@@ -74,7 +74,7 @@ impl Hypothesis {
     fn of(peak: &Peak, rudder_amplitude_rad: f64) -> Self {
         let heading_noise_rad = sqrt(peak.fit.noise_variance_rad2);
         let disturbance_rad_s2 = peak.disturbance.relative * heading_noise_rad;
-        let [b2, ..] = peak.fit.linear;
+        let [b2, _] = peak.fit.linear;
         let (mean, covariance) = peak.normal();
         Self {
             share: disturbance_rad_s2 / (b2.abs() * rudder_amplitude_rad),

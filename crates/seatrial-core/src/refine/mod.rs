@@ -20,7 +20,7 @@ pub use failure::{LEAST_COMPARISONS, RefineFailure};
 pub use mixture::{Hypotheses, Refinement};
 pub use peak::{DISTURBANCE_TIME_CONSTANTS, Peak, Span};
 pub use record::{Full, StageRecord, mean_rudder_rad};
-pub use series::{Fit, Series};
+pub use series::{Fit, Series, SteeringFit};
 pub use whitening::Disturbance;
 
 use crate::YawModel;

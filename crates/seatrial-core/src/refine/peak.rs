@@ -3,7 +3,7 @@
 
 use libm::{exp, log, sqrt};
 
-use super::{Disturbance, Fit, LEAST_COMPARISONS, RefineFailure, Series};
+use super::{Disturbance, LEAST_COMPARISONS, RefineFailure, Series, SteeringFit};
 use crate::{Real, YawModel};
 
 /// Comparisons per time constant of the vehicle: more tell nothing new.
@@ -94,14 +94,14 @@ pub struct Peak {
     /// -1 / second derivative of the log likelihood.
     pub variance: f64,
     /// The other parameters there.
-    pub fit: Fit,
+    pub fit: SteeringFit,
     /// d[b2, C0]/d a22.
     pub(super) slope: [f64; 2],
 }
 
 /// The log likelihood around one a22, as the parabola through three points of J = exp(-2 l / n).
 struct Parabola {
-    centre: Fit,
+    centre: SteeringFit,
     gradient: f64,
     curvature: f64,
     slope: [f64; 2],
@@ -116,11 +116,13 @@ impl Parabola {
     ) -> Option<Self> {
         // Three would do: four fill the processor's vector.
         let dampings = [a22_per_s - spread, a22_per_s, a22_per_s + spread, a22_per_s];
-        let [Some(below), Some(centre), Some(above), _] = record.fits(dampings, disturbance) else {
+        let [Some(below), Some(centre), Some(above), _] =
+            record.steering_fits(dampings, disturbance)
+        else {
             return None;
         };
         let n = record.blocks() as f64;
-        let cost = |fit: &Fit| exp(-2.0 * (fit.log_likelihood - centre.log_likelihood) / n);
+        let cost = |fit: &SteeringFit| exp(-2.0 * (fit.log_likelihood - centre.log_likelihood) / n);
         Some(Self {
             centre,
             gradient: (cost(&above) - cost(&below)) / (2.0 * spread),
@@ -185,7 +187,7 @@ impl Peak {
 
     /// Mean and covariance of [a22, b2, C0] here: those of (b2, C0) given a22, and a22's own.
     pub fn normal(&self) -> ([f64; 3], [[f64; 3]; 3]) {
-        let [b2, c0, ..] = self.fit.linear;
+        let [b2, c0] = self.fit.linear;
         let along = [1.0, self.slope[0], self.slope[1]];
         let mut covariance = along.map(|a| along.map(|b| self.variance * a * b));
         for i in 0..2 {

@@ -5,16 +5,10 @@ use libm::{log, sqrt};
 use super::cholesky::Cholesky;
 use super::lanes::Lanes;
 use super::responses::Responses;
-use super::whitening::{Disturbance, Whitening};
+use super::whitening::{Disturbance, SAME_INTERVAL, Whitening};
 
 /// Columns of the linear model besides the heading: b2, C0, psi0, r0.
 pub(super) const COLUMNS: usize = 4;
-
-/// The columns and the heading.
-const ALL: [usize; COLUMNS + 1] = [0, 1, 2, 3, 4];
-
-/// Those that are not of the state at the beginning.
-const LASTING: [usize; 3] = [0, 1, 4];
 
 /// A record made ready: intervals, unwrapped headings, rudder, in blocks.
 ///
@@ -47,70 +41,104 @@ pub struct Fit {
     pub log_likelihood: f64,
 }
 
-/// Does the filter still remember the state at the beginning?
-///
-/// It does until this many comparisons have added no more than a share to the squares of the innovations of psi0 and r0. What
-/// they would add later changes no estimate by more than the root of that share of its standard deviation.
-struct Memory<const N: usize> {
-    squares: [Lanes<N>; 2],
-    comparisons: u32,
-    holds: bool,
+/// [`Fit`] of b2 and C0 alone: the state at the beginning may be any.
+#[derive(Clone, Copy, Debug)]
+pub struct SteeringFit {
+    /// b2, C0.
+    pub linear: [f64; 2],
+    /// Covariance of `linear` over the variance of the heading noise.
+    pub scaled_covariance: [[f64; 2]; 2],
+    /// Sum of squares of the whitened residual, rad^2.
+    pub residual: f64,
+    /// Variance of the heading noise of one sample, rad^2.
+    pub noise_variance_rad2: f64,
+    /// That of [`Fit`].
+    pub log_likelihood: f64,
 }
 
-impl<const N: usize> Memory<N> {
-    const COMPARISONS: u32 = 16;
-    const SHARE: f64 = 1e-12;
-
-    fn new() -> Self {
+impl From<Fit> for SteeringFit {
+    fn from(fit: Fit) -> Self {
+        let [b2, c0, ..] = fit.linear;
         Self {
-            squares: [Lanes::ZERO; 2],
-            comparisons: 0,
-            holds: true,
+            linear: [b2, c0],
+            scaled_covariance: core::array::from_fn(|i| {
+                core::array::from_fn(|j| fit.scaled_covariance[i][j])
+            }),
+            residual: fit.residual,
+            noise_variance_rad2: fit.noise_variance_rad2,
+            log_likelihood: fit.log_likelihood,
         }
-    }
-
-    #[inline(always)]
-    fn holds_the_beginning(&mut self, gram: &Gram<N>) -> bool {
-        self.comparisons += 1;
-        if self.holds && self.comparisons.is_multiple_of(Self::COMPARISONS) {
-            let squares = [gram.0[2][2], gram.0[3][3]];
-            let added = |(now, before): (&Lanes<N>, &Lanes<N>)| {
-                let grown = |(now, before): (&f64, &f64)| now - before > Self::SHARE * now;
-                now.0.iter().zip(&before.0).any(grown)
-            };
-            self.holds = squares.iter().zip(&self.squares).any(added);
-            self.squares = squares;
-        }
-        self.holds
     }
 }
 
-/// Sums of the products of whitened columns, above the diagonal.
-struct Gram<const N: usize>([[Lanes<N>; COLUMNS + 1]; COLUMNS + 1]);
+/// Sums of the products of columns, the last of which is the heading, above the diagonal.
+struct Gram<const N: usize, const K: usize>([[Lanes<N>; K]; K]);
 
-impl<const N: usize> Gram<N> {
-    const ZERO: Self = Self([[Lanes::ZERO; COLUMNS + 1]; COLUMNS + 1]);
+impl<const N: usize, const K: usize> Gram<N, K> {
+    const ZERO: Self = Self([[Lanes::ZERO; K]; K]);
 
-    /// Adds the products of innovations of these columns.
     #[inline(always)]
-    fn add<const M: usize>(
-        &mut self,
-        columns: [usize; M],
-        innovations: &[Lanes<N>; M],
-        precision: Lanes<N>,
-    ) {
-        for (i, of_i) in columns.into_iter().zip(innovations) {
-            let weighted = *of_i * precision;
-            for (j, of_j) in columns.into_iter().zip(innovations) {
-                if j >= i {
-                    self.0[i][j] += weighted * *of_j;
-                }
+    fn add(&mut self, columns: &[Lanes<N>; K], precision: Lanes<N>) {
+        for (i, row) in self.0.iter_mut().enumerate() {
+            let weighted = columns[i] * precision;
+            for j in i..K {
+                row[j] += weighted * columns[j];
             }
         }
     }
 
-    fn of_lane(&self, lane: usize) -> [[f64; COLUMNS + 1]; COLUMNS + 1] {
-        self.0.map(|row| row.map(|element| element.0[lane]))
+    /// Equations of the first `M` columns.
+    fn of_lane<const M: usize>(&self, lane: usize) -> Equations<M> {
+        let of = |i: usize, j: usize| self.0[i.min(j)][i.max(j)].0[lane];
+        Equations {
+            products: core::array::from_fn(|i| core::array::from_fn(|j| of(i, j))),
+            right: core::array::from_fn(|i| of(i, K - 1)),
+            total: of(K - 1, K - 1),
+        }
+    }
+}
+
+/// The normal equations of generalised least squares.
+struct Equations<const M: usize> {
+    products: [[f64; M]; M],
+    right: [f64; M],
+    total: f64,
+}
+
+/// Their solution.
+struct Solution<const M: usize> {
+    linear: [f64; M],
+    scaled_covariance: [[f64; M]; M],
+    residual: f64,
+    log_determinant: f64,
+}
+
+impl<const M: usize> Equations<M> {
+    /// `None` where the columns are not independent.
+    fn solve(&self) -> Option<Solution<M>> {
+        let scale: [f64; M] = core::array::from_fn(|i| sqrt(self.products[i][i]));
+        if !scale.iter().all(|s| *s > 0.0) {
+            return None;
+        }
+        let scaled = core::array::from_fn(|i| {
+            core::array::from_fn(|j| self.products[i][j] / (scale[i] * scale[j]))
+        });
+        let factor = Cholesky::of(&scaled)?;
+        let right: [f64; M] = core::array::from_fn(|i| self.right[i] / scale[i]);
+        let solution = factor.solve(right);
+        let explained: f64 = right.iter().zip(&solution).map(|(r, s)| r * s).sum();
+        let inverse = factor.inverse();
+        Some(Solution {
+            linear: core::array::from_fn(|i| solution[i] / scale[i]),
+            scaled_covariance: core::array::from_fn(|i| {
+                core::array::from_fn(|j| inverse[i][j] / (scale[i] * scale[j]))
+            }),
+            // Rounding of the sums is all that is left of noise-free data.
+            residual: (self.total - explained)
+                .max(f64::EPSILON * f64::EPSILON + 1e-15 * self.total),
+            log_determinant: factor.log_determinant()
+                + 2.0 * scale.iter().map(|s| log(*s)).sum::<f64>(),
+        })
     }
 }
 
@@ -151,32 +179,107 @@ impl Series<'_> {
     }
 
     /// [`fit`](Self::fit) at several dampings in one pass over the record.
-    pub fn fits<const N: usize>(
+    fn fits<const N: usize>(
         &self,
         a22_per_s: [f64; N],
         disturbance: Disturbance,
     ) -> [Option<Fit>; N] {
-        let mut gram = Gram::<N>::ZERO;
+        let mut gram = Gram::<N, { COLUMNS + 1 }>::ZERO;
         let log_variances = if disturbance.relative == 0.0 {
-            let precision = Lanes::all(self.block.max(1) as f64);
-            self.compare(a22_per_s, |means, _, _| gram.add(ALL, &means, precision));
-            [-(self.blocks() as f64) * log(precision.0[0]); N]
+            let precision = self.block.max(1) as f64;
+            self.compare(a22_per_s, |means, _, _| {
+                gram.add(means, Lanes::all(precision))
+            });
+            [-log(precision) * self.blocks() as f64; N]
         } else {
-            let mut whitening = Whitening::<N, { COLUMNS + 1 }>::new(disturbance, self.block);
-            let mut memory = Memory::new();
-            self.compare(a22_per_s, |means, block_s, responses| {
-                whitening.step(block_s, responses);
-                if memory.holds_the_beginning(&gram) {
-                    let innovations = whitening.innovations(ALL, &means);
-                    gram.add(ALL, &innovations, whitening.precision());
-                } else {
-                    let innovations = whitening.innovations(LASTING, &means);
-                    gram.add(LASTING, &innovations, whitening.precision());
-                }
+            let mut whitening = Whitening::new(disturbance, self.block);
+            self.compare(a22_per_s, |means, interval_s, responses| {
+                let innovations = whitening.innovations(means, interval_s, responses);
+                gram.add(&innovations, whitening.precision());
             });
             whitening.log_variances()
         };
-        core::array::from_fn(|lane| self.solve(&gram.of_lane(lane), log_variances[lane]))
+        core::array::from_fn(|lane| {
+            let solution = gram.of_lane::<COLUMNS>(lane).solve()?;
+            let degrees_of_freedom = self.degrees_of_freedom()?;
+            Some(Fit {
+                linear: solution.linear,
+                scaled_covariance: solution.scaled_covariance,
+                residual: solution.residual,
+                noise_variance_rad2: solution.residual / degrees_of_freedom,
+                log_likelihood: -0.5
+                    * (degrees_of_freedom * log(solution.residual)
+                        + log_variances[lane]
+                        + solution.log_determinant),
+            })
+        })
+    }
+
+    /// b2 and C0 at several dampings in one pass over the record.
+    ///
+    /// Under a disturbance the state at the beginning needs no columns: the first two headings determine it, and a filter that begins
+    /// there has the same restricted likelihood for the other headings.
+    pub fn steering_fits<const N: usize>(
+        &self,
+        a22_per_s: [f64; N],
+        disturbance: Disturbance,
+    ) -> [Option<SteeringFit>; N] {
+        if disturbance.relative == 0.0 || (self.block > 1 && !self.is_even()) {
+            let fits = self.fits(a22_per_s, disturbance);
+            return fits.map(|fit| fit.map(SteeringFit::from));
+        }
+        let mut gram = Gram::<N, 3>::ZERO;
+        let mut whitening = Whitening::<N, 3>::new(disturbance, self.block);
+        let mut before = Before::Nothing;
+        self.compare(
+            a22_per_s,
+            |[b2, c0, _, r0, heading], interval_s, responses| {
+                let means = [*b2, *c0, *heading];
+                match before {
+                    Before::Two => {
+                        let innovations = whitening.innovations(&means, interval_s, responses);
+                        gram.add(&innovations, whitening.precision());
+                    }
+                    Before::One(first, to_rate) => {
+                        whitening.begin(&first, &means, *r0 - to_rate, interval_s, responses);
+                        before = Before::Two;
+                    }
+                    Before::Nothing => before = Before::One(means, *r0),
+                }
+            },
+        );
+        let log_variances = whitening.log_variances();
+        core::array::from_fn(|lane| {
+            let solution = gram.of_lane::<2>(lane).solve()?;
+            let degrees_of_freedom = self.degrees_of_freedom()?;
+            Some(SteeringFit {
+                linear: solution.linear,
+                scaled_covariance: solution.scaled_covariance,
+                residual: solution.residual,
+                noise_variance_rad2: solution.residual / degrees_of_freedom,
+                log_likelihood: -0.5
+                    * (degrees_of_freedom * log(solution.residual)
+                        + log_variances[lane]
+                        + solution.log_determinant),
+            })
+        })
+    }
+
+    /// Are all intervals the same?
+    fn is_even(&self) -> bool {
+        let mut intervals = self
+            .interval_s
+            .split_last()
+            .map_or(&[][..], |(_, all)| all)
+            .iter();
+        let Some(first) = intervals.next() else {
+            return true;
+        };
+        intervals.all(|interval_s| (interval_s - first).abs() <= SAME_INTERVAL * first)
+    }
+
+    fn degrees_of_freedom(&self) -> Option<f64> {
+        self.blocks().checked_sub(COLUMNS + 1).map(|n| n as f64)
     }
 
     /// The whitened residual of each comparison, rad: white noise where nothing is left to explain.
@@ -188,10 +291,9 @@ impl Series<'_> {
         mut take: impl FnMut(f64),
     ) {
         let mut whitening = Whitening::<1, { COLUMNS + 1 }>::new(disturbance, self.block);
-        self.compare([a22_per_s], |means, block_s, responses| {
-            whitening.step(block_s, responses);
+        self.compare([a22_per_s], |means, interval_s, responses| {
             let [of_columns @ .., of_heading] =
-                (whitening.innovations(ALL, &means)).map(|Lanes([e])| e);
+                (whitening.innovations(means, interval_s, responses)).map(|Lanes([e])| e);
             let explained: f64 = of_columns.iter().zip(&fit.linear).map(|(e, l)| e * l).sum();
             let Lanes([precision]) = whitening.precision();
             take((of_heading - explained) * sqrt(precision));
@@ -205,33 +307,34 @@ impl Series<'_> {
         });
     }
 
-    /// Passes the block means for several dampings to `take`, with the length of the block, s, and the responses after it.
+    /// Passes the block means for several dampings to `take`, with the length of the block before, s, and the
+    /// responses.
     #[inline(always)]
     fn compare<const N: usize>(
         &self,
         a22_per_s: [f64; N],
-        mut take: impl FnMut([Lanes<N>; COLUMNS + 1], f64, &Responses<N>),
+        mut take: impl FnMut(&[Lanes<N>; COLUMNS + 1], f64, &Responses<N>),
     ) {
         let block = self.block.max(1);
         let share = 1.0 / block as f64;
         let mut responses = Responses::new(a22_per_s);
+        let (mut interval_s, mut rudder_rad, mut block_s) = (0.0, 0.0, 0.0);
         let blocks = self
             .interval_s
             .chunks_exact(block)
             .zip(self.heading_rad.chunks_exact(block))
             .zip(self.rudder_rad.chunks_exact(block));
-        for ((interval_s, heading_rad), rudder_rad) in blocks {
+        for ((next_s, heading_rad), next_rad) in blocks {
             let [mut to_rudder, mut to_offset, mut to_rate] = [Lanes::ZERO; 3];
             let mut heading = 0.0;
-            let mut block_s = 0.0;
-            for ((interval_s, heading_rad), rudder_rad) in
-                interval_s.iter().zip(heading_rad).zip(rudder_rad)
-            {
+            let since_last_s = core::mem::take(&mut block_s);
+            for ((next_s, heading_rad), next_rad) in next_s.iter().zip(heading_rad).zip(next_rad) {
+                responses.advance(interval_s, rudder_rad);
                 to_rudder += responses.to_rudder_rad;
                 to_offset += responses.to_offset_rad;
                 to_rate += responses.to_rate_rad;
                 heading += heading_rad;
-                responses.advance(*interval_s, *rudder_rad);
+                (interval_s, rudder_rad) = (*next_s, *next_rad);
                 block_s += interval_s;
             }
             let [one, heading] = [1.0, heading * share].map(Lanes::all);
@@ -242,38 +345,15 @@ impl Series<'_> {
                 to_rate * share,
                 heading,
             ];
-            take(means, block_s, &responses);
+            take(&means, since_last_s, &responses);
         }
     }
+}
 
-    fn solve(&self, gram: &[[f64; COLUMNS + 1]; COLUMNS + 1], log_variances: f64) -> Option<Fit> {
-        let degrees_of_freedom = self.blocks().checked_sub(COLUMNS + 1)? as f64;
-        let scale: [f64; COLUMNS] = core::array::from_fn(|i| sqrt(gram[i][i]));
-        if !scale.iter().all(|s| *s > 0.0) {
-            return None;
-        }
-        let scaled = core::array::from_fn(|i| {
-            core::array::from_fn(|j| gram[i.min(j)][i.max(j)] / (scale[i] * scale[j]))
-        });
-        let factor = Cholesky::of(&scaled)?;
-        let right: [f64; COLUMNS] = core::array::from_fn(|i| gram[i][COLUMNS] / scale[i]);
-        let solution = factor.solve(right);
-        let explained: f64 = right.iter().zip(&solution).map(|(r, s)| r * s).sum();
-        let total = gram[COLUMNS][COLUMNS];
-        // Rounding of the sums is all that is left of noise-free data.
-        let residual = (total - explained).max(f64::EPSILON * f64::EPSILON + 1e-15 * total);
-        let log_determinant =
-            factor.log_determinant() + 2.0 * scale.iter().map(|s| log(*s)).sum::<f64>();
-        let inverse = factor.inverse();
-        Some(Fit {
-            linear: core::array::from_fn(|i| solution[i] / scale[i]),
-            scaled_covariance: core::array::from_fn(|i| {
-                core::array::from_fn(|j| inverse[i][j] / (scale[i] * scale[j]))
-            }),
-            residual,
-            noise_variance_rad2: residual / degrees_of_freedom,
-            log_likelihood: -0.5
-                * (degrees_of_freedom * log(residual) + log_variances + log_determinant),
-        })
-    }
+/// What a filter has seen before a comparison.
+#[derive(Clone, Copy)]
+enum Before<const N: usize> {
+    Nothing,
+    One([Lanes<N>; 3], Lanes<N>),
+    Two,
 }

@@ -9,7 +9,7 @@ use super::responses::{Responses, Step};
 const STEADY: f64 = 1e-8;
 
 /// A change of the interval by this share of it does not change the filter: clock jitter.
-const SAME_INTERVAL: f64 = 1e-6;
+pub const SAME_INTERVAL: f64 = 1e-6;
 
 /// A yaw acceleration disturbance as a first-order Gauss-Markov process.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,8 +32,9 @@ impl Disturbance {
 ///
 /// ```text
 /// x = [psi, r, d],  psi' = r,  r' = a22 r + d,  d' = -d/tau + white
+/// x <- F x,   P <- F P F^T + Q                                           to the next comparison
 /// e = z - x_psi,  S = P_psi,psi + 1/block,  K = P e_psi / S
-/// x <- F (x + K e),   P <- F (P - K S K^T) F^T + Q
+/// x <- x + K e,   P <- P - K S K^T
 /// ```
 #[derive(Clone, Debug)]
 pub struct Whitening<const N: usize, const COLUMNS: usize> {
@@ -45,13 +46,13 @@ pub struct Whitening<const N: usize, const COLUMNS: usize> {
     covariance: Covariance<N>,
     gain: [Lanes<N>; 3],
     states: [[Lanes<N>; 3]; COLUMNS],
-    variance: Lanes<N>,
     precision: Lanes<N>,
     log_variances: LogOfProduct<N>,
     steady: bool,
 }
 
 impl<const N: usize, const COLUMNS: usize> Whitening<N, COLUMNS> {
+    /// Begins at rest at heading 0.
     pub fn new(disturbance: Disturbance, block: usize) -> Self {
         let [none, variance] = [0.0, disturbance.relative * disturbance.relative].map(Lanes::all);
         Self {
@@ -74,44 +75,77 @@ impl<const N: usize, const COLUMNS: usize> Whitening<N, COLUMNS> {
             },
             gain: [none; 3],
             states: [[none; 3]; COLUMNS],
-            variance: none,
             precision: none,
             log_variances: LogOfProduct::new(),
             steady: false,
         }
     }
 
-    /// The gain at one comparison, after which `interval_s` pass.
+    /// Begins with the first two comparisons, from any heading and yaw rate.
+    ///
+    /// ```text
+    /// r = F_rr / F_psi,r (z_1 - z_0 - n_1 + n_0) + (F_psi,r - F_rr F_psi,d / F_psi,r) d      psi = z_1 - n_1
+    /// ```
+    ///
+    /// n is the heading noise, d the disturbance at the first. A unit r0 turns the vehicle by `turned_s` from the first to the second,
+    /// s: its square is the determinant of the change from (psi0, r0) to both.
+    pub fn begin(
+        &mut self,
+        first: &[Lanes<N>; COLUMNS],
+        second: &[Lanes<N>; COLUMNS],
+        turned_s: Lanes<N>,
+        interval_s: f64,
+        responses: &Responses<N>,
+    ) {
+        self.set_interval(interval_s, responses);
+        let Transition { step, memory } = self.transition;
+        let from_headings = step.decay / step.rate_gain_s;
+        let from_disturbance = step.rate_gain_s - from_headings * step.heading_gain_s2;
+        let power = Lanes::all(self.disturbance.relative * self.disturbance.relative);
+        let noise = Lanes::all(self.noise);
+        let none = Lanes::ZERO;
+        self.covariance = Covariance {
+            psi: [noise, from_headings * noise, none],
+            r: [
+                from_headings * from_headings * noise * 2.0
+                    + from_disturbance * from_disturbance * power,
+                from_disturbance * power * memory,
+            ],
+            d: power,
+        };
+        for ((state, z0), z1) in self.states.iter_mut().zip(first).zip(second) {
+            *state = [*z1, from_headings * (*z1 - *z0), none];
+        }
+        self.log_variances.multiply(turned_s * turned_s);
+    }
+
+    /// The innovation of each column at a comparison, `interval_s` after the last.
     #[inline(always)]
-    pub fn step(&mut self, interval_s: f64, responses: &Responses<N>) {
+    pub fn innovations(
+        &mut self,
+        columns: &[Lanes<N>; COLUMNS],
+        interval_s: f64,
+        responses: &Responses<N>,
+    ) -> [Lanes<N>; COLUMNS] {
         let jitter_s = (interval_s - self.interval_s).abs();
         if jitter_s > SAME_INTERVAL * interval_s || self.interval_s.is_nan() {
             self.set_interval(interval_s, responses);
         }
-        if !self.steady {
-            self.update_gain();
+        match self.steady {
+            true => self.log_variances.again(),
+            false => self.update_gain(),
         }
-        self.log_variances.multiply(self.variance);
-    }
-
-    /// The innovations of some columns at this comparison; predicts the next.
-    #[inline(always)]
-    pub fn innovations<const M: usize>(
-        &mut self,
-        columns: [usize; M],
-        means: &[Lanes<N>; COLUMNS],
-    ) -> [Lanes<N>; M] {
         let [to_heading, to_rate, to_disturbance] = self.gain;
-        let mut innovations = [Lanes::ZERO; M];
-        for (column, innovation) in columns.into_iter().zip(&mut innovations) {
-            let [psi, r, d] = self.states[column];
-            let e = means[column] - psi;
+        let mut innovations = *columns;
+        for (state, innovation) in self.states.iter_mut().zip(&mut innovations) {
+            let [psi, r, d] = self.transition.of(*state);
+            let e = *innovation - psi;
             *innovation = e;
-            self.states[column] = self.transition.of([
+            *state = [
                 psi + to_heading * e,
                 r + to_rate * e,
                 d + to_disturbance * e,
-            ]);
+            ];
         }
         innovations
     }
@@ -123,7 +157,7 @@ impl<const N: usize, const COLUMNS: usize> Whitening<N, COLUMNS> {
 
     /// sum log S of all innovations.
     pub fn log_variances(&self) -> [f64; N] {
-        self.log_variances.sum()
+        self.log_variances.sum().0
     }
 
     fn set_interval(&mut self, interval_s: f64, responses: &Responses<N>) {
@@ -139,23 +173,18 @@ impl<const N: usize, const COLUMNS: usize> Whitening<N, COLUMNS> {
     }
 
     fn update_gain(&mut self) {
-        let p = &self.covariance;
+        let mut p = self.transition.of_covariance(&self.covariance);
+        p.d += Lanes::all(self.process);
         let variance = p.psi[0] + Lanes::all(self.noise);
-        self.variance = variance;
         self.precision = Lanes::all(1.0) / variance;
-        let [psi_psi, psi_r, psi_d] = p.psi;
-        self.gain = [
-            psi_psi * self.precision,
-            psi_r * self.precision,
-            psi_d * self.precision,
-        ];
-        let mut next = self.transition.of_covariance(&p.given(&self.gain));
-        next.d += Lanes::all(self.process);
-        let is_same = |next: Lanes<N>, now: Lanes<N>| {
-            (next.0.iter().zip(now.0)).all(|(next, now)| (next - now).abs() <= STEADY * next)
+        let gain = p.psi.map(|of_psi| of_psi * self.precision);
+        let is_same = |new: Lanes<N>, old: Lanes<N>| {
+            (new.0.iter().zip(old.0)).all(|(new, old)| (new - old).abs() <= STEADY * new.abs())
         };
-        self.steady = is_same(next.psi[0], psi_psi) && is_same(next.psi[1], psi_r);
-        self.covariance = next;
+        self.steady = (0..3).all(|i| is_same(gain[i], self.gain[i]));
+        self.log_variances.multiply(variance);
+        self.covariance = p.given(&gain);
+        self.gain = gain;
     }
 }
 
@@ -230,6 +259,9 @@ impl<const N: usize> Covariance<N> {
 struct LogOfProduct<const N: usize> {
     product: Lanes<N>,
     log: Lanes<N>,
+    last: Lanes<N>,
+    /// How often the last factor came again.
+    again: u32,
 }
 
 impl<const N: usize> LogOfProduct<N> {
@@ -240,22 +272,32 @@ impl<const N: usize> LogOfProduct<N> {
         Self {
             product: Lanes::all(1.0),
             log: Lanes::ZERO,
+            last: Lanes::all(1.0),
+            again: 0,
         }
     }
 
-    #[inline(always)]
     fn multiply(&mut self, factor: Lanes<N>) {
+        if self.again > 0 {
+            self.log += self.last.map(log) * f64::from(self.again);
+            self.again = 0;
+        }
+        self.last = factor;
         self.product *= factor;
         let near = |product: &f64| Self::FAR_FROM_OVERFLOW.contains(product);
         if !self.product.0.iter().all(near) {
-            *self = Self {
-                product: Lanes::all(1.0),
-                log: Lanes(self.sum()),
-            };
+            self.log += self.product.map(log);
+            self.product = Lanes::all(1.0);
         }
     }
 
-    fn sum(&self) -> [f64; N] {
-        (self.log + self.product.map(log)).0
+    /// Multiplies by the last factor.
+    #[inline(always)]
+    fn again(&mut self) {
+        self.again += 1;
+    }
+
+    fn sum(&self) -> Lanes<N> {
+        self.log + self.product.map(log) + self.last.map(log) * f64::from(self.again)
     }
 }
