@@ -252,36 +252,56 @@ impl Mixture<'_> {
     /// The 2.5 and 97.5 % points of a quantity whose mean and variance each hypothesis gives.
     fn interval_95(&self, moments: impl Fn(&Hypothesis) -> (f64, f64)) -> [f64; 2] {
         let normals = || {
-            self.weighted().map(|(weight, h)| {
+            let with_weight = |(weight, _): &(f64, &Hypothesis)| *weight > NO_WEIGHT;
+            self.weighted().filter(with_weight).map(|(weight, h)| {
                 let (mean, variance) = moments(h);
                 (weight, mean, sqrt(variance))
             })
         };
-        let lowest = normals()
-            .map(|(_, mean, deviation)| mean - 8.0 * deviation)
-            .fold(f64::INFINITY, f64::min);
-        let highest = normals()
-            .map(|(_, mean, deviation)| mean + 8.0 * deviation)
-            .fold(f64::NEG_INFINITY, f64::max);
-        let quantile = |share: f64| {
-            let (mut low, mut high) = (lowest, highest);
-            for _ in 0..60 {
-                let middle = 0.5 * (low + high);
-                let below: f64 = normals()
-                    .map(|(weight, mean, deviation)| {
-                        weight * standard_normal_below((middle - mean) / deviation)
-                    })
-                    .sum();
-                if below < share {
-                    low = middle;
-                } else {
-                    high = middle;
-                }
-            }
-            0.5 * (low + high)
-        };
-        [quantile(0.025), quantile(0.975)]
+        [0.025, 0.975].map(|share| quantile(normals, share))
     }
+}
+
+/// Hypotheses of less weight do not move a point of the mixture.
+const NO_WEIGHT: f64 = 1e-12;
+
+/// Where a mixture of normal distributions, given as weight, mean and standard deviation, reaches a share: by Newton's method, within
+/// bounds that halve where it leaves them.
+fn quantile<I: Iterator<Item = (f64, f64, f64)>>(normals: impl Fn() -> I, share: f64) -> f64 {
+    const MOST_STEPS: u32 = 60;
+    const NEAR: f64 = 1e-9;
+    let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY];
+    let [mut total, mut total_square] = [0.0; 2];
+    for (weight, mean, deviation) in normals() {
+        low = low.min(mean - 8.0 * deviation);
+        high = high.max(mean + 8.0 * deviation);
+        total += weight * mean;
+        total_square += weight * (mean * mean + deviation * deviation);
+    }
+    let deviation = sqrt((total_square - total * total).max(0.0));
+    let mut point = total + (if share < 0.5 { -2.0 } else { 2.0 }) * deviation;
+    for _ in 0..MOST_STEPS {
+        if !(low < point && point < high) {
+            point = 0.5 * (low + high);
+        }
+        let [mut below, mut density] = [0.0; 2];
+        for (weight, mean, deviation) in normals() {
+            let off = (point - mean) / deviation;
+            below += weight * standard_normal_below(off);
+            density += weight * exp(-0.5 * off * off) / (deviation * sqrt(TAU));
+        }
+        if below < share {
+            low = point;
+        } else {
+            high = point;
+        }
+        let step = (share - below) / density;
+        point += step;
+        if step.abs() <= NEAR * deviation {
+            break;
+        }
+    }
+    point
 }
 
 fn standard_normal_below(x: f64) -> f64 {

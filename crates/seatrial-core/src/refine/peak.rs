@@ -62,26 +62,38 @@ impl Span {
         record: Series<'_>,
         start: Option<YawModel<f64>>,
     ) -> Result<f64, RefineFailure> {
-        const POINTS: u32 = 16;
+        const POINTS: usize = 16;
         let slowest = 0.5 / self.duration_s;
         let fastest = 0.3 / self.interval_s;
-        let ratio = exp(log(fastest / slowest) / f64::from(POINTS - 1));
-        let grid = (0..POINTS).scan(-slowest, |damping, _| {
-            let now = *damping;
-            *damping *= ratio;
-            Some(now)
-        });
+        let ratio = exp(log(fastest / slowest) / (POINTS - 1) as f64);
+        let mut grid = [0.0; POINTS];
+        let mut damping_per_s = -slowest;
+        for point in &mut grid {
+            *point = damping_per_s;
+            damping_per_s *= ratio;
+        }
         let coarse = self.prepare(record, start.map_or(0.0, |m| m.a22_per_s.min(0.0)))?;
-        grid.chain(start.map(|m| m.a22_per_s))
-            .chain([slowest])
-            .filter_map(|a22| {
-                let fit = coarse.fit(a22, Disturbance::NONE)?;
-                Some((a22, fit.log_likelihood))
-            })
+        // The last one may be unstable.
+        let others = [start.map_or(slowest, |m| m.a22_per_s), slowest];
+        grid.as_chunks::<4>()
+            .0
+            .iter()
+            .flat_map(|dampings| likelihoods(&coarse, *dampings))
+            .chain(likelihoods(&coarse, others))
+            .filter_map(|(a22, log_likelihood)| Some((a22, log_likelihood?)))
             .max_by(|a, b| a.1.total_cmp(&b.1))
             .map(|(a22, _)| a22)
             .ok_or(RefineFailure::NotExcited)
     }
+}
+
+/// Dampings and their log likelihoods without disturbance.
+fn likelihoods<const N: usize>(
+    record: &Series<'_>,
+    a22_per_s: [f64; N],
+) -> [(f64, Option<f64>); N] {
+    let fits = record.steering_fits(a22_per_s, Disturbance::NONE);
+    core::array::from_fn(|i| (a22_per_s[i], fits[i].map(|fit| fit.log_likelihood)))
 }
 
 /// The likelihood at one disturbance, largest in a22.

@@ -93,7 +93,7 @@ impl<const N: usize> Responses<N> {
     }
 
     /// One interval on, with the rudder held.
-    #[inline(always)]
+    #[inline(never)]
     pub fn advance(&mut self, interval_s: f64, rudder_rad: f64) {
         if (interval_s - self.interval_s).abs() > SAME_INTERVAL * interval_s {
             self.step = Step::new(self.a22_per_s, interval_s);

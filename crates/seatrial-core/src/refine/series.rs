@@ -71,7 +71,13 @@ impl From<Fit> for SteeringFit {
     }
 }
 
-/// Sums of the products of columns, the last of which is the heading, above the diagonal.
+/// Place of the heading among the columns: b2, C0, heading, psi0, r0.
+const HEADING: usize = 2;
+
+/// Columns of a comparison: b2, C0, heading, psi0, r0.
+type Columns<const N: usize> = [Lanes<N>; COLUMNS + 1];
+
+/// Sums of the products of the first `K` [`Columns`], above the diagonal.
 struct Gram<const N: usize, const K: usize>([[Lanes<N>; K]; K]);
 
 impl<const N: usize, const K: usize> Gram<N, K> {
@@ -87,13 +93,27 @@ impl<const N: usize, const K: usize> Gram<N, K> {
         }
     }
 
-    /// Equations of the first `M` columns.
+    /// Adds the products of the innovations of the columns of a comparison.
+    #[inline(never)]
+    fn add_whitened(
+        &mut self,
+        whitening: &mut Whitening<N, K>,
+        columns: &[Lanes<N>; K],
+        interval_s: f64,
+        responses: &Responses<N>,
+    ) {
+        let innovations = whitening.innovations(columns, interval_s, responses);
+        self.add(&innovations, whitening.precision());
+    }
+
+    /// Equations of `M` columns besides the heading.
     fn of_lane<const M: usize>(&self, lane: usize) -> Equations<M> {
         let of = |i: usize, j: usize| self.0[i.min(j)][i.max(j)].0[lane];
+        let place = |i: usize| if i < HEADING { i } else { i + 1 };
         Equations {
-            products: core::array::from_fn(|i| core::array::from_fn(|j| of(i, j))),
-            right: core::array::from_fn(|i| of(i, K - 1)),
-            total: of(K - 1, K - 1),
+            products: core::array::from_fn(|i| core::array::from_fn(|j| of(place(i), place(j)))),
+            right: core::array::from_fn(|i| of(place(i), HEADING)),
+            total: of(HEADING, HEADING),
         }
     }
 }
@@ -193,9 +213,8 @@ impl Series<'_> {
             [-log(precision) * self.blocks() as f64; N]
         } else {
             let mut whitening = Whitening::new(disturbance, self.block);
-            self.compare(a22_per_s, |means, interval_s, responses| {
-                let innovations = whitening.innovations(means, interval_s, responses);
-                gram.add(&innovations, whitening.precision());
+            self.compare(a22_per_s, |columns, interval_s, responses| {
+                gram.add_whitened(&mut whitening, columns, interval_s, responses);
             });
             whitening.log_variances()
         };
@@ -231,23 +250,20 @@ impl Series<'_> {
         let mut gram = Gram::<N, 3>::ZERO;
         let mut whitening = Whitening::<N, 3>::new(disturbance, self.block);
         let mut before = Before::Nothing;
-        self.compare(
-            a22_per_s,
-            |[b2, c0, _, r0, heading], interval_s, responses| {
-                let means = [*b2, *c0, *heading];
-                match before {
-                    Before::Two => {
-                        let innovations = whitening.innovations(&means, interval_s, responses);
-                        gram.add(&innovations, whitening.precision());
-                    }
-                    Before::One(first, to_rate) => {
-                        whitening.begin(&first, &means, *r0 - to_rate, interval_s, responses);
-                        before = Before::Two;
-                    }
-                    Before::Nothing => before = Before::One(means, *r0),
+        self.compare(a22_per_s, |columns, interval_s, responses| {
+            let [steering @ .., _, to_rate] = columns;
+            match before {
+                Before::Two => {
+                    gram.add_whitened(&mut whitening, steering, interval_s, responses);
                 }
-            },
-        );
+                Before::One(first, first_to_rate) => {
+                    let turned_s = *to_rate - first_to_rate;
+                    whitening.begin(&first, steering, turned_s, interval_s, responses);
+                    before = Before::Two;
+                }
+                Before::Nothing => before = Before::One(*steering, *to_rate),
+            }
+        });
         let log_variances = whitening.log_variances();
         core::array::from_fn(|lane| {
             let solution = gram.of_lane::<2>(lane).solve()?;
@@ -291,61 +307,77 @@ impl Series<'_> {
         mut take: impl FnMut(f64),
     ) {
         let mut whitening = Whitening::<1, { COLUMNS + 1 }>::new(disturbance, self.block);
-        self.compare([a22_per_s], |means, interval_s, responses| {
-            let [of_columns @ .., of_heading] =
-                (whitening.innovations(means, interval_s, responses)).map(|Lanes([e])| e);
+        self.compare([a22_per_s], |columns, interval_s, responses| {
+            let [b2, c0, heading, psi0, r0] =
+                (whitening.innovations(columns, interval_s, responses)).map(|Lanes([e])| e);
+            let of_columns = [b2, c0, psi0, r0];
             let explained: f64 = of_columns.iter().zip(&fit.linear).map(|(e, l)| e * l).sum();
             let Lanes([precision]) = whitening.precision();
-            take((of_heading - explained) * sqrt(precision));
+            take((heading - explained) * sqrt(precision));
         });
     }
 
     /// The means over each block of the responses to b2, C0, psi0 and r0, and of the heading.
     pub fn for_each_comparison(&self, a22_per_s: f64, mut take: impl FnMut([f64; COLUMNS + 1])) {
         self.compare([a22_per_s], |means, _, _| {
-            take(means.map(|Lanes([mean])| mean));
+            let [b2, c0, heading, psi0, r0] = means.map(|Lanes([mean])| mean);
+            take([b2, c0, psi0, r0, heading]);
         });
     }
 
-    /// Passes the block means for several dampings to `take`, with the length of the block before, s, and the
-    /// responses.
+    /// Passes the block means for several dampings to `take`, with the length of the block before, s, and the responses.
     #[inline(always)]
     fn compare<const N: usize>(
         &self,
         a22_per_s: [f64; N],
-        mut take: impl FnMut(&[Lanes<N>; COLUMNS + 1], f64, &Responses<N>),
+        mut take: impl FnMut(&Columns<N>, f64, &Responses<N>),
     ) {
-        let block = self.block.max(1);
-        let share = 1.0 / block as f64;
+        let one = Lanes::all(1.0);
         let mut responses = Responses::new(a22_per_s);
-        let (mut interval_s, mut rudder_rad, mut block_s) = (0.0, 0.0, 0.0);
+        let (mut interval_s, mut rudder_rad) = (0.0, 0.0);
+        if self.block <= 1 {
+            let samples = self.interval_s.iter().zip(self.heading_rad);
+            for ((next_s, heading_rad), next_rad) in samples.zip(self.rudder_rad) {
+                responses.advance(interval_s, rudder_rad);
+                let columns = [
+                    responses.to_rudder_rad,
+                    responses.to_offset_rad,
+                    Lanes::all(*heading_rad),
+                    one,
+                    responses.to_rate_rad,
+                ];
+                take(&columns, interval_s, &responses);
+                (interval_s, rudder_rad) = (*next_s, *next_rad);
+            }
+            return;
+        }
+        let share = 1.0 / self.block as f64;
+        let mut block_s = 0.0;
         let blocks = self
             .interval_s
-            .chunks_exact(block)
-            .zip(self.heading_rad.chunks_exact(block))
-            .zip(self.rudder_rad.chunks_exact(block));
+            .chunks_exact(self.block)
+            .zip(self.heading_rad.chunks_exact(self.block))
+            .zip(self.rudder_rad.chunks_exact(self.block));
         for ((next_s, heading_rad), next_rad) in blocks {
-            let [mut to_rudder, mut to_offset, mut to_rate] = [Lanes::ZERO; 3];
-            let mut heading = 0.0;
             let since_last_s = core::mem::take(&mut block_s);
-            for ((next_s, heading_rad), next_rad) in next_s.iter().zip(heading_rad).zip(next_rad) {
+            let [mut to_rudder, mut to_offset, mut to_rate] = [Lanes::ZERO; 3];
+            for (next_s, next_rad) in next_s.iter().zip(next_rad) {
                 responses.advance(interval_s, rudder_rad);
                 to_rudder += responses.to_rudder_rad;
                 to_offset += responses.to_offset_rad;
                 to_rate += responses.to_rate_rad;
-                heading += heading_rad;
                 (interval_s, rudder_rad) = (*next_s, *next_rad);
                 block_s += interval_s;
             }
-            let [one, heading] = [1.0, heading * share].map(Lanes::all);
-            let means = [
+            let heading: f64 = heading_rad.iter().sum();
+            let columns = [
                 to_rudder * share,
                 to_offset * share,
+                Lanes::all(heading * share),
                 one,
                 to_rate * share,
-                heading,
             ];
-            take(&means, since_last_s, &responses);
+            take(&columns, since_last_s, &responses);
         }
     }
 }

@@ -6,7 +6,7 @@ use super::lanes::Lanes;
 use super::responses::{Responses, Step};
 
 /// Change of the variances of the heading, by this share of them, under which the filter counts as steady.
-const STEADY: f64 = 1e-8;
+const STEADY: f64 = 1e-7;
 
 /// A change of the interval by this share of it does not change the filter: clock jitter.
 pub const SAME_INTERVAL: f64 = 1e-6;
