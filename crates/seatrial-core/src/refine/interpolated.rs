@@ -14,11 +14,16 @@ pub struct Expected {
 }
 
 impl Expected {
-    /// As far from `last` as that from the peak before it.
+    /// Where `last` led from the peak before it, in logarithms: as a disturbance grows, both grow with it.
     pub fn after(before: &Peak, last: &Peak) -> Self {
+        let ratio = last.a22_per_s / before.a22_per_s;
+        let a22_per_s = match ratio > 0.0 {
+            true => last.a22_per_s * ratio.clamp(0.4, 2.5),
+            false => 2.0 * last.a22_per_s - before.a22_per_s,
+        };
         let ratio = sqrt(last.variance / before.variance).clamp(0.5, 2.0);
         Self {
-            a22_per_s: 2.0 * last.a22_per_s - before.a22_per_s,
+            a22_per_s,
             deviation_per_s: sqrt(last.variance) * ratio,
         }
     }
@@ -39,14 +44,17 @@ const SPREAD: f64 = 0.5;
 /// The distance may be this many standard deviations, or the dampings are chosen anew.
 const WIDEST_SPREAD: f64 = 0.8;
 
+/// The distance may be this share of the damping.
+const WIDEST_SHARE: f64 = 0.12;
+
 /// In distances of neighbouring dampings from their middle: a peak is read off the cubic no further away than the outermost of them.
-const OUTERMOST: f64 = 1.5;
+const OUTERMOST: f64 = 2.0;
 
 /// No further than this the dampings move at once.
 const LONGEST_MOVE: f64 = 4.0;
 
-/// The peak may be this far from the start, in the scale of the damping; what is further away is [`Peak::find`]'s.
-const FURTHEST: f64 = 2.0;
+/// In scales of the damping: a peak this near its start is one that [`Peak::find`] finds, and one this far away one that it does not.
+const REACH: [f64; 2] = [3.5, 7.2];
 
 /// Passes after which the search is left to [`Peak::find`].
 const MOST_PASSES: u32 = 4;
@@ -103,14 +111,11 @@ impl Peak {
         scale_per_s: f64,
     ) -> Option<Self> {
         let n = record.blocks() as f64;
-        let furthest = FURTHEST * scale_per_s;
-        let mut centre_per_s = expected
-            .a22_per_s
-            .clamp(start_per_s - furthest, start_per_s + furthest);
+        let mut centre_per_s = expected.a22_per_s;
         let mut deviation_per_s = expected.deviation_per_s;
         for _ in 0..MOST_PASSES {
-            let spread_per_s =
-                (SPREAD * deviation_per_s).clamp(1e-6 * scale_per_s, 0.1 * scale_per_s);
+            let scale = scale_per_s.max(centre_per_s.abs());
+            let spread_per_s = (SPREAD * deviation_per_s).clamp(1e-6 * scale_per_s, WIDEST_SHARE * scale);
             let dampings = [-1.5, -0.5, 0.5, 1.5].map(|place| centre_per_s + place * spread_per_s);
             let [Some(a), Some(b), Some(c), Some(d)] = record.steering_fits(dampings, disturbance)
             else {
@@ -128,14 +133,20 @@ impl Peak {
             if !(variance > 0.0) {
                 break;
             }
-            let is_inside = place.abs() <= OUTERMOST
-                && (centre_per_s + place * spread_per_s - start_per_s).abs()
-                    <= FURTHEST * scale_per_s;
+            let a22_per_s = centre_per_s + place * spread_per_s;
+            let is_inside = place.abs() <= OUTERMOST;
             if is_inside && spread_per_s <= WIDEST_SPREAD * sqrt(variance) {
+                let distance = (a22_per_s - start_per_s).abs() / scale_per_s;
+                if distance > REACH[1] {
+                    return None;
+                }
+                if distance > REACH[0] {
+                    break;
+                }
                 let b2_and_c0 = [0, 1].map(|i| Cubic::through(fits.map(|fit| fit.linear[i])));
                 return Some(Self {
                     disturbance,
-                    a22_per_s: centre_per_s + place * spread_per_s,
+                    a22_per_s,
                     variance,
                     fit: SteeringFit {
                         log_likelihood: reference - 0.5 * n * log(least),
@@ -147,9 +158,6 @@ impl Peak {
                 });
             }
             centre_per_s += place.clamp(-LONGEST_MOVE, LONGEST_MOVE) * spread_per_s;
-            if (centre_per_s - start_per_s).abs() > FURTHEST * scale_per_s {
-                break;
-            }
             deviation_per_s = sqrt(variance);
         }
         Self::find(record, disturbance, start_per_s, scale_per_s)
