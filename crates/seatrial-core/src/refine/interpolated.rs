@@ -96,26 +96,38 @@ impl Cubic {
     }
 }
 
-impl Peak {
-    /// The peak near an expected one, by a cubic through J(a22) = exp(-2 l / n) at four dampings, half a standard deviation apart.
+/// The search for a peak near an expected one.
+pub struct Near {
+    /// Where [`Peak::find`] begins, 1/s.
+    pub start_per_s: f64,
+    pub expected: Expected,
+    /// [`Span::rate_scale`](super::Span::rate_scale), 1/s.
+    pub scale_per_s: f64,
+    /// A peak with a lower log likelihood may be read off from further away.
+    pub of_interest: f64,
+}
+
+impl Near {
+    /// The peak, by a cubic through J(a22) = exp(-2 l / n) at four dampings, half a standard deviation apart.
     ///
     /// b2, C0, their covariance and the noise are read off cubics through their values at the four. J over two standard
     /// deviations is so nearly quadratic that what is left out is less than a hundredth of a standard deviation, which is
     /// where [`Peak::find`] ends its search. Where the dampings do not hold the peak they are moved; where that leads nowhere, that search
     /// decides.
-    pub fn near(
-        record: &Series<'_>,
-        disturbance: Disturbance,
-        start_per_s: f64,
-        expected: Expected,
-        scale_per_s: f64,
-    ) -> Option<Self> {
+    pub fn peak(&self, record: &Series<'_>, disturbance: Disturbance) -> Option<Peak> {
+        let Self {
+            start_per_s,
+            expected,
+            scale_per_s,
+            of_interest,
+        } = *self;
         let n = record.blocks() as f64;
         let mut centre_per_s = expected.a22_per_s;
         let mut deviation_per_s = expected.deviation_per_s;
         for _ in 0..MOST_PASSES {
             let scale = scale_per_s.max(centre_per_s.abs());
-            let spread_per_s = (SPREAD * deviation_per_s).clamp(1e-6 * scale_per_s, WIDEST_SHARE * scale);
+            let spread_per_s =
+                (SPREAD * deviation_per_s).clamp(1e-6 * scale_per_s, WIDEST_SHARE * scale);
             let dampings = [-1.5, -0.5, 0.5, 1.5].map(|place| centre_per_s + place * spread_per_s);
             let [Some(a), Some(b), Some(c), Some(d)] = record.steering_fits(dampings, disturbance)
             else {
@@ -134,8 +146,11 @@ impl Peak {
                 break;
             }
             let a22_per_s = centre_per_s + place * spread_per_s;
-            let is_inside = place.abs() <= OUTERMOST;
-            if is_inside && spread_per_s <= WIDEST_SPREAD * sqrt(variance) {
+            let log_likelihood = reference - 0.5 * n * log(least);
+            let is_inside =
+                place.abs() <= OUTERMOST && spread_per_s <= WIDEST_SPREAD * sqrt(variance);
+            let is_near = place.abs() <= LONGEST_MOVE && log_likelihood < of_interest;
+            if is_inside || is_near {
                 let distance = (a22_per_s - start_per_s).abs() / scale_per_s;
                 if distance > REACH[1] {
                     return None;
@@ -144,12 +159,12 @@ impl Peak {
                     break;
                 }
                 let b2_and_c0 = [0, 1].map(|i| Cubic::through(fits.map(|fit| fit.linear[i])));
-                return Some(Self {
+                return Some(Peak {
                     disturbance,
                     a22_per_s,
                     variance,
                     fit: SteeringFit {
-                        log_likelihood: reference - 0.5 * n * log(least),
+                        log_likelihood,
                         ..SteeringFit::interpolated(&fits, |values| {
                             Cubic::through(values).at(place)
                         })
@@ -160,7 +175,7 @@ impl Peak {
             centre_per_s += place.clamp(-LONGEST_MOVE, LONGEST_MOVE) * spread_per_s;
             deviation_per_s = sqrt(variance);
         }
-        Self::find(record, disturbance, start_per_s, scale_per_s)
+        Peak::find(record, disturbance, start_per_s, scale_per_s)
     }
 }
 

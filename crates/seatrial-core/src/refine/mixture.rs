@@ -4,7 +4,7 @@ use core::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use libm::{erfc, exp, log, sqrt};
 
-use super::interpolated::Expected;
+use super::interpolated::{Expected, Near};
 use super::{DISTURBANCE_TIME_CONSTANTS, Disturbance, Peak, RefineFailure, Series, Span};
 use crate::{List, YawModel};
 
@@ -35,6 +35,15 @@ const CAUTIOUS: Prior = Prior {
 
 /// A log likelihood this far below the best has no weight.
 const NEGLIGIBLE: f64 = 8.0;
+
+/// So far below, it has none under any prior, and its peak may be read off roughly.
+const OF_INTEREST: f64 = 50.0;
+
+/// One that is foreseen to be so far below need not be looked at.
+const CERTAINLY_NEGLIGIBLE: f64 = 10.0;
+
+/// A disturbance that changes the log likelihood by less is as good as none.
+const VANISHED: f64 = 0.02;
 
 /// The refined estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -156,6 +165,7 @@ impl Hypotheses {
                 scale,
                 time_constant_s: ratio / scale,
                 none,
+                likeliest: hypotheses.likeliest.fit.log_likelihood,
             };
             let middle =
                 search.for_each_peak(&nearest, |peak| hypotheses.add(peak, rudder_amplitude_rad));
@@ -314,6 +324,8 @@ struct StrengthSearch<'a> {
     scale: f64,
     time_constant_s: f64,
     none: Peak,
+    /// The greatest log likelihood that was found.
+    likeliest: f64,
 }
 
 impl StrengthSearch<'_> {
@@ -325,34 +337,48 @@ impl StrengthSearch<'_> {
         let middle = 0.1 * self.scale * self.scale;
         let first = self.at(middle, self.none.a22_per_s, nearest.into())?;
         take(&first);
-        let mut next_to_first = None;
         let mut likeliest = first.fit.log_likelihood;
+        let mut above = [None; 2];
         for ratio in [STRENGTH_RATIO, 1.0 / STRENGTH_RATIO] {
             let mut last = first;
-            let mut before = next_to_first;
+            let [mut before, mut second] = above;
             for _ in 0..MOST_STRENGTHS {
-                let relative = last.disturbance.relative * ratio;
+                let foreseen = self.foreseen(&last, before.as_ref(), second.as_ref());
+                if foreseen.is_some_and(|next| likeliest - next > CERTAINLY_NEGLIGIBLE) {
+                    break;
+                }
                 let expected = match &before {
                     Some(before) => Expected::after(before, &last),
                     None => Expected::from(&last),
                 };
+                let relative = last.disturbance.relative * ratio;
                 let Some(peak) = self.at(relative, last.a22_per_s, expected) else {
                     break;
                 };
-                let log_likelihood = peak.fit.log_likelihood;
-                likeliest = likeliest.max(log_likelihood);
-                let vanished =
-                    ratio < 1.0 && (log_likelihood - self.none.fit.log_likelihood).abs() < 0.02;
-                if likeliest - log_likelihood > NEGLIGIBLE || vanished {
+                likeliest = likeliest.max(peak.fit.log_likelihood);
+                let vanished = ratio < 1.0 && self.gain(&peak) < VANISHED;
+                if likeliest - peak.fit.log_likelihood > NEGLIGIBLE || vanished {
                     break;
                 }
                 take(&peak);
-                next_to_first = next_to_first.or(Some(peak));
-                before = Some(last);
-                last = peak;
+                (second, before, last) = (before, Some(last), peak);
+                if let Some(place) = above.iter_mut().find(|place| place.is_none()) {
+                    *place = Some(peak);
+                }
             }
         }
         Some(first)
+    }
+
+    /// The log likelihood of the next disturbance, by the differences of the last three; no less than without any.
+    fn foreseen(&self, last: &Peak, before: Option<&Peak>, second: Option<&Peak>) -> Option<f64> {
+        let [a, b, c] = [second?, before?, last].map(|peak| peak.fit.log_likelihood);
+        Some((c + (c - b) + 0.5 * (c - 2.0 * b + a)).max(self.none.fit.log_likelihood))
+    }
+
+    /// By how much a disturbance changes the log likelihood.
+    fn gain(&self, peak: &Peak) -> f64 {
+        (peak.fit.log_likelihood - self.none.fit.log_likelihood).abs()
     }
 
     fn at(&self, relative: f64, start_per_s: f64, expected: Expected) -> Option<Peak> {
@@ -360,6 +386,12 @@ impl StrengthSearch<'_> {
             relative,
             time_constant_s: self.time_constant_s,
         };
-        Peak::near(self.record, disturbance, start_per_s, expected, self.scale)
+        let near = Near {
+            start_per_s,
+            expected,
+            scale_per_s: self.scale,
+            of_interest: self.likeliest - OF_INTEREST,
+        };
+        near.peak(self.record, disturbance)
     }
 }
