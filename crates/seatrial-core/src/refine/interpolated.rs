@@ -165,7 +165,7 @@ impl Near {
                     variance,
                     fit: SteeringFit {
                         log_likelihood,
-                        ..SteeringFit::interpolated(&fits, |values| {
+                        ..SteeringFit::interpolated(fits.each_ref(), |values| {
                             Cubic::through(values).at(place)
                         })
                     },
@@ -179,10 +179,29 @@ impl Near {
     }
 }
 
+impl Peak {
+    /// The peak at half the strength of `last`, in a series of powers of the strength's square through `none`, `last` and that at twice its
+    /// strength, `before`.
+    pub fn at_half_the_strength(none: &Self, last: &Self, before: &Self) -> Self {
+        let of = |[none, last, before]: [f64; 3]| (45.0 * none + 20.0 * last - before) / 64.0;
+        let peaks = [none, last, before];
+        Self {
+            disturbance: Disturbance {
+                relative: 0.5 * last.disturbance.relative,
+                ..last.disturbance
+            },
+            a22_per_s: of(peaks.map(|peak| peak.a22_per_s)),
+            variance: of(peaks.map(|peak| peak.variance)),
+            fit: SteeringFit::interpolated(peaks.map(|peak| &peak.fit), of),
+            slope: core::array::from_fn(|i| of(peaks.map(|peak| peak.slope[i]))),
+        }
+    }
+}
+
 impl SteeringFit {
-    /// Each number from those of four fits.
-    fn interpolated(fits: &[Self; 4], between: impl Fn([f64; 4]) -> f64) -> Self {
-        let of = |value: &dyn Fn(&Self) -> f64| between(fits.each_ref().map(value));
+    /// Each number from those of several fits.
+    fn interpolated<const M: usize>(fits: [&Self; M], between: impl Fn([f64; M]) -> f64) -> Self {
+        let of = |value: &dyn Fn(&Self) -> f64| between(fits.map(value));
         Self {
             linear: core::array::from_fn(|i| of(&|fit| fit.linear[i])),
             scaled_covariance: core::array::from_fn(|i| {

@@ -36,6 +36,10 @@ const CAUTIOUS: Prior = Prior {
 /// A log likelihood this far below the best has no weight.
 const NEGLIGIBLE: f64 = 8.0;
 
+/// A disturbance that changes the log likelihood by less is so weak that what it changes goes with the square of its strength, but for the
+/// fourth power.
+const WEAK: f64 = 0.5;
+
 /// So far below, it has none under any prior, and its peak may be read off roughly.
 const OF_INTEREST: f64 = 50.0;
 
@@ -279,7 +283,8 @@ const NO_WEIGHT: f64 = 1e-12;
 /// bounds that halve where it leaves them.
 fn quantile<I: Iterator<Item = (f64, f64, f64)>>(normals: impl Fn() -> I, share: f64) -> f64 {
     const MOST_STEPS: u32 = 60;
-    const NEAR: f64 = 1e-9;
+    /// In standard deviations: the step after that is the square of it.
+    const NEAR: f64 = 1e-5;
     let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY];
     let [mut total, mut total_square] = [0.0; 2];
     for (weight, mean, deviation) in normals() {
@@ -352,7 +357,13 @@ impl StrengthSearch<'_> {
                     None => Expected::from(&last),
                 };
                 let relative = last.disturbance.relative * ratio;
-                let Some(peak) = self.at(relative, last.a22_per_s, expected) else {
+                let peak = match before {
+                    Some(before) if ratio < 1.0 && self.are_weak(&last, &before) => {
+                        Some(Peak::at_half_the_strength(&self.none, &last, &before))
+                    }
+                    _ => self.at(relative, last.a22_per_s, expected),
+                };
+                let Some(peak) = peak else {
                     break;
                 };
                 likeliest = likeliest.max(peak.fit.log_likelihood);
@@ -374,6 +385,12 @@ impl StrengthSearch<'_> {
     fn foreseen(&self, last: &Peak, before: Option<&Peak>, second: Option<&Peak>) -> Option<f64> {
         let [a, b, c] = [second?, before?, last].map(|peak| peak.fit.log_likelihood);
         Some((c + (c - b) + 0.5 * (c - 2.0 * b + a)).max(self.none.fit.log_likelihood))
+    }
+
+    fn are_weak(&self, last: &Peak, before: &Peak) -> bool {
+        let [of_last, of_before] = [last, before]
+            .map(|peak| peak.fit.log_likelihood - self.none.fit.log_likelihood);
+        of_before.abs() < WEAK && (of_before - 4.0 * of_last).abs() < 0.5 * of_before.abs()
     }
 
     /// By how much a disturbance changes the log likelihood.

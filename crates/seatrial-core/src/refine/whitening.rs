@@ -258,6 +258,8 @@ impl<const N: usize> Covariance<N> {
 #[derive(Clone, Copy, Debug)]
 struct LogOfProduct<const N: usize> {
     product: Lanes<N>,
+    /// Factors since the product was looked at.
+    factors: u32,
     log: Lanes<N>,
     last: Lanes<N>,
     /// How often the last factor came again.
@@ -265,18 +267,23 @@ struct LogOfProduct<const N: usize> {
 }
 
 impl<const N: usize> LogOfProduct<N> {
-    /// A product in here can be multiplied by any sensible variance.
+    /// A product in here can be multiplied by [`Self::UNSEEN`] sensible variances.
     const FAR_FROM_OVERFLOW: core::ops::Range<f64> = 1e-100..1e100;
+
+    /// The product of so many variances of up to 1e25 is less than 1e200.
+    const UNSEEN: u32 = 8;
 
     fn new() -> Self {
         Self {
             product: Lanes::all(1.0),
+            factors: 0,
             log: Lanes::ZERO,
             last: Lanes::all(1.0),
             again: 0,
         }
     }
 
+    #[inline(always)]
     fn multiply(&mut self, factor: Lanes<N>) {
         if self.again > 0 {
             self.log += self.last.map(log) * f64::from(self.again);
@@ -284,10 +291,14 @@ impl<const N: usize> LogOfProduct<N> {
         }
         self.last = factor;
         self.product *= factor;
-        let near = |product: &f64| Self::FAR_FROM_OVERFLOW.contains(product);
-        if !self.product.0.iter().all(near) {
-            self.log += self.product.map(log);
-            self.product = Lanes::all(1.0);
+        self.factors += 1;
+        if self.factors == Self::UNSEEN {
+            self.factors = 0;
+            let near = |product: &f64| Self::FAR_FROM_OVERFLOW.contains(product);
+            if !self.product.0.iter().all(near) {
+                self.log += self.product.map(log);
+                self.product = Lanes::all(1.0);
+            }
         }
     }
 
