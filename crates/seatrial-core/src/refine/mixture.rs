@@ -388,8 +388,8 @@ impl StrengthSearch<'_> {
     }
 
     fn are_weak(&self, last: &Peak, before: &Peak) -> bool {
-        let [of_last, of_before] = [last, before]
-            .map(|peak| peak.fit.log_likelihood - self.none.fit.log_likelihood);
+        let [of_last, of_before] =
+            [last, before].map(|peak| peak.fit.log_likelihood - self.none.fit.log_likelihood);
         of_before.abs() < WEAK && (of_before - 4.0 * of_last).abs() < 0.5 * of_before.abs()
     }
 
