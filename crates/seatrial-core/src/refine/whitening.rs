@@ -5,7 +5,7 @@ use libm::{exp, log};
 use super::lanes::Lanes;
 use super::responses::{Responses, Step};
 
-/// Change of the variances of the heading, by this share of them, under which the filter counts as steady.
+/// Change of gain and innovation variance, by this share of them, under which the filter counts as steady.
 const STEADY: f64 = 1e-7;
 
 /// A change of the interval by this share of it does not change the filter: clock jitter.
@@ -176,12 +176,14 @@ impl<const N: usize, const COLUMNS: usize> Whitening<N, COLUMNS> {
         let mut p = self.transition.of_covariance(&self.covariance);
         p.d += Lanes::all(self.process);
         let variance = p.psi[0] + Lanes::all(self.noise);
-        self.precision = Lanes::all(1.0) / variance;
-        let gain = p.psi.map(|of_psi| of_psi * self.precision);
+        let precision = Lanes::all(1.0) / variance;
+        let gain = p.psi.map(|of_psi| of_psi * precision);
         let is_same = |new: Lanes<N>, old: Lanes<N>| {
             (new.0.iter().zip(old.0)).all(|(new, old)| (new - old).abs() <= STEADY * new.abs())
         };
-        self.steady = (0..3).all(|i| is_same(gain[i], self.gain[i]));
+        self.steady = is_same(precision, self.precision)
+            && (gain.iter().zip(self.gain)).all(|(new, old)| is_same(*new, old));
+        self.precision = precision;
         self.log_variances.multiply(variance);
         self.covariance = p.given(&gain);
         self.gain = gain;
