@@ -111,71 +111,113 @@ impl Near {
     /// The peak, by a cubic through J(a22) = exp(-2 l / n) at four dampings, half a standard deviation apart.
     ///
     /// b2, C0, their covariance and the noise are read off cubics through their values at the four. J over two standard
-    /// deviations is so nearly quadratic that what is left out is less than a hundredth of a standard deviation, which is
-    /// where [`Peak::find`] ends its search. Where the dampings do not hold the peak they are moved; where that leads nowhere, that search
-    /// decides.
+    /// deviations is so nearly quadratic that what the cubic leaves out is within the tolerance of [`Peak::find`], which ends where a
+    /// step is less than 0.02 standard deviations. Where the dampings do not hold the peak they are moved; where that leads
+    /// nowhere, that search decides.
     pub fn peak(&self, record: &Series<'_>, disturbance: Disturbance) -> Option<Peak> {
-        let Self {
-            start_per_s,
-            expected,
-            scale_per_s,
-            of_interest,
-        } = *self;
-        let n = record.blocks() as f64;
-        let mut centre_per_s = expected.a22_per_s;
-        let mut deviation_per_s = expected.deviation_per_s;
+        let search = || Peak::find(record, disturbance, self.start_per_s, self.scale_per_s);
+        let mut expected = self.expected;
         for _ in 0..MOST_PASSES {
-            let scale = scale_per_s.max(centre_per_s.abs());
-            let spread_per_s =
-                (SPREAD * deviation_per_s).clamp(1e-6 * scale_per_s, WIDEST_SHARE * scale);
-            let dampings = [-1.5, -0.5, 0.5, 1.5].map(|place| centre_per_s + place * spread_per_s);
-            let [Some(a), Some(b), Some(c), Some(d)] = record.steering_fits(dampings, disturbance)
-            else {
+            let Some(four) = Four::around(record, disturbance, &expected, self.scale_per_s) else {
                 break;
             };
-            let fits = [a, b, c, d];
-            let reference = fits[1].log_likelihood;
-            let cost =
-                Cubic::through(fits.map(|fit| exp(-2.0 * (fit.log_likelihood - reference) / n)));
-            let Some(place) = cost.minimum() else {
+            let Some(minimum) = four.minimum(record.blocks() as f64) else {
                 break;
             };
-            let least = cost.at(place);
-            let variance = 2.0 * least * spread_per_s * spread_per_s / (n * cost.curvature(place));
-            if !(variance > 0.0) {
-                break;
-            }
-            let a22_per_s = centre_per_s + place * spread_per_s;
-            let log_likelihood = reference - 0.5 * n * log(least);
-            let is_inside =
-                place.abs() <= OUTERMOST && spread_per_s <= WIDEST_SPREAD * sqrt(variance);
-            let is_near = place.abs() <= LONGEST_MOVE && log_likelihood < of_interest;
+            let a22_per_s = four.at(minimum.place);
+            let deviation_per_s = sqrt(minimum.variance);
+            let is_inside = minimum.place.abs() <= OUTERMOST
+                && four.spread_per_s <= WIDEST_SPREAD * deviation_per_s;
+            let is_near =
+                minimum.place.abs() <= LONGEST_MOVE && minimum.log_likelihood < self.of_interest;
             if is_inside || is_near {
-                let distance = (a22_per_s - start_per_s).abs() / scale_per_s;
-                if distance > REACH[1] {
-                    return None;
-                }
-                if distance > REACH[0] {
-                    break;
-                }
-                let b2_and_c0 = [0, 1].map(|i| Cubic::through(fits.map(|fit| fit.linear[i])));
-                return Some(Peak {
-                    disturbance,
-                    a22_per_s,
-                    variance,
-                    fit: SteeringFit {
-                        log_likelihood,
-                        ..SteeringFit::interpolated(fits.each_ref(), |values| {
-                            Cubic::through(values).at(place)
-                        })
-                    },
-                    slope: b2_and_c0.map(|of| of.slope(place) / spread_per_s),
-                });
+                let distance = (a22_per_s - self.start_per_s).abs() / self.scale_per_s;
+                return match distance {
+                    distance if distance > REACH[1] => None,
+                    distance if distance > REACH[0] => search(),
+                    _ => Some(four.peak(disturbance, &minimum)),
+                };
             }
-            centre_per_s += place.clamp(-LONGEST_MOVE, LONGEST_MOVE) * spread_per_s;
-            deviation_per_s = sqrt(variance);
+            expected = Expected {
+                a22_per_s: four.at(minimum.place.max(-LONGEST_MOVE).min(LONGEST_MOVE)),
+                deviation_per_s,
+            };
         }
-        Peak::find(record, disturbance, start_per_s, scale_per_s)
+        search()
+    }
+}
+
+/// Four dampings at equal distances and what a record says at each.
+struct Four {
+    centre_per_s: f64,
+    spread_per_s: f64,
+    fits: [SteeringFit; 4],
+}
+
+/// The least J between the four.
+struct Minimum {
+    /// In distances of neighbouring dampings from their middle.
+    place: f64,
+    /// Variance of a22, 1/s^2.
+    variance: f64,
+    log_likelihood: f64,
+}
+
+impl Four {
+    fn around(
+        record: &Series<'_>,
+        disturbance: Disturbance,
+        expected: &Expected,
+        scale_per_s: f64,
+    ) -> Option<Self> {
+        let centre_per_s = expected.a22_per_s;
+        let spread_per_s = (SPREAD * expected.deviation_per_s)
+            .max(1e-6 * scale_per_s)
+            .min(WIDEST_SHARE * scale_per_s.max(centre_per_s.abs()));
+        let dampings = [-1.5, -0.5, 0.5, 1.5].map(|place| centre_per_s + place * spread_per_s);
+        let [a, b, c, d] = record.steering_fits(dampings, disturbance);
+        Some(Self {
+            centre_per_s,
+            spread_per_s,
+            fits: [a?, b?, c?, d?],
+        })
+    }
+
+    fn at(&self, place: f64) -> f64 {
+        self.centre_per_s + place * self.spread_per_s
+    }
+
+    /// `None` where J has no minimum.
+    fn minimum(&self, comparisons: f64) -> Option<Minimum> {
+        let reference = self.fits[1].log_likelihood;
+        let cost = Cubic::through(
+            (self.fits).map(|fit| exp(-2.0 * (fit.log_likelihood - reference) / comparisons)),
+        );
+        let place = cost.minimum()?;
+        let least = cost.at(place);
+        let variance = 2.0 * least * self.spread_per_s * self.spread_per_s
+            / (comparisons * cost.curvature(place));
+        (variance > 0.0).then(|| Minimum {
+            place,
+            variance,
+            log_likelihood: reference - 0.5 * comparisons * log(least),
+        })
+    }
+
+    fn peak(&self, disturbance: Disturbance, minimum: &Minimum) -> Peak {
+        let place = minimum.place;
+        let b2_and_c0 = [0, 1].map(|i| Cubic::through(self.fits.map(|fit| fit.linear[i])));
+        let between = |values| Cubic::through(values).at(place);
+        Peak {
+            disturbance,
+            a22_per_s: self.at(place),
+            variance: minimum.variance,
+            fit: SteeringFit {
+                log_likelihood: minimum.log_likelihood,
+                ..SteeringFit::interpolated(self.fits.each_ref(), between)
+            },
+            slope: b2_and_c0.map(|of| of.slope(place) / self.spread_per_s),
+        }
     }
 }
 

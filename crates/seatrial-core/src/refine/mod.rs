@@ -2,8 +2,11 @@
 //!
 //! Like the trial it needs no heap: a [`StageRecord`] keeps the stage, 24 bytes a sample, and [`refine`] its
 //! [`Hypotheses`], 25 kB, on the stack. It computes in double precision, since the likelihoods of neighbouring dampings
-//! cannot be told apart in single precision, and takes some hundred passes over the record, each for four dampings: 2 to 6 ms for
-//! 330 samples on a companion computer. It belongs behind the stage, not into the control loop.
+//! cannot be told apart in single precision, and takes some forty passes over the record, each for four dampings: 6 million instructions
+//! for 330 samples, about 1 ms on a companion computer. It belongs behind the stage, not into the control loop.
+//!
+//! A peak of the likelihood is found to 0.02 standard deviations of a22, so that estimates and ends of intervals are within 0.025 of
+//! their half width of what a search without end gives, and of most records within 0.006.
 
 mod cholesky;
 mod failure;

@@ -135,11 +135,8 @@ mod tests {
         for (_, state) in &mut states[2] {
             state.yaw_rate_rad_s = 1.0;
         }
-        let mut whole = Step::new(a22_per_s, 0.0);
-        let mut time_s = 0.0;
         for (interval_s, rudder_rad) in [(0.05, 0.26), (0.07, -0.26), (1.3, 0.1), (0.05, 0.0)] {
-            whole = whole.then(responses.advance(interval_s, rudder_rad));
-            time_s += interval_s;
+            responses.advance(interval_s, rudder_rad);
             for (model, state) in states.iter_mut().flatten() {
                 *state = model.advance(*state, rudder_rad, interval_s);
             }
@@ -149,17 +146,27 @@ mod tests {
             responses.to_offset_rad,
             responses.to_rate_rad,
         ];
-        let at_once = Step::new(a22_per_s, time_s);
         for lane in 0..3 {
             for (found, expected) in found.iter().zip(&states) {
                 // Rounding of a dozen operations on numbers of order 1.
                 assert!((found.0[lane] - expected[lane].1.heading_rad).abs() < 1e-15);
             }
-            assert!((whole.decay.0[lane] - at_once.decay.0[lane]).abs() < 1e-15);
-            assert!((whole.rate_gain_s.0[lane] - at_once.rate_gain_s.0[lane]).abs() < 1e-15);
-            assert!(
-                (whole.heading_gain_s2.0[lane] - at_once.heading_gain_s2.0[lane]).abs() < 1e-15
-            );
+        }
+    }
+
+    #[test]
+    fn exact_short_series_are_the_closed_forms() {
+        // To either side of where nine terms are enough.
+        for interval_s in [1e-3, 0.1249, 0.1251, 0.4999] {
+            let step = Step::new([-1.0, 0.5], interval_s);
+            for (lane, a22_per_s) in [-1.0, 0.5].into_iter().enumerate() {
+                let expected = Discretisation::new(a22_per_s, interval_s);
+                // A few roundings of the last digit.
+                let near = |found: f64, expected: f64| (found / expected - 1.0).abs() < 1e-15;
+                assert!(near(step.decay.0[lane], expected.decay));
+                assert!(near(step.rate_gain_s.0[lane], expected.rate_gain_s));
+                assert!(near(step.heading_gain_s2.0[lane], expected.heading_gain_s2));
+            }
         }
     }
 }

@@ -1,9 +1,8 @@
 //! The refined estimates of 200 stages against those of a slower search.
 //!
-//! `answers.csv` was written by the search of version 0.2.0, which looked for the peak of every disturbance by Newton's method with three
-//! evaluations a step, until a step was less than 0.02 standard deviations of a22. That is the tolerance of both searches: 0.01 of the half width
-//! of a 95 % interval. Where the rudder was so small that an interval is as wide as what it is of, several peaks lie
-//! less than that apart in likelihood, and twice as much is allowed.
+//! `answers.csv` was written by a search that looked for the peak of every disturbance by Newton's method, until a step was less than 0.02
+//! standard deviations of a22: 0.01 of the half width of a 95 % interval, which is the tolerance of both searches.
+//! Where the rudder is so small that an interval is as wide as what it is of, the likelihood is no parabola over that width; there as much again is allowed.
 
 mod stages;
 
@@ -23,7 +22,7 @@ fn name(failure: &RefineFailure) -> String {
 /// The largest difference of an estimate's numbers, in half widths of their intervals.
 fn difference(found: &[f64; 9], recorded: &[f64; 9]) -> f64 {
     let [a22, b2, c0, intervals @ ..] = recorded;
-    let mut largest = 0.0;
+    let mut largest: f64 = 0.0;
     for (i, estimate) in [a22, b2, c0].into_iter().enumerate() {
         let (low, high) = (intervals[2 * i], intervals[2 * i + 1]);
         let half = 0.5 * (high - low);
@@ -34,7 +33,7 @@ fn difference(found: &[f64; 9], recorded: &[f64; 9]) -> f64 {
         ];
         largest = off
             .iter()
-            .fold(largest, |most, off| most.max(off.abs() / half));
+            .fold(largest, |most: f64, off| most.max(off.abs() / half));
     }
     largest
 }
