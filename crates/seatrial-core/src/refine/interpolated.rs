@@ -101,7 +101,7 @@ pub struct Near {
     /// Where [`Peak::find`] begins, 1/s.
     pub start_per_s: f64,
     pub expected: Expected,
-    /// [`Span::rate_scale`](super::Span::rate_scale), 1/s.
+    /// Scale of the damping, 1/s.
     pub scale_per_s: f64,
     /// A peak with a lower log likelihood may be read off from further away.
     pub of_interest: f64,
@@ -139,7 +139,7 @@ impl Near {
                 };
             }
             expected = Expected {
-                a22_per_s: four.at(minimum.place.max(-LONGEST_MOVE).min(LONGEST_MOVE)),
+                a22_per_s: four.at(minimum.place.clamp(-LONGEST_MOVE, LONGEST_MOVE)),
                 deviation_per_s,
             };
         }

@@ -3,7 +3,7 @@
 //! Like the trial it needs no heap: a [`StageRecord`] keeps the stage, 24 bytes a sample, and [`refine`] its
 //! [`Hypotheses`], 25 kB, on the stack. It computes in double precision, since the likelihoods of neighbouring dampings
 //! cannot be told apart in single precision, and takes some forty passes over the record, each for four dampings: 6 million instructions
-//! for 330 samples, about 1 ms on a companion computer. It belongs behind the stage, not into the control loop.
+//! for 330 samples, two to three times as many where the clock jitters. It belongs behind the stage, not into the control loop.
 //!
 //! A peak of the likelihood is found to 0.02 standard deviations of a22, so that estimates and ends of intervals are within 0.025 of
 //! their half width of what a search without end gives, and of most records within 0.006.
