@@ -70,7 +70,7 @@ impl Manoeuvre {
         let leg = (time_s - self.begin_s) / self.leg_s;
         match leg {
             leg if leg < 0.0 || leg >= self.legs => 0.0,
-            leg if leg as u32 % 2 == 0 => self.amplitude_rad,
+            leg if (leg as u32).is_multiple_of(2) => self.amplitude_rad,
             _ => -self.amplitude_rad,
         }
     }
