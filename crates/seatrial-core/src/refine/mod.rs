@@ -5,8 +5,9 @@
 //! cannot be told apart in single precision, and takes some forty passes over the record, each for four dampings: 6 million instructions
 //! for 330 samples, two to three times as many where the clock jitters. It belongs behind the stage, not into the control loop.
 //!
-//! A peak of the likelihood is found to 0.02 standard deviations of a22, so that estimates and ends of intervals are within 0.025 of
-//! their half width of what a search without end gives, and of most records within 0.006.
+//! A peak of the likelihood is found to about 0.02 standard deviations of a22, which is 0.01 of the half width of an interval. Of 200
+//! simulated stages of all kinds, estimates and ends of intervals are within 0.025 of that half width of what Newton's method at every
+//! disturbance gives, and nine in ten within 0.006. Where the rudder was too small to learn from, they may differ by more.
 
 mod cholesky;
 mod failure;
