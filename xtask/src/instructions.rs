@@ -18,7 +18,7 @@ const KERNELS: [(&str, &str, f64, f64); 6] = [
     ("kernel_trial", "sample", 32_768.0, 818.0),
     ("kernel_batch", "sample", 32_768.0, 66.7),
     ("kernel_refined", "fit", 1.0, 156_722.0),
-    ("kernel_averaged", "record", 1.0, 47_912_765.0),
+    ("kernel_averaged", "record", 1.0, 6_038_235.0),
     ("kernel_identify", "log", 1.0, 149_941_527.0),
 ];
 

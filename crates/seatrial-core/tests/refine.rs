@@ -1,7 +1,9 @@
 //! The refined estimate of a stage kept without a heap.
 
 use seatrial_core::model::YawState;
-use seatrial_core::refine::{Full, Hypotheses, RefineFailure, StageRecord, refine};
+use seatrial_core::refine::{
+    Disturbance, Full, Hypotheses, RefineFailure, Series, StageRecord, refine,
+};
 use seatrial_core::{Sample, YawModel};
 
 const INTERVAL_S: f64 = 0.05;
@@ -81,4 +83,29 @@ fn prop_what_gives_no_model_is_refused() {
         refine(short.series(), None),
         Err(RefineFailure::TooShort { found: 14 })
     );
+}
+
+#[test]
+fn prop_the_filter_follows_a_clock_that_changes_once() {
+    let record = kept(&doublet(0.01, 0.26));
+    let record = record.series();
+    let disturbance = Disturbance {
+        relative: 10.0,
+        time_constant_s: 3.0,
+    };
+    let log_likelihood = |interval_s: &[f64]| {
+        let record = Series {
+            interval_s,
+            ..record
+        };
+        record.fit(TRUTH[0], disturbance).unwrap().log_likelihood
+    };
+    let changes_once: Vec<f64> = (0..330).map(|k| if k < 150 { 0.05 } else { 0.1 }).collect();
+    // A clock that changes all the time, by too little to matter.
+    let changes_always: Vec<f64> = (0..330)
+        .map(|k| changes_once[k] * (1.0 + 3e-6 * f64::from(k as u8 % 2)))
+        .collect();
+    let difference = log_likelihood(&changes_once) - log_likelihood(&changes_always);
+    // 330 comparisons, whose intervals differ by 3e-6 of them.
+    assert!(difference.abs() < 0.01, "{difference}");
 }

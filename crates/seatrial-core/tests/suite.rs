@@ -7,5 +7,6 @@ mod estimator_reference;
 mod examples;
 mod fixed_rate;
 mod refine;
+mod refine_recorded;
 mod trial;
 mod validation_reference;

@@ -4,6 +4,7 @@ use core::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use libm::{erfc, exp, log, sqrt};
 
+use super::interpolated::{Expected, Near};
 use super::{DISTURBANCE_TIME_CONSTANTS, Disturbance, Peak, RefineFailure, Series, Span};
 use crate::{List, YawModel};
 
@@ -34,6 +35,19 @@ const CAUTIOUS: Prior = Prior {
 
 /// A log likelihood this far below the best has no weight.
 const NEGLIGIBLE: f64 = 8.0;
+
+/// A disturbance that changes the log likelihood by less is so weak that what it changes goes with the square of its strength, but for the
+/// fourth power.
+const WEAK: f64 = 0.5;
+
+/// So far below, it has none under any prior, and its peak may be read off roughly.
+const OF_INTEREST: f64 = 50.0;
+
+/// One that is foreseen to be so far below need not be looked at.
+const CERTAINLY_NEGLIGIBLE: f64 = 10.0;
+
+/// A disturbance that changes the log likelihood by less is as good as none.
+const VANISHED: f64 = 0.02;
 
 /// The refined estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,7 +87,7 @@ impl Hypothesis {
     fn of(peak: &Peak, rudder_amplitude_rad: f64) -> Self {
         let heading_noise_rad = sqrt(peak.fit.noise_variance_rad2);
         let disturbance_rad_s2 = peak.disturbance.relative * heading_noise_rad;
-        let [b2, ..] = peak.fit.linear;
+        let [b2, _] = peak.fit.linear;
         let (mean, covariance) = peak.normal();
         Self {
             share: disturbance_rad_s2 / (b2.abs() * rudder_amplitude_rad),
@@ -148,14 +162,18 @@ impl Hypotheses {
             likeliest: none,
         };
         hypotheses.add(&none, rudder_amplitude_rad);
+        let mut nearest = none;
         for ratio in DISTURBANCE_TIME_CONSTANTS {
             let search = StrengthSearch {
                 record: &record,
                 scale,
                 time_constant_s: ratio / scale,
                 none,
+                likeliest: hypotheses.likeliest.fit.log_likelihood,
             };
-            search.for_each_peak(|peak| hypotheses.add(peak, rudder_amplitude_rad));
+            let middle =
+                search.for_each_peak(&nearest, |peak| hypotheses.add(peak, rudder_amplitude_rad));
+            nearest = middle.unwrap_or(nearest);
         }
         Ok(hypotheses)
     }
@@ -248,36 +266,57 @@ impl Mixture<'_> {
     /// The 2.5 and 97.5 % points of a quantity whose mean and variance each hypothesis gives.
     fn interval_95(&self, moments: impl Fn(&Hypothesis) -> (f64, f64)) -> [f64; 2] {
         let normals = || {
-            self.weighted().map(|(weight, h)| {
+            let with_weight = |(weight, _): &(f64, &Hypothesis)| *weight > NO_WEIGHT;
+            self.weighted().filter(with_weight).map(|(weight, h)| {
                 let (mean, variance) = moments(h);
                 (weight, mean, sqrt(variance))
             })
         };
-        let lowest = normals()
-            .map(|(_, mean, deviation)| mean - 8.0 * deviation)
-            .fold(f64::INFINITY, f64::min);
-        let highest = normals()
-            .map(|(_, mean, deviation)| mean + 8.0 * deviation)
-            .fold(f64::NEG_INFINITY, f64::max);
-        let quantile = |share: f64| {
-            let (mut low, mut high) = (lowest, highest);
-            for _ in 0..60 {
-                let middle = 0.5 * (low + high);
-                let below: f64 = normals()
-                    .map(|(weight, mean, deviation)| {
-                        weight * standard_normal_below((middle - mean) / deviation)
-                    })
-                    .sum();
-                if below < share {
-                    low = middle;
-                } else {
-                    high = middle;
-                }
-            }
-            0.5 * (low + high)
-        };
-        [quantile(0.025), quantile(0.975)]
+        [0.025, 0.975].map(|share| quantile(normals, share))
     }
+}
+
+/// Hypotheses of less weight do not move a point of the mixture.
+const NO_WEIGHT: f64 = 1e-12;
+
+/// Where a mixture of normal distributions, given as weight, mean and standard deviation, reaches a share: by Newton's method, within
+/// bounds that halve where it leaves them.
+fn quantile<I: Iterator<Item = (f64, f64, f64)>>(normals: impl Fn() -> I, share: f64) -> f64 {
+    const MOST_STEPS: u32 = 60;
+    /// In standard deviations: the step after that is the square of it.
+    const NEAR: f64 = 1e-5;
+    let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY];
+    let [mut total, mut total_square] = [0.0; 2];
+    for (weight, mean, deviation) in normals() {
+        low = low.min(mean - 8.0 * deviation);
+        high = high.max(mean + 8.0 * deviation);
+        total += weight * mean;
+        total_square += weight * (mean * mean + deviation * deviation);
+    }
+    let deviation = sqrt((total_square - total * total).max(0.0));
+    let mut point = total + (if share < 0.5 { -2.0 } else { 2.0 }) * deviation;
+    for _ in 0..MOST_STEPS {
+        if !(low < point && point < high) {
+            point = 0.5 * (low + high);
+        }
+        let [mut below, mut density] = [0.0; 2];
+        for (weight, mean, deviation) in normals() {
+            let off = (point - mean) / deviation;
+            below += weight * standard_normal_below(off);
+            density += weight * exp(-0.5 * off * off) / (deviation * sqrt(TAU));
+        }
+        if below < share {
+            low = point;
+        } else {
+            high = point;
+        }
+        let step = (share - below) / density;
+        point += step;
+        if step.abs() <= NEAR * deviation {
+            break;
+        }
+    }
+    point
 }
 
 fn standard_normal_below(x: f64) -> f64 {
@@ -290,43 +329,86 @@ struct StrengthSearch<'a> {
     scale: f64,
     time_constant_s: f64,
     none: Peak,
+    /// The greatest log likelihood that was found.
+    likeliest: f64,
 }
 
 impl StrengthSearch<'_> {
     /// By octaves from where disturbance and noise move the heading alike over a time constant of the vehicle: first to the
     /// stronger ones, then to the weaker ones.
-    fn for_each_peak(&self, mut take: impl FnMut(&Peak)) {
+    ///
+    /// Returns the peak where it began, which `nearest` is expected to be near.
+    fn for_each_peak(&self, nearest: &Peak, mut take: impl FnMut(&Peak)) -> Option<Peak> {
         let middle = 0.1 * self.scale * self.scale;
-        let Some(first) = self.at(middle, self.none.a22_per_s) else {
-            return;
-        };
+        let first = self.at(middle, self.none.a22_per_s, nearest.into())?;
         take(&first);
         let mut likeliest = first.fit.log_likelihood;
+        let mut above = [None; 2];
         for ratio in [STRENGTH_RATIO, 1.0 / STRENGTH_RATIO] {
             let mut last = first;
+            let [mut before, mut second] = above;
             for _ in 0..MOST_STRENGTHS {
+                let foreseen = self.foreseen(&last, before.as_ref(), second.as_ref());
+                if foreseen.is_some_and(|next| likeliest - next > CERTAINLY_NEGLIGIBLE) {
+                    break;
+                }
+                let expected = match &before {
+                    Some(before) => Expected::after(before, &last),
+                    None => Expected::from(&last),
+                };
                 let relative = last.disturbance.relative * ratio;
-                let Some(peak) = self.at(relative, last.a22_per_s) else {
+                let peak = match before {
+                    Some(before) if ratio < 1.0 && self.are_weak(&last, &before) => {
+                        Some(Peak::at_half_the_strength(&self.none, &last, &before))
+                    }
+                    _ => self.at(relative, last.a22_per_s, expected),
+                };
+                let Some(peak) = peak else {
                     break;
                 };
-                let log_likelihood = peak.fit.log_likelihood;
-                likeliest = likeliest.max(log_likelihood);
-                let vanished =
-                    ratio < 1.0 && (log_likelihood - self.none.fit.log_likelihood).abs() < 0.02;
-                if likeliest - log_likelihood > NEGLIGIBLE || vanished {
+                likeliest = likeliest.max(peak.fit.log_likelihood);
+                let vanished = ratio < 1.0 && self.gain(&peak) < VANISHED;
+                if likeliest - peak.fit.log_likelihood > NEGLIGIBLE || vanished {
                     break;
                 }
                 take(&peak);
-                last = peak;
+                (second, before, last) = (before, Some(last), peak);
+                if let Some(place) = above.iter_mut().find(|place| place.is_none()) {
+                    *place = Some(peak);
+                }
             }
         }
+        Some(first)
     }
 
-    fn at(&self, relative: f64, start_per_s: f64) -> Option<Peak> {
+    /// The log likelihood of the next disturbance, by the differences of the last three; no less than without any.
+    fn foreseen(&self, last: &Peak, before: Option<&Peak>, second: Option<&Peak>) -> Option<f64> {
+        let [a, b, c] = [second?, before?, last].map(|peak| peak.fit.log_likelihood);
+        Some((c + (c - b) + 0.5 * (c - 2.0 * b + a)).max(self.none.fit.log_likelihood))
+    }
+
+    fn are_weak(&self, last: &Peak, before: &Peak) -> bool {
+        let [of_last, of_before] =
+            [last, before].map(|peak| peak.fit.log_likelihood - self.none.fit.log_likelihood);
+        of_before.abs() < WEAK && (of_before - 4.0 * of_last).abs() < 0.5 * of_before.abs()
+    }
+
+    /// By how much a disturbance changes the log likelihood.
+    fn gain(&self, peak: &Peak) -> f64 {
+        (peak.fit.log_likelihood - self.none.fit.log_likelihood).abs()
+    }
+
+    fn at(&self, relative: f64, start_per_s: f64, expected: Expected) -> Option<Peak> {
         let disturbance = Disturbance {
             relative,
             time_constant_s: self.time_constant_s,
         };
-        Peak::find(self.record, disturbance, start_per_s, self.scale)
+        let near = Near {
+            start_per_s,
+            expected,
+            scale_per_s: self.scale,
+            of_interest: self.likeliest - OF_INTEREST,
+        };
+        near.peak(self.record, disturbance)
     }
 }

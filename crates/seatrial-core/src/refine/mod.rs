@@ -2,11 +2,16 @@
 //!
 //! Like the trial it needs no heap: a [`StageRecord`] keeps the stage, 24 bytes a sample, and [`refine`] its
 //! [`Hypotheses`], 25 kB, on the stack. It computes in double precision, since the likelihoods of neighbouring dampings
-//! cannot be told apart in single precision, and takes some hundred passes over the record, each for four dampings: 2 to 6 ms for
-//! 330 samples on a companion computer. It belongs behind the stage, not into the control loop.
+//! cannot be told apart in single precision, and takes some forty passes over the record, each for four dampings: 6 million instructions
+//! for 330 samples, two to three times as many where the clock jitters. It belongs behind the stage, not into the control loop.
+//!
+//! A peak of the likelihood is found to about 0.02 standard deviations of a22, which is 0.01 of the half width of an interval. Of 200
+//! simulated stages of all kinds, estimates and ends of intervals are within 0.025 of that half width of what Newton's method at every
+//! disturbance gives, and nine in ten within 0.006. Where the rudder was too small to learn from, they may differ by more.
 
 mod cholesky;
 mod failure;
+mod interpolated;
 mod lanes;
 mod mixture;
 mod peak;
@@ -19,7 +24,7 @@ pub use failure::{LEAST_COMPARISONS, RefineFailure};
 pub use mixture::{Hypotheses, Refinement};
 pub use peak::{DISTURBANCE_TIME_CONSTANTS, Peak, Span};
 pub use record::{Full, StageRecord, mean_rudder_rad};
-pub use series::{Fit, Series};
+pub use series::{Fit, Series, SteeringFit};
 pub use whitening::Disturbance;
 
 use crate::YawModel;

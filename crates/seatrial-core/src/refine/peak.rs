@@ -3,7 +3,7 @@
 
 use libm::{exp, log, sqrt};
 
-use super::{Disturbance, Fit, LEAST_COMPARISONS, RefineFailure, Series};
+use super::{Disturbance, LEAST_COMPARISONS, RefineFailure, Series, SteeringFit};
 use crate::{Real, YawModel};
 
 /// Comparisons per time constant of the vehicle: more tell nothing new.
@@ -62,26 +62,38 @@ impl Span {
         record: Series<'_>,
         start: Option<YawModel<f64>>,
     ) -> Result<f64, RefineFailure> {
-        const POINTS: u32 = 16;
+        const POINTS: usize = 16;
         let slowest = 0.5 / self.duration_s;
         let fastest = 0.3 / self.interval_s;
-        let ratio = exp(log(fastest / slowest) / f64::from(POINTS - 1));
-        let grid = (0..POINTS).scan(-slowest, |damping, _| {
-            let now = *damping;
-            *damping *= ratio;
-            Some(now)
-        });
+        let ratio = exp(log(fastest / slowest) / (POINTS - 1) as f64);
+        let mut grid = [0.0; POINTS];
+        let mut damping_per_s = -slowest;
+        for point in &mut grid {
+            *point = damping_per_s;
+            damping_per_s *= ratio;
+        }
         let coarse = self.prepare(record, start.map_or(0.0, |m| m.a22_per_s.min(0.0)))?;
-        grid.chain(start.map(|m| m.a22_per_s))
-            .chain([slowest])
-            .filter_map(|a22| {
-                let fit = coarse.fit(a22, Disturbance::NONE)?;
-                Some((a22, fit.log_likelihood))
-            })
+        // The last one may be unstable.
+        let others = [start.map_or(slowest, |m| m.a22_per_s), slowest];
+        grid.as_chunks::<4>()
+            .0
+            .iter()
+            .flat_map(|dampings| likelihoods(&coarse, *dampings))
+            .chain(likelihoods(&coarse, others))
+            .filter_map(|(a22, log_likelihood)| Some((a22, log_likelihood?)))
             .max_by(|a, b| a.1.total_cmp(&b.1))
             .map(|(a22, _)| a22)
             .ok_or(RefineFailure::NotExcited)
     }
+}
+
+/// Dampings and their log likelihoods without disturbance.
+fn likelihoods<const N: usize>(
+    record: &Series<'_>,
+    a22_per_s: [f64; N],
+) -> [(f64, Option<f64>); N] {
+    let fits = record.steering_fits(a22_per_s, Disturbance::NONE);
+    core::array::from_fn(|i| (a22_per_s[i], fits[i].map(|fit| fit.log_likelihood)))
 }
 
 /// The likelihood at one disturbance, largest in a22.
@@ -94,14 +106,14 @@ pub struct Peak {
     /// -1 / second derivative of the log likelihood.
     pub variance: f64,
     /// The other parameters there.
-    pub fit: Fit,
+    pub fit: SteeringFit,
     /// d[b2, C0]/d a22.
-    slope: [f64; 2],
+    pub(super) slope: [f64; 2],
 }
 
 /// The log likelihood around one a22, as the parabola through three points of J = exp(-2 l / n).
 struct Parabola {
-    centre: Fit,
+    centre: SteeringFit,
     gradient: f64,
     curvature: f64,
     slope: [f64; 2],
@@ -116,11 +128,13 @@ impl Parabola {
     ) -> Option<Self> {
         // Three would do: four fill the processor's vector.
         let dampings = [a22_per_s - spread, a22_per_s, a22_per_s + spread, a22_per_s];
-        let [Some(below), Some(centre), Some(above), _] = record.fits(dampings, disturbance) else {
+        let [Some(below), Some(centre), Some(above), _] =
+            record.steering_fits(dampings, disturbance)
+        else {
             return None;
         };
         let n = record.blocks() as f64;
-        let cost = |fit: &Fit| exp(-2.0 * (fit.log_likelihood - centre.log_likelihood) / n);
+        let cost = |fit: &SteeringFit| exp(-2.0 * (fit.log_likelihood - centre.log_likelihood) / n);
         Some(Self {
             centre,
             gradient: (cost(&above) - cost(&below)) / (2.0 * spread),
@@ -185,7 +199,7 @@ impl Peak {
 
     /// Mean and covariance of [a22, b2, C0] here: those of (b2, C0) given a22, and a22's own.
     pub fn normal(&self) -> ([f64; 3], [[f64; 3]; 3]) {
-        let [b2, c0, ..] = self.fit.linear;
+        let [b2, c0] = self.fit.linear;
         let along = [1.0, self.slope[0], self.slope[1]];
         let mut covariance = along.map(|a| along.map(|b| self.variance * a * b));
         for i in 0..2 {

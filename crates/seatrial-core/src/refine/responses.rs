@@ -11,6 +11,12 @@ pub struct Step<const N: usize> {
     pub heading_gain_s2: Lanes<N>,
 }
 
+/// A change of the interval by this share of it is the rounding of a clock and makes no other step.
+const SAME_INTERVAL: f64 = 1e-9;
+
+/// Below this |a22 h| nine terms of the series of phi2 are exact to rounding: the tenth is less than 4e-16 of the first.
+const NINE_TERMS_BELOW: f64 = 1.0 / 8.0;
+
 /// 1/15!, 1/14!, ..., 1/2!: the series of phi2, the highest power first.
 const PHI2_SERIES: [f64; 14] = {
     let mut series = [0.0; 14];
@@ -43,23 +49,16 @@ impl<const N: usize> Step<N> {
         let one = Lanes::all(1.0);
         let x = Lanes(a22_per_s) * interval_s;
         let horner = |sum, coefficient: &f64| Lanes::all(*coefficient) + x * sum;
-        let phi2 = PHI2_SERIES.iter().fold(Lanes::ZERO, horner);
+        let [_, _, _, _, _, lowest @ ..] = &PHI2_SERIES;
+        let phi2 = match x.0.iter().all(|x| x.abs() < NINE_TERMS_BELOW) {
+            true => lowest.iter().fold(Lanes::ZERO, horner),
+            false => PHI2_SERIES.iter().fold(Lanes::ZERO, horner),
+        };
         let phi1 = one + x * phi2;
         Self {
             decay: one + x * phi1,
             rate_gain_s: phi1 * interval_s,
             heading_gain_s2: phi2 * (interval_s * interval_s),
-        }
-    }
-
-    /// This interval and then another one.
-    pub fn then(&self, next: &Self) -> Self {
-        Self {
-            decay: self.decay * next.decay,
-            rate_gain_s: self.rate_gain_s * next.decay + next.rate_gain_s,
-            heading_gain_s2: self.heading_gain_s2
-                + self.rate_gain_s * next.rate_gain_s
-                + next.heading_gain_s2,
         }
     }
 }
@@ -92,9 +91,18 @@ impl<const N: usize> Responses<N> {
         }
     }
 
-    /// One interval on, with the rudder held; the step that it took.
-    pub fn advance(&mut self, interval_s: f64, rudder_rad: f64) -> &Step<N> {
-        if interval_s != self.interval_s {
+    /// The step over an interval: the last one where it was that long.
+    pub fn step_over(&self, interval_s: f64) -> Step<N> {
+        match (interval_s - self.interval_s).abs() > SAME_INTERVAL * interval_s {
+            true => Step::new(self.a22_per_s, interval_s),
+            false => self.step,
+        }
+    }
+
+    /// One interval on, with the rudder held.
+    #[inline(never)]
+    pub fn advance(&mut self, interval_s: f64, rudder_rad: f64) {
+        if (interval_s - self.interval_s).abs() > SAME_INTERVAL * interval_s {
             self.step = Step::new(self.a22_per_s, interval_s);
             self.interval_s = interval_s;
         }
@@ -108,7 +116,6 @@ impl<const N: usize> Responses<N> {
         self.rate_to_rudder_rad_s = decay * self.rate_to_rudder_rad_s + rate_gain_s * rudder_rad;
         self.to_offset_rad += rate_gain_s * self.to_rate_rad + heading_gain_s2;
         self.to_rate_rad = decay * self.to_rate_rad + rate_gain_s;
-        &self.step
     }
 }
 
@@ -128,11 +135,8 @@ mod tests {
         for (_, state) in &mut states[2] {
             state.yaw_rate_rad_s = 1.0;
         }
-        let mut whole = Step::new(a22_per_s, 0.0);
-        let mut time_s = 0.0;
         for (interval_s, rudder_rad) in [(0.05, 0.26), (0.07, -0.26), (1.3, 0.1), (0.05, 0.0)] {
-            whole = whole.then(responses.advance(interval_s, rudder_rad));
-            time_s += interval_s;
+            responses.advance(interval_s, rudder_rad);
             for (model, state) in states.iter_mut().flatten() {
                 *state = model.advance(*state, rudder_rad, interval_s);
             }
@@ -142,17 +146,27 @@ mod tests {
             responses.to_offset_rad,
             responses.to_rate_rad,
         ];
-        let at_once = Step::new(a22_per_s, time_s);
         for lane in 0..3 {
             for (found, expected) in found.iter().zip(&states) {
                 // Rounding of a dozen operations on numbers of order 1.
                 assert!((found.0[lane] - expected[lane].1.heading_rad).abs() < 1e-15);
             }
-            assert!((whole.decay.0[lane] - at_once.decay.0[lane]).abs() < 1e-15);
-            assert!((whole.rate_gain_s.0[lane] - at_once.rate_gain_s.0[lane]).abs() < 1e-15);
-            assert!(
-                (whole.heading_gain_s2.0[lane] - at_once.heading_gain_s2.0[lane]).abs() < 1e-15
-            );
+        }
+    }
+
+    #[test]
+    fn exact_short_series_are_the_closed_forms() {
+        // To either side of where nine terms are enough.
+        for interval_s in [1e-3, 0.1249, 0.1251, 0.4999] {
+            let step = Step::new([-1.0, 0.5], interval_s);
+            for (lane, a22_per_s) in [-1.0, 0.5].into_iter().enumerate() {
+                let expected = Discretisation::new(a22_per_s, interval_s);
+                // A few roundings of the last digit.
+                let near = |found: f64, expected: f64| (found / expected - 1.0).abs() < 1e-15;
+                assert!(near(step.decay.0[lane], expected.decay));
+                assert!(near(step.rate_gain_s.0[lane], expected.rate_gain_s));
+                assert!(near(step.heading_gain_s2.0[lane], expected.heading_gain_s2));
+            }
         }
     }
 }

@@ -4,8 +4,8 @@ use libm::{log, sqrt};
 
 use super::cholesky::Cholesky;
 use super::lanes::Lanes;
-use super::responses::{Responses, Step};
-use super::whitening::{Disturbance, Whitening};
+use super::responses::Responses;
+use super::whitening::{Disturbance, SAME_INTERVAL, Whitening};
 
 /// Columns of the linear model besides the heading: b2, C0, psi0, r0.
 pub(super) const COLUMNS: usize = 4;
@@ -39,6 +39,127 @@ pub struct Fit {
     pub noise_variance_rad2: f64,
     /// Restricted log likelihood, up to a constant of the record.
     pub log_likelihood: f64,
+}
+
+/// [`Fit`] of b2 and C0 alone: the state at the beginning may be any.
+#[derive(Clone, Copy, Debug)]
+pub struct SteeringFit {
+    /// b2, C0.
+    pub linear: [f64; 2],
+    /// Covariance of `linear` over the variance of the heading noise.
+    pub scaled_covariance: [[f64; 2]; 2],
+    /// Sum of squares of the whitened residual, rad^2.
+    pub residual: f64,
+    /// Variance of the heading noise of one sample, rad^2.
+    pub noise_variance_rad2: f64,
+    /// That of [`Fit`].
+    pub log_likelihood: f64,
+}
+
+impl From<Fit> for SteeringFit {
+    fn from(fit: Fit) -> Self {
+        let [b2, c0, ..] = fit.linear;
+        Self {
+            linear: [b2, c0],
+            scaled_covariance: core::array::from_fn(|i| {
+                core::array::from_fn(|j| fit.scaled_covariance[i][j])
+            }),
+            residual: fit.residual,
+            noise_variance_rad2: fit.noise_variance_rad2,
+            log_likelihood: fit.log_likelihood,
+        }
+    }
+}
+
+/// Place of the heading among the columns: b2, C0, heading, psi0, r0.
+const HEADING: usize = 2;
+
+/// Columns of a comparison: b2, C0, heading, psi0, r0.
+type Columns<const N: usize> = [Lanes<N>; COLUMNS + 1];
+
+/// Sums of the products of the first `K` [`Columns`], above the diagonal.
+struct Gram<const N: usize, const K: usize>([[Lanes<N>; K]; K]);
+
+impl<const N: usize, const K: usize> Gram<N, K> {
+    const ZERO: Self = Self([[Lanes::ZERO; K]; K]);
+
+    #[inline(always)]
+    fn add(&mut self, columns: &[Lanes<N>; K], precision: Lanes<N>) {
+        for (i, row) in self.0.iter_mut().enumerate() {
+            let weighted = columns[i] * precision;
+            for j in i..K {
+                row[j] += weighted * columns[j];
+            }
+        }
+    }
+
+    /// Adds the products of the innovations of the columns of a comparison.
+    #[inline(never)]
+    fn add_whitened(
+        &mut self,
+        whitening: &mut Whitening<N, K>,
+        columns: &[Lanes<N>; K],
+        interval_s: f64,
+        responses: &Responses<N>,
+    ) {
+        let innovations = whitening.innovations(columns, interval_s, responses);
+        self.add(&innovations, whitening.precision());
+    }
+
+    /// Equations of `M` columns besides the heading.
+    fn of_lane<const M: usize>(&self, lane: usize) -> Equations<M> {
+        let of = |i: usize, j: usize| self.0[i.min(j)][i.max(j)].0[lane];
+        let place = |i: usize| if i < HEADING { i } else { i + 1 };
+        Equations {
+            products: core::array::from_fn(|i| core::array::from_fn(|j| of(place(i), place(j)))),
+            right: core::array::from_fn(|i| of(place(i), HEADING)),
+            total: of(HEADING, HEADING),
+        }
+    }
+}
+
+/// The normal equations of generalised least squares.
+struct Equations<const M: usize> {
+    products: [[f64; M]; M],
+    right: [f64; M],
+    total: f64,
+}
+
+/// Their solution.
+struct Solution<const M: usize> {
+    linear: [f64; M],
+    scaled_covariance: [[f64; M]; M],
+    residual: f64,
+    log_determinant: f64,
+}
+
+impl<const M: usize> Equations<M> {
+    /// `None` where the columns are not independent.
+    fn solve(&self) -> Option<Solution<M>> {
+        let scale: [f64; M] = core::array::from_fn(|i| sqrt(self.products[i][i]));
+        if !scale.iter().all(|s| *s > 0.0) {
+            return None;
+        }
+        let scaled = core::array::from_fn(|i| {
+            core::array::from_fn(|j| self.products[i][j] / (scale[i] * scale[j]))
+        });
+        let factor = Cholesky::of(&scaled)?;
+        let right: [f64; M] = core::array::from_fn(|i| self.right[i] / scale[i]);
+        let solution = factor.solve(right);
+        let explained: f64 = right.iter().zip(&solution).map(|(r, s)| r * s).sum();
+        let inverse = factor.inverse();
+        Some(Solution {
+            linear: core::array::from_fn(|i| solution[i] / scale[i]),
+            scaled_covariance: core::array::from_fn(|i| {
+                core::array::from_fn(|j| inverse[i][j] / (scale[i] * scale[j]))
+            }),
+            // Rounding of the sums is all that is left of noise-free data.
+            residual: (self.total - explained)
+                .max(f64::EPSILON * f64::EPSILON + 1e-15 * self.total),
+            log_determinant: factor.log_determinant()
+                + 2.0 * scale.iter().map(|s| log(*s)).sum::<f64>(),
+        })
+    }
 }
 
 impl Series<'_> {
@@ -78,28 +199,103 @@ impl Series<'_> {
     }
 
     /// [`fit`](Self::fit) at several dampings in one pass over the record.
-    pub fn fits<const N: usize>(
+    fn fits<const N: usize>(
         &self,
         a22_per_s: [f64; N],
         disturbance: Disturbance,
     ) -> [Option<Fit>; N] {
-        let mut whitening = Whitening::<N, { COLUMNS + 1 }>::new(disturbance, self.block);
-        let mut gram = [[Lanes::<N>::ZERO; COLUMNS + 1]; COLUMNS + 1];
-        self.compare(a22_per_s, |means, block_s, step| {
-            let innovations = whitening.innovations(means, block_s, step);
-            let precision = whitening.precision();
-            for (i, row) in gram.iter_mut().enumerate() {
-                let weighted = innovations[i] * precision;
-                for j in i..=COLUMNS {
-                    row[j] += weighted * innovations[j];
+        let mut gram = Gram::<N, { COLUMNS + 1 }>::ZERO;
+        let log_variances = if disturbance.relative == 0.0 {
+            let precision = self.block.max(1) as f64;
+            self.compare(a22_per_s, |means, _, _| {
+                gram.add(means, Lanes::all(precision))
+            });
+            [-log(precision) * self.blocks() as f64; N]
+        } else {
+            let mut whitening = Whitening::new(disturbance, self.block);
+            self.compare(a22_per_s, |columns, interval_s, responses| {
+                gram.add_whitened(&mut whitening, columns, interval_s, responses);
+            });
+            whitening.log_variances()
+        };
+        core::array::from_fn(|lane| {
+            let solution = gram.of_lane::<COLUMNS>(lane).solve()?;
+            let degrees_of_freedom = self.degrees_of_freedom()?;
+            Some(Fit {
+                linear: solution.linear,
+                scaled_covariance: solution.scaled_covariance,
+                residual: solution.residual,
+                noise_variance_rad2: solution.residual / degrees_of_freedom,
+                log_likelihood: -0.5
+                    * (degrees_of_freedom * log(solution.residual)
+                        + log_variances[lane]
+                        + solution.log_determinant),
+            })
+        })
+    }
+
+    /// b2 and C0 at several dampings in one pass over the record.
+    ///
+    /// Under a disturbance the state at the beginning needs no columns: the first two headings determine it, and a filter that begins
+    /// there has the same restricted likelihood for the other headings.
+    pub fn steering_fits<const N: usize>(
+        &self,
+        a22_per_s: [f64; N],
+        disturbance: Disturbance,
+    ) -> [Option<SteeringFit>; N] {
+        if disturbance.relative == 0.0 || (self.block > 1 && !self.is_even()) {
+            let fits = self.fits(a22_per_s, disturbance);
+            return fits.map(|fit| fit.map(SteeringFit::from));
+        }
+        let mut gram = Gram::<N, 3>::ZERO;
+        let mut whitening = Whitening::<N, 3>::new(disturbance, self.block);
+        let mut before = Before::Nothing;
+        self.compare(a22_per_s, |columns, interval_s, responses| {
+            let [steering @ .., _, to_rate] = columns;
+            match before {
+                Before::Two => {
+                    gram.add_whitened(&mut whitening, steering, interval_s, responses);
                 }
+                Before::One(first, first_to_rate) => {
+                    let turned_s = *to_rate - first_to_rate;
+                    whitening.begin(&first, steering, turned_s, interval_s, responses);
+                    before = Before::Two;
+                }
+                Before::Nothing => before = Before::One(*steering, *to_rate),
             }
         });
         let log_variances = whitening.log_variances();
         core::array::from_fn(|lane| {
-            let gram = gram.map(|row| row.map(|element| element.0[lane]));
-            self.solve(&gram, log_variances[lane])
+            let solution = gram.of_lane::<2>(lane).solve()?;
+            let degrees_of_freedom = self.degrees_of_freedom()?;
+            Some(SteeringFit {
+                linear: solution.linear,
+                scaled_covariance: solution.scaled_covariance,
+                residual: solution.residual,
+                noise_variance_rad2: solution.residual / degrees_of_freedom,
+                log_likelihood: -0.5
+                    * (degrees_of_freedom * log(solution.residual)
+                        + log_variances[lane]
+                        + solution.log_determinant),
+            })
         })
+    }
+
+    /// Are all intervals the same?
+    fn is_even(&self) -> bool {
+        let mut intervals = self
+            .interval_s
+            .split_last()
+            .map_or(&[][..], |(_, all)| all)
+            .iter();
+        let Some(first) = intervals.next() else {
+            return true;
+        };
+        intervals.all(|interval_s| (interval_s - first).abs() <= SAME_INTERVAL * first)
+    }
+
+    fn degrees_of_freedom(&self) -> Option<f64> {
+        self.blocks().checked_sub(COLUMNS + 1).map(|n| n as f64)
     }
 
     /// The whitened residual of each comparison, rad: white noise where nothing is left to explain.
@@ -111,95 +307,85 @@ impl Series<'_> {
         mut take: impl FnMut(f64),
     ) {
         let mut whitening = Whitening::<1, { COLUMNS + 1 }>::new(disturbance, self.block);
-        self.compare([a22_per_s], |means, block_s, step| {
-            let [of_columns @ .., of_heading] =
-                (whitening.innovations(means, block_s, step)).map(|Lanes([e])| e);
+        self.compare([a22_per_s], |columns, interval_s, responses| {
+            let [b2, c0, heading, psi0, r0] =
+                (whitening.innovations(columns, interval_s, responses)).map(|Lanes([e])| e);
+            let of_columns = [b2, c0, psi0, r0];
             let explained: f64 = of_columns.iter().zip(&fit.linear).map(|(e, l)| e * l).sum();
             let Lanes([precision]) = whitening.precision();
-            take((of_heading - explained) * sqrt(precision));
+            take((heading - explained) * sqrt(precision));
         });
     }
 
     /// The means over each block of the responses to b2, C0, psi0 and r0, and of the heading.
     pub fn for_each_comparison(&self, a22_per_s: f64, mut take: impl FnMut([f64; COLUMNS + 1])) {
         self.compare([a22_per_s], |means, _, _| {
-            take(means.map(|Lanes([mean])| mean));
+            let [b2, c0, heading, psi0, r0] = means.map(|Lanes([mean])| mean);
+            take([b2, c0, psi0, r0, heading]);
         });
     }
 
-    /// Passes the block means for several dampings to `take`, with the length of the block, s, and the step over it.
+    /// Passes the block means for several dampings to `take`, with the length of the block before, s, and the responses.
     #[inline(always)]
     fn compare<const N: usize>(
         &self,
         a22_per_s: [f64; N],
-        mut take: impl FnMut([Lanes<N>; COLUMNS + 1], f64, &Step<N>),
+        mut take: impl FnMut(&Columns<N>, f64, &Responses<N>),
     ) {
-        let block = self.block.max(1);
-        let share = 1.0 / block as f64;
+        let one = Lanes::all(1.0);
         let mut responses = Responses::new(a22_per_s);
+        let (mut interval_s, mut rudder_rad) = (0.0, 0.0);
+        if self.block <= 1 {
+            let samples = self.interval_s.iter().zip(self.heading_rad);
+            for ((next_s, heading_rad), next_rad) in samples.zip(self.rudder_rad) {
+                responses.advance(interval_s, rudder_rad);
+                let columns = [
+                    responses.to_rudder_rad,
+                    responses.to_offset_rad,
+                    Lanes::all(*heading_rad),
+                    one,
+                    responses.to_rate_rad,
+                ];
+                take(&columns, interval_s, &responses);
+                (interval_s, rudder_rad) = (*next_s, *next_rad);
+            }
+            return;
+        }
+        let share = 1.0 / self.block as f64;
+        let mut block_s = 0.0;
         let blocks = self
             .interval_s
-            .chunks_exact(block)
-            .zip(self.heading_rad.chunks_exact(block))
-            .zip(self.rudder_rad.chunks_exact(block));
-        for ((interval_s, heading_rad), rudder_rad) in blocks {
+            .chunks_exact(self.block)
+            .zip(self.heading_rad.chunks_exact(self.block))
+            .zip(self.rudder_rad.chunks_exact(self.block));
+        for ((next_s, heading_rad), next_rad) in blocks {
+            let since_last_s = core::mem::take(&mut block_s);
             let [mut to_rudder, mut to_offset, mut to_rate] = [Lanes::ZERO; 3];
-            let mut heading = 0.0;
-            let mut block_s = 0.0;
-            let mut whole: Option<Step<N>> = None;
-            for ((interval_s, heading_rad), rudder_rad) in
-                interval_s.iter().zip(heading_rad).zip(rudder_rad)
-            {
+            for (next_s, next_rad) in next_s.iter().zip(next_rad) {
+                responses.advance(interval_s, rudder_rad);
                 to_rudder += responses.to_rudder_rad;
                 to_offset += responses.to_offset_rad;
                 to_rate += responses.to_rate_rad;
-                heading += heading_rad;
-                let step = responses.advance(*interval_s, *rudder_rad);
+                (interval_s, rudder_rad) = (*next_s, *next_rad);
                 block_s += interval_s;
-                whole = Some(whole.map_or(*step, |whole| whole.then(step)));
             }
-            let [one, heading] = [1.0, heading * share].map(Lanes::all);
-            let means = [
+            let heading: f64 = heading_rad.iter().sum();
+            let columns = [
                 to_rudder * share,
                 to_offset * share,
+                Lanes::all(heading * share),
                 one,
                 to_rate * share,
-                heading,
             ];
-            if let Some(whole) = whole {
-                take(means, block_s, &whole);
-            }
+            take(&columns, since_last_s, &responses);
         }
     }
+}
 
-    fn solve(&self, gram: &[[f64; COLUMNS + 1]; COLUMNS + 1], log_variances: f64) -> Option<Fit> {
-        let degrees_of_freedom = self.blocks().checked_sub(COLUMNS + 1)? as f64;
-        let scale: [f64; COLUMNS] = core::array::from_fn(|i| sqrt(gram[i][i]));
-        if !scale.iter().all(|s| *s > 0.0) {
-            return None;
-        }
-        let scaled = core::array::from_fn(|i| {
-            core::array::from_fn(|j| gram[i.min(j)][i.max(j)] / (scale[i] * scale[j]))
-        });
-        let factor = Cholesky::of(&scaled)?;
-        let right: [f64; COLUMNS] = core::array::from_fn(|i| gram[i][COLUMNS] / scale[i]);
-        let solution = factor.solve(right);
-        let explained: f64 = right.iter().zip(&solution).map(|(r, s)| r * s).sum();
-        let total = gram[COLUMNS][COLUMNS];
-        // Rounding of the sums is all that is left of noise-free data.
-        let residual = (total - explained).max(f64::EPSILON * f64::EPSILON + 1e-15 * total);
-        let log_determinant =
-            factor.log_determinant() + 2.0 * scale.iter().map(|s| log(*s)).sum::<f64>();
-        let inverse = factor.inverse();
-        Some(Fit {
-            linear: core::array::from_fn(|i| solution[i] / scale[i]),
-            scaled_covariance: core::array::from_fn(|i| {
-                core::array::from_fn(|j| inverse[i][j] / (scale[i] * scale[j]))
-            }),
-            residual,
-            noise_variance_rad2: residual / degrees_of_freedom,
-            log_likelihood: -0.5
-                * (degrees_of_freedom * log(residual) + log_variances + log_determinant),
-        })
-    }
+/// What a filter has seen before a comparison.
+#[derive(Clone, Copy)]
+enum Before<const N: usize> {
+    Nothing,
+    One([Lanes<N>; 3], Lanes<N>),
+    Two,
 }

@@ -86,7 +86,8 @@ pub fn fit_all(samples: &[Sample<f64>]) -> Result<Supported, RefineFailure> {
     let scale = span.rate_scale(output_error.a22_per_s);
     let block = samples.len() / prepared.blocks();
     let record = Comparisons::new(samples, block);
-    let [b2, c0, heading, yaw_rate] = output_error.fit.linear;
+    let at_the_peak = prepared.fit(output_error.a22_per_s, Disturbance::NONE);
+    let [b2, c0, heading, yaw_rate] = at_the_peak.ok_or(RefineFailure::NotExcited)?.linear;
     let a11 = -scale;
     let first: Theta = [
         output_error.a22_per_s,
