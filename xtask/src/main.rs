@@ -58,7 +58,10 @@ const CHECKS: [(&str, &str); 6] = [
         "doc tests",
         "test --workspace --features ROS2 --doc --quiet",
     ),
-    ("documentation", "doc --workspace --no-deps --quiet"),
+    (
+        "documentation",
+        "doc --workspace --features ROS2 --no-deps --quiet",
+    ),
 ];
 
 fn main() -> ExitCode {
@@ -135,7 +138,7 @@ fn test() -> bool {
 
 /// What is built apart from the workspace's tests.
 fn beside_the_tests() -> bool {
-    let all: [fn() -> bool; 7] = [
+    let all: [fn() -> bool; 8] = [
         tools_are_there,
         in_few_instructions,
         on_microcontrollers,
@@ -143,6 +146,7 @@ fn beside_the_tests() -> bool {
         outside_the_workspace,
         logs_in_foxglove,
         on_old_compilers,
+        package_for_python,
     ];
     all.iter().all(|passes| passes())
 }
@@ -310,6 +314,11 @@ fn beside_the_terminal() -> bool {
 
 fn as_a_site() -> bool {
     passes("the docs as a site", book::check)
+}
+
+/// Last of what runs beside the tests: its build waits for theirs.
+fn package_for_python() -> bool {
+    passes("the package for Python", python::build)
 }
 
 fn in_dash() -> bool {

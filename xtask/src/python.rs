@@ -14,18 +14,26 @@ pub fn prepare() {
     ENVIRONMENT.is_ready();
 }
 
-/// Makes the environment where it is missing, builds the package into it and runs its tests. Where there is no Python that
-/// can, this is said and skipped; with `CI=true` it is a failure.
-pub fn check() -> Result<(), String> {
+/// Makes the environment where it is missing and builds the package into it. Where there is no Python that can, nothing is built.
+pub fn build() -> Result<(), String> {
     if !ENVIRONMENT.is_ready() {
-        return skipped("Python", NO_PYTHON);
+        return Ok(());
     }
     let environment = std::path::absolute(ENVIRONMENT.folder).map_err(|error| error.to_string())?;
     let mut build = ENVIRONMENT.program("maturin", &["develop", "--quiet"]);
     build.env("VIRTUAL_ENV", environment).current_dir(PACKAGE);
-    if !succeeds(&mut build) {
-        return Err("maturin develop".into());
+    match succeeds(&mut build) {
+        true => Ok(()),
+        false => Err("maturin develop".into()),
     }
+}
+
+/// Builds the package and runs its tests. Where there is no Python that can, this is said and skipped; with `CI=true` it is a failure.
+pub fn check() -> Result<(), String> {
+    if !ENVIRONMENT.is_ready() {
+        return skipped("Python", NO_PYTHON);
+    }
+    build()?;
     let mut tests = ENVIRONMENT.program("pytest", &["-q", "-s"]);
     let binary = std::path::absolute("target/debug/seatrial").map_err(|e| e.to_string())?;
     tests.env("SEATRIAL", binary).current_dir(PACKAGE);

@@ -1,12 +1,10 @@
 //! `seatrial sim ardupilot-json`: the sea under an autopilot's own firmware.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use seatrial_app::vehicles::ardupilot_json::{Options, Simulation, Traffic};
 use seatrial_links::ardupilot_json::channel::Channel;
 use serde::Serialize;
 
+use crate::interrupt::interrupted;
 use crate::output::{Exit, Failure, Output, say};
 
 /// The physics side of ArduPilot's JSON simulation interface.
@@ -85,10 +83,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         rate_hz: args.rate,
         frames: args.frames,
     })?;
-    let stop = Arc::new(AtomicBool::new(false));
-    let handler = Arc::clone(&stop);
-    ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
-        .map_err(Failure::internal)?;
+    let stop = interrupted()?;
     simulation.serve(&stop, &mut |line| say(line))?;
     let document = Document {
         schema: "seatrial.ardupilot_json.v1",

@@ -3,8 +3,6 @@
 mod own;
 
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use seatrial_app::commission::{
     Commissioned, Ending, GainsVehicle, Order, Proposal, Request, check_step, conduct, models_for,
@@ -18,6 +16,7 @@ use seatrial_logbook::Logbook;
 use serde::Serialize;
 
 use crate::autopilot::{AtTerminal, LinkArgs, check_line};
+use crate::interrupt::interrupted;
 use crate::output::{Exit, Failure, Output, say, say_laid_out};
 use crate::screen::{command, labelled, width};
 use crate::vehicle::autopilot;
@@ -121,10 +120,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if !args.vehicle.starts_with("mavlink:") {
         return own::run(args, &request.models, &request.plan, output);
     }
-    let stop = Arc::new(AtomicBool::new(false));
-    let handler = Arc::clone(&stop);
-    ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
-        .map_err(Failure::internal)?;
+    let stop = interrupted()?;
     let vehicle = autopilot(&args.vehicle, &args.link, &args.logbook)?;
     let reached = vehicle.reach(&request.plan, &stop)?;
     shown(reached.preflight())?;

@@ -51,10 +51,10 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         return write_vehicles(args, folder, output);
     }
     let bar = progress::bar(boats_of_all(args.boats));
-    let done = || bar.inc(1);
+    let done = || bar.step();
     let workers = Workers::new(args.threads, &done);
     let document = commission_boats(args.boats, args.seed, args.loop_rate, &workers);
-    bar.finish_and_clear();
+    bar.clear();
     output.print(&document, || text(&document))?;
     Ok(Exit::Done)
 }

@@ -70,8 +70,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         stages: args.stage.clone(),
     };
     let bar = progress::bar(study.trials()?);
-    let document = study.run(&Workers::new(args.threads, &|| bar.inc(1)))?;
-    bar.finish_and_clear();
+    let document = study.run(&Workers::new(args.threads, &|| bar.step()))?;
+    bar.clear();
     if let Some(path) = &args.markdown {
         std::fs::write(path, markdown(&document))
             .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))?;

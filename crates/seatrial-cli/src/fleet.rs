@@ -1,20 +1,19 @@
 //! `seatrial fleet`: many logs at once.
 
 use std::fmt::Write as _;
-use std::io::IsTerminal;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use seatrial_app::fleet::{Estimate, Job, JournalError, Options, Progress, Summary};
 use seatrial_app::workers::threads;
 use serde::Serialize;
 
 use crate::log::ChannelArgs;
 use crate::output::{Exit, Failure, Output, say};
+use crate::progress::{self, Bar, in_words};
 use crate::screen::{labelled, width};
 
 /// Where standard error is no terminal, a line says this often how far the job is.
@@ -179,19 +178,16 @@ fn text(document: &Document) -> String {
 /// Says how far the job is.
 struct Teller {
     begun: Instant,
-    bar: Option<ProgressBar>,
+    bar: Bar,
     last_said: Mutex<(Instant, Progress)>,
 }
 
 impl Teller {
     fn new() -> Self {
         let begun = Instant::now();
-        let style = ProgressStyle::with_template("{bar:40} {bytes}/{total_bytes} {msg} {eta}");
         Self {
             begun,
-            bar: std::io::stderr().is_terminal().then(|| {
-                ProgressBar::new(0).with_style(style.unwrap_or(ProgressStyle::default_bar()))
-            }),
+            bar: progress::of_bytes_with_a_note(),
             last_said: Mutex::new((begun, Progress::default())),
         }
     }
@@ -204,10 +200,8 @@ impl Teller {
         let elapsed = self.begun.elapsed();
         let per_minute = progress.manoeuvres as f64 * 60.0 / elapsed.as_secs_f64();
         let rate = format!("{per_minute:.0} manoeuvres/min, {} errors", progress.errors);
-        if let Some(bar) = &self.bar {
-            bar.set_length(progress.bytes);
-            bar.set_position(progress.bytes_done);
-            bar.set_message(rate);
+        if self.bar.is_shown() {
+            self.bar.set(progress.bytes_done, progress.bytes, rate);
         } else if last_said.0.elapsed() > SAID_EVERY {
             last_said.0 = Instant::now();
             let done = progress.bytes_done as f64 / progress.bytes.max(1) as f64;
@@ -215,7 +209,7 @@ impl Teller {
             say(format_args!(
                 "{:.0} % read, {rate}, {} left",
                 100.0 * done,
-                HumanDuration(left)
+                in_words(left)
             ));
         }
         ControlFlow::Continue(())
@@ -223,9 +217,7 @@ impl Teller {
 
     /// How many manoeuvres there were.
     fn finish(self) -> u64 {
-        if let Some(bar) = self.bar {
-            bar.finish_and_clear();
-        }
+        self.bar.clear();
         self.last_said
             .into_inner()
             .map_or(0, |(_, last_said)| last_said.manoeuvres)

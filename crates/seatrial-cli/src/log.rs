@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 use seatrial::Window;
 use seatrial::plain_text::plain;
 use seatrial::segmentation::Proposal;
@@ -16,6 +15,7 @@ use seatrial_app::logs::{self, Observer, OpenedLog, ReadSettings};
 use seatrial_logs::{ChannelChoice, LogDescription, Quantity, Unit, UnknownQuantity, UnknownUnit};
 
 use crate::output::Failure;
+use crate::progress::{Bar, of_bytes};
 use crate::screen::{labelled, width};
 
 /// A log and how to read it.
@@ -220,7 +220,7 @@ fn tell(line: &str) {
 }
 
 struct Reading {
-    bar: Option<ProgressBar>,
+    bar: Option<Bar>,
     bytes: Option<u64>,
     begun: Instant,
 }
@@ -254,18 +254,13 @@ impl Observer for Reporter {
         let Some(length) = reading.bytes.filter(|_| std::io::stderr().is_terminal()) else {
             return;
         };
-        let bar = reading.bar.get_or_insert_with(|| {
-            let style = ProgressStyle::with_template(
-                "{bar:40} {bytes}/{total_bytes} {bytes_per_sec} {eta}",
-            );
-            ProgressBar::new(length).with_style(style.unwrap_or(ProgressStyle::default_bar()))
-        });
-        bar.set_position(bytes);
+        let bar = reading.bar.get_or_insert_with(|| of_bytes(length));
+        bar.set_done(bytes);
     }
 
     fn finished(&mut self) {
         if let Some(bar) = self.reading.take().and_then(|reading| reading.bar) {
-            bar.finish_and_clear();
+            bar.clear();
         }
     }
 

@@ -44,8 +44,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let bar = progress::bar(args.seeds * study.chosen()?.len() as u64);
     let folder = std::env::temp_dir().join(format!("seatrial-lies-{}", std::process::id()));
     std::fs::create_dir_all(&folder).map_err(|error| Failure::not_saved(error.to_string()))?;
-    let document = study.run(&folder, &Workers::new(args.threads, &|| bar.inc(1)))?;
-    bar.finish_and_clear();
+    let document = study.run(&folder, &Workers::new(args.threads, &|| bar.step()))?;
+    bar.clear();
     // An empty folder that stays behind harms nobody.
     let _ = std::fs::remove_dir(&folder);
     output.print(&document, || text(&document))?;

@@ -19,6 +19,7 @@ mod gains;
 mod health;
 mod identify;
 mod inspect;
+mod interrupt;
 mod live;
 mod log;
 mod logbook;

@@ -42,8 +42,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         seed: args.seed,
     };
     let bar = progress::bar(args.runs);
-    let document = study.run(&Workers::new(args.threads, &|| bar.inc(1)))?;
-    bar.finish_and_clear();
+    let document = study.run(&Workers::new(args.threads, &|| bar.step()))?;
+    bar.clear();
     output.print(&document, || text(&document))?;
     Ok(Exit::Done)
 }

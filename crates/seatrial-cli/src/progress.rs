@@ -1,14 +1,67 @@
-//! Progress of many runs.
+//! How far long work is, on one line of a terminal.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, stderr};
+use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 
-/// A bar on a terminal.
-pub fn bar(runs: u64) -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
+/// A bar on standard error where that is a terminal, otherwise nothing.
+pub struct Bar(ProgressBar);
+
+/// The bar of so many runs.
+pub fn bar(runs: u64) -> Bar {
+    Bar::new(runs, "{bar:40} {pos}/{len} runs {per_sec} {eta}")
+}
+
+/// The bar of so many bytes.
+pub fn of_bytes(bytes: u64) -> Bar {
+    let template = "{bar:40} {bytes}/{total_bytes} {bytes_per_sec} {eta}";
+    Bar::new(bytes, template)
+}
+
+/// A bar of bytes whose number is not known yet, with a note in place of the rate.
+pub fn of_bytes_with_a_note() -> Bar {
+    Bar::new(0, "{bar:40} {bytes}/{total_bytes} {msg} {eta}")
+}
+
+/// A duration in its greatest unit.
+pub fn in_words(duration: Duration) -> String {
+    HumanDuration(duration).to_string()
+}
+
+impl Bar {
+    fn new(total: u64, template: &str) -> Self {
+        if !stderr().is_terminal() {
+            return Self(ProgressBar::hidden());
+        }
+        let style = ProgressStyle::with_template(template);
+        Self(ProgressBar::new(total).with_style(style.unwrap_or(ProgressStyle::default_bar())))
     }
-    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} runs {per_sec} {eta}");
-    ProgressBar::new(runs).with_style(style.unwrap_or(ProgressStyle::default_bar()))
+
+    /// Is there a terminal?
+    pub fn is_shown(&self) -> bool {
+        !self.0.is_hidden()
+    }
+
+    /// One more is done.
+    pub fn step(&self) {
+        self.0.inc(1);
+    }
+
+    /// So much is done.
+    pub fn set_done(&self, done: u64) {
+        self.0.set_position(done);
+    }
+
+    /// So much of so much is done, with a note.
+    pub fn set(&self, done: u64, total: u64, note: String) {
+        self.0.set_length(total);
+        self.0.set_position(done);
+        self.0.set_message(note);
+    }
+
+    /// Takes the line away.
+    pub fn clear(self) {
+        self.0.finish_and_clear();
+    }
 }

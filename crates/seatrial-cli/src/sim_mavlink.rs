@@ -3,8 +3,7 @@
 use seatrial_app::simulated;
 use seatrial_app::vehicles::signing;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use seatrial_links::autopilot::{Profile, Speaker, Station};
@@ -12,6 +11,7 @@ use seatrial_sim::SimulatedVehicle;
 use serde::Serialize;
 
 use crate::autopilot::parse_profile;
+use crate::interrupt::interrupted;
 use crate::output::{Exit, Failure, Output, say};
 
 /// Play a vehicle that speaks MAVLink as ArduPilot's Rover, ArduSub or PX4 do, which holds its heading until somebody takes it.
@@ -120,10 +120,7 @@ fn play(
     args: &Args,
     interval_s: f64,
 ) -> Result<u64, Failure> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let handler = Arc::clone(&stop);
-    ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
-        .map_err(Failure::internal)?;
+    let stop = interrupted()?;
     let start = Instant::now();
     let mut buffer = vec![0; 1 << 16];
     let mut steps = 0_u64;

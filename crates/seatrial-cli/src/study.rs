@@ -141,8 +141,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         width: args.width,
     };
     let bar = progress::bar(study.runs_of_all());
-    let document = study.run(&Workers::new(args.threads, &|| bar.inc(1)))?;
-    bar.finish_and_clear();
+    let document = study.run(&Workers::new(args.threads, &|| bar.step()))?;
+    bar.clear();
     output.print(&document, || text(&document))?;
     if let Some(path) = &args.report {
         let title = format!("{} at {:.0} % thrust", args.vehicle, 100.0 * args.thrust);

@@ -44,8 +44,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         seeds: args.seeds,
     };
     let bar = progress::bar(args.seeds);
-    let worlds = study.run(&Workers::new(args.threads, &|| bar.inc(1)));
-    bar.finish_and_clear();
+    let worlds = study.run(&Workers::new(args.threads, &|| bar.step()));
+    bar.clear();
     output.print(&worlds, || text(&worlds))?;
     Ok(
         match worlds.broken == 0 && worlds.broken_together.is_empty() {

@@ -6,13 +6,13 @@ use seatrial::export::{VehicleType, ardupilot, px4};
 use seatrial_app::models::{Models, Tuned, of_entry};
 use seatrial_logbook::{CampaignId, Logbook};
 use serde::Deserialize;
-use utoipa::ToSchema;
 
 use crate::history::DAMPING_RATIO;
 use crate::refusal::Refusal;
 
 /// A form that controllers read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum GainsFormat {
     /// Parameters of ArduPilot, .param.

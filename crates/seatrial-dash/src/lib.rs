@@ -24,6 +24,8 @@ mod stream;
 mod trials;
 
 pub use access::NewTokens;
-pub use routes::openapi_json;
+pub use routes::OPENAPI_JSON;
+#[cfg(feature = "openapi")]
+pub use routes::openapi_of_types;
 pub use server::{Server, Settings, StartError};
 pub use slot::Shown;

@@ -3,19 +3,17 @@
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
 use axum::http::{StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
-use rust_embed::RustEmbed;
+use include_dir::{Dir, include_dir};
 
 use crate::refusal::Refusal;
 
-#[derive(RustEmbed)]
-#[folder = "dist/"]
-struct Dist;
+static DIST: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/dist");
 
 /// A file of the page.
 pub async fn file(uri: Uri) -> Response {
     let path = uri.path().trim_start_matches('/');
     let path = if path.is_empty() { "index.html" } else { path };
-    let found = Dist::get(path).filter(|_| !path.starts_with("api/"));
+    let found = DIST.get_file(path).filter(|_| !path.starts_with("api/"));
     let Some(file) = found else {
         return Refusal::not_found(format!("{}: there is nothing here", uri.path()))
             .into_response();
@@ -27,7 +25,7 @@ pub async fn file(uri: Uri) -> Response {
         "no-cache"
     };
     let headers = [(CONTENT_TYPE, kind(path)), (CACHE_CONTROL, keep)];
-    (StatusCode::OK, headers, file.data).into_response()
+    (StatusCode::OK, headers, file.contents()).into_response()
 }
 
 fn kind(path: &str) -> &'static str {

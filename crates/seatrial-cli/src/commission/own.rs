@@ -1,8 +1,5 @@
 //! A vehicle that our own heading controller steers: constant gain against scheduled gain.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use seatrial_app::commission::{Ending, OwnLoop, OwnSpeed, propose_own};
 use seatrial_app::models::Models;
 use seatrial_app::trial_run::Terms;
@@ -10,6 +7,7 @@ use seatrial_core::Plan;
 use serde::Serialize;
 
 use super::Args;
+use crate::interrupt::interrupted;
 use crate::output::{Exit, Failure, Output, say};
 use crate::vehicle::named;
 
@@ -37,10 +35,7 @@ pub fn run(
         sample_interval_s: plan.sample_interval_s,
     };
     let proposals = propose_own(models, &own)?;
-    let stop = Arc::new(AtomicBool::new(false));
-    let handler = Arc::clone(&stop);
-    ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
-        .map_err(Failure::internal)?;
+    let stop = interrupted()?;
     let vehicle = named(&args.vehicle, None, &args.link, &args.logbook)?;
     let terms = Terms {
         plan,

@@ -13,6 +13,7 @@ use seatrial_dash::{Server, Settings, StartError};
 use serde::Serialize;
 
 use super::{AccessArgs, Args};
+use crate::interrupt::on_interrupt;
 use crate::output::{Exit, Failure, Output, say};
 use crate::vehicle;
 
@@ -25,11 +26,10 @@ struct Served<'a> {
 /// Serves until Ctrl-C.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let (interrupt, interrupted) = channel();
-    ctrlc::set_handler(move || {
+    on_interrupt(move || {
         // Nobody waits any more where the server has ended.
         let _ = interrupt.send(());
-    })
-    .map_err(Failure::internal)?;
+    })?;
     let names = BUILT_IN.iter().map(|(name, _)| *name);
     let names = names.chain(args.vehicles.iter().map(String::as_str));
     let vehicles = names

@@ -6,7 +6,7 @@ mod text;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use seatrial::campaign::Campaign;
 use seatrial::identification::{Reason, Verdict};
@@ -23,6 +23,7 @@ use serde::Serialize;
 
 use crate::autopilot::LinkArgs;
 use crate::axis::AxisOption;
+use crate::interrupt::interrupted;
 use crate::output::{Exit, Failure, Output, say};
 use crate::record::{format_of, show};
 use crate::screen::width;
@@ -178,10 +179,7 @@ impl Args {
 
 fn conduct(args: &Args, times_faster: Option<f64>, output: &Output) -> Result<Exit, Failure> {
     let plan = args.plan()?;
-    let stop = Arc::new(AtomicBool::new(false));
-    let handler = Arc::clone(&stop);
-    ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
-        .map_err(Failure::internal)?;
+    let stop = interrupted()?;
     let scenario = args.scenario.as_deref();
     let vehicle = vehicle::named(&args.vehicle, scenario, &args.link, &args.logbook)?;
     if !vehicle.is_simulated() {

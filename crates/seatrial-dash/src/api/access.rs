@@ -1,10 +1,10 @@
 //! Who may command, who does, and what was commanded; the vehicles to command.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 /// Why a request was refused.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct ErrorBody {
     /// Short and stable, for programs: `control_taken`, `token_needed`, `not_found`, ...
     pub code: String,
@@ -13,7 +13,8 @@ pub struct ErrorBody {
 }
 
 /// What the bearer of a token may do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
     /// Look.
@@ -23,7 +24,8 @@ pub enum Role {
 }
 
 /// Who commands. Control lapses a minute after its holder was last heard.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Control {
     /// The name that its holder gave; null where nobody has control.
     pub holder: Option<String>,
@@ -36,15 +38,17 @@ pub struct Control {
 }
 
 /// Asks for control.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct TakeControl {
     /// Your name, which others see: 1 to 64 characters.
-    #[schema(min_length = 1, max_length = 64)]
+    #[cfg_attr(feature = "openapi", schema(min_length = 1, max_length = 64))]
     pub name: String,
 }
 
 /// Control: commands bear it in the header `seatrial-lease`.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Lease {
     /// The secret that proves it.
     pub lease: String,
@@ -54,14 +58,16 @@ pub struct Lease {
 }
 
 /// What the server can be asked to run on.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Vehicles {
     /// Names for `vehicle` of a trial.
     pub vehicles: Vec<VehicleForm>,
 }
 
 /// A vehicle by name.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct VehicleForm {
     /// `sim:starfish`, `mavlink:udp:0.0.0.0:14550`.
     pub name: String,
@@ -74,7 +80,8 @@ pub struct VehicleForm {
 }
 
 /// A command as the logbook keeps it.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct AuditEntry {
     /// 1 for the first.
     pub number: i64,

@@ -1,12 +1,12 @@
 //! A commission: gains into an autopilot, tried by heading steps, kept or put back.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{Change, Check};
 
 /// Asks for a commission, or for what it would do.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CommissionOrder {
     /// A name out of `/vehicles` whose `has_gains` is true.
@@ -15,11 +15,11 @@ pub struct CommissionOrder {
     pub campaign: i64,
     /// Speed whose model is taken, m/s; the autopilot's own where it is left out.
     #[serde(default)]
-    #[schema(exclusive_minimum = 0.0)]
+    #[cfg_attr(feature = "openapi", schema(exclusive_minimum = 0.0))]
     pub at_speed_m_s: Option<f64>,
     /// Size of the steps, rad, 0.09 to 1.57 [default: 0.52].
     #[serde(default)]
-    #[schema(exclusive_minimum = 0.0)]
+    #[cfg_attr(feature = "openapi", schema(exclusive_minimum = 0.0))]
     pub step_rad: Option<f64>,
     /// Takes the models of a rehearsal on a simulator, too.
     #[serde(default)]
@@ -33,7 +33,8 @@ pub struct CommissionOrder {
 }
 
 /// What a commission would do. Nothing is changed yet.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct CommissionPreview {
     /// Every check passed, and there are gains to propose.
     pub ready: bool,
@@ -48,7 +49,8 @@ pub struct CommissionPreview {
 }
 
 /// Gains beside those that an autopilot has.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct ProposedGains {
     /// What to send back with the order.
     pub proposal: String,
@@ -69,7 +71,8 @@ pub struct ProposedGains {
 }
 
 /// What steps are expected to be, each as 95 % bounds.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct ExpectedSteps {
     /// Overshoot as a fraction of the step.
     pub overshoot: [f64; 2],
@@ -80,7 +83,8 @@ pub struct ExpectedSteps {
 }
 
 /// What steps were.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct MeasuredSteps {
     /// Overshoot as a fraction of the step.
     pub overshoot: f64,
@@ -93,7 +97,8 @@ pub struct MeasuredSteps {
 }
 
 /// How a commission ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum CommissionEnd {
     /// The new gains are proven and stay.
@@ -107,7 +112,8 @@ pub enum CommissionEnd {
 }
 
 /// A commission that runs, or the last one since the server began.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct CommissionState {
     /// Does it run?
     pub running: bool,
@@ -136,7 +142,8 @@ pub struct CommissionState {
 }
 
 /// A sample of the steps.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct CommissionSample {
     /// The vehicle's clock, s.
     pub time_s: f64,
@@ -149,7 +156,8 @@ pub struct CommissionSample {
 }
 
 /// A commission and its newest samples.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct CommissionShown {
     /// The commission; null where there was none.
     pub commission: Option<CommissionState>,

@@ -1,12 +1,12 @@
 //! What the logbook holds.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{Figure, Model, Outcome, Reason, RunSummary, Verdict};
 
 /// How far a campaign came.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum State {
     /// It runs.
@@ -20,7 +20,8 @@ pub enum State {
 }
 
 /// A campaign in a list.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct CampaignSummary {
     /// Its number.
     pub id: i64,
@@ -53,7 +54,8 @@ pub struct CampaignSummary {
 }
 
 /// A campaign with its runs.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct CampaignDetail {
     /// The campaign.
     pub campaign: CampaignSummary,
@@ -68,18 +70,20 @@ pub struct CampaignDetail {
 }
 
 /// Accepts or rejects a run.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ReviewOrder {
     /// May it be used? A run without a model cannot be accepted.
     pub accepted: bool,
     /// Why, 1 to 4000 characters.
-    #[schema(min_length = 1, max_length = 4000)]
+    #[cfg_attr(feature = "openapi", schema(min_length = 1, max_length = 4000))]
     pub note: String,
 }
 
 /// Two campaigns side by side.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Comparison {
     /// The first.
     pub a: CampaignSummary,
@@ -96,7 +100,8 @@ pub struct Comparison {
 }
 
 /// Both models at one thrust, and what follows from them.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct ThrustComparison {
     /// Thrust as a fraction of full.
     pub thrust: f64,
@@ -107,7 +112,8 @@ pub struct ThrustComparison {
 }
 
 /// One quantity of two models.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Difference {
     /// `a22_per_s`, `b2_per_s2`, `c0_rad_per_s2`, `delta0_rad`, `proportional_gain`,
     /// `steady_turning_radius_starboard_m`, `steady_turning_radius_port_m`.
@@ -123,7 +129,8 @@ pub struct Difference {
 }
 
 /// Has the vehicle changed?
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct WhatChanged {
     /// Null where the data cannot tell.
     pub changed: Option<bool>,
@@ -132,7 +139,8 @@ pub struct WhatChanged {
 }
 
 /// The models of a campaign over speed.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Schedule {
     /// The campaign.
     pub campaign: i64,
@@ -149,7 +157,8 @@ pub struct Schedule {
 }
 
 /// An identified speed.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct SchedulePoint {
     /// Number of the run.
     pub run: u32,
@@ -162,7 +171,8 @@ pub struct SchedulePoint {
 }
 
 /// Gains, margins and turning limits at one speed. Intervals are null between identified speeds.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct OperatingPoint {
     /// Forward speed, m/s.
     pub surge_speed_m_s: Option<f64>,

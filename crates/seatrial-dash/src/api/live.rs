@@ -4,7 +4,6 @@
 //! after the number that the client saw last, with what was missed. Then each message bears the next number.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{
     CommissionState, Control, EnvelopeUse, EstimateNow, Health, Outcome, Progress, RunSummary,
@@ -12,7 +11,8 @@ use super::{
 };
 
 /// The client's first message.
-#[derive(Clone, Debug, Default, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Hello {
     /// The token, where one is needed and the request had no bearer header.
@@ -30,7 +30,8 @@ pub struct Hello {
 }
 
 /// What the server says.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct LiveMessage {
     /// Rises by one from message to message; that of a snapshot, a heartbeat or a notice of loss is the number of the last
     /// event before it.
@@ -41,7 +42,8 @@ pub struct LiveMessage {
 }
 
 /// What happened.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum LiveEvent {
     /// Everything as it is: replaces what the client knows.
@@ -131,7 +133,8 @@ pub enum LiveEvent {
 }
 
 /// Everything that a viewer needs to draw.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Snapshot {
     /// Name of the stream: another one after the server was started again.
     pub stream: String,
@@ -159,7 +162,8 @@ pub struct Snapshot {
 }
 
 /// How the stream behaves.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct StreamSettings {
     /// Shortest time between two messages with samples, s.
     pub samples_every_s: f64,
@@ -168,7 +172,8 @@ pub struct StreamSettings {
 }
 
 /// A sample as it is drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct LiveSample {
     /// The vehicle's clock, s.
     pub time_s: f64,
@@ -193,7 +198,8 @@ pub struct LiveSample {
 }
 
 /// The limits of a trial that are drawn.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Envelope {
     /// Corners [north, east], m; empty is anywhere.
     pub area_m: Vec<[f64; 2]>,

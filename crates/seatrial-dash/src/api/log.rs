@@ -4,22 +4,23 @@ use seatrial_app::Inspection;
 use seatrial_app::documents::IdentificationDocument;
 use seatrial_app::series::LogSeries;
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::Verdict;
 
 /// The names of a log's columns.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct LogColumns {
     /// In the order of the log.
     pub columns: Vec<String>,
 }
 
 /// What was made of a log.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct IdentifiedLog {
     /// The document of `seatrial identify --json`, schema `seatrial.identification.v1`.
-    #[schema(value_type = Object)]
+    #[cfg_attr(feature = "openapi", schema(value_type = Object))]
     pub document: IdentificationDocument,
     /// May the model be used, and what decides it.
     pub verdict: Verdict,
@@ -28,10 +29,11 @@ pub struct IdentifiedLog {
 }
 
 /// What is in a log.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct InspectedLog {
     /// The document of `seatrial inspect --json`.
-    #[schema(value_type = Object)]
+    #[cfg_attr(feature = "openapi", schema(value_type = Object))]
     pub document: Inspection,
     /// The samples, to be drawn.
     pub series: LogSeries,

@@ -2,27 +2,28 @@
 
 use seatrial_app::TrialPlan;
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{Figure, Outcome};
 
 /// A vehicle and a plan.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct PlanOrder {
     /// A name out of `/vehicles`.
     pub vehicle: String,
     /// The plan, in the form that `/plans/default` gives; the default plan where it is left out.
     #[serde(default)]
-    #[schema(value_type = Option<Object>)]
+    #[cfg_attr(feature = "openapi", schema(value_type = Option<Object>))]
     pub plan: Option<TrialPlan>,
 }
 
 /// What a plan will do on the vehicle expected.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct PlanPreview {
     /// The plan as it would be run.
-    #[schema(value_type = Object)]
+    #[cfg_attr(feature = "openapi", schema(value_type = Object))]
     pub plan: TrialPlan,
     /// How it ends on a noise-free vehicle: aborted where it does not fit its envelope.
     pub outcome: Option<Outcome>,
@@ -41,7 +42,8 @@ pub struct PlanPreview {
 }
 
 /// One speed of a preview.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct SpeedPreview {
     /// Thrust as a fraction of full.
     pub thrust: f64,
@@ -56,7 +58,8 @@ pub struct SpeedPreview {
 }
 
 /// Intervals that no unbiased estimate can beat.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct ExpectedIntervals {
     /// a22, 1/s.
     pub a22_per_s: Figure,
@@ -73,7 +76,8 @@ pub struct ExpectedIntervals {
 }
 
 /// One look before a trial.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Check {
     /// Short and stable.
     pub name: String,
@@ -84,7 +88,8 @@ pub struct Check {
 }
 
 /// A parameter of the autopilot that is other during the trial.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Change {
     /// The parameter.
     pub name: String,
@@ -97,7 +102,8 @@ pub struct Change {
 }
 
 /// The checklist before a trial.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Preflight {
     /// Every check passed.
     pub ready: bool,

@@ -1,10 +1,10 @@
 //! A run: its stages, its model, its verdict, and the operator's decision.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 /// The stages of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
     /// Waiting for steady heading, rate and depth.
@@ -16,7 +16,8 @@ pub enum Stage {
 }
 
 /// A value and how sure it is.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Figure {
     /// The value.
     pub value: f64,
@@ -25,7 +26,8 @@ pub struct Figure {
 }
 
 /// How a trial ended.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Outcome {
     /// Every speed was run.
     pub finished: bool,
@@ -36,7 +38,8 @@ pub struct Outcome {
 }
 
 /// One reason of a verdict.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Reason {
     /// Short and stable.
     pub code: String,
@@ -47,7 +50,8 @@ pub struct Reason {
 }
 
 /// What a person may do with a model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum VerdictOutcome {
     /// Use it.
@@ -61,7 +65,8 @@ pub enum VerdictOutcome {
 }
 
 /// An outcome and what decides it.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Verdict {
     /// What a person may do with the model.
     pub outcome: VerdictOutcome,
@@ -72,7 +77,8 @@ pub struct Verdict {
 }
 
 /// A stage of a run and its time, half open.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct StageSpan {
     /// Which.
     pub stage: Stage,
@@ -83,7 +89,8 @@ pub struct StageSpan {
 }
 
 /// The model of one speed: psi' = r, r' = a22 r + b2 delta + C0.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Model {
     /// a22, 1/s.
     pub a22_per_s: Figure,
@@ -110,7 +117,8 @@ pub struct Model {
 }
 
 /// An operator's decision on a run.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Review {
     /// May it be used?
     pub accepted: bool,
@@ -123,7 +131,8 @@ pub struct Review {
 }
 
 /// A run.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct RunSummary {
     /// 1 for the first run of the campaign.
     pub number: u32,
@@ -148,7 +157,8 @@ pub struct RunSummary {
 }
 
 /// Measured and simulated over the validation stage.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct ValidationOverlay {
     /// Run.
     pub run: u32,

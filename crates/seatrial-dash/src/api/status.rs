@@ -1,12 +1,12 @@
 //! The server at a glance.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{Control, Health, Role, TrialState};
 
 /// The server, and who has control.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Status {
     /// The version of seatrial.
     pub version: String,

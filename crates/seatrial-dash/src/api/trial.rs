@@ -2,34 +2,34 @@
 
 use seatrial_app::TrialPlan;
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{Figure, Outcome, RunSummary, Stage, ValidationOverlay};
 
 /// Starts a trial.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TrialOrder {
     /// A name out of `/vehicles`.
     pub vehicle: String,
     /// The plan, in the form that `/plans/default` gives; the default plan where it is left out.
     #[serde(default)]
-    #[schema(value_type = Option<Object>)]
+    #[cfg_attr(feature = "openapi", schema(value_type = Option<Object>))]
     pub plan: Option<TrialPlan>,
     /// Seed of a simulated vehicle [default: 1].
     #[serde(default)]
     pub seed: Option<u64>,
     /// How many times faster than real time a simulated vehicle runs; null is as fast as it can.
     #[serde(default)]
-    #[schema(exclusive_minimum = 0.0)]
+    #[cfg_attr(feature = "openapi", schema(exclusive_minimum = 0.0))]
     pub realtime_factor: Option<f64>,
     /// Name of the vehicle's configuration, its payload [default: default].
     #[serde(default)]
-    #[schema(max_length = 200)]
+    #[cfg_attr(feature = "openapi", schema(max_length = 200))]
     pub configuration: Option<String>,
     /// Notes on the configuration.
     #[serde(default)]
-    #[schema(max_length = 4000)]
+    #[cfg_attr(feature = "openapi", schema(max_length = 4000))]
     pub note: Option<String>,
     /// A vehicle that is not simulated moves and has its parameters changed: true agrees to it.
     #[serde(default)]
@@ -37,7 +37,8 @@ pub struct TrialOrder {
 }
 
 /// Runs one speed of a campaign again, as a campaign of its own with the same vehicle, plan and configuration.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RepeatOrder {
     /// Number of the campaign.
@@ -49,7 +50,7 @@ pub struct RepeatOrder {
     pub seed: Option<u64>,
     /// How many times faster than real time a simulated vehicle runs; null is as fast as it can.
     #[serde(default)]
-    #[schema(exclusive_minimum = 0.0)]
+    #[cfg_attr(feature = "openapi", schema(exclusive_minimum = 0.0))]
     pub realtime_factor: Option<f64>,
     /// A vehicle that is not simulated moves and has its parameters changed: true agrees to it.
     #[serde(default)]
@@ -57,7 +58,8 @@ pub struct RepeatOrder {
 }
 
 /// Goes on with a campaign that ended early, as a campaign of its own with the speeds that are left.
-#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct GoOnOrder {
     /// Number of the campaign.
@@ -67,7 +69,7 @@ pub struct GoOnOrder {
     pub seed: Option<u64>,
     /// How many times faster than real time a simulated vehicle runs; null is as fast as it can.
     #[serde(default)]
-    #[schema(exclusive_minimum = 0.0)]
+    #[cfg_attr(feature = "openapi", schema(exclusive_minimum = 0.0))]
     pub realtime_factor: Option<f64>,
     /// A vehicle that is not simulated moves and has its parameters changed: true agrees to it.
     #[serde(default)]
@@ -75,7 +77,8 @@ pub struct GoOnOrder {
 }
 
 /// Where a trial is.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Progress {
     /// 1 for the first run, 0 before it.
     pub run: u32,
@@ -96,7 +99,8 @@ pub struct Progress {
 }
 
 /// The estimate of the moment.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct EstimateNow {
     /// Vehicle time, s.
     pub time_s: f64,
@@ -115,7 +119,8 @@ pub struct EstimateNow {
 }
 
 /// How much of a limit is used.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct EnvelopeUse {
     /// `depth`, `altitude`, `roll`, `pitch`, `yaw_rate`, `heading_excursion`, `area`, `speed_drift`, `stale_samples`,
     /// `stage_time_limit`.
@@ -125,7 +130,8 @@ pub struct EnvelopeUse {
 }
 
 /// A trial that runs or ran since the server began.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct TrialState {
     /// Number of its campaign in the logbook.
     pub campaign: i64,
@@ -142,7 +148,7 @@ pub struct TrialState {
     /// When it began, UTC.
     pub started: String,
     /// The plan.
-    #[schema(value_type = Object)]
+    #[cfg_attr(feature = "openapi", schema(value_type = Object))]
     pub plan: TrialPlan,
     /// Where it is.
     pub progress: Option<Progress>,
@@ -161,7 +167,8 @@ pub struct TrialState {
 }
 
 /// The link to the vehicle and its clock.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Health {
     /// Samples since the trial began.
     pub samples: u64,

@@ -6,18 +6,19 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use axum::{Extension, Json};
 use serde::Deserialize;
-use utoipa::IntoParams;
 
 use super::asked::{Asked, Body};
 use super::blocking;
-use crate::api::{CommissionOrder, CommissionPreview, CommissionShown, CommissionState, ErrorBody};
+#[cfg(feature = "openapi")]
+use crate::api::ErrorBody;
+use crate::api::{CommissionOrder, CommissionPreview, CommissionShown, CommissionState};
 use crate::commission;
 use crate::refusal::Refusal;
 use crate::shared::{Caller, Shared, must_be_operator};
 
 /// What a commission would do: the autopilot's own gains beside those proposed. Looks at the vehicle without touching its controls.
-#[utoipa::path(post, path = "/api/v1/commission/preview", tag = "commission", request_body = CommissionOrder,
-    responses((status = 200, body = CommissionPreview), (status = "4XX", description = "Refused", body = ErrorBody)))]
+#[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/commission/preview", tag = "commission", request_body = CommissionOrder,
+    responses((status = 200, body = CommissionPreview), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn preview_commission(
     State(shared): State<Arc<Shared>>,
     Extension(caller): Extension<Caller>,
@@ -29,9 +30,9 @@ pub async fn preview_commission(
 }
 
 /// Starts a commission: gains are written, tried by heading steps, and stay only where they do no worse than those before.
-#[utoipa::path(post, path = "/api/v1/commission", tag = "commission", request_body = CommissionOrder,
+#[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/commission", tag = "commission", request_body = CommissionOrder,
     params(("seatrial-lease" = Option<String>, Header, description = "The lease of control")),
-    responses((status = 201, body = CommissionState), (status = "4XX", description = "Refused", body = ErrorBody)))]
+    responses((status = 201, body = CommissionState), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn start_commission(
     State(shared): State<Arc<Shared>>,
     Extension(caller): Extension<Caller>,
@@ -46,17 +47,18 @@ pub async fn start_commission(
 }
 
 /// Which samples.
-#[derive(Deserialize, IntoParams)]
-#[into_params(parameter_in = Query)]
+#[derive(Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::IntoParams))]
+#[cfg_attr(feature = "openapi", into_params(parameter_in = Query))]
 pub struct From {
     /// The first sample that is wanted, from 0 [default: 0].
-    #[param(minimum = 0)]
+    #[cfg_attr(feature = "openapi", param(minimum = 0))]
     after: Option<u64>,
 }
 
 /// The commission that runs, or the last one, and its samples.
-#[utoipa::path(get, path = "/api/v1/commission", tag = "commission", params(From),
-    responses((status = 200, body = CommissionShown), (status = "4XX", description = "Refused", body = ErrorBody)))]
+#[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/commission", tag = "commission", params(From),
+    responses((status = 200, body = CommissionShown), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn commission_state(
     State(shared): State<Arc<Shared>>,
     Asked(asked): Asked<From>,

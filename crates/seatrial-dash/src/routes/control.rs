@@ -10,12 +10,13 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use axum::{Extension, Json};
 use serde::Deserialize;
-use utoipa::IntoParams;
 
 use super::asked::{Asked, Body};
-use super::{blocking, openapi_json};
+use super::{OPENAPI_JSON, blocking};
 use crate::access::{Claim, LEASE};
-use crate::api::{AuditEntry, Control, ErrorBody, Lease, Role, Status, TakeControl};
+#[cfg(feature = "openapi")]
+use crate::api::ErrorBody;
+use crate::api::{AuditEntry, Control, Lease, Role, Status, TakeControl};
 use crate::convert::{name_of, now};
 use crate::refusal::Refusal;
 use crate::shared::{Caller, Shared, must_be_operator, taken};
@@ -25,9 +26,9 @@ use crate::stream;
 const LONGEST_HELLO: usize = 4096;
 
 /// The server, the trial that runs and who has control.
-#[utoipa::path(get, path = "/api/v1/status", tag = "control",
+#[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/status", tag = "control",
     params(("seatrial-lease" = Option<String>, Header, description = "The lease of control; tells whether it is yours")),
-    responses((status = 200, body = Status), (status = "4XX", description = "Refused", body = ErrorBody)))]
+    responses((status = 200, body = Status), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn status(
     State(shared): State<Arc<Shared>>,
     Extension(caller): Extension<Caller>,
@@ -47,17 +48,17 @@ pub async fn status(
 }
 
 /// This document.
-#[utoipa::path(get, path = "/api/v1/openapi.json", tag = "control",
-    responses((status = 200, description = "OpenAPI 3.1", body = Object), (status = "4XX", description = "Refused", body = ErrorBody)))]
+#[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/openapi.json", tag = "control",
+    responses((status = 200, description = "OpenAPI 3.1", body = Object), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn openapi() -> Response {
     let headers = [(axum::http::header::CONTENT_TYPE, "application/json")];
-    (headers, openapi_json()).into_response()
+    (headers, OPENAPI_JSON).into_response()
 }
 
 /// Takes control: 409 with the name of who has it, where somebody has.
-#[utoipa::path(post, path = "/api/v1/control", tag = "control", request_body = TakeControl,
+#[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/control", tag = "control", request_body = TakeControl,
     params(("seatrial-lease" = Option<String>, Header, description = "The lease that you have, if any")),
-    responses((status = 200, body = Lease), (status = "4XX", description = "Refused", body = ErrorBody)))]
+    responses((status = 200, body = Lease), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn take(
     State(shared): State<Arc<Shared>>,
     Extension(caller): Extension<Caller>,
@@ -97,9 +98,9 @@ fn took(shared: &Shared, caller: &Caller, name: &str) -> Result<Lease, Refusal> 
 }
 
 /// Gives control back.
-#[utoipa::path(delete, path = "/api/v1/control", tag = "control",
+#[cfg_attr(feature = "openapi", utoipa::path(delete, path = "/api/v1/control", tag = "control",
     params(("seatrial-lease" = Option<String>, Header, description = "The lease of control")),
-    responses((status = 200, body = Control), (status = "4XX", description = "Refused", body = ErrorBody)))]
+    responses((status = 200, body = Control), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn release(
     State(shared): State<Arc<Shared>>,
     Extension(caller): Extension<Caller>,
@@ -116,17 +117,18 @@ pub async fn release(
 }
 
 /// How much of the audit trail.
-#[derive(Deserialize, IntoParams)]
-#[into_params(parameter_in = Query)]
+#[derive(Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::IntoParams))]
+#[cfg_attr(feature = "openapi", into_params(parameter_in = Query))]
 pub struct AtMost {
     /// At most so many, newest first [default: 100].
-    #[param(maximum = 1000)]
+    #[cfg_attr(feature = "openapi", param(maximum = 1000))]
     at_most: Option<u32>,
 }
 
 /// The commands, newest first.
-#[utoipa::path(get, path = "/api/v1/audit", tag = "control", params(AtMost),
-    responses((status = 200, body = [AuditEntry]), (status = "4XX", description = "Refused", body = ErrorBody)))]
+#[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/audit", tag = "control", params(AtMost),
+    responses((status = 200, body = [AuditEntry]), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn audit(
     State(shared): State<Arc<Shared>>,
     Asked(asked): Asked<AtMost>,
@@ -149,9 +151,9 @@ pub async fn audit(
 }
 
 /// The live stream, a WebSocket: say `Hello` first; each message is a `LiveMessage`.
-#[utoipa::path(get, path = "/api/v1/live", tag = "live",
+#[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/live", tag = "live",
     responses((status = 101, description = "Text frames, each a LiveMessage; the client's first one is a Hello"),
-        (status = "4XX", description = "Refused", body = ErrorBody)))]
+        (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn live(
     State(shared): State<Arc<Shared>>,
     Extension(caller): Extension<Caller>,

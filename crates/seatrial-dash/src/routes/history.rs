@@ -9,13 +9,12 @@ use seatrial::export;
 use seatrial_core::Stage;
 use seatrial_logbook::CampaignId;
 use serde::{Deserialize, Serialize};
-use utoipa::{IntoParams, ToSchema};
 
 use super::asked::{Asked, At, Body};
 use super::{blocking, download};
-use crate::api::{
-    CampaignDetail, CampaignSummary, Comparison, ErrorBody, ReviewOrder, RunSummary, Schedule,
-};
+#[cfg(feature = "openapi")]
+use crate::api::ErrorBody;
+use crate::api::{CampaignDetail, CampaignSummary, Comparison, ReviewOrder, RunSummary, Schedule};
 use crate::gains::{GainsFormat, gains_file};
 use crate::history::{self, Format};
 use crate::refusal::Refusal;
@@ -23,8 +22,8 @@ use crate::shared::{Caller, LONGEST_NOTE, Shared};
 use seatrial_app::series::{LogSeries, series_of};
 
 /// Every campaign, oldest first.
-#[utoipa::path(get, path = "/api/v1/campaigns", tag = "history",
-    responses((status = 200, body = [CampaignSummary]), (status = "4XX", description = "Refused", body = ErrorBody)))]
+#[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/campaigns", tag = "history",
+    responses((status = 200, body = [CampaignSummary]), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn campaigns(
     State(shared): State<Arc<Shared>>,
 ) -> Result<Json<Vec<CampaignSummary>>, Refusal> {
@@ -39,9 +38,9 @@ pub async fn campaigns(
 }
 
 /// One campaign with its runs.
-#[utoipa::path(get, path = "/api/v1/campaigns/{id}", tag = "history",
+#[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/campaigns/{id}", tag = "history",
     params(("id" = i64, Path, description = "Number of the campaign")),
-    responses((status = 200, body = CampaignDetail), (status = "4XX", description = "Refused", body = ErrorBody)))]
+    responses((status = 200, body = CampaignDetail), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn campaign(
     State(shared): State<Arc<Shared>>,
     At(id): At<i64>,
@@ -54,10 +53,10 @@ pub async fn campaign(
 }
 
 /// Accepts or rejects a run; the decision goes before the program's verdict wherever the run is used.
-#[utoipa::path(post, path = "/api/v1/campaigns/{id}/runs/{run}/review", tag = "history", request_body = ReviewOrder,
+#[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/campaigns/{id}/runs/{run}/review", tag = "history", request_body = ReviewOrder,
     params(("id" = i64, Path, description = "Number of the campaign"), ("run" = u32, Path, description = "Number of the run"),
         ("seatrial-lease" = Option<String>, Header, description = "The lease of control")),
-    responses((status = 200, body = RunSummary), (status = "4XX", description = "Refused", body = ErrorBody)))]
+    responses((status = 200, body = RunSummary), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn review(
     State(shared): State<Arc<Shared>>,
     Extension(caller): Extension<Caller>,
@@ -101,9 +100,9 @@ pub async fn review(
 }
 
 /// The samples of a run, with the simulation over its validation stage.
-#[utoipa::path(get, path = "/api/v1/campaigns/{id}/runs/{run}/series", tag = "history",
+#[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/campaigns/{id}/runs/{run}/series", tag = "history",
     params(("id" = i64, Path, description = "Number of the campaign"), ("run" = u32, Path, description = "Number of the run")),
-    responses((status = 200, body = LogSeries), (status = "4XX", description = "Refused", body = ErrorBody)))]
+    responses((status = 200, body = LogSeries), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn series(
     State(shared): State<Arc<Shared>>,
     At((id, run)): At<(i64, u32)>,
@@ -130,20 +129,21 @@ pub async fn series(
 }
 
 /// Where in a schedule.
-#[derive(Deserialize, IntoParams)]
-#[into_params(parameter_in = Query)]
+#[derive(Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::IntoParams))]
+#[cfg_attr(feature = "openapi", into_params(parameter_in = Query))]
 pub struct Place {
     /// Gains and limits at this speed, m/s.
     speed_m_s: Option<f64>,
     /// Damping ratio of the closed loop [default: 0.7071].
-    #[param(exclusive_minimum = 0.0, maximum = 10.0)]
+    #[cfg_attr(feature = "openapi", param(exclusive_minimum = 0.0, maximum = 10.0))]
     damping_ratio: Option<f64>,
 }
 
 /// The models of a campaign over speed: gains, margins and turning limits.
-#[utoipa::path(get, path = "/api/v1/campaigns/{id}/schedule", tag = "history",
+#[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/campaigns/{id}/schedule", tag = "history",
     params(("id" = i64, Path, description = "Number of the campaign"), Place),
-    responses((status = 200, body = Schedule), (status = "4XX", description = "Refused", body = ErrorBody)))]
+    responses((status = 200, body = Schedule), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn schedule(
     State(shared): State<Arc<Shared>>,
     At(id): At<i64>,
@@ -163,10 +163,10 @@ pub async fn schedule(
 }
 
 /// The report of a campaign.
-#[utoipa::path(get, path = "/api/v1/campaigns/{id}/report.html", tag = "downloads",
+#[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/campaigns/{id}/report.html", tag = "downloads",
     params(("id" = i64, Path, description = "Number of the campaign")),
     responses((status = 200, description = "A page that needs nothing else", body = String, content_type = "text/html"),
-        (status = "4XX", description = "Refused", body = ErrorBody)))]
+        (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn report(
     State(shared): State<Arc<Shared>>,
     At(id): At<i64>,
@@ -180,10 +180,10 @@ pub async fn report(
 }
 
 /// The samples of a campaign as CSV.
-#[utoipa::path(get, path = "/api/v1/campaigns/{id}/samples.csv", tag = "downloads",
+#[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/campaigns/{id}/samples.csv", tag = "downloads",
     params(("id" = i64, Path, description = "Number of the campaign")),
     responses((status = 200, description = "As `trial --record FILE.csv` writes it", body = String, content_type = "text/csv"),
-        (status = "4XX", description = "Refused", body = ErrorBody)))]
+        (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn csv(State(shared): State<Arc<Shared>>, At(id): At<i64>) -> Result<Response, Refusal> {
     let file = blocking(shared, move |shared| {
         history::samples(&shared.reader()?, id, Format::Csv)
@@ -196,10 +196,10 @@ pub async fn csv(State(shared): State<Arc<Shared>>, At(id): At<i64>) -> Result<R
 }
 
 /// The samples of a campaign as MCAP.
-#[utoipa::path(get, path = "/api/v1/campaigns/{id}/samples.mcap", tag = "downloads",
+#[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/campaigns/{id}/samples.mcap", tag = "downloads",
     params(("id" = i64, Path, description = "Number of the campaign")),
     responses((status = 200, description = "As `trial --record FILE.mcap` writes it", body = Vec<u8>, content_type = "application/octet-stream"),
-        (status = "4XX", description = "Refused", body = ErrorBody)))]
+        (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn mcap(State(shared): State<Arc<Shared>>, At(id): At<i64>) -> Result<Response, Refusal> {
     let file = blocking(shared, move |shared| {
         history::samples(&shared.reader()?, id, Format::Mcap)
@@ -212,7 +212,8 @@ pub async fn mcap(State(shared): State<Arc<Shared>>, At(id): At<i64>) -> Result<
 }
 
 /// Whose parameters.
-#[derive(Clone, Copy, Deserialize, ToSchema)]
+#[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum VehicleType {
     /// Rover.
@@ -222,22 +223,23 @@ pub enum VehicleType {
 }
 
 /// For which autopilot.
-#[derive(Deserialize, IntoParams)]
-#[into_params(parameter_in = Query)]
+#[derive(Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::IntoParams))]
+#[cfg_attr(feature = "openapi", into_params(parameter_in = Query))]
 pub struct Autopilot {
     /// [default: surface]
-    #[param(inline)]
+    #[cfg_attr(feature = "openapi", param(inline))]
     vehicle_type: Option<VehicleType>,
     /// Must be true for a rehearsal on a simulator, whose parameters are not those of a vehicle.
-    #[param(inline)]
+    #[cfg_attr(feature = "openapi", param(inline))]
     rehearsal: Option<bool>,
 }
 
 /// Parameters of ArduPilot for the fastest accepted model of a campaign.
-#[utoipa::path(get, path = "/api/v1/campaigns/{id}/gains.param", tag = "downloads",
+#[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/campaigns/{id}/gains.param", tag = "downloads",
     params(("id" = i64, Path, description = "Number of the campaign"), Autopilot),
     responses((status = 200, description = "As `gains --export ardupilot` writes it", body = String, content_type = "text/plain"),
-        (status = "4XX", description = "Refused", body = ErrorBody)))]
+        (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn param(
     shared: State<Arc<Shared>>,
     At(id): At<i64>,
@@ -247,11 +249,11 @@ pub async fn param(
 }
 
 /// Gains and limits of a campaign in a form that a controller reads.
-#[utoipa::path(get, path = "/api/v1/campaigns/{id}/gains/{format}", tag = "downloads",
+#[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/campaigns/{id}/gains/{format}", tag = "downloads",
     params(("id" = i64, Path, description = "Number of the campaign"),
         ("format" = inline(GainsFormat), Path, description = "For which controller"), Autopilot),
     responses((status = 200, description = "As `gains --export` writes it", body = String, content_type = "text/plain"),
-        (status = "4XX", description = "Refused", body = ErrorBody)))]
+        (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn gains(
     State(shared): State<Arc<Shared>>,
     At((id, format)): At<(i64, GainsFormat)>,
@@ -273,8 +275,9 @@ pub async fn gains(
 }
 
 /// Two campaigns.
-#[derive(Deserialize, IntoParams)]
-#[into_params(parameter_in = Query)]
+#[derive(Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::IntoParams))]
+#[cfg_attr(feature = "openapi", into_params(parameter_in = Query))]
 pub struct Pair {
     /// Number of the first.
     a: i64,
@@ -283,8 +286,8 @@ pub struct Pair {
 }
 
 /// Two campaigns side by side: parameters with intervals, gains, turning limits, what changed.
-#[utoipa::path(get, path = "/api/v1/compare", tag = "history", params(Pair),
-    responses((status = 200, body = Comparison), (status = "4XX", description = "Refused", body = ErrorBody)))]
+#[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/compare", tag = "history", params(Pair),
+    responses((status = 200, body = Comparison), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn compare(
     State(shared): State<Arc<Shared>>,
     Asked(Pair { a, b }): Asked<Pair>,

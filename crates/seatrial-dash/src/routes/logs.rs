@@ -12,15 +12,16 @@ use axum::http::StatusCode;
 
 use super::asked::{Asked, Upload};
 use super::blocking;
+#[cfg(feature = "openapi")]
 use crate::api::{ErrorBody, IdentifiedLog, InspectedLog, LogColumns};
 use crate::logs::{self, identified, inspected, keep_sensor_list};
 use crate::refusal::Refusal;
 use crate::shared::Shared;
 
 /// Identifies a model from a log. The log is not kept.
-#[utoipa::path(post, path = "/api/v1/logs/identify", tag = "logs", params(LogReading),
+#[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/logs/identify", tag = "logs", params(LogReading),
     request_body(content = Vec<u8>, content_type = "application/octet-stream", description = "The log, of any format that seatrial reads"),
-    responses((status = 200, body = IdentifiedLog), (status = "4XX", description = "Refused", body = ErrorBody)))]
+    responses((status = 200, body = IdentifiedLog), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn identify(
     State(shared): State<Arc<Shared>>,
     Asked(reading): Asked<LogReading>,
@@ -30,9 +31,9 @@ pub async fn identify(
 }
 
 /// Says what is in a log: channels, rates, gaps, manoeuvres. The log is not kept.
-#[utoipa::path(post, path = "/api/v1/logs/inspect", tag = "logs", params(LogReading),
+#[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/logs/inspect", tag = "logs", params(LogReading),
     request_body(content = Vec<u8>, content_type = "application/octet-stream", description = "The log, of any format that seatrial reads"),
-    responses((status = 200, body = InspectedLog), (status = "4XX", description = "Refused", body = ErrorBody)))]
+    responses((status = 200, body = InspectedLog), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn inspect(
     State(shared): State<Arc<Shared>>,
     Asked(reading): Asked<LogReading>,
@@ -42,9 +43,9 @@ pub async fn inspect(
 }
 
 /// The names of a log's columns, of which `rudder`, `heading` and others choose. The log is not kept.
-#[utoipa::path(post, path = "/api/v1/logs/columns", tag = "logs", params(LogReading),
+#[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/logs/columns", tag = "logs", params(LogReading),
     request_body(content = Vec<u8>, content_type = "application/octet-stream", description = "The log, of any format that seatrial reads"),
-    responses((status = 200, body = LogColumns), (status = "4XX", description = "Refused", body = ErrorBody)))]
+    responses((status = 200, body = LogColumns), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn columns(
     State(shared): State<Arc<Shared>>,
     Asked(reading): Asked<LogReading>,
@@ -62,9 +63,9 @@ async fn answered<T: Serialize + 'static>(
 }
 
 /// Keeps a list of sensors (.cac), which logs of Slocum gliders need beside them, until the server ends.
-#[utoipa::path(post, path = "/api/v1/logs/sensor-list", tag = "logs", params(LogReading),
+#[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/logs/sensor-list", tag = "logs", params(LogReading),
     request_body(content = Vec<u8>, content_type = "application/octet-stream", description = "The list, by its name in `name`"),
-    responses((status = 204, description = "Kept"), (status = "4XX", description = "Refused", body = ErrorBody)))]
+    responses((status = 204, description = "Kept"), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn sensor_list(
     State(shared): State<Arc<Shared>>,
     Asked(reading): Asked<LogReading>,

@@ -1,96 +1,47 @@
-//! The routes, and the OpenAPI document made from them.
+//! The routes.
 
 mod asked;
 mod commission;
 mod control;
 mod history;
 mod logs;
+#[cfg(feature = "openapi")]
+mod openapi;
 mod trial;
 
-use std::any::Any;
+use std::panic::AssertUnwindSafe;
 use std::sync::Arc;
 use std::time::Duration;
 
 use axum::Router;
-use axum::extract::DefaultBodyLimit;
+use axum::extract::{DefaultBodyLimit, Request};
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::http::{Method, Uri};
-use axum::middleware::from_fn_with_state;
+use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get, post};
-use tower_http::catch_panic::CatchPanicLayer;
+use futures_util::FutureExt;
 use tower_http::compression::CompressionLayer;
 use tower_http::timeout::RequestBodyTimeoutLayer;
-use utoipa::OpenApi;
 
-use crate::api;
 use crate::blueos;
 use crate::guard::guard;
 use crate::page;
 use crate::refusal::Refusal;
 use crate::shared::Shared;
 
+#[cfg(feature = "openapi")]
+pub use openapi::openapi_of_types;
+
 /// Largest body of a command, bytes.
 const COMMAND_LIMIT: usize = 64 * 1024;
 /// How long a body may stand still.
 const BODY_WITHIN: Duration = Duration::from_secs(5);
 
-/// The OpenAPI document.
-#[derive(OpenApi)]
-#[openapi(
-    info(
-        title = "seatrial",
-        description = "Watch, command and look up sea trials. Quantities are SI, angles radians; missing things are null. \
-Where a token is needed it goes into `Authorization: Bearer TOKEN`. Commands need control: take it with POST /api/v1/control \
-and send its lease in the header `seatrial-lease`; aborting a trial needs none.",
-        license(name = "MIT OR Apache-2.0")
-    ),
-    paths(
-        control::status,
-        control::openapi,
-        control::take,
-        control::release,
-        control::audit,
-        control::live,
-        trial::vehicles,
-        trial::default_plan,
-        trial::preview,
-        trial::preflight,
-        trial::start,
-        trial::abort,
-        trial::repeat,
-        trial::go_on,
-        commission::preview_commission,
-        commission::start_commission,
-        commission::commission_state,
-        history::campaigns,
-        history::campaign,
-        history::review,
-        history::schedule,
-        history::series,
-        history::report,
-        history::csv,
-        history::mcap,
-        history::param,
-        history::gains,
-        history::compare,
-        logs::identify,
-        logs::inspect,
-        logs::columns,
-        logs::sensor_list,
-    ),
-    components(schemas(api::Hello, api::LiveMessage))
-)]
-struct Api;
-
-/// The OpenAPI document of the server, pretty JSON.
-pub fn openapi_json() -> String {
-    Api::openapi()
-        .to_pretty_json()
-        .expect("the document is made of plain data")
-        + "\n"
-}
+/// The OpenAPI document of the server. It is made of the types by the feature `openapi`, which costs a build much of its time; a test
+/// holds the file against them.
+pub const OPENAPI_JSON: &str = include_str!("../../openapi.json");
 
 /// Everything that is served.
 pub fn router(shared: Arc<Shared>, upload_limit: usize) -> Router {
@@ -138,7 +89,7 @@ pub fn router(shared: Arc<Shared>, upload_limit: usize) -> Router {
         .method_not_allowed_fallback(not_allowed)
         .with_state(Arc::clone(&shared))
         .layer(RequestBodyTimeoutLayer::new(BODY_WITHIN))
-        .layer(CatchPanicLayer::custom(panicked))
+        .layer(from_fn(without_panic))
         .layer(from_fn_with_state(shared, guard))
         .layer(CompressionLayer::new())
 }
@@ -151,9 +102,13 @@ async fn not_allowed(method: Method, uri: Uri) -> Refusal {
     )
 }
 
-fn panicked(_: Box<dyn Any + Send>) -> Response {
-    Refusal::internal("a bug: the program failed at this request; the trial goes on")
-        .into_response()
+/// Refuses a request at which the program panics.
+async fn without_panic(request: Request, next: Next) -> Response {
+    let answered = AssertUnwindSafe(next.run(request)).catch_unwind().await;
+    answered.unwrap_or_else(|_| {
+        Refusal::internal("a bug: the program failed at this request; the trial goes on")
+            .into_response()
+    })
 }
 
 /// Calls what computes for long or waits for a disk, on a thread for that; a few such calls run at a time.

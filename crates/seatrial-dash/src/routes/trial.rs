@@ -14,17 +14,19 @@ use tokio::time::timeout;
 use super::asked::Body;
 use super::blocking;
 use super::control::role_name;
+#[cfg(feature = "openapi")]
+use crate::api::ErrorBody;
 use crate::api::{
-    ErrorBody, GoOnOrder, PlanOrder, PlanPreview, Preflight, RepeatOrder, TrialOrder, TrialState,
-    VehicleForm, Vehicles,
+    GoOnOrder, PlanOrder, PlanPreview, Preflight, RepeatOrder, TrialOrder, TrialState, VehicleForm,
+    Vehicles,
 };
 use crate::refusal::Refusal;
 use crate::shared::{Caller, Shared, must_be_operator};
 use crate::trials::{self, Wanted};
 
 /// The vehicles that may be asked for.
-#[utoipa::path(get, path = "/api/v1/vehicles", tag = "trial",
-    responses((status = 200, body = Vehicles), (status = "4XX", description = "Refused", body = ErrorBody)))]
+#[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/vehicles", tag = "trial",
+    responses((status = 200, body = Vehicles), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn vehicles(State(shared): State<Arc<Shared>>) -> Json<Vehicles> {
     let vehicles = shared.vehicles.iter().map(|vehicle| VehicleForm {
         name: vehicle.name().into(),
@@ -38,15 +40,15 @@ pub async fn vehicles(State(shared): State<Arc<Shared>>) -> Json<Vehicles> {
 }
 
 /// The default plan, the paper's; its form is that of `seatrial plan`.
-#[utoipa::path(get, path = "/api/v1/plans/default", tag = "trial",
-    responses((status = 200, description = "The plan", body = Object), (status = "4XX", description = "Refused", body = ErrorBody)))]
+#[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/plans/default", tag = "trial",
+    responses((status = 200, description = "The plan", body = Object), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn default_plan() -> Json<Plan<f64>> {
     Json(Plan::paper())
 }
 
 /// What a plan will do on the vehicle expected: intervals, track and time.
-#[utoipa::path(post, path = "/api/v1/plans/preview", tag = "trial", request_body = PlanOrder,
-    responses((status = 200, body = PlanPreview), (status = "4XX", description = "Refused", body = ErrorBody)))]
+#[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/plans/preview", tag = "trial", request_body = PlanOrder,
+    responses((status = 200, body = PlanPreview), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn preview(
     State(shared): State<Arc<Shared>>,
     Body(order): Body<PlanOrder>,
@@ -57,8 +59,8 @@ pub async fn preview(
 }
 
 /// The checklist before a trial. Looks at the vehicle without touching its controls.
-#[utoipa::path(post, path = "/api/v1/preflight", tag = "trial", request_body = PlanOrder,
-    responses((status = 200, body = Preflight), (status = "4XX", description = "Refused", body = ErrorBody)))]
+#[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/preflight", tag = "trial", request_body = PlanOrder,
+    responses((status = 200, body = Preflight), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn preflight(
     State(shared): State<Arc<Shared>>,
     Extension(caller): Extension<Caller>,
@@ -88,9 +90,9 @@ async fn begun<Order: Clone + Serialize + Send + 'static>(
 }
 
 /// Starts a trial.
-#[utoipa::path(post, path = "/api/v1/trial", tag = "trial", request_body = TrialOrder,
+#[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/trial", tag = "trial", request_body = TrialOrder,
     params(("seatrial-lease" = Option<String>, Header, description = "The lease of control")),
-    responses((status = 201, body = TrialState), (status = "4XX", description = "Refused", body = ErrorBody)))]
+    responses((status = 201, body = TrialState), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn start(
     State(shared): State<Arc<Shared>>,
     Extension(caller): Extension<Caller>,
@@ -100,9 +102,9 @@ pub async fn start(
 }
 
 /// Runs one speed of a campaign again.
-#[utoipa::path(post, path = "/api/v1/trial/repeat", tag = "trial", request_body = RepeatOrder,
+#[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/trial/repeat", tag = "trial", request_body = RepeatOrder,
     params(("seatrial-lease" = Option<String>, Header, description = "The lease of control")),
-    responses((status = 201, body = TrialState), (status = "4XX", description = "Refused", body = ErrorBody)))]
+    responses((status = 201, body = TrialState), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn repeat(
     State(shared): State<Arc<Shared>>,
     Extension(caller): Extension<Caller>,
@@ -112,9 +114,9 @@ pub async fn repeat(
 }
 
 /// Goes on with a campaign that was aborted or interrupted, at the first speed that is not done.
-#[utoipa::path(post, path = "/api/v1/trial/go-on", tag = "trial", request_body = GoOnOrder,
+#[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/trial/go-on", tag = "trial", request_body = GoOnOrder,
     params(("seatrial-lease" = Option<String>, Header, description = "The lease of control")),
-    responses((status = 201, body = TrialState), (status = "4XX", description = "Refused", body = ErrorBody)))]
+    responses((status = 201, body = TrialState), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn go_on(
     State(shared): State<Arc<Shared>>,
     Extension(caller): Extension<Caller>,
@@ -128,10 +130,10 @@ const ENTERED_WITHIN: Duration = Duration::from_millis(50);
 
 /// Aborts the trial: neutral rudder, heading hold, the vehicle handed back. A commission ends with the old gains. Every operator may,
 /// with control or without.
-#[utoipa::path(post, path = "/api/v1/trial/abort", tag = "trial",
+#[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/trial/abort", tag = "trial",
     responses((status = 202, description = "Asked for; the live stream tells the end", body = TrialState),
         (status = 204, description = "A commission is asked to end; the live stream tells how"),
-        (status = "4XX", description = "Refused", body = ErrorBody)))]
+        (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn abort(
     State(shared): State<Arc<Shared>>,
     Extension(caller): Extension<Caller>,

@@ -1,0 +1,62 @@
+//! The OpenAPI document made from the routes and their types.
+
+use utoipa::OpenApi;
+
+use super::{commission, control, history, logs, trial};
+use crate::api;
+
+/// The OpenAPI document.
+#[derive(OpenApi)]
+#[openapi(
+    info(
+        title = "seatrial",
+        description = "Watch, command and look up sea trials. Quantities are SI, angles radians; missing things are null. \
+Where a token is needed it goes into `Authorization: Bearer TOKEN`. Commands need control: take it with POST /api/v1/control \
+and send its lease in the header `seatrial-lease`; aborting a trial needs none.",
+        license(name = "MIT OR Apache-2.0")
+    ),
+    paths(
+        control::status,
+        control::openapi,
+        control::take,
+        control::release,
+        control::audit,
+        control::live,
+        trial::vehicles,
+        trial::default_plan,
+        trial::preview,
+        trial::preflight,
+        trial::start,
+        trial::abort,
+        trial::repeat,
+        trial::go_on,
+        commission::preview_commission,
+        commission::start_commission,
+        commission::commission_state,
+        history::campaigns,
+        history::campaign,
+        history::review,
+        history::schedule,
+        history::series,
+        history::report,
+        history::csv,
+        history::mcap,
+        history::param,
+        history::gains,
+        history::compare,
+        logs::identify,
+        logs::inspect,
+        logs::columns,
+        logs::sensor_list,
+    ),
+    components(schemas(api::Hello, api::LiveMessage))
+)]
+struct Api;
+
+/// The OpenAPI document as the types and routes make it, pretty JSON.
+pub fn openapi_of_types() -> String {
+    Api::openapi()
+        .to_pretty_json()
+        .expect("the document is made of plain data")
+        + "\n"
+}
