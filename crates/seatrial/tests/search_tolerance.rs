@@ -52,8 +52,11 @@ const PLANTS: [Plant; 12] = [
     plant([-0.3, 0.1], [0.5, 0.002], [0.2, 0.0], 0.5, 600),
 ];
 
-/// Plant and seed, a22 and b2, and their 95 % intervals, of commit 01f7ddc.
-const ANSWERS: [(usize, u64, [f64; 2], [f64; 2], [f64; 2]); 30] = [
+/// Plant and seed, a22 and b2, and their 95 % intervals.
+type Answer = (usize, u64, [f64; 2], [f64; 2], [f64; 2]);
+
+/// Answers of commit 01f7ddc.
+const ANSWERS: [Answer; 30] = [
     (
         1,
         0,
