@@ -57,6 +57,39 @@ fn recover_the_model_of_a_stage_with_the_truth_in_its_intervals() {
     assert!((found.heading_noise_rad / 0.0029 - 1.0).abs() < 0.2);
 }
 
+/// A record without noise has a model, and one within its intervals: what is read off between dampings is no variance below 0.
+#[test]
+fn recover_the_model_of_a_record_without_noise() {
+    let model = YawModel::from_theta(TRUTH);
+    let mut state = YawState::default();
+    let mut samples = Vec::new();
+    for k in 0..800 {
+        let rudder_rad = match k % 400 {
+            40..80 => 0.2,
+            80..120 => -0.2,
+            _ => 0.0,
+        };
+        samples.push(Sample {
+            time_s: INTERVAL_S * f64::from(k),
+            heading_rad: state.heading_rad,
+            rudder_rad,
+            ..Sample::default()
+        });
+        state = model.advance(state, rudder_rad, INTERVAL_S);
+    }
+    let mut record = StageRecord::<800>::new(INTERVAL_S);
+    for sample in &samples {
+        record.push(sample).unwrap();
+    }
+    let found = refine(record.series(), None).unwrap();
+    for (found, truth) in found.model.theta().into_iter().zip(model.theta()) {
+        // Rounding of the headings.
+        assert!((found / truth - 1.0).abs() < 1e-5, "{found} {truth}");
+    }
+    let [low, high] = found.a22_per_s;
+    assert!(low < high && found.heading_noise_rad > 0.0);
+}
+
 #[test]
 fn exact_a_stage_fits_where_the_plan_says() {
     let samples = doublet(0.01, 0.26);

@@ -135,7 +135,9 @@ impl Near {
                 return match distance {
                     distance if distance > REACH[1] => None,
                     distance if distance > REACH[0] => search(),
-                    _ => Some(four.peak(disturbance, &minimum)),
+                    _ => Some(four.peak(disturbance, &minimum))
+                        .filter(Peak::is_one)
+                        .or_else(search),
                 };
             }
             expected = Expected {
@@ -222,6 +224,18 @@ impl Four {
 }
 
 impl Peak {
+    /// Has it variances? What is read off a record without noise, where they span many orders, may have none.
+    pub fn is_one(&self) -> bool {
+        let of_linear = &self.fit.scaled_covariance;
+        let variances = [
+            self.variance,
+            self.fit.noise_variance_rad2,
+            of_linear[0][0],
+            of_linear[1][1],
+        ];
+        variances.iter().all(|variance| *variance > 0.0) && self.fit.log_likelihood.is_finite()
+    }
+
     /// The peak at half the strength of `last`, in a series of powers of the strength's square through `none`, `last` and that at twice its
     /// strength, `before`.
     pub fn at_half_the_strength(none: &Self, last: &Self, before: &Self) -> Self {

@@ -357,13 +357,12 @@ impl StrengthSearch<'_> {
                     None => Expected::from(&last),
                 };
                 let relative = last.disturbance.relative * ratio;
-                let peak = match before {
-                    Some(before) if ratio < 1.0 && self.are_weak(&last, &before) => {
-                        Some(Peak::at_half_the_strength(&self.none, &last, &before))
-                    }
-                    _ => self.at(relative, last.a22_per_s, expected),
-                };
-                let Some(peak) = peak else {
+                let read_off = before
+                    .filter(|before| ratio < 1.0 && self.are_weak(&last, before))
+                    .map(|before| Peak::at_half_the_strength(&self.none, &last, &before))
+                    .filter(Peak::is_one);
+                let found = || self.at(relative, last.a22_per_s, expected);
+                let Some(peak) = read_off.or_else(found) else {
                     break;
                 };
                 likeliest = likeliest.max(peak.fit.log_likelihood);
