@@ -29,7 +29,7 @@ const NEGLIGIBLE: f64 = 10.0;
 /// What a disturbance may add to the log evidence of none or of its stronger neighbour, if neither has weight.
 const SURPRISE: f64 = 3.0;
 
-/// Log of how much less likely lag and shift must make a record, or the rudder is taken for one that may lag.
+/// Log of what lag and shift make of a record's evidence where all disturbances are looked at with a lag, too.
 const NO_LAG: f64 = -2.0;
 
 /// Passes of Gauss and Newton: the first search, and one from its neighbour.
@@ -83,8 +83,8 @@ impl Found {
         Some(calm)
     }
 
-    /// A rudder that may lag. Where lag and shift do not make the record likelier, neither in a calm sea nor in the one that is most probable
-    /// for a prompt rudder, only disturbances are looked at that may matter with a lag, too.
+    /// A rudder that may lag. Where lag and shift make the record less likely by [`NO_LAG`], in a calm sea and in the heaviest disturbance of
+    /// each time constant for a prompt rudder, only disturbances are looked at that may carry weight with a lag, too.
     pub fn lagging_rudder(
         &mut self,
         record: &Record,
