@@ -83,7 +83,7 @@ impl Found {
         Some(calm)
     }
 
-    /// A rudder that may lag. Where lag and shift make the record less likely by [`NO_LAG`], in a calm sea and in the heaviest disturbance of
+    /// A rudder that may lag. Where lag and shift make the record clearly less likely, in a calm sea and in the heaviest disturbance of
     /// each time constant for a prompt rudder, only disturbances are looked at that may carry weight with a lag, too.
     pub fn lagging_rudder(
         &mut self,
