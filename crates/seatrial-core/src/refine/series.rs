@@ -26,13 +26,13 @@ pub struct Series<'a> {
     pub block: usize,
 }
 
-/// What generalised least squares gives at one damping and one disturbance.
+/// What generalised least squares gives at one damping and one disturbance, of all parameters or of the first `M` alone.
 #[derive(Clone, Copy, Debug)]
-pub struct Fit {
+pub struct Fit<const M: usize = COLUMNS> {
     /// b2, C0, psi0, r0.
-    pub linear: [f64; COLUMNS],
+    pub linear: [f64; M],
     /// Covariance of `linear` over the variance of the heading noise.
-    pub scaled_covariance: [[f64; COLUMNS]; COLUMNS],
+    pub scaled_covariance: [[f64; M]; M],
     /// Sum of squares of the whitened residual, rad^2.
     pub residual: f64,
     /// Variance of the heading noise of one sample, rad^2.
@@ -42,19 +42,7 @@ pub struct Fit {
 }
 
 /// [`Fit`] of b2 and C0 alone: the state at the beginning may be any.
-#[derive(Clone, Copy, Debug)]
-pub struct SteeringFit {
-    /// b2, C0.
-    pub linear: [f64; 2],
-    /// Covariance of `linear` over the variance of the heading noise.
-    pub scaled_covariance: [[f64; 2]; 2],
-    /// Sum of squares of the whitened residual, rad^2.
-    pub residual: f64,
-    /// Variance of the heading noise of one sample, rad^2.
-    pub noise_variance_rad2: f64,
-    /// That of [`Fit`].
-    pub log_likelihood: f64,
-}
+pub type SteeringFit = Fit<2>;
 
 impl From<Fit> for SteeringFit {
     fn from(fit: Fit) -> Self {
@@ -131,6 +119,19 @@ struct Solution<const M: usize> {
     scaled_covariance: [[f64; M]; M],
     residual: f64,
     log_determinant: f64,
+}
+
+impl<const M: usize> Solution<M> {
+    fn fit(self, degrees_of_freedom: f64, log_variances: f64) -> Fit<M> {
+        Fit {
+            linear: self.linear,
+            scaled_covariance: self.scaled_covariance,
+            residual: self.residual,
+            noise_variance_rad2: self.residual / degrees_of_freedom,
+            log_likelihood: -0.5
+                * (degrees_of_freedom * log(self.residual) + log_variances + self.log_determinant),
+        }
+    }
 }
 
 impl<const M: usize> Equations<M> {
@@ -220,17 +221,7 @@ impl Series<'_> {
         };
         core::array::from_fn(|lane| {
             let solution = gram.of_lane::<COLUMNS>(lane).solve()?;
-            let degrees_of_freedom = self.degrees_of_freedom()?;
-            Some(Fit {
-                linear: solution.linear,
-                scaled_covariance: solution.scaled_covariance,
-                residual: solution.residual,
-                noise_variance_rad2: solution.residual / degrees_of_freedom,
-                log_likelihood: -0.5
-                    * (degrees_of_freedom * log(solution.residual)
-                        + log_variances[lane]
-                        + solution.log_determinant),
-            })
+            Some(solution.fit(self.degrees_of_freedom()?, log_variances[lane]))
         })
     }
 
@@ -267,17 +258,7 @@ impl Series<'_> {
         let log_variances = whitening.log_variances();
         core::array::from_fn(|lane| {
             let solution = gram.of_lane::<2>(lane).solve()?;
-            let degrees_of_freedom = self.degrees_of_freedom()?;
-            Some(SteeringFit {
-                linear: solution.linear,
-                scaled_covariance: solution.scaled_covariance,
-                residual: solution.residual,
-                noise_variance_rad2: solution.residual / degrees_of_freedom,
-                log_likelihood: -0.5
-                    * (degrees_of_freedom * log(solution.residual)
-                        + log_variances[lane]
-                        + solution.log_determinant),
-            })
+            Some(solution.fit(self.degrees_of_freedom()?, log_variances[lane]))
         })
     }
 
