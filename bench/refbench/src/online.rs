@@ -49,7 +49,7 @@ pub fn of_a_trial(heading: &[f64], rudder: &[f64]) -> [f64; 3] {
     estimator.model().theta()
 }
 
-/// The same with its default settings, whose instrument takes over after the first doublet.
+/// Theta of a trial's estimator with its default settings, whose instrument takes over after the first doublet.
 pub fn with_the_instrument(heading: &[f64], rudder: &[f64]) -> [f64; 3] {
     const EXCITATION_ENDS: usize = 130;
     let mut estimator = Estimator::new(EstimatorSettings::for_lambda(LAMBDA_RAD_S)).unwrap();

@@ -82,8 +82,9 @@ impl Record {
     /// delay, and then of dampings about that one with two lags. `None` where the rudder does nothing.
     pub fn start(&self) -> Option<Point> {
         const POINTS: i32 = 20;
-        /// Dampings on either side of the best one that are looked at with lags, in time constants of the vehicle.
+        /// How many dampings on either side of the best one are looked at with lags.
         const BESIDE: usize = 3;
+        /// In time constants of the vehicle.
         const LAGS: [f64; 2] = [0.15, 0.4];
         let slowest = 0.5 / self.duration_s();
         let fastest = 0.4 / self.interval_s;
