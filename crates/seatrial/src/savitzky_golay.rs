@@ -1,5 +1,7 @@
 //! The derivative of a sampled signal by local polynomials: the measured yaw rate of Fig. 15.
 
+use std::ops::Range;
+
 /// A Savitzky-Golay derivative filter.
 ///
 /// At each sample a polynomial in time is fitted by least squares to the `2 half_window + 1` samples
@@ -87,90 +89,155 @@ impl SavitzkyGolay {
         if let Some(index) = (0..values.len()).find(|i| !finite(i) || !increases(i)) {
             return Err(NoDerivative::Sample { index });
         }
+        let polynomials = |first: usize| Polynomials::over(&times_s[first..first + window], self);
+        let behind = values.len() - self.half_window;
+        let at_the_end = |first: usize, samples: Range<usize>| {
+            let fitted = polynomials(first).fitted(&values[first..first + window]);
+            samples.map(move |i| fitted.slope(times_s[i]))
+        };
+        let is_even = Weights::is_even(times_s, window);
         let mut known: Option<Weights> = None;
-        let slope = |i: usize| {
-            let first = i
-                .saturating_sub(self.half_window)
-                .min(values.len() - window);
-            let times_s = Offsets {
-                times_s: &times_s[first..first + window],
-                centre: i - first,
-            };
-            let weights = match known.take().filter(|known| known.are_of(&times_s)) {
-                Some(weights) => weights,
-                None => self.weights(&times_s),
+        let in_the_middle = (self.half_window..behind).map(|i| {
+            let first = i - self.half_window;
+            let times_s = &times_s[first..first + window];
+            let weights = match known.take() {
+                Some(known) if is_even || known.are_of(times_s) => known,
+                _ => polynomials(first).weights(),
             };
             let slope = weights.slope(&values[first..first + window]);
             known = Some(weights);
             slope
-        };
-        Ok((0..values.len()).map(slope).collect())
+        });
+        Ok(at_the_end(0, 0..self.half_window)
+            .chain(in_the_middle)
+            .chain(at_the_end(values.len() - window, behind..values.len()))
+            .collect())
     }
+}
 
-    /// The weights of the slope of the polynomial through a window, by polynomials that are orthogonal over its times x:
-    ///
-    /// ```text
-    /// p_0 = 1,  p_k+1 = (x - alpha_k) p_k - beta_k p_k-1,  alpha_k = sum x p_k^2 / n_k,  beta_k = n_k / n_k-1,  n_k = sum p_k^2
-    /// w_j = sum_k p_k'(0) p_k(x_j) / n_k
-    /// ```
-    ///
-    /// x is scaled to the window's length and 0 where the slope is asked for. Source: Forsythe, J. SIAM 5 (1957).
-    fn weights(self, times_s: &Offsets) -> Weights {
-        let offsets_s: Vec<f64> = times_s.all().collect();
-        let length_s = times_s.length_s();
-        let x: Vec<f64> = offsets_s.iter().map(|offset| offset / length_s).collect();
-        let mut of_values = vec![0.0; x.len()];
+/// Polynomials that are orthogonal over the times x of a window:
+///
+/// ```text
+/// p_0 = 1,  p_k+1 = (x - alpha_k) p_k - beta_k p_k-1,  alpha_k = sum x p_k^2 / n_k,  beta_k = n_k / n_k-1,  n_k = sum p_k^2
+/// ```
+///
+/// x is 0 at the window's middle sample and scaled to its length. Source: Forsythe, J. SIAM 5 (1957).
+struct Polynomials<'a> {
+    times_s: &'a [f64],
+    /// p_k at each sample, k = 1 to the order.
+    of_order: Vec<Order>,
+}
+
+/// A polynomial over its window.
+struct Order {
+    alpha: f64,
+    beta: f64,
+    /// n_k.
+    norm: f64,
+    values: Vec<f64>,
+}
+
+impl<'a> Polynomials<'a> {
+    fn over(times_s: &'a [f64], filter: SavitzkyGolay) -> Self {
+        let length_s = length_s(times_s);
+        let x: Vec<f64> = offsets_s(times_s).map(|offset| offset / length_s).collect();
+        let mut of_order: Vec<Order> = Vec::with_capacity(filter.order);
         let (mut before, mut here) = (vec![0.0; x.len()], vec![1.0; x.len()]);
         let (mut norm_before, mut norm) = (1.0, x.len() as f64);
-        // Value and slope where the slope is asked for, of the polynomial before and of this one.
-        let (mut at_before, mut at) = ([0.0; 2], [1.0, 0.0]);
-        for power in 0..self.order {
+        for power in 0..filter.order {
             let alpha = x.iter().zip(&here).map(|(x, p)| x * p * p).sum::<f64>() / norm;
             let beta = if power == 0 { 0.0 } else { norm / norm_before };
             for (x, (before, here)) in x.iter().zip(before.iter_mut().zip(&mut here)) {
                 let next = (x - alpha) * *here - beta * *before;
                 *before = std::mem::replace(here, next);
             }
-            let [value, slope] = at;
-            let next = [
-                -alpha * value - beta * at_before[0],
-                value - alpha * slope - beta * at_before[1],
-            ];
-            (at_before, at) = (at, next);
             (norm_before, norm) = (norm, here.iter().map(|p| p * p).sum());
-            let share = at[1] / (norm * length_s);
-            for (weight, p) in of_values.iter_mut().zip(&here) {
+            of_order.push(Order {
+                alpha,
+                beta,
+                norm,
+                values: here.clone(),
+            });
+        }
+        Self { times_s, of_order }
+    }
+
+    /// The weights of the slope in the middle.
+    ///
+    /// ```text
+    /// w_j = sum_k p_k'(0) p_k(x_j) / n_k
+    /// ```
+    fn weights(self) -> Weights {
+        let length_s = length_s(self.times_s);
+        let mut of_values = vec![0.0; self.times_s.len()];
+        for (order, slope) in self.of_order.iter().zip(slopes(&self.of_order, 0.0)) {
+            let share = slope / (order.norm * length_s);
+            for (weight, p) in of_values.iter_mut().zip(&order.values) {
                 *weight += share * p;
             }
         }
         Weights {
-            offsets_s,
+            offsets_s: offsets_s(self.times_s).collect(),
             length_s,
             of_values,
         }
     }
-}
 
-/// The times of a window.
-struct Offsets<'a> {
-    times_s: &'a [f64],
-    /// Where among them the slope is asked for.
-    centre: usize,
-}
-
-impl Offsets<'_> {
-    fn length_s(&self) -> f64 {
-        self.times_s[self.times_s.len() - 1] - self.times_s[0]
-    }
-
-    /// From where the slope is asked for, s.
-    fn all(&self) -> impl Iterator<Item = f64> {
-        let centre_s = self.times_s[self.centre];
-        self.times_s.iter().map(move |time_s| time_s - centre_s)
+    /// The polynomial that is nearest to values, but for its mean.
+    fn fitted(self, values: &[f64]) -> Fitted {
+        let shares = self.of_order.iter();
+        let shares = shares.map(|order| dot(&order.values, values) / order.norm);
+        Fitted {
+            middle_s: self.times_s[self.times_s.len() / 2],
+            length_s: length_s(self.times_s),
+            shares: shares.collect(),
+            of_order: self.of_order,
+        }
     }
 }
 
-/// What each value of a window adds to the slope.
+/// A polynomial as a sum of orthogonal ones.
+struct Fitted {
+    middle_s: f64,
+    length_s: f64,
+    shares: Vec<f64>,
+    of_order: Vec<Order>,
+}
+
+impl Fitted {
+    fn slope(&self, time_s: f64) -> f64 {
+        let x = (time_s - self.middle_s) / self.length_s;
+        let terms = self.shares.iter().zip(slopes(&self.of_order, x));
+        terms.map(|(share, slope)| share * slope).sum::<f64>() / self.length_s
+    }
+}
+
+/// p_k'(x), k = 1 to the order.
+fn slopes(of_order: &[Order], x: f64) -> impl Iterator<Item = f64> {
+    // Value and slope of the polynomial before and of this one.
+    let (mut before, mut here) = ([0.0; 2], [1.0, 0.0]);
+    of_order.iter().map(move |order| {
+        let [value, slope] = here;
+        let next = [
+            (x - order.alpha) * value - order.beta * before[0],
+            value + (x - order.alpha) * slope - order.beta * before[1],
+        ];
+        (before, here) = (here, next);
+        next[1]
+    })
+}
+
+fn length_s(times_s: &[f64]) -> f64 {
+    times_s[times_s.len() - 1] - times_s[0]
+}
+
+/// From the middle sample, s.
+fn offsets_s(times_s: &[f64]) -> impl Iterator<Item = f64> {
+    let middle_s = times_s[times_s.len() / 2];
+    times_s.iter().map(move |time_s| time_s - middle_s)
+}
+
+/// What each value of a window adds to the slope in its middle.
 struct Weights {
     offsets_s: Vec<f64>,
     length_s: f64,
@@ -181,16 +248,38 @@ impl Weights {
     /// Times of an even clock differ by their rounding.
     const SAME_SHARE: f64 = 1e-9;
 
-    fn are_of(&self, times_s: &Offsets) -> bool {
+    fn are_of(&self, times_s: &[f64]) -> bool {
         let same_s = Self::SAME_SHARE * self.length_s;
-        let mut pairs = self.offsets_s.iter().zip(times_s.all());
+        let mut pairs = self.offsets_s.iter().zip(offsets_s(times_s));
         pairs.all(|(known_s, offset_s)| (known_s - offset_s).abs() <= same_s)
     }
 
-    fn slope(&self, values: &[f64]) -> f64 {
-        let terms = self.of_values.iter().zip(values);
-        terms.map(|(weight, value)| weight * value).sum()
+    /// Are the weights of all windows the same? Two offsets differ by no more than four times what times are off an even grid.
+    fn is_even(times_s: &[f64], window: usize) -> bool {
+        let interval_s = length_s(times_s) / (times_s.len() - 1) as f64;
+        let off_s = 0.25 * Self::SAME_SHARE * interval_s * (window - 1) as f64;
+        let mut on_grid = times_s.iter().enumerate();
+        on_grid.all(|(k, time_s)| (time_s - times_s[0] - k as f64 * interval_s).abs() <= off_s)
     }
+
+    fn slope(&self, values: &[f64]) -> f64 {
+        dot(&self.of_values, values)
+    }
+}
+
+/// The sum of products, in four sums side by side.
+fn dot(left: &[f64], right: &[f64]) -> f64 {
+    const SUMS: usize = 4;
+    let (left, right) = (left.chunks_exact(SUMS), right.chunks_exact(SUMS));
+    let rest = left.remainder().iter().zip(right.remainder());
+    let mut sums = [0.0; SUMS];
+    sums[0] = rest.map(|(left, right)| left * right).sum();
+    for (left, right) in left.zip(right) {
+        for (sum, (left, right)) in sums.iter_mut().zip(left.iter().zip(right)) {
+            *sum += left * right;
+        }
+    }
+    sums.iter().sum()
 }
 
 #[cfg(test)]
