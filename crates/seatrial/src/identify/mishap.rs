@@ -95,6 +95,10 @@ pub fn heading_jump(samples: &[Sample<f64>]) -> Option<Jump> {
         let step = Real::wrapped(pair[1].heading_rad - pair[0].heading_rad);
         heading_rad.push(heading_rad[heading_rad.len() - 1] + step);
     }
+    let is_large = |pair: &[f64]| (pair[1] - pair[0]).abs() > AT_ONCE * LEAST_JUMP_RAD;
+    if !heading_rad.windows(2).any(is_large) {
+        return None;
+    }
     let times_s: Vec<f64> = usable.iter().map(|s| s.time_s).collect();
     let lines: Vec<Option<Line>> = (times_s.windows(SIDE).zip(heading_rad.windows(SIDE)))
         .map(|(times_s, heading_rad)| Line::through(times_s, heading_rad))
