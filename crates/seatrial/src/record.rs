@@ -97,8 +97,9 @@ impl Record {
 
     /// The samples of a window whose time, heading and rudder are finite and whose time increases.
     pub fn usable(&self, window: Window) -> Vec<Sample<f64>> {
-        let mut usable: Vec<Sample<f64>> = Vec::new();
-        for sample in self.window(window) {
+        let inside = self.window(window);
+        let mut usable: Vec<Sample<f64>> = Vec::with_capacity(inside.len());
+        for sample in inside {
             let is_finite = sample.time_s.is_finite()
                 && sample.heading_rad.is_finite()
                 && sample.rudder_rad.is_finite();

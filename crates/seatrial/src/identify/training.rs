@@ -13,8 +13,9 @@ use crate::record::{Record, Window, duration_s, median_interval_s};
 use crate::time_scale::{ChosenLambda, LambdaReason, TimeScale};
 
 /// The filters are warmed on the data before the window, up to this many of their time constants: what
-/// remains of their start is then below rounding.
+/// remains of their start is then below rounding; for a first estimate, 4e-8 of it.
 const SETTLING_TIME_CONSTANTS: f64 = 40.0;
+const FIRST_SETTLING_TIME_CONSTANTS: f64 = 20.0;
 
 /// Without such data the filters start at the equilibrium of the window's first sample, and this many of
 /// their time constants, (1 + 5) e^-5 = 4 % of a wrong start left, pass before anything is learnt,
@@ -52,7 +53,14 @@ impl<'a> Training<'a> {
             samples,
             estimator: settings.estimator(chosen.lambda_rad_s, heading_range_rad),
             lambda_because: chosen.because,
-            segment: segment(record, samples, &manoeuvre, settings, chosen.lambda_rad_s),
+            segment: segment(
+                record,
+                samples,
+                &manoeuvre,
+                settings,
+                chosen.lambda_rad_s,
+                SETTLING_TIME_CONSTANTS,
+            ),
             keep_trace: settings.trace,
         })
     }
@@ -85,13 +93,14 @@ fn segment<'a>(
     manoeuvre: &Manoeuvre,
     settings: &IdentifySettings,
     lambda_rad_s: f64,
+    settling_time_constants: f64,
 ) -> Segment<'a> {
     let from_s = samples.first().map_or(0.0, |s| s.time_s);
     let settling = if settings.as_paper {
         &[]
     } else {
         record.window(Window {
-            from_s: from_s - SETTLING_TIME_CONSTANTS / lambda_rad_s,
+            from_s: from_s - settling_time_constants / lambda_rad_s,
             to_s: from_s,
         })
     };
@@ -134,7 +143,14 @@ pub fn choose_lambda(
         duration_s: duration_s(samples),
     };
     time_scale.choose_lambda(|lambda_rad_s| -> Option<YawModel<f64>> {
-        let segment = segment(record, samples, manoeuvre, settings, lambda_rad_s);
+        let segment = segment(
+            record,
+            samples,
+            manoeuvre,
+            settings,
+            lambda_rad_s,
+            FIRST_SETTLING_TIME_CONSTANTS,
+        );
         online::run(
             &segment,
             settings.estimator(lambda_rad_s, heading_range_rad),
