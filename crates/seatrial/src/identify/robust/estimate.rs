@@ -93,8 +93,6 @@ pub struct RobustEstimate {
     pub disturbance_rad_s2: f64,
     /// The disturbance over the rudder's effect.
     pub share: f64,
-    /// Chi-square of what a hull adds to the first order: [`of_the_hull`].
-    pub hull: f64,
     /// Prediction errors of the likeliest model.
     pub innovations: Vec<f64>,
     /// Samples of each comparison.
@@ -157,12 +155,12 @@ impl RobustEstimate {
         let averaged = (theta_of(&mean), three(&all));
         let share = hypotheses.mean_of(&EXPECTED, |h| h.share);
         let likeliest = hypotheses.likeliest(&EXPECTED);
-        let hull = of_the_hull(record, hypotheses.block, likeliest).unwrap_or(0.0);
+        let hull = || of_the_hull(record, hypotheses.block, likeliest).unwrap_or(0.0);
         let is_vague = averaged.1[0][0].sqrt() > WIDEST * averaged.0[0].abs();
         let is_hull = match share {
             0.0..SMALL_SHARE => false,
-            SMALL_SHARE..LARGE_SHARE => hull > CHANCE,
-            _ => hull > CHANCE_AT_LARGE_SHARES || share > LARGEST_SHARE || is_vague,
+            SMALL_SHARE..LARGE_SHARE => hull() > CHANCE,
+            _ => share > LARGEST_SHARE || is_vague || hull() > CHANCE_AT_LARGE_SHARES,
         };
         let (source, (theta, covariance)) = match is_hull {
             true => (Source::Nearest, (nearest.theta, nearest.covariance)),
@@ -195,7 +193,6 @@ impl RobustEstimate {
             disturbance_rad_s2: hypotheses
                 .mean_of(&EXPECTED, |h| h.peak.noise_rad * h.peak.noise.relative),
             share,
-            hull,
             innovations: likeliest.innovations(record, hypotheses.block),
             block: hypotheses.block,
         })

@@ -253,29 +253,35 @@ impl<'a, const L: usize> EvenResponses<'a, L> {
     pub fn means(&mut self) -> [Lanes<L>; 5] {
         let n = self.block as f64;
         let share = 1.0 / n;
-        let mut means = [[0.0; L], [0.0; L], [1.0; L], [0.0; L], [0.0; L]];
-        let of_rudder = self.of_the_rudder();
+        let of_rudder = self.mean_of_the_rudder();
+        let [mut of_offset, mut of_rate, mut of_first] = [[0.0; L]; 3];
         let whole = &self.whole;
         for l in 0..L {
-            means[0][l] = share * of_rudder[l];
             let (rate, heading) = (self.offset[0][l], self.offset[1][l]);
-            means[1][l] = share * (n * heading + whole.rate_sum[l] * rate + whole.heading_sum[l]);
+            of_offset[l] = share * (n * heading + whole.rate_sum[l] * rate + whole.heading_sum[l]);
             self.offset[0][l] = whole.rate_decay[l] * rate + whole.rate_gain_s[l];
             self.offset[1][l] = heading + whole.rate_gain_s[l] * rate + whole.heading_gain_s2[l];
             let (rate, heading) = (self.rate[0][l], self.rate[1][l]);
-            means[3][l] = share * (n * heading + whole.rate_sum[l] * rate);
+            of_rate[l] = share * (n * heading + whole.rate_sum[l] * rate);
             self.rate[0][l] = whole.rate_decay[l] * rate;
             self.rate[1][l] = heading + whole.rate_gain_s[l] * rate;
             let (away, rate) = (self.first[0][l], self.first[1][l]);
             let heading = self.first[2][l];
-            let of_first = n * heading + whole.rate_sum[l] * rate + whole.lag_sum[l] * away;
-            means[4][l] = share * of_first;
+            let sum = n * heading + whole.rate_sum[l] * rate + whole.lag_sum[l] * away;
+            of_first[l] = share * sum;
             self.first[0][l] = whole.rudder_decay[l] * away;
             self.first[1][l] = whole.rate_decay[l] * rate + whole.lag_to_rate_s[l] * away;
             self.first[2][l] =
                 heading + whole.rate_gain_s[l] * rate + whole.lag_to_heading_s2[l] * away;
         }
-        means
+        [of_rudder, of_offset, [1.0; L], of_rate, of_first]
+    }
+
+    /// The mean over the next comparison of the response to b2 alone.
+    #[inline(always)]
+    pub fn mean_of_the_rudder(&mut self) -> Lanes<L> {
+        let share = 1.0 / self.block as f64;
+        self.of_the_rudder().map(|sum| share * sum)
     }
 
     /// The sum of the headings that the rudder gives, and the state after the comparison.

@@ -82,6 +82,8 @@ impl Record {
     /// delay, and then of dampings about that one with two lags. `None` where the rudder does nothing.
     pub fn start(&self) -> Option<Point> {
         const POINTS: i32 = 20;
+        /// Every so many of them are looked at first, then those about the best one.
+        const APART: usize = 3;
         /// How many dampings on either side of the best one are looked at with lags.
         const BESIDE: usize = 3;
         /// In time constants of the vehicle.
@@ -92,20 +94,31 @@ impl Record {
         let mut dampings = vec![slowest];
         dampings.extend((0..POINTS).map(|i| -slowest * ratio.powi(i)));
         let known_s = self.known_delay_s.unwrap_or(0.0).max(0.0);
-        let prompt: Vec<Point> = (dampings.iter())
-            .map(|a22| Point::lagging(*a22, known_s))
-            .collect();
-        let (prompt, best) = self.nearest_of(&prompt)?;
+        let prompt = |dampings: &[f64]| {
+            let points = dampings.iter().map(|a22| Point::lagging(*a22, known_s));
+            self.nearest_of(&points.collect::<Vec<_>>())
+        };
+        let about = |a22: f64, beside: usize| {
+            let place = dampings.iter().position(|damping| *damping == a22)?;
+            let (first, last) = (place.saturating_sub(beside), place + beside);
+            Some(&dampings[first..dampings.len().min(last + 1)])
+        };
+        let coarse: Vec<f64> = dampings.iter().step_by(APART).copied().collect();
+        let near = prompt(&coarse)?;
+        let mut between = about(near.1.0[A22], APART - 1)?.to_vec();
+        between.retain(|a22| *a22 != near.1.0[A22]);
+        let (square, best) = match prompt(&between) {
+            Some(nearer) if nearer.0 < near.0 => nearer,
+            _ => near,
+        };
         if self.known_delay_s.is_some() {
             return Some(best);
         }
-        let place = dampings.iter().position(|a22| *a22 == best.0[A22])?;
-        let about = &dampings[place.saturating_sub(BESIDE)..dampings.len().min(place + BESIDE + 1)];
-        let lagging: Vec<Point> = (about.iter())
+        let lagging: Vec<Point> = (about(best.0[A22], BESIDE)?.iter())
             .flat_map(|a22| LAGS.map(|share| Point::lagging(*a22, share / a22.abs())))
             .collect();
         match self.nearest_of(&lagging) {
-            Some((square, lagging)) if square < prompt => Some(lagging),
+            Some((with_lag, lagging)) if with_lag < square => Some(lagging),
             _ => Some(best),
         }
     }

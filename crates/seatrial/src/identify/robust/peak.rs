@@ -1,5 +1,7 @@
 //! The peak of the restricted likelihood under one noise.
 
+use std::rc::Rc;
+
 use super::belief::{Equations, LOG_TAU};
 use super::linearised::{COLUMNS, Linearised};
 use super::noise::{Noise, whitened_products};
@@ -62,7 +64,7 @@ pub struct Search<'a> {
     record: &'a Record,
     block: usize,
     prompt: bool,
-    around: Linearised,
+    around: Rc<Linearised>,
     noise_rad: f64,
 }
 
@@ -76,7 +78,7 @@ impl<'a> Search<'a> {
             start.0[DELAY] = delay_s;
             start.0[LAG2] = delay_s.max(0.0).powi(2);
         }
-        let around = record.linearised(&start, block, prompt);
+        let around = Rc::new(record.linearised(&start, block, prompt));
         let square: f64 = around.rows.iter().map(|row| row[PARAMETERS].powi(2)).sum();
         Self {
             record,
@@ -105,7 +107,7 @@ impl<'a> Search<'a> {
         passes: u32,
         carries_weight: impl Fn(&Peak) -> bool,
     ) -> Option<Peak> {
-        let mut best: Option<(f64, Linearised)> = None;
+        let mut best: Option<(f64, Rc<Linearised>)> = None;
         let mut found = None;
         for _ in 0..passes {
             let (peak, square_rad2) = self.step(&noise)?;
@@ -114,9 +116,7 @@ impl<'a> Search<'a> {
             {
                 let (here, from) = (self.around.point.0, from.point.0);
                 let half = core::array::from_fn(|i| 0.5 * (here[i] + from[i]));
-                self.around = self
-                    .record
-                    .linearised(&Point(half), self.block, self.prompt);
+                self.around = self.linearised(&Point(half));
                 continue;
             }
             let (next, share) = self.next(&peak);
@@ -136,13 +136,17 @@ impl<'a> Search<'a> {
                 return Some(peak);
             }
             found = Some(peak);
-            let around = self.record.linearised(&next, self.block, self.prompt);
+            let around = self.linearised(&next);
             best = Some((square_rad2, core::mem::replace(&mut self.around, around)));
         }
         if let Some((_, around)) = best {
             self.around = around;
         }
         found
+    }
+
+    fn linearised(&self, point: &Point) -> Rc<Linearised> {
+        Rc::new(self.record.linearised(point, self.block, self.prompt))
     }
 
     /// How far about a linearisation around the next point would move it again, in standard deviations.
@@ -246,29 +250,30 @@ impl<'a> Search<'a> {
 
 /// Products of the whitened columns, and the sum of the log variances; the held columns of a prompt rudder are 0.
 fn gram(around: &Linearised, noise: &Noise, prompt: bool) -> ([[f64; COLUMNS]; COLUMNS], f64) {
+    const PROMPT: [usize; 6] = [B2, C0, HEADING, RATE, A22, PARAMETERS];
+    // A column more makes the number of them even.
+    const LAGGING: [usize; 10] = [
+        B2, C0, HEADING, RATE, FIRST, A22, DELAY, LAG2, PARAMETERS, PARAMETERS,
+    ];
     match prompt {
-        true => gram_of(around, noise, &[B2, C0, HEADING, RATE, A22, PARAMETERS]),
-        false => gram_of(
-            around,
-            noise,
-            // A column more makes the number of them even.
-            &[
-                B2, C0, HEADING, RATE, FIRST, A22, DELAY, LAG2, PARAMETERS, PARAMETERS,
-            ],
-        ),
+        true => gram_of(around, noise, &PROMPT, |row| {
+            PROMPT.map(|column| row[column])
+        }),
+        false => gram_of(around, noise, &LAGGING, |row| {
+            LAGGING.map(|column| row[column])
+        }),
     }
 }
 
 /// The Gram matrix of these columns.
+#[inline(always)]
 fn gram_of<const N: usize>(
     around: &Linearised,
     noise: &Noise,
     columns: &[usize; N],
+    of_row: impl Fn(&[f64; COLUMNS]) -> [f64; N],
 ) -> ([[f64; COLUMNS]; COLUMNS], f64) {
-    let rows = around
-        .rows
-        .iter()
-        .map(|row| columns.map(|column| row[column]));
+    let rows = around.rows.iter().map(of_row);
     let (products, log_variances) = whitened_products(&around.time_s, rows, noise);
     let mut gram = [[0.0; COLUMNS]; COLUMNS];
     for (i, of_i) in columns.iter().zip(&products) {

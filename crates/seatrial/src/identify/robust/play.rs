@@ -42,23 +42,19 @@ pub fn likely_play_rad(record: &Record, block: usize, hypothesis: &Hypothesis) -
     let peak = &hypothesis.peak;
     let around = record.linearised(&peak.point, block, peak.prompt);
     let point = &peak.point;
-    let fins: Vec<Vec<f64>> = (PLAYS.iter())
-        .map(|share| fin_behind(&record.rudder_rad, share * record.amplitude_rad))
-        .map(|fin_rad| {
-            let fin = record.with_rudder(fin_rad);
-            fin.mean_responses(&[point.dynamics()], block, |_, responses| responses[B2][0])
-        })
-        .collect();
-    let rows = around
-        .rows
-        .iter()
-        .enumerate()
-        .map(|(k, row)| -> [f64; ALL] {
-            core::array::from_fn(|j| match j.checked_sub(COLUMNS) {
-                None => row[j],
-                Some(play) => point.0[B2] * (fins[play][k] - row[B2]),
-            })
-        });
+    let fins = PLAYS.map(|share| {
+        let fin_rad = fin_behind(&record.rudder_rad, share * record.amplitude_rad);
+        record.mean_rudder_responses(&fin_rad, &point.dynamics(), block)
+    });
+    let rows = around.rows.iter().enumerate().map(|(k, row)| {
+        let mut all = [0.0; ALL];
+        let (of_record, of_plays) = all.split_at_mut(COLUMNS);
+        of_record.copy_from_slice(row);
+        for (of_play, fin) in of_plays.iter_mut().zip(&fins) {
+            *of_play = point.0[B2] * (fin[k] - row[B2]);
+        }
+        all
+    });
     let (products, _) = whitened_products(&around.time_s, rows, &peak.noise);
     let held: &[usize] = match peak.prompt {
         true => &[FIRST, DELAY, LAG2],

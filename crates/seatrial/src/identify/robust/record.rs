@@ -207,6 +207,25 @@ impl Record {
             .collect()
     }
 
+    /// Means over each comparison of `block` samples of the response to b2 of another rudder at the same times.
+    pub fn mean_rudder_responses(
+        &self,
+        rudder_rad: &[f64],
+        dynamics: &Dynamics,
+        block: usize,
+    ) -> Vec<f64> {
+        let count = self.time_s.len() / block;
+        if let Some(interval_s) = self.even_s {
+            let held = held_until(rudder_rad);
+            let mut even = EvenResponses::new(rudder_rad, &held, interval_s, block, &[*dynamics]);
+            return (0..count).map(|_| even.mean_of_the_rudder()[0]).collect();
+        }
+        responses(&self.time_s, rudder_rad, dynamics)
+            .chunks_exact(block)
+            .map(|rows| rows.iter().map(|row| row[B2]).sum::<f64>() / block as f64)
+            .collect()
+    }
+
     /// Simulated headings, rad.
     pub fn simulate(&self, point: &Point) -> Vec<f64> {
         let responses = self.responses(&point.dynamics());
