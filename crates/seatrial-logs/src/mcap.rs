@@ -1,6 +1,5 @@
 //! MCAP files with ROS 2 messages in CDR.
 
-#[cfg(all(feature = "without-c", any(test, not(feature = "mcap"))))]
 mod unpack;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -282,10 +281,7 @@ fn new_reader() -> LinearReader {
     let options = LinearReaderOptions::default()
         .with_skip_end_magic(true)
         .with_record_length_limit(LONGEST_RECORD);
-    let reader = LinearReader::new_with_options(options);
-    #[cfg(all(feature = "without-c", not(feature = "mcap")))]
-    let reader = unpack::with_rust(reader);
-    reader
+    unpack::with_rust(LinearReader::new_with_options(options))
 }
 
 impl<'a> Record<'a> {

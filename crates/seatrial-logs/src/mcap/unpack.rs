@@ -1,66 +1,35 @@
-//! Chunks packed with zstd and lz4, unpacked without C.
+//! Chunks unpacked without C: of lz4 everywhere, of zstd where there is none of C.
 
 mod lz4;
+#[cfg(all(feature = "without-c", any(test, not(feature = "mcap"))))]
+mod zstd;
 
 use mcap::sans_io::LinearReader;
-use mcap::sans_io::decompressor::{DecompressResult, Decompressor};
-use mcap::{McapError, McapResult};
-use ruzstd::decoding::FrameDecoder;
-
-/// The longest block of zstd, its header and that of its frame: so much makes progress.
-const MOST_FOR_PROGRESS: usize = (128 << 10) + 3 + 18;
 
 /// Gives the reader decoders that are written in Rust.
-pub(super) fn with_rust(mut reader: LinearReader) -> LinearReader {
-    let zstd = reader.add_decompressor(Zstd::default());
-    let lz4 = reader.add_decompressor(lz4::Lz4::default());
-    debug_assert!(zstd.is_ok() && lz4.is_ok(), "the decoders have names");
+pub(super) fn with_rust(reader: LinearReader) -> LinearReader {
+    let reader = with_lz4(reader);
+    #[cfg(all(feature = "without-c", not(feature = "mcap")))]
+    let reader = with_zstd(reader);
     reader
 }
 
-/// The frames of one chunk.
-#[derive(Default)]
-struct Zstd {
-    frame: FrameDecoder,
-    is_begun: bool,
+fn with_lz4(mut reader: LinearReader) -> LinearReader {
+    let added = reader.add_decompressor(lz4::Lz4::default());
+    debug_assert!(added.is_ok(), "the decoder has a name");
+    reader
 }
 
-impl Decompressor for Zstd {
-    fn next_read_size(&self) -> usize {
-        MOST_FOR_PROGRESS
-    }
-
-    fn decompress(&mut self, src: &[u8], dst: &mut [u8]) -> McapResult<DecompressResult> {
-        let failed =
-            |error: &dyn std::fmt::Display| McapError::DecompressionError(format!("zstd: {error}"));
-        let mut rest = src;
-        if !self.is_begun || (self.frame.is_finished() && self.frame.can_collect() == 0) {
-            self.frame.init(&mut rest).map_err(|error| failed(&error))?;
-            self.is_begun = true;
-        }
-        let header = src.len() - rest.len();
-        let (consumed, wrote) = self
-            .frame
-            .decode_from_to(rest, dst)
-            .map_err(|error| failed(&error))?;
-        Ok(DecompressResult {
-            consumed: header + consumed,
-            wrote,
-        })
-    }
-
-    fn reset(&mut self) -> McapResult<()> {
-        *self = Self::default();
-        Ok(())
-    }
-
-    fn name(&self) -> &'static str {
-        "zstd"
-    }
+#[cfg(all(feature = "without-c", any(test, not(feature = "mcap"))))]
+fn with_zstd(mut reader: LinearReader) -> LinearReader {
+    let added = reader.add_decompressor(zstd::Zstd::default());
+    debug_assert!(added.is_ok(), "the decoder has a name");
+    reader
 }
 
-#[cfg(all(test, feature = "mcap"))]
+#[cfg(all(test, feature = "mcap", feature = "without-c"))]
 mod tests {
+    use mcap::McapResult;
     use mcap::records::MessageHeader;
     use mcap::sans_io::linear_reader::LinearReadEvent;
 
@@ -96,6 +65,10 @@ mod tests {
         file.into_inner()
     }
 
+    fn in_rust() -> LinearReader {
+        with_zstd(with_lz4(LinearReader::new()))
+    }
+
     /// Every record, or what stopped the reader.
     fn records(mut reader: LinearReader, file: &[u8], piece: usize) -> McapResult<Vec<Vec<u8>>> {
         let (mut records, mut at) = (Vec::new(), 0);
@@ -122,7 +95,7 @@ mod tests {
             let expected = records(LinearReader::new(), &file, usize::MAX).unwrap();
             assert!(expected.len() > 200);
             for piece in [1000, 1 << 16, usize::MAX] {
-                let found = records(with_rust(LinearReader::new()), &file, piece).unwrap();
+                let found = records(in_rust(), &file, piece).unwrap();
                 assert!(found == expected, "{by:?} {piece}");
             }
         }
@@ -136,7 +109,7 @@ mod tests {
                 let mut damaged = file.clone();
                 damaged[at] ^= 0x55;
                 // No panic and no end without an end: either all is read or an error says why.
-                let _ = records(with_rust(LinearReader::new()), &damaged, 1 << 16);
+                let _ = records(in_rust(), &damaged, 1 << 16);
             }
         }
     }
