@@ -1,29 +1,18 @@
 //! What a person watches while a trial runs: a live view on a terminal, a plain log elsewhere.
 
-use std::io::{IsTerminal, Stderr, Write, stderr};
-use std::time::{Duration, Instant};
+use std::io::{IsTerminal, Write, stderr};
 
-use ratatui::backend::CrosstermBackend;
-use ratatui::style::Style;
-use ratatui::{Terminal, TerminalOptions, Viewport};
 use seatrial::plain_text::plain;
 use seatrial_core::Stage;
 
 use crate::screen::{width_of_stderr, wrapped};
 
-use drawing::render;
-
+#[cfg(feature = "live-view")]
 mod drawing;
+#[cfg_attr(not(feature = "live-view"), path = "live/no_view.rs")]
+mod view;
 
-/// Rows above the live view, where the lines that stay are seen.
-const ROWS_ABOVE: u16 = 2;
-/// Fewest rows of the live view.
-const FEWEST_ROWS: u16 = 9;
-/// Rows of the live view on a terminal that does not tell its size.
-const USUAL_ROWS: u16 = 22;
-
-/// Time between two drawings.
-const REDRAW: Duration = Duration::from_millis(100);
+use view::View;
 
 /// Everything that the live view shows at one instant.
 #[derive(Clone, Debug)]
@@ -81,78 +70,46 @@ pub struct Strip {
 }
 
 /// A place for the picture of the moment and for lines that stay.
-pub enum Live {
-    /// Redrawn in place.
-    Terminal {
-        /// The drawing area, inline under what was printed before.
-        terminal: Box<Terminal<CrosstermBackend<Stderr>>>,
-        /// Time of the last drawing.
-        drawn: Option<Instant>,
-        /// Colours are wanted.
-        colour: bool,
-    },
-    /// Lines only.
-    Log,
+pub struct Live {
+    /// Redrawn in place; `None` for lines only.
+    view: Option<View>,
 }
 
 impl Live {
+    /// Lines only.
+    pub const LOG: Self = Self { view: None };
+
     /// The live view where standard error is a terminal, otherwise the log.
     pub fn start() -> Self {
         let wanted = stderr().is_terminal() && std::env::var_os("TERM").is_none_or(|t| t != "dumb");
-        let rows = ratatui::crossterm::terminal::size()
-            .map_or(USUAL_ROWS, |(_, rows)| rows.saturating_sub(ROWS_ABOVE));
-        let options = TerminalOptions {
-            viewport: Viewport::Inline(rows.max(FEWEST_ROWS)),
-        };
-        match wanted.then(|| Terminal::with_options(CrosstermBackend::new(stderr()), options)) {
-            Some(Ok(terminal)) => Self::Terminal {
-                terminal: Box::new(terminal),
-                drawn: None,
-                colour: std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty()),
-            },
-            _ => Self::Log,
+        Self {
+            view: if wanted { View::start() } else { None },
         }
     }
 
-    /// Is somebody watching a terminal?
-    pub fn is_terminal(&self) -> bool {
-        matches!(self, Self::Terminal { .. })
+    /// Is there a live view to watch?
+    pub fn is_watched(&self) -> bool {
+        self.view.is_some()
     }
 
     /// Is a drawing due? Preparing a picture costs more than asking.
     pub fn due(&self) -> bool {
-        match self {
-            Self::Terminal { drawn, .. } => drawn.is_none_or(|drawn| drawn.elapsed() >= REDRAW),
-            Self::Log => false,
-        }
+        self.view.as_ref().is_some_and(View::due)
     }
 
     /// Draws the picture of the moment. A terminal that went away does not stop a trial.
     pub fn draw(&mut self, picture: &Picture) {
-        if let Self::Terminal {
-            terminal,
-            drawn,
-            colour,
-        } = self
-        {
-            let _ = terminal.draw(|frame| render(frame, picture, *colour));
-            *drawn = Some(Instant::now());
+        if let Some(view) = &mut self.view {
+            view.draw(picture);
         }
     }
 
     /// Prints a line that stays.
     pub fn line(&mut self, text: &str) {
         let text = wrapped(&plain(text), width_of_stderr().unwrap_or(usize::MAX));
-        match self {
-            Self::Terminal { terminal, .. } => {
-                let count = text.lines().count() as u16;
-                let _ = terminal.insert_before(count, |buffer| {
-                    for (row, line) in (buffer.area.y..).zip(text.lines()) {
-                        buffer.set_string(buffer.area.x, row, line, Style::default());
-                    }
-                });
-            }
-            Self::Log => {
+        match &mut self.view {
+            Some(view) => view.lines(&text),
+            None => {
                 let _ = write!(stderr(), "{text}");
             }
         }
@@ -160,12 +117,8 @@ impl Live {
 
     /// Takes the live view away.
     pub fn end(&mut self) {
-        if let Self::Terminal { terminal, .. } = self {
-            // The lines that stay leave the cursor behind the last of them.
-            let begins = terminal.get_frame().area().as_position();
-            let _ = terminal.clear();
-            let _ = terminal.set_cursor_position(begins);
-            let _ = terminal.show_cursor();
+        if let Some(view) = &mut self.view {
+            view.end();
         }
     }
 }

@@ -20,6 +20,7 @@ mod health;
 mod identify;
 mod inspect;
 mod interrupt;
+#[cfg_attr(not(feature = "live-view"), expect(dead_code))]
 mod live;
 mod log;
 mod logbook;
@@ -35,6 +36,7 @@ mod output;
 mod paper;
 mod plan;
 mod prior;
+#[cfg_attr(not(feature = "parquet"), expect(dead_code))]
 mod progress;
 mod record;
 mod replay;

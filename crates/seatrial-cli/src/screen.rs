@@ -1,27 +1,22 @@
 //! Text as wide as the screen.
 
-use std::io::IsTerminal;
+use terminal_size::{Width, terminal_size_of};
 
 /// Columns of a terminal that does not tell, and of output that is none.
 pub const PLAIN_WIDTH: usize = 80;
 
 /// Columns in which standard output is read.
 pub fn width() -> usize {
-    if !std::io::stdout().is_terminal() {
-        return PLAIN_WIDTH;
-    }
-    match ratatui::crossterm::terminal::size() {
-        Ok((columns, _)) if columns > 0 => usize::from(columns).max(PLAIN_WIDTH / 2),
-        _ => PLAIN_WIDTH,
-    }
+    columns(terminal_size_of(std::io::stdout())).unwrap_or(PLAIN_WIDTH)
 }
 
 /// Columns of the terminal that standard error is; `None` where it is none.
 pub fn width_of_stderr() -> Option<usize> {
-    if !std::io::stderr().is_terminal() {
-        return None;
-    }
-    let (columns, _) = ratatui::crossterm::terminal::size().ok()?;
+    columns(terminal_size_of(std::io::stderr()))
+}
+
+fn columns<Height>(size: Option<(Width, Height)>) -> Option<usize> {
+    let (Width(columns), _) = size?;
     (columns > 0).then(|| usize::from(columns).max(PLAIN_WIDTH / 2))
 }
 

@@ -26,7 +26,7 @@ pub(super) struct Terminal {
 impl Terminal {
     pub(super) fn new(vehicle: &str) -> Self {
         Self {
-            live: Live::Log,
+            live: Live::LOG,
             vehicle: vehicle.into(),
             intervals: None,
             samples: VecDeque::new(),
@@ -170,7 +170,7 @@ impl Watch for Terminal {
         if step.stage == Some(Stage::Settle) {
             self.intervals = None;
         }
-        if self.live.is_terminal() {
+        if self.live.is_watched() {
             self.samples.push_back(step.sample);
             while self.samples.len() > SHOWN {
                 self.samples.pop_front();
@@ -183,7 +183,7 @@ impl Watch for Terminal {
     }
 
     fn wants_intervals(&self) -> bool {
-        self.live.is_terminal()
+        self.live.is_watched()
     }
 
     fn interval(&mut self, refined: &Refined) {
