@@ -6,7 +6,7 @@ use crate::{cargo, succeeds};
 
 const FOLDER: &str = "examples/extending";
 /// A build of its own: the program has a workspace of its own, with other features.
-const TARGET: &str = "target/extending";
+const TARGET: &str = "target/examples";
 
 /// Builds the library, the command and the tests of the program, whose manifest makes warnings errors, and runs the tests.
 pub fn check() -> Result<(), String> {

@@ -52,7 +52,7 @@ const CHECKS: [(&str, &str); 6] = [
     ),
     (
         "tests",
-        "nextest run --workspace --features ROS2 --no-fail-fast --test-threads 3 -E not(test(/^ros2::/))",
+        "nextest run --workspace --features ROS2 --no-fail-fast --test-threads 6 -E not(test(/^ros2::/))",
     ),
     (
         "doc tests",
@@ -73,7 +73,7 @@ fn main() -> ExitCode {
         ["house"] => in_order(false),
         ["house", "--list"] => in_order(true),
         ["embedded"] => on_microcontrollers(),
-        ["python"] => in_python(),
+        ["python"] => in_python() && python_is_fast(),
         ["dash"] => in_dash(),
         ["ros2"] => on_ros2(),
         ["miri"] => in_miri(),
@@ -119,17 +119,15 @@ fn test() -> bool {
         }
     };
     let passed = with_cargo();
-    // What waits for processes in real time is not disturbed.
     let passed = beside.passed() && passed;
-    let with_the_binary: [fn() -> bool; 6] = [
-        over_ros2,
-        in_python,
-        in_dash,
-        in_browser,
-        without_a_server,
-        as_a_site,
-    ];
-    let passed = passed && with_the_binary.iter().all(|passes| passes());
+    // What waits for processes in real time, and what is measured, is not disturbed.
+    let passed = passed
+        && over_ros2()
+        && side_by_side(&[
+            &[in_python, in_dash],
+            &[in_browser, without_a_server, as_a_site],
+        ])
+        && python_is_fast();
     if passed {
         eprintln!("== all passed in {:.0} s", begin.elapsed().as_secs_f64());
     }
@@ -138,17 +136,31 @@ fn test() -> bool {
 
 /// What is built apart from the workspace's tests.
 fn beside_the_tests() -> bool {
-    let all: [fn() -> bool; 8] = [
-        tools_are_there,
-        in_few_instructions,
-        on_microcontrollers,
-        program_for_a_browser,
-        outside_the_workspace,
-        logs_in_foxglove,
-        on_old_compilers,
-        package_for_python,
-    ];
-    all.iter().all(|passes| passes())
+    side_by_side(&[
+        &[
+            tools_are_there,
+            in_few_instructions,
+            on_microcontrollers,
+            on_old_compilers,
+            package_for_python,
+        ],
+        &[
+            program_for_a_browser,
+            outside_the_workspace,
+            logs_in_foxglove,
+        ],
+    ])
+}
+
+/// Rows of checks, each row until its first that fails; did all pass?
+fn side_by_side(rows: &[&[fn() -> bool]]) -> bool {
+    std::thread::scope(|scope| {
+        let all = |row: &[fn() -> bool]| row.iter().all(|passes| passes());
+        let running: Vec<_> = (rows.iter())
+            .map(|row| scope.spawn(move || all(row)))
+            .collect();
+        (running.into_iter()).all(|row| row.join().unwrap_or(false))
+    })
 }
 
 /// Fetches what later checks need; one that cannot be had is told by the check that needs it.
@@ -204,6 +216,10 @@ fn in_few_instructions() -> bool {
 
 fn in_python() -> bool {
     passes("Python", python::check)
+}
+
+fn python_is_fast() -> bool {
+    passes("Python beside scipy", python::is_fast)
 }
 
 /// Whole trials on vehicles of other processes, from the tests that are built. They are played in real time, which they
