@@ -304,9 +304,16 @@ test("it is seen at once, and nothing was asked of a network", async () => {
   const own = await (await browser.newContext()).newPage();
   await own.goto(pathToFileURL(PAGE).href);
   await own.getByText("Drop a log here").waitFor();
-  const paint = await own.evaluate(() => performance.getEntriesByName("first-contentful-paint")[0]?.startTime);
+  const paint = await own.evaluate(
+    () =>
+      new Promise<number>((seen) => {
+        new PerformanceObserver((list) => {
+          list.getEntriesByName("first-contentful-paint").forEach((entry) => seen(entry.startTime));
+        }).observe({ type: "paint", buffered: true });
+      }),
+  );
   await own.context().close();
-  assert.ok(paint !== undefined && paint < MOST_MS_TO_FIRST_PAINT, `${paint} ms`);
+  assert.ok(paint < MOST_MS_TO_FIRST_PAINT, `${paint} ms`);
   assert.deepEqual(
     requests.filter((url) => !url.startsWith("blob:") && !url.startsWith("data:")),
     [],

@@ -24,7 +24,7 @@ impl Hypotheses {
     pub fn of(record: &Record) -> Option<Self> {
         let start = record.start()?;
         let block = record.block(start.0[A22]);
-        let mut found = Found::default();
+        let mut found = Found::nothing();
         let prompt = found.prompt_rudder(record, &start, block);
         let lagging = match record.known_delay_s {
             Some(_) => None,

@@ -37,20 +37,44 @@ const FIRST_PASSES: u32 = 25;
 const MORE_PASSES: u32 = 8;
 
 /// The hypotheses found so far.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Found {
     /// All that were looked at.
     pub all: Vec<Hypothesis>,
+    /// Log weight of the heaviest under each prior.
+    heaviest: [f64; PRIORS.len()],
 }
 
 impl Found {
+    /// Nothing yet.
+    pub fn nothing() -> Self {
+        Self::of(Vec::new())
+    }
+
+    fn of(all: Vec<Hypothesis>) -> Self {
+        let of_each = |prior| all.iter().map(move |h: &Hypothesis| h.log_weight(prior));
+        Self {
+            heaviest: PRIORS
+                .each_ref()
+                .map(|prior| of_each(prior).fold(f64::NEG_INFINITY, f64::max)),
+            all,
+        }
+    }
+
+    fn push(&mut self, hypothesis: Hypothesis) {
+        for (heaviest, prior) in self.heaviest.iter_mut().zip(&PRIORS) {
+            *heaviest = heaviest.max(hypothesis.log_weight(prior));
+        }
+        self.all.push(hypothesis);
+    }
+
     /// Log of the weight that kind, share and evidence would have beside the heaviest, under the prior that gives it more.
     fn log_weight(&self, prompt: bool, share: f64, log_evidence: f64) -> f64 {
-        let beside = |prior: &Prior| {
-            let of_each = self.all.iter().map(|h| h.log_weight(prior));
-            prior.log_of(prompt, share) + log_evidence - of_each.fold(f64::NEG_INFINITY, f64::max)
+        let beside = |(prior, heaviest): (&Prior, &f64)| {
+            prior.log_of(prompt, share) + log_evidence - heaviest
         };
-        PRIORS.iter().map(beside).fold(f64::NEG_INFINITY, f64::max)
+        let priors = PRIORS.iter().zip(&self.heaviest);
+        priors.map(beside).fold(f64::NEG_INFINITY, f64::max)
     }
 
     fn is_negligible(&self, hypothesis: &Hypothesis) -> bool {
@@ -65,7 +89,7 @@ impl Found {
             !self.is_negligible(&Hypothesis::of(*peak, record))
         })?;
         let hypothesis = Hypothesis::of(peak, record);
-        self.all.push(hypothesis);
+        self.push(hypothesis);
         Some(hypothesis)
     }
 
@@ -111,7 +135,9 @@ impl Found {
             disturbed.retain(|h| h.peak.noise != prompt.peak.noise);
         }
         if of_lag > NO_LAG {
-            self.all.retain(|h| h.peak.prompt || h.share == 0.0);
+            let mut kept = std::mem::take(&mut self.all);
+            kept.retain(|h| h.peak.prompt || h.share == 0.0);
+            *self = Self::of(kept);
             self.disturbed(&in_calm, &calm);
             return Some(calm);
         }
