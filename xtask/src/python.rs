@@ -34,8 +34,11 @@ pub fn build() -> Result<(), String> {
     }
     let source = std::path::absolute(SOURCE).map_err(|error| format!("{SOURCE}: {error}"))?;
     let module = format!("target/debug/{DLL_PREFIX}_native{DLL_SUFFIX}");
-    std::fs::copy(&module, source.join("seatrial/_native.abi3.so"))
-        .map_err(|error| format!("{module}: {error}"))?;
+    // At one stroke: tests may be reading it.
+    let [new, place] = ["new.so", "_native.abi3.so"].map(|name| source.join("seatrial").join(name));
+    std::fs::copy(&module, &new)
+        .and_then(|_| std::fs::rename(&new, &place))
+        .map_err(|error| format!("{module} to {}: {error}", place.display()))?;
     let mut link = ENVIRONMENT.program("python", &["-c", LINK]);
     match succeeds(link.arg(&source)) {
         true => Ok(()),
