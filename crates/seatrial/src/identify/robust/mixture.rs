@@ -33,7 +33,7 @@ pub fn point_below_which(share: f64, normals: &[Normal]) -> f64 {
         .map(|n| n.deviation)
         .fold(f64::INFINITY, f64::min);
     let total: f64 = normals.iter().map(|n| n.weight).sum();
-    let mut point = two_deviations_off(share, normals).clamp(low, high);
+    let mut point = two_deviations_off(share, normals).max(low).min(high);
     for _ in 0..MOST_STEPS {
         let mut excess = -share * total;
         let mut slope = 0.0;
@@ -113,5 +113,10 @@ mod tests {
             // A billionth of the smallest deviation.
             assert!((found - low).abs() < 1e-8, "{share} {found} {low}");
         }
+    }
+
+    #[test]
+    fn regress_no_mixture_has_no_point() {
+        assert!(point_below_which(0.025, &[]).is_nan());
     }
 }
