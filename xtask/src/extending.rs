@@ -5,8 +5,8 @@ use std::path::Path;
 use crate::{cargo, succeeds};
 
 const FOLDER: &str = "examples/extending";
-/// A build of its own: the program has a workspace of its own, with other features.
-const TARGET: &str = "target/examples";
+/// Where programs outside the workspace are built, which have other features.
+pub const TARGET: &str = "target/examples";
 
 /// Builds the library, the command and the tests of the program, whose manifest makes warnings errors, and runs the tests.
 pub fn check() -> Result<(), String> {

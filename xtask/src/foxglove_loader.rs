@@ -4,12 +4,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::environment::skipped;
+use crate::extending::TARGET;
 use crate::long_log::long_log;
 use crate::{cargo, succeeds};
 
 const FOLDER: &str = "examples/foxglove-loader";
-/// A build of its own: the module has a workspace of its own.
-const TARGET: &str = "target/examples";
 const MODULE: &str = "wasm32-unknown-unknown/release/seatrial_foxglove_loader.wasm";
 /// A log that is opened through the module, bytes.
 const LOG: usize = 3_000_000;

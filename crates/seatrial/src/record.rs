@@ -116,6 +116,17 @@ impl Record {
     }
 }
 
+/// The interval of times that lie on an even grid but for this share of it, s.
+pub(crate) fn even_interval_s(times_s: &[f64], off_the_grid: f64) -> Option<f64> {
+    let (first, last) = (times_s.first()?, times_s.last()?);
+    let interval_s = (last - first) / (times_s.len().checked_sub(1)? as f64);
+    let is_on_grid = |(k, time): (usize, &f64)| {
+        (time - first - k as f64 * interval_s).abs() <= off_the_grid * interval_s
+    };
+    let is_even = interval_s > 0.0 && times_s.iter().enumerate().all(is_on_grid);
+    is_even.then_some(interval_s)
+}
+
 /// The median of the intervals between samples, s. `None` under two samples.
 pub fn median_interval_s(samples: &[Sample<f64>]) -> Option<f64> {
     let intervals = samples
@@ -161,5 +172,19 @@ impl FromIterator<Sample<f64>> for Record {
             rudder_unit: RudderUnit::Rad,
             units: StatedUnits::default(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_a_grid_with_a_lost_sample_is_not_even() {
+        let mut time_s: Vec<f64> = (0..50).map(|k| 0.1 * f64::from(k)).collect();
+        assert!(even_interval_s(&time_s, 4e-4).is_some());
+        time_s.remove(20);
+        assert!(even_interval_s(&time_s, 4e-4).is_none());
+        assert!(even_interval_s(&[1.0], 4e-4).is_none());
     }
 }

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::record::even_interval_s;
+
 /// A Savitzky-Golay derivative filter.
 ///
 /// At each sample a polynomial in time is fitted by least squares to the `2 half_window + 1` samples
@@ -95,7 +97,9 @@ impl SavitzkyGolay {
             let fitted = polynomials(first).fitted(&values[first..first + window]);
             samples.map(move |i| fitted.slope(times_s[i]))
         };
-        let is_even = Weights::is_even(times_s, window);
+        // Two offsets differ by no more than four times what times are off an even grid.
+        let off_the_grid = 0.25 * Weights::SAME_SHARE * (window - 1) as f64;
+        let is_even = even_interval_s(times_s, off_the_grid).is_some();
         let mut known: Option<Weights> = None;
         let in_the_middle = (self.half_window..behind).map(|i| {
             let first = i - self.half_window;
@@ -252,14 +256,6 @@ impl Weights {
         let same_s = Self::SAME_SHARE * self.length_s;
         let mut pairs = self.offsets_s.iter().zip(offsets_s(times_s));
         pairs.all(|(known_s, offset_s)| (known_s - offset_s).abs() <= same_s)
-    }
-
-    /// Are the weights of all windows the same? Two offsets differ by no more than four times what times are off an even grid.
-    fn is_even(times_s: &[f64], window: usize) -> bool {
-        let interval_s = length_s(times_s) / (times_s.len() - 1) as f64;
-        let off_s = 0.25 * Self::SAME_SHARE * interval_s * (window - 1) as f64;
-        let mut on_grid = times_s.iter().enumerate();
-        on_grid.all(|(k, time_s)| (time_s - times_s[0] - k as f64 * interval_s).abs() <= off_s)
     }
 
     fn slope(&self, values: &[f64]) -> f64 {

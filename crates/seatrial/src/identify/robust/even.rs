@@ -22,18 +22,7 @@ use super::response::{Dynamics, Propagation};
 const NO_PART: f64 = 1e-8;
 
 /// A sample's time may differ by this share of the interval from its place on an even grid: a fiftieth of what times are believed to.
-const OFF_THE_GRID: f64 = 4e-4;
-
-/// The interval of a record whose samples lie on an even grid, s.
-pub fn even_interval_s(time_s: &[f64]) -> Option<f64> {
-    let (first, last) = (time_s.first()?, time_s.last()?);
-    let interval_s = (last - first) / (time_s.len().checked_sub(1)? as f64);
-    let is_on_grid = |(k, time): (usize, &f64)| {
-        (time - first - k as f64 * interval_s).abs() <= OFF_THE_GRID * interval_s
-    };
-    let is_even = interval_s > 0.0 && time_s.iter().enumerate().all(is_on_grid);
-    is_even.then_some(interval_s)
-}
+pub const OFF_THE_GRID: f64 = 4e-4;
 
 /// For each sample the first later one whose rudder is another.
 pub fn held_until(rudder_rad: &[f64]) -> Vec<usize> {
@@ -336,6 +325,7 @@ fn weighted<const L: usize>(
 mod tests {
     use super::super::response::responses;
     use super::*;
+    use crate::record::even_interval_s;
 
     /// Comparisons of every length and shift against a step for each sample.
     #[test]
@@ -348,7 +338,7 @@ mod tests {
             })
             .collect();
         let held = held_until(&rudder_rad);
-        let interval_s = even_interval_s(&time_s).unwrap();
+        let interval_s = even_interval_s(&time_s, OFF_THE_GRID).unwrap();
         for (block, lag_s, shift_s) in [
             (1, 0.0, 0.0),
             (1, 0.2, 0.013),
@@ -382,14 +372,5 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn prop_a_grid_with_a_lost_sample_is_not_even() {
-        let mut time_s: Vec<f64> = (0..50).map(|k| 0.1 * f64::from(k)).collect();
-        assert!(even_interval_s(&time_s).is_some());
-        time_s.remove(20);
-        assert!(even_interval_s(&time_s).is_none());
-        assert!(even_interval_s(&[1.0]).is_none());
     }
 }

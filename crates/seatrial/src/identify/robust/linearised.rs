@@ -104,12 +104,12 @@ impl Record {
             Some(&dampings[first..dampings.len().min(last + 1)])
         };
         let coarse: Vec<f64> = dampings.iter().step_by(APART).copied().collect();
-        let near = prompt(&coarse)?;
-        let mut between = about(near.1.0[A22], APART - 1)?.to_vec();
-        between.retain(|a22| *a22 != near.1.0[A22]);
+        let (square, best) = prompt(&coarse)?;
+        let mut between = about(best.0[A22], APART - 1)?.to_vec();
+        between.retain(|a22| *a22 != best.0[A22]);
         let (square, best) = match prompt(&between) {
-            Some(nearer) if nearer.0 < near.0 => nearer,
-            _ => near,
+            Some((nearer, between)) if nearer < square => (nearer, between),
+            _ => (square, best),
         };
         if self.known_delay_s.is_some() {
             return Some(best);

@@ -33,7 +33,7 @@ pub fn point_below_which(share: f64, normals: &[Normal]) -> f64 {
         .map(|n| n.deviation)
         .fold(f64::INFINITY, f64::min);
     let total: f64 = normals.iter().map(|n| n.weight).sum();
-    let mut point = two_deviations_off(share, normals).max(low).min(high);
+    let mut point = two_deviations_off(share, normals, total).max(low).min(high);
     for _ in 0..MOST_STEPS {
         let mut excess = -share * total;
         let mut slope = 0.0;
@@ -61,13 +61,9 @@ pub fn point_below_which(share: f64, normals: &[Normal]) -> f64 {
 }
 
 /// Two standard deviations of the mixture from its mean, to the side of the share: near where 2.5 % lie beyond.
-fn two_deviations_off(share: f64, normals: &[Normal]) -> f64 {
-    let mean_of = |of: &dyn Fn(&Normal) -> f64| {
-        let (sum, total) = (normals.iter()).fold((0.0, 0.0), |(sum, total), n| {
-            (sum + n.weight * of(n), total + n.weight)
-        });
-        sum / total
-    };
+fn two_deviations_off(share: f64, normals: &[Normal], total: f64) -> f64 {
+    let mean_of =
+        |of: &dyn Fn(&Normal) -> f64| normals.iter().map(|n| n.weight * of(n)).sum::<f64>() / total;
     let mean = mean_of(&|n| n.mean);
     let variance = mean_of(&|n| n.deviation * n.deviation + (n.mean - mean) * (n.mean - mean));
     mean + 2.0 * (share - 0.5).signum() * variance.sqrt()

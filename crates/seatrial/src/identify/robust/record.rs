@@ -1,7 +1,8 @@
 //! A record made ready for the robust estimate.
 
-use super::even::{EvenResponses, even_interval_s, held_until};
+use super::even::{EvenResponses, OFF_THE_GRID, held_until};
 use super::response::{Dynamics, responses};
+use crate::record::even_interval_s;
 
 /// Comparisons per time constant of the vehicle: more tell nothing new.
 const COMPARISONS_PER_TIME_CONSTANT: f64 = 30.0;
@@ -112,7 +113,7 @@ impl Record {
         let rate_rad_s = (squares.sum::<f64>() / heading_rad.len() as f64).sqrt();
         let timing_rad = TIMING_INTERVALS * interval_s * rate_rad_s;
         Self {
-            even_s: even_interval_s(&time_s),
+            even_s: even_interval_s(&time_s, OFF_THE_GRID),
             held_until: held_until(&rudder_rad),
             time_s,
             heading_rad,
