@@ -7,18 +7,19 @@ use seatrial_core::refine::RefineFailure;
 use seatrial_core::{Sample, YawModel};
 use serde::Serialize;
 
+use crate::figures::percent;
 use crate::identification::{Intervals, Validation};
+use crate::identify::most_excited;
 use crate::identify::intervals::normal_intervals;
 use crate::identify::output_error::output_error;
 use crate::identify::refined::{prediction_error, refined_estimate};
-use crate::identify::second_order;
 use crate::identify::simplex;
 use crate::identify::{
     IdentifyError, IdentifySettings, Training, ValidationData, online, validation,
 };
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window};
-use crate::sway_yaw::ModelOrder;
+use crate::likelihood::{SteeringModel, contest_of, goodness_of_fit};
 use crate::time_scale::LambdaReason;
 
 /// Each method's model of one training window, judged by the same validation data.
@@ -120,8 +121,8 @@ enum NoModel {
     NoSamples,
     #[error("not converged after {iterations} iterations")]
     NotConverged { iterations: u32 },
-    #[error("{0}")]
-    FirstOrderIsEnough(ModelOrder),
+    #[error("first order is enough: it has {} % of the weight by what it predicts of data left out", percent(*weight))]
+    FirstOrderIsEnough { weight: f64 },
 }
 
 /// How far apart the methods are, as a fraction of the middle value.
@@ -284,16 +285,20 @@ fn by_simplex(samples: &[Sample<f64>]) -> Result<Found, NoModel> {
 
 /// The model of more than the first order, where the record supports one; a22, b2 and C0 are its own.
 fn by_higher_order(samples: &[Sample<f64>], data: ValidationData) -> Result<Found, NoModel> {
-    let found = second_order::fit(samples).map_err(NoModel::Refine)?;
-    if !found.order.exceeds_first_order() {
-        return Err(NoModel::FirstOrderIsEnough(found.order));
+    let mut legs = Vec::new();
+    let contest = contest_of(most_excited(samples), &mut legs).ok_or(NoModel::NoSamples)?;
+    let heaviest = contest.heaviest();
+    let (problem, fit) = (&heaviest.hypothesis.problem, heaviest.hypothesis.best());
+    if !problem.structure.exceeds_first_order() {
+        let weight = contest.weight_of(|h| !h.problem.structure.exceeds_first_order());
+        return Err(NoModel::FirstOrderIsEnough { weight });
     }
-    let full = &found.model;
+    let offset = problem.start_of(&fit.x, 0).offset_rad_s2;
+    let full = SteeringModel::new(&problem.vehicle(&fit.x), offset);
     let model = YawModel::from_theta([full.a22_per_s, full.b2_per_s2, full.c0_rad_per_s2]);
     let validation =
-        second_order::validate(full, data.record, data.window).map_err(NoModel::Validation)?;
+        goodness_of_fit::validate(&full, data.record, data.window).map_err(NoModel::Validation)?;
     Ok(Found {
-        interval_95: Some(normal_intervals(&model, &found.covariance.into())),
         validation: Some(validation),
         ..Found::from(model)
     })

@@ -11,7 +11,6 @@ mod identify;
 mod robust;
 mod rudder_play;
 mod search_tolerance;
-mod second_order;
 mod segmentation;
 mod ship_manoeuvres;
 mod standard_manoeuvres;

@@ -4,7 +4,7 @@ use seatrial_core::{CascadeSettings, YawModel};
 use serde::Serialize;
 
 use super::boat::{Boat, StepTest};
-use super::draw::Draw;
+use crate::draw::Draw;
 use super::evidence::Evidence;
 use super::response::Response;
 

@@ -9,7 +9,6 @@
 
 mod boat;
 mod design;
-mod draw;
 mod evidence;
 mod foresee;
 mod judge;
@@ -20,7 +19,7 @@ pub mod study;
 
 pub use boat::{Boat, StepInstant, StepTest, learning_s};
 pub use design::propose;
-pub use draw::Draw;
+pub use crate::draw::Draw;
 pub use evidence::{Evidence, NoProposal};
 pub use foresee::{Foreseen, Range, foresee};
 pub use judge::{Against, Judgement, Stage, judge};

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::boat::{Boat, StepTest};
 use super::design::propose;
-use super::draw::Draw;
+use crate::draw::Draw;
 use super::evidence::Evidence;
 use super::foresee::foresee;
 use super::judge::{Judgement, Stage, judge};

@@ -20,6 +20,8 @@ pub enum EstimateMethod {
     RudderLag,
     /// The model whose simulation is nearest to the heading.
     OutputError,
+    /// Hypotheses of several structures, weighed by prediction of data left out.
+    WeighedHypotheses,
     /// A method that this version does not know, from a document that another version wrote.
     #[serde(untagged)]
     Other(String),

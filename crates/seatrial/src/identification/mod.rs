@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::record::Window;
 use crate::servo::Servo;
-use crate::sway_yaw::SecondOrder;
+use crate::likelihood::{SteeringModel, Structure, Weighed};
 use crate::time_scale::LambdaReason;
 pub use code::ReasonCode;
 pub use method::EstimateMethod;
@@ -100,12 +100,20 @@ pub struct Restoring {
     pub interval_95_per_s2: [f64; 2],
 }
 
-/// What a model beyond the first order makes of a record, beside the model that goes to the controller.
+/// The model beyond the first order, of which the first-order model is the nearest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HigherOrder {
-    /// The decision and the model.
-    #[serde(flatten)]
-    pub estimate: SecondOrder,
+    /// What it has besides linear damping.
+    #[serde(default)]
+    pub structure: Structure,
+    /// The model.
+    pub model: SteeringModel,
+    /// 95 % interval of the gear's lag, s, where it lags.
+    #[serde(default)]
+    pub lag_interval_s: Option<[f64; 2]>,
+    /// Hypotheses that were weighed, the heaviest first; empty where a lag explained all that first order does not.
+    #[serde(default)]
+    pub hypotheses: Vec<Weighed>,
     /// Its simulation of validation data.
     pub validation: Option<Validation>,
 }

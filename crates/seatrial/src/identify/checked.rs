@@ -2,7 +2,7 @@
 
 use seatrial_core::{GoodnessOfFit, Sample, YawModel};
 
-use super::chosen::Chosen;
+use super::chosen::{Chosen, ModelSource};
 use super::compass::{CompassError, Jump};
 use super::error::IdentifyError;
 use super::explained::Explained;
@@ -11,7 +11,6 @@ use super::late_yaw_rate::{record_in_time, with_yaw_rate_in_time};
 use super::log_statistics::LogStatistics;
 use super::mishap::Mishaps;
 use super::prepared::Prepared;
-use super::second_order;
 use super::valid_range::valid_range;
 use super::validation::{self, ValidationData};
 use super::validation_estimate::validation_estimate_behind;
@@ -19,7 +18,7 @@ use crate::identification::{EstimateMethod, HigherOrder, Refined, ValidRange, Va
 use crate::manoeuvre::Manoeuvre;
 use crate::plausibility::{self, Doubt};
 use crate::record::{duration_s, mean};
-use crate::sway_yaw::SecondOrder;
+use crate::likelihood::goodness_of_fit;
 
 /// The chosen model and what its own record and validation data say of it: all that a verdict weighs.
 pub struct Checked<'a> {
@@ -78,10 +77,9 @@ impl<'a> Checked<'a> {
                 record,
                 window: data.window,
             });
-        let higher_order = higher_order(explained.higher_orders(), data_in_time)?;
         let validation = data_in_time
-            .map(|data| match chosen.lagging() {
-                Some(lagging) => second_order::validate(lagging, data.record, data.window),
+            .map(|data| match chosen.simulated() {
+                Some(model) => goodness_of_fit::validate(model, data.record, data.window),
                 None => validation::validate(chosen.model, data.record, data.window),
             })
             .transpose()?;
@@ -107,9 +105,12 @@ impl<'a> Checked<'a> {
             explained,
             doubts: doubts(prepared, chosen, data),
             chosen,
-            higher_order,
-            training_fit: match chosen.lagging() {
-                Some(lagging) => second_order::goodness_of_fit(lagging, &training),
+            higher_order: explained.beyond().map(|beyond| HigherOrder {
+                validation,
+                ..beyond.clone()
+            }),
+            training_fit: match chosen.simulated() {
+                Some(model) => goodness_of_fit::goodness_of_fit(model, &training),
                 None => validation::fit_by_the_clearer_rate(chosen.model, &training),
             },
             validation,
@@ -143,33 +144,6 @@ impl<'a> Checked<'a> {
             },
         )
     }
-}
-
-/// The model of higher order whose simulation is nearest to the heading of validation data; the likeliest one where
-/// there are none.
-fn higher_order(
-    models: &[SecondOrder],
-    data: Option<ValidationData>,
-) -> Result<Option<HigherOrder>, IdentifyError> {
-    let Some(data) = data else {
-        return Ok(models.first().map(|likeliest| HigherOrder {
-            estimate: likeliest.clone(),
-            validation: None,
-        }));
-    };
-    let validated = |estimate: &SecondOrder| {
-        let validation = second_order::validate(&estimate.model, data.record, data.window)?;
-        Ok(HigherOrder {
-            estimate: estimate.clone(),
-            validation: Some(validation),
-        })
-    };
-    let validated: Vec<HigherOrder> = models.iter().map(validated).collect::<Result<_, _>>()?;
-    let r2 = |of: &HigherOrder| of.validation.and_then(|validation| validation.r2_heading);
-    // The first of equals stays: the likeliest.
-    Ok(validated
-        .into_iter()
-        .reduce(|best, next| if r2(&next) > r2(&best) { next } else { best }))
 }
 
 /// Doubts about the log that trains, about the one that validates, and about how often the vehicle was looked at.
@@ -212,8 +186,11 @@ impl Independent {
         let mean_speed_m_s =
             |of: &[Sample<f64>]| mean(of.iter().filter_map(|sample| sample.surge_speed_m_s));
         // What a lagging rudder leaves of a first-order model is no match for the model behind the lag.
-        let is_comparable = |estimate: &Refined| {
-            chosen.lagging().is_none() || estimate.method != EstimateMethod::OutputError
+        // Nor is a first-order model for one beyond first order.
+        let is_comparable = |estimate: &Refined| match chosen.source {
+            ModelSource::Beyond(_) => false,
+            ModelSource::BehindLag(_) => estimate.method != EstimateMethod::OutputError,
+            _ => true,
         };
         Self {
             length: duration_s(&samples) / duration_s(prepared.samples()),

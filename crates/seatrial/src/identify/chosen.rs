@@ -11,7 +11,8 @@ use super::prepared::Prepared;
 use super::validation::{self, ValidationData};
 use crate::identification::{EstimateMethod, Refined};
 use crate::record::Window;
-use crate::sway_yaw::{SecondOrder, SwayYawModel};
+use crate::identification::HigherOrder;
+use crate::likelihood::SteeringModel;
 
 /// R^2 of validation data by which a candidate predicts them clearly worse than another.
 const CLEARLY_WORSE: f64 = 0.05;
@@ -29,7 +30,9 @@ pub enum ModelSource {
     /// The online estimate with the interval of output error.
     OnlineWithInterval,
     /// The first-order vehicle behind this lagging rudder.
-    BehindLag(SwayYawModel),
+    BehindLag(SteeringModel),
+    /// The first-order vehicle with the steady turn of this one.
+    Beyond(SteeringModel),
 }
 
 /// The model that goes to the controller.
@@ -78,9 +81,17 @@ impl Chosen {
     }
 
     /// The model behind a lagging rudder, where that is the one that was chosen.
-    pub fn lagging(&self) -> Option<&SwayYawModel> {
+    pub fn lagging(&self) -> Option<&SteeringModel> {
         match &self.source {
             ModelSource::BehindLag(lagging) => Some(lagging),
+            _ => None,
+        }
+    }
+
+    /// The model that is simulated where that is more than the first-order one.
+    pub fn simulated(&self) -> Option<&SteeringModel> {
+        match &self.source {
+            ModelSource::BehindLag(model) | ModelSource::Beyond(model) => Some(model),
             _ => None,
         }
     }
@@ -91,7 +102,8 @@ enum Origin<'a> {
     Refined,
     Nearest,
     Online,
-    Lagging(&'a SecondOrder),
+    Lagging(&'a HigherOrder),
+    Beyond(&'a HigherOrder),
 }
 
 impl Origin<'_> {
@@ -100,7 +112,8 @@ impl Origin<'_> {
             Self::Refined => ModelSource::Refined,
             Self::Nearest => ModelSource::Nearest,
             Self::Online => ModelSource::OnlineWithInterval,
-            Self::Lagging(estimate) => ModelSource::BehindLag(SwayYawModel {
+            Self::Beyond(estimate) => ModelSource::Beyond(estimate.model),
+            Self::Lagging(estimate) => ModelSource::BehindLag(SteeringModel {
                 a22_per_s: model.a22_per_s,
                 b2_per_s2: model.b2_per_s2,
                 c0_rad_per_s2: model.c0_rad_per_s2,
@@ -124,6 +137,11 @@ fn estimate<'a>(
         Explained::BehindLag {
             refined, lagging, ..
         } => Some((refined.clone(), Origin::Lagging(lagging))),
+        Explained::HigherOrder {
+            refined,
+            beyond: Some(beyond),
+            ..
+        } => Some((refined.clone(), Origin::Beyond(beyond))),
         Explained::HigherOrder { refined, .. } => {
             Some(better_predicting(refined, prepared.online, data))
         }

@@ -6,7 +6,7 @@ use seatrial_core::Sample;
 const MOST_SAMPLES: usize = 10_000;
 
 /// The segment of [`MOST_SAMPLES`] in which the rudder varies most, on a grid of half its length.
-pub(super) fn most_excited(samples: &[Sample<f64>]) -> &[Sample<f64>] {
+pub(crate) fn most_excited(samples: &[Sample<f64>]) -> &[Sample<f64>] {
     let variance = |segment: &[Sample<f64>]| {
         let n = segment.len() as f64;
         let mean = segment.iter().map(|s| s.rudder_rad).sum::<f64>() / n;

@@ -2,12 +2,13 @@
 
 use super::OrderSearch;
 use super::misfit::is_large_share;
+use super::beyond::{beyond_first_order, is_a_sea};
+use super::excited_segment::most_excited;
 use super::prepared::Prepared;
-use super::second_order;
-use super::whole_record::robust_estimate;
-use crate::identification::{LagEffect, Refined};
-use crate::sway_yaw::{ResidualTests, SecondOrder};
-use seatrial_core::Sample;
+use super::residual_tests::ResidualTests;
+use super::whole_record::{WholeRecord, in_a_sea, robust_estimate};
+use crate::identification::{HigherOrder, LagEffect, Refined};
+use crate::likelihood::contest_of;
 
 /// Which kind of vehicle explains the record. The `share` of a misfit is that of the rudder's own effect.
 #[derive(Clone, Debug)]
@@ -31,18 +32,18 @@ pub enum Explained {
         /// What a rudder that acts at once leaves unexplained.
         share: f64,
         /// The model behind the lag.
-        lagging: Box<SecondOrder>,
+        lagging: Box<HigherOrder>,
         /// Play of the rudder, rad, where the record asks for it.
         play_rad: Option<f64>,
     },
     /// A vehicle that is not of first order.
     HigherOrder {
-        /// The first-order vehicle whose simulation is nearest.
+        /// The first-order vehicle that is nearest.
         refined: Refined,
         /// Its misfit.
         share: f64,
-        /// Models of higher order, the likeliest first, where the record can name them.
-        beyond: Vec<SecondOrder>,
+        /// The model of higher order, where the contest of hypotheses names one.
+        beyond: Option<Box<HigherOrder>>,
     },
     /// A first-order vehicle, as far as is known: the hidden edges of the rudder matter more than the noise.
     Blurred {
@@ -81,18 +82,22 @@ impl Explained {
         let Some(found) = found else {
             return Self::Unrefined;
         };
-        let share = found.robust.share;
         if prepared.is_blurred(&found.refined) {
             return Self::Blurred {
                 refined: found.refined,
             };
         }
+        let found = match order == OrderSearch::Done && found.asks_for_more() {
+            true => match Self::by_contest(prepared, found) {
+                Ok(explained) => return explained,
+                Err(found) => *found,
+            },
+            false => found,
+        };
+        let share = found.robust.share;
         if found.is_nearest() {
             return Self::HigherOrder {
-                beyond: match order {
-                    OrderSearch::Done => models_beyond_first_order(samples),
-                    OrderSearch::Skipped => Vec::new(),
-                },
+                beyond: None,
                 refined: found.refined,
                 share,
             };
@@ -116,6 +121,27 @@ impl Explained {
         match is_large_share(share) {
             true => Self::Disturbed { fit, share },
             false => Self::FirstOrder { fit },
+        }
+    }
+
+    /// The whole table of hypotheses against the record; the first-order estimate where it is that of a sea, or nothing better is known.
+    fn by_contest(prepared: &Prepared, found: WholeRecord) -> Result<Self, Box<WholeRecord>> {
+        let samples = prepared.samples();
+        let mut legs = Vec::new();
+        let Some(contest) = contest_of(most_excited(samples), &mut legs) else {
+            return Err(Box::new(found));
+        };
+        if is_a_sea(&contest) {
+            let averaged = in_a_sea(samples).ok();
+            return Err(Box::new(averaged.unwrap_or(found)));
+        }
+        match beyond_first_order(&contest, prepared.log.rudder_amplitude_rad) {
+            Some((refined, beyond)) => Ok(Self::HigherOrder {
+                refined,
+                share: found.robust.share,
+                beyond: Some(Box::new(beyond)),
+            }),
+            None => Err(Box::new(found)),
         }
     }
 
@@ -151,27 +177,12 @@ impl Explained {
         }
     }
 
-    /// The models of the orders that the record supports, where that is more than the first; the likeliest first.
-    pub fn higher_orders(&self) -> &[SecondOrder] {
+    /// The model beyond first order, where there is one.
+    pub fn beyond(&self) -> Option<&HigherOrder> {
         match self {
-            Self::HigherOrder { beyond, .. } => beyond,
-            Self::BehindLag { lagging, .. } => std::slice::from_ref(&**lagging),
-            Self::FirstOrder { .. }
-            | Self::Disturbed { .. }
-            | Self::Blurred { .. }
-            | Self::Unrefined => &[],
+            Self::HigherOrder { beyond, .. } => beyond.as_deref(),
+            Self::BehindLag { lagging, .. } => Some(lagging),
+            _ => None,
         }
-    }
-}
-
-/// The likeliest first.
-fn models_beyond_first_order(samples: &[Sample<f64>]) -> Vec<SecondOrder> {
-    match second_order::fit_all(samples) {
-        Ok(found) if found.likeliest.order.exceeds_first_order() => {
-            let mut models = found.others;
-            models.insert(0, found.likeliest);
-            models
-        }
-        _ => Vec::new(),
     }
 }

@@ -13,6 +13,7 @@
 //! | [`Verdict`] | may the model be used, and why |
 
 pub mod batch;
+mod beyond;
 pub(crate) mod checked;
 pub(crate) mod chosen;
 pub(crate) mod compass;
@@ -40,7 +41,7 @@ pub(crate) mod record_series;
 pub mod refined;
 pub(crate) mod refusal;
 pub mod robust;
-pub mod second_order;
+pub mod residual_tests;
 mod settings;
 pub mod simplex;
 mod simulation;
@@ -69,6 +70,7 @@ pub use error::{IdentifyError, WindowUse};
 pub use examined::ExaminedRecord;
 use explained::Explained;
 use joined::Joined;
+pub(crate) use excited_segment::most_excited;
 pub(crate) use mishap::heading_jump;
 use online::Pass;
 use prepared::Prepared;
@@ -254,7 +256,9 @@ impl Assessment {
         let explained = Explained::of(prepared, order);
         let chosen = Chosen::of(prepared, &explained, others, data);
         let checked = Checked::of(prepared, &explained, &chosen, data)?;
-        let rudder_lag_s = chosen.lagging().map_or(0.0, |l| l.rudder_lag_s);
+        let rudder_lag_s = chosen.simulated().map_or(0.0, |model| {
+            model.gear_delay_s(prepared.log.rudder_amplitude_rad)
+        });
         Ok(Self {
             verdict: verdict::judge(&checked),
             valid_range: checked.valid_range(prepared.accepted, data),

@@ -8,9 +8,9 @@ use crate::record::{duration_s, median};
 /// Intervals, headings relative to the first and rudder of a record, in blocks.
 #[derive(Clone, Debug)]
 pub struct RecordSeries {
-    pub(super) interval_s: Vec<f64>,
-    pub(super) heading_rad: Vec<f64>,
-    pub(super) rudder_rad: Vec<f64>,
+    pub(crate) interval_s: Vec<f64>,
+    pub(crate) heading_rad: Vec<f64>,
+    pub(crate) rudder_rad: Vec<f64>,
     pub(super) block: usize,
 }
 

@@ -100,7 +100,7 @@ fn compared(model: YawModel<f64>, lead_in_s: f64, samples: &[Sample<f64>]) -> Go
 }
 
 /// Is a vehicle of this time constant known to be at rest after a quiet lead-in?
-pub(super) fn shows_rest(lead_in_s: f64, time_constant_s: f64) -> bool {
+pub(crate) fn shows_rest(lead_in_s: f64, time_constant_s: f64) -> bool {
     lead_in_s >= time_constant_s && lead_in_s > 0.0
 }
 

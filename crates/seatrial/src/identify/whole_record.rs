@@ -8,12 +8,11 @@ use super::excited_segment::most_excited;
 use super::intervals::normal_intervals;
 use super::pace::Pace;
 use super::record_series::RecordSeries;
-use super::robust::estimate::{Lag, RobustEstimate, Source};
+use super::robust::estimate::{RobustEstimate, Source};
 use super::robust::record::Record;
-use crate::identification::{EstimateMethod, Intervals, LagEffect, Refined};
-use crate::sway_yaw::{
-    ModelOrder, ResidualTests, SecondOrder, Structure, SwayYawIntervals, SwayYawModel,
-};
+use super::residual_tests::ResidualTests;
+use crate::identification::{EstimateMethod, HigherOrder, Intervals, LagEffect, Refined};
+use crate::likelihood::{SteeringModel, Structure};
 
 /// The lag whose effect is told, s: that of an ordinary servo.
 const ORDINARY_LAG_S: f64 = 0.1;
@@ -23,6 +22,10 @@ const RULED_OUT: f64 = 3.0;
 
 /// Fewest samples to estimate from.
 const LEAST_SAMPLES: usize = 20;
+
+/// From a disturbance of this share of the rudder's effect on other structures are tried: sound records without a sea have at most 0.001, those
+/// of vehicles with sway 0.02 and more.
+const LEAST_SHARE: f64 = 0.01;
 
 /// Headings that repeat in more than this share of the rows are rounded or held, and their step tells their resolution.
 const COARSE_SHARE: f64 = 0.1;
@@ -36,7 +39,6 @@ pub struct WholeRecord {
     pub robust: RobustEstimate,
     /// Are the prediction errors of the likeliest model white?
     pub residual: Option<ResidualTests>,
-    comparisons: usize,
 }
 
 /// The robust estimate of a record: lag, timing, disturbance and error of the model in one likelihood, beside the nearest simulation.
@@ -54,6 +56,19 @@ pub fn robust_estimate_behind(
     samples: &[Sample<f64>],
     known_delay_s: Option<f64>,
 ) -> Result<WholeRecord, RefineFailure> {
+    estimate(samples, known_delay_s, None)
+}
+
+/// [`robust_estimate`] of a record whose misfit is known to be the sea's.
+pub fn in_a_sea(samples: &[Sample<f64>]) -> Result<WholeRecord, RefineFailure> {
+    estimate(samples, None, Some(Source::Averaged))
+}
+
+fn estimate(
+    samples: &[Sample<f64>],
+    known_delay_s: Option<f64>,
+    source: Option<Source>,
+) -> Result<WholeRecord, RefineFailure> {
     let samples = most_excited(samples);
     if samples.len() < LEAST_SAMPLES {
         return Err(RefineFailure::TooShort {
@@ -61,14 +76,13 @@ pub fn robust_estimate_behind(
         });
     }
     let record = record_of(samples).delayed_by(known_delay_s);
-    let robust = RobustEstimate::of(&record).ok_or(RefineFailure::NotExcited)?;
+    let robust = RobustEstimate::of(&record, source).ok_or(RefineFailure::NotExcited)?;
     let rudder_rad: Vec<f64> = (record.rudder_rad.chunks_exact(robust.block))
         .map(|block| block.iter().sum::<f64>() / block.len() as f64)
         .collect();
     Ok(WholeRecord {
         refined: refined(&robust),
         residual: ResidualTests::of(&robust.innovations, &rudder_rad),
-        comparisons: robust.innovations.len(),
         robust,
     })
 }
@@ -84,47 +98,28 @@ impl WholeRecord {
         self.robust.source == Source::Nearest
     }
 
+    /// Is what a first-order vehicle misses more than chance explains, so that other structures are to be tried?
+    pub fn asks_for_more(&self) -> bool {
+        self.is_nearest() || self.robust.share > LEAST_SHARE
+    }
+
     /// The first-order vehicle behind its lagging rudder, where the record asks for one.
-    pub fn lagging(&self) -> Option<SecondOrder> {
+    pub fn lagging(&self) -> Option<HigherOrder> {
         let lag = self.robust.lag?;
-        let Refined {
-            model, interval_95, ..
-        } = &self.refined;
-        Some(SecondOrder {
-            order: self.order(&lag),
-            model: SwayYawModel {
+        let model = &self.refined.model;
+        Some(HigherOrder {
+            structure: Structure::LAG,
+            model: SteeringModel {
                 a22_per_s: model.a22_per_s,
                 b2_per_s2: model.b2_per_s2,
                 c0_rad_per_s2: model.c0_rad_per_s2,
-                a21_per_s2: 0.0,
-                a11_per_s: 0.0,
-                cross_flow_per_rad_s: 0.0,
                 rudder_lag_s: lag.delay_s,
+                ..SteeringModel::default()
             },
-            interval_95: SwayYawIntervals {
-                a22_per_s: interval_95.a22_per_s,
-                b2_per_s2: interval_95.b2_per_s2,
-                c0_rad_per_s2: interval_95.c0_rad_per_s2,
-                a21_per_s2: None,
-                a11_per_s: None,
-                cross_flow_per_rad_s: None,
-                rudder_lag_s: Some(lag.interval_s),
-            },
-            covariance: self.refined.covariance,
-            heading_noise_rad: self.refined.heading_noise_rad,
-            disturbance_rad_s2: Some(self.refined.disturbance_rad_s2),
+            lag_interval_s: Some(lag.interval_s),
+            hypotheses: Vec::new(),
+            validation: None,
         })
-    }
-
-    fn order(&self, lag: &Lag) -> ModelOrder {
-        ModelOrder {
-            structure: Structure::LAGGING_RUDDER,
-            likelihood_ratio: lag.likelihood_ratio,
-            cautious_likelihood_ratio: lag.likelihood_ratio,
-            threshold: Structure::LAGGING_RUDDER.price(self.comparisons),
-            comparisons: self.comparisons,
-            first_order_residual: None,
-        }
     }
 
     /// What a lag of 0.1 s would do to the model, where the record does not rule it out.

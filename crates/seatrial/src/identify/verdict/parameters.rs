@@ -9,7 +9,7 @@ use crate::identification::{HigherOrder, LagEffect, Reason, ReasonCode, Refined}
 use crate::identify::checked::Checked;
 use crate::identify::chosen::ModelSource;
 use crate::identify::explained::Explained;
-use crate::identify::second_order::ResidualTests;
+use crate::identify::residual_tests::ResidualTests;
 use crate::record::rudder_text;
 
 /// Below this R^2 of heading or yaw rate a model does not even describe the record that it was made from.
@@ -44,8 +44,8 @@ const LEAST_NOISE: f64 = 1e-3;
 impl Weighing {
     pub(super) fn refined(&mut self, refined: &Refined, checked: &Checked) {
         self.intervals(refined, checked);
-        if checked.chosen.lagging().is_none() {
-            // The online estimate takes a lag for damping.
+        if checked.chosen.simulated().is_none() {
+            // The online estimate takes a lag, and sway, for damping.
             self.agreement(checked.online, refined);
         }
         let Some(fit) = checked.explained.first_order() else {
@@ -257,6 +257,18 @@ impl Weighing {
                 ),
             );
         }
+        if let (ModelSource::Beyond(_), Some(refined)) = (&checked.chosen.source, &checked.chosen.refined)
+            && model.a22_per_s < 0.0
+            && refined.interval_95.a22_per_s[1] >= 0.0
+        {
+            self.reject(
+                ReasonCode::Unstable,
+                format!(
+                    "at small rudder angles the vehicle may not stop turning by itself (a22 up to {} 1/s): gains need a vehicle that does; a record of small rudder angles would tell",
+                    three_figures(refined.interval_95.a22_per_s[1])
+                ),
+            );
+        }
         if checked.log.hidden_edges > 0 {
             self.note(
                 ReasonCode::SamplesMissing,
@@ -287,6 +299,8 @@ impl Weighing {
                     checked.higher_order.as_ref().map_or_else(|| "sway or a slow servo".into(), beyond_first_order),
                     if matches!(checked.chosen.source, ModelSource::BehindLag(_)) {
                         "a22, b2 and C0 are those behind the lag, which gains must allow for as a delay"
+                    } else if matches!(checked.chosen.source, ModelSource::Beyond(_)) {
+                        "a22, b2 and C0 are those of the first-order vehicle with the same steady turn at the rudder of the record, and a22's interval reaches the damping of small rudder angles"
                     } else {
                         "the model is the first-order one whose simulation is nearest, and holds for rudder and headings like those of the record"
                     }
@@ -337,14 +351,27 @@ fn holds_zero([low, high]: [f64; 2]) -> bool {
 
 /// What the higher order is, in words.
 fn beyond_first_order(higher: &HigherOrder) -> String {
-    let estimate = &higher.estimate;
-    let mut text = estimate.order.to_string();
-    if let Some([low, high]) = estimate.interval_95.rudder_lag_s {
+    let model = &higher.model;
+    let mut text = format!("the record asks for {}", higher.structure.in_words());
+    if let Some(heaviest) = higher.hypotheses.first() {
+        text += &format!(
+            ", {} % of the weight of {} hypotheses by what they predict of data left out",
+            percent(heaviest.weight),
+            higher.hypotheses.len()
+        );
+    }
+    if let Some([low, high]) = higher.lag_interval_s {
         text += &format!(
             "; the rudder lags by {} s ({} to {} s): log the measured angle rather than the command",
-            three_figures(estimate.model.rudder_lag_s),
+            three_figures(model.rudder_lag_s),
             three_figures(low),
             three_figures(high)
+        );
+    }
+    if let Some(rate_rad_s) = model.rate_limit_rad_s {
+        text += &format!(
+            "; the steering gear moves at most {} deg/s: log the measured angle rather than the order",
+            three_figures(rate_rad_s.to_degrees())
         );
     }
     if let Some(validation) = &higher.validation {

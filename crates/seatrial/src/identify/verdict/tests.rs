@@ -9,7 +9,7 @@ use crate::identify::explained::{Explained, FirstOrderFit};
 use crate::identify::log_statistics::LogStatistics;
 use crate::identify::mishap::{Jam, Mishaps};
 use crate::identify::pace::Pace;
-use crate::identify::second_order::{ResidualTest, ResidualTests};
+use crate::identify::residual_tests::{ResidualTest, ResidualTests};
 use crate::record::{RudderUnit, Window};
 
 const JUMP: Jump = Jump {

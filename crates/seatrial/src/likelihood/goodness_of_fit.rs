@@ -1,4 +1,4 @@
-//! A sway-yaw model against data that it was not made from.
+//! A steering model against data that it was not made from.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use seatrial_core::validation::GoodnessOfFit;
@@ -7,13 +7,14 @@ use seatrial_core::{Real, Sample, YawModel};
 use crate::identification::Validation;
 use crate::identify::error::{IdentifyError, WindowUse};
 use crate::identify::validation;
+use super::steering_model::{SteeringModel, SteeringState};
 use crate::record::{Record, Window};
-use crate::sway_yaw::{SwayYawModel, SwayYawState};
+
 
 /// Simulates `model` over a window of a record and compares (35)-(37), as
 /// [`crate::identify::validation::validate`] does a first-order model.
 pub fn validate(
-    model: &SwayYawModel,
+    model: &SteeringModel,
     record: &Record,
     window: Window,
 ) -> Result<Validation, IdentifyError> {
@@ -41,7 +42,7 @@ pub fn validate(
 /// The simulation starts without drift, from the mean heading and the mean measured yaw rate, 0 where it is not
 /// measured, of the quiet lead-in. Where that is shorter than a time constant, the initial heading and yaw rate are fitted. A sample whose time, heading or
 /// rudder is not finite, or whose time does not increase, is left out.
-pub fn goodness_of_fit(model: &SwayYawModel, samples: &[Sample<f64>]) -> GoodnessOfFit<f64> {
+pub fn goodness_of_fit(model: &SteeringModel, samples: &[Sample<f64>]) -> GoodnessOfFit<f64> {
     let lead_in_s = validation::quiet_lead_in_s(samples);
     let record: Record = samples.iter().copied().collect();
     let samples = record.usable(Window::ALL);
@@ -61,7 +62,7 @@ pub fn goodness_of_fit(model: &SwayYawModel, samples: &[Sample<f64>]) -> Goodnes
         .partition_point(|sample| sample.time_s < first.time_s + lead_in_s)
         .max(1);
     let measured = measured_yaw_rates(&samples);
-    let start = SwayYawState {
+    let start = SteeringState {
         heading_rad: mean(headings.iter().take(lead_in)),
         yaw_rate_rad_s: measured
             .as_ref()
@@ -75,7 +76,7 @@ pub fn goodness_of_fit(model: &SwayYawModel, samples: &[Sample<f64>]) -> Goodnes
         is_start_known: validation::shows_rest(lead_in_s, slowest_s(model)),
     };
     let rates = measured.or_else(|| run.derived_yaw_rates());
-    let of = |signal: fn(&SwayYawState) -> f64, measured: &[f64]| {
+    let of = |signal: fn(&SteeringState) -> f64, measured: &[f64]| {
         (
             run.r2(signal, measured, Offset::OfTheModel),
             run.r2(signal, measured, Offset::Fitted),
@@ -95,7 +96,7 @@ pub fn goodness_of_fit(model: &SwayYawModel, samples: &[Sample<f64>]) -> Goodnes
 }
 
 /// The longest time constant of the linear part, s.
-fn slowest_s(model: &SwayYawModel) -> f64 {
+fn slowest_s(model: &SteeringModel) -> f64 {
     let nomoto = model.nomoto().map(|nomoto| nomoto.t1_s.abs());
     nomoto.unwrap_or(-1.0 / model.a22_per_s)
 }
@@ -122,9 +123,9 @@ enum Offset {
 
 /// Validation samples and where their simulation starts.
 struct ValidationRun<'a> {
-    model: &'a SwayYawModel,
+    model: &'a SteeringModel,
     samples: &'a [Sample<f64>],
-    start: SwayYawState,
+    start: SteeringState,
     is_start_known: bool,
 }
 
@@ -132,18 +133,12 @@ struct ValidationRun<'a> {
 type Change = Vector3<f64>;
 
 impl ValidationRun<'_> {
-    /// Over the time constants that the vehicle has at the drift of this run.
+    /// Over the time constants that the vehicle has at the yaw rates of this run.
     fn derived_yaw_rates(&self) -> Option<Vec<f64>> {
         let states = self.model.simulate(self.samples, self.start);
-        let drift = mean(
-            states
-                .iter()
-                .map(|s| s.drift_rad.abs())
-                .collect::<Vec<_>>()
-                .iter(),
-        );
+        let rates: Vec<f64> = states.iter().map(|s| s.yaw_rate_rad_s.abs()).collect();
         let as_first_order = YawModel {
-            a22_per_s: self.model.a22_per_s + self.model.cross_flow_per_rad_s * drift,
+            a22_per_s: self.model.a22_per_s - self.model.quadratic_per_rad * mean(rates.iter()),
             b2_per_s2: self.model.b2_per_s2,
             c0_rad_per_s2: self.model.c0_rad_per_s2,
         };
@@ -151,12 +146,12 @@ impl ValidationRun<'_> {
         measured_yaw_rates(&derived)
     }
 
-    fn simulated(&self, signal: fn(&SwayYawState) -> f64, change: Change) -> Vec<f64> {
-        let model = SwayYawModel {
+    fn simulated(&self, signal: fn(&SteeringState) -> f64, change: Change) -> Vec<f64> {
+        let model = SteeringModel {
             c0_rad_per_s2: self.model.c0_rad_per_s2 + change[2],
             ..*self.model
         };
-        let start = SwayYawState {
+        let start = SteeringState {
             heading_rad: self.start.heading_rad + change[0],
             yaw_rate_rad_s: self.start.yaw_rate_rad_s + change[1],
             ..self.start
@@ -168,7 +163,7 @@ impl ValidationRun<'_> {
     /// 1 - J/Var (35). `None` where the signal did not vary.
     fn r2_at(
         &self,
-        signal: fn(&SwayYawState) -> f64,
+        signal: fn(&SteeringState) -> f64,
         measured: &[f64],
         change: Change,
     ) -> Option<f64> {
@@ -184,7 +179,7 @@ impl ValidationRun<'_> {
     /// R^2, the best over what is fitted: Newton's method on the sum of squares, with secants of the simulation.
     fn r2(
         &self,
-        signal: fn(&SwayYawState) -> f64,
+        signal: fn(&SteeringState) -> f64,
         measured: &[f64],
         offset: Offset,
     ) -> Option<f64> {
@@ -210,7 +205,7 @@ impl ValidationRun<'_> {
     /// Secants of the simulation for derivatives; `None` where they do not determine the step.
     fn gauss_newton_step(
         &self,
-        signal: fn(&SwayYawState) -> f64,
+        signal: fn(&SteeringState) -> f64,
         measured: &[f64],
         free: &[usize],
         change: Change,

@@ -1,0 +1,70 @@
+//! What the contest of hypotheses hands over: the nearest first-order model with its interval, and the model beyond first order.
+
+use seatrial_core::YawModel;
+
+use super::intervals::normal_intervals;
+use super::robust::estimate::MODEL_ERROR;
+use crate::identification::{EstimateMethod, HigherOrder, Refined};
+use crate::likelihood::filter::Noise;
+use crate::likelihood::steering_model::first_order_at;
+use crate::likelihood::{Candidate, Contest, Disturbance, SteeringModel};
+
+/// The first-order model that has the vehicle's steady turn at the record's rudder amplitude, and the heaviest hypothesis.
+///
+/// The 95 % interval of a22 reaches the damping of small rudder angles, which a gain must hold for. `None` where no hypothesis has a
+/// first-order model near it.
+pub fn beyond_first_order(contest: &Contest, rudder_amplitude_rad: f64) -> Option<(Refined, HigherOrder)> {
+    let moments = contest.moments(&|v, c| first_order_at(v, c, rudder_amplitude_rad))?;
+    let small = contest.moments(&|v, c| first_order_at(v, c, 0.0))?;
+    let mut covariance = moments.covariance;
+    for (i, share) in MODEL_ERROR.iter().enumerate() {
+        covariance[(i, i)] += (share * moments.mean[i]).powi(2);
+    }
+    let model = YawModel::from_theta(moments.mean.into());
+    let mut interval_95 = normal_intervals(&model, &covariance);
+    let [_, least_damped] = &mut interval_95.a22_per_s;
+    *least_damped = least_damped.max(small.mean[0]);
+    let heaviest = contest.heaviest();
+    let (problem, fit) = (&heaviest.hypothesis.problem, heaviest.hypothesis.best());
+    let noise_rad = fit.variance_rad2.sqrt();
+    let vehicle = problem.vehicle(&fit.x);
+    let found = HigherOrder {
+        structure: problem.structure,
+        model: SteeringModel::new(&vehicle, problem.start_of(&fit.x, 0).offset_rad_s2),
+        lag_interval_s: None,
+        hypotheses: contest.weighed(),
+        validation: None,
+    };
+    let refined = Refined {
+        method: EstimateMethod::WeighedHypotheses,
+        model,
+        delta0_rad: model.delta0_rad(),
+        interval_95,
+        covariance: covariance.into(),
+        heading_noise_rad: noise_rad,
+        disturbance_rad_s2: match fit.noise {
+            Noise::Sea { per_s2, .. } => per_s2 * noise_rad,
+            Noise::None | Noise::Drift { .. } => 0.0,
+        },
+    };
+    let is_finite = model.theta().iter().chain(refined.covariance.as_flattened()).all(|x| x.is_finite());
+    is_finite.then_some((refined, found))
+}
+
+/// A hull is believed where its log evidence leads that of a sea by so much: of 24 records in a sea of 2 to 10 % of the rudder's effect no hull
+/// led by more than 2, of 20 of vehicles with sway each by 5 or more.
+const MARGIN: f64 = 3.0;
+
+/// Does a first-order vehicle in a sea, whose gear lags at most, explain the record as well as any other structure?
+pub fn is_a_sea(contest: &Contest) -> bool {
+    let best = |is_of: &dyn Fn(&Candidate) -> bool| {
+        let all = contest.candidates.iter().filter(|c| is_of(c));
+        all.map(|c| c.hypothesis.log_evidence()).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let is_other = |c: &Candidate| {
+        let structure = c.hypothesis.problem.structure;
+        structure.has_own_hull() || structure.rate_limit
+    };
+    let sea = best(&|c| c.hypothesis.disturbance == Disturbance::Sea && c.passes_as_a_sea() && !is_other(c));
+    sea > best(&|c| is_other(c) && c.passes_as_a_sea()) - MARGIN
+}

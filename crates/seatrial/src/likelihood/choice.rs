@@ -1,0 +1,244 @@
+//! The choice between hypotheses: prediction of data left out, and what is left of evidence.
+
+use super::evidence::{Hypothesis, hypotheses};
+use super::hypothesis::{Disturbance, Structure};
+use super::left_out::{blocks, free_run_rad2, without};
+use super::leg::Leg;
+use super::sea_test::{NEGLIGIBLE, SeaTest, sea_test};
+use crate::draw::Draw;
+use crate::record::duration_s;
+use nalgebra::DVector;
+use seatrial_core::Sample;
+use serde::{Deserialize, Serialize};
+
+/// Standard errors by which a hypothesis may predict worse than the best: 1 throws true seas out, 2 keeps false ones.
+const WORSE: f64 = 1.5;
+
+/// Log mean square by which a hypothesis may predict worse, whatever the blocks' scatter.
+const NEGLIGIBLY_WORSE: f64 = 0.02;
+
+/// Draws of the Bayesian bootstrap over blocks.
+const BOOTSTRAP: usize = 400;
+
+/// Most comparisons of a record, so that a contest stays a matter of a second.
+const MOST_COMPARISONS: usize = 400;
+
+/// A hypothesis as documents show it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Weighed {
+    /// Structure and disturbance in words.
+    pub name: String,
+    /// The structure.
+    pub structure: Structure,
+    /// The disturbance.
+    pub disturbance: Disturbance,
+    /// Share of the weight.
+    pub weight: f64,
+    /// Mean log of the mean square error, rad^2, on data left out.
+    pub score: f64,
+}
+
+/// The whole table against samples of one record. `None` where they determine nothing.
+///
+/// Headings are averaged to at most 400 comparisons. `legs` keeps what the contest borrows.
+pub fn contest_of<'a>(samples: &[Sample<f64>], legs: &'a mut Vec<Leg>) -> Option<Contest<'a>> {
+    const LEAST_COMPARISONS: usize = 20;
+    legs.clear();
+    legs.push(Leg::new(samples, samples.len().div_ceil(MOST_COMPARISONS)));
+    let interval_s = duration_s(samples) / (samples.len().max(2) - 1) as f64;
+    if legs.iter().map(Leg::len).sum::<usize>() < LEAST_COMPARISONS {
+        return None;
+    }
+    Contest::of(legs, interval_s, &Structure::TABLE, &Disturbance::ALL)
+}
+
+/// A hypothesis in the contest.
+#[derive(Clone, Debug)]
+pub struct Candidate<'a> {
+    /// Structure, disturbance and fits.
+    pub hypothesis: Hypothesis<'a>,
+    /// Scaled parameters without each block.
+    pub without: Vec<DVector<f64>>,
+    /// Log of the mean square of the free run over each block, with an error that nobody cares for.
+    pub scores: Vec<f64>,
+    /// Mean score less that of the best, and its standard error.
+    pub behind: [f64; 2],
+    /// How far a sea lies from its own draws.
+    pub sea_test: Option<SeaTest>,
+    /// Share of the weight.
+    pub weight: f64,
+}
+
+/// All hypotheses of a record with their weights.
+#[derive(Clone, Debug)]
+pub struct Contest<'a> {
+    /// Every hypothesis, in the order of the table.
+    pub candidates: Vec<Candidate<'a>>,
+}
+
+impl Candidate<'_> {
+    /// Mean score over the blocks: log mean square of what was left out.
+    pub fn score(&self) -> f64 {
+        self.scores.iter().sum::<f64>() / self.scores.len().max(1) as f64
+    }
+
+    /// Is it no sea, or one that its own draws explain?
+    pub fn passes_as_a_sea(&self) -> bool {
+        self.sea_test.is_none_or(|test| test.is_a_sea())
+    }
+
+    fn predicts_well(&self) -> bool {
+        let [behind, error] = self.behind;
+        behind <= WORSE * error || behind < NEGLIGIBLY_WORSE
+    }
+}
+
+impl<'a> Contest<'a> {
+    /// Of a record. `None` where it determines nothing.
+    pub fn of(
+        legs: &'a [Leg],
+        interval_s: f64,
+        structures: &[Structure],
+        disturbances: &[Disturbance],
+    ) -> Option<Self> {
+        let all = hypotheses(legs, interval_s, structures, disturbances);
+        let tests: Vec<Option<SeaTest>> = all.iter().map(|h| sea_test_of(h, &all)).collect();
+        let mut candidates: Vec<Candidate> = all
+            .into_iter()
+            .zip(tests)
+            .map(|(hypothesis, sea_test)| Candidate::new(hypothesis, sea_test))
+            .collect();
+        let best = candidates
+            .iter()
+            .filter(|c| c.passes_as_a_sea())
+            .min_by(|a, b| a.score().total_cmp(&b.score()))?
+            .scores
+            .clone();
+        for candidate in &mut candidates {
+            candidate.behind = mean_and_error(&candidate.scores, &best);
+        }
+        let mut contest = Self { candidates };
+        contest.weigh();
+        Some(contest)
+    }
+
+    /// A sea that is left is weighed by evidence; else each hypothesis by how often it would predict best.
+    fn weigh(&mut self) {
+        let is_in = |c: &Candidate| c.passes_as_a_sea() && c.predicts_well();
+        let has_sea = self
+            .candidates
+            .iter()
+            .any(|c| is_in(c) && c.hypothesis.disturbance == Disturbance::Sea);
+        let weights = match has_sea {
+            true => by_evidence(&self.candidates, is_in),
+            false => by_prediction(&self.candidates, is_in),
+        };
+        let total: f64 = weights.iter().sum();
+        for (candidate, weight) in self.candidates.iter_mut().zip(weights) {
+            candidate.weight = weight / total.max(f64::MIN_POSITIVE);
+        }
+    }
+
+    /// The hypothesis with the most weight.
+    pub fn heaviest(&self) -> &Candidate<'a> {
+        let heavier = |a: &&Candidate, b: &&Candidate| a.weight.total_cmp(&b.weight);
+        self.candidates.iter().max_by(heavier).unwrap_or(&self.candidates[0])
+    }
+
+    /// Hypotheses of at least a hundredth of the weight, the heaviest first.
+    pub fn weighed(&self) -> Vec<Weighed> {
+        const LEAST: f64 = 0.01;
+        let mut weighed: Vec<Weighed> = (self.candidates.iter())
+            .filter(|c| c.weight >= LEAST)
+            .map(|c| {
+                let (structure, disturbance) = (c.hypothesis.problem.structure, c.hypothesis.disturbance);
+                Weighed {
+                    name: format!("{}, {disturbance}", structure.in_words()),
+                    structure,
+                    disturbance,
+                    weight: c.weight,
+                    score: c.score(),
+                }
+            })
+            .collect();
+        weighed.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+        weighed
+    }
+
+    /// Weight of all hypotheses for which this holds.
+    pub fn weight_of(&self, holds: impl Fn(&Hypothesis) -> bool) -> f64 {
+        let of = |c: &Candidate| if holds(&c.hypothesis) { c.weight } else { 0.0 };
+        self.candidates.iter().map(of).sum()
+    }
+}
+
+impl<'a> Candidate<'a> {
+    fn new(hypothesis: Hypothesis<'a>, sea_test: Option<SeaTest>) -> Self {
+        let problem = &hypothesis.problem;
+        let negligible = (NEGLIGIBLE * problem.scale.heading_rad).powi(2);
+        let blocks = blocks(problem);
+        let without: Vec<DVector<f64>> =
+            blocks.iter().map(|block| without(problem, hypothesis.best(), block)).collect();
+        let scores = blocks
+            .iter()
+            .zip(&without)
+            .map(|(block, x)| libm::log(free_run_rad2(problem, x, block) + negligible))
+            .collect();
+        Self { without, scores, behind: [0.0; 2], sea_test, weight: 0.0, hypothesis }
+    }
+}
+
+/// `None` of what is no sea, and where no output error of the same structure was asked for.
+fn sea_test_of(hypothesis: &Hypothesis, all: &[Hypothesis]) -> Option<SeaTest> {
+    if hypothesis.disturbance != Disturbance::Sea {
+        return None;
+    }
+    let structure = hypothesis.problem.structure;
+    let is_mate = |h: &&Hypothesis| h.problem.structure == structure && h.disturbance == Disturbance::None;
+    let mate = all.iter().find(is_mate)?;
+    sea_test(&hypothesis.problem, mate.best(), hypothesis.best())
+}
+
+fn mean_and_error(scores: &[f64], best: &[f64]) -> [f64; 2] {
+    let apart: Vec<f64> = scores.iter().zip(best).map(|(a, b)| a - b).collect();
+    let n = apart.len() as f64;
+    if apart.len() < 2 {
+        return [apart.first().copied().unwrap_or(0.0), 1.0];
+    }
+    let mean = apart.iter().sum::<f64>() / n;
+    let variance = apart.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    [mean, (variance / n).sqrt()]
+}
+
+fn by_evidence(candidates: &[Candidate], is_in: impl Fn(&Candidate) -> bool) -> Vec<f64> {
+    let logs = |c: &Candidate| match is_in(c) {
+        true => c.hypothesis.log_evidence(),
+        false => f64::NEG_INFINITY,
+    };
+    let most = candidates.iter().map(logs).fold(f64::NEG_INFINITY, f64::max);
+    candidates.iter().map(|c| libm::exp(logs(c) - most)).collect()
+}
+
+/// How often each would have been the best predictor: a Bayesian bootstrap over the blocks (Rubin 1981).
+fn by_prediction(candidates: &[Candidate], is_in: impl Fn(&Candidate) -> bool) -> Vec<f64> {
+    let blocks = candidates.first().map_or(0, |c| c.scores.len());
+    let stays = |c: &&Candidate| {
+        let [behind, error] = c.behind;
+        is_in(c) && (behind <= error || behind < NEGLIGIBLY_WORSE)
+    };
+    let mut wins = vec![0.0; candidates.len()];
+    let mut draw = Draw::new(0);
+    for _ in 0..BOOTSTRAP {
+        let shares: Vec<f64> = (0..blocks).map(|_| -libm::log(1.0 - draw.uniform())).collect();
+        let score = |c: &Candidate| -> f64 { c.scores.iter().zip(&shares).map(|(s, w)| s * w).sum() };
+        let best = candidates
+            .iter()
+            .enumerate()
+            .filter(|(_, c)| stays(c))
+            .min_by(|a, b| score(a.1).total_cmp(&score(b.1)));
+        if let Some((winner, _)) = best {
+            wins[winner] += 1.0;
+        }
+    }
+    wins
+}

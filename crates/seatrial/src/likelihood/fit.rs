@@ -1,0 +1,376 @@
+//! The fit of one hypothesis: Gauss and Newton's method with Levenberg's damping on innovations and priors.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::filter::{Gains, Noise, Start, innovations};
+use super::hypothesis::{Parameter, Scale, Structure, Vehicle};
+use super::leg::Leg;
+
+/// Share of the heading's deviation that no model of a vehicle explains.
+const UNEXPLAINED: f64 = 0.002;
+
+/// A step of Gauss and Newton moves no shared scaled parameter further.
+const LONGEST_STEP: f64 = 1.5;
+
+/// All legs of a record under one structure.
+#[derive(Clone, Debug)]
+pub struct Problem<'a> {
+    /// The legs.
+    pub legs: &'a [Leg],
+    /// The structure.
+    pub structure: Structure,
+    /// Its shared parameters.
+    pub parameters: Vec<Parameter>,
+    /// Their scale.
+    pub scale: Scale,
+    slopes_rad_s: Vec<Vec<f64>>,
+}
+
+/// A hypothesis with its parameters where the posterior is largest.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// Shared parameters, then heading, yaw rate, offset and, with sway, v of each leg; all scaled.
+    pub x: DVector<f64>,
+    /// The disturbance.
+    pub noise: Noise,
+    /// Innovations.
+    pub errors: DVector<f64>,
+    /// Their derivatives.
+    pub jacobian: DMatrix<f64>,
+    /// Information of the scaled parameters, priors included.
+    pub information: DMatrix<f64>,
+    /// Variance of the heading noise of a comparison, rad^2.
+    pub variance_rad2: f64,
+    /// Minus log of likelihood and priors.
+    pub cost: f64,
+    /// Log of the restricted likelihood.
+    pub log_evidence: f64,
+}
+
+/// How carefully a fit is looked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Most steps.
+    pub steps: u32,
+    /// A step that lowers the cost by less is the last.
+    pub tolerance: f64,
+}
+
+impl Effort {
+    /// For an answer.
+    pub const WHOLE: Self = Self { steps: 25, tolerance: 1e-4 };
+    /// For a node of a grid.
+    pub const NODE: Self = Self { steps: 6, tolerance: 3e-3 };
+}
+
+impl<'a> Problem<'a> {
+    /// Of these legs.
+    pub fn new(legs: &'a [Leg], structure: Structure, scale: Scale) -> Self {
+        Self {
+            legs,
+            structure,
+            parameters: structure.parameters(),
+            scale,
+            slopes_rad_s: legs.iter().map(Leg::slopes_rad_s).collect(),
+        }
+    }
+
+    /// Parameters of a leg.
+    pub fn per_leg(&self) -> usize {
+        if self.structure.sway { 4 } else { 3 }
+    }
+
+    /// All parameters.
+    pub fn size(&self) -> usize {
+        self.parameters.len() + self.per_leg() * self.legs.len()
+    }
+
+    /// Comparisons of all legs.
+    pub fn comparisons(&self) -> usize {
+        self.legs.iter().map(Leg::len).sum()
+    }
+
+    /// The vehicle of scaled parameters.
+    pub fn vehicle(&self, x: &DVector<f64>) -> Vehicle {
+        self.scale.vehicle(&self.parameters, &x.as_slice()[..self.parameters.len()])
+    }
+
+    /// Place of a leg's first parameter.
+    pub fn first_of_leg(&self, leg: usize) -> usize {
+        self.parameters.len() + self.per_leg() * leg
+    }
+
+    /// Where a leg starts.
+    pub fn start_of(&self, x: &DVector<f64>, leg: usize) -> Start {
+        let own = &x.as_slice()[self.first_of_leg(leg)..];
+        let scale = &self.scale;
+        Start {
+            heading_rad: own[0],
+            yaw_rate_rad_s: own[1] * scale.yaw_rate_rad_s,
+            offset_rad_s2: own[2] * scale.rate_per_s * scale.yaw_rate_rad_s,
+            sway_rad: match self.structure.sway {
+                true => own[3] * scale.yaw_rate_rad_s / scale.rate_per_s,
+                false => 0.0,
+            },
+        }
+    }
+
+    /// Scaled parameters of a vehicle of the scale's rate and authority, at rest relative to the first headings.
+    pub fn first_guess(&self) -> DVector<f64> {
+        let mut x = DVector::zeros(self.size());
+        x[0] = 1.0;
+        x[1] = 1.0;
+        for (j, leg) in self.legs.iter().enumerate() {
+            let at = self.first_of_leg(j);
+            let near = 3.min(leg.len() - 1);
+            x[at] = leg.heading_rad[0];
+            x[at + 1] = (leg.heading_rad[near] - leg.heading_rad[0])
+                / (leg.time_s[near] - leg.time_s[0]).max(f64::MIN_POSITIVE)
+                / self.scale.yaw_rate_rad_s;
+        }
+        x
+    }
+
+    /// The solution of another structure in the parameters of this one; what is new keeps the value of `x`.
+    pub fn from_parent(&self, x: &mut DVector<f64>, parent: &Problem, solution: &DVector<f64>) {
+        for (i, parameter) in self.parameters.iter().enumerate() {
+            if let Some(k) = parent.parameters.iter().position(|p| p == parameter) {
+                x[i] = solution[k];
+            }
+        }
+        for leg in 0..self.legs.len() {
+            let (own, other) = (self.first_of_leg(leg), parent.first_of_leg(leg));
+            for k in 0..self.per_leg().min(parent.per_leg()) {
+                x[own + k] = solution[other + k];
+            }
+        }
+    }
+
+    /// Gains of one leg.
+    pub fn gains(&self, leg: usize, vehicle: &Vehicle, noise: &Noise) -> Option<Gains> {
+        Gains::of(&self.legs[leg], vehicle, noise, &self.slopes_rad_s[leg])
+    }
+
+    /// Gains of all legs and the sum of the logs of their deviations.
+    pub fn all_gains(&self, x: &DVector<f64>, noise: &Noise) -> (Vec<Option<Gains>>, f64) {
+        let vehicle = self.vehicle(x);
+        let gains: Vec<Option<Gains>> =
+            (0..self.legs.len()).map(|leg| self.gains(leg, &vehicle, noise)).collect();
+        let logs = gains.iter().flatten().map(|gains| gains.log_deviations).sum();
+        (gains, logs)
+    }
+
+    /// Innovations of a leg.
+    fn of_leg(&self, x: &DVector<f64>, leg: usize, gains: Option<&Gains>) -> Vec<f64> {
+        let vehicle = self.vehicle(x);
+        let record = &self.legs[leg];
+        let commands = record.commands(vehicle.shift_s);
+        innovations(
+            record,
+            [0, record.len()],
+            &vehicle,
+            &self.start_of(x, leg),
+            gains,
+            &commands,
+        )
+    }
+
+    /// Innovations of all legs under given gains.
+    pub fn innovations(&self, x: &DVector<f64>, gains: &[Option<Gains>]) -> DVector<f64> {
+        let mut errors = Vec::with_capacity(self.comparisons());
+        for (leg, gains) in gains.iter().enumerate() {
+            errors.extend(self.of_leg(x, leg, gains.as_ref()));
+        }
+        bounded(errors)
+    }
+
+    /// Derivatives of the innovations by differences.
+    fn jacobian(
+        &self,
+        x: &DVector<f64>,
+        noise: &Noise,
+        gains: &[Option<Gains>],
+        errors: &DVector<f64>,
+    ) -> DMatrix<f64> {
+        let mut jacobian = DMatrix::zeros(errors.len(), self.size());
+        for (i, parameter) in self.parameters.iter().enumerate() {
+            let step = 1e-4;
+            let mut moved = x.clone();
+            moved[i] += step;
+            let own = parameter.is_dynamic() && !matches!(noise, Noise::None | Noise::Drift { .. });
+            let there = match own {
+                true => self.innovations(&moved, &self.all_gains(&moved, noise).0),
+                false => self.innovations(&moved, gains),
+            };
+            jacobian.set_column(i, &((there - errors) / step));
+        }
+        let mut row = 0;
+        for (leg, record) in self.legs.iter().enumerate() {
+            let own = errors.rows(row, record.len());
+            for k in 0..self.per_leg() {
+                let step = 1e-5;
+                let mut moved = x.clone();
+                moved[self.first_of_leg(leg) + k] += step;
+                let there = bounded(self.of_leg(&moved, leg, gains[leg].as_ref()));
+                let column = (there - own) / step;
+                jacobian
+                    .view_mut((row, self.first_of_leg(leg) + k), (record.len(), 1))
+                    .copy_from(&column);
+            }
+            row += record.len();
+        }
+        jacobian
+    }
+
+    /// Priors of the scaled parameters: inverse variances.
+    fn prior_information(&self) -> DVector<f64> {
+        let mut information = DVector::zeros(self.size());
+        for (i, parameter) in self.parameters.iter().enumerate() {
+            information[i] = parameter.prior_deviation().map_or(1e-6, |d| 1.0 / (d * d));
+        }
+        information
+    }
+
+    /// The scaled point with a prior: what has none counts as 0.
+    fn believed(&self, x: &DVector<f64>) -> DVector<f64> {
+        let mut believed = DVector::zeros(self.size());
+        for (i, parameter) in self.parameters.iter().enumerate() {
+            if parameter.prior_deviation().is_some() {
+                believed[i] = x[i];
+            }
+        }
+        believed
+    }
+
+    /// Samples beyond the parameters.
+    pub fn freedom(&self) -> f64 {
+        (self.comparisons() as f64 - self.size() as f64).max(5.0)
+    }
+
+    /// Variance of the heading noise by innovations, no less than what no model explains.
+    fn variance(&self, errors: &DVector<f64>) -> f64 {
+        let least = UNEXPLAINED * self.scale.heading_rad;
+        (errors.norm_squared() / self.freedom()).max(least * least).max(f64::MIN_POSITIVE)
+    }
+
+    fn cost(&self, errors: &DVector<f64>, logs: f64, x: &DVector<f64>) -> f64 {
+        let variance = self.variance(errors);
+        let believed = self.believed(x);
+        0.5 * self.freedom() * libm::log(variance)
+            + 0.5 * errors.norm_squared() / variance
+            + logs
+            + 0.5 * believed.dot(&believed.component_mul(&self.prior_information()))
+    }
+
+    /// The largest posterior from a start. `None` where the record determines nothing.
+    pub fn fit(&self, start: &DVector<f64>, noise: Noise, effort: Effort) -> Option<Fit> {
+        let prior = self.prior_information();
+        let shared = self.parameters.len();
+        let mut x = start.clone();
+        let (mut gains, logs) = self.all_gains(&x, &noise);
+        let mut errors = self.innovations(&x, &gains);
+        let mut cost = self.cost(&errors, logs, &x);
+        let mut damping = 1e-3;
+        for _ in 0..effort.steps {
+            let variance = self.variance(&errors);
+            let jacobian = self.jacobian(&x, &noise, &gains, &errors);
+            let information = self.information(&jacobian, variance, &prior);
+            let slope = jacobian.tr_mul(&errors) / variance + self.believed(&x).component_mul(&prior);
+            let mut is_done = true;
+            for _ in 0..8 {
+                let mut damped = information.clone();
+                for i in 0..self.size() {
+                    damped[(i, i)] += damping * information[(i, i)] + 1e-12;
+                }
+                let Some(factor) = damped.cholesky() else {
+                    damping *= 10.0;
+                    continue;
+                };
+                let mut step = -factor.solve(&slope);
+                let longest = step.rows(0, shared).amax();
+                if longest > LONGEST_STEP {
+                    step *= LONGEST_STEP / longest;
+                }
+                let there = &x + &step;
+                let (next_gains, next_logs) = self.all_gains(&there, &noise);
+                let next_errors = self.innovations(&there, &next_gains);
+                let next_cost = self.cost(&next_errors, next_logs, &there);
+                if next_cost < cost + 1e-9 {
+                    is_done = cost - next_cost < effort.tolerance;
+                    (x, gains, errors, cost) = (there, next_gains, next_errors, next_cost);
+                    damping = (damping / 10.0).max(1e-9);
+                    break;
+                }
+                damping *= 10.0;
+            }
+            if is_done {
+                break;
+            }
+        }
+        let variance = self.variance(&errors);
+        let jacobian = self.jacobian(&x, &noise, &gains, &errors);
+        let information = self.information(&jacobian, variance, &prior);
+        let factor = information.clone().cholesky()?;
+        let log_determinant = 2.0 * factor.l().diagonal().iter().map(|d| libm::log(*d)).sum::<f64>();
+        let log_prior: f64 = self
+            .parameters
+            .iter()
+            .filter_map(|p| p.prior_deviation())
+            .map(libm::log)
+            .sum();
+        // The cost has the freedom that is left, the evidence counts every comparison: what the parameters take is in the determinant.
+        let taken = self.comparisons() as f64 - self.freedom();
+        let log_evidence = -cost - 0.5 * taken * libm::log(variance) - 0.5 * log_determinant - log_prior;
+        (cost.is_finite() && log_evidence.is_finite()).then_some(Fit {
+            x,
+            noise,
+            errors,
+            jacobian,
+            information,
+            variance_rad2: variance,
+            cost,
+            log_evidence,
+        })
+    }
+
+    /// Log of the noise at the best authority, starts and offsets, with the other shared parameters held, and that point.
+    pub fn linear_cost(&self, x: &DVector<f64>, noise: &Noise) -> Option<(f64, DVector<f64>)> {
+        let (gains, logs) = self.all_gains(x, noise);
+        let errors = self.innovations(x, &gains);
+        let shared = self.parameters.len();
+        let is_free = |i: &usize| *i >= shared || self.parameters[*i] == Parameter::Authority;
+        let free: Vec<usize> = (0..self.size()).filter(is_free).collect();
+        let jacobian = self.jacobian(x, noise, &gains, &errors).select_columns(&free);
+        let mut information = jacobian.tr_mul(&jacobian);
+        for i in 0..free.len() {
+            information[(i, i)] *= 1.0 + 1e-9;
+        }
+        let step = -information.cholesky()?.solve(&jacobian.tr_mul(&errors));
+        let left = (errors + jacobian * &step).norm_squared();
+        let cost = 0.5 * self.comparisons() as f64 * libm::log(left.max(f64::MIN_POSITIVE)) + logs;
+        let mut there = x.clone();
+        for (i, step) in free.iter().zip(step.iter()) {
+            there[*i] += step;
+        }
+        Some((cost, there))
+    }
+
+    fn information(
+        &self,
+        jacobian: &DMatrix<f64>,
+        variance: f64,
+        prior: &DVector<f64>,
+    ) -> DMatrix<f64> {
+        let mut information = jacobian.tr_mul(jacobian) / variance;
+        for i in 0..self.size() {
+            information[(i, i)] += prior[i];
+        }
+        information
+    }
+}
+
+/// A run that leaves the numbers is only very wrong.
+fn bounded(errors: Vec<f64>) -> DVector<f64> {
+    let bound = |e: f64| if e.is_nan() { 1e3 } else { e.clamp(-1e6, 1e6) };
+    DVector::from_iterator(errors.len(), errors.into_iter().map(bound))
+}

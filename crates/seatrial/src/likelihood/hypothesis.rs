@@ -1,0 +1,280 @@
+//! The table of hypotheses: what a vehicle may be, what may disturb it, and what is believed before a record is seen.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::leg::{Leg, deviation};
+
+/// What acts on yaw beside linear damping and a rudder that is where its record says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Structure {
+    /// The record of the rudder is early or late: tau.
+    pub shift: bool,
+    /// The gear lags: T_l.
+    pub lag: bool,
+    /// The gear has a largest rate: rho.
+    pub rate_limit: bool,
+    /// Damping grows with the yaw rate: d2.
+    pub quadratic: bool,
+    /// Sway acts on yaw: k and T_v.
+    pub sway: bool,
+}
+
+impl Structure {
+    /// Linear damping and a rudder as recorded.
+    pub const FIRST_ORDER: Self = Self {
+        shift: false,
+        lag: false,
+        rate_limit: false,
+        quadratic: false,
+        sway: false,
+    };
+    const SHIFT: Self = Self { shift: true, ..Self::FIRST_ORDER };
+    /// First order behind a gear that lags.
+    pub const LAG: Self = Self { lag: true, ..Self::SHIFT };
+    const RATE_LIMIT: Self = Self { rate_limit: true, ..Self::SHIFT };
+    const QUADRATIC: Self = Self { quadratic: true, ..Self::SHIFT };
+    const SWAY: Self = Self { sway: true, ..Self::SHIFT };
+    const SWAY_QUADRATIC: Self = Self { quadratic: true, ..Self::SWAY };
+
+    /// Every structure of the table, each after the one that it starts from.
+    pub const TABLE: [Self; 7] = [
+        Self::FIRST_ORDER,
+        Self::SHIFT,
+        Self::LAG,
+        Self::RATE_LIMIT,
+        Self::QUADRATIC,
+        Self::SWAY,
+        Self::SWAY_QUADRATIC,
+    ];
+
+    /// The structure of the table whose solution this one starts from.
+    pub fn parent(&self) -> Option<Self> {
+        match *self {
+            Self::FIRST_ORDER => None,
+            Self::SHIFT => Some(Self::FIRST_ORDER),
+            Self::SWAY_QUADRATIC => Some(Self::SWAY),
+            _ => Some(Self::SHIFT),
+        }
+    }
+
+    /// Does the hull differ from first order?
+    pub fn has_own_hull(&self) -> bool {
+        self.quadratic || self.sway
+    }
+
+    /// Does more than linear damping and a shift of the record explain the heading?
+    pub fn exceeds_first_order(&self) -> bool {
+        self.has_own_hull() || self.lag || self.rate_limit
+    }
+
+    /// Its parameters.
+    pub fn parameters(&self) -> Vec<Parameter> {
+        let has = |parameter: &Parameter| match parameter {
+            Parameter::Damping | Parameter::Authority => true,
+            Parameter::Shift => self.shift,
+            Parameter::Lag => self.lag,
+            Parameter::RateLimit => self.rate_limit,
+            Parameter::Quadratic => self.quadratic,
+            Parameter::Coupling | Parameter::SwayTime => self.sway,
+        };
+        Parameter::ALL.into_iter().filter(has).collect()
+    }
+
+    /// In words.
+    pub fn in_words(&self) -> &'static str {
+        match (self.sway, self.quadratic, self.rate_limit, self.lag) {
+            (false, false, false, false) => "first order",
+            (false, false, false, true) => "first order with a lagging rudder",
+            (false, false, true, _) => "first order behind a rate-limited steering gear",
+            (false, true, ..) => "damping that grows with the yaw rate",
+            (true, false, ..) => "second order (sway and yaw)",
+            (true, true, ..) => "sway and yaw with damping that grows with the yaw rate",
+        }
+    }
+}
+
+/// What besides the rudder turns the vehicle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Disturbance {
+    /// Nothing: output error.
+    None,
+    /// A random walk of the heading: output error in the yaw rate, which no disturbance can feign a hull with.
+    Drift,
+    /// A Gauss-Markov yaw acceleration.
+    Sea,
+}
+
+impl Disturbance {
+    /// Every disturbance of the table.
+    pub const ALL: [Self; 3] = [Self::None, Self::Drift, Self::Sea];
+}
+
+impl fmt::Display for Disturbance {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Self::None => "no disturbance",
+            Self::Drift => "drifting heading",
+            Self::Sea => "sea",
+        })
+    }
+}
+
+/// A parameter that all legs share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parameter {
+    /// d0.
+    Damping,
+    /// b.
+    Authority,
+    /// tau.
+    Shift,
+    /// T_l.
+    Lag,
+    /// rho.
+    RateLimit,
+    /// d2.
+    Quadratic,
+    /// k.
+    Coupling,
+    /// T_v.
+    SwayTime,
+}
+
+impl Parameter {
+    const ALL: [Self; 8] = [
+        Self::Damping,
+        Self::Authority,
+        Self::Shift,
+        Self::Lag,
+        Self::RateLimit,
+        Self::Quadratic,
+        Self::Coupling,
+        Self::SwayTime,
+    ];
+
+    /// Standard deviation of what is believed of the scaled parameter, whose mean is 0; `None` where nothing is.
+    pub fn prior_deviation(self) -> Option<f64> {
+        match self {
+            Self::Damping | Self::Authority => None,
+            Self::Shift => Some(0.6),
+            Self::Lag => Some(1.2),
+            Self::RateLimit | Self::Quadratic => Some(1.5),
+            Self::Coupling => Some(0.7),
+            Self::SwayTime => Some(1.0),
+        }
+    }
+
+    /// Scaled values that a search starts from.
+    pub fn starts(self) -> &'static [f64] {
+        match self {
+            Self::Lag => &[-0.5, 0.8],
+            Self::RateLimit => &[-1.0, 0.7],
+            Self::Quadratic => &[-1.0],
+            Self::Coupling => &[-0.35, 0.35],
+            Self::SwayTime => &[0.0],
+            Self::Damping | Self::Authority | Self::Shift => &[],
+        }
+    }
+
+    /// Does it change how a disturbance moves the heading?
+    pub fn is_dynamic(self) -> bool {
+        matches!(self, Self::Damping | Self::Quadratic | Self::Coupling | Self::SwayTime)
+    }
+}
+
+/// A vehicle and its gear in SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vehicle {
+    /// d0, 1/s.
+    pub damping_per_s: f64,
+    /// b, 1/s^2.
+    pub authority_per_s2: f64,
+    /// tau, s.
+    pub shift_s: f64,
+    /// T_l, s; 0 where the gear does not lag.
+    pub lag_s: f64,
+    /// rho, rad/s; infinite where the gear has no largest rate.
+    pub rate_limit_rad_s: f64,
+    /// d2, 1/rad.
+    pub quadratic_per_rad: f64,
+    /// k, 1/s^2.
+    pub coupling_per_s2: f64,
+    /// T_v, s.
+    pub sway_s: f64,
+}
+
+/// Sizes of a record by which parameters are scaled, so that priors hold for a torpedo and a tanker alike.
+#[derive(Clone, Copy, Debug)]
+pub struct Scale {
+    /// Rate of the vehicle, 1/s.
+    pub rate_per_s: f64,
+    /// Rudder authority, 1/s^2, with its sign.
+    pub authority_per_s2: f64,
+    /// Yaw rate, rad/s.
+    pub yaw_rate_rad_s: f64,
+    /// Rate of a gear that needs half the time between strokes from side to side, rad/s.
+    pub slew_rad_s: f64,
+    /// Largest usual interval between samples of the record, s.
+    pub interval_s: f64,
+    /// Standard deviation of the heading, rad, mean over the legs.
+    pub heading_rad: f64,
+}
+
+impl Scale {
+    /// Of these legs, around a vehicle of this rate and authority.
+    pub fn of(legs: &[Leg], interval_s: f64, rate_per_s: f64, authority_per_s2: f64) -> Self {
+        let rates = legs.iter().map(|leg| deviation(&leg.slopes_rad_s()));
+        let duration_s: f64 = legs.iter().map(Leg::duration_s).sum();
+        let mut rudder_rad: f64 = 0.0;
+        let mut strokes = 0;
+        for leg in legs {
+            let command = leg.commands(0.0);
+            let mean = command.iter().sum::<f64>() / command.len().max(1) as f64;
+            rudder_rad = rudder_rad.max(deviation(&command));
+            strokes += command.windows(2).filter(|c| (c[0] > mean) != (c[1] > mean)).count();
+        }
+        let headings = legs.iter().map(Leg::heading_deviation_rad);
+        Self {
+            rate_per_s,
+            authority_per_s2,
+            yaw_rate_rad_s: rates.fold(f64::MIN_POSITIVE, f64::max),
+            slew_rad_s: 4.0 * rudder_rad * (strokes + 1) as f64 / duration_s,
+            interval_s,
+            heading_rad: headings.sum::<f64>() / legs.len().max(1) as f64,
+        }
+    }
+
+    /// The vehicle of scaled parameters.
+    pub fn vehicle(&self, parameters: &[Parameter], scaled: &[f64]) -> Vehicle {
+        let rate = self.rate_per_s;
+        let mut vehicle = Vehicle {
+            damping_per_s: rate,
+            authority_per_s2: self.authority_per_s2,
+            shift_s: 0.0,
+            lag_s: 0.0,
+            rate_limit_rad_s: f64::INFINITY,
+            quadratic_per_rad: 0.0,
+            coupling_per_s2: 0.0,
+            sway_s: 1.0 / rate,
+        };
+        for (parameter, x) in parameters.iter().zip(scaled) {
+            let positive = libm::exp(x.clamp(-12.0, 12.0));
+            match parameter {
+                Parameter::Damping => vehicle.damping_per_s = x * rate,
+                Parameter::Authority => vehicle.authority_per_s2 = x * self.authority_per_s2,
+                Parameter::Shift => vehicle.shift_s = x * self.interval_s,
+                Parameter::Lag => vehicle.lag_s = positive * 0.15 / rate,
+                Parameter::RateLimit => vehicle.rate_limit_rad_s = positive * self.slew_rad_s,
+                Parameter::Quadratic => {
+                    vehicle.quadratic_per_rad = positive * 0.3 * rate / self.yaw_rate_rad_s;
+                }
+                Parameter::Coupling => vehicle.coupling_per_s2 = x * rate * rate,
+                Parameter::SwayTime => vehicle.sway_s = positive / rate,
+            }
+        }
+        vehicle
+    }
+}

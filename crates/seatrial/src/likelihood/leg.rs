@@ -1,0 +1,130 @@
+//! A stretch of record without a gap, as the likelihood compares it.
+
+use seatrial_core::Sample;
+
+use crate::identify::record_series::RecordSeries;
+
+/// Parts of an interval over which the rudder is a mean.
+pub const PARTS: usize = 3;
+
+/// Headings at their times, and the integral of the command.
+#[derive(Clone, Debug)]
+pub struct Leg {
+    /// Times of the comparisons, s, from the first sample.
+    pub time_s: Vec<f64>,
+    /// Headings of the comparisons, rad, unwrapped, from the first.
+    pub heading_rad: Vec<f64>,
+    /// Times at which the command changes, s.
+    change_s: Vec<f64>,
+    /// Integral of the command up to these times, rad s.
+    integral: Vec<f64>,
+    /// The first and the last command, rad.
+    ends_rad: [f64; 2],
+}
+
+impl Leg {
+    /// Means of `block` samples each. The command is kept whole: thinning the heading never thins the rudder.
+    ///
+    /// `samples` are finite and increase in time; headings may be wrapped.
+    pub fn new(samples: &[Sample<f64>], block: usize) -> Self {
+        let block = block.max(1);
+        let series = RecordSeries::new(samples, 1);
+        let start_s = samples.first().map_or(0.0, |s| s.time_s);
+        let time_s: Vec<f64> = samples.iter().map(|s| s.time_s - start_s).collect();
+        let means = |of: &[f64]| -> Vec<f64> {
+            let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+            of.chunks_exact(block).map(mean).collect()
+        };
+        let mut total = 0.0;
+        let integral = std::iter::once(0.0)
+            .chain(time_s.windows(2).zip(&series.rudder_rad).map(|(t, rudder)| {
+                total += (t[1] - t[0]) * rudder;
+                total
+            }))
+            .collect();
+        let rudder = |sample: Option<&f64>| sample.copied().unwrap_or(0.0);
+        Self {
+            heading_rad: means(&series.heading_rad),
+            integral,
+            ends_rad: [rudder(series.rudder_rad.first()), rudder(series.rudder_rad.last())],
+            change_s: time_s.clone(),
+            time_s: means(&time_s),
+        }
+    }
+
+    /// Number of comparisons.
+    pub fn len(&self) -> usize {
+        self.time_s.len()
+    }
+
+    /// Has the leg no comparison?
+    pub fn is_empty(&self) -> bool {
+        self.time_s.is_empty()
+    }
+
+    /// From the first to the last comparison, s.
+    pub fn duration_s(&self) -> f64 {
+        match (self.time_s.first(), self.time_s.last()) {
+            (Some(first), Some(last)) => last - first,
+            _ => 0.0,
+        }
+    }
+
+    /// Mean command over [`PARTS`] parts of each interval between comparisons, rad, where it acts `shift_s` later than recorded.
+    pub fn commands(&self, shift_s: f64) -> Vec<f64> {
+        let mut commands = Vec::with_capacity(PARTS * self.len());
+        let mut at = 0;
+        let mut upto = |time_s: f64| {
+            while at + 1 < self.change_s.len() && self.change_s[at + 1] <= time_s {
+                at += 1;
+            }
+            self.integral_near(at, time_s)
+        };
+        let Some(first) = self.time_s.first() else {
+            return commands;
+        };
+        let mut before = upto(first - shift_s);
+        for pair in self.time_s.windows(2) {
+            let part_s = (pair[1] - pair[0]) / PARTS as f64;
+            for part in 1..=PARTS {
+                let now = upto(pair[0] + part as f64 * part_s - shift_s);
+                commands.push((now - before) / part_s);
+                before = now;
+            }
+        }
+        commands
+    }
+
+    /// Integral of the command up to a time at or after change `at`, rad s.
+    fn integral_near(&self, at: usize, time_s: f64) -> f64 {
+        let (Some(change_s), Some(integral)) = (self.change_s.get(at), self.integral.get(at)) else {
+            return 0.0;
+        };
+        let since_s = time_s - change_s;
+        let slope = match (self.change_s.get(at + 1), self.integral.get(at + 1)) {
+            _ if since_s < 0.0 => self.ends_rad[0],
+            (Some(next_s), Some(next)) => (next - integral) / (next_s - change_s),
+            _ => self.ends_rad[1],
+        };
+        integral + slope * since_s
+    }
+
+    /// Standard deviation of the heading, rad.
+    pub fn heading_deviation_rad(&self) -> f64 {
+        deviation(&self.heading_rad)
+    }
+
+    /// Slopes of the heading between comparisons, rad/s.
+    pub fn slopes_rad_s(&self) -> Vec<f64> {
+        (self.heading_rad.windows(2).zip(self.time_s.windows(2)))
+            .map(|(psi, t)| (psi[1] - psi[0]) / (t[1] - t[0]))
+            .collect()
+    }
+}
+
+/// Standard deviation of values; 0 where there are none.
+pub fn deviation(values: &[f64]) -> f64 {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt()
+}

@@ -1,0 +1,121 @@
+//! What all hypotheses together say: means and covariances of quantities of the vehicle.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::choice::{Candidate, Contest};
+use super::fit::{Fit, Problem};
+use super::hypothesis::Vehicle;
+
+/// A hypothesis or a node of less weight is passed over.
+const NEGLIGIBLE: f64 = 5e-3;
+
+/// Three quantities of the vehicle with what is not known of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moments {
+    /// Means.
+    pub mean: Vector3<f64>,
+    /// Covariance.
+    pub covariance: Matrix3<f64>,
+}
+
+impl Contest<'_> {
+    /// Mean and covariance of three quantities over all hypotheses. `None` where no hypothesis determines its parameters.
+    ///
+    /// ```text
+    /// cov = sum w (G inv(H) G' + (m_i - m)(m_i - m)'),   G = d quantity / d x
+    /// ```
+    ///
+    /// A covariance is replaced by that of the jackknife over the blocks where this is clearly wider: the model is then wrong by more than
+    /// its noise.
+    pub fn moments(&self, quantity: &dyn Fn(&Vehicle, f64) -> [f64; 3]) -> Option<Moments> {
+        let mut parts: Vec<(f64, Moments)> = Vec::new();
+        for candidate in self.candidates.iter().filter(|c| c.weight >= NEGLIGIBLE) {
+            parts.extend(candidate.moments(quantity));
+        }
+        let total: f64 = parts.iter().map(|(weight, _)| weight).sum();
+        if parts.is_empty() || !(total > 0.0) {
+            return None;
+        }
+        let mean = parts.iter().map(|(w, m)| m.mean * (w / total)).sum::<Vector3<f64>>();
+        let covariance = parts
+            .iter()
+            .map(|(w, m)| {
+                let away = m.mean - mean;
+                (m.covariance + away * away.transpose()) * (w / total)
+            })
+            .sum::<Matrix3<f64>>();
+        Some(Moments { mean, covariance })
+    }
+}
+
+impl Candidate<'_> {
+    /// Weight and moments of each node.
+    fn moments(&self, quantity: &dyn Fn(&Vehicle, f64) -> [f64; 3]) -> Vec<(f64, Moments)> {
+        let problem = &self.hypothesis.problem;
+        let of = |x: &nalgebra::DVector<f64>| -> Vector3<f64> {
+            quantity(&problem.vehicle(x), problem.start_of(x, 0).offset_rad_s2).into()
+        };
+        let shares = self.hypothesis.shares();
+        let mut nodes: Vec<(f64, Moments)> = (self.hypothesis.nodes.iter().zip(shares))
+            .filter(|(_, share)| *share >= NEGLIGIBLE)
+            .filter_map(|((_, fit), share)| {
+                let covariance = covariance(problem, fit, &of)?;
+                Some((share * self.weight, Moments { mean: of(&fit.x), covariance }))
+            })
+            .collect();
+        if let Some(times) = self.jackknife(&nodes, &of) {
+            for (_, moments) in &mut nodes {
+                let wider = Matrix3::from_diagonal(&times);
+                moments.covariance = wider * moments.covariance * wider;
+            }
+        }
+        nodes
+    }
+
+    /// Times by which each deviation of the nodes is too small by the jackknife over the blocks.
+    fn jackknife(
+        &self,
+        nodes: &[(f64, Moments)],
+        of: &dyn Fn(&nalgebra::DVector<f64>) -> Vector3<f64>,
+    ) -> Option<Vector3<f64>> {
+        let k = self.without.len() as f64;
+        if self.without.len() < 3 {
+            return None;
+        }
+        let values: Vec<Vector3<f64>> = self.without.iter().map(of).collect();
+        let mean = values.iter().sum::<Vector3<f64>>() / k;
+        let total: f64 = nodes.iter().map(|(weight, _)| weight).sum();
+        // A jackknife of k blocks is itself uncertain by sqrt(2/k).
+        let clearly = 1.0 + 2.0 * (2.0 / k).sqrt();
+        Some(Vector3::from_fn(|i, _| {
+            let scatter: f64 = values.iter().map(|v| (v[i] - mean[i]).powi(2)).sum();
+            let jackknife = (k - 1.0) / k * scatter;
+            let own: f64 =
+                nodes.iter().map(|(w, m)| w * m.covariance[(i, i)]).sum::<f64>() / total;
+            match jackknife > clearly * own && own > 0.0 {
+                true => (jackknife / own).sqrt(),
+                false => 1.0,
+            }
+        }))
+    }
+}
+
+fn covariance(
+    problem: &Problem,
+    fit: &Fit,
+    of: &dyn Fn(&nalgebra::DVector<f64>) -> Vector3<f64>,
+) -> Option<Matrix3<f64>> {
+    const STEP: f64 = 1e-4;
+    let here = of(&fit.x);
+    let slopes: Vec<Vector3<f64>> = (0..problem.size())
+        .map(|i| {
+            let mut x = fit.x.clone();
+            x[i] += STEP;
+            (of(&x) - here) / STEP
+        })
+        .collect();
+    let gradient = nalgebra::DMatrix::from_fn(3, problem.size(), |i, j| slopes[j][i]);
+    let factor = fit.information.clone().cholesky()?;
+    let product = &gradient * factor.solve(&gradient.transpose());
+    Some(Matrix3::from_fn(|i, j| product[(i, j)]))
+}
