@@ -63,7 +63,7 @@ pub fn is_a_sea(contest: &Contest) -> bool {
     };
     let is_other = |c: &Candidate| {
         let structure = c.hypothesis.problem.structure;
-        structure.has_own_hull() || structure.rate_limit
+        structure.has_own_hull() || structure.rate_limit || structure.play
     };
     let sea = best(&|c| c.hypothesis.disturbance == Disturbance::Sea && c.passes_as_a_sea() && !is_other(c));
     sea > best(&|c| is_other(c) && c.passes_as_a_sea()) - MARGIN

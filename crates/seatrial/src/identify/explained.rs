@@ -165,6 +165,7 @@ impl Explained {
     pub fn play_rad(&self) -> Option<f64> {
         match self {
             Self::BehindLag { play_rad, .. } => *play_rad,
+            Self::HigherOrder { beyond, .. } => beyond.as_ref()?.model.play_rad,
             _ => self.first_order()?.play_rad,
         }
     }

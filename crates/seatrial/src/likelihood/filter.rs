@@ -150,10 +150,11 @@ impl Decay {
     }
 }
 
-/// A steering gear that lags or has a largest rate.
+/// A steering gear that lags, has a largest rate or has play.
 struct Gear {
     decay: Decay,
     rate_limit_rad_s: f64,
+    half_play_rad: f64,
     angle_rad: f64,
 }
 
@@ -162,17 +163,22 @@ impl Gear {
         Self {
             decay: Decay::of(vehicle.lag_s),
             rate_limit_rad_s: vehicle.rate_limit_rad_s,
+            half_play_rad: 0.5 * vehicle.play_rad,
             angle_rad,
         }
     }
 
     fn remembers(&self) -> bool {
-        self.decay.time_s > 0.0 || self.rate_limit_rad_s.is_finite()
+        self.decay.time_s > 0.0 || self.rate_limit_rad_s.is_finite() || self.half_play_rad > 0.0
     }
 
     /// The mean angle over a part, rad.
     fn advance(&mut self, command_rad: f64, part_s: f64) -> f64 {
         let from = self.angle_rad;
+        let command_rad = match self.half_play_rad > 0.0 {
+            true => from.clamp(command_rad - self.half_play_rad, command_rad + self.half_play_rad),
+            false => command_rad,
+        };
         let away = from - command_rad;
         let (next, mean) = match self.decay.time_s > 0.0 {
             true => {

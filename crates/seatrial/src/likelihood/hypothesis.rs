@@ -15,6 +15,9 @@ pub struct Structure {
     pub lag: bool,
     /// The gear has a largest rate: rho.
     pub rate_limit: bool,
+    /// The gear has play.
+    #[serde(default)]
+    pub play: bool,
     /// Damping grows with the yaw rate: d2.
     pub quadratic: bool,
     /// Sway acts on yaw: k and T_v.
@@ -27,6 +30,7 @@ impl Structure {
         shift: false,
         lag: false,
         rate_limit: false,
+        play: false,
         quadratic: false,
         sway: false,
     };
@@ -34,16 +38,18 @@ impl Structure {
     /// First order behind a gear that lags.
     pub const LAG: Self = Self { lag: true, ..Self::SHIFT };
     const RATE_LIMIT: Self = Self { rate_limit: true, ..Self::SHIFT };
+    const PLAY: Self = Self { play: true, ..Self::SHIFT };
     const QUADRATIC: Self = Self { quadratic: true, ..Self::SHIFT };
     const SWAY: Self = Self { sway: true, ..Self::SHIFT };
     const SWAY_QUADRATIC: Self = Self { quadratic: true, ..Self::SWAY };
 
     /// Every structure of the table, each after the one that it starts from.
-    pub const TABLE: [Self; 7] = [
+    pub const TABLE: [Self; 8] = [
         Self::FIRST_ORDER,
         Self::SHIFT,
         Self::LAG,
         Self::RATE_LIMIT,
+        Self::PLAY,
         Self::QUADRATIC,
         Self::SWAY,
         Self::SWAY_QUADRATIC,
@@ -66,7 +72,7 @@ impl Structure {
 
     /// Does more than linear damping and a shift of the record explain the heading?
     pub fn exceeds_first_order(&self) -> bool {
-        self.has_own_hull() || self.lag || self.rate_limit
+        self.has_own_hull() || self.lag || self.rate_limit || self.play
     }
 
     /// Its parameters.
@@ -76,6 +82,7 @@ impl Structure {
             Parameter::Shift => self.shift,
             Parameter::Lag => self.lag,
             Parameter::RateLimit => self.rate_limit,
+            Parameter::Play => self.play,
             Parameter::Quadratic => self.quadratic,
             Parameter::Coupling | Parameter::SwayTime => self.sway,
         };
@@ -84,6 +91,9 @@ impl Structure {
 
     /// In words.
     pub fn in_words(&self) -> &'static str {
+        if self.play {
+            return "first order behind a steering gear with play";
+        }
         match (self.sway, self.quadratic, self.rate_limit, self.lag) {
             (false, false, false, false) => "first order",
             (false, false, false, true) => "first order with a lagging rudder",
@@ -135,6 +145,8 @@ pub enum Parameter {
     Lag,
     /// rho.
     RateLimit,
+    /// Play of the gear.
+    Play,
     /// d2.
     Quadratic,
     /// k.
@@ -144,12 +156,13 @@ pub enum Parameter {
 }
 
 impl Parameter {
-    const ALL: [Self; 8] = [
+    const ALL: [Self; 9] = [
         Self::Damping,
         Self::Authority,
         Self::Shift,
         Self::Lag,
         Self::RateLimit,
+        Self::Play,
         Self::Quadratic,
         Self::Coupling,
         Self::SwayTime,
@@ -163,7 +176,7 @@ impl Parameter {
             Self::Lag => Some(1.2),
             Self::RateLimit | Self::Quadratic => Some(1.5),
             Self::Coupling => Some(0.7),
-            Self::SwayTime => Some(1.0),
+            Self::SwayTime | Self::Play => Some(1.0),
         }
     }
 
@@ -172,6 +185,7 @@ impl Parameter {
         match self {
             Self::Lag => &[-0.5, 0.8],
             Self::RateLimit => &[-1.0, 0.7],
+            Self::Play => &[-0.7, 0.3],
             Self::Quadratic => &[-1.0],
             Self::Coupling => &[-0.35, 0.35],
             Self::SwayTime => &[0.0],
@@ -198,6 +212,8 @@ pub struct Vehicle {
     pub lag_s: f64,
     /// rho, rad/s; infinite where the gear has no largest rate.
     pub rate_limit_rad_s: f64,
+    /// Play of the gear from stop to stop, rad.
+    pub play_rad: f64,
     /// d2, 1/rad.
     pub quadratic_per_rad: f64,
     /// k, 1/s^2.
@@ -215,6 +231,8 @@ pub struct Scale {
     pub authority_per_s2: f64,
     /// Yaw rate, rad/s.
     pub yaw_rate_rad_s: f64,
+    /// Standard deviation of the rudder, rad.
+    pub rudder_rad: f64,
     /// Rate of a gear that needs half the time between strokes from side to side, rad/s.
     pub slew_rad_s: f64,
     /// Largest usual interval between samples of the record, s.
@@ -241,6 +259,7 @@ impl Scale {
             rate_per_s,
             authority_per_s2,
             yaw_rate_rad_s: rates.fold(f64::MIN_POSITIVE, f64::max),
+            rudder_rad,
             slew_rad_s: 4.0 * rudder_rad * (strokes + 1) as f64 / duration_s,
             interval_s,
             heading_rad: headings.sum::<f64>() / legs.len().max(1) as f64,
@@ -256,6 +275,7 @@ impl Scale {
             shift_s: 0.0,
             lag_s: 0.0,
             rate_limit_rad_s: f64::INFINITY,
+            play_rad: 0.0,
             quadratic_per_rad: 0.0,
             coupling_per_s2: 0.0,
             sway_s: 1.0 / rate,
@@ -268,6 +288,7 @@ impl Scale {
                 Parameter::Shift => vehicle.shift_s = x * self.interval_s,
                 Parameter::Lag => vehicle.lag_s = positive * 0.15 / rate,
                 Parameter::RateLimit => vehicle.rate_limit_rad_s = positive * self.slew_rad_s,
+                Parameter::Play => vehicle.play_rad = positive * 0.3 * self.rudder_rad,
                 Parameter::Quadratic => {
                     vehicle.quadratic_per_rad = positive * 0.3 * rate / self.yaw_rate_rad_s;
                 }

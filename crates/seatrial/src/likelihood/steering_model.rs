@@ -51,6 +51,8 @@ pub struct SteeringModel {
     pub rudder_lag_s: f64,
     /// rho, largest rate of the gear, rad/s; `None` where it has none.
     pub rate_limit_rad_s: Option<f64>,
+    /// Play of the gear from stop to stop, rad; `None` where it has none.
+    pub play_rad: Option<f64>,
 }
 
 /// Heading, yaw rate and sway at one instant.
@@ -91,6 +93,7 @@ impl SteeringModel {
             rudder_shift_s: vehicle.shift_s,
             rudder_lag_s: vehicle.lag_s,
             rate_limit_rad_s: vehicle.rate_limit_rad_s.is_finite().then_some(vehicle.rate_limit_rad_s),
+            play_rad: (vehicle.play_rad > 0.0).then_some(vehicle.play_rad),
         }
     }
 
@@ -102,6 +105,7 @@ impl SteeringModel {
             shift_s: self.rudder_shift_s,
             lag_s: self.rudder_lag_s,
             rate_limit_rad_s: self.rate_limit_rad_s.unwrap_or(f64::INFINITY),
+            play_rad: self.play_rad.unwrap_or(0.0),
             quadratic_per_rad: self.quadratic_per_rad,
             coupling_per_s2: self.a21_per_s2,
             sway_s: if self.a11_per_s < 0.0 { -1.0 / self.a11_per_s } else { 1.0 },

@@ -131,7 +131,7 @@ impl Chain {
         self.explained = Explained::HigherOrder {
             refined: self.chosen.refined.clone().unwrap(),
             share,
-            beyond: Vec::new(),
+            beyond: None,
         };
         self
     }
