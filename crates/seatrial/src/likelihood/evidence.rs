@@ -248,22 +248,21 @@ impl<'a> Search<'_, 'a> {
                 })
                 .collect();
         }
-        if problem.parameters.contains(&Parameter::RateLimit) {
-            starts.extend(self.gear_start(&starts[0]));
-        }
+        starts.extend(self.gear_start(&starts[0]));
         starts
     }
 
-    /// Damping and rate of the gear by a first look at both: a gear that never arrives looks like a slow vehicle.
+    /// Damping and rate or play of the gear by a first look at both: a gear that never arrives looks like a slow vehicle, and play has corners.
     fn gear_start(&self, x: &DVector<f64>) -> Option<DVector<f64>> {
         let parameters = &self.problem.parameters;
-        let limit = parameters.iter().position(|p| *p == Parameter::RateLimit)?;
-        let looks = (0..FIRST_DAMPINGS).flat_map(|damping| (-3..=3).map(move |rate| [damping as i32, rate]));
+        let is_of_a_gear = |p: &Parameter| matches!(p, Parameter::RateLimit | Parameter::Play);
+        let limit = parameters.iter().position(is_of_a_gear)?;
+        let looks = (0..FIRST_DAMPINGS).flat_map(|damping| (-3..=3).map(move |size| [damping as i32, size]));
         looks
-            .filter_map(|[damping, rate]| {
+            .filter_map(|[damping, size]| {
                 let mut x = x.clone();
                 x[0] = libm::exp2(f64::from(damping) - 2.0);
-                x[limit] = 0.5 * f64::from(rate);
+                x[limit] = 0.5 * f64::from(size);
                 self.problem.linear_cost(&x, &Noise::None)
             })
             .min_by(|a, b| a.0.total_cmp(&b.0))
