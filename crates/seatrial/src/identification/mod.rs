@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::record::Window;
 use crate::servo::Servo;
-use crate::sway_yaw::SecondOrder;
+use crate::sway_yaw::{SecondOrder, SwayYawModel};
 use crate::time_scale::LambdaReason;
 pub use code::ReasonCode;
 pub use method::EstimateMethod;
@@ -73,6 +73,12 @@ impl Identification {
     /// The model that goes to the controller: the refined one where there is one.
     pub fn model(&self) -> YawModel<f64> {
         self.refined.as_ref().map_or(self.online.model, |r| r.model)
+    }
+
+    /// The model with the rudder's lag, where that is the one that goes to the controller.
+    pub fn lagging(&self) -> Option<&SwayYawModel> {
+        let found = self.higher_order.as_ref()?;
+        (*self.method() == EstimateMethod::RudderLag).then_some(&found.estimate.model)
     }
 
     /// The method of [`model`](Identification::model).
