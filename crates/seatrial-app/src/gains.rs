@@ -304,13 +304,7 @@ impl Wanted {
         let gain = gains.lookup(value, self.beyond).map_err(refused)?;
         let model = schedule.lookup(value, self.beyond).map_err(refused)?;
         let proportional_gain = gain.value().proportional_gain;
-        let here = ModelPoint {
-            point: *model.value(),
-            covariance: None,
-            allowance: GainAllowance::default(),
-            noise: None,
-            valid_range: None,
-        };
+        let here = ModelPoint::exact(*model.value());
         Ok(Some(InterpolatedGain {
             key,
             value,

@@ -455,46 +455,82 @@ fn exact_the_vehicle_acts_before_it_is_reported() {
     assert!(watch.always && watch.steps > 500, "{} steps", watch.steps);
 }
 
+/// Half widths of the printed intervals of a22 and b2 over them, and how long the training took, s, of a boat whose rudder lags
+/// unlogged.
+fn stopped(seed: u64, lag_s: f64, stop_when: Option<Target>) -> ([f64; 2], f64) {
+    let mut config = VehicleConfig::starfish();
+    config.servo.time_constant_s = lag_s;
+    let plan = TrialPlan {
+        stop_when,
+        plan: Plan {
+            thrusts: List::from_slice(&[0.8]).unwrap(),
+            ..Plan::paper()
+        },
+        ..TrialPlan::default()
+    };
+    let mut vehicle = FirstOrderVehicle::new(config, seed).unwrap();
+    let conducted = conduct(&mut vehicle, plan, about(), &mut Unwatched).unwrap();
+    let run = conducted.campaign.runs.last().unwrap();
+    let training = run.stage(Stage::Train).unwrap();
+    let refined = run
+        .identification
+        .as_ref()
+        .unwrap()
+        .refined
+        .as_ref()
+        .unwrap();
+    let widths = [
+        (refined.interval_95.a22_per_s, refined.model.a22_per_s),
+        (refined.interval_95.b2_per_s2, refined.model.b2_per_s2),
+    ];
+    (
+        widths.map(|([low, high], value)| 0.5 * (high - low) / value.abs()),
+        training.to_s - training.from_s,
+    )
+}
+
 /// A target on the intervals ends the training early; replayed, it ends at the same sample.
 #[test]
 fn recover_the_training_ends_when_the_intervals_are_narrow() {
-    let training_s = |stop_when| {
-        let plan = TrialPlan {
-            stop_when,
-            plan: Plan {
-                thrusts: List::from_slice(&[0.8]).unwrap(),
-                ..Plan::paper()
-            },
-            ..TrialPlan::default()
-        };
-        let campaign = conduct(&mut starfish(3), plan, about(), &mut Unwatched)
-            .unwrap()
-            .campaign;
-        let run = campaign.runs.last().unwrap().clone();
-        let training = run.stage(Stage::Train).unwrap();
-        let refined = run.identification.unwrap().refined.unwrap();
-        let widths = [
-            (refined.interval_95.a22_per_s, refined.model.a22_per_s),
-            (refined.interval_95.b2_per_s2, refined.model.b2_per_s2),
-        ]
-        .map(|([low, high], value)| 0.5 * (high - low) / value.abs());
-        (training.to_s - training.from_s, widths)
-    };
     let target = |a22, b2| {
         Some(Target {
             a22: Some(a22),
             b2: Some(b2),
         })
     };
-    let (whole_s, whole) = training_s(None);
-    let (early_s, early) = training_s(target(2.0 * whole[0], 2.0 * whole[1]));
-    let (out_of_reach_s, _) = training_s(target(0.2 * whole[0], 0.2 * whole[1]));
+    let (whole, whole_s) = stopped(3, 0.0, None);
+    let (early, early_s) = stopped(3, 0.0, target(2.0 * whole[0], 2.0 * whole[1]));
+    let (_, out_of_reach_s) = stopped(3, 0.0, target(0.2 * whole[0], 0.2 * whole[1]));
     // 2 s lead-in, 4 s doublet, 10.5 s of observation.
     assert!((whole_s - 16.5).abs() < 0.06, "{whole_s}");
     assert!(early_s > 6.0 - 0.06 && early_s < 14.0, "{early_s}");
     assert_eq!(out_of_reach_s, whole_s);
-    // What was looked at is what is reported, but for one sample: while a lag of the rudder is still possible, that moves the
-    // interval by up to a fifth.
-    let are_alike = early[0] <= 2.4 * whole[0] && early[1] <= 2.4 * whole[1];
+    let are_alike = early[0] <= 2.0 * whole[0] && early[1] <= 2.0 * whole[1];
     assert!(are_alike, "{early:?} {whole:?} {early_s} s");
+}
+
+/// What is looked at is what is printed: where the training ends early, the printed intervals are within what was asked.
+#[test]
+fn recover_printed_intervals_are_as_narrow_as_asked() {
+    const SEEDS: u64 = 20;
+    let asked = Target {
+        a22: Some(0.1),
+        b2: Some(0.1),
+    };
+    for lag_s in [0.0, 0.1] {
+        let shares: Vec<f64> = (1..=SEEDS)
+            .map(|seed| stopped(seed, lag_s, Some(asked)))
+            .filter(|(_, training_s)| *training_s < 16.5 - 0.06)
+            .map(|(widths, _)| asked.share(widths))
+            .collect();
+        let wider = shares.iter().filter(|share| **share > 1.0).count();
+        let widest = shares.iter().copied().fold(0.0, f64::max);
+        println!("{lag_s} s: {} early, {wider} wider, {widest}", shares.len());
+        assert!(shares.len() >= 10, "{lag_s} s: {} early", shares.len());
+        // Data that validate widen an interval where chance does not explain how they differ: in one run of a hundred.
+        assert!(
+            wider <= 1 && widest < 1.2,
+            "{lag_s} s: {wider} wider, {widest}"
+        );
+    }
 }

@@ -12,10 +12,10 @@ use crate::identification::{Intervals, Validation};
 use crate::identify::most_excited;
 use crate::identify::intervals::normal_intervals;
 use crate::identify::output_error::output_error;
-use crate::identify::refined::{prediction_error, refined_estimate};
+use crate::identify::refined::prediction_error;
 use crate::identify::simplex;
 use crate::identify::{
-    IdentifyError, IdentifySettings, Training, ValidationData, online, validation,
+    IdentifyError, IdentifySettings, Training, ValidationData, identify, online, validation,
 };
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window};
@@ -75,7 +75,7 @@ pub enum ComparedMethod {
     OutputError,
     /// The restricted likelihood at its most likely disturbance.
     PredictionError,
-    /// The restricted likelihood, averaged over the disturbance.
+    /// The model that [`identify`] hands over, with its intervals.
     Refined,
     /// The model of the order that the record supports.
     HigherOrder,
@@ -114,7 +114,9 @@ enum NoModel {
     #[error("{0}")]
     Refine(RefineFailure),
     #[error("{0}")]
-    Validation(IdentifyError),
+    Identify(IdentifyError),
+    #[error("the whole record gives no estimate with an interval")]
+    NotRefined,
     #[error("the regressors are dependent")]
     DependentRegressors,
     #[error("no samples")]
@@ -161,6 +163,9 @@ pub fn compare(
     let paper = Training::new(record, training, &IdentifySettings::paper())?;
     let pass = own.estimate()?;
     let candidates = Candidates {
+        record,
+        training,
+        settings,
         paper: &paper,
         own: &own,
         samples: &pass.accepted,
@@ -185,6 +190,9 @@ pub fn compare(
 
 /// What the methods are given.
 struct Candidates<'a> {
+    record: &'a Record,
+    training: Window,
+    settings: IdentifySettings,
     paper: &'a Training<'a>,
     own: &'a Training<'a>,
     samples: &'a [Sample<f64>],
@@ -225,16 +233,31 @@ impl Candidates<'_> {
                     ..Found::from(model)
                 })
             }
-            ComparedMethod::Refined => {
-                let refined = refined_estimate(self.samples, None).map_err(NoModel::Refine)?;
-                Ok(Found {
-                    interval_95: Some(refined.interval_95),
-                    ..Found::from(refined.model)
-                })
-            }
+            ComparedMethod::Refined => self.refined(),
             ComparedMethod::HigherOrder => by_higher_order(self.samples, self.data),
         }
     }
+
+    /// What [`identify`] hands over; a model behind a lagging rudder is validated behind it.
+    fn refined(&self) -> Result<Found, NoModel> {
+        let is_training =
+            std::ptr::eq(self.data.record, self.record) && self.data.window == self.training;
+        let held_out = Some(self.data).filter(|_| !is_training);
+        let found = identify(self.record, self.training, held_out, &self.settings)
+            .map_err(NoModel::Identify)?;
+        let refined = found.refined.as_ref().ok_or(NoModel::NotRefined)?;
+        let behind_lag = found.simulated().map(|model| validation_of(model, self.data));
+        Ok(Found {
+            interval_95: Some(refined.interval_95),
+            validation: behind_lag.transpose()?,
+            ..Found::from(refined.model)
+        })
+    }
+}
+
+/// The validation of a model of more than the first order, or of one behind a lagging rudder.
+fn validation_of(model: &SteeringModel, data: ValidationData) -> Result<Validation, NoModel> {
+    goodness_of_fit::validate(model, data.record, data.window).map_err(NoModel::Identify)
 }
 
 /// The row with the validation of its model, where the method has not made it.
@@ -296,10 +319,8 @@ fn by_higher_order(samples: &[Sample<f64>], data: ValidationData) -> Result<Foun
     let offset = problem.start_of(&fit.x, 0).offset_rad_s2;
     let full = SteeringModel::new(&problem.vehicle(&fit.x), offset);
     let model = YawModel::from_theta([full.a22_per_s, full.b2_per_s2, full.c0_rad_per_s2]);
-    let validation =
-        goodness_of_fit::validate(&full, data.record, data.window).map_err(NoModel::Validation)?;
     Ok(Found {
-        validation: Some(validation),
+        validation: Some(validation_of(&full, data)?),
         ..Found::from(model)
     })
 }

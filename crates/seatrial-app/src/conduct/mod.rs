@@ -259,13 +259,13 @@ impl Runs<'_> {
         if stop_when.is_none() && !self.watch.wants_intervals() {
             return;
         }
-        let refined = self
-            .open
-            .as_mut()
-            .and_then(|run| run.look(trial, self.plan.servo()));
-        if let Some(refined) = refined {
+        let Some(run) = &mut self.open else {
+            return;
+        };
+        if let Some(refined) = run.look(trial, self.plan.servo()) {
             self.watch.interval(&refined);
-            if stop_when.is_some_and(|target| reaches(&refined, target)) {
+            let is_narrow = stop_when.is_some_and(|target| reaches(&refined, target));
+            if is_narrow && run.is_excited(trial) {
                 trial.finish_training();
             }
         }

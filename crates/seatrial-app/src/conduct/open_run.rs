@@ -10,8 +10,7 @@ use seatrial::identification::{
     Convergence, LeastSquares, Online, Reason, ReasonCode, Refined, Settings, TracePoint, Verdict,
 };
 use seatrial::identify::online::{self, Pass, Segment};
-use seatrial::identify::refined::refined_estimate;
-use seatrial::identify::{IdentifyError, ValidationData, assess};
+use seatrial::identify::{IdentifyError, ValidationData, assess, validation_estimate};
 use seatrial::pitch;
 use seatrial::record::{Record, Window};
 use seatrial::servo::Servo;
@@ -93,7 +92,8 @@ impl OpenRun {
         self.record.samples.last().map(|sample| sample.time_s)
     }
 
-    /// The intervals of the training so far, if a look is due and there are any. Those of pitch are found when the run is over.
+    /// Were training over now: the estimate that the run would be judged by, if a look is due and there is one. That of pitch is
+    /// found when the run is over.
     pub(super) fn look(&mut self, trial: &Trial<f64>, servo: Option<Servo>) -> Option<Refined> {
         if trial.plan().axis == Axis::Pitch {
             return None;
@@ -108,11 +108,22 @@ impl OpenRun {
         }
         let deflection_s = trial.plan().training.excitation.longest_deflection_s();
         self.next_look_s = now_s + deflection_s / LOOKS_PER_DEFLECTION;
-        let samples = match servo {
-            Some(servo) => servo.behind(&self.record).usable(training.window),
-            None => self.record.usable(training.window),
-        };
-        refined_estimate(&samples, Some(trial.estimator().model())).ok()
+        validation_estimate(&self.behind(servo).usable(training.window))
+    }
+
+    /// Is the manoeuvre of the training over? No sooner can the training end.
+    pub(super) fn is_excited(&self, trial: &Trial<f64>) -> bool {
+        let excitation_end_s = trial.plan().training.excitation_end_s();
+        let training = self.stages.last().zip(self.last_s());
+        training.is_some_and(|(span, now_s)| {
+            span.stage == Stage::Train && now_s - span.window.from_s >= excitation_end_s
+        })
+    }
+
+    /// What runs are identified from: the samples that the guard let through, with the rudder that acts behind the servo.
+    fn behind(&self, servo: Option<Servo>) -> Record {
+        let accepted = &self.accepted.samples;
+        servo.map_or_else(|| mended(accepted), |servo| mended(&servo.acting(accepted)))
     }
 
     /// Trained and validated: refined and judged.
@@ -174,10 +185,7 @@ impl OpenRun {
             return Err(IdentifyError::MissingStage);
         };
         let servo = plan.servo();
-        let record = match servo {
-            Some(servo) => mended(&servo.acting(&self.accepted.samples)),
-            None => mended(&self.accepted.samples),
-        };
+        let record = self.behind(servo);
         let settings = plan.estimator_settings();
         let pass = match servo {
             Some(_) => pass_behind_servo(&record, training, result, plan)?,

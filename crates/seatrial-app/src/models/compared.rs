@@ -90,6 +90,7 @@ fn from_file(
                     Some(_) => degrees_of_freedom(&point.point.model, 0.0),
                     None => f64::INFINITY,
                 },
+                rudder_lag_s: point.rudder_lag_s,
             }
         };
         source.points.iter().map(model).collect()

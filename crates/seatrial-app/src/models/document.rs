@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use seatrial::identification::ValidRange;
+use seatrial::identification::{EstimateMethod, ValidRange};
 use seatrial::propagation::covariance_of_intervals;
 use seatrial::{FullRudder, GainAllowance};
 use seatrial_core::heading_loop::LoopTiming;
@@ -62,13 +62,25 @@ struct StoredVerdict {
 struct StoredIdentification {
     online: Option<YawModel<f64>>,
     refined: Option<StoredRefined>,
+    higher_order: Option<StoredHigherOrder>,
     loop_timing: Option<LoopTiming<f64>>,
     valid_range: Option<ValidRange>,
     verdict: Option<StoredVerdict>,
 }
 
 #[derive(Deserialize)]
+struct StoredHigherOrder {
+    model: StoredLag,
+}
+
+#[derive(Deserialize)]
+struct StoredLag {
+    rudder_lag_s: f64,
+}
+
+#[derive(Deserialize)]
 struct StoredRefined {
+    method: Option<EstimateMethod>,
     #[serde(flatten)]
     model: YawModel<f64>,
     covariance: Option<[[f64; 3]; 3]>,
@@ -269,7 +281,17 @@ impl StoredIdentification {
                 Some([refined.heading_noise_rad?, refined.disturbance_rad_s2?])
             }),
             valid_range: self.valid_range,
+            rudder_lag_s: self.rudder_lag_s(),
         })
+    }
+
+    /// Lag of the rudder, where the model is the one behind it.
+    fn rudder_lag_s(&self) -> f64 {
+        let method = self.refined.as_ref().and_then(|r| r.method.as_ref());
+        match &self.higher_order {
+            Some(found) if method == Some(&EstimateMethod::RudderLag) => found.model.rudder_lag_s,
+            _ => 0.0,
+        }
     }
 }
 

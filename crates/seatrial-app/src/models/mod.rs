@@ -133,6 +133,8 @@ pub struct ModelPoint {
     pub noise: Option<[f64; 2]>,
     /// Over what rudder, headings, speeds and frequencies it was seen.
     pub valid_range: Option<ValidRange>,
+    /// Lag of the rudder that the model is behind, s; 0 where none was found.
+    pub rudder_lag_s: f64,
 }
 
 /// A value and, where the source knows its uncertainty, a 95 % interval.
@@ -146,13 +148,14 @@ pub struct Estimate {
 
 impl ModelPoint {
     /// A model whose uncertainty nobody knows.
-    fn exact(point: SchedulePoint<f64>) -> Self {
+    pub(crate) fn exact(point: SchedulePoint<f64>) -> Self {
         Self {
             point,
             covariance: None,
             allowance: GainAllowance::default(),
             noise: None,
             valid_range: None,
+            rudder_lag_s: 0.0,
         }
     }
 

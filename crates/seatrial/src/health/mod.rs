@@ -28,6 +28,8 @@ pub use change::{Change, SpeedChange, compare};
 pub use watch::{Skipped, Watch, WatchReport, WatchedWindow};
 
 use crate::identification::{Identification, Reason, ReasonCode, Verdict};
+use crate::record::mean;
+use crate::servo::Servo;
 use not_compared::{NotCompared, Speeds};
 use pool::ReferenceError;
 
@@ -59,6 +61,8 @@ pub struct SpeedModel {
     pub covariance: [[f64; 3]; 3],
     /// As of how many independent values the covariance is known.
     pub degrees_of_freedom: f64,
+    /// Lag of the rudder that the model is behind, s; 0 where none was found.
+    pub rudder_lag_s: f64,
 }
 
 impl SpeedModel {
@@ -76,6 +80,7 @@ impl SpeedModel {
             model: refined.model,
             covariance: refined.covariance,
             degrees_of_freedom: degrees_of_freedom(&refined.model, duration_s),
+            rudder_lag_s: identification.lagging().map_or(0.0, |l| l.rudder_lag_s),
         })
     }
 
@@ -249,6 +254,12 @@ impl Reference {
     /// The models, slowest first.
     pub fn points(&self) -> &[SpeedModel] {
         &self.points
+    }
+
+    /// The mean lag of the rudder that the models are behind, where one was found.
+    fn servo(&self) -> Option<Servo> {
+        let lags = self.points.iter().map(|point| point.rudder_lag_s);
+        Servo::new(0.0, mean(lags.filter(|lag_s| *lag_s > 0.0))?).ok()
     }
 
     fn errors(&self) -> Vec<ReferenceError> {

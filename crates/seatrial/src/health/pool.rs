@@ -390,6 +390,7 @@ mod tests {
                 [0.0, 0.0, variance(2.0)],
             ],
             degrees_of_freedom: 1e6,
+            rudder_lag_s: 0.0,
         }
     }
 

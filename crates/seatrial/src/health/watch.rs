@@ -17,10 +17,10 @@ use super::{
 use crate::identification::{Refined, Verdict};
 use crate::identify::misfit::{disturbance_share, is_large_share};
 use crate::identify::record_series::RecordSeries;
-use crate::identify::refined::refined_estimate;
+use crate::identify::whole_record::robust_estimate_behind;
 use crate::identify::{IdentifySettings, identify};
 use crate::manoeuvre::Manoeuvre;
-use crate::record::{Record, Window};
+use crate::record::{Record, Window, mean, median};
 
 /// A window lasts so many time constants of the vehicle, about as long as a trial's training stage.
 const WINDOW_TIME_CONSTANTS: f64 = 16.0;
@@ -56,7 +56,8 @@ const LARGEST_GAP: f64 = 0.1;
 /// change at once, a long one a small change in time. Dividing the rate by the number of tests (Bonferroni) bounds
 /// the probability of any false alarm in all that was read, whatever the correlation of the tests through the
 /// reference they share. Each window is identified by itself, so wind, current and the heading noise of the day
-/// are estimated with it.
+/// are estimated with it. Where the reference is behind a lag of the rudder, so are the windows: what is not known of the lag is the
+/// reference's error, and no change.
 #[derive(Clone, Debug)]
 pub struct Watch {
     reference: Reference,
@@ -142,10 +143,14 @@ impl Watch {
 
     /// Reads the next log: every window that excites the vehicle is kept, the rest counted.
     pub fn read(&mut self, name: &str, record: &Record) {
-        let record = Record {
+        let usable = Record {
             samples: record.usable(Window::ALL),
             rudder_unit: record.rudder_unit,
             units: record.units,
+        };
+        let record = match self.reference.servo() {
+            Some(servo) => servo.behind(&usable),
+            None => usable,
         };
         let (Some(first), Some(last)) = (record.samples.first(), record.samples.last()) else {
             return;
@@ -193,14 +198,9 @@ impl Watch {
 
     /// The median of the reference, s.
     fn time_constant_s(&self) -> f64 {
-        let mut all: Vec<f64> = self
-            .reference
-            .points()
-            .iter()
-            .map(|point| -1.0 / point.model.a22_per_s)
-            .collect();
-        all.sort_by(f64::total_cmp);
-        all[all.len() / 2]
+        let points = self.reference.points().iter();
+        let all = points.map(|point| -1.0 / point.model.a22_per_s);
+        median(all.collect()).unwrap_or(f64::INFINITY)
     }
 
     /// The start within a window that promises most, so that a manoeuvre is not cut in two.
@@ -256,8 +256,9 @@ impl Watch {
         let samples = record.window(window);
         let speed = steady_speed_m_s(samples)?;
         let expected = self.reference.at_speed(speed)?;
-        let refined =
-            refined_estimate(samples, Some(expected.model)).map_err(|_| NotCompared::NotExcited)?;
+        let refined = robust_estimate_behind(samples, Some(0.0))
+            .map_err(|_| NotCompared::NotExcited)?
+            .refined;
         let rudder_amplitude_rad = Manoeuvre::find(samples)
             .ok_or(NotCompared::NotExcited)?
             .amplitude_rad;
@@ -277,6 +278,7 @@ impl Watch {
             model: refined.model,
             covariance: refined.covariance,
             degrees_of_freedom: degrees_of_freedom(&expected.model, window.to_s - window.from_s),
+            rudder_lag_s: 0.0,
         };
         let deviation = Deviation::between(&expected, &now).ok_or(NotCompared::NotFinite)?;
         if deviation.rudder_half_width() > WIDEST_RUDDER_INTERVAL {
@@ -481,12 +483,8 @@ fn accepted_estimate(
 /// The mean speed of a window, `None` where there is no speed, or why there is none.
 fn steady_speed_m_s(samples: &[Sample<f64>]) -> Result<Option<f64>, NotCompared> {
     let mean = |samples: &[Sample<f64>]| {
-        let known: Vec<f64> = samples
-            .iter()
-            .filter_map(|s| s.surge_speed_m_s)
-            .filter(|speed| speed.is_finite())
-            .collect();
-        (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
+        let speeds = samples.iter().filter_map(|s| s.surge_speed_m_s);
+        mean(speeds.filter(|speed| speed.is_finite()))
     };
     let (early, late) = samples.split_at(samples.len() / 2);
     let (Some(early), Some(late)) = (mean(early), mean(late)) else {

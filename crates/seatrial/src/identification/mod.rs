@@ -75,6 +75,19 @@ impl Identification {
         self.refined.as_ref().map_or(self.online.model, |r| r.model)
     }
 
+    /// The model with the rudder's lag, where that is the one that goes to the controller.
+    pub fn lagging(&self) -> Option<&SteeringModel> {
+        let found = self.higher_order.as_ref()?;
+        (*self.method() == EstimateMethod::RudderLag).then_some(&found.model)
+    }
+
+    /// The model that predicts in the place of the first-order one: behind a lag, or beyond first order.
+    pub fn simulated(&self) -> Option<&SteeringModel> {
+        let is_beyond = *self.method() == EstimateMethod::WeighedHypotheses;
+        let found = self.higher_order.as_ref().filter(|_| is_beyond);
+        found.map(|found| &found.model).or_else(|| self.lagging())
+    }
+
     /// The method of [`model`](Identification::model).
     pub fn method(&self) -> &EstimateMethod {
         let refined = self.refined.as_ref();

@@ -21,7 +21,7 @@ const NEGLIGIBLY_WORSE: f64 = 0.02;
 const BOOTSTRAP: usize = 400;
 
 /// Most comparisons of a record, so that a contest stays a matter of a second.
-const MOST_COMPARISONS: usize = 400;
+const MOST_COMPARISONS: usize = 200;
 
 /// A hypothesis as documents show it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
