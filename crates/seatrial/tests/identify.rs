@@ -145,7 +145,8 @@ fn codes(identification: &Identification) -> Vec<String> {
         .collect()
 }
 
-/// What the README states of the default settings on the KVLCC2 model: yaw rate of validation data, and accepted.
+/// What the README states of the default settings on the KVLCC2 model: yaw rate of validation data, and that no proportional heading gain is
+/// safe for a tanker that hardly stops turning by itself.
 #[test]
 fn val_kvlcc2_predicts_the_zig_zag_to_the_other_side() {
     let Some(folder) = data(".") else {
@@ -164,7 +165,7 @@ fn val_kvlcc2_predicts_the_zig_zag_to_the_other_side() {
         &IdentifySettings::default(),
     )
     .unwrap();
-    assert!(found.verdict.accepted, "{:?}", found.verdict);
+    assert_eq!(codes(&found)[0], "unstable", "{:?}", found.verdict);
     // b2 is negative in these logs: noted, not refused.
     assert!(codes(&found).iter().any(|code| code == "sign_reversed"));
     let r2 = found.validation.unwrap().r2_yaw_rate.unwrap();

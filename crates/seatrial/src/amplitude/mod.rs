@@ -32,8 +32,7 @@
 //! first-order model. Repeats of one condition therefore differ less than chi^2 allows, and it finds a contradiction late rather than
 //! early.
 //!
-//! The cross-flow term of [`second_order`](crate::identify::second_order) is of one record with sway; here there are several
-//! first-order models.
+//! The quadratic damping of [`likelihood`](crate::likelihood) is of one record; here there are several first-order models.
 
 mod fit;
 #[cfg(test)]

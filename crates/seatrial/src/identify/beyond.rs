@@ -4,8 +4,11 @@ use seatrial_core::YawModel;
 
 use super::intervals::normal_intervals;
 use super::robust::estimate::MODEL_ERROR;
+use super::verdict::{WIDEST_A22, WIDEST_B2};
+use crate::propagation::NORMAL_95;
 use crate::identification::{EstimateMethod, HigherOrder, Refined};
-use crate::likelihood::filter::Noise;
+use crate::gain_allowance::{GainAllowance, sampled};
+use crate::likelihood::filter::{Noise, heading_step};
 use crate::likelihood::steering_model::first_order_at;
 use crate::likelihood::{Candidate, Contest, Disturbance, SteeringModel};
 
@@ -49,6 +52,44 @@ pub fn beyond_first_order(contest: &Contest, rudder_amplitude_rad: f64) -> Optio
     };
     let is_finite = model.theta().iter().chain(refined.covariance.as_flattened()).all(|x| x.is_finite());
     is_finite.then_some((refined, found))
+}
+
+/// Half widths of the 95 % intervals of a22 and b2 over them, beyond which the contest tells no first-order model.
+const WIDEST: [f64; 2] = [1.5 * WIDEST_A22, 1.5 * WIDEST_B2];
+
+/// Does this estimate tell a stable first-order model?
+pub fn is_telling(refined: &Refined) -> bool {
+    let theta = refined.model.theta();
+    let narrow = |i: usize, share: f64| NORMAL_95 * refined.covariance[i][i].sqrt() < share * theta[i].abs();
+    theta[0] < 0.0 && refined.interval_95.a22_per_s[1] < 0.0 && narrow(0, WIDEST[0]) && narrow(1, WIDEST[1])
+}
+
+/// Overshoot, and error that stays, of a heading step that no vehicle of the record may exceed under the gain of its model.
+const MOST_OVERSHOOT: f64 = 0.25;
+const MOST_LEFT: f64 = 0.1;
+
+/// The course change whose overshoot is looked at: 40 deg, the boatbuilders' measure.
+const COURSE_CHANGE_RAD: f64 = 0.698;
+
+/// Does the gain for this model hold on every hypothesis of at least a tenth of the weight?
+pub fn gain_holds(contest: &Contest, refined: &Refined, interval_s: f64, amplitude_rad: f64) -> bool {
+    const LEAST_WEIGHT: f64 = 0.1;
+    let allowance = GainAllowance {
+        damping_per_s: GainAllowance::damping_per_s(
+            refined.model.a22_per_s,
+            refined.interval_95.a22_per_s,
+        ),
+        timing: sampled(interval_s, 0.0),
+    };
+    let Ok(gain) = allowance.design(&refined.model, core::f64::consts::FRAC_1_SQRT_2) else {
+        return false;
+    };
+    let weighty = contest.candidates.iter().filter(|c| c.weight >= LEAST_WEIGHT);
+    weighty.map(|c| c.hypothesis.problem.vehicle(&c.hypothesis.best().x)).all(|vehicle| {
+        let kp = gain.proportional_gain;
+        let [over, left] = heading_step(&vehicle, kp, COURSE_CHANGE_RAD, amplitude_rad, interval_s);
+        over < MOST_OVERSHOOT && left < MOST_LEFT
+    })
 }
 
 /// A hull is believed where its log evidence leads that of a sea by so much: of 24 records in a sea of 2 to 10 % of the rudder's effect no hull

@@ -105,10 +105,7 @@ impl<'a> Checked<'a> {
             explained,
             doubts: doubts(prepared, chosen, data),
             chosen,
-            higher_order: explained.beyond().map(|beyond| HigherOrder {
-                validation,
-                ..beyond.clone()
-            }),
+            higher_order: higher_order(explained, data_in_time)?,
             training_fit: match chosen.simulated() {
                 Some(model) => goodness_of_fit::goodness_of_fit(model, &training),
                 None => validation::fit_by_the_clearer_rate(chosen.model, &training),
@@ -144,6 +141,21 @@ impl<'a> Checked<'a> {
             },
         )
     }
+}
+
+/// The model beyond first order with its simulation of validation data.
+fn higher_order(
+    explained: &Explained,
+    data: Option<ValidationData>,
+) -> Result<Option<HigherOrder>, IdentifyError> {
+    let Some(beyond) = explained.beyond() else {
+        return Ok(None);
+    };
+    let validate = |data: ValidationData| goodness_of_fit::validate(&beyond.model, data.record, data.window);
+    Ok(Some(HigherOrder {
+        validation: data.map(validate).transpose()?,
+        ..beyond.clone()
+    }))
 }
 
 /// Doubts about the log that trains, about the one that validates, and about how often the vehicle was looked at.

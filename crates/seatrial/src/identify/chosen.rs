@@ -140,6 +140,7 @@ fn estimate<'a>(
         Explained::HigherOrder {
             refined,
             beyond: Some(beyond),
+            nearest: false,
             ..
         } => Some((refined.clone(), Origin::Beyond(beyond))),
         Explained::HigherOrder { refined, .. } => {

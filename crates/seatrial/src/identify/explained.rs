@@ -2,7 +2,7 @@
 
 use super::OrderSearch;
 use super::misfit::is_large_share;
-use super::beyond::{beyond_first_order, is_a_sea};
+use super::beyond::{beyond_first_order, gain_holds, is_a_sea, is_telling};
 use super::excited_segment::most_excited;
 use super::prepared::Prepared;
 use super::residual_tests::ResidualTests;
@@ -44,6 +44,10 @@ pub enum Explained {
         share: f64,
         /// The model of higher order, where the contest of hypotheses names one.
         beyond: Option<Box<HigherOrder>>,
+        /// Is the first-order vehicle the one whose simulation is nearest, not the one with the same steady turn?
+        nearest: bool,
+        /// Does the gain of the first-order vehicle hold on every hypothesis that weighs?
+        gain_holds: bool,
     },
     /// A first-order vehicle, as far as is known: the hidden edges of the rudder matter more than the noise.
     Blurred {
@@ -100,6 +104,8 @@ impl Explained {
                 beyond: None,
                 refined: found.refined,
                 share,
+                nearest: true,
+                gain_holds: true,
             };
         }
         if let (Some(lagging), Some(lag)) = (found.lagging(), found.robust.lag) {
@@ -135,14 +141,22 @@ impl Explained {
             let averaged = in_a_sea(samples).ok();
             return Err(Box::new(averaged.unwrap_or(found)));
         }
-        match beyond_first_order(&contest, prepared.log.rudder_amplitude_rad) {
-            Some((refined, beyond)) => Ok(Self::HigherOrder {
-                refined,
-                share: found.robust.share,
-                beyond: Some(Box::new(beyond)),
-            }),
-            None => Err(Box::new(found)),
-        }
+        let amplitude_rad = prepared.log.rudder_amplitude_rad;
+        let Some((refined, beyond)) = beyond_first_order(&contest, amplitude_rad) else {
+            return Err(Box::new(found));
+        };
+        let interval_s = prepared.interval_s.unwrap_or(0.0);
+        let share = found.robust.share;
+        let is_telling = is_telling(&refined);
+        let refined = if is_telling { refined } else { found.refined };
+        let gain_holds = gain_holds(&contest, &refined, interval_s, amplitude_rad);
+        Ok(Self::HigherOrder {
+            refined,
+            share,
+            beyond: Some(Box::new(beyond)),
+            nearest: !is_telling && gain_holds,
+            gain_holds,
+        })
     }
 
     /// Misfit of a first-order model, a share of the rudder's effect, where the vehicle is not of first order.

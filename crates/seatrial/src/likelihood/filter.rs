@@ -129,6 +129,33 @@ pub fn simulate(leg: &Leg, vehicle: &Vehicle, start: &Start) -> Vec<State> {
     states
 }
 
+/// Overshoot of a heading step under proportional control as a share of the step, and the share by which it is still off at the end.
+///
+/// The controller sees the heading every `interval_s` and turns the rudder within `limit_rad`; it runs for 30 time constants.
+pub fn heading_step(vehicle: &Vehicle, gain: f64, step_rad: f64, limit_rad: f64, interval_s: f64) -> [f64; 2] {
+    const LENGTH: f64 = 30.0;
+    let slowest_s = 1.0 / vehicle.damping_per_s.abs().max(f64::MIN_POSITIVE);
+    let of_loop_s = 1.0 / (gain * vehicle.authority_per_s2).abs().sqrt().max(f64::MIN_POSITIVE);
+    let steps = (LENGTH * slowest_s.max(of_loop_s) / interval_s).clamp(100.0, 20_000.0) as usize;
+    let part_s = interval_s / PARTS as f64;
+    let mut gear = Gear::new(vehicle, 0.0);
+    let mut motion = Motion::new(vehicle);
+    let mut x: State = [0.0; 4];
+    let (mut most, mut off) = (0.0_f64, 0.0_f64);
+    for k in 0..steps {
+        let command = (gain * (step_rad - x[0])).clamp(-limit_rad, limit_rad);
+        for _ in 0..PARTS {
+            let act = gear.advance(command, part_s);
+            motion.advance(&mut x, vehicle.authority_per_s2 * act, part_s);
+        }
+        most = most.max(x[0] - step_rad);
+        if 4 * k > 3 * steps {
+            off = off.max((x[0] - step_rad).abs());
+        }
+    }
+    [most / step_rad, off / step_rad]
+}
+
 /// exp(-h/T), computed anew only where the interval changes.
 struct Decay {
     time_s: f64,

@@ -257,16 +257,12 @@ impl Weighing {
                 ),
             );
         }
-        if let (ModelSource::Beyond(_), Some(refined)) = (&checked.chosen.source, &checked.chosen.refined)
+        if let Explained::HigherOrder { gain_holds: false, .. } = checked.explained
             && model.a22_per_s < 0.0
-            && refined.interval_95.a22_per_s[1] >= 0.0
         {
             self.reject(
                 ReasonCode::Unstable,
-                format!(
-                    "at small rudder angles the vehicle may not stop turning by itself (a22 up to {} 1/s): gains need a vehicle that does; a record of small rudder angles would tell",
-                    three_figures(refined.interval_95.a22_per_s[1])
-                ),
+                "on the vehicle that explains the record best, a heading gain for this model overshoots by more than a quarter or never settles: at small rudder angles, or in a long turn, it may not stop turning by itself; record small rudder angles and long turns, or tune the autopilot with a rate gain".into(),
             );
         }
         if checked.log.hidden_edges > 0 {

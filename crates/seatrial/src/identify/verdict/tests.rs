@@ -132,6 +132,8 @@ impl Chain {
             refined: self.chosen.refined.clone().unwrap(),
             share,
             beyond: None,
+            nearest: true,
+            gain_holds: true,
         };
         self
     }
