@@ -6,7 +6,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { type Browser, chromium } from "playwright-core";
 
-const BINARY = process.env["SEATRIAL"] ?? "../target/release/seatrial";
+const BINARY = process.env["SEATRIAL"] ?? `${process.env["CARGO_TARGET_DIR"] ?? "../target"}/release/seatrial`;
 
 export const scratch = mkdtempSync(join(tmpdir(), "seatrial-page-"));
 
