@@ -10,11 +10,12 @@ import { pathToFileURL } from "node:url";
 import type { Browser, Page } from "playwright-core";
 import { forget, openBrowser, PATIENCE_MS, scratch, seatrial } from "./server.ts";
 
-const PAGE = process.env["SEATRIAL_PAGE"] ?? "../target/alone/seatrial.html";
-const BINARY = process.env["SEATRIAL"] ?? "../target/debug/seatrial";
+const TARGET = process.env["CARGO_TARGET_DIR"] ?? "../target";
+const PAGE = process.env["SEATRIAL_PAGE"] ?? `${TARGET}/alone/seatrial.html`;
+const BINARY = process.env["SEATRIAL"] ?? `${TARGET}/debug/seatrial`;
 const DATA = process.env["SEATRIAL_DATA"] ?? "../../shared/data";
 const MOST_MS_TO_FIRST_PAINT = 1000;
-const PYTHON = "../target/python/bin/python";
+const PYTHON = process.env["SEATRIAL_PYTHON"] ?? `${TARGET}/python/bin/python`;
 /** Longest log that is compared: longer ones take a second each, twice. */
 const MOST_BYTES = 2_100_000;
 

@@ -10,9 +10,10 @@ import type { Browser, FrameLocator, Page } from "playwright-core";
 import { withInterval } from "../src/units.ts";
 import { forget, openBrowser, PATIENCE_MS, scratch } from "./server.ts";
 
-const BOOK = process.env["SEATRIAL_BOOK"] ?? "../target/book";
+const TARGET = process.env["CARGO_TARGET_DIR"] ?? "../target";
+const BOOK = process.env["SEATRIAL_BOOK"] ?? `${TARGET}/book`;
 const DOCS = "../docs/explanation";
-const BINARY = process.env["SEATRIAL"] ?? "../target/debug/seatrial";
+const BINARY = process.env["SEATRIAL"] ?? `${TARGET}/debug/seatrial`;
 const PHONE = { width: 390, height: 844 };
 const FIGURES = ["intervals", "lag"] as const;
 /** a22 of the vehicle that is played, 1/s. */

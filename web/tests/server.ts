@@ -6,7 +6,8 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { type Browser, chromium } from "playwright-core";
 
-const BINARY = process.env["SEATRIAL"] ?? "../target/release/seatrial";
+const TARGET = process.env["CARGO_TARGET_DIR"] ?? "../target";
+const BINARY = process.env["SEATRIAL"] ?? `${TARGET}/release/seatrial`;
 
 export const scratch = mkdtempSync(join(tmpdir(), "seatrial-page-"));
 

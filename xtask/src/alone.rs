@@ -3,11 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::environment::skipped;
-use crate::{cargo, page, succeeds};
+use crate::steps::{skipped, succeeds};
+use crate::target::{binary, in_target};
+use crate::toolchain::{BROWSER, has_library, no_library};
+use crate::{cargo, page, python};
 
-const MODULE: &str = "target/wasm32-unknown-unknown/wasm/seatrial_wasm.wasm";
-const PAGE: &str = "target/alone/seatrial.html";
+const MODULE: &str = "wasm32-unknown-unknown/wasm/seatrial_wasm.wasm";
+const FOLDER: &str = "alone";
+const PAGE: &str = "seatrial.html";
 /// Where the last measurement is kept.
 const MEASURED: &str = "validation/2026-11-25-page/table.md";
 /// A log as long as a person waits for, MB.
@@ -17,11 +20,19 @@ const LONGEST_LOG_MB: &str = "200";
 /// The page as a server sends it, packed.
 const MOST_BYTES: u64 = 3_000_000;
 
-/// Compiles the module. It takes a minute or two where nothing is built yet.
+/// The page as it is built.
+pub fn place() -> PathBuf {
+    in_target(FOLDER).join(PAGE)
+}
+
+/// Compiles the module. It takes a minute or two where nothing is built yet. Where the page cannot be built, neither is the module.
 pub fn compile() -> Result<(), String> {
+    if !can_be_built() {
+        return Ok(());
+    }
     let mut build = cargo(&["rustc", "--package", "seatrial-wasm", "--lib", "--quiet"]);
     build.args(["--crate-type", "cdylib", "--profile", "wasm"]);
-    build.args(["--target", "wasm32-unknown-unknown"]);
+    build.args(["--target", BROWSER]);
     match succeeds(&mut build) {
         true => Ok(()),
         false => Err("cargo rustc -p seatrial-wasm".into()),
@@ -30,24 +41,29 @@ pub fn compile() -> Result<(), String> {
 
 /// Builds the page; `None` where npm, or what the lock names, is missing.
 pub fn build() -> Result<Option<PathBuf>, String> {
-    compile()?;
-    if !page::prepared() {
-        return skipped(
-            "the page without a server",
-            "npm, or what package-lock.json names, is missing",
-        )
-        .map(|()| None);
+    if !can_be_built() {
+        let missing = match has_library(BROWSER) {
+            true => page::NO_NPM.to_owned(),
+            false => no_library(BROWSER),
+        };
+        return skipped("the page without a server", &missing).map(|()| None);
     }
-    let absolute = |path: &str| std::path::absolute(path).map_err(|error| error.to_string());
+    compile()?;
     let mut vite = page::node();
     vite.arg("node_modules/vite/bin/vite.js")
         .args(["build", "--logLevel", "warn"])
         .args(["--config", "vite.alone.config.ts"])
-        .env("SEATRIAL_WASM", absolute(MODULE)?);
+        .arg("--outDir")
+        .arg(in_target(FOLDER))
+        .env("SEATRIAL_WASM", in_target(MODULE));
     if !succeeds(&mut vite) {
         return Err("vite build --config vite.alone.config.ts".into());
     }
-    absolute(PAGE).map(Some)
+    Ok(Some(place()))
+}
+
+fn can_be_built() -> bool {
+    has_library(BROWSER) && page::prepared()
 }
 
 /// Builds the page, weighs it, and compares its answers with those of the terminal in a browser.
@@ -67,7 +83,8 @@ pub fn check() -> Result<(), String> {
     tests
         .args(["--test", "--test-reporter=spec", "tests/alone.check.ts"])
         .env("SEATRIAL_PAGE", &page)
-        .env("SEATRIAL", page::binary()?)
+        .env("SEATRIAL", binary())
+        .env("SEATRIAL_PYTHON", python::of_tests("python"))
         .env("SEATRIAL_DATA", data()?);
     match succeeds(&mut tests) {
         true => Ok(()),
@@ -81,10 +98,9 @@ pub fn measure() -> Result<(), String> {
     if !Path::new(page::BROWSER).exists() {
         return skipped("the page beside the terminal", "chromium is missing");
     }
-    let absolute = |path: &str| std::path::absolute(path).map_err(|error| error.to_string());
     let logs = [("trial.BIN", LONG_LOG_MB), ("long.BIN", LONGEST_LOG_MB)];
     let [log, long] = logs.map(|(name, megabytes)| {
-        let log = absolute("target/alone")?.join(name);
+        let log = in_target(FOLDER).join(name);
         let mut make = Command::new("python3");
         make.args(["bench/waits/make.py", "bin"]);
         match succeeds(make.arg(&log).arg(megabytes)) {
@@ -100,10 +116,13 @@ pub fn measure() -> Result<(), String> {
     measure
         .arg("tests/speed.ts")
         .env("SEATRIAL_PAGE", &page)
-        .env("SEATRIAL", page::binary()?)
+        .env("SEATRIAL", binary())
         .env("SEATRIAL_LOG", log?)
         .env("SEATRIAL_LONG_LOG", long?)
-        .env("SEATRIAL_TABLE", absolute(MEASURED)?);
+        .env(
+            "SEATRIAL_TABLE",
+            std::path::absolute(MEASURED).unwrap_or_default(),
+        );
     match succeeds(&mut measure) {
         true => Ok(()),
         false => Err("goals of the page".into()),

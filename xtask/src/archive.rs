@@ -4,10 +4,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-use crate::environment::{NO_PYTHON, skipped};
-use crate::{cargo, succeeds, wheel};
+use crate::environment::NO_PYTHON;
+use crate::steps::{skipped, succeeds};
+use crate::target::{binary as built_for_tests, in_target};
+use crate::toolchain::has_library;
+use crate::{cargo, wheel};
 
-const OUT: &str = "target/archives";
+const OUT: &str = "archives";
 /// Linked statically; built where the compiler has its standard library.
 const STATIC: &str = "x86_64-unknown-linux-musl";
 /// Otherwise for an old glibc.
@@ -30,7 +33,7 @@ pub fn check(target: Option<&str>) -> Result<(), String> {
     });
     let binary = wheel::command_for(target)?;
     let name = format!("seatrial-{VERSION}-{target}");
-    let folder = Path::new(OUT).join(&name);
+    let folder = in_target(OUT).join(&name);
     let _ = std::fs::remove_dir_all(&folder);
     let machine = Machine::of(target);
     fill(&folder, &binary, machine)?;
@@ -122,19 +125,11 @@ fn quietly(command: &mut Command) -> bool {
     command.output().is_ok_and(|said| said.status.success())
 }
 
-fn has_library(target: &str) -> bool {
-    let mut rustc = Command::new("rustc");
-    let found = rustc
-        .args(["--print", "target-libdir", "--target", target])
-        .output();
-    found.is_ok_and(|found| Path::new(String::from_utf8_lossy(&found.stdout).trim()).exists())
-}
-
 /// The command as it runs here, which writes its own completions and pages for `man`.
 fn of_any_machine(binary: &Path, machine: Machine) -> Result<Command, String> {
     if machine == Machine::Absent {
         return match succeeds(&mut cargo(&["build", "--quiet", "-p", "seatrial-cli"])) {
-            true => Ok(Command::new("target/debug/seatrial")),
+            true => Ok(Command::new(built_for_tests())),
             false => Err("cargo build -p seatrial-cli".into()),
         };
     }
@@ -177,7 +172,7 @@ fn fill(folder: &Path, binary: &Path, machine: Machine) -> Result<(), String> {
 
 /// Files that do not differ make archives that do not differ.
 fn packed(name: &str) -> Result<PathBuf, String> {
-    let archive = Path::new(OUT).join(format!("{name}.tar.gz"));
+    let archive = in_target(OUT).join(format!("{name}.tar.gz"));
     let mut tar = Command::new("tar");
     tar.args([
         "--sort=name",
@@ -188,7 +183,9 @@ fn packed(name: &str) -> Result<PathBuf, String> {
     ])
     .args(["--use-compress-program=gzip -9n", "-cf"])
     .arg(&archive)
-    .args(["-C", OUT, name]);
+    .arg("-C")
+    .arg(in_target(OUT))
+    .arg(name);
     match succeeds(&mut tar) {
         true => Ok(archive),
         false => Err("tar".into()),
@@ -201,7 +198,7 @@ fn debian_package(folder: &Path, target: &str) -> Result<PathBuf, String> {
         Some("aarch64") => "arm64",
         _ => "amd64",
     };
-    let root = Path::new(OUT).join("debian");
+    let root = in_target(OUT).join("debian");
     let _ = std::fs::remove_dir_all(&root);
     let failed = |error: std::io::Error| format!("{}: {error}", root.display());
     let put = |from: PathBuf, to: &str| {
@@ -246,7 +243,7 @@ fn debian_package(folder: &Path, target: &str) -> Result<PathBuf, String> {
     std::fs::create_dir_all(root.join("DEBIAN")).map_err(failed)?;
     let control = control(architecture, target.ends_with("gnu"));
     std::fs::write(root.join("DEBIAN/control"), control).map_err(failed)?;
-    let package = Path::new(OUT).join(format!("seatrial_{VERSION}_{architecture}.deb"));
+    let package = in_target(OUT).join(format!("seatrial_{VERSION}_{architecture}.deb"));
     let mut build = Command::new("dpkg-deb");
     build
         .args(["--root-owner-group", "-Zxz", "--build"])
@@ -275,7 +272,7 @@ fn control(architecture: &str, needs_glibc: bool) -> String {
 
 /// Unpacks the archive and makes a report of a rehearsed trial, s.
 fn first_report(archive: &Path, name: &str, machine: Machine) -> Result<f64, String> {
-    let folder = Path::new(OUT).join("tried");
+    let folder = in_target(OUT).join("tried");
     let _ = std::fs::remove_dir_all(&folder);
     let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
     std::fs::create_dir_all(&folder).map_err(failed)?;
@@ -285,10 +282,9 @@ fn first_report(archive: &Path, name: &str, machine: Machine) -> Result<f64, Str
     if !succeeds(&mut tar) {
         return Err("tar -xf".into());
     }
-    let root = std::path::absolute(&folder).map_err(failed)?;
-    let mut trial = machine.command(&root, &Path::new(name).join("seatrial"));
+    let mut trial = machine.command(&folder, &Path::new(name).join("seatrial"));
     trial.args(["trial", "--yes", "--report", "trial.html"]);
-    let done = trial.current_dir(&root).output().map_err(failed)?;
+    let done = trial.current_dir(&folder).output().map_err(failed)?;
     let report = std::fs::read_to_string(folder.join("trial.html")).unwrap_or_default();
     match done.status.success() && report.contains("</html>") {
         true => Ok(begun.elapsed().as_secs_f64()),
@@ -298,7 +294,7 @@ fn first_report(archive: &Path, name: &str, machine: Machine) -> Result<f64, Str
 
 /// Installs the package into a root of its own, uses it there, and removes it.
 fn installed_package_works(package: &Path, machine: Machine) -> Result<(), String> {
-    let root = std::path::absolute(Path::new(OUT).join("root")).map_err(|e| e.to_string())?;
+    let root = in_target(OUT).join("root");
     let _ = std::fs::remove_dir_all(&root);
     let admin = root.join("var/lib/dpkg");
     for folder in ["info", "updates", "triggers"] {

@@ -1,36 +1,69 @@
-//! Checks that run beside others, in a process of their own that gives way to them.
+//! Steps that run beside others, in a process of their own that gives way to them.
 
 use std::fs::File;
-use std::process::{Child, Command, Stdio};
+use std::io::Read;
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::thread::JoinHandle;
 
-const LOG: &str = "target/beside.log";
+use crate::steps;
+use crate::target::in_target;
 
-/// `cargo xtask beside`, begun. What it prints comes when it has ended.
-pub struct Beside(Child);
+/// `cargo xtask beside`, begun. What it prints comes when it has ended; where it failed, that ends the steps beside it.
+pub struct Beside {
+    ended: JoinHandle<bool>,
+    /// The other process ends with it.
+    life: Option<ChildStdin>,
+}
 
 impl Beside {
     /// Begins; an error where the process cannot be started.
     pub fn begin() -> Result<Self, String> {
-        std::fs::create_dir_all("target").map_err(|error| format!("target: {error}"))?;
-        let log = File::create(LOG).map_err(|error| format!("{LOG}: {error}"))?;
-        let errors = log.try_clone().map_err(|error| format!("{LOG}: {error}"))?;
+        let log = in_target("beside.log");
+        let failed = |error: std::io::Error| format!("{}: {error}", log.display());
+        let output = File::create(&log).map_err(failed)?;
+        let errors = output.try_clone().map_err(failed)?;
         let program = std::env::current_exe().map_err(|error| error.to_string())?;
-        Command::new("nice")
+        let mut process = Command::new("nice")
             .args(["-n", "10"])
             .arg(program)
             .arg("beside")
-            .stdin(Stdio::null())
-            .stdout(log)
+            .stdin(Stdio::piped())
+            .stdout(output)
             .stderr(errors)
             .spawn()
-            .map(Self)
-            .map_err(|error| format!("nice: {error}"))
+            .map_err(|error| format!("nice: {error}"))?;
+        Ok(Self {
+            life: process.stdin.take(),
+            ended: std::thread::spawn(move || passed(process, &log)),
+        })
     }
 
-    /// Waits for the end and prints what was printed. Did all pass?
-    pub fn passed(mut self) -> bool {
-        let status = self.0.wait();
-        eprint!("{}", std::fs::read_to_string(LOG).unwrap_or_default());
-        status.is_ok_and(|status| status.success())
+    /// Waits for the end. Did all pass?
+    pub fn passed(self) -> bool {
+        self.ended.join().unwrap_or(false)
     }
+
+    /// Ends it early.
+    pub fn end(mut self) {
+        self.life = None;
+        let _ = self.ended.join();
+    }
+}
+
+fn passed(mut process: Child, log: &std::path::Path) -> bool {
+    let passed = process.wait().is_ok_and(|status| status.success());
+    eprint!("{}", std::fs::read_to_string(log).unwrap_or_default());
+    if !passed {
+        steps::end();
+    }
+    passed
+}
+
+/// Ends this process and its steps when its standard input ends, as it does with the process that began it.
+pub fn end_with_the_other() {
+    std::thread::spawn(|| {
+        let _ = std::io::stdin().read_to_end(&mut Vec::new());
+        steps::end();
+        std::process::exit(1);
+    });
 }

@@ -5,17 +5,15 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::environment::skipped;
-use crate::{page, succeeds};
+use crate::steps::{skipped, succeeds};
+use crate::target::{binary, in_target, target};
+use crate::{alone, page, python};
 
 const DOCS: &str = "docs";
 /// The docs with the pages that are made of the program, which are no part of the repository.
-const SOURCE: &str = "target/book-source";
+const SOURCE: &str = "book-source";
 const VERBS: &str = "reference/verbs.md";
-const BOOK: &str = "target/book";
-const INSTALLED: &str = "target/python/bin/mdbook";
-/// The page without a server goes with the site where it has been built.
-const ALONE: &str = "target/alone/seatrial.html";
+const BOOK: &str = "book";
 /// What stands in its place where it has not been built.
 const NOT_BUILT: &str = "<!DOCTYPE html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>seatrial</title>\n\
     <p>This site was built without the page. <code>cargo xtask page</code> builds it into <code>target/alone/seatrial.html</code>, \
@@ -28,18 +26,18 @@ pub fn check() -> Result<(), String> {
     let Some(program) = mdbook() else {
         return skipped(
             "the docs as a site",
-            "mdbook is missing (target/python/bin/pip install -r docs/requirements.txt)",
+            "mdbook is missing, which Python brings (docs/requirements.txt)",
         );
     };
-    let source = Path::new(SOURCE);
-    let _ = std::fs::remove_dir_all(source);
-    copy(Path::new(DOCS), source)?;
+    let source = in_target(SOURCE);
+    let _ = std::fs::remove_dir_all(&source);
+    copy(Path::new(DOCS), &source)?;
     write(&source.join(VERBS), &verbs()?)?;
     list_the_others()?;
-    if !succeeds(Command::new(program).args(["build", SOURCE])) {
-        return Err(format!("mdbook build {SOURCE}"));
+    if !succeeds(Command::new(program).arg("build").arg(&source)) {
+        return Err(format!("mdbook build {}", source.display()));
     }
-    let pages = of_suffix(Path::new(BOOK), "html")?;
+    let pages = of_suffix(&in_target(BOOK), "html")?;
     for page in &pages {
         lead_out(page)?;
     }
@@ -49,37 +47,37 @@ pub fn check() -> Result<(), String> {
         return Err(broken.join("\n"));
     }
     let index = index_for_machines()?;
-    write(&Path::new(BOOK).join("llms.txt"), &index)?;
+    write(&in_target(BOOK).join("llms.txt"), &index)?;
     live_figures()
 }
 
 /// Moves the sliders of the figures that are computed where they are read, and holds their numbers against the terminal.
 fn live_figures() -> Result<(), String> {
-    if !Path::new(ALONE).exists() || !page::prepared() || !Path::new(page::BROWSER).exists() {
+    if !alone::place().exists() || !page::prepared() || !Path::new(page::BROWSER).exists() {
         return skipped(
             "the live figures of the docs",
             "the page without a server (cargo xtask page), npm or chromium is missing",
         );
     }
-    let book = std::path::absolute(BOOK).map_err(|error| error.to_string())?;
     let mut tests = page::node();
     tests
         .args(["--test", "--test-reporter=spec", "tests/figures.check.ts"])
-        .env("SEATRIAL_BOOK", book)
-        .env("SEATRIAL", page::binary()?);
+        .env("SEATRIAL_BOOK", in_target(BOOK))
+        .env("SEATRIAL", binary());
     match succeeds(&mut tests) {
         true => Ok(()),
         false => Err("tests of the live figures".into()),
     }
 }
 
-/// Puts the page without a server where the docs link to it; where it has not been built, a page that says how.
+/// Puts the page without a server where the docs link to it, once it has been built; where it has not been built, a page that says how.
 fn put_alone() -> Result<(), String> {
-    let place = Path::new(BOOK).join("seatrial.html");
-    match Path::new(ALONE).exists() {
-        true => std::fs::copy(ALONE, &place)
+    let place = in_target(BOOK).join("seatrial.html");
+    let built = alone::place();
+    match built.exists() {
+        true => std::fs::copy(&built, &place)
             .map(|_| ())
-            .map_err(|error| format!("{ALONE}: {error}")),
+            .map_err(|error| format!("{}: {error}", built.display())),
         false => write(&place, NOT_BUILT),
     }
 }
@@ -105,7 +103,7 @@ fn copy(from: &Path, to: &Path) -> Result<(), String> {
 
 /// The page of the verbs: what the program says of each with `--help`, and of the verbs below it.
 fn verbs() -> Result<String, String> {
-    let program = page::binary()?;
+    let program = binary();
     let help = |words: &[&str]| {
         let said = Command::new(&program).args(words).arg("--help").output();
         said.map(|said| String::from_utf8_lossy(&said.stdout).into_owned())
@@ -149,7 +147,7 @@ fn listed_verbs(help: &str) -> impl Iterator<Item = &str> {
 
 /// The one that docs/requirements.txt pins, else the machine's own.
 fn mdbook() -> Option<PathBuf> {
-    let own = std::path::absolute(INSTALLED).ok()?;
+    let own = python::of_tests("mdbook");
     if own.exists() {
         return Some(own);
     }
@@ -163,7 +161,7 @@ fn read(path: &Path) -> Result<String, String> {
 
 /// The titles and files of the table of contents.
 fn contents() -> Result<Vec<(String, String)>, String> {
-    let summary = read(&Path::new(SOURCE).join("SUMMARY.md"))?;
+    let summary = read(&in_target(SOURCE).join("SUMMARY.md"))?;
     let entry = |line: &str| {
         let (_, rest) = line.split_once('[')?;
         let (title, rest) = rest.split_once("](")?;
@@ -175,7 +173,7 @@ fn contents() -> Result<Vec<(String, String)>, String> {
 
 /// Pages that nobody has put into the table of contents stand at its end.
 fn list_the_others() -> Result<(), String> {
-    let source = Path::new(SOURCE);
+    let source = in_target(SOURCE);
     let listed: BTreeSet<PathBuf> = contents()?
         .into_iter()
         .map(|(_, file)| source.join(file))
@@ -183,13 +181,13 @@ fn list_the_others() -> Result<(), String> {
     let path = source.join("SUMMARY.md");
     let mut summary = read(&path)?;
     summary += "\n# More\n\n";
-    for page in of_suffix(source, "md")? {
+    for page in of_suffix(&source, "md")? {
         if page == path || listed.contains(&page) {
             continue;
         }
         let text = read(&page)?;
         let title = text.lines().find_map(|line| line.strip_prefix("# "));
-        let file = page.strip_prefix(source).unwrap_or(&page);
+        let file = page.strip_prefix(&source).unwrap_or(&page);
         let title = title.map_or_else(|| file.display().to_string(), str::to_owned);
         let _ = writeln!(summary, "- [{title}]({})", file.display());
     }
@@ -224,7 +222,7 @@ fn is_own(link: &str) -> bool {
 }
 
 /// The file that a link of a page leads to, without `..`.
-fn target(page: &Path, link: &str) -> PathBuf {
+fn file_behind(page: &Path, link: &str) -> PathBuf {
     let file = link.split(['#', '?']).next().unwrap_or_default();
     let mut path = page.parent().unwrap_or(Path::new("")).to_path_buf();
     for part in file.split('/') {
@@ -244,11 +242,11 @@ fn lead_out(page: &Path) -> Result<(), String> {
     let text = read(page)?;
     let mut led = text.clone();
     for link in links(&text).filter(|link| is_own(link)) {
-        let path = target(page, link);
+        let path = file_behind(page, link);
         if let Some(outside) = path
-            .strip_prefix("target")
+            .strip_prefix(target())
             .ok()
-            .filter(|_| !path.starts_with(BOOK))
+            .filter(|_| !path.starts_with(in_target(BOOK)))
         {
             let outside = outside.display().to_string();
             let source = match outside.strip_suffix(".html") {
@@ -270,7 +268,7 @@ fn lead_out(page: &Path) -> Result<(), String> {
 fn broken_links(page: &Path) -> Vec<String> {
     let text = read(page).unwrap_or_default();
     let own = links(&text).filter(|link| is_own(link));
-    own.filter(|link| !target(page, link).exists())
+    own.filter(|link| !file_behind(page, link).exists())
         .map(|link| format!("{}: {link} leads nowhere", page.display()))
         .collect()
 }
@@ -299,7 +297,7 @@ fn index_for_machines() -> Result<String, String> {
     let mut index = "# seatrial\n\n> Finds out how a marine vehicle steers, from a short sea trial or a log: a model with 95 % bounds, gains, turning limits, and a verdict.\n\n"
         .to_owned();
     for (title, file) in contents()? {
-        let text = read(&Path::new(SOURCE).join(&file))?;
+        let text = read(&in_target(SOURCE).join(&file))?;
         let page = Path::new(&file).with_extension("html");
         let _ = writeln!(
             index,

@@ -4,8 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::embedded::{BOARDS, Checked, TARGET, root, run_on};
-use crate::{cargo, succeeds};
+use crate::cargo;
+use crate::embedded::{BOARDS, Checked, run_on};
+use crate::steps::succeeds;
+use crate::target::{in_target, root};
+use crate::toolchain::CORTEX_M;
 
 const STRICT: [&str; 6] = [
     "-std=c99",
@@ -119,7 +122,7 @@ pub fn check(vectors: &str) -> Checked {
 
 /// A program that was compiled for `float` must not link with the library of `double`: its structures are of other sizes.
 fn does_not_link_for_other_numbers(double: &[String]) -> Checked {
-    let program = root().join("target/firmware/loop_20hz-mixed");
+    let program = in_target("firmware/loop_20hz-mixed");
     let mut gcc = compiler("gcc", "loop_20hz", &program);
     gcc.args(SINGLE.defines).args(double).args(HOST_LIBRARIES);
     let output = gcc.output().map_err(|error| error.to_string())?;
@@ -136,7 +139,7 @@ fn does_not_link_for_other_numbers(double: &[String]) -> Checked {
 /// The examples once more, with every access to memory and every undefined operation of the C code checked.
 fn sanitized(tables: &[(String, String, PathBuf)], archive: &[String]) -> Checked {
     let program = |example: &str| {
-        let program = root().join(format!("target/firmware/{example}-sanitized"));
+        let program = in_target(format!("firmware/{example}-sanitized"));
         let mut gcc = compiler("gcc", example, &program);
         gcc.args([
             "-g",
@@ -158,7 +161,7 @@ fn sanitized(tables: &[(String, String, PathBuf)], archive: &[String]) -> Checke
 
 /// One file for every table and type that C computes: name of the table, name of the type, file.
 fn write_tables(vectors: &str) -> Result<Vec<(String, String, PathBuf)>, String> {
-    let folder = root().join("target/firmware/vectors");
+    let folder = in_target("firmware/vectors");
     fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
     let mut tables = Vec::new();
     let of_c = |table: &&str| !table.is_empty() && !table.starts_with("refined");
@@ -193,30 +196,30 @@ fn build_for_host() -> Result<PathBuf, String> {
     ])) {
         return Err("seatrial-ffi does not build for this machine".into());
     }
-    let folder = root().join("target/release");
+    let folder = in_target("release");
     folder.canonicalize().map_err(|error| error.to_string())
 }
 
 /// The static library.
 fn build_for_m4f(precision: &Precision) -> Result<PathBuf, String> {
-    let folder = root().join("target/firmware").join(precision.name);
+    let folder = in_target("firmware").join(precision.name);
     let mut command = cargo(&["rustc", "--quiet", "-p", "seatrial-ffi"]);
     command.args(["--profile", "embedded", "--no-default-features"]);
     command.args(precision.features);
-    command.args(["--crate-type", "staticlib", "--target", TARGET]);
+    command.args(["--crate-type", "staticlib", "--target", CORTEX_M]);
     command.arg("--target-dir").arg(&folder);
     if succeeds(&mut command) {
-        Ok(folder.join(TARGET).join("embedded/libseatrial_ffi.a"))
+        Ok(folder.join(CORTEX_M).join("embedded/libseatrial_ffi.a"))
     } else {
         Err(format!(
-            "seatrial-ffi does not build for {TARGET}, {}",
+            "seatrial-ffi does not build for {CORTEX_M}, {}",
             precision.name
         ))
     }
 }
 
 fn compile_for_host(example: &str, kind: &str, library: &[String]) -> Result<PathBuf, String> {
-    let program = root().join(format!("target/firmware/{example}-{kind}"));
+    let program = in_target(format!("firmware/{example}-{kind}"));
     let mut gcc = compiler("gcc", example, &program);
     gcc.args(library).args(HOST_LIBRARIES);
     compiled(gcc, program)
@@ -227,7 +230,7 @@ fn compile_for_m4f(
     precision: &Precision,
     library: &Path,
 ) -> Result<PathBuf, String> {
-    let program = root().join(format!("target/firmware/{example}-m4f-{}", precision.name));
+    let program = in_target(format!("firmware/{example}-m4f-{}", precision.name));
     let startup = root().join("firmware/c");
     let mut gcc = compiler("arm-none-eabi-gcc", example, &program);
     gcc.args(M4F).args(precision.defines);
@@ -252,7 +255,7 @@ fn code_bytes(prefixes: &[&str], library: &Path) -> Result<u64, String> {
         let wanted = prefixes.iter().any(|prefix| name.starts_with(prefix));
         wanted.then(|| format!("-Wl,--undefined={name}"))
     });
-    let image = root().join("target/firmware/code");
+    let image = in_target("firmware/code");
     let mut gcc = Command::new("arm-none-eabi-gcc");
     gcc.args(M4F).args([
         "-nostdlib",

@@ -4,18 +4,18 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
 
-use crate::environment::{Environment, NO_PYTHON, skipped};
-use crate::succeeds;
+use crate::environment::{Environment, NO_PYTHON};
+use crate::steps::{skipped, succeeds};
+use crate::target::{binary, in_target};
 
 const ENVIRONMENT: Environment = Environment {
-    folder: "target/python-dash",
-    requirements: "crates/seatrial-dash/tests/schemathesis/requirements.txt",
+    folder: "python-dash",
+    requirements: &["crates/seatrial-dash/tests/schemathesis/requirements.txt"],
 };
 const CONFIG: &str = "crates/seatrial-dash/tests/schemathesis/schemathesis.toml";
-const BINARY: &str = "target/debug/seatrial";
 /// Its operation in the document.
 const GIVES_CONTROL_BACK: &str = "release";
-const LOGBOOK: &str = "target/schemathesis.db";
+const LOGBOOK: &str = "schemathesis.db";
 
 /// Makes the environment where it is missing.
 pub fn prepare() {
@@ -29,14 +29,15 @@ pub fn check() -> Result<(), String> {
         return skipped("schemathesis", NO_PYTHON);
     }
     for suffix in ["", "-wal", "-shm"] {
-        let _ = std::fs::remove_file(format!("{LOGBOOK}{suffix}"));
+        let _ = std::fs::remove_file(in_target(format!("{LOGBOOK}{suffix}")));
     }
-    let mut trial = Command::new(BINARY);
+    let mut trial = Command::new(binary());
     trial
-        .args(["trial", "--logbook", LOGBOOK])
+        .args(["trial", "--logbook"])
+        .arg(in_target(LOGBOOK))
         .stdout(Stdio::null());
     if !succeeds(&mut trial) {
-        return Err(format!("{BINARY} trial"));
+        return Err("seatrial trial".into());
     }
     let mut server = Served::start()?;
     let schema = format!("http://{}/api/v1/openapi.json", server.address);
@@ -73,12 +74,13 @@ struct Served {
 
 impl Served {
     fn start() -> Result<Self, String> {
-        let mut process = Command::new(BINARY)
-            .args(["serve", "--listen", "127.0.0.1:0", "--logbook", LOGBOOK])
+        let mut process = Command::new(binary())
+            .args(["serve", "--listen", "127.0.0.1:0", "--logbook"])
+            .arg(in_target(LOGBOOK))
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
-            .map_err(|error| format!("{BINARY}: {error}; build it first"))?;
+            .map_err(|error| format!("{}: {error}; build it first", binary().display()))?;
         let mut url = String::new();
         if let Some(stdout) = &mut process.stdout {
             BufReader::new(stdout)

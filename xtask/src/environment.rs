@@ -1,61 +1,60 @@
-//! Python environments of the project's own, and steps that a machine cannot take.
+//! Python environments of the project's own.
 
-use std::path::Path;
+use std::path::PathBuf;
 use std::process::Command;
 
-use crate::succeeds;
+use crate::steps::succeeds;
+use crate::target::in_target;
 
-/// A virtual environment with what a file of requirements names.
+/// A virtual environment with what files of requirements name.
 pub struct Environment {
-    /// Where it is.
+    /// Where it is, below the folder that cargo builds into.
     pub folder: &'static str,
     /// What is in it.
-    pub requirements: &'static str,
+    pub requirements: &'static [&'static str],
 }
 
 impl Environment {
     /// Makes it where it is missing or not what the requirements name today. `false`: there is no Python that can.
     pub fn is_ready(&self) -> bool {
-        self.is_made() || self.make()
+        let Ok(required) = self.required() else {
+            return false;
+        };
+        let is_made = std::fs::read(self.installed()).is_ok_and(|installed| installed == required);
+        is_made || self.make(&required)
     }
 
     /// A program of the environment.
     pub fn program(&self, name: &str, arguments: &[&str]) -> Command {
-        let program = std::path::absolute(Path::new(self.folder).join("bin").join(name));
-        let mut command = Command::new(program.unwrap_or_default());
+        let mut command = Command::new(self.path(name));
         command.args(arguments);
         command
     }
 
-    fn is_made(&self) -> bool {
-        let installed = std::fs::read(self.installed());
-        installed.is_ok_and(|installed| {
-            std::fs::read(self.requirements).is_ok_and(|now| now == installed)
-        })
+    /// Where a program of the environment is, once it is made.
+    pub fn path(&self, name: &str) -> PathBuf {
+        in_target(self.folder).join("bin").join(name)
     }
 
-    fn make(&self) -> bool {
+    fn required(&self) -> std::io::Result<Vec<u8>> {
+        let files: Result<Vec<_>, _> = self.requirements.iter().map(std::fs::read).collect();
+        files.map(|files| files.concat())
+    }
+
+    fn make(&self, required: &[u8]) -> bool {
         let mut venv = Command::new("python3");
-        venv.args(["-m", "venv", self.folder]);
-        let install = ["-m", "pip", "install", "--quiet", "-r", self.requirements];
-        succeeds(&mut venv)
-            && succeeds(&mut self.program("python", &install))
-            && std::fs::copy(self.requirements, self.installed()).is_ok()
-    }
-
-    fn installed(&self) -> std::path::PathBuf {
-        Path::new(self.folder).join("installed.txt")
-    }
-}
-
-/// A step for which something is missing: said and skipped; with `CI=true` a failure.
-pub fn skipped(step: &str, missing: &str) -> Result<(), String> {
-    match std::env::var("CI").as_deref() {
-        Ok("true") => Err(missing.into()),
-        _ => {
-            eprintln!("== {step} skipped: {missing}");
-            Ok(())
+        venv.args(["-m", "venv"]).arg(in_target(self.folder));
+        let mut install = self.program("python", &["-m", "pip", "install", "--quiet"]);
+        for file in self.requirements {
+            install.args(["-r", file]);
         }
+        succeeds(&mut venv)
+            && succeeds(&mut install)
+            && std::fs::write(self.installed(), required).is_ok()
+    }
+
+    fn installed(&self) -> PathBuf {
+        in_target(self.folder).join("installed.txt")
     }
 }
 

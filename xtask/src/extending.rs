@@ -2,18 +2,22 @@
 
 use std::path::Path;
 
-use crate::{cargo, succeeds};
+use crate::cargo;
+use crate::steps::succeeds;
+use crate::target::in_target;
 
 const FOLDER: &str = "examples/extending";
 /// Where programs outside the workspace are built, which have other features.
-pub const TARGET: &str = "target/examples";
+pub const TARGET: &str = "examples";
 
 /// Builds the library, the command and the tests of the program, whose manifest makes warnings errors, and runs the tests.
 pub fn check() -> Result<(), String> {
-    let target = std::path::absolute(TARGET).map_err(|error| format!("{TARGET}: {error}"))?;
     let manifest = Path::new(FOLDER).join("Cargo.toml");
     let mut tests = cargo(&["test", "--quiet", "--locked", "--manifest-path"]);
-    tests.arg(&manifest).arg("--target-dir").arg(target);
+    tests
+        .arg(&manifest)
+        .arg("--target-dir")
+        .arg(in_target(TARGET));
     tests.env("CARGO_INCREMENTAL", "0");
     match succeeds(&mut tests) {
         true => Ok(()),

@@ -1,12 +1,13 @@
 //! The data loader for Foxglove, outside the workspace: tested on this machine, and built as the module that Foxglove loads.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
-use crate::environment::skipped;
+use crate::cargo;
 use crate::extending::TARGET;
 use crate::long_log::long_log;
-use crate::{cargo, succeeds};
+use crate::steps::{skipped, succeeds};
+use crate::target::in_target;
 
 const FOLDER: &str = "examples/foxglove-loader";
 const MODULE: &str = "wasm32-unknown-unknown/release/seatrial_foxglove_loader.wasm";
@@ -28,7 +29,7 @@ pub fn check_and_build() -> Result<(), String> {
     check()?;
     let target = ["--target", "wasm32-unknown-unknown"];
     run(&[&["build", "--quiet", "--release", "--lib"][..], &target].concat())?;
-    let module = target_folder()?.join(MODULE);
+    let module = in_target(TARGET).join(MODULE);
     let file = std::fs::metadata(&module);
     let bytes = file
         .map_err(|error| format!("{}: {error}", module.display()))?
@@ -38,7 +39,7 @@ pub fn check_and_build() -> Result<(), String> {
 }
 
 fn opens_a_log(module: &Path) -> Result<(), String> {
-    let log = target_folder()?.join("log.bin");
+    let log = in_target(TARGET).join("log.bin");
     std::fs::write(&log, long_log(LOG)).map_err(|error| format!("{}: {error}", log.display()))?;
     let mut node = Command::new("node");
     node.arg(Path::new(FOLDER).join("tests/host.mjs"))
@@ -60,14 +61,10 @@ fn run(arguments: &[&str]) -> Result<(), String> {
     let manifest = Path::new(FOLDER).join("Cargo.toml");
     let mut command = cargo(arguments);
     command.args(["--locked", "--manifest-path"]).arg(manifest);
-    command.arg("--target-dir").arg(target_folder()?);
+    command.arg("--target-dir").arg(in_target(TARGET));
     command.env("CARGO_INCREMENTAL", "0");
     match succeeds(&mut command) {
         true => Ok(()),
         false => Err(format!("cargo {} of {FOLDER}", arguments.join(" "))),
     }
-}
-
-fn target_folder() -> Result<PathBuf, String> {
-    std::path::absolute(TARGET).map_err(|error| format!("{TARGET}: {error}"))
 }

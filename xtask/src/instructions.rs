@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::process::Command;
 
-use crate::environment::skipped;
-use crate::{cargo, succeeds};
+use crate::cargo;
+use crate::steps::{skipped, succeeds};
+use crate::target::in_target;
 
-const COUNTS: &str = "target/callgrind.out";
+const COUNTS: &str = "callgrind.out";
 
 /// A kernel may take this much more than is stated before the check fails: a compiler's release moves it by a few percent.
 const MARGIN: f64 = 1.05;
@@ -35,8 +36,11 @@ pub fn check() -> Result<(), String> {
     }
     let run = Command::new("valgrind")
         .args(["--tool=callgrind", "--quiet"])
-        .arg(format!("--callgrind-out-file={COUNTS}"))
-        .arg("target/release/seatrial-instructions")
+        .arg(format!(
+            "--callgrind-out-file={}",
+            in_target(COUNTS).display()
+        ))
+        .arg(in_target("release/seatrial-instructions"))
         .output()
         .map_err(|error| format!("valgrind: {error}"))?;
     if !run.status.success() {
@@ -49,7 +53,8 @@ pub fn check() -> Result<(), String> {
         eprintln!("== instructions skipped: the counts hold for x86-64");
         return Ok(());
     }
-    let text = std::fs::read_to_string(COUNTS).map_err(|error| format!("{COUNTS}: {error}"))?;
+    let text =
+        std::fs::read_to_string(in_target(COUNTS)).map_err(|error| format!("{COUNTS}: {error}"))?;
     let counts = inclusive(&text);
     let mut slower = Vec::new();
     for (kernel, unit, units, stated) in KERNELS {

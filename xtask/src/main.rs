@@ -1,7 +1,9 @@
 //! The project's own commands.
 //!
-//! `cargo xtask test` runs every check: those that need the workspace built for tests, in the order in which they fail fastest, and beside
-//! them those that have a build of their own (`cargo xtask beside`); everything is built once, for tests. `cargo xtask embedded` is the one
+//! `cargo xtask test` runs what every change needs, in the order in which it fails fastest. `cargo xtask test --all` runs every check: the
+//! same steps with the vehicles over ROS 2, the dashboard, the pages, the docs and the Python package, and beside them what has a build of
+//! its own (`cargo xtask beside`, which ends with its standard input); everything is built once, for tests. Both add what is missing of the
+//! pinned toolchain, and the first step that fails ends them. `cargo xtask embedded` is the one
 //! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask instructions` that of the kernels'
 //! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page, `cargo xtask page` that of the page
 //! without a server, `cargo xtask page --measure` holds it against the terminal on long logs, `cargo xtask docs` builds the docs as a site, `cargo xtask extending` builds and tests the program that extends seatrial, `cargo xtask foxglove-loader` the data loader for Foxglove. `cargo xtask ros2` checks
@@ -29,46 +31,47 @@ mod packages;
 mod page;
 mod python;
 mod same_answers;
+mod steps;
+mod target;
+mod toolchain;
 mod wheel;
 
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
 use beside::Beside;
+use steps::{passes, side_by_side, skipped, succeeds};
+use target::{in_target, target};
 
 /// The features of the terminal that no build has by default.
 const ROS2: &str = "seatrial-cli/ros2,seatrial-cli/ros2-zenoh";
 
-/// Names, and the cargo commands that run in the order in which they fail fastest; `ROS2` stands for its features.
+/// Names, and the cargo commands that run in the order in which they fail fastest; `ROS2` stands for its features, where they are wanted.
 const CHECKS: [(&str, &str); 6] = [
     ("format", "fmt --all --check"),
     (
         "lints",
-        "clippy --workspace --all-targets --features ROS2 -- -D warnings",
+        "clippy --workspace --all-targets ROS2 -- -D warnings",
     ),
     (
-        "core on Cortex-M",
+        CORE,
         "build -p seatrial-core --target thumbv7em-none-eabihf",
     ),
     (
         "tests",
-        "nextest run --workspace --features ROS2 --no-fail-fast --test-threads 6 -E not(test(/^ros2::/))",
+        "nextest run --workspace ROS2 --no-fail-fast --test-threads 6 -E not(test(/^ros2::/))",
     ),
-    (
-        "doc tests",
-        "test --workspace --features ROS2 --doc --quiet",
-    ),
-    (
-        "documentation",
-        "doc --workspace --features ROS2 --no-deps --quiet",
-    ),
+    ("doc tests", "test --workspace ROS2 --doc --quiet"),
+    ("documentation", "doc --workspace ROS2 --no-deps --quiet"),
 ];
+const CORE: &str = "core on Cortex-M";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let passed = match arguments.as_slice() {
-        ["test"] => test(),
+        ["test"] => test(fast),
+        ["test", "--all"] => test(everything),
         ["beside"] => beside_the_tests(),
         ["house"] => in_order(false),
         ["house", "--list"] => in_order(true),
@@ -81,7 +84,7 @@ fn main() -> ExitCode {
         ["web"] => in_browser(),
         ["page"] => without_a_server(),
         ["page", "--measure"] => beside_the_terminal(),
-        ["docs"] => as_a_site(),
+        ["docs"] => tests_have_python() && as_a_site(),
         ["extending"] => outside_the_workspace(),
         ["foxglove-loader"] => in_foxglove(),
         ["oldest"] => on_old_compilers(),
@@ -95,7 +98,7 @@ fn main() -> ExitCode {
         ["same-answers", rest @ ..] => return same_answers::run(rest),
         _ => {
             eprintln!(
-                "usage: cargo xtask test|house [--list]|embedded|python|dash|ros2|miri|instructions|web|page [--measure]|docs|extending|foxglove-loader|oldest|packages [--build]|wheel [TARGET]|archive [TARGET]|container|same-answers"
+                "usage: cargo xtask test [--all]|house [--list]|embedded|python|dash|ros2|miri|instructions|web|page [--measure]|docs|extending|foxglove-loader|oldest|packages [--build]|wheel [TARGET]|archive [TARGET]|container|same-answers"
             );
             return ExitCode::from(2);
         }
@@ -106,11 +109,21 @@ fn main() -> ExitCode {
     }
 }
 
-fn test() -> bool {
+fn test(checks: fn() -> bool) -> bool {
     let begin = Instant::now();
-    if !in_order(false) {
-        return false;
+    let passed = in_order(false) && passes("the toolchain", toolchain::prepare) && checks();
+    if passed {
+        eprintln!("== all passed in {:.0} s", begin.elapsed().as_secs_f64());
     }
+    passed
+}
+
+/// What every change needs.
+fn fast() -> bool {
+    with_cargo(&CHECKS, &[])
+}
+
+fn everything() -> bool {
     let beside = match Beside::begin() {
         Ok(beside) => beside,
         Err(message) => {
@@ -118,22 +131,24 @@ fn test() -> bool {
             return false;
         }
     };
-    let passed = with_cargo()
+    let passed = tests_have_python()
+        && with_cargo(&CHECKS, &["--features", ROS2])
         && over_ros2()
         && side_by_side(&[
             &[in_python, in_dash],
             &[in_browser, without_a_server, as_a_site],
         ]);
-    // What is measured is not disturbed.
-    let passed = beside.passed() && passed && python_is_fast();
-    if passed {
-        eprintln!("== all passed in {:.0} s", begin.elapsed().as_secs_f64());
+    if !passed {
+        beside.end();
+        return false;
     }
-    passed
+    // What is measured is not disturbed.
+    beside.passed() && python_is_fast()
 }
 
 /// What is built apart from the workspace's tests.
 fn beside_the_tests() -> bool {
+    beside::end_with_the_other();
     side_by_side(&[
         &[
             tools_are_there,
@@ -150,17 +165,6 @@ fn beside_the_tests() -> bool {
     ])
 }
 
-/// Rows of checks, each row until its first that fails; did all pass?
-fn side_by_side(rows: &[&[fn() -> bool]]) -> bool {
-    std::thread::scope(|scope| {
-        let all = |row: &[fn() -> bool]| row.iter().all(|passes| passes());
-        let running: Vec<_> = (rows.iter())
-            .map(|row| scope.spawn(move || all(row)))
-            .collect();
-        (running.into_iter()).all(|row| row.join().unwrap_or(false))
-    })
-}
-
 /// Fetches what later checks need; one that cannot be had is told by the check that needs it.
 fn tools_are_there() -> bool {
     passes("tools", || {
@@ -172,29 +176,40 @@ fn tools_are_there() -> bool {
 }
 
 /// Ends with the tests that were skipped for want of data or tools.
-fn with_cargo() -> bool {
-    let skipped = std::env::current_dir()
-        .unwrap_or_default()
-        .join("target/skipped-tests.txt");
-    let _ = std::fs::remove_file(&skipped);
-    let passed = CHECKS.iter().all(|(name, command)| {
-        let words = command.split(' ');
-        let arguments: Vec<&str> = words
-            .map(|word| if word == "ROS2" { ROS2 } else { word })
+fn with_cargo(checks: &[(&str, &str)], ros2: &[&str]) -> bool {
+    let skipped_tests = in_target("skipped-tests.txt");
+    let _ = std::fs::remove_file(&skipped_tests);
+    let passed = checks.iter().all(|(name, command)| {
+        let arguments: Vec<&str> = command
+            .split(' ')
+            .flat_map(|word| {
+                if word == "ROS2" {
+                    ros2.to_vec()
+                } else {
+                    vec![word]
+                }
+            })
             .collect();
         passes(name, || {
+            if *name == CORE && !toolchain::has_library(toolchain::CORTEX_M) {
+                return skipped(CORE, &toolchain::no_library(toolchain::CORTEX_M));
+            }
             let mut command_line = cargo_or_nextest(&arguments)?;
             command_line.env("RUSTDOCFLAGS", "-D warnings");
-            command_line.env("SEATRIAL_SKIPPED", &skipped);
+            command_line.env("SEATRIAL_SKIPPED", &skipped_tests);
             succeeds(&mut command_line)
                 .then_some(())
-                .ok_or(format!("cargo {command}"))
+                .ok_or(format!("cargo {}", arguments.join(" ")))
         })
     });
-    if let Ok(list) = std::fs::read_to_string(&skipped) {
+    if let Ok(list) = std::fs::read_to_string(&skipped_tests) {
         eprint!("{list}");
     }
     passed
+}
+
+fn tests_have_python() -> bool {
+    passes("Python for the tests", python::prepare_tests)
 }
 
 fn on_microcontrollers() -> bool {
@@ -250,6 +265,7 @@ fn on_ros2() -> bool {
     let strict = ["--", "-D", "warnings"];
     let test = ["nextest", "run", "--test-threads", "1"];
     passes("ROS 2", || {
+        python::prepare_tests()?;
         let both = "ros2,ros2-zenoh";
         // One test at a time: the vehicles are played in real time, and one that the machine holds up for long is a lost one.
         let is_right = of_features(&[&lint[..], &["--all-targets"]].concat(), both, &strict)
@@ -339,22 +355,6 @@ fn in_dash() -> bool {
     passes("the dashboard's interface", dash::check)
 }
 
-fn passes(name: &str, check: impl FnOnce() -> Result<(), String>) -> bool {
-    let start = Instant::now();
-    eprintln!("== {name}");
-    match check() {
-        Ok(()) => {
-            let seconds = start.elapsed().as_secs_f64();
-            eprintln!("== {name} passed in {seconds:.0} s");
-            true
-        }
-        Err(message) => {
-            eprintln!("{message}\n== {name} failed");
-            false
-        }
-    }
-}
-
 fn cargo_or_nextest(arguments: &[&str]) -> Result<Command, String> {
     match arguments.split_first() {
         Some((&"nextest", rest)) => nextest::command(rest),
@@ -364,10 +364,6 @@ fn cargo_or_nextest(arguments: &[&str]) -> Result<Command, String> {
 
 fn cargo(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO"));
-    command.args(arguments);
+    command.args(arguments).env("CARGO_TARGET_DIR", target());
     command
-}
-
-fn succeeds(command: &mut Command) -> bool {
-    command.status().is_ok_and(|status| status.success())
 }

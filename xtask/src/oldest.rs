@@ -4,11 +4,12 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::environment::skipped;
-use crate::{packages, succeeds};
+use crate::packages;
+use crate::steps::{skipped, succeeds};
+use crate::target::in_target;
 
 /// A build of its own: what the pinned compiler has made is of no use to another.
-const FOLDER: &str = "target/oldest";
+const FOLDER: &str = "oldest";
 
 /// A crate and the compiler that its `rust-version` names.
 #[derive(Debug, PartialEq)]
@@ -17,19 +18,20 @@ struct Promise {
     compiler: String,
 }
 
-/// Builds each of them, with all features, where its compiler is installed.
+/// Builds each of them, with all features, with its compiler, which is installed where it is missing.
 pub fn check() -> Result<(), String> {
     for Promise { name, compiler } in
         promises(&packages::metadata()?, env!("CARGO_PKG_RUST_VERSION"))
     {
-        let install = format!("rustup toolchain install {compiler} --profile minimal");
-        if !is_installed(&compiler) {
-            skipped(&format!("{name} on Rust {compiler}"), &install)?;
+        if !is_installed(&compiler) && !install(&compiler) {
+            let missing = format!("Rust {compiler} is missing, and rustup could not install it");
+            skipped(&format!("{name} on Rust {compiler}"), &missing)?;
             continue;
         }
         let mut build = Command::new("rustup");
         build.args(["run", &compiler, "cargo", "check", "--quiet"]);
-        build.args(["--all-features", "-p", &name, "--target-dir", FOLDER]);
+        build.args(["--all-features", "-p", &name, "--target-dir"]);
+        build.arg(in_target(FOLDER));
         // This process runs under the pinned compiler, which its environment names.
         build.env_remove("RUSTC").env_remove("RUSTUP_TOOLCHAIN");
         if !succeeds(&mut build) {
@@ -60,6 +62,19 @@ fn promises(metadata: &Value, workspace: &str) -> Vec<Promise> {
         })
     });
     promised.collect()
+}
+
+fn install(compiler: &str) -> bool {
+    let mut rustup = Command::new("rustup");
+    rustup.args([
+        "toolchain",
+        "install",
+        compiler,
+        "--profile",
+        "minimal",
+        "--no-self-update",
+    ]);
+    succeeds(&mut rustup)
 }
 
 fn is_installed(compiler: &str) -> bool {

@@ -5,7 +5,8 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::{cargo, succeeds};
+use crate::cargo;
+use crate::steps::succeeds;
 
 /// Most keywords of a crate, and most characters of one.
 const KEYWORDS: (usize, usize) = (5, 20);

@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::environment::skipped;
-use crate::succeeds;
+use crate::steps::{skipped, succeeds};
+use crate::target::{binary, in_target};
 
 const SOURCE: &str = "web";
 const COMMITTED: &str = "crates/seatrial-dash/dist";
-const REBUILT: &str = "target/page";
+const REBUILT: &str = "page";
 pub const BROWSER: &str = "/usr/bin/chromium";
+pub const NO_NPM: &str = "npm, or what package-lock.json names, is missing";
 
 /// Installs what the lock names where it is not there.
 pub fn prepare() {
@@ -21,26 +22,18 @@ pub fn prepared() -> bool {
     is_installed() || install()
 }
 
-/// The command whose answers a page is held against.
-pub fn binary() -> Result<PathBuf, String> {
-    std::path::absolute("target/debug/seatrial").map_err(|error| error.to_string())
-}
-
 /// Builds the page and proves that the committed one is the same bytes, then opens it in a browser over `seatrial serve`.
 /// Where npm or the browser is missing, this is said and skipped; with `CI=true` it is a failure.
 pub fn check() -> Result<(), String> {
     if !prepared() {
-        return skipped(
-            "the page",
-            "npm, or what package-lock.json names, is missing",
-        );
+        return skipped("the page", NO_NPM);
     }
     run(
         "prettier/bin/prettier.cjs",
         &["--check", "--log-level", "warn", "."],
     )?;
     run("typescript/bin/tsc", &["--noEmit"])?;
-    let rebuilt = std::path::absolute(REBUILT).map_err(|error| error.to_string())?;
+    let rebuilt = in_target(REBUILT);
     let out = rebuilt.display().to_string();
     run(
         "vite/bin/vite.js",
@@ -53,7 +46,7 @@ pub fn check() -> Result<(), String> {
     let mut tests = node();
     tests
         .args(["--test", "--test-reporter=spec", "tests/*.test.ts"])
-        .env("SEATRIAL", binary()?);
+        .env("SEATRIAL", binary());
     if !succeeds(&mut tests) {
         return Err("tests of the page in the browser".into());
     }

@@ -2,12 +2,28 @@
 
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 
-use crate::environment::{Environment, NO_PYTHON, skipped};
-use crate::{ROS2, cargo, succeeds};
+use std::path::PathBuf;
+
+use crate::environment::{Environment, NO_PYTHON};
+use crate::steps::{skipped, succeeds};
+use crate::target::{binary, in_target};
+use crate::{ROS2, cargo};
 
 const ENVIRONMENT: Environment = Environment {
-    folder: "target/python-package",
-    requirements: "crates/seatrial-py/requirements.txt",
+    folder: "python-package",
+    requirements: &["crates/seatrial-py/requirements.txt"],
+};
+/// What tests hold seatrial against: implementations of MAVLink and DDS that are not ours are vehicles, other libraries read logs,
+/// and Octave, numpy, CasADi, MuJoCo and FMPy play what is exported. It brings mdbook, too. `seatrial-dev` finds it by its folder.
+const OF_TESTS: Environment = Environment {
+    folder: "python",
+    requirements: &[
+        "crates/seatrial-links/tests/vehicle/requirements.txt",
+        "crates/seatrial-cli/tests/ros2/requirements.txt",
+        "crates/seatrial-cli/tests/simulators/requirements.txt",
+        "crates/seatrial-logs/tests/agreement/requirements.txt",
+        "docs/requirements.txt",
+    ],
 };
 const PACKAGE: &str = "crates/seatrial-py";
 const SPEED: &str = "tests/test_speed.py";
@@ -16,6 +32,19 @@ const SOURCE: &str = "crates/seatrial-py/python";
 const LINK: &str = "import sys, sysconfig
 path = sysconfig.get_path('purelib') + '/seatrial.pth'
 open(path, 'w').write(sys.argv[1] + '\\n')";
+
+/// Makes the environment of the tests where it is missing. What it cannot have is told by the tests that need it.
+pub fn prepare_tests() -> Result<(), String> {
+    match OF_TESTS.is_ready() {
+        true => Ok(()),
+        false => skipped("Python for the tests", NO_PYTHON),
+    }
+}
+
+/// A program in the environment of the tests.
+pub fn of_tests(name: &str) -> PathBuf {
+    OF_TESTS.path(name)
+}
 
 /// Makes the environment where it is missing.
 pub fn prepare() {
@@ -33,12 +62,12 @@ pub fn build() -> Result<(), String> {
         return Err(format!("cargo {}", all.join(" ")));
     }
     let source = std::path::absolute(SOURCE).map_err(|error| format!("{SOURCE}: {error}"))?;
-    let module = format!("target/debug/{DLL_PREFIX}_native{DLL_SUFFIX}");
+    let module = in_target(format!("debug/{DLL_PREFIX}_native{DLL_SUFFIX}"));
     // At one stroke: tests may be reading it.
     let [new, place] = ["new.so", "_native.abi3.so"].map(|name| source.join("seatrial").join(name));
     std::fs::copy(&module, &new)
         .and_then(|_| std::fs::rename(&new, &place))
-        .map_err(|error| format!("{module} to {}: {error}", place.display()))?;
+        .map_err(|error| format!("{} to {}: {error}", module.display(), place.display()))?;
     let mut link = ENVIRONMENT.program("python", &["-c", LINK]);
     match succeeds(link.arg(&source)) {
         true => Ok(()),
@@ -66,8 +95,7 @@ pub fn is_fast() -> Result<(), String> {
 
 fn pytest(which: &[&str]) -> Result<(), String> {
     let mut tests = ENVIRONMENT.program("pytest", &["-q", "-s"]);
-    let binary = std::path::absolute("target/debug/seatrial").map_err(|e| e.to_string())?;
-    tests.args(which).env("SEATRIAL", binary);
+    tests.args(which).env("SEATRIAL", binary());
     match succeeds(tests.current_dir(PACKAGE)) {
         true => Ok(()),
         false => Err(format!("pytest {}", which.join(" "))),

@@ -13,13 +13,15 @@ use cases::Case;
 use document::Document;
 use manifest::Manifest;
 
+use crate::target::in_target;
+
 const HELP: &str = "\
 Records what a seatrial binary answers to every log of the data and to simulated trials, and compares with what another one answered
 
 usage: cargo xtask same-answers [--binary PATH] [--out DIR] [--against DIR|FILE] [--quick] [--jobs N]
 
-  --binary PATH    the binary [default: target/release/seatrial]
-  --out DIR        where the documents and manifest.txt go [default: target/same-answers]
+  --binary PATH    the binary [default: release/seatrial where cargo builds]
+  --out DIR        where the documents and manifest.txt go [default: same-answers there]
   --against DIR    the --out of another binary: tells which field differs first
   --against FILE   a manifest: tells only which documents differ
   --quick          39 documents in half a minute, for work in progress, instead of 456 in four minutes
@@ -68,8 +70,8 @@ pub fn run(arguments: &[&str]) -> ExitCode {
 impl Options {
     fn parse(arguments: &[&str]) -> Result<Self, String> {
         let mut options = Self {
-            binary: "target/release/seatrial".into(),
-            out: "target/same-answers".into(),
+            binary: in_target("release/seatrial"),
+            out: in_target("same-answers"),
             against: None,
             quick: false,
             jobs: 2,

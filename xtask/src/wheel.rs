@@ -4,15 +4,16 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-use crate::environment::{Environment, NO_PYTHON, skipped};
-use crate::succeeds;
+use crate::environment::{Environment, NO_PYTHON};
+use crate::steps::{skipped, succeeds};
+use crate::target::{in_target, target};
 
 const TOOLS: Environment = Environment {
-    folder: "target/packaging",
-    requirements: "xtask/packaging.txt",
+    folder: "packaging",
+    requirements: &["xtask/packaging.txt"],
 };
 const PACKAGE: &str = "crates/seatrial-py";
-const OUT: &str = "target/wheels";
+const OUT: &str = "wheels";
 /// glibc 2.28: Debian 10, Ubuntu 20.04, RHEL 8 and what is newer.
 const GLIBC: &str = "2.28";
 /// From the wheel to a model, s.
@@ -100,9 +101,10 @@ pub fn check(target: Option<&str>) -> Result<(), String> {
 /// A program of the environment, which finds the others there, too.
 pub fn tool(name: &str, arguments: &[&str]) -> Command {
     let mut command = TOOLS.program(name, arguments);
-    let own = std::path::absolute(Path::new(TOOLS.folder).join("bin")).unwrap_or_default();
+    let own = in_target(TOOLS.folder).join("bin");
     let path = std::env::var("PATH").unwrap_or_default();
     command.env("PATH", format!("{}:{path}", own.display()));
+    command.env("CARGO_TARGET_DIR", target());
     command
 }
 
@@ -126,7 +128,7 @@ pub fn command_for(target: &str) -> Result<PathBuf, String> {
     if !succeeds(&mut tool("cargo-zigbuild", &arguments)) {
         return Err(format!("cargo zigbuild -p seatrial-cli --target {linker}"));
     }
-    let binary = Path::new("target").join(target).join("release/seatrial");
+    let binary = in_target(target).join("release/seatrial");
     if platform.has_glibc() {
         needs_no_newer_glibc(&binary)?;
     }
@@ -140,8 +142,8 @@ fn build(platform: Platform) -> Result<PathBuf, String> {
     let failed = |error: std::io::Error| format!("{}: {error}", data.display());
     std::fs::create_dir_all(data.join("scripts")).map_err(failed)?;
     std::fs::copy(&binary, data.join("scripts/seatrial")).map_err(failed)?;
-    let out = std::path::absolute(OUT).map_err(|error| error.to_string())?;
-    let out = out.display().to_string();
+    let folder = in_target(OUT);
+    let out = folder.display().to_string();
     let arguments = [
         "build",
         "--release",
@@ -160,7 +162,7 @@ fn build(platform: Platform) -> Result<PathBuf, String> {
         return Err("maturin build".into());
     }
     let architecture = platform.target.split('-').next().unwrap_or_default();
-    let entries = std::fs::read_dir(OUT).map_err(|error| format!("{OUT}: {error}"))?;
+    let entries = std::fs::read_dir(&folder).map_err(|error| format!("{out}: {error}"))?;
     let mut wheels = entries.filter_map(|entry| Some(entry.ok()?.path()));
     let is_tagged = |path: &PathBuf| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -170,7 +172,7 @@ fn build(platform: Platform) -> Result<PathBuf, String> {
     };
     wheels
         .find(is_tagged)
-        .ok_or_else(|| format!("{OUT}: no wheel for abi3 and {}", platform.compatibility))
+        .ok_or_else(|| format!("{out}: no wheel for abi3 and {}", platform.compatibility))
 }
 
 /// Fails on a program that asks for a newer C library than is said: its versions of symbols are text in the file.
@@ -210,9 +212,8 @@ fn newest_glibc(bytes: &[u8]) -> (u32, u32) {
 
 /// Installs the wheel where no compiler is to be found, and identifies a log with the command and with Python, s.
 fn install_and_identify(wheel: &Path) -> Result<f64, String> {
-    let folder = Path::new("target/wheel-check");
-    let _ = std::fs::remove_dir_all(folder);
-    let folder = std::path::absolute(folder).map_err(|error| error.to_string())?;
+    let folder = in_target("wheel-check");
+    let _ = std::fs::remove_dir_all(&folder);
     let wheel = std::path::absolute(wheel).map_err(|error| error.to_string())?;
     let bin = folder.join("bin");
     let run = |program: &Path, arguments: &[&str]| {

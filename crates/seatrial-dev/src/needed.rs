@@ -4,6 +4,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::process::target;
+
 /// A file or folder of the recorded data: below the folder that `SEATRIAL_DATA` names, or below `../shared/data` from the project's root.
 ///
 /// Where it is absent, says that the test is skipped and returns `None`; so it does for everything where `SEATRIAL_DATA=none`.
@@ -28,8 +30,8 @@ pub fn data(path: &str) -> Option<PathBuf> {
     None
 }
 
-/// A Python that can import `packages`, named with commas between: the one that `SEATRIAL_PYTHON` names, or else the one that `.ci/run`
-/// has made, or else `python3`.
+/// A Python that can import `packages`, named with commas between: the one that `SEATRIAL_PYTHON` names, or else the one that
+/// `cargo xtask test --all` has made where cargo builds, or else `python3`.
 ///
 /// Where there is none, says that the test is skipped and returns `None`.
 ///
@@ -39,7 +41,7 @@ pub fn data(path: &str) -> Option<PathBuf> {
 pub fn python_with(packages: &str) -> Option<PathBuf> {
     let candidates = match std::env::var_os("SEATRIAL_PYTHON") {
         Some(named) => vec![PathBuf::from(named)],
-        None => vec![root().join("target/python/bin/python"), "python3".into()],
+        None => vec![target().join("python/bin/python"), "python3".into()],
     };
     let program = format!("import {packages}");
     let found = candidates.into_iter().find(|python| {

@@ -11,11 +11,21 @@ use serde_json::Value;
 ///
 /// Where it has not been built. Cargo builds it for the tests in `crates/seatrial-cli/tests`, which are therefore where it can be used.
 pub fn program_path() -> PathBuf {
-    let test = std::env::current_exe().expect("a test knows where it is");
-    let folder = test.ancestors().nth(2).expect("target/PROFILE/deps/TEST");
-    let program = folder.join(format!("seatrial{}", std::env::consts::EXE_SUFFIX));
+    let program = profile().join(format!("seatrial{}", std::env::consts::EXE_SUFFIX));
     assert!(program.exists(), "{} is not built", program.display());
     program
+}
+
+/// Where cargo builds.
+pub(crate) fn target() -> PathBuf {
+    let profile = profile();
+    profile.parent().unwrap_or(&profile).to_path_buf()
+}
+
+fn profile() -> PathBuf {
+    let test = std::env::current_exe().expect("a test knows where it is");
+    let folder = test.ancestors().nth(2).expect("target/PROFILE/deps/TEST");
+    folder.to_path_buf()
 }
 
 /// The program, to be given arguments; its standard input is empty.

@@ -1,14 +1,17 @@
 //! What follows from models of any source: gains, turning limits, files for controllers and simulators.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use seatrial::export::VehicleType;
+use seatrial::identification::Reader;
+use seatrial_app::advice;
 use seatrial_app::gains::Wanted;
 use seatrial_app::gains_export::{Format, GainsFile};
 use seatrial_app::models::{Models, of_campaign, of_document, of_document_text, of_schedule_file};
 use seatrial_app::turning::{MeasuredUTurn, TurningLimits};
-use seatrial_app::vehicle_export::{self, Target};
+use seatrial_app::vehicle_export::{self, Fmu, Target};
 use seatrial_app::vehicle_file::Stated;
 use seatrial_core::YawModel;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
@@ -187,7 +190,7 @@ pub struct SaidOfVehicle {
     surge_time_constant_s: Option<f64>,
 }
 
-/// A file for a simulator or planner: its text, and what to know about it.
+/// A file for a simulator or planner: its bytes, and what to know about it.
 #[pyfunction]
 pub fn export_vehicle(
     py: Python<'_>,
@@ -195,9 +198,9 @@ pub fn export_vehicle(
     said: SaidOfVehicle,
     to: &str,
     at_thrust: Option<f64>,
-) -> PyResult<Document> {
+) -> PyResult<(Cow<'static, [u8]>, Vec<String>)> {
     let target = match to {
-        "vehicle" | "vehicle-json" => None,
+        "vehicle" | "vehicle-json" | "fmu" => None,
         "python" => Some(Target::Numpy),
         "casadi" => Some(Target::Casadi),
         "mujoco" => Some(Target::Mujoco),
@@ -222,18 +225,28 @@ pub fn export_vehicle(
     let vehicle = stated
         .vehicle(&models)
         .map_err(|error| failed(py, &error))?;
-    let text = match target {
+    let assumptions = vehicle.provenance.assumptions.iter().cloned();
+    let mut warnings: Vec<String> = warnings(&models).into_iter().chain(assumptions).collect();
+    let file = match target {
+        None if to == "fmu" => {
+            let fmu = Fmu::of(&vehicle).map_err(|error| failed(py, &error))?;
+            let source_only = fmu.without_binary.map(|reason| {
+                format!("the FMU holds source code only ({reason}); `fmpy compile FILE.fmu` adds a binary")
+            });
+            warnings.extend(source_only);
+            fmu.bytes
+        }
         None if to == "vehicle-json" => vehicle
             .to_json()
-            .map_err(|found| error(py, "SeatrialError", found))?,
+            .map_err(|found| error(py, "SeatrialError", found))?
+            .into_bytes(),
         None => vehicle
             .to_toml()
-            .map_err(|found| error(py, "SeatrialError", found))?,
-        Some(target) => {
-            vehicle_export::text(&vehicle, target, at_thrust).map_err(|error| failed(py, &error))?
-        }
+            .map_err(|found| error(py, "SeatrialError", found))?
+            .into_bytes(),
+        Some(target) => vehicle_export::text(&vehicle, target, at_thrust)
+            .map_err(|error| failed(py, &error))?
+            .into_bytes(),
     };
-    let assumptions = vehicle.provenance.assumptions.iter().cloned();
-    let warnings = warnings(&models).into_iter().chain(assumptions);
-    Ok(answer(text, warnings.collect()))
+    Ok((file.into(), advice::all(warnings, Reader::Python)))
 }

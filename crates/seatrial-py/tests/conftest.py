@@ -15,10 +15,15 @@ import seatrial
 ROOT = Path(__file__).resolve().parents[3]
 
 
+def binary() -> Path:
+    """The program that ``SEATRIAL`` names, or else where cargo builds it for a release."""
+    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+    return Path(os.environ.get("SEATRIAL", target / "release/seatrial"))
+
+
 def command(*arguments: str) -> subprocess.CompletedProcess[str]:
     """The command seatrial of this tree."""
-    binary = os.environ.get("SEATRIAL", str(ROOT / "target/release/seatrial"))
-    return subprocess.run([binary, *arguments], capture_output=True, text=True)
+    return subprocess.run([binary(), *arguments], capture_output=True, text=True)
 
 
 def code_of(page: str, with_text: str) -> str:

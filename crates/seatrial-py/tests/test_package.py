@@ -179,15 +179,6 @@ def test_exact_units_that_are_said_are_taken() -> None:
     assert of_full.model.b2_per_s2 == pytest.approx(0.2 * expected.b2_per_s2, rel=1e-3)
 
 
-def test_exact_quantities_of_unit_libraries_are_refused() -> None:
-    class Quantity:
-        magnitude, units = np.zeros(400), "degree"
-
-    time_s, _, rudder = doublet()
-    with pytest.raises(seatrial.UsageError, match="has units of its own"):
-        seatrial.identify(time_s, Quantity(), rudder)  # type: ignore[arg-type]
-
-
 def test_parity_an_estimator_that_was_pickled_goes_on_with_the_same_bits() -> None:
     whole, rows = seatrial.Estimator(), list(zip(*doublet()))
     for row in rows[:20]:

@@ -11,7 +11,7 @@ from typing import Any
 
 import matplotlib
 import pytest
-from conftest import ROOT, command
+from conftest import ROOT, binary, command
 from test_parity import without_actions
 
 import seatrial
@@ -130,8 +130,7 @@ def test_parity_gains_turns_and_files(log: Path, document: Path, tmp_path: Path)
 def test_cli_every_verb_is_reached(
     log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    binary = Path(os.environ.get("SEATRIAL", str(ROOT / "target/release/seatrial")))
-    monkeypatch.setenv("PATH", f"{binary.parent}{os.pathsep}{os.environ['PATH']}")
+    monkeypatch.setenv("PATH", f"{binary().parent}{os.pathsep}{os.environ['PATH']}")
     monkeypatch.chdir(tmp_path)
     trial = seatrial.command("trial", "--yes", "--logbook", "sea.db", "--seed", "1")
     assert trial["verdict"]["accepted"]

@@ -10,8 +10,10 @@ use super::client::Client;
 use super::router::Router;
 use super::sandbox::Sandbox;
 use super::{FILE, MEMORY, arguments, instructions};
-use crate::environment::{NO_PYTHON, skipped};
+use crate::environment::NO_PYTHON;
 use crate::long_log::long_log;
+use crate::steps::skipped;
+use crate::target::in_target;
 use crate::wheel;
 
 const STATIC: &str = "x86_64-unknown-linux-musl";
@@ -25,7 +27,7 @@ const SPEED: &str = "20";
 type Stage = fn(&Client, &[&str]) -> Result<(), String>;
 
 const PATIENCE: Duration = Duration::from_secs(120);
-const FOLDER: &str = "target/container";
+const FOLDER: &str = "container";
 
 /// Runs the command, opens the page and logs, makes a trial over MAVLink, and fails where image or memory are larger than promised.
 pub fn check() -> Result<(), String> {
@@ -34,8 +36,7 @@ pub fn check() -> Result<(), String> {
     }
     let binary = wheel::command_for(STATIC)?;
     let text = std::fs::read_to_string(FILE).map_err(|error| format!("{FILE}: {error}"))?;
-    let folder = std::path::absolute(FOLDER).map_err(|error| error.to_string())?;
-    let sandbox = Sandbox::made(&folder, &binary, &text, &user(&text)?)?;
+    let sandbox = Sandbox::made(&in_target(FOLDER), &binary, &text, &user(&text)?)?;
     let image = sandbox.image_bytes()?;
     let words = arguments(&text);
     let words: Vec<&str> = words.iter().map(String::as_str).collect();

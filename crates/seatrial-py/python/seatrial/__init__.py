@@ -49,15 +49,16 @@ from ._logs import (
 from ._model import Identification, Model, Point, Schedule, SpeedModel, TrialResult
 from ._plan import Plan, plan
 from ._reading import Campaign, Reading
+from ._response import Motion, predict, residuals, simulate
 from ._simulate import paper_claims, study, trial
 
 __version__ = _native.__version__
 
 __all__ = [
     "AbortedError", "Campaign", "Comparison", "Estimator", "Gain", "HeadingGains", "Health",
-    "Identification", "InputError", "Inspection", "Log", "MethodResult", "Model", "NotSavedError", "Plan",
+    "Identification", "InputError", "Inspection", "Log", "MethodResult", "Model", "Motion", "NotSavedError", "Plan",
     "Point", "Reading", "RejectedError", "Schedule", "SeatrialError", "SeatrialWarning", "SpeedModel",
     "TrialResult", "Turn", "TurningLimits", "UsageError", "Validated", "command", "compare", "export",
     "fleet", "gains", "heading_gains", "health", "identify", "identify_log", "identify_table", "inspect",
-    "paper_claims", "plan", "read_log", "study", "trial", "turning", "turning_limits", "validate", "watch",
+    "paper_claims", "plan", "predict", "read_log", "residuals", "simulate", "study", "trial", "turning", "turning_limits", "validate", "watch",
 ]

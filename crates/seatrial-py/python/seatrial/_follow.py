@@ -8,6 +8,7 @@ from pathlib import Path as File
 from typing import TYPE_CHECKING, Any, Literal, Optional
 
 from . import _html, _native
+from ._documents import Estimate, GainPoint, GainsDocument, TurningDocument, TurningPoint, hashed
 from ._errors import UsageError
 from ._model import Model
 from ._reading import ModelSource, Path, native_source, tell
@@ -89,7 +90,7 @@ def gains(model: Model, damping_ratio: float = 1.0) -> Gain:
     return Gain(*_native.gain(model.theta, damping_ratio))
 
 
-def _estimate(found: Optional[dict[str, Any]]) -> str:
+def _estimate(found: Optional[Estimate]) -> str:
     return "-" if found is None else _html.number(found["value"])
 
 
@@ -97,12 +98,14 @@ def _estimate(found: Optional[dict[str, Any]]) -> str:
 class HeadingGains:
     """Gains of the heading controller for every model, with margins."""
 
-    points: list[dict[str, Any]]
+    points: list[GainPoint]
     """Of each model: its gain, what the gain allows for and the closed loop."""
     at: Optional[dict[str, Any]]
     """The gain at the speed or thrust that was asked for."""
-    document: dict[str, Any]
+    document: GainsDocument
     """All of it, as ``seatrial gains --json`` prints it."""
+
+    __hash__ = hashed
 
     def _repr_html_(self) -> str:
         rows = [
@@ -182,10 +185,12 @@ def heading_gains(
 class TurningLimits:
     """Turning limits of every model, to either side."""
 
-    points: list[dict[str, Any]]
+    points: list[TurningPoint]
     """Of each model: ``hands``, its limits to starboard and to port."""
-    document: dict[str, Any]
+    document: TurningDocument
     """All of it, as ``seatrial turn --json`` prints it."""
+
+    __hash__ = hashed
 
     def _repr_html_(self) -> str:
         rows = [
@@ -249,7 +254,8 @@ def turning_limits(
 
 GainsForm = Literal["ardupilot", "px4", "ros2", "json", "c"]
 VehicleForm = Literal[
-    "vehicle", "vehicle-json", "python", "casadi", "mujoco", "octave", "gazebo", "moos", "nav2", "ros2_control", "ros2_control-urdf", "guidance"
+    "vehicle", "vehicle-json", "python", "casadi", "mujoco", "octave", "fmu", "gazebo", "moos", "nav2", "ros2_control",
+    "ros2_control-urdf", "guidance"
 ]
 _GAINS_FORMS = ("ardupilot", "px4", "ros2", "json", "c")
 
@@ -284,9 +290,9 @@ def export(
         Where they come from.
     to
         Of gains: ``ardupilot``, ``px4``, ``ros2``, ``json``, ``c``. Of the vehicle: ``vehicle`` and ``vehicle-json`` (its file), ``python``, ``casadi``,
-        ``mujoco``, ``octave``, ``gazebo``, ``moos``, ``nav2``, ``guidance``.
+        ``mujoco``, ``octave``, ``fmu``, ``gazebo``, ``moos``, ``nav2``, ``ros2_control``, ``ros2_control-urdf``, ``guidance``.
     out
-        The file; without, nothing is written.
+        The file; without, nothing is written. ``fmu`` needs one.
     surge_speed_m_s, rudder_limit_rad, damping_ratio, delay_s, interval_s, at_speed_m_s, at_thrust, extrapolate
         As of `heading_gains`.
     full_rudder_rad
@@ -301,26 +307,29 @@ def export(
     Returns
     -------
     str
-        The text of the file.
+        The text of the file; empty for ``fmu``, which is none.
 
     Warns
     -----
     SeatrialWarning
         What was assumed, and what is said against the models.
     """
+    if to == "fmu" and out is None:
+        raise UsageError("to='fmu' writes no text; expected out=FILE.fmu")
     source = native_source(models, surge_speed_m_s, rudder_limit_rad)
     if to in _GAINS_FORMS:
         asked = _asked(
             damping_ratio, delay_s, interval_s, at_speed_m_s, at_thrust, extrapolate, full_rudder_rad
         )
         text, told = _native.export_gains(source, asked, to, vehicle_type, rehearsal)
+        file = text.encode()
     else:
         said = {
             "name": name, "full_rudder_rad": full_rudder_rad, "lag_s": lag_s, "delay_s": dead_time_s,
             "rate_limit_rad_s": rudder_rate_rad_s, "surge_time_constant_s": surge_time_constant_s,
         }
-        text, told = _native.export_vehicle(source, said, to, at_thrust)
+        file, told = _native.export_vehicle(source, said, to, at_thrust)
     tell(told)
     if out is not None:
-        File(out).write_text(text, encoding="utf-8")
-    return text
+        File(out).write_bytes(file)
+    return "" if to == "fmu" else file.decode()

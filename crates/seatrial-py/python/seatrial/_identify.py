@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from typing import Any, Literal, Optional
 
 import numpy as np
@@ -10,8 +11,10 @@ from numpy.typing import ArrayLike
 
 from . import _native
 from ._columns import Array, columns as columns_of, optional
+from ._documents import Verdict
 from ._errors import UsageError
 from ._estimator import Method
+from ._logs import read_log
 from ._model import Identification
 from ._reading import Path, Reading, Span, tell
 from ._units import Angle, RudderUnit, doubt_heading, doubt_model, headings, rudders, times
@@ -41,7 +44,7 @@ def identify(
     Parameters
     ----------
     time
-        s, increasing, or dates or durations of NumPy.
+        s, increasing, or durations, or dates with or without a time zone. Quantities of Pint and Astropy are converted, also below.
     heading
         Wrapped or not, in ``heading_unit``.
     rudder
@@ -89,11 +92,11 @@ def identify(
             raise UsageError("estimate='batch' takes no validation, instrument or trace")
         return _batch(time_s, psi, delta, training, lambda_rad_s)
     text = _native.identify(
-        time_s, psi, delta, optional(speed, "speed"), optional(yaw_rate, "yaw_rate"),
-        optional(thrust, "thrust"), "full" if rudder_unit == "full" else "rad", training, validation,
+        time_s, psi, delta, optional(speed, "speed", "m/s"), optional(yaw_rate, "yaw_rate", "rad/s"),
+        optional(thrust, "thrust", ""), "full" if rudder_unit == "full" else "rad", training, validation,
         estimate, method, lambda_rad_s, trace,
     )
-    found = Identification(json.loads(text))
+    found = Identification(json.loads(text), partial(_record, time_s, psi, delta))
     doubt_model(found.model.a22_per_s, found.model.b2_per_s2, delta, psi)
     return found
 
@@ -157,7 +160,14 @@ def identify_log(
         lambda_rad_s, trace,
     )
     tell(told)
-    return Identification(json.loads(text))
+    document = json.loads(text)
+    held_out = document.get("validation_source") if document.get("validation") else None
+    record = partial(read_log, path if held_out is None else held_out["path"], reading)
+    return Identification(document, record if axis == "yaw" else None)
+
+
+def _record(time_s: Array, heading_rad: Array, rudder: Array) -> dict[str, Array]:
+    return {"time_s": time_s, "heading_rad": heading_rad, "rudder_rad": rudder}
 
 
 def _batch(
@@ -166,7 +176,7 @@ def _batch(
     t, psi, delta = (np.ascontiguousarray(column) for column in (time, heading, rudder))
     batch = json.loads(_native.least_squares(t, psi, delta, training, lambda_rad_s))
     why = "batch least squares has no interval and nothing was validated"
-    verdict = {
+    verdict: Verdict = {
         "accepted": False, "outcome": "not_validated", "reasons": [{"code": "not_judged", "text": why}]
     }
     return Identification(
@@ -185,7 +195,7 @@ def identify_table(
     thrust: Optional[str] = "thrust",
     **settings: Any,
 ) -> Identification:
-    """Identify from the columns of a pandas, polars or Arrow table, or of anything with an Arrow stream.
+    """Identify from the columns of a table: pandas, polars (also lazy), Arrow, DuckDB, a record array, a mapping.
 
     Parameters
     ----------

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from os import fspath
 from typing import TYPE_CHECKING, Any, Literal, Optional, Sequence
 
 from . import _html, _native
 from ._columns import Array
+from ._documents import (
+    Channel, ComparisonDocument, InspectionDocument, Intervals, Manoeuvre, ValidationDocument, hashed,
+)
 from ._model import Model, Outcome
 from ._reading import ModelSource, Path, Reading, Span, native_source, tell
 
@@ -92,11 +95,15 @@ class Inspection:
     rate_hz: Optional[float]
     gaps: int
     """Intervals longer than three medians."""
-    channels: list[dict[str, Any]]
+    channels: list[Channel]
     """Quantity, column, unit and whether that was stated or assumed."""
-    manoeuvres: list[dict[str, Any]]
-    document: dict[str, Any]
+    manoeuvres: list[Manoeuvre]
+    document: InspectionDocument
     """All of it, as ``seatrial inspect --json`` prints it."""
+    reading: Reading = field(default_factory=Reading, repr=False, compare=False)
+    """How the log was read."""
+
+    __hash__ = hashed
 
     def _repr_html_(self) -> str:
         channels = [(c["quantity"], c["column"], c["unit"], c["unit_source"]) for c in self.channels]
@@ -114,7 +121,7 @@ class Inspection:
         """Heading and rudder over time with the manoeuvres shaded; reads the log again."""
         from . import plot
 
-        record = read_log(self.path)
+        record = read_log(self.path, self.reading)
         rudder = record["rudder_of_full" if "rudder_of_full" in record else "rudder_rad"]
         ax = plot.record(record["time_s"], record["heading_rad"], rudder, ax)
         for found in self.manoeuvres:
@@ -150,6 +157,7 @@ def inspect(path: Path, reading: Reading = Reading()) -> Inspection:
         channels=document["source"]["channels"],
         manoeuvres=document["manoeuvres"],
         document=document,
+        reading=reading,
     )
 
 
@@ -161,7 +169,7 @@ class MethodResult:
     model: Optional[Model]
     failure: Optional[str]
     """Why there is no model."""
-    interval_95: Optional[dict[str, Any]]
+    interval_95: Optional[Intervals]
     r2_heading: Optional[float]
     """On the validation data."""
 
@@ -173,8 +181,10 @@ class Comparison:
     methods: list[MethodResult]
     windows_because: str
     """Which data validate, and why these."""
-    document: dict[str, Any]
+    document: ComparisonDocument
     """All of it, as ``seatrial compare --json`` prints it."""
+
+    __hash__ = hashed
 
     def _repr_html_(self) -> str:
         rows = [
@@ -255,8 +265,10 @@ class Validated:
     r2_heading_offset_refit: Optional[float]
     """R^2 of heading with the offset estimated again."""
     r2_yaw_rate: Optional[float]
-    document: dict[str, Any]
+    document: ValidationDocument
     """All of it, as ``seatrial validate --json`` prints it."""
+
+    __hash__ = hashed
 
     @property
     def accepted(self) -> bool:
@@ -325,6 +337,8 @@ class Health:
     """Changes of ``damping`` and ``rudder`` as shares of what they were, and ``offset_rad``, each with its 95 % interval."""
     document: dict[str, Any]
     """All of it, as ``seatrial health --json`` prints it."""
+
+    __hash__ = hashed
 
     def _repr_html_(self) -> str:
         rows = [

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Iterable, Literal, Optional
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Callable, Iterable, Literal, Mapping, Optional, cast
+
+import numpy as np
 
 from . import _html, _native
 from ._columns import Array
-from ._errors import RejectedError
+from ._documents import (
+    IdentificationDocument, Intervals, Parameters, SpeedIdentified, TrialDocument, Validation, Window,
+    hashed,
+)
+from ._errors import RejectedError, UsageError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from ._response import Motion
 
 Outcome = Literal["use", "use with care", "not validated", "do not use"]
 
@@ -41,13 +50,35 @@ class Model:
         """Nomoto's gain K = -b2/a22, 1/s."""
         return -self.b2_per_s2 / self.a22_per_s
 
+    def to_control(self, form: Literal["transfer function", "state space"] = "transfer function") -> Any:
+        """As python-control has it: b2 / (s (s - a22)) from rudder to heading, or the states heading and yaw rate; without C0."""
+        control: Any = import_module("control")
+        names: dict[str, Any] = {"inputs": "rudder", "name": "vehicle"}
+        if form == "transfer function":
+            return control.tf([self.b2_per_s2], [1.0, -self.a22_per_s, 0.0], outputs="heading", **names)
+        if form != "state space":
+            raise UsageError(f"form={form!r}: expected 'transfer function' or 'state space'")
+        states = ["heading", "yaw_rate"]
+        return control.ss(
+            [[0.0, 1.0], [0.0, self.a22_per_s]], [[0.0], [self.b2_per_s2]], np.eye(2), np.zeros((2, 1)),
+            states=states, outputs=states, **names,
+        )
+
+
+_SAMPLED, _BAND = 200, (2.5, 97.5)
+"""Models of which a band is made, and its percentiles."""
+
 
 @dataclass(frozen=True, repr=False)
 class Identification:
     """A model with its uncertainty, its validation and a verdict."""
 
-    document: dict[str, Any]
+    document: IdentificationDocument
     """All of it, as ``seatrial identify --json`` prints it."""
+    record: Optional[Callable[[], Mapping[str, Array]]] = field(default=None, repr=False, compare=False)
+    """Gives the samples of the validation data, or else of what was identified, by name, where they are known: a log is read again."""
+
+    __hash__ = hashed
 
     @property
     def model(self) -> Model:
@@ -55,25 +86,67 @@ class Identification:
         part = self.document["refined"] or self.document["online"] or self.document.get("batch")
         if part is None:
             raise RejectedError("; ".join(text for _, text in self.reasons))
-        return Model(part["a22_per_s"], part["b2_per_s2"], part["c0_rad_per_s2"])
+        return _model(part)
 
     @property
     def online(self) -> Optional[Model]:
         """The estimate made sample by sample; None of a batch estimate."""
         part = self.document["online"]
-        return None if part is None else Model(part["a22_per_s"], part["b2_per_s2"], part["c0_rad_per_s2"])
+        return None if part is None else _model(part)
 
     @property
-    def interval_95(self) -> Optional[dict[str, Any]]:
+    def interval_95(self) -> Optional[Intervals]:
         """95 % intervals [low, high] by parameter; None without refinement."""
         refined = self.document["refined"]
-        return None if refined is None else dict(refined["interval_95"])
+        return None if refined is None else refined["interval_95"]
 
     @property
-    def validation(self) -> Optional[dict[str, Any]]:
+    def covariance(self) -> Optional[Array]:
+        """Of [a22, b2, C0] of ``model``, in their units; None without refinement."""
+        refined = self.document["refined"]
+        return None if refined is None else np.array(refined["covariance"])
+
+    def samples(self, n: int, seed: Optional[int] = None) -> Array:
+        """Draw models from the uncertainty of ``model``: n rows of a22, b2, C0, for ``Model(*row)``.
+
+        Raises UsageError where there is no covariance to draw from.
+        """
+        covariance = self.covariance
+        if covariance is None:
+            raise UsageError("the estimate has no covariance to draw from; expected one with estimate='refined'")
+        drawn: Array = np.random.default_rng(seed).multivariate_normal(self.model.theta, covariance, n)
+        return drawn
+
+    def predict(self) -> Motion:
+        """What ``model`` makes of the rudder of its validation data, or of its training data where nothing validated."""
+        from ._response import predict
+
+        return predict(self.model, *self._window())
+
+    def residuals(self) -> Array:
+        """Measured less predicted heading of `predict`, rad."""
+        from ._response import residuals
+
+        return residuals(self.model, *self._window())
+
+    def _window(self) -> tuple[Array, Array, Array]:
+        """Time, heading and rudder of the validation data, or of the training data."""
+        if self.record is None:
+            raise UsageError("the samples are not known here; seatrial.predict and residuals take them")
+        samples = self.record()
+        validation = self.document["validation"]
+        span: Optional[Window] = validation["window"] if validation else self.document.get("training")
+        time_s = samples["time_s"]
+        low, high = (None, None) if span is None else (span["from_s"], span["to_s"])
+        inside = (time_s >= (-np.inf if low is None else low)) & (time_s < (np.inf if high is None else high))
+        rudder = samples.get("rudder_rad")
+        rudder = samples["rudder_of_full"] if rudder is None else rudder
+        return time_s[inside], samples["heading_rad"][inside], rudder[inside]
+
+    @property
+    def validation(self) -> Optional[Validation]:
         """R^2 on validation data."""
-        found = self.document["validation"]
-        return None if found is None else dict(found)
+        return self.document["validation"]
 
     @property
     def accepted(self) -> bool:
@@ -83,8 +156,7 @@ class Identification:
     @property
     def outcome(self) -> Outcome:
         """What may be done with the model: use, use with care, not validated or do not use."""
-        outcome: Outcome = self.document["verdict"]["outcome"].replace("_", " ")
-        return outcome
+        return outcome_of(self.document["verdict"]["outcome"])
 
     @property
     def reasons(self) -> list[tuple[str, str]]:
@@ -94,7 +166,7 @@ class Identification:
     @property
     def actions(self) -> list[str]:
         """What to do about the reasons, in their order, as far as anything is to be done."""
-        told = (reason.get("action", "") for reason in self.document["verdict"]["reasons"])
+        told = (cast(Mapping[str, Any], reason).get("action") for reason in self.document["verdict"]["reasons"])
         return [action for action in told if action]
 
     def __repr__(self) -> str:
@@ -108,7 +180,7 @@ class Identification:
         found = self.document.get("models")
         if found is None:
             alone = {"identification": self.document, "verdict": self.document["verdict"]}
-            found = [alone] if self._has_model else []
+            found = [cast(SpeedIdentified, alone)] if self._has_model else []
         return [SpeedModel._of(each) for each in found]
 
     @property
@@ -119,7 +191,7 @@ class Identification:
         rows = [
             (
                 _html.number(speed.thrust), _html.number(speed.surge_speed_m_s),
-                *(_html.bounds((speed.interval_95 or {}).get(name)) for name in ("a22_per_s", "b2_per_s2")),
+                *(_html.bounds(bounds) for bounds in _of_both(speed.interval_95)),
                 speed.outcome,
             )
             for speed in self.speeds
@@ -129,10 +201,37 @@ class Identification:
         return _html.verdict(self.outcome, self.reasons) + models
 
     def plot(self, ax: Optional[Axes] = None) -> Axes:
+        """Measured heading against that of ``model`` with its 95 % band, over the data of `predict`; without samples, `plot_models`."""
+        from . import plot
+
+        if self.record is None or not self._has_model:
+            return self.plot_models(ax)
+        from ._response import fit
+
+        best = np.array([self.model.theta])
+        models = best if self.covariance is None else np.concatenate([best, self.samples(_SAMPLED, seed=1)])
+        time_s, measured, found = fit(models, *self._window())
+        band = np.percentile(found[1:], _BAND, axis=0) if len(models) > 1 else None
+        return plot.fit(time_s, measured, found[0], band, ax)
+
+    def plot_models(self, ax: Optional[Axes] = None) -> Axes:
         """a22 and b2 with their 95 % intervals over speed."""
         from . import plot
 
         return plot.models(self.speeds, ax)
+
+
+def _of_both(intervals: Optional[Intervals]) -> tuple[Optional[list[float]], Optional[list[float]]]:
+    return (None, None) if intervals is None else (intervals["a22_per_s"], intervals["b2_per_s2"])
+
+
+def _model(part: Parameters) -> Model:
+    return Model(part["a22_per_s"], part["b2_per_s2"], part["c0_rad_per_s2"])
+
+
+def outcome_of(word: str) -> Outcome:
+    """An outcome as Python says it."""
+    return cast(Outcome, word.replace("_", " "))
 
 
 @dataclass(frozen=True)
@@ -143,21 +242,21 @@ class SpeedModel:
     """Fraction of full."""
     surge_speed_m_s: Optional[float]
     model: Optional[Model]
-    interval_95: Optional[dict[str, Any]]
+    interval_95: Optional[Intervals]
     """95 % intervals [low, high] by parameter."""
     outcome: Outcome
 
     @classmethod
-    def _of(cls, part: dict[str, Any]) -> SpeedModel:
+    def _of(cls, part: SpeedIdentified) -> SpeedModel:
         found = part["identification"]
-        identification = Identification(found) if found else None
+        identification = Identification(cast(IdentificationDocument, found)) if found else None
         has_model = identification is not None and identification._has_model
         return cls(
             part.get("thrust"),
             part.get("surge_speed_m_s"),
             identification.model if identification and has_model else None,
             identification.interval_95 if identification and has_model else None,
-            part["verdict"]["outcome"].replace("_", " "),
+            outcome_of(part["verdict"]["outcome"]),
         )
 
 
@@ -189,22 +288,28 @@ class Schedule:
 class TrialResult:
     """A trial: its runs with their models, and every sample by the name of its column."""
 
-    document: dict[str, Any]
+    document: TrialDocument
     samples: dict[str, Array]
+
+    __hash__ = hashed
 
     @property
     def identifications(self) -> list[Identification]:
         """The model of each run that has one."""
         runs = self.document["runs"]
-        return [Identification(r["identification"]) for r in runs if r["identification"]]
+        found = (run["identification"] for run in runs)
+        return [Identification(cast(IdentificationDocument, each)) for each in found if each]
 
     def schedule(self) -> Schedule:
         """The accepted models over thrust."""
         accepted = [run for run in self.document["runs"] if run["verdict"]["accepted"]]
         return Schedule(
             (
-                Point(Identification(r["identification"]).model, r["thrust"], r["surge_speed_m_s"])
-                for r in accepted
+                Point(
+                    Identification(cast(IdentificationDocument, run["identification"])).model,
+                    run["thrust"], run["surge_speed_m_s"],
+                )
+                for run in accepted
             ),
             by="thrust",
         )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Optional, Sequence
 
 from . import _html, _native
+from ._documents import hashed
 from ._reading import ModelSource, Path, native_source, tell
 
 if TYPE_CHECKING:
@@ -27,6 +28,8 @@ class Plan:
     """What to expect at each speed."""
     document: dict[str, Any]
     """All of it, as ``seatrial plan --json`` prints it."""
+
+    __hash__ = hashed
 
     def _repr_html_(self) -> str:
         rows = []

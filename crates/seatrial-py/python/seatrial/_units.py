@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._columns import Array, array, seconds
+from ._columns import Array, array, in_unit, seconds
 from ._errors import SeatrialWarning, UsageError
 
 Angle = Literal["rad", "deg"]
@@ -30,6 +30,7 @@ COASTED_RAD = 6.0
 
 def times(values: ArrayLike) -> Array:
     """Time as seconds. Raises UsageError for nanoseconds and other units that are none."""
+    values = in_unit(values, "s", "time")
     found = seconds(values)
     if found.size < 2:
         return found
@@ -51,12 +52,12 @@ def times(values: ArrayLike) -> Array:
 
 def headings(values: ArrayLike, unit: Angle) -> Array:
     """Headings as radians."""
-    return _radians(array(values, "heading"), unit, "heading_unit")
+    return _radians(array(in_unit(values, unit, "heading"), "heading"), unit, "heading_unit")
 
 
 def rudders(values: ArrayLike, unit: RudderUnit) -> Array:
     """Rudders as radians, or as fractions of full. Raises UsageError for values that are out of their unit."""
-    found = array(values, "rudder")
+    found = array(in_unit(values, "" if unit == "full" else unit, "rudder"), "rudder")
     if unit == "full":
         largest = _largest(found)
         if largest > 1.5:

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from . import Identification, MethodResult, Model, Point, SpeedModel
+    from ._columns import Array
 
 
 def record(time: ArrayLike, heading: ArrayLike, rudder: ArrayLike, ax: Optional[Axes] = None) -> Axes:
@@ -24,10 +25,27 @@ def record(time: ArrayLike, heading: ArrayLike, rudder: ArrayLike, ax: Optional[
     return ax
 
 
+def fit(
+    time_s: Array, measured_rad: Array, model_rad: Array, band_rad: Optional[Array] = None, ax: Optional[Axes] = None
+) -> Axes:
+    """Measured heading and that of a model over time, deg and s, with the band in which 95 % of the possible models lie."""
+    ax = ax or _axes()
+    ax.plot(time_s, np.degrees(measured_rad), ".", markersize=3.0, color="0.5", label="measured")
+    [line] = ax.plot(time_s, np.degrees(model_rad), label="model")
+    if band_rad is not None:
+        low, high = np.degrees(band_rad)
+        ax.fill_between(time_s, low, high, alpha=0.3, color=line.get_color(), label="95 %")
+    ax.set_xlabel("time, s")
+    ax.set_ylabel("heading, deg")
+    ax.legend()
+    return ax
+
+
 def convergence(identification: Identification, ax: Optional[Axes] = None) -> Axes:
     """The estimates after every sample; of an identification with ``trace=True``."""
     ax = ax or _axes()
-    trace = identification.document["online"]["trace"]
+    online: Any = identification.document["online"]
+    trace = online["trace"]
     time = [point["time_s"] for point in trace]
     for k, name in enumerate(["a22, 1/s", "b2, 1/s$^2$", "C0, rad/s$^2$"]):
         ax.plot(time, [point["theta"][k] for point in trace], label=name)
@@ -65,7 +83,7 @@ def models(speeds: Sequence[SpeedModel], ax: Optional[Axes] = None) -> Axes:
     x = [k if s.surge_speed_m_s is None else s.surge_speed_m_s for k, s in enumerate(known)]
     for name, label in [("a22_per_s", "a22, 1/s"), ("b2_per_s2", "b2, 1/s$^2$")]:
         values = [getattr(speed.model, name) for speed in known]
-        _bars(ax, x, values, [(speed.interval_95 or {}).get(name) for speed in known], label)
+        _bars(ax, x, values, [_bounds(speed.interval_95, name) for speed in known], label)
     ax.set_xlabel("forward speed, m/s")
     ax.legend()
     return ax
@@ -77,7 +95,7 @@ def methods(found: Sequence[MethodResult], ax: Optional[Axes] = None) -> Axes:
     known = [each for each in found if each.model is not None]
     for k, (name, label) in enumerate([("a22_per_s", "a22, 1/s"), ("b2_per_s2", "b2, 1/s$^2$")]):
         x = [place + 0.2 * k for place in range(len(known))]
-        intervals = [(each.interval_95 or {}).get(name) for each in known]
+        intervals = [_bounds(each.interval_95, name) for each in known]
         _bars(ax, x, [getattr(each.model, name) for each in known], intervals, label)
     ax.set_xticks(range(len(known)), [each.method.replace("_", " ") for each in known], rotation=60, ha="right")
     ax.legend()
@@ -129,6 +147,10 @@ def effects(found: Mapping[str, Optional[Mapping[str, Any]]], ax: Optional[Axes]
     ax.set_xticks(range(len(known)), list(known))
     ax.set_ylabel("change, %")
     return ax
+
+
+def _bounds(intervals: Optional[Mapping[str, Any]], name: str) -> Optional[list[float]]:
+    return None if intervals is None else intervals.get(name)
 
 
 def _bars(

@@ -1,0 +1,124 @@
+//! Steps of a check, in order or side by side. The first that fails ends the others.
+
+use std::process::Command;
+use std::sync::Mutex;
+use std::time::Instant;
+
+/// The processes that steps wait for; `None` once a step has failed.
+static RUNNING: Mutex<Option<Vec<u32>>> = Mutex::new(Some(Vec::new()));
+
+/// Runs a step and prints its name, its time and what it failed for.
+pub fn passes(name: &str, step: impl FnOnce() -> Result<(), String>) -> bool {
+    if is_over() {
+        return false;
+    }
+    let start = Instant::now();
+    eprintln!("== {name}");
+    match step() {
+        _ if is_over() => {
+            eprintln!("== {name} ended");
+            false
+        }
+        Ok(()) => {
+            let seconds = start.elapsed().as_secs_f64();
+            eprintln!("== {name} passed in {seconds:.0} s");
+            true
+        }
+        Err(message) => {
+            eprintln!("{message}\n== {name} failed");
+            end();
+            false
+        }
+    }
+}
+
+/// Rows of steps, each row until its first that fails; did all pass?
+pub fn side_by_side(rows: &[&[fn() -> bool]]) -> bool {
+    std::thread::scope(|scope| {
+        let all = |row: &[fn() -> bool]| row.iter().all(|passes| passes());
+        let running: Vec<_> = (rows.iter())
+            .map(|row| scope.spawn(move || all(row)))
+            .collect();
+        (running.into_iter()).all(|row| row.join().unwrap_or(false))
+    })
+}
+
+/// Runs a command to its end, or until another step fails.
+pub fn succeeds(command: &mut Command) -> bool {
+    let Some(mut child) = started(command) else {
+        return false;
+    };
+    let status = child.wait();
+    if let Ok(Some(running)) = RUNNING.lock().as_deref_mut().map(Option::as_mut) {
+        running.retain(|id| *id != child.id());
+    }
+    status.is_ok_and(|status| status.success())
+}
+
+fn started(command: &mut Command) -> Option<std::process::Child> {
+    let mut running = RUNNING.lock().ok()?;
+    let running = running.as_mut()?;
+    match command.spawn() {
+        Ok(child) => {
+            running.push(child.id());
+            Some(child)
+        }
+        Err(error) => {
+            let program = command.get_program().display();
+            eprintln!("{program}: {error}");
+            None
+        }
+    }
+}
+
+/// Ends every command that a step waits for; no other begins.
+pub fn end() {
+    let running = RUNNING.lock().ok().and_then(|mut running| running.take());
+    for id in running.unwrap_or_default() {
+        let _ = Command::new("kill").arg(id.to_string()).status();
+    }
+}
+
+fn is_over() -> bool {
+    RUNNING.lock().is_ok_and(|running| running.is_none())
+}
+
+/// A step for which something is missing: said and skipped; with `CI=true` a failure.
+pub fn skipped(step: &str, missing: &str) -> Result<(), String> {
+    match std::env::var("CI").as_deref() {
+        Ok("true") => Err(missing.into()),
+        _ => {
+            eprintln!("== {step} skipped: {missing}");
+            Ok(())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One test, as the state is the process's.
+    #[test]
+    fn exact_a_step_that_fails_ends_the_others() {
+        assert!(passes("one that passes", || Ok(())));
+        let begun = Instant::now();
+        let waits: fn() -> bool = || {
+            passes("a step of a minute", || {
+                match succeeds(Command::new("sleep").arg("60")) {
+                    true => Ok(()),
+                    false => Err("sleep".into()),
+                }
+            })
+        };
+        let fails: fn() -> bool = || {
+            std::thread::sleep(std::time::Duration::from_millis(200));
+            passes("one that fails", || Err("as it should".into()))
+        };
+        let after: fn() -> bool = || panic!("nothing begins after a failure in its row");
+        assert!(!side_by_side(&[&[waits, after], &[fails, after]]));
+        assert!(begun.elapsed().as_secs() < 30);
+        assert!(!succeeds(&mut Command::new("true")));
+        assert!(!passes("another", || Ok(())));
+    }
+}
