@@ -278,8 +278,7 @@ fn only<T>(of: &[T], holds: impl Fn(&T) -> bool) -> Option<usize> {
     places.next().filter(|_| places.next().is_none())
 }
 
-/// Is each word the other's, or a long one with a letter behind the first wrong, missing, too many or two exchanged? A digit,
-/// or a word of a letter or two, tells columns apart.
+/// Is each word the other's, or a long one with a letter behind the first wrong, missing, too many or two exchanged? Digits tell apart.
 fn is_misspelt(wanted: &[String], column: &[String]) -> bool {
     const SHORTEST: usize = 5;
     let digits = |word: &str| -> String { word.chars().filter(char::is_ascii_digit).collect() };
