@@ -4,7 +4,7 @@ use seatrial::health::{
     Change, HealthError, HealthSettings, Reference, SpeedModel, Watch, WatchReport, compare,
 };
 use seatrial::{Record, Window};
-use seatrial_core::YawModel;
+use seatrial_core::{RudderUnit, YawModel};
 use serde::Serialize;
 
 use crate::Error;
@@ -71,11 +71,42 @@ pub fn are_two(reference: &ComparedModels, now: &ComparedModels) -> Result<(), E
 }
 
 /// The change from the reference to what is now.
-pub fn change(reference: &Reference, now: &ComparedModels, settings: &HealthSettings) -> Change {
-    match &now.without_model {
+pub fn change(
+    was: &ComparedModels,
+    reference: &Reference,
+    now: &ComparedModels,
+    settings: &HealthSettings,
+) -> Change {
+    let why_not = now.without_model.clone().or_else(|| differ(was, now));
+    match why_not {
         Some(why) => Change::cannot_tell(settings, format!("{}: {why}", now.origin)),
         None => compare(reference, &now.models, settings),
     }
+}
+
+/// Why the rudders of two sets of models are not in one unit, or do not count to one side.
+fn differ(was: &ComparedModels, now: &ComparedModels) -> Option<String> {
+    let unit = |models: &ComparedModels| {
+        let log = models.log.as_ref();
+        log.map_or(RudderUnit::Rad, |log| log.rudder_unit)
+    };
+    if unit(was) != unit(now) {
+        return Some(
+            "one rudder is an angle and the other a share of full: give the angle of full rudder with --rudder-range-deg DEG for both".into(),
+        );
+    }
+    let side = |models: &ComparedModels| {
+        let mut signs = models
+            .models
+            .iter()
+            .map(|point| point.model.b2_per_s2.signum());
+        let first = signs.next()?;
+        signs.all(|sign| sign == first).then_some(first)
+    };
+    let is_reversed = side(was)? != side(now)?;
+    is_reversed.then(|| {
+        "its rudder, or its heading, counts to the other side than that of the reference: turn the column with a [channels] file".into()
+    })
 }
 
 /// Mission logs that are watched, in order of time.

@@ -134,7 +134,7 @@ impl Args {
         let reference = health::reference(source)?;
         let now = self.models(now)?;
         health::are_two(source, &now)?;
-        let change = health::change(&reference, &now, settings);
+        let change = health::change(source, &reference, &now, settings);
         let document = Comparison::of(source, &now, &change);
         output.print(&document, || {
             comparison_page(source, &now, &change, &self.logbook)

@@ -74,6 +74,9 @@ pub struct ChannelArgs {
     /// Unit of a quantity's column, as in `heading=deg` or `rudder=pwm`; repeatable.
     #[arg(long = "unit", value_name = "QUANTITY=UNIT", value_parser = quantity_and_unit)]
     pub units: Vec<(Quantity, Unit)>,
+    /// Reads only the rows in which a column has a value, as in `BOAT=1`: one vehicle of several in a file; repeatable.
+    #[arg(long = "where", value_name = "COLUMN=VALUE", value_parser = column_and_value)]
+    pub rows_where: Vec<(String, String)>,
     /// Pulse width of the neutral rudder [default: 1500].
     #[arg(long, value_name = "US")]
     pub rudder_trim: Option<f64>,
@@ -113,6 +116,14 @@ pub fn quantity_and_unit(text: &str) -> Result<(Quantity, Unit), String> {
         .parse()
         .map_err(|error: UnknownUnit| error.to_string())?;
     Ok((quantity, unit))
+}
+
+/// `BOAT=1`.
+fn column_and_value(text: &str) -> Result<(String, String), String> {
+    let (column, value) = text
+        .split_once('=')
+        .ok_or_else(|| format!("`{text}`: expected COLUMN=VALUE, such as BOAT=1"))?;
+    Ok((column.trim().into(), value.trim().into()))
 }
 
 impl ChannelArgs {
@@ -177,6 +188,7 @@ impl ChannelArgs {
         choice.units = self.units.iter().copied().collect();
         choice.rudder_trim = self.rudder_trim;
         choice.full_rudder_rad = self.rudder_range_deg.map(f64::to_radians);
+        choice.rows_where = self.rows_where.clone();
         choice.drop_invalid = self.drop_invalid;
         Ok(choice)
     }

@@ -39,6 +39,8 @@ pub struct ChannelChoice {
     pub rudder_trim: Option<f64>,
     /// Rudder angle at full deflection (400 us from the trim, 100 %, fraction 1), rad.
     pub full_rudder_rad: Option<f64>,
+    /// Columns and the text that they have in the rows that are read: one vehicle of several in a file.
+    pub rows_where: Vec<(String, String)>,
     /// Leave rows with text, NaN, a wrong number of cells or reversed time out instead of refusing the log.
     pub drop_invalid: bool,
     /// Formats that the program brings; they are asked before the built-in ones.

@@ -85,10 +85,12 @@ fn format(start: &[u8]) -> Format {
         Format::Rosbag
     } else if start.starts_with(b"dbd_label:") {
         Format::Slocum
-    } else if is_canboat(start) {
+    } else if crate::nmea2000::is_start(start) {
         Format::Canboat
     } else if is_nmea0183(start) {
         Format::Nmea0183
+    } else if crate::expedition::is_start(start) {
+        Format::Expedition
     } else if start.starts_with(b"%%") {
         Format::Alog
     } else {
@@ -176,8 +178,9 @@ fn built_in(
         Format::Tlog => joined(format, crate::tlog::Telemetry::open(file)),
         Format::Ulog => joined(format, crate::ulog::ULog::open(file)),
         Format::Slocum => joined(format, crate::slocum::Glider::open(file, path, held)),
-        Format::Canboat => joined(format, crate::canboat::Capture::open(file)),
+        Format::Canboat => joined(format, crate::nmea2000::open(file)),
         Format::Nmea0183 => joined(format, crate::nmea0183::Sentences::open(file)),
+        Format::Expedition => joined(format, crate::expedition::Pairs::open(file)),
         Format::Alog => joined(format, crate::alog::Alog::open(file)),
         Format::Csv | Format::Other(_) => Ok(Box::new(Text::open(file)?)),
     }
@@ -226,19 +229,4 @@ fn is_nmea0183(start: &[u8]) -> bool {
             })
     };
     lines(start).take(3).any(is_sentence)
-}
-
-/// The first line has a date, four numbers, a length and its bytes.
-fn is_canboat(start: &[u8]) -> bool {
-    let Some(line) = lines(start).next() else {
-        return false;
-    };
-    let cells: Vec<&[u8]> = line.split(|byte| *byte == b',').collect();
-    let is_number = |cell: &&[u8]| !cell.is_empty() && cell.iter().all(u8::is_ascii_digit);
-    let is_byte = |cell: &&[u8]| cell.len() == 2 && cell.iter().all(u8::is_ascii_hexdigit);
-    let is_date = |cell: &[u8]| cell.len() >= 19 && cell[4] == b'-' && cell[7] == b'-';
-    cells.len() > 6
-        && is_date(cells[0])
-        && cells[1..6].iter().all(is_number)
-        && cells[6..].iter().all(is_byte)
 }

@@ -26,7 +26,7 @@ pub enum Format {
     Tlog,
     /// PX4 ULog.
     Ulog,
-    /// NMEA 2000, captured by canboat.
+    /// NMEA 2000, from any recorder.
     Canboat,
     /// Slocum glider.
     Slocum,
@@ -34,6 +34,8 @@ pub enum Format {
     Nmea0183,
     /// MOOS.
     Alog,
+    /// Expedition's pairs of channel and value.
+    Expedition,
     /// MCAP with ROS 2 messages.
     Mcap,
     /// rosbag2 in SQLite.

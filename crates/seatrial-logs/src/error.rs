@@ -275,8 +275,8 @@ pub enum Fault {
     },
     /// Values that fit no unit.
     #[error(
-        "column `{column}`: {quantity} reaches {largest}, which is no angle in degrees, percent or PWM; say the unit with --unit {quantity}=UNIT, or the column with {} NAME",
-        .quantity.option()
+        "column `{column}`: {quantity} reaches {largest}, and its unit does not show, or contradicts the name; say it with --unit {quantity}=UNIT, one of {}, or name another column with {} NAME",
+        crate::Unit::that_fit(.quantity.dimension()), .quantity.option()
     )]
     ImplausibleValues {
         /// Column.

@@ -22,11 +22,34 @@ pub(crate) struct Inferred {
     pub warnings: Vec<String>,
 }
 
-/// A turn in hundredths of a degree, as MAVLink has a heading.
-const FULL_CDEG: f64 = 36_000.0;
+/// Units of a heading, by the number at which a whole turn ends.
+const TURNS: [Unit; 12] = [
+    Unit::Radian,
+    Unit::Count8,
+    Unit::Degree,
+    Unit::Gradian,
+    Unit::Count10,
+    Unit::Decidegree,
+    Unit::Count12,
+    Unit::Milliradian,
+    Unit::Mil,
+    Unit::Count14,
+    Unit::Centidegree,
+    Unit::TenthMilliradian,
+];
+/// The unit of the largest turn.
+const LARGEST_TURN: Unit = Unit::Count16;
+/// A step by this share of a turn is a wrap.
+const WRAP: f64 = 0.8;
+/// The unit of the yaw rate settles that of the heading where it agrees by this factor.
+const AGREES: f64 = 1.1;
 
 /// A heading in degrees that is not wrapped reaches no more: twenty turns in the first rows.
 const LARGEST_HEADING_DEG: f64 = 7200.0;
+/// Rows at least over which a change of heading is compared with a yaw rate.
+const SPAN_ROWS: usize = 5;
+/// It begins within a turn of north.
+const LARGEST_FIRST_DEG: f64 = 361.0;
 
 /// The largest angle of any rudder, rad, with room to spare: 92 deg.
 const LARGEST_RUDDER_RAD: f64 = 1.6;
@@ -82,11 +105,13 @@ impl FirstRows {
         let heading = match stated.get(&Quantity::Heading) {
             Some(unit) => *unit,
             None => {
-                let (unit, because) = self.heading_unit(rudder);
+                let rate = stated.get(&Quantity::YawRate).copied();
+                let (unit, because) = self.heading_unit(rudder, rate, columns)?;
                 inferred.add(Quantity::Heading, unit, because);
                 unit
             }
         };
+        self.check_stated_heading(stated, columns)?;
         for quantity in columns.keys().copied() {
             if stated.contains_key(&quantity) {
                 continue;
@@ -124,6 +149,30 @@ impl FirstRows {
         Ok(inferred)
     }
 
+    /// Refuses a heading that wraps at the turn of a unit that is neither the one stated nor one that a doubt names.
+    fn check_stated_heading(
+        &self,
+        stated: &BTreeMap<Quantity, Unit>,
+        columns: &BTreeMap<Quantity, String>,
+    ) -> Result<(), Fault> {
+        let stated = stated.get(&Quantity::Heading);
+        let is_other = |unit: &Unit| {
+            !matches!(unit, Unit::Radian | Unit::Degree) && stated.is_some_and(|of| of != unit)
+        };
+        match self.wraps().filter(is_other) {
+            Some(_) => Err(self.unit_unknown(Quantity::Heading, columns)),
+            None => Ok(()),
+        }
+    }
+
+    fn unit_unknown(&self, quantity: Quantity, columns: &BTreeMap<Quantity, String>) -> Fault {
+        Fault::ImplausibleValues {
+            column: columns.get(&quantity).cloned().unwrap_or_default(),
+            quantity,
+            largest: self.largest(quantity),
+        }
+    }
+
     fn rudder_unit(&self, columns: &BTreeMap<Quantity, String>) -> Result<(Unit, String), Fault> {
         let largest = self.largest(Quantity::Rudder);
         let because = format!("reaches {largest}");
@@ -138,27 +187,75 @@ impl FirstRows {
         } else if largest <= 100.0 {
             Ok((Unit::Percent, because))
         } else {
-            Err(Fault::ImplausibleValues {
-                column: columns.get(&Quantity::Rudder).cloned().unwrap_or_default(),
-                quantity: Quantity::Rudder,
-                largest,
-            })
+            Err(self.unit_unknown(Quantity::Rudder, columns))
         }
     }
 
-    fn heading_unit(&self, rudder: Unit) -> (Unit, String) {
+    fn heading_unit(
+        &self,
+        rudder: Unit,
+        rate: Option<Unit>,
+        columns: &BTreeMap<Quantity, String>,
+    ) -> Result<(Unit, String), Fault> {
         let largest = self.largest(Quantity::Heading);
-        if self.wraps_at(FULL_CDEG) || largest > LARGEST_HEADING_DEG {
-            (Unit::Centidegree, format!("reaches {largest}"))
-        } else if largest > TURN_RAD {
-            (Unit::Degree, format!("reaches {largest}"))
-        } else if self.wraps_at(std::f64::consts::TAU) {
-            (Unit::Radian, "wraps at 2 pi".into())
-        } else if rudder == Unit::Degree {
-            (Unit::Degree, "as the rudder".into())
-        } else {
-            (Unit::Radian, format!("stays within {largest}"))
+        let headings = self.of(Quantity::Heading).unwrap_or_default();
+        let first = headings.iter().find(|heading| heading.is_finite());
+        let begins_in_a_turn = first.is_none_or(|first| first.abs() <= LARGEST_FIRST_DEG);
+        if let Some(unit) = self.wraps() {
+            let turn = std::f64::consts::TAU / unit.factor();
+            let because = format!("wraps at {}", (turn * 1e3).round() / 1e3);
+            return Ok((unit, because));
         }
+        if largest > TURN_RAD
+            && let Some(unit) = rate.and_then(|rate| self.heading_by_rate(rate))
+        {
+            return Ok((unit, "changes as the yaw rate says".into()));
+        }
+        if largest > LARGEST_HEADING_DEG || !begins_in_a_turn {
+            Err(self.unit_unknown(Quantity::Heading, columns))
+        } else if largest > TURN_RAD {
+            Ok((Unit::Degree, format!("reaches {largest}")))
+        } else if rudder == Unit::Degree {
+            Ok((Unit::Degree, "as the rudder".into()))
+        } else {
+            Ok((Unit::Radian, format!("stays within {largest}")))
+        }
+    }
+
+    /// The unit whose turn ends where the heading jumps from one end of its numbers to the other: the smallest that holds them all.
+    fn wraps(&self) -> Option<Unit> {
+        let headings = self.of(Quantity::Heading)?;
+        let finite = || {
+            headings
+                .iter()
+                .copied()
+                .filter(|heading| heading.is_finite())
+        };
+        let (low, high) = (
+            finite().fold(f64::INFINITY, f64::min),
+            finite().fold(f64::NEG_INFINITY, f64::max),
+        );
+        let are_whole = finite().all(|heading| heading.fract() == 0.0);
+        let is_count = |unit: Unit| unit.symbol().starts_with("turn/");
+        let of_turn = |unit: Unit| std::f64::consts::TAU / unit.factor();
+        // Rounding may write the last number of a turn.
+        let holds =
+            |unit: &Unit| high - low <= 1.0001 * of_turn(*unit) && (are_whole || !is_count(*unit));
+        let unit = TURNS.into_iter().chain([LARGEST_TURN]).find(holds)?;
+        self.wraps_at(of_turn(unit)).then_some(unit)
+    }
+
+    /// The unit in which the heading changes as a yaw rate of a stated unit says.
+    fn heading_by_rate(&self, rate: Unit) -> Option<Unit> {
+        let counts_per_rate = self.heading_rate_per_yaw_rate(None)?;
+        let radians_per_count = (rate.factor() / counts_per_rate).abs();
+        let agrees = |unit: &Unit| {
+            let ratio = unit.factor() / radians_per_count;
+            (1.0 / AGREES..AGREES).contains(&ratio)
+        };
+        // Milliradians and mils differ by 2 %, which no gyro shows.
+        let mut units = TURNS.into_iter().chain([LARGEST_TURN]).filter(agrees);
+        units.next().filter(|_| units.next().is_none())
     }
 
     /// Does the heading jump by nearly one turn?
@@ -166,39 +263,42 @@ impl FirstRows {
         self.of(Quantity::Heading)
             .unwrap_or_default()
             .windows(2)
-            .any(|pair| (0.8 * turn..=turn).contains(&(pair[1] - pair[0]).abs()))
+            .any(|pair| (WRAP * turn..=1.0001 * turn).contains(&(pair[1] - pair[0]).abs()))
     }
 
-    /// rad/s or deg/s, whichever integrates to the heading.
+    /// The unit of the yaw rate that integrates to the heading.
     fn yaw_rate_unit(&self, heading: Unit) -> (Unit, String) {
         let same = match heading {
-            Unit::Degree => Unit::DegreePerSecond,
-            _ => Unit::RadianPerSecond,
+            Unit::Radian => Unit::RadianPerSecond,
+            _ => Unit::DegreePerSecond,
         };
-        match self.heading_rate_per_yaw_rate(heading.factor()) {
-            Some(scale) => {
-                let to_radian = libm::log(scale.abs()).abs();
-                let to_degree = libm::log(scale.abs() / Unit::DegreePerSecond.factor()).abs();
-                let unit = if to_radian < to_degree {
-                    Unit::RadianPerSecond
-                } else {
-                    Unit::DegreePerSecond
-                };
-                (unit, "integrates to the heading".into())
-            }
-            None => (same, "as the heading".into()),
-        }
+        let Some(scale) = self.heading_rate_per_yaw_rate(Some(heading.factor())) else {
+            return (same, "as the heading".into());
+        };
+        let distance = |unit: Unit| libm::log(scale.abs() / unit.factor()).abs();
+        let units = [
+            Unit::RadianPerSecond,
+            Unit::DegreePerSecond,
+            Unit::DegreePerMinute,
+        ];
+        let nearest = units
+            .into_iter()
+            .min_by(|one, two| distance(*one).total_cmp(&distance(*two)));
+        (nearest.unwrap_or(same), "integrates to the heading".into())
     }
 
-    /// Least squares of heading change, rad, on integrated yaw rate over spans of about 1 s.
-    fn heading_rate_per_yaw_rate(&self, heading_factor: f64) -> Option<f64> {
+    /// Least squares of heading change, rad, on integrated yaw rate over spans of about 1 s; of numbers that do not wrap where no
+    /// factor makes radians of them.
+    fn heading_rate_per_yaw_rate(&self, heading_factor: Option<f64>) -> Option<f64> {
         use seatrial_core::Real;
         let heading = self.of(Quantity::Heading)?;
         let rate = self.of(Quantity::YawRate)?;
         let (mut cross, mut rate_square, mut change_square) = (0.0, 0.0, 0.0);
         let (mut integral, mut change, mut from_s) = (0.0, 0.0, *self.time_s.first()?);
+        let mut count = 0;
         for k in 1..self.time_s.len() {
-            let step_rad = ((heading[k] - heading[k - 1]) * heading_factor).wrapped();
+            let step = heading[k] - heading[k - 1];
+            let step_rad = heading_factor.map_or(step, |factor| (step * factor).wrapped());
             let area = 0.5 * (rate[k] + rate[k - 1]) * (self.time_s[k] - self.time_s[k - 1]);
             if !step_rad.is_finite() || !area.is_finite() {
                 (integral, change, from_s) = (0.0, 0.0, self.time_s[k]);
@@ -206,11 +306,13 @@ impl FirstRows {
             }
             change += step_rad;
             integral += area;
-            if self.time_s[k] - from_s >= 1.0 {
+            count += 1;
+            // Noise hides the heading's change over a few rows.
+            if self.time_s[k] - from_s >= 1.0 && count >= SPAN_ROWS {
                 cross += change * integral;
                 rate_square += integral * integral;
                 change_square += change * change;
-                (integral, change, from_s) = (0.0, 0.0, self.time_s[k]);
+                (integral, change, from_s, count) = (0.0, 0.0, self.time_s[k], 0);
             }
         }
         let correlation = cross / (rate_square * change_square).sqrt();

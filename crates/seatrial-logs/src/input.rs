@@ -99,6 +99,14 @@ pub(crate) struct Cursor {
 }
 
 impl Input {
+    /// Bytes in memory.
+    pub fn of_memory(bytes: Vec<u8>) -> Self {
+        Self::Held(Cursor {
+            source: Arc::new(bytes),
+            position: 0,
+        })
+    }
+
     pub fn is_folder(&self) -> io::Result<bool> {
         match self {
             Self::File(file) => Ok(file.metadata()?.is_dir()),

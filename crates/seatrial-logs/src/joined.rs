@@ -67,6 +67,14 @@ pub trait Messages: Send {
     /// The bytes of the file.
     fn bytes(&mut self) -> &mut Bytes;
 
+    /// SHA-256 of the whole file in hexadecimal, after the last message.
+    ///
+    /// # Errors
+    /// The operating system refuses.
+    fn sha256(&mut self) -> Result<String, Fault> {
+        self.bytes().sha256()
+    }
+
     /// Bytes consumed.
     fn position(&self) -> u64;
 
@@ -117,6 +125,10 @@ impl Messages for Box<dyn Messages> {
 
     fn bytes(&mut self) -> &mut Bytes {
         (**self).bytes()
+    }
+
+    fn sha256(&mut self) -> Result<String, Fault> {
+        (**self).sha256()
     }
 
     fn position(&self) -> u64 {
@@ -337,7 +349,7 @@ impl<M: Messages> Table for Joined<M> {
     }
 
     fn sha256(&mut self) -> Result<String, Fault> {
-        self.messages.bytes().sha256()
+        self.messages.sha256()
     }
 
     fn warnings(&self) -> Vec<String> {

@@ -10,26 +10,28 @@
 mod agreement;
 mod alog;
 mod bytes;
-mod canboat;
 mod choice;
 mod clock;
+mod computed;
 mod content;
 mod csv;
 mod dataflash;
 mod description;
 mod error;
+mod expedition;
 pub mod formats;
-mod half_difference;
 mod infer;
 mod input;
 mod joined;
 mod languages;
 mod look_ahead;
+mod loose;
 mod matching;
 #[cfg(feature = "mcap-reader")]
 mod mcap;
 mod name;
 mod nmea0183;
+mod nmea2000;
 mod number;
 #[cfg(feature = "parquet-reader")]
 mod parquet;
@@ -52,6 +54,7 @@ mod unit;
     any(test, not(feature = "parquet"), not(feature = "rosbag2"))
 ))]
 mod unpack;
+mod view;
 mod words;
 mod write;
 

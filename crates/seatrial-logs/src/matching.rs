@@ -38,6 +38,20 @@ impl Matches {
             .collect()
     }
 
+    /// Takes the integral of a yaw rate of a known unit for the heading that is not there; such a rate is no witness of the heading.
+    fn integrates_the_yaw_rate(&mut self) -> bool {
+        let of_rate = |m: &&mut Match| m.quantity == Quantity::YawRate && m.unit.is_some();
+        let Some(rate) = self.matches.iter_mut().find(of_rate) else {
+            return false;
+        };
+        rate.quantity = Quantity::Heading;
+        rate.because = Some("no heading is logged: it is the integral of the yaw rate".into());
+        self.warnings.push(
+            "no column is named for heading: the integral of the yaw rate is taken for it; say another with --heading NAME".into(),
+        );
+        true
+    }
+
     /// Units by option or name.
     pub fn stated_units(&self) -> BTreeMap<Quantity, Unit> {
         self.matches
@@ -64,6 +78,7 @@ pub(crate) fn match_columns(
     };
     // What is wrong with one column hides nothing that is wrong with another.
     let mut faults = Vec::new();
+    let mut no_heading = None;
     for quantity in Quantity::ALL {
         let of_names = Named {
             columns,
@@ -72,6 +87,12 @@ pub(crate) fn match_columns(
         };
         let column = match of_names.column(quantity, choice, &mut found.warnings) {
             Ok(column) => column,
+            Err(fault @ (Fault::MissingColumn { .. } | Fault::NotLogged { .. }))
+                if quantity == Quantity::Heading =>
+            {
+                no_heading = Some((faults.len(), fault));
+                continue;
+            }
             Err(fault) => {
                 faults.push(fault);
                 continue;
@@ -134,6 +155,11 @@ pub(crate) fn match_columns(
             .warnings
             .extend(channel.and_then(|channel| channel.doubt.clone()));
     }
+    if let Some((place, fault)) = no_heading
+        && !found.integrates_the_yaw_rate()
+    {
+        faults.insert(place, fault);
+    }
     Fault::all(faults).map_or(Ok(found), Err)
 }
 
@@ -178,6 +204,16 @@ fn unknown_unit(column: &str, found: &str, quantity: Quantity) -> Fault {
         quantity,
         expected: Unit::that_fit(quantity.dimension()),
     }
+}
+
+/// The column of this name, of whatever quantity.
+pub(crate) fn column_named(name: &str, columns: &[String]) -> Result<usize, Fault> {
+    let exact = columns.iter().position(|column| column == name);
+    let found = exact.or_else(|| only(columns, |column| column.eq_ignore_ascii_case(name)));
+    found.ok_or_else(|| Fault::NoRunColumn {
+        name: name.into(),
+        columns: columns.to_vec(),
+    })
 }
 
 /// The two columns whose half difference is a quantity.
@@ -242,8 +278,7 @@ fn only<T>(of: &[T], holds: impl Fn(&T) -> bool) -> Option<usize> {
     places.next().filter(|_| places.next().is_none())
 }
 
-/// Is each word the other's, or a long one with a letter behind the first wrong, missing, too many or two exchanged? A digit,
-/// or a word of a letter or two, tells columns apart.
+/// Is each word the other's, or a long one with a letter behind the first wrong, missing, too many or two exchanged? Digits tell apart.
 fn is_misspelt(wanted: &[String], column: &[String]) -> bool {
     const SHORTEST: usize = 5;
     let digits = |word: &str| -> String { word.chars().filter(char::is_ascii_digit).collect() };

@@ -108,7 +108,11 @@ const COMMANDS: [&str; 11] = [
 ];
 
 /// Words after a quantity's name that leave it the same quantity.
-const SAME_QUANTITY: [&str; 19] = [
+const SAME_QUANTITY: [&str; 23] = [
+    "utc",
+    "gmt",
+    "fwd",
+    "main",
     "true",
     "magnetic",
     "mag",
@@ -128,6 +132,12 @@ const SAME_QUANTITY: [&str; 19] = [
     "signal",
     "ist",
     "gemessen",
+];
+
+/// Words in brackets behind a time that say of which clock it is, or how it is written.
+const CLOCKS: [&str; 16] = [
+    "utc", "gmt", "gps", "local", "lt", "z", "zulu", "iso", "iso8601", "hh", "mm", "ss", "sss",
+    "hhmmss", "yyyy", "dd",
 ];
 
 /// Words in brackets that say to what a value refers or in which sense it counts, and no unit.
@@ -211,8 +221,24 @@ impl ColumnName {
         }
         Some(Fit {
             rank: rank(&self.words, quantity)?,
-            unit: StatedUnit::None,
+            unit: self
+                .unit_of_the_name(quantity)
+                .map_or(StatedUnit::None, StatedUnit::Known),
         })
+    }
+
+    /// The unit of a name that is one itself, as `seconds`, or that is a path of Signal K, which has SI units.
+    fn unit_of_the_name(&self, quantity: Quantity) -> Option<Unit> {
+        let dimension = quantity.dimension();
+        let is_path =
+            self.words.len() > 1 && matches!(self.words[0].as_str(), "navigation" | "steering");
+        match (self.words.as_slice(), dimension) {
+            ([word], Dimension::Time) if word.len() > 2 => Unit::of_words(&[word], dimension),
+            (_, Dimension::Angle | Dimension::Steering) if is_path => Some(Unit::Radian),
+            (_, Dimension::AngularRate) if is_path => Some(Unit::RadianPerSecond),
+            (_, Dimension::Speed) if is_path => Some(Unit::MetrePerSecond),
+            _ => None,
+        }
     }
 
     /// Does a word of the name make another quantity of it?
@@ -226,8 +252,10 @@ impl ColumnName {
         if let Some(text) = &self.bracket {
             return stated(text, quantity.dimension());
         }
-        self.unit_at_the_end(quantity)
-            .map_or(StatedUnit::None, |(_, unit)| StatedUnit::Known(unit))
+        let at_the_end = self.unit_at_the_end(quantity).map(|(_, unit)| unit);
+        at_the_end
+            .or_else(|| self.unit_of_the_name(quantity))
+            .map_or(StatedUnit::None, StatedUnit::Known)
     }
 
     /// The words of the name before the unit that it states for a quantity.
@@ -269,6 +297,9 @@ fn stated(text: &str, dimension: Dimension) -> StatedUnit {
     match Unit::of_words(before, dimension) {
         Some(unit) => StatedUnit::Known(unit),
         None if before.is_empty() => StatedUnit::None,
+        None if dimension == Dimension::Time && lower.iter().all(|w| CLOCKS.contains(w)) => {
+            StatedUnit::None
+        }
         None => StatedUnit::Unknown(text.to_string()),
     }
 }

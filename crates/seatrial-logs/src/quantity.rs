@@ -107,6 +107,8 @@ impl Quantity {
                     "seconds",
                     "secs",
                     "sec",
+                    "millis",
+                    "micros",
                 ],
                 &["epoch", "unixtime", "utc", "datetime", "date", "clock"],
             ],

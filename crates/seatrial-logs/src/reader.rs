@@ -12,12 +12,13 @@ use crate::content;
 use crate::description::{Channel, Counts, LogDescription, UnitSource};
 use crate::error::{Fault, Place, ReadError, clipped};
 use crate::formats::Formats;
-use crate::half_difference::{self, WithDifferences};
 use crate::input::Held;
 use crate::look_ahead::{Row, cells, first_rows, leave_out_text, look_ahead};
-use crate::matching::{Match, match_columns, pair_of_columns};
+use crate::loose::{from_long, from_sparse, is_sparse};
+use crate::matching::{Match, match_columns};
 use crate::table::{Cell, Table};
 use crate::unit::{Conversion, Dimension, NEUTRAL_PULSE_US};
+use crate::view::{wanted_rows, with_computed};
 use crate::{Quantity, Unit};
 
 /// So many damaged rows, and a quarter of the sound ones, are a fault of the column and not of rows.
@@ -35,6 +36,8 @@ pub struct LogReader {
     look_ahead: VecDeque<Row>,
     cells: Vec<Cell>,
     previous: Option<Sample<f64>>,
+    /// Of the sample before, where its integral is the heading.
+    rate_rad_s: Option<f64>,
     counts: Counts,
     is_finished: bool,
 }
@@ -85,7 +88,9 @@ impl LogReader {
         table: Box<dyn Table>,
         choice: &ChannelChoice,
     ) -> Result<Self, Fault> {
-        let (mut table, choice) = with_differences(table, choice.clone())?;
+        let table = wanted_rows(table, choice)?;
+        let (table, choice) = from_long(table, choice.clone())?;
+        let (mut table, choice) = with_computed(table, choice)?;
         let columns = table.columns().to_vec();
         let mut found = match_columns(&columns, &table.known(), &choice)?;
         table.select(&found.columns());
@@ -94,6 +99,10 @@ impl LogReader {
             return Err(Fault::HeaderOnly);
         }
         leave_out_text(&mut found, &mut rows, &columns, &mut *table);
+        if table.known().is_empty() && is_sparse(&found, &rows) {
+            let (table, choice) = from_sparse(table, &found, rows, choice)?;
+            return Self::new(log, table, &choice);
+        }
 
         let stated = found.stated_units();
         let time_cells = found
@@ -151,6 +160,7 @@ impl LogReader {
             look_ahead: rows,
             cells: Vec::new(),
             previous: None,
+            rate_rad_s: None,
             counts: Counts::default(),
             is_finished: false,
         })
@@ -237,11 +247,33 @@ impl LogReader {
                 before: before.time_s,
                 after: sample.time_s,
             }),
-            _ => {
+            before => {
+                let sample = match self.heading_is_a_rate() {
+                    true => self.integrated(before, sample),
+                    false => sample,
+                };
                 self.previous = Some(sample);
                 Ok(Some(Some(sample)))
             }
         }
+    }
+
+    /// Is the integral of the yaw rate taken for the heading?
+    fn heading_is_a_rate(&self) -> bool {
+        let channels = self.description.channels.iter();
+        channels
+            .filter(|channel| channel.quantity == Quantity::Heading)
+            .any(|channel| channel.unit.dimension() == Dimension::AngularRate)
+    }
+
+    /// A sample whose heading is the integral of the yaw rate that stands in its place; 0 at the first.
+    fn integrated(&mut self, before: Option<Sample<f64>>, mut sample: Sample<f64>) -> Sample<f64> {
+        let rate_rad_s = sample.heading_rad;
+        let rates = self.rate_rad_s.replace(rate_rad_s).unwrap_or(rate_rad_s) + rate_rad_s;
+        sample.heading_rad = before.map_or(0.0, |before| {
+            before.heading_rad + 0.5 * rates * (sample.time_s - before.time_s)
+        });
+        sample
     }
 
     /// The row's sample, `None` where time, heading or rudder is missing.
@@ -361,25 +393,6 @@ impl Iterator for LogReader {
         self.is_finished = true;
         None
     }
-}
-
-/// The table with the columns of half differences, and the choice that names them.
-fn with_differences(
-    table: Box<dyn Table>,
-    mut choice: ChannelChoice,
-) -> Result<(Box<dyn Table>, ChannelChoice), Fault> {
-    let mut differences = Vec::new();
-    for (quantity, pair) in &choice.half_differences {
-        differences.push(pair_of_columns(pair, table.columns(), *quantity)?);
-        choice
-            .columns
-            .insert(*quantity, half_difference::name(pair));
-    }
-    let table: Box<dyn Table> = match differences.is_empty() {
-        true => table,
-        false => Box::new(WithDifferences::new(table, differences)),
-    };
-    Ok((table, choice))
 }
 
 /// A unit taken from the values, whether they state it, and why.

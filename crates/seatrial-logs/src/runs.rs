@@ -11,6 +11,7 @@ use crate::error::{Fault, Place, ReadError, clipped};
 use crate::input::Held;
 use crate::reader::{LogReader, open, table};
 use crate::table::{Cell, Table};
+use crate::view::{wanted_rows, with_computed};
 
 /// The most rows of a run that are held in memory: some 100 MB.
 const MOST_ROWS: usize = 500_000;
@@ -65,12 +66,17 @@ impl Runs {
 
     fn new(
         log: String,
-        mut table: Box<dyn Table>,
+        table: Box<dyn Table>,
         description: LogDescription,
         choice: &ChannelChoice,
         run_column: &str,
     ) -> Result<Self, Fault> {
         let mut choice = choice.clone();
+        // Each run takes half differences itself.
+        let halves = std::mem::take(&mut choice.half_differences);
+        let (mut table, mut choice) = with_computed(wanted_rows(table, &choice)?, choice)?;
+        choice.half_differences = halves;
+        choice.rows_where.clear();
         let mut columns: Vec<String> = Vec::new();
         for channel in &description.channels {
             choice.units.insert(channel.quantity, channel.unit);

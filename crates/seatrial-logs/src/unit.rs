@@ -53,11 +53,15 @@ macro_rules! units {
 }
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
+/// A whole turn, rad.
+const TURN: f64 = std::f64::consts::TAU;
 
 units! {
     Second "s" Time 1.0, &["s", "sec", "secs", "second", "seconds", "sek", "sekunden", "秒"];
     Millisecond "ms" Time 1e-3, &["ms", "msec", "millis", "milliseconds", "millisekunden", "ミリ秒"];
     Microsecond "us" Time 1e-6, &["us", "µs", "usec", "micros", "microseconds"];
+    Tick "100ns" Time 1e-7, &["100ns", "filetime"];
+    Centisecond "cs" Time 1e-2, &["cs", "csec", "centisecond", "centiseconds", "hundredths"];
     Nanosecond "ns" Time 1e-9, &["ns", "nsec", "nanos", "nanoseconds"];
     Minute "min" Time 60.0, &["min", "mins", "minute", "minutes", "minuten", "分"];
     Hour "h" Time 3600.0, &["h", "hr", "hrs", "hour", "hours", "stunden", "heures"];
@@ -65,6 +69,16 @@ units! {
     Radian "rad" Angle 1.0, &["rad", "radian", "radians", "radiant", "bogenmaß", "ラジアン"];
     Degree "deg" Angle DEGREE, &["deg", "degree", "degrees", "grad", "度"];
     Centidegree "cdeg" Angle 0.01 * DEGREE, &["cdeg", "centideg", "centidegree", "centidegrees"];
+    Decidegree "ddeg" Angle 0.1 * DEGREE, &["ddeg", "decideg", "decidegree", "decidegrees"];
+    Gradian "gon" Angle TURN / 400.0, &["gon", "gradian", "gradians", "neugrad"];
+    Mil "mil" Angle TURN / 6400.0, &["mil", "mils"];
+    Milliradian "mrad" Angle 1e-3, &["mrad", "milliradian", "milliradians"];
+    TenthMilliradian "1e-4rad" Angle 1e-4, &["1e 4rad", "1e 4 rad", "0 0001 rad"];
+    Count8 "turn/256" Angle TURN / 256.0, &["turn 256"];
+    Count10 "turn/1024" Angle TURN / 1024.0, &["turn 1024"];
+    Count12 "turn/4096" Angle TURN / 4096.0, &["turn 4096"];
+    Count14 "turn/16384" Angle TURN / 16_384.0, &["turn 16384"];
+    Count16 "turn/65536" Angle TURN / 65_536.0, &["turn 65536", "bam", "bams"];
     PulseWidth "pwm" Steering 1.0 / 400.0, &["pwm", "us", "µs"];
     Percent "percent" Steering 0.01, &["percent", "pct", "prozent", "パーセント"];
     Fraction "fraction" Steering 1.0, &["fraction", "norm", "normalised", "normalized"];

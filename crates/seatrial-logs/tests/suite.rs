@@ -11,6 +11,7 @@ mod native_damage;
 mod native_logs;
 mod random;
 mod real_logs;
+mod recorders;
 mod ros_logs;
 mod round_trip;
 mod seeds;

@@ -74,6 +74,9 @@ pub struct StatedUnits {
     /// Had the yaw rate the opposite sense of the heading? It was then left out.
     #[serde(default)]
     pub yaw_rate_is_reversed: bool,
+    /// Was the yaw rate computed from the heading? It was then left out: it is no witness of heading or time.
+    #[serde(default)]
+    pub yaw_rate_is_derived: bool,
     /// Do rows that differ share a time? The clock is then coarser than the rows.
     #[serde(default)]
     pub times_are_shared: bool,

@@ -7,7 +7,7 @@ mod stated_units;
 
 use std::path::{Path, PathBuf};
 
-use seatrial::plausibility::leave_out_reversed_yaw_rate;
+use seatrial::plausibility::leave_out_unsound_yaw_rate;
 use seatrial::segmentation::Proposal;
 use seatrial::servo::Servo;
 use seatrial::{Record, Window};
@@ -186,7 +186,7 @@ pub fn open(
     };
     record.rudder_unit = reader.description().rudder_unit;
     record.units = stated_units(reader.description(), &reader.counts());
-    leave_out_reversed_yaw_rate(&mut record);
+    leave_out_unsound_yaw_rate(&mut record);
 
     let mut late = reader.warnings();
     late.extend(shortened(&record, samples_inside));

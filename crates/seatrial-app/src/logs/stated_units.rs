@@ -23,6 +23,7 @@ pub(crate) fn stated_units(description: &LogDescription, counts: &Counts) -> Sta
             .is_some_and(|heading| names_a_course(&heading.column)),
         time_is_a_date: description.start_utc.is_some(),
         yaw_rate_is_reversed: false,
+        yaw_rate_is_derived: false,
         times_are_shared: counts.differing_at_a_time as f64 > SHARED * counts.rows as f64,
     }
 }

@@ -158,7 +158,7 @@ pub fn health(asked: &HealthQuestion) -> Answer {
         offset_counts: None,
     };
     let settings = criteria.between_trials().map_err(words)?;
-    let change = change(&reference(&was).map_err(words)?, &now, &settings);
+    let change = change(&was, &reference(&was).map_err(words)?, &now, &settings);
     let cause = change.verdict.cause().map(|cause| cause.text.clone());
     answer(
         cause.unwrap_or_default(),

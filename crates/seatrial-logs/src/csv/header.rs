@@ -6,7 +6,7 @@ use crate::Unit;
 use crate::clock::{instant, time_of_day};
 
 /// The most rows above the names of columns.
-const MOST_TITLES: usize = 20;
+const MOST_TITLES: usize = 200;
 /// Time, heading and rudder.
 const LEAST_COLUMNS: usize = 3;
 
@@ -23,8 +23,10 @@ pub(super) struct Header {
     pub dialect: Dialect,
     /// The line of the names, or the first that is no comment.
     pub line: u64,
-    /// Names of columns in the comment above the first row, where that row is numbers.
+    /// Names of columns in the comment above the first row, where that row is numbers or times.
     pub in_comment: Option<Vec<String>>,
+    /// What lines begin with that are no rows.
+    pub comment: u8,
     /// The row under the names, where it holds units.
     pub units: Option<Vec<String>>,
     /// The unit behind the numbers of each column, where there is one.
@@ -38,11 +40,12 @@ impl Header {
         let mut lines = start
             .split(|&byte| byte == b'\n' || byte == b'\r')
             .filter(|line| !line.trim_ascii().is_empty());
+        let mut sign = b'#';
         let first = loop {
             let line = lines.next()?;
-            match line.strip_prefix(b"#") {
-                Some(text) => comment = Some(text),
-                None => break line,
+            match line.split_first() {
+                Some((first @ (b'#' | b'%'), text)) => (sign, comment) = (*first, Some(text)),
+                _ => break line,
             }
         };
         let rows: Vec<&[u8]> = std::iter::once(first)
@@ -53,14 +56,12 @@ impl Header {
         let (first, rows) = rows[titles..].split_first()?;
         let delimiter = delimiter(first);
         let rows = &rows[..rows.len().min(20)];
+        let values = cells(first, delimiter);
+        let are_values = values.iter().filter(|cell| is_value(cell)).count() >= LEAST_COLUMNS;
         let in_comment = comment
-            .filter(|_| {
-                cells(first, delimiter)
-                    .iter()
-                    .all(|c| c.parse::<f64>().is_ok())
-            })
+            .filter(|_| are_values)
             .map(|comment| cells(comment, delimiter))
-            .filter(|names| names.len() == cells(first, delimiter).len());
+            .filter(|names| names.len() == values.len() && !names.iter().any(|n| is_value(n)));
         let units = rows.first().map(|row| cells(row, delimiter));
         Some(Self {
             dialect: Dialect {
@@ -69,6 +70,7 @@ impl Header {
             },
             line: if titles > 0 { line_of(start, first) } else { 1 },
             in_comment,
+            comment: sign,
             units_behind: units_behind(rows, delimiter),
             units: units.filter(|cells| are_units(cells)),
         })

@@ -58,6 +58,8 @@ pub(crate) struct Text<R> {
     incomplete_line: Option<u64>,
     /// Cells that hold what instruments write for no value.
     no_values: Count<u64>,
+    /// The last number of each selected column.
+    last: Vec<f64>,
 }
 
 /// The bytes of one record and where its cells end.
@@ -125,6 +127,7 @@ impl<R: Read> Text<R> {
             at_end: false,
             incomplete_line: None,
             no_values: Count::new(0),
+            last: Vec::new(),
         };
         while !text.at_end && text.unread.end < BUFFER {
             text.fill()?;
@@ -135,7 +138,7 @@ impl<R: Read> Text<R> {
         text.dialect = header.dialect;
         text.parser = ReaderBuilder::new()
             .delimiter(text.dialect.delimiter)
-            .comment(Some(b'#'))
+            .comment(Some(header.comment))
             .build();
         text.blanks_for_tabs(text.unread.clone());
         match header.in_comment {
@@ -253,14 +256,15 @@ impl<R: Read> Text<R> {
         self.parser.line() - u64::from(self.last_byte == b'\n' && self.parser.line() > 1)
     }
 
-    fn parsed(&self, bytes: &[u8]) -> Cell {
+    /// The value of a cell whose column last held a number: a coordinate may pass what instruments write for no value.
+    fn parsed(&self, bytes: &[u8], last: f64) -> Cell {
         if bytes.is_empty() {
             return Cell::Missing;
         }
         let is_none = |word: &&[u8]| word.eq_ignore_ascii_case(bytes);
         let text: &str = &decoded(bytes);
         match number(text, self.dialect.decimal_comma) {
-            Some(number) if is_no_value(number) => {
+            Some(number) if is_no_value(number) && !is_near(number, last) => {
                 self.no_values.set(self.no_values.get() + 1);
                 Cell::Missing
             }
@@ -286,10 +290,12 @@ impl<R: Read + Send> Table for Text<R> {
 
     fn select(&mut self, columns: &[(Quantity, usize)]) {
         self.selected = columns.iter().map(|(_, column)| *column).collect();
+        self.last = vec![f64::NAN; columns.len()];
     }
 
     fn leave_out(&mut self, position: usize) {
         self.selected.remove(position);
+        self.last.remove(position);
     }
 
     fn next_row(&mut self, cells: &mut Vec<Cell>) -> Result<Option<Place>, Fault> {
@@ -314,8 +320,14 @@ impl<R: Read + Send> Table for Text<R> {
         cells.extend(
             self.selected
                 .iter()
-                .map(|&index| self.parsed(self.record.cell(index))),
+                .zip(&self.last)
+                .map(|(&index, &last)| self.parsed(self.record.cell(index), last)),
         );
+        for (last, cell) in self.last.iter_mut().zip(cells) {
+            if let Cell::Number(number) = cell {
+                *last = *number;
+            }
+        }
         Ok(Some(Place::Line(line)))
     }
 
@@ -351,6 +363,11 @@ impl<R: Read> Text<R> {
         }
         Ok(self.unread.is_empty() && self.at_end && !matches!(self.last_byte, b'\n' | b'\r'))
     }
+}
+
+/// Does a number go on from the one before, within a twentieth of it?
+fn is_near(number: f64, last: f64) -> bool {
+    (number - last).abs() < 0.05 * number.abs()
 }
 
 /// Does the name of a column state the unit of an angle?

@@ -15,7 +15,7 @@ use parquet::schema::parser::parse_message_type;
 pub const ROWS: u32 = 6;
 
 /// Every format.
-pub const FORMATS: [&str; 11] = [
+pub const FORMATS: [&str; 12] = [
     "dataflash",
     "tlog",
     "ulog",
@@ -23,6 +23,7 @@ pub const FORMATS: [&str; 11] = [
     "slocum",
     "nmea0183",
     "alog",
+    "expedition",
     "csv",
     "mcap",
     "rosbag2",
@@ -35,11 +36,12 @@ pub fn of(format: &str) -> Vec<Vec<u8>> {
         "dataflash" => vec![dataflash()],
         "tlog" => vec![tlog()],
         "ulog" => vec![ulog()],
-        "canboat" => vec![canboat()],
+        "canboat" => nmea2000(),
         "slocum" => vec![slocum()],
-        "nmea0183" => vec![nmea0183()],
+        "nmea0183" => vec![nmea0183(), nmea0183_without_times()],
         "alog" => vec![alog()],
-        "csv" => vec![csv()],
+        "expedition" => vec![expedition()],
+        "csv" => vec![csv(), long(), sparse()],
         "mcap" => [
             None,
             Some(mcap::Compression::Lz4),
@@ -252,6 +254,214 @@ pub fn canboat() -> Vec<u8> {
             (128_259, "00,0a,01,ff,ff,00,ff,ff".to_string()),
         ] {
             log += &format!("2026-06-08T01:51:24.{k}00,2,{pgn},52,255,8,{data}\n");
+        }
+    }
+    log.into_bytes()
+}
+
+/// Frames of a rudder and a heading: time in s, identifier, bytes.
+fn frames() -> Vec<(f64, u32, [u8; 8])> {
+    (0..ROWS)
+        .flat_map(|k| {
+            let [low, high] = ((1000 + 10 * k) as u16).to_le_bytes();
+            let time_s = 0.1 * f64::from(k);
+            [
+                (
+                    time_s,
+                    0x09f1_0d1a,
+                    [0xfc, 0xf8, 0xff, 0x7f, low, high, 0xff, 0xff],
+                ),
+                (
+                    time_s,
+                    0x09f1_120f,
+                    [0, low, high, 0xff, 0x7f, 0xff, 0x7f, 0xfd],
+                ),
+            ]
+        })
+        .collect()
+}
+
+/// One log of every recorder of NMEA 2000.
+pub fn nmea2000() -> Vec<Vec<u8>> {
+    let number = |identifier: u32| identifier >> 8 & 0x1_ffff;
+    let hex = |data: &[u8], between: &str| {
+        let digits: Vec<String> = data.iter().map(|byte| format!("{byte:02X}")).collect();
+        digits.join(between)
+    };
+    let lines = |line: &dyn Fn(f64, u32, &[u8; 8]) -> String| {
+        let lines = frames()
+            .into_iter()
+            .map(|(time_s, id, data)| line(time_s, id, &data) + "\n");
+        lines.collect::<String>().into_bytes()
+    };
+    let escaped = |message: &[u8], escape: u8| {
+        let twice = |byte: &u8| vec![*byte; 1 + usize::from(*byte == escape)];
+        message.iter().flat_map(twice).collect::<Vec<u8>>()
+    };
+    let long = |time_s: f64, id: u32, data: &[u8; 8]| {
+        let mut message = vec![0x93, 19, 2];
+        message.extend(&number(id).to_le_bytes()[..3]);
+        message.extend([255, id as u8]);
+        message.extend(((1e3 * time_s).round() as u32).to_le_bytes());
+        message.push(8);
+        message.extend(data);
+        message
+    };
+    let mut logs = vec![
+        canboat(),
+        lines(&|t, id, data| format!("00:29:{:06.3} R {id:08X} {}", 10.0 + t, hex(data, " "))),
+        lines(&|t, id, data| {
+            format!(
+                "!PDGY,{},2,{},255,{t:.3},{}",
+                number(id),
+                id as u8,
+                base64(data)
+            )
+        }),
+        lines(&|t, id, data| format!("({:.6}) can0 {id:08X}#{}", 1.6e9 + t, hex(data, ""))),
+        lines(&|t, id, data| {
+            format!(
+                " ({:.6})  can0  {id:08X}   [8]  {}",
+                1.6e9 + t,
+                hex(data, " ")
+            )
+        }),
+        lines(&|t, id, data| format!("  1)  {:.1}  Rx  {id:08X}  8  {}", 1e3 * t, hex(data, " "))),
+        lines(&|t, id, data| {
+            let (number, source) = (number(id), id as u8);
+            format!(
+                "0,{:.0},{number},Name,Maker,{source},255,2,1,8,0x{}",
+                1e3 * t,
+                hex(data, "")
+            )
+        }),
+        lines(&|t, id, data| {
+            let body = format!(
+                "PCDIN,{:06X},{:08X},{:02X},{}",
+                number(id),
+                (1e3 * t).round() as u32,
+                id as u8,
+                hex(data, "")
+            );
+            let sum = body.bytes().fold(0, |sum, byte| sum ^ byte);
+            format!("${body}*{sum:02X}")
+        }),
+        lines(&|t, id, data| {
+            format!(
+                "A0029{:06.3} {:02X}FF2 {:05X} {}",
+                10.0 + t,
+                id as u8,
+                number(id),
+                hex(data, "")
+            )
+        }),
+    ];
+    let mut boxes: [Vec<u8>; 4] = Default::default();
+    for (time_s, id, data) in frames() {
+        let milliseconds = ((1e3 * time_s).round() as u16).to_le_bytes();
+        boxes[0].extend(milliseconds);
+        boxes[0].extend(id.to_le_bytes());
+        boxes[0].extend(data);
+        let message = long(time_s, id, &data);
+        boxes[1].extend([0x10, 0x02]);
+        boxes[1].extend(escaped(&[&message[..], &[0]].concat(), 0x10));
+        boxes[1].extend([0x10, 0x03]);
+        boxes[2].extend([0x1b, 0x01]);
+        boxes[2].extend(escaped(&[&[0x07], &message[..]].concat(), 0x1b));
+        boxes[2].extend([0x1b, 0x0a]);
+        let [_, format, specific, _] = id.to_be_bytes();
+        let short = [
+            &[0x07, 0x95, 14][..],
+            &milliseconds,
+            &[id as u8, specific, format, 0x09],
+            &data,
+        ];
+        boxes[3].extend([0x1b, 0x01]);
+        boxes[3].extend(escaped(&short.concat(), 0x1b));
+        boxes[3].extend([0x1b, 0x0a]);
+    }
+    logs.extend(boxes);
+    logs.push(
+        (0..ROWS)
+            .flat_map(|k| {
+                let angle = 10.0 + f64::from(k);
+                [
+                    format!("\"pgn\":127245,\"src\":26,\"fields\":{{\"Position\":{angle:.1}}}"),
+                    format!("\"pgn\":127250,\"src\":15,\"fields\":{{\"Heading\":{angle:.1}}}"),
+                ]
+                .map(|rest| format!("{{\"timestamp\":\"2026-06-08-01:51:24.{k}00\",{rest}}}\n"))
+            })
+            .collect::<String>()
+            .into_bytes(),
+    );
+    logs
+}
+
+fn base64(data: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::new();
+    for three in data.chunks(3) {
+        let number = three
+            .iter()
+            .fold(0_u32, |number, byte| number << 8 | u32::from(*byte));
+        let number = number << (8 * (3 - three.len()));
+        for place in 0..4 {
+            let digit = DIGITS[(number >> (18 - 6 * place) & 63) as usize];
+            text.push(if place > three.len() {
+                '='
+            } else {
+                char::from(digit)
+            });
+        }
+    }
+    text
+}
+
+pub fn expedition() -> Vec<u8> {
+    let mut log = String::from("!Boat,Utc,BSP,RudderFwd,HDG\n!boat,0,1,10,13\n!v12.7.16\n");
+    for k in 0..ROWS {
+        log += &format!("0,44259.52083{k},1,6.1,10,-3.25,13,{}.5\n", 80 + k);
+    }
+    log.into_bytes()
+}
+
+/// One value a row.
+pub fn long() -> Vec<u8> {
+    let mut log = String::from("Series;Time;Value\n");
+    for k in 0..ROWS {
+        for (name, value) in [
+            ("steering.rudderAngle", -0.1),
+            ("navigation.headingTrue", 1.5),
+        ] {
+            log += &format!(
+                "{name};2026-03-04T00:29:58.{k}00Z;{:.3}\n",
+                value + 0.01 * f64::from(k)
+            );
+        }
+    }
+    log.into_bytes()
+}
+
+/// Columns that are filled at different rates.
+pub fn sparse() -> Vec<u8> {
+    let mut log = String::from("time_s,yaw_deg,rudder_deg\n");
+    for k in 0..ROWS {
+        log += &format!("{k}.00,,-3.25\n{k}.05,{},\n", 80 + k);
+    }
+    log.into_bytes()
+}
+
+/// Sentences between the times of others.
+pub fn nmea0183_without_times() -> Vec<u8> {
+    let mut log = String::new();
+    for k in 0..ROWS {
+        for sentence in [
+            format!("GPRMC,12000{k}.00,A,5000.0,N,00100.0,W,4.2,81.0,080626,,,A"),
+            "IIRSA,-3.5,A,,V".into(),
+            format!("HCHDG,{}.5,,,2.0,W", 80 + k),
+        ] {
+            let sum = sentence.bytes().fold(0, |sum, byte| sum ^ byte);
+            log += &format!("${sentence}*{sum:02X}\r\n");
         }
     }
     log.into_bytes()

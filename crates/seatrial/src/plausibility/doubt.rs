@@ -46,8 +46,13 @@ pub enum Doubt {
     },
     /// The time counts 0, 1, 2 as the number of a row does, and nothing shows that a row takes a second.
     TimeIsIndex {
-        /// Did the user choose its unit?
+        /// Did the user, or the name of the column, say its unit?
         is_given: bool,
+    },
+    /// The unit of the time was assumed, and nothing in the log shows that it is right.
+    TimeAssumed {
+        /// The usual interval in that unit, s.
+        interval_s: f64,
     },
     /// The yaw rate contradicts heading and time.
     RateMismatch(RateMismatch),
@@ -101,7 +106,10 @@ pub enum Doubt {
     /// Nothing shows whether the rudder goes where its column says.
     RudderUnchecked,
     /// There is no yaw rate to compare the heading with.
-    HeadingUnchecked,
+    HeadingUnchecked {
+        /// Is there one that was computed from the heading?
+        is_derived: bool,
+    },
 }
 
 /// How the yaw rate and the heading disagree.
@@ -132,9 +140,10 @@ impl Doubt {
             }
             Self::RudderScale { .. } => ReasonCode::RudderScaleUnknown,
             Self::HeadingIsCourse => ReasonCode::CourseForHeading,
-            Self::TimeUnit { .. } | Self::TurnsTooFast { .. } | Self::TimeIsIndex { .. } => {
-                ReasonCode::TimeUnitDoubtful
-            }
+            Self::TimeUnit { .. }
+            | Self::TurnsTooFast { .. }
+            | Self::TimeIsIndex { .. }
+            | Self::TimeAssumed { .. } => ReasonCode::TimeUnitDoubtful,
             Self::RateMismatch(mismatch) if mismatch.is_reversed() => ReasonCode::YawRateReversed,
             Self::RateMismatch(_) => ReasonCode::YawRateContradicts,
             Self::SlowLog { .. } => ReasonCode::LoggedTooSlowly,
@@ -143,7 +152,7 @@ impl Doubt {
             Self::TimesShared { .. } => ReasonCode::TimesShared,
             Self::ClockJumped { .. } => ReasonCode::ClockJumped,
             Self::HeadingStood { .. } => ReasonCode::CompassError,
-            Self::HeadingUnchecked => ReasonCode::HeadingUnchecked,
+            Self::HeadingUnchecked { .. } => ReasonCode::HeadingUnchecked,
             Self::RudderUnchecked => ReasonCode::RudderUnchecked,
         }
     }
@@ -164,7 +173,7 @@ impl Doubt {
             } => false,
             Self::RudderAgainstName
             | Self::HeadingIsCourse
-            | Self::HeadingUnchecked
+            | Self::HeadingUnchecked { .. }
             | Self::RudderUnchecked => false,
             _ => true,
         }
@@ -200,6 +209,10 @@ impl Doubt {
             ),
             Self::TimeUnit { interval_s } => format!(
                 "samples are {} s apart by the time column, as if it held milliseconds: say which with --unit time=ms or --unit time=s",
+                three_figures(*interval_s)
+            ),
+            Self::TimeAssumed { interval_s } => format!(
+                "the time has no unit, and nothing in the log shows that its samples are {} s apart, as they were taken to be: say its unit with --unit time=ms or another",
                 three_figures(*interval_s)
             ),
             Self::TurnsTooFast { yaw_rate_rad_s } => format!(
@@ -246,7 +259,8 @@ impl Doubt {
                 three_figures(*gap_s)
             ),
             Self::RudderUnchecked => "nothing in the log shows that the rudder goes where its column says: one that stops at the same share of its command in training and in validation looks like one with less effect, and b2 is then that of the command; log the rudder's own angle".into(),
-            Self::HeadingUnchecked => "the log has no yaw rate to compare the heading with: a compass that deviates would make b2 wrong by its slope, a heading that is late or filtered a22 by twice that time over the time constant, and a course over ground is none; log a gyro's yaw rate, or swing the compass".into(),
+            Self::HeadingUnchecked { is_derived: true } => "the yaw rate is computed from the heading and shows nothing of it: a compass that deviates would make b2 wrong by its slope, a heading that is late or filtered a22 by twice that time over the time constant; log a gyro's yaw rate, or swing the compass".into(),
+            Self::HeadingUnchecked { is_derived: false } => "the log has no yaw rate to compare the heading with: a compass that deviates would make b2 wrong by its slope, a heading that is late or filtered a22 by twice that time over the time constant, and a course over ground is none; log a gyro's yaw rate, or swing the compass".into(),
         }
     }
 }
@@ -310,6 +324,14 @@ impl Doubt {
             Self::TimeIsIndex { is_given: false } => Reason {
                 text: "The time counts rows, as 0, 1, 2: how long a row takes is not in the log.".into(),
                 action: "Name the column of the time with --time. Where a row is one second, say so with --unit time=s; else give the seconds of a row as scale of the time in a [channels] file.".into(),
+                ..reason
+            },
+            Self::TimeAssumed { interval_s } => Reason {
+                text: format!(
+                    "The time has no unit, and nothing shows that samples are {} s apart.",
+                    three_figures(*interval_s)
+                ),
+                action: "Say the unit of the time with --unit time=ms, or another.".into(),
                 ..reason
             },
             Self::TimeUnit { interval_s } => Reason {

@@ -6,6 +6,8 @@
 //! | scale of the rudder | what the file says of its unit with what it says of the others |
 //! | unit of time or yaw rate | the heading's change with the integral of the yaw rate; without a yaw rate, the interval between samples |
 //! | time by which the vehicle turns too fast, given or not | the heading's change over 20 samples with 400 deg/s |
+//! | yaw rate that is computed from the heading | the yaw rate with differences of the heading; it is then no witness |
+//! | time whose unit is assumed | there is no witness of it |
 //! | heading that is a course | the name of its column |
 //! | clock that jumped | the heading's change over a gap in time with its rate before and after |
 //! | heading that stood still | equal headings in a row with the yaw rate, where the heading else changes in every row |
@@ -25,7 +27,7 @@ use seatrial_core::Sample;
 use crate::record::Record;
 pub use doubt::{Doubt, RateMismatch};
 pub use stood::heading_stood;
-pub use turn::leave_out_reversed_yaw_rate;
+pub use turn::leave_out_unsound_yaw_rate;
 
 /// What is doubtful about the units of a record's columns, whatever model it gives.
 pub fn unit_doubts(record: &Record) -> Vec<Doubt> {
@@ -63,7 +65,9 @@ pub fn unchecked(record: &Record) -> Vec<Doubt> {
         .iter()
         .any(|s| s.yaw_rate_rad_s.is_some_and(f64::is_finite));
     let heading =
-        (!has_rate && !record.units.yaw_rate_is_reversed).then_some(Doubt::HeadingUnchecked);
+        (!has_rate && !record.units.yaw_rate_is_reversed).then_some(Doubt::HeadingUnchecked {
+            is_derived: record.units.yaw_rate_is_derived,
+        });
     heading
         .into_iter()
         .chain([Doubt::RudderUnchecked])

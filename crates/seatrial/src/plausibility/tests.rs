@@ -216,14 +216,14 @@ fn exact_a_yaw_rate_finds_the_unit_of_time() {
     let doubts = unit_doubts(&reversed);
     assert_eq!(doubts[0].code(), ReasonCode::YawRateReversed);
     assert!(!doubts[0].refuses());
-    leave_out_reversed_yaw_rate(&mut reversed);
+    leave_out_unsound_yaw_rate(&mut reversed);
     assert!(reversed.samples.iter().all(|s| s.yaw_rate_rad_s.is_none()));
     assert_eq!(
         unit_doubts(&reversed)[0].code(),
         ReasonCode::YawRateReversed
     );
     let mut sound = record(stated_degrees());
-    leave_out_reversed_yaw_rate(&mut sound);
+    leave_out_unsound_yaw_rate(&mut sound);
     assert!(sound.samples.iter().all(|s| s.yaw_rate_rad_s.is_some()));
 }
 
@@ -263,12 +263,54 @@ fn exact_time_without_a_yaw_rate() {
     };
     assert_eq!(at(1000.0), [ReasonCode::TimeUnitDoubtful]);
     let mut index = counting_rows(without_rate(record(stated_degrees())));
-    assert_eq!(codes(&index), [ReasonCode::TimeUnitDoubtful]);
-    assert!(unit_doubts(&index)[0].refuses());
-    // Who says how long a row takes is believed, with care.
-    index.units.time.origin = Origin::Given;
-    assert_eq!(codes(&index), [ReasonCode::TimeUnitDoubtful]);
-    assert!(!unit_doubts(&index)[0].refuses());
+    // Who says how long a row takes, a person or the name of the column, is believed, with care.
+    for (origin, refuses) in [
+        (Origin::Assumed, true),
+        (Origin::Stated, false),
+        (Origin::Given, false),
+    ] {
+        index.units.time.origin = origin;
+        assert_eq!(codes(&index), [ReasonCode::TimeUnitDoubtful]);
+        assert_eq!(unit_doubts(&index)[0].refuses(), refuses);
+    }
+}
+
+/// A column that a program made of the heading proves neither time nor heading.
+#[test]
+fn exact_a_yaw_rate_computed_from_the_heading_proves_nothing() {
+    let noise = |row: usize| 0.002 * (977.0 * row as f64).sin();
+    let mut computed = counting_rows(record(stated_degrees()));
+    for (row, sample) in computed.samples.iter_mut().enumerate() {
+        sample.heading_rad += noise(row);
+    }
+    let headings: Vec<f64> = computed.samples.iter().map(|s| s.heading_rad).collect();
+    let last = headings.len() - 1;
+    for (row, sample) in computed.samples.iter_mut().enumerate() {
+        let (before, after) = (row.saturating_sub(1), (row + 1).min(last));
+        let slope = (headings[after] - headings[before]) / (after - before) as f64;
+        sample.yaw_rate_rad_s = Some(slope);
+    }
+    let mut gyro = computed.clone();
+    leave_out_unsound_yaw_rate(&mut computed);
+    assert!(computed.units.yaw_rate_is_derived);
+    assert!(computed.samples.iter().all(|s| s.yaw_rate_rad_s.is_none()));
+    assert!(unit_doubts(&computed)[0].refuses());
+    for (row, sample) in gyro.samples.iter_mut().enumerate() {
+        sample.yaw_rate_rad_s = sample.yaw_rate_rad_s.map(|rate| rate + noise(3 * row + 1));
+    }
+    leave_out_unsound_yaw_rate(&mut gyro);
+    assert!(!gyro.units.yaw_rate_is_derived);
+}
+
+/// Counts without a unit are no milliseconds because they look like it.
+#[test]
+fn exact_an_assumed_unit_of_time_is_refused_without_a_witness() {
+    let mut units = stated_degrees();
+    units.time = unit(1000.0, Origin::Assumed);
+    let bare = without_rate(record(units));
+    assert_eq!(codes(&bare), [ReasonCode::TimeUnitDoubtful]);
+    assert!(unit_doubts(&bare)[0].refuses());
+    assert_eq!(codes(&record(units)), []);
 }
 
 /// More than all of the rudder, and a unit of another kind than the name of the column says.

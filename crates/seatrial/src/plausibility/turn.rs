@@ -38,18 +38,66 @@ pub(super) fn doubt(record: &Record) -> Option<Doubt> {
     })
 }
 
-/// Leaves a yaw rate out that has the opposite sense of the heading: what is measured against it would be wrong.
-pub fn leave_out_reversed_yaw_rate(record: &mut Record) {
+/// Leaves a yaw rate out that has the opposite sense of the heading, since what is measured against it would be wrong, or that was
+/// computed from the heading, since it shows nothing of it.
+pub fn leave_out_unsound_yaw_rate(record: &mut Record) {
     let is_reversed = matches!(
         doubt(record),
         Some(Doubt::RateMismatch(mismatch)) if mismatch.is_reversed()
     );
-    if is_reversed {
+    let is_derived = !record.units.are_given() && is_derived(&record.samples);
+    if is_reversed || is_derived {
         for sample in &mut record.samples {
             sample.yaw_rate_rad_s = None;
         }
-        record.units.yaw_rate_is_reversed = true;
+        record.units.yaw_rate_is_reversed = is_reversed;
+        record.units.yaw_rate_is_derived = is_derived;
     }
+}
+
+/// Nearly all yaw rates of a column that was computed agree; ends and turns through north may not.
+const DERIVED: f64 = 0.95;
+/// Rounding of the heading by a larger share of its differences hides how the column was made.
+const LARGEST_ROUNDING: f64 = 0.02;
+/// Fewer rows tell nothing.
+const LEAST_ROWS: usize = 20;
+
+/// Is the yaw rate a difference of the heading over the row before, the next, or both, within the rounding of the heading?
+fn is_derived(samples: &[Sample<f64>]) -> bool {
+    let change =
+        |one: &Sample<f64>, other: &Sample<f64>| Real::wrapped(other.heading_rad - one.heading_rad);
+    let slope =
+        |one: &Sample<f64>, other: &Sample<f64>| change(one, other) / (other.time_s - one.time_s);
+    if samples.len() < LEAST_ROWS {
+        return false;
+    }
+    let resolution_rad = samples
+        .windows(2)
+        .map(|pair| change(&pair[0], &pair[1]).abs())
+        .filter(|step| *step > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    let ways: [fn(&[Sample<f64>]) -> [&Sample<f64>; 2]; 3] = [
+        |three| [&three[0], &three[1]],
+        |three| [&three[1], &three[2]],
+        |three| [&three[0], &three[2]],
+    ];
+    ways.into_iter().any(|way| {
+        let mut square = 0.0;
+        let mut agreeing = 0;
+        let mut largest_rounding = 0.0_f64;
+        for three in samples.windows(3) {
+            let [one, other] = way(three);
+            let slope = slope(one, other);
+            let rounding = 2.0 * resolution_rad / (other.time_s - one.time_s);
+            largest_rounding = largest_rounding.max(rounding);
+            square += slope * slope;
+            let agrees = |rate: f64| (rate - slope).abs() <= rounding + 1e-4 * slope.abs();
+            agreeing += usize::from(three[1].yaw_rate_rad_s.is_some_and(agrees));
+        }
+        let count = (samples.len() - 2) as f64;
+        largest_rounding < LARGEST_ROUNDING * (square / count).sqrt()
+            && agreeing as f64 >= DERIVED * count
+    })
 }
 
 /// The ratio over spans of so many rows. `None` where the columns do not correlate.

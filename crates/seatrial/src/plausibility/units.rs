@@ -185,11 +185,16 @@ fn time(record: &Record) -> Option<Doubt> {
         return Some(Doubt::TimeUnit { interval_s });
     }
     let has_rate = record.samples.iter().any(|s| s.yaw_rate_rad_s.is_some());
+    if !has_rate && unit.origin == Origin::Assumed && unit.per_si != 1.0 {
+        return Some(Doubt::TimeAssumed { interval_s });
+    }
     let is_index = !has_rate
         && [0.0, 1.0].contains(&(first.time_s * unit.per_si))
         && counts_by(record, unit.per_si.recip());
+    // A column that says seconds is believed, unless a program that made another column of the heading counted rows, too.
+    let is_said = unit.origin == Origin::Stated && !record.units.yaw_rate_is_derived;
     (is_index && (is_taken_for_seconds || !unit.is_open())).then_some(Doubt::TimeIsIndex {
-        is_given: !unit.is_open(),
+        is_given: !unit.is_open() || is_said,
     })
 }
 

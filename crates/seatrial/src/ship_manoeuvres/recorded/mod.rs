@@ -277,20 +277,52 @@ fn unwrapped_headings_rad(samples: &[Sample<f64>]) -> Vec<f64> {
     unwrapped.collect()
 }
 
+/// The largest share of a record in one gap of its positions that a straight line bridges.
+const LARGEST_POSITION_GAP: f64 = 0.05;
+
+/// The position of every sample, blanks bridged by straight lines; `None` where there are none, or too many in a row.
+pub(super) fn positions(samples: &[Sample<f64>]) -> Option<Vec<[f64; 2]>> {
+    let fix = |at: usize| {
+        let sample = samples.get(at)?;
+        Some([sample.north_m?, sample.east_m?])
+    };
+    let longest = (LARGEST_POSITION_GAP * samples.len() as f64) as usize;
+    let mut positions: Vec<[f64; 2]> = Vec::with_capacity(samples.len());
+    while positions.len() < samples.len() {
+        let at = positions.len();
+        if let Some(position) = fix(at) {
+            positions.push(position);
+            continue;
+        }
+        let before = positions.last().copied()?;
+        let next = (at..=at + longest).find(|at| fix(*at).is_some())?;
+        let (from_s, to_s) = (samples[at - 1].time_s, samples[next].time_s);
+        let after = fix(next)?;
+        for sample in &samples[at..next] {
+            let share = (sample.time_s - from_s) / (to_s - from_s);
+            let between = |axis: usize| before[axis] + share * (after[axis] - before[axis]);
+            positions.push([between(0), between(1)]);
+        }
+    }
+    Some(positions)
+}
+
 fn track(samples: &[Sample<f64>]) -> Result<Vec<Instant>, NoManoeuvre> {
-    let has_position = samples
-        .iter()
-        .all(|s| s.north_m.is_some() && s.east_m.is_some());
+    let positions = positions(samples);
     let has_speed = samples.iter().all(|s| s.surge_speed_m_s.is_some());
-    if samples.is_empty() || !(has_position || has_speed) {
+    if samples.is_empty() || !(positions.is_some() || has_speed) {
         return Err(NoManoeuvre::NoSpeed);
     }
     let mut track: Vec<Instant> = Vec::with_capacity(samples.len());
-    for (sample, heading_rad) in samples.iter().zip(unwrapped_headings_rad(samples)) {
+    for (k, (sample, heading_rad)) in samples
+        .iter()
+        .zip(unwrapped_headings_rad(samples))
+        .enumerate()
+    {
         let last = track.last().copied();
         let surge_speed_m_s = sample.surge_speed_m_s.unwrap_or(f64::NAN);
-        let [north_m, east_m] = match (sample.north_m.zip(sample.east_m), last) {
-            (Some((north, east)), _) if has_position => [north, east],
+        let [north_m, east_m] = match (&positions, last) {
+            (Some(positions), _) => positions[k],
             (_, Some(last)) => {
                 let way_m =
                     0.5 * (last.surge_speed_m_s + surge_speed_m_s) * (sample.time_s - last.time_s);

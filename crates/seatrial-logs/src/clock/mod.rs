@@ -1,0 +1,344 @@
+//! Time: from what a log writes to the log's own seconds.
+
+mod text;
+
+use jiff::Timestamp;
+
+use crate::table::Cell;
+use crate::{Unit, UnitSource};
+pub(crate) use text::{instant, time_of_day};
+
+/// How the time column becomes seconds.
+///
+/// Plain seconds stay as they are; an epoch or calendar time becomes seconds since the first sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Clock {
+    Plain {
+        per_second: f64,
+    },
+    /// Counts since the beginning of an era.
+    Epoch {
+        start: f64,
+        era: Era,
+    },
+    /// Digits of a time of day, `hhmmss.sss`, or of a date and time, `yyyymmddhhmmss.sss`.
+    Digits {
+        start_s: f64,
+    },
+    Calendar {
+        start: Timestamp,
+    },
+}
+
+/// A beginning from which times are counted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Era {
+    unit: Unit,
+    /// Its beginning in seconds since 1970.
+    zero_unix_s: f64,
+    name: &'static str,
+}
+
+const fn era(unit: Unit, zero_unix_s: f64, name: &'static str) -> Era {
+    Era {
+        unit,
+        zero_unix_s,
+        name,
+    }
+}
+
+/// The eras of loggers; of several that give a year of our time the first counts.
+const ERAS: [Era; 12] = [
+    era(Unit::Second, 0.0, "1970"),
+    era(Unit::Millisecond, 0.0, "1970"),
+    era(Unit::Microsecond, 0.0, "1970"),
+    era(Unit::Nanosecond, 0.0, "1970"),
+    era(Unit::Tick, 0.0, "1970"),
+    era(Unit::Tick, -11_644_473_600.0, "1601, as Windows counts"),
+    era(Unit::Tick, -62_135_596_800.0, "year 1, as .NET counts"),
+    era(Unit::Second, -2_082_844_800.0, "1904, as LabVIEW counts"),
+    era(Unit::Day, -2_209_161_600.0, "1900, as a spreadsheet counts"),
+    era(
+        Unit::Day,
+        -3_506_716_800.0,
+        "17 November 1858 (modified Julian date)",
+    ),
+    era(Unit::Day, -62_167_305_600.0, "year 0, as MATLAB counts"),
+    era(Unit::Day, -210_866_760_000.0, "4713 BC (Julian date)"),
+];
+
+impl Era {
+    fn per_second(&self) -> f64 {
+        per_second(self.unit)
+    }
+
+    fn unix_s(&self, count: f64) -> f64 {
+        count / self.per_second() + self.zero_unix_s
+    }
+
+    /// Is it a time at which logs were written?
+    fn is_ours(&self, count: f64) -> bool {
+        OUR_YEARS_UNIX_S.contains(&self.unix_s(count))
+    }
+}
+
+/// Seconds since 1970 of the years 2000 to 2060. Ticks of .NET would be nanoseconds of 1990.
+const OUR_YEARS_UNIX_S: std::ops::Range<f64> = 9.4e8..2.84e9;
+/// No log in seconds has shorter steps.
+const SHORTEST_STEP_S: f64 = 5e-4;
+
+/// Counts of a unit of time in a second. Division by it: 50 ms are exactly the double nearest to 0.05.
+fn per_second(unit: Unit) -> f64 {
+    match unit.factor() {
+        factor if factor < 1.0 => (1.0 / factor).round(),
+        factor => 1.0 / factor,
+    }
+}
+
+/// What was found out about the time column.
+#[derive(Debug)]
+pub(crate) struct ClockFound {
+    pub clock: Clock,
+    pub unit: Unit,
+    pub because: Option<String>,
+    pub is_doubtful: bool,
+}
+
+impl ClockFound {
+    /// A date or a time of day says of what it is; a number does not.
+    pub fn source(&self) -> UnitSource {
+        match self.clock {
+            Clock::Calendar { .. } | Clock::Digits { .. } => UnitSource::Stated,
+            Clock::Plain { .. } | Clock::Epoch { .. } => UnitSource::Assumed,
+        }
+    }
+
+    /// What people should know where the unit of time is a guess.
+    pub fn doubt(&self) -> Option<String> {
+        let because = self.because.as_deref().unwrap_or("values");
+        self.is_doubtful.then(|| {
+            format!(
+                "time has no unit and is taken as {}, because of its {because}; say which with --unit time=UNIT",
+                self.unit
+            )
+        })
+    }
+}
+
+impl Clock {
+    /// Log time, s. `None` where the cell is no time of this clock.
+    pub fn seconds(&self, cell: &Cell) -> Option<f64> {
+        match (self, cell) {
+            (Self::Plain { per_second }, Cell::Number(time)) => Some(time / per_second),
+            (Self::Epoch { start, era }, Cell::Number(time)) => {
+                Some((time - start) / era.per_second())
+            }
+            (Self::Digits { start_s }, Cell::Number(time)) => Some(of_digits(*time)? - start_s),
+            (Self::Calendar { start }, Cell::Instant(time)) => {
+                let nanoseconds = time.as_nanosecond() - start.as_nanosecond();
+                Some(nanoseconds as f64 / 1e9)
+            }
+            _ => None,
+        }
+    }
+
+    /// What a time must be, for messages.
+    pub fn expected(&self) -> &'static str {
+        match self {
+            Self::Calendar { .. } => "a date and time such as 2026-11-20T12:00:00.05Z",
+            Self::Digits { .. } => "a time such as 120000.05",
+            _ => "a number",
+        }
+    }
+
+    /// The first instant in seconds since 1970, where the log says.
+    pub fn start_unix_s(&self) -> Option<f64> {
+        match self {
+            Self::Plain { .. } => None,
+            Self::Epoch { start, era } => Some(era.unix_s(*start)),
+            // A time of day has no date.
+            Self::Digits { start_s } => Some(*start_s).filter(|s| OUR_YEARS_UNIX_S.contains(s)),
+            Self::Calendar { start } => Some(start.as_nanosecond() as f64 / 1e9),
+        }
+    }
+
+    /// The first instant in UTC, where the log says.
+    pub fn start(&self) -> Option<String> {
+        let start = match self {
+            Self::Calendar { start } => *start,
+            _ => Timestamp::from_microsecond((self.start_unix_s()? * 1e6).round() as i64).ok()?,
+        };
+        Some(start.to_string())
+    }
+
+    /// From the first time cells of a log and the unit that the column states.
+    pub fn find(cells: &[Cell], stated: Option<Unit>) -> ClockFound {
+        let numbers: Vec<f64> = cells
+            .iter()
+            .filter_map(|cell| match cell {
+                Cell::Number(time) if time.is_finite() => Some(*time),
+                _ => None,
+            })
+            .collect();
+        if numbers.is_empty()
+            && let Some(start) = cells.iter().find_map(|cell| match cell {
+                Cell::Instant(instant) => Some(*instant),
+                _ => None,
+            })
+        {
+            return ClockFound {
+                clock: Self::Calendar { start },
+                unit: Unit::Second,
+                because: Some("calendar time".into()),
+                is_doubtful: false,
+            };
+        }
+        let first = numbers.first().copied().unwrap_or(0.0);
+        if stated.is_none() && are_digits(&numbers) {
+            return ClockFound {
+                clock: Self::Digits {
+                    start_s: of_digits(first).unwrap_or(0.0),
+                },
+                unit: Unit::Second,
+                because: Some("digits of hours, minutes and seconds".into()),
+                is_doubtful: false,
+            };
+        }
+        let median = median_step(&numbers);
+        let in_era = |era: &&Era| {
+            let is_of_days = era.unit == Unit::Day;
+            let steps_fit = stated.is_some() || !is_of_days || median < SHORTEST_STEP_S;
+            stated.is_none_or(|unit| unit == era.unit) && era.is_ours(first) && steps_fit
+        };
+        if let Some(era) = ERAS.iter().find(in_era) {
+            let because = format!("{first} counts {} since {}", era.unit, era.name);
+            return ClockFound {
+                clock: Self::Epoch {
+                    start: first,
+                    era: *era,
+                },
+                unit: era.unit,
+                because: stated.is_none().then_some(because),
+                is_doubtful: false,
+            };
+        }
+        let (unit, because, is_doubtful) = match stated {
+            Some(unit) => (unit, None, false),
+            None => inferred_unit(&numbers, median),
+        };
+        ClockFound {
+            clock: Self::Plain {
+                per_second: per_second(unit),
+            },
+            unit,
+            because,
+            is_doubtful,
+        }
+    }
+}
+
+/// Units of plain counts.
+const UNITS: [Unit; 3] = [Unit::Millisecond, Unit::Microsecond, Unit::Nanosecond];
+
+/// The median of the steps forward; NaN of none.
+fn median_step(numbers: &[f64]) -> f64 {
+    let steps = numbers.windows(2).map(|pair| pair[1] - pair[0]);
+    let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
+    if steps.is_empty() {
+        return f64::NAN;
+    }
+    let middle = steps.len() / 2;
+    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+fn inferred_unit(numbers: &[f64], median: f64) -> (Unit, Option<String>, bool) {
+    if median.is_nan() {
+        return (Unit::Second, Some("one sample".into()), false);
+    }
+    // Loggers that count in whole ms, us or ns sample between 200 Hz and once in 5 s.
+    let whole = numbers.iter().all(|time| time.fract() == 0.0);
+    let unit = UNITS
+        .into_iter()
+        .find(|unit| whole && (5e-3..=5.0).contains(&(median * unit.factor())) && median > 5.0)
+        .unwrap_or(Unit::Second);
+    let because = format!("median step {}", (median * 1e6).round() / 1e6);
+    (unit, Some(because), unit != Unit::Second)
+}
+
+/// Are these times written as digits? A date shows by itself; a time of day by minutes that end at 59 seconds.
+fn are_digits(numbers: &[f64]) -> bool {
+    let Some(last) = numbers.last().filter(|_| numbers.len() > 1) else {
+        return false;
+    };
+    if numbers.iter().any(|number| of_digits(*number).is_none()) {
+        return false;
+    }
+    let is_date = numbers.iter().all(|number| *number >= 1e13);
+    let passes_minutes = numbers.windows(2).any(|pair| pair[1] - pair[0] >= 40.0);
+    let seconds = |number: &f64| of_digits(*number).unwrap_or(f64::NAN);
+    let usual = median_step(numbers);
+    let longest = numbers
+        .windows(2)
+        .map(|pair| seconds(&pair[1]) - seconds(&pair[0]))
+        .fold(0.0, f64::max);
+    // What looks like a gap of 40 s in plain numbers is none in times.
+    let is_even = longest < 40.0 && last - numbers[0] > seconds(last) - seconds(&numbers[0]);
+    is_date || (passes_minutes && is_even && usual < 30.0)
+}
+
+/// Seconds since midnight of `hhmmss.sss`, since 1970 of `yyyymmddhhmmss.sss`.
+fn of_digits(number: f64) -> Option<f64> {
+    const DATE: f64 = 1e6;
+    let (days, time) = ((number / DATE).floor(), number.rem_euclid(DATE));
+    let [hours, minutes, seconds] = [(time / 1e4).floor(), (time / 1e2).floor() % 1e2, time % 1e2];
+    if !(0.0..24.0).contains(&hours) || minutes >= 60.0 || seconds >= 60.0 || number < 0.0 {
+        return None;
+    }
+    let of_day_s = 3600.0 * hours + 60.0 * minutes + seconds;
+    if days == 0.0 {
+        return Some(of_day_s);
+    }
+    if !(19_900_101.0..20_600_101.0).contains(&days) {
+        return None;
+    }
+    let days = days as u32;
+    let date = format!(
+        "{}-{:02}-{:02}",
+        days / 10_000,
+        days / 100 % 100,
+        days % 100
+    );
+    let midnight = instant(&format!("{date}T00:00:00Z"))?;
+    Some(midnight.as_second() as f64 + of_day_s)
+}
+
+/// Seconds since 1970 of a date in numbers, and of seconds since its midnight.
+pub(crate) fn unix_s(year: f64, month: f64, day: f64, of_day_s: f64) -> Option<f64> {
+    let year = if year < 100.0 { year + 2000.0 } else { year };
+    let midnight = instant(&format!("{year:04}-{month:02}-{day:02}T00:00:00Z"))?;
+    Some(midnight.as_second() as f64 + of_day_s)
+}
+
+/// Seconds since 1970 of days since 1900, as a spreadsheet counts them.
+pub(crate) fn days_unix_s(days: f64) -> Option<f64> {
+    let of_days = |era: &&Era| era.unit == Unit::Day && era.is_ours(days);
+    ERAS.iter().find(of_days).map(|era| era.unix_s(days))
+}
+
+/// A time that stands before a message: a date and time, a time of day, or seconds, or counts since the beginning of an era.
+pub(crate) fn stamp_s(text: &str) -> Option<f64> {
+    if let Some(instant) = instant(text) {
+        return Some(instant.as_nanosecond() as f64 / 1e9);
+    }
+    if let Some(of_day_s) = time_of_day(text) {
+        return Some(of_day_s);
+    }
+    let number: f64 = text
+        .parse()
+        .ok()
+        .filter(|number: &f64| number.is_finite())?;
+    let era = ERAS
+        .iter()
+        .find(|era| era.unit != Unit::Day && era.is_ours(number));
+    Some(era.map_or(number, |era| era.unix_s(number)))
+}

@@ -1,0 +1,362 @@
+//! Columns that are computed from others: a pair of fins, a stamp in two columns, a date in six, an attitude in four.
+
+use seatrial_core::Real;
+use seatrial_core::attitude::euler_rad;
+
+use crate::choice::ChannelChoice;
+use crate::clock::unix_s;
+use crate::error::Fault;
+use crate::matching::pair_of_columns;
+use crate::name::ColumnName;
+use crate::table::Cell;
+use crate::words::words;
+use crate::{Quantity, Unit};
+
+/// Metres of a minute of latitude.
+const NAUTICAL_MILE_M: f64 = 1852.0;
+/// Positions in 1e-7 deg exceed all angles.
+const LARGEST_DEG: f64 = 360.0;
+
+/// A column that is computed from others.
+#[derive(Debug)]
+pub(crate) struct Computed {
+    pub quantity: Quantity,
+    /// Its name, which says how it is computed.
+    pub name: String,
+    /// The columns that it is computed from.
+    pub sources: Vec<usize>,
+    rule: Rule,
+}
+
+#[derive(Debug)]
+enum Rule {
+    HalfDifference,
+    /// Whole seconds, and a fraction in counts of a second.
+    Seconds {
+        per_second: f64,
+    },
+    /// Year, month, day, hour, minute, second.
+    Calendar,
+    /// A date, and a time of day.
+    DateAndTime,
+    /// x, y, z, w: from east, north, up to a heading.
+    Quaternion,
+    /// Metres north of the first position, from a latitude.
+    North {
+        first: Option<f64>,
+    },
+    /// Metres east of the first position, from a latitude and a longitude.
+    East {
+        first: Option<[f64; 2]>,
+    },
+}
+
+/// The name of half the difference of two columns.
+pub(crate) fn half_difference_name([first, second]: &[String; 2]) -> String {
+    format!("({first} - {second}) / 2")
+}
+
+/// The columns that a choice or the names of columns ask for; those of names only for quantities without a column.
+pub(crate) fn computed(
+    columns: &[String],
+    is_known: bool,
+    has_coordinates: bool,
+    choice: &ChannelChoice,
+) -> Result<Vec<Computed>, Fault> {
+    let mut computed = Vec::new();
+    for (quantity, pair) in &choice.half_differences {
+        computed.push(Computed {
+            quantity: *quantity,
+            name: half_difference_name(pair),
+            sources: pair_of_columns(pair, columns, *quantity)?.to_vec(),
+            rule: Rule::HalfDifference,
+        });
+    }
+    let names = Names::new(columns);
+    let is_free = |quantity: Quantity| !choice.columns.contains_key(&quantity);
+    let mut found = Vec::new();
+    if !is_known && is_free(Quantity::Time) {
+        found.extend(
+            names
+                .stamp()
+                .or_else(|| names.calendar())
+                .or_else(|| names.date_and_time()),
+        );
+    }
+    let has = |quantity: Quantity| {
+        columns
+            .iter()
+            .any(|name| ColumnName::new(name).fit(quantity).is_some())
+    };
+    if !is_known && is_free(Quantity::Heading) && !has(Quantity::Heading) {
+        found.extend(names.quaternion());
+    }
+    if has_coordinates
+        && is_free(Quantity::North)
+        && is_free(Quantity::East)
+        && !(has(Quantity::North) && has(Quantity::East))
+    {
+        found.extend(names.positions().into_iter().flatten());
+    }
+    computed.extend(found);
+    Ok(computed)
+}
+
+/// The names of columns in words.
+struct Names<'a> {
+    columns: &'a [String],
+    words: Vec<Vec<String>>,
+}
+
+impl<'a> Names<'a> {
+    fn new(columns: &'a [String]) -> Self {
+        let words = columns.iter().map(|name| words(name)).collect();
+        Self { columns, words }
+    }
+
+    /// The column of this prefix whose last word is one of these.
+    fn column(&self, prefix: &[String], last: &[&str]) -> Option<usize> {
+        self.words.iter().position(|words| {
+            words
+                .split_last()
+                .is_some_and(|(word, before)| before == prefix && last.contains(&word.as_str()))
+        })
+    }
+
+    /// Columns of one prefix whose last words are each one of a group.
+    fn group<const N: usize>(&self, groups: [&[&str]; N]) -> Option<[usize; N]> {
+        self.words.iter().find_map(|words| {
+            let (word, prefix) = words.split_last()?;
+            groups[0].contains(&word.as_str()).then_some(())?;
+            let mut found = [0; N];
+            for (column, group) in found.iter_mut().zip(groups) {
+                *column = self.column(prefix, group)?;
+            }
+            Some(found)
+        })
+    }
+
+    fn list(&self, sources: &[usize]) -> String {
+        let names: Vec<&str> = sources
+            .iter()
+            .map(|column| self.columns[*column].as_str())
+            .collect();
+        names.join(" + ")
+    }
+
+    fn of(&self, quantity: Quantity, name: String, sources: &[usize], rule: Rule) -> Computed {
+        Computed {
+            quantity,
+            name,
+            sources: sources.to_vec(),
+            rule,
+        }
+    }
+
+    /// `stamp.secs` and `stamp.nsecs`.
+    fn stamp(&self) -> Option<Computed> {
+        const SECONDS: &[&str] = &["secs", "sec", "seconds"];
+        let fractions: [(&[&str], f64); 2] = [
+            (
+                &["nsecs", "nsec", "nanosec", "nanosecs", "nanoseconds"],
+                1e9,
+            ),
+            (
+                &["usecs", "usec", "microsec", "microsecs", "microseconds"],
+                1e6,
+            ),
+        ];
+        fractions.into_iter().find_map(|(fraction, per_second)| {
+            let sources = self.group([SECONDS, fraction])?;
+            let name = self.list(&sources);
+            Some(self.of(Quantity::Time, name, &sources, Rule::Seconds { per_second }))
+        })
+    }
+
+    /// Columns of year, month, day, hour, minute and second.
+    fn calendar(&self) -> Option<Computed> {
+        let sources = self.group([
+            &["year", "yyyy", "yy", "yr", "jahr"],
+            &["month", "mon", "mo", "mm", "monat"],
+            &["day", "dd", "tag"],
+            &["hour", "hours", "hh", "hr", "stunde"],
+            &["minute", "minutes", "min", "mi", "mn"],
+            &["second", "seconds", "sec", "secs", "ss", "sekunde"],
+        ])?;
+        let name = self.list(&sources);
+        Some(self.of(Quantity::Time, name, &sources, Rule::Calendar))
+    }
+
+    /// A column of the date and one of the time of day.
+    fn date_and_time(&self) -> Option<Computed> {
+        let of = |wanted: &[&str]| {
+            let is_wanted = |words: &Vec<String>| {
+                let clocks = ["utc", "gmt", "local", "gps"];
+                let mut words = words.iter().filter(|word| !clocks.contains(&word.as_str()));
+                words
+                    .next()
+                    .is_some_and(|word| wanted.contains(&word.as_str()))
+                    && words.next().is_none()
+            };
+            self.words.iter().position(is_wanted)
+        };
+        let sources = [of(&["date", "datum"])?, of(&["time", "zeit", "uhrzeit"])?];
+        let name = self.list(&sources);
+        Some(self.of(Quantity::Time, name, &sources, Rule::DateAndTime))
+    }
+
+    /// `orientation.x` to `orientation.w`, or `qx` to `qw`.
+    fn quaternion(&self) -> Option<Computed> {
+        const PREFIXES: [&str; 6] = [
+            "orientation",
+            "quaternion",
+            "quat",
+            "q",
+            "rotation",
+            "attitude",
+        ];
+        let of_prefix = self.words.iter().find_map(|words| {
+            let (word, prefix) = words.split_last()?;
+            let is_attitude = prefix
+                .last()
+                .is_some_and(|word| PREFIXES.contains(&word.as_str()));
+            (word == "x" && is_attitude).then_some(())?;
+            let mut sources = [0; 4];
+            for (source, axis) in sources.iter_mut().zip(["x", "y", "z", "w"]) {
+                *source = self.column(prefix, &[axis])?;
+            }
+            Some(sources)
+        });
+        let sources = of_prefix.or_else(|| self.group([&["qx"], &["qy"], &["qz"], &["qw"]]))?;
+        let name = format!("heading of {}", self.list(&sources));
+        Some(self.of(Quantity::Heading, name, &sources, Rule::Quaternion))
+    }
+
+    /// Metres north and east from latitude and longitude.
+    fn positions(&self) -> Option<[Computed; 2]> {
+        let latitude = self
+            .words
+            .iter()
+            .position(|words| names_a_coordinate(words, &["latitude", "lat"]))?;
+        let longitude = self
+            .words
+            .iter()
+            .position(|words| names_a_coordinate(words, &["longitude", "lon", "lng", "long"]))?;
+        let sources = [latitude, longitude];
+        let name = |way: &str| format!("{way} by {}", self.list(&sources));
+        Some([
+            self.of(
+                Quantity::North,
+                name("north"),
+                &sources,
+                Rule::North { first: None },
+            ),
+            self.of(
+                Quantity::East,
+                name("east"),
+                &sources,
+                Rule::East { first: None },
+            ),
+        ])
+    }
+}
+
+/// Is one of these words in the name, and no word of another kind behind it?
+fn names_a_coordinate(words: &[String], of: &[&str]) -> bool {
+    const HARMLESS: [&str; 6] = ["deg", "degrees", "value", "1", "0", "wgs84"];
+    let at = words.iter().position(|word| of.contains(&word.as_str()));
+    at.is_some_and(|at| {
+        words[at + 1..]
+            .iter()
+            .all(|word| HARMLESS.contains(&word.as_str()))
+    })
+}
+
+impl Computed {
+    /// Its unit, where the rule says.
+    pub fn unit(&self) -> Option<Unit> {
+        match self.rule {
+            Rule::HalfDifference | Rule::DateAndTime => None,
+            Rule::Seconds { .. } | Rule::Calendar => Some(Unit::Second),
+            Rule::Quaternion => Some(Unit::Radian),
+            Rule::North { .. } | Rule::East { .. } => Some(Unit::Metre),
+        }
+    }
+
+    /// The cell of a row, from the cells of its sources.
+    pub fn cell(&mut self, sources: &[Cell]) -> Cell {
+        if let (Rule::HalfDifference, [first, second]) = (&self.rule, sources) {
+            return half_difference(first, second);
+        }
+        if let (Rule::DateAndTime, [date, time]) = (&self.rule, sources) {
+            return date_and_time(date, time);
+        }
+        let mut numbers = Vec::with_capacity(sources.len());
+        for cell in sources {
+            match cell {
+                Cell::Number(number) => numbers.push(*number),
+                other => return other.clone(),
+            }
+        }
+        self.number(&numbers)
+            .filter(|number| number.is_finite())
+            .map_or(Cell::Missing, Cell::Number)
+    }
+
+    fn number(&mut self, numbers: &[f64]) -> Option<f64> {
+        match (&mut self.rule, numbers) {
+            (Rule::Seconds { per_second }, [seconds, fraction]) => {
+                Some(seconds + fraction / *per_second)
+            }
+            (Rule::Calendar, [year, month, day, hour, minute, second]) => {
+                unix_s(*year, *month, *day, 3600.0 * hour + 60.0 * minute + second)
+            }
+            // From x forward, y port, z up in east, north, up.
+            (Rule::Quaternion, [x, y, z, w]) => {
+                let [_, _, yaw] = euler_rad([*w, *x, *y, *z]);
+                Some(Real::wrapped(std::f64::consts::FRAC_PI_2 - yaw))
+            }
+            (Rule::North { first }, [latitude, _]) => {
+                let latitude = degrees(*latitude);
+                let first = *first.get_or_insert(latitude);
+                Some((latitude - first) * 60.0 * NAUTICAL_MILE_M)
+            }
+            (Rule::East { first }, [latitude, longitude]) => {
+                let (latitude, longitude) = (degrees(*latitude), degrees(*longitude));
+                let [first_latitude, first] = *first.get_or_insert([latitude, longitude]);
+                let turned = (longitude - first + 540.0).rem_euclid(360.0) - 180.0;
+                Some(turned * 60.0 * NAUTICAL_MILE_M * libm::cos(first_latitude.to_radians()))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Degrees of a latitude or longitude, which autopilots log in 1e-7 deg.
+fn degrees(number: f64) -> f64 {
+    if number.abs() > LARGEST_DEG {
+        number * 1e-7
+    } else {
+        number
+    }
+}
+
+/// Half of what a cell has more than another.
+fn half_difference(first: &Cell, second: &Cell) -> Cell {
+    match (first, second) {
+        (Cell::Number(first), Cell::Number(second)) => Cell::Number(0.5 * (first - second)),
+        (Cell::Number(_), other) | (other, _) => other.clone(),
+    }
+}
+
+/// The instant of a date and a time of day; the time alone where the date is no date.
+fn date_and_time(date: &Cell, time: &Cell) -> Cell {
+    match (date, time) {
+        (Cell::Instant(date), Cell::Number(of_day_s)) if of_day_s.abs() < 1e9 => {
+            let of_day = jiff::SignedDuration::from_secs_f64(*of_day_s);
+            date.checked_add(of_day)
+                .map_or(Cell::Missing, Cell::Instant)
+        }
+        _ => time.clone(),
+    }
+}

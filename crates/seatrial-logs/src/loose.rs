@@ -1,0 +1,380 @@
+//! Rows that are no samples yet: one value a row with its name, or columns that are filled at different rates.
+//!
+//! Both become messages: each name or column is a kind of its own, and [`Joined`] makes samples of them.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::vec::IntoIter;
+
+use crate::bytes::Bytes;
+use crate::choice::ChannelChoice;
+use crate::clock::Clock;
+use crate::error::Fault;
+use crate::input::Input;
+use crate::joined::{Joined, Kind, Message, Messages};
+use crate::look_ahead::Row;
+use crate::matching::Matches;
+use crate::name::{ColumnName, StatedUnit};
+use crate::table::{Cell, Table};
+use crate::words::words;
+use crate::{Quantity, Unit};
+
+/// Values that are held: 48 MB.
+const MOST_VALUES: usize = 2_000_000;
+/// Names of channels in one column.
+const MOST_NAMES: usize = 10_000;
+/// Cells on which the unit of the time is inferred.
+const LOOK_AHEAD: usize = 20_000;
+/// Under this share of rows that hold what the others hold, columns are filled at different rates.
+const LEAST_FILLED: f64 = 0.75;
+/// Words of a column that names the channel of its row.
+const NAMES: [&str; 14] = [
+    "series",
+    "metric",
+    "field",
+    "measurement",
+    "name",
+    "path",
+    "topic",
+    "channel",
+    "key",
+    "signal",
+    "variable",
+    "parameter",
+    "sensor",
+    "entity",
+];
+/// Names of the column of the values.
+const VALUES: [&str; 4] = ["value", "val", "values", "reading"];
+
+/// Values with their times and names.
+struct Loose {
+    kinds: Vec<Kind>,
+    values: IntoIter<(f64, usize, f64)>,
+    /// Where they came from.
+    table: Box<dyn Table>,
+    bytes: Bytes,
+    left_out: u64,
+}
+
+/// Values on the way in.
+struct Heap {
+    kinds: Vec<Kind>,
+    values: Vec<(f64, usize, f64)>,
+    /// Is the time an instant? It is then in seconds since 1970.
+    are_instants: bool,
+    left_out: u64,
+}
+
+impl Heap {
+    fn new(kinds: Vec<Kind>) -> Self {
+        Self {
+            kinds,
+            values: Vec::new(),
+            are_instants: false,
+            left_out: 0,
+        }
+    }
+
+    fn push(&mut self, time: &Cell, kind: usize, value: f64) -> Result<(), Fault> {
+        let time = match time {
+            Cell::Number(time) if time.is_finite() => *time,
+            Cell::Instant(instant) => {
+                self.are_instants = true;
+                instant.as_nanosecond() as f64 / 1e9
+            }
+            _ => {
+                self.left_out += 1;
+                return Ok(());
+            }
+        };
+        if self.values.len() == MOST_VALUES {
+            return Err(Fault::TooMuch {
+                format: "text",
+                what: format!("more than {MOST_VALUES} values, each in a row of its own"),
+            });
+        }
+        self.values.push((time, kind, value));
+        Ok(())
+    }
+
+    /// The values in the order of time, in seconds.
+    fn into_table(
+        mut self,
+        table: Box<dyn Table>,
+        column: &str,
+        stated: Option<Unit>,
+    ) -> Result<Box<dyn Table>, Fault> {
+        if !self.are_instants {
+            let times = self.values.iter().take(LOOK_AHEAD);
+            let cells: Vec<Cell> = times.map(|(time, ..)| Cell::Number(*time)).collect();
+            let found = Clock::find(&cells, stated);
+            if found.is_doubtful {
+                return Err(Fault::ImplausibleValues {
+                    column: column.into(),
+                    quantity: Quantity::Time,
+                    largest: self.values.last().map_or(f64::NAN, |(time, ..)| *time),
+                });
+            }
+            let start_s = found.clock.start_unix_s().unwrap_or(0.0);
+            for (time, ..) in &mut self.values {
+                let seconds = found.clock.seconds(&Cell::Number(*time));
+                *time = seconds.map_or(f64::NAN, |seconds| start_s + seconds);
+            }
+            self.values.retain(|(time, ..)| time.is_finite());
+        }
+        self.values.sort_by(|one, two| one.0.total_cmp(&two.0));
+        let format = table.format();
+        let nothing = Input::of_memory(Vec::new());
+        Ok(Box::new(Joined::new(
+            format,
+            Loose {
+                kinds: self.kinds,
+                values: self.values.into_iter(),
+                table,
+                bytes: Bytes::new(nothing)?,
+                left_out: self.left_out,
+            },
+        )))
+    }
+}
+
+/// Without what was chosen for the time, whose column has become seconds.
+fn without_time(mut choice: ChannelChoice) -> ChannelChoice {
+    choice.columns.remove(&Quantity::Time);
+    choice.units.remove(&Quantity::Time);
+    choice
+}
+
+/// The unit of the time by choice or by its name.
+fn unit_of_time(column: &str, choice: &ChannelChoice) -> Option<Unit> {
+    let named = match ColumnName::new(column).unit(Quantity::Time) {
+        StatedUnit::Known(unit) => Some(unit),
+        StatedUnit::None | StatedUnit::Unknown(_) => None,
+    };
+    choice.units.get(&Quantity::Time).copied().or(named)
+}
+
+/// A table of one value a row as a table of samples; another as it is.
+pub(crate) fn from_long(
+    mut table: Box<dyn Table>,
+    choice: ChannelChoice,
+) -> Result<(Box<dyn Table>, ChannelChoice), Fault> {
+    let Some(Long { time, value, names }) = Long::find(&table.columns().to_vec(), &choice) else {
+        return Ok((table, choice));
+    };
+    let column = table.columns()[time].clone();
+    let selected = [time, value].into_iter().chain(names);
+    table.select(
+        &selected
+            .map(|column| (Quantity::Time, column))
+            .collect::<Vec<_>>(),
+    );
+    let mut heap = Heap::new(Vec::new());
+    let mut kind_of = BTreeMap::new();
+    let mut cells = Vec::new();
+    loop {
+        match table.next_row(&mut cells) {
+            Ok(None) => break,
+            Ok(Some(_)) => {}
+            // Tables of other columns follow each other in exports of databases.
+            Err(fault) if fault.is_in_one_row() => {
+                heap.left_out += 1;
+                continue;
+            }
+            Err(fault) => return Err(fault),
+        }
+        let [time, Cell::Number(value), names @ ..] = &cells[..] else {
+            heap.left_out += 1;
+            continue;
+        };
+        let name = name_of(names);
+        let kind = match kind_of.get(&name) {
+            Some(kind) => *kind,
+            None if heap.kinds.len() == MOST_NAMES => continue,
+            None => {
+                heap.kinds.push(Kind {
+                    name: name.clone(),
+                    fields: vec![String::new()],
+                });
+                kind_of.insert(name, heap.kinds.len() - 1);
+                heap.kinds.len() - 1
+            }
+        };
+        heap.push(time, kind, *value)?;
+    }
+    let stated = unit_of_time(&column, &choice);
+    let table = heap.into_table(table, &column, stated)?;
+    Ok((table, without_time(choice)))
+}
+
+/// The name of a row's channel: the texts of its columns but for `value`, which databases call a field without a name.
+fn name_of(cells: &[Cell]) -> String {
+    let mut texts: Vec<String> = Vec::new();
+    for cell in cells {
+        let text = match cell {
+            Cell::Text(text) => text.to_string(),
+            cell => cell.to_string(),
+        };
+        if !text.is_empty() && text != "value" && !texts.contains(&text) {
+            texts.push(text);
+        }
+    }
+    texts.join(".")
+}
+
+/// The columns of a table of one value a row.
+struct Long {
+    time: usize,
+    value: usize,
+    names: Vec<usize>,
+}
+
+impl Long {
+    fn find(columns: &[String], choice: &ChannelChoice) -> Option<Self> {
+        let names_of = |quantity: Quantity| {
+            let fits = move |name: &String| ColumnName::new(name).fit(quantity).map(|fit| fit.rank);
+            (0..columns.len())
+                .filter_map(move |at| Some((fits(&columns[at])?, at)))
+                .min()
+        };
+        if names_of(Quantity::Heading).is_some() && names_of(Quantity::Rudder).is_some() {
+            return None;
+        }
+        let words: Vec<Vec<String>> = columns.iter().map(|name| words(name)).collect();
+        let is_value =
+            |words: &Vec<String>| matches!(&words[..], [word] if VALUES.contains(&word.as_str()));
+        let is_name =
+            |words: &&Vec<String>| words.iter().any(|word| NAMES.contains(&word.as_str()));
+        let value = words.iter().position(is_value)?;
+        let names: Vec<usize> = (0..columns.len())
+            .filter(|at| is_name(&&words[*at]))
+            .collect();
+        let chosen = choice.columns.get(&Quantity::Time);
+        let time = match chosen {
+            Some(chosen) => columns.iter().position(|name| name == chosen)?,
+            // `_start` and `_stop` of InfluxDB name no time; `_time` does.
+            None => names_of(Quantity::Time)?.1,
+        };
+        (!names.is_empty()).then_some(Self { time, value, names })
+    }
+}
+
+/// Are the columns filled at different rates? Hardly a row with a heading has a rudder then.
+pub(crate) fn is_sparse(found: &Matches, rows: &VecDeque<Row>) -> bool {
+    let position = |quantity: Quantity| found.matches.iter().position(|m| m.quantity == quantity);
+    let (Some(heading), Some(rudder)) = (position(Quantity::Heading), position(Quantity::Rudder))
+    else {
+        return false;
+    };
+    let holds = |cells: &[Cell], at: usize| matches!(cells[at], Cell::Number(_));
+    let count =
+        |of: &dyn Fn(&[Cell]) -> bool| rows.iter().flatten().filter(|(_, cells)| of(cells)).count();
+    let headings = count(&|cells| holds(cells, heading));
+    let rudders = count(&|cells| holds(cells, rudder));
+    let both = count(&|cells| holds(cells, heading) && holds(cells, rudder));
+    rudders > 0 && (both as f64) < LEAST_FILLED * headings as f64
+}
+
+/// A table whose columns are filled at different rates as a table of samples.
+pub(crate) fn from_sparse(
+    mut table: Box<dyn Table>,
+    found: &Matches,
+    rows: VecDeque<Row>,
+    choice: ChannelChoice,
+) -> Result<(Box<dyn Table>, ChannelChoice), Fault> {
+    let columns = table.columns().to_vec();
+    // The time is no field: every row has it.
+    let kinds = found.matches.iter().map(|m| match m.quantity {
+        Quantity::Time => Kind::default(),
+        _ => Kind {
+            name: columns[m.column].clone(),
+            fields: vec![String::new()],
+        },
+    });
+    let mut heap = Heap::new(kinds.collect());
+    let at = found
+        .matches
+        .iter()
+        .position(|m| m.quantity == Quantity::Time);
+    let Some(at) = at else {
+        return Ok((table, choice));
+    };
+    let mut take = |cells: &[Cell]| -> Result<(), Fault> {
+        for (kind, cell) in cells.iter().enumerate().filter(|(kind, _)| *kind != at) {
+            match cell {
+                Cell::Number(value) => heap.push(&cells[at], kind, *value)?,
+                Cell::Missing => {}
+                Cell::Instant(_) | Cell::Text(_) => heap.left_out += 1,
+            }
+        }
+        Ok(())
+    };
+    let goes_on = |fault: &Fault| fault.is_in_one_row() && choice.drop_invalid;
+    for row in rows {
+        match row {
+            Ok((_, cells)) => take(&cells)?,
+            Err(fault) if goes_on(&fault) => {}
+            Err(fault) => return Err(fault),
+        }
+    }
+    let mut cells = Vec::new();
+    loop {
+        match table.next_row(&mut cells) {
+            Ok(Some(_)) => take(&cells)?,
+            Ok(None) => break,
+            Err(fault) if goes_on(&fault) => {}
+            Err(fault) => return Err(fault),
+        }
+    }
+    let column = &columns[found.matches[at].column];
+    let mut chosen = without_time(choice.clone());
+    for m in found
+        .matches
+        .iter()
+        .filter(|m| m.quantity != Quantity::Time)
+    {
+        chosen.columns.insert(m.quantity, columns[m.column].clone());
+    }
+    let stated = unit_of_time(column, &choice);
+    Ok((heap.into_table(table, column, stated)?, chosen))
+}
+
+impl Messages for Loose {
+    fn kinds(&self) -> &[Kind] {
+        &self.kinds
+    }
+
+    fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault> {
+        let Some((time_s, kind, value)) = self.values.find(|(_, kind, _)| wanted[*kind]) else {
+            return Ok(false);
+        };
+        message.kind = kind;
+        message.time_s = time_s;
+        message.values.clear();
+        message.values.push(value);
+        Ok(true)
+    }
+
+    fn bytes(&mut self) -> &mut Bytes {
+        &mut self.bytes
+    }
+
+    fn sha256(&mut self) -> Result<String, Fault> {
+        self.table.sha256()
+    }
+
+    fn position(&self) -> u64 {
+        self.table.bytes_read()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.table.warnings();
+        if self.left_out > 0 {
+            let count = self.left_out;
+            warnings.push(format!(
+                "{count} cells hold no number or no time and are left out"
+            ));
+        }
+        warnings
+    }
+}

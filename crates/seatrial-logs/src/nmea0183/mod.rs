@@ -1,0 +1,473 @@
+//! NMEA 0183 text: `$HEHDT,123.4,T*1D`, with or without a time before each sentence.
+//!
+//! A sentence's time is what stands before it (seconds, ms since 1970, or date and time; the `c` of a tag block
+//! counts); sentences without one are spread between the times of RMC, ZDA, GGA or GLL sentences. The sentences of each instrument are a kind.
+
+mod sentences;
+
+use std::collections::VecDeque;
+
+use jiff::civil::DateTime;
+use jiff::tz::TimeZone;
+
+use crate::Quantity;
+use crate::bytes::{Bytes, Damage};
+use crate::clock::{instant, stamp_s, time_of_day};
+use crate::error::Fault;
+use crate::input::Input;
+use crate::joined::{Kind, Message, Messages};
+use crate::table::Known;
+use sentences::{CHANNELS, MOST_FIELDS, SENTENCES};
+
+const DAY_S: f64 = 86_400.0;
+
+/// Instruments that are told apart; more send as the last of them.
+const MOST_INSTRUMENTS: usize = 64;
+/// Sentences that are held until the next time comes.
+const MOST_HELD: usize = 10_000;
+/// Times further apart than so many intervals before are those of a gap.
+const GAP: f64 = 3.0;
+
+/// An instrument's sentences of one name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Instrument {
+    /// Index in [`SENTENCES`].
+    sentence: usize,
+    talker: String,
+    /// What stands before its sentences beside the time: the port or the source of a tag block.
+    source: String,
+}
+
+/// A log of sentences.
+pub(crate) struct Sentences {
+    bytes: Bytes,
+    /// Of every kind.
+    instruments: Vec<Instrument>,
+    kinds: Vec<Kind>,
+    /// Numbers that are there, of every field of every kind.
+    valid: Vec<[u64; MOST_FIELDS]>,
+    clock: Clock,
+    /// Sentences since the clock's last time.
+    held: Vec<(usize, Vec<f64>)>,
+    /// The last interval between times, s.
+    interval_s: Option<f64>,
+    ready: VecDeque<(usize, f64, Vec<f64>)>,
+    untimed: u64,
+    has_own_times: bool,
+    damage: Damage,
+}
+
+/// The time of the sentences that have none of their own.
+#[derive(Default)]
+struct Clock {
+    /// Seconds since 1970 of the day, 0 where no sentence said so.
+    day_s: f64,
+    /// Seconds since 1970, or since midnight.
+    last_s: Option<f64>,
+}
+
+impl Clock {
+    /// Takes the time of a sentence that has one.
+    fn take(&mut self, name: &str, cells: &[&str]) {
+        let cell = |index: usize| cells.get(index).copied().unwrap_or_default();
+        let date = match name {
+            "RMC" => {
+                let text = cell(9);
+                (text.len() == 6 && text.is_ascii()).then(|| {
+                    (
+                        cell(1),
+                        format!("20{}", &text[4..]),
+                        &text[2..4],
+                        &text[..2],
+                    )
+                })
+            }
+            "ZDA" => Some((cell(1), cell(4).into(), cell(3), cell(2))),
+            _ => None,
+        };
+        if let Some((_, year, month, day)) = &date {
+            let midnight = format!("{year}-{month:0>2}-{day:0>2}T00:00:00").parse::<DateTime>();
+            if let Some(zoned) = midnight
+                .ok()
+                .and_then(|day| day.to_zoned(TimeZone::UTC).ok())
+            {
+                self.day_s = zoned.timestamp().as_second() as f64;
+            }
+        }
+        let time = match name {
+            "RMC" | "ZDA" | "GGA" => cell(1),
+            "GLL" => cell(5),
+            _ => return,
+        };
+        let Some(second_s) = second_of_day(time) else {
+            return;
+        };
+        let mut time_s = self.day_s + second_s;
+        // Behind midnight the date comes with the next RMC or ZDA.
+        if date.is_none() && self.last_s.is_some_and(|last| last - time_s > DAY_S / 2.0) {
+            self.day_s += DAY_S;
+            time_s += DAY_S;
+        }
+        self.last_s = Some(time_s);
+    }
+}
+
+/// `hhmmss.ss`
+fn second_of_day(text: &str) -> Option<f64> {
+    if text.len() < 6 || !text.is_ascii() {
+        return None;
+    }
+    let part = |from: usize| text[from..from + 2].parse::<u8>().ok().map(f64::from);
+    let seconds: f64 = text[4..].parse().ok()?;
+    let is_time = (0.0..61.0).contains(&seconds);
+    is_time.then_some(3600.0 * part(0)? + 60.0 * part(2)? + seconds)
+}
+
+/// The time before a sentence, s, wherever it stands among the other cells.
+fn time_before(text: &str) -> Option<f64> {
+    // A tag block: `\s:rudder,c:1577836800*5A\`.
+    if let Some(block) = text.trim().strip_prefix('\\') {
+        let code = block
+            .split([',', '*'])
+            .find_map(|part| part.strip_prefix("c:"))?;
+        return stamp_s(code);
+    }
+    let parts = || {
+        std::iter::once(text)
+            .chain(text.split([',', ';', '\t']))
+            .map(trimmed)
+    };
+    let dated = parts().find_map(|part| instant(part).or_else(|| instant(&with_t(part))));
+    if let Some(time) = dated {
+        return Some(time.as_nanosecond() as f64 / 1e9);
+    }
+    parts()
+        .find_map(time_of_day)
+        .or_else(|| stamp_s(trimmed(text.split([' ', ',', ';', '\t']).next()?)))
+}
+
+/// `2026-06-08-01:51:24.127` and `2026-06-08_01:51:24` with a T.
+fn with_t(text: &str) -> String {
+    match text.is_ascii() && text.len() > 11 {
+        true => format!("{}T{}", &text[..10], &text[11..]),
+        false => String::new(),
+    }
+}
+
+fn trimmed(text: &str) -> &str {
+    text.trim()
+        .trim_matches(['[', ']', '(', ')', '"', ',', ';', ':'])
+        .trim()
+}
+
+/// What stands before a sentence beside numbers and times.
+fn source_before(text: &str) -> String {
+    if let Some(block) = text.trim().strip_prefix('\\') {
+        let source = block
+            .split([',', '*'])
+            .find_map(|part| part.strip_prefix("s:"));
+        return source.unwrap_or_default().into();
+    }
+    let is_name = |part: &&str| part.starts_with(|c: char| c.is_ascii_alphabetic());
+    let parts = text
+        .split([',', ';', '\t', ' '])
+        .map(trimmed)
+        .filter(is_name);
+    parts.collect::<Vec<_>>().join(" ")
+}
+
+/// What stands before a sentence, and its cells. `None` of what is none or has a wrong checksum.
+pub(crate) fn sentence(line: &str) -> Option<(&str, Vec<&str>)> {
+    let at = line.find(['$', '!'])?;
+    let (before, body) = (&line[..at], &line[at + 1..]);
+    let body = match body.rsplit_once('*') {
+        Some((body, sum)) => {
+            let found = body.bytes().fold(0, |sum, byte| sum ^ byte);
+            (u8::from_str_radix(sum.trim().get(..2)?, 16).ok()? == found).then_some(body)?
+        }
+        None => body,
+    };
+    let cells: Vec<&str> = body.split(',').map(str::trim).collect();
+    let address = cells.first()?;
+    let is_address = (3..=8).contains(&address.len())
+        && address
+            .bytes()
+            .all(|byte| byte.is_ascii_uppercase() || byte.is_ascii_digit());
+    is_address.then_some((before, cells))
+}
+
+impl Sentences {
+    /// Reads the file once for its sentences.
+    pub fn open(file: Input) -> Result<Self, Fault> {
+        let mut log = Self {
+            bytes: Bytes::new(file)?,
+            instruments: Vec::new(),
+            kinds: Vec::new(),
+            valid: Vec::new(),
+            clock: Clock::default(),
+            held: Vec::new(),
+            interval_s: None,
+            ready: VecDeque::new(),
+            untimed: 0,
+            has_own_times: false,
+            damage: Damage::default(),
+        };
+        let mut message = Message::default();
+        while log.next_sentence(None, &mut message)? {
+            let valid = &mut log.valid[message.kind];
+            for (count, value) in valid.iter_mut().zip(&message.values) {
+                *count += u64::from(value.is_finite());
+            }
+        }
+        if log.kinds.is_empty() && log.untimed > 0 {
+            return Err(Fault::NotLogged {
+                quantity: Quantity::Time,
+                found: format!(
+                    "{} sentences without a time before them, and no RMC, ZDA, GGA or GLL sentence",
+                    log.untimed
+                ),
+            });
+        }
+        log.name_kinds();
+        log.bytes.go_to(0)?;
+        log.clock = Clock::default();
+        log.interval_s = None;
+        log.untimed = 0;
+        log.damage = Damage::default();
+        Ok(log)
+    }
+
+    /// Names instruments by their talker, or by what else tells them apart, where several send the same sentence.
+    fn name_kinds(&mut self) {
+        for (kind, of) in self.kinds.iter_mut().zip(&self.instruments) {
+            let (name, _) = SENTENCES[of.sentence];
+            let others = self
+                .instruments
+                .iter()
+                .filter(|other| other.sentence == of.sentence && *other != of);
+            let others: Vec<&Instrument> = others.collect();
+            kind.name = if others.is_empty() {
+                name.into()
+            } else if others.iter().all(|other| other.talker != of.talker) {
+                format!("{}.{name}", of.talker)
+            } else {
+                format!("{}.{}.{name}", of.source, of.talker)
+            };
+        }
+    }
+
+    /// The kind of an instrument's sentences; new ones only on the way through for them.
+    fn kind_of(&mut self, instrument: Instrument, is_new: bool) -> Option<usize> {
+        let known = self
+            .instruments
+            .iter()
+            .position(|known| *known == instrument);
+        if known.is_some() || !is_new {
+            return known;
+        }
+        if self.instruments.len() >= MOST_INSTRUMENTS {
+            let same = |known: &Instrument| known.sentence == instrument.sentence;
+            return self.instruments.iter().rposition(same);
+        }
+        self.kinds.push(Kind {
+            name: String::new(),
+            fields: SENTENCES[instrument.sentence]
+                .1
+                .iter()
+                .map(|f| f.name.into())
+                .collect(),
+        });
+        self.valid.push([0; MOST_FIELDS]);
+        self.instruments.push(instrument);
+        Some(self.kinds.len() - 1)
+    }
+
+    /// Spreads the sentences that are held between the last time and the next, each kind evenly.
+    fn spread(&mut self, from_s: f64, to_s: Option<f64>) {
+        let until_next = to_s.map(|to_s| to_s - from_s).filter(|s| *s > 0.0);
+        let is_gap = |s: &f64| self.interval_s.is_some_and(|usual_s| *s > GAP * usual_s);
+        let interval_s = until_next
+            .filter(|s| !is_gap(s))
+            .or(self.interval_s)
+            .unwrap_or(0.0);
+        if let Some(until_next_s) = until_next.filter(|s| !is_gap(s)) {
+            self.interval_s = Some(until_next_s);
+        }
+        let mut counts = vec![0_u32; self.kinds.len()];
+        for (kind, _) in &self.held {
+            counts[*kind] += 1;
+        }
+        let mut seen = vec![0_u32; self.kinds.len()];
+        let mut timed: Vec<(usize, f64, Vec<f64>)> = self
+            .held
+            .drain(..)
+            .map(|(kind, values)| {
+                let share = f64::from(seen[kind]) / f64::from(counts[kind]);
+                seen[kind] += 1;
+                (kind, from_s + interval_s * share, values)
+            })
+            .collect();
+        timed.sort_by(|one, two| one.1.total_cmp(&two.1));
+        self.ready.extend(timed);
+    }
+
+    /// The next sentence that is read and has a time, of a wanted kind.
+    fn next_sentence(
+        &mut self,
+        wanted: Option<&[bool]>,
+        message: &mut Message,
+    ) -> Result<bool, Fault> {
+        loop {
+            if let Some((kind, time_s, values)) = self.ready.pop_front() {
+                message.kind = kind;
+                message.time_s = time_s;
+                message.values = values;
+                return Ok(true);
+            }
+            let position = self.bytes.position();
+            let Some(line) = self.bytes.line()? else {
+                let Some(last_s) = self.clock.last_s.filter(|_| !self.held.is_empty()) else {
+                    return Ok(false);
+                };
+                self.spread(last_s, None);
+                continue;
+            };
+            let length = line.len();
+            if line.is_empty() || line.starts_with(b"#") {
+                continue;
+            }
+            let line = String::from_utf8_lossy(line).into_owned();
+            // Of a sentence that was cut off only a checksum says that it is whole.
+            let may_be_cut = self.bytes.is_line_cut() && !line.contains('*');
+            let Some((before, cells)) = sentence(&line).filter(|_| !may_be_cut) else {
+                self.damage.not_a_line(&self.bytes, position, length);
+                continue;
+            };
+            self.take(before, &cells, wanted);
+        }
+    }
+
+    /// Takes in a sentence: at its own time, or held until the next time comes.
+    fn take(&mut self, before: &str, cells: &[&str], wanted: Option<&[bool]>) {
+        let (talker, name) = cells[0].split_at(cells[0].len() - 3);
+        let own_s = time_before(before);
+        self.has_own_times |= own_s.is_some();
+        let last_s = self.clock.last_s;
+        self.clock.take(name, cells);
+        if let Some(from_s) = last_s.filter(|last| Some(*last) != self.clock.last_s) {
+            self.spread(from_s, self.clock.last_s);
+        }
+        let Some(sentence) = SENTENCES.iter().position(|(known, _)| *known == name) else {
+            return;
+        };
+        if own_s.is_none() && self.clock.last_s.is_none() {
+            self.untimed += 1;
+            return;
+        }
+        let instrument = Instrument {
+            sentence,
+            talker: talker.into(),
+            source: source_before(before),
+        };
+        let kind = self.kind_of(instrument, wanted.is_none());
+        let Some(kind) = kind.filter(|kind| wanted.is_none_or(|wanted| wanted[*kind])) else {
+            return;
+        };
+        let values = SENTENCES[sentence]
+            .1
+            .iter()
+            .map(|field| field.value(cells))
+            .collect();
+        match (own_s, self.clock.last_s) {
+            (Some(own_s), _) => self.ready.push_back((kind, own_s, values)),
+            (None, Some(last_s)) => {
+                self.held.push((kind, values));
+                if self.held.len() == MOST_HELD {
+                    self.spread(last_s, None);
+                }
+            }
+            (None, None) => {}
+        }
+    }
+
+    /// The kinds whose field of this sentence has numbers, that with the most first.
+    fn with_numbers(&self, sentence: &str, field: &str) -> Vec<usize> {
+        let count = |kind: usize| {
+            let (name, fields) = SENTENCES[self.instruments[kind].sentence];
+            let at = fields.iter().position(|known| known.name == field)?;
+            let count = self.valid[kind][at];
+            (name == sentence && count > 0).then_some(count)
+        };
+        let mut kinds: Vec<(u64, usize)> = (0..self.kinds.len())
+            .filter_map(|kind| Some((count(kind)?, kind)))
+            .collect();
+        kinds.sort_by_key(|(count, kind)| (std::cmp::Reverse(*count), *kind));
+        kinds.into_iter().map(|(_, kind)| kind).collect()
+    }
+}
+
+impl Messages for Sentences {
+    fn kinds(&self) -> &[Kind] {
+        &self.kinds
+    }
+
+    fn known(&self) -> Known {
+        let mut known = Known::default();
+        for (quantity, sentence, field, unit) in CHANNELS {
+            let kinds = self.with_numbers(sentence, field);
+            let columns: Vec<String> = kinds
+                .iter()
+                .map(|kind| format!("{}.{field}", self.kinds[*kind].name))
+                .collect();
+            for (place, column) in columns.iter().enumerate() {
+                known.add(quantity, column.clone(), Some(unit), "");
+                if let Some(channel) = known.channels.last_mut().filter(|_| columns.len() > 1) {
+                    channel.doubt = Some(format!(
+                        "{} instruments send {sentence}, as {}: `{}` is taken; say another with {} NAME",
+                        columns.len(),
+                        columns.join(", "),
+                        columns[place],
+                        quantity.option()
+                    ));
+                }
+            }
+        }
+        let names: Vec<&str> = self.kinds.iter().map(|kind| kind.name.as_str()).collect();
+        let found = names.join(", ");
+        known.lacks(
+            Quantity::Heading,
+            format!("expected HDT, THS, HDG, HDM or VHW sentences; found {found}"),
+        );
+        known.lacks(
+            Quantity::Rudder,
+            format!("expected RSA sentences; found {found}"),
+        );
+        known
+    }
+
+    fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault> {
+        self.next_sentence(Some(wanted), message)
+    }
+
+    fn bytes(&mut self) -> &mut Bytes {
+        &mut self.bytes
+    }
+
+    fn position(&self) -> u64 {
+        self.bytes.position()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.damage.warnings();
+        if !self.has_own_times {
+            warnings.push(
+                "no sentence has a time before it: sentences are spread evenly between the times of RMC, ZDA, GGA or GLL sentences".into(),
+            );
+        }
+        if self.untimed > 0 {
+            let untimed = self.untimed;
+            warnings.push(format!("{untimed} sentences have no time and are left out"));
+        }
+        warnings
+    }
+}

@@ -1,0 +1,118 @@
+//! Sentences that are read, and their numbers.
+
+use crate::{Quantity, Unit};
+
+/// A number of a sentence.
+pub(super) struct Field {
+    pub name: &'static str,
+    /// Cells behind the sentence's name, from 1.
+    cell: usize,
+    /// Cell and letter without which the number does not count.
+    flag: Option<(usize, &'static str)>,
+    /// Is it `ddmm.mmm` with the letter of its half of the earth in the next cell?
+    is_coordinate: bool,
+}
+
+const fn field(name: &'static str, cell: usize) -> Field {
+    Field {
+        name,
+        cell,
+        flag: None,
+        is_coordinate: false,
+    }
+}
+
+const fn flagged(name: &'static str, cell: usize, at: usize, flag: &'static str) -> Field {
+    Field {
+        flag: Some((at, flag)),
+        ..field(name, cell)
+    }
+}
+
+const fn coordinate(name: &'static str, cell: usize) -> Field {
+    Field {
+        is_coordinate: true,
+        ..field(name, cell)
+    }
+}
+
+impl Field {
+    pub fn value(&self, cells: &[&str]) -> f64 {
+        let cell = |index: usize| cells.get(index).copied().unwrap_or_default();
+        let counts = self.flag.is_none_or(|(at, flag)| cell(at) == flag);
+        let number: Option<f64> = cell(self.cell).parse().ok().filter(|_| counts);
+        let value = match self.is_coordinate {
+            false => number,
+            true => number.map(|number| {
+                let degrees = (number / 100.0).trunc() + number % 100.0 / 60.0;
+                let is_negative = matches!(cell(self.cell + 1), "S" | "W");
+                if is_negative { -degrees } else { degrees }
+            }),
+        };
+        value.unwrap_or(f64::NAN)
+    }
+}
+
+/// Sentences that are read.
+pub(super) const SENTENCES: [(&str, &[Field]); 13] = [
+    ("HDT", &[field("heading_deg", 1)]),
+    ("THS", &[flagged("heading_deg", 1, 2, "A")]),
+    ("HDG", &[field("heading_deg", 1)]),
+    ("HDM", &[field("heading_deg", 1)]),
+    ("ROT", &[flagged("rate_deg_min", 1, 2, "A")]),
+    (
+        "RSA",
+        &[
+            flagged("rudder_deg", 1, 2, "A"),
+            flagged("port_deg", 3, 4, "A"),
+        ],
+    ),
+    ("VHW", &[field("heading_deg", 1), field("speed_kn", 5)]),
+    ("VTG", &[field("speed_kn", 5)]),
+    (
+        "RMC",
+        &[
+            field("speed_kn", 7),
+            coordinate("latitude_deg", 3),
+            coordinate("longitude_deg", 5),
+        ],
+    ),
+    (
+        "GGA",
+        &[
+            coordinate("latitude_deg", 2),
+            coordinate("longitude_deg", 4),
+        ],
+    ),
+    (
+        "GLL",
+        &[
+            coordinate("latitude_deg", 1),
+            coordinate("longitude_deg", 3),
+        ],
+    ),
+    ("DPT", &[field("depth_m", 1)]),
+    ("DBT", &[field("depth_m", 3)]),
+];
+/// The most fields of a sentence.
+pub(super) const MOST_FIELDS: usize = 3;
+
+pub(super) const CHANNELS: [(Quantity, &str, &str, Unit); 12] = [
+    (Quantity::Heading, "HDT", "heading_deg", Unit::Degree),
+    (Quantity::Heading, "THS", "heading_deg", Unit::Degree),
+    (Quantity::Heading, "HDG", "heading_deg", Unit::Degree),
+    (Quantity::Heading, "HDM", "heading_deg", Unit::Degree),
+    (Quantity::Heading, "VHW", "heading_deg", Unit::Degree),
+    (Quantity::Rudder, "RSA", "rudder_deg", Unit::Degree),
+    (Quantity::Rudder, "RSA", "port_deg", Unit::Degree),
+    (
+        Quantity::YawRate,
+        "ROT",
+        "rate_deg_min",
+        Unit::DegreePerMinute,
+    ),
+    (Quantity::Speed, "VHW", "speed_kn", Unit::Knot),
+    (Quantity::Speed, "VTG", "speed_kn", Unit::Knot),
+    (Quantity::Speed, "RMC", "speed_kn", Unit::Knot),
+    (Quantity::Altitude, "DPT", "depth_m", Unit::Metre),
+];

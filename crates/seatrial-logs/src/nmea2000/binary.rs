@@ -1,0 +1,170 @@
+//! Frames in records of bytes.
+//!
+//! | recorder | record |
+//! |---|---|
+//! | Yacht Devices (.DAT) | ms of the minute (2), identifier (4), 8 bytes; of a fast packet sequence, length and all bytes |
+//! | Actisense (.ebl) | ESC SOH, kind, message, ESC LF; an ESC of the message twice |
+//! | Actisense NGT-1 | DLE STX, message, sum, DLE ETX; a DLE of the message twice |
+
+use super::{Frame, LONGEST_RECORD, MOST_BYTES, Piece, Records};
+use crate::number::number;
+
+const ESCAPE: u8 = 0x1b;
+const DATA_LINK_ESCAPE: u8 = 0x10;
+/// The identifier of records that Yacht Devices' recorder writes of itself.
+const SERVICE: u32 = u32::MAX;
+/// Records by which a file of Yacht Devices is told.
+const LEAST_RECORDS: usize = 8;
+
+/// Numbers of fast packets, of which Yacht Devices writes a length.
+const FAST: [u32; 54] = [
+    65_240, 126_208, 126_464, 126_720, 126_983, 126_988, 126_996, 126_998, 127_233, 127_237,
+    127_489, 127_496, 127_498, 127_503, 127_504, 127_506, 127_507, 127_509, 128_275, 128_520,
+    129_029, 129_038, 129_039, 129_040, 129_041, 129_044, 129_045, 129_284, 129_285, 129_301,
+    129_302, 129_538, 129_540, 129_542, 129_545, 129_547, 129_549, 129_551, 129_556, 129_792,
+    129_793, 129_794, 129_798, 129_802, 129_809, 129_810, 130_052, 130_054, 130_060, 130_061,
+    130_064, 130_074, 130_320, 130_578,
+];
+
+/// How the start of a file writes records.
+pub(super) fn container(start: &[u8]) -> Option<Records> {
+    let records = |read, period_s| Some(Records { read, period_s });
+    if start.starts_with(&[ESCAPE, 0x01]) {
+        // 16 bits of milliseconds in messages of the newer kind.
+        return records(actisense, Some(65.536));
+    }
+    if start.starts_with(&[DATA_LINK_ESCAPE, 0x02]) {
+        return records(gateway, None);
+    }
+    let mut at = 0;
+    for _ in 0..LEAST_RECORDS {
+        let (piece, count) = yacht_devices(start.get(at..)?);
+        matches!(piece, Piece::Frame(_) | Piece::Other).then_some(())?;
+        at += count;
+    }
+    records(yacht_devices, Some(60.0))
+}
+
+fn yacht_devices(bytes: &[u8]) -> (Piece, usize) {
+    let fields = number::<u16>(bytes, 0).zip(number::<u32>(bytes, 2));
+    let Some((milliseconds, identifier)) = fields else {
+        return (Piece::Cut, bytes.len());
+    };
+    let time_s = f64::from(milliseconds) / 1e3;
+    if identifier == SERVICE {
+        return (Piece::Other, 14);
+    }
+    if milliseconds >= 60_000 || identifier >> 29 != 0 {
+        return (Piece::Damaged(1), 1);
+    }
+    let mut frame = Frame::of_bus(time_s, identifier, Vec::new());
+    frame.is_of_bus = false;
+    let (from, length) = match (frame.number, FAST.contains(&frame.number)) {
+        (59_904, _) => (6, 3),
+        (_, true) => match bytes.get(7) {
+            Some(length) if usize::from(*length) <= MOST_BYTES => (8, usize::from(*length)),
+            Some(_) => return (Piece::Damaged(1), 1),
+            None => return (Piece::Cut, bytes.len()),
+        },
+        _ => (6, 8),
+    };
+    match bytes.get(from..from + length) {
+        Some(data) => {
+            frame.data = data.to_vec();
+            (Piece::Frame(frame), from + length)
+        }
+        None => (Piece::Cut, bytes.len()),
+    }
+}
+
+/// A record that does not end: the file's last, or none.
+fn without_end(bytes: &[u8]) -> (Piece, usize) {
+    match bytes.len() < LONGEST_RECORD {
+        true if !bytes[2..].windows(2).any(|pair| *pair == bytes[..2]) => (Piece::Cut, bytes.len()),
+        _ => (Piece::Damaged(1), 1),
+    }
+}
+
+/// What stands between a beginning and an end that an escape marks; how many bytes that is with both.
+fn escaped(bytes: &[u8], escape: u8, end: u8) -> Option<(Vec<u8>, usize)> {
+    let mut message = Vec::new();
+    let mut at = 2;
+    loop {
+        match (*bytes.get(at)?, bytes.get(at + 1)) {
+            (byte, Some(next)) if byte == escape && *next == escape => {
+                message.push(escape);
+                at += 2;
+            }
+            (byte, Some(next)) if byte == escape && *next == end => return Some((message, at + 2)),
+            (byte, _) if byte == escape => return None,
+            (byte, _) => {
+                message.push(byte);
+                at += 1;
+            }
+        }
+    }
+}
+
+fn actisense(bytes: &[u8]) -> (Piece, usize) {
+    if bytes == [ESCAPE] {
+        return (Piece::Cut, 1);
+    }
+    if !bytes.starts_with(&[ESCAPE, 0x01]) {
+        return (Piece::Damaged(1), 1);
+    }
+    let Some((message, count)) = escaped(bytes, ESCAPE, 0x0a) else {
+        return without_end(bytes);
+    };
+    // The first byte is the kind of record; messages of the bus begin with their own kind behind it.
+    let frame = message.get(1..).and_then(|message| match message.first() {
+        Some(0x95) => short_message(message),
+        _ => long_message(message),
+    });
+    (frame.map_or(Piece::Other, Piece::Frame), count)
+}
+
+fn gateway(bytes: &[u8]) -> (Piece, usize) {
+    if bytes == [DATA_LINK_ESCAPE] {
+        return (Piece::Cut, 1);
+    }
+    if !bytes.starts_with(&[DATA_LINK_ESCAPE, 0x02]) {
+        return (Piece::Damaged(1), 1);
+    }
+    let Some((message, count)) = escaped(bytes, DATA_LINK_ESCAPE, 0x03) else {
+        return without_end(bytes);
+    };
+    (
+        long_message(&message).map_or(Piece::Other, Piece::Frame),
+        count,
+    )
+}
+
+/// Kind 0x93: length, priority, number (3), destination, source, ms (4), length, data.
+fn long_message(message: &[u8]) -> Option<Frame> {
+    let (0x93, body) = (*message.first()?, message.get(2..)?) else {
+        return None;
+    };
+    let parameter_group = number::<u32>(body, 1)? & 0xff_ffff;
+    let length = usize::from(*body.get(10)?);
+    Some(Frame {
+        time_s: f64::from(number::<u32>(body, 6)?) / 1e3,
+        number: parameter_group,
+        source: *body.get(5)?,
+        data: body.get(11..11 + length)?.to_vec(),
+        is_of_bus: false,
+    })
+}
+
+/// Kind 0x95: length, ms (2), source, number without its page (2), page and priority, data of one frame.
+fn short_message(message: &[u8]) -> Option<Frame> {
+    let length = usize::from(*message.get(1)?);
+    let body = message.get(2..2 + length)?;
+    let [low, high, page] = *body.get(3..6)? else {
+        return None;
+    };
+    let identifier = u32::from(page & 0x3) << 24 | u32::from(high) << 16 | u32::from(low) << 8;
+    let time_s = f64::from(number::<u16>(body, 0)?) / 1e3;
+    let mut frame = Frame::of_bus(time_s, identifier, body.get(6..)?.to_vec());
+    frame.source = body[2];
+    Some(frame)
+}

@@ -1,0 +1,187 @@
+//! Messages that canboat's analyzer wrote as JSON, one a line.
+
+use serde_json::Value;
+
+use super::MOST_KINDS;
+use super::text::date_s;
+use crate::bytes::{Bytes, Damage};
+use crate::error::Fault;
+use crate::joined::{Kind, Message, Messages};
+use crate::table::Known;
+use crate::{Quantity, Unit};
+
+/// What is read: number, field, and the quantity that it feeds, the preferred first. Angles are in degrees or radians, as the
+/// analyzer was told.
+const FIELDS: [(u64, &str, Option<Quantity>); 14] = [
+    (127_250, "Heading", Some(Quantity::Heading)),
+    (127_257, "Yaw", Some(Quantity::Heading)),
+    (127_245, "Position", Some(Quantity::Rudder)),
+    (127_245, "Angle Order", Some(Quantity::Rudder)),
+    (127_237, "Commanded Rudder Angle", Some(Quantity::Rudder)),
+    (127_251, "Rate", Some(Quantity::YawRate)),
+    (128_259, "Speed Water Referenced", Some(Quantity::Speed)),
+    (129_026, "SOG", Some(Quantity::Speed)),
+    (127_257, "Roll", Some(Quantity::Roll)),
+    (127_257, "Pitch", Some(Quantity::Pitch)),
+    (129_025, "Latitude", None),
+    (129_025, "Longitude", None),
+    (129_029, "Latitude", None),
+    (129_029, "Longitude", None),
+];
+
+/// A file of objects.
+pub(super) struct Objects {
+    bytes: Bytes,
+    kinds: Vec<Kind>,
+    /// Place in [`FIELDS`], source and instance of every kind, and how many values it has.
+    sources: Vec<((usize, u64, u64), u64)>,
+    ready: Vec<(usize, f64, f64)>,
+    damage: Damage,
+}
+
+/// Does a file begin with such an object?
+pub(super) fn is_start(start: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(start);
+    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    // The analyzer begins with its version.
+    lines
+        .by_ref()
+        .take(3)
+        .any(|line| line.starts_with('{') && line.contains("\"pgn\""))
+}
+
+/// A number, or the value of an object with a name beside it.
+fn as_number(value: &Value) -> Option<f64> {
+    value.as_f64().or_else(|| value.get("value")?.as_f64())
+}
+
+impl Objects {
+    /// Reads the file once for its sources.
+    pub fn open(bytes: Bytes) -> Result<Self, Fault> {
+        let mut log = Self {
+            bytes,
+            kinds: Vec::new(),
+            sources: Vec::new(),
+            ready: Vec::new(),
+            damage: Damage::default(),
+        };
+        log.bytes.go_to(0)?;
+        let mut message = Message::default();
+        while log.next_value(None, &mut message)? {
+            log.sources[message.kind].1 += 1;
+        }
+        log.bytes.go_to(0)?;
+        log.damage = Damage::default();
+        Ok(log)
+    }
+
+    fn next_value(
+        &mut self,
+        wanted: Option<&[bool]>,
+        message: &mut Message,
+    ) -> Result<bool, Fault> {
+        loop {
+            if let Some((kind, time_s, value)) = self.ready.pop() {
+                if wanted.is_some_and(|wanted| !wanted[kind]) {
+                    continue;
+                }
+                message.kind = kind;
+                message.time_s = time_s;
+                message.values = vec![value];
+                return Ok(true);
+            }
+            let position = self.bytes.position();
+            let Some(line) = self.bytes.line()? else {
+                return Ok(false);
+            };
+            if line.is_empty() {
+                continue;
+            }
+            let length = line.len();
+            match serde_json::from_slice::<Value>(line) {
+                Ok(object) => self.take(&object, wanted.is_none()),
+                Err(_) => self.damage.not_a_line(&self.bytes, position, length),
+            }
+        }
+    }
+
+    fn take(&mut self, object: &Value, is_new: bool) {
+        let text = |name: &str| object.get(name).and_then(Value::as_str);
+        let count = |name: &str| object.get(name).and_then(Value::as_u64);
+        let time_s = text("timestamp").and_then(date_s);
+        let (Some(time_s), Some(number)) = (time_s, count("pgn")) else {
+            return;
+        };
+        let source = count("src").unwrap_or(0);
+        let Some(fields) = object.get("fields") else {
+            return;
+        };
+        let instance = fields.get("Instance").and_then(as_number).unwrap_or(0.0) as u64;
+        for (place, (of, name, _)) in FIELDS.iter().enumerate() {
+            let value = fields
+                .get(name)
+                .and_then(as_number)
+                .filter(|_| *of == number);
+            let Some(value) = value else { continue };
+            let key = (place, source, instance);
+            let known = self.sources.iter().position(|(known, _)| *known == key);
+            if let Some(kind) = known {
+                self.ready.push((kind, time_s, value));
+            } else if is_new && self.kinds.len() < MOST_KINDS {
+                self.kinds.push(Kind {
+                    name: format!("{number}.{source}.{instance}"),
+                    fields: vec![name.to_string()],
+                });
+                self.sources.push((key, 0));
+                self.ready.push((self.kinds.len() - 1, time_s, value));
+            }
+        }
+    }
+}
+
+impl Messages for Objects {
+    fn kinds(&self) -> &[Kind] {
+        &self.kinds
+    }
+
+    fn known(&self) -> Known {
+        let mut known = Known::default();
+        for (place, (_, name, quantity)) in FIELDS.iter().enumerate() {
+            let of_place = self
+                .sources
+                .iter()
+                .enumerate()
+                .filter(|(_, ((of, ..), _))| *of == place);
+            let best = of_place.max_by_key(|(kind, (_, count))| (*count, std::cmp::Reverse(*kind)));
+            if let (Some((kind, _)), Some(quantity)) = (best, quantity) {
+                let unit = (*quantity == Quantity::Speed).then_some(Unit::MetrePerSecond);
+                known.add(
+                    *quantity,
+                    format!("{}.{name}", self.kinds[kind].name),
+                    unit,
+                    "",
+                );
+            }
+        }
+        for quantity in [Quantity::Heading, Quantity::Rudder] {
+            known.lacks(quantity, "no PGN 127250 or 127245 with a value".into());
+        }
+        known
+    }
+
+    fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault> {
+        self.next_value(Some(wanted), message)
+    }
+
+    fn bytes(&mut self) -> &mut Bytes {
+        &mut self.bytes
+    }
+
+    fn position(&self) -> u64 {
+        self.bytes.position()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.damage.warnings()
+    }
+}

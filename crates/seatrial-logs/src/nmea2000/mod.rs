@@ -1,0 +1,366 @@
+//! NMEA 2000: frames of a bus, from whatever recorder wrote them.
+//!
+//! A container gives frames or whole messages; frames of a fast packet are put together here. Every source, and every rudder of a
+//! source, is a kind of its own.
+
+mod binary;
+mod fast_packet;
+mod groups;
+mod json;
+mod text;
+
+use std::collections::BTreeMap;
+
+use crate::Quantity;
+use crate::bytes::{Bytes, Damage};
+use crate::error::Fault;
+use crate::input::Input;
+use crate::joined::{Kind, Message, Messages};
+use crate::table::Known;
+use fast_packet::FastPackets;
+use groups::{CHANNELS, GROUPS};
+
+/// A bus of 250 kbit/s carries no more frames in a second: each has at least 110 bits.
+const MOST_PER_S: f64 = 2300.0;
+/// This many messages in less time than the bus needs are no burst.
+const MANY_MESSAGES: u64 = 1000;
+const MOST_KINDS: usize = 1024;
+const MOST_FIELDS: usize = 3;
+/// The most bytes of a message.
+const MOST_BYTES: usize = 223;
+
+/// What a recorder wrote of one frame, or of a whole message.
+#[derive(Debug, Default)]
+struct Frame {
+    time_s: f64,
+    number: u32,
+    source: u8,
+    data: Vec<u8>,
+    /// Is it one frame of the bus, and maybe a part of a message?
+    is_of_bus: bool,
+}
+
+impl Frame {
+    /// A frame of the bus with this identifier.
+    fn of_bus(time_s: f64, identifier: u32, data: Vec<u8>) -> Self {
+        let format = identifier >> 16 & 0xff;
+        let page = identifier >> 8 & 0x3_ff00;
+        // Below 240 the next byte is who it is for.
+        let number = match format < 240 {
+            true => page,
+            false => page | identifier >> 8 & 0xff,
+        };
+        Self {
+            time_s,
+            number,
+            source: identifier as u8,
+            data,
+            is_of_bus: true,
+        }
+    }
+
+    fn group(&self) -> Option<usize> {
+        GROUPS.iter().position(|known| known.number == self.number)
+    }
+
+    fn key(&self) -> Option<(usize, u8, u8)> {
+        let group = self.group()?;
+        let instance = match GROUPS[group].has_instance {
+            true => *self.data.first()?,
+            false => 0,
+        };
+        Some((group, self.source, instance))
+    }
+
+    fn values(&self, group: usize) -> impl Iterator<Item = f64> + '_ {
+        GROUPS[group]
+            .fields
+            .iter()
+            .map(|(_, at, kind, resolution)| {
+                kind.number(&self.data, *at)
+                    .map_or(f64::NAN, |number| number * resolution)
+            })
+    }
+}
+
+/// What a piece of a file is.
+enum Piece {
+    Frame(Frame),
+    /// Sound, and no frame: a comment or a record of the recorder.
+    Other,
+    /// So many bytes that are nothing.
+    Damaged(usize),
+    /// A record that the bytes end in.
+    Cut,
+}
+
+/// How a recorder writes frames.
+#[derive(Clone, Copy)]
+enum Container {
+    Lines(fn(&str) -> Option<Frame>),
+    Records(Records),
+}
+
+/// Records of bytes.
+#[derive(Clone, Copy)]
+struct Records {
+    /// Reads one; how many bytes it takes.
+    read: fn(&[u8]) -> (Piece, usize),
+    /// The time after which the recorder's clock begins again, s.
+    period_s: Option<f64>,
+}
+
+/// How the start of a file writes frames; `None` where it has none.
+fn container(start: &[u8]) -> Option<Container> {
+    binary::container(start)
+        .map(Container::Records)
+        .or_else(|| text::container(start).map(Container::Lines))
+}
+
+/// Is this the start of a file of frames?
+pub(crate) fn is_start(start: &[u8]) -> bool {
+    container(start).is_some() || json::is_start(start)
+}
+
+/// Opens a file of frames, or of messages in JSON.
+pub(crate) fn open(file: Input) -> Result<Box<dyn Messages>, Fault> {
+    let mut bytes = Bytes::new(file)?;
+    let start = bytes.peek(START)?;
+    if json::is_start(start) {
+        return Ok(Box::new(json::Objects::open(bytes)?));
+    }
+    match container(start) {
+        Some(container) => Ok(Box::new(Capture::open(bytes, container)?)),
+        None => Err(Fault::Damaged {
+            format: "NMEA 2000",
+            what: "no frame is found at its beginning".into(),
+        }),
+    }
+}
+
+/// Bytes by which a container is told.
+const START: usize = 4096;
+/// The longest record of a binary container.
+const LONGEST_RECORD: usize = 1024;
+const DAY_S: f64 = 86_400.0;
+
+/// A capture.
+struct Capture {
+    bytes: Bytes,
+    container: Container,
+    packets: FastPackets,
+    kinds: Vec<Kind>,
+    /// Kind by group, source and instance.
+    kind_of: BTreeMap<(usize, u8, u8), usize>,
+    /// Values that are there, of every field of every kind.
+    valid: Vec<[u64; MOST_FIELDS]>,
+    /// Added to times of a clock that begins again.
+    added_s: f64,
+    last_s: f64,
+    frames: u64,
+    damage: Damage,
+}
+
+impl Capture {
+    /// Reads the file once for its sources.
+    fn open(bytes: Bytes, container: Container) -> Result<Self, Fault> {
+        let mut capture = Self {
+            bytes,
+            container,
+            packets: FastPackets::default(),
+            kinds: Vec::new(),
+            kind_of: BTreeMap::new(),
+            valid: Vec::new(),
+            added_s: 0.0,
+            last_s: f64::NEG_INFINITY,
+            frames: 0,
+            damage: Damage::default(),
+        };
+        let (mut first_s, mut last_s) = (f64::INFINITY, f64::NEG_INFINITY);
+        while let Some(frame) = capture.next_message()? {
+            (first_s, last_s) = (first_s.min(frame.time_s), last_s.max(frame.time_s));
+            capture.register(&frame);
+        }
+        let span_s = last_s - first_s;
+        if capture.frames > MANY_MESSAGES && capture.frames as f64 > MOST_PER_S * span_s {
+            return Err(Fault::TimeCollapsed {
+                messages: capture.frames,
+                span_s,
+                most_per_s: MOST_PER_S,
+            });
+        }
+        capture.bytes.go_to(0)?;
+        capture.packets = FastPackets::default();
+        (capture.added_s, capture.last_s) = (0.0, f64::NEG_INFINITY);
+        capture.damage = Damage::default();
+        Ok(capture)
+    }
+
+    /// The next whole message, of whatever number.
+    fn next_message(&mut self) -> Result<Option<Frame>, Fault> {
+        loop {
+            let Some(mut frame) = self.next_frame()? else {
+                return Ok(None);
+            };
+            self.frames += 1;
+            frame.time_s = self.going_on(frame.time_s);
+            let is_fast = frame.group().is_some_and(|group| GROUPS[group].is_fast);
+            if !(is_fast && frame.is_of_bus) {
+                return Ok(Some(frame));
+            }
+            if let Some(data) = self.packets.take(frame.number, frame.source, &frame.data) {
+                return Ok(Some(Frame { data, ..frame }));
+            }
+        }
+    }
+
+    /// The time on a clock that goes on where the recorder's begins again: at midnight, or where a counter is full.
+    fn going_on(&mut self, time_s: f64) -> f64 {
+        let begins_again_s = match self.container {
+            Container::Records(records) => records.period_s,
+            Container::Lines(_) => Some(DAY_S),
+        };
+        if let Some(period_s) = begins_again_s
+            && self.last_s - (time_s + self.added_s) > 0.5 * period_s
+        {
+            self.added_s += period_s;
+        }
+        self.last_s = time_s + self.added_s;
+        self.last_s
+    }
+
+    fn next_frame(&mut self) -> Result<Option<Frame>, Fault> {
+        loop {
+            let position = self.bytes.position();
+            match self.container {
+                Container::Lines(read) => {
+                    let Some(line) = self.bytes.line()? else {
+                        return Ok(None);
+                    };
+                    if line.is_empty() || matches!(line[0], b'#' | b';') {
+                        continue;
+                    }
+                    let length = line.len();
+                    let line = String::from_utf8_lossy(line).into_owned();
+                    match read(&line) {
+                        // The last byte of a line that was cut off may be half of one.
+                        Some(frame) if !self.bytes.is_line_cut() => return Ok(Some(frame)),
+                        Some(frame) if frame.data.len() >= 8 => return Ok(Some(frame)),
+                        _ => self.damage.not_a_line(&self.bytes, position, length),
+                    }
+                }
+                Container::Records(records) => {
+                    let seen = self.bytes.peek(LONGEST_RECORD)?;
+                    if seen.is_empty() {
+                        return Ok(None);
+                    }
+                    let (piece, count) = (records.read)(seen);
+                    let count = count.clamp(1, seen.len());
+                    self.bytes.skip(count);
+                    match piece {
+                        Piece::Frame(frame) => return Ok(Some(frame)),
+                        Piece::Other => {}
+                        Piece::Damaged(bytes) => self.damage.skipped(position, bytes),
+                        Piece::Cut => self.damage.cut_at = Some(position),
+                    }
+                }
+            }
+        }
+    }
+
+    fn register(&mut self, frame: &Frame) {
+        let Some(key) = frame.key() else { return };
+        let (group, source, instance) = key;
+        if !self.kind_of.contains_key(&key) {
+            if self.kinds.len() == MOST_KINDS {
+                return;
+            }
+            let known = &GROUPS[group];
+            self.kind_of.insert(key, self.kinds.len());
+            self.valid.push([0; MOST_FIELDS]);
+            self.kinds.push(Kind {
+                name: match known.has_instance {
+                    true => format!("{}.{source}.{instance}", known.name),
+                    false => format!("{}.{source}", known.name),
+                },
+                fields: known
+                    .fields
+                    .iter()
+                    .map(|(name, ..)| (*name).into())
+                    .collect(),
+            });
+        }
+        let valid = &mut self.valid[self.kind_of[&key]];
+        for (count, value) in valid.iter_mut().zip(frame.values(group)) {
+            *count += u64::from(value.is_finite());
+        }
+    }
+}
+
+impl Messages for Capture {
+    fn kinds(&self) -> &[Kind] {
+        &self.kinds
+    }
+
+    fn known(&self) -> Known {
+        let mut known = Known::default();
+        for (quantity, group, field, unit) in CHANNELS {
+            // Of several sources the one that says most.
+            let best = self
+                .kind_of
+                .iter()
+                .filter(|((of, ..), _)| GROUPS[*of].name == group)
+                .filter_map(|((of, ..), kind)| {
+                    let fields = GROUPS[*of].fields;
+                    let index = fields.iter().position(|(name, ..)| *name == field)?;
+                    Some((self.valid[*kind][index], *kind))
+                })
+                .max_by_key(|(count, kind)| (*count, std::cmp::Reverse(*kind)));
+            if let Some((1.., kind)) = best {
+                let column = format!("{}.{field}", self.kinds[kind].name);
+                known.add(quantity, column, Some(unit), "");
+            }
+        }
+        let names: Vec<&str> = self.kinds.iter().map(|kind| kind.name.as_str()).collect();
+        let found = names.join(", ");
+        known.lacks(
+            Quantity::Heading,
+            format!("expected PGN 127250 or 127257 with a heading; found {found}"),
+        );
+        known.lacks(
+            Quantity::Rudder,
+            format!("expected PGN 127245 with a position or an order; found {found}"),
+        );
+        known
+    }
+
+    fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault> {
+        while let Some(frame) = self.next_message()? {
+            let Some((group, kind)) = frame
+                .key()
+                .and_then(|key| Some((key.0, *self.kind_of.get(&key)?)))
+                .filter(|(_, kind)| wanted[*kind])
+            else {
+                continue;
+            };
+            message.kind = kind;
+            message.time_s = frame.time_s;
+            message.values.clear();
+            message.values.extend(frame.values(group));
+            return Ok(true);
+        }
+        Ok(false)
+    }
+
+    fn bytes(&mut self) -> &mut Bytes {
+        &mut self.bytes
+    }
+
+    fn position(&self) -> u64 {
+        self.bytes.position()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.damage.warnings()
+    }
+}

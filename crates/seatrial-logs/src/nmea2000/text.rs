@@ -1,0 +1,268 @@
+//! Frames in lines of text.
+//!
+//! | recorder | line |
+//! |---|---|
+//! | canboat | `2026-06-08T01:51:24.127,2,127250,15,255,8,ff,c0,...` |
+//! | Yacht Devices | `00:29:58.000 R 09F1120F FF C0 ...` |
+//! | iKonvert | `!PDGY,127250,2,15,255,481.000,/8Ae/3//f/0=` |
+//! | candump | `(1614817798.000000) can0 09F1120F#FFC0...` or `(...) can0 09F1120F [8] FF C0 ...` |
+//! | PCAN | `1) 1059.9 Rx 09F1120F 8 FF C0 ...` |
+//! | Garmin | `0,486942,127250,Vessel Heading,Garmin,15,255,2,1,8,0xFFC0...` |
+//! | SeaSmart | `$PCDIN,01F112,000C72EA,0F,FFC0...*5A` |
+//! | Actisense | `A000057.055 0FFF2 1F112 FFC0...` |
+
+use super::{Frame, MOST_BYTES};
+use crate::clock::{instant, stamp_s, time_of_day};
+use crate::nmea0183;
+
+/// Lines that are looked at, of which half are frames.
+const LINES: usize = 20;
+
+/// How the first lines write frames.
+pub(super) fn container(start: &[u8]) -> Option<fn(&str) -> Option<Frame>> {
+    let is_cut = start.len() >= super::START;
+    let text = String::from_utf8_lossy(start);
+    let lines: Vec<&str> = text
+        .lines()
+        .map(str::trim)
+        .filter(|line| !line.is_empty() && !line.starts_with(['#', ';']))
+        .take(LINES)
+        .collect();
+    let whole = lines.len() - usize::from(is_cut && lines.len() > 1 && lines.len() < LINES);
+    let all: [fn(&str) -> Option<Frame>; 8] = [
+        canboat,
+        yacht_devices,
+        ikonvert,
+        candump,
+        pcan,
+        garmin,
+        sea_smart,
+        actisense,
+    ];
+    let count = |read: &fn(&str) -> Option<Frame>| {
+        lines[..whole]
+            .iter()
+            .filter(|line| read(line).is_some())
+            .count()
+    };
+    all.into_iter()
+        .find(|read| 2 * count(read) >= whole && count(read) > 0)
+}
+
+/// The bytes of hexadecimal digits.
+fn hexadecimal(digits: &str) -> Option<Vec<u8>> {
+    let is_sound = digits.len() % 2 == 0
+        && digits.len() <= 2 * MOST_BYTES
+        && digits.bytes().all(|byte| byte.is_ascii_hexdigit());
+    is_sound.then_some(())?;
+    (0..digits.len() / 2)
+        .map(|at| u8::from_str_radix(&digits[2 * at..2 * at + 2], 16).ok())
+        .collect()
+}
+
+/// A byte of two digits a cell.
+fn bytes<'a>(cells: impl Iterator<Item = &'a str>) -> Option<Vec<u8>> {
+    cells
+        .map(|cell| {
+            let digits = Some(cell.trim()).filter(|digits| digits.len() == 2)?;
+            u8::from_str_radix(digits, 16).ok()
+        })
+        .take(MOST_BYTES + 1)
+        .collect()
+}
+
+/// An identifier of 29 bits.
+fn identifier(text: &str) -> Option<u32> {
+    let is_long = text.len() == 8 && text.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let number = u32::from_str_radix(text, 16).ok().filter(|_| is_long)?;
+    // Some programs set the flag of a long identifier.
+    Some(number & 0x1fff_ffff)
+}
+
+/// `2026-06-08T01:51:24.127`, with or without `Z`, or `2026-06-08-01:51:24.127`.
+pub(super) fn date_s(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let old_style = text.is_ascii() && text.as_bytes().get(10) == Some(&b'-');
+    let time = match old_style {
+        true => instant(&format!("{}T{}", &text[..10], &text[11..])),
+        false => instant(text),
+    };
+    Some(time?.as_nanosecond() as f64 / 1e9)
+}
+
+fn canboat(line: &str) -> Option<Frame> {
+    let mut cells = line.split(',');
+    let time_s = date_s(cells.next()?)?;
+    let _priority: u8 = cells.next()?.trim().parse().ok()?;
+    let number = cells.next()?.trim().parse().ok()?;
+    let source = cells.next()?.trim().parse().ok()?;
+    let _destination: u8 = cells.next()?.trim().parse().ok()?;
+    let length: usize = cells.next()?.trim().parse().ok()?;
+    let data = bytes(cells)?;
+    (data.len() >= length).then_some(Frame {
+        time_s,
+        number,
+        source,
+        is_of_bus: data.len() <= 8,
+        data,
+    })
+}
+
+fn yacht_devices(line: &str) -> Option<Frame> {
+    let mut cells = line.split_whitespace();
+    let time = cells.next()?;
+    let time_s = time_of_day(time).or_else(|| stamp_s(time))?;
+    let way = cells.next()?;
+    let identifier = identifier(cells.next()?)?;
+    let data = bytes(cells)?;
+    let is_frame = matches!(way, "R" | "T") && (1..=8).contains(&data.len());
+    is_frame.then(|| Frame::of_bus(time_s, identifier, data))
+}
+
+fn ikonvert(line: &str) -> Option<Frame> {
+    let mut cells = line.strip_prefix("!PDGY,")?.split(',');
+    let number = cells.next()?.parse().ok()?;
+    let _priority: u8 = cells.next()?.parse().ok()?;
+    let source = cells.next()?.parse().ok()?;
+    let _destination: u8 = cells.next()?.parse().ok()?;
+    let time_s = cells
+        .next()?
+        .parse()
+        .ok()
+        .filter(|time: &f64| time.is_finite())?;
+    let data = base64(cells.next()?)?;
+    Some(Frame {
+        time_s,
+        number,
+        source,
+        data,
+        is_of_bus: false,
+    })
+}
+
+/// The bytes of base 64.
+fn base64(text: &str) -> Option<Vec<u8>> {
+    let digits = text.trim_end_matches('=');
+    if digits.len() > 2 * MOST_BYTES {
+        return None;
+    }
+    let (mut bits, mut count, mut bytes) = (0_u32, 0, Vec::new());
+    for digit in digits.bytes() {
+        let value = match digit {
+            b'A'..=b'Z' => digit - b'A',
+            b'a'..=b'z' => digit - b'a' + 26,
+            b'0'..=b'9' => digit - b'0' + 52,
+            b'+' | b'-' => 62,
+            b'/' | b'_' => 63,
+            _ => return None,
+        };
+        bits = bits << 6 | u32::from(value);
+        count += 6;
+        if count >= 8 {
+            count -= 8;
+            bytes.push((bits >> count) as u8);
+        }
+    }
+    Some(bytes)
+}
+
+fn candump(line: &str) -> Option<Frame> {
+    let (time, rest) = line.strip_prefix('(')?.split_once(')')?;
+    let time_s = date_s(time).or_else(|| stamp_s(time.trim()))?;
+    let mut cells = rest.split_whitespace();
+    let _bus = cells.next()?;
+    let cell = cells.next()?;
+    if let Some((id, digits)) = cell.split_once('#') {
+        let data = hexadecimal(digits).filter(|data| data.len() <= 8)?;
+        return Some(Frame::of_bus(time_s, identifier(id)?, data));
+    }
+    let identifier = identifier(cell)?;
+    // `RX - -` of `candump -x`.
+    let length = cells.find(|cell| cell.starts_with('['))?;
+    let length: usize = length.trim_matches(['[', ']']).parse().ok()?;
+    let data = bytes(cells.take(length.min(8)))?;
+    (data.len() == length).then(|| Frame::of_bus(time_s, identifier, data))
+}
+
+fn pcan(line: &str) -> Option<Frame> {
+    let cells: Vec<&str> = line.split_whitespace().take(32).collect();
+    let _place: u64 = cells.first()?.trim_end_matches(')').parse().ok()?;
+    let milliseconds: f64 = cells.get(1)?.parse().ok()?;
+    let at = 2 + cells[2..]
+        .iter()
+        .position(|cell| identifier(cell).is_some())?;
+    let identifier = identifier(cells[at])?;
+    // Behind it a direction or not, then the length and as many bytes.
+    let lengths = at + 1..cells.len().min(at + 5);
+    let data = lengths.into_iter().find_map(|at| {
+        let length: usize = cells[at]
+            .parse()
+            .ok()
+            .filter(|length| (1..=8).contains(length))?;
+        let rest = cells.get(at + 1..)?;
+        (rest.len() == length).then(|| bytes(rest.iter().copied()))?
+    })?;
+    let time_s = Some(milliseconds / 1e3).filter(|time_s| time_s.is_finite())?;
+    Some(Frame::of_bus(time_s, identifier, data))
+}
+
+fn garmin(line: &str) -> Option<Frame> {
+    let cells: Vec<&str> = line.split(',').map(str::trim).take(16).collect();
+    let digits = cells.last()?.strip_prefix("0x")?;
+    let number = cells.get(2)?.parse().ok()?;
+    let time_s = match cells[1].parse::<f64>() {
+        Ok(milliseconds) if milliseconds.is_finite() => milliseconds / 1e3,
+        _ => underscored_s(cells[1])?,
+    };
+    // Source, destination, priority, single frame, size and data come last.
+    let source = cells.get(cells.len().checked_sub(6)?)?.parse().ok()?;
+    Some(Frame {
+        time_s,
+        number,
+        source,
+        data: hexadecimal(digits)?,
+        is_of_bus: false,
+    })
+}
+
+/// `month_day_year_hours_minutes_seconds_milliseconds`.
+fn underscored_s(text: &str) -> Option<f64> {
+    let numbers: Option<Vec<f64>> = text.split('_').map(|part| part.parse().ok()).collect();
+    let [month, day, year, hours, minutes, seconds, milliseconds] = numbers?[..] else {
+        return None;
+    };
+    let of_day_s = 3600.0 * hours + 60.0 * minutes + seconds + milliseconds / 1e3;
+    crate::clock::unix_s(year, month, day, of_day_s)
+}
+
+fn sea_smart(line: &str) -> Option<Frame> {
+    let (_, cells) = nmea0183::sentence(line)?;
+    let [name, number, time, source, data] = cells[..] else {
+        return None;
+    };
+    (name == "PCDIN").then_some(())?;
+    Some(Frame {
+        time_s: f64::from(u32::from_str_radix(time, 16).ok()?) / 1e3,
+        number: u32::from_str_radix(number, 16).ok()?,
+        source: u8::from_str_radix(source, 16).ok()?,
+        data: hexadecimal(data)?,
+        is_of_bus: false,
+    })
+}
+
+fn actisense(line: &str) -> Option<Frame> {
+    let mut cells = line.strip_prefix('A')?.split_whitespace();
+    let time = cells.next()?;
+    let (hours, rest) = time.split_at_checked(2)?;
+    let (minutes, seconds) = rest.split_at_checked(2)?;
+    let time_s = time_of_day(&format!("{hours}:{minutes}:{seconds}"))?;
+    let addresses = cells.next().filter(|cell| cell.len() == 5)?;
+    let number = u32::from_str_radix(cells.next()?, 16).ok()?;
+    Some(Frame {
+        time_s,
+        number,
+        source: u8::from_str_radix(addresses.get(..2)?, 16).ok()?,
+        data: hexadecimal(cells.next()?)?,
+        is_of_bus: false,
+    })
+}

@@ -1,0 +1,337 @@
+//! Logs as people's recorders write them: the same run in every container and encoding gives the same samples.
+
+use std::path::Path;
+
+use seatrial_core::Sample;
+use seatrial_dev::data;
+use seatrial_logs::{ChannelChoice, Fault, LogReader, Quantity, Unit, open};
+
+fn samples(path: &Path, choice: &ChannelChoice) -> (Vec<Sample<f64>>, LogReader) {
+    let mut reader = open(path, choice).unwrap();
+    let samples = reader.by_ref().collect::<Result<Vec<_>, _>>().unwrap();
+    (samples, reader)
+}
+
+fn of_text(text: &str, choice: &ChannelChoice) -> Result<(Vec<Sample<f64>>, LogReader), Fault> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log");
+    std::fs::write(&path, text).unwrap();
+    let mut reader = open(&path, choice).map_err(|error| error.fault)?;
+    let samples: Result<Vec<_>, _> = reader.by_ref().collect();
+    Ok((samples.map_err(|error| error.fault)?, reader))
+}
+
+fn unit(reader: &LogReader, quantity: Quantity) -> Unit {
+    let mut channels = reader.description().channels.iter();
+    channels
+        .find(|channel| channel.quantity == quantity)
+        .unwrap()
+        .unit
+}
+
+/// Do two records hold the same run, with times, headings and rudders within these, s and rad?
+fn assert_same(
+    one: &[Sample<f64>],
+    other: &[Sample<f64>],
+    time_s: f64,
+    angle_rad: f64,
+    what: &str,
+) {
+    let start_s = [one, other].map(|samples| samples[0].time_s);
+    for (k, (a, b)) in one.iter().zip(other).enumerate() {
+        let late_s = (a.time_s - start_s[0]) - (b.time_s - start_s[1]);
+        assert!(late_s.abs() < time_s, "{what} {k}: {a:?} {b:?}");
+        let turned = (a.heading_rad - b.heading_rad).sin();
+        assert!(turned.abs() < angle_rad, "{what} {k}: {a:?} {b:?}");
+        // A rudder that is stamped 1 ms late moves 1 % of an interval of 0.1 s late.
+        assert!(
+            (a.rudder_rad - b.rudder_rad).abs() < 0.01,
+            "{what} {k}: {a:?} {b:?}"
+        );
+    }
+}
+
+#[test]
+fn io_one_run_of_many_recorders_is_one_record() {
+    let Some(cases) = data("cases") else { return };
+    let read = |name: &str| samples(&cases.join(name), &ChannelChoice::default()).0;
+    let run = read("11_ros_secs_nsecs.csv");
+    assert_eq!(run.len(), 1401);
+    // Times: of days with six decimals, 0.09 s. Angles: of whole 1e-4 rad, or hundredths of a degree.
+    for (name, time_s, angle_rad) in [
+        ("01_time_100ns_ticks.csv", 1e-6, 1e-9),
+        ("10_ydwg.raw", 1e-6, 2e-4),
+        ("10c_ikonvert.log", 1.1e-2, 2e-4),
+        ("14_expedition_sparse.csv", 0.1, 2e-4),
+        ("18_grafana_long.csv", 1e-6, 2e-4),
+        ("21_hhmmss_number.csv", 1e-6, 1e-9),
+    ] {
+        let found = read(name);
+        // A rudder a moment behind the first heading leaves that one out.
+        let missing = run.len() - found.len();
+        assert!(missing <= 1, "{name}: {missing}");
+        assert_same(&found, &run[missing..], time_s, angle_rad, name);
+    }
+}
+
+#[test]
+fn io_sentences_keep_their_own_times_or_are_spread_between_those_of_others() {
+    let Some(cases) = data("cases") else { return };
+    for (name, count) in [
+        ("08_opencpn_vdr.csv", 1500),
+        ("09_nmea_10hz_rmc_1hz.nmea", 2201),
+        ("19_two_talkers.log", 1510),
+    ] {
+        let (found, reader) = samples(&cases.join(name), &ChannelChoice::default());
+        assert_eq!(found.len(), count, "{name}");
+        let steps = found.windows(2).map(|pair| pair[1].time_s - pair[0].time_s);
+        let uneven = steps.filter(|step| (step - 0.1).abs() > 1e-3).count();
+        assert!(uneven <= count / 100, "{name}: {uneven}");
+        let doubts = &reader.description().warnings;
+        let says_two = doubts
+            .iter()
+            .any(|text| text.contains("2 instruments send HDG"));
+        assert_eq!(says_two, name.starts_with("19"), "{doubts:?}");
+    }
+}
+
+#[test]
+fn io_columns_of_different_rates_are_joined_by_time() {
+    let Some(cases) = data("cases") else { return };
+    let (found, _) = samples(
+        &cases.join("12_outer_merge_empty_cells.csv"),
+        &ChannelChoice::default(),
+    );
+    assert!(found.len() >= 1599);
+    let steps = found.windows(2).map(|pair| pair[1].time_s - pair[0].time_s);
+    assert!(steps.into_iter().all(|step| (step - 0.1).abs() < 0.05));
+}
+
+#[test]
+fn io_what_a_column_says_of_its_clock_and_rate_is_understood() {
+    let Some(cases) = data("cases") else { return };
+    let name = "13_utc_in_brackets_rot_degmin.csv";
+    let (found, reader) = samples(&cases.join(name), &ChannelChoice::default());
+    assert_eq!(found.len(), 721);
+    assert_eq!(unit(&reader, Quantity::YawRate), Unit::DegreePerMinute);
+    assert_eq!(
+        reader.description().start_utc.as_deref(),
+        Some("2015-09-21T13:13:21.8Z")
+    );
+    let refused = open(
+        &cases.join("02_heading_tenths.csv"),
+        &ChannelChoice::default(),
+    );
+    let error = refused.err().unwrap().to_string();
+    assert!(
+        error.contains("--unit heading=UNIT") && error.contains("ddeg"),
+        "{error}"
+    );
+}
+
+#[test]
+fn io_positions_are_read_wherever_they_are() {
+    let Some(cases) = data("cases") else { return };
+    let read = |name: &str| samples(&cases.join(name), &ChannelChoice::default()).0;
+    let truth = read("04_truth_positions_shifted.csv");
+    for name in [
+        "04_turning_circle_latlon.csv",
+        "04b_turning_circle_minus999.csv",
+    ] {
+        let found = read(name);
+        assert_eq!(found.len(), truth.len());
+        for (one, other) in found.iter().zip(&truth) {
+            let moved = [
+                one.north_m.unwrap()
+                    - found[0].north_m.unwrap()
+                    - (other.north_m.unwrap() - truth[0].north_m.unwrap()),
+                one.east_m.unwrap()
+                    - found[0].east_m.unwrap()
+                    - (other.east_m.unwrap() - truth[0].east_m.unwrap()),
+            ];
+            // A minute of latitude is 1852 m to 0.3 %, of 4 km.
+            assert!(moved.iter().all(|m| m.abs() < 12.0), "{name}: {moved:?}");
+        }
+    }
+}
+
+/// A heading through north and a rudder, written by a row of time in s, heading in turns and rudder in degrees.
+fn log(header: &str, row: impl Fn(f64, f64, f64) -> String) -> String {
+    let rows = (0..400).map(|k| {
+        let time_s = 0.1 * f64::from(k);
+        let turns = (0.93 + 0.15 * (0.2 * time_s).sin()).rem_euclid(1.0);
+        row(time_s, turns, 10.0 * (0.2 * time_s).cos())
+    });
+    rows.fold(format!("{header}\n"), |log, row| log + &row + "\n")
+}
+
+#[test]
+fn io_a_heading_says_its_unit_where_it_wraps() {
+    for (turn, decimals, expected) in [
+        (360.0, 1, Unit::Degree),
+        (std::f64::consts::TAU, 4, Unit::Radian),
+        (3600.0, 0, Unit::Decidegree),
+        (36_000.0, 0, Unit::Centidegree),
+        (6400.0, 0, Unit::Mil),
+        (6283.185, 0, Unit::Milliradian),
+        (62_831.85, 0, Unit::TenthMilliradian),
+        (65_536.0, 0, Unit::Count16),
+        (256.0, 0, Unit::Count8),
+        (4096.0, 0, Unit::Count12),
+    ] {
+        let text = log("time_s,heading,rudder_deg", |time_s, turns, rudder| {
+            format!(
+                "{time_s:.1},{:.decimals$},{rudder:.1}",
+                (turns * turn) % turn
+            )
+        });
+        let (_, reader) = of_text(&text, &ChannelChoice::default()).unwrap();
+        assert_eq!(unit(&reader, Quantity::Heading), expected, "{turn}");
+    }
+    // By its name it is in degrees, and no degree wraps there.
+    let text = log("time_s,heading_deg,rudder_deg", |time_s, turns, rudder| {
+        format!("{time_s:.1},{:.0},{rudder:.1}", 3600.0 * turns)
+    });
+    let refused = of_text(&text, &ChannelChoice::default());
+    assert!(matches!(refused, Err(Fault::ImplausibleValues { .. })));
+}
+
+#[test]
+fn io_times_are_read_in_every_way_that_recorders_write_them() {
+    // 2026-03-04T10:29:58Z
+    let start_s = 1_772_620_198_f64;
+    let clock = |time_s: f64| {
+        let of_day_s = 37_798.0 + time_s;
+        let (hours, rest) = ((of_day_s / 3600.0).floor(), of_day_s % 3600.0);
+        (hours, (rest / 60.0).floor(), rest % 60.0)
+    };
+    let of_clock = move |time_s: f64, write: fn(f64, f64, f64) -> String| {
+        let (hours, minutes, seconds) = clock((time_s * 10.0).round() / 10.0 + 1e-9);
+        write(hours, minutes, seconds)
+    };
+    let ways: [(&str, Box<dyn Fn(f64) -> String>); 13] = [
+        ("time_s", Box::new(|t| format!("{t:.1}"))),
+        ("stamp", Box::new(move |t| format!("{:.1}", start_s + t))),
+        (
+            "stamp",
+            Box::new(move |t| format!("{:.0}", 1e3 * (start_s + t))),
+        ),
+        (
+            "stamp",
+            Box::new(move |t| format!("{:.0}", 1e6 * (start_s + t))),
+        ),
+        (
+            "stamp",
+            Box::new(move |t| format!("{:.0}", 1e7 * (start_s + 11_644_473_600.0) + 1e7 * t)),
+        ),
+        (
+            "stamp",
+            Box::new(move |t| format!("{:.0}", 1e7 * (start_s + 62_135_596_800.0) + 1e7 * t)),
+        ),
+        (
+            "secs,nsecs",
+            Box::new(move |t| format!("{start_s:.0},{:.0}", 1e9 * t).replace("nan", "")),
+        ),
+        (
+            "year,month,day,hour,minute,second",
+            Box::new(move |t| of_clock(t, |h, m, s| format!("2026,3,4,{h},{m},{s:.1}"))),
+        ),
+        (
+            "utc",
+            Box::new(move |t| of_clock(t, |h, m, s| format!("{h:02}{m:02}{s:04.1}"))),
+        ),
+        (
+            "utc",
+            Box::new(move |t| of_clock(t, |h, m, s| format!("20260304{h:02}{m:02}{s:04.1}"))),
+        ),
+        (
+            "Time (UTC)",
+            Box::new(move |t| of_clock(t, |h, m, s| format!("4-Mar-2026 {h:02}:{m:02}:{s:04.1}"))),
+        ),
+        (
+            "DATE/TIME(UTC)",
+            Box::new(move |t| {
+                of_clock(t, |h, m, s| format!("Mar 4 2026 {h}:{m:02}:{s:04.1} a.m."))
+            }),
+        ),
+        (
+            "date,time",
+            Box::new(move |t| of_clock(t, |h, m, s| format!("2026-03-04,{h:02}:{m:02}:{s:04.1}"))),
+        ),
+    ];
+    for (number, (names, time)) in ways.iter().enumerate() {
+        let text = log(
+            &format!("{names},heading_deg,rudder_deg"),
+            |time_s, turns, rudder| format!("{},{:.3},{rudder:.2}", time(time_s), 360.0 * turns),
+        );
+        let found = of_text(&text, &ChannelChoice::default());
+        let (samples, _) = found.unwrap_or_else(|fault| panic!("{number} {names}: {fault}"));
+        assert_eq!(samples.len(), 400, "{number} {names}");
+        let (first, last) = (samples[0], samples[399]);
+        // A date and time in digits is a number of 14 digits, which is a double to 4 ms.
+        assert!(
+            (last.time_s - first.time_s - 39.9).abs() < 5e-3,
+            "{number} {names}: {last:?}"
+        );
+    }
+}
+
+#[test]
+fn io_one_vehicle_of_two_an_attitude_and_a_rate_alone_are_read() {
+    let text = log(
+        "BOAT,time_s,heading_deg,rudder_deg",
+        |time_s, turns, rudder| {
+            let of = |boat: u8, turns: f64| {
+                format!("{boat},{time_s:.1},{:.2},{rudder:.1}", 360.0 * turns)
+            };
+            format!("{}\n{}", of(1, turns), of(2, 0.5 * turns))
+        },
+    );
+    let mut choice = ChannelChoice::default();
+    choice.rows_where = vec![("BOAT".into(), "2".into())];
+    let (samples, _) = of_text(&text, &choice).unwrap();
+    assert_eq!(samples.len(), 400);
+    assert!((samples[0].heading_rad.to_degrees() - 167.4).abs() < 0.01);
+
+    let names = "time_s,orientation.x,orientation.y,orientation.z,orientation.w,rudder_deg";
+    let text = log(names, |time_s, turns, rudder| {
+        let yaw = std::f64::consts::TAU * (0.25 - turns);
+        format!(
+            "{time_s:.1},0,0,{:.6},{:.6},{rudder:.1}",
+            (0.5 * yaw).sin(),
+            (0.5 * yaw).cos()
+        )
+    });
+    let (samples, _) = of_text(&text, &ChannelChoice::default()).unwrap();
+    let north = samples[0].heading_rad - 0.93 * std::f64::consts::TAU;
+    assert!(north.sin().abs() < 1e-4);
+
+    let text = log("time_s,yaw_rate (deg/s),rudder_deg", |time_s, _, rudder| {
+        format!("{time_s:.1},{:.6},{rudder:.1}", 3.0 * (0.2 * time_s).cos())
+    });
+    let (samples, _) = of_text(&text, &ChannelChoice::default()).unwrap();
+    let turned = samples[399].heading_rad.to_degrees() - 15.0 * (0.2_f64 * 39.9).sin();
+    assert!(turned.abs() < 0.01, "{turned}");
+    assert!(samples.iter().all(|sample| sample.yaw_rate_rad_s.is_none()));
+}
+
+#[test]
+fn io_one_value_a_row_of_a_database_is_read() {
+    let rows = log(
+        "#group,false,false\n,result,table,_time,_value,_field,_measurement",
+        |t, turns, rudder| {
+            let of = |value: f64, name: &str| {
+                format!(",,0,2026-03-04T00:00:{t:04.1}Z,{value:.5},value,{name}")
+            };
+            let heading = of(std::f64::consts::TAU * turns, "navigation.headingTrue");
+            format!(
+                "{heading}\n{}",
+                of(rudder.to_radians(), "steering.rudderAngle")
+            )
+        },
+    );
+    let (samples, reader) = of_text(&rows, &ChannelChoice::default()).unwrap();
+    assert!(samples.len() >= 399);
+    assert_eq!(unit(&reader, Quantity::Heading), Unit::Radian);
+    assert!((samples[0].rudder_rad.to_degrees() - 10.0).abs() < 0.1);
+}
