@@ -2,7 +2,7 @@
 
 mod export;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use seatrial::verdict::three_figures;
 use seatrial_app::gains::{HeadingGains, InterpolatedGain, LoopFigures, Wanted};
@@ -11,7 +11,7 @@ use seatrial_core::RudderUnit;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 
 use crate::model_source::{SourceArgs, trial_line, warn};
-use crate::output::{Exit, Failure, Output};
+use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::screen::{width, wrapped};
 use crate::table::{Table, estimate_text};
 
@@ -64,7 +64,7 @@ pub struct Args {
     vehicle_type: export::VehicleType,
     /// Where the export goes; standard output without.
     #[arg(long, value_name = "FILE", requires = "export")]
-    out: Option<PathBuf>,
+    out: Option<OutputPath>,
 }
 
 fn help() -> String {
