@@ -108,4 +108,8 @@ impl Table for WithDifferences {
     fn warnings(&self) -> Vec<String> {
         self.table.warnings()
     }
+
+    fn is_damaged(&self) -> bool {
+        self.table.is_damaged()
+    }
 }

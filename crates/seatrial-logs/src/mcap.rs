@@ -5,6 +5,7 @@ mod unpack;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use mcap::McapError;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::bytes::{Bytes, Damage};
@@ -28,6 +29,8 @@ const MOST_CHANNELS: usize = 1 << 16;
 const RECORD_HEADER: usize = 9;
 /// The last record, 20 bytes behind its header, and the magic behind it.
 const FOOTER: usize = RECORD_HEADER + 20 + MAGIC.len();
+/// Of the footer the summary's checksum covers what stands before it.
+const SUMMED_OF_FOOTER: u64 = RECORD_HEADER as u64 + 16;
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 /// The longest record of a summary that is read at once.
 const LONGEST_SUMMARY: usize = 1 << 17;
@@ -42,6 +45,11 @@ pub(crate) struct Mcap {
     is_at_end: bool,
     damage: Damage,
     what: Option<String>,
+    /// A record of the file, outside chunks, begins here, not behind what has been read.
+    boundary: u64,
+    /// Are messages given before the checksum of their chunk was seen?
+    is_streaming: bool,
+    is_summary_damaged: bool,
 }
 
 /// A record that matters.
@@ -122,12 +130,15 @@ impl Mcap {
     pub fn open(file: Input) -> Result<Self, Fault> {
         let mut log = Self {
             bytes: Bytes::new(file)?,
-            reader: new_reader(),
+            reader: new_reader(LinearReaderOptions::default()),
             topics: Topics::default(),
             unpacked: 0,
             is_at_end: false,
             damage: Damage::default(),
             what: None,
+            boundary: MAGIC.len() as u64,
+            is_streaming: false,
+            is_summary_damaged: false,
         };
         let directory = match log.summary()? {
             Some(directory) => directory,
@@ -154,6 +165,8 @@ impl Mcap {
         log.is_at_end = false;
         log.damage = Damage::default();
         log.what = None;
+        log.boundary = MAGIC.len() as u64;
+        log.is_streaming = false;
         Ok(log)
     }
 
@@ -169,6 +182,12 @@ impl Mcap {
         let Some(start) = start else {
             return Ok(None);
         };
+        let sum = number::<u32>(footer, RECORD_HEADER + 16).unwrap_or(0);
+        self.bytes.go_to(start)?;
+        if sum != 0 && self.sum_until(footer_at + SUMMED_OF_FOOTER)? != sum {
+            self.is_summary_damaged = true;
+            return Ok(None);
+        }
         self.bytes.go_to(start)?;
         let mut directory = Directory::default();
         let mut has_statistics = false;
@@ -200,46 +219,63 @@ impl Mcap {
         Ok((has_statistics && directory.with_messages.iter().all(is_whole)).then_some(directory))
     }
 
+    /// CRC-32 of what lies before this byte.
+    fn sum_until(&mut self, end: u64) -> Result<u32, Fault> {
+        let mut sum = crc32fast::Hasher::new();
+        while self.bytes.position() < end {
+            let count = (end - self.bytes.position()).min(PIECE as u64) as usize;
+            let seen = self.bytes.peek(count)?;
+            let count = count.min(seen.len());
+            if count == 0 {
+                break;
+            }
+            sum.update(&seen[..count]);
+            self.bytes.skip(count);
+        }
+        Ok(sum.finalize())
+    }
+
     fn first_pass(&mut self) -> Result<Directory, Fault> {
         self.bytes.go_to(0)?;
         let mut directory = Directory::default();
         while self.next_record(|record| directory.take(record))? {}
-        self.reader = new_reader();
+        self.reader = new_reader(LinearReaderOptions::default());
         Ok(directory)
     }
 
-    /// Gives the next record that matters away; `false` at the end. The library is trusted with nothing:
-    /// what it calls broken, or panics on, ends the file.
+    /// Gives the next record that matters away; `false` at the end. The library is trusted with nothing: a part that
+    /// it calls broken is passed over, and where it panics the file ends.
     fn next_record(&mut self, mut with: impl FnMut(Record)) -> Result<bool, Fault> {
         while !self.is_at_end {
             let reader = &mut self.reader;
             let mut unpacked = 0;
             let event = catch_unwind(AssertUnwindSafe(|| match reader.next_event() {
-                None => Ok(Next::End),
-                Some(Err(error)) => Err(error.to_string()),
-                Some(Ok(LinearReadEvent::ReadRequest(count))) => Ok(Next::Read(count)),
+                None => Next::End,
+                Some(Err(error)) => Next::of(&error),
+                Some(Ok(LinearReadEvent::ReadRequest(count))) => Next::Read(count),
                 Some(Ok(LinearReadEvent::Record { data, opcode })) => {
                     unpacked = SHORTEST_COUNTED.max(data.len());
                     match Record::of(opcode, data) {
-                        Some(Record::End) => Ok(Next::DataEnd),
-                        Some(Record::Other | Record::Statistics(_)) => Ok(Next::Skipped),
+                        Some(Record::End) => Next::DataEnd,
+                        Some(Record::Other | Record::Statistics(_)) => Next::Skipped,
                         Some(record) => {
                             with(record);
-                            Ok(Next::Given)
+                            Next::Given
                         }
-                        None => Err(format!("a record of type {opcode} is shorter than it says")),
+                        None => Next::Broken(format!(
+                            "a record of type {opcode} is shorter than it says"
+                        )),
                     }
                 }
             }));
             self.unpacked += unpacked as u64;
             let most = LONGEST_RECORD as u64 + MOST_UNPACKED * self.bytes.position();
-            let event = match event {
-                Ok(_) if self.unpacked > most => Err(format!(
-                    "unpacks to more than {MOST_UNPACKED} times its size"
-                )),
-                event => event.unwrap_or_else(|_| Err("its reader gave up".into())),
-            };
             match event {
+                Ok(_) if self.unpacked > most => {
+                    self.ends_with(format!(
+                        "unpacks to more than {MOST_UNPACKED} times its size"
+                    ));
+                }
                 Ok(Next::Read(count)) => {
                     let count = count.clamp(1, PIECE);
                     let seen = self.bytes.peek(count)?;
@@ -251,18 +287,86 @@ impl Mcap {
                 Ok(Next::Skipped) => {}
                 Ok(Next::Given) => return Ok(true),
                 Ok(Next::DataEnd) => self.is_at_end = true,
-                Ok(Next::End) => {
-                    self.damage.cut_at = Some(self.bytes.position());
-                    self.is_at_end = true;
+                Ok(Next::End) if self.is_streaming => self.is_cut()?,
+                Ok(Next::End | Next::TooLarge) if !self.is_streaming => self.stream()?,
+                Ok(Next::End | Next::TooLarge) => {
+                    self.pass_over("a record that is too long".into())?;
                 }
-                Err(what) => {
-                    self.damage.cut_at = Some(self.bytes.position());
-                    self.what = Some(what);
-                    self.is_at_end = true;
-                }
+                Ok(Next::Broken(what)) => self.pass_over(what)?,
+                Ok(Next::WrongSum) => self.ends_with("the checksum of its data is wrong".into()),
+                Err(_) => self.ends_with("its reader gave up".into()),
             }
         }
         Ok(false)
+    }
+
+    fn ends_with(&mut self, what: String) {
+        self.what.get_or_insert(what);
+        self.is_at_end = true;
+    }
+
+    /// The file is cut off, unless its end is there: then a record is longer than was written.
+    fn is_cut(&mut self) -> Result<(), Fault> {
+        let length = self.bytes.length()?;
+        self.damage.cut_at = Some(self.boundary);
+        self.bytes
+            .go_to(length.saturating_sub(MAGIC.len() as u64))?;
+        if self.bytes.peek(MAGIC.len())? == MAGIC && length > MAGIC.len() as u64 {
+            self.ends_with("a record before its end is longer than the file".into());
+        }
+        self.bytes.go_to(length)?;
+        self.is_at_end = true;
+        Ok(())
+    }
+
+    /// Reads the part that was being read again, and gives its messages as they come: of a chunk that was cut off the
+    /// checksum will never come, and one that is too long is not held in memory.
+    fn stream(&mut self) -> Result<(), Fault> {
+        self.find_boundary()?;
+        self.is_streaming = true;
+        self.go_on_at(self.boundary)
+    }
+
+    /// Goes on behind the part that was being read.
+    fn pass_over(&mut self, what: String) -> Result<(), Fault> {
+        let end = self.find_boundary()?;
+        let from = self.boundary;
+        let is_first = self.what.is_none();
+        self.what
+            .get_or_insert_with(|| format!("the part at byte {from} is left out: {what}"));
+        self.damage.skipped(from, end.saturating_sub(from) as usize);
+        if end >= self.bytes.length()? || (!is_first && end <= from) {
+            self.is_at_end = true;
+            return Ok(());
+        }
+        self.boundary = end;
+        self.is_streaming = false;
+        self.go_on_at(end)
+    }
+
+    fn go_on_at(&mut self, position: u64) -> Result<(), Fault> {
+        let options = LinearReaderOptions::default().with_skip_start_magic(true);
+        self.reader = new_reader(match self.is_streaming {
+            true => options.with_validate_chunk_crcs(true),
+            false => options,
+        });
+        self.bytes.go_to(position)
+    }
+
+    /// Moves the boundary to the record that was being read; where that ends.
+    fn find_boundary(&mut self) -> Result<u64, Fault> {
+        let read_to = self.bytes.position();
+        loop {
+            self.bytes.go_to(self.boundary)?;
+            let length = number::<u64>(self.bytes.peek(RECORD_HEADER)?, 1);
+            let end = length
+                .and_then(|length| length.checked_add(self.boundary + RECORD_HEADER as u64))
+                .unwrap_or(u64::MAX);
+            if end >= read_to {
+                return Ok(end);
+            }
+            self.boundary = end;
+        }
     }
 }
 
@@ -275,11 +379,32 @@ enum Next {
     DataEnd,
     /// Without a word.
     End,
+    /// More than is held in memory.
+    TooLarge,
+    /// A part that cannot be read, and why.
+    Broken(String),
+    /// All data were read, and their checksum is another.
+    WrongSum,
 }
 
-fn new_reader() -> LinearReader {
-    let options = LinearReaderOptions::default()
+impl Next {
+    fn of(error: &McapError) -> Self {
+        match error {
+            McapError::BadDataCrc { .. } => Self::WrongSum,
+            McapError::ChunkTooLarge(_) | McapError::RecordTooLarge { .. } => Self::TooLarge,
+            McapError::BadChunkCrc { .. } => Self::Broken("its checksum is wrong".into()),
+            error => Self::Broken(error.to_string()),
+        }
+    }
+}
+
+/// Unless it is told to [stream](Mcap::stream), a reader gives no message of a chunk whose checksum is wrong.
+fn new_reader(options: LinearReaderOptions) -> LinearReader {
+    let (is_streaming, is_from_start) = (options.validate_chunk_crcs, !options.skip_start_magic);
+    let options = options
         .with_skip_end_magic(true)
+        .with_prevalidate_chunk_crcs(!is_streaming)
+        .with_validate_data_section_crc(is_from_start)
         .with_record_length_limit(LONGEST_RECORD);
     unpack::with_rust(LinearReader::new_with_options(options))
 }
@@ -390,7 +515,14 @@ impl Messages for Mcap {
                 .iter()
                 .map(|what| format!("MCAP: {}", clipped(what))),
         );
+        if self.is_summary_damaged {
+            warnings.push("MCAP: the checksum of its summary is wrong".into());
+        }
         warnings.extend(self.topics.warnings());
         warnings
+    }
+
+    fn is_damaged(&self) -> bool {
+        self.what.is_some() || self.damage.bytes > 0 || self.is_summary_damaged
     }
 }

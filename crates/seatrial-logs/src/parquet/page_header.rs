@@ -14,6 +14,8 @@ pub(super) struct PageHeader {
     pub packed: usize,
     /// Bytes when they are unpacked.
     pub unpacked: usize,
+    /// CRC-32 of the bytes behind the header, where the writer gives it.
+    pub checksum: Option<u32>,
     pub kind: PageKind,
 }
 
@@ -73,6 +75,7 @@ impl PageHeader {
             length: thrift.at,
             packed: size(3)?,
             unpacked: size(2)?,
+            checksum: number(0, 4).map(|sum| sum as u32),
             kind,
         })
     }
@@ -209,6 +212,7 @@ mod tests {
             length: header.len(),
             packed: 26,
             unpacked: 24,
+            checksum: None,
             kind: PageKind::Data {
                 values: 3,
                 encoding: 0,
