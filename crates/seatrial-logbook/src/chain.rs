@@ -99,9 +99,12 @@ pub(super) fn campaign_link(campaign: &CampaignEntry) -> String {
         link.text("scenario");
         link.text(scenario);
     }
-    if campaign.notes_are_sealed {
+    if campaign.sealed > 0 {
         link.text("notes");
         link.optional_text(campaign.notes.as_deref());
+    }
+    if campaign.sealed > 1 {
+        link.text("trails");
     }
     link.text(&campaign.plan);
     link.hex()

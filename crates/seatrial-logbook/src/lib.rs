@@ -93,7 +93,7 @@ pub use recording::Recording;
 pub use verify::{Damage, Verification};
 pub use write::NewCampaign;
 
-use connect::{Connected, beside, connect, connect_for_reading, file_identity, harden, lacks_log};
+use connect::{Connected, beside, connect, connect_for_reading, file_identity, harden};
 use schema::{Identity, MIGRATIONS, altered, identity, migrate};
 
 /// The example of the readme, which is compiled.
@@ -183,7 +183,8 @@ impl Logbook {
         if !path.exists() {
             return Err(Error::Missing(path));
         }
-        let seems_alone = lacks_log(&path);
+        // Asked first: a reader makes such a file, too.
+        let lacks_log = connect::lacks_log(&path);
         let connected =
             connect_for_reading(&path).map_err(|error| Error::reading(&path, &error))?;
         let mut logbook = Self::of(connected, path);
@@ -193,7 +194,7 @@ impl Logbook {
             logbook.connection = migrated_copy(&logbook.connection)
                 .map_err(|error| Error::reading(&logbook.path, &error))?;
         }
-        if seems_alone && lacks_log(&logbook.path) {
+        if lacks_log {
             logbook.missing = logbook.reading(unfinished(&logbook.connection))?.map(|campaign| {
                 format!(
                     "{}: its {} is not beside it; what came after the last finished run of campaign {campaign} may be missing",

@@ -35,9 +35,10 @@ pub struct CampaignEntry {
     pub configuration: String,
     /// Notes on the configuration as they stood when it began.
     pub notes: Option<String>,
-    /// Does its hash cover the notes? Not in campaigns of older schemas, which show the configuration's newest notes.
+    /// What its hash covers: 1 the notes, 2 also that commands and reviews have hash chains. 0 in campaigns of older schemas,
+    /// which show the configuration's newest notes.
     #[serde(skip)]
-    pub(super) notes_are_sealed: bool,
+    pub(super) sealed: i64,
     /// When it began, UTC, ISO 8601.
     pub started: String,
     /// The version of seatrial that ran it.
@@ -364,7 +365,7 @@ pub(super) fn campaign_entries(
                     (SELECT review.accepted FROM review WHERE review.run = run.id
                      ORDER BY review.id DESC LIMIT 1), run.accepted)), 0)
                  FROM run WHERE run.campaign = campaign.id),
-                full_rudder_rad, full_rudder_assumed, scenario, notes_sealed IS NOT NULL
+                full_rudder_rad, full_rudder_assumed, scenario, notes_sealed
          FROM campaign JOIN configuration ON configuration.id = campaign.configuration
          WHERE ? ORDER BY campaign.id",
         1,
@@ -390,7 +391,7 @@ pub(super) fn campaign_entries(
                     is_assumed: is_assumed.unwrap_or(true),
                 }),
                 scenario: row.get(19)?,
-                notes_are_sealed: row.get(20)?,
+                sealed: row.get::<_, Option<i64>>(20)?.unwrap_or(0),
                 plan: row.get(8)?,
                 plan_sha256: row.get(9)?,
                 state,

@@ -96,6 +96,16 @@ fn parts(connection: &Connection) -> Result<Vec<Part>, Error> {
     query.query_map([], part)?.collect()
 }
 
+/// Has a campaign begun while commands and reviews had hash chains?
+fn has_trails(connection: &Connection, version: usize) -> Result<bool, Error> {
+    let sql = "SELECT EXISTS (SELECT 1 FROM campaign WHERE notes_sealed > 1)";
+    // The column came with the sixth schema, the one before.
+    match version + 1 == WITH_TRAILS {
+        true => connection.query_row(sql, [], |row| row.get(0)),
+        false => Ok(false),
+    }
+}
+
 /// Brings an empty file or an older logbook to the newest schema, in one transaction.
 pub(super) fn migrate(connection: &mut Connection, migrations: &[&str]) -> Result<(), Error> {
     let transaction = Transaction::new(connection, TransactionBehavior::Immediate)?;
@@ -108,7 +118,8 @@ pub(super) fn migrate(connection: &mut Connection, migrations: &[&str]) -> Resul
     for migration in migrations.iter().skip(version) {
         transaction.execute_batch(migration)?;
     }
-    if version < WITH_TRAILS {
+    // A logbook that has been without its chains since they were begun was altered, and its commands and reviews stay unsealed.
+    if version < WITH_TRAILS && !has_trails(&transaction, version)? {
         for trail in [Trail::Commands, Trail::Reviews] {
             trail.seal(&transaction, 0)?;
         }

@@ -79,9 +79,7 @@ impl Logbook {
         for (place, wrong) in row_places::misplaced(&self.connection) {
             found.add(&place, wrong);
         }
-        for trail in [Trail::Commands, Trail::Reviews] {
-            self.verify_trail(trail, &mut found);
-        }
+        self.verify_trails(&mut found);
         match campaign_entries(&self.connection) {
             Ok(campaigns) => {
                 for campaign in &campaigns {
@@ -93,12 +91,18 @@ impl Logbook {
         found
     }
 
-    /// What is damaged of a campaign and of the reviews.
+    /// What is damaged of a campaign, or of what operators commanded and decided.
     pub(super) fn damage_of(&self, campaign: &CampaignEntry) -> Option<Damage> {
         let mut found = Verification::default();
         self.verify_campaign(campaign, &mut found);
-        self.verify_trail(Trail::Reviews, &mut found);
+        self.verify_trails(&mut found);
         found.damage.into_iter().next()
+    }
+
+    fn verify_trails(&self, found: &mut Verification) {
+        for trail in [Trail::Commands, Trail::Reviews] {
+            self.verify_trail(trail, found);
+        }
     }
 
     fn verify_trail(&self, trail: Trail, found: &mut Verification) {

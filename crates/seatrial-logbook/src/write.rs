@@ -65,7 +65,7 @@ impl Logbook {
                                        scenario, plan, plan_sha256, sha256, head_sha256,
                                        notes, notes_sealed)
                  VALUES (?1, strftime('%Y-%m-%dT%H:%M:%SZ'), ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, '', '',
-                         (SELECT notes FROM configuration WHERE id = ?1), 1)",
+                         (SELECT notes FROM configuration WHERE id = ?1), 2)",
                 params![
                     configuration,
                     new.software_version,

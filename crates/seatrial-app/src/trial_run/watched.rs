@@ -72,6 +72,7 @@ impl Watched {
             self.note(finished);
         }
         let kept = self.keeper.end(campaign.outcome);
+        let is_kept = kept.unsaved.is_empty();
         let mut unsaved: Vec<String> = not_put_back.into_iter().collect();
         unsaved.extend(kept.put_back(&mut campaign.runs));
         unsaved.extend(self.unsaved);
@@ -83,6 +84,7 @@ impl Watched {
             number,
             campaign,
             fault,
+            is_kept,
             unsaved,
         }
     }

@@ -210,6 +210,7 @@ fn finish(args: &Args, plan: TrialPlan, ended: Ended, output: &Output) -> Result
     let Ended {
         number,
         mut campaign,
+        is_kept,
         mut unsaved,
         ..
     } = ended;
@@ -244,7 +245,8 @@ fn finish(args: &Args, plan: TrialPlan, ended: Ended, output: &Output) -> Result
         plan,
     };
     output.print(&document, || {
-        text(&document.campaign, number, &args.logbook, report, width())
+        let logbook = is_kept.then_some(args.logbook.as_path());
+        text(&document.campaign, number, logbook, report, width())
     })?;
     Ok(exit)
 }

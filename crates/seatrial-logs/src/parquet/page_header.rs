@@ -228,6 +228,17 @@ mod tests {
         }
     }
 
+    /// As pyarrow writes it with `write_page_checksum`: field 4 of the header.
+    #[test]
+    fn exact_the_checksum_of_a_page_is_read() {
+        let header = [
+            0x15, 0, 0x15, 48, 0x15, 52, 0x15, 0x9, 0x1c, 0x15, 6, 0x15, 0, 0x15, 6, 0x15, 6, 0, 0,
+        ];
+        let found = PageHeader::read(&header).unwrap();
+        assert_eq!(found.checksum, Some(-5_i32 as u32));
+        assert_eq!(found.packed, 26);
+    }
+
     #[test]
     fn io_lengths_of_a_header_are_not_trusted() {
         let long_text = [
