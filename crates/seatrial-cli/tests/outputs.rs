@@ -76,7 +76,10 @@ fn cli_no_output_takes_the_place_of_an_input_a_logbook_or_a_log() {
         assert!(!folder.join(name).exists(), "{name}");
     }
     // The log that is there already is no loss.
-    assert_eq!(run(folder, "sim log --seed 1 --thrust 0.8 --out l.csv").0, Some(0));
+    assert_eq!(
+        run(folder, "sim log --seed 1 --thrust 0.8 --out l.csv").0,
+        Some(0)
+    );
 }
 
 #[test]
@@ -90,19 +93,30 @@ fn cli_a_page_says_which_page_it_takes_the_place_of() {
     assert!(!run(folder, "report one.csv").1.contains("takes the place"));
     assert!(!run(folder, "report one.csv").1.contains("takes the place"));
     let told = run(folder, "report two.csv").1;
-    assert!(told.contains("takes the place of") && told.contains("one.csv"), "{told}");
+    assert!(
+        told.contains("takes the place of") && told.contains("one.csv"),
+        "{told}"
+    );
 }
 
 /// An export of a gain that is warned of is asked for twice.
 #[test]
 fn cli_a_gain_that_is_warned_of_is_exported_only_where_that_is_accepted() {
     let folder = tempfile::tempdir().unwrap();
-    let model = r#"{"schema":"seatrial.identification.v1","refined":{"a22_per_s":-1.0,"b2_per_s2":0.4,"c0_rad_per_s2":0.0}}"#;
-    fs::write(folder.path().join("model.json"), model).unwrap();
-    let line = "gains --model model.json --export json --out gains.json";
-    let (code, told) = run(folder.path(), line);
-    if code == Some(4) {
-        assert!(told.contains("--accept"), "{told}");
-        assert!(!folder.path().join("gains.json").exists());
+    let schedule = "[[point]]\nsurge_speed_m_s = 1.0\na22_per_s = -1.0\nb2_per_s2 = 0.4\n\
+                    covariance = [[0.01, 0, 0], [0, 0.09, 0], [0, 0, 0.0001]]\n";
+    fs::write(folder.path().join("s.toml"), schedule).unwrap();
+    for format in ["json", "ardupilot", "ros2"] {
+        let line = format!("gains --schedule s.toml --export {format} --out gains");
+        let (code, told) = run(folder.path(), &line);
+        assert_eq!(code, Some(4), "{told}");
+        assert!(
+            told.contains("--accept") && told.contains("holds 0"),
+            "{told}"
+        );
+        assert!(!folder.path().join("gains").exists());
+        let (code, told) = run(folder.path(), &(line + " --accept"));
+        assert_eq!(code, Some(0), "{told}");
+        fs::remove_file(folder.path().join("gains")).unwrap();
     }
 }

@@ -382,7 +382,10 @@ fn io_a_flipped_bit_of_an_mcap_changes_no_sample_in_silence() {
             assert_eq!(samples, all, "bit {} of byte {at}", k % 8);
         }
     }
-    assert!(told > 400 && rest > 200, "{told} told, {rest} with the rest of the file");
+    assert!(
+        told > 400 && rest > 200,
+        "{told} told, {rest} with the rest of the file"
+    );
 }
 
 #[test]

@@ -42,7 +42,9 @@ fn write_example(path: &Path) {
                 operator: Some("Anna".into()),
                 ..Circumstances::default()
             };
-            logbook.enter_circumstances(campaign, &circumstances).unwrap();
+            logbook
+                .enter_circumstances(campaign, &circumstances)
+                .unwrap();
         }
     }
 }
@@ -246,7 +248,10 @@ fn io_reviews_and_commands_that_nobody_entered_are_told_and_decide_nothing() {
             assert!(entry.damage.is_some(), "{change}");
             assert_eq!(entry.runs_accepted, 0);
             let campaign = logbook.campaign(entry.id).unwrap();
-            assert!(campaign.runs.iter().all(|run| !run.verdict.accepted), "{change}");
+            assert!(
+                campaign.runs.iter().all(|run| !run.verdict.accepted),
+                "{change}"
+            );
             assert!(!campaign.verdict().accepted);
         }
         drop(logbook);
@@ -254,7 +259,9 @@ fn io_reviews_and_commands_that_nobody_entered_are_told_and_decide_nothing() {
         let mut logbook = Logbook::open(&copy).unwrap();
         let id = logbook.entries().unwrap()[0].id;
         logbook.review(id, 1, true, "", "Anna").unwrap();
-        logbook.enter_circumstances(id, &Circumstances::default()).unwrap();
+        logbook
+            .enter_circumstances(id, &Circumstances::default())
+            .unwrap();
         assert!(!logbook.verify().unwrap().damage.is_empty(), "{change}");
     }
 }

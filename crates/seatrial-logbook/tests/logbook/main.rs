@@ -299,7 +299,10 @@ fn io_a_copy_without_its_write_ahead_log_holds_finished_runs_and_says_what_it_la
     std::fs::copy(&path, &copy).unwrap();
     let alone = Logbook::open_read_only(&copy).unwrap();
     let campaign = alone.campaign(CampaignId(1)).unwrap();
-    assert_eq!(campaign.runs.iter().collect::<Vec<_>>(), runs.iter().map(|(run, _)| run).collect::<Vec<_>>());
+    assert_eq!(
+        campaign.runs.iter().collect::<Vec<_>>(),
+        runs.iter().map(|(run, _)| run).collect::<Vec<_>>()
+    );
     let missing = alone.missing().expect("it says so");
     assert!(missing.contains("copy.db-wal"), "{missing}");
     let found = alone.verify().unwrap();
@@ -321,7 +324,10 @@ fn io_a_logbook_that_is_renamed_during_a_trial_keeps_all_of_it_and_is_told() {
     recorder.begin_run(run.number, run.thrust, 1).unwrap();
     std::fs::rename(&path, &renamed).unwrap();
     // Another logbook of the old name would get what is written here.
-    for refused in [Logbook::open(&path).map(drop), Logbook::check_writable(&path)] {
+    for refused in [
+        Logbook::open(&path).map(drop),
+        Logbook::check_writable(&path),
+    ] {
         assert!(refused.unwrap_err().to_string().contains("a.db-wal"));
     }
     for step in steps {
@@ -329,7 +335,10 @@ fn io_a_logbook_that_is_renamed_during_a_trial_keeps_all_of_it_and_is_told() {
     }
     recorder.finish_run(run).unwrap();
     let told = recorder.finish(Outcome::Finished).unwrap_err();
-    assert!(told.is_not_saved() && told.to_string().contains("renamed"), "{told}");
+    assert!(
+        told.is_not_saved() && told.to_string().contains("renamed"),
+        "{told}"
+    );
     let logbook = Logbook::open_read_only(&renamed).unwrap();
     assert!(logbook.verify().unwrap().is_whole());
     assert_eq!(logbook.campaign(CampaignId(1)).unwrap().runs, [run.clone()]);
