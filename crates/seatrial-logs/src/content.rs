@@ -125,11 +125,14 @@ pub fn is_log(path: &Path) -> bool {
     match format(&start) {
         Format::Csv | Format::Parquet => crate::columns(path).is_ok_and(|columns| {
             let has = |quantity| {
-                columns
-                    .iter()
-                    .any(|name| ColumnName::new(name).fit(quantity).is_some())
+                let mut columns = columns.iter();
+                columns.any(|name| ColumnName::new(name).fit(quantity).is_some())
             };
-            has(Quantity::Heading) && (has(Quantity::Rudder) || has(Quantity::Time))
+            // A table of results has a verdict, as that of many logs has.
+            let is_of_results = columns.iter().any(|name| name == "verdict");
+            has(Quantity::Heading)
+                && (has(Quantity::Rudder) || has(Quantity::Time))
+                && !is_of_results
         }),
         _ => true,
     }
