@@ -20,7 +20,7 @@ const LONGEST_WORK: Duration = Duration::from_secs(30);
 /// Instructions of SQLite between two looks at the clock: some 0.1 ms.
 const LOOK_EVERY: i32 = 10_000;
 /// Between two looks so far apart nothing was asked of the logbook.
-const PAUSE: Duration = Duration::from_secs(1);
+const PAUSE: Duration = Duration::from_millis(100);
 
 /// What no row and no statement of a logbook comes near to.
 const LIMITS: [(Limit, i32); 10] = [

@@ -144,6 +144,9 @@ impl Logbook {
         logbook
             .prepare_for_writing()
             .map_err(|error| Error::writing(&logbook.path, &error))?;
+        // What is written to has the schema that it should have, and a trial may take as long as it does.
+        let unlimited = logbook.connection.progress_handler(0, None::<fn() -> bool>);
+        logbook.reading(unlimited)?;
         Ok(logbook)
     }
 

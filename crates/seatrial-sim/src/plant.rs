@@ -289,10 +289,8 @@ impl Plant {
     /// With b2 linear in the square of the speed between two points, as the force of a fin; else it is linear in the speed.
     pub fn with_fins(mut self, has_fins: bool) -> Self {
         self.has_fins = has_fins;
-        self.fin_rad = -self
-            .yaw_model(self.surge_speed_m_s)
-            .delta0_rad()
-            .unwrap_or(0.0);
+        let model = self.yaw_model(self.surge_speed_m_s);
+        self.fin_rad = -model.delta0_rad().unwrap_or(0.0);
         self
     }
 
