@@ -105,6 +105,7 @@ pub(super) fn campaign_link(campaign: &CampaignEntry) -> String {
     }
     if campaign.sealed > 1 {
         link.text("trails");
+        link.integer(campaign.sealed);
     }
     link.text(&campaign.plan);
     link.hex()
