@@ -258,6 +258,12 @@ impl Mcap {
     fn pass_over(&mut self, what: String) -> Result<(), Fault> {
         let end = self.find_boundary()?;
         let from = self.boundary;
+        if end > self.bytes.length()? {
+            return match self.is_streaming {
+                true => self.is_cut(),
+                false => self.stream(),
+            };
+        }
         let is_first = self.what.is_none();
         self.what
             .get_or_insert_with(|| format!("the part at byte {from} is left out: {what}"));
