@@ -326,6 +326,26 @@ impl HeadingGains {
     }
 }
 
+impl HeadingGains {
+    /// Where not even the sign of a gain is known, in words.
+    pub fn unsure(&self) -> Option<String> {
+        let unsure = self.points.iter().filter(|p| p.sign_is_unknown());
+        let places: Vec<String> = unsure
+            .map(|p| match (p.thrust, p.surge_speed_m_s) {
+                (Some(thrust), _) => format!("{:.0} % thrust", 100.0 * thrust),
+                (None, Some(speed)) => format!("{speed:.2} m/s"),
+                (None, None) => "the one speed".into(),
+            })
+            .collect();
+        (!places.is_empty()).then(|| {
+            format!(
+                "The interval of K_p holds 0 at {}: do not use that gain; run that speed again with more rudder.",
+                places.join(", ")
+            )
+        })
+    }
+}
+
 impl PointGains {
     /// Does the interval of its gain hold 0, so that even its sign is not known?
     pub fn sign_is_unknown(&self) -> bool {

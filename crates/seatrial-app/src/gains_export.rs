@@ -53,10 +53,25 @@ pub struct GainsFile {
     pub notes: Vec<String>,
 }
 
+/// Refuses gains that [`Wanted::gains`] warns of, which a file for a controller holds only where that is asked for.
+///
+/// # Errors
+/// Models that their source does not accept, or a gain of which not even the sign is known.
+pub fn check_usable(wanted: &Wanted, models: &Models) -> Result<(), Error> {
+    let why = models.rejected.first().cloned();
+    match why.or(wanted.gains(models)?.unsure()) {
+        None => Ok(()),
+        Some(why) => Err(Error::Rejected(format!(
+            "{}: no file of gains is written: {why}",
+            models.origin
+        ))),
+    }
+}
+
 impl GainsFile {
     /// The file of these models. `takes_rehearsals` allows models of a trial on a simulator, which are not for a vehicle.
     ///
-    /// A model that its source does not accept is written, too: look at [`Models::rejected`] first.
+    /// What is warned of is written, too: [`check_usable`] refuses that.
     ///
     /// # Errors
     /// Models of a rehearsal that are not asked for, models whose rudder is a share of full for a file that has angles, a model that allows no gain, or a place outside the models' range.

@@ -26,6 +26,7 @@ pub mod log_reading;
 pub mod logs;
 pub mod models;
 pub mod next;
+pub mod outputs;
 #[cfg(feature = "trials")]
 pub mod paper;
 #[cfg(feature = "trials")]

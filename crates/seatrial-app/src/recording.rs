@@ -1,10 +1,11 @@
 //! Recordings: what a trial sees and estimates, in a log whose suffix says its format.
 
-use std::fs::File;
-use std::io::{self, BufWriter, LineWriter};
+use std::io::{self, BufWriter, LineWriter, Write};
 use std::path::{Path, PathBuf};
 
 use seatrial_logs::{CsvWriter, Row, RowWriter, write_csv};
+
+use crate::outputs::{OutputError, Outputs, replace};
 
 /// Formats that are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,27 +31,27 @@ impl Format {
     }
 }
 
-/// A log that cannot be written.
-#[derive(Debug, thiserror::Error)]
-#[error("{path}: {error}")]
-pub struct RecordingError {
-    path: String,
-    error: io::Error,
-}
-
-fn not_saved(path: &Path) -> impl FnOnce(io::Error) -> RecordingError {
-    let path = path.display().to_string();
-    |error| RecordingError { path, error }
+fn not_saved(path: &Path) -> impl FnOnce(io::Error) -> OutputError {
+    let path = path.into();
+    |error| OutputError::NotSaved { path, error }
 }
 
 /// Writes a whole log.
-pub fn write(path: &Path, format: Format, rows: &[Row]) -> Result<(), RecordingError> {
-    write_file(path, format, rows).map_err(not_saved(path))
+///
+/// # Errors
+/// A place that is [refused](Outputs::save), a format that this program was built without, or a disk that does not take it.
+pub fn write(
+    outputs: &Outputs,
+    path: &Path,
+    format: Format,
+    rows: &[Row],
+) -> Result<(), OutputError> {
+    built(format).map_err(not_saved(path))?;
+    outputs.save_with(path, |file| write_rows(file, format, rows))
 }
 
-fn write_file(path: &Path, format: Format, rows: &[Row]) -> io::Result<()> {
-    built(format)?;
-    let file = BufWriter::new(File::create(path)?);
+fn write_rows(file: impl Write + Send, format: Format, rows: &[Row]) -> io::Result<()> {
+    let file = BufWriter::new(file);
     match format {
         Format::Csv => write_csv(file, rows),
         #[cfg(feature = "parquet")]
@@ -95,34 +96,37 @@ enum Rows {
 
 impl Recording {
     /// Creates the file.
-    pub fn start(path: &Path, format: Format) -> Result<Self, RecordingError> {
-        let rows = built(format)
-            .and_then(|()| File::create(path))
-            .and_then(|file| {
-                let writer: Box<dyn RowWriter> = match format {
-                    #[cfg(feature = "parquet")]
-                    Format::Parquet => return Ok(Rows::Kept(Vec::new())),
-                    Format::Csv => Box::new(CsvWriter::new(LineWriter::new(file))?),
-                    #[cfg(feature = "mcap")]
-                    Format::Mcap => Box::new(seatrial_logs::McapWriter::new(BufWriter::new(file))?),
-                    #[cfg(not(feature = "parquet"))]
-                    Format::Parquet => return built(format).map(|()| Rows::Kept(Vec::new())),
-                    #[cfg(not(feature = "mcap"))]
-                    Format::Mcap => return built(format).map(|()| Rows::Kept(Vec::new())),
-                };
-                Ok(Rows::Streamed {
-                    writer,
-                    flush_due_s: f64::NEG_INFINITY,
-                })
-            });
+    ///
+    /// # Errors
+    /// As [`write`].
+    pub fn start(outputs: &Outputs, path: &Path, format: Format) -> Result<Self, OutputError> {
+        built(format).map_err(not_saved(path))?;
+        let file = outputs.grow(path)?;
+        let start = || -> io::Result<Rows> {
+            let writer: Box<dyn RowWriter> = match format {
+                #[cfg(feature = "parquet")]
+                Format::Parquet => return Ok(Rows::Kept(Vec::new())),
+                Format::Csv => Box::new(CsvWriter::new(LineWriter::new(file))?),
+                #[cfg(feature = "mcap")]
+                Format::Mcap => Box::new(seatrial_logs::McapWriter::new(BufWriter::new(file))?),
+                #[cfg(not(feature = "parquet"))]
+                Format::Parquet => return built(format).map(|()| Rows::Kept(Vec::new())),
+                #[cfg(not(feature = "mcap"))]
+                Format::Mcap => return built(format).map(|()| Rows::Kept(Vec::new())),
+            };
+            Ok(Rows::Streamed {
+                writer,
+                flush_due_s: f64::NEG_INFINITY,
+            })
+        };
         Ok(Self {
-            rows: rows.map_err(not_saved(path))?,
+            rows: start().map_err(not_saved(path))?,
             path: path.into(),
         })
     }
 
     /// Takes a row.
-    pub fn take(&mut self, row: Row) -> Result<(), RecordingError> {
+    pub fn take(&mut self, row: Row) -> Result<(), OutputError> {
         let taken = match &mut self.rows {
             Rows::Kept(rows) => {
                 rows.push(row);
@@ -147,20 +151,16 @@ impl Recording {
     }
 
     /// A run is over: the file holds it from now on.
-    pub fn run_ended(&mut self) -> Result<(), RecordingError> {
+    pub fn run_ended(&mut self) -> Result<(), OutputError> {
         match &mut self.rows {
-            Rows::Kept(rows) => {
-                let unfinished = self.path.with_extension("parquet.part");
-                write_file(&unfinished, Format::Parquet, rows)
-                    .and_then(|()| std::fs::rename(&unfinished, &self.path))
-            }
+            Rows::Kept(rows) => replace(&self.path, |file| write_rows(file, Format::Parquet, rows)),
             Rows::Streamed { writer, .. } => writer.flush(),
         }
         .map_err(not_saved(&self.path))
     }
 
     /// The trial is over.
-    pub fn finish(mut self) -> Result<(), RecordingError> {
+    pub fn finish(mut self) -> Result<(), OutputError> {
         self.run_ended()?;
         match self.rows {
             Rows::Kept(_) => Ok(()),

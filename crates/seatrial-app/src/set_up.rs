@@ -85,7 +85,7 @@ fn logbook(path: &Path) -> Finding {
             format!("{} is made by the first trial", path.display()),
         );
     }
-    match Logbook::open_read_only(path).and_then(|logbook| logbook.campaigns()) {
+    match Logbook::open_read_only(path).and_then(|logbook| logbook.entries()) {
         Ok(campaigns) => Finding::good(
             "logbook",
             format!(

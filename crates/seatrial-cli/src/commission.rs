@@ -8,11 +8,10 @@ use seatrial_app::commission::{
     Commissioned, Ending, GainsVehicle, Order, Proposal, Request, check_step, conduct, models_for,
 };
 use seatrial_app::load_plan;
-use seatrial_app::models::{Models, Purpose, chosen_campaign, of_campaign, of_document};
+use seatrial_app::models::{Models, Purpose, chosen_campaign, of_campaign, of_document, undamaged};
 use seatrial_app::trial_run::{Change, Preflight, plan_of_campaign};
 use seatrial_app::vehicles::Attendant;
 use seatrial_core::{Axis, Plan};
-use seatrial_logbook::Logbook;
 use serde::Serialize;
 
 use crate::autopilot::{AtTerminal, LinkArgs, check_line};
@@ -204,7 +203,7 @@ impl Args {
                 "--model: the envelope within which the vehicle must stay is that of a plan, --plan FILE",
             ));
         }
-        let logbook = Logbook::open_read_only(&self.logbook)?;
+        let logbook = undamaged(&self.logbook)?;
         let chosen = chosen_campaign(&logbook, self.campaign.as_deref(), Purpose::Models)?;
         let plan = plan_of_campaign(&chosen.entry).map_err(Failure::input)?;
         plan.check().map_err(Failure::input)?;

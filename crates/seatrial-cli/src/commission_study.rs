@@ -10,7 +10,7 @@ use seatrial_sim::VehicleConfig;
 use seatrial_sim::plant::{Disturbance, Servo, SpeedPoint};
 use serde::Serialize;
 
-use crate::output::{Exit, Failure, Output};
+use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::progress;
 use crate::table::Table;
 
@@ -33,7 +33,7 @@ pub struct Args {
     loop_rate: u32,
     /// Write each boat into this folder, for `sim ardupilot-json --vehicle sim:FILE.toml`, and commission none.
     #[arg(long, value_name = "DIR")]
-    vehicles: Option<PathBuf>,
+    vehicles: Option<OutputPath>,
     /// Threads [default: all cores]. The result does not depend on it.
     #[arg(long)]
     threads: Option<NonZeroUsize>,
@@ -72,10 +72,6 @@ struct Written {
 }
 
 fn write_vehicles(args: &Args, folder: &Path, output: &Output) -> Result<Exit, Failure> {
-    let failed = |path: &Path, error: &dyn std::fmt::Display| {
-        Failure::input(format!("{}: {error}", path.display()))
-    };
-    std::fs::create_dir_all(folder).map_err(|error| failed(folder, &error))?;
     let mut written = Written {
         schema: "seatrial.commission_boats.v1",
         vehicles: Vec::new(),
@@ -84,10 +80,11 @@ fn write_vehicles(args: &Args, folder: &Path, output: &Output) -> Result<Exit, F
         for boat in 0..args.boats {
             let seed = first_seed(args, number).wrapping_add(boat);
             let name = format!("boat-{}-{}", number + 1, boat + 1);
-            let path = folder.join(format!("{name}.toml"));
+            let file = format!("{name}.toml");
+            let path = folder.join(&file);
             let config = vehicle(name, *class_s, seed);
             let text = toml::to_string(&config).map_err(Failure::internal)?;
-            std::fs::write(&path, text).map_err(|error| failed(&path, &error))?;
+            output.save_in(folder, &[(&file, text)])?;
             written.vehicles.push(path);
         }
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap_complete::{Shell, generate};
 use serde::Serialize;
 
-use crate::output::{Exit, Failure, Output};
+use crate::output::{Exit, Failure, Output, OutputPath};
 
 /// Print a script with which a shell completes verbs and options, or write the pages for `man`.
 #[derive(clap::Args, Debug)]
@@ -19,7 +19,7 @@ pub struct Args {
     shell: Option<Shell>,
     /// Write a page for `man` of the program and of each verb into this folder.
     #[arg(long, value_name = "FOLDER", conflicts_with = "shell")]
-    man: Option<PathBuf>,
+    man: Option<OutputPath>,
 }
 
 /// `completions --json`.
@@ -66,13 +66,17 @@ fn script(shell: Shell, mut command: clap::Command, output: &Output) -> Result<(
 fn man(folder: &Path, command: clap::Command, output: &Output) -> Result<(), Failure> {
     let not_saved =
         |error: std::io::Error| Failure::not_saved(format!("{}: {error}", folder.display()));
+    // The library writes over what is there.
+    let made = tempfile::tempdir().map_err(not_saved)?;
+    clap_mangen::generate_to(command, made.path()).map_err(not_saved)?;
     std::fs::create_dir_all(folder).map_err(not_saved)?;
-    clap_mangen::generate_to(command, folder).map_err(not_saved)?;
-    let entries = std::fs::read_dir(folder).map_err(not_saved)?;
-    let mut pages: Vec<PathBuf> = entries
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .collect();
-    pages.retain(|page| page.extension().is_some_and(|e| e == "1"));
+    let mut pages = Vec::new();
+    for entry in std::fs::read_dir(made.path()).map_err(not_saved)? {
+        let entry = entry.map_err(not_saved)?;
+        let page = folder.join(entry.file_name());
+        output.save(&page, std::fs::read(entry.path()).map_err(not_saved)?)?;
+        pages.push(page);
+    }
     pages.sort();
     let document = Pages {
         schema: "seatrial.man.v1",

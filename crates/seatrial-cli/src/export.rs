@@ -8,7 +8,7 @@ use seatrial_sim::IdentifiedVehicle;
 use serde::Serialize;
 
 use crate::model_source::{SourceArgs, warn};
-use crate::output::{Exit, Failure, Output, say};
+use crate::output::{Exit, Failure, Output, OutputPath, say};
 
 /// The vehicle that was identified, for simulators, planners and controllers.
 #[derive(clap::Args)]
@@ -37,7 +37,7 @@ pub struct Args {
     seed: u64,
     /// Where it goes; standard output without.
     #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    out: Option<OutputPath>,
 }
 
 /// The vehicle of a file or of models.
@@ -151,7 +151,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     vehicle.provenance.assumptions.iter().for_each(say);
     match (&args.out, args.sample) {
         (Some(folder), Some(count)) => {
-            let files = draw(args, &vehicle, folder, count)?;
+            let files = draw(args, &vehicle, folder, count, output)?;
             let drawn = Drawn {
                 schema: "seatrial.drawn_vehicles.v1",
                 files,
@@ -161,7 +161,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             })?;
         }
         (Some(path), None) => {
-            write(path, file(args, &vehicle)?)?;
+            output.save(path, file(args, &vehicle)?)?;
             output.print(&vehicle, || format!("{}\n", path.display()))?;
         }
         (None, _) if args.to == Target::Fmu => {
@@ -199,17 +199,13 @@ fn text(args: &Args, vehicle: &IdentifiedVehicle) -> Result<String, Failure> {
     }
 }
 
-fn write(path: &Path, file: Vec<u8>) -> Result<(), Failure> {
-    std::fs::write(path, file)
-        .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))
-}
-
 /// Writes vehicles that are drawn, numbered from 1.
 fn draw(
     args: &Args,
     vehicle: &IdentifiedVehicle,
     folder: &Path,
     count: u64,
+    output: &Output,
 ) -> Result<Vec<PathBuf>, Failure> {
     if vehicle
         .speeds
@@ -229,7 +225,7 @@ fn draw(
             let mut drawn = vehicle.drawn(args.seed.wrapping_add(number - 1));
             drawn.name = format!("{} {number:0digits$}", vehicle.name);
             let path = folder.join(format!("vehicle-{number:0digits$}.{}", args.to.suffix()));
-            write(&path, file(args, &drawn)?)?;
+            output.save(&path, file(args, &drawn)?)?;
             Ok(path)
         })
         .collect()

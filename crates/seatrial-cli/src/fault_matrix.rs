@@ -3,14 +3,13 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
 
 use seatrial_app::simulated;
 use seatrial_app::studies::fault_matrix::{Cell, FaultMatrix, FaultStudy};
 use seatrial_app::workers::Workers;
 use seatrial_sim::faults::{Kind, Moment};
 
-use crate::output::{Exit, Failure, Output};
+use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::progress;
 
 /// Every fault in every stage: does each trial end in a correct model, or stopped or rejected for the right reason?
@@ -40,7 +39,7 @@ pub struct Args {
     stage: Vec<Moment>,
     /// Write the table as Markdown too.
     #[arg(long, value_name = "FILE")]
-    markdown: Option<PathBuf>,
+    markdown: Option<OutputPath>,
     /// Threads [default: all cores]. The result does not depend on it.
     #[arg(long)]
     threads: Option<NonZeroUsize>,
@@ -73,8 +72,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let document = study.run(&Workers::new(args.threads, &|| bar.step()))?;
     bar.clear();
     if let Some(path) = &args.markdown {
-        std::fs::write(path, markdown(&document))
-            .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))?;
+        output.save(path, markdown(&document))?;
     }
     output.print(&document, || text(&document))?;
     Ok(if document.failed == 0 {

@@ -1,7 +1,6 @@
 //! `seatrial sim field`: the field experiments of section VI on a simulated vehicle.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
 
 use seatrial::campaign::Campaign;
 use seatrial::field::{Claim, Field, FieldSettings, Repeatability};
@@ -13,7 +12,7 @@ use seatrial_report as report;
 use seatrial_sim::SimulatedVehicle;
 use serde::Serialize;
 
-use crate::output::{Exit, Failure, Output};
+use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::table::Table;
 
 /// Re-enact the paper's field experiments: trials, U-turns, heading steps, repeated trials.
@@ -41,7 +40,7 @@ pub struct Args {
     trials: u64,
     /// Directory for the files; made where it is missing.
     #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+    out: OutputPath,
 }
 
 #[derive(Serialize)]
@@ -72,14 +71,11 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         field: &field,
     };
     let json = serde_json::to_string_pretty(&document).map_err(Failure::internal)?;
-    std::fs::create_dir_all(&args.out).map_err(|error| not_saved(&args.out, error))?;
-    for (name, content) in [
+    let files = [
         ("field.json", json + "\n"),
         ("field.html", report::render_field(&trials[0], &field)),
-    ] {
-        let path = args.out.join(name);
-        std::fs::write(&path, content).map_err(|error| not_saved(&path, error))?;
-    }
+    ];
+    output.save_in(&args.out, &files)?;
     output.print(&document, || text(&document))?;
     let holds = document.claims.iter().all(|claim| claim.holds);
     Ok(if holds { Exit::Done } else { Exit::Rejected })
@@ -95,10 +91,6 @@ fn trial(name: &str, seed: u64) -> Result<(SimulatedVehicle, Campaign), Failure>
             "{name}: the trial with seed {seed} was aborted"
         ))),
     }
-}
-
-fn not_saved(path: &Path, error: std::io::Error) -> Failure {
-    Failure::not_saved(format!("{}: {error}", path.display()))
 }
 
 fn text(document: &Document) -> String {

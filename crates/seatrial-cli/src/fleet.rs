@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -12,7 +11,7 @@ use seatrial_app::workers::threads;
 use serde::Serialize;
 
 use crate::log::ChannelArgs;
-use crate::output::{Exit, Failure, Output, say};
+use crate::output::{Exit, Failure, Output, OutputPath, say};
 use crate::progress::{self, Bar, in_words};
 use crate::screen::{labelled, width};
 
@@ -38,7 +37,7 @@ pub struct Args {
     inputs: Vec<String>,
     /// The Parquet file.
     #[arg(long, value_name = "FILE")]
-    out: PathBuf,
+    out: OutputPath,
     /// Which estimate.
     #[arg(long, value_name = "WHICH", default_value = "refined")]
     estimate: Which,
@@ -100,7 +99,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let job = Job {
         sources: found.sources,
         options,
-        out: args.out.clone(),
+        out: args.out.to_path_buf(),
         workers: threads(args.workers),
         resume: args.resume,
     };
@@ -129,6 +128,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 fn failure(error: JournalError) -> Failure {
     match error {
         JournalError::NotSaved { .. } => Failure::not_saved(error),
+        JournalError::Output(error) => error.into(),
         _ => Failure::usage(error),
     }
 }

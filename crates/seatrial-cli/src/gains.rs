@@ -2,16 +2,17 @@
 
 mod export;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use seatrial::verdict::three_figures;
 use seatrial_app::gains::{HeadingGains, InterpolatedGain, LoopFigures, Wanted};
+use seatrial_app::gains_export::check_usable;
 use seatrial_app::models::{Estimate, SCHEDULE_FILE_HELP};
 use seatrial_core::RudderUnit;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 
 use crate::model_source::{SourceArgs, trial_line, warn};
-use crate::output::{Exit, Failure, Output};
+use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::screen::{width, wrapped};
 use crate::table::{Table, estimate_text};
 
@@ -54,6 +55,9 @@ pub struct Args {
     /// Exports from a rehearsal on a simulator, too.
     #[arg(long, requires = "export")]
     rehearsal: bool,
+    /// Exports a gain that is warned of, too: of models that are not to be used, or whose interval holds 0.
+    #[arg(long, requires = "export")]
+    accept: bool,
     /// Whose parameters ardupilot and px4 are: surface is Rover, underwater Sub and UUV.
     #[arg(
         long,
@@ -64,7 +68,7 @@ pub struct Args {
     vehicle_type: export::VehicleType,
     /// Where the export goes; standard output without.
     #[arg(long, value_name = "FILE", requires = "export")]
-    out: Option<PathBuf>,
+    out: Option<OutputPath>,
 }
 
 fn help() -> String {
@@ -90,6 +94,11 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     warn(&models);
     let document = wanted.gains(&models)?;
     if let Some(format) = args.export {
+        if !args.accept {
+            check_usable(&wanted, &models).map_err(|error| {
+                Failure::rejected(format!("{error}; --accept writes it all the same"))
+            })?;
+        }
         export::write(format, args, &models, output)?;
     }
     if args.export.is_none() || args.out.is_some() {
@@ -136,30 +145,12 @@ const DISPENSABLE: [&str; 11] = [
     "phase margin",
 ];
 
-/// `written`: the file of the export.
 /// Why the gains below are not to be used.
 fn rejected_text(document: &HeadingGains) -> String {
     match document.rejected.first() {
         Some(cause) => format!("DO NOT USE: {cause}\n"),
         None => String::new(),
     }
-}
-
-/// Gains of which not even the sign is known.
-fn unsure(document: &HeadingGains) -> Option<String> {
-    let unsure = document.points.iter().filter(|p| p.sign_is_unknown());
-    let places: Vec<String> = unsure
-        .filter_map(|p| match (p.thrust, p.surge_speed_m_s) {
-            (Some(thrust), _) => Some(format!("{:.0} % thrust", 100.0 * thrust)),
-            (None, speed) => Some(format!("{:.2} m/s", speed?)),
-        })
-        .collect();
-    (!places.is_empty()).then(|| {
-        format!(
-            "The interval of K_p holds 0 at {}: do not use that gain; run that speed again with more rudder.",
-            places.join(", ")
-        )
-    })
 }
 
 fn text(document: &HeadingGains, written: Option<&Path>, width: usize) -> String {
@@ -209,7 +200,7 @@ fn text(document: &HeadingGains, written: Option<&Path>, width: usize) -> String
         .filter_map(|p| p.refused.as_ref())
         .map(|reason| format!("No gain: {reason}."))
         .collect();
-    notes.extend(unsure(document));
+    notes.extend(document.unsure());
     if let Some(at) = &document.at {
         notes.push(at_text(at, document.rudder_unit));
     }

@@ -3,7 +3,7 @@
 #[cfg(test)]
 mod agreement;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use seatrial::Identification;
 use seatrial::identification::{Outcome, ReasonCode, Verdict};
@@ -17,7 +17,7 @@ use seatrial_core::estimator::Method;
 use crate::axis::AxisOption;
 use crate::log::{LogArgs, Reporter};
 use crate::model_text::{model_text, source_text, training_text, validation_text, verdict_text};
-use crate::output::{Exit, Failure, Output};
+use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::screen::{command, labelled, sentence, width};
 use crate::speed_table::{offset_text, speed_table};
 use crate::speeds;
@@ -43,7 +43,7 @@ pub struct Args {
     axis: AxisOption,
     /// Write the accepted models of a log with manoeuvres at several speeds as a schedule for `gains` and `turn`.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["WindowArgs", "as_paper"])]
-    schedule: Option<PathBuf>,
+    schedule: Option<OutputPath>,
     /// Keep the estimate after every sample in the JSON document.
     #[arg(long)]
     trace: bool,
@@ -110,19 +110,23 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         args.trace,
         args.verbose,
     )?;
+    // Saved first, because the text names what was kept.
+    let saved = match (&args.schedule, &found.models) {
+        (None, _) => Ok(()),
+        (Some(path), Some(models)) => {
+            speeds::save_schedule(path, models, &found.logs.log.source(), output)
+        }
+        (Some(_), None) => Err(Failure::rejected(format!(
+            "{}: --schedule: its models are not of several speeds: save the document of --json, which gains and turn read with --model",
+            found.logs.log.path.display()
+        ))),
+    };
+    let schedule = args.schedule.as_deref().filter(|_| saved.is_ok());
     output.print(&found.document(), || match args.verbose {
         true => verbose_text(&found),
-        false => text(&found, &call(), args.schedule.as_deref(), width()),
+        false => text(&found, &call(), schedule, width()),
     })?;
-    if let Some(path) = &args.schedule {
-        let Some(models) = &found.models else {
-            return Err(Failure::rejected(format!(
-                "{}: --schedule: its models are not of several speeds: save the document of --json, which gains and turn read with --model",
-                found.logs.log.path.display()
-            )));
-        };
-        speeds::save_schedule(path, models, &found.logs.log.source())?;
-    }
+    saved?;
     Ok(match found.verdict().outcome() {
         Outcome::NotValidated if args.accept_unvalidated => Exit::Done,
         _ => Exit::of(found.verdict()),

@@ -1,7 +1,6 @@
 //! `seatrial inspect`: what is in a log, and can a model be identified from it?
 
 use std::fmt::Write;
-use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
 use seatrial::identification::Verdict;
@@ -16,7 +15,7 @@ use seatrial_report::{Found, render_found};
 
 use crate::identify::{call, cause_text};
 use crate::log::{self, LogArgs};
-use crate::output::{Exit, Failure, Output, save_page};
+use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::screen::{command, labelled, width, wrapped};
 use crate::table::Table;
 
@@ -30,7 +29,7 @@ pub struct Args {
     log: LogArgs,
     /// Write a page with the record and its manoeuvres shaded.
     #[arg(long, value_name = "FILE.html")]
-    report: Option<PathBuf>,
+    report: Option<OutputPath>,
 }
 
 /// Manoeuvres that the text lists; JSON lists all.
@@ -47,10 +46,10 @@ const SPARKLINE_WIDTH: usize = 64;
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let opened = log::open(&args.log.log, &args.log.channels, None)?;
     let inspection = Inspection::of(&opened);
-    output.print(&inspection, || text(&opened, &inspection))?;
     if let Some(path) = &args.report {
-        save_page(path, &report_page(&opened, &inspection))?;
+        output.save(path, report_page(&opened, &inspection))?;
     }
+    output.print(&inspection, || text(&opened, &inspection))?;
     Ok(Exit::of(&inspection.verdict))
 }
 

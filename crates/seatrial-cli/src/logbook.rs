@@ -12,10 +12,10 @@ use seatrial::identification::Verdict;
 use seatrial_app::models::{campaign_named, campaign_numbered};
 use seatrial_app::next;
 use seatrial_core::{Axis, Outcome};
-use seatrial_logbook::{CampaignEntry, Error, Logbook, State, Verification};
+use seatrial_logbook::{CampaignEntry, Damage, Error, Logbook, State, Verification};
 use serde::Serialize;
 
-use crate::output::{Exit, Failure, Output};
+use crate::output::{Exit, Failure, Output, say};
 use crate::screen::{command, labelled, sentence, width};
 use crate::speed_table::{SpeedRow, run_row, speed_table};
 use crate::table::decimals;
@@ -72,6 +72,10 @@ enum LogbookAction {
         out: Option<PathBuf>,
     },
     /// Proves that nothing is damaged or altered; otherwise says what and where, exit 3.
+    ///
+    /// Found is every value that was changed, added or taken out by itself, in samples, results, reviews and commands,
+    /// and every change of the schema. Not found is what somebody does who may write the file and computes all hashes
+    /// anew, for they have no key, or who takes away the newest campaigns whole. Keep a copy elsewhere.
     #[command(after_help = "Example:\n  seatrial trial --yes && seatrial logbook verify")]
     Verify,
 }
@@ -79,6 +83,10 @@ enum LogbookAction {
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let logbook = Logbook::open_read_only(&args.logbook)?;
+    let is_asked = matches!(args.action, LogbookAction::Verify);
+    if let Some(missing) = logbook.missing().filter(|_| !is_asked) {
+        say(format!("warning: {missing}"));
+    }
     match &args.action {
         LogbookAction::List => list(&logbook, output),
         LogbookAction::Show { campaign } => show(&logbook, *campaign, output),
@@ -118,7 +126,11 @@ fn list(logbook: &Logbook, output: &Output) -> Result<Exit, Failure> {
         let mut text = String::from(
             "campaign  started (UTC)         accepted  state          vehicle, configuration\n",
         );
+        let mut damaged = String::new();
         for entry in &list.campaigns {
+            if let Some(damage) = &entry.damage {
+                damaged.push_str(&damage_text(entry, damage));
+            }
             let _ = writeln!(
                 text,
                 "{:>8}  {}  {:>3} of {:<2} {:<14} {}, {}{}",
@@ -132,9 +144,27 @@ fn list(logbook: &Logbook, output: &Output) -> Result<Exit, Failure> {
                 axis_text(entry),
             );
         }
-        text
+        text + &damaged
     })?;
     Ok(Exit::Done)
+}
+
+fn damage_text(entry: &CampaignEntry, damage: &Damage) -> String {
+    let found = format!(
+        "campaign {}: DAMAGED, none of its models is to be used: {}: {}",
+        entry.id.0, damage.place, damage.found
+    );
+    labelled("", &found, width())
+}
+
+/// Says of a campaign that is shown or exported that it is damaged.
+fn warn_of_damage(entry: &CampaignEntry) {
+    if let Some(damage) = &entry.damage {
+        say(format!(
+            "warning: {}",
+            damage_text(entry, damage).trim_end()
+        ));
+    }
 }
 
 #[derive(Serialize)]
@@ -292,6 +322,7 @@ struct Diff<'a> {
 
 fn diff(logbook: &Logbook, a: &str, b: &str, output: &Output) -> Result<Exit, Failure> {
     let (a, b) = (campaign_named(logbook, a)?, campaign_named(logbook, b)?);
+    [&a, &b].into_iter().for_each(warn_of_damage);
     let campaigns: [Campaign; 2] = [logbook.campaign(a.id)?, logbook.campaign(b.id)?];
     let diff = Diff {
         schema: "seatrial.logbook_diff.v1",
@@ -376,13 +407,9 @@ fn export(
             runs.len()
         )));
     }
-    let chosen = || {
-        runs.iter()
-            .filter(|entry| run.is_none_or(|run| entry.number == run))
-    };
-    let runs: Vec<Run> = chosen()
-        .map(|run| logbook.run(run.id))
-        .collect::<Result<_, _>>()?;
+    warn_of_damage(&entry);
+    let mut runs = logbook.campaign(entry.id)?.runs;
+    runs.retain(|found| run.is_none_or(|run| found.number == run));
     let results = Results {
         schema: "seatrial.logbook_results.v1",
         campaign: &entry,
@@ -404,8 +431,7 @@ fn export(
     } else {
         csv
     };
-    std::fs::write(out, written)
-        .map_err(|error| Failure::not_saved(format!("{}: {error}", out.display())))?;
+    output.save(out, written)?;
     Ok(Exit::Done)
 }
 
@@ -440,19 +466,26 @@ fn verify(logbook: &Logbook, output: &Output) -> Result<Exit, Failure> {
     let verification = logbook.verify()?;
     let verified = Verified {
         schema: "seatrial.logbook_verification.v1",
-        whole: verification.damage.is_empty(),
+        whole: verification.is_whole(),
         verification,
     };
     output.print(&verified, || {
         let found = &verified.verification;
         let width = width();
-        let state = if verified.whole { "whole" } else { "DAMAGED" };
+        let state = match (verified.whole, found.damage.is_empty()) {
+            (true, _) => "whole",
+            (false, true) => "INCOMPLETE",
+            (false, false) => "DAMAGED",
+        };
         let mut text = labelled("", &format!("{}: {state}", logbook.path().display()), width);
         for damage in &found.damage {
             text += &labelled("  ", &format!("{}: {}", damage.place, damage.found), width);
         }
         text += &labelled("Holds  ", &holdings(found), width);
-        if !verified.whole {
+        if let Some(missing) = &found.missing {
+            text += &labelled("Lacks  ", missing, width);
+        }
+        if !found.damage.is_empty() {
             let copy = "Use a copy of the logbook from before the damage; nothing of this one is taken for gains.";
             text += &labelled("Do     ", copy, width);
         }

@@ -65,7 +65,7 @@ use std::process::ExitCode;
 
 use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use output::{Exit, Failure, Output, say};
+use output::{Exit, Failure, Output, checked, say};
 
 /// Identify how a marine vehicle steers, at sea, in one compact manoeuvre per speed.
 #[derive(Parser)]
@@ -155,8 +155,9 @@ fn command(width: usize) -> Command {
 fn main() -> ExitCode {
     let matches = command(screen::width()).get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
-    let output = Output::new(cli.json);
-    match cli.verb.run(&output) {
+    let ran = checked(&Cli::command(), &matches)
+        .and_then(|files| cli.verb.run(&Output::new(cli.json, files)));
+    match ran {
         Ok(exit) => exit.into(),
         Err(failure) => {
             say(&failure);

@@ -1,13 +1,11 @@
 //! `seatrial sim manoeuvres`: the standard manoeuvres of ship trials on a simulated vehicle.
 
-use std::path::PathBuf;
-
 use seatrial::field::{SpiralPoint, StandardManoeuvres};
 use seatrial_app::simulated;
 use seatrial_report as report;
 use serde::Serialize;
 
-use crate::output::{Exit, Failure, Output};
+use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::table::Table;
 
 /// Rudder angles of the spiral, degrees.
@@ -34,7 +32,7 @@ pub struct Args {
     thrust: Vec<f64>,
     /// Directory for the files; made where it is missing.
     #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+    out: OutputPath,
 }
 
 #[derive(Serialize)]
@@ -72,10 +70,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         manoeuvres,
     };
     let json = serde_json::to_string_pretty(&document).map_err(Failure::internal)?;
-    let not_saved = |error| Failure::not_saved(format!("{}: {error}", args.out.display()));
-    std::fs::create_dir_all(&args.out).map_err(not_saved)?;
-    std::fs::write(args.out.join("manoeuvres.json"), json + "\n").map_err(not_saved)?;
-    std::fs::write(args.out.join("manoeuvres.html"), page).map_err(not_saved)?;
+    let files = [("manoeuvres.json", json + "\n"), ("manoeuvres.html", page)];
+    output.save_in(&args.out, &files)?;
     output.print(&document, || text(&document))?;
     Ok(Exit::Done)
 }

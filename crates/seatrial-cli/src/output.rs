@@ -1,12 +1,16 @@
 //! What a verb hands back: an exit code, a failure in words, text or JSON.
 
+use std::ffi::OsString;
 use std::fmt;
 use std::io::Write;
-use std::path::Path;
+use std::ops::Deref;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use clap::{ArgMatches, Command};
 use seatrial::identification::Verdict;
 use seatrial::plain_text::plain;
+use seatrial_app::outputs::{OutputError, Outputs};
 use seatrial_app::trial_run::{NotBegun, VehicleError};
 use serde::Serialize;
 
@@ -171,22 +175,118 @@ fn without_commands(json: String) -> String {
     })
 }
 
-/// Writes a page.
-pub fn save_page(path: &Path, page: &str) -> Result<(), Failure> {
-    std::fs::write(path, page)
-        .map_err(|error| Failure::not_saved(format!("{}: the report: {error}", path.display())))
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Self {
+        match error {
+            OutputError::Refused { .. } => Self::usage(error),
+            OutputError::NotSaved { .. } => Self::not_saved(error),
+        }
+    }
+}
+
+/// An option that names a file to be written, or a folder for such files. Before a verb runs, [`checked`] looks at every one.
+#[derive(Clone, Debug)]
+pub struct OutputPath(PathBuf);
+
+impl From<OsString> for OutputPath {
+    fn from(path: OsString) -> Self {
+        Self(path.into())
+    }
+}
+
+impl Deref for OutputPath {
+    type Target = Path;
+
+    fn deref(&self) -> &Path {
+        &self.0
+    }
+}
+
+/// The files of a command line: every value that may name one. What is in the way of an output is refused.
+pub fn checked(command: &Command, matches: &ArgMatches) -> Result<Outputs, Failure> {
+    let (mut named, mut written) = (Vec::new(), Vec::new());
+    named_files(command, matches, &mut named, &mut written);
+    let outputs = Outputs::of(named);
+    for path in written.iter().filter(|path| !path.is_dir()) {
+        outputs.check(path)?;
+    }
+    Ok(outputs)
+}
+
+fn named_files(
+    command: &Command,
+    matches: &ArgMatches,
+    named: &mut Vec<PathBuf>,
+    written: &mut Vec<PathBuf>,
+) {
+    let below = matches.subcommand();
+    let output = clap::value_parser!(OutputPath);
+    let output = clap::builder::ValueParser::from(output).type_id();
+    for argument in command.get_arguments() {
+        // The values of global options stand in every command below, too.
+        if argument.is_global_set() && below.is_some() {
+            continue;
+        }
+        let Ok(Some(values)) = matches.try_get_raw(argument.get_id().as_str()) else {
+            continue;
+        };
+        for value in values {
+            let path = match value.to_str() {
+                Some(text) => text
+                    .trim_start_matches("sim:")
+                    .trim_start_matches('@')
+                    .into(),
+                None => PathBuf::from(value),
+            };
+            if argument.get_value_parser().type_id() == output {
+                written.push(path.clone());
+            }
+            named.push(path);
+        }
+    }
+    if let Some((name, matches)) = below
+        && let Some(command) = command.find_subcommand(name)
+    {
+        named_files(command, matches, named, written);
+    }
 }
 
 /// Standard output as the user asked for it.
 pub struct Output {
     /// One JSON document instead of text.
     pub json: bool,
+    files: Outputs,
 }
 
 impl Output {
-    /// JSON or text.
-    pub fn new(json: bool) -> Self {
-        Self { json }
+    /// JSON or text, and the files of the command.
+    pub fn new(json: bool, files: Outputs) -> Self {
+        Self { json, files }
+    }
+
+    /// Text, whatever was asked for.
+    pub fn as_text(&self) -> Self {
+        Self::new(false, self.files.clone())
+    }
+
+    /// The way to every file that is written.
+    pub fn files(&self) -> &Outputs {
+        &self.files
+    }
+
+    /// Writes a file whole.
+    pub fn save(&self, path: &Path, content: impl AsRef<[u8]>) -> Result<(), Failure> {
+        Ok(self.files.save(path, content.as_ref())?)
+    }
+
+    /// Makes a folder and writes these files in it.
+    pub fn save_in(&self, folder: &Path, files: &[(&str, String)]) -> Result<(), Failure> {
+        std::fs::create_dir_all(folder)
+            .map_err(|error| Failure::not_saved(format!("{}: {error}", folder.display())))?;
+        for (name, content) in files {
+            self.save(&folder.join(name), content)?;
+        }
+        Ok(())
     }
 
     /// Prints the document as JSON, or the text. A closed pipe is not an error.

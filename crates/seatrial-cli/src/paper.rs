@@ -1,13 +1,13 @@
 //! `seatrial paper`: the paper's printed numbers beside recomputed ones.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use seatrial_app::paper::recreated::{self, RecreatedTable};
 use seatrial_app::paper::{Agreement, Claim, ERRATA, Erratum, claims};
 use serde::Serialize;
 
-use crate::output::{Exit, Failure, Output};
+use crate::output::{Exit, Failure, Output, OutputPath};
 
 /// Reproduces the paper's tables and claims: printed value beside recomputed value.
 ///
@@ -21,7 +21,7 @@ use crate::output::{Exit, Failure, Output};
 pub struct Args {
     /// Directory for the files; made where it is missing.
     #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+    out: OutputPath,
 }
 
 #[derive(Serialize)]
@@ -58,8 +58,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         recreated: recreated::tables().map_err(Failure::internal)?,
     };
     let json = serde_json::to_string_pretty(&document).map_err(Failure::internal)?;
-    std::fs::create_dir_all(&args.out).map_err(|error| not_saved(&args.out, error))?;
-    for (name, content) in [
+    let files = [
         (
             "paper.md",
             markdown(&document) + &recreated::markdown(&document.recreated),
@@ -67,16 +66,10 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         ("recreated.csv", recreated::csv(&document.recreated)),
         ("paper.csv", csv(&document.claims)),
         ("paper.json", json + "\n"),
-    ] {
-        let path = args.out.join(name);
-        std::fs::write(&path, content).map_err(|error| not_saved(&path, error))?;
-    }
+    ];
+    output.save_in(&args.out, &files)?;
     output.print(&document, || text(&document, &args.out))?;
     Ok(Exit::Done)
-}
-
-fn not_saved(path: &Path, error: std::io::Error) -> Failure {
-    Failure::not_saved(format!("{}: {error}", path.display()))
 }
 
 impl Summary {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use seatrial_app::recording::{Format, RecordingError};
+use seatrial_app::recording::Format;
 use seatrial_logs::RowWriter;
 
 use crate::output::Failure;
@@ -17,12 +17,6 @@ pub fn format_of(path: &Path, option: &str) -> Result<Format, Failure> {
             path.display()
         ))
     })
-}
-
-impl From<RecordingError> for Failure {
-    fn from(error: RecordingError) -> Self {
-        Self::not_saved(error)
-    }
 }
 
 /// Shows rows live to Foxglove at an address, HOST:PORT or a port of this machine alone, and says where.

@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::axis::AxisOption;
 use crate::identify::EstimatorArgs;
 use crate::log::{ChannelArgs, LogArgs};
-use crate::output::{Exit, Failure, Output, save_page, say as say_on_stderr};
+use crate::output::{Exit, Failure, Output, OutputPath, say as say_on_stderr};
 use crate::windows::WindowArgs;
 
 /// One HTML page that shows a trial of a logbook, or a log with its model.
@@ -49,7 +49,7 @@ pub struct Args {
     axis: AxisOption,
     /// The page.
     #[arg(long, default_value = "report.html", value_name = "FILE")]
-    out: PathBuf,
+    out: OutputPath,
     #[command(flatten)]
     channels: ChannelArgs,
     #[command(flatten)]
@@ -69,9 +69,23 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             ));
         }
     };
-    save_page(&args.out, &page)?;
+    if let Some(shown) = title_of(&args.out).filter(|shown| !page.contains(shown)) {
+        say_on_stderr(format!(
+            "{}: takes the place of {shown}",
+            args.out.display()
+        ));
+    }
+    output.save(&args.out, &page)?;
     say(&args.out, &page, output)?;
     Ok(exit)
+}
+
+/// The title of the page that is there.
+fn title_of(path: &Path) -> Option<String> {
+    let page = std::fs::read_to_string(path).ok()?;
+    let from = page.find("<title>")?;
+    let length = page[from..].find("</title>")?;
+    Some(page[from..from + length].to_owned())
 }
 
 fn of_logbook(path: &Path, args: &Args) -> Result<String, Failure> {

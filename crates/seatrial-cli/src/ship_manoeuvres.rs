@@ -12,7 +12,7 @@ use seatrial_report::render_ship_manoeuvres;
 
 use crate::export::VehicleArgs;
 use crate::log::{self, ChannelArgs, LogArgs};
-use crate::output::{Exit, Failure, Output, save_page};
+use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::screen::{width, wrapped};
 use crate::table::Table;
 
@@ -115,7 +115,7 @@ struct FormArgs {
     length: Option<f64>,
     /// Write the form, to print.
     #[arg(long, value_name = "FILE.html")]
-    report: Option<PathBuf>,
+    report: Option<OutputPath>,
 }
 
 fn zig_zag(text: &str) -> Result<[f64; 2], String> {
@@ -166,7 +166,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         }
     };
     if let Some(path) = &form.report {
-        save_page(path, &render_ship_manoeuvres(&document))?;
+        output.save(path, render_ship_manoeuvres(&document))?;
     }
     output.print(&document, || text(&document))?;
     Ok(exit)

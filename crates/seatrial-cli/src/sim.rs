@@ -15,7 +15,7 @@ use serde::Serialize;
 use crate::ardupilot_json;
 use crate::field;
 use crate::manoeuvres;
-use crate::output::{Exit, Failure, Output};
+use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::record::format_of;
 use crate::sim_mavlink;
 
@@ -56,7 +56,7 @@ struct SimLogArgs {
     out: PathBuf,
     /// The true parameters, kept apart from the log: .json or .toml.
     #[arg(long, value_name = "FILE")]
-    truth: Option<PathBuf>,
+    truth: Option<OutputPath>,
 }
 
 /// `sim log --json`: what was written, without the truth.
@@ -92,9 +92,9 @@ fn log(args: &SimLogArgs, output: &Output) -> Result<Exit, Failure> {
         .map_err(|error| Failure::input(format!("{}: {error}", args.vehicle)))?;
     let played = play(&mut vehicle, plan(&args.thrust)?).map_err(Failure::usage)?;
     let rows: Vec<Row> = played.samples.iter().copied().map(Row::from).collect();
-    recording::write(&args.out, format, &rows)?;
+    recording::write(output.files(), &args.out, format, &rows)?;
     if let Some(path) = &args.truth {
-        write_truth(path, args.seed, config, &played.runs)?;
+        output.save(path, truth(path, args.seed, config, &played.runs)?)?;
     }
     let written = Written {
         schema: "seatrial.simulated_log.v1",
@@ -138,19 +138,17 @@ fn plan(thrusts: &[f64]) -> Result<Plan<f64>, Failure> {
     })
 }
 
-fn write_truth(
+fn truth(
     path: &Path,
     seed: u64,
     vehicle: SimulatedConfig,
     runs: &[PlayedRun],
-) -> Result<(), Failure> {
+) -> Result<String, Failure> {
     let truth = SimulatedTruth::of(vehicle, seed, runs).map_err(Failure::internal)?;
-    let text = match suffix(path) {
+    match suffix(path) {
         Some("toml") => toml::to_string(&truth).map_err(Failure::internal),
         _ => serde_json::to_string_pretty(&truth).map_err(Failure::internal),
-    }?;
-    std::fs::write(path, text)
-        .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))
+    }
 }
 
 fn text(written: &Written) -> String {

@@ -11,7 +11,7 @@ use seatrial_app::models::write_schedule_file;
 use seatrial_core::RudderUnit;
 
 use crate::model_text::{model_text, training_text, validation_text, verdict_text};
-use crate::output::Failure;
+use crate::output::{Failure, Output};
 use seatrial_app::log_page::speed_text;
 
 /// A paragraph of the page.
@@ -64,11 +64,15 @@ pub fn text(models: &[SpeedModel], unit: RudderUnit) -> String {
 }
 
 /// Writes the accepted models as a schedule file.
-pub fn save_schedule(path: &Path, models: &[SpeedModel], log: &Source) -> Result<(), Failure> {
+pub fn save_schedule(
+    path: &Path,
+    models: &[SpeedModel],
+    log: &Source,
+    output: &Output,
+) -> Result<(), Failure> {
     let text = write_schedule_file(models, log)
         .map_err(|error| Failure::from(error).about("--schedule"))?;
-    std::fs::write(path, text)
-        .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))
+    output.save(path, text)
 }
 
 fn plural(count: usize) -> &'static str {

@@ -1,7 +1,6 @@
 //! `seatrial study`: Monte Carlo accuracy of estimators on a simulated vehicle.
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
 
 use seatrial::study::{Accuracy, Convergence, Estimator, QuantityAccuracy};
 use seatrial_app::simulated;
@@ -13,7 +12,7 @@ use crate::commission_study;
 use crate::fault_matrix;
 use crate::lying_logs;
 use crate::manoeuvre_study;
-use crate::output::{Exit, Failure, Output};
+use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::progress;
 use crate::surge_study;
 use crate::table::Table;
@@ -65,7 +64,7 @@ pub struct Args {
     width: Option<f64>,
     /// Write the page of the study.
     #[arg(long, value_name = "FILE.html")]
-    report: Option<PathBuf>,
+    report: Option<OutputPath>,
     /// Threads [default: all cores]. The result does not depend on it.
     #[arg(long)]
     threads: Option<NonZeroUsize>,
@@ -143,12 +142,11 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let bar = progress::bar(study.runs_of_all());
     let document = study.run(&Workers::new(args.threads, &|| bar.step()))?;
     bar.clear();
-    output.print(&document, || text(&document))?;
     if let Some(path) = &args.report {
         let title = format!("{} at {:.0} % thrust", args.vehicle, 100.0 * args.thrust);
-        std::fs::write(path, render_study(&title, args.runs, &document.cells))
-            .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))?;
+        output.save(path, render_study(&title, args.runs, &document.cells))?;
     }
+    output.print(&document, || text(&document))?;
     Ok(Exit::Done)
 }
 

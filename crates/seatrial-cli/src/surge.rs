@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 
 use seatrial::surge_estimate::{Coefficient, SurgeEstimate};
-use seatrial_app::models::{Purpose, chosen_campaign};
-use seatrial_logbook::Logbook;
+use seatrial_app::models::{Purpose, chosen_campaign, undamaged};
 
 use crate::output::{Exit, Failure, Output, say};
 use crate::screen::{width, wrapped};
@@ -31,7 +30,7 @@ pub struct Args {
 
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let logbook = Logbook::open_read_only(&args.logbook)?;
+    let logbook = undamaged(&args.logbook)?;
     let chosen = chosen_campaign(&logbook, args.campaign.as_deref(), Purpose::Record)?;
     chosen.passed_over.iter().for_each(say);
     let campaign = logbook.campaign(chosen.entry.id)?;

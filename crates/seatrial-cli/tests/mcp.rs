@@ -396,3 +396,35 @@ fn cli_what_moves_a_vehicle_is_locked_and_asked_for() {
     assert_eq!(trial["verdict"]["outcome"], "use", "{}", answers[1]);
     assert!(folder.path().join("sea.db").exists());
 }
+
+#[test]
+fn io_a_file_that_is_no_log_is_not_told_to_an_assistant() {
+    let folder = tempfile::tempdir().unwrap();
+    let secret = "root_user_of_this_machine,x,0,0\n`1`,2,3,4\n";
+    std::fs::write(folder.path().join("passwd"), secret).unwrap();
+    std::fs::write(
+        folder.path().join("a`b.csv"),
+        "time_s,heading_deg,rudder_deg\n0,1,2\n1,2,3\n",
+    )
+    .unwrap();
+    let log = |name: &str| json!({"log": name});
+    let calls = [
+        ("inspect", log("passwd")),
+        ("identify", log("passwd")),
+        ("compare", log("passwd")),
+        ("plan", json!({"file": "passwd"})),
+        ("health", json!({"reference": "passwd", "now": "passwd"})),
+        (
+            "inspect",
+            json!({"log": "passwd", "channels_file": "passwd"}),
+        ),
+        ("inspect", log("a`b.csv")),
+    ];
+    for answer in called(folder.path(), &[], &calls) {
+        for content in answer["result"]["content"].as_array().unwrap() {
+            let text = content["text"].as_str().unwrap();
+            assert!(!text.contains("root_user"), "{text}");
+            assert!(!text.contains('`'), "{text}");
+        }
+    }
+}

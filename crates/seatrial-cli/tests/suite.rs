@@ -21,6 +21,7 @@ mod long_log;
 mod manoeuvres;
 mod mcp;
 mod one_answer;
+mod outputs;
 mod paper;
 mod pitch;
 mod plan;

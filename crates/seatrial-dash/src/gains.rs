@@ -3,6 +3,8 @@
 use std::fmt::Display;
 
 use seatrial::export::{VehicleType, ardupilot, px4};
+use seatrial_app::gains::Wanted;
+use seatrial_app::gains_export::check_usable;
 use seatrial_app::models::{Models, Tuned, of_entry};
 use seatrial_logbook::{CampaignId, Logbook};
 use serde::Deserialize;
@@ -54,6 +56,8 @@ pub fn gains_file(
     models
         .unless_rehearsed(rehearsal)
         .map_err(|error| Refusal::unprocessable("rehearsal", error))?;
+    check_usable(&Wanted::default(), &models)
+        .map_err(|error| Refusal::unprocessable("gain_warned_of", error))?;
     let point = || {
         let tuned = tuned(&models, id)?;
         models

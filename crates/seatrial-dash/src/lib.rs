@@ -22,6 +22,7 @@ mod shared;
 mod slot;
 mod stream;
 mod trials;
+mod uploads;
 
 pub use access::NewTokens;
 pub use routes::OPENAPI_JSON;

@@ -23,6 +23,7 @@ use crate::routes::router;
 use crate::shared::Shared;
 use crate::slot::{Shown, Slot};
 use crate::trials::conductor;
+use crate::uploads::Uploads;
 
 /// Requests at a time that may wait for a disk or compute.
 const AT_A_TIME: usize = 4;
@@ -150,7 +151,7 @@ impl Server {
             leases: Leases::default(),
             live: Live::start(secret().map_err(StartError::System)?),
             viewers: AtomicU32::new(0),
-            uploads: tempfile::tempdir().map_err(StartError::Uploads)?,
+            uploads: Uploads::begin().map_err(StartError::Uploads)?,
             slot: Slot::default(),
             commission: Board::default(),
             lanes: Semaphore::new(AT_A_TIME),

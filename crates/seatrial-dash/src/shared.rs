@@ -11,7 +11,6 @@ use seatrial_app::commission::GainsVehicle;
 use seatrial_app::trial_run::TrialVehicle;
 use seatrial_logbook::{Logbook, NewCommand};
 use serde::Serialize;
-use tempfile::TempDir;
 use tokio::sync::{Semaphore, watch};
 
 use crate::access::{Claim, Leases, Rates, Tokens};
@@ -21,6 +20,7 @@ use crate::convert::name_of;
 use crate::live::Live;
 use crate::refusal::Refusal;
 use crate::slot::Slot;
+use crate::uploads::Uploads;
 
 /// Longest note, characters.
 pub const LONGEST_NOTE: usize = 4000;
@@ -45,7 +45,7 @@ pub struct Shared {
     pub live: Live,
     pub viewers: AtomicU32,
     /// Where uploads lie while they are read, beside lists of sensors that were sent.
-    pub uploads: TempDir,
+    pub uploads: Uploads,
     pub slot: Slot,
     /// The commission that runs, or the last one.
     pub commission: Board,

@@ -1,6 +1,7 @@
 //! The hash chain of a campaign: campaign -> run -> run -> outcome.
 
 use rusqlite::Error;
+use rusqlite::types::ValueRef;
 use sha2::{Digest, Sha256};
 
 use super::read::{CampaignEntry, StoredRun};
@@ -98,9 +99,13 @@ pub(super) fn campaign_link(campaign: &CampaignEntry) -> String {
         link.text("scenario");
         link.text(scenario);
     }
-    if campaign.notes_are_sealed {
+    if campaign.sealed > 0 {
         link.text("notes");
         link.optional_text(campaign.notes.as_deref());
+    }
+    if campaign.sealed > 1 {
+        link.text("trails");
+        link.integer(campaign.sealed);
     }
     link.text(&campaign.plan);
     link.hex()
@@ -129,6 +134,24 @@ pub(super) fn run_link(previous: &str, run: &StoredRun) -> Result<String, Error>
     }
     link.steps(&run.steps)?;
     Ok(link.hex())
+}
+
+/// The link of a row of a [trail](super::trail::Trail): its values, each with its kind.
+pub(super) fn row_link(previous: &str, values: &[ValueRef]) -> String {
+    let mut link = Link::after(previous);
+    for value in values {
+        link.text(&value.data_type().to_string());
+        match value {
+            ValueRef::Null => {}
+            ValueRef::Integer(value) => link.integer(*value),
+            ValueRef::Real(value) => link.number(*value),
+            ValueRef::Text(bytes) | ValueRef::Blob(bytes) => {
+                link.length(bytes.len());
+                link.0.update(bytes);
+            }
+        }
+    }
+    link.hex()
 }
 
 /// The last link: how the campaign ended, and the steps that belong to no run.

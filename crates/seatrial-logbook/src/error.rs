@@ -28,6 +28,14 @@ pub enum Error {
         /// The newest schema version known here.
         known: usize,
     },
+    /// Its schema is not the one that seatrial writes.
+    #[error("{path}: the logbook was altered: {found}, and no seatrial does that, so that nothing in it is used; take a copy from before", path = .path.display())]
+    Altered {
+        /// The file.
+        path: PathBuf,
+        /// The part of the schema, and what is wrong with it.
+        found: String,
+    },
     /// The file cannot be opened or read.
     #[error("{path}: the logbook cannot be opened: {cause}", path = .path.display())]
     Unreadable {
@@ -99,6 +107,10 @@ impl Error {
             Some(ErrorCode::ReadOnly) => Self::Unreadable {
                 path,
                 cause: format!("{error}; make the file and its folder writable"),
+            },
+            Some(ErrorCode::OperationInterrupted) => Self::Unreadable {
+                path,
+                cause: "reading takes longer than any logbook of its size needs; it is damaged, or was altered".into(),
             },
             Some(_) => Self::Unreadable {
                 path,

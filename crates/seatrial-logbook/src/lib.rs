@@ -12,13 +12,16 @@
 //! transaction with `synchronous = FULL`: once [`Logbook::finish_run`] has returned, the run
 //! survives a loss of power. Samples in between are committed about once a second with
 //! `synchronous = NORMAL`: a killed process loses at most the last second, a loss of power may
-//! lose the samples of the unfinished run. Neither damages the file.
+//! lose the samples of the unfinished run. Neither damages the file. After each finished run all of it is in the file itself, and a copy
+//! of that alone holds it; what came since is in the file beside it whose name ends in `-wal`, without which [`Logbook::missing`] says so.
 //!
 //! **Provable.** A campaign's hash covers its plan and what it ran on; each run's hash covers the
 //! hash before it, every sample, action and estimate and the result; the last one how it ended.
 //! [`Logbook::verify`] recomputes the chain and holds every number of every row against its neighbours. There is no key in it: it
 //! proves that nothing was changed by accident or in part, not that nobody rewrote the whole chain. Not sealed are the steps of a run
-//! that has no result yet, what operators commanded, and their reviews; that the newest campaigns are missing altogether it cannot tell.
+//! that has no result yet; that the newest campaigns are missing altogether it cannot tell. Commands and reviews have chains of their own.
+//! The schema is compared with the one that this version writes before anything is read, so that nothing in the file decides what is
+//! read of it. [`Logbook::campaign`] and [`Logbook::campaigns`] say what is damaged, and no model of that is accepted.
 //!
 //! **Repeatable.** From a [`Recording`] the trial is conducted again on its samples, and every action, every estimate and every
 //! result compared bit for bit, on either [axis](CampaignEntry::axis).
@@ -58,6 +61,7 @@
 //! may read while one writes.
 
 mod chain;
+mod connect;
 mod error;
 mod keeper;
 mod operators;
@@ -67,6 +71,7 @@ mod recording;
 mod row;
 mod row_places;
 mod schema;
+mod trail;
 mod verify;
 mod write;
 
@@ -75,8 +80,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use rusqlite::backup::Backup;
-use rusqlite::{Connection, ErrorCode, OpenFlags};
+use rusqlite::{Connection, OpenFlags, OptionalExtension};
 use serde::Serialize;
+use tempfile::TempDir;
 
 pub use error::Error;
 pub use keeper::{Keeper, Kept};
@@ -87,7 +93,8 @@ pub use recording::Recording;
 pub use verify::{Damage, Verification};
 pub use write::NewCampaign;
 
-use schema::{Identity, MIGRATIONS, identity, migrate};
+use connect::{Connected, beside, connect, connect_for_reading, file_identity, harden};
+use schema::{Identity, MIGRATIONS, altered, identity, migrate};
 
 /// The example of the readme, which is compiled.
 #[cfg(doctest)]
@@ -109,6 +116,11 @@ pub struct Logbook {
     path: PathBuf,
     /// No table was in the file when it was opened.
     was_empty: bool,
+    /// Which file was opened to be written.
+    file: Option<(u64, u64)>,
+    /// What is not there, where a write-ahead log is missing.
+    missing: Option<String>,
+    _copy: Option<TempDir>,
 }
 
 impl Logbook {
@@ -119,13 +131,22 @@ impl Logbook {
     pub fn open(path: impl Into<PathBuf>) -> Result<Self, Error> {
         let path = path.into();
         reject_directory(&path)?;
+        reject_log_of_another(&path)?;
         let access = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_CREATE;
         let connection = connect(&path, access).map_err(|error| Error::reading(&path, &error))?;
-        let mut logbook = Self::of(connection, path);
+        let connected = Connected {
+            connection,
+            copy: None,
+        };
+        let mut logbook = Self::of(connected, path);
+        logbook.file = file_identity(&logbook.path);
         logbook.identify()?;
         logbook
             .prepare_for_writing()
             .map_err(|error| Error::writing(&logbook.path, &error))?;
+        // What is written to has the schema that it should have, and a trial may take as long as it does.
+        let unlimited = logbook.connection.progress_handler(0, None::<fn() -> bool>);
+        logbook.reading(unlimited)?;
         Ok(logbook)
     }
 
@@ -133,15 +154,16 @@ impl Logbook {
     pub fn check_writable(path: impl Into<PathBuf>) -> Result<(), Error> {
         let path = path.into();
         reject_directory(&path)?;
+        reject_log_of_another(&path)?;
         let refused = |cause: String| Error::NotSaved {
             path: path.clone(),
             cause,
         };
         if path.exists() {
             let opened = OpenOptions::new().append(true).open(&path);
-            let connection =
+            let connected =
                 connect_for_reading(&path).map_err(|error| Error::reading(&path, &error))?;
-            Self::of(connection, path.clone()).identify()?;
+            Self::of(connected, path.clone()).identify()?;
             return opened.map(drop).map_err(|error| {
                 refused(format!("{error}; make the file and its folder writable"))
             });
@@ -164,24 +186,43 @@ impl Logbook {
         if !path.exists() {
             return Err(Error::Missing(path));
         }
-        let connection =
+        // Asked first: a reader makes such a file, too.
+        let lacks_log = connect::lacks_log(&path);
+        let connected =
             connect_for_reading(&path).map_err(|error| Error::reading(&path, &error))?;
-        let mut logbook = Self::of(connection, path);
+        let mut logbook = Self::of(connected, path);
         let found = logbook.identify()?;
         logbook.was_empty = found == Identity::Empty;
         if found != Identity::Logbook(MIGRATIONS.len()) {
             logbook.connection = migrated_copy(&logbook.connection)
                 .map_err(|error| Error::reading(&logbook.path, &error))?;
         }
+        if lacks_log {
+            logbook.missing = logbook.reading(unfinished(&logbook.connection))?.map(|campaign| {
+                format!(
+                    "{}: its {} is not beside it; what came after the last finished run of campaign {campaign} may be missing",
+                    logbook.path.display(),
+                    beside(&logbook.path, "-wal").display()
+                )
+            });
+        }
         Ok(logbook)
     }
 
-    fn of(connection: Connection, path: PathBuf) -> Self {
+    fn of(connected: Connected, path: PathBuf) -> Self {
         Self {
-            connection,
+            connection: connected.connection,
             path,
             was_empty: false,
+            file: None,
+            missing: None,
+            _copy: connected.copy,
         }
+    }
+
+    /// What the file lacks, in words: it was copied or moved during a trial, without the write-ahead log beside it.
+    pub fn missing(&self) -> Option<&str> {
+        self.missing.as_deref()
     }
 
     /// The file.
@@ -202,8 +243,23 @@ impl Logbook {
                 found,
                 known: MIGRATIONS.len(),
             }),
-            known => Ok(known),
+            Identity::Logbook(version) => match self.reading(altered(&self.connection, version))? {
+                Some(found) => Err(Error::Altered { path, found }),
+                None => Ok(found),
+            },
+            Identity::Empty => Ok(found),
         }
+    }
+
+    /// One view of the file for all that is read, also while another process is writing.
+    fn viewing<T>(&self, read: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+        if !self.connection.is_autocommit() {
+            return read();
+        }
+        let view = self.reading(self.connection.unchecked_transaction())?;
+        let read = read()?;
+        self.reading(view.finish())?;
+        Ok(read)
     }
 
     fn prepare_for_writing(&mut self) -> Result<(), rusqlite::Error> {
@@ -225,8 +281,32 @@ impl Logbook {
     }
 }
 
-/// How long to wait for another process's transaction.
-const BUSY_TIMEOUT: Duration = Duration::from_secs(5);
+/// A write-ahead log without its logbook belongs to one that was renamed or removed; SQLite would take it for the new one's.
+fn reject_log_of_another(path: &Path) -> Result<(), Error> {
+    let log = beside(path, "-wal");
+    let is_empty = path.metadata().map_or(true, |about| about.len() == 0);
+    match is_empty && log.exists() {
+        true => Err(Error::Unreadable {
+            path: path.into(),
+            cause: format!(
+                "{} is there without it: a logbook was renamed or removed while a trial wrote it; put it back under this name, or give a name that was not used",
+                log.display()
+            ),
+        }),
+        false => Ok(()),
+    }
+}
+
+/// A campaign that has not ended, and that no writer has seen interrupted.
+fn unfinished(connection: &Connection) -> Result<Option<i64>, rusqlite::Error> {
+    connection
+        .query_row(
+            "SELECT id FROM campaign WHERE outcome IS NULL AND interrupted = 0 LIMIT 1",
+            [],
+            |row| row.get(0),
+        )
+        .optional()
+}
 
 fn reject_directory(path: &Path) -> Result<(), Error> {
     if path.is_dir() {
@@ -238,58 +318,9 @@ fn reject_directory(path: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-fn connect(path: &Path, access: OpenFlags) -> Result<Connection, rusqlite::Error> {
-    let connection = Connection::open_with_flags(path, access | OpenFlags::SQLITE_OPEN_NO_MUTEX)?;
-    connection.busy_timeout(BUSY_TIMEOUT)?;
-    Ok(connection)
-}
-
-/// Reading leaves no file behind and needs no permission to write, except to roll back the journal of a process that was killed
-/// while it made the logbook.
-///
-/// Even a reader needs files for the write-ahead log and for shared memory beside a logbook, and only a connection that may write
-/// removes them when it closes. So a logbook without them is opened by one that may write and does not, and one that nobody
-/// may write to as a file that does not change. Where they exist, a writer is at work or was killed: they are read and left.
-fn connect_for_reading(path: &Path) -> Result<Connection, rusqlite::Error> {
-    let name = path.to_string_lossy();
-    let has_beside = |suffix: &str| Path::new(&format!("{name}{suffix}")).exists();
-    if has_beside("-wal") || has_beside("-journal") {
-        let connection = connect(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
-        return match is_refused(&connection) {
-            true => connect(path, OpenFlags::SQLITE_OPEN_READ_WRITE),
-            false => Ok(connection),
-        };
-    }
-    let may_be_written = path
-        .metadata()
-        .is_ok_and(|about| !about.permissions().readonly());
-    if may_be_written {
-        let connection = connect(path, OpenFlags::SQLITE_OPEN_READ_WRITE)?;
-        connection.pragma_update(None, "query_only", true)?;
-        if !is_refused(&connection) {
-            return Ok(connection);
-        }
-    }
-    let name = name
-        .replace('%', "%25")
-        .replace('?', "%3f")
-        .replace('#', "%23");
-    connect(
-        Path::new(&format!("file:{name}?immutable=1")),
-        OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI,
-    )
-}
-
-/// Can it not be read without writing to its folder?
-fn is_refused(connection: &Connection) -> bool {
-    identity(connection).is_err_and(|error| {
-        let code = error.sqlite_error_code();
-        matches!(code, Some(ErrorCode::ReadOnly | ErrorCode::CannotOpen))
-    })
-}
-
 fn migrated_copy(file: &Connection) -> Result<Connection, rusqlite::Error> {
     let mut copy = Connection::open_in_memory()?;
+    harden(&copy)?;
     Backup::new(file, &mut copy)?.run_to_completion(1024, Duration::ZERO, None)?;
     migrate(&mut copy, MIGRATIONS)?;
     Ok(copy)

@@ -4,6 +4,7 @@ use rusqlite::params;
 use serde::{Deserialize, Serialize};
 
 use super::read::collect;
+use super::trail::Trail;
 use super::write::Durability;
 use super::{CampaignId, Error, Logbook};
 use seatrial::campaign::Run;
@@ -117,7 +118,7 @@ impl Logbook {
                  VALUES (strftime('%Y-%m-%dT%H:%M:%SZ'), ?, ?, ?, ?, ?)",
                 params![new.actor, new.address, new.command, new.details, new.result],
             )?;
-            Ok(())
+            Trail::Commands.seal(transaction, transaction.last_insert_rowid())
         })
     }
 
@@ -191,13 +192,17 @@ impl Logbook {
         reviewer: &str,
     ) -> Result<Option<()>, Error> {
         let entered = self.write(Durability::Power, |transaction| {
-            transaction.execute(
+            let entered = transaction.execute(
                 "INSERT INTO review (run, accepted, note, reviewer, time)
                  SELECT id, ?3, ?4, ?5, strftime('%Y-%m-%dT%H:%M:%SZ') FROM run
                  WHERE campaign = ?1 AND number = ?2 AND sha256 IS NOT NULL
                    AND (NOT ?3 OR EXISTS (SELECT 1 FROM estimate WHERE estimate.run = run.id))",
                 params![campaign.0, run, accepted, note, reviewer],
-            )
+            )?;
+            if entered == 1 {
+                Trail::Reviews.seal(transaction, transaction.last_insert_rowid())?;
+            }
+            Ok(entered)
         })?;
         Ok((entered == 1).then_some(()))
     }

@@ -5,7 +5,7 @@ use seatrial_core::{Axis, Outcome};
 use serde::{Deserialize, Serialize};
 
 use super::row::{Exact, from_json, json_column, stage, step_of};
-use super::{CampaignId, Error, Logbook, RunId};
+use super::{CampaignId, Damage, Error, Logbook, RunId};
 use seatrial::Step;
 use seatrial::campaign::{Campaign, FullRudder, Run, StageSpan};
 use seatrial::identification::{Identification, Reason, ReasonCode, TracePoint, Verdict};
@@ -35,9 +35,10 @@ pub struct CampaignEntry {
     pub configuration: String,
     /// Notes on the configuration as they stood when it began.
     pub notes: Option<String>,
-    /// Does its hash cover the notes? Not in campaigns of older schemas, which show the configuration's newest notes.
+    /// What its hash covers: 1 the notes, 2 also that commands and reviews have hash chains. 0 in campaigns of older schemas,
+    /// which show the configuration's newest notes.
     #[serde(skip)]
-    pub(super) notes_are_sealed: bool,
+    pub(super) sealed: i64,
     /// When it began, UTC, ISO 8601.
     pub started: String,
     /// The version of seatrial that ran it.
@@ -69,6 +70,9 @@ pub struct CampaignEntry {
     pub sha256: String,
     /// The newest link of its hash chain: its last finished run, then its outcome.
     pub head_sha256: String,
+    /// What is damaged of it, where that was looked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damage: Option<Damage>,
 }
 
 impl CampaignEntry {
@@ -106,14 +110,26 @@ pub struct RunEntry {
 }
 
 impl Logbook {
-    /// Every campaign, oldest first.
+    /// Every campaign, oldest first. What is damaged says so, and none of its runs counts as accepted.
     pub fn campaigns(&self) -> Result<Vec<CampaignEntry>, Error> {
+        self.viewing(|| {
+            let entries = self.entries()?.into_iter();
+            Ok(entries.map(|entry| self.checked(entry)).collect())
+        })
+    }
+
+    /// Every campaign as it stands there, oldest first, unchecked, because all samples are read to check them.
+    pub fn entries(&self) -> Result<Vec<CampaignEntry>, Error> {
         self.reading(campaign_entries(&self.connection))
     }
 
-    /// One campaign without its runs.
+    /// One campaign without its runs, checked.
     pub fn entry(&self, campaign: CampaignId) -> Result<CampaignEntry, Error> {
-        let campaigns = self.campaigns()?;
+        self.viewing(|| Ok(self.checked(self.entry_as_found(campaign)?)))
+    }
+
+    fn entry_as_found(&self, campaign: CampaignId) -> Result<CampaignEntry, Error> {
+        let campaigns = self.entries()?;
         let held = match campaigns.as_slice() {
             [] => "none".into(),
             [only] => format!("campaign {}", only.id.0),
@@ -129,21 +145,34 @@ impl Logbook {
             })
     }
 
-    /// A whole campaign with its records and traces. An unfinished run has no model and is not accepted; of one that an
-    /// operator has reviewed the last review is the verdict.
-    pub fn campaign(&self, campaign: CampaignId) -> Result<Campaign, Error> {
-        let mut whole = self.as_found(campaign)?;
-        for (number, review) in self.reviews(campaign)? {
-            for run in whole.runs.iter_mut().filter(|run| run.number == number) {
-                review.decide(run);
-            }
+    fn checked(&self, mut entry: CampaignEntry) -> CampaignEntry {
+        entry.damage = self.damage_of(&entry);
+        if entry.damage.is_some() {
+            entry.runs_accepted = 0;
         }
-        Ok(whole)
+        entry
+    }
+
+    /// A whole campaign with its records and traces. An unfinished run has no model and is not accepted; of one that an
+    /// operator has reviewed the last review is the verdict. Of a campaign that is damaged no run is accepted.
+    pub fn campaign(&self, campaign: CampaignId) -> Result<Campaign, Error> {
+        self.viewing(|| {
+            let mut whole = self.as_found(campaign)?;
+            for (number, review) in self.reviews(campaign)? {
+                for run in whole.runs.iter_mut().filter(|run| run.number == number) {
+                    review.decide(run);
+                }
+            }
+            if let Some(damage) = self.entry(campaign)?.damage {
+                whole.runs.iter_mut().for_each(|run| damage.decide(run));
+            }
+            Ok(whole)
+        })
     }
 
     /// A campaign with the verdicts that the program found, whatever operators decided.
     pub(super) fn as_found(&self, campaign: CampaignId) -> Result<Campaign, Error> {
-        let entry = self.entry(campaign)?;
+        let entry = self.entry_as_found(campaign)?;
         let runs = self
             .runs(campaign)?
             .iter()
@@ -336,7 +365,7 @@ pub(super) fn campaign_entries(
                     (SELECT review.accepted FROM review WHERE review.run = run.id
                      ORDER BY review.id DESC LIMIT 1), run.accepted)), 0)
                  FROM run WHERE run.campaign = campaign.id),
-                full_rudder_rad, full_rudder_assumed, scenario, notes_sealed IS NOT NULL
+                full_rudder_rad, full_rudder_assumed, scenario, notes_sealed
          FROM campaign JOIN configuration ON configuration.id = campaign.configuration
          WHERE ? ORDER BY campaign.id",
         1,
@@ -362,7 +391,7 @@ pub(super) fn campaign_entries(
                     is_assumed: is_assumed.unwrap_or(true),
                 }),
                 scenario: row.get(19)?,
-                notes_are_sealed: row.get(20)?,
+                sealed: row.get::<_, Option<i64>>(20)?.unwrap_or(0),
                 plan: row.get(8)?,
                 plan_sha256: row.get(9)?,
                 state,
@@ -371,6 +400,7 @@ pub(super) fn campaign_entries(
                 runs: row.get(14)?,
                 runs_finished: row.get(15)?,
                 runs_accepted: row.get(16)?,
+                damage: None,
             })
         },
     )

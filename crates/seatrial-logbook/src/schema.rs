@@ -1,6 +1,10 @@
 //! The schema and its migrations.
 
+use std::fmt;
+
 use rusqlite::{Connection, Error, Transaction, TransactionBehavior};
+
+use super::trail::Trail;
 
 /// `PRAGMA application_id`: "STLB", seatrial logbook.
 pub(super) const APPLICATION_ID: i32 = i32::from_be_bytes(*b"STLB");
@@ -14,7 +18,11 @@ pub(super) const MIGRATIONS: &[&str] = &[
     include_str!("schema_v4.sql"),
     include_str!("schema_v5.sql"),
     include_str!("schema_v6.sql"),
+    include_str!("schema_v7.sql"),
 ];
+
+/// The version from which on commands and reviews are in a hash chain.
+const WITH_TRAILS: usize = 7;
 
 /// What a file says about itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +48,64 @@ pub(super) fn identity(connection: &Connection) -> Result<Identity, Error> {
     })
 }
 
+/// The first part of the schema that is not as a logbook of this version has it: its kind and name, and what is wrong with it.
+///
+/// Asked before anything else: a trigger, a view or a column that computes its value decides what is read and written.
+pub(super) fn altered(connection: &Connection, version: usize) -> Result<Option<String>, Error> {
+    let written = Connection::open_in_memory()?;
+    for migration in MIGRATIONS.iter().take(version) {
+        written.execute_batch(migration)?;
+    }
+    let (written, found) = (parts(&written)?, parts(connection)?);
+    let missing = written.iter().find(|part| !found.contains(part));
+    let added = found.iter().find(|part| !written.contains(part));
+    let same_name = |part: &Part| written.iter().any(|other| other.name == part.name);
+    Ok(match (added, missing) {
+        (Some(part), _) if same_name(part) => Some(format!("{part} was changed")),
+        (Some(part), _) => Some(format!("{part} was added")),
+        (None, Some(part)) => Some(format!("{part} is missing")),
+        (None, None) => None,
+    })
+}
+
+/// A table, an index, a trigger or a view.
+#[derive(PartialEq)]
+struct Part {
+    kind: String,
+    name: String,
+    table: String,
+    sql: Option<String>,
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "the {} {:?}", self.kind, self.name)
+    }
+}
+
+fn parts(connection: &Connection) -> Result<Vec<Part>, Error> {
+    let mut query = connection.prepare("SELECT type, name, tbl_name, sql FROM sqlite_schema")?;
+    let part = |row: &rusqlite::Row| {
+        Ok(Part {
+            kind: row.get(0)?,
+            name: row.get(1)?,
+            table: row.get(2)?,
+            sql: row.get(3)?,
+        })
+    };
+    query.query_map([], part)?.collect()
+}
+
+/// Has a campaign begun while commands and reviews had hash chains?
+fn has_trails(connection: &Connection, version: usize) -> Result<bool, Error> {
+    let sql = "SELECT EXISTS (SELECT 1 FROM campaign WHERE notes_sealed > 1)";
+    // The column came with the sixth schema, the one before.
+    match version + 1 == WITH_TRAILS {
+        true => connection.query_row(sql, [], |row| row.get(0)),
+        false => Ok(false),
+    }
+}
+
 /// Brings an empty file or an older logbook to the newest schema, in one transaction.
 pub(super) fn migrate(connection: &mut Connection, migrations: &[&str]) -> Result<(), Error> {
     let transaction = Transaction::new(connection, TransactionBehavior::Immediate)?;
@@ -51,6 +117,12 @@ pub(super) fn migrate(connection: &mut Connection, migrations: &[&str]) -> Resul
     };
     for migration in migrations.iter().skip(version) {
         transaction.execute_batch(migration)?;
+    }
+    // A logbook that has been without its chains since they were begun was altered, and its commands and reviews stay unsealed.
+    if version < WITH_TRAILS && !has_trails(&transaction, version)? {
+        for trail in [Trail::Commands, Trail::Reviews] {
+            trail.seal(&transaction, 0)?;
+        }
     }
     transaction.pragma_update(None, "application_id", APPLICATION_ID)?;
     transaction.pragma_update(None, "user_version", migrations.len().max(version) as i64)?;

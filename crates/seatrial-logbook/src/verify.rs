@@ -3,9 +3,13 @@
 use rusqlite::Connection;
 use serde::Serialize;
 
+use seatrial::campaign::Run;
+use seatrial::identification::{Reason, ReasonCode};
+
 use super::chain::{campaign_link, outcome_link, run_link, sha256};
-use super::read::{CampaignEntry, State, collect, steps_outside, stored_run};
+use super::read::{CampaignEntry, State, campaign_entries, collect, steps_outside, stored_run};
 use super::row::to_json;
+use super::trail::Trail;
 use super::{CampaignId, Error, Logbook, row_places};
 
 /// What was found wrong, and where.
@@ -15,6 +19,16 @@ pub struct Damage {
     pub place: String,
     /// What is wrong there.
     pub found: String,
+}
+
+impl Damage {
+    /// Lets nothing of a run be used, and says why first of all reasons.
+    pub(super) fn decide(&self, run: &mut Run) {
+        let text = format!("the logbook is damaged: {}: {}", self.place, self.found);
+        run.verdict.accepted = false;
+        let reason = Reason::new(ReasonCode::Damaged, text);
+        run.verdict.reasons.insert(0, reason);
+    }
 }
 
 /// What was checked and what was found wrong.
@@ -30,16 +44,31 @@ pub struct Verification {
     pub runs_unfinished: u32,
     /// Samples read.
     pub samples: usize,
+    /// What the file lacks, where it was copied or moved without the write-ahead log beside it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub missing: Option<String>,
     /// Nothing, in a whole logbook.
     pub damage: Vec<Damage>,
+}
+
+impl Verification {
+    /// Is nothing damaged and nothing missing?
+    pub fn is_whole(&self) -> bool {
+        self.damage.is_empty() && self.missing.is_none()
+    }
 }
 
 impl Logbook {
     /// Checks the file's structure, its references, the place of every row, every sample count and every hash.
     pub fn verify(&self) -> Result<Verification, Error> {
-        // One view of the file, also while another process is writing.
-        let view = self.reading(self.connection.unchecked_transaction())?;
-        let mut found = Verification::default();
+        self.viewing(|| Ok(self.verified()))
+    }
+
+    fn verified(&self) -> Verification {
+        let mut found = Verification {
+            missing: self.missing.clone(),
+            ..Verification::default()
+        };
         if self.was_empty {
             found.add(
                 "file",
@@ -50,7 +79,8 @@ impl Logbook {
         for (place, wrong) in row_places::misplaced(&self.connection) {
             found.add(&place, wrong);
         }
-        match self.campaigns() {
+        self.verify_trails(&mut found);
+        match campaign_entries(&self.connection) {
             Ok(campaigns) => {
                 for campaign in &campaigns {
                     self.verify_campaign(campaign, &mut found);
@@ -58,8 +88,33 @@ impl Logbook {
             }
             Err(error) => found.add("campaigns", error),
         }
-        self.reading(view.finish())?;
-        Ok(found)
+        found
+    }
+
+    /// What is damaged of a campaign, or of what operators commanded and decided.
+    pub(super) fn damage_of(&self, campaign: &CampaignEntry) -> Option<Damage> {
+        let mut found = Verification::default();
+        self.verify_campaign(campaign, &mut found);
+        self.verify_trails(&mut found);
+        found.damage.into_iter().next()
+    }
+
+    fn verify_trails(&self, found: &mut Verification) {
+        for trail in [Trail::Commands, Trail::Reviews] {
+            self.verify_trail(trail, found);
+        }
+    }
+
+    fn verify_trail(&self, trail: Trail, found: &mut Verification) {
+        let (kept, recomputed) = (
+            trail.head(&self.connection),
+            trail.recomputed(&self.connection),
+        );
+        match kept.and_then(|kept| Ok(kept == recomputed?)) {
+            Ok(true) => {}
+            Ok(false) => found.add(trail.name(), "one was put in, changed or taken out"),
+            Err(error) => found.add(trail.name(), error),
+        }
     }
 
     fn verify_structure(&self, found: &mut Verification) {

@@ -1,11 +1,14 @@
 //! What goes into a logbook.
 
+use std::time::Duration;
+
 use rusqlite::{Connection, ErrorCode, Transaction, TransactionBehavior, params};
 use seatrial_core::Outcome;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::chain::{campaign_link, outcome_link, run_link, sha256};
+use super::connect::{BUSY_TIMEOUT, file_identity};
 use super::read::{campaign_entries, steps_of_run, steps_outside, stored_run};
 use super::row::{Exact, from_json, stage_name, to_json};
 use super::{CampaignId, Error, Logbook, RunId};
@@ -35,6 +38,9 @@ pub struct NewCampaign<'a> {
     pub plan: &'a str,
 }
 
+/// How long readers may hold up what is not urgent.
+const LONGEST_WAIT_FOR_READERS: Duration = Duration::from_secs(1);
+
 /// What is lost with the power.
 pub(super) enum Durability {
     /// The last transactions may be.
@@ -59,7 +65,7 @@ impl Logbook {
                                        scenario, plan, plan_sha256, sha256, head_sha256,
                                        notes, notes_sealed)
                  VALUES (?1, strftime('%Y-%m-%dT%H:%M:%SZ'), ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, '', '',
-                         (SELECT notes FROM configuration WHERE id = ?1), 1)",
+                         (SELECT notes FROM configuration WHERE id = ?1), 2)",
                 params![
                     configuration,
                     new.software_version,
@@ -173,7 +179,21 @@ impl Logbook {
     }
 
     /// Enters how a campaign ended.
+    ///
+    /// # Errors
+    /// Also where the file was renamed or replaced meanwhile; what was written since is in the renamed one.
     pub fn finish_campaign(&mut self, campaign: CampaignId, outcome: Outcome) -> Result<(), Error> {
+        self.end_campaign(campaign, outcome)?;
+        match self.has_moved() {
+            true => Err(Error::NotSaved {
+                path: self.path.clone(),
+                cause: "the file was renamed or replaced during the trial; all runs are in the renamed one".into(),
+            }),
+            false => Ok(()),
+        }
+    }
+
+    fn end_campaign(&mut self, campaign: CampaignId, outcome: Outcome) -> Result<(), Error> {
         self.write(Durability::Power, |transaction| {
             let outcome = to_json(&outcome)?;
             let outside = steps_outside(transaction, campaign.0)?;
@@ -191,8 +211,9 @@ impl Logbook {
         durability: Durability,
         change: impl Fn(&Connection) -> Result<T, rusqlite::Error>,
     ) -> Result<T, Error> {
+        let has_moved = self.has_moved();
         let connection = &mut self.connection;
-        transact(connection, &durability, &change)
+        let written = transact(connection, &durability, &change)
             .or_else(|error| match error.sqlite_error_code() {
                 // On a full disk the write-ahead log may give back the room that it takes.
                 Some(ErrorCode::DiskFull | ErrorCode::SystemIoFailure) => {
@@ -201,8 +222,27 @@ impl Logbook {
                 }
                 _ => Err(error),
             })
-            .map_err(|error| Error::writing(&self.path, &error))
+            .map_err(|error| Error::writing(&self.path, &error))?;
+        // Once the file has another name, the log beside the old one belongs to nothing.
+        if matches!(durability, Durability::Power) || has_moved {
+            settle(connection);
+        }
+        Ok(written)
     }
+
+    fn has_moved(&self) -> bool {
+        self.file.is_some() && self.file != file_identity(&self.path)
+    }
+}
+
+/// Moves what the write-ahead log holds into the file itself. Where readers or a full disk prevent that, it stays where it is.
+fn settle(connection: &Connection) {
+    let settle = || {
+        connection.busy_timeout(LONGEST_WAIT_FOR_READERS)?;
+        connection.query_row("PRAGMA wal_checkpoint(TRUNCATE)", [], |_| Ok(()))
+    };
+    let _: Result<(), rusqlite::Error> = settle();
+    let _ = connection.busy_timeout(BUSY_TIMEOUT);
 }
 
 fn transact<T>(

@@ -10,6 +10,8 @@ use crate::error::Fault;
 use crate::formats::Formats;
 use crate::input::{Held, Input};
 use crate::joined::{Joined, Messages};
+use crate::name::ColumnName;
+use crate::quantity::Quantity;
 use crate::table::Table;
 
 /// Bytes that are enough to tell every format.
@@ -105,6 +107,37 @@ fn start(input: impl Read) -> Result<Vec<u8>, Fault> {
         .read_to_end(&mut start)
         .map_err(Fault::read)?;
     Ok(start)
+}
+
+/// Is this file a log, or what packs one? Of a text or a Parquet file its columns tell: a heading, and a rudder or a time.
+pub fn is_log(path: &Path) -> bool {
+    let Ok(start) = std::fs::File::open(path)
+        .map_err(Fault::read)
+        .and_then(start)
+    else {
+        return false;
+    };
+    if check_is_log(&start).is_err() {
+        let is_zip = start.starts_with(b"PK");
+        return !is_zip
+            || WORKBOOKS[..2]
+                .iter()
+                .all(|name| start.windows(name.len()).any(|p| p == *name));
+    }
+    match format(&start) {
+        Format::Csv | Format::Parquet => crate::columns(path).is_ok_and(|columns| {
+            let has = |quantity| {
+                let mut columns = columns.iter();
+                columns.any(|name| ColumnName::new(name).fit(quantity).is_some())
+            };
+            // A table of results has a verdict, as that of many logs has.
+            let is_of_results = columns.iter().any(|name| name == "verdict");
+            has(Quantity::Heading)
+                && (has(Quantity::Rudder) || has(Quantity::Time))
+                && !is_of_results
+        }),
+        _ => true,
+    }
 }
 
 /// Opens what comes on standard input: text as it comes; the others, which are read more than once, from a

@@ -160,6 +160,9 @@ pub struct Counts {
     pub differing_at_a_time: u64,
     /// Earlier than the sample before.
     pub reversed_time: u64,
+    /// Was a part of the log left out because it is damaged?
+    #[serde(skip)]
+    pub is_damaged: bool,
 }
 
 impl Counts {

@@ -81,6 +81,11 @@ pub trait Messages: Send {
     /// What was left out, after the last message.
     fn warnings(&self) -> Vec<String>;
 
+    /// Was a part left out because it is damaged: by its checksum, or because it does not unpack? Asked after the last message.
+    fn is_damaged(&self) -> bool {
+        false
+    }
+
     /// The aircraft that the log says it is of, with its article: a copter.
     fn aircraft(&self) -> Option<&'static str> {
         None
@@ -137,6 +142,10 @@ impl Messages for Box<dyn Messages> {
 
     fn warnings(&self) -> Vec<String> {
         (**self).warnings()
+    }
+
+    fn is_damaged(&self) -> bool {
+        (**self).is_damaged()
     }
 
     fn aircraft(&self) -> Option<&'static str> {
@@ -354,6 +363,10 @@ impl<M: Messages> Table for Joined<M> {
 
     fn warnings(&self) -> Vec<String> {
         self.messages.warnings()
+    }
+
+    fn is_damaged(&self) -> bool {
+        self.messages.is_damaged()
     }
 }
 

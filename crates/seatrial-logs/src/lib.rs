@@ -59,6 +59,7 @@ mod words;
 mod write;
 
 pub use choice::{ChannelChoice, Correction};
+pub use content::is_log;
 pub use description::{Channel, Counts, Format, LogDescription, UnitSource};
 pub use error::{Fault, Place, ReadError};
 pub use input::{Held, Source};

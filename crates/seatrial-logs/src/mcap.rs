@@ -1,10 +1,11 @@
 //! MCAP files with ROS 2 messages in CDR.
 
+mod record;
 mod unpack;
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use mcap::McapError;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::bytes::{Bytes, Damage};
@@ -14,6 +15,7 @@ use crate::joined::{Kind, Message, Messages};
 use crate::number::number;
 use crate::ros2::Topics;
 use crate::table::Known;
+use record::{Directory, Record};
 
 /// The longest record: images are skipped, but pass through memory.
 const LONGEST_RECORD: usize = 32 << 20;
@@ -23,11 +25,12 @@ const PIECE: usize = 1 << 16;
 const MOST_UNPACKED: u64 = 256;
 /// What a record counts for at least: reading many short ones takes time, too.
 const SHORTEST_COUNTED: usize = 256;
-const MOST_CHANNELS: usize = 1 << 16;
 /// Type and length before every record.
 const RECORD_HEADER: usize = 9;
 /// The last record, 20 bytes behind its header, and the magic behind it.
 const FOOTER: usize = RECORD_HEADER + 20 + MAGIC.len();
+/// Of the footer the summary's checksum covers what stands before it.
+const SUMMED_OF_FOOTER: u64 = RECORD_HEADER as u64 + 16;
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 /// The longest record of a summary that is read at once.
 const LONGEST_SUMMARY: usize = 1 << 17;
@@ -42,79 +45,11 @@ pub(crate) struct Mcap {
     is_at_end: bool,
     damage: Damage,
     what: Option<String>,
-}
-
-/// A record that matters.
-enum Record<'a> {
-    Schema(u16, Schema),
-    Channel(u16, Channel),
-    Message {
-        channel: u16,
-        log_time_s: f64,
-        body: &'a [u8],
-    },
-    /// How many messages every channel has.
-    Statistics(Vec<(u16, u64)>),
-    End,
-    Other,
-}
-
-struct Schema {
-    name: String,
-    text: String,
-}
-
-struct Channel {
-    schema: u16,
-    topic: String,
-    encoding: String,
-}
-
-/// What a file says about its channels.
-#[derive(Default)]
-struct Directory {
-    schemas: BTreeMap<u16, Schema>,
-    channels: BTreeMap<u16, Channel>,
-    with_messages: BTreeSet<u16>,
-}
-
-impl Directory {
-    fn take(&mut self, record: Record) {
-        match record {
-            Record::Schema(id, schema) if self.schemas.len() < MOST_CHANNELS => {
-                self.schemas.insert(id, schema);
-            }
-            Record::Channel(id, channel) if self.channels.len() < MOST_CHANNELS => {
-                self.channels.insert(id, channel);
-            }
-            Record::Message { channel, .. } => {
-                self.with_messages.insert(channel);
-            }
-            Record::Statistics(counts) => {
-                let counted = counts.iter().filter(|(_, count)| *count > 0);
-                self.with_messages
-                    .extend(counted.map(|(channel, _)| *channel));
-            }
-            _ => {}
-        }
-    }
-
-    /// The topics that have messages, and names of those that are no CDR.
-    fn topics(&self) -> (Topics, Vec<String>) {
-        let (mut topics, mut others) = (Topics::default(), Vec::new());
-        for id in &self.with_messages {
-            let Some(channel) = self.channels.get(id) else {
-                continue;
-            };
-            match self.schemas.get(&channel.schema) {
-                Some(schema) if channel.encoding == "cdr" => {
-                    topics.add((*id).into(), &channel.topic, &schema.name, &schema.text);
-                }
-                _ => others.push(format!("{} ({})", channel.topic, channel.encoding)),
-            }
-        }
-        (topics, others)
-    }
+    /// A record of the file, outside chunks, begins here, not behind what has been read.
+    boundary: u64,
+    /// Are messages given before the checksum of their chunk was seen?
+    is_streaming: bool,
+    is_summary_damaged: bool,
 }
 
 impl Mcap {
@@ -122,12 +57,15 @@ impl Mcap {
     pub fn open(file: Input) -> Result<Self, Fault> {
         let mut log = Self {
             bytes: Bytes::new(file)?,
-            reader: new_reader(),
+            reader: new_reader(LinearReaderOptions::default()),
             topics: Topics::default(),
             unpacked: 0,
             is_at_end: false,
             damage: Damage::default(),
             what: None,
+            boundary: MAGIC.len() as u64,
+            is_streaming: false,
+            is_summary_damaged: false,
         };
         let directory = match log.summary()? {
             Some(directory) => directory,
@@ -154,6 +92,8 @@ impl Mcap {
         log.is_at_end = false;
         log.damage = Damage::default();
         log.what = None;
+        log.boundary = MAGIC.len() as u64;
+        log.is_streaming = false;
         Ok(log)
     }
 
@@ -169,6 +109,12 @@ impl Mcap {
         let Some(start) = start else {
             return Ok(None);
         };
+        let sum = number::<u32>(footer, RECORD_HEADER + 16).unwrap_or(0);
+        self.bytes.go_to(start)?;
+        if sum != 0 && self.sum_until(footer_at + SUMMED_OF_FOOTER)? != sum {
+            self.is_summary_damaged = true;
+            return Ok(None);
+        }
         self.bytes.go_to(start)?;
         let mut directory = Directory::default();
         let mut has_statistics = false;
@@ -200,46 +146,63 @@ impl Mcap {
         Ok((has_statistics && directory.with_messages.iter().all(is_whole)).then_some(directory))
     }
 
+    /// CRC-32 of what lies before this byte.
+    fn sum_until(&mut self, end: u64) -> Result<u32, Fault> {
+        let mut sum = crc32fast::Hasher::new();
+        while self.bytes.position() < end {
+            let count = (end - self.bytes.position()).min(PIECE as u64) as usize;
+            let seen = self.bytes.peek(count)?;
+            let count = count.min(seen.len());
+            if count == 0 {
+                break;
+            }
+            sum.update(&seen[..count]);
+            self.bytes.skip(count);
+        }
+        Ok(sum.finalize())
+    }
+
     fn first_pass(&mut self) -> Result<Directory, Fault> {
         self.bytes.go_to(0)?;
         let mut directory = Directory::default();
         while self.next_record(|record| directory.take(record))? {}
-        self.reader = new_reader();
+        self.reader = new_reader(LinearReaderOptions::default());
         Ok(directory)
     }
 
-    /// Gives the next record that matters away; `false` at the end. The library is trusted with nothing:
-    /// what it calls broken, or panics on, ends the file.
+    /// Gives the next record that matters away; `false` at the end. The library is trusted with nothing: a part that
+    /// it calls broken is passed over, and where it panics the file ends.
     fn next_record(&mut self, mut with: impl FnMut(Record)) -> Result<bool, Fault> {
         while !self.is_at_end {
             let reader = &mut self.reader;
             let mut unpacked = 0;
             let event = catch_unwind(AssertUnwindSafe(|| match reader.next_event() {
-                None => Ok(Next::End),
-                Some(Err(error)) => Err(error.to_string()),
-                Some(Ok(LinearReadEvent::ReadRequest(count))) => Ok(Next::Read(count)),
+                None => Next::End,
+                Some(Err(error)) => Next::of(&error),
+                Some(Ok(LinearReadEvent::ReadRequest(count))) => Next::Read(count),
                 Some(Ok(LinearReadEvent::Record { data, opcode })) => {
                     unpacked = SHORTEST_COUNTED.max(data.len());
                     match Record::of(opcode, data) {
-                        Some(Record::End) => Ok(Next::DataEnd),
-                        Some(Record::Other | Record::Statistics(_)) => Ok(Next::Skipped),
+                        Some(Record::End) => Next::DataEnd,
+                        Some(Record::Other | Record::Statistics(_)) => Next::Skipped,
                         Some(record) => {
                             with(record);
-                            Ok(Next::Given)
+                            Next::Given
                         }
-                        None => Err(format!("a record of type {opcode} is shorter than it says")),
+                        None => Next::Broken(format!(
+                            "a record of type {opcode} is shorter than it says"
+                        )),
                     }
                 }
             }));
             self.unpacked += unpacked as u64;
             let most = LONGEST_RECORD as u64 + MOST_UNPACKED * self.bytes.position();
-            let event = match event {
-                Ok(_) if self.unpacked > most => Err(format!(
-                    "unpacks to more than {MOST_UNPACKED} times its size"
-                )),
-                event => event.unwrap_or_else(|_| Err("its reader gave up".into())),
-            };
             match event {
+                Ok(_) if self.unpacked > most => {
+                    self.ends_with(format!(
+                        "unpacks to more than {MOST_UNPACKED} times its size"
+                    ));
+                }
                 Ok(Next::Read(count)) => {
                     let count = count.clamp(1, PIECE);
                     let seen = self.bytes.peek(count)?;
@@ -251,18 +214,92 @@ impl Mcap {
                 Ok(Next::Skipped) => {}
                 Ok(Next::Given) => return Ok(true),
                 Ok(Next::DataEnd) => self.is_at_end = true,
-                Ok(Next::End) => {
-                    self.damage.cut_at = Some(self.bytes.position());
-                    self.is_at_end = true;
+                Ok(Next::End) if self.is_streaming => self.is_cut()?,
+                Ok(Next::End | Next::TooLarge) if !self.is_streaming => self.stream()?,
+                Ok(Next::End | Next::TooLarge) => {
+                    self.pass_over("a record that is too long".into())?;
                 }
-                Err(what) => {
-                    self.damage.cut_at = Some(self.bytes.position());
-                    self.what = Some(what);
-                    self.is_at_end = true;
-                }
+                Ok(Next::Broken(what)) => self.pass_over(what)?,
+                Ok(Next::WrongSum) => self.ends_with("the checksum of its data is wrong".into()),
+                Err(_) => self.ends_with("its reader gave up".into()),
             }
         }
         Ok(false)
+    }
+
+    fn ends_with(&mut self, what: String) {
+        self.what.get_or_insert(what);
+        self.is_at_end = true;
+    }
+
+    /// The file is cut off, unless its end is there: then a record is longer than was written.
+    fn is_cut(&mut self) -> Result<(), Fault> {
+        let length = self.bytes.length()?;
+        self.damage.cut_at = Some(self.boundary);
+        self.bytes
+            .go_to(length.saturating_sub(MAGIC.len() as u64))?;
+        if self.bytes.peek(MAGIC.len())? == MAGIC && length > MAGIC.len() as u64 {
+            self.ends_with("a record before its end is longer than the file".into());
+        }
+        self.bytes.go_to(length)?;
+        self.is_at_end = true;
+        Ok(())
+    }
+
+    /// Reads the part that was being read again, and gives its messages as they come: of a chunk that was cut off the
+    /// checksum will never come, and one that is too long is not held in memory.
+    fn stream(&mut self) -> Result<(), Fault> {
+        self.find_boundary()?;
+        self.is_streaming = true;
+        self.go_on_at(self.boundary)
+    }
+
+    /// Goes on behind the part that was being read.
+    fn pass_over(&mut self, what: String) -> Result<(), Fault> {
+        let end = self.find_boundary()?;
+        let from = self.boundary;
+        if end > self.bytes.length()? {
+            return match self.is_streaming {
+                true => self.is_cut(),
+                false => self.stream(),
+            };
+        }
+        let is_first = self.what.is_none();
+        self.what
+            .get_or_insert_with(|| format!("the part at byte {from} is left out: {what}"));
+        self.damage.skipped(from, end.saturating_sub(from) as usize);
+        if end >= self.bytes.length()? || (!is_first && end <= from) {
+            self.is_at_end = true;
+            return Ok(());
+        }
+        self.boundary = end;
+        self.is_streaming = false;
+        self.go_on_at(end)
+    }
+
+    fn go_on_at(&mut self, position: u64) -> Result<(), Fault> {
+        let options = LinearReaderOptions::default().with_skip_start_magic(true);
+        self.reader = new_reader(match self.is_streaming {
+            true => options.with_validate_chunk_crcs(true),
+            false => options,
+        });
+        self.bytes.go_to(position)
+    }
+
+    /// Moves the boundary to the record that was being read; where that ends.
+    fn find_boundary(&mut self) -> Result<u64, Fault> {
+        let read_to = self.bytes.position();
+        loop {
+            self.bytes.go_to(self.boundary)?;
+            let length = number::<u64>(self.bytes.peek(RECORD_HEADER)?, 1);
+            let end = length
+                .and_then(|length| length.checked_add(self.boundary + RECORD_HEADER as u64))
+                .unwrap_or(u64::MAX);
+            if end >= read_to {
+                return Ok(end);
+            }
+            self.boundary = end;
+        }
     }
 }
 
@@ -275,72 +312,34 @@ enum Next {
     DataEnd,
     /// Without a word.
     End,
+    /// More than is held in memory.
+    TooLarge,
+    /// A part that cannot be read, and why.
+    Broken(String),
+    /// All data were read, and their checksum is another.
+    WrongSum,
 }
 
-fn new_reader() -> LinearReader {
-    let options = LinearReaderOptions::default()
-        .with_skip_end_magic(true)
-        .with_record_length_limit(LONGEST_RECORD);
-    unpack::with_rust(LinearReader::new_with_options(options))
-}
-
-impl<'a> Record<'a> {
-    /// `None` where the record is shorter than it says.
-    fn of(opcode: u8, data: &'a [u8]) -> Option<Self> {
-        const SCHEMA: u8 = 3;
-        const CHANNEL: u8 = 4;
-        const MESSAGE: u8 = 5;
-        const STATISTICS: u8 = 11;
-        const DATA_END: u8 = 15;
-        Some(match opcode {
-            DATA_END => Self::End,
-            SCHEMA => {
-                let (name, rest) = text(data.get(2..)?)?;
-                let (encoding, rest) = text(rest)?;
-                let (text, _) = text(rest)?;
-                let text = if encoding == "ros2msg" {
-                    text
-                } else {
-                    String::new()
-                };
-                Self::Schema(number(data, 0)?, Schema { name, text })
-            }
-            CHANNEL => {
-                let (topic, rest) = text(data.get(4..)?)?;
-                let (encoding, _) = text(rest)?;
-                let schema = number(data, 2)?;
-                Self::Channel(
-                    number(data, 0)?,
-                    Channel {
-                        schema,
-                        topic,
-                        encoding,
-                    },
-                )
-            }
-            MESSAGE => Self::Message {
-                channel: number(data, 0)?,
-                log_time_s: number::<u64>(data, 6)? as f64 / 1e9,
-                body: data.get(22..)?,
-            },
-            STATISTICS => {
-                let length = number::<u32>(data, 42)? as usize;
-                let counts = data.get(46..46_usize.checked_add(length)?)?;
-                let counts = counts.chunks_exact(10);
-                let count = |of: &[u8]| number(of, 0).zip(number(of, 2));
-                Self::Statistics(counts.filter_map(count).collect())
-            }
-            _ => Self::Other,
-        })
+impl Next {
+    fn of(error: &McapError) -> Self {
+        match error {
+            McapError::BadDataCrc { .. } => Self::WrongSum,
+            McapError::ChunkTooLarge(_) | McapError::RecordTooLarge { .. } => Self::TooLarge,
+            McapError::BadChunkCrc { .. } => Self::Broken("its checksum is wrong".into()),
+            error => Self::Broken(error.to_string()),
+        }
     }
 }
 
-/// A text behind its length, and what follows it.
-fn text(data: &[u8]) -> Option<(String, &[u8])> {
-    let (text, rest) = data
-        .get(4..)?
-        .split_at_checked(number::<u32>(data, 0)? as usize)?;
-    Some((String::from_utf8_lossy(text).into_owned(), rest))
+/// Unless it is told to [stream](Mcap::stream), a reader gives no message of a chunk whose checksum is wrong.
+fn new_reader(options: LinearReaderOptions) -> LinearReader {
+    let (is_streaming, is_from_start) = (options.validate_chunk_crcs, !options.skip_start_magic);
+    let options = options
+        .with_skip_end_magic(true)
+        .with_prevalidate_chunk_crcs(!is_streaming)
+        .with_validate_data_section_crc(is_from_start)
+        .with_record_length_limit(LONGEST_RECORD);
+    unpack::with_rust(LinearReader::new_with_options(options))
 }
 
 impl Messages for Mcap {
@@ -390,7 +389,14 @@ impl Messages for Mcap {
                 .iter()
                 .map(|what| format!("MCAP: {}", clipped(what))),
         );
+        if self.is_summary_damaged {
+            warnings.push("MCAP: the checksum of its summary is wrong".into());
+        }
         warnings.extend(self.topics.warnings());
         warnings
+    }
+
+    fn is_damaged(&self) -> bool {
+        self.what.is_some() || self.damage.bytes > 0 || self.is_summary_damaged
     }
 }

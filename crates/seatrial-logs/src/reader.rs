@@ -173,7 +173,10 @@ impl LogReader {
 
     /// Rows read and left out so far.
     pub fn counts(&self) -> Counts {
-        self.counts
+        Counts {
+            is_damaged: self.table.is_damaged(),
+            ..self.counts
+        }
     }
 
     /// Bytes of the log consumed so far.

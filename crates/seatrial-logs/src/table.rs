@@ -59,6 +59,11 @@ pub(crate) trait Table: Send {
     /// What was put right while reading, for people.
     fn warnings(&self) -> Vec<String>;
 
+    /// Is a part of the file damaged, so that what is left may lack something or be wrong?
+    fn is_damaged(&self) -> bool {
+        false
+    }
+
     /// The aircraft that the log says it is of, with its article: a copter.
     fn aircraft(&self) -> Option<&'static str> {
         None

@@ -426,4 +426,8 @@ impl Messages for Telemetry {
     fn warnings(&self) -> Vec<String> {
         self.damage.warnings()
     }
+
+    fn is_damaged(&self) -> bool {
+        self.damage.bytes > 0
+    }
 }

@@ -167,6 +167,10 @@ impl Table for View {
         self.table.warnings()
     }
 
+    fn is_damaged(&self) -> bool {
+        self.table.is_damaged()
+    }
+
     fn aircraft(&self) -> Option<&'static str> {
         self.table.aircraft()
     }

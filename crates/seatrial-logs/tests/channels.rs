@@ -336,6 +336,7 @@ fn io_invalid_rows_are_left_out_when_asked_and_counted() {
         repeated_time: 1,
         differing_at_a_time: 0,
         reversed_time: 1,
+        is_damaged: false,
     };
     assert_eq!(read.counts, expected);
     // One for each cause and one for the last line, which is cut off.

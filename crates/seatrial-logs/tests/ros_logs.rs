@@ -358,6 +358,36 @@ fn io_a_cut_mcap_gives_everything_before_the_cut_and_says_so() {
     );
 }
 
+/// What is read without a word about damage is what was written, whatever bit was flipped.
+#[test]
+fn io_a_flipped_bit_of_an_mcap_changes_no_sample_in_silence() {
+    let whole = mcap_file(&run());
+    let (reader, all) = read_bytes(&whole).unwrap();
+    assert!(!reader.counts().is_damaged, "{:?}", reader.warnings());
+    let (mut told, mut rest) = (0, 0);
+    for k in 0..600 {
+        let at = k * 7919 % whole.len();
+        let mut flipped = whole.clone();
+        flipped[at] ^= 1 << (k % 8);
+        let Ok((reader, samples)) = read_bytes(&flipped) else {
+            told += 1;
+            continue;
+        };
+        if reader.counts().is_damaged {
+            let warnings = reader.warnings().join(" ");
+            assert!(warnings.contains("MCAP: "), "{warnings}");
+            told += 1;
+            rest += usize::from(samples.len() > 20);
+        } else {
+            assert_eq!(samples, all, "bit {} of byte {at}", k % 8);
+        }
+    }
+    assert!(
+        told > 400 && rest > 200,
+        "{told} told, {rest} with the rest of the file"
+    );
+}
+
 #[test]
 fn io_mcap_of_other_encodings_is_refused_by_name() {
     let mut file = Cursor::new(Vec::new());

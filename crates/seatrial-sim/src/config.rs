@@ -108,6 +108,9 @@ pub struct VehicleConfig {
     /// When it measures.
     #[serde(default)]
     pub timing: Timing,
+    /// Is b2 linear in the square of the speed between two points, as that of an identified vehicle? Else it is linear in the speed.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub has_fins: bool,
     /// The truth, in order of thrust and speed.
     pub speeds: Vec<SpeedPoint>,
 }
@@ -210,6 +213,7 @@ impl VehicleConfig {
             disturbance: Disturbance::default(),
             sensors: Sensors::default(),
             timing: Timing::default(),
+            has_fins: false,
             speeds: [
                 [0.6, 1.07, -0.95, 0.60, 0.0072],
                 [0.7, 1.36, -1.12, 0.87, 0.0107],

@@ -73,6 +73,7 @@ impl DrivenBoat {
                 0.0,
                 config.initial_heading_rad,
             )
+            .with_fins(config.has_fins)
             .with_rudder_delay(config.rudder_delay_s),
             config,
             disturbance,

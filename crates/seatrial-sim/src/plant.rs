@@ -229,6 +229,8 @@ pub struct Plant {
     surge: Surge,
     servo: Servo,
     longest_step_s: f64,
+    /// Is b2 linear in the square of the speed between two points?
+    has_fins: bool,
     underway: Option<Underway>,
     /// Heading and yaw rate.
     pub yaw: YawState<f64>,
@@ -256,6 +258,7 @@ impl Plant {
             surge,
             servo,
             longest_step_s: STEP_S,
+            has_fins: false,
             underway: None,
             yaw: YawState {
                 heading_rad,
@@ -280,6 +283,14 @@ impl Plant {
             commands: VecDeque::new(),
             acting_rad: self.fin_rad,
         });
+        self
+    }
+
+    /// With b2 linear in the square of the speed between two points, as the force of a fin; else it is linear in the speed.
+    pub fn with_fins(mut self, has_fins: bool) -> Self {
+        self.has_fins = has_fins;
+        let model = self.yaw_model(self.surge_speed_m_s);
+        self.fin_rad = -model.delta0_rad().unwrap_or(0.0);
         self
     }
 
@@ -315,11 +326,20 @@ impl Plant {
         let at = |value: fn(&SpeedPoint, f64) -> f64| {
             self.between(|p| p.surge_speed_m_s, surge_speed_m_s, value)
         };
+        let u = surge_speed_m_s;
+        let authority = match self.has_fins {
+            true => self.between(
+                |p| p.surge_speed_m_s * p.surge_speed_m_s,
+                u * u,
+                |p, scale| p.b2_per_s2 * scale,
+            ),
+            false => at(|p, scale| p.b2_per_s2 * scale * scale),
+        };
         let rudder_left = 1.0 - self.damage.lost_rudder_area;
         let inertia = self.damage.yaw_inertia_factor;
         YawModel {
             a22_per_s: at(|p, scale| p.a22_per_s * scale) / inertia,
-            b2_per_s2: at(|p, scale| p.b2_per_s2 * scale * scale) * rudder_left / inertia,
+            b2_per_s2: authority * rudder_left / inertia,
             c0_rad_per_s2: at(|p, scale| p.c0_rad_per_s2 * scale * scale) / inertia,
         }
     }

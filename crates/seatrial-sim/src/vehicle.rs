@@ -46,6 +46,7 @@ impl FirstOrderVehicle {
             config.initial_thrust,
             config.initial_heading_rad,
         )
+        .with_fins(config.has_fins)
         .with_rudder_delay(config.rudder_delay_s);
         Ok(Self {
             helm: Helm::new(config.helm(), plant.fin_rad, seed),

@@ -80,6 +80,9 @@ pub struct StatedUnits {
     /// Do rows that differ share a time? The clock is then coarser than the rows.
     #[serde(default)]
     pub times_are_shared: bool,
+    /// Was a part of the log left out because it is damaged?
+    #[serde(default)]
+    pub is_damaged: bool,
 }
 
 impl StatedUnits {

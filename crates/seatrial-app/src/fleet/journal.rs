@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::log::Options;
 use super::table::TableWriter;
 use super::{Row, Source};
+use crate::outputs::{OutputError, Outputs, replace};
 
 /// After so long what was written goes to the disk, so that a power failure costs no more than that.
 const SYNC_EVERY: Duration = Duration::from_secs(5);
@@ -22,6 +23,7 @@ const SYNC_EVERY: Duration = Duration::from_secs(5);
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Entry {
     /// The log.
+    #[serde(with = "any_path")]
     pub source: PathBuf,
     /// Its length when it was read.
     pub bytes: u64,
@@ -31,6 +33,46 @@ pub struct Entry {
     pub run: u64,
     /// One for each manoeuvre, or an error row.
     pub rows: Vec<Row>,
+}
+
+/// A path as text, or as its bytes where it is not UTF-8.
+mod any_path {
+    use std::ffi::OsString;
+    use std::path::{Path, PathBuf};
+
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Name {
+        Text(PathBuf),
+        Bytes(Vec<u8>),
+    }
+
+    pub fn serialize<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+        match path.to_str() {
+            Some(text) => text.serialize(serializer),
+            None => path.as_os_str().as_encoded_bytes().serialize(serializer),
+        }
+    }
+
+    pub fn deserialize<'a, D: Deserializer<'a>>(deserializer: D) -> Result<PathBuf, D::Error> {
+        Ok(match Name::deserialize(deserializer)? {
+            Name::Text(path) => path,
+            Name::Bytes(bytes) => of_bytes(bytes).into(),
+        })
+    }
+
+    #[cfg(unix)]
+    fn of_bytes(bytes: Vec<u8>) -> OsString {
+        std::os::unix::ffi::OsStringExt::from_vec(bytes)
+    }
+
+    /// A name that is not found again, so that its log is done again.
+    #[cfg(not(unix))]
+    fn of_bytes(bytes: Vec<u8>) -> OsString {
+        String::from_utf8_lossy(&bytes).into_owned().into()
+    }
 }
 
 /// The first line.
@@ -63,6 +105,9 @@ pub enum JournalError {
         /// The settings of this job.
         expected: String,
     },
+    /// The table would take the place of something that is kept.
+    #[error(transparent)]
+    Output(#[from] OutputError),
     /// Another process writes it.
     #[error("{}: another job is writing this journal", .0.display())]
     InUse(PathBuf),
@@ -125,7 +170,13 @@ impl Journal {
         options: &Options,
         resume: bool,
     ) -> Result<Self, JournalError> {
+        let mut named: Vec<PathBuf> = sources.iter().map(|source| source.path.clone()).collect();
+        named.push(out.to_path_buf());
         let path = journal_path(out);
+        named.push(path.clone());
+        let outputs = Outputs::of(named);
+        outputs.check(out)?;
+        outputs.check(&path)?;
         let failed = |source| JournalError::NotSaved {
             path: path.clone(),
             source,
@@ -264,11 +315,13 @@ impl Journal {
 
     /// Writes the Parquet file, puts it in its place in one step, and removes the journal.
     pub fn finish(mut self) -> Result<Summary, JournalError> {
-        let part = with_ending(&self.out, ".part");
-        let summary = self.write_table(&part).and_then(|summary| {
-            fs::rename(&part, &self.out)?;
-            Ok(summary)
+        let out = self.out.clone();
+        let mut summary = Summary::default();
+        let written = replace(&out, |file| {
+            summary = self.write_table(file)?;
+            Ok(())
         });
+        let summary = written.map(|()| summary);
         let summary = summary.map_err(|source| JournalError::NotSaved {
             path: self.out.clone(),
             source,
@@ -277,14 +330,13 @@ impl Journal {
         Ok(summary)
     }
 
-    fn write_table(&mut self, path: &Path) -> io::Result<Summary> {
+    fn write_table(&mut self, file: &File) -> io::Result<Summary> {
         self.places.sort_unstable();
         let mut summary = Summary {
             done_before: self.done_before,
             ..Summary::default()
         };
-        let file = File::create(path)?;
-        let mut table = TableWriter::new(&file)?;
+        let mut table = TableWriter::new(file)?;
         let mut journal = BufReader::new(self.file.try_clone()?);
         let mut line = Vec::new();
         let mut at = journal.seek(SeekFrom::Start(0))?;

@@ -5,10 +5,11 @@ use std::path::Path;
 use seatrial::identification::Verdict;
 use seatrial::identify::{ExaminedRecord, IdentifyError, IdentifySettings, ValidationData};
 use seatrial::manoeuvre::Manoeuvre;
+use seatrial::plausibility::leave_out_reversed_yaw_rate;
 use seatrial::segmentation::{Segment, Single, find, singles};
 use seatrial::{Record, Window};
 use seatrial_core::RudderUnit;
-use seatrial_logs::{ChannelChoice, Counts, Fault, LogReader, Quantity, ReadError, Run};
+use seatrial_logs::{ChannelChoice, Fault, LogReader, Quantity, ReadError, Run};
 use serde::{Deserialize, Serialize};
 
 use super::{Row, Source};
@@ -144,11 +145,10 @@ fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, 
     let mut rows = Vec::new();
     let mut record = Record {
         rudder_unit: description.rudder_unit,
-        units: stated_units(&description, &Counts::default()),
         ..Record::default()
     };
     let mut done_until_s = f64::NEG_INFINITY;
-    for sample in log.by_ref() {
+    while let Some(sample) = log.next() {
         record.samples.push(sample?);
         if record.samples.len() == STRETCH_SAMPLES {
             let from_s = record.samples[NEW_SAMPLES].time_s;
@@ -156,6 +156,7 @@ fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, 
                 from_s: done_until_s,
                 to_s: from_s,
             };
+            judge_units(&mut record, &log);
             rows.extend(manoeuvres(&record, new, options));
             record.samples.drain(..NEW_SAMPLES);
             done_until_s = from_s;
@@ -165,6 +166,7 @@ fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, 
         from_s: done_until_s,
         to_s: f64::INFINITY,
     };
+    judge_units(&mut record, &log);
     rows.extend(manoeuvres(&record, rest, options));
     let sha256 = log.sha256()?;
     let counts = log.counts();
@@ -190,6 +192,12 @@ fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, 
             ..row
         })
         .collect())
+}
+
+/// What the log says of its columns, and what was found wrong with it so far, as `identify` takes it.
+fn judge_units(record: &mut Record, log: &LogReader) {
+    record.units = stated_units(log.description(), &log.counts());
+    leave_out_reversed_yaw_rate(record);
 }
 
 /// A row for each manoeuvre that begins inside a window; where there is none in a record that is no more than that

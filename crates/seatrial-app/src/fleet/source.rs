@@ -88,10 +88,10 @@ pub fn find(inputs: &[String]) -> Result<Found, NotFound> {
         let path = Path::new(input);
         if let Some(list) = input.strip_prefix('@') {
             let list = Path::new(list);
-            let text = fs::read_to_string(list).map_err(|source| io_error(list, source))?;
-            let names = text.lines().map(str::trim);
-            let names = names.filter(|name| !name.is_empty() && !name.starts_with('#'));
-            found.extend(names.map(PathBuf::from));
+            let text = fs::read(list).map_err(|source| io_error(list, source))?;
+            let names = text.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
+            let names = names.filter(|name| !name.is_empty() && !name.starts_with(b"#"));
+            found.extend(names.map(path_of));
         } else if path.is_dir() {
             passed_over += walk(path, &mut found)?;
         } else if path.exists() {
@@ -114,6 +114,18 @@ pub fn find(inputs: &[String]) -> Result<Found, NotFound> {
         sources: paths.iter().map(|path| Source::of(path)).collect(),
         passed_over,
     })
+}
+
+/// The path of a name that may be in any encoding.
+#[cfg(unix)]
+fn path_of(name: &[u8]) -> PathBuf {
+    <std::ffi::OsStr as std::os::unix::ffi::OsStrExt>::from_bytes(name).into()
+}
+
+/// The path of a name in UTF-8.
+#[cfg(not(unix))]
+fn path_of(name: &[u8]) -> PathBuf {
+    String::from_utf8_lossy(name).into_owned().into()
 }
 
 /// Adds the logs below a folder; how many files were passed over. Hidden files are none, and folders that are links

@@ -14,17 +14,25 @@ use crate::Error;
 /// The models of the accepted runs of a campaign, chosen by its number, by the name of its configuration or else as
 /// [`chosen_campaign`] does for a vehicle. A logbook that is damaged gives none.
 pub fn of_campaign(path: &Path, name: Option<&str>) -> Result<Models, Error> {
-    let logbook = Logbook::open_read_only(path)?;
-    whole(&logbook)?;
+    let logbook = undamaged(path)?;
     let chosen = chosen_campaign(&logbook, name, Purpose::Models)?;
-    Ok(Models {
-        passed_over: chosen.passed_over,
-        ..of_entry(&logbook, &chosen.entry)?
-    })
+    let mut models = of_checked(&logbook, &chosen.entry)?;
+    models.passed_over = chosen.passed_over;
+    models.cautions.extend(logbook.missing().map(str::to_owned));
+    Ok(models)
 }
 
-/// Refuses a logbook of which something was changed since it was written.
-fn whole(logbook: &Logbook) -> Result<(), Error> {
+/// Opens a logbook whose numbers are used, not only shown: every edge takes models, and what is compared with them, from here.
+///
+/// # Errors
+/// A logbook that cannot be read, or of which something was changed since it was written.
+pub fn undamaged(path: &Path) -> Result<Logbook, Error> {
+    let logbook = Logbook::open_read_only(path)?;
+    check(&logbook)?;
+    Ok(logbook)
+}
+
+fn check(logbook: &Logbook) -> Result<(), Error> {
     match logbook.verify()?.damage.into_iter().next() {
         None => Ok(()),
         Some(damage) => Err(Error::Logbook(seatrial_logbook::Error::Damaged {
@@ -35,8 +43,13 @@ fn whole(logbook: &Logbook) -> Result<(), Error> {
     }
 }
 
-/// The models of the accepted runs of this campaign.
+/// The models of the accepted runs of this campaign. A logbook that is damaged gives none.
 pub fn of_entry(logbook: &Logbook, entry: &CampaignEntry) -> Result<Models, Error> {
+    check(logbook)?;
+    of_checked(logbook, entry)
+}
+
+fn of_checked(logbook: &Logbook, entry: &CampaignEntry) -> Result<Models, Error> {
     let origin = format!("{}, campaign {}", logbook.path().display(), entry.id.0);
     let mut models = Models::of_trial(origin, &logbook.campaign(entry.id)?)?;
     if let Some(trial) = &mut models.trial {

@@ -27,7 +27,7 @@ pub struct Chosen {
 pub fn campaign_numbered(logbook: &Logbook, number: Option<i64>) -> Result<CampaignEntry, Error> {
     match number {
         Some(number) => Ok(logbook.entry(CampaignId(number))?),
-        None => logbook.campaigns()?.pop().ok_or_else(|| {
+        None => logbook.entries()?.pop().ok_or_else(|| {
             Error::Input(format!(
                 "{}: the logbook holds no campaign yet; `seatrial trial` runs one",
                 logbook.path().display()
@@ -56,7 +56,7 @@ pub fn chosen_campaign(
             passed_over: None,
         });
     }
-    let mut campaigns = logbook.campaigns()?;
+    let mut campaigns = logbook.entries()?;
     if purpose == Purpose::Models {
         campaigns.retain(|campaign| campaign.axis() == Axis::Yaw);
     }
@@ -126,7 +126,7 @@ pub fn campaign_named(logbook: &Logbook, name: &str) -> Result<CampaignEntry, Er
     if let Ok(number) = name.parse() {
         return campaign_numbered(logbook, Some(number));
     }
-    let mut found = of_configuration(logbook, logbook.campaigns()?, name)?;
+    let mut found = of_configuration(logbook, logbook.entries()?, name)?;
     found
         .pop()
         .map_or_else(|| campaign_numbered(logbook, None), Ok)

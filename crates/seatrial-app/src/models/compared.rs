@@ -8,9 +8,9 @@ use seatrial::identification::{Outcome, ReasonCode};
 use seatrial::identify::{IdentifyError, IdentifySettings, identify};
 use seatrial::{Run, Window};
 use seatrial_core::Sample;
-use seatrial_logbook::{CampaignId, Logbook};
+use seatrial_logbook::CampaignId;
 
-use super::{ModelPoint, Models, campaign_named, of_document, of_schedule_file};
+use super::{ModelPoint, Models, campaign_named, of_document, of_schedule_file, undamaged};
 use crate::Error;
 use crate::documents::Source;
 use crate::identify_log::{identify_speeds, no_model};
@@ -302,7 +302,7 @@ fn mean_speed_m_s(samples: &[Sample<f64>]) -> Result<Option<f64>, f64> {
 
 /// `CAMPAIGN` or `CAMPAIGN:RUN`.
 fn from_logbook(name: &str, path: &Path) -> Result<ComparedModels, Error> {
-    let logbook = Logbook::open_read_only(path)?;
+    let logbook = undamaged(path)?;
     let with_run = name
         .rsplit_once(':')
         .and_then(|(campaign, run)| Some((campaign, run.parse::<u32>().ok()?)));

@@ -26,7 +26,7 @@ use serde::{Deserialize, Serialize};
 use crate::Error;
 
 #[cfg(feature = "trials")]
-pub use campaigns::{of_campaign, of_entry};
+pub use campaigns::{of_campaign, of_entry, undamaged};
 #[cfg(feature = "trials")]
 pub use choice::{Chosen, Purpose, campaign_named, campaign_numbered, chosen_campaign};
 #[cfg(feature = "trials")]

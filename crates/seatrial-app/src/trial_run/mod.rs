@@ -131,6 +131,8 @@ pub struct Ended {
     pub campaign: Campaign,
     /// Why the vehicle was given back before the trial's end.
     pub fault: Option<String>,
+    /// Does the logbook hold all of it?
+    pub is_kept: bool,
     /// What could not be saved or put back.
     pub unsaved: Vec<String>,
 }

@@ -12,7 +12,8 @@ use seatrial_logs::{Estimate, Row, RowWriter};
 
 use super::{Ended, View};
 use crate::conduct::{Pace, Watch};
-use crate::recording::{Recording, RecordingError};
+use crate::outputs::OutputError;
+use crate::recording::Recording;
 
 /// Every sink of a trial.
 pub(super) struct Watched {
@@ -71,6 +72,7 @@ impl Watched {
             self.note(finished);
         }
         let kept = self.keeper.end(campaign.outcome);
+        let is_kept = kept.unsaved.is_empty();
         let mut unsaved: Vec<String> = not_put_back.into_iter().collect();
         unsaved.extend(kept.put_back(&mut campaign.runs));
         unsaved.extend(self.unsaved);
@@ -82,19 +84,20 @@ impl Watched {
             number,
             campaign,
             fault,
+            is_kept,
             unsaved,
         }
     }
 
     /// Records something; what cannot be recorded does not stop the trial.
-    fn record(&mut self, record: impl FnOnce(&mut Recording) -> Result<(), RecordingError>) {
+    fn record(&mut self, record: impl FnOnce(&mut Recording) -> Result<(), OutputError>) {
         if let Some(recording) = &mut self.recording {
             let recorded = record(recording);
             self.note(recorded);
         }
     }
 
-    fn note(&mut self, recorded: Result<(), RecordingError>) {
+    fn note(&mut self, recorded: Result<(), OutputError>) {
         if let Err(error) = recorded {
             let unsaved = error.to_string();
             if !self.unsaved.contains(&unsaved) {

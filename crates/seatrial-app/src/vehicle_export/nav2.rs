@@ -49,7 +49,7 @@ pub(super) fn yaml(vehicle: &IdentifiedVehicle, at: &IdentifiedSpeed) -> Result<
          ax_max: {surge_acceleration:?}\n      ax_min: {:?}\n      az_max: {yaw_acceleration:?}\n      AckermannConstraints:\n        \
          min_turning_r: {radius_m:?}\n\
          velocity_smoother:\n  ros__parameters:\n    max_velocity: [{speed:?}, 0.0, {weaker:?}]\n    \
-         min_velocity: [{slowest:?}, 0.0, {:?}]\n    max_accel: [{surge_acceleration:?}, 0.0, {yaw_acceleration:?}]\n    \
+         min_velocity: [0.0, 0.0, {:?}]\n    max_accel: [{surge_acceleration:?}, 0.0, {yaw_acceleration:?}]\n    \
          max_decel: [{:?}, 0.0, {:?}]\n\
          planner_server:\n  ros__parameters:\n    GridBased:\n      plugin: \"nav2_smac_planner::SmacPlannerHybrid\"\n      \
          motion_model_for_search: \"DUBIN\"\n      minimum_turning_radius: {radius_m:?}\n",

@@ -58,8 +58,7 @@ pub fn write(format: Format, args: &Args, source: &Models, output: &Output) -> R
     file.notes.iter().for_each(say);
     let text = file.text;
     match &args.out {
-        Some(path) => std::fs::write(path, text)
-            .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display()))),
-        None => Output::new(false).print(&(), || text),
+        Some(path) => output.save(path, text),
+        None => output.as_text().print(&(), || text),
     }
 }

@@ -1,6 +1,6 @@
 //! What the tools that move nothing answer.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use seatrial::identification::Outcome;
 use seatrial::servo::Servo;
@@ -14,6 +14,7 @@ use seatrial_app::planned::{Changes, Expected, Wanted, plan_trial};
 use seatrial_app::trial_run::rehearse;
 use seatrial_app::{Error, Inspection, simulated};
 use seatrial_core::{List, Plan};
+use seatrial_logs::{Fault, ReadError};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -38,8 +39,27 @@ fn answer(say: impl Into<String>, document: &impl Serialize) -> Answer {
     })
 }
 
+/// An error in words, without what stands in a file that is no log: an assistant may name any file of this machine.
 fn words(error: impl Into<Error>) -> String {
-    error.into().to_string()
+    let error = error.into();
+    if let Error::Log(ReadError { log, fault }) = &error
+        && !matches!(fault, Fault::Io { .. } | Fault::Folder | Fault::Empty)
+        && !seatrial_logs::is_log(Path::new(log))
+    {
+        return format!(
+            "{log}: no log that is understood: expected columns or messages with a time, a heading and a rudder; a person sees with `seatrial inspect` what is there"
+        );
+    }
+    // Lines of a file that an error quotes: `12 | name = value`.
+    let is_quoted = |line: &&str| {
+        let line = line
+            .trim_start()
+            .trim_start_matches(|c: char| c.is_ascii_digit());
+        line.trim_start().starts_with('|')
+    };
+    let text = error.to_string();
+    let lines: Vec<&str> = text.lines().filter(|line| !is_quoted(line)).collect();
+    lines.join("\n")
 }
 
 /// A log and how to read it.

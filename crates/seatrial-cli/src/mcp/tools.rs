@@ -148,7 +148,7 @@ fn taken<T: DeserializeOwned>(tool: &str, arguments: Value) -> Result<T, Fault> 
 fn shown(answer: Answer) -> Value {
     match answer {
         Ok(answer) => json!({
-            "content": [text_of(&answer.say), text_of(&answer.document.to_string())],
+            "content": [text_of(&answer.say), json_text_of(&answer.document)],
             "structuredContent": answer.document,
             "isError": false,
         }),
@@ -156,8 +156,14 @@ fn shown(answer: Answer) -> Value {
     }
 }
 
+/// A text without what would end a part of a Markdown text and begin another: names come from files.
 fn text_of(text: &str) -> Value {
-    json!({"type": "text", "text": text})
+    json!({"type": "text", "text": text.replace('`', "'")})
+}
+
+/// A document as text, with such marks as JSON escapes them.
+fn json_text_of(document: &Value) -> Value {
+    json!({"type": "text", "text": document.to_string().replace('`', "\\u0060")})
 }
 
 fn text(description: &str) -> Value {

@@ -10,7 +10,7 @@ use seatrial::preview::{Preview, Target, parse_target};
 use seatrial_app::planned::{Adopt, Changes, Wanted, plan_trial};
 use seatrial_app::surge_step::SurgeStated;
 
-use crate::output::{Exit, Failure, Output, say};
+use crate::output::{Exit, Failure, Output, OutputPath, say};
 use crate::prior::{PriorArgs, positive};
 use crate::trial::ServoArgs;
 use seatrial_app::models::SCHEDULE_FILE_HELP;
@@ -73,7 +73,7 @@ pub struct Args {
     speed_noise: Option<f64>,
     /// Write the plan to this file.
     #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    out: Option<OutputPath>,
 }
 
 /// The manoeuvres that the plan may take over, by their names.
@@ -148,8 +148,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     }
     let toml = toml::to_string_pretty(&document.plan).map_err(Failure::internal)?;
     if let Some(path) = &args.out {
-        std::fs::write(path, &toml)
-            .map_err(|error| Failure::not_saved(format!("{}: {error}", path.display())))?;
+        output.save(path, &toml)?;
     }
     if args.out.is_none() && !output.json {
         eprintln!("{}", text(&document));

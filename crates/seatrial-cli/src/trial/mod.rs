@@ -4,7 +4,7 @@ mod servo;
 mod terminal;
 mod text;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -24,7 +24,7 @@ use serde::Serialize;
 use crate::autopilot::LinkArgs;
 use crate::axis::AxisOption;
 use crate::interrupt::interrupted;
-use crate::output::{Exit, Failure, Output, say};
+use crate::output::{Exit, Failure, Output, OutputPath, say};
 use crate::record::{format_of, show};
 use crate::screen::width;
 use crate::serve::{self, AccessArgs};
@@ -72,7 +72,7 @@ pub struct Args {
     /// Record what the trial sees and estimates: .mcap, which Foxglove opens, .csv or .parquet. Should the trial be
     /// killed, a .csv is complete, a .mcap up to the last second, a .parquet up to the last run.
     #[arg(long, value_name = "FILE")]
-    record: Option<PathBuf>,
+    record: Option<OutputPath>,
     /// Show what is recorded live to Foxglove, which connects to this port of this machine or to HOST:PORT. Needs a seatrial
     /// built with --features foxglove.
     #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
@@ -82,7 +82,7 @@ pub struct Args {
     serve: Option<String>,
     /// Write the report, one HTML file.
     #[arg(long, value_name = "FILE")]
-    report: Option<PathBuf>,
+    report: Option<OutputPath>,
     /// Name of the vehicle's configuration, its payload.
     #[arg(long, value_name = "NAME", default_value = "default")]
     configuration: String,
@@ -162,10 +162,10 @@ impl Args {
         }
     }
 
-    fn sinks(&self) -> Result<Sinks, Failure> {
+    fn sinks(&self, output: &Output) -> Result<Sinks, Failure> {
         let recording = self.record.as_ref().map(|path| {
             let format = format_of(path, "--record")?;
-            Recording::start(path, format).map_err(Failure::from)
+            Recording::start(output.files(), path, format).map_err(Failure::from)
         });
         let viewer = self.foxglove.as_deref().map(show).transpose()?;
         Ok(Sinks {
@@ -185,7 +185,7 @@ fn conduct(args: &Args, times_faster: Option<f64>, output: &Output) -> Result<Ex
     if !vehicle.is_simulated() {
         only_simulated(args)?;
     }
-    let mut sinks = args.sinks()?;
+    let mut sinks = args.sinks(output)?;
     let dashboard = (args.serve.as_deref())
         .map(|listen| serve::beside(listen, &args.access, &args.logbook, &stop))
         .transpose()?;
@@ -210,6 +210,7 @@ fn finish(args: &Args, plan: TrialPlan, ended: Ended, output: &Output) -> Result
     let Ended {
         number,
         mut campaign,
+        is_kept,
         mut unsaved,
         ..
     } = ended;
@@ -221,7 +222,7 @@ fn finish(args: &Args, plan: TrialPlan, ended: Ended, output: &Output) -> Result
     }
     let mut report = args.report.as_deref();
     if let Some(path) = report
-        && let Err(failure) = save_report(path, args, &plan, number, &campaign)
+        && let Err(failure) = output.save(path, report_page(args, &plan, number, &campaign))
     {
         unsaved.push(failure.to_string());
         report = None;
@@ -244,35 +245,27 @@ fn finish(args: &Args, plan: TrialPlan, ended: Ended, output: &Output) -> Result
         plan,
     };
     output.print(&document, || {
-        text(&document.campaign, number, &args.logbook, report, width())
+        let logbook = is_kept.then_some(args.logbook.as_path());
+        text(&document.campaign, number, logbook, report, width())
     })?;
     Ok(exit)
 }
 
-/// Writes the report. The campaign is the one at hand: its samples need not be read again.
-fn save_report(
-    path: &Path,
-    args: &Args,
-    plan: &TrialPlan,
-    number: CampaignId,
-    campaign: &Campaign,
-) -> Result<(), Failure> {
+/// The report. The campaign is the one at hand: its samples need not be read again.
+fn report_page(args: &Args, plan: &TrialPlan, number: CampaignId, campaign: &Campaign) -> String {
     let kept = Logbook::open_read_only(&args.logbook).and_then(|logbook| {
         let entry = logbook.entry(number)?;
         let circumstances = logbook.circumstances(number)?;
         Ok(page(&logbook, &entry, campaign, &circumstances))
     });
     // A logbook that cannot be read any more was told of already; the trial is reported all the same.
-    let text = kept.unwrap_or_else(|_| {
+    kept.unwrap_or_else(|_| {
         let about = About {
             plan: Some(&plan.plan),
             ..About::default()
         };
         let command = next::after_trial(campaign, number, &args.logbook, None);
         render(campaign, &about, &command)
-    });
-    std::fs::write(path, text).map_err(|error| {
-        Failure::not_saved(format!("{}: report not saved: {error}", path.display()))
     })
 }
 

@@ -33,11 +33,12 @@ fn aborted_text(campaign: &Campaign) -> String {
     format!("The trial was aborted{place} and the vehicle handed back; what was recorded is kept.")
 }
 
-/// What is printed of the campaign: its outcome, what decides it, and a line for each speed.
+/// What is printed of the campaign: its outcome, what decides it, and a line for each speed. `logbook` is the one that holds all
+/// of it: what was not kept leads nowhere.
 pub(super) fn text(
     campaign: &Campaign,
     number: CampaignId,
-    logbook: &Path,
+    logbook: Option<&Path>,
     report: Option<&Path>,
     width: usize,
 ) -> String {
@@ -56,7 +57,8 @@ pub(super) fn text(
     if let Some(table) = speed_table(&rows, width) {
         let _ = writeln!(text, "{table}");
     }
-    text += &cause_text(&verdict, &next::remarks_of_trial(number, logbook), width);
+    let remarks = logbook.map(|logbook| next::remarks_of_trial(number, logbook));
+    text += &cause_text(&verdict, &remarks.unwrap_or_default(), width);
     if campaign.is_rehearsal() {
         let about = format!(
             "a rehearsal: the numbers are those of {}, not of a boat",
@@ -64,7 +66,9 @@ pub(super) fn text(
         );
         text += &labelled("About  ", &about, width);
     }
-    let _ = writeln!(text, "Kept   {}", logbook.display());
+    if let Some(logbook) = logbook {
+        let _ = writeln!(text, "Kept   {}", logbook.display());
+    }
     if let Some(report) = report {
         let _ = writeln!(text, "Report {}", report.display());
     }
@@ -78,6 +82,9 @@ pub(super) fn text(
                 width,
             );
     }
+    let Some(logbook) = logbook else {
+        return text;
+    };
     let circumstances =
         Logbook::open_read_only(logbook).and_then(|kept| kept.circumstances(number));
     let firmware = circumstances.ok().and_then(|known| known.firmware);

@@ -7,14 +7,11 @@ use rusqlite::types::Value;
 use seatrial::Step;
 use seatrial::campaign::Campaign;
 use seatrial_core::Outcome;
-use seatrial_logbook::{CampaignEntry, Logbook, NewCampaign, Recorder};
+use seatrial_logbook::{CampaignEntry, Circumstances, Error, Logbook, NewCampaign, Recorder};
 
 use crate::{NEW, example_runs, example_step};
 
-/// What operators commanded and their reviews may come after a campaign was sealed; they are in no hash.
-const NOT_SEALED: [&str; 2] = ["command", "review"];
-
-/// Two campaigns with notes, one of them with a run that has no result.
+/// Two campaigns with notes, each with commands and reviews.
 fn write_example(path: &Path) {
     for notes in [Some("clean hull"), None] {
         let new = NewCampaign { notes, ..NEW };
@@ -34,7 +31,21 @@ fn write_example(path: &Path) {
         let mut last = example_step(9);
         last.action.outcome = Some(Outcome::Finished);
         recorder.step(last).unwrap();
+        let campaign = recorder.campaign();
         recorder.finish(Outcome::Finished).unwrap();
+        let mut logbook = Logbook::open(path).unwrap();
+        for accepted in [false, true] {
+            let note = "a ferry passed";
+            let entered = logbook.review(campaign, 1, accepted, note, "Anna");
+            assert_eq!(entered.unwrap(), Some(()));
+            let circumstances = Circumstances {
+                operator: Some("Anna".into()),
+                ..Circumstances::default()
+            };
+            logbook
+                .enter_circumstances(campaign, &circumstances)
+                .unwrap();
+        }
     }
 }
 
@@ -151,7 +162,6 @@ fn io_no_changed_value_of_any_table_goes_unnoticed() {
     );
     let tables = tables.iter().map(|table| text(&table[0]));
     let all: Vec<Place> = tables
-        .filter(|table| !NOT_SEALED.contains(&table.as_str()))
         .flat_map(|table| places(&connection, &table))
         .collect();
     drop(connection);
@@ -206,4 +216,98 @@ fn io_reading_leaves_no_file_behind() {
         assert_eq!(names(), ["seatrial.db"], "read-only: {is_read_only}");
         assert_eq!(std::fs::read(&path).unwrap(), bytes);
     }
+}
+
+/// A copy of the example, changed.
+fn altered(folder: &Path, change: &str) -> std::path::PathBuf {
+    let (path, copy) = (folder.join("seatrial.db"), folder.join("altered.db"));
+    if !path.exists() {
+        write_example(&path);
+    }
+    std::fs::copy(&path, &copy).unwrap();
+    let connection = Connection::open(&copy).unwrap();
+    connection.execute_batch(change).unwrap();
+    copy
+}
+
+#[test]
+fn io_reviews_and_commands_that_nobody_entered_are_told_and_decide_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    for change in [
+        "INSERT INTO review (run, accepted, note, reviewer, time) SELECT id, 1, '', '', '' FROM run",
+        "DELETE FROM review WHERE id = (SELECT max(id) FROM review)",
+        "DELETE FROM review; DELETE FROM command",
+        "UPDATE command SET actor = 'Ben' WHERE id = 1",
+        // Made to look like a logbook from before there were chains.
+        "PRAGMA user_version = 6; DROP TABLE trail; DELETE FROM review WHERE id = 2",
+    ] {
+        let copy = altered(folder.path(), change);
+        let logbook = Logbook::open_read_only(&copy).unwrap();
+        assert!(!logbook.verify().unwrap().damage.is_empty(), "{change}");
+        for entry in logbook.campaigns().unwrap() {
+            assert!(entry.damage.is_some(), "{change}");
+            assert_eq!(entry.runs_accepted, 0);
+            let campaign = logbook.campaign(entry.id).unwrap();
+            assert!(
+                campaign.runs.iter().all(|run| !run.verdict.accepted),
+                "{change}"
+            );
+            assert!(!campaign.verdict().accepted);
+        }
+        drop(logbook);
+        // What is entered later does not heal it.
+        let mut logbook = Logbook::open(&copy).unwrap();
+        let id = logbook.entries().unwrap()[0].id;
+        logbook.review(id, 1, true, "", "Anna").unwrap();
+        logbook
+            .enter_circumstances(id, &Circumstances::default())
+            .unwrap();
+        assert!(!logbook.verify().unwrap().damage.is_empty(), "{change}");
+    }
+}
+
+#[test]
+fn io_a_schema_that_no_seatrial_writes_is_refused_before_anything_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    for (change, part) in [
+        ("CREATE TRIGGER accept AFTER UPDATE ON run BEGIN UPDATE run SET verdict = ''; END", "the trigger \"accept\""),
+        ("CREATE TRIGGER no BEFORE INSERT ON campaign BEGIN SELECT raise(ABORT, ''); END", "the trigger \"no\""),
+        (
+            "ALTER TABLE campaign RENAME TO other;
+             CREATE VIEW campaign AS WITH RECURSIVE n (x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM n)
+                 SELECT other.* FROM other, n",
+            "the ",
+        ),
+        (
+            "PRAGMA writable_schema = ON;
+             UPDATE sqlite_schema SET sql = replace(sql, '$.accepted', '$.reasons') WHERE name = 'run'",
+            "the table \"run\" was changed",
+        ),
+        ("DROP INDEX review_of_run", "the index \"review_of_run\" is missing"),
+    ] {
+        let copy = altered(folder.path(), change);
+        let opened = [
+            Logbook::open_read_only(&copy).map(drop),
+            Logbook::open(&copy).map(drop),
+            Logbook::check_writable(&copy),
+        ];
+        for opened in opened {
+            let error = opened.unwrap_err();
+            assert!(matches!(error, Error::Altered { .. }), "{error}");
+            assert!(error.to_string().contains(part), "{error}");
+        }
+    }
+}
+
+#[test]
+fn io_a_damaged_campaign_is_shown_with_its_damage_and_without_a_model() {
+    let folder = tempfile::tempdir().unwrap();
+    let change = "UPDATE sample SET rudder_rad = 0.1 WHERE campaign = 1 AND number = 3";
+    let logbook = Logbook::open_read_only(altered(folder.path(), change)).unwrap();
+    let entries = logbook.campaigns().unwrap();
+    assert!(entries[0].damage.is_some() && entries[1].damage.is_none());
+    let verdict = logbook.campaign(entries[0].id).unwrap().verdict();
+    assert!(!verdict.accepted);
+    let runs = logbook.campaign(entries[1].id).unwrap().runs;
+    assert!(runs.iter().any(|run| run.verdict.accepted));
 }

@@ -280,6 +280,70 @@ fn io_an_interrupted_campaign_keeps_its_runs_and_partial_data() {
     assert_eq!(verification.runs_unfinished, 1);
 }
 
+/// What is copied of a trial under way: the file alone holds every finished run, and says that more may be missing.
+#[test]
+fn io_a_copy_without_its_write_ahead_log_holds_finished_runs_and_says_what_it_lacks() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("seatrial.db");
+    let runs = example_runs();
+    let mut recorder = Recorder::begin(Logbook::open(&path).unwrap(), &NEW).unwrap();
+    for (run, steps) in &runs {
+        recorder.begin_run(run.number, run.thrust, 1).unwrap();
+        for step in steps {
+            recorder.step(*step).unwrap();
+        }
+        recorder.finish_run(run).unwrap();
+        recorder.step(steps[0]).unwrap();
+    }
+    let copy = folder.path().join("copy.db");
+    std::fs::copy(&path, &copy).unwrap();
+    let alone = Logbook::open_read_only(&copy).unwrap();
+    let campaign = alone.campaign(CampaignId(1)).unwrap();
+    assert_eq!(
+        campaign.runs.iter().collect::<Vec<_>>(),
+        runs.iter().map(|(run, _)| run).collect::<Vec<_>>()
+    );
+    let missing = alone.missing().expect("it says so");
+    assert!(missing.contains("copy.db-wal"), "{missing}");
+    let found = alone.verify().unwrap();
+    assert_eq!(found.damage, []);
+    assert!(!found.is_whole());
+    // Beside a writer, and once the campaign has ended, nothing is missing.
+    assert_eq!(Logbook::open_read_only(&path).unwrap().missing(), None);
+    recorder.finish(Outcome::Finished).unwrap();
+    let ended = Logbook::open_read_only(&path).unwrap();
+    assert!(ended.missing().is_none() && ended.verify().unwrap().is_whole());
+}
+
+#[test]
+fn io_a_logbook_that_is_renamed_during_a_trial_keeps_all_of_it_and_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, renamed) = (folder.path().join("a.db"), folder.path().join("b.db"));
+    let (run, steps) = &example_runs()[0];
+    let mut recorder = Recorder::begin(Logbook::open(&path).unwrap(), &NEW).unwrap();
+    recorder.begin_run(run.number, run.thrust, 1).unwrap();
+    std::fs::rename(&path, &renamed).unwrap();
+    // Another logbook of the old name would get what is written here.
+    for refused in [
+        Logbook::open(&path).map(drop),
+        Logbook::check_writable(&path),
+    ] {
+        assert!(refused.unwrap_err().to_string().contains("a.db-wal"));
+    }
+    for step in steps {
+        recorder.step(*step).unwrap();
+    }
+    recorder.finish_run(run).unwrap();
+    let told = recorder.finish(Outcome::Finished).unwrap_err();
+    assert!(
+        told.is_not_saved() && told.to_string().contains("renamed"),
+        "{told}"
+    );
+    let logbook = Logbook::open_read_only(&renamed).unwrap();
+    assert!(logbook.verify().unwrap().is_whole());
+    assert_eq!(logbook.campaign(CampaignId(1)).unwrap().runs, [run.clone()]);
+}
+
 /// A process killed while it writes without WAL, as it does while it makes the file.
 #[test]
 fn io_what_a_killed_process_left_half_written_is_rolled_back() {

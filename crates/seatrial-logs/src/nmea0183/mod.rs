@@ -55,6 +55,8 @@ pub(crate) struct Sentences {
     untimed: u64,
     has_own_times: bool,
     damage: Damage,
+    /// Sentences whose checksum is not that of their bytes.
+    wrong_sums: u64,
 }
 
 /// The time of the sentences that have none of their own.
@@ -211,6 +213,7 @@ impl Sentences {
             untimed: 0,
             has_own_times: false,
             damage: Damage::default(),
+            wrong_sums: 0,
         };
         let mut message = Message::default();
         while log.next_sentence(None, &mut message)? {
@@ -234,6 +237,7 @@ impl Sentences {
         log.interval_s = None;
         log.untimed = 0;
         log.damage = Damage::default();
+        log.wrong_sums = 0;
         Ok(log)
     }
 
@@ -340,6 +344,8 @@ impl Sentences {
             // Of a sentence that was cut off only a checksum says that it is whole.
             let may_be_cut = self.bytes.is_line_cut() && !line.contains('*');
             let Some((before, cells)) = sentence(&line).filter(|_| !may_be_cut) else {
+                let is_summed = line.contains(['$', '!']) && line.contains('*');
+                self.wrong_sums += u64::from(is_summed && !self.bytes.is_line_cut());
                 self.damage.not_a_line(&self.bytes, position, length);
                 continue;
             };
@@ -468,6 +474,16 @@ impl Messages for Sentences {
             let untimed = self.untimed;
             warnings.push(format!("{untimed} sentences have no time and are left out"));
         }
+        if self.is_damaged() {
+            let wrong = self.wrong_sums;
+            warnings.push(format!(
+                "{wrong} sentences have a wrong checksum and are left out"
+            ));
+        }
         warnings
+    }
+
+    fn is_damaged(&self) -> bool {
+        self.wrong_sums > 0
     }
 }

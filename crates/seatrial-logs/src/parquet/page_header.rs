@@ -14,6 +14,8 @@ pub(super) struct PageHeader {
     pub packed: usize,
     /// Bytes when they are unpacked.
     pub unpacked: usize,
+    /// CRC-32 of the bytes behind the header, where the writer gives it.
+    pub checksum: Option<u32>,
     pub kind: PageKind,
 }
 
@@ -73,6 +75,7 @@ impl PageHeader {
             length: thrift.at,
             packed: size(3)?,
             unpacked: size(2)?,
+            checksum: number(0, 4).map(|sum| sum as u32),
             kind,
         })
     }
@@ -209,6 +212,7 @@ mod tests {
             length: header.len(),
             packed: 26,
             unpacked: 24,
+            checksum: None,
             kind: PageKind::Data {
                 values: 3,
                 encoding: 0,
@@ -222,6 +226,17 @@ mod tests {
         for length in 0..header.len() {
             assert_eq!(PageHeader::read(&header[..length]), None, "{length}");
         }
+    }
+
+    /// As pyarrow writes it with `write_page_checksum`: field 4 of the header.
+    #[test]
+    fn exact_the_checksum_of_a_page_is_read() {
+        let header = [
+            0x15, 0, 0x15, 48, 0x15, 52, 0x15, 0x9, 0x1c, 0x15, 6, 0x15, 0, 0x15, 6, 0x15, 6, 0, 0,
+        ];
+        let found = PageHeader::read(&header).unwrap();
+        assert_eq!(found.checksum, Some(-5_i32 as u32));
+        assert_eq!(found.packed, 26);
     }
 
     #[test]

@@ -172,6 +172,13 @@ impl Pages {
         }
         self.hold(header)?;
         let body = self.file.get_bytes(self.at, header.packed)?;
+        if header
+            .checksum
+            .is_some_and(|sum| sum != crc32fast::hash(&body))
+        {
+            let what = format!("the page at byte {} has a wrong checksum", self.at);
+            return Err(broken(&what));
+        }
         let is_plain = matches!(self.compression, Compression::UNCOMPRESSED);
         let whole = |body: &[u8]| match is_plain {
             true => Ok(body.to_vec()),

@@ -72,7 +72,7 @@ class Gain:
     """-delta0, rad."""
 
 
-def gains(model: Model, damping_ratio: float = 1.0) -> Gain:
+def gains(model: Model, damping_ratio: float = 0.5**0.5) -> Gain:
     """The gain of one model that gives the closed heading loop a damping ratio, with no allowance for delays.
 
     Parameters
@@ -80,7 +80,7 @@ def gains(model: Model, damping_ratio: float = 1.0) -> Gain:
     model
         The model.
     damping_ratio
-        1/sqrt(2) is (57).
+        1/sqrt(2), as that of `heading_gains`, is (57).
 
     Returns
     -------

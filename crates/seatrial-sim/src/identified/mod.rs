@@ -34,7 +34,7 @@ const DISTURBANCE_TIME: f64 = 2.0;
 /// x'   = u cos psi,  y' = u sin psi                 north, east
 /// ```
 ///
-/// Between two speeds a22, b2, C0 are linear in u and u_s is linear in p. Beyond the slowest and the fastest they are the
+/// Between two speeds a22 and C0 are linear in u, b2 in its square, as in a schedule of gains, and u_s is linear in p. Beyond the slowest and the fastest they are the
 /// nearest one's, a22 times the ratio of the speeds, b2 and C0 times its square, u_s times the ratio of the thrusts.
 ///
 /// ```
@@ -282,6 +282,7 @@ impl IdentifiedVehicle {
                     .unwrap_or(base.timing.sample_interval_s),
                 ..base.timing
             },
+            has_fins: true,
             speeds: self.speeds.iter().map(IdentifiedSpeed::point).collect(),
             ..base
         }
@@ -292,6 +293,7 @@ impl IdentifiedVehicle {
         let twin = self.twin();
         let surge = twin.surge();
         Plant::new(twin.speeds, surge, twin.servo, thrust, 0.0)
+            .with_fins(twin.has_fins)
             .with_rudder_delay(twin.rudder_delay_s)
             .in_its_own_steps()
     }

@@ -202,3 +202,32 @@ fn io_faults_name_the_field_and_what_was_found() {
         assert!(message.contains(expected), "{message}");
     }
 }
+
+/// Between two speeds the vehicle is the one that a schedule of gains is made of.
+#[test]
+fn parity_the_twin_is_a_schedule_between_its_speeds() {
+    use seatrial_core::schedule::{Beyond, ScheduleKey};
+    use seatrial_core::{SchedulePoint, SpeedSchedule};
+    let boat = boat();
+    let point = |speed: &IdentifiedSpeed| SchedulePoint {
+        thrust: Some(speed.thrust),
+        surge_speed_m_s: Some(speed.surge_speed_m_s),
+        model: speed.model(),
+    };
+    let points: Vec<_> = boat.speeds.iter().map(point).collect();
+    let schedule = SpeedSchedule::new(ScheduleKey::Speed, &points).unwrap();
+    let [slow, fast] = [0, 1].map(|k| boat.speeds[k].surge_speed_m_s);
+    for share in [0.0, 0.3, 0.5, 1.0] {
+        let speed_m_s = slow + share * (fast - slow);
+        let found = schedule.lookup(speed_m_s, Beyond::Refuse).unwrap();
+        let expected = found.value().model.theta();
+        let twin = boat.plant(0.5).yaw_model(speed_m_s).theta();
+        for (twin, expected) in twin.iter().zip(expected) {
+            // Two ways to round.
+            assert!(
+                (twin - expected).abs() < 1e-14,
+                "{share}: {twin} {expected}"
+            );
+        }
+    }
+}

@@ -137,6 +137,8 @@ pub enum ReasonCode {
     HeadingUnchecked,
     /// Nothing shows whether the rudder goes where its column says.
     RudderUnchecked,
+    /// A part of the log or of the logbook is damaged.
+    Damaged,
     /// The trial was aborted.
     Aborted,
     /// The run was not finished.

@@ -208,6 +208,10 @@ fn of_compass_and_rudder(code: &ReasonCode) -> Option<Words> {
             "Nothing in the log shows that the rudder reached its angle.",
             "Log the measured rudder angle.",
         ),
+        ReasonCode::Damaged => same(
+            "A part of the record is damaged.",
+            "Take a copy from before the damage.",
+        ),
         ReasonCode::RudderSaturated => same(
             "The rudder seems to stop before the angle that was asked for.",
             "Look at the measured rudder angle, and repeat with a smaller one.",

@@ -103,6 +103,8 @@ pub enum Doubt {
     },
     /// The column of the heading is named a course over ground.
     HeadingIsCourse,
+    /// A part of the log was left out because it is damaged.
+    Damaged,
     /// Nothing shows whether the rudder goes where its column says.
     RudderUnchecked,
     /// There is no yaw rate to compare the heading with.
@@ -152,6 +154,7 @@ impl Doubt {
             Self::TimesShared { .. } => ReasonCode::TimesShared,
             Self::ClockJumped { .. } => ReasonCode::ClockJumped,
             Self::HeadingStood { .. } => ReasonCode::CompassError,
+            Self::Damaged => ReasonCode::Damaged,
             Self::HeadingUnchecked { .. } => ReasonCode::HeadingUnchecked,
             Self::RudderUnchecked => ReasonCode::RudderUnchecked,
         }
@@ -173,6 +176,7 @@ impl Doubt {
             } => false,
             Self::RudderAgainstName
             | Self::HeadingIsCourse
+            | Self::Damaged
             | Self::HeadingUnchecked { .. }
             | Self::RudderUnchecked => false,
             _ => true,
@@ -258,6 +262,7 @@ impl Doubt {
                 "over {} s without samples the heading went on as if a row had passed: the clock jumped; identify from the part before or behind it with --from and --to",
                 three_figures(*gap_s)
             ),
+            Self::Damaged => "a part of the log is damaged and was left out; the warnings say which, and the model is that of the rest".into(),
             Self::RudderUnchecked => "nothing in the log shows that the rudder goes where its column says: one that stops at the same share of its command in training and in validation looks like one with less effect, and b2 is then that of the command; log the rudder's own angle".into(),
             Self::HeadingUnchecked { is_derived: true } => "the yaw rate is computed from the heading and shows nothing of it: a compass that deviates would make b2 wrong by its slope, a heading that is late or filtered a22 by twice that time over the time constant; log a gyro's yaw rate, or swing the compass".into(),
             Self::HeadingUnchecked { is_derived: false } => "the log has no yaw rate to compare the heading with: a compass that deviates would make b2 wrong by its slope, a heading that is late or filtered a22 by twice that time over the time constant, and a course over ground is none; log a gyro's yaw rate, or swing the compass".into(),

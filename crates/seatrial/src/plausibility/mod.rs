@@ -35,6 +35,9 @@ pub fn unit_doubts(record: &Record) -> Vec<Doubt> {
     if record.units.heading_is_course {
         doubts.push(Doubt::HeadingIsCourse);
     }
+    if record.units.is_damaged {
+        doubts.push(Doubt::Damaged);
+    }
     doubts.extend(turn::doubt(record));
     doubts
 }

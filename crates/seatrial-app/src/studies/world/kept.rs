@@ -183,7 +183,7 @@ const LOG: &str = "seatrial.db-wal";
 fn compared(path: &Path, campaign: &Campaign) -> Result<Vec<String>, Error> {
     let logbook = Logbook::open_read_only(path)?;
     let mut broken: Vec<String> = damage(&logbook)?;
-    let Some(entry) = logbook.campaigns()?.pop() else {
+    let Some(entry) = logbook.entries()?.pop() else {
         return Ok(vec!["the campaign is not in the logbook".into()]);
     };
     let read = logbook.campaign(entry.id)?;
@@ -202,7 +202,7 @@ fn looked_into(path: &Path, finished: u32) -> Result<Vec<String>, Error> {
     let logbook = Logbook::open_read_only(path)?;
     let mut broken = damage(&logbook)?;
     let kept = logbook
-        .campaigns()?
+        .entries()?
         .first()
         .map_or(0, |entry| entry.runs_finished);
     if kept < finished {
@@ -225,7 +225,7 @@ fn damage(logbook: &Logbook) -> Result<Vec<String>, Error> {
 /// How a replay of the logbook's trial differs from it.
 fn replayed(path: &Path, plan: Plan<f64>) -> Result<Option<String>, Error> {
     let logbook = Logbook::open_read_only(path)?;
-    let Some(entry) = logbook.campaigns()?.pop() else {
+    let Some(entry) = logbook.entries()?.pop() else {
         return Ok(None);
     };
     let recording = logbook.recording(entry.id)?;

@@ -49,7 +49,7 @@ def symbols():
         acceleration = (target * ca.fabs(target) - speed * ca.fabs(speed)) / DRAG_LENGTH_M
         acceleration -= TURNING_DRAG_M * rate * rate * ca.sign(speed)
     a22 = _scaled(speed, SPEED_M_S, A22_PER_S, 1)
-    b2 = _scaled(speed, SPEED_M_S, B2_PER_S2, 2)
+    b2 = _scaled(speed**2, [at**2 for at in SPEED_M_S], B2_PER_S2, 1)
     c0 = _scaled(speed, SPEED_M_S, C0_RAD_PER_S2, 2)
     derivative = ca.vertcat(
         speed * ca.cos(heading),

@@ -80,6 +80,13 @@ static double of_speed(const Vehicle *v, int table, double speed, int power) {
   return scaled(speed, v->table[AT_SPEED], v->table[table], power);
 }
 
+/* b2 is linear in the square of the speed, as the force of a fin. */
+static double authority(const Vehicle *v, double speed) {
+  double squares[POINTS];
+  for (int k = 0; k < POINTS; k++) squares[k] = v->table[AT_SPEED][k] * v->table[AT_SPEED][k];
+  return scaled(speed * speed, squares, v->table[B2], 1);
+}
+
 static double steady_speed(const Vehicle *v) {
   return scaled(v->scalar[THRUST], v->table[AT_THRUST], v->table[AT_SPEED], 1);
 }
@@ -110,13 +117,13 @@ static void derivative(const Vehicle *v, const double x[STATES], double dx[STATE
   dx[1] = speed * sin(heading);
   dx[2] = rate;
   dx[3] = acceleration;
-  dx[4] = of_speed(v, A22, speed, 1) * rate + of_speed(v, B2, speed, 2) * rudder + of_speed(v, C0, speed, 2);
+  dx[4] = of_speed(v, A22, speed, 1) * rate + authority(v, speed) * rudder + of_speed(v, C0, speed, 2);
   dx[5] = rudder_rate;
 }
 
 /* Straight ahead at the thrust. */
 static void start(Vehicle *v) {
-  double speed = steady_speed(v), b2 = of_speed(v, B2, speed, 2);
+  double speed = steady_speed(v), b2 = authority(v, speed);
   v->acting_rad = b2 == 0.0 ? 0.0 : -of_speed(v, C0, speed, 2) / b2;
   double state[STATES] = {0.0, 0.0, v->scalar[INITIAL_HEADING_RAD], speed, 0.0, v->acting_rad};
   memcpy(v->scalar + NORTH_M, state, sizeof state);

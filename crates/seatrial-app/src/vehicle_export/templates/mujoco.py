@@ -59,7 +59,7 @@ class Vehicle:
         self.model = mujoco.MjModel.from_xml_string(XML)
         self.data = mujoco.MjData(self.model)
         speed = _scaled(thrust, THRUST, SPEED_M_S, 1)
-        b2 = _scaled(speed, SPEED_M_S, B2_PER_S2, 2)
+        b2 = _scaled(speed**2, SPEED_M_S**2, B2_PER_S2, 1)
         self.rudder_rad = -_scaled(speed, SPEED_M_S, C0_RAD_PER_S2, 2) / b2
         self._acting = self.rudder_rad
         self._underway = collections.deque()
@@ -101,7 +101,7 @@ class Vehicle:
             ahead -= TURNING_DRAG_M * rate * rate * np.sign(speed)
         turn = (
             _scaled(speed, SPEED_M_S, A22_PER_S, 1) * rate
-            + _scaled(speed, SPEED_M_S, B2_PER_S2, 2) * rudder
+            + _scaled(speed**2, SPEED_M_S**2, B2_PER_S2, 1) * rudder
             + _scaled(speed, SPEED_M_S, C0_RAD_PER_S2, 2)
         )
         # The velocity stays along the heading: the force of the turn, and what drifted goes within 0.1 s.

@@ -33,7 +33,7 @@ def yaw_model(speed_m_s):
     """a22, b2 and C0 at a forward speed."""
     return (
         _scaled(speed_m_s, SPEED_M_S, A22_PER_S, 1),
-        _scaled(speed_m_s, SPEED_M_S, B2_PER_S2, 2),
+        _scaled(speed_m_s**2, SPEED_M_S**2, B2_PER_S2, 1),
         _scaled(speed_m_s, SPEED_M_S, C0_RAD_PER_S2, 2),
     )
 

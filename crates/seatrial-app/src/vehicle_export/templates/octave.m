@@ -49,7 +49,7 @@ function dx = vehicle_derivative(p, x, rudder_command_rad, thrust)
                    - p.turning_drag_m * rate ^ 2 * sign(speed);
   end
   a22 = vehicle_scaled(speed, p.speed_m_s, p.a22_per_s, 1);
-  b2 = vehicle_scaled(speed, p.speed_m_s, p.b2_per_s2, 2);
+  b2 = vehicle_scaled(speed ^ 2, p.speed_m_s .^ 2, p.b2_per_s2, 1);
   c0 = vehicle_scaled(speed, p.speed_m_s, p.c0_rad_per_s2, 2);
   dx = [speed * cos(heading); speed * sin(heading); rate; acceleration; a22 * rate + b2 * rudder + c0; rudder_rate];
 end
@@ -57,7 +57,7 @@ end
 % Straight ahead at a thrust.
 function x = vehicle_start(p, thrust, heading_rad)
   speed = vehicle_scaled(thrust, p.thrust, p.speed_m_s, 1);
-  b2 = vehicle_scaled(speed, p.speed_m_s, p.b2_per_s2, 2);
+  b2 = vehicle_scaled(speed ^ 2, p.speed_m_s .^ 2, p.b2_per_s2, 1);
   c0 = vehicle_scaled(speed, p.speed_m_s, p.c0_rad_per_s2, 2);
   x = [0; 0; heading_rad; speed; 0; -c0 / b2];
 end

@@ -1,0 +1,344 @@
+//! The one way to every file that a command writes.
+//!
+//! A file is written beside its place and then takes it, so that a full disk leaves neither half a file nor an empty one.
+//! Refused is what must not be lost: a file that the command reads or writes already (the file itself, whatever its name), a
+//! logbook, a log.
+//!
+//! ```
+//! use seatrial_app::outputs::Outputs;
+//!
+//! # let folder = tempfile::tempdir()?;
+//! # let page = folder.path().join("page.html");
+//! let outputs = Outputs::of(vec![page.clone()]);
+//! outputs.save(&page, b"<!doctype html>")?;
+//! let twice = Outputs::of(vec![page.clone(), page.clone()]);
+//! assert!(twice.save(&page, b"").is_err());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+use std::fs::{self, File, Metadata, OpenOptions};
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+/// Files that SQLite keeps beside a database.
+const BESIDE_A_LOGBOOK: [&str; 3] = ["-wal", "-shm", "-journal"];
+
+/// The files that a command reads and writes.
+#[derive(Clone, Debug, Default)]
+pub struct Outputs {
+    named: Vec<PathBuf>,
+}
+
+/// Why a file was not written.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// Something would be lost.
+    #[error("{}: not written: {why}; give another name", .path.display())]
+    Refused {
+        /// The file.
+        path: PathBuf,
+        /// What would be lost.
+        why: &'static str,
+    },
+    /// The system said no.
+    #[error("{}: {error}", .path.display())]
+    NotSaved {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        error: io::Error,
+    },
+}
+
+/// What a file holds that is not written over.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kept {
+    Logbook,
+    Log,
+}
+
+impl Outputs {
+    /// The outputs of a command that names these files, each as often as it does, inputs and outputs alike.
+    pub fn of(named: Vec<PathBuf>) -> Self {
+        Self { named }
+    }
+
+    /// May this output be written? Asked before work begins whose result would have no place.
+    ///
+    /// # Errors
+    /// [`OutputError::Refused`] where the command names the file twice, or a logbook or a log is there.
+    pub fn check(&self, path: &Path) -> Result<(), OutputError> {
+        match self.kept(path)? {
+            Some(kept) => Err(kept.refused(path)),
+            None => Ok(()),
+        }
+    }
+
+    /// Writes a file whole.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check), but for a log that holds the same bytes already; [`OutputError::NotSaved`] where the
+    /// disk does not take it, and the file is as it was before.
+    pub fn save(&self, path: &Path, content: &[u8]) -> Result<(), OutputError> {
+        self.save_with(path, |file| file.write_all(content))
+    }
+
+    /// [Saves](Self::save) what a function writes.
+    pub fn save_with(
+        &self,
+        path: &Path,
+        write: impl FnOnce(&mut File) -> io::Result<()>,
+    ) -> Result<(), OutputError> {
+        let kept = self.kept(path)?;
+        if let Some(Kept::Logbook) = kept {
+            return Err(Kept::Logbook.refused(path));
+        }
+        let not_saved = |error| not_saved(path, error);
+        if let Some(mut device) = device(path).map_err(not_saved)? {
+            return write(&mut device).map_err(not_saved);
+        }
+        let place = place_of(path);
+        let mut beside = beside(&place).map_err(not_saved)?;
+        write(beside.as_file_mut()).map_err(not_saved)?;
+        match kept {
+            Some(_) if has_same_bytes(beside.path(), &place).map_err(not_saved)? => Ok(()),
+            Some(kept) => Err(kept.refused(path)),
+            None => put(beside, &place).map(drop).map_err(not_saved),
+        }
+    }
+
+    /// Begins a file that is read while it grows.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check), and where the file cannot be made.
+    pub fn grow(&self, path: &Path) -> Result<File, OutputError> {
+        self.check(path)?;
+        let begin = || match device(path)? {
+            Some(device) => Ok(device),
+            None => {
+                let place = place_of(path);
+                put(beside(&place)?, &place)
+            }
+        };
+        begin().map_err(|error| not_saved(path, error))
+    }
+
+    fn kept(&self, path: &Path) -> Result<Option<Kept>, OutputError> {
+        let here = self.named.iter().filter(|named| is_same(named, path));
+        if here.count() > 1 {
+            return Err(OutputError::Refused {
+                path: path.into(),
+                why: "this command reads this file, or writes it already",
+            });
+        }
+        Ok(kept_at(path))
+    }
+}
+
+/// Puts what a function writes in the place of a file that this program wrote.
+pub(crate) fn replace(
+    path: &Path,
+    write: impl FnOnce(&mut File) -> io::Result<()>,
+) -> io::Result<()> {
+    if let Some(mut device) = device(path)? {
+        return write(&mut device);
+    }
+    let place = place_of(path);
+    let mut beside = beside(&place)?;
+    write(beside.as_file_mut())?;
+    put(beside, &place).map(drop)
+}
+
+fn not_saved(path: &Path, error: io::Error) -> OutputError {
+    OutputError::NotSaved {
+        path: path.into(),
+        error,
+    }
+}
+
+impl Kept {
+    fn refused(self, path: &Path) -> OutputError {
+        OutputError::Refused {
+            path: path.into(),
+            why: match self {
+                Self::Logbook => "it is a logbook or another database, and would be lost",
+                Self::Log => "it is a log, and would be lost",
+            },
+        }
+    }
+}
+
+fn kept_at(path: &Path) -> Option<Kept> {
+    let name = path.to_str().unwrap_or_default();
+    let logbook = BESIDE_A_LOGBOOK
+        .iter()
+        .find_map(|ending| name.strip_suffix(ending));
+    if logbook.is_some_and(|logbook| is_database(Path::new(logbook))) || is_database(path) {
+        return Some(Kept::Logbook);
+    }
+    let is_file = fs::metadata(path).is_ok_and(|about| about.is_file());
+    (is_file && seatrial_logs::is_log(path)).then_some(Kept::Log)
+}
+
+fn is_database(path: &Path) -> bool {
+    let mut start = [0; 16];
+    let is_file = fs::metadata(path).is_ok_and(|about| about.is_file());
+    let read =
+        is_file && File::open(path).is_ok_and(|mut file| file.read_exact(&mut start).is_ok());
+    read && start == *b"SQLite format 3\0"
+}
+
+/// Do both names lead to one file, or to where one would be made?
+fn is_same(one: &Path, other: &Path) -> bool {
+    match (fs::metadata(one), fs::metadata(other)) {
+        (Ok(a), Ok(b)) => is_one_file(&a, &b) || place_of(one) == place_of(other),
+        (Err(_), Err(_)) => place_of(one) == place_of(other),
+        _ => false,
+    }
+}
+
+#[cfg(unix)]
+fn is_one_file(one: &Metadata, other: &Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    one.is_file() && (one.dev(), one.ino()) == (other.dev(), other.ino())
+}
+
+/// Elsewhere their places decide.
+#[cfg(not(unix))]
+fn is_one_file(_: &Metadata, _: &Metadata) -> bool {
+    false
+}
+
+/// Where a file is or will be, links followed.
+fn place_of(path: &Path) -> PathBuf {
+    if let Ok(place) = path.canonicalize() {
+        return place;
+    }
+    // A link to a file that is not there yet.
+    if let Ok(to) = path.read_link() {
+        return place_of(&folder_of(path).join(to));
+    }
+    let folder = folder_of(path);
+    let folder = folder.canonicalize().unwrap_or(folder);
+    folder.join(path.file_name().unwrap_or_default())
+}
+
+fn folder_of(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder.into(),
+        _ => PathBuf::from("."),
+    }
+}
+
+/// What is no file, as a terminal or a pipe, is written to as it is.
+fn device(path: &Path) -> io::Result<Option<File>> {
+    match fs::metadata(path) {
+        Ok(about) if !about.is_file() => OpenOptions::new().write(true).open(path).map(Some),
+        _ => Ok(None),
+    }
+}
+
+/// An empty file in the same folder, with the permissions that the one in its place has or would get.
+fn beside(place: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".seatrial-").suffix(".part");
+    #[cfg(unix)]
+    let any = <fs::Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666);
+    #[cfg(unix)]
+    builder.permissions(any);
+    let file = builder.tempfile_in(folder_of(place))?;
+    if let Ok(about) = fs::metadata(place) {
+        if about.permissions().readonly() {
+            return Err(io::ErrorKind::PermissionDenied.into());
+        }
+        file.as_file().set_permissions(about.permissions())?;
+    }
+    Ok(file)
+}
+
+fn put(file: NamedTempFile, place: &Path) -> io::Result<File> {
+    file.persist(place).map_err(|failed| failed.error)
+}
+
+fn has_same_bytes(one: &Path, other: &Path) -> io::Result<bool> {
+    Ok(
+        fs::metadata(one)?.len() == fs::metadata(other)?.len()
+            && fs::read(one)? == fs::read(other)?,
+    )
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    const LOG: &str = "time_s,heading_deg,rudder_deg\n0,1,2\n1,2,3\n2,3,4\n";
+
+    #[test]
+    fn io_what_a_command_reads_or_writes_is_not_written_over_by_any_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("plan.toml"), "x = 1").unwrap();
+        std::os::unix::fs::symlink(at("plan.toml"), at("link")).unwrap();
+        fs::hard_link(at("plan.toml"), at("hard")).unwrap();
+        std::os::unix::fs::symlink(at("new"), at("dangling")).unwrap();
+        for (input, output) in [
+            ("plan.toml", "plan.toml"),
+            ("plan.toml", "link"),
+            ("link", "hard"),
+            ("new", "./new"),
+            ("new", "dangling"),
+        ] {
+            let outputs = Outputs::of(vec![at(input), at(output)]);
+            let refused = outputs.save(&at(output), b"lost").unwrap_err();
+            assert!(matches!(refused, OutputError::Refused { .. }), "{refused}");
+            assert!(outputs.grow(&at(output)).is_err(), "{output}");
+        }
+        assert_eq!(fs::read_to_string(at("hard")).unwrap(), "x = 1");
+        assert!(!at("new").exists());
+        // Named once, a link leads to the file that is written.
+        Outputs::of(vec![at("link")])
+            .save(&at("link"), b"y")
+            .unwrap();
+        assert_eq!(fs::read_to_string(at("plan.toml")).unwrap(), "y");
+        assert!(at("link").is_symlink());
+    }
+
+    #[test]
+    fn io_logs_and_databases_are_not_written_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("run.csv"), LOG).unwrap();
+        fs::write(at("run.mcap"), b"\x89MCAP0\r\n rest").unwrap();
+        fs::write(at("a.db"), b"SQLite format 3\0 rest").unwrap();
+        fs::write(at("a.db-wal"), b"").unwrap();
+        let outputs = Outputs::default();
+        for name in ["run.csv", "run.mcap", "a.db", "a.db-wal"] {
+            let before = fs::read(at(name)).unwrap();
+            assert!(outputs.check(&at(name)).is_err(), "{name}");
+            assert!(outputs.save(&at(name), b"lost").is_err(), "{name}");
+            assert_eq!(fs::read(at(name)).unwrap(), before, "{name}");
+        }
+        // The log that is there already is no loss, nor is a file of another kind.
+        outputs.save(&at("run.csv"), LOG.as_bytes()).unwrap();
+        for _ in 0..2 {
+            outputs.save(&at("page.html"), b"<!doctype html>").unwrap();
+        }
+        let left: Vec<_> = fs::read_dir(folder.path()).unwrap().collect();
+        assert_eq!(left.len(), 5, "{left:?}");
+    }
+
+    #[test]
+    fn io_a_disk_that_takes_nothing_leaves_the_file_as_it_was() {
+        let folder = tempfile::tempdir().unwrap();
+        let page = folder.path().join("page.html");
+        let full = |_: &mut File| Err(io::ErrorKind::StorageFull.into());
+        assert!(Outputs::default().save_with(&page, full).is_err());
+        assert!(!page.exists());
+        fs::write(&page, "before").unwrap();
+        assert!(Outputs::default().save_with(&page, full).is_err());
+        assert_eq!(fs::read_to_string(&page).unwrap(), "before");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+}

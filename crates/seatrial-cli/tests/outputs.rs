@@ -1,0 +1,122 @@
+//! No output of any verb takes the place of what is to be kept.
+#![cfg(unix)]
+
+use std::fs;
+use std::path::Path;
+
+use seatrial_dev::{run_in, text};
+
+fn run(folder: &Path, line: &str) -> (Option<i32>, String) {
+    let arguments: Vec<&str> = line.split(' ').collect();
+    let output = run_in(folder, &arguments);
+    let told = text(&output.stdout) + &text(&output.stderr);
+    (output.status.code(), told)
+}
+
+/// A trial in `a.db`, a log in `l.csv`, a plan in `p.toml`, and other names of the first two.
+fn kept(folder: &Path) {
+    for line in [
+        "trial --yes --logbook a.db",
+        "sim log --seed 1 --thrust 0.8 --out l.csv",
+        "plan --thrust 0.8 --out p.toml",
+    ] {
+        let (code, told) = run(folder, line);
+        assert_eq!(code, Some(0), "{line}: {told}");
+    }
+    for (file, link, hard) in [("a.db", "a.link", "a.hard"), ("l.csv", "l.link", "l.hard")] {
+        std::os::unix::fs::symlink(file, folder.join(link)).unwrap();
+        fs::hard_link(folder.join(file), folder.join(hard)).unwrap();
+    }
+}
+
+#[test]
+fn cli_no_output_takes_the_place_of_an_input_a_logbook_or_a_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    kept(folder);
+    let bytes = ["a.db", "l.csv", "p.toml"].map(|name| fs::read(folder.join(name)).unwrap());
+    let mut lines = Vec::new();
+    for name in ["a.db", "a.link", "a.hard", "l.csv", "l.link", "l.hard"] {
+        lines.extend([
+            format!("trial --yes --logbook a.db --report {name}"),
+            format!("trial --yes --logbook new.db --record {name}"),
+            format!("logbook export --logbook a.db --json --out {name}"),
+            format!("gains --logbook a.db --rehearsal --export ardupilot --out {name}"),
+            format!("report --logbook a.db --out {name}"),
+            format!("report l.csv --out {name}"),
+            format!("plan --out {name}"),
+            format!("export --to vehicle --logbook a.db --out {name}"),
+            format!("identify l.csv --schedule {name}"),
+            format!("inspect l.csv --report {name}"),
+            format!("sim log --seed 2 --thrust 0.8 --out q.csv --truth {name}"),
+            format!("manoeuvres read l.csv --report {name}"),
+            format!("study --runs 1 --report {name}"),
+            #[cfg(feature = "parquet")]
+            format!("fleet l.csv --out {name}"),
+        ]);
+    }
+    lines.extend(
+        [
+            "plan --plan p.toml --out p.toml",
+            "trial --yes --plan p.toml --logbook new.db --report ./p.toml",
+            "trial --yes --logbook new.db --record same.csv --report same.csv",
+            "trial --yes --logbook new.db --report new.db",
+            "sim log --seed 2 --thrust 0.8 --out l.csv",
+        ]
+        .map(str::to_owned),
+    );
+    for line in lines {
+        let (code, told) = run(folder, &line);
+        assert_eq!(code, Some(2), "{line}: {told}");
+    }
+    for (name, before) in ["a.db", "l.csv", "p.toml"].iter().zip(bytes) {
+        assert!(fs::read(folder.join(name)).unwrap() == before, "{name}");
+    }
+    for name in ["new.db", "same.csv", "q.csv", "fleet.parquet"] {
+        assert!(!folder.join(name).exists(), "{name}");
+    }
+    // The log that is there already is no loss.
+    assert_eq!(
+        run(folder, "sim log --seed 1 --thrust 0.8 --out l.csv").0,
+        Some(0)
+    );
+}
+
+#[test]
+fn cli_a_page_says_which_page_it_takes_the_place_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for (seed, name) in [("1", "one.csv"), ("2", "two.csv")] {
+        let line = format!("sim log --seed {seed} --thrust 0.8 --out {name}");
+        assert_eq!(run(folder, &line).0, Some(0));
+    }
+    assert!(!run(folder, "report one.csv").1.contains("takes the place"));
+    assert!(!run(folder, "report one.csv").1.contains("takes the place"));
+    let told = run(folder, "report two.csv").1;
+    assert!(
+        told.contains("takes the place of") && told.contains("one.csv"),
+        "{told}"
+    );
+}
+
+/// An export of a gain that is warned of is asked for twice.
+#[test]
+fn cli_a_gain_that_is_warned_of_is_exported_only_where_that_is_accepted() {
+    let folder = tempfile::tempdir().unwrap();
+    let schedule = "[[point]]\nsurge_speed_m_s = 1.0\na22_per_s = -1.0\nb2_per_s2 = 0.4\n\
+                    covariance = [[0.01, 0, 0], [0, 0.09, 0], [0, 0, 0.0001]]\n";
+    fs::write(folder.path().join("s.toml"), schedule).unwrap();
+    for format in ["json", "ardupilot", "ros2"] {
+        let line = format!("gains --schedule s.toml --export {format} --out gains");
+        let (code, told) = run(folder.path(), &line);
+        assert_eq!(code, Some(4), "{told}");
+        assert!(
+            told.contains("--accept") && told.contains("holds 0"),
+            "{told}"
+        );
+        assert!(!folder.path().join("gains").exists());
+        let (code, told) = run(folder.path(), &(line + " --accept"));
+        assert_eq!(code, Some(0), "{told}");
+        fs::remove_file(folder.path().join("gains")).unwrap();
+    }
+}
