@@ -86,7 +86,7 @@ pub struct Recording {
 enum Rows {
     /// On disk up to the last row (CSV) or the last second of the vehicle's time (MCAP).
     Streamed {
-        writer: Box<dyn RowWriter>,
+        writer: Box<dyn RowWriter + Send>,
         flush_due_s: f64,
     },
     /// Parquet begins to be readable with its end: written anew whenever a run is over.
@@ -99,7 +99,7 @@ impl Recording {
         let rows = built(format)
             .and_then(|()| File::create(path))
             .and_then(|file| {
-                let writer: Box<dyn RowWriter> = match format {
+                let writer: Box<dyn RowWriter + Send> = match format {
                     #[cfg(feature = "parquet")]
                     Format::Parquet => return Ok(Rows::Kept(Vec::new())),
                     Format::Csv => Box::new(CsvWriter::new(LineWriter::new(file))?),

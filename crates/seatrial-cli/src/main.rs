@@ -48,6 +48,7 @@ mod sim;
 mod sim_mavlink;
 mod speed_table;
 mod speeds;
+mod standard_error;
 mod study;
 mod surge;
 mod surge_study;
@@ -156,13 +157,12 @@ fn main() -> ExitCode {
     let matches = command(screen::width()).get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let output = Output::new(cli.json);
-    match cli.verb.run(&output) {
-        Ok(exit) => exit.into(),
-        Err(failure) => {
-            say(&failure);
-            failure.exit.into()
-        }
-    }
+    let exit = cli.verb.run(&output).unwrap_or_else(|failure| {
+        say(&failure);
+        failure.exit
+    });
+    standard_error::finish();
+    exit.into()
 }
 
 #[cfg(test)]

@@ -313,6 +313,12 @@ impl<T: Real> EnvelopeWatch<T> {
         self.usage.silence = Some(T::of(longest_s / self.limits.stale_after_s));
     }
 
+    /// How long no sound heading has come, s: the samples' own silence, or a heading that does not follow the gyro.
+    pub fn blind_s(&self, silence_s: f64, time_s: f64) -> f64 {
+        let frozen_s = self.frozen_since_s();
+        frozen_s.map_or(silence_s, |since_s| silence_s.max(time_s - since_s))
+    }
+
     /// Since when the heading has not followed the gyro.
     fn frozen_since_s(&self) -> Option<f64> {
         self.heading

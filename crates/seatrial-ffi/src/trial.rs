@@ -145,6 +145,8 @@ pub enum SeatrialAbortReason {
     RudderNotFollowed = 22,
     /// The program that conducts the trial was held up.
     NotAttended = 23,
+    /// The heading did not answer the rudder.
+    NoAnswer = 24,
 }
 
 impl From<AbortReason> for SeatrialAbortReason {
@@ -173,6 +175,7 @@ impl From<AbortReason> for SeatrialAbortReason {
             AbortReason::SecondStation => Self::SecondStation,
             AbortReason::RudderNotFollowed => Self::RudderNotFollowed,
             AbortReason::NotAttended => Self::NotAttended,
+            AbortReason::NoAnswer => Self::NoAnswer,
         }
     }
 }

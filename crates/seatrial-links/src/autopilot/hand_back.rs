@@ -189,12 +189,12 @@ impl<W: Wire> Autopilot<W> {
         profile.release(self.system()).filter(|_| has_effect)
     }
 
-    /// Releases the controls, puts back mode and parameters, and reads everything back.
+    /// Releases the controls, puts back mode and parameters, and reads everything back. Where that was done already, the result.
     pub fn hand_back(&mut self) -> HandBack {
         self.let_go();
         let mut done = HandBack::default();
         let Some(backup) = self.backup.take() else {
-            return done;
+            return self.handed_back.take().unwrap_or_default();
         };
         self.release_repeatedly(Self::release_controls);
         let heartbeats = self.heard.heartbeats;
