@@ -157,33 +157,35 @@ impl Attendant for AtTerminal {
     }
 
     fn agrees(&self) -> Result<bool, VehicleError> {
-        if !std::io::stdin().is_terminal() {
-            return Err(VehicleError::refused(
-                "a vehicle that moves must be agreed to: say --yes",
-            ));
-        }
-        standard_error::write(|| {
-            let _ = write!(
-                std::io::stderr(),
-                "Take this vehicle, change what is listed and move it? [y/N] "
-            );
-        });
-        let (answer, answered) = channel();
-        std::thread::spawn(move || {
-            let mut line = String::new();
-            let read = std::io::stdin().read_line(&mut line);
-            // Nobody waits any more where the program was asked to end.
-            let _ = answer.send(read.map(|_| line));
-        });
-        loop {
-            match answered.recv_timeout(LOOK) {
-                Ok(read) => {
-                    let line = read.map_err(VehicleError::internal)?;
-                    return Ok(["y", "yes"].contains(&line.trim().to_lowercase().as_str()));
-                }
-                Err(_) if is_asked() => return Ok(false),
-                Err(_) => {}
+        agrees("Take this vehicle, change what is listed and move it? [y/N] ")
+    }
+}
+
+/// Asks the operator at the terminal, until the program is asked to end.
+pub fn agrees(question: &'static str) -> Result<bool, VehicleError> {
+    if !std::io::stdin().is_terminal() {
+        return Err(VehicleError::refused(
+            "a vehicle that moves or changes must be agreed to: say --yes",
+        ));
+    }
+    standard_error::write(move || {
+        let _ = write!(std::io::stderr(), "{question}");
+    });
+    let (answer, answered) = channel();
+    std::thread::spawn(move || {
+        let mut line = String::new();
+        let read = std::io::stdin().read_line(&mut line);
+        // Nobody waits any more where the program was asked to end.
+        let _ = answer.send(read.map(|_| line));
+    });
+    loop {
+        match answered.recv_timeout(LOOK) {
+            Ok(read) => {
+                let line = read.map_err(VehicleError::internal)?;
+                return Ok(["y", "yes"].contains(&line.trim().to_lowercase().as_str()));
             }
+            Err(_) if is_asked() => return Ok(false),
+            Err(_) => {}
         }
     }
 }

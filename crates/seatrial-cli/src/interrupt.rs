@@ -10,7 +10,6 @@ use signal_hook::consts::{
 };
 use signal_hook::iterator::Signals;
 
-use crate::output::Failure;
 use crate::standard_error;
 
 /// Every signal that ends or suspends a program and can be caught. The kernel sends ILL, FPE and SEGV where the program itself is at fault.
@@ -33,9 +32,9 @@ fn more() -> impl Iterator<Item = c_int> {
 static ASKED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 
 /// Calls `handle` on a thread of its own at every signal that would end the program, and from now on waits for no standard error.
-pub fn on_interrupt(handle: impl Fn() + Send + 'static) -> Result<(), Failure> {
+pub fn on_interrupt(handle: impl Fn() + Send + 'static) -> std::io::Result<()> {
     standard_error::detach();
-    let mut signals = Signals::new(ENDING).map_err(Failure::internal)?;
+    let mut signals = Signals::new(ENDING)?;
     for signal in more() {
         // The C library keeps some for itself, and a signal that cannot be had ends the program as ever.
         let _ = signals.handle().add_signal(signal);
@@ -45,7 +44,7 @@ pub fn on_interrupt(handle: impl Fn() + Send + 'static) -> Result<(), Failure> {
 }
 
 /// True from the first such signal on.
-pub fn interrupted() -> Result<Arc<AtomicBool>, Failure> {
+pub fn interrupted() -> std::io::Result<Arc<AtomicBool>> {
     let stop = Arc::clone(ASKED.get_or_init(Arc::default));
     let set = Arc::clone(&stop);
     on_interrupt(move || set.store(true, Ordering::Relaxed))?;

@@ -187,7 +187,7 @@ pub fn save_page(path: &Path, page: &str) -> Result<(), Failure> {
 }
 
 /// A reader that has taken nothing for this long is not waited for by a program that was asked to end.
-const UNREAD: Duration = Duration::from_secs(2);
+const UNREAD: Duration = Duration::from_secs(1);
 /// Bytes that are written at a time.
 const AT_A_TIME: usize = 4096;
 

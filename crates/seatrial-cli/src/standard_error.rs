@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 /// Texts that may wait to be written. Further ones are left out.
 const WAITING: usize = 512;
 /// Longest wait at the end for what has not been written yet.
-const END: Duration = Duration::from_secs(2);
+const END: Duration = Duration::from_secs(1);
 /// Between two looks whether there is room.
 const LOOK: Duration = Duration::from_millis(10);
 

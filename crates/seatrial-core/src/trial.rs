@@ -298,9 +298,10 @@ impl<T: Real> Trial<T> {
             match &mut self.phase {
                 Phase::Train(watch) => {
                     let elapsed_s = elapsed_s - self.plan.training.lead_in_s;
-                    let is_missing =
-                        (self.answer).is_missing(elapsed_s, error_rad, sample.rudder_rad);
-                    against = is_missing.then_some(AbortReason::NoAnswer);
+                    let missing = self
+                        .answer
+                        .is_missing(elapsed_s, error_rad, sample.rudder_rad);
+                    against = missing.then_some(AbortReason::NoAnswer);
                     let is_reversed = watch.as_mut().is_some_and(|watch| {
                         watch.is_reversed(elapsed_s, error_rad, sample.rudder_rad)
                     });
@@ -309,9 +310,10 @@ impl<T: Real> Trial<T> {
                 }
                 Phase::Validate(_) => {
                     let elapsed_s = elapsed_s - self.plan.validation.lead_in_s;
-                    let is_missing =
-                        (self.answer).is_missing(elapsed_s, error_rad, sample.rudder_rad);
-                    against = is_missing.then_some(AbortReason::NoAnswer);
+                    let missing = self
+                        .answer
+                        .is_missing(elapsed_s, error_rad, sample.rudder_rad);
+                    against = missing.then_some(AbortReason::NoAnswer);
                     self.envelope.speed(sample, elapsed_s < 0.0);
                 }
                 _ => {}

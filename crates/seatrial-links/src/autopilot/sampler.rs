@@ -22,6 +22,10 @@ const RATE_S: f64 = 3.0;
 const LEAST_RATE: f64 = 0.5;
 /// A clock that goes back by more than this has started again, s; a late message is not so late.
 const RESTART_S: f64 = 5.0;
+/// The autopilot's clock of milliseconds in 32 bits begins again after this time, 49.7 days, s.
+const TURN_S: f64 = 4_294_967.296;
+/// After the longest silence of a vehicle that is not given up, s, its clock still belongs to the same turn.
+const SAME_TURN_S: f64 = 60.0;
 /// Outputs and attitudes that may wait.
 const MOST_WAITING: usize = 4096;
 
@@ -76,7 +80,17 @@ impl Sampler {
 
     /// Has the clock of an attitude started again?
     pub fn is_restarted(&self, time_boot_ms: u32) -> bool {
-        f64::from(time_boot_ms) / 1e3 + RESTART_S < self.clock_s()
+        self.since_boot_s(time_boot_ms) + RESTART_S < self.clock_s()
+    }
+
+    /// Time since the boot, s, of a clock of 32 bits that may have begun again.
+    fn since_boot_s(&self, time_boot_ms: u32) -> f64 {
+        let (time_s, clock_s) = (f64::from(time_boot_ms) / 1e3, self.clock_s());
+        let nearest_s = time_s + ((clock_s - time_s) / TURN_S).round() * TURN_S;
+        match (nearest_s - clock_s).abs() < SAME_TURN_S {
+            true => nearest_s,
+            false => time_s + (clock_s / TURN_S).floor() * TURN_S,
+        }
     }
 
     /// Forgets what was measured before the clock started again, except for samples that are complete.
@@ -99,7 +113,7 @@ impl Sampler {
 
     /// Takes in an attitude; one that is not newer than the last is passed over.
     pub fn attitude(&mut self, attitude: Attitude) {
-        let time_s = f64::from(attitude.time_boot_ms) / 1e3;
+        let time_s = self.since_boot_s(attitude.time_boot_ms);
         if self
             .attitudes
             .back()
@@ -175,18 +189,18 @@ impl Sampler {
 
     /// North and east, m/s.
     pub fn velocity(&mut self, time_boot_ms: u32, velocity_m_s: [f64; 2]) {
-        self.velocity_m_s
-            .set(f64::from(time_boot_ms) / 1e3, velocity_m_s);
+        let time_s = self.since_boot_s(time_boot_ms);
+        self.velocity_m_s.set(time_s, velocity_m_s);
     }
 
     /// North and east, m.
     pub fn position(&mut self, time_boot_ms: u32, position_m: [f64; 2]) {
-        self.position_m
-            .set(f64::from(time_boot_ms) / 1e3, position_m);
+        let time_s = self.since_boot_s(time_boot_ms);
+        self.position_m.set(time_s, position_m);
     }
 
     pub fn depth(&mut self, time_boot_ms: u32, depth_m: f64) {
-        self.depth_m.set(f64::from(time_boot_ms) / 1e3, depth_m);
+        self.depth_m.set(self.since_boot_s(time_boot_ms), depth_m);
     }
 
     /// The next sample.
@@ -345,6 +359,33 @@ mod tests {
         assert_eq!(rudders.len(), 4);
         assert!((rudders[0] - 0.1).abs() < 1e-12);
         assert!(rudders[3].is_nan(), "{rudders:?}");
+    }
+
+    /// 20 Hz over the instant at which 32 bits of milliseconds are full.
+    #[test]
+    fn exact_the_clock_of_the_attitudes_turns_after_49_days() {
+        let mut sampler = Sampler::default();
+        for k in 0..20_u32 {
+            let ms = (u32::MAX - 475).wrapping_add(50 * k);
+            assert!(!sampler.is_restarted(ms), "{k}");
+            sampler.attitude(attitude(ms, 0.0));
+            let us = (4_294_966_820_000_u64 + 50_000 * u64::from(k)) as u32;
+            sampler.rudder(us, 0.0, 0.1);
+            sampler.depth(ms, 3.0);
+        }
+        let samples: Vec<Sample<f64>> = std::iter::from_fn(|| sampler.take()).collect();
+        assert_eq!(samples.len(), 19);
+        for pair in samples.windows(2) {
+            // The last bit of seven weeks.
+            assert!((pair[1].time_s - pair[0].time_s - 0.05).abs() < 1e-8);
+            assert!((pair[1].rudder_rad - 0.1).abs() < 1e-12);
+            assert_eq!(pair[1].depth_m, Some(3.0));
+        }
+        // Out of the second turn the autopilot starts again.
+        for ms in [10_000, 60_000, 110_000] {
+            sampler.attitude(attitude(ms, 0.0));
+        }
+        assert!(sampler.is_restarted(0));
     }
 
     #[test]

@@ -8,8 +8,8 @@ pub(crate) const FOLLOWS: f64 = 0.15;
 const ON_THE_WAY_S: f64 = 1.5;
 /// How long an autopilot takes over a demand once it has it, s.
 const TAKES_S: f64 = 0.3;
-/// A rudder that does not follow for this long ends the trial, s.
-const NOT_FOLLOWED_S: f64 = 0.6;
+/// A rudder that does not follow for this long ends the trial, s. A pilot who has taken it is told by a heartbeat once a second.
+const NOT_FOLLOWED_S: f64 = 1.0;
 
 /// The demands of late, and when the rudder last followed one.
 #[derive(Debug, Default)]
