@@ -16,10 +16,6 @@ use crate::validation::{GoodnessOfFit, Validation};
 use crate::{AbortReason, Action, List, Outcome, Real, Sample, Steering};
 use training::Training;
 
-/// Without a sound heading for this long, s, or one and a half samples the rudder is neutral.
-const BLIND_AFTER_S: f64 = 0.5;
-const BLIND_AFTER_SAMPLES: f64 = 1.5;
-
 /// Most events that wait to be taken.
 pub const WAITING_EVENTS: usize = 8;
 
@@ -283,10 +279,9 @@ impl<T: Real> Trial<T> {
         let refused_s = f64::from(self.unusable_in_a_row) * self.plan.sample_interval_s;
         let watched_s = clock_s + self.stood_still_s;
         self.envelope.look(sample, watched_s);
-        self.envelope.listen(silence_s.max(refused_s), watched_s);
-        let blind_s = self.envelope.blind_s(silence_s.max(refused_s), watched_s);
-        self.is_blind =
-            blind_s > BLIND_AFTER_S.max(BLIND_AFTER_SAMPLES * self.plan.sample_interval_s);
+        let (silence_s, usual_s) = (silence_s.max(refused_s), self.plan.sample_interval_s);
+        self.envelope.listen(silence_s, watched_s);
+        self.is_blind = self.envelope.is_blind(silence_s, watched_s, usual_s);
         let mut against = None;
         if usable {
             self.usable_s = Some(clock_s);

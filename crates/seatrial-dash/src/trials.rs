@@ -50,12 +50,12 @@ impl Allowance {
     pub fn of(caller: &Caller) -> Self {
         match caller.role {
             Some(Role::Operator) => Self {
-                samples: 1_000_000,
-                longest: Duration::from_secs(30),
+                samples: 500_000,
+                longest: Duration::from_secs(10),
             },
             _ => Self {
-                samples: 200_000,
-                longest: Duration::from_secs(5),
+                samples: 100_000,
+                longest: Duration::from_secs(2),
             },
         }
     }
