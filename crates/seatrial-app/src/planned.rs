@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use seatrial::figures::three_figures;
 use seatrial::preview::{
-    Comparison, Preview, Prior, Recommendation, SurgeStep, Target, compare_designs, preview,
-    recommend,
+    Budget, Comparison, Preview, Prior, Recommendation, SurgeStep, Target, compare_designs,
+    preview, recommend,
 };
 use seatrial_core::plan::times_slower;
 use seatrial_core::{Axis, Excitation, List, Outcome, Plan};
@@ -308,6 +308,9 @@ pub fn plan_trial(
         mut prior,
         warnings,
     } = expected.belief(&plan, changes.time_constant_s)?;
+    Budget::of(Budget::OWN_SAMPLES)
+        .check(&plan, &prior)
+        .map_err(|error| Error::Setting(error.to_string()))?;
     let recommendation = wanted.target.map(|target| Recommendations {
         target,
         doublets: recommend(&plan, &prior, target),

@@ -87,7 +87,7 @@ pub struct Recording {
 enum Rows {
     /// On disk up to the last row (CSV) or the last second of the vehicle's time (MCAP).
     Streamed {
-        writer: Box<dyn RowWriter>,
+        writer: Box<dyn RowWriter + Send>,
         flush_due_s: f64,
     },
     /// Parquet begins to be readable with its end: written anew whenever a run is over.
@@ -103,7 +103,7 @@ impl Recording {
         built(format).map_err(not_saved(path))?;
         let file = outputs.grow(path)?;
         let start = || -> io::Result<Rows> {
-            let writer: Box<dyn RowWriter> = match format {
+            let writer: Box<dyn RowWriter + Send> = match format {
                 #[cfg(feature = "parquet")]
                 Format::Parquet => return Ok(Rows::Kept(Vec::new())),
                 Format::Csv => Box::new(CsvWriter::new(LineWriter::new(file))?),

@@ -34,6 +34,9 @@ pub struct TrialPlan {
 /// What stands in a file beside the fields of [`Plan`].
 const CONDUCTORS_FIELDS: [&str; 3] = ["rudder_delay_s", "rudder_lag_s", "stop_when"];
 
+/// The record of a run is kept in memory, some 200 bytes a sample.
+const MOST_SAMPLES_OF_A_RUN: f64 = 5e6;
+
 fn is_zero(time_s: &f64) -> bool {
     *time_s == 0.0
 }
@@ -54,6 +57,14 @@ impl TrialPlan {
             });
         }
         self.plan.check()?;
+        let run_s =
+            self.settle.at_most_s + self.training.duration_s() + self.validation.duration_s();
+        if run_s / self.sample_interval_s > MOST_SAMPLES_OF_A_RUN {
+            return Err(InvalidSetting {
+                field: "sample_interval_s",
+                requirement: "so long that a run has at most 5000000 samples; make its stages shorter or this longer",
+            });
+        }
         Servo::new(self.rudder_delay_s, self.rudder_lag_s)
             .map(drop)
             .map_err(|InvalidServo { name, .. }| InvalidSetting {

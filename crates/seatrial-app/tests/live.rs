@@ -164,7 +164,7 @@ fn io_a_late_verdict_is_kept_with_its_run() {
     let mut campaign = conduct(&mut vehicle, plan(), about(), &mut keeper)
         .unwrap()
         .campaign;
-    assert_eq!(keeper.0.end(campaign.outcome).unsaved, [""; 0]);
+    assert_eq!(keeper.0.end(campaign.outcome, || false).unsaved, [""; 0]);
     for run in &campaign.runs {
         let identification = run.identification.as_ref().unwrap();
         assert_eq!(run.record.samples.capacity(), 0);

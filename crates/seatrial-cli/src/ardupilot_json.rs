@@ -83,7 +83,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         rate_hz: args.rate,
         frames: args.frames,
     })?;
-    let stop = interrupted()?;
+    let stop = interrupted().map_err(Failure::internal)?;
     simulation.serve(&stop, &mut |line| say(line))?;
     let document = Document {
         schema: "seatrial.ardupilot_json.v1",

@@ -2,6 +2,8 @@
 
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
+use std::sync::mpsc::channel;
+use std::time::Duration;
 
 use seatrial::FullRudder;
 use seatrial_app::trial_run::VehicleError;
@@ -9,8 +11,10 @@ use seatrial_app::vehicles::{Attendant, MavlinkOptions};
 use seatrial_links::autopilot::{Profile, SteeringOutputs};
 use seatrial_links::handover::{Change, Check};
 
+use crate::interrupt::is_asked;
 use crate::output::{Failure, say, say_laid_out};
 use crate::screen::{labelled, width};
+use crate::standard_error;
 
 /// How an autopilot is reached.
 #[derive(clap::Args, Clone, Debug)]
@@ -133,6 +137,9 @@ fn number(name: &str, value: f64, limit: f64) -> Result<f64, Failure> {
     )))
 }
 
+/// Between two looks whether the program is asked to end while the operator thinks.
+const LOOK: Duration = Duration::from_millis(50);
+
 /// The operator at the terminal.
 pub struct AtTerminal;
 
@@ -150,20 +157,36 @@ impl Attendant for AtTerminal {
     }
 
     fn agrees(&self) -> Result<bool, VehicleError> {
-        if !std::io::stdin().is_terminal() {
-            return Err(VehicleError::refused(
-                "a vehicle that moves must be agreed to: say --yes",
-            ));
+        agrees("Take this vehicle, change what is listed and move it? [y/N] ")
+    }
+}
+
+/// Asks the operator at the terminal, until the program is asked to end.
+pub fn agrees(question: &'static str) -> Result<bool, VehicleError> {
+    if !std::io::stdin().is_terminal() {
+        return Err(VehicleError::refused(
+            "a vehicle that moves or changes must be agreed to: say --yes",
+        ));
+    }
+    standard_error::write(move || {
+        let _ = write!(std::io::stderr(), "{question}");
+    });
+    let (answer, answered) = channel();
+    std::thread::spawn(move || {
+        let mut line = String::new();
+        let read = std::io::stdin().read_line(&mut line);
+        // Nobody waits any more where the program was asked to end.
+        let _ = answer.send(read.map(|_| line));
+    });
+    loop {
+        match answered.recv_timeout(LOOK) {
+            Ok(read) => {
+                let line = read.map_err(VehicleError::internal)?;
+                return Ok(["y", "yes"].contains(&line.trim().to_lowercase().as_str()));
+            }
+            Err(_) if is_asked() => return Ok(false),
+            Err(_) => {}
         }
-        let mut stderr = std::io::stderr();
-        let _ = write!(
-            stderr,
-            "Take this vehicle, change what is listed and move it? [y/N] "
-        );
-        let mut answer = String::new();
-        let read = std::io::stdin().read_line(&mut answer);
-        read.map_err(VehicleError::internal)?;
-        Ok(["y", "yes"].contains(&answer.trim().to_lowercase().as_str()))
     }
 }
 

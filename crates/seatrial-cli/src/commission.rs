@@ -119,7 +119,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if !args.vehicle.starts_with("mavlink:") {
         return own::run(args, &request.models, &request.plan, output);
     }
-    let stop = interrupted()?;
+    let stop = interrupted().map_err(Failure::internal)?;
     let vehicle = autopilot(&args.vehicle, &args.link, &args.logbook)?;
     let reached = vehicle.reach(&request.plan, &stop)?;
     shown(reached.preflight())?;

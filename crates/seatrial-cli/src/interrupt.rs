@@ -1,24 +1,59 @@
 //! Ctrl-C, and the signals that ask a program to end.
 
-use std::sync::Arc;
+use std::os::raw::c_int;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::consts::{
+    SIGABRT, SIGALRM, SIGBUS, SIGHUP, SIGINT, SIGIO, SIGPROF, SIGQUIT, SIGSYS, SIGTERM, SIGTRAP,
+    SIGTSTP, SIGUSR1, SIGUSR2, SIGVTALRM, SIGXCPU, SIGXFSZ,
+};
 use signal_hook::iterator::Signals;
 
-use crate::output::Failure;
+use crate::standard_error;
 
-/// Calls `handle` on a thread of its own at every SIGINT, SIGTERM and SIGHUP, which from now on do not end the program.
-pub fn on_interrupt(handle: impl Fn() + Send + 'static) -> Result<(), Failure> {
-    let mut signals = Signals::new([SIGINT, SIGTERM, SIGHUP]).map_err(Failure::internal)?;
+/// Every signal that ends or suspends a program and can be caught. The kernel sends ILL, FPE and SEGV where the program itself is at fault.
+const ENDING: [c_int; 17] = [
+    SIGABRT, SIGALRM, SIGBUS, SIGHUP, SIGINT, SIGIO, SIGPROF, SIGQUIT, SIGSYS, SIGTERM, SIGTRAP,
+    SIGTSTP, SIGUSR1, SIGUSR2, SIGVTALRM, SIGXCPU, SIGXFSZ,
+];
+
+/// STKFLT, PWR and the real-time signals, which the C library leaves to programs.
+#[cfg(target_os = "linux")]
+fn more() -> impl Iterator<Item = c_int> {
+    [16, 30].into_iter().chain(34..=64)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn more() -> impl Iterator<Item = c_int> {
+    std::iter::empty()
+}
+
+static ASKED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+
+/// Calls `handle` on a thread of its own at every signal that would end the program, and from now on waits for no standard error.
+pub fn on_interrupt(handle: impl Fn() + Send + 'static) -> std::io::Result<()> {
+    standard_error::detach();
+    let mut signals = Signals::new(ENDING)?;
+    for signal in more() {
+        // The C library keeps some for itself, and a signal that cannot be had ends the program as ever.
+        let _ = signals.handle().add_signal(signal);
+    }
     std::thread::spawn(move || signals.forever().for_each(|_| handle()));
     Ok(())
 }
 
 /// True from the first such signal on.
-pub fn interrupted() -> Result<Arc<AtomicBool>, Failure> {
-    let stop = Arc::new(AtomicBool::new(false));
+pub fn interrupted() -> std::io::Result<Arc<AtomicBool>> {
+    let stop = Arc::clone(ASKED.get_or_init(Arc::default));
     let set = Arc::clone(&stop);
     on_interrupt(move || set.store(true, Ordering::Relaxed))?;
     Ok(stop)
+}
+
+/// Has such a signal come, where it does not end the program?
+pub fn is_asked() -> bool {
+    ASKED
+        .get()
+        .is_some_and(|asked| asked.load(Ordering::Relaxed))
 }

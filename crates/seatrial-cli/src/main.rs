@@ -48,6 +48,7 @@ mod sim;
 mod sim_mavlink;
 mod speed_table;
 mod speeds;
+mod standard_error;
 mod study;
 mod surge;
 mod surge_study;
@@ -157,13 +158,12 @@ fn main() -> ExitCode {
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let ran = checked(&Cli::command(), &matches)
         .and_then(|files| cli.verb.run(&Output::new(cli.json, files)));
-    match ran {
-        Ok(exit) => exit.into(),
-        Err(failure) => {
-            say(&failure);
-            failure.exit.into()
-        }
-    }
+    let exit = ran.unwrap_or_else(|failure| {
+        say(&failure);
+        failure.exit
+    });
+    standard_error::finish();
+    exit.into()
 }
 
 #[cfg(test)]

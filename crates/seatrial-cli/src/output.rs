@@ -6,6 +6,8 @@ use std::io::Write;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
 
 use clap::{ArgMatches, Command};
 use seatrial::identification::Verdict;
@@ -14,7 +16,9 @@ use seatrial_app::outputs::{OutputError, Outputs};
 use seatrial_app::trial_run::{NotBegun, VehicleError};
 use serde::Serialize;
 
+use crate::interrupt;
 use crate::screen::{width_of_stderr, wrapped};
+use crate::standard_error;
 
 /// Exit codes of every verb. 2 (usage) is clap's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -152,12 +156,17 @@ pub fn say(message: impl fmt::Display) {
         Some(width) => wrapped(&message, width),
         None => message + "\n",
     };
-    let _ = write!(std::io::stderr(), "{shown}");
+    standard_error::write(move || {
+        let _ = write!(std::io::stderr(), "{shown}");
+    });
 }
 
 /// Says lines that are laid out already on standard error.
 pub fn say_laid_out(lines: &str) {
-    let _ = writeln!(std::io::stderr(), "{}", plain(lines));
+    let lines = plain(lines).into_owned();
+    standard_error::write(move || {
+        let _ = writeln!(std::io::stderr(), "{lines}");
+    });
 }
 
 /// JSON escapes the lower control characters itself; a terminal obeys some of the upper ones, too.
@@ -251,6 +260,44 @@ fn named_files(
     }
 }
 
+/// A reader that has taken nothing for this long is not waited for by a program that was asked to end.
+const UNREAD: Duration = Duration::from_secs(1);
+/// Bytes that are written at a time.
+const AT_A_TIME: usize = 4096;
+
+/// Writes on standard output, however slowly it is read, until the program is asked to end.
+fn write_out(text: String) -> std::io::Result<()> {
+    let (tell, told) = channel();
+    std::thread::spawn(move || {
+        let mut stdout = std::io::stdout().lock();
+        for bytes in text.as_bytes().chunks(AT_A_TIME) {
+            let written = stdout.write_all(bytes).and_then(|()| stdout.flush());
+            let is_over = written.is_err();
+            if tell.send(written).is_err() || is_over {
+                break;
+            }
+        }
+    });
+    let mut unread = Duration::ZERO;
+    let look = Duration::from_millis(50);
+    loop {
+        match told.recv_timeout(look) {
+            Ok(written) => written?,
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            Err(RecvTimeoutError::Timeout) if !interrupt::is_asked() => continue,
+            Err(RecvTimeoutError::Timeout) if unread < UNREAD => {
+                unread += look;
+                continue;
+            }
+            Err(RecvTimeoutError::Timeout) => {
+                let why = "nobody reads it, and this program was asked to end";
+                return Err(std::io::Error::new(std::io::ErrorKind::TimedOut, why));
+            }
+        }
+        unread = Duration::ZERO;
+    }
+}
+
 /// Standard output as the user asked for it.
 pub struct Output {
     /// One JSON document instead of text.
@@ -300,8 +347,7 @@ impl Output {
         } else {
             plain(&text()).into_owned()
         };
-        let mut stdout = std::io::stdout().lock();
-        match writeln!(stdout, "{}", printed.trim_end()) {
+        match write_out(printed.trim_end().to_owned() + "\n") {
             Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
                 Err(Failure::not_saved(format!("standard output: {error}")))
             }

@@ -120,7 +120,7 @@ fn play(
     args: &Args,
     interval_s: f64,
 ) -> Result<u64, Failure> {
-    let stop = interrupted()?;
+    let stop = interrupted().map_err(Failure::internal)?;
     let start = Instant::now();
     let mut buffer = vec![0; 1 << 16];
     let mut steps = 0_u64;

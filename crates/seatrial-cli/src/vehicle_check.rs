@@ -8,13 +8,14 @@ use clap::Subcommand;
 use seatrial::figures::three_figures;
 use seatrial_app::load_plan;
 use seatrial_app::vehicles::{hand_back_text, inspect_ros2};
-use seatrial_links::autopilot::{Backup, HandBack};
+use seatrial_links::autopilot::{Autopilot, Backup, HandBack};
 use seatrial_links::handover::Preflight;
+use seatrial_links::link::Transport;
 use serde::Serialize;
 
-use crate::autopilot::{LinkArgs, address, change_line, check_line};
+use crate::autopilot::{LinkArgs, address, agrees, change_line, check_line};
 use crate::identify::call;
-use crate::output::{Exit, Failure, Output};
+use crate::output::{Exit, Failure, Output, say};
 use crate::screen::{command, labelled, width};
 use crate::table::Table;
 
@@ -31,7 +32,8 @@ enum What {
     #[command(after_help = "Example:
   seatrial vehicle check --vehicle mavlink:udp:127.0.0.1:14550 --plan plan.toml")]
     Check(CheckArgs),
-    /// Put back the parameters and the mode that a trial has changed. Exit 0: done and read back; 4: not all of it.
+    /// Put back the parameters and the mode that a trial has changed: shows each as it is and as it will be, and asks. Exit 0: done and
+    /// read back; 4: not all of it; 5: not agreed to.
     #[command(after_help = "Example:
   seatrial vehicle restore seatrial.restore.toml \\
       --vehicle mavlink:udp:127.0.0.1:14550")]
@@ -59,6 +61,9 @@ struct RestoreArgs {
     /// The vehicle.
     #[arg(long, value_name = "VEHICLE")]
     vehicle: String,
+    /// Do not ask before the parameters are written.
+    #[arg(long)]
+    yes: bool,
     #[command(flatten)]
     link: LinkArgs,
 }
@@ -162,6 +167,9 @@ fn restore(args: &RestoreArgs, output: &Output) -> Result<Exit, Failure> {
         .link
         .options()?
         .open(address(&args.vehicle)?, None, false, &abort)?;
+    if !args.yes {
+        agree(args, &mut autopilot, &backup)?;
+    }
     let done = autopilot.restore(&backup);
     let restored = Restored {
         schema: "seatrial.restored.v1",
@@ -178,6 +186,33 @@ fn restore(args: &RestoreArgs, output: &Output) -> Result<Exit, Failure> {
     } else {
         Exit::Rejected
     })
+}
+
+/// Shows what would be written, and asks.
+fn agree(
+    args: &RestoreArgs,
+    autopilot: &mut Autopilot<Transport>,
+    backup: &Backup,
+) -> Result<(), Failure> {
+    let values = autopilot.look_at(backup).ok_or_else(|| {
+        Failure::rejected(format!(
+            "{}: system {}, whose parameters these are, is not heard; nothing was written",
+            args.vehicle, backup.system
+        ))
+    })?;
+    for value in &values {
+        let from = value.from.map_or_else(|| "not answered".into(), figures);
+        say(format!("{:17} {from} -> {}", value.name, figures(value.to)));
+    }
+    if let Some(mode) = backup.mode {
+        say(format!(
+            "mode              back to {mode}, unless somebody has chosen another since"
+        ));
+    }
+    match agrees("Write these? [y/N] ")? {
+        true => Ok(()),
+        false => Err(Failure::aborted("not agreed to; nothing was written")),
+    }
 }
 
 /// What was put back: each parameter as it was and as it is now.
@@ -207,6 +242,16 @@ fn figures(value: f64) -> String {
 
 fn load(path: &Path) -> Result<Backup, Failure> {
     let read = std::fs::read_to_string(path).map_err(|error| error.to_string());
-    read.and_then(|text| toml::from_str(&text).map_err(|error| format!("not a backup: {error}")))
-        .map_err(|error| Failure::input(format!("{}: {error}", path.display())))
+    let backup: Backup = read
+        .and_then(|text| toml::from_str(&text).map_err(|error| format!("not a backup: {error}")))
+        .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+    let foreign = backup.foreign_names();
+    match foreign.is_empty() {
+        true => Ok(backup),
+        false => Err(Failure::input(format!(
+            "{}: not a backup of a trial or a commission, which never change {}; nothing was written",
+            path.display(),
+            foreign.join(", ")
+        ))),
+    }
 }

@@ -172,7 +172,7 @@ fn cli_gains_from_a_trial_are_proven_kept_and_undone() {
         kept.contains("[parameters.ATC_STR_RAT_FF]\nnumber = 0.2\n"),
         "{kept}"
     );
-    let restore = ["vehicle", "restore", "seatrial.old-gains.toml"];
+    let restore = ["vehicle", "restore", "--yes", "seatrial.old-gains.toml"];
     let restored = run_in(folder, &[&restore[..], &boat.link()].concat());
     assert_eq!(
         restored.status.code(),
@@ -229,7 +229,7 @@ fn cli_gains_of_a_submarine_are_proven_kept_and_undone() {
         assert!(names.contains(&name), "{names:?}");
     }
     assert!(!folder.join("seatrial.restore.toml").exists());
-    let restore = ["vehicle", "restore", "seatrial.old-gains.toml"];
+    let restore = ["vehicle", "restore", "--yes", "seatrial.old-gains.toml"];
     let restored = run_in(folder, &[&restore[..], &boat.link()].concat());
     let errors = text(&restored.stderr);
     assert_eq!(restored.status.code(), Some(0), "{errors}");

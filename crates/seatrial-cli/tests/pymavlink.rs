@@ -219,7 +219,14 @@ fn ends_for(mishap: &str, is_tcp: bool, reason: &str) {
     if is_cut {
         scene.bring_back();
         let backup = "seatrial.restore.toml";
-        let restored = scene.seatrial(&["vehicle", "restore", backup, "--vehicle", &scene.address]);
+        let restored = scene.seatrial(&[
+            "vehicle",
+            "restore",
+            "--yes",
+            backup,
+            "--vehicle",
+            &scene.address,
+        ]);
         let errors = String::from_utf8_lossy(&restored.stderr);
         assert_eq!(restored.status.code(), Some(0), "{errors}");
         assert!(!scene.has_backup());

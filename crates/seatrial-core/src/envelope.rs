@@ -14,6 +14,10 @@ const SPEED_SMOOTHING_S: f64 = 1.0;
 const FROZEN_TURN_RAD: f64 = 0.1;
 const TURN_S: f64 = 2.0;
 
+/// Without a sound heading for this long, s, or for one and a half samples the rudder is neutral.
+const BLIND_AFTER_S: f64 = 0.5;
+const BLIND_AFTER_SAMPLES: f64 = 1.5;
+
 /// Which way the vehicle is expected to turn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -311,6 +315,14 @@ impl<T: Real> EnvelopeWatch<T> {
             .chain(self.frozen_since_s().iter())
             .fold(silence_s, |longest, seen_s| longest.max(time_s - seen_s));
         self.usage.silence = Some(T::of(longest_s / self.limits.stale_after_s));
+    }
+
+    /// Has no sound heading come for too long to leave the rudder over? The samples are silent, or the heading does not follow the
+    /// gyro.
+    pub fn is_blind(&self, silence_s: f64, time_s: f64, sample_interval_s: f64) -> bool {
+        let frozen_s = self.frozen_since_s();
+        let blind_s = frozen_s.map_or(silence_s, |since_s| silence_s.max(time_s - since_s));
+        blind_s > BLIND_AFTER_S.max(BLIND_AFTER_SAMPLES * sample_interval_s)
     }
 
     /// Since when the heading has not followed the gyro.

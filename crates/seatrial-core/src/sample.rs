@@ -122,6 +122,8 @@ pub enum AbortReason {
     RudderNotFollowed,
     /// The program that conducts the trial was held up.
     NotAttended,
+    /// The heading did not answer the rudder.
+    NoAnswer,
 }
 
 impl AbortReason {
@@ -157,6 +159,7 @@ impl core::fmt::Display for AbortReason {
             Self::SecondStation => "somebody else commanded the vehicle under our name",
             Self::RudderNotFollowed => "the rudder did something else than asked for",
             Self::NotAttended => "the program that conducts the trial was held up",
+            Self::NoAnswer => "the heading did not answer the rudder",
         })
     }
 }

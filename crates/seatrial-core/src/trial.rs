@@ -1,5 +1,8 @@
 //! The trial: a state machine from samples to actions.
 
+mod training;
+
+use crate::answer::AnswerWatch;
 use crate::envelope::EnvelopeWatch;
 use crate::estimator::{Estimator, Intake};
 use crate::excitation::CLOCK_RESOLUTION_S;
@@ -11,6 +14,7 @@ use crate::setting::InvalidSetting;
 use crate::settle::{NotSettled, SettleGate, Settled};
 use crate::validation::{GoodnessOfFit, Validation};
 use crate::{AbortReason, Action, List, Outcome, Real, Sample, Steering};
+use training::Training;
 
 /// Most events that wait to be taken.
 pub const WAITING_EVENTS: usize = 8;
@@ -27,14 +31,17 @@ pub const WAITING_EVENTS: usize = 8;
 /// Pass every sample to [`step`](Trial::step) and carry out the action it returns. All times are the samples' own; a stage begins
 /// with the first sample at or after its time. The trial counts on nothing but that [`Sample::rudder_rad`] is what acts from the
 /// sample's time on: an action may take effect at any later sample. A sample that the guard refuses moves neither estimate nor
-/// validation, but its sound parts are still held against the envelope, and its time, if sound, still ends a deflection. Limits
-/// are checked before a stage may end. After an abort the first action is neutral rudder and the next, whatever the sample, holds
+/// validation, but its sound parts are still held against the envelope, and its time, if sound, still ends a deflection. Without
+/// a sound heading for 0.5 s the rudder is neutral until one comes. Limits are checked before a stage may end. After an abort the first action is neutral rudder and the next, whatever the sample, holds
 /// the last sound heading; both leave the thrust to the vehicle.
 #[derive(Clone, Copy, Debug)]
 pub struct Trial<T> {
     plan: Plan<T>,
     estimator: Estimator<T>,
     envelope: EnvelopeWatch<T>,
+    answer: AnswerWatch<T>,
+    /// No sound heading has come for too long to leave the rudder over.
+    is_blind: bool,
     /// Index into the plan's thrusts.
     speed: usize,
     attempt: u32,
@@ -66,15 +73,6 @@ enum Phase<T> {
     Over(Outcome),
 }
 
-/// What is known of the training stage.
-#[derive(Clone, Copy, Debug, Default)]
-struct Training<T> {
-    enough: bool,
-    samples_used: u32,
-    speed_samples: u32,
-    mean_speed_m_s: T,
-}
-
 /// The phase that a sample belongs to.
 enum Due<T> {
     Same,
@@ -93,6 +91,8 @@ impl<T: Real> Trial<T> {
             plan,
             estimator: Estimator::new(plan.estimator_settings())?,
             envelope: EnvelopeWatch::new(plan.envelope),
+            answer: AnswerWatch::default(),
+            is_blind: false,
             speed: 0,
             attempt: 1,
             run: 0,
@@ -279,8 +279,10 @@ impl<T: Real> Trial<T> {
         let refused_s = f64::from(self.unusable_in_a_row) * self.plan.sample_interval_s;
         let watched_s = clock_s + self.stood_still_s;
         self.envelope.look(sample, watched_s);
-        self.envelope.listen(silence_s.max(refused_s), watched_s);
-        let mut turns_against = false;
+        let (silence_s, usual_s) = (silence_s.max(refused_s), self.plan.sample_interval_s);
+        self.envelope.listen(silence_s, watched_s);
+        self.is_blind = self.envelope.is_blind(silence_s, watched_s, usual_s);
+        let mut against = None;
         if usable {
             self.usable_s = Some(clock_s);
             self.last_heading_rad = sample.heading_rad;
@@ -291,14 +293,23 @@ impl<T: Real> Trial<T> {
             match &mut self.phase {
                 Phase::Train(watch) => {
                     let elapsed_s = elapsed_s - self.plan.training.lead_in_s;
-                    turns_against = watch.as_mut().is_some_and(|watch| {
+                    let missing = self
+                        .answer
+                        .is_missing(elapsed_s, error_rad, sample.rudder_rad);
+                    against = missing.then_some(AbortReason::NoAnswer);
+                    let is_reversed = watch.as_mut().is_some_and(|watch| {
                         watch.is_reversed(elapsed_s, error_rad, sample.rudder_rad)
                     });
+                    against = against.or(is_reversed.then_some(AbortReason::ReversedRudder));
                     self.envelope.speed(sample, elapsed_s < 0.0);
                 }
                 Phase::Validate(_) => {
-                    let is_lead_in = elapsed_s < self.plan.validation.lead_in_s;
-                    self.envelope.speed(sample, is_lead_in);
+                    let elapsed_s = elapsed_s - self.plan.validation.lead_in_s;
+                    let missing = self
+                        .answer
+                        .is_missing(elapsed_s, error_rad, sample.rudder_rad);
+                    against = missing.then_some(AbortReason::NoAnswer);
+                    self.envelope.speed(sample, elapsed_s < 0.0);
                 }
                 _ => {}
             }
@@ -306,10 +317,7 @@ impl<T: Real> Trial<T> {
         if !matches!(self.phase, Phase::Waiting) {
             self.envelope.clock(self.elapsed_s());
         }
-        self.envelope
-            .usage()
-            .exceeded()
-            .or(turns_against.then_some(AbortReason::ReversedRudder))
+        self.envelope.usage().exceeded().or(against)
     }
 
     fn enter(&mut self, due: Due<T>) {
@@ -322,12 +330,14 @@ impl<T: Real> Trial<T> {
                     self.plan.envelope.rudder_sense,
                     &self.plan.training.excitation,
                 );
+                self.answer = AnswerWatch::new(&self.plan.training.excitation);
                 self.start_phase(Phase::Train(watch), Stage::Train);
             }
             Due::Validate => {
                 let validation =
                     Validation::new(self.estimator.model(), self.plan.validation.lead_in_s)
                         .righted_by(self.estimator.restoring_per_s2());
+                self.answer = AnswerWatch::new(&self.plan.validation.excitation);
                 self.start_phase(Phase::Validate(validation), Stage::Validate);
             }
             Due::NextRun(result) => {
@@ -427,6 +437,9 @@ impl<T: Real> Trial<T> {
         let (steering, thrust, outcome) = match &self.phase {
             // Before the first good sample no heading is known that could be held.
             Phase::Waiting => (Steering::Rudder(T::ZERO), None, None),
+            Phase::Settle(_) | Phase::Train(_) | Phase::Validate(_) if self.is_blind => {
+                (Steering::Rudder(T::ZERO), Some(self.thrust()), None)
+            }
             Phase::Settle(_) => (hold, Some(self.thrust()), None),
             Phase::Train(_) => (
                 self.manoeuvre(&self.plan.training, hold),
@@ -481,19 +494,5 @@ impl<T: Real> Trial<T> {
     fn elapsed_s(&self) -> f64 {
         self.clock_s
             .map_or(0.0, |clock_s| clock_s - self.phase_start_s)
-    }
-}
-
-impl<T: Real> Training<T> {
-    fn add_speed(&mut self, sample: &Sample<T>) {
-        if let Some(speed) = sample.surge_speed_m_s.filter(|speed| speed.is_finite()) {
-            self.speed_samples = self.speed_samples.saturating_add(1);
-            self.mean_speed_m_s +=
-                (speed - self.mean_speed_m_s) / T::of(f64::from(self.speed_samples));
-        }
-    }
-
-    fn surge_speed_m_s(&self) -> Option<T> {
-        (self.speed_samples > 0).then_some(self.mean_speed_m_s)
     }
 }

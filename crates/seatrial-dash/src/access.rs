@@ -1,7 +1,7 @@
 //! Who may do what: tokens, hosts and origins, rates, control.
 
 use std::collections::HashMap;
-use std::fs::OpenOptions;
+use std::fs::Metadata;
 use std::io::{self, Write};
 use std::net::IpAddr;
 use std::path::Path;
@@ -13,6 +13,7 @@ use axum::http::header::{AUTHORIZATION, HOST, ORIGIN};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use subtle::ConstantTimeEq;
+use tempfile::NamedTempFile;
 
 use crate::api::{Control, Role};
 use crate::convert::now;
@@ -56,9 +57,13 @@ pub struct Tokens {
 }
 
 impl Tokens {
-    /// Reads the tokens of a file; makes new ones where there is none, or where new ones are wanted.
+    /// Reads the tokens of a file of ours that nobody else may write; makes new ones, in a file of their own, where there is none or
+    /// where new ones are wanted.
     pub fn of_file(path: &Path, wants_new: bool) -> io::Result<(Self, Option<NewTokens>)> {
-        if path.exists() && !wants_new {
+        if let Ok(about) = std::fs::symlink_metadata(path)
+            && !wants_new
+        {
+            refuse_planted(&about)?;
             let text = std::fs::read_to_string(path)?;
             let tokens = serde_json::from_str(&text).map_err(io::Error::other)?;
             return Ok((tokens, None));
@@ -71,12 +76,14 @@ impl Tokens {
             operator_sha256: hex(&hash(&new.operator)),
             viewer_sha256: hex(&hash(&new.viewer)),
         };
-        let mut options = OpenOptions::new();
-        options.write(true).create(true).truncate(true);
-        #[cfg(unix)]
-        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
         let text = serde_json::to_string_pretty(&tokens).map_err(io::Error::other)?;
-        options.open(path)?.write_all(text.as_bytes())?;
+        let folder = path
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty());
+        // Made for the owner alone under a name of its own, then put in the place of whatever is there: no link is followed.
+        let mut file = NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
+        file.write_all(text.as_bytes())?;
+        file.persist(path)?;
         Ok((tokens, Some(new)))
     }
 
@@ -91,6 +98,26 @@ impl Tokens {
             (false, false) => None,
         }
     }
+}
+
+/// Refuses a file of tokens that somebody else may have put there or changed.
+fn refuse_planted(about: &Metadata) -> io::Result<()> {
+    let refuse = |what: &str| Err(io::Error::new(io::ErrorKind::PermissionDenied, what));
+    if !about.is_file() {
+        return refuse("it is a link or no file: its tokens are not trusted");
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        if about.mode() & 0o022 != 0 {
+            return refuse("others may write it: its tokens are not trusted");
+        }
+        let ours = rustix::process::geteuid().as_raw();
+        if about.uid() != ours && about.uid() != 0 {
+            return refuse("it belongs to another user: its tokens are not trusted");
+        }
+    }
+    Ok(())
 }
 
 /// The token of a bearer header.
@@ -355,6 +382,42 @@ mod tests {
         assert_eq!(tokens.role(&new.viewer), Some(Role::Viewer));
         assert_eq!(tokens.role(""), None);
         assert_eq!(tokens.role(&tokens.operator_sha256), None);
+    }
+
+    /// Whoever may write into the folder plants a file, or a link to one of ours.
+    #[cfg(unix)]
+    #[test]
+    fn exact_planted_tokens_are_not_trusted_and_no_link_is_followed() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tokens.json");
+        Tokens::of_file(&path, false).unwrap();
+        let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
+        assert_eq!(mode(&path), 0o600);
+        for open in [0o666, 0o620, 0o602] {
+            std::fs::set_permissions(&path, std::fs::Permissions::from_mode(open)).unwrap();
+            let refused = Tokens::of_file(&path, false).unwrap_err();
+            assert!(
+                refused.to_string().contains("others may write"),
+                "{refused}"
+            );
+        }
+        Tokens::of_file(&path, true).unwrap();
+        assert_eq!(
+            mode(&path),
+            0o600,
+            "new tokens do not take the old file's mode"
+        );
+        let (precious, link) = (
+            folder.path().join("precious"),
+            folder.path().join("link.json"),
+        );
+        std::fs::write(&precious, "precious").unwrap();
+        symlink(&precious, &link).unwrap();
+        assert!(Tokens::of_file(&link, false).is_err());
+        Tokens::of_file(&link, true).unwrap();
+        assert_eq!(std::fs::read_to_string(&precious).unwrap(), "precious");
+        assert!(std::fs::symlink_metadata(&link).unwrap().is_file());
     }
 
     #[test]

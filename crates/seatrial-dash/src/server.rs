@@ -154,7 +154,7 @@ impl Server {
             uploads: Uploads::begin().map_err(StartError::Uploads)?,
             slot: Slot::default(),
             commission: Board::default(),
-            lanes: Semaphore::new(AT_A_TIME),
+            lanes: Arc::new(Semaphore::new(AT_A_TIME)),
             conductor: conductor(),
             closing: watch::channel(false).0,
         });

@@ -50,7 +50,7 @@ pub struct Shared {
     /// The commission that runs, or the last one.
     pub commission: Board,
     /// How many requests may wait for a disk or compute at a time. An abort waits for none of them.
-    pub lanes: Semaphore,
+    pub lanes: Arc<Semaphore>,
     /// Where trials are conducted.
     pub conductor: Sender<Work>,
     pub closing: watch::Sender<bool>,

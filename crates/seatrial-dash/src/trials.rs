@@ -2,8 +2,11 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
+use std::time::{Duration, Instant};
 
+use seatrial::preview::Budget;
 use seatrial_app::TrialPlan;
 use seatrial_app::trial_run::{
     self, NotAgain, NotBegun, Order, Sinks, UnderWay, VehicleError, plan_that_repeats,
@@ -12,10 +15,10 @@ use seatrial_app::trial_run::{
 use seatrial_logbook::{CampaignEntry, CampaignId, Circumstances};
 
 use crate::api::{
-    GoOnOrder, PlanOrder, PlanPreview, Preflight, RepeatOrder, TrialOrder, TrialState,
+    GoOnOrder, PlanOrder, PlanPreview, Preflight, RepeatOrder, Role, TrialOrder, TrialState,
 };
 use crate::refusal::Refusal;
-use crate::shared::{LONGEST_NOTE, Shared, Work};
+use crate::shared::{Caller, LONGEST_NOTE, Shared, Work};
 use crate::slot::Shown;
 
 /// Slower than this an abort would have to wait for the vehicle's next sample.
@@ -35,17 +38,58 @@ fn plan_of(plan: Option<TrialPlan>) -> Result<TrialPlan, Refusal> {
     }
 }
 
+/// What somebody may have computed: samples, some 200 bytes each, and time.
+#[derive(Clone, Copy)]
+pub struct Allowance {
+    samples: usize,
+    longest: Duration,
+}
+
+impl Allowance {
+    /// What the caller may have computed. A viewer's is a long plan of a quick vehicle.
+    pub fn of(caller: &Caller) -> Self {
+        match caller.role {
+            Some(Role::Operator) => Self {
+                samples: 500_000,
+                longest: Duration::from_secs(10),
+            },
+            _ => Self {
+                samples: 100_000,
+                longest: Duration::from_secs(2),
+            },
+        }
+    }
+
+    /// Does something within it, as long as the client waits for the answer.
+    fn spend<T>(self, is_waited_for: &AtomicBool, call: impl FnOnce(&Budget) -> T) -> T {
+        let begun = Instant::now();
+        let is_wanted = || is_waited_for.load(Ordering::Relaxed) && begun.elapsed() < self.longest;
+        call(&Budget::while_wanted(self.samples, &is_wanted))
+    }
+}
+
 /// What a plan will do.
-pub fn preview(shared: &Shared, order: PlanOrder) -> Result<PlanPreview, Refusal> {
+pub fn preview(
+    shared: &Shared,
+    order: PlanOrder,
+    allowance: Allowance,
+    is_waited_for: &AtomicBool,
+) -> Result<PlanPreview, Refusal> {
     let plan = plan_of(order.plan)?;
     let vehicle = shared.vehicle(&order.vehicle)?;
-    let preview =
-        previewed(vehicle, &plan).map_err(|error| Refusal::unprocessable("no_preview", error))?;
+    let preview = allowance
+        .spend(is_waited_for, |budget| previewed(vehicle, &plan, budget))
+        .map_err(|error| Refusal::unprocessable("no_preview", error))?;
     Ok(PlanPreview::of(&plan, &preview))
 }
 
 /// The checklist before a trial.
-pub fn preflight(shared: &Shared, order: PlanOrder) -> Result<Preflight, Refusal> {
+pub fn preflight(
+    shared: &Shared,
+    order: PlanOrder,
+    allowance: Allowance,
+    is_waited_for: &AtomicBool,
+) -> Result<Preflight, Refusal> {
     let plan = plan_of(order.plan)?;
     let vehicle = shared.vehicle(&order.vehicle)?;
     let is_free = !shared.slot.is_taken();
@@ -55,7 +99,10 @@ pub fn preflight(shared: &Shared, order: PlanOrder) -> Result<Preflight, Refusal
             "a trial runs on the vehicle",
         ));
     }
-    let found = trial_run::preflight(vehicle, &plan, is_free)
+    let found = allowance
+        .spend(is_waited_for, |budget| {
+            trial_run::preflight(vehicle, &plan, is_free, budget)
+        })
         .map_err(|error| Refusal::unprocessable("not_reached", error))?;
     Ok(found.into())
 }

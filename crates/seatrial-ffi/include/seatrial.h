@@ -84,7 +84,11 @@
 /*
  What became of a call.
  */
-typedef enum SeatrialStatus {
+enum SeatrialStatus
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
   /*
    Done.
    */
@@ -137,12 +141,23 @@ typedef enum SeatrialStatus {
    The library is of another ABI, or its numbers are of another size.
    */
   SEATRIAL_STATUS_WRONG_LIBRARY = 12,
-} SeatrialStatus;
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum SeatrialStatus SeatrialStatus;
+#else
+typedef uint32_t SeatrialStatus;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
 
 /*
  What became of a sample.
  */
-typedef enum SeatrialIntake {
+enum SeatrialIntake
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
   /*
    The estimate learnt from it.
    */
@@ -155,12 +170,23 @@ typedef enum SeatrialIntake {
    It was refused.
    */
   SEATRIAL_INTAKE_REJECTED = 2,
-} SeatrialIntake;
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum SeatrialIntake SeatrialIntake;
+#else
+typedef uint32_t SeatrialIntake;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
 
 /*
  How the vehicle is to steer.
  */
-typedef enum SeatrialSteering {
+enum SeatrialSteering
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
   /*
    Hold this rudder angle.
    */
@@ -169,12 +195,23 @@ typedef enum SeatrialSteering {
    The vehicle's heading controller holds this heading.
    */
   SEATRIAL_STEERING_HOLD_HEADING = 1,
-} SeatrialSteering;
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum SeatrialSteering SeatrialSteering;
+#else
+typedef uint32_t SeatrialSteering;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
 
 /*
  How a trial ended.
  */
-typedef enum SeatrialOutcome {
+enum SeatrialOutcome
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
   /*
    It has not.
    */
@@ -187,12 +224,23 @@ typedef enum SeatrialOutcome {
    Stopped, see the reason.
    */
   SEATRIAL_OUTCOME_ABORTED = 2,
-} SeatrialOutcome;
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum SeatrialOutcome SeatrialOutcome;
+#else
+typedef uint32_t SeatrialOutcome;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
 
 /*
  Why a trial was stopped.
  */
-typedef enum SeatrialAbortReason {
+enum SeatrialAbortReason
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
   /*
    It was not.
    */
@@ -289,12 +337,27 @@ typedef enum SeatrialAbortReason {
    The program that conducts the trial was held up.
    */
   SEATRIAL_ABORT_REASON_NOT_ATTENDED = 23,
-} SeatrialAbortReason;
+  /*
+   The heading did not answer the rudder.
+   */
+  SEATRIAL_ABORT_REASON_NO_ANSWER = 24,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum SeatrialAbortReason SeatrialAbortReason;
+#else
+typedef uint32_t SeatrialAbortReason;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
 
 /*
  The stages of a run.
  */
-typedef enum SeatrialStage {
+enum SeatrialStage
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
   /*
    Before the first sample or after the end.
    */
@@ -311,7 +374,14 @@ typedef enum SeatrialStage {
    Recording the validation manoeuvre.
    */
   SEATRIAL_STAGE_VALIDATE = 3,
-} SeatrialStage;
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum SeatrialStage SeatrialStage;
+#else
+typedef uint32_t SeatrialStage;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
 
 /*
  Rudder manoeuvres.
@@ -931,7 +1001,7 @@ typedef struct SeatrialAction {
   /*
    Rudder or heading hold.
    */
-  enum SeatrialSteering steering;
+  SeatrialSteering steering;
   /*
    Its angle, rad.
    */
@@ -943,11 +1013,11 @@ typedef struct SeatrialAction {
   /*
    Other than under way: this is the last action.
    */
-  enum SeatrialOutcome outcome;
+  SeatrialOutcome outcome;
   /*
    Why the trial was stopped, if it was.
    */
-  enum SeatrialAbortReason reason;
+  SeatrialAbortReason reason;
 } SeatrialAction;
 
 /*
@@ -981,15 +1051,15 @@ typedef struct SeatrialTrialStatus {
   /*
    The stage.
    */
-  enum SeatrialStage stage;
+  SeatrialStage stage;
   /*
    How the trial ended.
    */
-  enum SeatrialOutcome outcome;
+  SeatrialOutcome outcome;
   /*
    Why it was stopped.
    */
-  enum SeatrialAbortReason reason;
+  SeatrialAbortReason reason;
 } SeatrialTrialStatus;
 
 /*
@@ -1061,170 +1131,170 @@ extern "C" {
 /*
  The gain that gives the heading loop this damping ratio; 0.7071 is the paper's.
  */
-enum SeatrialStatus seatrial_heading_gain(const struct SeatrialModel *model,
-                                          SeatrialNumber damping_ratio,
-                                          struct SeatrialHeadingGain *gain);
+SeatrialStatus seatrial_heading_gain(const struct SeatrialModel *model,
+                                     SeatrialNumber damping_ratio,
+                                     struct SeatrialHeadingGain *gain);
 
 /*
  The turn of a model under its full rudder; to starboard, where the heading increases, or to port.
  */
-enum SeatrialStatus seatrial_turn(const struct SeatrialModel *model,
-                                  SeatrialNumber rudder_limit_rad,
-                                  SeatrialNumber surge_speed_m_s,
-                                  bool to_starboard,
-                                  struct SeatrialTurn *turn);
+SeatrialStatus seatrial_turn(const struct SeatrialModel *model,
+                             SeatrialNumber rudder_limit_rad,
+                             SeatrialNumber surge_speed_m_s,
+                             bool to_starboard,
+                             struct SeatrialTurn *turn);
 
 /*
  The model at a key (a SeatrialScheduleKey) among `count` points in any order. `extrapolated` may be null.
  */
-enum SeatrialStatus seatrial_schedule_lookup(const struct SeatrialSchedulePoint *points,
-                                             size_t count,
-                                             uint32_t key,
-                                             SeatrialNumber at,
-                                             bool extrapolate,
-                                             struct SeatrialSchedulePoint *found,
-                                             bool *extrapolated);
+SeatrialStatus seatrial_schedule_lookup(const struct SeatrialSchedulePoint *points,
+                                        size_t count,
+                                        uint32_t key,
+                                        SeatrialNumber at,
+                                        bool extrapolate,
+                                        struct SeatrialSchedulePoint *found,
+                                        bool *extrapolated);
 
 /*
  The heading gain at a key (a SeatrialScheduleKey) among `count` points in any order. `extrapolated` may be null.
  */
-enum SeatrialStatus seatrial_schedule_gain(const struct SeatrialSchedulePoint *points,
-                                           size_t count,
-                                           uint32_t key,
-                                           SeatrialNumber damping_ratio,
-                                           SeatrialNumber at,
-                                           bool extrapolate,
-                                           struct SeatrialHeadingGain *gain,
-                                           bool *extrapolated);
+SeatrialStatus seatrial_schedule_gain(const struct SeatrialSchedulePoint *points,
+                                      size_t count,
+                                      uint32_t key,
+                                      SeatrialNumber damping_ratio,
+                                      SeatrialNumber at,
+                                      bool extrapolate,
+                                      struct SeatrialHeadingGain *gain,
+                                      bool *extrapolated);
 
 /*
  Is the library of the header's ABI and numbers: `seatrial_check_abi(SEATRIAL_ABI, sizeof(SeatrialNumber))`?
  SEATRIAL_STATUS_WRONG_LIBRARY where it is not. For programs that look functions up while they run; any other does not
  link with the wrong library.
  */
-enum SeatrialStatus seatrial_check_abi(uint32_t abi,
-                                       size_t number_bytes);
+SeatrialStatus seatrial_check_abi(uint32_t abi,
+                                  size_t number_bytes);
 
 /*
  The improved settings with filters of this lambda, rad/s; 1.5 for the paper's vehicle.
  */
-enum SeatrialStatus seatrial_estimator_settings(SeatrialNumber lambda_rad_s,
-                                                struct SeatrialEstimatorSettings *settings);
+SeatrialStatus seatrial_estimator_settings(SeatrialNumber lambda_rad_s,
+                                           struct SeatrialEstimatorSettings *settings);
 
 /*
  What the paper does.
  */
-enum SeatrialStatus seatrial_estimator_settings_paper(struct SeatrialEstimatorSettings *settings);
+SeatrialStatus seatrial_estimator_settings_paper(struct SeatrialEstimatorSettings *settings);
 
 /*
  Makes an estimator in `memory` of `size` bytes. `fault` may be null.
  */
-enum SeatrialStatus seatrial_estimator_new(void *memory,
-                                           size_t size,
-                                           const struct SeatrialEstimatorSettings *settings,
-                                           struct SeatrialEstimator **estimator,
-                                           struct SeatrialFault *fault);
+SeatrialStatus seatrial_estimator_new(void *memory,
+                                      size_t size,
+                                      const struct SeatrialEstimatorSettings *settings,
+                                      struct SeatrialEstimator **estimator,
+                                      struct SeatrialFault *fault);
 
 /*
  A sample of the settling phase: moves the filters, learns nothing. `answer` may be null.
  */
-enum SeatrialStatus seatrial_estimator_warm(struct SeatrialEstimator *estimator,
-                                            double time_s,
-                                            SeatrialNumber heading_rad,
-                                            SeatrialNumber rudder_rad,
-                                            enum SeatrialIntake *answer);
+SeatrialStatus seatrial_estimator_warm(struct SeatrialEstimator *estimator,
+                                       double time_s,
+                                       SeatrialNumber heading_rad,
+                                       SeatrialNumber rudder_rad,
+                                       SeatrialIntake *answer);
 
 /*
  A sample of the training phase. The rudder acts from this instant on. `answer` may be null.
  */
-enum SeatrialStatus seatrial_estimator_update(struct SeatrialEstimator *estimator,
-                                              double time_s,
-                                              SeatrialNumber heading_rad,
-                                              SeatrialNumber rudder_rad,
-                                              enum SeatrialIntake *answer);
+SeatrialStatus seatrial_estimator_update(struct SeatrialEstimator *estimator,
+                                         double time_s,
+                                         SeatrialNumber heading_rad,
+                                         SeatrialNumber rudder_rad,
+                                         SeatrialIntake *answer);
 
 /*
  The doublet is over: convergence counts from now on, and the instrument takes over.
  */
-enum SeatrialStatus seatrial_estimator_excitation_ended(struct SeatrialEstimator *estimator);
+SeatrialStatus seatrial_estimator_excitation_ended(struct SeatrialEstimator *estimator);
 
 /*
  Forgets the estimate for the next speed; filters and guard run on.
  */
-enum SeatrialStatus seatrial_estimator_restart(struct SeatrialEstimator *estimator);
+SeatrialStatus seatrial_estimator_restart(struct SeatrialEstimator *estimator);
 
 /*
  What the estimator knows now.
  */
-enum SeatrialStatus seatrial_estimator_estimate(struct SeatrialEstimator *estimator,
-                                                struct SeatrialEstimate *estimate);
+SeatrialStatus seatrial_estimator_estimate(struct SeatrialEstimator *estimator,
+                                           struct SeatrialEstimate *estimate);
 
 /*
  Settings for filters of this lambda at this interval: seatrial_core::FixedRateSettings::for_lambda.
  */
-enum SeatrialStatus seatrial_fixed_rate_settings(SeatrialNumber lambda_rad_s,
-                                                 SeatrialNumber sample_interval_s,
-                                                 struct SeatrialFixedRateSettings *settings);
+SeatrialStatus seatrial_fixed_rate_settings(SeatrialNumber lambda_rad_s,
+                                            SeatrialNumber sample_interval_s,
+                                            struct SeatrialFixedRateSettings *settings);
 
 /*
  Makes a lean estimator in `memory` of `size` bytes, at a first sample. `fault` may be null.
  */
-enum SeatrialStatus seatrial_fixed_rate_new(void *memory,
-                                            size_t size,
-                                            const struct SeatrialFixedRateSettings *settings,
-                                            SeatrialNumber heading_rad,
-                                            SeatrialNumber rudder_rad,
-                                            struct SeatrialFixedRate **estimator,
-                                            struct SeatrialFault *fault);
+SeatrialStatus seatrial_fixed_rate_new(void *memory,
+                                       size_t size,
+                                       const struct SeatrialFixedRateSettings *settings,
+                                       SeatrialNumber heading_rad,
+                                       SeatrialNumber rudder_rad,
+                                       struct SeatrialFixedRate **estimator,
+                                       struct SeatrialFault *fault);
 
 /*
  A sample of the settling phase: moves the filters, learns nothing.
  */
-enum SeatrialStatus seatrial_fixed_rate_settle(struct SeatrialFixedRate *estimator,
-                                               SeatrialNumber heading_rad,
-                                               SeatrialNumber rudder_rad);
+SeatrialStatus seatrial_fixed_rate_settle(struct SeatrialFixedRate *estimator,
+                                          SeatrialNumber heading_rad,
+                                          SeatrialNumber rudder_rad);
 
 /*
  A sample of the training phase. The rudder acts from this instant on.
  */
-enum SeatrialStatus seatrial_fixed_rate_update(struct SeatrialFixedRate *estimator,
-                                               SeatrialNumber heading_rad,
-                                               SeatrialNumber rudder_rad);
+SeatrialStatus seatrial_fixed_rate_update(struct SeatrialFixedRate *estimator,
+                                          SeatrialNumber heading_rad,
+                                          SeatrialNumber rudder_rad);
 
 /*
  Learns from where the filters stand; seatrial_fixed_rate_update does so by itself.
  */
-enum SeatrialStatus seatrial_fixed_rate_learn(struct SeatrialFixedRate *estimator);
+SeatrialStatus seatrial_fixed_rate_learn(struct SeatrialFixedRate *estimator);
 
 /*
  The next samples follow at this interval, s, positive and below 0.5/lambda.
  */
-enum SeatrialStatus seatrial_fixed_rate_set_interval(struct SeatrialFixedRate *estimator,
-                                                     SeatrialNumber interval_s);
+SeatrialStatus seatrial_fixed_rate_set_interval(struct SeatrialFixedRate *estimator,
+                                                SeatrialNumber interval_s);
 
 /*
  Forgets the estimate for the next speed; the filters run on.
  */
-enum SeatrialStatus seatrial_fixed_rate_restart(struct SeatrialFixedRate *estimator);
+SeatrialStatus seatrial_fixed_rate_restart(struct SeatrialFixedRate *estimator);
 
 /*
  The estimate.
  */
-enum SeatrialStatus seatrial_fixed_rate_model(struct SeatrialFixedRate *estimator,
-                                              struct SeatrialModel *model);
+SeatrialStatus seatrial_fixed_rate_model(struct SeatrialFixedRate *estimator,
+                                         struct SeatrialModel *model);
 
 /*
  Its covariance P, row by row: 9 numbers.
  */
-enum SeatrialStatus seatrial_fixed_rate_covariance(struct SeatrialFixedRate *estimator,
-                                                   SeatrialNumber *covariance);
+SeatrialStatus seatrial_fixed_rate_covariance(struct SeatrialFixedRate *estimator,
+                                              SeatrialNumber *covariance);
 
 /*
  The paper's plan for a vehicle whose yaw rate follows the rudder with this time constant, s: 1/1.07 s is the paper's.
  */
-enum SeatrialStatus seatrial_plan(double time_constant_s,
-                                  double sample_interval_s,
-                                  struct SeatrialPlan *plan);
+SeatrialStatus seatrial_plan(double time_constant_s,
+                             double sample_interval_s,
+                             struct SeatrialPlan *plan);
 
 /*
  A status as a text, ended by a zero; that of an unknown number, too.
@@ -1234,46 +1304,66 @@ const char *seatrial_status_text(uint32_t status);
 /*
  Makes a trial in `memory` of `size` bytes. `fault` may be null.
  */
-enum SeatrialStatus seatrial_trial_new(void *memory,
-                                       size_t size,
-                                       const struct SeatrialPlan *plan,
-                                       struct SeatrialTrial **trial,
-                                       struct SeatrialFault *fault);
+SeatrialStatus seatrial_trial_new(void *memory,
+                                  size_t size,
+                                  const struct SeatrialPlan *plan,
+                                  struct SeatrialTrial **trial,
+                                  struct SeatrialFault *fault);
 
 /*
  Takes in the next sample; the action holds until the next one.
  */
-enum SeatrialStatus seatrial_trial_step(struct SeatrialTrial *trial,
-                                        const struct SeatrialSample *sample,
-                                        struct SeatrialAction *action);
+SeatrialStatus seatrial_trial_step(struct SeatrialTrial *trial,
+                                   const struct SeatrialSample *sample,
+                                   struct SeatrialAction *action);
 
 /*
  Ends the trial for a reason that the samples do not show: SEATRIAL_ABORT_REASON_OPERATOR or ..._LINK_LOST.
  The next action hands the vehicle back.
  */
-enum SeatrialStatus seatrial_trial_abort(struct SeatrialTrial *trial,
-                                         uint32_t reason);
+SeatrialStatus seatrial_trial_abort(struct SeatrialTrial *trial,
+                                    uint32_t reason);
 
 /*
  The estimate is good enough: training ends with the next sample, or with the manoeuvre if that is not over yet.
  */
-enum SeatrialStatus seatrial_trial_finish_training(struct SeatrialTrial *trial);
+SeatrialStatus seatrial_trial_finish_training(struct SeatrialTrial *trial);
 
 /*
  Where the trial is.
  */
-enum SeatrialStatus seatrial_trial_status(struct SeatrialTrial *trial,
-                                          struct SeatrialTrialStatus *value);
+SeatrialStatus seatrial_trial_status(struct SeatrialTrial *trial,
+                                     struct SeatrialTrialStatus *value);
 
 /*
  Takes the results of finished runs, the oldest first; SEATRIAL_STATUS_NO_EVENT when there are no more. Ask after
  every step: a trial keeps 8 events, the beginnings of stages among them, and loses what comes after.
  */
-enum SeatrialStatus seatrial_trial_take_result(struct SeatrialTrial *trial,
-                                               struct SeatrialRunResult *result);
+SeatrialStatus seatrial_trial_take_result(struct SeatrialTrial *trial,
+                                          struct SeatrialRunResult *result);
 
 #ifdef __cplusplus
 }  // extern "C"
 #endif  // __cplusplus
 
 #endif  /* SEATRIAL_H */
+
+
+/* A compiler with other sizes or another layout than the library's does not get past these lines. */
+#if defined(__cplusplus) && __cplusplus >= 201103L
+#define SEATRIAL_HOLDS(condition) static_assert(condition, "not the library's layout")
+#elif defined(__STDC_VERSION__) && __STDC_VERSION__ >= 201112L
+#define SEATRIAL_HOLDS(condition) _Static_assert(condition, "not the library's layout")
+#else
+#define SEATRIAL_HOLDS(condition) typedef char seatrial_layout_holds[(condition) ? 1 : -1]
+#endif
+SEATRIAL_HOLDS(sizeof(bool) == 1 && sizeof(SeatrialStatus) == 4 && sizeof(SeatrialIntake) == 4 &&
+               sizeof(SeatrialSteering) == 4 && sizeof(SeatrialOutcome) == 4 &&
+               sizeof(SeatrialAbortReason) == 4 && sizeof(SeatrialStage) == 4 &&
+               sizeof(SeatrialNumber) == (sizeof(SeatrialNumber) == sizeof(float) ? 4 : 8) &&
+               offsetof(SeatrialAction, steering_rad) == sizeof(SeatrialNumber) &&
+               offsetof(SeatrialAction, outcome) == 3 * sizeof(SeatrialNumber) &&
+               offsetof(SeatrialAction, reason) == 3 * sizeof(SeatrialNumber) + 4 &&
+               offsetof(SeatrialTrialStatus, outcome) == offsetof(SeatrialTrialStatus, stage) + 4 &&
+               offsetof(SeatrialTrialStatus, reason) == offsetof(SeatrialTrialStatus, stage) + 8);
+#undef SEATRIAL_HOLDS

@@ -48,7 +48,7 @@ pub enum SeatrialLostRudder {
 const LOST_RUDDERS: [LostRudder; 2] = [LostRudder::Held, LostRudder::Interpolated];
 
 /// What became of a sample.
-#[repr(C)]
+#[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SeatrialIntake {
     /// The estimate learnt from it.

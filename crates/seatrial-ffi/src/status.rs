@@ -5,7 +5,7 @@ use core::ffi::c_char;
 use seatrial_core::InvalidSetting;
 
 /// What became of a call.
-#[repr(C)]
+#[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum SeatrialStatus {

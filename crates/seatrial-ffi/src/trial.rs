@@ -72,7 +72,7 @@ impl From<SeatrialSample> for Sample<SeatrialNumber> {
 }
 
 /// How the vehicle is to steer.
-#[repr(C)]
+#[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SeatrialSteering {
     /// Hold this rudder angle.
@@ -82,7 +82,7 @@ pub enum SeatrialSteering {
 }
 
 /// How a trial ended.
-#[repr(C)]
+#[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SeatrialOutcome {
     /// It has not.
@@ -94,7 +94,7 @@ pub enum SeatrialOutcome {
 }
 
 /// Why a trial was stopped.
-#[repr(C)]
+#[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SeatrialAbortReason {
     /// It was not.
@@ -145,6 +145,8 @@ pub enum SeatrialAbortReason {
     RudderNotFollowed = 22,
     /// The program that conducts the trial was held up.
     NotAttended = 23,
+    /// The heading did not answer the rudder.
+    NoAnswer = 24,
 }
 
 impl From<AbortReason> for SeatrialAbortReason {
@@ -173,6 +175,7 @@ impl From<AbortReason> for SeatrialAbortReason {
             AbortReason::SecondStation => Self::SecondStation,
             AbortReason::RudderNotFollowed => Self::RudderNotFollowed,
             AbortReason::NotAttended => Self::NotAttended,
+            AbortReason::NoAnswer => Self::NoAnswer,
         }
     }
 }
@@ -289,7 +292,7 @@ pub unsafe extern "C" fn seatrial_trial_finish_training(
 }
 
 /// The stages of a run.
-#[repr(C)]
+#[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SeatrialStage {
     /// Before the first sample or after the end.

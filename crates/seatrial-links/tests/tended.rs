@@ -130,6 +130,48 @@ fn io_the_link_is_kept_while_the_trial_is_away_but_not_for_ever() {
     });
 }
 
+/// The trial hangs in something else when the operator wants the vehicle back: mode and parameters are put back without it.
+#[test]
+fn io_a_vehicle_whose_trial_hangs_is_handed_back() {
+    let ours = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr();
+    let ours = ours.unwrap();
+    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+    socket.connect(ours).unwrap();
+    let wire = Transport::open(&Address::UdpIn(ours.to_string())).unwrap();
+    let abort = Arc::new(AtomicBool::new(false));
+    let settings = Settings {
+        full_rudder_rad: FULL_RUDDER_RAD,
+        trying_thrust: 0.6,
+        envelope: Some("the paper's".into()),
+        abort: Arc::clone(&abort),
+        ..Settings::default()
+    };
+    let (is_real_time, is_over) = (AtomicBool::new(false), AtomicBool::new(false));
+    let seen = Mutex::new(Seen::default());
+    std::thread::scope(|scope| {
+        scope.spawn(|| sail(&socket, &is_real_time, &is_over, &seen));
+        let over = Over(&is_over);
+        let mut tended = Tended::new(Autopilot::new(wire, settings, None));
+        let preflight = tended.autopilot().inspect();
+        assert!(preflight.is_passed(), "{:?}", preflight.checks);
+        let checks = tended
+            .autopilot()
+            .take_control(&preflight.changes, &mut |_| Ok(()));
+        assert!(checks.iter().all(|check| check.passed), "{checks:?}");
+        is_real_time.store(true, Ordering::Relaxed);
+        tended.next_sample().unwrap();
+        abort.store(true, Ordering::Relaxed);
+        // Half a second of patience, then an undisturbed hand-back; nobody fetches the vehicle meanwhile.
+        std::thread::sleep(Duration::from_secs(6));
+        let begun = Instant::now();
+        let done = tended.autopilot().hand_back();
+        assert!(done.is_complete() && !done.restored.is_empty(), "{done:?}");
+        // It was done before: releasing alone takes 0.45 s.
+        assert!(begun.elapsed() < Duration::from_millis(200));
+        drop(over);
+    });
+}
+
 struct Over<'a>(&'a AtomicBool);
 
 impl Drop for Over<'_> {

@@ -1,7 +1,8 @@
 //! Keeps a trial in the logbook while it is conducted.
 
-use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, TrySendError, channel, sync_channel};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
 use seatrial_core::Outcome;
 
@@ -9,11 +10,16 @@ use super::{Error, Recorder};
 use seatrial::Step;
 use seatrial::campaign::Run;
 
-/// Entries that may wait for the disk: 50 s of a trial at 20 Hz. Then the trial waits, too.
-const WAITING: usize = 1000;
+/// Entries that may wait for the disk: half an hour of a trial at 20 Hz, some 20 MB. Further ones of a live vehicle are left out;
+/// the run that misses one is kept in memory, whole.
+const WAITING: usize = 36_000;
+/// Longest wait for the disk at the end of a trial whose operator asked for it.
+const ASKED_TO_END: Duration = Duration::from_secs(3);
+/// Between two looks whether all is written.
+const LOOK: Duration = Duration::from_millis(10);
 
 /// Writes what it watches into the logbook, on a thread of its own, because a disk takes longer than a rudder may wait.
-/// What cannot be kept is noted and does not stop the trial. Dropped, it writes what has come.
+/// What cannot be kept is noted and does not stop the trial.
 #[derive(Debug)]
 pub struct Keeper {
     entries: Option<SyncSender<Entry>>,
@@ -21,6 +27,8 @@ pub struct Keeper {
     seen_to: Receiver<()>,
     thread: Option<JoinHandle<Kept>>,
     is_live: bool,
+    /// What did not get to the thread.
+    left_out: Kept,
 }
 
 #[derive(Debug)]
@@ -56,6 +64,7 @@ impl Keeper {
             seen_to,
             thread: Some(thread),
             is_live,
+            left_out: Kept::default(),
         }
     }
 
@@ -90,37 +99,64 @@ impl Keeper {
         }
     }
 
-    /// Enters how the campaign ended, and waits until all is written.
-    pub fn end(mut self, outcome: Option<Outcome>) -> Kept {
+    /// Enters how the campaign ended, and waits until all is written; a disk that is held up is given up soon after
+    /// `is_asked_to_end` says so.
+    pub fn end(mut self, outcome: Option<Outcome>, is_asked_to_end: impl Fn() -> bool) -> Kept {
         if let Some(outcome) = outcome {
             self.enter(Entry::Ended(outcome));
         }
-        self.finish()
+        self.entries = None;
+        let mut kept = self.written(is_asked_to_end);
+        kept.runs.append(&mut self.left_out.runs);
+        kept.unsaved.append(&mut self.left_out.unsaved);
+        kept
     }
 
-    fn enter(&self, entry: Entry) {
-        if let Some(entries) = &self.entries {
-            // The thread ends before its entries only by a panic, which `finish` tells.
+    fn enter(&mut self, entry: Entry) {
+        let Some(entries) = &self.entries else {
+            return;
+        };
+        // The thread ends before its entries only by a panic, which `end` tells.
+        if !self.is_live {
             let _ = entries.send(entry);
+            return;
+        }
+        if let Err(TrySendError::Full(entry)) = entries.try_send(entry) {
+            let why = "the logbook's disk was held up for too long; part of the trial was not kept";
+            self.left_out.note(why);
+            if let Entry::RunEnded(run) = entry {
+                self.left_out.runs.push(*run);
+            }
         }
     }
 
-    fn finish(&mut self) -> Kept {
-        self.entries = None;
-        let kept = self.thread.take().map(JoinHandle::join);
-        kept.unwrap_or_else(|| Ok(Kept::default()))
-            .unwrap_or_else(|_| Kept {
-                unsaved: vec![
-                    "the logbook was not written to its end: a fault of the program".into(),
-                ],
-                runs: Vec::new(),
-            })
+    fn written(&mut self, is_asked_to_end: impl Fn() -> bool) -> Kept {
+        let Some(thread) = self.thread.take() else {
+            return Kept::default();
+        };
+        let begun = Instant::now();
+        while !thread.is_finished() {
+            if is_asked_to_end() && begun.elapsed() > ASKED_TO_END {
+                let why = "the logbook's disk does not answer; the end of the trial was not kept";
+                return Kept {
+                    unsaved: vec![why.into()],
+                    runs: Vec::new(),
+                };
+            }
+            std::thread::sleep(LOOK);
+        }
+        thread.join().unwrap_or_else(|_| Kept {
+            unsaved: vec!["the logbook was not written to its end: a fault of the program".into()],
+            runs: Vec::new(),
+        })
     }
 }
 
+/// Writes what has come.
 impl Drop for Keeper {
     fn drop(&mut self) {
-        self.finish();
+        self.entries = None;
+        self.written(|| false);
     }
 }
 
@@ -144,22 +180,25 @@ fn keep(mut recorder: Recorder, entries: &Receiver<Entry>, seen_to: &Sender<()>)
                 sealed
             }
             Entry::Ended(outcome) => {
-                kept.note(recorder.finish(outcome));
+                kept.entered(recorder.finish(outcome));
                 break;
             }
         };
-        kept.note(entered);
+        kept.entered(entered);
     }
     kept
 }
 
 impl Kept {
-    fn note(&mut self, entered: Result<(), Error>) {
+    fn entered(&mut self, entered: Result<(), Error>) {
         if let Err(error) = entered {
-            let unsaved = error.to_string();
-            if !self.unsaved.contains(&unsaved) {
-                self.unsaved.push(unsaved);
-            }
+            self.note(&error.to_string());
+        }
+    }
+
+    fn note(&mut self, unsaved: &str) {
+        if !self.unsaved.iter().any(|known| known == unsaved) {
+            self.unsaved.push(unsaved.into());
         }
     }
 
@@ -205,7 +244,10 @@ mod tests {
         assert!(begun.elapsed() < Duration::from_secs(1));
         assert!(reported.record.samples.is_empty());
         holder.execute_batch("ROLLBACK").unwrap();
-        assert_eq!(keeper.end(Some(Outcome::Finished)).unsaved, [""; 0]);
+        assert_eq!(
+            keeper.end(Some(Outcome::Finished), || false).unsaved,
+            [""; 0]
+        );
         let logbook = Logbook::open_read_only(&path).unwrap();
         assert_eq!(logbook.campaign(CampaignId(1)).unwrap().runs, [run]);
     }
@@ -222,8 +264,33 @@ mod tests {
         keeper.end_run(&reported);
         keeper.release(&mut reported);
         let mut runs = [reported];
-        let unsaved = keeper.end(Some(Outcome::Finished)).put_back(&mut runs);
+        let kept = keeper.end(Some(Outcome::Finished), || false);
+        let unsaved = kept.put_back(&mut runs);
         assert_eq!(unsaved.len(), 1, "{unsaved:?}");
         assert_eq!(runs, [run]);
+    }
+    /// A disk that hangs for good: the trial goes on, and its end does not wait once the operator has asked for it.
+    #[test]
+    fn io_a_disk_that_hangs_for_good_is_given_up_when_asked() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("seatrial.db");
+        let mut keeper = Keeper::new(begun(&path), true);
+        let run = run(100);
+        let holder = Connection::open(&path).unwrap();
+        holder.execute_batch("BEGIN IMMEDIATE").unwrap();
+        let asked = Instant::now();
+        keeper.begin_run(1, 0.6, 1);
+        for second in 0..WAITING {
+            keeper.keep(&step(second as u32));
+        }
+        keeper.end_run(&run);
+        assert!(asked.elapsed() < Duration::from_secs(1));
+        let mut reported = [run.clone()];
+        keeper.release(&mut reported[0]);
+        let unsaved = keeper.end(None, || true).put_back(&mut reported);
+        // The lock is waited for 5 s each time.
+        assert!(asked.elapsed() < 2 * ASKED_TO_END);
+        assert!(unsaved.iter().any(|why| why.contains("does not answer")));
+        assert_eq!(reported, [run]);
     }
 }

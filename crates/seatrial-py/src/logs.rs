@@ -117,7 +117,7 @@ pub fn health(
 
 fn between(was: &ComparedModels, now: &ComparedModels, criteria: Criteria) -> Result<Value, Error> {
     let settings = criteria.between_trials()?;
-    let change = change(&self::reference(was)?, now, &settings);
+    let change = change(was, &self::reference(was)?, now, &settings);
     document(&Comparison::of(was, now, &change))
 }
 

@@ -285,6 +285,7 @@ fn abort_cause(reason: AbortReason) -> &'static str {
         AbortReason::SecondStation => "somebody else commanded the vehicle under our name",
         AbortReason::RudderNotFollowed => "the rudder did something else than asked for",
         AbortReason::NotAttended => "the program that conducts the trial was held up",
+        AbortReason::NoAnswer => "the heading did not answer the rudder",
     }
 }
 

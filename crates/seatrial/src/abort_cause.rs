@@ -179,6 +179,9 @@ fn action(reason: AbortReason) -> &'static str {
         AbortReason::ReversedRudder => {
             "Look at the report: a compass that jumped or a current from the side looks like this, too. If neither, check the sign of the rudder and of the heading: with this sign the heading controller is unstable."
         }
+        AbortReason::NoAnswer => {
+            "Look whether the compass hangs, and whether the rudder is connected and strong enough to turn the vehicle."
+        }
         AbortReason::NotSettled => {
             "Look at the heading in the report: if it swings, lower the gain of the initial heading controller; if it drifts, check trim and current."
         }

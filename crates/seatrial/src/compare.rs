@@ -9,17 +9,17 @@ use serde::Serialize;
 
 use crate::figures::percent;
 use crate::identification::{Intervals, Validation};
-use crate::identify::most_excited;
 use crate::identify::intervals::normal_intervals;
+use crate::identify::most_excited;
 use crate::identify::output_error::output_error;
 use crate::identify::refined::prediction_error;
 use crate::identify::simplex;
 use crate::identify::{
     IdentifyError, IdentifySettings, Training, ValidationData, identify, online, validation,
 };
+use crate::likelihood::{SteeringModel, contest_of, goodness_of_fit};
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window};
-use crate::likelihood::{SteeringModel, contest_of, goodness_of_fit};
 use crate::time_scale::LambdaReason;
 
 /// Each method's model of one training window, judged by the same validation data.
@@ -246,7 +246,9 @@ impl Candidates<'_> {
         let found = identify(self.record, self.training, held_out, &self.settings)
             .map_err(NoModel::Identify)?;
         let refined = found.refined.as_ref().ok_or(NoModel::NotRefined)?;
-        let behind_lag = found.simulated().map(|model| validation_of(model, self.data));
+        let behind_lag = found
+            .simulated()
+            .map(|model| validation_of(model, self.data));
         Ok(Found {
             interval_95: Some(refined.interval_95),
             validation: behind_lag.transpose()?,

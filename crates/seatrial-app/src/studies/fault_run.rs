@@ -440,10 +440,15 @@ fn aborts(kind: Kind, lasts: bool) -> &'static [AbortReason] {
         Kind::CompassSpike | Kind::CompassStep | Kind::CompassDrift => {
             &[HeadingExcursion, ReversedRudder, StaleSamples]
         }
-        Kind::CompassFreeze => &[StaleSamples],
-        Kind::RudderJam | Kind::RudderReversed => {
-            &[HeadingExcursion, ReversedRudder, SpeedDrift, YawRate, Roll]
-        }
+        Kind::CompassFreeze => &[StaleSamples, NoAnswer],
+        Kind::RudderJam | Kind::RudderReversed => &[
+            HeadingExcursion,
+            ReversedRudder,
+            NoAnswer,
+            SpeedDrift,
+            YawRate,
+            Roll,
+        ],
         Kind::RudderOffset | Kind::LostFin | Kind::PayloadChange => {
             &[HeadingExcursion, SpeedDrift, Roll]
         }

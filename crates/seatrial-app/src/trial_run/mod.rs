@@ -9,6 +9,8 @@
 //! fails.
 
 mod again;
+mod borrowed;
+mod recorded;
 mod vehicle;
 mod watched;
 
@@ -26,6 +28,7 @@ use seatrial_logs::RowWriter;
 use crate::TrialPlan;
 use crate::conduct::{Conducted, Pace, Unwatched, Watch, conduct};
 use crate::recording::Recording;
+use borrowed::Borrowed;
 use watched::Watched;
 
 pub use again::{NotAgain, plan_of_campaign, plan_that_repeats, plan_to_go_on};
@@ -224,23 +227,22 @@ impl UnderWay {
     /// Conducts the trial to its end, whatever that is, and hands the vehicle back.
     pub fn conduct(self) -> Ended {
         let Self {
-            mut vehicle,
+            vehicle,
             begun,
             mut watched,
         } = self;
+        let mut vehicle = Borrowed::new(vehicle);
         let about = begun.about.clone();
         let conducted = catch_unwind(AssertUnwindSafe(|| {
-            conduct(vehicle.as_mut(), begun.plan, about, &mut watched)
+            conduct(&mut vehicle, begun.plan, about, &mut watched)
         }));
+        let not_put_back = vehicle.hand_back();
         let (campaign, fault) = match conducted {
             Ok(Ok(Conducted { campaign, fault })) => (campaign, fault.map(|f| f.to_string())),
             Ok(Err(error)) => (begun.about, Some(format!("the plan: {error}"))),
             Err(_) => (begun.about, Some("a fault of the program".into())),
         };
         let fault = fault.map(|why| format!("the vehicle was given back: {why}"));
-        // The vehicle first: what is shown and saved can wait.
-        let not_put_back = catch_unwind(AssertUnwindSafe(|| vehicle.hand_back()))
-            .unwrap_or_else(|_| Some("the hand-back failed: a fault of the program".into()));
         if let Some(why) = &fault {
             watched.faulted(why);
         }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use seatrial::FullRudder;
-use seatrial::preview::{Preview, Prior, preview};
+use seatrial::preview::{Budget, Preview, Prior, preview_within};
 use seatrial_core::{AbortReason, Action, Axis, Outcome, Plan, Sample, Vehicle};
 use seatrial_logs::RowWriter;
 
@@ -272,14 +272,18 @@ pub(super) fn check_axis(vehicle: &dyn TrialVehicle, axis: Axis) -> Result<(), V
     )))
 }
 
-/// What a plan will do on a vehicle.
-pub fn previewed(vehicle: &dyn TrialVehicle, plan: &Plan<f64>) -> Result<Preview, VehicleError> {
+/// What a plan will do on a vehicle, found out within a budget.
+pub fn previewed(
+    vehicle: &dyn TrialVehicle,
+    plan: &Plan<f64>,
+    budget: &Budget,
+) -> Result<Preview, VehicleError> {
     if plan.axis == Axis::Pitch {
         return Err(VehicleError::setting(
             "a plan for pitch: nothing is foreseen of it",
         ));
     }
-    preview(plan, &vehicle.prior(plan)?).map_err(VehicleError::setting)
+    preview_within(plan, &vehicle.prior(plan)?, budget).map_err(VehicleError::setting)
 }
 
 /// The checklist before a trial: the vehicle, the plan on the vehicle expected, and whether another trial runs.
@@ -287,6 +291,7 @@ pub fn preflight(
     vehicle: &dyn TrialVehicle,
     plan: &Plan<f64>,
     is_free: bool,
+    budget: &Budget,
 ) -> Result<Preflight, VehicleError> {
     let mut found = vehicle.inspect(plan)?;
     if let Err(error) = check_axis(vehicle, plan.axis) {
@@ -294,7 +299,7 @@ pub fn preflight(
             .checks
             .push(Check::new("axis", false, error.to_string()));
     }
-    found.checks.push(match previewed(vehicle, plan) {
+    found.checks.push(match previewed(vehicle, plan, budget) {
         Ok(preview) => plan_check(&preview),
         Err(error) => Check::new("plan", true, format!("not previewed: {error}")),
     });

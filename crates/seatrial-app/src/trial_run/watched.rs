@@ -10,19 +10,18 @@ use seatrial_core::Trial;
 use seatrial_logbook::{CampaignId, Keeper, Recorder};
 use seatrial_logs::{Estimate, Row, RowWriter};
 
+use super::recorded::Recorded;
 use super::{Ended, View};
 use crate::conduct::{Pace, Watch};
-use crate::outputs::OutputError;
 use crate::recording::Recording;
 
 /// Every sink of a trial.
 pub(super) struct Watched {
     keeper: Keeper,
-    recording: Option<Recording>,
+    recording: Option<Recorded>,
     rows: Vec<Box<dyn RowWriter>>,
     views: Vec<Box<dyn View>>,
     half_widths: Option<[f64; 3]>,
-    unsaved: Vec<String>,
     pace: Option<Pace>,
     stop: Arc<AtomicBool>,
 }
@@ -37,11 +36,10 @@ impl Watched {
     ) -> Self {
         Self {
             keeper: Keeper::new(recorder, is_live),
-            recording,
+            recording: recording.map(|recording| Recorded::start(recording, is_live)),
             rows,
             views,
             half_widths: None,
-            unsaved: Vec::new(),
             pace: None,
             stop: Arc::default(),
         }
@@ -59,7 +57,7 @@ impl Watched {
         self.views.iter_mut().for_each(|view| view.faulted(why));
     }
 
-    /// Waits until all is kept, and shows how the trial ended.
+    /// Waits until all is kept, as long as the operator has not asked for the end, and shows how the trial ended.
     pub(super) fn end(
         mut self,
         number: CampaignId,
@@ -67,15 +65,14 @@ impl Watched {
         fault: Option<String>,
         not_put_back: Option<String>,
     ) -> Ended {
-        if let Some(recording) = self.recording.take() {
-            let finished = recording.finish();
-            self.note(finished);
-        }
-        let kept = self.keeper.end(campaign.outcome);
+        let is_asked_to_end = || self.stop.load(Ordering::Relaxed);
+        let recorded = self.recording.take();
+        let not_recorded = recorded.map(|recorded| recorded.finish(is_asked_to_end));
+        let kept = self.keeper.end(campaign.outcome, is_asked_to_end);
         let is_kept = kept.unsaved.is_empty();
         let mut unsaved: Vec<String> = not_put_back.into_iter().collect();
         unsaved.extend(kept.put_back(&mut campaign.runs));
-        unsaved.extend(self.unsaved);
+        unsaved.extend(not_recorded.into_iter().flatten());
         let warnings: Vec<String> = fault.iter().chain(&unsaved).cloned().collect();
         for view in &mut self.views {
             view.ended(campaign.outcome, &warnings);
@@ -86,23 +83,6 @@ impl Watched {
             fault,
             is_kept,
             unsaved,
-        }
-    }
-
-    /// Records something; what cannot be recorded does not stop the trial.
-    fn record(&mut self, record: impl FnOnce(&mut Recording) -> Result<(), OutputError>) {
-        if let Some(recording) = &mut self.recording {
-            let recorded = record(recording);
-            self.note(recorded);
-        }
-    }
-
-    fn note(&mut self, recorded: Result<(), OutputError>) {
-        if let Err(error) = recorded {
-            let unsaved = error.to_string();
-            if !self.unsaved.contains(&unsaved) {
-                self.unsaved.push(unsaved);
-            }
         }
     }
 }
@@ -132,7 +112,9 @@ impl Watch for Watched {
                 step_norm: trial.estimator().step_norm(),
             }),
         };
-        self.record(|recording| recording.take(row));
+        if let Some(recording) = &mut self.recording {
+            recording.take(row);
+        }
         for rows in &mut self.rows {
             // A row without a time cannot be shown; the logbook has it.
             let _ = rows.write(&row);
@@ -163,7 +145,9 @@ impl Watch for Watched {
 
     fn run_ended(&mut self, run: &mut Run) {
         self.keeper.run_ended(run);
-        self.record(Recording::run_ended);
+        if let Some(recording) = &mut self.recording {
+            recording.run_ended();
+        }
         self.views.iter_mut().for_each(|view| view.run_ended(run));
         // The record of a run that was aborted shows why.
         if !run.verdict.has(&ReasonCode::Aborted) {

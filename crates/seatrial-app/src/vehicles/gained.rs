@@ -219,12 +219,16 @@ impl GainedVehicle for OnHeading {
         if let Some(stopped) = self.stopped() {
             return Err(stopped);
         }
-        let saved = {
-            let mut autopilot = self.autopilot.autopilot();
-            keep(&self.files.undo, &autopilot.gains_before())
-                .and_then(|()| replace(&self.files.restore, &autopilot.keep_gains()))
+        // The disk may hang; the autopilot is tended meanwhile, and handed back with its old gains where that takes too long.
+        let before = self.autopilot.autopilot().gains_before();
+        keep(&self.files.undo, &before).map_err(|error| self.lost(error.to_string()))?;
+        let kept = self.autopilot.autopilot().keep_gains();
+        let Some(kept) = kept else {
+            return Err(self
+                .stopped()
+                .unwrap_or_else(|| self.lost("the vehicle is not ours".into())));
         };
-        saved.map_err(|error| self.lost(error.to_string()))?;
+        replace(&self.files.restore, &kept).map_err(|error| self.lost(error.to_string()))?;
         Ok(format!(
             "seatrial vehicle restore {} --vehicle {}",
             self.files.undo.display(),

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use seatrial::FullRudder;
@@ -181,6 +181,9 @@ impl OnMavlink {
         refuse(&preflight.checks)?;
         if !terms.is_agreed && !attendant.agrees()? {
             return Err(VehicleError::refused("not agreed to; nothing was changed"));
+        }
+        if terms.stop.load(Ordering::Relaxed) {
+            return Err(VehicleError::refused("asked to end; nothing was changed"));
         }
         let checks = autopilot
             .autopilot()

@@ -35,7 +35,7 @@ pub fn run(
         sample_interval_s: plan.sample_interval_s,
     };
     let proposals = propose_own(models, &own)?;
-    let stop = interrupted()?;
+    let stop = interrupted().map_err(Failure::internal)?;
     let vehicle = named(&args.vehicle, None, &args.link, &args.logbook)?;
     let terms = Terms {
         plan,

@@ -14,10 +14,6 @@ impl View {
         None
     }
 
-    pub fn due(&self) -> bool {
-        match *self {}
-    }
-
     pub fn draw(&mut self, _: &Picture) {
         match *self {}
     }

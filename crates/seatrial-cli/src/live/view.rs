@@ -1,7 +1,6 @@
 //! A drawing on a terminal, inline under what was printed before.
 
 use std::io::{Stderr, stderr};
-use std::time::{Duration, Instant};
 
 use ratatui::backend::CrosstermBackend;
 use ratatui::style::Style;
@@ -17,14 +16,9 @@ const FEWEST_ROWS: u16 = 9;
 /// Rows of the live view on a terminal that does not tell its size.
 const USUAL_ROWS: u16 = 22;
 
-/// Time between two drawings.
-const REDRAW: Duration = Duration::from_millis(100);
-
 /// The drawing area.
 pub struct View {
     terminal: Terminal<CrosstermBackend<Stderr>>,
-    /// Time of the last drawing.
-    drawn: Option<Instant>,
     /// Colours are wanted.
     colour: bool,
 }
@@ -39,14 +33,8 @@ impl View {
         };
         Some(Self {
             terminal: Terminal::with_options(CrosstermBackend::new(stderr()), options).ok()?,
-            drawn: None,
             colour: std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty()),
         })
-    }
-
-    /// Is a drawing due?
-    pub fn due(&self) -> bool {
-        self.drawn.is_none_or(|drawn| drawn.elapsed() >= REDRAW)
     }
 
     /// Draws the picture of the moment.
@@ -54,7 +42,6 @@ impl View {
         let _ = self
             .terminal
             .draw(|frame| render(frame, picture, self.colour));
-        self.drawn = Some(Instant::now());
     }
 
     /// Prints lines that stay above the drawing.

@@ -29,7 +29,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     on_interrupt(move || {
         // Nobody waits any more where the server has ended.
         let _ = interrupt.send(());
-    })?;
+    })
+    .map_err(Failure::internal)?;
     let names = BUILT_IN.iter().map(|(name, _)| *name);
     let names = names.chain(args.vehicles.iter().map(String::as_str));
     let vehicles = names

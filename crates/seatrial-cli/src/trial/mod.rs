@@ -179,7 +179,7 @@ impl Args {
 
 fn conduct(args: &Args, times_faster: Option<f64>, output: &Output) -> Result<Exit, Failure> {
     let plan = args.plan()?;
-    let stop = interrupted()?;
+    let stop = interrupted().map_err(Failure::internal)?;
     let scenario = args.scenario.as_deref();
     let vehicle = vehicle::named(&args.vehicle, scenario, &args.link, &args.logbook)?;
     if !vehicle.is_simulated() {

@@ -178,7 +178,7 @@ impl Watch for Terminal {
         }
         if self.live.due() {
             let picture = self.picture(trial);
-            self.live.draw(&picture);
+            self.live.draw(picture);
         }
     }
 

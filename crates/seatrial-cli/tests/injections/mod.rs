@@ -85,6 +85,7 @@ fn inject(injection: Injection, after_s: f64, tally: &mut Tally) {
         let arguments = [
             "vehicle",
             "restore",
+            "--yes",
             "seatrial.restore.toml",
             "--vehicle",
             &address,

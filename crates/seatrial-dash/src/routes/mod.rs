@@ -111,14 +111,19 @@ async fn without_panic(request: Request, next: Next) -> Response {
     })
 }
 
-/// Calls what computes for long or waits for a disk, on a thread for that; a few such calls run at a time.
+/// Calls what computes for long or waits for a disk, on a thread for that; a few such calls run at a time, also where their clients
+/// have left.
 async fn blocking<T: Send + 'static>(
     shared: Arc<Shared>,
     call: impl FnOnce(&Arc<Shared>) -> Result<T, Refusal> + Send + 'static,
 ) -> Result<T, Refusal> {
-    let served = Arc::clone(&shared);
-    let _lane = served.lanes.acquire().await.map_err(Refusal::internal)?;
-    let called = tokio::task::spawn_blocking(move || call(&shared)).await;
+    let lanes = Arc::clone(&shared.lanes);
+    let lane = lanes.acquire_owned().await.map_err(Refusal::internal)?;
+    let called = tokio::task::spawn_blocking(move || {
+        let _lane = lane;
+        call(&shared)
+    })
+    .await;
     called.unwrap_or_else(|_| {
         Err(Refusal::internal(
             "a bug: the program failed at this request; the trial goes on",

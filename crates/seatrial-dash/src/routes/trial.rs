@@ -1,6 +1,7 @@
 //! Vehicles, plans, the trial.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use axum::extract::State;
@@ -22,7 +23,28 @@ use crate::api::{
 };
 use crate::refusal::Refusal;
 use crate::shared::{Caller, Shared, must_be_operator};
-use crate::trials::{self, Wanted};
+use crate::trials::{self, Allowance, Wanted};
+
+/// A client that waits for its answer; dropped with its request.
+struct Waiting(Arc<AtomicBool>);
+
+impl Default for Waiting {
+    fn default() -> Self {
+        Self(Arc::new(AtomicBool::new(true)))
+    }
+}
+
+impl Waiting {
+    fn flag(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.0)
+    }
+}
+
+impl Drop for Waiting {
+    fn drop(&mut self) {
+        self.0.store(false, Ordering::Relaxed);
+    }
+}
 
 /// The vehicles that may be asked for.
 #[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/vehicles", tag = "trial",
@@ -51,11 +73,15 @@ pub async fn default_plan() -> Json<Plan<f64>> {
     responses((status = 200, body = PlanPreview), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn preview(
     State(shared): State<Arc<Shared>>,
+    Extension(caller): Extension<Caller>,
     Body(order): Body<PlanOrder>,
 ) -> Result<Json<PlanPreview>, Refusal> {
-    Ok(Json(
-        blocking(shared, move |shared| trials::preview(shared, order)).await?,
-    ))
+    let (waiting, allowance) = (Waiting::default(), Allowance::of(&caller));
+    let is_waited_for = waiting.flag();
+    let preview = blocking(shared, move |shared| {
+        trials::preview(shared, order, allowance, &is_waited_for)
+    });
+    Ok(Json(preview.await?))
 }
 
 /// The checklist before a trial. Looks at the vehicle without touching its controls.
@@ -67,9 +93,12 @@ pub async fn preflight(
     Body(order): Body<PlanOrder>,
 ) -> Result<Json<Preflight>, Refusal> {
     must_be_operator(&caller)?;
-    Ok(Json(
-        blocking(shared, move |shared| trials::preflight(shared, order)).await?,
-    ))
+    let (waiting, allowance) = (Waiting::default(), Allowance::of(&caller));
+    let is_waited_for = waiting.flag();
+    let found = blocking(shared, move |shared| {
+        trials::preflight(shared, order, allowance, &is_waited_for)
+    });
+    Ok(Json(found.await?))
 }
 
 /// Carries out a command that starts a trial.

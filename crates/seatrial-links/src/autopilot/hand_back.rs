@@ -23,6 +23,18 @@ const RECONNECT_S: f64 = 10.0;
 const THROTTLE: &[f64] = &[70.0];
 const SUB_THRUSTERS: &[f64] = &[33.0, 34.0, 35.0, 36.0];
 
+/// The parameters that a trial or a commission changes until the hand-back, besides the gains of the heading controller.
+const CHANGED: [&str; 8] = [
+    "COM_RC_LOSS_T",
+    "FS_ACTION",
+    "FS_GCS_ENABLE",
+    "FS_GCS_TIMEOUT",
+    "FS_PILOT_INPUT",
+    "FS_PILOT_TIMEOUT",
+    "FS_TIMEOUT",
+    "RC_OVERRIDE_TIME",
+];
+
 /// A parameter as it was.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -96,6 +108,16 @@ pub struct PutBack {
     pub from: Option<f64>,
     /// What it is now.
     pub to: f64,
+}
+
+impl Backup {
+    /// Names in it that neither a trial nor a commission ever changes: somebody else has written them there.
+    pub fn foreign_names(&self) -> Vec<&str> {
+        let is_ours =
+            |name: &&str| CHANGED.contains(name) || cascade::all_names().any(|gain| gain == *name);
+        let names = self.parameters.keys().map(String::as_str);
+        names.filter(|name| !is_ours(name)).collect()
+    }
 }
 
 impl HandBack {
@@ -189,12 +211,12 @@ impl<W: Wire> Autopilot<W> {
         profile.release(self.system()).filter(|_| has_effect)
     }
 
-    /// Releases the controls, puts back mode and parameters, and reads everything back.
+    /// Releases the controls, puts back mode and parameters, and reads everything back. Where that was done already, the result.
     pub fn hand_back(&mut self) -> HandBack {
         self.let_go();
         let mut done = HandBack::default();
         let Some(backup) = self.backup.take() else {
-            return done;
+            return self.handed_back.take().unwrap_or_default();
         };
         self.release_repeatedly(Self::release_controls);
         let heartbeats = self.heard.heartbeats;
@@ -248,19 +270,47 @@ impl<W: Wire> Autopilot<W> {
         }
     }
 
-    /// Puts back what a backup holds, on a vehicle that nobody conducts a trial with.
-    pub fn restore(&mut self, backup: &Backup) -> HandBack {
-        let mut done = HandBack::default();
+    /// What [`restore`](Self::restore) of a backup would write: each parameter as it is now and as it would be. `None`: the vehicle
+    /// is not heard.
+    pub fn look_at(&mut self, backup: &Backup) -> Option<Vec<PutBack>> {
+        self.is_there(backup).then(|| {
+            self.ask_for(backup);
+            let parameters = backup.parameters.iter();
+            let values = parameters.map(|(name, stored)| PutBack {
+                name: name.clone(),
+                from: self.parameters.get(name),
+                to: stored.number(),
+            });
+            values.collect()
+        })
+    }
+
+    fn is_there(&mut self, backup: &Backup) -> bool {
         // Another autopilot may be heard first.
         self.settings.vehicle = Some(backup.system);
         self.beats_quickly = backup.parameters.contains_key("FS_GCS_TIMEOUT");
-        let is_there = self.wait(RECONNECT_S, |autopilot| {
+        self.wait(RECONNECT_S, |autopilot| {
             autopilot
                 .heard
                 .vehicle
                 .is_some_and(|vehicle| vehicle.system == backup.system)
-        });
-        if !is_there {
+        })
+    }
+
+    fn ask_for(&mut self, backup: &Backup) {
+        for name in backup.parameters.keys() {
+            self.insist(
+                LOOKS_S,
+                |autopilot| autopilot.ask_parameter(name),
+                |autopilot| autopilot.parameters.get(name).is_some(),
+            );
+        }
+    }
+
+    /// Puts back what a backup holds, on a vehicle that nobody conducts a trial with.
+    pub fn restore(&mut self, backup: &Backup) -> HandBack {
+        let mut done = HandBack::default();
+        if !self.is_there(backup) {
             return HandBack::nothing(backup);
         }
         // The last override of a trial that was killed would live again with a longer RC_OVERRIDE_TIME.
@@ -270,13 +320,7 @@ impl<W: Wire> Autopilot<W> {
             }
         });
         // What is overwritten is reported.
-        for name in backup.parameters.keys() {
-            self.insist(
-                LOOKS_S,
-                |autopilot| autopilot.ask_parameter(name),
-                |autopilot| autopilot.parameters.get(name).is_some(),
-            );
-        }
+        self.ask_for(backup);
         self.restore_parameters(backup, true, &mut done);
         let profile = self.profile();
         let has_gains = cascade::all_names().any(|name| backup.parameters.contains_key(name));

@@ -486,14 +486,13 @@ impl<W: Wire> Autopilot<W> {
         }
     }
 
-    /// The gains stay as they are when the vehicle is handed back. What is still put back then.
-    pub fn keep_gains(&mut self) -> Backup {
-        let Some(backup) = &mut self.backup else {
-            return Backup::default();
-        };
+    /// The gains stay as they are when the vehicle is handed back. What is still put back then; `None` where something has ended
+    /// the commission.
+    pub fn keep_gains(&mut self) -> Option<Backup> {
+        let backup = self.backup.as_mut().filter(|_| self.stopped.is_none())?;
         for name in cascade::all_names() {
             backup.parameters.remove(name);
         }
-        backup.clone()
+        Some(backup.clone())
     }
 }

@@ -176,6 +176,8 @@ pub struct Autopilot<W: Wire> {
     /// Do we keep silent to prove what becomes of the rudder then?
     is_proving: bool,
     backup: Option<Backup>,
+    /// What the hand-back has reached that was not the trial's.
+    handed_back: Option<HandBack>,
 }
 
 impl<W: Wire> Autopilot<W> {
@@ -218,6 +220,7 @@ impl<W: Wire> Autopilot<W> {
             stopped: None,
             is_proving: false,
             backup: None,
+            handed_back: None,
             settings,
         }
     }

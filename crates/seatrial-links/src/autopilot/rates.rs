@@ -49,13 +49,18 @@ impl<W: Wire> Autopilot<W> {
         let median_s = self.measure_interval();
         let wanted_s = self.settings.sample_interval_s;
         let denied = self.heard.denied;
+        let output_s = self.sampler.median_output_interval_s();
+        self.sampler.output_interval_s =
+            output_s.map(|found_s| found_s.max(self.output_interval_s()));
+        let output_s = output_s.unwrap_or(f64::INFINITY);
         match median_s {
             Some(median_s) => found.check(
                 "rates",
-                median_s <= SLOWER * wanted_s,
+                median_s <= SLOWER * wanted_s && output_s <= SLOWER * wanted_s,
                 format!(
-                    "ATTITUDE and SERVO_OUTPUT_RAW every {:.0} ms, {:.0} ms asked for{}",
+                    "ATTITUDE every {:.0} ms and SERVO_OUTPUT_RAW every {:.0} ms, {:.0} ms asked for: between two of them nobody knows when the rudder moved{}",
                     1e3 * median_s,
+                    1e3 * output_s,
                     1e3 * wanted_s,
                     if denied > 0 {
                         "; the autopilot denied some rates"
@@ -90,6 +95,7 @@ impl<W: Wire> Autopilot<W> {
         let mut times_s: Vec<f64> = Vec::new();
         let mut rates = Vec::new();
         self.sampler.skip();
+        self.sampler.output_interval_s = None;
         let mut asked = 0;
         let end_s = self.wire.now_s() + 3.0 * RATES_S;
         let mut start_s = f64::NAN;
@@ -108,6 +114,9 @@ impl<W: Wire> Autopilot<W> {
             let now_s = self.wire.now_s();
             self.pump(now_s + 0.02);
             while let Some(sample) = self.sampler.take() {
+                if sample.rudder_rad.is_nan() {
+                    continue;
+                }
                 if asked == 3 && start_s.is_nan() {
                     start_s = sample.time_s;
                 }

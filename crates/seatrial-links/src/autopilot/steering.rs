@@ -85,6 +85,9 @@ impl<W: Wire> Autopilot<W> {
         let rudder_rad = found * self.settings.full_rudder_rad;
         self.sampler
             .rudder(servo.time_us, self.earlier_s, rudder_rad);
+        if let Some(interval_s) = self.sampler.thinned_interval_s() {
+            self.stop_on_guard(Stop::RareOutputs(interval_s));
+        }
         let Some(demand) = self.demand else {
             self.following.restart(now_s);
             return;

@@ -36,6 +36,12 @@ pub enum Stop {
     /// This program was busy with something else for so long, s, while it had the rudder.
     #[error("the trial was held up for {0:.1} s")]
     NotAttended(f64),
+    /// Outputs come this far apart, s, so that nobody knows when the rudder moved.
+    #[error(
+        "SERVO_OUTPUT_RAW comes every {:.0} ms, less than half as often as before the trial: when the rudder moves is not known",
+        1e3 * .0
+    )]
+    RareOutputs(f64),
     /// The output does something else than we ask for.
     #[error("the rudder output does not follow: asked for {asked:.2} of full, it is at {found:.2}")]
     NotFollowed {
@@ -60,6 +66,7 @@ impl Stop {
             Self::Failsafe(_) => AbortReason::Failsafe,
             Self::SecondStation(_) => AbortReason::SecondStation,
             Self::NotAttended(_) => AbortReason::NotAttended,
+            Self::RareOutputs(_) => AbortReason::StaleSamples,
             Self::NotFollowed { .. } => AbortReason::RudderNotFollowed,
         }
     }

@@ -110,6 +110,8 @@ impl<W: Wire> Autopilot<W> {
 
     pub(super) fn guard(&mut self) {
         self.heard.failsafe = None;
+        self.following
+            .over(self.heard.clock.map(|(round_trip_s, _)| round_trip_s));
         self.following.restart(self.wire.now_s());
         self.on_guard = true;
     }

@@ -15,6 +15,9 @@ const LOOK: Duration = Duration::from_millis(5);
 /// Reads of one look: more than comes between two, and not so many that a trial would have to wait.
 const READS: u32 = 8;
 
+/// A vehicle whose trial was ended is fetched by the trial within this time, s, or handed back without it.
+const NOT_FETCHED_S: f64 = 0.5;
+
 /// An [`Autopilot`] with a thread of its own: heartbeats go out, what is asked for is asked for again, headings are held
 /// and dangers are seen also while the operator is asked or the logbook's disk is slow. Should the trial not come back in time, the
 /// thread lets go of the vehicle. Dropping it hands the vehicle back.
@@ -66,6 +69,15 @@ impl<W: Wire> Autopilot<W> {
                 break;
             }
         }
+        if self.is_left_alone() {
+            self.handed_back = Some(self.hand_back());
+        }
+    }
+
+    /// The trial has ended, and whoever conducts it is held up by something else.
+    fn is_left_alone(&self) -> bool {
+        let absent_s = self.wire.now_s() - self.attended_s;
+        self.backup.is_some() && self.stopped.is_some() && absent_s > NOT_FETCHED_S
     }
 }
 

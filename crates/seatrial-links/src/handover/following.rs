@@ -4,9 +4,11 @@ use std::collections::VecDeque;
 
 /// A rudder this near to what was asked for follows, as a fraction of full.
 pub(crate) const FOLLOWS: f64 = 0.15;
-/// Demands of this age may still be on their way to the rudder, s.
+/// Demands of this age may still be on their way to the rudder, s, where the round trip is not known.
 const ON_THE_WAY_S: f64 = 1.5;
-/// A rudder that does not follow for this long ends the trial, s.
+/// How long an autopilot takes over a demand once it has it, s.
+const TAKES_S: f64 = 0.3;
+/// A rudder that does not follow for this long ends the trial, s. A pilot who has taken it is told by a heartbeat once a second.
 const NOT_FOLLOWED_S: f64 = 1.0;
 
 /// The demands of late, and when the rudder last followed one.
@@ -15,16 +17,25 @@ pub(crate) struct Following {
     /// Time, s, and rudder asked for.
     demands: VecDeque<(f64, f64)>,
     followed_s: f64,
+    round_trip_s: Option<f64>,
 }
 
 impl Following {
     /// Takes note of a demand.
     pub fn asked(&mut self, now_s: f64, rudder: f64) {
         self.demands.push_back((now_s, rudder));
-        let is_old = |(asked_s, _): &(f64, f64)| now_s - asked_s > ON_THE_WAY_S;
+        let on_the_way_s = self.round_trip_s.map_or(ON_THE_WAY_S, |round_trip_s| {
+            ON_THE_WAY_S.min(2.0 * round_trip_s + TAKES_S)
+        });
+        let is_old = |(asked_s, _): &(f64, f64)| now_s - asked_s > on_the_way_s;
         while self.demands.front().is_some_and(is_old) {
             self.demands.pop_front();
         }
+    }
+
+    /// The round trip of the link, s: an older demand has arrived.
+    pub fn over(&mut self, round_trip_s: Option<f64>) {
+        self.round_trip_s = round_trip_s;
     }
 
     /// The rudder counts as following from now on.

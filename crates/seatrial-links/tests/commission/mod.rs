@@ -245,7 +245,7 @@ impl GainedVehicle for OnSea {
 
     fn keep(&mut self) -> Result<String, Lost> {
         self.undo = Some(self.autopilot.gains_before());
-        self.restore = Some(self.autopilot.keep_gains());
+        self.restore = self.autopilot.keep_gains();
         Ok("restore".into())
     }
 

@@ -4,9 +4,9 @@ use seatrial_core::{CascadeSettings, YawModel};
 use serde::Serialize;
 
 use super::boat::{Boat, StepTest};
-use crate::draw::Draw;
 use super::evidence::Evidence;
 use super::response::Response;
+use crate::draw::Draw;
 
 /// Boats that are drawn.
 const DRAWS: u64 = 40;

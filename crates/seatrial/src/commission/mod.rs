@@ -17,9 +17,9 @@ mod model_check;
 mod response;
 pub mod study;
 
+pub use crate::draw::Draw;
 pub use boat::{Boat, StepInstant, StepTest, learning_s};
 pub use design::propose;
-pub use crate::draw::Draw;
 pub use evidence::{Evidence, NoProposal};
 pub use foresee::{Foreseen, Range, foresee};
 pub use judge::{Against, Judgement, Stage, judge};

@@ -5,11 +5,11 @@ use serde::Serialize;
 
 use super::boat::{Boat, StepTest};
 use super::design::propose;
-use crate::draw::Draw;
 use super::evidence::Evidence;
 use super::foresee::foresee;
 use super::judge::{Judgement, Stage, judge};
 use super::response::Response;
+use crate::draw::Draw;
 
 /// Time constants of the classes, s.
 pub const CLASSES_S: [[f64; 2]; 3] = [[0.2, 0.6], [0.6, 2.0], [2.0, 6.0]];

@@ -17,9 +17,9 @@ use seatrial_core::state_variable_filter::Hold;
 use seatrial_core::{Nomoto, RejectedCounts, YawModel};
 use serde::{Deserialize, Serialize};
 
+use crate::likelihood::{SteeringModel, Structure, Weighed};
 use crate::record::Window;
 use crate::servo::Servo;
-use crate::likelihood::{SteeringModel, Structure, Weighed};
 use crate::time_scale::LambdaReason;
 pub use code::ReasonCode;
 pub use method::EstimateMethod;

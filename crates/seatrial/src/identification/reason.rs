@@ -98,7 +98,10 @@ impl Verdict {
     /// Does the model describe how the vehicle turns, even where no heading gain is safe for it? Such a model tells its turn rate.
     pub fn tells_turn_rate(&self) -> bool {
         use ReasonCode::{DoesNotFit, LowR2, NotIdentifiable, UnderExcited, Unstable};
-        let is_for_gains = self.reasons.first().is_some_and(|reason| reason.code == Unstable);
+        let is_for_gains = self
+            .reasons
+            .first()
+            .is_some_and(|reason| reason.code == Unstable);
         let others = [DoesNotFit, LowR2, NotIdentifiable, UnderExcited];
         self.accepted || (is_for_gains && !others.iter().any(|code| self.has(code)))
     }

@@ -5,18 +5,21 @@ use seatrial_core::YawModel;
 use super::intervals::normal_intervals;
 use super::robust::estimate::MODEL_ERROR;
 use super::verdict::{WIDEST_A22, WIDEST_B2};
-use crate::propagation::NORMAL_95;
-use crate::identification::{EstimateMethod, HigherOrder, Refined};
 use crate::gain_allowance::{GainAllowance, sampled};
+use crate::identification::{EstimateMethod, HigherOrder, Refined};
 use crate::likelihood::filter::{Noise, heading_step};
 use crate::likelihood::steering_model::first_order_at;
 use crate::likelihood::{Candidate, Contest, Disturbance, SteeringModel};
+use crate::propagation::NORMAL_95;
 
 /// The first-order model that has the vehicle's steady turn at the record's rudder amplitude, and the heaviest hypothesis.
 ///
 /// The 95 % interval of a22 reaches the damping of small rudder angles, which a gain must hold for. `None` where no hypothesis has a
 /// first-order model near it.
-pub fn beyond_first_order(contest: &Contest, rudder_amplitude_rad: f64) -> Option<(Refined, HigherOrder)> {
+pub fn beyond_first_order(
+    contest: &Contest,
+    rudder_amplitude_rad: f64,
+) -> Option<(Refined, HigherOrder)> {
     let moments = contest.moments(&|v, c| first_order_at(v, c, rudder_amplitude_rad))?;
     let small = contest.moments(&|v, c| first_order_at(v, c, 0.0))?;
     let mut covariance = moments.covariance;
@@ -50,7 +53,11 @@ pub fn beyond_first_order(contest: &Contest, rudder_amplitude_rad: f64) -> Optio
             Noise::None | Noise::Drift { .. } => 0.0,
         },
     };
-    let is_finite = model.theta().iter().chain(refined.covariance.as_flattened()).all(|x| x.is_finite());
+    let is_finite = model
+        .theta()
+        .iter()
+        .chain(refined.covariance.as_flattened())
+        .all(|x| x.is_finite());
     is_finite.then_some((refined, found))
 }
 
@@ -60,8 +67,12 @@ const WIDEST: [f64; 2] = [1.5 * WIDEST_A22, 1.5 * WIDEST_B2];
 /// Does this estimate tell a stable first-order model?
 pub fn is_telling(refined: &Refined) -> bool {
     let theta = refined.model.theta();
-    let narrow = |i: usize, share: f64| NORMAL_95 * refined.covariance[i][i].sqrt() < share * theta[i].abs();
-    theta[0] < 0.0 && refined.interval_95.a22_per_s[1] < 0.0 && narrow(0, WIDEST[0]) && narrow(1, WIDEST[1])
+    let narrow =
+        |i: usize, share: f64| NORMAL_95 * refined.covariance[i][i].sqrt() < share * theta[i].abs();
+    theta[0] < 0.0
+        && refined.interval_95.a22_per_s[1] < 0.0
+        && narrow(0, WIDEST[0])
+        && narrow(1, WIDEST[1])
 }
 
 /// Overshoot, and error that stays, of a heading step that no vehicle of the record may exceed under the gain of its model.
@@ -72,7 +83,12 @@ const MOST_LEFT: f64 = 0.1;
 const COURSE_CHANGE_RAD: f64 = 0.698;
 
 /// Does the gain for this model hold on every hypothesis of at least a tenth of the weight?
-pub fn gain_holds(contest: &Contest, refined: &Refined, interval_s: f64, amplitude_rad: f64) -> bool {
+pub fn gain_holds(
+    contest: &Contest,
+    refined: &Refined,
+    interval_s: f64,
+    amplitude_rad: f64,
+) -> bool {
     const LEAST_WEIGHT: f64 = 0.1;
     let allowance = GainAllowance {
         damping_per_s: GainAllowance::damping_per_s(
@@ -84,12 +100,18 @@ pub fn gain_holds(contest: &Contest, refined: &Refined, interval_s: f64, amplitu
     let Ok(gain) = allowance.design(&refined.model, core::f64::consts::FRAC_1_SQRT_2) else {
         return false;
     };
-    let weighty = contest.candidates.iter().filter(|c| c.weight >= LEAST_WEIGHT);
-    weighty.map(|c| c.hypothesis.problem.vehicle(&c.hypothesis.best().x)).all(|vehicle| {
-        let kp = gain.proportional_gain;
-        let [over, left] = heading_step(&vehicle, kp, COURSE_CHANGE_RAD, amplitude_rad, interval_s);
-        over < MOST_OVERSHOOT && left < MOST_LEFT
-    })
+    let weighty = contest
+        .candidates
+        .iter()
+        .filter(|c| c.weight >= LEAST_WEIGHT);
+    weighty
+        .map(|c| c.hypothesis.problem.vehicle(&c.hypothesis.best().x))
+        .all(|vehicle| {
+            let kp = gain.proportional_gain;
+            let [over, left] =
+                heading_step(&vehicle, kp, COURSE_CHANGE_RAD, amplitude_rad, interval_s);
+            over < MOST_OVERSHOOT && left < MOST_LEFT
+        })
 }
 
 /// A hull is believed where its log evidence leads that of a sea by so much: of 24 records in a sea of 2 to 10 % of the rudder's effect no hull
@@ -100,12 +122,15 @@ const MARGIN: f64 = 3.0;
 pub fn is_a_sea(contest: &Contest) -> bool {
     let best = |is_of: &dyn Fn(&Candidate) -> bool| {
         let all = contest.candidates.iter().filter(|c| is_of(c));
-        all.map(|c| c.hypothesis.log_evidence()).fold(f64::NEG_INFINITY, f64::max)
+        all.map(|c| c.hypothesis.log_evidence())
+            .fold(f64::NEG_INFINITY, f64::max)
     };
     let is_other = |c: &Candidate| {
         let structure = c.hypothesis.problem.structure;
         structure.has_own_hull() || structure.rate_limit || structure.play
     };
-    let sea = best(&|c| c.hypothesis.disturbance == Disturbance::Sea && c.passes_as_a_sea() && !is_other(c));
+    let sea = best(&|c| {
+        c.hypothesis.disturbance == Disturbance::Sea && c.passes_as_a_sea() && !is_other(c)
+    });
     sea > best(&|c| is_other(c) && c.passes_as_a_sea()) - MARGIN
 }

@@ -15,10 +15,10 @@ use super::valid_range::valid_range;
 use super::validation::{self, ValidationData};
 use super::validation_estimate::validation_estimate_behind;
 use crate::identification::{EstimateMethod, HigherOrder, Refined, ValidRange, Validation};
+use crate::likelihood::goodness_of_fit;
 use crate::manoeuvre::Manoeuvre;
 use crate::plausibility::{self, Doubt};
 use crate::record::{duration_s, mean};
-use crate::likelihood::goodness_of_fit;
 
 /// The chosen model and what its own record and validation data say of it: all that a verdict weighs.
 pub struct Checked<'a> {
@@ -151,7 +151,8 @@ fn higher_order(
     let Some(beyond) = explained.beyond() else {
         return Ok(None);
     };
-    let validate = |data: ValidationData| goodness_of_fit::validate(&beyond.model, data.record, data.window);
+    let validate =
+        |data: ValidationData| goodness_of_fit::validate(&beyond.model, data.record, data.window);
     Ok(Some(HigherOrder {
         validation: data.map(validate).transpose()?,
         ..beyond.clone()

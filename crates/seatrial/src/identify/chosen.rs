@@ -9,10 +9,10 @@ use super::joined::{self, Joined};
 use super::output_error::{OutputError, output_error};
 use super::prepared::Prepared;
 use super::validation::{self, ValidationData};
-use crate::identification::{EstimateMethod, Refined};
-use crate::record::Window;
 use crate::identification::HigherOrder;
+use crate::identification::{EstimateMethod, Refined};
 use crate::likelihood::SteeringModel;
+use crate::record::Window;
 
 /// R^2 of validation data by which a candidate predicts them clearly worse than another.
 const CLEARLY_WORSE: f64 = 0.05;

@@ -1,9 +1,9 @@
 //! Second link of the chain: which kind of vehicle explains the record.
 
 use super::OrderSearch;
-use super::misfit::is_large_share;
 use super::beyond::{beyond_first_order, gain_holds, is_a_sea, is_telling};
 use super::excited_segment::most_excited;
+use super::misfit::is_large_share;
 use super::prepared::Prepared;
 use super::residual_tests::ResidualTests;
 use super::whole_record::{WholeRecord, in_a_sea, robust_estimate};

@@ -8,9 +8,9 @@ use super::excited_segment::most_excited;
 use super::intervals::normal_intervals;
 use super::pace::Pace;
 use super::record_series::RecordSeries;
+use super::residual_tests::ResidualTests;
 use super::robust::estimate::{RobustEstimate, Source};
 use super::robust::record::Record;
-use super::residual_tests::ResidualTests;
 use crate::identification::{EstimateMethod, HigherOrder, Intervals, LagEffect, Refined};
 use crate::likelihood::{SteeringModel, Structure};
 

@@ -142,7 +142,10 @@ impl<'a> Contest<'a> {
     /// The hypothesis with the most weight.
     pub fn heaviest(&self) -> &Candidate<'a> {
         let heavier = |a: &&Candidate, b: &&Candidate| a.weight.total_cmp(&b.weight);
-        self.candidates.iter().max_by(heavier).unwrap_or(&self.candidates[0])
+        self.candidates
+            .iter()
+            .max_by(heavier)
+            .unwrap_or(&self.candidates[0])
     }
 
     /// Hypotheses of at least a hundredth of the weight, the heaviest first.
@@ -151,7 +154,8 @@ impl<'a> Contest<'a> {
         let mut weighed: Vec<Weighed> = (self.candidates.iter())
             .filter(|c| c.weight >= LEAST)
             .map(|c| {
-                let (structure, disturbance) = (c.hypothesis.problem.structure, c.hypothesis.disturbance);
+                let (structure, disturbance) =
+                    (c.hypothesis.problem.structure, c.hypothesis.disturbance);
                 Weighed {
                     name: format!("{}, {disturbance}", structure.in_words()),
                     structure,
@@ -177,14 +181,23 @@ impl<'a> Candidate<'a> {
         let problem = &hypothesis.problem;
         let negligible = (NEGLIGIBLE * problem.scale.heading_rad).powi(2);
         let blocks = blocks(problem);
-        let without: Vec<DVector<f64>> =
-            blocks.iter().map(|block| without(problem, hypothesis.best(), block)).collect();
+        let without: Vec<DVector<f64>> = blocks
+            .iter()
+            .map(|block| without(problem, hypothesis.best(), block))
+            .collect();
         let scores = blocks
             .iter()
             .zip(&without)
             .map(|(block, x)| libm::log(free_run_rad2(problem, x, block) + negligible))
             .collect();
-        Self { without, scores, behind: [0.0; 2], sea_test, weight: 0.0, hypothesis }
+        Self {
+            without,
+            scores,
+            behind: [0.0; 2],
+            sea_test,
+            weight: 0.0,
+            hypothesis,
+        }
     }
 }
 
@@ -194,7 +207,8 @@ fn sea_test_of(hypothesis: &Hypothesis, all: &[Hypothesis]) -> Option<SeaTest> {
         return None;
     }
     let structure = hypothesis.problem.structure;
-    let is_mate = |h: &&Hypothesis| h.problem.structure == structure && h.disturbance == Disturbance::None;
+    let is_mate =
+        |h: &&Hypothesis| h.problem.structure == structure && h.disturbance == Disturbance::None;
     let mate = all.iter().find(is_mate)?;
     sea_test(&hypothesis.problem, mate.best(), hypothesis.best())
 }
@@ -215,8 +229,14 @@ fn by_evidence(candidates: &[Candidate], is_in: impl Fn(&Candidate) -> bool) -> 
         true => c.hypothesis.log_evidence(),
         false => f64::NEG_INFINITY,
     };
-    let most = candidates.iter().map(logs).fold(f64::NEG_INFINITY, f64::max);
-    candidates.iter().map(|c| libm::exp(logs(c) - most)).collect()
+    let most = candidates
+        .iter()
+        .map(logs)
+        .fold(f64::NEG_INFINITY, f64::max);
+    candidates
+        .iter()
+        .map(|c| libm::exp(logs(c) - most))
+        .collect()
 }
 
 /// How often each would have been the best predictor: a Bayesian bootstrap over the blocks (Rubin 1981).
@@ -229,8 +249,11 @@ fn by_prediction(candidates: &[Candidate], is_in: impl Fn(&Candidate) -> bool) -
     let mut wins = vec![0.0; candidates.len()];
     let mut draw = Draw::new(0);
     for _ in 0..BOOTSTRAP {
-        let shares: Vec<f64> = (0..blocks).map(|_| -libm::log(1.0 - draw.uniform())).collect();
-        let score = |c: &Candidate| -> f64 { c.scores.iter().zip(&shares).map(|(s, w)| s * w).sum() };
+        let shares: Vec<f64> = (0..blocks)
+            .map(|_| -libm::log(1.0 - draw.uniform()))
+            .collect();
+        let score =
+            |c: &Candidate| -> f64 { c.scores.iter().zip(&shares).map(|(s, w)| s * w).sum() };
         let best = candidates
             .iter()
             .enumerate()

@@ -50,14 +50,22 @@ impl Hypothesis<'_> {
     /// Log evidence of all nodes together.
     pub fn log_evidence(&self) -> f64 {
         let most = self.nodes[0].0;
-        let sum: f64 = self.nodes.iter().map(|(log, _)| libm::exp(log - most)).sum();
+        let sum: f64 = self
+            .nodes
+            .iter()
+            .map(|(log, _)| libm::exp(log - most))
+            .sum();
         most + libm::log(sum)
     }
 
     /// Share of each node.
     pub fn shares(&self) -> Vec<f64> {
         let most = self.nodes[0].0;
-        let weights: Vec<f64> = self.nodes.iter().map(|(log, _)| libm::exp(log - most)).collect();
+        let weights: Vec<f64> = self
+            .nodes
+            .iter()
+            .map(|(log, _)| libm::exp(log - most))
+            .collect();
         let sum: f64 = weights.iter().sum();
         weights.into_iter().map(|w| w / sum).collect()
     }
@@ -90,8 +98,12 @@ pub fn hypotheses<'a>(
     for structure in structures {
         let problem = Problem::new(legs, *structure, scale);
         let parent = nearest_parent(structure, &solutions);
-        let found = Search { problem: &problem, parent, whitened: [whitened.0 / calm.0, whitened.1 / calm.1] }
-            .run(disturbances);
+        let found = Search {
+            problem: &problem,
+            parent,
+            whitened: [whitened.0 / calm.0, whitened.1 / calm.1],
+        }
+        .run(disturbances);
         if let Some((hypotheses, solution)) = found {
             all.extend(hypotheses);
             solutions.push(solution);
@@ -101,7 +113,10 @@ pub fn hypotheses<'a>(
 }
 
 /// The solution of the structure's parent, or of the parent's where that was not asked for.
-fn nearest_parent<'s, 'a>(structure: &Structure, solutions: &'s [Solution<'a>]) -> Option<&'s Solution<'a>> {
+fn nearest_parent<'s, 'a>(
+    structure: &Structure,
+    solutions: &'s [Solution<'a>],
+) -> Option<&'s Solution<'a>> {
     let parent = structure.parent()?;
     let found = solutions.iter().find(|s| s.problem.structure == parent);
     found.or_else(|| nearest_parent(&parent, solutions))
@@ -122,13 +137,18 @@ fn first_looks(legs: &[Leg], interval_s: f64) -> Option<[(f64, f64); 2]> {
             let scale = Scale::of(legs, interval_s, rate, rate);
             let problem = Problem::new(legs, Structure::FIRST_ORDER, scale);
             let noise = match is_whitened {
-                true => Noise::Sea { per_s2: 0.6 * rate * rate, time_s: 2.0 / rate },
+                true => Noise::Sea {
+                    per_s2: 0.6 * rate * rate,
+                    time_s: 2.0 / rate,
+                },
                 false => Noise::None,
             };
             let (cost, there) = problem.linear_cost(&problem.first_guess(), &noise)?;
             Some((cost, rate, there[1] * rate))
         };
-        let best = (0..FIRST_DAMPINGS).filter_map(of).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let best = (0..FIRST_DAMPINGS)
+            .filter_map(of)
+            .min_by(|a, b| a.0.total_cmp(&b.0))?;
         (best.2 != 0.0 && best.2.is_finite()).then_some((best.1, best.2))
     };
     Some([look(false)?, look(true)?])
@@ -157,13 +177,28 @@ impl<'a> Search<'_, 'a> {
         };
         let drift_node = drift.first().map_or(0, |(node, _)| *node);
         let sea_node = sea.first().map_or((-3, 0), |(node, _)| *node);
-        let sea_x = sea.first().map_or_else(|| calm.x.clone(), |(_, fit)| fit.x.clone());
+        let sea_x = sea
+            .first()
+            .map_or_else(|| calm.x.clone(), |(_, fit)| fit.x.clone());
         // The whitened fit finds optima that output error does not: calm and drift start once more from its optimum.
-        let mut drift: Vec<(f64, Fit)> =
-            drift.into_iter().map(|(_, fit)| (fit.log_evidence + LOG_DRIFT, fit)).collect();
+        let mut drift: Vec<(f64, Fit)> = drift
+            .into_iter()
+            .map(|(_, fit)| (fit.log_evidence + LOG_DRIFT, fit))
+            .collect();
         if !sea.is_empty() {
-            let again = |noise| problem.fit(&sea_x, noise, Effort { steps: 12, ..Effort::WHOLE });
-            if let Some(better) = again(Noise::None).filter(|f| f.log_evidence > calm.log_evidence + 0.1) {
+            let again = |noise| {
+                problem.fit(
+                    &sea_x,
+                    noise,
+                    Effort {
+                        steps: 12,
+                        ..Effort::WHOLE
+                    },
+                )
+            };
+            if let Some(better) =
+                again(Noise::None).filter(|f| f.log_evidence > calm.log_evidence + 0.1)
+            {
                 calm = better;
             }
             if let Some(better) = drift.first().and_then(|(_, fit)| again(fit.noise))
@@ -193,7 +228,10 @@ impl<'a> Search<'_, 'a> {
         };
         let mut found = Vec::new();
         if asks(Disturbance::None) {
-            found.push(of(Disturbance::None, vec![(calm.log_evidence + LOG_CALM, calm)]));
+            found.push(of(
+                Disturbance::None,
+                vec![(calm.log_evidence + LOG_CALM, calm)],
+            ));
         }
         for (disturbance, nodes) in [(Disturbance::Drift, drift), (Disturbance::Sea, sea)] {
             if !nodes.is_empty() {
@@ -208,9 +246,14 @@ impl<'a> Search<'_, 'a> {
         let problem = self.problem;
         let mut starts = self.starts(|solution| &solution.calm);
         if starts.len() > 3 {
-            let brief = Effort { steps: 6, tolerance: 1e-2 };
-            let mut fits: Vec<Fit> =
-                starts.iter().filter_map(|x| problem.fit(x, Noise::None, brief)).collect();
+            let brief = Effort {
+                steps: 6,
+                tolerance: 1e-2,
+            };
+            let mut fits: Vec<Fit> = starts
+                .iter()
+                .filter_map(|x| problem.fit(x, Noise::None, brief))
+                .collect();
             fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
             starts = fits.into_iter().take(2).map(|fit| fit.x).collect();
         }
@@ -257,7 +300,8 @@ impl<'a> Search<'_, 'a> {
         let parameters = &self.problem.parameters;
         let is_of_a_gear = |p: &Parameter| matches!(p, Parameter::RateLimit | Parameter::Play);
         let limit = parameters.iter().position(is_of_a_gear)?;
-        let looks = (0..FIRST_DAMPINGS).flat_map(|damping| (-3..=3).map(move |size| [damping as i32, size]));
+        let looks = (0..FIRST_DAMPINGS)
+            .flat_map(|damping| (-3..=3).map(move |size| [damping as i32, size]));
         looks
             .filter_map(|[damping, size]| {
                 let mut x = x.clone();
@@ -273,13 +317,18 @@ impl<'a> Search<'_, 'a> {
     fn drifts(&self, start: &DVector<f64>) -> Vec<(i32, Fit)> {
         let rate = self.problem.scale.rate_per_s;
         let mut nodes: Vec<(i32, Fit)> = Vec::new();
-        let effort = Effort { steps: 8, tolerance: 1e-2 };
+        let effort = Effort {
+            steps: 8,
+            tolerance: 1e-2,
+        };
         let mut at = |nodes: &mut Vec<(i32, Fit)>, k: i32| {
             if !(DRIFTS[0]..=DRIFTS[1]).contains(&k) || nodes.iter().any(|(node, _)| *node == k) {
                 return;
             }
             let from = nodes.first().map_or(start, |(_, fit)| &fit.x);
-            let noise = Noise::Drift { per_sqrt_s: libm::exp2(f64::from(k)) * rate.sqrt() };
+            let noise = Noise::Drift {
+                per_sqrt_s: libm::exp2(f64::from(k)) * rate.sqrt(),
+            };
             if let Some(fit) = self.problem.fit(from, noise, effort) {
                 nodes.push((k, fit));
                 nodes.sort_by(|a, b| b.1.log_evidence.total_cmp(&a.1.log_evidence));
@@ -287,7 +336,9 @@ impl<'a> Search<'_, 'a> {
         };
         match self.parent {
             Some(parent) => at(&mut nodes, parent.drift_node),
-            None => [-6, -3, 0, 3, 6, 9].into_iter().for_each(|k| at(&mut nodes, k)),
+            None => [-6, -3, 0, 3, 6, 9]
+                .into_iter()
+                .for_each(|k| at(&mut nodes, k)),
         }
         climb(&mut nodes, &mut at, |k| vec![k - 1, k + 1]);
         kept(nodes)
@@ -297,15 +348,24 @@ impl<'a> Search<'_, 'a> {
     fn seas(&self, calm: &DVector<f64>) -> Vec<((i32, i32), Fit)> {
         let rate = self.problem.scale.rate_per_s;
         let starts = match self.parent {
-            Some(_) => vec![calm.clone(), self.starts(|solution| &solution.sea).swap_remove(0)],
+            Some(_) => vec![
+                calm.clone(),
+                self.starts(|solution| &solution.sea).swap_remove(0),
+            ],
             None => {
                 let mut starts = self.starts(|solution| &solution.sea);
                 starts[0] = calm.clone();
                 starts
             }
         };
-        let first = Noise::Sea { per_s2: rate * rate, time_s: 2.0 / rate };
-        let brief = Effort { steps: 10, ..Effort::NODE };
+        let first = Noise::Sea {
+            per_s2: rate * rate,
+            time_s: 2.0 / rate,
+        };
+        let brief = Effort {
+            steps: 10,
+            ..Effort::NODE
+        };
         let Some(start) = starts
             .iter()
             .filter_map(|x| self.problem.fit(x, first, brief))
@@ -315,7 +375,8 @@ impl<'a> Search<'_, 'a> {
         };
         let mut nodes: Vec<((i32, i32), Fit)> = Vec::new();
         let mut at = |nodes: &mut Vec<((i32, i32), Fit)>, (strength, time): (i32, i32)| {
-            let is_within = (SEAS[0]..=SEAS[1]).contains(&strength) && (-TIMES..=TIMES).contains(&time);
+            let is_within =
+                (SEAS[0]..=SEAS[1]).contains(&strength) && (-TIMES..=TIMES).contains(&time);
             if !is_within || nodes.iter().any(|(node, _)| *node == (strength, time)) {
                 return;
             }
@@ -331,11 +392,22 @@ impl<'a> Search<'_, 'a> {
         };
         match self.parent {
             Some(parent) => at(&mut nodes, parent.sea_node),
-            None => [-6, -3, 0, 3, 6].into_iter().for_each(|k| at(&mut nodes, (k, 0))),
+            None => [-6, -3, 0, 3, 6]
+                .into_iter()
+                .for_each(|k| at(&mut nodes, (k, 0))),
         }
-        climb(&mut nodes, &mut at, |(k, t)| vec![(k + 1, t), (k - 1, t), (k, t + 1), (k, t - 1)]);
+        climb(&mut nodes, &mut at, |(k, t)| {
+            vec![(k + 1, t), (k - 1, t), (k, t + 1), (k, t - 1)]
+        });
         if let Some(&((k, t), _)) = nodes.first() {
-            for node in [(k + 1, t + 1), (k - 1, t + 1), (k + 1, t - 1), (k - 1, t - 1), (k + 2, t), (k - 2, t)] {
+            for node in [
+                (k + 1, t + 1),
+                (k - 1, t + 1),
+                (k + 1, t - 1),
+                (k - 1, t - 1),
+                (k + 2, t),
+                (k - 2, t),
+            ] {
                 at(&mut nodes, node);
             }
         }
@@ -359,7 +431,9 @@ fn climb<N: Copy + PartialEq>(
         let Some(best) = nodes.first().map(|(node, _)| *node) else {
             return;
         };
-        neighbours(best).into_iter().for_each(|node| at(nodes, node));
+        neighbours(best)
+            .into_iter()
+            .for_each(|node| at(nodes, node));
         if nodes.first().is_some_and(|(node, _)| *node == best) {
             return;
         }

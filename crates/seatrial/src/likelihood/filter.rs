@@ -101,7 +101,11 @@ pub fn innovations(
         let part_s = part_s(i);
         for command in &commands[PARTS * i..PARTS * (i + 1)] {
             let act = gear.advance(*command, part_s);
-            motion.advance(&mut x, vehicle.authority_per_s2 * act + start.offset_rad_s2, part_s);
+            motion.advance(
+                &mut x,
+                vehicle.authority_per_s2 * act + start.offset_rad_s2,
+                part_s,
+            );
         }
         if x[3] != 0.0 {
             x[3] *= decay.over(part_s * PARTS as f64);
@@ -122,7 +126,11 @@ pub fn simulate(leg: &Leg, vehicle: &Vehicle, start: &Start) -> Vec<State> {
         let part_s = (pair[1] - pair[0]) / PARTS as f64;
         for command in parts {
             let act = gear.advance(*command, part_s);
-            motion.advance(&mut x, vehicle.authority_per_s2 * act + start.offset_rad_s2, part_s);
+            motion.advance(
+                &mut x,
+                vehicle.authority_per_s2 * act + start.offset_rad_s2,
+                part_s,
+            );
         }
         states.push(x);
     }
@@ -132,10 +140,20 @@ pub fn simulate(leg: &Leg, vehicle: &Vehicle, start: &Start) -> Vec<State> {
 /// Overshoot of a heading step under proportional control as a share of the step, and the share by which it is still off at the end.
 ///
 /// The controller sees the heading every `interval_s` and turns the rudder within `limit_rad`; it runs for 30 time constants.
-pub fn heading_step(vehicle: &Vehicle, gain: f64, step_rad: f64, limit_rad: f64, interval_s: f64) -> [f64; 2] {
+pub fn heading_step(
+    vehicle: &Vehicle,
+    gain: f64,
+    step_rad: f64,
+    limit_rad: f64,
+    interval_s: f64,
+) -> [f64; 2] {
     const LENGTH: f64 = 30.0;
     let slowest_s = 1.0 / vehicle.damping_per_s.abs().max(f64::MIN_POSITIVE);
-    let of_loop_s = 1.0 / (gain * vehicle.authority_per_s2).abs().sqrt().max(f64::MIN_POSITIVE);
+    let of_loop_s = 1.0
+        / (gain * vehicle.authority_per_s2)
+            .abs()
+            .sqrt()
+            .max(f64::MIN_POSITIVE);
     let steps = (LENGTH * slowest_s.max(of_loop_s) / interval_s).clamp(100.0, 20_000.0) as usize;
     let part_s = interval_s / PARTS as f64;
     let mut gear = Gear::new(vehicle, 0.0);
@@ -165,7 +183,11 @@ struct Decay {
 
 impl Decay {
     fn of(time_s: f64) -> Self {
-        Self { time_s, interval_s: f64::NAN, factor: 1.0 }
+        Self {
+            time_s,
+            interval_s: f64::NAN,
+            factor: 1.0,
+        }
     }
 
     fn over(&mut self, interval_s: f64) -> f64 {
@@ -203,7 +225,10 @@ impl Gear {
     fn advance(&mut self, command_rad: f64, part_s: f64) -> f64 {
         let from = self.angle_rad;
         let command_rad = match self.half_play_rad > 0.0 {
-            true => from.clamp(command_rad - self.half_play_rad, command_rad + self.half_play_rad),
+            true => from.clamp(
+                command_rad - self.half_play_rad,
+                command_rad + self.half_play_rad,
+            ),
             false => command_rad,
         };
         let away = from - command_rad;
@@ -297,9 +322,13 @@ impl Gains {
         match *noise {
             Noise::None => None,
             Noise::Drift { per_sqrt_s } => Some(Self::of_drift(leg, per_sqrt_s)),
-            Noise::Sea { per_s2, time_s } => {
-                Some(Self::of_sea(leg, vehicle, per_s2 * per_s2, time_s, slopes_rad_s))
-            }
+            Noise::Sea { per_s2, time_s } => Some(Self::of_sea(
+                leg,
+                vehicle,
+                per_s2 * per_s2,
+                time_s,
+                slopes_rad_s,
+            )),
         }
     }
 
@@ -328,7 +357,10 @@ impl Gains {
         let mut transition = Transition::default();
         let mut is_settled = false;
         for i in 0..leg.len() {
-            let interval_s = leg.time_s.get(i + 1).map_or(0.0, |next_s| next_s - leg.time_s[i]);
+            let interval_s = leg
+                .time_s
+                .get(i + 1)
+                .map_or(0.0, |next_s| next_s - leg.time_s[i]);
             if is_settled && (transition.interval_s == interval_s || interval_s == 0.0) {
                 gains.repeat();
                 continue;
@@ -373,7 +405,9 @@ impl Gains {
 
     fn ends_near(&self, gain: &State) -> bool {
         self.gain.last().is_some_and(|last| {
-            last.iter().zip(gain).all(|(a, b)| (a - b).abs() <= SETTLED * b.abs())
+            last.iter()
+                .zip(gain)
+                .all(|(a, b)| (a - b).abs() <= SETTLED * b.abs())
         })
     }
 }
@@ -387,7 +421,11 @@ struct Transition {
 
 impl Default for Transition {
     fn default() -> Self {
-        Self { interval_s: f64::NAN, damping_per_s: f64::NAN, f: [[0.0; 4]; 4] }
+        Self {
+            interval_s: f64::NAN,
+            damping_per_s: f64::NAN,
+            f: [[0.0; 4]; 4],
+        }
     }
 }
 

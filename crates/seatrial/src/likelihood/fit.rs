@@ -58,9 +58,15 @@ pub struct Effort {
 
 impl Effort {
     /// For an answer.
-    pub const WHOLE: Self = Self { steps: 25, tolerance: 1e-4 };
+    pub const WHOLE: Self = Self {
+        steps: 25,
+        tolerance: 1e-4,
+    };
     /// For a node of a grid.
-    pub const NODE: Self = Self { steps: 6, tolerance: 3e-3 };
+    pub const NODE: Self = Self {
+        steps: 6,
+        tolerance: 3e-3,
+    };
 }
 
 impl<'a> Problem<'a> {
@@ -92,7 +98,8 @@ impl<'a> Problem<'a> {
 
     /// The vehicle of scaled parameters.
     pub fn vehicle(&self, x: &DVector<f64>) -> Vehicle {
-        self.scale.vehicle(&self.parameters, &x.as_slice()[..self.parameters.len()])
+        self.scale
+            .vehicle(&self.parameters, &x.as_slice()[..self.parameters.len()])
     }
 
     /// Place of a leg's first parameter.
@@ -154,9 +161,14 @@ impl<'a> Problem<'a> {
     /// Gains of all legs and the sum of the logs of their deviations.
     pub fn all_gains(&self, x: &DVector<f64>, noise: &Noise) -> (Vec<Option<Gains>>, f64) {
         let vehicle = self.vehicle(x);
-        let gains: Vec<Option<Gains>> =
-            (0..self.legs.len()).map(|leg| self.gains(leg, &vehicle, noise)).collect();
-        let logs = gains.iter().flatten().map(|gains| gains.log_deviations).sum();
+        let gains: Vec<Option<Gains>> = (0..self.legs.len())
+            .map(|leg| self.gains(leg, &vehicle, noise))
+            .collect();
+        let logs = gains
+            .iter()
+            .flatten()
+            .map(|gains| gains.log_deviations)
+            .sum();
         (gains, logs)
     }
 
@@ -250,7 +262,9 @@ impl<'a> Problem<'a> {
     /// Variance of the heading noise by innovations, no less than what no model explains.
     fn variance(&self, errors: &DVector<f64>) -> f64 {
         let least = UNEXPLAINED * self.scale.heading_rad;
-        (errors.norm_squared() / self.freedom()).max(least * least).max(f64::MIN_POSITIVE)
+        (errors.norm_squared() / self.freedom())
+            .max(least * least)
+            .max(f64::MIN_POSITIVE)
     }
 
     fn cost(&self, errors: &DVector<f64>, logs: f64, x: &DVector<f64>) -> f64 {
@@ -275,7 +289,8 @@ impl<'a> Problem<'a> {
             let variance = self.variance(&errors);
             let jacobian = self.jacobian(&x, &noise, &gains, &errors);
             let information = self.information(&jacobian, variance, &prior);
-            let slope = jacobian.tr_mul(&errors) / variance + self.believed(&x).component_mul(&prior);
+            let slope =
+                jacobian.tr_mul(&errors) / variance + self.believed(&x).component_mul(&prior);
             let mut is_done = true;
             for _ in 0..8 {
                 let mut damped = information.clone();
@@ -311,7 +326,13 @@ impl<'a> Problem<'a> {
         let jacobian = self.jacobian(&x, &noise, &gains, &errors);
         let information = self.information(&jacobian, variance, &prior);
         let factor = information.clone().cholesky()?;
-        let log_determinant = 2.0 * factor.l().diagonal().iter().map(|d| libm::log(*d)).sum::<f64>();
+        let log_determinant = 2.0
+            * factor
+                .l()
+                .diagonal()
+                .iter()
+                .map(|d| libm::log(*d))
+                .sum::<f64>();
         let log_prior: f64 = self
             .parameters
             .iter()
@@ -320,7 +341,8 @@ impl<'a> Problem<'a> {
             .sum();
         // The cost has the freedom that is left, the evidence counts every comparison: what the parameters take is in the determinant.
         let taken = self.comparisons() as f64 - self.freedom();
-        let log_evidence = -cost - 0.5 * taken * libm::log(variance) - 0.5 * log_determinant - log_prior;
+        let log_evidence =
+            -cost - 0.5 * taken * libm::log(variance) - 0.5 * log_determinant - log_prior;
         (cost.is_finite() && log_evidence.is_finite()).then_some(Fit {
             x,
             noise,
@@ -340,7 +362,9 @@ impl<'a> Problem<'a> {
         let shared = self.parameters.len();
         let is_free = |i: &usize| *i >= shared || self.parameters[*i] == Parameter::Authority;
         let free: Vec<usize> = (0..self.size()).filter(is_free).collect();
-        let jacobian = self.jacobian(x, noise, &gains, &errors).select_columns(&free);
+        let jacobian = self
+            .jacobian(x, noise, &gains, &errors)
+            .select_columns(&free);
         let mut information = jacobian.tr_mul(&jacobian);
         for i in 0..free.len() {
             information[(i, i)] *= 1.0 + 1e-9;

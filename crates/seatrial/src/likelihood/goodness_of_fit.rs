@@ -4,12 +4,11 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use seatrial_core::validation::GoodnessOfFit;
 use seatrial_core::{Real, Sample, YawModel};
 
+use super::steering_model::{SteeringModel, SteeringState};
 use crate::identification::Validation;
 use crate::identify::error::{IdentifyError, WindowUse};
 use crate::identify::validation;
-use super::steering_model::{SteeringModel, SteeringState};
 use crate::record::{Record, Window};
-
 
 /// Simulates `model` over a window of a record and compares (35)-(37), as
 /// [`crate::identify::validation::validate`] does a first-order model.

@@ -34,14 +34,35 @@ impl Structure {
         quadratic: false,
         sway: false,
     };
-    const SHIFT: Self = Self { shift: true, ..Self::FIRST_ORDER };
+    const SHIFT: Self = Self {
+        shift: true,
+        ..Self::FIRST_ORDER
+    };
     /// First order behind a gear that lags.
-    pub const LAG: Self = Self { lag: true, ..Self::SHIFT };
-    const RATE_LIMIT: Self = Self { rate_limit: true, ..Self::SHIFT };
-    const PLAY: Self = Self { play: true, ..Self::SHIFT };
-    const QUADRATIC: Self = Self { quadratic: true, ..Self::SHIFT };
-    const SWAY: Self = Self { sway: true, ..Self::SHIFT };
-    const SWAY_QUADRATIC: Self = Self { quadratic: true, ..Self::SWAY };
+    pub const LAG: Self = Self {
+        lag: true,
+        ..Self::SHIFT
+    };
+    const RATE_LIMIT: Self = Self {
+        rate_limit: true,
+        ..Self::SHIFT
+    };
+    const PLAY: Self = Self {
+        play: true,
+        ..Self::SHIFT
+    };
+    const QUADRATIC: Self = Self {
+        quadratic: true,
+        ..Self::SHIFT
+    };
+    const SWAY: Self = Self {
+        sway: true,
+        ..Self::SHIFT
+    };
+    const SWAY_QUADRATIC: Self = Self {
+        quadratic: true,
+        ..Self::SWAY
+    };
 
     /// Every structure of the table, each after the one that it starts from.
     pub const TABLE: [Self; 8] = [
@@ -195,7 +216,10 @@ impl Parameter {
 
     /// Does it change how a disturbance moves the heading?
     pub fn is_dynamic(self) -> bool {
-        matches!(self, Self::Damping | Self::Quadratic | Self::Coupling | Self::SwayTime)
+        matches!(
+            self,
+            Self::Damping | Self::Quadratic | Self::Coupling | Self::SwayTime
+        )
     }
 }
 
@@ -252,7 +276,10 @@ impl Scale {
             let command = leg.commands(0.0);
             let mean = command.iter().sum::<f64>() / command.len().max(1) as f64;
             rudder_rad = rudder_rad.max(deviation(&command));
-            strokes += command.windows(2).filter(|c| (c[0] > mean) != (c[1] > mean)).count();
+            strokes += command
+                .windows(2)
+                .filter(|c| (c[0] > mean) != (c[1] > mean))
+                .count();
         }
         let headings = legs.iter().map(Leg::heading_deviation_rad);
         Self {

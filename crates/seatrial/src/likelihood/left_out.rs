@@ -39,7 +39,13 @@ pub fn blocks(problem: &Problem) -> Vec<Block> {
         for k in 0..count {
             let (from, to) = (k * n / count, (k + 1) * n / count);
             if to - from >= LEAST {
-                blocks.push(Block { leg, from, to, row: row + from, is_whole_leg: count == 1 });
+                blocks.push(Block {
+                    leg,
+                    from,
+                    to,
+                    row: row + from,
+                    is_whole_leg: count == 1,
+                });
             }
         }
         row += n;
@@ -56,7 +62,10 @@ pub fn without(problem: &Problem, fit: &Fit, block: &Block) -> DVector<f64> {
     let own = problem.first_of_leg(block.leg);
     let is_own = |i: usize| block.is_whole_leg && (own..own + problem.per_leg()).contains(&i);
     let free: Vec<usize> = (0..problem.size()).filter(|i| !is_own(*i)).collect();
-    let deviations: Vec<f64> = free.iter().map(|i| information[(*i, *i)].max(1e-12).sqrt()).collect();
+    let deviations: Vec<f64> = free
+        .iter()
+        .map(|i| information[(*i, *i)].max(1e-12).sqrt())
+        .collect();
     let scaled = DMatrix::from_fn(free.len(), free.len(), |a, b| {
         information[(free[a], free[b])] / (deviations[a] * deviations[b])
     });
@@ -72,7 +81,11 @@ pub fn without(problem: &Problem, fit: &Fit, block: &Block) -> DVector<f64> {
         .filter(|a| free[*a] < shared)
         .map(|a| (step[a] / deviations[a]).abs())
         .fold(0.0, f64::max);
-    let share = if furthest > FURTHEST { FURTHEST / furthest } else { 1.0 };
+    let share = if furthest > FURTHEST {
+        FURTHEST / furthest
+    } else {
+        1.0
+    };
     let mut x = fit.x.clone();
     for (a, i) in free.iter().enumerate() {
         x[*i] += share * step[a] / deviations[a];

@@ -37,16 +37,24 @@ impl Leg {
         };
         let mut total = 0.0;
         let integral = std::iter::once(0.0)
-            .chain(time_s.windows(2).zip(&series.rudder_rad).map(|(t, rudder)| {
-                total += (t[1] - t[0]) * rudder;
-                total
-            }))
+            .chain(
+                time_s
+                    .windows(2)
+                    .zip(&series.rudder_rad)
+                    .map(|(t, rudder)| {
+                        total += (t[1] - t[0]) * rudder;
+                        total
+                    }),
+            )
             .collect();
         let rudder = |sample: Option<&f64>| sample.copied().unwrap_or(0.0);
         Self {
             heading_rad: means(&series.heading_rad),
             integral,
-            ends_rad: [rudder(series.rudder_rad.first()), rudder(series.rudder_rad.last())],
+            ends_rad: [
+                rudder(series.rudder_rad.first()),
+                rudder(series.rudder_rad.last()),
+            ],
             change_s: time_s.clone(),
             time_s: means(&time_s),
         }
@@ -97,7 +105,8 @@ impl Leg {
 
     /// Integral of the command up to a time at or after change `at`, rad s.
     fn integral_near(&self, at: usize, time_s: f64) -> f64 {
-        let (Some(change_s), Some(integral)) = (self.change_s.get(at), self.integral.get(at)) else {
+        let (Some(change_s), Some(integral)) = (self.change_s.get(at), self.integral.get(at))
+        else {
             return 0.0;
         };
         let since_s = time_s - change_s;

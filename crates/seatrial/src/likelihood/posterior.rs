@@ -36,7 +36,10 @@ impl Contest<'_> {
         if parts.is_empty() || !(total > 0.0) {
             return None;
         }
-        let mean = parts.iter().map(|(w, m)| m.mean * (w / total)).sum::<Vector3<f64>>();
+        let mean = parts
+            .iter()
+            .map(|(w, m)| m.mean * (w / total))
+            .sum::<Vector3<f64>>();
         let covariance = parts
             .iter()
             .map(|(w, m)| {
@@ -60,7 +63,13 @@ impl Candidate<'_> {
             .filter(|(_, share)| *share >= NEGLIGIBLE)
             .filter_map(|((_, fit), share)| {
                 let covariance = covariance(problem, fit, &of)?;
-                Some((share * self.weight, Moments { mean: of(&fit.x), covariance }))
+                Some((
+                    share * self.weight,
+                    Moments {
+                        mean: of(&fit.x),
+                        covariance,
+                    },
+                ))
             })
             .collect();
         if let Some(times) = self.jackknife(&nodes, &of) {
@@ -90,8 +99,11 @@ impl Candidate<'_> {
         Some(Vector3::from_fn(|i, _| {
             let scatter: f64 = values.iter().map(|v| (v[i] - mean[i]).powi(2)).sum();
             let jackknife = (k - 1.0) / k * scatter;
-            let own: f64 =
-                nodes.iter().map(|(w, m)| w * m.covariance[(i, i)]).sum::<f64>() / total;
+            let own: f64 = nodes
+                .iter()
+                .map(|(w, m)| w * m.covariance[(i, i)])
+                .sum::<f64>()
+                / total;
             match jackknife > clearly * own && own > 0.0 {
                 true => (jackknife / own).sqrt(),
                 false => 1.0,

@@ -55,7 +55,14 @@ pub fn sea_test(problem: &Problem, calm: &Fit, sea: &Fit) -> Option<SeaTest> {
         let mut added = Vec::with_capacity(problem.comparisons());
         let mut whitened = Vec::with_capacity(problem.comparisons());
         for (leg, record) in problem.legs.iter().enumerate() {
-            let wander = wander(record, &vehicle, per_s2 * noise_rad, time_s, noise_rad, &mut draw);
+            let wander = wander(
+                record,
+                &vehicle,
+                per_s2 * noise_rad,
+                time_s,
+                noise_rad,
+                &mut draw,
+            );
             let mut moved = record.clone();
             for (heading, added) in moved.heading_rad.iter_mut().zip(&wander) {
                 *heading += added;
@@ -63,7 +70,14 @@ pub fn sea_test(problem: &Problem, calm: &Fit, sea: &Fit) -> Option<SeaTest> {
             let commands = record.commands(vehicle.shift_s);
             let start = problem.start_of(&sea.x, leg);
             let range = [0, record.len()];
-            whitened.extend(innovations(&moved, range, &vehicle, &start, gains[leg].as_ref(), &commands));
+            whitened.extend(innovations(
+                &moved,
+                range,
+                &vehicle,
+                &start,
+                gains[leg].as_ref(),
+                &commands,
+            ));
             added.extend(wander);
         }
         let added = DVector::from_vec(added);
@@ -71,12 +85,17 @@ pub fn sea_test(problem: &Problem, calm: &Fit, sea: &Fit) -> Option<SeaTest> {
         let by_sea = -(&to_sea * (DVector::from_vec(whitened) - &sea.errors));
         apart.push(Vector2::new(by_calm[0] - by_sea[0], by_calm[1] - by_sea[1]));
         let left = added + &calm.jacobian * by_calm;
-        errors.push(libm::log(left.norm_squared() / left.len() as f64 + negligible));
+        errors.push(libm::log(
+            left.norm_squared() / left.len() as f64 + negligible,
+        ));
     }
     let count = DRAWS as f64;
     let mean = apart.iter().sum::<Vector2<f64>>() / count;
-    let mut covariance: Matrix2<f64> =
-        apart.iter().map(|d| (d - mean) * (d - mean).transpose()).sum::<Matrix2<f64>>() / (count - 1.0);
+    let mut covariance: Matrix2<f64> = apart
+        .iter()
+        .map(|d| (d - mean) * (d - mean).transpose())
+        .sum::<Matrix2<f64>>()
+        / (count - 1.0);
     for i in 0..2 {
         covariance[(i, i)] += (NEGLIGIBLE_SHARE * sea.x[i]).powi(2);
     }
@@ -111,7 +130,11 @@ fn wander(
         let damping = vehicle.damping_per_s + 2.0 * vehicle.quadratic_per_rad * slopes[i].abs();
         let z = (damping * h).clamp(-0.5, 50.0);
         let left = libm::exp(-z);
-        let once = if z.abs() < 1e-6 { h } else { h * (1.0 - left) / z };
+        let once = if z.abs() < 1e-6 {
+            h
+        } else {
+            h * (1.0 - left) / z
+        };
         let push = d + vehicle.coupling_per_s2 * v;
         let next = left * r + once * push;
         psi += 0.5 * h * (r + next);

@@ -92,7 +92,10 @@ impl SteeringModel {
             a11_per_s: if has_sway { -1.0 / vehicle.sway_s } else { 0.0 },
             rudder_shift_s: vehicle.shift_s,
             rudder_lag_s: vehicle.lag_s,
-            rate_limit_rad_s: vehicle.rate_limit_rad_s.is_finite().then_some(vehicle.rate_limit_rad_s),
+            rate_limit_rad_s: vehicle
+                .rate_limit_rad_s
+                .is_finite()
+                .then_some(vehicle.rate_limit_rad_s),
             play_rad: (vehicle.play_rad > 0.0).then_some(vehicle.play_rad),
         }
     }
@@ -108,13 +111,19 @@ impl SteeringModel {
             play_rad: self.play_rad.unwrap_or(0.0),
             quadratic_per_rad: self.quadratic_per_rad,
             coupling_per_s2: self.a21_per_s2,
-            sway_s: if self.a11_per_s < 0.0 { -1.0 / self.a11_per_s } else { 1.0 },
+            sway_s: if self.a11_per_s < 0.0 {
+                -1.0 / self.a11_per_s
+            } else {
+                1.0
+            },
         }
     }
 
     /// Time by which the gear is late in the mean of a stroke from neutral to an amplitude, rad, s.
     pub fn gear_delay_s(&self, amplitude_rad: f64) -> f64 {
-        let on_the_way_s = self.rate_limit_rad_s.map_or(0.0, |rate| 0.5 * amplitude_rad.abs() / rate);
+        let on_the_way_s = self
+            .rate_limit_rad_s
+            .map_or(0.0, |rate| 0.5 * amplitude_rad.abs() / rate);
         self.rudder_lag_s + on_the_way_s
     }
 
@@ -150,11 +159,13 @@ impl SteeringModel {
         };
         simulate(&Leg::new(samples, 1), &self.vehicle(), &start)
             .into_iter()
-            .map(|[heading_rad, yaw_rate_rad_s, drift_rad, _]| SteeringState {
-                heading_rad,
-                yaw_rate_rad_s,
-                drift_rad,
-            })
+            .map(
+                |[heading_rad, yaw_rate_rad_s, drift_rad, _]| SteeringState {
+                    heading_rad,
+                    yaw_rate_rad_s,
+                    drift_rad,
+                },
+            )
             .collect()
     }
 }
@@ -183,7 +194,11 @@ pub fn first_order_at(vehicle: &Vehicle, offset_rad_s2: f64, amplitude_rad: f64)
     if inertia < LEAST_INERTIA {
         return [f64::NAN; 3];
     }
-    [-secant / inertia, vehicle.authority_per_s2 / inertia, offset_rad_s2 / inertia]
+    [
+        -secant / inertia,
+        vehicle.authority_per_s2 / inertia,
+        offset_rad_s2 / inertia,
+    ]
 }
 
 #[cfg(test)]
@@ -215,7 +230,10 @@ mod tests {
         let [a22, b2, _] = first_order_at(&model.vehicle(), 0.0, 0.2);
         // The midpoint rule of quadratic damping.
         let settled = states[3999].yaw_rate_rad_s;
-        assert!((settled + b2 * 0.2 / a22).abs() < 1e-4 * settled, "{settled}");
+        assert!(
+            (settled + b2 * 0.2 / a22).abs() < 1e-4 * settled,
+            "{settled}"
+        );
     }
 
     #[test]
@@ -231,7 +249,10 @@ mod tests {
         let states = model.simulate(&rows(0.05, 2000, 0.1), SteeringState::default());
         // Sway follows the mean of two yaw rates: a share of (h/T)^2.
         let settled = states[1999].yaw_rate_rad_s;
-        assert!((settled - 0.1 * nomoto.k_per_s).abs() < 1e-4 * settled, "{settled}");
+        assert!(
+            (settled - 0.1 * nomoto.k_per_s).abs() < 1e-4 * settled,
+            "{settled}"
+        );
         let poles = [-1.0 / nomoto.t1_s, -1.0 / nomoto.t2_s];
         assert!((poles[0] + poles[1] - (model.a11_per_s + model.a22_per_s)).abs() < 1e-12);
     }

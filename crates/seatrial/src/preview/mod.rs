@@ -1,5 +1,6 @@
 //! What a plan will do, and how much it will determine, before anything moves.
 
+mod budget;
 mod design;
 mod expected_vehicle;
 mod information;
@@ -10,6 +11,7 @@ use seatrial_core::InvalidSetting;
 use seatrial_core::{Outcome, Plan, Real, Sample, Stage, Trial, Vehicle, YawModel};
 use serde::Serialize;
 
+pub use budget::Budget;
 pub use design::{Comparison, Design, DesignAtSpeed, compare_designs};
 pub use information::{Expected, Predicted};
 pub use recommendation::{InvalidTarget, Recommendation, Target, parse_target, recommend};
@@ -133,8 +135,20 @@ pub struct SpeedPreview {
 /// | K | gain of the heading controller | 1 |
 ///
 /// Currents move the track as a whole; they are not in it.
+///
+/// # Errors
+/// A plan out of its range, or one whose samples are more than [`Budget::OWN_SAMPLES`].
 pub fn preview(plan: &Plan<f64>, prior: &Prior) -> Result<Preview, InvalidSetting> {
-    let (outcome, played) = play(plan, prior)?;
+    preview_within(plan, prior, &Budget::of(Budget::OWN_SAMPLES))
+}
+
+/// Plays the plan as [`preview`] does, within a budget.
+pub fn preview_within(
+    plan: &Plan<f64>,
+    prior: &Prior,
+    budget: &Budget,
+) -> Result<Preview, InvalidSetting> {
+    let (outcome, played) = play(plan, prior, budget)?;
     let margin_m = track_margin_m(prior, &played);
     let samples = || played.iter().flat_map(|run| &run.samples);
     Ok(Preview {
@@ -158,8 +172,13 @@ pub fn preview(plan: &Plan<f64>, prior: &Prior) -> Result<Preview, InvalidSettin
 }
 
 /// How the plan ends on the vehicle believed in, and the samples of each speed.
-fn play(plan: &Plan<f64>, prior: &Prior) -> Result<(Option<Outcome>, Vec<Played>), InvalidSetting> {
+fn play(
+    plan: &Plan<f64>,
+    prior: &Prior,
+    budget: &Budget,
+) -> Result<(Option<Outcome>, Vec<Played>), InvalidSetting> {
     let mut trial = Trial::new(*plan)?;
+    budget.check(plan, prior)?;
     let thrusts = prior.speeds.iter().map(|speed| speed.thrust);
     let vehicle = ExpectedVehicle::new(prior).filter(|_| thrusts.eq(plan.thrusts.iter().copied()));
     let mut vehicle = vehicle.ok_or(InvalidSetting {
@@ -171,6 +190,7 @@ fn play(plan: &Plan<f64>, prior: &Prior) -> Result<(Option<Outcome>, Vec<Played>
         let Ok(Some(sample)) = vehicle.next_sample() else {
             break;
         };
+        budget.take()?;
         let action = trial.step(&sample);
         let status = trial.status();
         let speed = status.speed - 1;

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use seatrial_core::{InvalidSetting, List, Outcome, Plan, Stage};
 use serde::Serialize;
 
-use super::{Played, Prior, PriorSpeed, duration_s, play};
+use super::{Budget, Played, Prior, PriorSpeed, duration_s, play};
 use crate::surge_estimate::{ExpectedRun, ExpectedSurge, SurgeBelief};
 
 /// What the drag length may be, as parts of the one believed in: of all the widest interval counts.
@@ -18,6 +18,9 @@ const SAME_COST_S: f64 = 0.5;
 /// tell them so, the one with the better steering model is taken.
 const WELL: f64 = 1.1;
 const LAG_WELL: f64 = 0.1;
+
+/// Samples of all plans that are tried, which are kept until one is chosen.
+const MOST_SAMPLES: usize = 2 * Budget::OWN_SAMPLES;
 
 /// Does a plan tell how the speed follows the thrust, and what makes it tell?
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -77,7 +80,8 @@ pub fn surge_step(
         thrust_lag_s: 0.0,
         noise_m_s,
     };
-    let (_, played) = play(plan, prior)?;
+    let budget = Budget::of(MOST_SAMPLES);
+    let (_, played) = play(plan, prior, &budget)?;
     let without = expected(prior, &played, &believed);
     let mut found = SurgeStep {
         believed,
@@ -86,7 +90,7 @@ pub fn surge_step(
     };
     if !without.is_identified() {
         let now_s = duration_s(&played);
-        let mut tried = with_one_more(plan, prior, others, now_s);
+        let mut tried = with_one_more(plan, prior, others, now_s, &budget)?;
         tried.sort_by(|a, b| a.added.cost_s.total_cmp(&b.added.cost_s));
         found.added = cheapest(&tried, &believed, prior.surge_time_constant_s);
     }
@@ -104,7 +108,13 @@ struct Tried {
 }
 
 /// Every plan with one more run that ends within its envelope.
-fn with_one_more(plan: &Plan<f64>, prior: &Prior, others: &[PriorSpeed], now_s: f64) -> Vec<Tried> {
+fn with_one_more(
+    plan: &Plan<f64>,
+    prior: &Prior,
+    others: &[PriorSpeed],
+    now_s: f64,
+    budget: &Budget,
+) -> Result<Vec<Tried>, InvalidSetting> {
     let mut tried = Vec::new();
     for other in others {
         for place in 0..=prior.speeds.len() {
@@ -118,8 +128,10 @@ fn with_one_more(plan: &Plan<f64>, prior: &Prior, others: &[PriorSpeed], now_s: 
                 thrusts: list,
                 ..*plan
             };
-            let Ok((Some(Outcome::Finished), played)) = play(&longer, &prior) else {
-                continue;
+            let played = match play(&longer, &prior, budget) {
+                Ok((Some(Outcome::Finished), played)) => played,
+                Err(error) if budget.is_spent() => return Err(error),
+                _ => continue,
             };
             let preview = played[place].preview(other, plan, prior.heading_rad);
             let is_accepted = preview.expected.is_some_and(|found| found.is_enough());
@@ -145,7 +157,7 @@ fn with_one_more(plan: &Plan<f64>, prior: &Prior, others: &[PriorSpeed], now_s: 
             });
         }
     }
-    tried
+    Ok(tried)
 }
 
 /// The greater of the changes to a run and from it.

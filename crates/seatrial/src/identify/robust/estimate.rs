@@ -126,7 +126,10 @@ impl RobustEstimate {
         let fin = record.with_rudder(fin_behind(&record.rudder_rad, play_rad));
         let with_play = Hypotheses::of(&fin)?;
         let likelier = with_play.log_evidence(&EXPECTED) - hypotheses.log_evidence(&EXPECTED);
-        (likelier > LEAST_EVIDENCE).then_some((play_rad, Self::under(&fin, &with_play, Some(Source::Averaged))?))
+        (likelier > LEAST_EVIDENCE).then_some((
+            play_rad,
+            Self::under(&fin, &with_play, Some(Source::Averaged))?,
+        ))
     }
 
     /// With intervals and a covariance that hold the estimate behind play, too. Play that moves the model within its own interval is

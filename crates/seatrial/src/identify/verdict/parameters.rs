@@ -257,7 +257,9 @@ impl Weighing {
                 ),
             );
         }
-        if let Explained::HigherOrder { gain_holds: false, .. } = checked.explained
+        if let Explained::HigherOrder {
+            gain_holds: false, ..
+        } = checked.explained
             && model.a22_per_s < 0.0
         {
             self.reject(
