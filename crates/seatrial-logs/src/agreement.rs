@@ -73,7 +73,7 @@ fn found(path: &Path) -> Kinds {
         Some("ulg") => kinds(crate::ulog::ULog::open(file).unwrap()),
         Some("mcap") => kinds(crate::mcap::Mcap::open(file).unwrap()),
         Some("dbd") => kinds(crate::slocum::Glider::open(file, path, &Held::default()).unwrap()),
-        Some("raw" | "all") => kinds(crate::canboat::Capture::open(file).unwrap()),
+        Some("raw" | "all") => kinds(crate::nmea2000::Capture::open(file).unwrap()),
         Some("nmea") => kinds(crate::nmea0183::Sentences::open(file).unwrap()),
         _ => kinds(crate::rosbag::Bag::<crate::rosbag::Store>::open(file, path).unwrap()),
     }

@@ -14,10 +14,11 @@ use crate::identify::most_excited;
 use crate::identify::output_error::output_error;
 use crate::identify::refined::prediction_error;
 use crate::identify::simplex;
+use crate::identify::steering_validation;
 use crate::identify::{
     IdentifyError, IdentifySettings, Training, ValidationData, identify, online, validation,
 };
-use crate::likelihood::{SteeringModel, contest_of, goodness_of_fit};
+use crate::likelihood::{SteeringModel, contest_of};
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window};
 use crate::time_scale::LambdaReason;
@@ -259,7 +260,7 @@ impl Candidates<'_> {
 
 /// The validation of a model of more than the first order, or of one behind a lagging rudder.
 fn validation_of(model: &SteeringModel, data: ValidationData) -> Result<Validation, NoModel> {
-    goodness_of_fit::validate(model, data.record, data.window).map_err(NoModel::Identify)
+    steering_validation::validate(model, data.record, data.window).map_err(NoModel::Identify)
 }
 
 /// The row with the validation of its model, where the method has not made it.

@@ -93,6 +93,7 @@ pub mod plausibility;
 pub mod preview;
 pub mod propagation;
 pub mod record;
+mod record_series;
 pub mod savitzky_golay;
 pub mod segmentation;
 pub mod servo;

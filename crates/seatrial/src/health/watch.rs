@@ -16,11 +16,11 @@ use super::{
 };
 use crate::identification::{Refined, Verdict};
 use crate::identify::misfit::{disturbance_share, is_large_share};
-use crate::identify::record_series::RecordSeries;
 use crate::identify::whole_record::robust_estimate_behind;
 use crate::identify::{IdentifySettings, identify};
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window, mean, median};
+use crate::record_series::RecordSeries;
 
 /// A window lasts so many time constants of the vehicle, about as long as a trial's training stage.
 const WINDOW_TIME_CONSTANTS: f64 = 16.0;

@@ -30,6 +30,12 @@ pub use words::Reader;
 /// Below this R^2 on validation data the paper repeats the run (section IV-C).
 pub const LEAST_R2: f64 = 0.60;
 
+/// Largest half width of the 95 % interval of a22, as a fraction of it, with which a model is accepted.
+pub const WIDEST_A22: f64 = 0.5;
+
+/// Largest half width of the 95 % interval of b2, as a fraction of it, with which a model is accepted.
+pub const WIDEST_B2: f64 = 0.4;
+
 /// A model of one speed with its uncertainty, its validation and a verdict.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identification {

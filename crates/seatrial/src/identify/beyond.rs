@@ -4,9 +4,8 @@ use seatrial_core::YawModel;
 
 use super::intervals::normal_intervals;
 use super::robust::estimate::MODEL_ERROR;
-use super::verdict::{WIDEST_A22, WIDEST_B2};
 use crate::gain_allowance::{GainAllowance, sampled};
-use crate::identification::{EstimateMethod, HigherOrder, Refined};
+use crate::identification::{EstimateMethod, HigherOrder, Refined, WIDEST_A22, WIDEST_B2};
 use crate::likelihood::filter::{Noise, heading_step};
 use crate::likelihood::steering_model::first_order_at;
 use crate::likelihood::{Candidate, Contest, Disturbance, SteeringModel};

@@ -11,11 +11,11 @@ use super::late_yaw_rate::{record_in_time, with_yaw_rate_in_time};
 use super::log_statistics::LogStatistics;
 use super::mishap::Mishaps;
 use super::prepared::Prepared;
+use super::steering_validation;
 use super::valid_range::valid_range;
 use super::validation::{self, ValidationData};
 use super::validation_estimate::validation_estimate_behind;
 use crate::identification::{EstimateMethod, HigherOrder, Refined, ValidRange, Validation};
-use crate::likelihood::goodness_of_fit;
 use crate::manoeuvre::Manoeuvre;
 use crate::plausibility::{self, Doubt};
 use crate::record::{duration_s, mean};
@@ -79,7 +79,7 @@ impl<'a> Checked<'a> {
             });
         let validation = data_in_time
             .map(|data| match chosen.simulated() {
-                Some(model) => goodness_of_fit::validate(model, data.record, data.window),
+                Some(model) => steering_validation::validate(model, data.record, data.window),
                 None => validation::validate(chosen.model, data.record, data.window),
             })
             .transpose()?;
@@ -107,7 +107,7 @@ impl<'a> Checked<'a> {
             chosen,
             higher_order: higher_order(explained, data_in_time)?,
             training_fit: match chosen.simulated() {
-                Some(model) => goodness_of_fit::goodness_of_fit(model, &training),
+                Some(model) => steering_validation::goodness_of_fit(model, &training),
                 None => validation::fit_by_the_clearer_rate(chosen.model, &training),
             },
             validation,
@@ -151,8 +151,9 @@ fn higher_order(
     let Some(beyond) = explained.beyond() else {
         return Ok(None);
     };
-    let validate =
-        |data: ValidationData| goodness_of_fit::validate(&beyond.model, data.record, data.window);
+    let validate = |data: ValidationData| {
+        steering_validation::validate(&beyond.model, data.record, data.window)
+    };
     Ok(Some(HigherOrder {
         validation: data.map(validate).transpose()?,
         ..beyond.clone()

@@ -6,7 +6,7 @@ use seatrial_core::refine::Disturbance;
 use seatrial_core::{Sample, YawModel};
 use serde::Serialize;
 
-use super::record_series::RecordSeries;
+use crate::record_series::RecordSeries;
 
 /// The noise on a record.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

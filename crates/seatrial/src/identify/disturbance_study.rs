@@ -17,8 +17,8 @@ use seatrial_core::{List, Plan, Sample, YawModel};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
 use super::cramer_rao::{Noise, cramer_rao_bound};
-use super::record_series::RecordSpan;
 use crate::propagation::NORMAL_95;
+use crate::record_series::RecordSpan;
 use crate::study::Experiment;
 
 /// Strength of the disturbance, rad/s^2, and its time constant, s.

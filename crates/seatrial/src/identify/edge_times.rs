@@ -6,8 +6,8 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use seatrial_core::refine::{Disturbance, Peak};
 use seatrial_core::{LostRudder, Sample, YawModel};
 
-use super::record_series::{RecordSeries, RecordSpan};
 use crate::record::median_interval_s;
+use crate::record_series::{RecordSeries, RecordSpan};
 use crate::servo::Servo;
 
 /// With more edges than this each matters little.

@@ -5,8 +5,8 @@ use seatrial_core::refine::{Disturbance, RefineFailure};
 use seatrial_core::{Sample, YawModel};
 
 use super::excited_segment::most_excited;
-use super::record_series::{RecordSeries, RecordSpan};
 use super::simulation::{Comparisons, Simulation, nearest};
+use crate::record_series::{RecordSeries, RecordSpan};
 
 /// A simulation that leaves more than this share of the heading's variance may be a neighbouring minimum.
 const POOR_SHARE: f64 = 0.5;

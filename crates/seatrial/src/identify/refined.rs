@@ -5,8 +5,8 @@ use seatrial_core::refine::{Hypotheses, RefineFailure};
 use seatrial_core::{Sample, YawModel};
 
 use super::excited_segment::most_excited;
-use super::record_series::RecordSeries;
 use crate::identification::{EstimateMethod, Intervals, Refined};
+use crate::record_series::RecordSeries;
 
 /// [`seatrial_core::refine::refine`] of samples.
 ///

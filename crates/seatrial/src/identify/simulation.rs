@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{Matrix5, Vector5};
 use seatrial_core::model::{Discretisation, phi};
 
-use super::record_series::{RecordSeries, is_same};
+use crate::record_series::{RecordSeries, is_same};
 
 /// A search that needs more passes over the record than this finds nothing.
 const MOST_PASSES: u32 = 40;

@@ -7,12 +7,12 @@ use seatrial_core::{Sample, YawModel};
 use super::excited_segment::most_excited;
 use super::intervals::normal_intervals;
 use super::pace::Pace;
-use super::record_series::RecordSeries;
 use super::residual_tests::ResidualTests;
 use super::robust::estimate::{RobustEstimate, Source};
 use super::robust::record::Record;
 use crate::identification::{EstimateMethod, HigherOrder, Intervals, LagEffect, Refined};
 use crate::likelihood::{SteeringModel, Structure};
+use crate::record_series::RecordSeries;
 
 /// The lag whose effect is told, s: that of an ordinary servo.
 const ORDINARY_LAG_S: f64 = 0.1;

@@ -165,7 +165,7 @@ struct Search<'s, 'a> {
 impl<'a> Search<'_, 'a> {
     fn run(&self, disturbances: &[Disturbance]) -> Option<(Vec<Hypothesis<'a>>, Solution<'a>)> {
         let problem = self.problem;
-        let mut calm = self.calm()?;
+        let calm = self.calm()?;
         let asks = |disturbance| disturbances.contains(&disturbance);
         let drift = match asks(Disturbance::Drift) {
             true => self.drifts(&calm.x),
@@ -180,33 +180,14 @@ impl<'a> Search<'_, 'a> {
         let sea_x = sea
             .first()
             .map_or_else(|| calm.x.clone(), |(_, fit)| fit.x.clone());
-        // The whitened fit finds optima that output error does not: calm and drift start once more from its optimum.
-        let mut drift: Vec<(f64, Fit)> = drift
+        let drift: Vec<(f64, Fit)> = drift
             .into_iter()
             .map(|(_, fit)| (fit.log_evidence + LOG_DRIFT, fit))
             .collect();
-        if !sea.is_empty() {
-            let again = |noise| {
-                problem.fit(
-                    &sea_x,
-                    noise,
-                    Effort {
-                        steps: 12,
-                        ..Effort::WHOLE
-                    },
-                )
-            };
-            if let Some(better) =
-                again(Noise::None).filter(|f| f.log_evidence > calm.log_evidence + 0.1)
-            {
-                calm = better;
-            }
-            if let Some(better) = drift.first().and_then(|(_, fit)| again(fit.noise))
-                && better.log_evidence + LOG_DRIFT > drift[0].0 + 0.1
-            {
-                drift = vec![(better.log_evidence + LOG_DRIFT, better)];
-            }
-        }
+        let (calm, drift) = match sea.is_empty() {
+            true => (calm, drift),
+            false => self.restarted(&sea_x, calm, drift),
+        };
         let sea: Vec<(f64, Fit)> = sea
             .into_iter()
             .map(|((_, time), fit)| {
@@ -239,6 +220,28 @@ impl<'a> Search<'_, 'a> {
             }
         }
         Some((found, solution))
+    }
+
+    /// The whitened fit finds optima that output error does not: calm and drift start once more from its optimum.
+    fn restarted(
+        &self,
+        sea: &DVector<f64>,
+        calm: Fit,
+        drift: Vec<(f64, Fit)>,
+    ) -> (Fit, Vec<(f64, Fit)>) {
+        const CLEARLY: f64 = 0.1;
+        let effort = Effort {
+            steps: 12,
+            ..Effort::WHOLE
+        };
+        let again = |noise| self.problem.fit(sea, noise, effort);
+        let better = again(Noise::None).filter(|f| f.log_evidence > calm.log_evidence + CLEARLY);
+        let drift_again = drift.first().and_then(|(log, fit)| {
+            let better = again(fit.noise)?;
+            let found = better.log_evidence + LOG_DRIFT;
+            (found > log + CLEARLY).then(|| vec![(found, better)])
+        });
+        (better.unwrap_or(calm), drift_again.unwrap_or(drift))
     }
 
     /// Output error from every start.
@@ -344,21 +347,15 @@ impl<'a> Search<'_, 'a> {
         kept(nodes)
     }
 
-    /// Nodes of strength and time constant of a sea, those that matter, the best first.
-    fn seas(&self, calm: &DVector<f64>) -> Vec<((i32, i32), Fit)> {
+    /// A fit under a middling sea from the better of output error's optimum and the parent's, or the whitened look's.
+    fn sea_start(&self, calm: &DVector<f64>) -> Option<Fit> {
         let rate = self.problem.scale.rate_per_s;
-        let starts = match self.parent {
-            Some(_) => vec![
-                calm.clone(),
-                self.starts(|solution| &solution.sea).swap_remove(0),
-            ],
-            None => {
-                let mut starts = self.starts(|solution| &solution.sea);
-                starts[0] = calm.clone();
-                starts
-            }
+        let mut starts = self.starts(|solution| &solution.sea);
+        let other = match self.parent {
+            Some(_) => starts.swap_remove(0),
+            None => starts.swap_remove(1),
         };
-        let first = Noise::Sea {
+        let middling = Noise::Sea {
             per_s2: rate * rate,
             time_s: 2.0 / rate,
         };
@@ -366,11 +363,16 @@ impl<'a> Search<'_, 'a> {
             steps: 10,
             ..Effort::NODE
         };
-        let Some(start) = starts
-            .iter()
-            .filter_map(|x| self.problem.fit(x, first, brief))
+        [calm, &other]
+            .into_iter()
+            .filter_map(|x| self.problem.fit(x, middling, brief))
             .max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
-        else {
+    }
+
+    /// Nodes of strength and time constant of a sea, those that matter, the best first.
+    fn seas(&self, calm: &DVector<f64>) -> Vec<((i32, i32), Fit)> {
+        let rate = self.problem.scale.rate_per_s;
+        let Some(start) = self.sea_start(calm) else {
             return Vec::new();
         };
         let mut nodes: Vec<((i32, i32), Fit)> = Vec::new();

@@ -322,9 +322,21 @@ impl<'a> Problem<'a> {
                 break;
             }
         }
+        self.found(x, noise, &gains, errors, cost)
+    }
+
+    /// The fit at a point, with its evidence. `None` where the record does not determine it.
+    fn found(
+        &self,
+        x: DVector<f64>,
+        noise: Noise,
+        gains: &[Option<Gains>],
+        errors: DVector<f64>,
+        cost: f64,
+    ) -> Option<Fit> {
         let variance = self.variance(&errors);
-        let jacobian = self.jacobian(&x, &noise, &gains, &errors);
-        let information = self.information(&jacobian, variance, &prior);
+        let jacobian = self.jacobian(&x, &noise, gains, &errors);
+        let information = self.information(&jacobian, variance, &self.prior_information());
         let factor = information.clone().cholesky()?;
         let log_determinant = 2.0
             * factor

@@ -2,7 +2,7 @@
 
 use seatrial_core::Sample;
 
-use crate::identify::record_series::RecordSeries;
+use crate::record_series::RecordSeries;
 
 /// Parts of an interval over which the rudder is a mean.
 pub const PARTS: usize = 3;

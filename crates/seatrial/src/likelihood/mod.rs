@@ -26,7 +26,6 @@ pub mod choice;
 pub mod evidence;
 pub mod filter;
 pub mod fit;
-pub mod goodness_of_fit;
 pub mod hypothesis;
 mod left_out;
 pub mod leg;

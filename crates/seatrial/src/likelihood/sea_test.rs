@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
-use super::filter::{Noise, innovations};
+use super::filter::{Gains, Noise, innovations};
 use super::fit::{Fit, Problem};
 use super::leg::Leg;
 use crate::draw::Draw;
@@ -46,43 +46,20 @@ pub fn sea_test(problem: &Problem, calm: &Fit, sea: &Fit) -> Option<SeaTest> {
     };
     let (to_calm, to_sea) = (of(calm)?, of(sea)?);
     let negligible = (NEGLIGIBLE * problem.scale.heading_rad).powi(2);
-    let vehicle = problem.vehicle(&sea.x);
     let (gains, _) = problem.all_gains(&sea.x, &sea.noise);
     let mut draw = Draw::new(1);
     let mut apart = Vec::with_capacity(DRAWS);
     let mut errors = Vec::with_capacity(DRAWS);
     for _ in 0..DRAWS {
-        let mut added = Vec::with_capacity(problem.comparisons());
-        let mut whitened = Vec::with_capacity(problem.comparisons());
-        for (leg, record) in problem.legs.iter().enumerate() {
-            let wander = wander(
-                record,
-                &vehicle,
-                per_s2 * noise_rad,
-                time_s,
-                noise_rad,
-                &mut draw,
-            );
-            let mut moved = record.clone();
-            for (heading, added) in moved.heading_rad.iter_mut().zip(&wander) {
-                *heading += added;
-            }
-            let commands = record.commands(vehicle.shift_s);
-            let start = problem.start_of(&sea.x, leg);
-            let range = [0, record.len()];
-            whitened.extend(innovations(
-                &moved,
-                range,
-                &vehicle,
-                &start,
-                gains[leg].as_ref(),
-                &commands,
-            ));
-            added.extend(wander);
-        }
-        let added = DVector::from_vec(added);
+        let [added, whitened] = drawn(
+            problem,
+            sea,
+            [per_s2 * noise_rad, time_s, noise_rad],
+            &gains,
+            &mut draw,
+        );
         let by_calm = -(&to_calm * &added);
-        let by_sea = -(&to_sea * (DVector::from_vec(whitened) - &sea.errors));
+        let by_sea = -(&to_sea * (whitened - &sea.errors));
         apart.push(Vector2::new(by_calm[0] - by_sea[0], by_calm[1] - by_sea[1]));
         let left = added + &calm.jacobian * by_calm;
         errors.push(libm::log(
@@ -106,6 +83,33 @@ pub fn sea_test(problem: &Problem, calm: &Fit, sea: &Fit) -> Option<SeaTest> {
     let actual = calm.errors.norm_squared() / calm.errors.len() as f64 + negligible;
     let error = (libm::log(actual) - mean) / deviation.max(0.05);
     Some(SeaTest { distance, error })
+}
+
+/// A draw of the sea, of a strength, rad/s^2, and a time constant, s, with heading noise, rad: what it adds to the headings, and the
+/// innovations of the sea's own filter then.
+fn drawn(
+    problem: &Problem,
+    sea: &Fit,
+    [sea_rad_s2, time_s, noise_rad]: [f64; 3],
+    gains: &[Option<Gains>],
+    draw: &mut Draw,
+) -> [DVector<f64>; 2] {
+    let vehicle = problem.vehicle(&sea.x);
+    let (mut added, mut whitened) = (Vec::new(), Vec::new());
+    for (leg, record) in problem.legs.iter().enumerate() {
+        let wander = wander(record, &vehicle, sea_rad_s2, time_s, noise_rad, draw);
+        let mut moved = record.clone();
+        for (heading, added) in moved.heading_rad.iter_mut().zip(&wander) {
+            *heading += added;
+        }
+        let commands = record.commands(vehicle.shift_s);
+        let start = problem.start_of(&sea.x, leg);
+        let range = [0, record.len()];
+        let own = gains[leg].as_ref();
+        whitened.extend(innovations(&moved, range, &vehicle, &start, own, &commands));
+        added.extend(wander);
+    }
+    [DVector::from_vec(added), DVector::from_vec(whitened)]
 }
 
 /// Heading that a draw of the sea adds by the dynamics linearised along the record, with heading noise, rad.

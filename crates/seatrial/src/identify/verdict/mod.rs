@@ -14,8 +14,8 @@ pub use super::refusal::{refuse_record, rudder_constant};
 use crate::figures::r2_text;
 pub use crate::figures::three_figures;
 use crate::identification::{LEAST_R2, Reason, ReasonCode, Refined, Validation, Verdict};
+pub use crate::identification::{WIDEST_A22, WIDEST_B2};
 use crate::plausibility::Doubt;
-pub use parameters::{WIDEST_A22, WIDEST_B2};
 use validation::OffsetDrift;
 
 /// More times the rudder than this is no advice.

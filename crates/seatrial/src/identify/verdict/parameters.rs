@@ -5,7 +5,9 @@ use seatrial_core::{GoodnessOfFit, YawModel};
 use super::record::coarse_step_rad;
 use super::{MOST_TIMES, Share, Weighing};
 use crate::figures::{degrees, percent, r2_text, three_figures};
-use crate::identification::{HigherOrder, LagEffect, Reason, ReasonCode, Refined};
+use crate::identification::{
+    HigherOrder, LagEffect, Reason, ReasonCode, Refined, WIDEST_A22, WIDEST_B2,
+};
 use crate::identify::checked::Checked;
 use crate::identify::chosen::ModelSource;
 use crate::identify::explained::Explained;
@@ -14,12 +16,6 @@ use crate::record::rudder_text;
 
 /// Below this R^2 of heading or yaw rate a model does not even describe the record that it was made from.
 const LEAST_TRAINING_R2: f64 = 0.60;
-
-/// Largest half width of the 95 % interval of a22, as a fraction of it, with which a model is accepted.
-pub const WIDEST_A22: f64 = 0.5;
-
-/// Largest half width of the 95 % interval of b2, as a fraction of it, with which a model is accepted.
-pub const WIDEST_B2: f64 = 0.4;
 
 /// Times as wide may the intervals be of a vehicle that is not of first order: they hold what its candidates disagree about.
 const HIGHER_ORDER: f64 = 1.5;

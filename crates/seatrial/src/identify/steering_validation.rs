@@ -4,10 +4,10 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use seatrial_core::validation::GoodnessOfFit;
 use seatrial_core::{Real, Sample, YawModel};
 
-use super::steering_model::{SteeringModel, SteeringState};
 use crate::identification::Validation;
 use crate::identify::error::{IdentifyError, WindowUse};
 use crate::identify::validation;
+use crate::likelihood::steering_model::{SteeringModel, SteeringState};
 use crate::record::{Record, Window};
 
 /// Simulates `model` over a window of a record and compares (35)-(37), as

@@ -11,7 +11,7 @@ pub struct RecordSeries {
     pub(crate) interval_s: Vec<f64>,
     pub(crate) heading_rad: Vec<f64>,
     pub(crate) rudder_rad: Vec<f64>,
-    pub(super) block: usize,
+    pub(crate) block: usize,
 }
 
 impl RecordSeries {
@@ -65,7 +65,7 @@ impl RecordSeries {
     }
 
     /// The means over each block of the responses to b2, C0, psi0 and r0, and of the heading.
-    pub(super) fn comparisons(&self, a22_per_s: f64) -> Vec<[f64; 5]> {
+    pub(crate) fn comparisons(&self, a22_per_s: f64) -> Vec<[f64; 5]> {
         let mut rows = Vec::with_capacity(self.blocks());
         self.series()
             .for_each_comparison(a22_per_s, |means| rows.push(means));
@@ -75,15 +75,15 @@ impl RecordSeries {
 
 /// Length and sampling of a record, s.
 #[derive(Clone, Copy)]
-pub(super) struct RecordSpan(Span);
+pub(crate) struct RecordSpan(Span);
 
 impl RecordSpan {
-    pub(super) fn of(samples: &[Sample<f64>]) -> Result<Self, RefineFailure> {
+    pub(crate) fn of(samples: &[Sample<f64>]) -> Result<Self, RefineFailure> {
         Span::of(samples.len(), duration_s(samples)).map(Self)
     }
 
     /// In blocks of a twentieth of the vehicle's time constant.
-    pub(super) fn prepare(
+    pub(crate) fn prepare(
         &self,
         samples: &[Sample<f64>],
         a22_per_s: f64,
@@ -94,12 +94,12 @@ impl RecordSpan {
     }
 
     /// |a22|, but no slower than what the record can show, 1/s.
-    pub(super) fn rate_scale(&self, a22_per_s: f64) -> f64 {
+    pub(crate) fn rate_scale(&self, a22_per_s: f64) -> f64 {
         self.0.rate_scale(a22_per_s)
     }
 
     /// The damping that output error prefers among a logarithmic grid and the start.
-    pub(super) fn first_damping(
+    pub(crate) fn first_damping(
         &self,
         samples: &[Sample<f64>],
         start: Option<YawModel<f64>>,
@@ -110,7 +110,7 @@ impl RecordSpan {
 }
 
 /// Are these the same interval? A clock's rounding of a billionth makes no other.
-pub(super) fn is_same(interval_s: f64, other_s: f64) -> bool {
+pub(crate) fn is_same(interval_s: f64, other_s: f64) -> bool {
     (interval_s - other_s).abs() <= 1e-9 * interval_s
 }
 
@@ -123,7 +123,7 @@ fn usual(interval_s: &[f64]) -> f64 {
 }
 
 /// The rudder over each interval, rad: [`refine::mean_rudder_rad`].
-pub(super) fn mean_rudder_rad(samples: &[Sample<f64>], usual_s: f64) -> Vec<f64> {
+pub(crate) fn mean_rudder_rad(samples: &[Sample<f64>], usual_s: f64) -> Vec<f64> {
     let over = |pair: &[Sample<f64>]| refine::mean_rudder_rad(&pair[0], &pair[1], usual_s);
     let last = samples.last().map(|s| s.rudder_rad);
     samples.windows(2).map(over).chain(last).collect()
