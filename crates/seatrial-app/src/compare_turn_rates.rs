@@ -159,7 +159,7 @@ impl LogModel {
                 interval_95: refined.interval_95.b2_per_s2,
             }),
             outcome: verdict.outcome(),
-            seen: seen.filter(|_| verdict.tells_turn_rate()),
+            seen: seen.filter(|_| verdict.accepted),
         }
     }
 

@@ -4,8 +4,8 @@ use rusqlite::Error;
 use rusqlite::types::ValueRef;
 use sha2::{Digest, Sha256};
 
-use super::read::{CampaignEntry, StoredRun};
 use super::row::{stage_name, to_json};
+use super::stored::{CampaignEntry, StoredRun};
 use seatrial::Step;
 
 /// SHA-256 over values; each is preceded by its length or kind, so no two sequences of values

@@ -62,6 +62,7 @@
 
 mod chain;
 mod connect;
+mod damage;
 mod error;
 mod keeper;
 mod operators;
@@ -71,6 +72,7 @@ mod recording;
 mod row;
 mod row_places;
 mod schema;
+mod stored;
 mod trail;
 mod verify;
 mod write;
@@ -84,13 +86,15 @@ use rusqlite::{Connection, OpenFlags, OptionalExtension};
 use serde::Serialize;
 use tempfile::TempDir;
 
+pub use damage::Damage;
 pub use error::Error;
 pub use keeper::{Keeper, Kept};
 pub use operators::{Circumstances, CommandEntry, NewCommand, Review};
-pub use read::{CampaignEntry, RunEntry, State};
+pub use read::RunEntry;
 pub use recorder::Recorder;
 pub use recording::Recording;
-pub use verify::{Damage, Verification};
+pub use stored::{CampaignEntry, State};
+pub use verify::Verification;
 pub use write::NewCampaign;
 
 use connect::{Connected, beside, connect, connect_for_reading, file_identity, harden};

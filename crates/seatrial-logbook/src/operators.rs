@@ -3,7 +3,7 @@
 use rusqlite::params;
 use serde::{Deserialize, Serialize};
 
-use super::read::collect;
+use super::stored::collect;
 use super::trail::Trail;
 use super::write::Durability;
 use super::{CampaignId, Error, Logbook};

@@ -3,33 +3,12 @@
 use rusqlite::Connection;
 use serde::Serialize;
 
-use seatrial::campaign::Run;
-use seatrial::identification::{Reason, ReasonCode};
-
 use super::chain::{campaign_link, outcome_link, run_link, sha256};
-use super::read::{CampaignEntry, State, campaign_entries, collect, steps_outside, stored_run};
+use super::damage::Damage;
 use super::row::to_json;
+use super::stored::{CampaignEntry, State, campaign_entries, collect, steps_outside, stored_run};
 use super::trail::Trail;
 use super::{CampaignId, Error, Logbook, row_places};
-
-/// What was found wrong, and where.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Damage {
-    /// `campaign 2, run 3`
-    pub place: String,
-    /// What is wrong there.
-    pub found: String,
-}
-
-impl Damage {
-    /// Lets nothing of a run be used, and says why first of all reasons.
-    pub(super) fn decide(&self, run: &mut Run) {
-        let text = format!("the logbook is damaged: {}: {}", self.place, self.found);
-        run.verdict.accepted = false;
-        let reason = Reason::new(ReasonCode::Damaged, text);
-        run.verdict.reasons.insert(0, reason);
-    }
-}
 
 /// What was checked and what was found wrong.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]

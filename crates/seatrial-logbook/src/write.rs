@@ -9,8 +9,8 @@ use serde::de::DeserializeOwned;
 
 use super::chain::{campaign_link, outcome_link, run_link, sha256};
 use super::connect::{BUSY_TIMEOUT, file_identity};
-use super::read::{campaign_entries, steps_of_run, steps_outside, stored_run};
 use super::row::{Exact, from_json, stage_name, to_json};
+use super::stored::{campaign_entries, steps_of_run, steps_outside, stored_run};
 use super::{CampaignId, Error, Logbook, RunId};
 use seatrial::Step;
 use seatrial::campaign::{FullRudder, Run};

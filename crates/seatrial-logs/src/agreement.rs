@@ -13,11 +13,10 @@ use std::process::Command;
 use seatrial_dev::{data, python_with};
 use sha2::{Digest, Sha256};
 
-use crate::content::open_stream;
+use crate::content::{open_stream, table};
 use crate::formats::Formats;
 use crate::input::Held;
 use crate::joined::{Kind, Message, Messages};
-use crate::reader::table;
 use crate::table::{Table, hexadecimal};
 use crate::{ChannelChoice, LogReader};
 
@@ -73,7 +72,7 @@ fn found(path: &Path) -> Kinds {
         Some("ulg") => kinds(crate::ulog::ULog::open(file).unwrap()),
         Some("mcap") => kinds(crate::mcap::Mcap::open(file).unwrap()),
         Some("dbd") => kinds(crate::slocum::Glider::open(file, path, &Held::default()).unwrap()),
-        Some("raw" | "all") => kinds(crate::nmea2000::Capture::open(file).unwrap()),
+        Some("raw" | "all") => kinds(crate::nmea2000::open(file).unwrap()),
         Some("nmea") => kinds(crate::nmea0183::Sentences::open(file).unwrap()),
         _ => kinds(crate::rosbag::Bag::<crate::rosbag::Store>::open(file, path).unwrap()),
     }

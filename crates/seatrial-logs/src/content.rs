@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::bytes::{Bytes, ZSTD};
 use crate::csv::Text;
 use crate::description::Format;
-use crate::error::Fault;
+use crate::error::{Fault, ReadError};
 use crate::formats::Formats;
 use crate::input::{Held, Input};
 use crate::joined::{Joined, Messages};
@@ -125,7 +125,7 @@ pub fn is_log(path: &Path) -> bool {
                 .all(|name| start.windows(name.len()).any(|p| p == *name));
     }
     match format(&start) {
-        Format::Csv | Format::Parquet => crate::columns(path).is_ok_and(|columns| {
+        Format::Csv | Format::Parquet => columns(path).is_ok_and(|columns| {
             let has = |quantity| {
                 let mut columns = columns.iter();
                 columns.any(|name| ColumnName::new(name).fit(quantity).is_some())
@@ -138,6 +138,33 @@ pub fn is_log(path: &Path) -> bool {
         }),
         _ => true,
     }
+}
+
+/// The names of a log's columns, topics with fields, or messages with fields, whether or not their meaning is known.
+pub fn columns(path: &Path) -> Result<Vec<String>, ReadError> {
+    columns_held(path, &Held::default())
+}
+
+/// [`columns`] of a path that may be one of a file in memory.
+pub fn columns_held(path: &Path, held: &Held) -> Result<Vec<String>, ReadError> {
+    let named = table(path, held, &Formats::default()).map(|table| table.columns().to_vec());
+    let log = path.display().to_string();
+    named.map_err(|fault| ReadError { log, fault })
+}
+
+pub(crate) fn table(path: &Path, held: &Held, formats: &Formats) -> Result<Box<dyn Table>, Fault> {
+    if path == Path::new("-") {
+        return open_stream(io::stdin(), formats);
+    }
+    let opening = |source| Fault::Io {
+        doing: "opened",
+        source,
+    };
+    let file = held.open(path).map_err(opening)?;
+    if file.is_folder().map_err(opening)? {
+        return Err(Fault::Folder);
+    }
+    open(file, path, held, formats)
 }
 
 /// Opens what comes on standard input: text as it comes; the others, which are read more than once, from a

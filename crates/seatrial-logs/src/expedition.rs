@@ -55,8 +55,11 @@ fn names<'a>(lines: &mut impl Iterator<Item = &'a str>) -> Option<BTreeMap<u32, 
     named.filter(|named| named.contains_key(&TIME))
 }
 
+/// A boat, its time, and pairs of a number and a value.
+type Numbered = (u32, f64, Vec<(u32, f64)>);
+
 /// Boat, time and pairs of a row. The time's own number may stand before it.
-fn row(line: &str) -> Option<(u32, f64, Vec<(u32, f64)>)> {
+fn row(line: &str) -> Option<Numbered> {
     let cells: Vec<&str> = line.split(',').map(str::trim).collect();
     let boat = cells.first()?.parse().ok()?;
     let from = match cells.len() % 2 {

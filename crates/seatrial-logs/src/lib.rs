@@ -59,13 +59,13 @@ mod words;
 mod write;
 
 pub use choice::{ChannelChoice, Correction};
-pub use content::is_log;
+pub use content::{columns, columns_held, is_log};
 pub use description::{Channel, Counts, Format, LogDescription, UnitSource};
 pub use error::{Fault, Place, ReadError};
 pub use input::{Held, Source};
 pub use name::names_a_course;
 pub use quantity::{Quantity, UnknownQuantity};
-pub use reader::{LogReader, columns, columns_held, open, open_held};
+pub use reader::{LogReader, open, open_held};
 pub use runs::{Run, Runs};
 pub use unit::{Unit, UnknownUnit};
 #[cfg(feature = "foxglove")]

@@ -159,7 +159,7 @@ pub(crate) fn from_long(
     mut table: Box<dyn Table>,
     choice: ChannelChoice,
 ) -> Result<(Box<dyn Table>, ChannelChoice), Fault> {
-    let Some(Long { time, value, names }) = Long::find(&table.columns().to_vec(), &choice) else {
+    let Some(Long { time, value, names }) = Long::find(table.columns(), &choice) else {
         return Ok((table, choice));
     };
     let column = table.columns()[time].clone();
@@ -275,6 +275,18 @@ pub(crate) fn is_sparse(found: &Matches, rows: &VecDeque<Row>) -> bool {
     rudders > 0 && (both as f64) < LEAST_FILLED * headings as f64
 }
 
+/// A kind of each matched column; the time is no field: every row has it.
+fn kinds_of_columns(found: &Matches, columns: &[String]) -> Vec<Kind> {
+    let kinds = found.matches.iter().map(|m| match m.quantity {
+        Quantity::Time => Kind::default(),
+        _ => Kind {
+            name: columns[m.column].clone(),
+            fields: vec![String::new()],
+        },
+    });
+    kinds.collect()
+}
+
 /// A table whose columns are filled at different rates as a table of samples.
 pub(crate) fn from_sparse(
     mut table: Box<dyn Table>,
@@ -283,15 +295,7 @@ pub(crate) fn from_sparse(
     choice: ChannelChoice,
 ) -> Result<(Box<dyn Table>, ChannelChoice), Fault> {
     let columns = table.columns().to_vec();
-    // The time is no field: every row has it.
-    let kinds = found.matches.iter().map(|m| match m.quantity {
-        Quantity::Time => Kind::default(),
-        _ => Kind {
-            name: columns[m.column].clone(),
-            fields: vec![String::new()],
-        },
-    });
-    let mut heap = Heap::new(kinds.collect());
+    let mut heap = Heap::new(kinds_of_columns(found, &columns));
     let at = found
         .matches
         .iter()

@@ -1,21 +1,19 @@
 //! From the rows of a log to samples in SI units.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::io;
 use std::path::Path;
 
 use seatrial_core::{RudderUnit, Sample};
 
 use crate::choice::ChannelChoice;
-use crate::clock::Clock;
-use crate::content;
+use crate::clock::{Clock, ClockFound};
+use crate::content::table;
 use crate::description::{Channel, Counts, LogDescription, UnitSource};
 use crate::error::{Fault, Place, ReadError, clipped};
-use crate::formats::Formats;
 use crate::input::Held;
 use crate::look_ahead::{Row, cells, first_rows, leave_out_text, look_ahead};
 use crate::loose::{from_long, from_sparse, is_sparse};
-use crate::matching::{Match, match_columns};
+use crate::matching::{Match, Matches, match_columns};
 use crate::table::{Cell, Table};
 use crate::unit::{Conversion, Dimension, NEUTRAL_PULSE_US};
 use crate::view::{wanted_rows, with_computed};
@@ -55,33 +53,6 @@ pub fn open_held(path: &Path, held: &Held, choice: &ChannelChoice) -> Result<Log
         .map_err(|fault| ReadError { log, fault })
 }
 
-/// The names of a log's columns, topics with fields, or messages with fields, whether or not their meaning is known.
-pub fn columns(path: &Path) -> Result<Vec<String>, ReadError> {
-    columns_held(path, &Held::default())
-}
-
-/// [`columns`] of a path that may be one of a file in memory.
-pub fn columns_held(path: &Path, held: &Held) -> Result<Vec<String>, ReadError> {
-    let named = table(path, held, &Formats::default()).map(|table| table.columns().to_vec());
-    let log = path.display().to_string();
-    named.map_err(|fault| ReadError { log, fault })
-}
-
-pub(crate) fn table(path: &Path, held: &Held, formats: &Formats) -> Result<Box<dyn Table>, Fault> {
-    if path == Path::new("-") {
-        return content::open_stream(io::stdin(), formats);
-    }
-    let opening = |source| Fault::Io {
-        doing: "opened",
-        source,
-    };
-    let file = held.open(path).map_err(opening)?;
-    if file.is_folder().map_err(opening)? {
-        return Err(Fault::Folder);
-    }
-    content::open(file, path, held, formats)
-}
-
 impl LogReader {
     pub(crate) fn new(
         log: String,
@@ -104,34 +75,11 @@ impl LogReader {
             return Self::new(log, table, &choice);
         }
 
-        let stated = found.stated_units();
-        let time_cells = found
-            .matches
-            .iter()
-            .position(|m| m.quantity == Quantity::Time)
-            .map_or(Vec::new(), |position| cells(&rows, position));
-        let time = Clock::find(&time_cells, stated.get(&Quantity::Time).copied());
-        let names = found
-            .matches
-            .iter()
-            .map(|m| (m.quantity, columns[m.column].clone()))
-            .collect();
-        let inferred = first_rows(&found, &rows, &time, &time_cells).infer(&stated, &names)?;
-
-        let mut warnings = std::mem::take(&mut found.warnings);
-        warnings.extend(inferred.warnings);
-        warnings.extend(time.doubt());
-        let mut units: BTreeMap<Quantity, Inferred> = inferred
-            .units
-            .into_iter()
-            .map(|(quantity, (unit, because))| {
-                (quantity, (unit, UnitSource::Assumed, Some(because)))
-            })
-            .collect();
-        units.insert(
-            Quantity::Time,
-            (time.unit, time.source(), time.because.clone()),
-        );
+        let InferredUnits {
+            units,
+            time,
+            mut warnings,
+        } = inferred_units(&mut found, &rows, &columns)?;
         let channels: Vec<Channel> = found
             .matches
             .iter()
@@ -400,6 +348,48 @@ impl Iterator for LogReader {
 
 /// A unit taken from the values, whether they state it, and why.
 type Inferred = (Unit, UnitSource, Option<String>);
+
+/// The units that the values of the first rows tell.
+struct InferredUnits {
+    units: BTreeMap<Quantity, Inferred>,
+    time: ClockFound,
+    /// What people should know of the match and of these units.
+    warnings: Vec<String>,
+}
+
+fn inferred_units(
+    found: &mut Matches,
+    rows: &VecDeque<Row>,
+    columns: &[String],
+) -> Result<InferredUnits, Fault> {
+    let stated = found.stated_units();
+    let time_cells = found
+        .matches
+        .iter()
+        .position(|m| m.quantity == Quantity::Time)
+        .map_or(Vec::new(), |position| cells(rows, position));
+    let time = Clock::find(&time_cells, stated.get(&Quantity::Time).copied());
+    let names = found
+        .matches
+        .iter()
+        .map(|m| (m.quantity, columns[m.column].clone()))
+        .collect();
+    let inferred = first_rows(found, rows, &time, &time_cells).infer(&stated, &names)?;
+
+    let mut warnings = std::mem::take(&mut found.warnings);
+    warnings.extend(inferred.warnings);
+    warnings.extend(time.doubt());
+    let assumed =
+        |(quantity, (unit, because))| (quantity, (unit, UnitSource::Assumed, Some(because)));
+    let mut units: BTreeMap<Quantity, Inferred> = inferred.units.into_iter().map(assumed).collect();
+    let of_time = (time.unit, time.source(), time.because.clone());
+    units.insert(Quantity::Time, of_time);
+    Ok(InferredUnits {
+        units,
+        time,
+        warnings,
+    })
+}
 
 /// How a matched column is read.
 fn channel(

@@ -6,10 +6,11 @@ use std::sync::Arc;
 
 use crate::Quantity;
 use crate::choice::ChannelChoice;
+use crate::content::table;
 use crate::description::{Format, LogDescription};
 use crate::error::{Fault, Place, ReadError, clipped};
 use crate::input::Held;
-use crate::reader::{LogReader, open, table};
+use crate::reader::{LogReader, open};
 use crate::table::{Cell, Table};
 use crate::view::{wanted_rows, with_computed};
 

@@ -112,7 +112,7 @@ fn identified(folder: &std::path::Path, name: &'static str) -> ZigZag {
             half(refined.interval_95.a22_per_s),
             half(refined.interval_95.b2_per_s2),
         ],
-        is_accepted: found.verdict.tells_turn_rate(),
+        is_accepted: found.verdict.accepted,
     };
     println!(
         "{name}: {:.3} deg/s, a22 {:.4} +- {:.4} 1/s, b2 {:.5} +- {:.5} 1/s^2, {}",

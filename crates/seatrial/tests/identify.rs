@@ -145,8 +145,7 @@ fn codes(identification: &Identification) -> Vec<String> {
         .collect()
 }
 
-/// What the README states of the default settings on the KVLCC2 model: yaw rate of validation data, and that no proportional heading gain is
-/// safe for a tanker that hardly stops turning by itself.
+/// What the README states of the default settings on the KVLCC2 model: yaw rate of validation data, and accepted.
 #[test]
 fn val_kvlcc2_predicts_the_zig_zag_to_the_other_side() {
     let Some(folder) = data(".") else {
@@ -165,7 +164,7 @@ fn val_kvlcc2_predicts_the_zig_zag_to_the_other_side() {
         &IdentifySettings::default(),
     )
     .unwrap();
-    assert_eq!(codes(&found)[0], "unstable", "{:?}", found.verdict);
+    assert!(found.verdict.accepted, "{:?}", found.verdict);
     // b2 is negative in these logs: noted, not refused.
     assert!(codes(&found).iter().any(|code| code == "sign_reversed"));
     let r2 = found.validation.unwrap().r2_yaw_rate.unwrap();

@@ -333,7 +333,7 @@ fn recorded(number: usize, seed: u64) -> Record {
 fn parity_of_estimates_with_a_search_for_every_peak() {
     let mut moved = Vec::new();
     for (number, seed, theta, a22, b2) in ANSWERS {
-        let found = RobustEstimate::of(&recorded(number, seed), None).unwrap();
+        let found = RobustEstimate::of(&recorded(number, seed)).unwrap();
         for (i, (value, ends)) in theta.into_iter().zip([a22, b2]).enumerate() {
             let [low, high] = found.interval_95[i];
             let pairs = [(found.theta[i], value), (low, ends[0]), (high, ends[1])];

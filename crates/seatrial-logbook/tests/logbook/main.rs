@@ -341,7 +341,10 @@ fn io_a_logbook_that_is_renamed_during_a_trial_keeps_all_of_it_and_is_told() {
     );
     let logbook = Logbook::open_read_only(&renamed).unwrap();
     assert!(logbook.verify().unwrap().is_whole());
-    assert_eq!(logbook.campaign(CampaignId(1)).unwrap().runs, [run.clone()]);
+    assert_eq!(
+        logbook.campaign(CampaignId(1)).unwrap().runs,
+        std::slice::from_ref(&run)
+    );
 }
 
 /// A process killed while it writes without WAL, as it does while it makes the file.

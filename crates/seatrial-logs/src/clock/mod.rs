@@ -205,18 +205,10 @@ impl Clock {
             };
         }
         let median = median_step(&numbers);
-        let in_era = |era: &&Era| {
-            let is_of_days = era.unit == Unit::Day;
-            let steps_fit = stated.is_some() || !is_of_days || median < SHORTEST_STEP_S;
-            stated.is_none_or(|unit| unit == era.unit) && era.is_ours(first) && steps_fit
-        };
-        if let Some(era) = ERAS.iter().find(in_era) {
+        if let Some(era) = era_of(first, median, stated) {
             let because = format!("{first} counts {} since {}", era.unit, era.name);
             return ClockFound {
-                clock: Self::Epoch {
-                    start: first,
-                    era: *era,
-                },
+                clock: Self::Epoch { start: first, era },
                 unit: era.unit,
                 because: stated.is_none().then_some(because),
                 is_doubtful: false,
@@ -235,6 +227,16 @@ impl Clock {
             is_doubtful,
         }
     }
+}
+
+/// The era from whose beginning the first time is counted, where it is one of our years.
+fn era_of(first: f64, median_step: f64, stated: Option<Unit>) -> Option<Era> {
+    let is_in = |era: &Era| {
+        let is_of_days = era.unit == Unit::Day;
+        let steps_fit = stated.is_some() || !is_of_days || median_step < SHORTEST_STEP_S;
+        stated.is_none_or(|unit| unit == era.unit) && era.is_ours(first) && steps_fit
+    };
+    ERAS.into_iter().find(is_in)
 }
 
 /// Units of plain counts.

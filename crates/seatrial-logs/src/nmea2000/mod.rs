@@ -145,7 +145,7 @@ const LONGEST_RECORD: usize = 1024;
 const DAY_S: f64 = 86_400.0;
 
 /// A capture.
-pub(crate) struct Capture {
+struct Capture {
     bytes: Bytes,
     container: Container,
     packets: FastPackets,

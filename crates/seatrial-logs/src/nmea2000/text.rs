@@ -51,7 +51,7 @@ pub(super) fn container(start: &[u8]) -> Option<fn(&str) -> Option<Frame>> {
 
 /// The bytes of hexadecimal digits.
 fn hexadecimal(digits: &str) -> Option<Vec<u8>> {
-    let is_sound = digits.len() % 2 == 0
+    let is_sound = digits.len().is_multiple_of(2)
         && digits.len() <= 2 * MOST_BYTES
         && digits.bytes().all(|byte| byte.is_ascii_hexdigit());
     is_sound.then_some(())?;

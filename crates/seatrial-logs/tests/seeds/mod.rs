@@ -1,6 +1,9 @@
 //! Small sound logs of every format, built by hand: what fuzzing and the tests of damage start from.
 #![allow(missing_docs, dead_code)]
 
+#[path = "nmea2000.rs"]
+mod nmea2000;
+
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
@@ -10,6 +13,8 @@ use parquet::data_type::DoubleType;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
+
+pub use nmea2000::{canboat, nmea2000};
 
 /// Samples of a sound log.
 pub const ROWS: u32 = 6;
@@ -240,181 +245,6 @@ pub fn ulog() -> Vec<u8> {
         &[0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12],
     ));
     log
-}
-
-pub fn canboat() -> Vec<u8> {
-    let mut log = String::new();
-    for k in 0..ROWS {
-        let angle = (1000 + 10 * k) as u16;
-        let [low, high] = angle.to_le_bytes();
-        for (pgn, data) in [
-            (127_245, format!("fc,f8,ff,7f,{low:02x},{high:02x},ff,ff")),
-            (127_250, format!("00,{low:02x},{high:02x},ff,7f,ff,7f,fd")),
-            (127_251, "00,10,27,00,00,ff,ff,ff".to_string()),
-            (128_259, "00,0a,01,ff,ff,00,ff,ff".to_string()),
-        ] {
-            log += &format!("2026-06-08T01:51:24.{k}00,2,{pgn},52,255,8,{data}\n");
-        }
-    }
-    log.into_bytes()
-}
-
-/// Frames of a rudder and a heading: time in s, identifier, bytes.
-fn frames() -> Vec<(f64, u32, [u8; 8])> {
-    (0..ROWS)
-        .flat_map(|k| {
-            let [low, high] = ((1000 + 10 * k) as u16).to_le_bytes();
-            let time_s = 0.1 * f64::from(k);
-            [
-                (
-                    time_s,
-                    0x09f1_0d1a,
-                    [0xfc, 0xf8, 0xff, 0x7f, low, high, 0xff, 0xff],
-                ),
-                (
-                    time_s,
-                    0x09f1_120f,
-                    [0, low, high, 0xff, 0x7f, 0xff, 0x7f, 0xfd],
-                ),
-            ]
-        })
-        .collect()
-}
-
-/// One log of every recorder of NMEA 2000.
-pub fn nmea2000() -> Vec<Vec<u8>> {
-    let number = |identifier: u32| identifier >> 8 & 0x1_ffff;
-    let hex = |data: &[u8], between: &str| {
-        let digits: Vec<String> = data.iter().map(|byte| format!("{byte:02X}")).collect();
-        digits.join(between)
-    };
-    let lines = |line: &dyn Fn(f64, u32, &[u8; 8]) -> String| {
-        let lines = frames()
-            .into_iter()
-            .map(|(time_s, id, data)| line(time_s, id, &data) + "\n");
-        lines.collect::<String>().into_bytes()
-    };
-    let escaped = |message: &[u8], escape: u8| {
-        let twice = |byte: &u8| vec![*byte; 1 + usize::from(*byte == escape)];
-        message.iter().flat_map(twice).collect::<Vec<u8>>()
-    };
-    let long = |time_s: f64, id: u32, data: &[u8; 8]| {
-        let mut message = vec![0x93, 19, 2];
-        message.extend(&number(id).to_le_bytes()[..3]);
-        message.extend([255, id as u8]);
-        message.extend(((1e3 * time_s).round() as u32).to_le_bytes());
-        message.push(8);
-        message.extend(data);
-        message
-    };
-    let mut logs = vec![
-        canboat(),
-        lines(&|t, id, data| format!("00:29:{:06.3} R {id:08X} {}", 10.0 + t, hex(data, " "))),
-        lines(&|t, id, data| {
-            format!(
-                "!PDGY,{},2,{},255,{t:.3},{}",
-                number(id),
-                id as u8,
-                base64(data)
-            )
-        }),
-        lines(&|t, id, data| format!("({:.6}) can0 {id:08X}#{}", 1.6e9 + t, hex(data, ""))),
-        lines(&|t, id, data| {
-            format!(
-                " ({:.6})  can0  {id:08X}   [8]  {}",
-                1.6e9 + t,
-                hex(data, " ")
-            )
-        }),
-        lines(&|t, id, data| format!("  1)  {:.1}  Rx  {id:08X}  8  {}", 1e3 * t, hex(data, " "))),
-        lines(&|t, id, data| {
-            let (number, source) = (number(id), id as u8);
-            format!(
-                "0,{:.0},{number},Name,Maker,{source},255,2,1,8,0x{}",
-                1e3 * t,
-                hex(data, "")
-            )
-        }),
-        lines(&|t, id, data| {
-            let body = format!(
-                "PCDIN,{:06X},{:08X},{:02X},{}",
-                number(id),
-                (1e3 * t).round() as u32,
-                id as u8,
-                hex(data, "")
-            );
-            let sum = body.bytes().fold(0, |sum, byte| sum ^ byte);
-            format!("${body}*{sum:02X}")
-        }),
-        lines(&|t, id, data| {
-            format!(
-                "A0029{:06.3} {:02X}FF2 {:05X} {}",
-                10.0 + t,
-                id as u8,
-                number(id),
-                hex(data, "")
-            )
-        }),
-    ];
-    let mut boxes: [Vec<u8>; 4] = Default::default();
-    for (time_s, id, data) in frames() {
-        let milliseconds = ((1e3 * time_s).round() as u16).to_le_bytes();
-        boxes[0].extend(milliseconds);
-        boxes[0].extend(id.to_le_bytes());
-        boxes[0].extend(data);
-        let message = long(time_s, id, &data);
-        boxes[1].extend([0x10, 0x02]);
-        boxes[1].extend(escaped(&[&message[..], &[0]].concat(), 0x10));
-        boxes[1].extend([0x10, 0x03]);
-        boxes[2].extend([0x1b, 0x01]);
-        boxes[2].extend(escaped(&[&[0x07], &message[..]].concat(), 0x1b));
-        boxes[2].extend([0x1b, 0x0a]);
-        let [_, format, specific, _] = id.to_be_bytes();
-        let short = [
-            &[0x07, 0x95, 14][..],
-            &milliseconds,
-            &[id as u8, specific, format, 0x09],
-            &data,
-        ];
-        boxes[3].extend([0x1b, 0x01]);
-        boxes[3].extend(escaped(&short.concat(), 0x1b));
-        boxes[3].extend([0x1b, 0x0a]);
-    }
-    logs.extend(boxes);
-    logs.push(
-        (0..ROWS)
-            .flat_map(|k| {
-                let angle = 10.0 + f64::from(k);
-                [
-                    format!("\"pgn\":127245,\"src\":26,\"fields\":{{\"Position\":{angle:.1}}}"),
-                    format!("\"pgn\":127250,\"src\":15,\"fields\":{{\"Heading\":{angle:.1}}}"),
-                ]
-                .map(|rest| format!("{{\"timestamp\":\"2026-06-08-01:51:24.{k}00\",{rest}}}\n"))
-            })
-            .collect::<String>()
-            .into_bytes(),
-    );
-    logs
-}
-
-fn base64(data: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::new();
-    for three in data.chunks(3) {
-        let number = three
-            .iter()
-            .fold(0_u32, |number, byte| number << 8 | u32::from(*byte));
-        let number = number << (8 * (3 - three.len()));
-        for place in 0..4 {
-            let digit = DIGITS[(number >> (18 - 6 * place) & 63) as usize];
-            text.push(if place > three.len() {
-                '='
-            } else {
-                char::from(digit)
-            });
-        }
-    }
-    text
 }
 
 pub fn expedition() -> Vec<u8> {

@@ -95,17 +95,6 @@ impl Verdict {
         self.reasons.iter().filter(|reason| reason.is_cause())
     }
 
-    /// Does the model describe how the vehicle turns, even where no heading gain is safe for it? Such a model tells its turn rate.
-    pub fn tells_turn_rate(&self) -> bool {
-        use ReasonCode::{DoesNotFit, LowR2, NotIdentifiable, UnderExcited, Unstable};
-        let is_for_gains = self
-            .reasons
-            .first()
-            .is_some_and(|reason| reason.code == Unstable);
-        let others = [DoesNotFit, LowR2, NotIdentifiable, UnderExcited];
-        self.accepted || (is_for_gains && !others.iter().any(|code| self.has(code)))
-    }
-
     /// Is this among its reasons?
     pub fn has(&self, code: &ReasonCode) -> bool {
         self.reasons.iter().any(|reason| reason.code == *code)

@@ -114,10 +114,11 @@ pub fn gain_holds(
 }
 
 /// A hull is believed where its log evidence leads that of a sea by so much: of 24 records in a sea of 2 to 10 % of the rudder's effect no hull
-/// led by more than 2, of 20 of vehicles with sway each by 5 or more.
-const MARGIN: f64 = 3.0;
+/// led by more than 2, of 20 of vehicles with sway most by 7 or more.
+const MARGIN: f64 = 5.0;
 
-/// Does a first-order vehicle in a sea, whose gear lags at most, explain the record as well as any other structure?
+/// Does a first-order vehicle in a sea, whose gear lags at most, explain the record as well as any other structure does without a sea? One
+/// that needs the sea, too, proves nothing.
 pub fn is_a_sea(contest: &Contest) -> bool {
     let best = |is_of: &dyn Fn(&Candidate) -> bool| {
         let all = contest.candidates.iter().filter(|c| is_of(c));
@@ -131,5 +132,5 @@ pub fn is_a_sea(contest: &Contest) -> bool {
     let sea = best(&|c| {
         c.hypothesis.disturbance == Disturbance::Sea && c.passes_as_a_sea() && !is_other(c)
     });
-    sea > best(&|c| is_other(c) && c.passes_as_a_sea()) - MARGIN
+    sea > best(&|c| is_other(c) && c.hypothesis.disturbance != Disturbance::Sea) - MARGIN
 }

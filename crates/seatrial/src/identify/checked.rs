@@ -2,7 +2,7 @@
 
 use seatrial_core::{GoodnessOfFit, Sample, YawModel};
 
-use super::chosen::{Chosen, ModelSource};
+use super::chosen::Chosen;
 use super::compass::{CompassError, Jump};
 use super::error::IdentifyError;
 use super::explained::Explained;
@@ -200,11 +200,8 @@ impl Independent {
         let mean_speed_m_s =
             |of: &[Sample<f64>]| mean(of.iter().filter_map(|sample| sample.surge_speed_m_s));
         // What a lagging rudder leaves of a first-order model is no match for the model behind the lag.
-        // Nor is a first-order model for one beyond first order.
-        let is_comparable = |estimate: &Refined| match chosen.source {
-            ModelSource::Beyond(_) => false,
-            ModelSource::BehindLag(_) => estimate.method != EstimateMethod::OutputError,
-            _ => true,
+        let is_comparable = |estimate: &Refined| {
+            chosen.lagging().is_none() || estimate.method != EstimateMethod::OutputError
         };
         Self {
             length: duration_s(&samples) / duration_s(prepared.samples()),

@@ -8,6 +8,7 @@ use super::intervals;
 use super::joined::{self, Joined};
 use super::output_error::{OutputError, output_error};
 use super::prepared::Prepared;
+use super::steering_validation;
 use super::validation::{self, ValidationData};
 use crate::identification::HigherOrder;
 use crate::identification::{EstimateMethod, Refined};
@@ -141,8 +142,15 @@ fn estimate<'a>(
             refined,
             beyond: Some(beyond),
             nearest: false,
+            alone: Some(alone),
             ..
-        } => Some((refined.clone(), Origin::Beyond(beyond))),
+        } => {
+            let (first, origin) = better_predicting(alone, prepared.online, data);
+            Some(match predicts_worse(&beyond.model, &first.model, data) {
+                true => (first, origin),
+                false => (refined.clone(), Origin::Beyond(beyond)),
+            })
+        }
         Explained::HigherOrder { refined, .. } => {
             Some(better_predicting(refined, prepared.online, data))
         }
@@ -157,6 +165,24 @@ fn estimate<'a>(
             })
         }
     }
+}
+
+/// Does the model beyond first order predict the heading of validation data worse than a first-order one, with the trained offset
+/// or with the offset estimated again?
+fn predicts_worse(
+    model: &SteeringModel,
+    first_order: &YawModel<f64>,
+    data: Option<ValidationData>,
+) -> bool {
+    let scores = || {
+        let data = data?;
+        let beyond = steering_validation::validate(model, data.record, data.window).ok()?;
+        let first = validation::validate(*first_order, data.record, data.window).ok()?;
+        beyond
+            .r2_heading_offset_refit
+            .zip(first.r2_heading_offset_refit)
+    };
+    scores().is_some_and(|(beyond, first)| beyond < first)
 }
 
 /// The nearest simulation or the online estimate, whichever predicts the heading of the validation data better with the

@@ -6,7 +6,7 @@ use super::excited_segment::most_excited;
 use super::misfit::is_large_share;
 use super::prepared::Prepared;
 use super::residual_tests::ResidualTests;
-use super::whole_record::{WholeRecord, in_a_sea, robust_estimate};
+use super::whole_record::{WholeRecord, robust_estimate};
 use crate::identification::{HigherOrder, LagEffect, Refined};
 use crate::likelihood::contest_of;
 
@@ -46,6 +46,8 @@ pub enum Explained {
         beyond: Option<Box<HigherOrder>>,
         /// Is the first-order vehicle the one whose simulation is nearest, not the one with the same steady turn?
         nearest: bool,
+        /// The first-order estimate by itself, which validation data are compared with.
+        alone: Option<Box<Refined>>,
         /// Does the gain of the first-order vehicle hold on every hypothesis that weighs?
         gain_holds: bool,
     },
@@ -105,6 +107,7 @@ impl Explained {
                 refined: found.refined,
                 share,
                 nearest: true,
+                alone: None,
                 gain_holds: true,
             };
         }
@@ -138,8 +141,7 @@ impl Explained {
             return Err(Box::new(found));
         };
         if is_a_sea(&contest) {
-            let averaged = in_a_sea(samples).ok();
-            return Err(Box::new(averaged.unwrap_or(found)));
+            return Err(Box::new(found));
         }
         let amplitude_rad = prepared.log.rudder_amplitude_rad;
         let Some((refined, beyond)) = beyond_first_order(&contest, amplitude_rad) else {
@@ -148,13 +150,19 @@ impl Explained {
         let interval_s = prepared.interval_s.unwrap_or(0.0);
         let share = found.robust.share;
         let is_telling = is_telling(&refined);
-        let refined = if is_telling { refined } else { found.refined };
-        let gain_holds = gain_holds(&contest, &refined, interval_s, amplitude_rad);
+        let gain_holds = gain_holds(
+            &contest,
+            if is_telling { &refined } else { &found.refined },
+            interval_s,
+            amplitude_rad,
+        );
+        let nearest = !(is_telling && gain_holds);
         Ok(Self::HigherOrder {
-            refined,
+            alone: Some(Box::new(found.refined.clone())),
+            refined: if nearest { found.refined } else { refined },
             share,
             beyond: Some(Box::new(beyond)),
-            nearest: !is_telling && gain_holds,
+            nearest,
             gain_holds,
         })
     }
@@ -188,6 +196,14 @@ impl Explained {
     pub fn first_order(&self) -> Option<&FirstOrderFit> {
         match self {
             Self::FirstOrder { fit } | Self::Disturbed { fit, .. } => Some(fit),
+            _ => None,
+        }
+    }
+
+    /// The first-order estimate by itself, where another model is handed over.
+    pub fn alone(&self) -> Option<&Refined> {
+        match self {
+            Self::HigherOrder { alone, .. } => alone.as_deref(),
             _ => None,
         }
     }

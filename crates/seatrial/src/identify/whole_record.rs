@@ -24,8 +24,8 @@ const RULED_OUT: f64 = 3.0;
 const LEAST_SAMPLES: usize = 20;
 
 /// From a disturbance of this share of the rudder's effect on other structures are tried: sound records without a sea have at most 0.001, those
-/// of vehicles with sway 0.02 and more.
-const LEAST_SHARE: f64 = 0.01;
+/// whose first-order model misses the steady turn by more than a tenth 0.03 and more.
+const LEAST_SHARE: f64 = 0.03;
 
 /// Headings that repeat in more than this share of the rows are rounded or held, and their step tells their resolution.
 const COARSE_SHARE: f64 = 0.1;
@@ -56,19 +56,6 @@ pub fn robust_estimate_behind(
     samples: &[Sample<f64>],
     known_delay_s: Option<f64>,
 ) -> Result<WholeRecord, RefineFailure> {
-    estimate(samples, known_delay_s, None)
-}
-
-/// [`robust_estimate`] of a record whose misfit is known to be the sea's.
-pub fn in_a_sea(samples: &[Sample<f64>]) -> Result<WholeRecord, RefineFailure> {
-    estimate(samples, None, Some(Source::Averaged))
-}
-
-fn estimate(
-    samples: &[Sample<f64>],
-    known_delay_s: Option<f64>,
-    source: Option<Source>,
-) -> Result<WholeRecord, RefineFailure> {
     let samples = most_excited(samples);
     if samples.len() < LEAST_SAMPLES {
         return Err(RefineFailure::TooShort {
@@ -76,7 +63,7 @@ fn estimate(
         });
     }
     let record = record_of(samples).delayed_by(known_delay_s);
-    let robust = RobustEstimate::of(&record, source).ok_or(RefineFailure::NotExcited)?;
+    let robust = RobustEstimate::of(&record).ok_or(RefineFailure::NotExcited)?;
     let rudder_rad: Vec<f64> = (record.rudder_rad.chunks_exact(robust.block))
         .map(|block| block.iter().sum::<f64>() / block.len() as f64)
         .collect();

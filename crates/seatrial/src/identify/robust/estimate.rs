@@ -93,8 +93,6 @@ pub struct RobustEstimate {
     pub disturbance_rad_s2: f64,
     /// The disturbance over the rudder's effect.
     pub share: f64,
-    /// Chi-square of what a hull beyond first order would add, three parameters.
-    pub hull: f64,
     /// Prediction errors of the likeliest model.
     pub innovations: Vec<f64>,
     /// Samples of each comparison.
@@ -106,10 +104,9 @@ impl RobustEstimate {
     ///
     /// The averaged likelihood is handed over where the sea explains what the rudder does not. Where the hull does, or nothing can
     /// tell, it is the nearest simulation; under a large disturbance the interval reaches that one.
-    /// A `source` that is known decides in the place of the record.
-    pub fn of(record: &Record, source: Option<Source>) -> Option<Self> {
+    pub fn of(record: &Record) -> Option<Self> {
         let hypotheses = Hypotheses::of(record)?;
-        let found = Self::under(record, &hypotheses, source)?;
+        let found = Self::under(record, &hypotheses)?;
         let behind = match found.source {
             Source::Averaged => Self::behind_play(record, &hypotheses),
             Source::Nearest => None,
@@ -126,10 +123,7 @@ impl RobustEstimate {
         let fin = record.with_rudder(fin_behind(&record.rudder_rad, play_rad));
         let with_play = Hypotheses::of(&fin)?;
         let likelier = with_play.log_evidence(&EXPECTED) - hypotheses.log_evidence(&EXPECTED);
-        (likelier > LEAST_EVIDENCE).then_some((
-            play_rad,
-            Self::under(&fin, &with_play, Some(Source::Averaged))?,
-        ))
+        (likelier > LEAST_EVIDENCE).then_some((play_rad, Self::under(&fin, &with_play)?))
     }
 
     /// With intervals and a covariance that hold the estimate behind play, too. Play that moves the model within its own interval is
@@ -154,20 +148,19 @@ impl RobustEstimate {
     }
 
     /// Under these hypotheses, of a rudder that goes where the record says.
-    fn under(record: &Record, hypotheses: &Hypotheses, source: Option<Source>) -> Option<Self> {
+    fn under(record: &Record, hypotheses: &Hypotheses) -> Option<Self> {
         let nearest = Nearest::of(record, hypotheses);
         let mean = hypotheses.mean(&EXPECTED);
         let all = hypotheses.covariance(&CAUTIOUS, &mean);
         let averaged = (theta_of(&mean), three(&all));
         let share = hypotheses.mean_of(&EXPECTED, |h| h.share);
         let likeliest = hypotheses.likeliest(&EXPECTED);
-        let hull = of_the_hull(record, hypotheses.block, likeliest).unwrap_or(0.0);
+        let hull = || of_the_hull(record, hypotheses.block, likeliest).unwrap_or(0.0);
         let is_vague = averaged.1[0][0].sqrt() > WIDEST * averaged.0[0].abs();
-        let is_hull = match (source, share) {
-            (Some(source), _) => source == Source::Nearest,
-            (None, 0.0..SMALL_SHARE) => false,
-            (None, SMALL_SHARE..LARGE_SHARE) => hull > CHANCE,
-            _ => share > LARGEST_SHARE || is_vague || hull > CHANCE_AT_LARGE_SHARES,
+        let is_hull = match share {
+            0.0..SMALL_SHARE => false,
+            SMALL_SHARE..LARGE_SHARE => hull() > CHANCE,
+            _ => share > LARGEST_SHARE || is_vague || hull() > CHANCE_AT_LARGE_SHARES,
         };
         let (source, (theta, covariance)) = match is_hull {
             true => (Source::Nearest, (nearest.theta, nearest.covariance)),
@@ -200,7 +193,6 @@ impl RobustEstimate {
             disturbance_rad_s2: hypotheses
                 .mean_of(&EXPECTED, |h| h.peak.noise_rad * h.peak.noise.relative),
             share,
-            hull,
             innovations: likeliest.innovations(record, hypotheses.block),
             block: hypotheses.block,
         })

@@ -257,6 +257,7 @@ impl Weighing {
             gain_holds: false, ..
         } = checked.explained
             && model.a22_per_s < 0.0
+            && is_clearly_better(checked)
         {
             self.reject(
                 ReasonCode::Unstable,
@@ -341,6 +342,17 @@ impl Weighing {
 
 fn holds_zero([low, high]: [f64; 2]) -> bool {
     low <= 0.0 && high >= 0.0
+}
+
+/// Does the model beyond first order predict the heading of validation data clearly better than the one that is handed over?
+fn is_clearly_better(checked: &Checked) -> bool {
+    const CLEARLY: f64 = 0.02;
+    let beyond = checked
+        .higher_order
+        .as_ref()
+        .and_then(|higher| higher.validation);
+    let scores = [beyond, checked.validation].map(|v| v.and_then(|v| v.r2_heading_offset_refit));
+    matches!(scores, [Some(beyond), Some(first)] if beyond > first + CLEARLY)
 }
 
 /// What the higher order is, in words.

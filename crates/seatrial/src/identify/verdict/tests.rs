@@ -133,6 +133,7 @@ impl Chain {
             share,
             beyond: None,
             nearest: true,
+            alone: None,
             gain_holds: true,
         };
         self
