@@ -132,7 +132,7 @@ fn val_the_python_libraries_read_the_same_today() {
         ("seed.BIN", seeds::dataflash()),
         ("seed.tlog", seeds::tlog()),
         ("seed.ulg", seeds::ulog()),
-        ("seed.raw", seeds::canboat()),
+        ("seed.raw", seeds::nmea2000::canboat()),
     ] {
         std::fs::write(folder.path().join(name), log).unwrap();
     }

@@ -196,6 +196,9 @@ fn io_a_heading_says_its_unit_where_it_wraps() {
     assert!(matches!(refused, Err(Fault::ImplausibleValues { .. })));
 }
 
+/// How a recorder writes a time in s.
+type Written = Box<dyn Fn(f64) -> String>;
+
 #[test]
 fn io_times_are_read_in_every_way_that_recorders_write_them() {
     // 2026-03-04T10:29:58Z
@@ -209,7 +212,7 @@ fn io_times_are_read_in_every_way_that_recorders_write_them() {
         let (hours, minutes, seconds) = clock((time_s * 10.0).round() / 10.0 + 1e-9);
         write(hours, minutes, seconds)
     };
-    let ways: [(&str, Box<dyn Fn(f64) -> String>); 13] = [
+    let ways: [(&str, Written); 13] = [
         ("time_s", Box::new(|t| format!("{t:.1}"))),
         ("stamp", Box::new(move |t| format!("{:.1}", start_s + t))),
         (

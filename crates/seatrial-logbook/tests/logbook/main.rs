@@ -343,7 +343,7 @@ fn io_a_logbook_that_is_renamed_during_a_trial_keeps_all_of_it_and_is_told() {
     assert!(logbook.verify().unwrap().is_whole());
     assert_eq!(
         logbook.campaign(CampaignId(1)).unwrap().runs,
-        std::slice::from_ref(&run)
+        std::slice::from_ref(run)
     );
 }
 

@@ -81,7 +81,7 @@ fn with_a_month(text: &str) -> Option<String> {
         } else if month.is_none() && part.chars().count() >= 3 {
             // `juin` before `jui`, of which there is none.
             let begins = |names: &&[&str]| names.iter().any(|name| part.starts_with(name));
-            month = MONTHS.iter().position(|names| begins(names));
+            month = MONTHS.iter().position(begins);
         }
     };
     lower[..date_end].split(is_between).for_each(&mut take);

@@ -17,7 +17,7 @@ use crate::joined::{Kind, Message, Messages};
 use crate::ros2::{Topics, plain};
 use crate::table::Known;
 use definitions::DEFINITIONS;
-#[cfg(all(test, feature = "rosbag2"))]
+#[cfg(all(test, feature = "rosbag2", feature = "without-c"))]
 pub(crate) use in_c::Sqlite;
 #[cfg(all(test, feature = "without-c"))]
 pub(crate) use in_rust::Tables;

@@ -2,7 +2,7 @@
 #![allow(missing_docs, dead_code)]
 
 #[path = "nmea2000.rs"]
-mod nmea2000;
+pub mod nmea2000;
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -14,7 +14,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
 
-pub use nmea2000::{canboat, nmea2000};
+use nmea2000::nmea2000;
 
 /// Samples of a sound log.
 pub const ROWS: u32 = 6;

@@ -200,10 +200,19 @@ impl Explained {
         }
     }
 
-    /// The first-order estimate by itself, where another model is handed over.
+    /// The first-order estimate by itself, where another model is handed over. `None` with sway: such a vehicle turns less per degree at one
+    /// rudder angle than at another, which no rudder is to blame for.
     pub fn alone(&self) -> Option<&Refined> {
         match self {
-            Self::HigherOrder { alone, .. } => alone.as_deref(),
+            Self::HigherOrder {
+                nearest: false,
+                alone,
+                beyond,
+                ..
+            } => {
+                let has_sway = beyond.as_ref().is_some_and(|beyond| beyond.structure.sway);
+                alone.as_deref().filter(|_| !has_sway)
+            }
             _ => None,
         }
     }
