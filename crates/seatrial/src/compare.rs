@@ -7,7 +7,6 @@ use seatrial_core::refine::RefineFailure;
 use seatrial_core::{Sample, YawModel};
 use serde::Serialize;
 
-use crate::figures::percent;
 use crate::identification::{Intervals, Validation};
 use crate::identify::intervals::normal_intervals;
 use crate::identify::most_excited;
@@ -107,6 +106,9 @@ impl fmt::Display for ComparedMethod {
     }
 }
 
+/// Lead in log evidence that chance explains where several structures are tried.
+const LEAST_LEAD: f64 = 5.0;
+
 /// Why a method found no model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 enum NoModel {
@@ -124,8 +126,10 @@ enum NoModel {
     NoSamples,
     #[error("not converged after {iterations} iterations")]
     NotConverged { iterations: u32 },
-    #[error("first order is enough: it has {} % of the weight by what it predicts of data left out", percent(*weight))]
-    FirstOrderIsEnough { weight: f64 },
+    #[error(
+        "first order is enough: the log evidence of the best model with more leads by {lead:.1}, where chance explains {LEAST_LEAD:.1}"
+    )]
+    FirstOrderIsEnough { lead: f64 },
 }
 
 /// How far apart the methods are, as a fraction of the middle value.
@@ -315,9 +319,9 @@ fn by_higher_order(samples: &[Sample<f64>], data: ValidationData) -> Result<Foun
     let contest = contest_of(most_excited(samples), &mut legs).ok_or(NoModel::NoSamples)?;
     let heaviest = contest.heaviest();
     let (problem, fit) = (&heaviest.hypothesis.problem, heaviest.hypothesis.best());
-    if !problem.structure.exceeds_first_order() {
-        let weight = contest.weight_of(|h| !h.problem.structure.exceeds_first_order());
-        return Err(NoModel::FirstOrderIsEnough { weight });
+    let lead = contest.lead_over_first_order();
+    if lead < LEAST_LEAD || !problem.structure.exceeds_first_order() {
+        return Err(NoModel::FirstOrderIsEnough { lead });
     }
     let offset = problem.start_of(&fit.x, 0).offset_rad_s2;
     let full = SteeringModel::new(&problem.vehicle(&fit.x), offset);

@@ -169,6 +169,17 @@ impl<'a> Contest<'a> {
         weighed
     }
 
+    /// Log evidence by which the best structure beyond first order leads.
+    pub fn lead_over_first_order(&self) -> f64 {
+        let best = |is_beyond: bool| {
+            let all = self.candidates.iter().map(|c| &c.hypothesis);
+            all.filter(|h| h.problem.structure.exceeds_first_order() == is_beyond)
+                .map(Hypothesis::log_evidence)
+                .fold(f64::NEG_INFINITY, f64::max)
+        };
+        best(true) - best(false)
+    }
+
     /// Weight of all hypotheses for which this holds.
     pub fn weight_of(&self, holds: impl Fn(&Hypothesis) -> bool) -> f64 {
         let of = |c: &Candidate| if holds(&c.hypothesis) { c.weight } else { 0.0 };
