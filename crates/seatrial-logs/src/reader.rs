@@ -59,6 +59,16 @@ impl LogReader {
         table: Box<dyn Table>,
         choice: &ChannelChoice,
     ) -> Result<Self, Fault> {
+        Self::of_table(log, table, choice, false)
+    }
+
+    /// What was put together from columns filled at different rates is read as it is, however few of its rows are filled.
+    fn of_table(
+        log: String,
+        table: Box<dyn Table>,
+        choice: &ChannelChoice,
+        was_sparse: bool,
+    ) -> Result<Self, Fault> {
         let table = wanted_rows(table, choice)?;
         let (table, choice) = from_long(table, choice.clone())?;
         let (mut table, choice) = with_computed(table, choice)?;
@@ -70,9 +80,9 @@ impl LogReader {
             return Err(Fault::HeaderOnly);
         }
         leave_out_text(&mut found, &mut rows, &columns, &mut *table);
-        if table.known().is_empty() && is_sparse(&found, &rows) {
+        if !was_sparse && table.known().is_empty() && is_sparse(&found, &rows) {
             let (table, choice) = from_sparse(table, &found, rows, choice)?;
-            return Self::new(log, table, &choice);
+            return Self::of_table(log, table, &choice, true);
         }
 
         let InferredUnits {

@@ -36,6 +36,9 @@ pub(super) fn container(start: &[u8]) -> Option<Records> {
     if start.starts_with(&[DATA_LINK_ESCAPE, 0x02]) {
         return records(gateway, None);
     }
+    if is_utf_16(start) {
+        return None;
+    }
     let mut at = 0;
     for _ in 0..LEAST_RECORDS {
         let (piece, count) = yacht_devices(start.get(at..)?);
@@ -43,6 +46,12 @@ pub(super) fn container(start: &[u8]) -> Option<Records> {
         at += count;
     }
     records(yacht_devices, Some(60.0))
+}
+
+/// Text of two bytes a letter has sound times and identifiers, too; every identifier of the bus has a byte that is not 0 there.
+fn is_utf_16(start: &[u8]) -> bool {
+    let mut pairs = start.chunks_exact(2).take(7);
+    pairs.len() == 7 && pairs.all(|pair| pair[0] != 0 && pair[1] == 0)
 }
 
 fn yacht_devices(bytes: &[u8]) -> (Piece, usize) {
