@@ -48,7 +48,7 @@ pub(super) fn container(start: &[u8]) -> Option<Records> {
     records(yacht_devices, Some(60.0))
 }
 
-/// Text of two bytes a letter has sound times and identifiers, too; every identifier of the bus has a byte that is not 0 there.
+/// Text of two bytes a letter, whose times and identifiers would be sound, too; those of the bus hardly have priority 0.
 fn is_utf_16(start: &[u8]) -> bool {
     let mut pairs = start.chunks_exact(2).take(7);
     pairs.len() == 7 && pairs.all(|pair| pair[0] != 0 && pair[1] == 0)
