@@ -179,12 +179,6 @@ impl<'a> Contest<'a> {
         };
         best(true) - best(false)
     }
-
-    /// Weight of all hypotheses for which this holds.
-    pub fn weight_of(&self, holds: impl Fn(&Hypothesis) -> bool) -> f64 {
-        let of = |c: &Candidate| if holds(&c.hypothesis) { c.weight } else { 0.0 };
-        self.candidates.iter().map(of).sum()
-    }
 }
 
 impl<'a> Candidate<'a> {

@@ -20,7 +20,7 @@
 //! the model is wrong in some way, and the weights are how often each hypothesis would predict best (Yao and others 2018).
 //!
 //! Valid for records of at least 20 comparisons and one stroke of the rudder to either side. Closed loops: a disturbance is then fed
-//! back into the rudder, and hypotheses without one are biased. Cost: 0.1 to 0.5 s for 330 samples on one core.
+//! back into the rudder, and hypotheses without one are biased. Cost: 0.3 to 1 s a record on one core.
 
 pub mod choice;
 pub mod evidence;

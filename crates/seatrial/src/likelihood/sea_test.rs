@@ -27,7 +27,7 @@ pub struct SeaTest {
 }
 
 impl SeaTest {
-    /// In 100 true seas the distance was at most 5.5 and the error -1.8 to +1.6; of six records of a tanker model five have 16 or more, or an
+    /// The limits are those of a prototype of this method. There, in 100 true seas the distance was at most 5.5 and the error -1.8 to +1.6; of six records of a tanker model five have 16 or more, or an
     /// error under -2.5.
     pub fn is_a_sea(&self) -> bool {
         self.distance < 16.0 && -2.5 < self.error && self.error < 4.5
