@@ -29,12 +29,23 @@ fn more() -> impl Iterator<Item = c_int> {
     std::iter::empty()
 }
 
+/// Has whoever began this program had XFSZ ignored? Then a file that may grow no further is an error of the write, as a full disk is.
+fn a_full_file_is_an_error() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status
+        .lines()
+        .find_map(|line| line.strip_prefix("SigIgn:"))
+        .and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    ignored.is_some_and(|mask| mask >> (SIGXFSZ - 1) & 1 == 1)
+}
+
 static ASKED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 
 /// Calls `handle` on a thread of its own at every signal that would end the program, and from now on waits for no standard error.
 pub fn on_interrupt(handle: impl Fn() + Send + 'static) -> std::io::Result<()> {
     standard_error::detach();
-    let mut signals = Signals::new(ENDING)?;
+    let ends = |signal: &c_int| *signal != SIGXFSZ || !a_full_file_is_an_error();
+    let mut signals = Signals::new(ENDING.iter().filter(|signal| ends(signal)))?;
     for signal in more() {
         // The C library keeps some for itself, and a signal that cannot be had ends the program as ever.
         let _ = signals.handle().add_signal(signal);

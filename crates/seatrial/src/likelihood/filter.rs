@@ -356,11 +356,8 @@ impl Gains {
         p[3][3] = variance;
         let mut transition = Transition::default();
         let mut is_settled = false;
-        for i in 0..leg.len() {
-            let interval_s = leg
-                .time_s
-                .get(i + 1)
-                .map_or(0.0, |next_s| next_s - leg.time_s[i]);
+        for (i, at_s) in leg.time_s.iter().enumerate() {
+            let interval_s = leg.time_s.get(i + 1).map_or(0.0, |next_s| next_s - at_s);
             if is_settled && (transition.interval_s == interval_s || interval_s == 0.0) {
                 gains.repeat();
                 continue;

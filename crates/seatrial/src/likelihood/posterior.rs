@@ -33,7 +33,8 @@ impl Contest<'_> {
             parts.extend(candidate.moments(quantity));
         }
         let total: f64 = parts.iter().map(|(weight, _)| weight).sum();
-        if parts.is_empty() || !(total > 0.0) {
+        // No hypothesis, or weights that are no numbers.
+        if total.is_nan() || total <= 0.0 {
             return None;
         }
         let mean = parts

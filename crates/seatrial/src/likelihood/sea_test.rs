@@ -125,12 +125,12 @@ fn wander(
     let mut d = sea_rad_s2 * draw.normal();
     let (mut psi, mut r, mut v) = (0.0, 0.0, 0.0);
     let mut headings = Vec::with_capacity(leg.len());
-    for i in 0..leg.len() {
+    for (i, at_s) in leg.time_s.iter().enumerate() {
         headings.push(psi + noise_rad * draw.normal());
         let Some(next_s) = leg.time_s.get(i + 1) else {
             break;
         };
-        let h = next_s - leg.time_s[i];
+        let h = next_s - at_s;
         let damping = vehicle.damping_per_s + 2.0 * vehicle.quadratic_per_rad * slopes[i].abs();
         let z = (damping * h).clamp(-0.5, 50.0);
         let left = libm::exp(-z);

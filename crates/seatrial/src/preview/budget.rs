@@ -51,7 +51,7 @@ impl<'a> Budget<'a> {
     /// Takes one sample from the budget.
     pub(super) fn take(&self) -> Result<(), InvalidSetting> {
         let left = self.left.get();
-        if left % LOOK_EVERY == 0 && !(self.is_wanted)() {
+        if left.is_multiple_of(LOOK_EVERY) && !(self.is_wanted)() {
             self.is_given_up.set(true);
             self.left.set(0);
         }
