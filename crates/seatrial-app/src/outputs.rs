@@ -43,7 +43,7 @@ pub enum OutputError {
         why: &'static str,
     },
     /// The system said no.
-    #[error("{}: {error}", .path.display())]
+    #[error("{}: not saved: {error}", .path.display())]
     NotSaved {
         /// The file.
         path: PathBuf,
@@ -138,6 +138,7 @@ impl Outputs {
 }
 
 /// Puts what a function writes in the place of a file that this program wrote.
+#[cfg(any(feature = "trials", feature = "parquet"))]
 pub(crate) fn replace(
     path: &Path,
     write: impl FnOnce(&mut File) -> io::Result<()>,
@@ -240,6 +241,14 @@ fn device(path: &Path) -> io::Result<Option<File>> {
     }
 }
 
+/// What the system said, without the name of a file that nobody asked for.
+fn without_its_path(error: io::Error) -> io::Error {
+    let of_the_system = error
+        .get_ref()
+        .and_then(|inner| inner.source()?.downcast_ref::<io::Error>()?.raw_os_error());
+    of_the_system.map_or(error, io::Error::from_raw_os_error)
+}
+
 /// An empty file in the same folder, with the permissions that the one in its place has or would get.
 fn beside(place: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
@@ -248,7 +257,7 @@ fn beside(place: &Path) -> io::Result<NamedTempFile> {
     let any = <fs::Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666);
     #[cfg(unix)]
     builder.permissions(any);
-    let file = builder.tempfile_in(folder_of(place))?;
+    let file = (builder.tempfile_in(folder_of(place))).map_err(without_its_path)?;
     if let Ok(about) = fs::metadata(place) {
         if about.permissions().readonly() {
             return Err(io::ErrorKind::PermissionDenied.into());

@@ -375,7 +375,11 @@ fn cli_the_page_for_an_ardupilot_boat_is_walked() {
     let mut commissioned = false;
     for line in page.lines().filter(is_walked) {
         let line = line.replace("mavlink:udp:127.0.0.1:14550", &boat.address);
-        let arguments: Vec<&str> = line.split(' ').skip(1).collect();
+        let mut arguments: Vec<&str> = line.split(' ').skip(1).collect();
+        // Nobody is at the terminal whom it could ask.
+        if arguments.starts_with(&["vehicle", "restore"]) {
+            arguments.push("--yes");
+        }
         let output = run_in(folder.path(), &arguments);
         let (said, errors) = (text(&output.stdout), text(&output.stderr));
         assert_eq!(output.status.code(), Some(0), "{line}\n{said}{errors}");

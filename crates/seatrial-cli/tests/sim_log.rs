@@ -66,7 +66,10 @@ fn cli_the_same_seed_writes_the_same_bytes() {
 fn cli_vehicles_of_six_degrees_of_freedom_are_practised_with() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    for vehicle in ["sim:starfish-6dof", "sim:remus100"] {
+    for (vehicle, log) in [
+        ("sim:starfish-6dof", "starfish.csv"),
+        ("sim:remus100", "remus.csv"),
+    ] {
         for truth in ["truth.toml", "truth.json"] {
             let arguments = [
                 "sim",
@@ -76,7 +79,7 @@ fn cli_vehicles_of_six_degrees_of_freedom_are_practised_with() {
                 "--thrust",
                 "0.8",
                 "--out",
-                "run.csv",
+                log,
                 "--truth",
                 truth,
             ];
@@ -88,7 +91,7 @@ fn cli_vehicles_of_six_degrees_of_freedom_are_practised_with() {
                 "{truth}"
             );
         }
-        let (exit, stdout, stderr) = run_to_text(folder, &["identify", "run.csv", "--json"]);
+        let (exit, stdout, stderr) = run_to_text(folder, &["identify", log, "--json"]);
         assert_eq!(exit, 0, "{vehicle}: {stdout}{stderr}");
         let (exit, stdout, stderr) = run_to_text(folder, &["trial", "--vehicle", vehicle]);
         // At full thrust the fin of the REMUS 100 lags by a third of the vehicle's time constant, and 20 Hz may be refused

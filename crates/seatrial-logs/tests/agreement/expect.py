@@ -265,13 +265,16 @@ def bag(path):
 
 # Parameter groups: our name, does the first byte number instruments, fields.
 NMEA2000 = {
+    127237: ("heading_control", False, ["commandedRudderAngle", "vesselHeading"]),
     127245: ("rudder", True, ["angleOrder", "position"]),
     127250: ("vessel_heading", False, ["heading"]),
     127251: ("rate_of_turn", False, ["rate"]),
     127257: ("attitude", False, ["yaw", "pitch", "roll"]),
     128259: ("speed", False, ["speedWaterReferenced", "speedGroundReferenced"]),
     128267: ("water_depth", False, ["depth"]),
+    129025: ("position", False, ["latitude", "longitude"]),
     129026: ("cog_sog", False, ["sog"]),
+    129029: ("gnss_position", False, ["latitude", "longitude"]),
 }
 
 
@@ -324,7 +327,7 @@ NMEA0183 = {
     "RSA": [("rsa_starboard", "rsa_starboard_status"), ("rsa_port", "rsa_port_status")],
     "VHW": ["heading_true", "water_speed_knots"],
     "VTG": ["spd_over_grnd_kts"],
-    "RMC": ["spd_over_grnd"],
+    "RMC": ["spd_over_grnd", "latitude", "longitude"],
     "DPT": ["depth"],
     "DBT": ["depth_meters"],
 }
