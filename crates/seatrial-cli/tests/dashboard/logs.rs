@@ -127,10 +127,7 @@ fn cli_a_log_with_names_of_its_own_is_read_as_chosen() {
     let (status, refused) = identify("");
     assert_eq!((status, &refused["code"]), (422, &json!("log_refused")));
     let said = refused["message"].as_str().unwrap();
-    assert!(
-        said.contains("rudder") && said.contains("`beta`"),
-        "{said}"
-    );
+    assert!(said.contains("rudder") && said.contains("`beta`"), "{said}");
     let (status, refused) = identify("&heading=alpha&rudder=beta&units=heading=furlong");
     assert_eq!(status, 422);
     assert!(
